@@ -1,0 +1,1 @@
+//! Fits: the clamp cell, the network, the classical laws.

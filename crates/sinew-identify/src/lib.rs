@@ -1,0 +1,11 @@
+//! From the logs of a cable transmission to a model of its far end, with an honest account of the fit.
+//!
+//! Offline code: it may read files, use threads and allocate. The model it makes is a
+//! [`sinew::predictor`], which does none of that.
+
+pub mod account;
+pub mod fit;
+pub mod log;
+
+mod error;
+pub use error::Error;

@@ -1,0 +1,17 @@
+//! Physics and mathematics of robots whose muscles are motors pulling cables through sheaths.
+//!
+//! No I/O, no clock, no threads, and no allocation once a thing is built. The crate is `no_std` (with
+//! `alloc` for construction), so the stepping parts run on a drive's own controller as they run here,
+//! to the same bit: mathematics comes from `libm`, not from the platform.
+#![no_std]
+
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+mod error;
+pub mod metrics;
+pub mod predictor;
+pub mod transmission;
+
+pub use error::Error;

@@ -1,0 +1,1 @@
+//! From near-side samples to the far end, one sample at a time.

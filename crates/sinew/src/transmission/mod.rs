@@ -1,0 +1,1 @@
+//! Laws of the cable in its sheath and over its pulleys: one law, one file.
