@@ -7,4 +7,20 @@ pub enum Error {
     /// A value refused by the physics.
     #[error(transparent)]
     Physics(#[from] sinew::Error),
+    /// Samples, or an option about them, that cannot be fitted.
+    #[error("{name}: expected {expected}, got {got}")]
+    Samples {
+        /// The argument, with sample and column where there is one.
+        name: String,
+        /// What was expected there.
+        expected: String,
+        /// What stands there.
+        got: String,
+    },
+}
+
+impl Error {
+    pub(crate) fn samples(name: impl ToString, expected: impl ToString, got: impl ToString) -> Self {
+        Self::Samples { name: name.to_string(), expected: expected.to_string(), got: got.to_string() }
+    }
 }

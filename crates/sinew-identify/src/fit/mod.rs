@@ -1,1 +1,3 @@
 //! Fits: the clamp cell, the network, the classical laws.
+
+pub mod gram;
