@@ -3,19 +3,19 @@
 /// Hyperbolic tangent, branch-free.
 ///
 /// ```text
-/// |x| -> t = 2 |x| = k ln 2 + r, |r| <= ln(2)/2;   m = exp(t) - 1 = 2^k p(r) + (2^k - 1)
-/// tanh x = sign(x) m / (m + 2)
+/// 2 |x| = k ln 2 + 2 u,  |u| <= ln(2)/4;      tanh u = u P(u^2) / Q(u^2)  (continued fraction, 5 levels)
+/// tanh |x| = ((2^k - 1) Q + (2^k + 1) u P) / ((2^k + 1) Q + (2^k - 1) u P)
 /// ```
 ///
-/// | symbol | argument | unit | domain         | meaning                       |
-/// |--------|----------|------|----------------|-------------------------------|
-/// | x      | `x`      | 1    | every `f64`    | NaN gives NaN                 |
-/// | p(r)   |          | 1    | `abs(r) <= .35`| Taylor polynomial of exp(r)-1 |
+/// | symbol | argument | unit | domain      | meaning                                     |
+/// |--------|----------|------|-------------|---------------------------------------------|
+/// | x      | `x`      | 1    | every `f64` | NaN gives NaN                               |
+/// | P, Q   |          | 1    | `u^2 <= .03`| `945 + 105 z + z^2` and `945 + 420 z + 15 z^2` |
 ///
 /// Measured against `libm::tanh` on 400 000 points of `[-25, 25]` and on magnitudes down to 2^-1000:
-/// absolute error at most 2.3e-16, relative error at most 4.4 units in the last place.
-/// Odd to the bit, never beyond +-1, monotone up to that error. Plain SSE2 suffices
-/// (one division, no fused multiply-add, no integer conversion), so every machine gives the same bits.
+/// absolute error at most 4.5e-16, relative error at most 11 units in the last place.
+/// Odd to the bit, never beyond +-1. Plain SSE2 suffices (one division, no fused multiply-add,
+/// no integer conversion), so every machine gives the same bits.
 ///
 /// # Example
 /// ```
@@ -35,26 +35,13 @@ pub fn tanh(x: f64) -> f64 {
     let t = 2.0 * x.abs().clamp(0.0, 20.0);
     let shifted = t * core::f64::consts::LOG2_E + ROUND;
     let k = shifted - ROUND;
-    let r = (t - k * LN_2_HIGH) - k * LN_2_LOW;
-    let mut p = 1.0 / 479_001_600.0;
-    for inverse in [
-        1.0 / 39_916_800.0,
-        1.0 / 3_628_800.0,
-        1.0 / 362_880.0,
-        1.0 / 40_320.0,
-        1.0 / 5_040.0,
-        1.0 / 720.0,
-        1.0 / 120.0,
-        1.0 / 24.0,
-        1.0 / 6.0,
-        0.5,
-        1.0,
-    ] {
-        p = p * r + inverse;
-    }
+    let u = 0.5 * ((t - k * LN_2_HIGH) - k * LN_2_LOW);
+    let z = u * u;
+    let up = u * (945.0 + z * (105.0 + z));
+    let q = 945.0 + z * (420.0 + z * 15.0);
     let two_to_k = f64::from_bits((shifted.to_bits() << 52).wrapping_add(1.0_f64.to_bits()));
-    let m = two_to_k * (p * r) + (two_to_k - 1.0);
-    (m / (m + 2.0)).copysign(x)
+    let (less, more) = (two_to_k - 1.0, two_to_k + 1.0);
+    ((less * q + more * up) / (more * q + less * up)).copysign(x)
 }
 
 #[cfg(test)]
@@ -76,8 +63,8 @@ mod tests {
         for exponent in 1..1000 {
             compare(libm::pow(2.0, -f64::from(exponent)) * 1.234_567);
         }
-        assert!(absolute < 4e-16, "{absolute:e}");
-        assert!(ulps < 16.0, "{ulps}");
+        assert!(absolute < 1e-15, "{absolute:e}");
+        assert!(ulps < 25.0, "{ulps}");
     }
 
     #[test]
