@@ -10,6 +10,7 @@ extern crate alloc;
 extern crate std;
 
 mod error;
+pub mod math;
 pub mod metrics;
 pub mod predictor;
 pub mod transmission;

