@@ -6,6 +6,8 @@
 pub mod account;
 pub mod fit;
 pub mod log;
+#[doc(hidden)]
+pub mod member;
 
 mod error;
 pub use error::Error;

@@ -1,3 +1,6 @@
 //! Fits: the clamp cell, the network, the classical laws.
 
+pub(crate) mod cell;
+mod dense;
 pub mod gram;
+pub(crate) mod network;

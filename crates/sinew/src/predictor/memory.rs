@@ -1,0 +1,237 @@
+//! What the model remembers: the elastic clamp cell, stop operators, low-passes.
+
+use super::signal::Signal;
+use alloc::vec;
+use alloc::vec::Vec;
+use serde::{Deserialize, Serialize};
+
+/// One factor of the bounds of the clamp cell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Term {
+    /// The constant 1.
+    One,
+    /// A signal.
+    Signal(usize),
+    /// The product of two signals.
+    Product(usize, usize),
+}
+
+impl Term {
+    /// Its value, given the signals of one sample.
+    #[inline]
+    #[must_use]
+    pub fn value(&self, signals: &[f64]) -> f64 {
+        match *self {
+            Self::One => 1.0,
+            Self::Signal(i) => signals[i],
+            Self::Product(i, j) => signals[i] * signals[j],
+        }
+    }
+}
+
+/// The elastic clamp cell: the far end stays where it is until a bound drags it along.
+///
+/// ```text
+/// lo = l . b(x),  hi = h . b(x),  s <- clamp(s + kappa . (u - u_prev), lo, hi)
+/// ```
+///
+/// One operator covers capstan play (`b = [T, 1]`), backlash (`b = [q, 1]`, equal slopes), elastic friction
+/// (`kappa > 0`) and their dependence on load and bend.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// The basis `b`.
+    pub basis: Vec<Term>,
+    /// Coefficients of the lower bound, one per basis term.
+    pub low: Vec<f64>,
+    /// Coefficients of the upper bound.
+    pub high: Vec<f64>,
+    /// Which signals move the state inside the band.
+    pub elastic: Vec<usize>,
+    /// How far they move it, far unit per signal unit.
+    pub kappa: Vec<f64>,
+}
+
+/// One number handed to the network.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Feature {
+    /// A signal as it is.
+    Signal(usize),
+    /// The stop operator of a signal, in [-1, 1]: where it stands between its last reversals.
+    Stop {
+        /// Which signal.
+        signal: usize,
+        /// Half width of the play it is the complement of, signal unit.
+        radius: f64,
+    },
+    /// A signal minus its low-pass: what moved within the last `tau_s` seconds.
+    LowPassDifference {
+        /// Which signal.
+        signal: usize,
+        /// Time constant, s.
+        tau_s: f64,
+    },
+    /// State of the cell, far unit.
+    CellState,
+    /// Width of the cell's band, far unit.
+    CellWidth,
+    /// Place of the state inside the band, 0 at the lower bound, 1 at the upper.
+    CellPlace,
+}
+
+/// How signals, cell and features are computed: the part of a model before its network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MemoryLaw {
+    /// The signals.
+    pub signals: Vec<Signal>,
+    /// The physics; none in a pure network.
+    pub cell: Option<Cell>,
+    /// What the network sees.
+    pub features: Vec<Feature>,
+}
+
+/// The cell as it stands after a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CellOutput {
+    /// Its state: the physical prediction of the far end.
+    pub state: f64,
+    /// Lower bound.
+    pub low: f64,
+    /// Upper bound.
+    pub high: f64,
+    /// Whether a bound was touched since the last reset; before, the state is a guess.
+    pub known: bool,
+}
+
+/// The state of a [`MemoryLaw`] along one sequence.
+#[derive(Debug, Clone)]
+pub struct Memory {
+    signals: Vec<f64>,
+    previous: Vec<f64>,
+    states: Vec<f64>,
+    features: Vec<f64>,
+    cell: CellOutput,
+    started: bool,
+}
+
+impl Memory {
+    /// A memory that has seen nothing.
+    #[must_use]
+    pub fn new(law: &MemoryLaw) -> Self {
+        Self {
+            signals: vec![0.0; law.signals.len()],
+            previous: vec![0.0; law.signals.len()],
+            states: vec![0.0; law.features.len()],
+            features: vec![0.0; law.features.len()],
+            cell: CellOutput::default(),
+            started: false,
+        }
+    }
+
+    /// Forgets everything: the next sample starts a new sequence.
+    pub fn reset(&mut self) {
+        self.started = false;
+    }
+
+    /// Places the cell at a known far-end value, inside its band, before the first sample of a sequence is taken.
+    /// Training does this; at run time nobody knows the far end and the cell starts in the middle.
+    pub fn step_from(&mut self, law: &MemoryLaw, dt_s: f64, inputs: &[f64], far: Option<f64>) {
+        for (value, signal) in self.signals.iter_mut().zip(&law.signals) {
+            *value = signal.value(inputs);
+        }
+        if let Some(cell) = &law.cell {
+            self.step_cell(cell, far);
+        }
+        self.step_features(law, dt_s);
+        self.previous.copy_from_slice(&self.signals);
+        self.started = true;
+    }
+
+    /// Takes one sample, `dt_s` after the one before.
+    #[inline]
+    pub fn step(&mut self, law: &MemoryLaw, dt_s: f64, inputs: &[f64]) {
+        self.step_from(law, dt_s, inputs, None);
+    }
+
+    /// The features after the last sample: `[law.features]`.
+    #[inline]
+    #[must_use]
+    pub fn features(&self) -> &[f64] {
+        &self.features
+    }
+
+    /// The signals of the last sample: `[law.signals]`.
+    #[inline]
+    #[must_use]
+    pub fn signals(&self) -> &[f64] {
+        &self.signals
+    }
+
+    /// The cell after the last sample; zeros where the law has none.
+    #[inline]
+    #[must_use]
+    pub fn cell(&self) -> CellOutput {
+        self.cell
+    }
+
+    #[inline]
+    fn step_cell(&mut self, cell: &Cell, far: Option<f64>) {
+        let (mut low, mut high) = (0.0, 0.0);
+        for ((term, l), h) in cell.basis.iter().zip(&cell.low).zip(&cell.high) {
+            let b = term.value(&self.signals);
+            low += l * b;
+            high += h * b;
+        }
+        if high < low {
+            low = 0.5 * (low + high);
+            high = low;
+        }
+        let mut known = self.started && self.cell.known;
+        let mut state = if self.started {
+            let mut state = self.cell.state;
+            for (&signal, kappa) in cell.elastic.iter().zip(&cell.kappa) {
+                state += kappa * (self.signals[signal] - self.previous[signal]);
+            }
+            state
+        } else {
+            known = far.is_some();
+            far.unwrap_or(0.5 * (low + high))
+        };
+        if state < low {
+            state = low;
+            known = true;
+        } else if state > high {
+            state = high;
+            known = true;
+        }
+        self.cell = CellOutput { state, low, high, known };
+    }
+
+    #[inline]
+    fn step_features(&mut self, law: &MemoryLaw, dt_s: f64) {
+        let width = self.cell.high - self.cell.low;
+        for ((value, state), feature) in self.features.iter_mut().zip(&mut self.states).zip(&law.features) {
+            *value = match *feature {
+                Feature::Signal(i) => self.signals[i],
+                Feature::Stop { signal, radius } => {
+                    let u = self.signals[signal];
+                    let play = if self.started { *state } else { u };
+                    *state = play.max(u - radius).min(u + radius);
+                    (u - *state) / radius
+                }
+                Feature::LowPassDifference { signal, tau_s } => {
+                    let u = self.signals[signal];
+                    let low_pass = if self.started { *state } else { u };
+                    *state = low_pass + (u - low_pass) * dt_s / (dt_s + tau_s);
+                    u - *state
+                }
+                Feature::CellState => self.cell.state,
+                Feature::CellWidth => width,
+                Feature::CellPlace => (self.cell.state - self.cell.low) / width.max(1e-12),
+            };
+        }
+    }
+}

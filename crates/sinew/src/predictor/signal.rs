@@ -1,0 +1,63 @@
+//! The signals a model thinks in, made from the columns of a log.
+
+use serde::{Deserialize, Serialize};
+
+/// One signal, computed from the present sample alone.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Signal {
+    /// An input as it is.
+    Input(usize),
+    /// First input minus second: the tension difference of two antagonists, which turns their joint.
+    Difference(usize, usize),
+    /// `ln(max(T, 0) + offset)`: friction is a ratio of tensions, so memory of its logarithm is memory of friction.
+    LogTension {
+        /// Which input.
+        input: usize,
+        /// Keeps the logarithm finite when the cable is slack, in the input's unit.
+        offset: f64,
+    },
+    /// `ln((max(T_a, 0) + offset) / (max(T_b, 0) + offset))`: the capstan form of an antagonistic pair.
+    LogRatio {
+        /// Numerator.
+        first: usize,
+        /// Denominator.
+        second: usize,
+        /// Keeps the ratio finite when a cable is slack, in the inputs' unit.
+        offset: f64,
+    },
+}
+
+impl Signal {
+    /// Its value for one sample; `inputs: [inputs of the model]`.
+    #[inline]
+    #[must_use]
+    pub fn value(&self, inputs: &[f64]) -> f64 {
+        match *self {
+            Self::Input(i) => inputs[i],
+            Self::Difference(i, j) => inputs[i] - inputs[j],
+            Self::LogTension { input, offset } => libm::log(inputs[input].max(0.0) + offset),
+            Self::LogRatio { first, second, offset } => {
+                libm::log((inputs[first].max(0.0) + offset) / (inputs[second].max(0.0) + offset))
+            }
+        }
+    }
+
+    /// The largest input index it reads.
+    pub(super) fn last_input(&self) -> usize {
+        match *self {
+            Self::Input(i) | Self::LogTension { input: i, .. } => i,
+            Self::Difference(i, j) | Self::LogRatio { first: i, second: j, .. } => i.max(j),
+        }
+    }
+
+    /// Whether its constants are in their domain.
+    pub(super) fn is_valid(&self) -> bool {
+        match *self {
+            Self::LogTension { offset, .. } | Self::LogRatio { offset, .. } => {
+                offset.is_finite() && offset > 0.0
+            }
+            Self::Input(_) | Self::Difference(..) => true,
+        }
+    }
+}
