@@ -1,9 +1,26 @@
 //! From near-side samples to the far end, one sample at a time.
+//!
+//! ```text
+//! raw sample -> Conditioner -> signals -> Memory (clamp cell, stops, low-passes) -> Estimator -> Prediction
+//! ```
+//!
+//! A [`Model`] is read once and never changes; a [`Predictor`] carries the state of one sequence. Batch and
+//! streaming are the same code, so they agree to the bit.
 
+mod conditioner;
 mod ensemble;
+mod estimator;
+mod file;
 mod memory;
+mod model;
 mod signal;
+mod step;
 
+pub use conditioner::{Conditioner, Guard, MOST_HELD, Step};
 pub use ensemble::{Ensemble, Lanes, MEMBERS, Opinion};
+pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
+pub use file::VERSION;
 pub use memory::{Cell, CellOutput, Feature, Memory, MemoryLaw, Term};
+pub use model::{Input, Model, Provenance, Role};
 pub use signal::Signal;
+pub use step::{Flags, Prediction, Predictor, Sample};

@@ -1,0 +1,208 @@
+//! A model of one transmission: what it reads, how it predicts, how far it can be trusted.
+
+use super::conditioner::Guard;
+use super::ensemble::Ensemble;
+use super::estimator::Estimator;
+use super::memory::{Cell, Feature, MemoryLaw, Term};
+use crate::Error;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use serde::{Deserialize, Serialize};
+
+/// What a column means to the transmission.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// A tension or torque at the near side.
+    Effort,
+    /// A position or stroke at the near side.
+    Motion,
+    /// The displacement of the far end, where a joint sensor gives it.
+    Anchor,
+    /// A slow quantity, such as a joint angle or the bend of the sheath.
+    Given,
+}
+
+/// One input of a model: a column with its role.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Input {
+    /// Column name in the log, for example `tension_in_n`.
+    pub column: String,
+    /// What it means.
+    pub role: Role,
+}
+
+/// Where a model comes from, for people.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Name of the chosen member, as `--model` takes it.
+    pub member: String,
+    /// What it is, in a sentence.
+    pub description: String,
+    /// Version of the program that fitted it.
+    pub program: String,
+    /// Seed of every random draw.
+    pub seed: u64,
+    /// The logs it was fitted to.
+    pub logs: Vec<String>,
+    /// Samples it was fitted to.
+    pub samples: usize,
+    /// RMSE on data it did not see, far unit.
+    pub rmse_unseen: f64,
+    /// Range of the far side in training, far unit.
+    pub far_range: f64,
+}
+
+/// A model of one transmission, complete: columns, guards, estimator, band.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// The column it predicts.
+    pub far: String,
+    /// The columns it reads, in the order of [`Sample::inputs`](super::Sample::inputs).
+    pub inputs: Vec<Input>,
+    /// The time column of its logs.
+    pub time: Option<String>,
+    /// The trial column of its logs.
+    pub trial: Option<String>,
+    /// One per input.
+    pub guards: Vec<Guard>,
+    /// Pause after which all states are forgotten, s.
+    pub gap_s: f64,
+    /// The prediction.
+    pub estimator: Estimator,
+    /// From [`Estimate::variance`](super::Estimate::variance) to the 95 % band: half width over sigma,
+    /// the largest of those that the folds of the cross-validation asked for.
+    pub band_factor: f64,
+    /// Where it comes from.
+    pub provenance: Provenance,
+}
+
+impl Model {
+    /// Checks everything that [`Predictor`](super::Predictor) relies on.
+    ///
+    /// # Errors
+    /// [`Error::ModelFile`] names the field, what was expected of it and what it is.
+    pub fn validate(&self) -> Result<(), Error> {
+        let n = self.inputs.len();
+        require("inputs", "at least one column", n > 0, n)?;
+        require("guards", &format!("one per input ({n})"), self.guards.len() == n, self.guards.len())?;
+        for guard in &self.guards {
+            let finite = [guard.low, guard.high, guard.typical].iter().all(|v| v.is_finite());
+            require("guards", "finite low, high and typical", finite, guard.low)?;
+            require("guards.jump", "> 0", guard.jump > 0.0, guard.jump)?;
+        }
+        require("gap_s", "> 0 s", self.gap_s > 0.0 && self.gap_s.is_finite(), self.gap_s)?;
+        let factor = self.band_factor;
+        require("band_factor", "finite and > 0", factor > 0.0 && factor.is_finite(), factor)?;
+        let sigma0 = self.estimator.sigma0;
+        require("estimator.sigma0", "finite and >= 0", sigma0 >= 0.0 && sigma0.is_finite(), sigma0)?;
+        if let Some(power) = self.estimator.gate_power {
+            require("estimator.gate_power", "finite and >= 0", power >= 0.0 && power.is_finite(), power)?;
+        }
+        self.estimator.law.validate(n)?;
+        if let Some(ensemble) = &self.estimator.ensemble {
+            ensemble.validate(self.estimator.law.features.len())?;
+        }
+        let predicts = self.estimator.law.cell.is_some() || self.estimator.ensemble.is_some();
+        require("estimator", "a cell, an ensemble or both", predicts, "neither")
+    }
+}
+
+impl MemoryLaw {
+    fn validate(&self, inputs: usize) -> Result<(), Error> {
+        for signal in &self.signals {
+            let last = signal.last_input();
+            require("law.signals", &format!("input below {inputs}"), last < inputs, last)?;
+            require("law.signals", "an offset > 0", signal.is_valid(), format!("{signal:?}"))?;
+        }
+        let signals = self.signals.len();
+        if let Some(cell) = &self.cell {
+            cell.validate(signals)?;
+        }
+        for feature in &self.features {
+            let (signal, constant) = match *feature {
+                Feature::Signal(signal) => (signal, 1.0),
+                Feature::Stop { signal, radius } => (signal, radius),
+                Feature::LowPassDifference { signal, tau_s } => (signal, tau_s),
+                Feature::CellState | Feature::CellWidth | Feature::CellPlace => continue,
+            };
+            require("law.features", &format!("signal below {signals}"), signal < signals, signal)?;
+            let positive = constant > 0.0 && constant.is_finite();
+            require("law.features", "radius and tau_s > 0", positive, constant)?;
+        }
+        Ok(())
+    }
+}
+
+impl Cell {
+    fn validate(&self, signals: usize) -> Result<(), Error> {
+        let b = self.basis.len();
+        for term in &self.basis {
+            let last = match *term {
+                Term::One => 0,
+                Term::Signal(i) => i,
+                Term::Product(i, j) => i.max(j),
+            };
+            require("cell.basis", &format!("signal below {signals}"), last < signals.max(1), last)?;
+        }
+        for (name, list) in [("cell.low", &self.low), ("cell.high", &self.high)] {
+            require(name, &format!("{b} coefficients"), list.len() == b, list.len())?;
+            all_finite(name, list)?;
+        }
+        let e = self.elastic.len();
+        require("cell.kappa", &format!("{e} coefficients"), self.kappa.len() == e, self.kappa.len())?;
+        all_finite("cell.kappa", &self.kappa)?;
+        for &signal in &self.elastic {
+            require("cell.elastic", &format!("signal below {signals}"), signal < signals, signal)?;
+        }
+        Ok(())
+    }
+}
+
+impl Ensemble {
+    fn validate(&self, features: usize) -> Result<(), Error> {
+        require("ensemble", "at least one feature", features > 0, features)?;
+        let lists = [
+            ("ensemble.clip_low", &self.clip_low),
+            ("ensemble.clip_high", &self.clip_high),
+            ("ensemble.mean", &self.mean),
+            ("ensemble.scale", &self.scale),
+        ];
+        for (name, list) in lists {
+            require(name, &format!("{features} entries"), list.len() == features, list.len())?;
+            all_finite(name, list)?;
+        }
+        let positive = self.scale.iter().all(|s| *s > 0.0);
+        require("ensemble.scale", "> 0", positive, "zero or less")?;
+        let hidden = self.hidden_bias.len();
+        let shapes = [
+            ("ensemble.hidden_weights", &self.hidden_weights, hidden * features),
+            ("ensemble.hidden_bias", &self.hidden_bias, hidden),
+            ("ensemble.output_weights", &self.output_weights, hidden),
+            ("ensemble.skip", &self.skip, features),
+        ];
+        for (name, lanes, expected) in shapes {
+            require(name, &format!("{expected} rows"), lanes.len() == expected, lanes.len())?;
+            lanes.iter().try_for_each(|lane| all_finite(name, lane))?;
+        }
+        all_finite("ensemble.bias", &self.bias)
+    }
+}
+
+fn all_finite(name: &str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().find(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(bad) => require(name, "finite numbers", false, bad),
+    }
+}
+
+fn require(name: &str, expected: &str, holds: bool, got: impl ToString) -> Result<(), Error> {
+    if holds {
+        return Ok(());
+    }
+    Err(Error::ModelFile { name: name.to_string(), expected: expected.to_string(), got: got.to_string() })
+}
