@@ -1,0 +1,85 @@
+//! Single samples far off their neighbours on both sides: a sensor's slip, not a cable's motion.
+
+use super::cut::quantile;
+
+/// Samples a centred median looks at.
+const WINDOW: usize = 5;
+/// A spike is this many times farther from the median of its neighbours than 99 % of the samples.
+const TIMES_TYPICAL: f64 = 6.0;
+/// And at least this fraction of the range of the signal.
+const RANGE_FRACTION: f64 = 0.1;
+
+/// Centred median of five; at the ends of what is there. NaN stays NaN and is not counted by others.
+pub(super) fn median5(signal: &[f64]) -> Vec<f64> {
+    let half = WINDOW / 2;
+    (0..signal.len())
+        .map(|i| {
+            if signal[i].is_nan() {
+                return f64::NAN;
+            }
+            let window = &signal[i.saturating_sub(half)..(i + half + 1).min(signal.len())];
+            let mut sorted = [0.0; WINDOW];
+            let mut n = 0;
+            for &value in window.iter().filter(|v| !v.is_nan()) {
+                sorted[n] = value;
+                n += 1;
+            }
+            sorted[..n].sort_unstable_by(f64::total_cmp);
+            // The lower of two middles, so that the result is always a measured value.
+            sorted[(n - 1) / 2]
+        })
+        .collect()
+}
+
+/// Indices `(sequence, sample)` of the spikes in a signal that is cut into sequences.
+pub(super) fn find(sequences: &[Vec<f64>]) -> Vec<(usize, usize)> {
+    let mut deviations = Vec::new();
+    let mut finite = Vec::new();
+    for sequence in sequences {
+        let smooth = median5(sequence);
+        let pairs = sequence.iter().zip(&smooth).filter(|(x, _)| !x.is_nan());
+        deviations.extend(pairs.map(|(x, m)| (x - m).abs()));
+        finite.extend(sequence.iter().copied().filter(|x| !x.is_nan()));
+    }
+    if finite.len() < 4 * WINDOW {
+        return Vec::new();
+    }
+    let range = quantile(&mut finite, 0.995) - quantile(&mut finite, 0.005);
+    let typical = quantile(&mut deviations, 0.99);
+    let threshold = (TIMES_TYPICAL * typical).max(RANGE_FRACTION * range);
+    let mut spikes = Vec::new();
+    for (s, sequence) in sequences.iter().enumerate() {
+        let smooth = median5(sequence);
+        let far_off = |&i: &usize| (sequence[i] - smooth[i]).abs() > threshold;
+        spikes.extend((0..sequence.len()).filter(far_off).map(|i| (s, i)));
+    }
+    spikes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sine(n: usize, per_period: f64) -> Vec<f64> {
+        (0..n).map(|i| (std::f64::consts::TAU * i as f64 / per_period).sin()).collect()
+    }
+
+    #[test]
+    fn a_spike_is_found_where_it_is_and_a_coarsely_sampled_sine_has_none() {
+        assert!(find(&[sine(600, 9.0)]).is_empty());
+        let mut signal = sine(600, 80.0);
+        signal[200] += 3.0;
+        signal[201] -= 2.0;
+        assert_eq!(find(&[signal]), [(0, 200), (0, 201)]);
+    }
+
+    #[test]
+    fn the_median_keeps_a_ramp_and_leaves_holes_alone() {
+        let ramp = [0.0, 1.0, 2.0, f64::NAN, 4.0, 5.0, 6.0];
+        let got = median5(&ramp);
+        assert!((got[2] - 1.0).abs() < 1e-12, "lower middle of 0, 1, 2, 4");
+        assert!(got[3].is_nan());
+        let full: Vec<f64> = (0..9).map(f64::from).collect();
+        assert_eq!(median5(&full)[2..7], full[2..7]);
+    }
+}
