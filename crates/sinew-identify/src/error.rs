@@ -220,8 +220,8 @@ pub enum Error {
     },
     /// A group that changes where it must not.
     #[error(
-        "{file}, line {line}: the group column `{column}` changes from `{before}` to `{after}` within trial \
-         `{trial}`, expected one value per trial"
+        "{file}, line {line}: the group column `{column}` changes from `{before}` to `{after}` within a trial, \
+         expected one value per trial"
     )]
     GroupChanges {
         /// The log.
@@ -230,8 +230,6 @@ pub enum Error {
         line: usize,
         /// The group column.
         column: String,
-        /// The trial.
-        trial: String,
         /// Its value before.
         before: String,
         /// Its value at the line.

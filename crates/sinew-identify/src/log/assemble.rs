@@ -146,7 +146,6 @@ fn group_within_trials(file: &str, roles: &Roles, table: &Table) -> Result<(), E
                 file: file.to_owned(),
                 line: table.lines[row],
                 column: roles.group.clone().unwrap_or_default(),
-                trial: trial.at(row).to_owned(),
                 before: group.at(row - 1).to_owned(),
                 after: group.at(row).to_owned(),
             });
@@ -176,16 +175,22 @@ fn missing_cells(
 }
 
 /// Finds spikes on both sides and sets the far side to fit.
+///
+/// A spike of the far side is no truth to be scored against; one of the near side is what the predictor
+/// will have to live with, and stays.
 fn clean(roles: &Roles, cut: &mut CutLog) {
     let far: Vec<Vec<f64>> = cut.sequences.iter().map(|s| s.far.clone()).collect();
     let found = spikes::find(&far);
     for (sequence, far) in cut.sequences.iter_mut().zip(far) {
         sequence.far_clean = if found.is_empty() { far } else { spikes::median5(&far) };
     }
+    for &(s, i) in &found {
+        cut.sequences[s].scored[i] = false;
+    }
     if let (Some(name), false) = (&roles.far, found.is_empty()) {
         let places = spike_places(cut, &found);
         cut.findings.push(format!(
-            "{} spikes of `{name}`: {places}; it is fitted after a median of 5 and scored as it is",
+            "{} spikes of `{name}`, which are not scored, and the signal is fitted after a median of 5: {places}",
             found.len()
         ));
     }

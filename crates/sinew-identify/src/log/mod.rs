@@ -8,7 +8,7 @@
 //! |-----------|--------------|-----------------------------------------------------------------------|
 //! | open      | `open`       | the format, by content and then by extension                          |
 //! | text      | `text`       | delimiter, decimal comma, comments, header, units row                 |
-//! | binary    | `mat5`, ...  | which arrays are columns                                              |
+//! | binary    | `binary`     | which arrays are columns: MATLAB v5, v7.3, Parquet                    |
 //! | roles     | `find`       | what each column means, by flags or by the names in `names`           |
 //! | table     | `table`      | numbers, labels, and columns that are constant within trials          |
 //! | sequences | `cut`        | trials, gaps, repeated rows, skipped seconds                          |
@@ -19,6 +19,7 @@
 //! [`LogInfo::findings`], and whatever cannot be used is an [`Error`](crate::Error) that names its place.
 
 mod assemble;
+mod binary;
 mod conditions;
 mod cut;
 mod duplicates;

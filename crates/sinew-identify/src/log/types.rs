@@ -83,7 +83,8 @@ pub struct Sequence {
     pub far: Vec<f64>,
     /// Far-side signal to fit: spikes removed with a median that may look ahead (training only).
     pub far_clean: Vec<f64>,
-    /// False where the sample is not to be fitted or scored: skipped seconds, missing far side.
+    /// False where the sample is not to be fitted or scored: skipped seconds, missing far side, a spike of
+    /// the far side.
     pub scored: Vec<bool>,
     /// Value of each of [`Dataset::conditions`] in this sequence.
     pub condition_values: Vec<String>,
