@@ -1,3 +1,5 @@
+use std::fmt;
+
 /// What can be wrong between a log and a model.
 ///
 /// Every variant names the place, what was expected there and what stands there.
@@ -17,10 +19,277 @@ pub enum Error {
         /// What stands there.
         got: String,
     },
+    /// No log was given.
+    #[error("no log was given: name at least one file")]
+    NoLogs,
+    /// The file system refused.
+    #[error("{file}: cannot be read: {source}")]
+    Unreadable {
+        /// The file as it was given.
+        file: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is not what its kind of file should be.
+    #[error("{file}{}: expected {expected}, found {got}", at_line(.line))]
+    Malformed {
+        /// The log.
+        file: String,
+        /// Line, counted from 1, where there is one.
+        line: Option<usize>,
+        /// What was expected there.
+        expected: String,
+        /// What stands there.
+        got: String,
+    },
+    /// The format is read by a part of the program that was not built.
+    #[error("{file} is a {format} file, which this build cannot read: build with `--features {feature}`")]
+    FormatNotBuilt {
+        /// The log.
+        file: String,
+        /// The format, for example `Parquet`.
+        format: &'static str,
+        /// The cargo feature that reads it.
+        feature: &'static str,
+    },
+    /// More than the reader is willing to hold in memory.
+    #[error(
+        "{file} is too large: it needs about {needed_mb} MB of memory with the columns asked for, \
+         the limit over all logs is {limit_mb} MB; split it or thin it out"
+    )]
+    TooLarge {
+        /// The log at which the limit was passed.
+        file: String,
+        /// Estimated memory over all logs up to this one, MB.
+        needed_mb: u64,
+        /// The limit, MB.
+        limit_mb: u64,
+    },
+    /// Text where a number should be.
+    #[error("{file}, line {line}, column `{column}`: expected a number, found `{value}`")]
+    NotANumber {
+        /// The log.
+        file: String,
+        /// Line or row, counted from 1.
+        line: usize,
+        /// The column.
+        column: String,
+        /// The cell, shortened if long.
+        value: String,
+    },
+    /// An infinite number.
+    #[error("{file}, line {line}, column `{column}`: expected a finite number, found `{value}`")]
+    NotFinite {
+        /// The log.
+        file: String,
+        /// Line or row, counted from 1.
+        line: usize,
+        /// The column.
+        column: String,
+        /// The cell.
+        value: String,
+    },
+    /// A column that is not there.
+    #[error("{file} has no column `{column}`{}; its columns are {}", hint(.nearest), list(.columns))]
+    MissingColumn {
+        /// The log.
+        file: String,
+        /// The name asked for.
+        column: String,
+        /// The name that comes nearest, if one is near.
+        nearest: Option<String>,
+        /// The columns of the log.
+        columns: Vec<String>,
+    },
+    /// A column that only some of the logs have.
+    #[error(
+        "the logs differ: {file} lacks {}, which {other} has; the columns of {file} are {}",
+        list(.lacking), list(.columns)
+    )]
+    ColumnsDiffer {
+        /// The log that lacks columns.
+        file: String,
+        /// A log that has them.
+        other: String,
+        /// The columns that are lacking.
+        lacking: Vec<String>,
+        /// The columns of `file`.
+        columns: Vec<String>,
+    },
+    /// A name that stands for two columns.
+    #[error("{file} has two columns named `{column}`: rename one of them")]
+    SameName {
+        /// The log.
+        file: String,
+        /// The name.
+        column: String,
+    },
+    /// A column with two roles.
+    #[error("column `{column}` was given two roles, {first} and {second}: it can have one")]
+    TwoRoles {
+        /// The column.
+        column: String,
+        /// Its first role.
+        first: &'static str,
+        /// Its second role.
+        second: &'static str,
+    },
+    /// Nothing to predict.
+    #[error("{file}: which column is to be predicted? {}; name it with --far COL; the columns are {}",
+        which_far(.candidates), list(.columns))]
+    NoFar {
+        /// The log.
+        file: String,
+        /// Columns whose names fit, if there were several.
+        candidates: Vec<String>,
+        /// The columns of the log.
+        columns: Vec<String>,
+    },
+    /// Nothing to predict from.
+    #[error(
+        "{file}: no near-side column was given and none was found by name; name them with --effort COL,.. \
+         (tensions or torques), --motion COL,.. (positions or strokes), --anchor COL (far-end displacement) \
+         or --given COL,.. (slow quantities); the columns are {}", list(.columns)
+    )]
+    NoInputs {
+        /// The log.
+        file: String,
+        /// The columns of the log.
+        columns: Vec<String>,
+    },
+    /// Two columns that could both be it.
+    #[error("{file}: {} could each be the {role} column: choose with {flag} COL", list(.candidates))]
+    Ambiguous {
+        /// The log.
+        file: String,
+        /// The role in question.
+        role: &'static str,
+        /// The flag that decides.
+        flag: &'static str,
+        /// The columns whose names fit.
+        candidates: Vec<String>,
+    },
+    /// Not enough to work with.
+    #[error("{place}: expected at least {expected} {what}, found {got}")]
+    TooFew {
+        /// The log, or the logs.
+        place: String,
+        /// What is counted.
+        what: &'static str,
+        /// How many are needed.
+        expected: usize,
+        /// How many there are.
+        got: usize,
+    },
+    /// A column without a single number.
+    #[error("{place}: column `{column}` holds no number at all, every cell is empty or NaN")]
+    AllMissing {
+        /// The log, or the logs.
+        place: String,
+        /// The column.
+        column: String,
+    },
+    /// A signal that never changes where it must.
+    #[error("{place}: {what} {} constant at {value}: there is nothing to learn from it", list(.columns))]
+    Constant {
+        /// The log, or the logs.
+        place: String,
+        /// Which signal, in words.
+        what: &'static str,
+        /// The columns.
+        columns: Vec<String>,
+        /// The value of the first of them.
+        value: f64,
+    },
+    /// Time that decreases within a trial.
+    #[error("{file}, line {line}: time runs backwards, from {before} s to {after} s")]
+    TimeBackwards {
+        /// The log.
+        file: String,
+        /// Line or row, counted from 1.
+        line: usize,
+        /// Time before, s.
+        before: f64,
+        /// Time at the line, s.
+        after: f64,
+    },
+    /// Several trials under each other and nothing that tells them apart.
+    #[error(
+        "{file}, line {line}: time starts again, from {before} s to {after} s, so several trials seem to be \
+         stacked; name the column that tells them apart with --trial COL, or split the file"
+    )]
+    StackedTrials {
+        /// The log.
+        file: String,
+        /// Line or row, counted from 1.
+        line: usize,
+        /// Time before, s.
+        before: f64,
+        /// Time at the line, s.
+        after: f64,
+    },
+    /// A group that changes where it must not.
+    #[error(
+        "{file}, line {line}: the group column `{column}` changes from `{before}` to `{after}` within a trial, \
+         expected one value per trial"
+    )]
+    GroupChanges {
+        /// The log.
+        file: String,
+        /// Line or row, counted from 1.
+        line: usize,
+        /// The group column.
+        column: String,
+        /// Its value before.
+        before: String,
+        /// Its value at the line.
+        after: String,
+    },
+    /// A group that separates nothing.
+    #[error("the group column `{column}` has the same value `{value}` everywhere, expected at least two")]
+    OneGroup {
+        /// The group column.
+        column: String,
+        /// Its only value.
+        value: String,
+    },
 }
 
 impl Error {
     pub(crate) fn samples(name: impl ToString, expected: impl ToString, got: impl ToString) -> Self {
         Self::Samples { name: name.to_string(), expected: expected.to_string(), got: got.to_string() }
+    }
+}
+
+fn at_line(line: &Option<usize>) -> String {
+    line.map_or_else(String::new, |line| format!(", line {line}"))
+}
+
+fn hint(nearest: &Option<String>) -> String {
+    nearest.as_ref().map_or_else(String::new, |name| format!(", did you mean `{name}`?"))
+}
+
+fn list(names: &[String]) -> impl fmt::Display + '_ {
+    Names(names)
+}
+
+fn which_far(names: &[String]) -> String {
+    if names.is_empty() { "no name tells".to_owned() } else { format!("{} could each be it", Names(names)) }
+}
+
+/// Names in backquotes; a long list is cut, because a terminal has an end.
+struct Names<'a>(&'a [String]);
+
+impl fmt::Display for Names<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const SHOWN: usize = 40;
+        for (i, name) in self.0.iter().take(SHOWN).enumerate() {
+            let comma = if i == 0 { "" } else { ", " };
+            write!(f, "{comma}`{name}`")?;
+        }
+        if self.0.len() > SHOWN {
+            write!(f, " and {} more", self.0.len() - SHOWN)?;
+        }
+        Ok(())
     }
 }

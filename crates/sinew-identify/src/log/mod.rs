@@ -1,140 +1,38 @@
 //! Logs in: files to tables, tables to conditioned sequences.
 //!
-//! This page is the contract between the readers and everything that fits or judges a model.
+//! ```text
+//! file --open--> columns --roles--> table (wanted columns only) --cut--> sequences --> Dataset
+//! ```
+//!
+//! | step      | module       | what it decides                                                       |
+//! |-----------|--------------|-----------------------------------------------------------------------|
+//! | open      | `open`       | the format, by content and then by extension                          |
+//! | text      | `text`       | delimiter, decimal comma, comments, header, units row                 |
+//! | binary    | `binary`     | which arrays are columns: MATLAB v5, v7.3, Parquet                    |
+//! | roles     | `find`       | what each column means, by flags or by the names in `names`           |
+//! | table     | `table`      | numbers, labels, and columns that are constant within trials          |
+//! | sequences | `cut`        | trials, gaps, repeated rows, skipped seconds                          |
+//! | spikes    | `spikes`     | single samples that no cable can have produced                        |
+//! | dataset   | `assemble`   | conditions, duplicated logs, what is too little to work with          |
+//!
+//! Nothing is repaired in silence: whatever was skipped, dropped or cut is a sentence in
+//! [`LogInfo::findings`], and whatever cannot be used is an [`Error`](crate::Error) that names its place.
 
-use std::path::PathBuf;
+mod assemble;
+mod binary;
+mod conditions;
+mod cut;
+mod duplicates;
+mod find;
+mod names;
+mod open;
+mod read;
+mod spikes;
+mod table;
+mod text;
+mod types;
 
-/// What a column means to the transmission.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Role {
-    /// A tension or torque at the near side.
-    Effort,
-    /// A position or stroke at the near side.
-    Motion,
-    /// The displacement of the far end, where a joint sensor gives it.
-    Anchor,
-    /// A slow quantity, such as a joint angle or the bend of the sheath.
-    Given,
-}
-
-/// Columns by role, as the user gave them; what is left out is looked for by canonical names.
-#[derive(Debug, Clone, Default)]
-pub struct RoleFlags {
-    /// What to predict.
-    pub far: Option<String>,
-    /// Near-side tensions or torques.
-    pub effort: Vec<String>,
-    /// Near-side positions or strokes.
-    pub motion: Vec<String>,
-    /// Far-end displacement from a joint sensor.
-    pub anchor: Option<String>,
-    /// Slow quantities.
-    pub given: Vec<String>,
-    /// Time in seconds.
-    pub time: Option<String>,
-    /// Trial label: states reset where it changes.
-    pub trial: Option<String>,
-    /// Condition label: cross-validation holds out one value of it at a time.
-    pub group: Option<String>,
-}
-
-/// One input of the model: a column with its role.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Input {
-    /// Column name in the log, for example `tension_in_n`.
-    pub column: String,
-    /// What it means.
-    pub role: Role,
-}
-
-/// Columns by role after they were found in every log.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Roles {
-    /// The column to predict; `None` where a model only predicts and the log has no far side.
-    pub far: Option<String>,
-    /// The inputs, in the order effort, motion, anchor, given.
-    pub inputs: Vec<Input>,
-    /// The time column; `None` means the sample index, which the reader reports.
-    pub time: Option<String>,
-    /// The trial column.
-    pub trial: Option<String>,
-    /// The group column the user asked for.
-    pub group: Option<String>,
-}
-
-/// A stretch of samples over which the states of a model may be carried: one trial, cut at gaps.
-///
-/// Shapes: `time_s: [n]`, `inputs: [n x roles.inputs]` row-major, `far: [n]`, `scored: [n]`.
-#[derive(Debug, Clone)]
-pub struct Sequence {
-    /// Index into [`Dataset::logs`].
-    pub log: usize,
-    /// The trial's label, or an empty string.
-    pub trial: String,
-    /// The row in its file (1-based line number for text) of every sample: `[n]`.
-    pub row: Vec<usize>,
-    /// Time, s, strictly increasing.
-    pub time_s: Vec<f64>,
-    /// Near-side signals, as a causal reader would have seen them (spikes and missing cells stay as they are: NaN).
-    pub inputs: Vec<f64>,
-    /// Far-side signal as logged; NaN where the cell is empty.
-    pub far: Vec<f64>,
-    /// Far-side signal to fit: spikes removed with a median that may look ahead (training only).
-    pub far_clean: Vec<f64>,
-    /// False where the sample is not to be fitted or scored: skipped seconds, missing far side.
-    pub scored: Vec<bool>,
-    /// Value of each of [`Dataset::conditions`] in this sequence.
-    pub condition_values: Vec<String>,
-}
-
-/// A column that is constant within every trial (or log) and takes several values: a condition of the
-/// experiment, such as a load or a frequency, along which a careful user splits.
-#[derive(Debug, Clone, serde::Serialize)]
-pub struct Condition {
-    /// Column name.
-    pub column: String,
-    /// Its values, in order of appearance.
-    pub values: Vec<String>,
-}
-
-/// What the reader found and did in one log, for the report.
-#[derive(Debug, Clone, serde::Serialize)]
-pub struct LogInfo {
-    /// File name without folders (unique: folders are added where two files share it).
-    pub name: String,
-    /// Samples kept.
-    pub samples: usize,
-    /// Trials found.
-    pub trials: usize,
-    /// Seconds from first to last sample, summed over the sequences.
-    pub duration_s: f64,
-    /// Median sampling interval, s.
-    pub interval_s: f64,
-    /// Findings in plain words: gaps, spikes, repeated rows, irregular sampling, duplicated logs.
-    pub findings: Vec<String>,
-}
-
-/// Every log, checked and cut into sequences.
-#[derive(Debug, Clone)]
-pub struct Dataset {
-    /// The columns used.
-    pub roles: Roles,
-    /// One entry per file.
-    pub logs: Vec<LogInfo>,
-    /// Conditions found in the logs.
-    pub conditions: Vec<Condition>,
-    /// The samples.
-    pub sequences: Vec<Sequence>,
-}
-
-/// How to read.
-#[derive(Debug, Clone)]
-pub struct ReadOptions {
-    /// Seconds at the start of every trial that are neither fitted nor scored.
-    pub skip_s: f64,
-    /// Whether the far column must be there.
-    pub far_required: bool,
-    /// Paths of the logs.
-    pub paths: Vec<PathBuf>,
-}
+pub use cut::{GAP_INTERVALS, GAP_TYPICAL};
+pub use open::MEMORY_LIMIT_BYTES;
+pub use read::{MIN_SCORED, read_bytes, read_bytes_with_roles, read_dataset, read_with_roles};
+pub use types::{Condition, Dataset, Input, LogInfo, ReadOptions, Role, RoleFlags, Roles, Sequence};

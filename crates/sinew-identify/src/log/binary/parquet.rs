@@ -1,0 +1,163 @@
+//! Parquet: streamed row by row, only the columns that are needed.
+
+use crate::Error;
+use crate::log::table::{Table, TableBuilder, Wanted};
+use bytes::Bytes;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::{Field, Row};
+use parquet::schema::types::Type;
+use std::sync::Arc;
+
+/// A Parquet file of which the columns are known.
+pub(in crate::log) struct ParquetLog {
+    file: String,
+    reader: Box<dyn FileReader>,
+    columns: Vec<String>,
+    rows: u64,
+}
+
+impl ParquetLog {
+    /// Reads the footer of a file.
+    pub(in crate::log) fn open(file: &str, path: &std::path::Path) -> Result<Self, Error> {
+        let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
+        let handle = std::fs::File::open(path).map_err(unreadable)?;
+        let reader = SerializedFileReader::new(handle).map_err(|e| damaged(file, &e))?;
+        Ok(Self::new(file, Box::new(reader)))
+    }
+
+    /// Reads the footer of a file in memory.
+    pub(in crate::log) fn from_bytes(file: &str, bytes: Vec<u8>) -> Result<Self, Error> {
+        let reader = SerializedFileReader::new(Bytes::from(bytes)).map_err(|e| damaged(file, &e))?;
+        Ok(Self::new(file, Box::new(reader)))
+    }
+
+    fn new(file: &str, reader: Box<dyn FileReader>) -> Self {
+        let metadata = reader.metadata().file_metadata();
+        let fields = metadata.schema_descr().root_schema().get_fields();
+        let columns = fields.iter().map(|f| f.name().to_owned()).collect();
+        let rows = u64::try_from(metadata.num_rows()).unwrap_or(0);
+        Self { file: file.to_owned(), reader, columns, rows }
+    }
+
+    /// Column names.
+    pub(in crate::log) fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// Number of rows.
+    pub(in crate::log) fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// Reads what is `wanted`.
+    pub(in crate::log) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
+        // Columns that are read, in the order of the file, and where each stands in a row.
+        let mut needed: Vec<usize> = wanted.numbers.clone();
+        needed.extend(wanted.trial.iter().chain(&wanted.group).chain(&wanted.candidates));
+        needed.sort_unstable();
+        needed.dedup();
+        let place = |column: usize| needed.binary_search(&column).unwrap_or(0);
+        let projection = self.projection(&needed)?;
+        let rows = self.reader.get_row_iter(Some(projection)).map_err(|e| damaged(&self.file, &e))?;
+        let mut builder = TableBuilder::new(wanted);
+        let mut texts: Vec<String> = vec![String::new(); needed.len()];
+        for (index, row) in rows.enumerate() {
+            let row = row.map_err(|e| damaged(&self.file, &e))?;
+            let fields: Vec<&Field> = row.get_column_iter().map(|(_, field)| field).collect();
+            if fields.len() != needed.len() {
+                return Err(self.malformed(needed.len(), &row));
+            }
+            builder.begin(index + 1);
+            for &column in wanted.trial.iter().chain(&wanted.group).chain(&wanted.candidates) {
+                texts[place(column)] = label(fields[place(column)]);
+            }
+            if let Some(column) = wanted.trial {
+                builder.trial(texts[place(column)].as_bytes());
+            }
+            if let Some(column) = wanted.group {
+                builder.group(texts[place(column)].as_bytes());
+            }
+            for (k, &column) in wanted.numbers.iter().enumerate() {
+                builder.number(k, self.number(fields[place(column)], column, index + 1)?);
+            }
+            builder.candidates(|column| texts[place(column)].as_bytes());
+        }
+        Ok(builder.finish(Vec::new()))
+    }
+
+    fn projection(&self, needed: &[usize]) -> Result<Type, Error> {
+        let schema = self.reader.metadata().file_metadata().schema_descr().root_schema();
+        let fields = schema.get_fields();
+        let kept: Vec<Arc<Type>> = needed.iter().filter_map(|&c| fields.get(c).cloned()).collect();
+        Type::group_type_builder(schema.name()).with_fields(kept).build().map_err(|e| damaged(&self.file, &e))
+    }
+
+    fn malformed(&self, expected: usize, row: &Row) -> Error {
+        Error::Malformed {
+            file: self.file.clone(),
+            line: None,
+            expected: format!("{expected} columns in every row"),
+            got: row.len().to_string(),
+        }
+    }
+
+    fn number(&self, field: &Field, column: usize, line: usize) -> Result<f64, Error> {
+        let (file, column) = (self.file.clone(), self.columns[column].clone());
+        match numeric(field) {
+            Some(value) if value.is_infinite() => {
+                Err(Error::NotFinite { file, line, column, value: value.to_string() })
+            }
+            Some(value) => Ok(value),
+            None => {
+                let value = field.to_string().chars().take(60).collect();
+                Err(Error::NotANumber { file, line, column, value })
+            }
+        }
+    }
+}
+
+fn damaged(file: &str, error: &ParquetError) -> Error {
+    Error::Malformed {
+        file: file.into(),
+        line: None,
+        expected: "a Parquet file".into(),
+        got: format!("a damaged one, or one packed in a way that is not built in ({error})"),
+    }
+}
+
+/// The number in a field; NaN where there is none; nothing where it is no number.
+///
+/// Times become seconds: a Parquet file says what its numbers mean.
+fn numeric(field: &Field) -> Option<f64> {
+    Some(match *field {
+        Field::Null => f64::NAN,
+        Field::Bool(x) => f64::from(u8::from(x)),
+        Field::Byte(x) => f64::from(x),
+        Field::Short(x) => f64::from(x),
+        Field::Int(x) => f64::from(x),
+        Field::Long(x) => x as f64,
+        Field::UByte(x) => f64::from(x),
+        Field::UShort(x) => f64::from(x),
+        Field::UInt(x) => f64::from(x),
+        Field::ULong(x) => x as f64,
+        Field::Float(x) => f64::from(x),
+        Field::Double(x) => x,
+        Field::Float16(x) => f64::from(x),
+        Field::TimestampMillis(x) => x as f64 * 1e-3,
+        Field::TimestampMicros(x) => x as f64 * 1e-6,
+        _ => return None,
+    })
+}
+
+/// A field as a label.
+fn label(field: &Field) -> String {
+    match field {
+        Field::Null => String::new(),
+        Field::Str(text) => text.clone(),
+        other => match numeric(other) {
+            Some(value) => value.to_string(),
+            None => other.to_string(),
+        },
+    }
+}

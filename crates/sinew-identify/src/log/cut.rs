@@ -1,0 +1,320 @@
+//! A table cut into sequences: at trials, at gaps, without repeated rows.
+
+use super::table::{Runs, Table};
+use super::types::Sequence;
+use crate::Error;
+
+/// A pause longer than this many median sampling intervals, and longer than [`GAP_TYPICAL`] times the
+/// interval that 95 % of the samples keep, is a gap: states are not carried over it.
+///
+/// At 100 Hz this is a quarter of a second; a log at 2 Hz that skips a sample now and then is not cut.
+pub const GAP_INTERVALS: f64 = 25.0;
+/// See [`GAP_INTERVALS`].
+pub const GAP_TYPICAL: f64 = 5.0;
+
+/// Places named one by one in a finding before the rest is only counted.
+const PLACES: usize = 5;
+
+/// Where the columns of the roles stand in [`Table::numbers`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Layout {
+    /// The inputs are columns `0..inputs`.
+    pub(super) inputs: usize,
+    /// The far side.
+    pub(super) far: Option<usize>,
+    /// Time.
+    pub(super) time: Option<usize>,
+}
+
+/// What was cut from one log.
+pub(super) struct CutLog {
+    /// The sequences, `log` and `condition_values` still to be set.
+    pub(super) sequences: Vec<Sequence>,
+    /// First row of the table in every sequence.
+    pub(super) first_rows: Vec<usize>,
+    /// Trials found.
+    pub(super) trials: usize,
+    /// Median sampling interval, s; 0 with a single sample.
+    pub(super) interval_s: f64,
+    /// What was done, in words.
+    pub(super) findings: Vec<String>,
+}
+
+/// Cuts a table whose time is scaled to seconds.
+pub(super) fn cut(file: &str, table: &Table, layout: Layout, skip_s: f64) -> Result<CutLog, Error> {
+    let times = Times::new(file, table, layout)?;
+    let mut cutter = Cutter::new(table, layout, skip_s, times.gap_s);
+    for row in 0..table.lines.len() {
+        cutter.row(row, times.at(row));
+    }
+    let mut findings = times.findings();
+    cutter.findings(&mut findings);
+    Ok(CutLog {
+        sequences: cutter.sequences,
+        first_rows: cutter.first_rows,
+        trials: cutter.trials,
+        interval_s: times.interval_s,
+        findings,
+    })
+}
+
+/// The labels that separate trials: the trial column, or without one the group column.
+fn separating(table: &Table) -> Option<&Runs> {
+    table.trial.as_ref().or(table.group.as_ref())
+}
+
+/// Time of every row, checked to run forward, and how regular it is.
+struct Times<'a> {
+    time: Option<&'a [f64]>,
+    interval_s: f64,
+    slow_s: f64,
+    fast_s: f64,
+    gap_s: f64,
+}
+
+impl<'a> Times<'a> {
+    fn new(file: &str, table: &'a Table, layout: Layout) -> Result<Self, Error> {
+        let Some(column) = layout.time else {
+            let one = 1.0;
+            return Ok(Self { time: None, interval_s: one, slow_s: one, fast_s: one, gap_s: f64::INFINITY });
+        };
+        let time = table.numbers[column].as_slice();
+        let mut steps = forward_steps(file, table, time)?;
+        let interval_s = quantile(&mut steps, 0.5);
+        let slow_s = quantile(&mut steps, 0.95);
+        let fast_s = quantile(&mut steps, 0.05);
+        let gap_s = (GAP_INTERVALS * interval_s).max(GAP_TYPICAL * slow_s);
+        Ok(Self { time: Some(time), interval_s, slow_s, fast_s, gap_s })
+    }
+
+    fn at(&self, row: usize) -> f64 {
+        self.time.map_or(row as f64, |time| time[row])
+    }
+
+    fn findings(&self) -> Vec<String> {
+        if self.time.is_none() {
+            return vec!["there is no time column: samples are counted instead, one per second".into()];
+        }
+        if self.slow_s > 1.5 * self.fast_s {
+            return vec![format!(
+                "sampling is irregular: {:.3} ms in the median, 5 % below {:.3} ms and 5 % above {:.3} ms",
+                1e3 * self.interval_s,
+                1e3 * self.fast_s,
+                1e3 * self.slow_s
+            )];
+        }
+        Vec::new()
+    }
+}
+
+/// Positive time steps within trials; a negative one is an error.
+fn forward_steps(file: &str, table: &Table, time: &[f64]) -> Result<Vec<f64>, Error> {
+    let starts = separating(table).map_or(&[][..], |runs| runs.starts.as_slice());
+    let mut starts = starts.iter().map(|&(row, _)| row).peekable();
+    let mut steps = Vec::with_capacity(time.len());
+    let (mut first, mut before) = (f64::NAN, f64::NAN);
+    for (row, &now) in time.iter().enumerate() {
+        if starts.next_if(|&start| start <= row).is_some() {
+            (first, before) = (f64::NAN, f64::NAN);
+        }
+        if now.is_nan() {
+            continue;
+        }
+        if now < before {
+            let (file, line) = (file.to_owned(), table.lines[row]);
+            let again = separating(table).is_none() && now <= first + 0.1 * (before - first);
+            return Err(if again {
+                Error::StackedTrials { file, line, before, after: now }
+            } else {
+                Error::TimeBackwards { file, line, before, after: now }
+            });
+        }
+        if now > before {
+            steps.push(now - before);
+        }
+        if first.is_nan() {
+            first = now;
+        }
+        before = now;
+    }
+    Ok(steps)
+}
+
+/// The value below which a fraction `q` of `values` lies; 0 of nothing.
+pub(super) fn quantile(values: &mut [f64], q: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let k = (q * (values.len() - 1) as f64).round() as usize;
+    *values.select_nth_unstable_by(k, f64::total_cmp).1
+}
+
+/// Walks the rows and cuts.
+struct Cutter<'a> {
+    table: &'a Table,
+    layout: Layout,
+    skip_s: f64,
+    gap_s: f64,
+    sequences: Vec<Sequence>,
+    first_rows: Vec<usize>,
+    trials: usize,
+    next_start: usize,
+    trial_start_s: f64,
+    last_row: Option<usize>,
+    gaps: Noted,
+    repeated: Noted,
+    simultaneous: Noted,
+    without_time: Noted,
+    skipped: usize,
+}
+
+impl<'a> Cutter<'a> {
+    fn new(table: &'a Table, layout: Layout, skip_s: f64, gap_s: f64) -> Self {
+        Self {
+            table,
+            layout,
+            skip_s,
+            gap_s,
+            sequences: Vec::new(),
+            first_rows: Vec::new(),
+            trials: 0,
+            next_start: 0,
+            trial_start_s: 0.0,
+            last_row: None,
+            gaps: Noted::default(),
+            repeated: Noted::default(),
+            simultaneous: Noted::default(),
+            without_time: Noted::default(),
+            skipped: 0,
+        }
+    }
+
+    fn row(&mut self, row: usize, time: f64) {
+        let line = self.table.lines[row];
+        let new_trial = self.new_trial(row);
+        if new_trial {
+            self.last_row = None;
+        }
+        if time.is_nan() {
+            self.without_time.note(|| format!("line {line}"));
+            return;
+        }
+        let before = self.sequences.last().and_then(|s| s.time_s.last()).copied();
+        match (self.last_row, before) {
+            (Some(last), Some(before)) => {
+                let step = time - before;
+                if step <= 0.0 {
+                    let noted =
+                        if self.same(last, row) { &mut self.repeated } else { &mut self.simultaneous };
+                    noted.note(|| format!("line {line}"));
+                    return;
+                }
+                if step > self.gap_s {
+                    self.gaps.note(|| format!("{step:.2} s after {before:.2} s (line {line})"));
+                    self.start(row);
+                }
+            }
+            _ => {
+                self.trials += 1;
+                self.trial_start_s = time;
+                self.start(row);
+            }
+        }
+        self.push(row, time);
+    }
+
+    /// Whether a new trial starts at `row`, or started at a row before it that was dropped.
+    fn new_trial(&mut self, row: usize) -> bool {
+        let Some(runs) = separating(self.table) else { return row == 0 };
+        match runs.starts.get(self.next_start) {
+            Some(&(start, _)) if start <= row => {
+                self.next_start += 1;
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether two rows hold the same inputs and far side.
+    fn same(&self, a: usize, b: usize) -> bool {
+        let compared = (0..self.layout.inputs).chain(self.layout.far);
+        compared.map(|k| &self.table.numbers[k]).all(|c| c[a].to_bits() == c[b].to_bits())
+    }
+
+    fn start(&mut self, row: usize) {
+        self.first_rows.push(row);
+        self.sequences.push(Sequence {
+            log: 0,
+            trial: self.table.trial.as_ref().map_or_else(String::new, |t| t.at(row).to_owned()),
+            row: Vec::new(),
+            time_s: Vec::new(),
+            inputs: Vec::new(),
+            far: Vec::new(),
+            far_clean: Vec::new(),
+            scored: Vec::new(),
+            condition_values: Vec::new(),
+        });
+    }
+
+    fn push(&mut self, row: usize, time: f64) {
+        let Some(sequence) = self.sequences.last_mut() else { return };
+        let far = self.layout.far.map_or(f64::NAN, |k| self.table.numbers[k][row]);
+        let skipped = time - self.trial_start_s < self.skip_s;
+        self.skipped += usize::from(skipped);
+        sequence.row.push(self.table.lines[row]);
+        sequence.time_s.push(time);
+        sequence.inputs.extend((0..self.layout.inputs).map(|k| self.table.numbers[k][row]));
+        sequence.far.push(far);
+        sequence.scored.push(!skipped && far.is_finite());
+        self.last_row = Some(row);
+    }
+
+    fn findings(&self, findings: &mut Vec<String>) {
+        let mut say = |noted: &Noted, one: &str, many: &str| {
+            if noted.count > 0 {
+                let what = if noted.count == 1 { one } else { many };
+                findings.push(format!("{} {what}: {}", noted.count, noted.places()));
+            }
+        };
+        say(&self.gaps, "gap, states start anew after it", "gaps, states start anew after each");
+        say(
+            &self.repeated,
+            "row repeats the one before and was dropped",
+            "rows repeat the one before and were dropped",
+        );
+        say(
+            &self.simultaneous,
+            "row has the time of the one before but other values: the first was kept",
+            "rows have the time of the one before but other values: the first was kept",
+        );
+        say(&self.without_time, "row has no time and was dropped", "rows have no time and were dropped");
+        if self.skipped > 0 {
+            findings.push(format!(
+                "{} samples in the first {} s of the trials are neither fitted nor scored",
+                self.skipped, self.skip_s
+            ));
+        }
+    }
+}
+
+/// Something that happens again and again: counted, and the first few placed.
+#[derive(Default)]
+pub(super) struct Noted {
+    pub(super) count: usize,
+    places: Vec<String>,
+}
+
+impl Noted {
+    pub(super) fn note(&mut self, place: impl FnOnce() -> String) {
+        self.count += 1;
+        if self.places.len() < PLACES {
+            self.places.push(place());
+        }
+    }
+
+    pub(super) fn places(&self) -> String {
+        let more = self.count - self.places.len();
+        let tail = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("{}{tail}", self.places.join(", "))
+    }
+}

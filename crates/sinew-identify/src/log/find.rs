@@ -1,0 +1,163 @@
+//! Which column has which role: by flags, then by the names of `names`.
+
+use super::names::{Meaning, meaning, nearest};
+use super::types::{Input, Role, RoleFlags, Roles};
+use crate::Error;
+use std::collections::BTreeSet;
+
+/// A log of which only the columns are known yet.
+pub(super) struct Columns<'a> {
+    /// Its name.
+    pub(super) file: &'a str,
+    /// Its columns.
+    pub(super) names: &'a [String],
+}
+
+/// Finds the roles in logs that should all have the same columns.
+pub(super) fn roles(flags: &RoleFlags, logs: &[Columns<'_>], far_required: bool) -> Result<Roles, Error> {
+    let Some(first) = logs.first() else { return Err(Error::NoLogs) };
+    refuse_two_roles(flags)?;
+    // Sorted, so that the order of columns in a file changes nothing.
+    let all: BTreeSet<&str> = logs.iter().flat_map(|l| l.names).map(String::as_str).collect();
+    let flagged = flagged_inputs(flags);
+    let taken: BTreeSet<&str> = flagged
+        .iter()
+        .map(|input| input.column.as_str())
+        .chain([&flags.far, &flags.time, &flags.trial].into_iter().flatten().map(String::as_str))
+        .collect();
+    let named = |wanted: fn(Meaning) -> bool| -> Vec<String> {
+        let fits = |name: &&&str| !taken.contains(**name) && meaning(name).is_some_and(wanted);
+        all.iter().filter(fits).map(|name| (*name).to_owned()).collect()
+    };
+    let far = match &flags.far {
+        Some(far) => Some(far.clone()),
+        None => one_far(named(|m| m == Meaning::Far), first, far_required)?,
+    };
+    let time = match &flags.time {
+        Some(time) => Some(time.clone()),
+        None => at_most_one(named(|m| m == Meaning::Time), first, "time", "--time")?,
+    };
+    let trial = match &flags.trial {
+        Some(trial) => Some(trial.clone()),
+        None => at_most_one(named(|m| m == Meaning::Trial), first, "trial", "--trial")?,
+    };
+    let inputs = if flagged.is_empty() { named_inputs(&named) } else { flagged };
+    let roles = Roles { far, inputs, time, trial, group: flags.group.clone() };
+    present(&roles, logs, far_required)?;
+    if roles.inputs.is_empty() {
+        return Err(Error::NoInputs { file: first.file.into(), columns: first.names.to_vec() });
+    }
+    Ok(roles)
+}
+
+fn flagged_inputs(flags: &RoleFlags) -> Vec<Input> {
+    let of = |names: &[String], role: Role| -> Vec<Input> {
+        names.iter().map(|column| Input { column: column.clone(), role }).collect()
+    };
+    let mut inputs = of(&flags.effort, Role::Effort);
+    inputs.extend(of(&flags.motion, Role::Motion));
+    inputs.extend(of(flags.anchor.as_slice(), Role::Anchor));
+    inputs.extend(of(&flags.given, Role::Given));
+    inputs
+}
+
+fn named_inputs(named: &dyn Fn(fn(Meaning) -> bool) -> Vec<String>) -> Vec<Input> {
+    let of = |wanted: fn(Meaning) -> bool, role: Role| {
+        named(wanted).into_iter().map(move |column| Input { column, role })
+    };
+    of(|m| m == Meaning::Input(Role::Effort), Role::Effort)
+        .chain(of(|m| m == Meaning::Input(Role::Motion), Role::Motion))
+        .chain(of(|m| m == Meaning::Input(Role::Anchor), Role::Anchor))
+        .chain(of(|m| m == Meaning::Input(Role::Given), Role::Given))
+        .collect()
+}
+
+fn one_far(mut named: Vec<String>, log: &Columns<'_>, required: bool) -> Result<Option<String>, Error> {
+    if named.len() > 1 || required && named.is_empty() {
+        return Err(Error::NoFar { file: log.file.into(), candidates: named, columns: log.names.to_vec() });
+    }
+    Ok(named.pop())
+}
+
+fn at_most_one(
+    mut named: Vec<String>,
+    log: &Columns<'_>,
+    role: &'static str,
+    flag: &'static str,
+) -> Result<Option<String>, Error> {
+    if named.len() > 1 {
+        return Err(Error::Ambiguous { file: log.file.into(), role, flag, candidates: named });
+    }
+    Ok(named.pop())
+}
+
+/// A column can have one role, but the group may be a column that is used otherwise too.
+fn refuse_two_roles(flags: &RoleFlags) -> Result<(), Error> {
+    let mut given: Vec<(&str, &'static str)> = Vec::new();
+    given.extend(flags.far.iter().map(|c| (c.as_str(), "--far")));
+    given.extend(flags.effort.iter().map(|c| (c.as_str(), "--effort")));
+    given.extend(flags.motion.iter().map(|c| (c.as_str(), "--motion")));
+    given.extend(flags.anchor.iter().map(|c| (c.as_str(), "--anchor")));
+    given.extend(flags.given.iter().map(|c| (c.as_str(), "--given")));
+    given.extend(flags.time.iter().map(|c| (c.as_str(), "--time")));
+    given.extend(flags.trial.iter().map(|c| (c.as_str(), "--trial")));
+    for (i, &(column, second)) in given.iter().enumerate() {
+        if let Some(&(_, first)) = given[..i].iter().find(|&&(other, _)| other == column) {
+            return Err(Error::TwoRoles { column: column.into(), first, second });
+        }
+    }
+    match &flags.group {
+        Some(group) if flags.far.as_ref() == Some(group) => {
+            Err(Error::TwoRoles { column: group.clone(), first: "--far", second: "--group" })
+        }
+        Some(group) if flags.time.as_ref() == Some(group) => {
+            Err(Error::TwoRoles { column: group.clone(), first: "--time", second: "--group" })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Every column with a role, and whether a log may lack it.
+pub(super) fn needed(roles: &Roles, far_required: bool) -> Vec<(&str, bool)> {
+    let mut needed: Vec<(&str, bool)> = Vec::new();
+    needed.extend(roles.far.iter().map(|c| (c.as_str(), !far_required)));
+    needed.extend(roles.inputs.iter().map(|i| (i.column.as_str(), false)));
+    needed.extend(roles.time.iter().map(|c| (c.as_str(), false)));
+    needed.extend(roles.trial.iter().map(|c| (c.as_str(), false)));
+    needed.extend(roles.group.iter().map(|c| (c.as_str(), false)));
+    needed
+}
+
+/// Refuses logs that lack a column which is not `optional`.
+fn present(roles: &Roles, logs: &[Columns<'_>], far_required: bool) -> Result<(), Error> {
+    for (column, optional) in needed(roles, far_required) {
+        one_column(column, optional, logs)?;
+    }
+    Ok(())
+}
+
+/// Refuses logs that lack `column`, or have it twice.
+pub(super) fn one_column(column: &str, optional: bool, logs: &[Columns<'_>]) -> Result<(), Error> {
+    let count = |log: &Columns<'_>| log.names.iter().filter(|name| *name == column).count();
+    if let Some(log) = logs.iter().find(|log| count(log) > 1) {
+        return Err(Error::SameName { file: log.file.into(), column: column.into() });
+    }
+    if optional {
+        return Ok(());
+    }
+    let Some(without) = logs.iter().find(|log| count(log) == 0) else { return Ok(()) };
+    match logs.iter().find(|log| count(log) == 1) {
+        Some(with) => Err(Error::ColumnsDiffer {
+            file: without.file.into(),
+            other: with.file.into(),
+            lacking: with.names.iter().filter(|n| !without.names.contains(n)).cloned().collect(),
+            columns: without.names.to_vec(),
+        }),
+        None => Err(Error::MissingColumn {
+            file: without.file.into(),
+            column: column.into(),
+            nearest: nearest(column, without.names).map(str::to_owned),
+            columns: without.names.to_vec(),
+        }),
+    }
+}

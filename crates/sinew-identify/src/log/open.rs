@@ -1,0 +1,219 @@
+//! From a path or bytes to a log of which the columns are known.
+
+#[cfg(feature = "parquet")]
+use super::binary::ParquetLog;
+use super::binary::{ArrayLog, is_mat5};
+use super::table::{Table, Wanted};
+use super::text::TextLog;
+use crate::Error;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Memory the columns of all logs together may take; more is refused with its size.
+///
+/// Estimated as rows x (columns asked for + 4) x 8 bytes before a row is kept. A MATLAB file, which cannot
+/// be streamed, must also be smaller than this itself.
+pub const MEMORY_LIMIT_BYTES: u64 = 2 << 30;
+
+/// A log that was looked at but not read.
+pub(super) struct OpenLog {
+    /// Its unique name.
+    pub(super) file: String,
+    content: Content,
+}
+
+enum Content {
+    Text(TextLog),
+    Arrays(ArrayLog),
+    #[cfg(feature = "parquet")]
+    Parquet(ParquetLog),
+}
+
+/// What kind of file it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Text,
+    Mat5,
+    Mat73,
+    Parquet,
+}
+
+/// The kind by content: names lie.
+fn kind(head: &[u8]) -> Kind {
+    const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+    // MATLAB writes 512 bytes of its own before the HDF5 signature.
+    if head.starts_with(HDF5) || head.get(512..520) == Some(HDF5) {
+        Kind::Mat73
+    } else if is_mat5(head) {
+        Kind::Mat5
+    } else if head.starts_with(b"PAR1") {
+        Kind::Parquet
+    } else {
+        Kind::Text
+    }
+}
+
+#[cfg(not(all(feature = "parquet", feature = "mat73")))]
+fn not_built(file: &str, format: &'static str, feature: &'static str) -> Error {
+    Error::FormatNotBuilt { file: file.to_owned(), format, feature }
+}
+
+#[cfg(feature = "mat73")]
+fn mat73(file: &str, bytes: Vec<u8>) -> Result<Content, Error> {
+    ArrayLog::from_mat73(file, bytes).map(Content::Arrays)
+}
+
+#[cfg(not(feature = "mat73"))]
+fn mat73(file: &str, _: Vec<u8>) -> Result<Content, Error> {
+    Err(not_built(file, "MATLAB v7.3", "mat73"))
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet_file(file: &str, _: &Path) -> Result<Content, Error> {
+    Err(not_built(file, "Parquet", "parquet"))
+}
+
+#[cfg(feature = "parquet")]
+fn parquet_file(file: &str, path: &Path) -> Result<Content, Error> {
+    ParquetLog::open(file, path).map(Content::Parquet)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet_bytes(file: &str, _: &[u8]) -> Result<Content, Error> {
+    Err(not_built(file, "Parquet", "parquet"))
+}
+
+#[cfg(feature = "parquet")]
+fn parquet_bytes(file: &str, bytes: &[u8]) -> Result<Content, Error> {
+    ParquetLog::from_bytes(file, bytes.to_vec()).map(Content::Parquet)
+}
+
+/// A file that has to be in memory as a whole.
+fn whole(file: &str, path: &Path) -> Result<Vec<u8>, Error> {
+    let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
+    let size = std::fs::metadata(path).map_err(unreadable)?.len();
+    if size > MEMORY_LIMIT_BYTES {
+        return Err(Error::TooLarge {
+            file: file.to_owned(),
+            needed_mb: size >> 20,
+            limit_mb: MEMORY_LIMIT_BYTES >> 20,
+        });
+    }
+    std::fs::read(path).map_err(unreadable)
+}
+
+impl OpenLog {
+    fn from_path(file: String, path: &Path) -> Result<Self, Error> {
+        let unreadable = |source| Error::Unreadable { file: file.clone(), source };
+        let mut head = Vec::new();
+        let handle = std::fs::File::open(path).map_err(unreadable)?;
+        handle.take(1024).read_to_end(&mut head).map_err(unreadable)?;
+        let content = match kind(&head) {
+            Kind::Text => Content::Text(TextLog::open(&file, path.to_owned())?),
+            Kind::Mat5 => Content::Arrays(ArrayLog::from_mat5(&file, &whole(&file, path)?)?),
+            Kind::Mat73 => mat73(&file, whole(&file, path)?)?,
+            Kind::Parquet => parquet_file(&file, path)?,
+        };
+        Ok(Self { file, content })
+    }
+
+    fn from_bytes(file: String, bytes: &[u8]) -> Result<Self, Error> {
+        let content = match kind(bytes) {
+            Kind::Text => Content::Text(TextLog::from_bytes(&file, bytes.to_vec())?),
+            Kind::Mat5 => Content::Arrays(ArrayLog::from_mat5(&file, bytes)?),
+            Kind::Mat73 => mat73(&file, bytes.to_vec())?,
+            Kind::Parquet => parquet_bytes(&file, bytes)?,
+        };
+        Ok(Self { file, content })
+    }
+
+    /// Column names.
+    pub(super) fn columns(&self) -> &[String] {
+        match &self.content {
+            Content::Text(log) => log.columns(),
+            Content::Arrays(log) => log.columns(),
+            #[cfg(feature = "parquet")]
+            Content::Parquet(log) => log.columns(),
+        }
+    }
+
+    /// Unit of a column from a units row, or an empty string.
+    pub(super) fn unit(&self, column: usize) -> &str {
+        match &self.content {
+            Content::Text(log) => log.unit(column),
+            _ => "",
+        }
+    }
+
+    /// Number of rows, for text an estimate.
+    pub(super) fn rows(&self) -> u64 {
+        match &self.content {
+            Content::Text(log) => log.rows(),
+            Content::Arrays(log) => log.rows(),
+            #[cfg(feature = "parquet")]
+            Content::Parquet(log) => log.rows(),
+        }
+    }
+
+    /// Reads what is `wanted`.
+    pub(super) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
+        match self.content {
+            Content::Text(log) => log.read(wanted),
+            Content::Arrays(log) => log.read(wanted),
+            #[cfg(feature = "parquet")]
+            Content::Parquet(log) => log.read(wanted),
+        }
+    }
+}
+
+/// Opens files; sorted by name, so that the order in which they were given changes nothing.
+pub(super) fn open_paths(paths: &[PathBuf]) -> Result<Vec<OpenLog>, Error> {
+    let mut named: Vec<(String, &PathBuf)> = unique_names(paths).into_iter().zip(paths).collect();
+    named.sort();
+    named.into_iter().map(|(name, path)| OpenLog::from_path(name, path)).collect()
+}
+
+/// Opens logs in memory; sorted by name and content.
+pub(super) fn open_bytes(logs: &[(&str, &[u8])]) -> Result<Vec<OpenLog>, Error> {
+    let mut logs = logs.to_vec();
+    logs.sort();
+    let paths: Vec<PathBuf> = logs.iter().map(|(name, _)| PathBuf::from(name)).collect();
+    let named = unique_names(&paths).into_iter().zip(&logs);
+    named.map(|(name, (_, bytes))| OpenLog::from_bytes(name, bytes)).collect()
+}
+
+/// File names without folders, with as many folders as tell them apart.
+fn unique_names(paths: &[PathBuf]) -> Vec<String> {
+    let parts: Vec<Vec<String>> = paths
+        .iter()
+        .map(|p| p.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect())
+        .collect();
+    let tail = |i: usize, n: usize| parts[i][parts[i].len().saturating_sub(n)..].join("/");
+    let name_of = |i: usize| {
+        let deepest = parts[i].len().max(1);
+        let alone = |n: &usize| (0..paths.len()).all(|j| j == i || tail(j, *n) != tail(i, *n));
+        let depth = (1..=deepest).find(alone);
+        // The same path given twice: numbered, and noticed later as a duplicate.
+        depth.map_or_else(
+            || {
+                let before = (0..i).filter(|&j| parts[j] == parts[i]).count();
+                let suffix = if before == 0 { String::new() } else { format!(" ({})", before + 1) };
+                format!("{}{suffix}", tail(i, 1))
+            },
+            |n| tail(i, n),
+        )
+    };
+    (0..paths.len()).map(name_of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_as_short_as_they_can_be_and_unique() {
+        let paths: Vec<PathBuf> =
+            ["a/run.csv", "b/run.csv", "c/other.csv", "c/other.csv"].iter().map(Into::into).collect();
+        assert_eq!(unique_names(&paths), ["a/run.csv", "b/run.csv", "other.csv", "other.csv (2)"]);
+    }
+}

@@ -1,0 +1,108 @@
+//! The entry points: logs and roles in, a dataset out.
+
+use super::assemble::{assemble, complete};
+use super::find::{self, Columns};
+use super::names::{Meaning, meaning};
+use super::open::{OpenLog, open_bytes, open_paths};
+use super::types::{Dataset, ReadOptions, RoleFlags, Roles};
+use crate::Error;
+
+/// Fewer samples that can be scored than this are no log to learn from.
+pub const MIN_SCORED: usize = 20;
+
+/// Reads logs whose columns are found by flags and by name.
+///
+/// The order in which files are given and the order of their columns change nothing.
+///
+/// # Errors
+/// Every way in which a log can be unusable is an [`Error`] of its own that names file, line and column.
+pub fn read_dataset(flags: &RoleFlags, options: &ReadOptions) -> Result<Dataset, Error> {
+    with_flags(flags, options, open_paths(&options.paths)?)
+}
+
+/// The same from memory: `logs` are names and contents; [`ReadOptions::paths`] is not used.
+///
+/// # Errors
+/// As [`read_dataset`].
+pub fn read_bytes(
+    logs: &[(&str, &[u8])],
+    flags: &RoleFlags,
+    options: &ReadOptions,
+) -> Result<Dataset, Error> {
+    with_flags(flags, options, open_bytes(logs)?)
+}
+
+/// Reads logs whose columns are fixed by a model.
+///
+/// Inputs and time must be there; the far side only if [`ReadOptions::far_required`]; a trial or group
+/// column that a log lacks is a finding. A trial column the model did not know is found by name.
+///
+/// # Errors
+/// As [`read_dataset`].
+pub fn read_with_roles(roles: &Roles, options: &ReadOptions) -> Result<Dataset, Error> {
+    with_roles(roles, options, open_paths(&options.paths)?)
+}
+
+/// The same from memory: `logs` are names and contents; [`ReadOptions::paths`] is not used.
+///
+/// # Errors
+/// As [`read_dataset`].
+pub fn read_bytes_with_roles(
+    logs: &[(&str, &[u8])],
+    roles: &Roles,
+    options: &ReadOptions,
+) -> Result<Dataset, Error> {
+    with_roles(roles, options, open_bytes(logs)?)
+}
+
+fn with_flags(flags: &RoleFlags, options: &ReadOptions, logs: Vec<OpenLog>) -> Result<Dataset, Error> {
+    check_skip(options.skip_s)?;
+    let roles = find::roles(flags, &columns(&logs), options.far_required)?;
+    let dataset = assemble(roles, logs, options.skip_s, options.far_required)?;
+    match dataset.conditions.first() {
+        Some(first) if flags.group.as_ref() == Some(&first.column) && first.values.len() < 2 => {
+            let value = first.values.first().cloned().unwrap_or_default();
+            Err(Error::OneGroup { column: first.column.clone(), value })
+        }
+        _ => Ok(dataset),
+    }
+}
+
+fn with_roles(roles: &Roles, options: &ReadOptions, logs: Vec<OpenLog>) -> Result<Dataset, Error> {
+    check_skip(options.skip_s)?;
+    let columns = columns(&logs);
+    if columns.is_empty() {
+        return Err(Error::NoLogs);
+    }
+    let mut roles = roles.clone();
+    if options.far_required && roles.far.is_none() {
+        let first = &columns[0];
+        return Err(Error::NoFar {
+            file: first.file.into(),
+            candidates: Vec::new(),
+            columns: first.names.to_vec(),
+        });
+    }
+    complete(&roles, &columns, options.far_required)?;
+    let has = |name: &String| columns.iter().any(|log| log.names.contains(name));
+    roles.far = roles.far.filter(has);
+    let known: Vec<&String> =
+        roles.inputs.iter().map(|i| &i.column).chain(&roles.far).chain(&roles.time).collect();
+    let named = |name: &&String| meaning(name) == Some(Meaning::Trial) && !known.contains(name);
+    let found = columns.iter().flat_map(|log| log.names).find(named).cloned();
+    roles.trial = roles.trial.filter(has).or(found);
+    roles.group = roles.group.filter(has);
+    assemble(roles, logs, options.skip_s, options.far_required)
+}
+
+fn columns(logs: &[OpenLog]) -> Vec<Columns<'_>> {
+    logs.iter().map(|log| Columns { file: &log.file, names: log.columns() }).collect()
+}
+
+fn check_skip(skip_s: f64) -> Result<(), Error> {
+    if skip_s.is_finite() && skip_s >= 0.0 {
+        return Ok(());
+    }
+    let (name, expected) = ("skip", "a finite number of seconds >= 0");
+    Err(sinew::Error::OutOfDomain { name, expected, got: skip_s }.into())
+}

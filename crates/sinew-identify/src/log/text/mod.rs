@@ -1,0 +1,8 @@
+//! Text tables: CSV, TSV and what bench programs write in their place.
+
+mod cell;
+mod dialect;
+mod lines;
+mod read;
+
+pub(super) use read::TextLog;

@@ -1,0 +1,195 @@
+//! A text table, streamed: only what was asked for is kept.
+
+use super::cell::{Cell, parse, split};
+use super::dialect::{Dialect, drop_trailing_empty, find, is_comment};
+use super::lines::{Line, Lines, MAX_LINE_BYTES};
+use crate::Error;
+use crate::log::table::{Table, TableBuilder, Wanted};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::PathBuf;
+
+/// Bytes from which the dialect is found.
+const HEAD_BYTES: u64 = 256 << 10;
+
+/// Where the text comes from.
+enum Origin {
+    File(PathBuf),
+    Bytes(Vec<u8>),
+}
+
+/// A text table of which the columns are known.
+pub(in crate::log) struct TextLog {
+    file: String,
+    origin: Origin,
+    dialect: Dialect,
+    bytes: u64,
+}
+
+impl TextLog {
+    /// Looks at the head of a file.
+    pub(in crate::log) fn open(file: &str, path: PathBuf) -> Result<Self, Error> {
+        let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
+        let handle = File::open(&path).map_err(unreadable)?;
+        let bytes = handle.metadata().map_err(unreadable)?.len();
+        let mut head = Vec::new();
+        handle.take(HEAD_BYTES).read_to_end(&mut head).map_err(unreadable)?;
+        let dialect = find(file, &head, (head.len() as u64) < HEAD_BYTES)?;
+        Ok(Self { file: file.to_owned(), origin: Origin::File(path), dialect, bytes })
+    }
+
+    /// Looks at the head of a log in memory.
+    pub(in crate::log) fn from_bytes(file: &str, bytes: Vec<u8>) -> Result<Self, Error> {
+        let head = &bytes[..bytes.len().min(HEAD_BYTES as usize)];
+        let dialect = find(file, head, head.len() == bytes.len())?;
+        let length = bytes.len() as u64;
+        Ok(Self { file: file.to_owned(), origin: Origin::Bytes(bytes), dialect, bytes: length })
+    }
+
+    /// Column names.
+    pub(in crate::log) fn columns(&self) -> &[String] {
+        &self.dialect.columns
+    }
+
+    /// The unit of a column from a units row, or an empty string.
+    pub(in crate::log) fn unit(&self, column: usize) -> &str {
+        self.dialect.units.get(column).map_or("", String::as_str)
+    }
+
+    /// Estimated number of rows.
+    pub(in crate::log) fn rows(&self) -> u64 {
+        (self.bytes as f64 / self.dialect.bytes_per_row.max(2.0)) as u64
+    }
+
+    /// Reads what is `wanted`.
+    pub(in crate::log) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
+        let Self { file, origin, dialect, .. } = self;
+        let skip = dialect.skip_bytes as u64;
+        match origin {
+            Origin::File(path) => {
+                let unreadable = |source| Error::Unreadable { file: file.clone(), source };
+                let mut handle = File::open(&path).map_err(unreadable)?;
+                handle.seek(SeekFrom::Start(skip)).map_err(unreadable)?;
+                stream(&file, BufReader::with_capacity(1 << 17, handle), &dialect, wanted)
+            }
+            Origin::Bytes(bytes) => {
+                let mut cursor = Cursor::new(bytes);
+                cursor.set_position(skip);
+                stream(&file, cursor, &dialect, wanted)
+            }
+        }
+    }
+}
+
+/// A line cut into fields, with the place for messages.
+struct Row<'a> {
+    file: &'a str,
+    line: usize,
+    bytes: &'a [u8],
+    fields: &'a [Range<usize>],
+    dialect: &'a Dialect,
+}
+
+impl Row<'_> {
+    fn cell(&self, column: usize) -> &[u8] {
+        self.fields.get(column).and_then(|r| self.bytes.get(r.clone())).unwrap_or_default()
+    }
+
+    fn number(&self, column: usize) -> Result<f64, Error> {
+        let cell = self.cell(column);
+        let place = || {
+            let text = String::from_utf8_lossy(cell);
+            let short: String = text.chars().take(60).collect();
+            (self.file.to_owned(), self.line, self.dialect.columns[column].clone(), short)
+        };
+        match parse(cell, self.dialect.decimal_comma) {
+            Cell::Number(value) => Ok(value),
+            Cell::Missing => Ok(f64::NAN),
+            Cell::Infinite => {
+                let (file, line, column, value) = place();
+                Err(Error::NotFinite { file, line, column, value })
+            }
+            Cell::Text => {
+                let (file, line, column, value) = place();
+                Err(Error::NotANumber { file, line, column, value })
+            }
+        }
+    }
+}
+
+fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) -> Result<Table, Error> {
+    let mut lines = Lines::new(reader, dialect.terminator);
+    let mut builder = TableBuilder::new(wanted);
+    let mut fields = Vec::new();
+    let mut findings = dialect.findings.clone();
+    let mut comments = 0;
+    let width = dialect.columns.len();
+    loop {
+        let number = lines.number() + 1;
+        let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
+        let (bytes, last) = match lines.next().map_err(unreadable)? {
+            Line::Whole(bytes) => (bytes, false),
+            Line::Last(bytes) => (bytes, true),
+            Line::End => break,
+            Line::TooLong => return Err(too_long(file, number)),
+        };
+        if number < dialect.data_line || bytes.trim_ascii().is_empty() {
+            continue;
+        }
+        if is_comment(bytes) {
+            comments += 1;
+            continue;
+        }
+        split(bytes, dialect.delimiter, &mut fields);
+        if fields.len() == width + 1 {
+            drop_trailing_empty(&mut fields);
+        }
+        if fields.len() != width {
+            if last && fields.len() < width && builder.rows() > 0 {
+                findings.push(format!("line {number}, the last, is cut off and was dropped"));
+                continue;
+            }
+            return Err(wrong_width(file, number, width, fields.len()));
+        }
+        let row = Row { file, line: number, bytes, fields: &fields, dialect };
+        keep(&row, wanted, &mut builder)?;
+    }
+    if comments > 0 {
+        findings.push(format!("{comments} comment lines among the data were skipped"));
+    }
+    Ok(builder.finish(findings))
+}
+
+fn keep(row: &Row<'_>, wanted: &Wanted, builder: &mut TableBuilder) -> Result<(), Error> {
+    builder.begin(row.line);
+    if let Some(column) = wanted.trial {
+        builder.trial(row.cell(column));
+    }
+    if let Some(column) = wanted.group {
+        builder.group(row.cell(column));
+    }
+    for (k, &column) in wanted.numbers.iter().enumerate() {
+        builder.number(k, row.number(column)?);
+    }
+    builder.candidates(|column| row.cell(column));
+    Ok(())
+}
+
+fn too_long(file: &str, line: usize) -> Error {
+    Error::Malformed {
+        file: file.into(),
+        line: Some(line),
+        expected: "a line of a text table".into(),
+        got: format!("more than {MAX_LINE_BYTES} bytes without a line end"),
+    }
+}
+
+fn wrong_width(file: &str, line: usize, expected: usize, got: usize) -> Error {
+    Error::Malformed {
+        file: file.into(),
+        line: Some(line),
+        expected: format!("{expected} fields, as in the rows before"),
+        got: format!("{got}"),
+    }
+}
