@@ -9,5 +9,10 @@ pub mod log;
 #[doc(hidden)]
 pub mod member;
 
+pub mod evaluate;
+pub mod identify;
+mod runs;
+mod select;
+
 mod error;
 pub use error::Error;

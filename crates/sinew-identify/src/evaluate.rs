@@ -1,0 +1,127 @@
+//! A model against logs: predictions, and how good they are.
+
+use crate::Error;
+use crate::log::{Dataset, ReadOptions, Roles, read_with_roles};
+use serde::Serialize;
+use sinew::metrics::Comparison;
+use sinew::predictor::{Model, Prediction, Predictor, Sample};
+
+/// Eqs. 14 to 16 with band and size, over some samples.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scores {
+    /// Samples that counted.
+    pub n: u64,
+    /// Mean squared error, far unit squared.
+    pub mse: Option<f64>,
+    /// Root mean squared error, far unit.
+    pub rmse: Option<f64>,
+    /// Pearson correlation; none where a signal is constant.
+    pub pearson: Option<f64>,
+    /// RMSE as % of the range of the far side in these samples.
+    pub percent_of_range: Option<f64>,
+    /// Fraction of samples inside the 95 % band.
+    pub coverage95: Option<f64>,
+}
+
+impl Scores {
+    fn of(comparison: &Comparison) -> Self {
+        Self {
+            n: comparison.count(),
+            mse: comparison.mse(),
+            rmse: comparison.rmse(),
+            pearson: comparison.pearson(),
+            percent_of_range: comparison.percent_of_range(None),
+            coverage95: comparison.coverage(),
+        }
+    }
+}
+
+/// Scores of one log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LogScores {
+    /// Its name.
+    pub log: String,
+    /// Its scores.
+    #[serde(flatten)]
+    pub scores: Scores,
+}
+
+/// Scores of a model on logs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Evaluation {
+    /// All samples together.
+    pub overall: Scores,
+    /// Log by log.
+    pub logs: Vec<LogScores>,
+}
+
+/// The columns a model reads, as roles.
+#[must_use]
+pub fn roles_of(model: &Model) -> Roles {
+    Roles {
+        far: Some(model.far.clone()),
+        inputs: model.inputs.clone(),
+        time: model.time.clone(),
+        trial: model.trial.clone(),
+        group: None,
+    }
+}
+
+/// Reads logs with the columns of a model.
+///
+/// # Errors
+/// As [`read_with_roles`].
+pub fn read_for(model: &Model, options: &ReadOptions) -> Result<Dataset, Error> {
+    read_with_roles(&roles_of(model), options)
+}
+
+/// Predicts every sample of a dataset, `[sequence][row]`, exactly as a stream would: states are reset where the
+/// trial changes, and gaps are the model's to find.
+///
+/// # Errors
+/// As [`Model::validate`].
+pub fn predict(model: &Model, data: &Dataset) -> Result<Vec<Vec<Prediction>>, Error> {
+    let mut predictor = Predictor::new(model.clone())?;
+    let width = model.inputs.len();
+    let mut trial: Option<(usize, &str)> = None;
+    let mut all = Vec::with_capacity(data.sequences.len());
+    for sequence in &data.sequences {
+        let this = (sequence.log, sequence.trial.as_str());
+        if trial != Some(this) {
+            predictor.reset();
+            trial = Some(this);
+        }
+        let rows = sequence.time_s.iter().zip(sequence.inputs.chunks_exact(width));
+        all.push(rows.map(|(&time_s, inputs)| predictor.step(&Sample { time_s, inputs })).collect());
+    }
+    Ok(all)
+}
+
+/// Scores a model on a dataset that has the far side.
+///
+/// # Errors
+/// As [`predict`].
+pub fn evaluate(model: &Model, data: &Dataset) -> Result<Evaluation, Error> {
+    let predictions = predict(model, data)?;
+    let mut logs = vec![Comparison::new(); data.logs.len()];
+    for (sequence, predictions) in data.sequences.iter().zip(&predictions) {
+        for (row, prediction) in predictions.iter().enumerate() {
+            if sequence.scored[row] {
+                logs[sequence.log].push_with_band(
+                    sequence.far[row],
+                    prediction.mean,
+                    prediction.half_width(),
+                )?;
+            }
+        }
+    }
+    let mut overall = Comparison::new();
+    logs.iter().for_each(|log| overall.merge(log));
+    let logs = data
+        .logs
+        .iter()
+        .zip(&logs)
+        .map(|(info, comparison)| LogScores { log: info.name.clone(), scores: Scores::of(comparison) })
+        .collect();
+    Ok(Evaluation { overall: Scores::of(&overall), logs })
+}

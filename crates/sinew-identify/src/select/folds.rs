@@ -1,0 +1,141 @@
+//! Folds that mimic the question a user will ask: another log, another load, another stretch of time.
+
+use crate::log::Dataset;
+
+/// At most this many folds along one condition, or over logs and trials.
+const MOST_FOLDS: usize = 5;
+
+/// Folds along each of several conditions.
+const FOLDS_PER_CONDITION: usize = 3;
+
+/// Which samples each fold holds out.
+#[derive(Debug, Clone)]
+pub(crate) struct Folds {
+    /// `[fold][sequence]`: the rows held out, as half-open ranges.
+    pub(crate) held_out: Vec<Vec<Option<(usize, usize)>>>,
+    /// Whether a fold holds out whole sequences: other logs, trials or conditions.
+    pub(crate) grouped: bool,
+    /// What was held out, for the report.
+    pub(crate) question: String,
+}
+
+impl Folds {
+    /// Folds for these logs: by the group the user named, else by conditions found in the logs, else by log,
+    /// else by trial, else by time.
+    pub(crate) fn of(data: &Dataset) -> Self {
+        let asked = data.roles.group.is_some();
+        let logs = data.logs.len();
+        let conditions: Vec<usize> = if asked { vec![0] } else { separating_conditions(data) };
+        if !conditions.is_empty() {
+            return Self::by_conditions(data, &conditions);
+        }
+        if logs >= 3 {
+            let label = data.sequences.iter().map(|s| s.log).collect::<Vec<_>>();
+            let question = format!("Each of the {logs} logs was predicted by models that had not seen it.");
+            return Self::by_label(&label, MOST_FOLDS.max(logs.min(8)), question);
+        }
+        let mut trials: Vec<(usize, &str)> = Vec::new();
+        let label: Vec<usize> = data
+            .sequences
+            .iter()
+            .map(|s| {
+                let key = (s.log, s.trial.as_str());
+                trials.iter().position(|t| *t == key).unwrap_or_else(|| {
+                    trials.push(key);
+                    trials.len() - 1
+                })
+            })
+            .collect();
+        if trials.len() >= 5 {
+            let question = format!(
+                "The {} trials were dealt to folds; each was predicted by models that had not seen it.",
+                trials.len()
+            );
+            return Self::by_label(&label, MOST_FOLDS, question);
+        }
+        Self::by_time(data)
+    }
+
+    fn by_label(label: &[usize], most: usize, question: String) -> Self {
+        let count = label.iter().max().map_or(0, |m| m + 1);
+        let folds = count.min(most);
+        let held_out = (0..folds)
+            .map(|fold| label.iter().map(|l| (l % folds == fold).then_some((0, usize::MAX))).collect())
+            .collect();
+        Self { held_out, grouped: true, question }
+    }
+
+    fn by_conditions(data: &Dataset, conditions: &[usize]) -> Self {
+        let mut held_out = Vec::new();
+        for &condition in conditions {
+            let mut values: Vec<&str> =
+                data.sequences.iter().map(|s| s.condition_values[condition].as_str()).collect();
+            values.sort_by(|a, b| natural(a, b));
+            values.dedup();
+            let most = if conditions.len() > 1 { FOLDS_PER_CONDITION } else { MOST_FOLDS };
+            let folds = values.len().min(most);
+            for fold in 0..folds {
+                let held = |s: &crate::log::Sequence| {
+                    let place = values.iter().position(|v| *v == s.condition_values[condition]).unwrap_or(0);
+                    (place % folds == fold).then_some((0, usize::MAX))
+                };
+                held_out.push(data.sequences.iter().map(held).collect());
+            }
+        }
+        let names: Vec<String> =
+            conditions.iter().map(|&c| format!("`{}`", data.conditions[c].column)).collect();
+        let question = format!(
+            "Values of {} were held out in turn: every score is for conditions that the model had not seen.",
+            names.join(" and of ")
+        );
+        Self { held_out, grouped: true, question }
+    }
+
+    fn by_time(data: &Dataset) -> Self {
+        let total: usize = data.sequences.iter().map(|s| s.time_s.len()).sum();
+        let folds = MOST_FOLDS;
+        let held_out = (0..folds)
+            .map(|fold| {
+                let (from, to) = (total * fold / folds, total * (fold + 1) / folds);
+                let mut start = 0;
+                data.sequences
+                    .iter()
+                    .map(|s| {
+                        let n = s.time_s.len();
+                        let range = (from.max(start) - start, to.min(start + n).saturating_sub(start));
+                        start += n;
+                        (range.0 < range.1).then_some(range)
+                    })
+                    .collect()
+            })
+            .collect();
+        let question = format!(
+            "The log was cut into {folds} stretches; each was predicted by models fitted to the others. \
+             Another day may be harder: record a second log to ask that."
+        );
+        Self { held_out, grouped: false, question }
+    }
+}
+
+/// Conditions along which trials can be split: several values, each shared by several trials.
+fn separating_conditions(data: &Dataset) -> Vec<usize> {
+    let mut found: Vec<usize> = (0..data.conditions.len())
+        .filter(|&c| {
+            let values = data.conditions[c].values.len();
+            let mut trials: Vec<(usize, &str)> =
+                data.sequences.iter().map(|s| (s.log, s.trial.as_str())).collect();
+            trials.dedup();
+            values >= 3 && trials.len() >= 2 * values
+        })
+        .collect();
+    found.truncate(2);
+    found
+}
+
+/// Numbers by size, text by alphabet.
+fn natural(a: &str, b: &str) -> std::cmp::Ordering {
+    match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => a.total_cmp(&b),
+        _ => a.cmp(b),
+    }
+}

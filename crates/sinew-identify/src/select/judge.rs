@@ -1,0 +1,87 @@
+//! Out-of-fold judgement of a recipe.
+
+use super::folds::Folds;
+use crate::member::{Member, Output, Recipe, Run, fit};
+use sinew::metrics::Comparison;
+
+/// How one recipe did on data it had not seen.
+#[derive(Debug, Clone)]
+pub(crate) struct Judgement {
+    /// Out-of-fold outputs, `[sequence][row]`; `None` where no fold held the row out.
+    pub(crate) outputs: Vec<Vec<Option<(Output, usize)>>>,
+    /// RMSE per fold.
+    pub(crate) fold_rmse: Vec<f64>,
+    /// 95 % quantile of |error| / sigma per fold.
+    pub(crate) fold_factor: Vec<f64>,
+    /// All folds together.
+    pub(crate) comparison: Comparison,
+    /// Geometric mean of the fold RMSEs: what members are ranked by.
+    pub(crate) score: f64,
+}
+
+/// Runs of one fold with the held-out rows at weight zero; runs without weight are left out.
+pub(crate) fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -> Vec<Run> {
+    runs.iter()
+        .zip(held_out)
+        .filter_map(|(run, range)| {
+            let mut run = run.clone();
+            if let Some((from, to)) = *range {
+                let to = to.min(run.weight.len());
+                run.weight[from..to].fill(0.0);
+            }
+            run.weight.iter().any(|w| *w > 0.0).then_some(run)
+        })
+        .collect()
+}
+
+/// Fits `recipe` without each fold and predicts what was held out; `None` where it cannot be fitted.
+pub(crate) fn judge(recipe: &Recipe, runs: &[Run], folds: &Folds, seed: u64) -> Option<Judgement> {
+    let mut outputs: Vec<Vec<Option<(Output, usize)>>> = runs.iter().map(|r| vec![None; r.len()]).collect();
+    let mut fold_rmse = Vec::new();
+    let mut fold_factor = Vec::new();
+    let mut comparison = Comparison::new();
+    for (fold, held_out) in folds.held_out.iter().enumerate() {
+        let training = training_runs(runs, held_out);
+        let references: Vec<&Run> = training.iter().collect();
+        let member = fit(recipe, &references, seed)?;
+        let mut ratios = Vec::new();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (index, (run, range)) in runs.iter().zip(held_out).enumerate() {
+            let Some((from, to)) = *range else { continue };
+            for (row, output) in member.run(run).into_iter().enumerate() {
+                if row < from || row >= to {
+                    continue;
+                }
+                outputs[index][row] = Some((output, fold));
+                if run.weight[row] > 0.0 {
+                    let error = output.mean - run.far[row];
+                    sum += error * error;
+                    count += 1.0;
+                    ratios.push(error.abs() / output.variance.sqrt().max(1e-300));
+                    comparison.push(run.far[row], output.mean).ok()?;
+                }
+            }
+        }
+        if count > 0.0 {
+            fold_rmse.push((sum / count).sqrt());
+            fold_factor.push(crate::member::quantiles(ratios, &[0.95])[0]);
+        }
+    }
+    if fold_rmse.is_empty() {
+        return None;
+    }
+    let score = (fold_rmse.iter().map(|r| r.max(1e-300).ln()).sum::<f64>() / fold_rmse.len() as f64).exp();
+    Some(Judgement { outputs, fold_rmse, fold_factor, comparison, score })
+}
+
+/// RMSE of a fitted member on some runs.
+pub(crate) fn rmse_on(member: &Member, runs: &[&Run]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for run in runs {
+        for ((output, far), weight) in member.run(run).iter().zip(&run.far).zip(&run.weight) {
+            sum += weight * (output.mean - far) * (output.mean - far);
+            count += weight;
+        }
+    }
+    if count > 0.0 { (sum / count).sqrt() } else { f64::NAN }
+}

@@ -1,0 +1,179 @@
+//! The members that are tried, made from the roles of the columns and the sampling alone.
+
+use crate::log::Dataset;
+use crate::member::{FeaturePlan, Recipe, Run};
+use sinew::predictor::{Role, Signal, Term};
+
+/// A recipe with its words.
+#[derive(Debug, Clone)]
+pub(crate) struct Entry {
+    pub(crate) recipe: Recipe,
+    pub(crate) description: String,
+    /// A network without physics: believed only where folds are many.
+    pub(crate) pure: bool,
+}
+
+/// Radii of the stop operators as fractions of a signal's range.
+const RADII: [f64; 3] = [0.02, 0.08, 0.25];
+
+/// Everything that is tried on these logs.
+pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
+    let roles = Indices::of(data);
+    let mut entries = Vec::new();
+    let interval = data.logs.iter().map(|l| l.interval_s).fold(0.0, f64::max).max(1e-4);
+    let rows: usize = runs.iter().map(Run::len).sum();
+    let plentiful = rows > 20_000;
+    let plain = Layout::plain(&roles, runs);
+    let mut layouts = vec![("", plain)];
+    if let Some(pair) = Layout::pair(&roles) {
+        layouts.push(("-pair", pair));
+    }
+    let correlation = if plentiful {
+        50.0
+    } else if roles.efforts.len() == 2 {
+        20.0
+    } else {
+        5.0
+    };
+    let hidden = if plentiful { 10 } else { 6 };
+    let short = vec![4.0 * interval];
+    let slow = vec![5.0 * interval, 20.0 * interval, 80.0 * interval];
+    for (suffix, layout) in &layouts {
+        let make = |name: &str, cell: bool, features: Option<&[f64]>, description: &str| Entry {
+            recipe: Recipe {
+                name: format!("{name}{suffix}"),
+                signals: layout.signals.clone(),
+                cell: cell.then(|| (layout.basis.clone(), layout.elastic.clone())),
+                features: features.map(|taus| FeaturePlan {
+                    signals: layout.memory.clone(),
+                    plain: if cell { Vec::new() } else { layout.given.clone() },
+                    radii: RADII.to_vec(),
+                    taus: taus.to_vec(),
+                }),
+                hidden,
+                correlation,
+                rows: 5000,
+                steps: 60,
+            },
+            description: description.to_string(),
+            pure: !cell,
+        };
+        entries.push(make(
+            "cell",
+            true,
+            None,
+            "elastic clamp cell: friction and stretch with memory, no learning",
+        ));
+        entries.push(make("hybrid", true, Some(&[]), "clamp cell plus gated networks on stop operators"));
+        entries.push(make(
+            "hybrid-short",
+            true,
+            Some(&short),
+            "the same, with what moved in the last instants",
+        ));
+        entries.push(make("hybrid-slow", true, Some(&slow), "the same, with what moved in the last seconds"));
+        if suffix.is_empty() {
+            entries.push(make("network", false, Some(&[]), "networks on stop operators alone, no physics"));
+            entries.push(make(
+                "network-slow",
+                false,
+                Some(&slow),
+                "the same, with what moved in the last seconds",
+            ));
+        }
+    }
+    entries
+}
+
+struct Indices {
+    efforts: Vec<usize>,
+    motions: Vec<usize>,
+    givens: Vec<usize>,
+}
+
+impl Indices {
+    fn of(data: &Dataset) -> Self {
+        let with = |wanted: &[Role]| -> Vec<usize> {
+            let inputs = data.roles.inputs.iter().enumerate();
+            inputs.filter(|(_, input)| wanted.contains(&input.role)).map(|(i, _)| i).collect()
+        };
+        Self {
+            efforts: with(&[Role::Effort]),
+            motions: with(&[Role::Motion, Role::Anchor]),
+            givens: with(&[Role::Given]),
+        }
+    }
+}
+
+/// Signals and what is made of them.
+struct Layout {
+    signals: Vec<Signal>,
+    basis: Vec<Term>,
+    elastic: Vec<usize>,
+    memory: Vec<usize>,
+    given: Vec<usize>,
+}
+
+impl Layout {
+    /// Every input by itself; tensions that never push get a logarithm for their memory.
+    fn plain(roles: &Indices, runs: &[Run]) -> Self {
+        let mut signals = Vec::new();
+        let mut main = Vec::new();
+        let mut memory = Vec::new();
+        for &i in roles.motions.iter().chain(&roles.efforts) {
+            signals.push(Signal::Input(i));
+            main.push(signals.len() - 1);
+            memory.push(signals.len() - 1);
+        }
+        for (place, &i) in roles.efforts.iter().enumerate() {
+            if let Some(offset) = log_offset(runs, i) {
+                signals.push(Signal::LogTension { input: i, offset });
+                memory[roles.motions.len() + place] = signals.len() - 1;
+            }
+        }
+        Self::finish(signals, &main, &main, memory, &roles.givens)
+    }
+
+    /// Two antagonists: their difference turns the joint, the logarithm of their ratio is the capstan's.
+    fn pair(roles: &Indices) -> Option<Self> {
+        let [first, second] = roles.efforts[..] else { return None };
+        let mut signals: Vec<Signal> = roles.motions.iter().map(|&i| Signal::Input(i)).collect();
+        let motions: Vec<usize> = (0..signals.len()).collect();
+        signals.push(Signal::Difference(first, second));
+        let difference = signals.len() - 1;
+        signals.push(Signal::LogRatio { first, second, offset: 1.0 });
+        let ratio = signals.len() - 1;
+        let main: Vec<usize> = motions.iter().copied().chain([ratio]).collect();
+        let memory = motions.iter().copied().chain([difference]).collect();
+        Some(Self::finish(signals, &main, &motions, memory, &roles.givens))
+    }
+
+    fn finish(
+        mut signals: Vec<Signal>,
+        main: &[usize],
+        elastic: &[usize],
+        memory: Vec<usize>,
+        givens: &[usize],
+    ) -> Self {
+        let mut basis: Vec<Term> = main.iter().map(|&s| Term::Signal(s)).collect();
+        let mut given = Vec::new();
+        for &g in givens {
+            signals.push(Signal::Input(g));
+            let g = signals.len() - 1;
+            given.push(g);
+            basis.push(Term::Signal(g));
+            basis.extend(main.iter().map(|&s| Term::Product(s, g)));
+        }
+        basis.push(Term::One);
+        Self { signals, basis, elastic: elastic.to_vec(), memory, given }
+    }
+}
+
+/// The offset of a logarithm, 1.5 % of the range, for an input that is a tension: hardly ever negative.
+fn log_offset(runs: &[Run], input: usize) -> Option<f64> {
+    let values: Vec<f64> =
+        runs.iter().flat_map(|r| r.inputs.iter().skip(input).step_by(r.width)).copied().collect();
+    let edge = crate::member::quantiles(values, &[0.01, 0.99]);
+    let range = edge[1] - edge[0];
+    (range > 0.0 && edge[0] > -0.02 * range).then_some(0.015 * range)
+}
