@@ -1,2 +1,6 @@
 //! The `sinew` program.
+
+#[cfg_attr(not(test), expect(unused_imports, reason = "the verb that writes it is wired separately"))]
+mod report;
+
 fn main() {}
