@@ -95,9 +95,10 @@
   const withUnit = (v, unit) => (unit === "°" ? `${v}°` : unit ? `${v}\u202f${unit}` : v);
   const say = (o) => {
     readout.replaceChildren(...o.flatMap(([k, v]) => {
-      const b = document.createElement("b");
+      const span = document.createElement("span"), b = document.createElement("b");
       b.textContent = v;
-      return [`${k} `, b, "   "];
+      span.append(`${k} `, b);
+      return [span, " "];
     }));
   };
 
@@ -146,7 +147,7 @@
       width: live.clientWidth, height: last ? height + 34 : height, padding: [6, 12, last ? 0 : 6, 0], legend: { show: false },
       cursor: { sync: { key: "sinew" }, y: false, points: { size: 6 }, drag: { x: true, y: false } },
       scales: { x: { time: false }, y: range ? { range: (u, lo, hi) => (u.zoomed && lo !== null ? uPlot.rangeNum(lo, hi, 0.08, true) : range) } : {} },
-      axes: [axis({ size: last ? 40 : 4, values: last ? undefined : () => [], label: last ? "time (s)" : undefined, labelSize: 16, labelGap: 0 }), axis({ size: 56 })],
+      axes: [axis({ size: last ? 26 : 4, values: last ? undefined : () => [], label: last ? "time (s)" : undefined, labelSize: 16, labelGap: 0 }), axis({ size: 56, values: (u, splits) => splits.map((v) => number(v, 6)) })],
       series: [{}, ...series], bands,
       hooks: { setScale: [(u, key) => key === "x" && followers(u)], drawClear: [shade], setCursor: [(u) => u === panes[0] && tell(u)] },
     }, columns, live);
@@ -162,7 +163,7 @@
     const finite = r.time.filter(Number.isFinite);
     whole = [Math.min(...finite), Math.max(...finite)];
     const edge = { stroke: "transparent", width: 0, points: { show: false } };
-    pane(data.far, phone ? 240 : 330, [edge, edge, line("measured", 2), line("accent", 1.5)], [r.time, r.high, r.low, r.far, r.predicted],
+    pane(data.far, phone ? 240 : 330, [edge, edge, { ...line("measured", 3), stroke: () => faint("measured", 50) }, line("accent", 1.5)], [r.time, r.high, r.low, r.far, r.predicted],
       record.view, [{ series: [1, 2], fill: () => faint("accent", 20) }], false);
     pane(data.far_unit ? `error, predicted − measured (${data.far_unit})` : "error, predicted − measured", 120, [line("accent", 1.4)], [r.time, r.error], null, [], false);
     const gate = r.gate !== null;

@@ -5,8 +5,8 @@ use super::plot::css_percent;
 use super::record::{Record, Score, Signals};
 use sinew_identify::account::Account;
 
-/// Rows shown at most.
-const ROWS: usize = 40;
+/// Rows shown at once; the rest is folded away.
+const ROWS: usize = 12;
 /// Below this share of held samples a 95 % band is called too narrow.
 const TOO_FEW: f64 = 0.85;
 
@@ -15,7 +15,8 @@ const TOO_FEW: f64 = 0.85;
 pub(super) struct Calibration {
     pub(super) rows: Vec<CalibrationRow>,
     pub(super) of: &'static str,
-    pub(super) hidden: usize,
+    /// What is folded away: the rows with the highest coverage.
+    pub(super) more: Vec<CalibrationRow>,
     pub(super) target: String,
     pub(super) floor: String,
     pub(super) lowest: String,
@@ -45,15 +46,13 @@ pub(super) fn calibration(records: &[Record], signals: &Signals, range: f64) -> 
         }
     }
     scores.retain(|(_, s)| s.coverage().is_finite());
-    let all = scores.len();
-    if all > ROWS {
+    if scores.len() > ROWS {
         scores.sort_by(|a, b| a.1.coverage().total_cmp(&b.1.coverage()));
-        scores.truncate(ROWS);
     }
     let least = scores.iter().fold(1.0f64, |m, (_, s)| m.min(s.coverage()));
     let start = if least >= 0.75 { 0.7 } else { (10.0 * (least - 0.05)).floor().max(0.0) / 10.0 };
     let at = |coverage: f64| css_percent((coverage - start) / (1.0 - start));
-    let rows: Vec<CalibrationRow> = scores
+    let mut rows: Vec<CalibrationRow> = scores
         .iter()
         .map(|(name, score)| CalibrationRow {
             name: name.clone(),
@@ -66,7 +65,7 @@ pub(super) fn calibration(records: &[Record], signals: &Signals, range: f64) -> 
         .collect();
     Calibration {
         too_narrow: rows.iter().filter(|r| r.low).count(),
-        hidden: all - rows.len(),
+        more: rows.split_off(rows.len().min(ROWS)),
         of: if one_log { "trial" } else { "log" },
         target: at(0.95),
         floor: at(TOO_FEW),

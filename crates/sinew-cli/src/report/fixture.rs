@@ -98,7 +98,7 @@ pub(super) fn simulated(rows: usize) -> Account {
 pub(super) fn many_trials(trials: usize, rows: usize) -> Account {
     let dt = 0.01;
     let make = |k: usize| {
-        let trial = format!("load {} %, {} Hz", 10 + 10 * (k % 10), 0.1 * (1 + k / 10) as f64);
+        let trial = format!("load {} %, {:.1} Hz", 10 + 10 * (k % 10), 0.1 * (1 + k / 10) as f64);
         trace("simulated_bench.csv", &trial, (0.0, rows, dt), 0.1 * (1 + k / 10) as f64, k as u64)
     };
     let mut account = account(&["simulated_bench.csv"], trials * rows, (0..trials).map(make).collect());

@@ -41,7 +41,7 @@ pub(super) fn fixed(value: f64, decimals: usize) -> String {
 /// A fraction as a percentage with its sign, for example `96.1 %`.
 pub(super) fn percent(fraction: f64) -> String {
     match fraction.is_finite() {
-        true => format!("{}\u{202f}%", fixed(100.0 * fraction, 1)),
+        true => format!("{}\u{202f}%", fixed(100.0 * fraction, usize::from(fraction < 0.9995))),
         false => NONE.to_owned(),
     }
 }

@@ -26,7 +26,8 @@ pub(super) struct ModelRow {
     pub(super) coverage: String,
     pub(super) too_narrow: bool,
     pub(super) in_sample: String,
-    pub(super) overall: String,
+    /// Where the error over all folds lies, unless beyond the axis.
+    pub(super) overall: Option<String>,
     pub(super) dots: Vec<Dot>,
     pub(super) spoken: String,
     pub(super) failed: Option<String>,
@@ -47,22 +48,24 @@ pub(super) fn table(account: &Account) -> Models {
     let scale = 100.0 / account.far_range;
     let end = axis_end(&sorted, scale);
     Models {
-        axis_end: percent_of_range(end),
+        axis_end: format!("{}\u{202f}%", significant(end, 1 + usize::from(end.fract() > 0.0))),
         folds: account.folds,
         chosen_first: sorted.first().is_none_or(|c| c.chosen),
         rows: sorted.iter().map(|c| row(c, scale, end)).collect(),
     }
 }
 
-/// The axis shows the good models: the worst fold of the better half, and everything within three times that.
+/// The axis is for the good models: four times the best error, and room for every fold of the best.
 fn axis_end(sorted: &[&Candidate], scale: f64) -> f64 {
     let worst =
-        |c: &&Candidate| c.fold_rmse.iter().map(|f| f * scale).filter(|f| f.is_finite()).fold(0.0, f64::max);
-    let mut ends: Vec<f64> = sorted.iter().map(worst).filter(|w| *w > 0.0).collect();
-    ends.sort_by(f64::total_cmp);
-    let Some(most) = ends.last().copied() else { return 1.0 };
-    let middle = ends[(ends.len() - 1) / 2];
-    let end = 1.05 * most.min(3.0 * middle);
+        |c: &Candidate| c.fold_rmse.iter().map(|f| f * scale).filter(|f| f.is_finite()).fold(0.0, f64::max);
+    let most = sorted.iter().map(|c| worst(c)).fold(0.0, f64::max);
+    let best = sorted.iter().find(|c| worst(c) > 0.0);
+    let wanted = best.map_or(0.0, |c| (4.0 * c.rmse * scale).max(worst(c)).min(most));
+    if !(wanted.is_finite() && wanted > 0.0) {
+        return 1.0;
+    }
+    let end = 1.05 * wanted;
     let power = 10f64.powf(end.log10().floor());
     let round = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0].map(|m| m * power);
     round.into_iter().find(|r| *r >= end).unwrap_or(end)
@@ -83,7 +86,7 @@ fn row(c: &Candidate, scale: f64, end: f64) -> ModelRow {
         coverage: percent(c.coverage95),
         too_narrow: c.coverage95 < 0.85,
         in_sample: significant(c.rmse_in_sample, 3),
-        overall: css_percent(c.percent_of_range / end),
+        overall: (c.percent_of_range <= end).then(|| css_percent(c.percent_of_range / end)),
         dots: dots.map(|f| Dot { at: css_percent(f / end), beyond: *f > end }).collect(),
         spoken: format!("folds from {} to {}", percent_of_range(least), percent_of_range(most)),
         failed: c.failed.clone(),

@@ -157,6 +157,7 @@ fn median_step(time_s: &[f64]) -> f64 {
 /// The account's traces, the sequences of one log and trial joined in order of time.
 pub(super) fn records(account: &Account) -> Vec<Record> {
     let mut records: Vec<Record> = Vec::new();
+    let one_log = account.traces.windows(2).all(|w| w[0].log == w[1].log);
     for trace in &account.traces {
         let same = |r: &Record| r.log == trace.log && r.trial == trace.trial;
         let parts = records.iter().filter(|r| same(r)).count();
@@ -166,7 +167,7 @@ pub(super) fn records(account: &Account) -> Vec<Record> {
             _ => {
                 let mut record =
                     Record { log: trace.log.clone(), trial: trace.trial.clone(), ..Record::default() };
-                record.label = label(&trace.log, &trace.trial, parts);
+                record.label = label(if one_log { "" } else { &trace.log }, trace, parts);
                 record.append(trace);
                 records.push(record);
             }
@@ -175,12 +176,13 @@ pub(super) fn records(account: &Account) -> Vec<Record> {
     records
 }
 
-fn label(log: &str, trial: &str, parts: usize) -> String {
-    let mut label = log.to_owned();
-    if !trial.is_empty() {
-        label.push_str(" · ");
-        label.push_str(trial);
-    }
+/// Log and trial; only what tells records apart where the other is the same or missing.
+fn label(log: &str, trace: &Trace, parts: usize) -> String {
+    let mut label = match (log.is_empty(), trace.trial.is_empty()) {
+        (false, false) => format!("{log} · {}", trace.trial),
+        (true, false) => trace.trial.clone(),
+        (_, true) => trace.log.clone(),
+    };
     if parts > 0 {
         label.push_str(&format!(" (part {})", parts + 1));
     }

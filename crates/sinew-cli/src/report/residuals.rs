@@ -59,6 +59,16 @@ impl Against {
         }
     }
 
+    fn unit(self, signals: &Signals) -> String {
+        match (self, signals.near_unit) {
+            (Self::Speed, "") => String::new(),
+            (Self::Speed, unit) => format!("{unit}/s"),
+            (Self::Near, unit) => unit.to_owned(),
+            (Self::Far, _) => signals.far_unit.to_owned(),
+            (Self::Reversal, _) => "s".to_owned(),
+        }
+    }
+
     fn label(self, signals: &Signals) -> String {
         match self {
             Self::Speed => signals.rate_label(),
@@ -87,7 +97,7 @@ pub(super) fn plots(records: &[Record], signals: &Signals) -> Vec<Residual> {
         .map(|(against, bins)| Residual {
             heading: against.heading(signals),
             plot: draw(bins, &y, *against, signals),
-            remark: remark(bins, signals.far_unit),
+            remark: remark(bins, signals.far_unit, &against.unit(signals)),
         })
         .collect()
 }
@@ -108,10 +118,12 @@ fn bins(mut pairs: Vec<(f64, f64)>) -> Vec<Bin> {
     let mut errors: Vec<f64> = Vec::new();
     let mut start = 0;
     for k in 1..=wanted {
-        let end = k * pairs.len() / wanted;
+        let mut end = (k * pairs.len() / wanted).max(start);
         // Equal values stay in one bin: a signal at rest would otherwise fill several at one place.
-        let split = end < pairs.len() && end > 0 && pairs[end].0 <= pairs[end - 1].0;
-        if split || end - start < PER_BIN.min(pairs.len()) || end == start {
+        while end > 0 && end < pairs.len() && pairs[end].0 <= pairs[end - 1].0 {
+            end += 1;
+        }
+        if end == start || end - start < PER_BIN.min(pairs.len()) {
             continue;
         }
         errors.clear();
@@ -156,17 +168,18 @@ fn draw(bins: &[Bin], y: &Axis, against: Against, signals: &Signals) -> Plot {
 }
 
 /// Where the model leans, and where it is least sure.
-fn remark(bins: &[Bin], unit: &str) -> String {
+fn remark(bins: &[Bin], unit: &str, x_unit: &str) -> String {
     let say = |v: f64| with_unit(&significant(v, 2), unit);
+    let place = |v: f64| with_unit(&significant(v, 2), x_unit);
     let by = |key: &dyn Fn(&Bin) -> f64| bins.iter().max_by(|a, b| key(a).total_cmp(&key(b)));
     let (Some(lean), Some(wide)) = (by(&|b| b.median.abs()), by(&|b| b.high - b.low)) else {
         return String::new();
     };
     format!(
-        "Largest median error {} at {}; widest 90 % spread {} at {}.",
+        "Median error largest at {}: {}. 90\u{202f}% spread widest at {}: {}.",
+        place(lean.x),
         say(lean.median),
-        significant(lean.x, 2),
-        say(wide.high - wide.low),
-        significant(wide.x, 2)
+        place(wide.x),
+        say(wide.high - wide.low)
     )
 }

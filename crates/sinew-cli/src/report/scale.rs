@@ -49,10 +49,10 @@ impl Axis {
     }
 }
 
-/// 1, 2 or 5 times a power of ten, at least `step`.
+/// 1, 2 or 5 times a power of ten, near `step`.
 fn round_step(step: f64) -> f64 {
     let power = 10f64.powf(step.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= step * 0.999_999).unwrap_or(step)
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= 0.7 * step).unwrap_or(step)
 }
 
 /// The range of the finite values; cut to the inner 99.9 % where a few stray ones would squash the rest.
@@ -90,7 +90,7 @@ mod tests {
     fn ticks_are_round_and_within_the_axis() {
         let axis = Axis::new((-3.2, 11.9), 6);
         let labels: Vec<String> = axis.ticks().into_iter().map(|t| t.1).collect();
-        assert_eq!(labels, ["0", "5", "10"]);
+        assert_eq!(labels, ["\u{2212}2", "0", "2", "4", "6", "8", "10"]);
         assert!(axis.ticks().iter().all(|(v, _)| (0.0..=1.0).contains(&axis.at(*v))));
     }
 

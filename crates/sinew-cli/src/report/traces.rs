@@ -2,7 +2,7 @@
 
 use super::error::Error;
 use super::format::{axis_label, percent, percent_of_range};
-use super::path::{keep, line, ribbon};
+use super::path::{Pen, keep, line, ribbon};
 use super::plot::Plot;
 use super::record::{Record, Signals};
 use super::scale::{Axis, padded, robust_range};
@@ -27,6 +27,8 @@ pub(super) struct Traces {
     pub(super) still: Vec<Plot>,
     pub(super) thumbs: Vec<Thumb>,
     pub(super) thinned: bool,
+    /// Whether any stretch does not count.
+    pub(super) skipped: bool,
     pub(super) best: usize,
     pub(super) typical: usize,
     pub(super) worst: usize,
@@ -111,6 +113,7 @@ pub(super) fn section(records: &[Record], signals: &Signals, range: f64) -> Resu
         still: still(records[typical], signals),
         thumbs: if records.len() > 1 { thumbs.collect() } else { Vec::new() },
         thinned: records.iter().map(|r| r.len()).sum::<usize>() > SAMPLES,
+        skipped: records.iter().any(|r| !skipped(r).is_empty()),
         best,
         typical,
         worst,
@@ -162,6 +165,13 @@ fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
     let title = format!("Measured and predicted {} of {} over time", signals.far, record.label);
     let mut far = Plot::new("trace", title, (&x, String::new()), (&y, signals.far_label()));
     let [measured, predicted, band] = paths(record, &kept, &x, &y);
+    let mut shade = Pen::default();
+    for (from, to) in skipped(record) {
+        let (from, to) = (x.at(from), x.at(to));
+        [(from, 0.0), (from, 1.0), (to, 1.0), (to, 0.0)].into_iter().for_each(|(a, b)| shade.to(a, b));
+        shade.close();
+    }
+    far.draw("skipped", shade.finish());
     far.draw("band", band);
     far.draw("measured", measured);
     far.draw("predicted", predicted);
@@ -178,6 +188,25 @@ fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
         Plot::new("trace low", format!("{label} over time"), (&x, "time (s)".to_owned()), (&y, label));
     near.draw("near", line(kept.iter().map(|&i| (record.time_s[i], record.near[i])), &x, &y));
     vec![far, error, near]
+}
+
+/// Stretches that do not count, from and to in s; single rows are breaks, not stretches.
+fn skipped(record: &Record) -> Vec<(f64, f64)> {
+    let mut stretches = Vec::new();
+    let mut start = None;
+    for i in 0..=record.len() {
+        match (start, record.scored.get(i) == Some(&false)) {
+            (None, true) => start = Some(i),
+            (Some(from), false) => {
+                if i - from > 1 {
+                    stretches.push((record.time_s[from], record.time_s[i.min(record.len() - 1)]));
+                }
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    stretches
 }
 
 fn thumbnail(record: &Record, points: usize) -> (String, String) {
