@@ -1,0 +1,238 @@
+"use strict";
+(() => {
+  const root = document.documentElement;
+  const byId = (id) => document.getElementById(id);
+
+  // Theme: follow the system until the reader says otherwise.
+  const themes = ["auto", "light", "dark"];
+  const store = {
+    get: () => { try { return localStorage.getItem("sinew-theme") || "auto"; } catch { return "auto"; } },
+    set: (v) => { try { localStorage.setItem("sinew-theme", v); } catch { /* private window: keep it for this page */ } },
+  };
+  let theme = themes.includes(store.get()) ? store.get() : "auto";
+  let redraw = () => {};
+  const button = byId("theme");
+  const show = () => {
+    if (theme === "auto") root.removeAttribute("data-theme");
+    else root.dataset.theme = theme;
+    button.textContent = { auto: "◐ Auto", light: "○ Light", dark: "● Dark" }[theme];
+    button.setAttribute("aria-label", `Theme: ${theme}. Change`);
+    redraw();
+  };
+  button.addEventListener("click", () => {
+    theme = themes[(themes.indexOf(theme) + 1) % themes.length];
+    store.set(theme);
+    show();
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => redraw());
+  document.querySelectorAll(".needs-script").forEach((e) => { e.hidden = false; });
+  show();
+
+  // Contents: mark the section being read.
+  const links = new Map([...document.querySelectorAll(".contents a")].map((a) => [a.hash.slice(1), a]));
+  const seen = new IntersectionObserver((entries) => {
+    for (const e of entries) if (e.isIntersecting) {
+      links.forEach((a) => a.removeAttribute("aria-current"));
+      links.get(e.target.id || "main")?.setAttribute("aria-current", "true");
+    }
+  }, { rootMargin: "-15% 0px -75% 0px" });
+  document.querySelectorAll("main > section").forEach((s) => seen.observe(s));
+
+  const holder = byId("data");
+  if (!holder || typeof uPlot === "undefined") return;
+  const data = JSON.parse(holder.textContent);
+  const live = byId("live"), readout = byId("readout"), select = byId("record");
+  byId("viewer").classList.add("live");
+
+  const bytes = (text) => {
+    const raw = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+    return new DataView(raw.buffer);
+  };
+  const words = (text, [low, high]) => {
+    const view = bytes(text);
+    return Array.from({ length: view.byteLength / 2 }, (_, i) => {
+      const w = view.getInt16(2 * i, true);
+      return w === -32768 ? null : low + (w + 32767) / 65534 * (high - low);
+    });
+  };
+  const combine = (a, b, f) => a.map((v, i) => (v === null || b[i] === null ? null : f(v, b[i])));
+  const unpack = (r) => {
+    if (r.unpacked) return r.unpacked;
+    const view = bytes(r.time);
+    const time = Array.from({ length: view.byteLength / 4 }, (_, i) => r.start_s + view.getFloat32(4 * i, true));
+    const far = words(r.measured, data.far_range), predicted = words(r.predicted, data.far_range);
+    const half = words(r.half, data.half_range), near = words(r.near, data.near_range);
+    const gate = data.gated ? words(r.gate, [0, 1]) : null;
+    const skipped = [];
+    let at = 0;
+    r.scored.split(" ").map(Number).forEach((n, k) => {
+      // Breaks are single unscored rows: only real stretches are shaded.
+      if (k % 2 && n > 1) skipped.push([time[at], time[Math.min(at + n, time.length - 1)]]);
+      at += n;
+    });
+    r.unpacked = {
+      time, far, predicted, half, near, gate, skipped,
+      low: combine(predicted, half, (p, h) => p - h), high: combine(predicted, half, (p, h) => p + h),
+      error: combine(predicted, far, (p, m) => p - m),
+    };
+    return r.unpacked;
+  };
+
+  // Canvas cannot resolve light-dark(): a probe element does.
+  const probe = document.createElement("span");
+  probe.hidden = true;
+  live.after(probe);
+  const colour = (name) => {
+    probe.style.color = `var(--${name})`;
+    return getComputedStyle(probe).color;
+  };
+  const faint = (name, share) => {
+    probe.style.color = `color-mix(in srgb, var(--${name}) ${share}%, transparent)`;
+    return getComputedStyle(probe).color;
+  };
+
+  const number = (v, digits) => (v === null || v === undefined ? "–" : Number(v.toPrecision(digits)).toString().replace("-", "−"));
+  const withUnit = (v, unit) => (unit === "°" ? `${v}°` : unit ? `${v}\u202f${unit}` : v);
+  const say = (o) => {
+    readout.replaceChildren(...o.flatMap(([k, v]) => {
+      const span = document.createElement("span"), b = document.createElement("b");
+      b.textContent = v;
+      span.append(`${k} `, b);
+      return [span, " "];
+    }));
+  };
+
+  let panes = [], current = Number(select.value), whole = [0, 1], moving = false;
+  const axis = (more) => ({
+    stroke: () => colour("soft"), font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
+    grid: { stroke: () => colour("grid"), width: 1 }, ticks: { show: false }, ...more,
+  });
+  const shade = (u) => {
+    const r = unpack(data.records[current]);
+    u.ctx.save();
+    u.ctx.fillStyle = faint("rule", 22);
+    for (const [a, b] of r.skipped) {
+      const left = Math.max(u.valToPos(a, "x", true), u.bbox.left);
+      const right = Math.min(u.valToPos(b, "x", true), u.bbox.left + u.bbox.width);
+      if (right > left) u.ctx.fillRect(left, u.bbox.top, right - left, u.bbox.height);
+    }
+    u.ctx.restore();
+  };
+  const followers = (u) => {
+    if (moving) return;
+    moving = true;
+    const { min, max } = u.scales.x;
+    panes.forEach((p) => { if (p !== u) p.setScale("x", { min, max }); });
+    moving = false;
+  };
+  const tell = (u) => {
+    const i = u.cursor.idx, record = data.records[current];
+    if (i === null || i === undefined) {
+      say([["RMSE", `${record.percent} of range`], ["in band", record.coverage], ["samples", record.samples.toLocaleString("en").replaceAll(",", "\u202f")]]);
+      return;
+    }
+    const r = unpack(record), unit = data.far_unit;
+    const row = [["t", `${number(r.time[i], 6)}\u202fs`], ["measured", withUnit(number(r.far[i], 4), unit)],
+      ["predicted", withUnit(`${number(r.predicted[i], 4)} ± ${number(r.half[i], 2)}`, unit)], ["error", withUnit(number(r.error[i], 2), unit)],
+      [data.near, number(r.near[i], 4)]];
+    if (r.gate) row.push(["gate", number(r.gate[i], 2)]);
+    say(row);
+  };
+  const pane = (label, height, series, columns, range, bands, last) => {
+    const title = document.createElement("div");
+    title.className = "pane-label";
+    title.textContent = label;
+    live.append(title);
+    const u = new uPlot({
+      width: live.clientWidth, height: last ? height + 34 : height, padding: [6, 12, last ? 0 : 6, 0], legend: { show: false },
+      cursor: { sync: { key: "sinew" }, y: false, points: { size: 6 }, drag: { x: true, y: false } },
+      scales: { x: { time: false }, y: range ? { range: (u, lo, hi) => (u.zoomed && lo !== null ? uPlot.rangeNum(lo, hi, 0.08, true) : range) } : {} },
+      axes: [axis({ size: last ? 26 : 4, values: last ? undefined : () => [], label: last ? "time (s)" : undefined, labelSize: 16, labelGap: 0 }), axis({ size: 56, values: (u, splits) => splits.map((v) => number(v, 6)) })],
+      series: [{}, ...series], bands,
+      hooks: { setScale: [(u, key) => key === "x" && followers(u)], drawClear: [shade], setCursor: [(u) => u === panes[0] && tell(u)] },
+    }, columns, live);
+    panes.push(u);
+    return u;
+  };
+  const line = (name, width) => ({ stroke: () => colour(name), width, points: { show: false } });
+  const build = () => {
+    panes.forEach((p) => p.destroy());
+    panes = [];
+    live.replaceChildren();
+    const record = data.records[current], r = unpack(record), phone = live.clientWidth < 600;
+    const finite = r.time.filter(Number.isFinite);
+    whole = [Math.min(...finite), Math.max(...finite)];
+    const edge = { stroke: "transparent", width: 0, points: { show: false } };
+    pane(data.far, phone ? 240 : 330, [edge, edge, { ...line("measured", 3), stroke: () => faint("measured", 50) }, line("accent", 1.5)], [r.time, r.high, r.low, r.far, r.predicted],
+      record.view, [{ series: [1, 2], fill: () => faint("accent", 20) }], false);
+    pane(data.far_unit ? `error, predicted − measured (${data.far_unit})` : "error, predicted − measured", 120, [line("accent", 1.4)], [r.time, r.error], null, [], false);
+    const gate = r.gate !== null;
+    pane(data.near, 110, [line("near", 1.5)], [r.time, r.near], record.view_near, [], !gate);
+    if (gate) pane("gate: trust in the learned correction", 70, [line("warm", 1.4)], [r.time, r.gate], [0, 1.05], [], true);
+    tell(panes[0]);
+  };
+  const zoom = (min, max) => {
+    const width = Math.min(max - min, whole[1] - whole[0]);
+    min = Math.max(whole[0], Math.min(min, whole[1] - width));
+    if (width > 0) panes[0].setScale("x", { min, max: min + width });
+  };
+  const step = (kind) => {
+    const { min, max } = panes[0].scales.x, w = max - min, c = (min + max) / 2;
+    if (kind === "in") zoom(c - w / 4, c + w / 4);
+    if (kind === "out") zoom(c - w, c + w);
+    if (kind === "left") zoom(min - w / 4, max - w / 4);
+    if (kind === "right") zoom(min + w / 4, max + w / 4);
+    if (kind === "all") zoom(...whole);
+  };
+  const pick = (index) => {
+    current = index;
+    select.value = String(index);
+    document.querySelectorAll("[data-pick]").forEach((b) => b.setAttribute("aria-pressed", String(Number(b.dataset.pick) === index)));
+    build();
+  };
+  redraw = build;
+
+  select.addEventListener("change", () => pick(Number(select.value)));
+  document.querySelectorAll("[data-pick]").forEach((b) => b.addEventListener("click", () => {
+    pick(Number(b.dataset.pick));
+    if (b.classList.contains("thumb")) byId("traces").scrollIntoView();
+  }));
+  document.querySelectorAll("[data-zoom]").forEach((b) => b.addEventListener("click", () => step(b.dataset.zoom)));
+  live.addEventListener("dblclick", () => step("all"));
+  live.addEventListener("keydown", (e) => {
+    const kind = { ArrowLeft: "left", ArrowRight: "right", "+": "in", "=": "in", "-": "out", 0: "all" }[e.key];
+    if (!kind || e.ctrlKey || e.metaKey || e.altKey) return;
+    e.preventDefault();
+    step(kind);
+  });
+
+  // Touch: one finger moves a zoomed picture, two zoom it.
+  const fingers = new Map();
+  const timeAt = (x) => panes[0].posToVal(x - panes[0].over.getBoundingClientRect().left, "x");
+  live.addEventListener("pointerdown", (e) => { if (e.pointerType === "touch") fingers.set(e.pointerId, { x: e.clientX, t: timeAt(e.clientX) }); });
+  live.addEventListener("pointermove", (e) => {
+    const finger = fingers.get(e.pointerId);
+    if (!finger) return;
+    finger.x = e.clientX;
+    const { left, width } = panes[0].over.getBoundingClientRect();
+    const [a, b] = [...fingers.values()];
+    const { min, max } = panes[0].scales.x;
+    if (b && Math.abs(b.x - a.x) > 12) {
+      const perPixel = (b.t - a.t) / (b.x - a.x);
+      if (perPixel > 0) zoom(a.t - (a.x - left) * perPixel, a.t + (left + width - a.x) * perPixel);
+    } else if (!b && max - min < (whole[1] - whole[0]) * 0.999) {
+      const perPixel = (max - min) / width, start = a.t - (a.x - left) * perPixel;
+      zoom(start, start + (max - min));
+    }
+  });
+  ["pointerup", "pointercancel"].forEach((n) => live.addEventListener(n, (e) => fingers.delete(e.pointerId)));
+
+  let width = 0;
+  new ResizeObserver(() => {
+    if (live.clientWidth === width || !live.clientWidth) return;
+    width = live.clientWidth;
+    panes.forEach((p) => p.setSize({ width, height: p.height }));
+  }).observe(live);
+  width = live.clientWidth;
+  pick(current);
+})();

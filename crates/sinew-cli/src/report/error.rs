@@ -1,0 +1,13 @@
+//! What can go wrong while a report is written.
+
+/// Why no report could be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub(crate) enum Error {
+    /// The page template could not be filled.
+    #[error("the report's page could not be written: {0}")]
+    Page(#[from] askama::Error),
+    /// The traces could not be packed for the page.
+    #[error("the report's traces could not be packed: {0}")]
+    Data(#[from] serde_json::Error),
+}

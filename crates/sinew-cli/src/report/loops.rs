@@ -1,0 +1,51 @@
+//! The near/far parallelogram: what the cable did and what the model thought it would do.
+
+use super::path::{keep, line};
+use super::plot::Plot;
+use super::record::{Record, Signals};
+use super::scale::{Axis, padded, robust_range};
+
+/// Points drawn in all; more would only blacken the picture.
+const POINTS: usize = 9000;
+/// Records drawn at most: with more, loops hide each other.
+const RECORDS: usize = 8;
+
+/// The records a loop picture shows, evenly spread over all of them.
+pub(super) fn shown(records: &[Record]) -> Vec<&Record> {
+    let useful: Vec<&Record> = records.iter().filter(|r| r.len() > 1).collect();
+    let n = useful.len();
+    (0..n.min(RECORDS)).map(|k| useful[k * n / n.min(RECORDS)]).collect()
+}
+
+/// Axes for near (x) and far (y).
+pub(super) fn axes(records: &[&Record], ticks: usize) -> (Axis, Axis) {
+    let near = robust_range(records.iter().flat_map(|r| r.near.iter().copied()));
+    let far = robust_range(records.iter().flat_map(|r| r.far.iter().chain(&r.predicted).copied()));
+    (Axis::new(padded(near, 0.03), ticks), Axis::new(padded(far, 0.04), ticks))
+}
+
+/// Measured and predicted loops as path data.
+pub(super) fn paths(records: &[&Record], points: usize, x: &Axis, y: &Axis) -> (String, String) {
+    let (mut measured, mut predicted) = (String::new(), String::new());
+    for record in records {
+        let kept = keep(record, points / records.len().max(1));
+        measured.push_str(&line(kept.iter().map(|&i| (record.near[i], record.far[i])), x, y));
+        predicted.push_str(&line(kept.iter().map(|&i| (record.near[i], record.predicted[i])), x, y));
+    }
+    (measured, predicted)
+}
+
+/// The picture, or nothing where no trace has two samples.
+pub(super) fn plot(records: &[Record], signals: &Signals) -> Option<Plot> {
+    let shown = shown(records);
+    if shown.is_empty() {
+        return None;
+    }
+    let (x, y) = axes(&shown, 6);
+    let title = format!("Measured and predicted {} against {}", signals.far, signals.near);
+    let mut plot = Plot::new("loop", title, (&x, signals.near_label()), (&y, signals.far_label()));
+    let (measured, predicted) = paths(&shown, POINTS, &x, &y);
+    plot.draw("measured", measured);
+    plot.draw("predicted", predicted);
+    Some(plot)
+}

@@ -1,0 +1,167 @@
+//! The page: everything gathered and put into the template.
+
+use super::error::Error;
+use super::format::{count, duration, percent, percent_of_range, plural, significant, with_unit};
+use super::plot::Plot;
+use super::record::{Signals, records};
+use super::{checks, laws, loops, models, residuals, traces};
+use askama::Template;
+use sinew_identify::account::{Account, Candidate};
+use sinew_identify::log::Role;
+
+#[derive(Template)]
+#[template(path = "report.html")]
+struct Page<'a> {
+    account: &'a Account,
+    simulated: bool,
+    far_unit: &'static str,
+    inputs: Vec<InputView>,
+    verdict: Option<Verdict>,
+    advice: Vec<&'a str>,
+    amount: String,
+    models: models::Models,
+    parallelogram: Option<Plot>,
+    loops: String,
+    traces: Option<traces::Traces>,
+    residuals: Vec<residuals::Residual>,
+    calibration: checks::Calibration,
+    influence: Vec<checks::InfluenceBar>,
+    logs: Vec<LogRow<'a>>,
+    conditions: Vec<(String, String)>,
+    laws: Vec<laws::Law>,
+    parameters: Vec<laws::ParameterRow>,
+    band_factor: String,
+    size: String,
+    range: String,
+    style: &'static str,
+    uplot_style: &'static str,
+    uplot: &'static str,
+    script: &'static str,
+}
+
+struct InputView {
+    column: String,
+    role: &'static str,
+}
+
+struct Verdict {
+    name: String,
+    percent: String,
+    rmse: String,
+    pearson: String,
+    coverage: String,
+    trusted: bool,
+}
+
+struct LogRow<'a> {
+    name: &'a str,
+    samples: String,
+    trials: usize,
+    duration: String,
+    rate: String,
+    findings: &'a [String],
+}
+
+/// One self-contained HTML page about an identification. The same account gives the same bytes.
+///
+/// # Errors
+/// [`Error`] where the page could not be written; no content of an account makes that happen.
+pub(crate) fn render(account: &Account) -> Result<String, Error> {
+    let signals = Signals::of(account);
+    let records = records(account);
+    let samples: usize = account.logs.iter().map(|l| l.samples).sum();
+    let seconds: f64 = account.logs.iter().map(|l| l.duration_s).sum();
+    let drawn = loops::shown(&records).len();
+    let page = Page {
+        account,
+        simulated: simulated(account),
+        far_unit: signals.far_unit,
+        inputs: account
+            .inputs
+            .iter()
+            .map(|i| InputView { column: i.column.clone(), role: role(i.role) })
+            .collect(),
+        verdict: chosen(account).map(|c| verdict(c, &signals)),
+        advice: account.advice.iter().map(String::as_str).filter(|a| !a.is_empty()).collect(),
+        amount: format!(
+            "{}, {}, {}",
+            plural(account.logs.len(), "log", "logs"),
+            plural(samples, "sample", "samples"),
+            duration(seconds)
+        ),
+        models: models::table(account),
+        parallelogram: loops::plot(&records, &signals),
+        loops: match drawn < records.len() {
+            true => format!("{drawn} of {} records are drawn, evenly spread.", count(records.len())),
+            false => String::new(),
+        },
+        traces: traces::section(&records, &signals, account.far_range)?,
+        residuals: residuals::plots(&records, &signals),
+        calibration: checks::calibration(&records, &signals, account.far_range),
+        influence: checks::influence(account),
+        logs: account.logs.iter().map(log_row).collect(),
+        conditions: account.conditions.iter().map(|c| (c.column.clone(), values(&c.values))).collect(),
+        laws: account.classical.iter().map(|c| laws::law(c, &signals)).collect(),
+        parameters: account.chosen.parameters.iter().map(laws::parameter).collect(),
+        band_factor: significant(account.chosen.band_factor, 3),
+        size: count(account.chosen.size),
+        range: with_unit(&significant(account.far_range, 3), signals.far_unit),
+        style: include_str!("../../assets/report.css"),
+        uplot_style: include_str!("../../assets/uplot/uPlot.min.css"),
+        uplot: include_str!("../../assets/uplot/uPlot.iife.min.js"),
+        script: include_str!("../../assets/report.js"),
+    };
+    Ok(page.render()?)
+}
+
+/// The chosen model among those judged.
+pub(super) fn chosen(account: &Account) -> Option<&Candidate> {
+    account.candidates.iter().find(|c| c.chosen).filter(|c| c.failed.is_none())
+}
+
+/// Whether any log says of itself that it was simulated.
+pub(super) fn simulated(account: &Account) -> bool {
+    let says = |text: &str| text.to_lowercase().contains("simulated");
+    account.logs.iter().any(|l| says(&l.name) || l.findings.iter().any(|f| says(f)))
+}
+
+fn verdict(c: &Candidate, signals: &Signals) -> Verdict {
+    Verdict {
+        name: c.name.clone(),
+        percent: percent_of_range(c.percent_of_range),
+        rmse: with_unit(&significant(c.rmse, 3), signals.far_unit),
+        pearson: significant(c.pearson, 4),
+        coverage: percent(c.coverage95),
+        trusted: c.coverage95 >= 0.85,
+    }
+}
+
+fn role(role: Role) -> &'static str {
+    match role {
+        Role::Effort => "effort",
+        Role::Motion => "motion",
+        Role::Anchor => "far-end motion",
+        Role::Given => "given",
+    }
+}
+
+fn log_row(log: &sinew_identify::log::LogInfo) -> LogRow<'_> {
+    LogRow {
+        name: &log.name,
+        samples: count(log.samples),
+        trials: log.trials,
+        duration: duration(log.duration_s),
+        rate: with_unit(&significant(1.0 / log.interval_s, 3), "Hz"),
+        findings: &log.findings,
+    }
+}
+
+/// The first values of a condition, so that a long list stays one line.
+fn values(all: &[String]) -> String {
+    const SHOWN: usize = 12;
+    let mut text = all.iter().take(SHOWN).map(String::as_str).collect::<Vec<_>>().join(", ");
+    if all.len() > SHOWN {
+        text.push_str(&format!(" and {} more", all.len() - SHOWN));
+    }
+    text
+}

@@ -1,0 +1,130 @@
+//! SVG paths in a box of [`WIDTH`] x [`HEIGHT`] whole units, short enough to inline by the dozen.
+
+use super::record::Record;
+use super::scale::Axis;
+use std::fmt::Write as _;
+
+/// Units across every picture.
+pub(super) const WIDTH: f64 = 2000.0;
+/// Units down every picture.
+pub(super) const HEIGHT: f64 = 1000.0;
+
+/// The data of one `<path>`, written with relative steps between whole units.
+#[derive(Debug, Default)]
+pub(super) struct Pen {
+    data: String,
+    at: Option<(i64, i64)>,
+}
+
+impl Pen {
+    /// Lifts the pen: the next point starts a new line.
+    pub(super) fn lift(&mut self) {
+        self.at = None;
+    }
+
+    /// Goes to a point given in fractions of the box, y upwards; a point that is no number lifts the pen.
+    pub(super) fn to(&mut self, x: f64, y: f64) {
+        if !(x.is_finite() && y.is_finite()) {
+            self.lift();
+            return;
+        }
+        // Far outside the box is clipped by the page anyway.
+        let place = |f: f64, size: f64| (f.clamp(-1.0, 2.0) * size).round() as i64;
+        let (x, y) = (place(x, WIDTH), place(1.0 - y, HEIGHT));
+        match self.at {
+            None => {
+                let _ = write!(self.data, "M{x} {y}l0 0");
+            }
+            Some((px, py)) if (px, py) == (x, y) => {}
+            Some((px, py)) => {
+                let _ = write!(self.data, " {} {}", x - px, y - py);
+            }
+        }
+        self.at = Some((x, y));
+    }
+
+    /// Closes the line to an area.
+    pub(super) fn close(&mut self) {
+        if self.at.is_some() {
+            self.data.push('z');
+            self.lift();
+        }
+    }
+
+    /// The `d` attribute.
+    pub(super) fn finish(self) -> String {
+        self.data
+    }
+}
+
+/// A line through points; breaks where one is no number.
+pub(super) fn line(points: impl Iterator<Item = (f64, f64)>, x: &Axis, y: &Axis) -> String {
+    let mut pen = Pen::default();
+    points.for_each(|(a, b)| pen.to(x.at(a), y.at(b)));
+    pen.finish()
+}
+
+/// The area between two lines; breaks where a point is no number.
+pub(super) fn ribbon(points: impl Iterator<Item = (f64, f64, f64)>, x: &Axis, y: &Axis) -> String {
+    let mut pen = Pen::default();
+    let mut piece: Vec<(f64, f64, f64)> = Vec::new();
+    let mut flush = |piece: &mut Vec<(f64, f64, f64)>| {
+        piece.iter().for_each(|(a, _, high)| pen.to(x.at(*a), y.at(*high)));
+        piece.iter().rev().for_each(|(a, low, _)| pen.to(x.at(*a), y.at(*low)));
+        pen.close();
+        piece.clear();
+    };
+    for point in points {
+        match point.0.is_finite() && point.1.is_finite() && point.2.is_finite() {
+            true => piece.push(point),
+            false => flush(&mut piece),
+        }
+    }
+    flush(&mut piece);
+    pen.finish()
+}
+
+/// Straight lines across the box at the given fractions of its height.
+pub(super) fn level_lines(at: impl Iterator<Item = f64>) -> String {
+    at.filter(|f| f.is_finite()).fold(String::new(), |mut d, f| {
+        let _ = write!(d, "M0 {}h{WIDTH}", ((1.0 - f) * HEIGHT).round());
+        d
+    })
+}
+
+/// Straight lines down the box at the given fractions of its width.
+pub(super) fn upright_lines(at: impl Iterator<Item = f64>) -> String {
+    at.filter(|f| f.is_finite()).fold(String::new(), |mut d, f| {
+        let _ = write!(d, "M{} 0v{HEIGHT}", (f * WIDTH).round());
+        d
+    })
+}
+
+/// The samples worth keeping of a record, in order: per bucket the first, the lowest and highest far value, the
+/// largest error and a break, so that neither an extreme nor a gap is lost. About `budget` of them.
+pub(super) fn keep(record: &Record, budget: usize) -> Vec<usize> {
+    let n = record.len();
+    if n <= budget {
+        return (0..n).collect();
+    }
+    let buckets = (budget / 4).max(1);
+    let mut kept = Vec::with_capacity(budget + buckets);
+    for bucket in 0..buckets {
+        let range = bucket * n / buckets..(bucket + 1) * n / buckets;
+        let most = |key: &dyn Fn(usize) -> f64| {
+            range.clone().filter(|&i| key(i).is_finite()).max_by(|&a, &b| key(a).total_cmp(&key(b)))
+        };
+        let mut chosen = [
+            range.clone().next(),
+            most(&|i| record.far[i]),
+            most(&|i| -record.far[i]),
+            most(&|i| record.error(i).abs()),
+            range.clone().find(|&i| !record.predicted[i].is_finite()),
+        ];
+        chosen.sort_unstable();
+        kept.extend(chosen.into_iter().flatten());
+    }
+    kept.push(n - 1);
+    kept.dedup();
+    kept
+}

@@ -1,0 +1,235 @@
+//! One log or trial as a reader sees it: its sequences joined, with breaks where they were cut.
+
+use super::format::{axis_label, bare, unit_of};
+use sinew_identify::account::{Account, Trace};
+
+/// The out-of-fold prediction over one log or trial. All vectors have one length; a break is a row of NaN.
+#[derive(Debug, Default)]
+pub(super) struct Record {
+    pub(super) log: String,
+    pub(super) trial: String,
+    /// Log and trial as one name.
+    pub(super) label: String,
+    pub(super) time_s: Vec<f64>,
+    pub(super) near: Vec<f64>,
+    pub(super) far: Vec<f64>,
+    pub(super) predicted: Vec<f64>,
+    pub(super) half_width: Vec<f64>,
+    pub(super) gate: Vec<f64>,
+    pub(super) near_rate: Vec<f64>,
+    pub(super) since_reversal_s: Vec<f64>,
+    pub(super) scored: Vec<bool>,
+}
+
+/// How well some samples were predicted.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Score {
+    pub(super) samples: usize,
+    squares: f64,
+    held: usize,
+    banded: usize,
+    widths: f64,
+}
+
+impl Score {
+    /// Root mean square error; NaN of nothing.
+    pub(super) fn rmse(&self) -> f64 {
+        (self.squares / self.samples as f64).sqrt()
+    }
+
+    /// Share of the samples within the band; NaN of nothing.
+    pub(super) fn coverage(&self) -> f64 {
+        self.held as f64 / self.banded as f64
+    }
+
+    /// Mean half width of the band; NaN of nothing.
+    pub(super) fn half_width(&self) -> f64 {
+        self.widths / self.banded as f64
+    }
+
+    /// Adds other samples.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.squares += other.squares;
+        self.held += other.held;
+        self.banded += other.banded;
+        self.widths += other.widths;
+    }
+}
+
+impl Record {
+    /// Rows, breaks included.
+    pub(super) fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Predicted minus measured.
+    pub(super) fn error(&self, i: usize) -> f64 {
+        self.predicted[i] - self.far[i]
+    }
+
+    /// The error, or NaN where the sample did not count.
+    pub(super) fn scored_error(&self, i: usize) -> f64 {
+        if self.scored[i] { self.error(i) } else { f64::NAN }
+    }
+
+    /// How well it was predicted, over the samples that count.
+    pub(super) fn score(&self) -> Score {
+        let mut score = Score::default();
+        for i in 0..self.len() {
+            let error = self.scored_error(i);
+            if error.is_finite() {
+                score.samples += 1;
+                score.squares += error * error;
+                if self.half_width[i].is_finite() {
+                    score.banded += 1;
+                    score.held += usize::from(error.abs() <= self.half_width[i]);
+                    score.widths += self.half_width[i];
+                }
+            }
+        }
+        score
+    }
+
+    /// Whether the learned correction was ever held back.
+    pub(super) fn gated(&self) -> bool {
+        self.gate.iter().any(|g| *g < 0.995)
+    }
+
+    fn append(&mut self, trace: &Trace) {
+        let n = trace.time_s.len().min(trace.far.len()).min(trace.predicted.len());
+        if n > 0 && self.len() > 0 {
+            self.break_here();
+        }
+        let limit = 10.0 * median_step(&trace.time_s);
+        for i in 0..n {
+            if i > 0 && trace.time_s[i] - trace.time_s[i - 1] > limit {
+                self.break_here();
+            }
+            let get = |column: &[f64]| column.get(i).copied().unwrap_or(f64::NAN);
+            self.push([
+                trace.time_s[i],
+                get(&trace.near),
+                trace.far[i],
+                trace.predicted[i],
+                get(&trace.half_width),
+                get(&trace.gate),
+                get(&trace.near_rate),
+                get(&trace.since_reversal_s),
+            ]);
+            self.scored.push(trace.scored.get(i).copied().unwrap_or(true));
+        }
+    }
+
+    fn push(&mut self, row: [f64; 8]) {
+        let columns = [
+            &mut self.time_s,
+            &mut self.near,
+            &mut self.far,
+            &mut self.predicted,
+            &mut self.half_width,
+            &mut self.gate,
+            &mut self.near_rate,
+            &mut self.since_reversal_s,
+        ];
+        columns.into_iter().zip(row).for_each(|(column, value)| column.push(value));
+    }
+
+    /// A row of NaN just after the last one: time stays finite so that an axis can show the gap.
+    fn break_here(&mut self) {
+        let time = self.time_s.last().copied().unwrap_or(f64::NAN);
+        let mut row = [f64::NAN; 8];
+        row[0] = time;
+        self.push(row);
+        self.scored.push(false);
+    }
+}
+
+fn median_step(time_s: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).filter(|d| d.is_finite()).collect();
+    if steps.is_empty() {
+        return f64::INFINITY;
+    }
+    let middle = steps.len() / 2;
+    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// The account's traces, the sequences of one log and trial joined in order of time.
+pub(super) fn records(account: &Account) -> Vec<Record> {
+    let mut records: Vec<Record> = Vec::new();
+    let one_log = account.traces.windows(2).all(|w| w[0].log == w[1].log);
+    for trace in &account.traces {
+        let same = |r: &Record| r.log == trace.log && r.trial == trace.trial;
+        let parts = records.iter().filter(|r| same(r)).count();
+        let first = trace.time_s.first().copied().unwrap_or(f64::NAN);
+        match records.iter_mut().rfind(|r| same(r)) {
+            Some(record) if record.time_s.last().is_none_or(|last| first > *last) => record.append(trace),
+            _ => {
+                let mut record =
+                    Record { log: trace.log.clone(), trial: trace.trial.clone(), ..Record::default() };
+                record.label = label(if one_log { "" } else { &trace.log }, trace, parts);
+                record.append(trace);
+                records.push(record);
+            }
+        }
+    }
+    records
+}
+
+/// Log and trial; only what tells records apart where the other is the same or missing.
+fn label(log: &str, trace: &Trace, parts: usize) -> String {
+    let mut label = match (log.is_empty(), trace.trial.is_empty()) {
+        (false, false) => format!("{log} · {}", trace.trial),
+        (true, false) => trace.trial.clone(),
+        (_, true) => trace.log.clone(),
+    };
+    if parts > 0 {
+        label.push_str(&format!(" (part {})", parts + 1));
+    }
+    label
+}
+
+/// The names of the two signals every picture is about.
+#[derive(Debug, Clone)]
+pub(super) struct Signals {
+    pub(super) far: String,
+    pub(super) far_unit: &'static str,
+    pub(super) near: String,
+    pub(super) near_unit: &'static str,
+}
+
+impl Signals {
+    pub(super) fn of(account: &Account) -> Self {
+        let near = match account.traces.first().map(|t| t.near_name.as_str()) {
+            Some(name) if !name.is_empty() => name.to_owned(),
+            _ => account.inputs.first().map_or_else(|| "near side".to_owned(), |i| i.column.clone()),
+        };
+        Self { far: account.far.clone(), far_unit: unit_of(&account.far), near_unit: unit_of(&near), near }
+    }
+
+    /// `measured (N)` for the far side, so that axis and legend agree.
+    pub(super) fn far_label(&self) -> String {
+        axis_label(&self.far)
+    }
+
+    /// Name and unit of the near-side signal.
+    pub(super) fn near_label(&self) -> String {
+        axis_label(&self.near)
+    }
+
+    /// Name and unit of the near-side signal's rate.
+    pub(super) fn rate_label(&self) -> String {
+        match self.near_unit {
+            "" => format!("rate of {}", self.near),
+            unit => format!("rate of {} ({unit}/s)", bare(&self.near)),
+        }
+    }
+
+    /// A label with the far side's unit.
+    pub(super) fn in_far_unit(&self, what: &str) -> String {
+        match self.far_unit {
+            "" => what.to_owned(),
+            unit => format!("{what} ({unit})"),
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! Errors of the chosen model against what a physicist suspects first: speed, tension, time since reversal.
+
+use super::format::{significant, with_unit};
+use super::path::{Pen, line, ribbon};
+use super::plot::Plot;
+use super::record::{Record, Signals};
+use super::scale::{Axis, padded, quantile};
+
+/// One picture with a sentence on what it shows.
+#[derive(Debug)]
+pub(super) struct Residual {
+    pub(super) heading: &'static str,
+    pub(super) plot: Plot,
+    pub(super) remark: String,
+}
+
+/// Quantiles of the error over samples that share a value of something.
+#[derive(Debug, Clone, Copy)]
+struct Bin {
+    x: f64,
+    low: f64,
+    quarter: f64,
+    median: f64,
+    three_quarters: f64,
+    high: f64,
+}
+
+/// Samples per bin at least, so that a quantile means something.
+const PER_BIN: usize = 30;
+/// Bins at most.
+const BINS: usize = 32;
+
+/// What an error may depend on.
+#[derive(Debug, Clone, Copy)]
+enum Against {
+    Speed,
+    Near,
+    Far,
+    Reversal,
+}
+
+impl Against {
+    fn value(self, record: &Record, i: usize) -> f64 {
+        match self {
+            Self::Speed => record.near_rate[i],
+            Self::Near => record.near[i],
+            Self::Far => record.far[i],
+            Self::Reversal => record.since_reversal_s[i],
+        }
+    }
+
+    fn heading(self, signals: &Signals) -> &'static str {
+        match self {
+            Self::Speed => "Against speed",
+            Self::Near if is_load(signals.near_unit) => "Against near tension",
+            Self::Near => "Against the near side",
+            Self::Far => "Against far tension",
+            Self::Reversal => "Against time since reversal",
+        }
+    }
+
+    fn unit(self, signals: &Signals) -> String {
+        match (self, signals.near_unit) {
+            (Self::Speed, "") => String::new(),
+            (Self::Speed, unit) => format!("{unit}/s"),
+            (Self::Near, unit) => unit.to_owned(),
+            (Self::Far, _) => signals.far_unit.to_owned(),
+            (Self::Reversal, _) => "s".to_owned(),
+        }
+    }
+
+    fn label(self, signals: &Signals) -> String {
+        match self {
+            Self::Speed => signals.rate_label(),
+            Self::Near => signals.near_label(),
+            Self::Far => signals.far_label(),
+            Self::Reversal => "time since reversal (s)".to_owned(),
+        }
+    }
+}
+
+fn is_load(unit: &str) -> bool {
+    matches!(unit, "N" | "N·m" | "N·mm")
+}
+
+/// The pictures, all with one error axis so that they compare.
+pub(super) fn plots(records: &[Record], signals: &Signals) -> Vec<Residual> {
+    // Friction goes with load: where only the far side tells it, the far side is shown.
+    let far = is_load(signals.far_unit) && !is_load(signals.near_unit);
+    let load = if far { Against::Far } else { Against::Near };
+    let binned = [Against::Speed, load, Against::Reversal].map(|a| (a, bins(collect(records, a))));
+    let all = || binned.iter().flat_map(|(_, bins)| bins);
+    let reach = all().fold(0.0f64, |m, b| m.max(b.low.abs()).max(b.high.abs()));
+    let y = Axis::new(padded((-reach, reach), 0.08), 5);
+    let useful = binned.iter().filter(|(_, bins)| !bins.is_empty());
+    useful
+        .map(|(against, bins)| Residual {
+            heading: against.heading(signals),
+            plot: draw(bins, &y, *against, signals),
+            remark: remark(bins, signals.far_unit, &against.unit(signals)),
+        })
+        .collect()
+}
+
+fn collect(records: &[Record], against: Against) -> Vec<(f64, f64)> {
+    let row = |r: &Record, i| (against.value(r, i), r.scored_error(i));
+    let pairs = records.iter().flat_map(|r| (0..r.len()).map(move |i| row(r, i)));
+    pairs.filter(|(x, e)| x.is_finite() && e.is_finite()).collect()
+}
+
+/// Bins with equally many samples, over the inner 99 % of x.
+fn bins(mut pairs: Vec<(f64, f64)>) -> Vec<Bin> {
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let cut = pairs.len() / 200;
+    let pairs = &pairs[cut..pairs.len() - cut];
+    let wanted = (pairs.len() / PER_BIN).clamp(1, BINS);
+    let mut bins: Vec<Bin> = Vec::new();
+    let mut errors: Vec<f64> = Vec::new();
+    let mut start = 0;
+    for k in 1..=wanted {
+        let mut end = (k * pairs.len() / wanted).max(start);
+        // Equal values stay in one bin: a signal at rest would otherwise fill several at one place.
+        while end > 0 && end < pairs.len() && pairs[end].0 <= pairs[end - 1].0 {
+            end += 1;
+        }
+        if end == start || end - start < PER_BIN.min(pairs.len()) {
+            continue;
+        }
+        errors.clear();
+        errors.extend(pairs[start..end].iter().map(|p| p.1));
+        errors.sort_by(f64::total_cmp);
+        let q = |share| quantile(&errors, share);
+        bins.push(Bin {
+            x: pairs[start + (end - start) / 2].0,
+            low: q(0.05),
+            quarter: q(0.25),
+            median: q(0.5),
+            three_quarters: q(0.75),
+            high: q(0.95),
+        });
+        start = end;
+    }
+    bins
+}
+
+fn draw(bins: &[Bin], y: &Axis, against: Against, signals: &Signals) -> Plot {
+    let ends = bins.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), b| (l.min(b.x), h.max(b.x)));
+    let x = Axis::new(padded(ends, 0.02), 5);
+    let title =
+        format!("Error {}: median, quartiles and 5 to 95 % range", against.heading(signals).to_lowercase());
+    let mut plot = Plot::new(
+        "residual",
+        title,
+        (&x, against.label(signals)),
+        (y, signals.in_far_unit("predicted − measured")),
+    );
+    plot.draw("wide", ribbon(bins.iter().map(|b| (b.x, b.low, b.high)), &x, y));
+    plot.draw("quartiles", ribbon(bins.iter().map(|b| (b.x, b.quarter, b.three_quarters)), &x, y));
+    plot.draw("zero", line([(x.low, 0.0), (x.high, 0.0)].into_iter(), &x, y));
+    plot.draw("median", line(bins.iter().map(|b| (b.x, b.median)), &x, y));
+    let mut dots = Pen::default();
+    for bin in bins {
+        dots.to(x.at(bin.x), y.at(bin.median));
+        dots.lift();
+    }
+    plot.draw("dots", dots.finish());
+    plot
+}
+
+/// Where the model leans, and where it is least sure.
+fn remark(bins: &[Bin], unit: &str, x_unit: &str) -> String {
+    let say = |v: f64| with_unit(&significant(v, 2), unit);
+    let place = |v: f64| with_unit(&significant(v, 2), x_unit);
+    let by = |key: &dyn Fn(&Bin) -> f64| bins.iter().max_by(|a, b| key(a).total_cmp(&key(b)));
+    let (Some(lean), Some(wide)) = (by(&|b| b.median.abs()), by(&|b| b.high - b.low)) else {
+        return String::new();
+    };
+    format!(
+        "Median error largest at {}: {}. 90\u{202f}% spread widest at {}: {}.",
+        place(lean.x),
+        say(lean.median),
+        place(wide.x),
+        say(wide.high - wide.low)
+    )
+}

@@ -1,0 +1,113 @@
+//! Axes: ranges that a stray sample cannot squash, round ticks, quantiles.
+
+use super::format::{fixed, significant};
+
+/// A linear axis from `low` to `high`, `low < high`, both finite.
+#[derive(Debug, Clone)]
+pub(super) struct Axis {
+    /// Value at the start.
+    pub(super) low: f64,
+    /// Value at the end.
+    pub(super) high: f64,
+    step: f64,
+}
+
+impl Axis {
+    /// An axis over a range, with about `wanted` ticks; an empty or infinite range becomes one around zero.
+    pub(super) fn new((low, high): (f64, f64), wanted: usize) -> Self {
+        let (low, high) = if !(low.is_finite() && high.is_finite()) {
+            (-1.0, 1.0)
+        } else if high - low > 1e-12 * low.abs().max(high.abs()) {
+            (low, high)
+        } else {
+            // A constant: show it in the middle of an axis of its own size.
+            let half = (0.5 * low.abs()).max(1e-6);
+            (low - half, low + half)
+        };
+        let step = round_step((high - low) / wanted.max(1) as f64);
+        Self { low, high, step }
+    }
+
+    /// Where a value lies, 0 to 1 within the axis; NaN stays NaN.
+    pub(super) fn at(&self, value: f64) -> f64 {
+        (value - self.low) / (self.high - self.low)
+    }
+
+    /// Round values within the axis with their labels.
+    pub(super) fn ticks(&self) -> Vec<(f64, String)> {
+        let first = (self.low / self.step).ceil();
+        let decimals = usize::try_from((-self.step.log10().floor()) as i64).unwrap_or(0);
+        let exotic = self.low.abs().max(self.high.abs()) >= 1e5 || decimals > 4;
+        (0..24)
+            .map(|k| (first + f64::from(k)) * self.step)
+            .take_while(|value| *value <= self.high + 1e-9 * self.step)
+            .map(|value| {
+                let value = if value.abs() < 1e-9 * self.step { 0.0 } else { value };
+                (value, if exotic { significant(value, 3) } else { fixed(value, decimals) })
+            })
+            .collect()
+    }
+}
+
+/// 1, 2 or 5 times a power of ten, near `step`.
+fn round_step(step: f64) -> f64 {
+    let power = 10f64.powf(step.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= 0.7 * step).unwrap_or(step)
+}
+
+/// The range of the finite values; cut to the inner 99.9 % where a few stray ones would squash the rest.
+pub(super) fn robust_range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let mut sorted: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let (Some(&least), Some(&most)) = (sorted.first(), sorted.last()) else { return (f64::NAN, f64::NAN) };
+    let (low, high) = (quantile(&sorted, 0.0005), quantile(&sorted, 0.9995));
+    let slack = 0.3 * (high - low);
+    let low = if least < low - slack && slack > 0.0 { low } else { least };
+    let high = if most > high + slack && slack > 0.0 { high } else { most };
+    (low, high)
+}
+
+/// The range with `share` of its length added at both ends.
+pub(super) fn padded((low, high): (f64, f64), share: f64) -> (f64, f64) {
+    let more = share * (high - low);
+    (low - more, high + more)
+}
+
+/// Linear interpolation in sorted values; NaN of nothing.
+pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let place = q.clamp(0.0, 1.0) * last as f64;
+    let below = place.floor() as usize;
+    let (a, b) = (sorted[below.min(last)], sorted[(below + 1).min(last)]);
+    a + (place - place.floor()) * (b - a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_within_the_axis() {
+        let axis = Axis::new((-3.2, 11.9), 6);
+        let labels: Vec<String> = axis.ticks().into_iter().map(|t| t.1).collect();
+        assert_eq!(labels, ["\u{2212}2", "0", "2", "4", "6", "8", "10"]);
+        assert!(axis.ticks().iter().all(|(v, _)| (0.0..=1.0).contains(&axis.at(*v))));
+    }
+
+    #[test]
+    fn an_axis_of_nothing_or_of_a_constant_is_still_an_axis() {
+        for range in [(f64::NAN, f64::NAN), (3.0, 3.0), (0.0, 0.0), (f64::NEG_INFINITY, 1.0), (1e300, 1e300)]
+        {
+            let axis = Axis::new(range, 5);
+            assert!(axis.low < axis.high, "{range:?}");
+            assert!(axis.ticks().len() < 25);
+        }
+    }
+
+    #[test]
+    fn a_few_stray_samples_do_not_squash_the_rest() {
+        let values = (0..10_000).map(|i| if i == 5000 { 1e6 } else { f64::from(i % 100) });
+        let (low, high) = robust_range(values);
+        assert!(low.abs() < 1e-9 && (98.0..=99.0).contains(&high), "{low} {high}");
+    }
+}

@@ -1,0 +1,308 @@
+//! Traces over time: still pictures for everyone, packed samples for the reader who zooms.
+
+use super::error::Error;
+use super::format::{axis_label, percent, percent_of_range};
+use super::path::{Pen, keep, line, ribbon};
+use super::plot::Plot;
+use super::record::{Record, Signals};
+use super::scale::{Axis, padded, robust_range};
+use base64::Engine as _;
+use serde::Serialize;
+
+/// Samples packed in all; more are thinned without losing extremes.
+const SAMPLES: usize = 20_000;
+/// Points of a still picture.
+const STILL_POINTS: usize = 2200;
+/// Points of all thumbnails together.
+const THUMB_POINTS: usize = 9000;
+/// Thumbnails at most; the selection lists every record.
+const THUMBS: usize = 60;
+
+/// The section on traces.
+#[derive(Debug)]
+pub(super) struct Traces {
+    pub(super) records: Vec<Entry>,
+    pub(super) start: usize,
+    pub(super) start_label: String,
+    pub(super) still: Vec<Plot>,
+    pub(super) thumbs: Vec<Thumb>,
+    pub(super) thinned: bool,
+    /// Whether any stretch does not count.
+    pub(super) skipped: bool,
+    pub(super) best: usize,
+    pub(super) typical: usize,
+    pub(super) worst: usize,
+    /// JSON, safe within a script element.
+    pub(super) data: String,
+}
+
+/// One choice of the selection.
+#[derive(Debug)]
+pub(super) struct Entry {
+    pub(super) label: String,
+    pub(super) percent: String,
+}
+
+/// One small picture that selects its record.
+#[derive(Debug)]
+pub(super) struct Thumb {
+    pub(super) index: usize,
+    pub(super) label: String,
+    pub(super) percent: String,
+    pub(super) coverage: String,
+    pub(super) measured: String,
+    pub(super) predicted: String,
+}
+
+#[derive(Serialize)]
+struct Packed<'a> {
+    far: String,
+    far_unit: &'a str,
+    near: String,
+    near_unit: &'a str,
+    /// Ranges of the quantised channels.
+    far_range: [f64; 2],
+    near_range: [f64; 2],
+    half_range: [f64; 2],
+    gated: bool,
+    records: Vec<PackedRecord<'a>>,
+}
+
+#[derive(Serialize)]
+struct PackedRecord<'a> {
+    label: &'a str,
+    percent: String,
+    coverage: String,
+    samples: usize,
+    /// Time of the first sample, s.
+    start_s: f64,
+    /// Where to look at first: the range of the far side without stray samples.
+    view: [f64; 2],
+    view_near: [f64; 2],
+    /// Little-endian base64: time f32, the others i16 over their range with -32768 for none.
+    time: String,
+    measured: String,
+    predicted: String,
+    half: String,
+    near: String,
+    gate: String,
+    scored: String,
+}
+
+/// Everything the section shows; `None` without a record of two samples.
+pub(super) fn section(records: &[Record], signals: &Signals, range: f64) -> Result<Option<Traces>, Error> {
+    let records: Vec<&Record> = records.iter().filter(|r| r.len() > 1).collect();
+    if records.is_empty() {
+        return Ok(None);
+    }
+    let scores: Vec<_> = records.iter().map(|r| r.score()).collect();
+    let mut order: Vec<usize> = (0..records.len()).filter(|&i| scores[i].samples > 0).collect();
+    order.sort_by(|&a, &b| scores[a].rmse().total_cmp(&scores[b].rmse()));
+    let pick = |place: usize| order.get(place).copied().unwrap_or(0);
+    let (best, typical, worst) = (pick(0), pick(order.len() / 2), pick(order.len().saturating_sub(1)));
+    let share = |i: usize| percent_of_range(100.0 * scores[i].rmse() / range);
+    let per_thumb = (THUMB_POINTS / records.len().min(THUMBS)).min(260);
+    let thumbs = (0..records.len().min(THUMBS)).map(|i| {
+        let (measured, predicted) = thumbnail(records[i], per_thumb);
+        let coverage = percent(scores[i].coverage());
+        Thumb { index: i, label: records[i].label.clone(), percent: share(i), coverage, measured, predicted }
+    });
+    Ok(Some(Traces {
+        start: typical,
+        start_label: records[typical].label.clone(),
+        still: still(records[typical], signals),
+        thumbs: if records.len() > 1 { thumbs.collect() } else { Vec::new() },
+        thinned: records.iter().map(|r| r.len()).sum::<usize>() > SAMPLES,
+        skipped: records.iter().any(|r| !skipped(r).is_empty()),
+        best,
+        typical,
+        worst,
+        data: pack(&records, signals, &share)?,
+        records: (0..records.len())
+            .map(|i| Entry { label: records[i].label.clone(), percent: share(i) })
+            .collect(),
+    }))
+}
+
+/// Axes over time for the far side of one record, the band included as far as it does not squash the signal.
+pub(super) fn far_axes(record: &Record, ticks: usize) -> (Axis, Axis) {
+    let time = Axis::new(robust_ends(&record.time_s), ticks);
+    (time, Axis::new(far_view(record), 5))
+}
+
+fn far_view(record: &Record) -> (f64, f64) {
+    let signal = robust_range(record.far.iter().chain(&record.predicted).copied());
+    let band =
+        (0..record.len()).flat_map(|i| [-1.0, 1.0].map(|s| record.predicted[i] + s * record.half_width[i]));
+    let (low, high) = robust_range(band);
+    let most = padded(signal, 0.3);
+    padded((signal.0.min(low.max(most.0)), signal.1.max(high.min(most.1))), 0.04)
+}
+
+fn robust_ends(time_s: &[f64]) -> (f64, f64) {
+    let finite = || time_s.iter().copied().filter(|t| t.is_finite());
+    (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max))
+}
+
+/// Measured, predicted and band of one record as path data.
+pub(super) fn paths(record: &Record, kept: &[usize], x: &Axis, y: &Axis) -> [String; 3] {
+    let t = |i: usize| record.time_s[i];
+    let band = kept.iter().map(|&i| {
+        let (p, h) = (record.predicted[i], record.half_width[i]);
+        (t(i), p - h, p + h)
+    });
+    [
+        line(kept.iter().map(|&i| (t(i), record.far[i])), x, y),
+        line(kept.iter().map(|&i| (t(i), record.predicted[i])), x, y),
+        ribbon(band, x, y),
+    ]
+}
+
+/// Far, error and near of one record, one above the other.
+fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
+    let kept = keep(record, STILL_POINTS);
+    let (x, y) = far_axes(record, 8);
+    let title = format!("Measured and predicted {} of {} over time", signals.far, record.label);
+    let mut far = Plot::new("trace", title, (&x, String::new()), (&y, signals.far_label()));
+    let [measured, predicted, band] = paths(record, &kept, &x, &y);
+    let mut shade = Pen::default();
+    for (from, to) in skipped(record) {
+        let (from, to) = (x.at(from), x.at(to));
+        [(from, 0.0), (from, 1.0), (to, 1.0), (to, 0.0)].into_iter().for_each(|(a, b)| shade.to(a, b));
+        shade.close();
+    }
+    far.draw("skipped", shade.finish());
+    far.draw("band", band);
+    far.draw("measured", measured);
+    far.draw("predicted", predicted);
+    let errors = || kept.iter().map(|&i| (record.time_s[i], record.scored_error(i)));
+    let reach = robust_range(errors().map(|e| e.1.abs())).1;
+    let y = Axis::new(padded((-reach, reach), 0.05), 3);
+    let label = signals.in_far_unit("error, predicted − measured");
+    let mut error = Plot::new("trace low", "Error over time".to_owned(), (&x, String::new()), (&y, label));
+    error.draw("zero", line([(x.low, 0.0), (x.high, 0.0)].into_iter(), &x, &y));
+    error.draw("median", line(errors(), &x, &y));
+    let y = Axis::new(padded(robust_range(record.near.iter().copied()), 0.05), 3);
+    let label = signals.near_label();
+    let mut near =
+        Plot::new("trace low", format!("{label} over time"), (&x, "time (s)".to_owned()), (&y, label));
+    near.draw("near", line(kept.iter().map(|&i| (record.time_s[i], record.near[i])), &x, &y));
+    vec![far, error, near]
+}
+
+/// Stretches that do not count, from and to in s; single rows are breaks, not stretches.
+fn skipped(record: &Record) -> Vec<(f64, f64)> {
+    let mut stretches = Vec::new();
+    let mut start = None;
+    for i in 0..=record.len() {
+        match (start, record.scored.get(i) == Some(&false)) {
+            (None, true) => start = Some(i),
+            (Some(from), false) => {
+                if i - from > 1 {
+                    stretches.push((record.time_s[from], record.time_s[i.min(record.len() - 1)]));
+                }
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    stretches
+}
+
+fn thumbnail(record: &Record, points: usize) -> (String, String) {
+    let kept = keep(record, points);
+    let x = Axis::new(robust_ends(&record.time_s), 2);
+    let view = padded(robust_range(record.far.iter().chain(&record.predicted).copied()), 0.06);
+    let [measured, predicted, _] = paths(record, &kept, &x, &Axis::new(view, 2));
+    (measured, predicted)
+}
+
+fn pack(records: &[&Record], signals: &Signals, share: &dyn Fn(usize) -> String) -> Result<String, Error> {
+    let all =
+        |column: fn(&Record) -> &Vec<f64>| extremes(records.iter().flat_map(|r| column(r).iter().copied()));
+    let far = all(|r| &r.far);
+    let predicted = all(|r| &r.predicted);
+    let far_range = [far[0].min(predicted[0]), far[1].max(predicted[1])];
+    let (near_range, half_range) = (all(|r| &r.near), all(|r| &r.half_width));
+    let gated = records.iter().any(|r| r.gated());
+    let total = records.iter().map(|r| r.len()).sum::<usize>().max(1);
+    let packed = records.iter().enumerate().map(|(index, record)| {
+        let budget = (SAMPLES * record.len() / total).max(160).min(record.len());
+        let kept = keep(record, budget);
+        let start_s = record.time_s.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
+        let column =
+            |values: &[f64], range: [f64; 2]| words(kept.iter().map(|&i| quantise(values[i], range)));
+        let (low, high) = far_view(record);
+        let (near_low, near_high) = padded(robust_range(record.near.iter().copied()), 0.05);
+        let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
+        let score = record.score();
+        PackedRecord {
+            label: &record.label,
+            percent: share(index),
+            coverage: percent(score.coverage()),
+            samples: score.samples,
+            start_s,
+            view: [finite(low), finite(high)],
+            view_near: [finite(near_low), finite(near_high)],
+            time: floats(kept.iter().map(|&i| record.time_s[i] - start_s)),
+            measured: column(&record.far, far_range),
+            predicted: column(&record.predicted, far_range),
+            half: column(&record.half_width, half_range),
+            near: column(&record.near, near_range),
+            gate: if gated { column(&record.gate, [0.0, 1.0]) } else { String::new() },
+            scored: runs(&kept.iter().map(|&i| record.scored[i]).collect::<Vec<bool>>()),
+        }
+    });
+    let packed = Packed {
+        far: axis_label(&signals.far),
+        far_unit: signals.far_unit,
+        near: axis_label(&signals.near),
+        near_unit: signals.near_unit,
+        far_range,
+        near_range,
+        half_range,
+        gated,
+        records: packed.collect(),
+    };
+    // `<` would let a hostile name close the script element.
+    Ok(serde_json::to_string(&packed)?.replace('<', "\\u003c"))
+}
+
+fn extremes(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let ends = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
+    let [low, high] = values.filter(|v| v.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    if low <= high { [low, high] } else { [0.0, 0.0] }
+}
+
+/// A value as 16 bits over a range; the least number means none.
+fn quantise(value: f64, [low, high]: [f64; 2]) -> i16 {
+    match (value.is_finite(), high > low) {
+        (false, _) => i16::MIN,
+        (true, false) => 0,
+        (true, true) => (65534.0 * ((value - low) / (high - low)).clamp(0.0, 1.0) - 32767.0).round() as i16,
+    }
+}
+
+fn words(values: impl Iterator<Item = i16>) -> String {
+    let bytes: Vec<u8> = values.flat_map(i16::to_le_bytes).collect();
+    base64::engine::general_purpose::STANDARD.encode(bytes)
+}
+
+fn floats(values: impl Iterator<Item = f64>) -> String {
+    let bytes: Vec<u8> = values.flat_map(|v| (v as f32).to_le_bytes()).collect();
+    base64::engine::general_purpose::STANDARD.encode(bytes)
+}
+
+/// Lengths of alternating runs, the first of samples that count.
+fn runs(flags: &[bool]) -> String {
+    let (mut lengths, mut current, mut length) = (Vec::new(), true, 0usize);
+    for flag in flags {
+        if *flag != current {
+            lengths.push(length.to_string());
+            (current, length) = (*flag, 0);
+        }
+        length += 1;
+    }
+    lengths.push(length.to_string());
+    lengths.join(" ")
+}
