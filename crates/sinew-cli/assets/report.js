@@ -66,7 +66,6 @@
     const skipped = [];
     let at = 0;
     r.scored.split(" ").map(Number).forEach((n, k) => {
-      // Breaks are single unscored rows: only real stretches are shaded.
       if (k % 2 && n > 1) skipped.push([time[at], time[Math.min(at + n, time.length - 1)]]);
       at += n;
     });
@@ -156,6 +155,8 @@
   };
   const line = (name, width) => ({ stroke: () => colour(name), width, points: { show: false } });
   const build = () => {
+    // The height is kept while the panes are exchanged, or the page would jump.
+    live.style.minHeight = `${live.offsetHeight}px`;
     panes.forEach((p) => p.destroy());
     panes = [];
     live.replaceChildren();
@@ -169,8 +170,33 @@
     const gate = r.gate !== null;
     pane(data.near, 110, [line("near", 1.5)], [r.time, r.near], record.view_near, [], !gate);
     if (gate) pane("gate: trust in the learned correction", 70, [line("warm", 1.4)], [r.time, r.gate], [0, 1.05], [], true);
+    live.style.minHeight = "";
     tell(panes[0]);
   };
+  // The loop of one record, drawn into the picture of all.
+  const loop = document.querySelector("#loop-figure .loop");
+  const paths = loop ? ["measured", "predicted"].map((c) => loop.querySelector(`path.${c}`)) : [];
+  const drawn = paths.map((p) => p?.getAttribute("d") ?? "");
+  let single = false;
+  const drawLoop = () => {
+    if (!loop || paths.includes(null)) return;
+    const r = unpack(data.records[current]), [x0, x1, y0, y1] = loop.dataset.ends.split(" ").map(Number);
+    const path = (ys) => {
+      let d = "", up = true;
+      ys.forEach((y, i) => {
+        const x = r.near[i];
+        if (x === null || y === null) { up = true; return; }
+        d += `${up ? "M" : "L"}${Math.round((x - x0) / (x1 - x0) * 2000)} ${Math.round((y1 - y) / (y1 - y0) * 1000)}`;
+        up = false;
+      });
+      return d;
+    };
+    [r.far, r.predicted].forEach((ys, k) => paths[k].setAttribute("d", single ? path(ys) : drawn[k]));
+    loop.classList.toggle("one", single);
+    byId("loop-name").textContent = single ? data.records[current].label : "";
+    document.querySelectorAll("[data-loop]").forEach((b) => b.setAttribute("aria-pressed", String((b.dataset.loop === "one") === single)));
+  };
+  document.querySelectorAll("[data-loop]").forEach((b) => b.addEventListener("click", () => { single = b.dataset.loop === "one"; drawLoop(); }));
   const zoom = (min, max) => {
     const width = Math.min(max - min, whole[1] - whole[0]);
     min = Math.max(whole[0], Math.min(min, whole[1] - width));
@@ -189,8 +215,9 @@
     select.value = String(index);
     document.querySelectorAll("[data-pick]").forEach((b) => b.setAttribute("aria-pressed", String(Number(b.dataset.pick) === index)));
     build();
+    drawLoop();
   };
-  redraw = build;
+  redraw = () => panes.forEach((p) => p.redraw());
 
   select.addEventListener("change", () => pick(Number(select.value)));
   document.querySelectorAll("[data-pick]").forEach((b) => b.addEventListener("click", () => {

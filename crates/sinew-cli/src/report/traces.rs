@@ -190,7 +190,7 @@ fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
     vec![far, error, near]
 }
 
-/// Stretches that do not count, from and to in s; single rows are breaks, not stretches.
+/// Stretches that do not count, from and to in s; a single row would not be seen.
 fn skipped(record: &Record) -> Vec<(f64, f64)> {
     let mut stretches = Vec::new();
     let mut start = None;
