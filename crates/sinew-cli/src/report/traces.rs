@@ -5,7 +5,7 @@ use super::format::{axis_label, percent, percent_of_range};
 use super::path::{Pen, keep, line, ribbon};
 use super::plot::Plot;
 use super::record::{Record, Signals};
-use super::scale::{Axis, padded, robust_range};
+use super::scale::{Axis, padded, robust_range, robust_reach};
 use base64::Engine as _;
 use serde::Serialize;
 
@@ -79,6 +79,7 @@ struct PackedRecord<'a> {
     /// Where to look at first: the range of the far side without stray samples.
     view: [f64; 2],
     view_near: [f64; 2],
+    view_error: [f64; 2],
     /// Little-endian base64: time f32, the others i16 over their range with -32768 for none.
     time: String,
     measured: String,
@@ -139,6 +140,11 @@ fn far_view(record: &Record) -> (f64, f64) {
     padded((signal.0.min(low.max(most.0)), signal.1.max(high.min(most.1))), 0.04)
 }
 
+fn error_view(record: &Record) -> (f64, f64) {
+    let reach = 1.05 * robust_reach((0..record.len()).map(|i| record.scored_error(i)));
+    (-reach, reach)
+}
+
 fn robust_ends(time_s: &[f64]) -> (f64, f64) {
     let finite = || time_s.iter().copied().filter(|t| t.is_finite());
     (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max))
@@ -176,8 +182,7 @@ fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
     far.draw("measured", measured);
     far.draw("predicted", predicted);
     let errors = || kept.iter().map(|&i| (record.time_s[i], record.scored_error(i)));
-    let reach = robust_range(errors().map(|e| e.1.abs())).1;
-    let y = Axis::new(padded((-reach, reach), 0.05), 3);
+    let y = Axis::new(error_view(record), 3);
     let label = signals.in_far_unit("error, predicted − measured");
     let mut error = Plot::new("trace low", "Error over time".to_owned(), (&x, String::new()), (&y, label));
     error.draw("zero", line([(x.low, 0.0), (x.high, 0.0)].into_iter(), &x, &y));
@@ -244,6 +249,7 @@ fn pack(records: &[&Record], signals: &Signals, share: &dyn Fn(usize) -> String)
             start_s,
             view: [finite(low), finite(high)],
             view_near: [finite(near_low), finite(near_high)],
+            view_error: [finite(error_view(record).0), finite(error_view(record).1)],
             time: floats(kept.iter().map(|&i| record.time_s[i] - start_s)),
             measured: column(&record.far, far_range),
             predicted: column(&record.predicted, far_range),
