@@ -69,7 +69,7 @@ pub(super) fn calibration(records: &[Record], signals: &Signals, range: f64) -> 
         too_narrow: rows.iter().filter(|r| r.low).count(),
         more: rows.split_off(rows.len().min(ROWS)),
         of: if one_log && records.len() > 1 { "trial" } else { "log" },
-        roomy: start > 0.45,
+        roomy: start > 0.65,
         target: at(0.95),
         floor: at(TOO_FEW),
         lowest: format!("{}\u{202f}%", fixed(100.0 * start, 0)),
