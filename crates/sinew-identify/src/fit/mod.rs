@@ -1,1 +1,4 @@
 //! Fits: the clamp cell, the network, the classical laws.
+
+pub mod classical;
+pub mod levenberg_marquardt;
