@@ -7,8 +7,8 @@ use crate::Error;
 /// A pause longer than this many median sampling intervals, and longer than [`GAP_TYPICAL`] times the
 /// interval that 95 % of the samples keep, is a gap: states are not carried over it.
 ///
-/// At 100 Hz this is a quarter of a second; a log at 2 Hz that skips a sample now and then is not cut.
-pub const GAP_INTERVALS: f64 = 25.0;
+/// At 100 Hz this is one second; a log at 2 Hz that skips a sample now and then is not cut.
+pub const GAP_INTERVALS: f64 = 100.0;
 /// See [`GAP_INTERVALS`].
 pub const GAP_TYPICAL: f64 = 5.0;
 
