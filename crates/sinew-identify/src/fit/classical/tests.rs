@@ -35,7 +35,8 @@ fn dataset(columns: &[(&str, Role, Vec<f64>)], far: &[f64], interval: f64, noise
             let mut far_clean = noisy[rows.clone()].to_vec();
             let mut scored = vec![true; rows.len()];
             // A missing near cell, and a far side gone wild where it is not scored.
-            inputs[7 * columns.len()] = f64::NAN;
+            let effort = columns.iter().position(|(_, role, _)| *role == Role::Effort).unwrap();
+            inputs[7 * columns.len() + effort] = f64::NAN;
             far_clean[50] = 1e3;
             scored[50] = false;
             Sequence {
@@ -190,7 +191,11 @@ fn friction_forces_with_memory_come_back() {
     assert!((get(fit, "friction per load").value - 0.1).abs() < 5e-3 && fit.rmse < 0.15, "{fit:#?}");
     assert!((get(fit, "Stribeck speed").value / 0.02 - 1.0).abs() < 0.2, "{fit:#?}");
     let fit = find(&fits[3], "generalised Maxwell");
-    assert!(fit.rmse < 0.2, "{fit:#?}");
+    // Which element holds how much at the start of a sequence is not known, hence a looser end.
+    for (name, truth) in [("after 2 %", 3.0), ("after 25 %", 3.0)] {
+        assert!((get(fit, name).value / truth - 1.0).abs() < 0.15, "{fit:#?}");
+    }
+    assert!(fit.rmse < 0.5 && !get(fit, "after 60 %").identified, "{fit:#?}");
     // What was simulated is what fits best, and a wrong structure is named.
     for (i, law) in ["Dahl", "Bouc-Wen", "LuGre"].iter().enumerate() {
         let own = find(&fits[i], law);
