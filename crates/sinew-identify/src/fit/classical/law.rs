@@ -84,6 +84,8 @@ pub(super) struct Law {
     pub(super) derived: Vec<Derived>,
     /// What no data of this kind can tell.
     pub(super) note: String,
+    /// Parameters, by index, that these data cannot tell whatever the fit says.
+    pub(super) unseen: Vec<usize>,
     /// What to say of a parameter, by index, that these data do not determine.
     pub(super) because: fn(usize) -> &'static str,
 }
@@ -122,8 +124,23 @@ impl LeastSquares for Problem<'_> {
 }
 
 impl Law {
+    /// A parameter as it is. Positive ones are held within a factor of a thousand of their starts: there
+    /// they have become nothing or everything, and the fit sees that they no longer matter.
+    fn held(&self, i: usize, theta: f64) -> f64 {
+        let scale = self.specs[i].scale;
+        let starts = || self.starts.iter().map(|start| scale.inward(start[i]));
+        match scale {
+            Scale::Linear { .. } => theta,
+            Scale::Above(_) | Scale::Between(..) => {
+                let least = starts().fold(f64::INFINITY, f64::min);
+                let most = starts().fold(f64::NEG_INFINITY, f64::max);
+                theta.max(least - 7.0).min(most + 7.0)
+            }
+        }
+    }
+
     fn outward(&self, theta: &[f64]) -> Vec<f64> {
-        self.specs.iter().zip(theta).map(|(spec, &t)| spec.scale.outward(t)).collect()
+        (0..theta.len()).map(|i| self.specs[i].scale.outward(self.held(i, theta[i]))).collect()
     }
 
     /// The fit, with intervals; `None` where the law cannot be evaluated at all.
@@ -146,7 +163,11 @@ impl Law {
         let mut parameters: Vec<Parameter> =
             (0..natural.len()).map(|i| self.parameter(i, &solution, &certainty, spread, signals)).collect();
         for derived in &self.derived {
-            parameters.push(self.derived_parameter(derived, &solution, &certainty, spread, signals));
+            let parameter = self.derived_parameter(derived, &solution, &certainty, spread, signals);
+            // Lines of either sign have no friction angle.
+            if parameter.value.is_finite() {
+                parameters.push(parameter);
+            }
         }
         let remark = self.remark(&parameters, rmse, tau, all, signals);
         Some(ClassicalFit {
@@ -181,10 +202,11 @@ impl Law {
         signals: &Signals,
     ) -> Parameter {
         let spec = &self.specs[i];
-        let half = 1.96 * spread * certainty.variance[i].sqrt();
+        let seen = if self.unseen.contains(&i) { f64::INFINITY } else { certainty.variance[i] };
+        let half = 1.96 * spread * seen.sqrt();
         let at = |theta: f64| spec.scale.outward(theta);
-        let (value, low, high) =
-            (at(solution.theta[i]), at(solution.theta[i] - half), at(solution.theta[i] + half));
+        let theta = self.held(i, solution.theta[i]);
+        let (value, low, high) = (at(theta), at(theta - half), at(theta + half));
         parameter(spec, value, low, high, signals, (self.because)(i))
     }
 
@@ -254,7 +276,9 @@ impl Law {
 }
 
 fn parameter(spec: &Spec, value: f64, low: f64, high: f64, signals: &Signals, why: &str) -> Parameter {
-    let known = low.is_finite() && high.is_finite();
+    // An interval over six decades is no interval.
+    let vague = matches!(spec.scale, Scale::Above(least) if high - least > 1e3 * (value - least));
+    let known = low.is_finite() && high.is_finite() && !vague;
     let one_way = spec.friction && signals.reversals == 0;
     let identified = known && !one_way && spec.scale.identified(value, low, high);
     let remark = match (identified, one_way) {

@@ -34,8 +34,8 @@ pub(super) fn laws(samples: &Samples, signals: &Signals) -> Vec<Law> {
         .collect()
 }
 
-fn distances(signals: &Signals) -> [f64; 4] {
-    [0.003, 0.02, 0.1, 0.4].map(|fraction| fraction * signals.drive_range)
+fn distances(signals: &Signals) -> [f64; 5] {
+    [0.003, 0.02, 0.06, 0.15, 0.4].map(|fraction| fraction * signals.drive_range)
 }
 
 fn dahl(signals: &Signals) -> Friction {
@@ -57,7 +57,7 @@ fn dahl(signals: &Signals) -> Friction {
 fn bouc_wen(signals: &Signals) -> Friction {
     let mut grid = vec![];
     for d in distances(signals) {
-        for (n, beta) in [(1.3, 0.9), (2.0, 0.6), (4.0, 0.6)] {
+        for (n, beta) in [(1.3, 0.9), (2.0, 0.6), (2.0, 0.9), (4.0, 0.6)] {
             grid.push(vec![d, n, beta]);
         }
     }
@@ -85,7 +85,7 @@ fn bouc_wen(signals: &Signals) -> Friction {
 fn lugre(samples: &Samples, signals: &Signals) -> Friction {
     let speeds = speed_quantiles(samples);
     let loaded = signals.has_effort;
-    let load = move |samples: &Samples, row: usize| if loaded { samples.effort[row].max(0.0) } else { 1.0 };
+    let load = move |samples: &Samples, row: usize| if loaded { samples.effort[row].abs() } else { 1.0 };
     let fitted = samples.fitted.len().max(1) as f64;
     let usual = (samples.fitted.iter().map(|&row| load(samples, row)).sum::<f64>() / fitted).max(1e-12);
     let mut grid = vec![];
@@ -211,6 +211,7 @@ impl Friction {
             starts,
             predict: predict(self.units, forces, towards),
             derived: vec![],
+            unseen: vec![],
             note,
             because: self.because,
         }
@@ -221,34 +222,77 @@ impl Friction {
         let far = pick(&samples.far);
         let mut found: Vec<(f64, f64, Vec<f64>)> = vec![];
         let mut friction = vec![0.0; samples.far.len()];
-        for shape in &self.grid {
+        let forces = self.units.len();
+        let mut fit = |shape: &[f64], start: &dyn Fn(usize) -> f64| {
             let mut columns = vec![];
             for unit in &self.units {
-                if unit(samples, shape, &|_| 0.0, &mut friction) {
-                    columns.push(pick(&friction));
+                if !unit(samples, shape, start, &mut friction) {
+                    return None;
                 }
+                columns.push(pick(&friction));
             }
+            let largest = columns.iter().flatten().fold(1e-12, |m: f64, f| m.max(f.abs()));
             columns.push(pick(&samples.near));
             columns.push(vec![1.0; far.len()]);
-            if columns.len() != self.units.len() + 2 {
-                continue;
-            }
-            let Some((weights, squares)) = linear_fit(&columns, &far) else { continue };
-            let forces = self.units.len();
-            // A drive counted the other way round turns every force.
-            let towards = if weights[..forces].iter().sum::<f64>() > 0.0 { -1.0 } else { 1.0 };
-            let least =
-                1e-3 * signals.far_range / pick(&friction).iter().fold(1e-12, |m: f64, f| m.max(f.abs()));
-            let mut start: Vec<f64> = weights[..forces].iter().map(|w| (-towards * w).max(least)).collect();
+            one_way_fit(&columns, &far, forces).map(|fitted| (fitted, largest))
+        };
+        for shape in &self.grid {
+            // Once from rest, and once more from the state that the first fit gives every run's start.
+            let Some((first, _)) = fit(shape, &|_| 0.0) else { continue };
+            let total: f64 = first.weights[..forces].iter().sum();
+            let begun = |row: usize| {
+                let line = first.weights[forces] * samples.near[row] + first.weights[forces + 1];
+                let fraction = (samples.far[row] - line) / total;
+                if fraction.is_finite() { fraction.clamp(-1.0, 1.0) } else { 0.0 }
+            };
+            let Some((fitted, largest)) = fit(shape, &begun) else { continue };
+            let least = 1e-3 * signals.far_range / largest;
+            let mut start: Vec<f64> = fitted.weights[..forces].iter().map(|w| w.abs().max(least)).collect();
             start.extend(shape);
-            start.extend(&weights[forces..]);
-            found.push((squares, towards, start));
+            start.extend(&fitted.weights[forces..]);
+            found.push((fitted.squares, fitted.towards, start));
         }
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         let towards = found.first().map_or(1.0, |best| best.1);
         found.retain(|start| start.1 * towards > 0.0);
         (towards, found.into_iter().take(2).map(|start| start.2).collect())
     }
+}
+
+/// A linear fit whose forces all have the sign `-towards`.
+struct OneWay {
+    weights: Vec<f64>,
+    squares: f64,
+    towards: f64,
+}
+
+/// Least squares with forces of one sign: a drive counted the other way round turns all of them, so both
+/// signs are tried. What would pull the wrong way is left out, worst first.
+fn one_way_fit(columns: &[Vec<f64>], target: &[f64], forces: usize) -> Option<OneWay> {
+    let mut best: Option<OneWay> = None;
+    for towards in [1.0, -1.0] {
+        let mut kept: Vec<usize> = (0..columns.len()).collect();
+        loop {
+            let used: Vec<Vec<f64>> = kept.iter().map(|&i| columns[i].clone()).collect();
+            let (fitted, squares) = linear_fit(&used, target)?;
+            let wrong = |k: &usize| kept[*k] < forces && fitted[*k] * towards > 0.0;
+            let worst =
+                (0..kept.len()).filter(wrong).max_by(|a, b| fitted[*a].abs().total_cmp(&fitted[*b].abs()));
+            if let Some(worst) = worst {
+                kept.remove(worst);
+                continue;
+            }
+            if best.as_ref().is_none_or(|best| squares < best.squares) {
+                let mut weights = vec![0.0; columns.len()];
+                for (&i, w) in kept.iter().zip(&fitted) {
+                    weights[i] = *w;
+                }
+                best = Some(OneWay { weights, squares, towards });
+            }
+            break;
+        }
+    }
+    best
 }
 
 /// `far = a near + b - towards sum_i F_i f_i`, with `a` and `b` the last two parameters.

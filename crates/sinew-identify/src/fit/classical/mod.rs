@@ -4,6 +4,8 @@
 //!
 //! * One near-side signal (the effort or motion that follows the far side best) is transmitted; one drive
 //!   (the motion, or that signal itself) says which way and how far the cable has slid.
+//! * Directions and speeds are taken with hindsight (a reversal counts from the extreme on), so the laws
+//!   without memory show what they could do at best.
 //! * States are reset at every sequence, starting from the measured far side. Rows that are not scored are
 //!   stepped and not fitted; a missing near-side value is the one before it.
 //! * Long logs are thinned to about 6000 rows for the fit, keeping 50 rows between reversals where they
@@ -37,7 +39,7 @@ pub fn fit_classical(data: &Dataset) -> Vec<ClassicalFit> {
         Err(why) => return vec![law::not_fitted(&why)],
     };
     let mut laws = vec![play::play(&thinned, &signals)];
-    if signals.has_effort {
+    if signals.near_is_effort {
         laws.push(capstan::fixed(&thinned, &signals));
         if signals.has_motion {
             laws.push(capstan::speed_dependent(&thinned, &signals));

@@ -23,6 +23,7 @@ pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
         starts: starts(samples),
         predict: Box::new(predict),
         derived: vec![],
+        unseen: vec![],
         note: String::new(),
         because: |i| {
             if i < 2 {
@@ -33,13 +34,12 @@ pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
         },
     };
     if signals.near_is_effort && signals.far_unit == signals.near_unit {
-        law.note = "the friction angle holds mu phi and -ln(eta) together".to_owned();
         law.derived = vec![
             (Spec::friction("friction angle (mu phi - ln eta)", "1", Scale::Linear { typical: 0.5 }), |p| {
-                0.5 * (p[2] / p[0]).ln()
+                if p[0] > 0.0 { 0.5 * (p[2] / p[0]).ln() } else { f64::NAN }
             }),
             (Spec::friction("gain between the two sensors", "1", Scale::Linear { typical: 0.5 }), |p| {
-                (p[0] * p[2]).sqrt()
+                if p[0] > 0.0 { (p[0] * p[2]).sqrt() } else { f64::NAN }
             }),
         ];
     }
@@ -47,17 +47,20 @@ pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
 }
 
 fn predict(samples: &Samples, p: &[f64], out: &mut [f64]) -> bool {
+    let mut crossed = 0;
     for run in &samples.runs {
         let first = samples.far[run.start];
         // Without a measured start, mid-band.
         let mut state = if first.is_finite() { first } else { f64::NAN };
         for row in run.clone() {
             let (low, high) = (p[0] * samples.near[row] + p[1], p[2] * samples.near[row] + p[3]);
+            crossed += usize::from(high < low);
             state = if state.is_finite() { clamp_or_mean(state, low, high) } else { 0.5 * (low + high) };
             out[row] = state;
         }
     }
-    true
+    // Lines that change places are no longer play.
+    crossed <= out.len() / 10
 }
 
 /// Lines a little below and above the least-squares line, shifted or turned.

@@ -20,9 +20,9 @@ pub(super) struct Samples {
     pub(super) effort: Vec<f64>,
     /// What the friction slides along: the motion, or `near` where there is none.
     pub(super) drive: Vec<f64>,
-    /// Rate of `drive`, unit/s, over about five samples, causal.
+    /// Rate of `drive`, unit/s, over five samples.
     pub(super) rate: Vec<f64>,
-    /// +1 or -1 as `drive` last went; 0 before it has moved.
+    /// +1 or -1 as `drive` goes; 0 before it has moved.
     pub(super) direction: Vec<f64>,
     /// Time since the sample before, s; 0 at the start of a run.
     pub(super) interval: Vec<f64>,
@@ -162,8 +162,9 @@ fn unit_of(column: &str) -> String {
         ("v", "V"),
         ("kn", "kN"),
     ];
-    let suffix = column.rsplit('_').next().unwrap_or("").to_ascii_lowercase();
-    let found = UNITS.iter().find(|(written, _)| column.contains('_') && *written == suffix);
+    // What follows the unit, as in `tension_n_filtered`, is passed over; what comes first is a name.
+    let words: Vec<String> = column.split('_').skip(1).map(str::to_ascii_lowercase).collect();
+    let found = words.iter().rev().find_map(|word| UNITS.iter().find(|(written, _)| written == word));
     found.map_or_else(|| format!("unit of {column}"), |(_, unit)| (*unit).to_owned())
 }
 
@@ -193,9 +194,9 @@ impl Samples {
         }
         self.direction.extend(directions(&drive[..n], dead_band));
         for i in 0..n {
-            let back = i.saturating_sub(5);
-            let elapsed = sequence.time_s[i] - sequence.time_s[back];
-            self.rate.push(if elapsed > 0.0 { (drive[i] - drive[back]) / elapsed } else { 0.0 });
+            let (back, ahead) = (i.saturating_sub(2), (i + 2).min(n - 1));
+            let elapsed = sequence.time_s[ahead] - sequence.time_s[back];
+            self.rate.push(if elapsed > 0.0 { (drive[ahead] - drive[back]) / elapsed } else { 0.0 });
             self.interval.push(if i > 0 { sequence.time_s[i] - sequence.time_s[i - 1] } else { 0.0 });
             let row = first + i;
             let counts = sequence.scored.get(i).copied().unwrap_or(false);
@@ -280,22 +281,30 @@ fn held(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// Direction of motion that noise below the dead band does not turn.
+/// Direction of motion that noise below the dead band does not turn, with hindsight: a reversal counts from
+/// the extreme on, though it is certain only a dead band later.
 fn directions(drive: &[f64], dead_band: f64) -> Vec<f64> {
-    let (mut direction, mut low, mut high) = (0.0, drive[0], drive[0]);
-    drive
-        .iter()
-        .map(|&x| {
-            low = x.min(low);
-            high = x.max(high);
-            if direction <= 0.0 && x > low + dead_band {
-                (direction, high) = (1.0, x);
-            } else if direction >= 0.0 && x < high - dead_band {
-                (direction, low) = (-1.0, x);
-            }
-            direction
-        })
-        .collect()
+    let mut found = vec![0.0; drive.len()];
+    let (mut direction, mut lowest, mut highest) = (0.0, 0, 0);
+    for (i, &x) in drive.iter().enumerate() {
+        if x < drive[lowest] {
+            lowest = i;
+        }
+        if x > drive[highest] {
+            highest = i;
+        }
+        if direction <= 0.0 && x > drive[lowest] + dead_band {
+            direction = 1.0;
+            found[lowest + 1..i].fill(1.0);
+            highest = i;
+        } else if direction >= 0.0 && x < drive[highest] - dead_band {
+            direction = -1.0;
+            found[highest + 1..i].fill(-1.0);
+            lowest = i;
+        }
+        found[i] = direction;
+    }
+    found
 }
 
 #[cfg(test)]
@@ -305,7 +314,7 @@ mod tests {
     #[test]
     fn directions_ignore_what_stays_within_the_dead_band() {
         let drive = [0.0, 0.05, 0.0, 1.0, 0.95, 2.0, 1.0, 0.5, 0.55, 3.0];
-        let expected = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, 1.0];
+        let expected = [0.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0];
         assert_eq!(directions(&drive, 0.1), expected);
     }
 
@@ -313,6 +322,7 @@ mod tests {
     fn units_come_from_the_end_of_a_column_name() {
         assert_eq!(unit_of("tension_in_n"), "N");
         assert_eq!(unit_of("T_out_Nm"), "N m");
+        assert_eq!(unit_of("T_out_N_med5"), "N");
         assert_eq!(unit_of("n"), "unit of n");
     }
 

@@ -1,6 +1,8 @@
 //! Known parameters come back from simulated logs, with noise and with gaps; and where they cannot, it says so.
 
 use super::fit_classical;
+use super::play::play;
+use super::samples::gather;
 use crate::account::{ClassicalFit, Parameter};
 use crate::log::{Dataset, Input, Role, Roles, Sequence};
 use rand::{RngExt, SeedableRng};
@@ -35,7 +37,8 @@ fn dataset(columns: &[(&str, Role, Vec<f64>)], far: &[f64], interval: f64, noise
             let mut far_clean = noisy[rows.clone()].to_vec();
             let mut scored = vec![true; rows.len()];
             // A missing near cell, and a far side gone wild where it is not scored.
-            inputs[7 * columns.len()] = f64::NAN;
+            let effort = columns.iter().position(|(_, role, _)| *role == Role::Effort).unwrap();
+            inputs[7 * columns.len() + effort] = f64::NAN;
             far_clean[50] = 1e3;
             scored[50] = false;
             Sequence {
@@ -98,10 +101,10 @@ fn play_comes_back_with_noise_gaps_and_missing_cells() {
     let near: Vec<f64> = wave(4000, 0.02).iter().map(|w| 30.0 + 25.0 * w).collect();
     let far = played(&near);
     let (mut inside, mut asked) = (0, 0);
-    for seed in 0..12 {
+    for seed in 0..20 {
         let data = dataset(&[("tension_in_n", Role::Effort, near.clone())], &far, 0.02, 0.2, seed);
-        let fits = fit_classical(&data);
-        let fit = find(&fits, "capstan play");
+        let (all, thinned, signals) = gather(&data).unwrap();
+        let fit = &play(&thinned, &signals).fit(&thinned, &all, &signals).unwrap();
         let truths = [("(a1)", (-0.4_f64).exp()), ("(b1)", -0.5), ("(a2)", 0.4_f64.exp()), ("(b2)", 0.8)];
         assert_recovered(fit, &[("friction angle", 0.4), ("gain", 1.0)]);
         for (name, truth) in truths {
@@ -190,7 +193,11 @@ fn friction_forces_with_memory_come_back() {
     assert!((get(fit, "friction per load").value - 0.1).abs() < 5e-3 && fit.rmse < 0.15, "{fit:#?}");
     assert!((get(fit, "Stribeck speed").value / 0.02 - 1.0).abs() < 0.2, "{fit:#?}");
     let fit = find(&fits[3], "generalised Maxwell");
-    assert!(fit.rmse < 0.2, "{fit:#?}");
+    // Which element holds how much at the start of a sequence is not known, hence a looser end.
+    for (name, truth) in [("after 2 %", 3.0), ("after 25 %", 3.0)] {
+        assert!((get(fit, name).value / truth - 1.0).abs() < 0.15, "{fit:#?}");
+    }
+    assert!(fit.rmse < 0.5 && !get(fit, "after 60 %").identified, "{fit:#?}");
     // What was simulated is what fits best, and a wrong structure is named.
     for (i, law) in ["Dahl", "Bouc-Wen", "LuGre"].iter().enumerate() {
         let own = find(&fits[i], law);
