@@ -2,26 +2,115 @@
 
 use pulp::{Simd, bytemuck};
 
-/// Widest vector of any machine, in f64: rows are padded to it so that every machine walks them whole.
-pub(super) const WIDEST: usize = 8;
-
 /// `count` rounded up to a multiple of `of`.
 pub(super) const fn padded(count: usize, of: usize) -> usize {
     count.div_ceil(of) * of
 }
 
+/// The two kinds of number that products may be summed in.
+pub(super) trait Real: Copy + Send + 'static {
+    /// A vector of them.
+    type Lanes<S: Simd>: Copy;
+    /// Widest vector of any machine: rows are padded to it so that every machine walks them whole.
+    const WIDEST: usize;
+    const ZERO: Self;
+    const ONE: Self;
+    fn of(value: f64) -> Self;
+    fn to_f64(self) -> f64;
+    fn splat<S: Simd>(simd: S, value: Self) -> Self::Lanes<S>;
+    fn add<S: Simd>(simd: S, a: Self::Lanes<S>, b: Self::Lanes<S>) -> Self::Lanes<S>;
+    fn mul<S: Simd>(simd: S, a: Self::Lanes<S>, b: Self::Lanes<S>) -> Self::Lanes<S>;
+    fn mul_add<S: Simd>(simd: S, a: Self::Lanes<S>, b: Self::Lanes<S>, c: Self::Lanes<S>) -> Self::Lanes<S>;
+    fn lanes<S: Simd>() -> usize;
+    fn vectors<S: Simd>(slice: &[Self]) -> &[Self::Lanes<S>];
+    fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [Self::Lanes<S>];
+}
+
+macro_rules! real {
+    ($real:ident, $lanes:ident, $widest:literal, $count:ident, $splat:ident, $add:ident, $mul:ident,
+     $mul_add:ident, $vectors:ident, $vectors_mut:ident) => {
+        impl Real for $real {
+            type Lanes<S: Simd> = S::$lanes;
+            const WIDEST: usize = $widest;
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            #[inline(always)]
+            fn of(value: f64) -> Self {
+                value as $real
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self.into()
+            }
+            #[inline(always)]
+            fn splat<S: Simd>(simd: S, value: Self) -> S::$lanes {
+                simd.$splat(value)
+            }
+            #[inline(always)]
+            fn add<S: Simd>(simd: S, a: S::$lanes, b: S::$lanes) -> S::$lanes {
+                simd.$add(a, b)
+            }
+            #[inline(always)]
+            fn mul<S: Simd>(simd: S, a: S::$lanes, b: S::$lanes) -> S::$lanes {
+                simd.$mul(a, b)
+            }
+            #[inline(always)]
+            fn mul_add<S: Simd>(simd: S, a: S::$lanes, b: S::$lanes, c: S::$lanes) -> S::$lanes {
+                simd.$mul_add(a, b, c)
+            }
+            #[inline(always)]
+            fn lanes<S: Simd>() -> usize {
+                S::$count
+            }
+            #[inline(always)]
+            fn vectors<S: Simd>(slice: &[Self]) -> &[S::$lanes] {
+                S::$vectors(slice).0
+            }
+            #[inline(always)]
+            fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [S::$lanes] {
+                S::$vectors_mut(slice).0
+            }
+        }
+    };
+}
+
+real!(
+    f64,
+    f64s,
+    8,
+    F64_LANES,
+    splat_f64s,
+    add_f64s,
+    mul_f64s,
+    mul_add_e_f64s,
+    as_simd_f64s,
+    as_mut_simd_f64s
+);
+real!(
+    f32,
+    f32s,
+    16,
+    F32_LANES,
+    splat_f32s,
+    add_f32s,
+    mul_f32s,
+    mul_add_e_f32s,
+    as_simd_f32s,
+    as_mut_simd_f32s
+);
+
 /// `N` consecutive vectors from `row[at..]`; zeros if the row is too short.
 #[inline(always)]
-pub(super) fn load<S: Simd, const N: usize>(simd: S, row: &[f64], at: usize) -> [S::f64s; N] {
-    let from = row.get(at..at + N * S::F64_LANES).unwrap_or_default();
-    S::as_simd_f64s(from).0.first_chunk::<N>().copied().unwrap_or([simd.splat_f64s(0.0); N])
+pub(super) fn load<S: Simd, R: Real, const N: usize>(simd: S, row: &[R], at: usize) -> [R::Lanes<S>; N] {
+    let from = row.get(at..at + N * R::lanes::<S>()).unwrap_or_default();
+    R::vectors::<S>(from).first_chunk::<N>().copied().unwrap_or([R::splat(simd, R::ZERO); N])
 }
 
 /// Writes `N` consecutive vectors to `row[at..]`; nothing if the row is too short.
 #[inline(always)]
-pub(super) fn store<S: Simd, const N: usize>(row: &mut [f64], at: usize, vectors: [S::f64s; N]) {
-    let to = row.get_mut(at..at + N * S::F64_LANES).unwrap_or_default();
-    if let Some(to) = S::as_mut_simd_f64s(to).0.first_chunk_mut::<N>() {
+pub(super) fn store<S: Simd, R: Real, const N: usize>(row: &mut [R], at: usize, vectors: [R::Lanes<S>; N]) {
+    let to = row.get_mut(at..at + N * R::lanes::<S>()).unwrap_or_default();
+    if let Some(to) = R::vectors_mut::<S>(to).first_chunk_mut::<N>() {
         *to = vectors;
     }
 }
@@ -114,7 +203,7 @@ mod tests {
         fn with_simd<S: Simd>(self, simd: S) {
             for at in (0..self.0.len()).step_by(4 * S::F64_LANES) {
                 let out = tanh::<S, 4>(simd, load(simd, self.0, at));
-                store::<S, 4>(self.0, at, out);
+                store::<S, f64, 4>(self.0, at, out);
             }
         }
     }

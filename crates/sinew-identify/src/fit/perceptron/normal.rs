@@ -1,9 +1,12 @@
 //! The normal equations over all samples, in parallel, the same to the bit for any number of threads.
 
-use super::chunk::{Net, Normal, SquaredError, Sums};
+use super::chunk::{Normal, Sums};
+use super::lanes::Real;
+use super::network::{Net, SquaredError};
 use faer::Mat;
 use pulp::Arch;
 use rayon::prelude::*;
+use std::marker::PhantomData;
 
 /// Samples of one chunk. Chunks do not depend on the number of threads and are summed in order.
 const CHUNK: usize = 8192;
@@ -20,14 +23,16 @@ pub(super) struct NormalEquations {
     pub(super) squared_error: f64,
 }
 
-/// Normal equations of the network over `samples`, rows of `[inputs, target]`.
-pub(super) fn normal_equations(net: &Net, samples: &[f64]) -> NormalEquations {
+/// Normal equations of the network over `samples`, rows of `[inputs, target]`; products are summed in `R`.
+pub(super) fn normal_equations<R: Real>(net: &Net, samples: &[f64]) -> NormalEquations {
     let arch = Arch::new();
     let mut sums = Sums::default();
     let row = net.inputs + 1;
     for wave in samples.chunks(WAVE * CHUNK * row) {
-        let parts: Vec<Sums> =
-            wave.par_chunks(CHUNK * row).map(|samples| arch.dispatch(Normal { net, samples })).collect();
+        let parts: Vec<Sums> = wave
+            .par_chunks(CHUNK * row)
+            .map(|samples| arch.dispatch(Normal::<R> { net, samples, products: PhantomData }))
+            .collect();
         for part in &parts {
             sums.add(part);
         }

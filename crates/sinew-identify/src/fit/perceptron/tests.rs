@@ -1,6 +1,6 @@
 //! Laws of the training.
 
-use super::chunk::Net;
+use super::network::Net;
 use super::normal::{normal_equations, squared_error};
 use super::*;
 use proptest::prelude::*;
@@ -48,7 +48,7 @@ proptest! {
     ) {
         let (theta, rows) = problem(inputs, hidden, samples, seed);
         let net = Net::new(inputs, hidden, &theta);
-        let got = normal_equations(&net, &rows);
+        let got = normal_equations::<f64>(&net, &rows);
         let p = theta.len();
         let (mut matrix, mut gradient, mut loss) = (vec![0.0; p * p], vec![0.0; p], 0.0);
         for sample in rows.chunks_exact(inputs + 1) {
@@ -81,7 +81,7 @@ proptest! {
 fn the_gradient_is_the_slope_of_the_loss() {
     let (inputs, hidden) = (3, 7);
     let (theta, rows) = problem(inputs, hidden, 5000, 3);
-    let gradient = normal_equations(&Net::new(inputs, hidden, &theta), &rows).gradient;
+    let gradient = normal_equations::<f64>(&Net::new(inputs, hidden, &theta), &rows).gradient;
     let steepest = gradient.iter().copied().fold(0.0, |a: f64, b| a.max(b.abs()));
     assert!(steepest > 100.0, "the test must be on a slope: {steepest}");
     for at in 0..theta.len() {

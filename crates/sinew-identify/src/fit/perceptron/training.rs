@@ -1,6 +1,6 @@
 //! Levenberg-Marquardt over the whole data set.
 
-use super::chunk::Net;
+use super::network::Net;
 use super::normal::{NormalEquations, normal_equations, squared_error};
 use super::options::TrainOptions;
 use super::scale::Samples;
@@ -18,6 +18,9 @@ const RELAX: f64 = 0.1;
 const TIGHTEN: f64 = 10.0;
 const LEAST_DAMPING: f64 = 1e-20;
 const MOST_DAMPING: f64 = 1e10;
+
+/// Samples from which on the products in `J^T J` are summed in f32 first: beyond, the steps are as good.
+const MANY: usize = 100_000;
 
 /// Steps whose progress is held against [`TrainOptions::tolerance`].
 const MEMORY: usize = 5;
@@ -155,7 +158,11 @@ impl<'a> Descent<'a> {
         self.losses.push(self.mean_squared_error(&self.net, self.fitted));
         self.judge_held_back();
         while self.steps < options.steps {
-            let equations = normal_equations(&self.net, self.fitted);
+            let equations = if self.fitted.len() / (self.inputs + 1) < MANY {
+                normal_equations::<f64>(&self.net, self.fitted)
+            } else {
+                normal_equations::<f32>(&self.net, self.fitted)
+            };
             if !equations.squared_error.is_finite() {
                 return Err(Error::samples("loss", "a finite number", &equations.squared_error));
             }
