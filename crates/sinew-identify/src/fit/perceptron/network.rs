@@ -26,7 +26,6 @@ impl Net {
     }
 
     pub(super) fn new(inputs: usize, hidden: usize, theta: &[f64]) -> Self {
-        // The widest of all vectors, so that rows of f64 can be read beside rows of f32.
         let wide = padded(hidden, f64::WIDEST);
         let mut rows = theta.chunks_exact(hidden.max(1)).map(|row| {
             let mut row = row.to_vec();

@@ -1,9 +1,13 @@
 //! Laws of the training.
 
+use super::chunk::Normal;
+use super::lanes::Real;
 use super::network::Net;
 use super::normal::{normal_equations, squared_error};
 use super::*;
 use proptest::prelude::*;
+use pulp::Simd;
+use std::marker::PhantomData;
 
 /// Numbers between -1 and 1 that repeat for no small shift.
 fn noise(seed: u64) -> impl Fn(usize) -> f64 {
@@ -77,6 +81,70 @@ proptest! {
     }
 }
 
+/// Every entry of the sums over `rows`, as one kind of machine computes them.
+fn sums_on<S: Simd, R: Real>(simd: S, net: &Net, rows: &[f64]) -> Vec<f64> {
+    let sums = simd.vectorize(Normal::<R> { net, samples: rows, products: PhantomData });
+    let p = Net::parameters(net.inputs, net.hidden);
+    let lower = (0..p).flat_map(|r| (0..=r).map(move |c| (r, c))).map(|(r, c)| sums.normal(net, r, c));
+    lower.chain((0..p).map(|r| sums.gradient(net, r))).collect()
+}
+
+#[test]
+fn every_width_of_vector_gives_the_same_sums() {
+    for (inputs, hidden) in [(4, 30), (1, 1), (3, 17)] {
+        let (theta, rows) = problem(inputs, hidden, 150, 21);
+        let net = Net::new(inputs, hidden, &theta);
+        let plain = sums_on::<_, f64>(pulp::Scalar, &net, &rows);
+        let near = |other: &[f64], tolerance: f64| {
+            let off = plain.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off < tolerance, "{inputs} {hidden}: {off:e}");
+        };
+        near(&sums_on::<_, f32>(pulp::Scalar, &net, &rows), 1e-3);
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            near(&sums_on::<_, f64>(simd, &net, &rows), 1e-10);
+            near(&sums_on::<_, f32>(simd, &net, &rows), 1e-3);
+        }
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V4::try_new() {
+            near(&sums_on::<_, f64>(simd, &net, &rows), 1e-10);
+            near(&sums_on::<_, f32>(simd, &net, &rows), 1e-3);
+        }
+    }
+}
+
+#[test]
+fn f32_products_are_those_of_f64_rounded_and_leave_the_gradient_alone() {
+    for (inputs, hidden) in [(1, 1), (4, 30), (3, 16), (2, 37)] {
+        let (theta, rows) = problem(inputs, hidden, 3000, 9);
+        let net = Net::new(inputs, hidden, &theta);
+        let (exact, rounded) = (normal_equations::<f64>(&net, &rows), normal_equations::<f32>(&net, &rows));
+        assert_eq!(exact.gradient, rounded.gradient);
+        assert_eq!(exact.squared_error.to_bits(), rounded.squared_error.to_bits());
+        for r in 0..theta.len() {
+            for c in 0..=r {
+                let size = (exact.matrix[(r, r)] * exact.matrix[(c, c)]).sqrt();
+                let off = (exact.matrix[(r, c)] - rounded.matrix[(r, c)]).abs();
+                assert!(off <= 2e-7 * size, "{inputs} {hidden}, entry {r} {c}: {off:e} of {size:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn f32_products_train_as_well_as_f64() {
+    let (x, t) = smooth(2, 20_000);
+    let options = TrainOptions { hidden: 12, steps: 40, seed: 2, tolerance: 0.0, held_back: 0.0 };
+    let losses = |many: usize| training::train_with(&x, &t, &options, many).unwrap().loss_per_step;
+    let (rounded, exact) = (losses(0), losses(usize::MAX));
+    assert_ne!(rounded, exact, "the two must be different computations");
+    for step in 0..10 {
+        assert!((rounded[step] / exact[step] - 1.0).abs() < 1e-3, "step {step}: {rounded:?} {exact:?}");
+    }
+    assert!(exact[40] < 0.05 * exact[0]);
+    assert!(rounded[40] < 1.1 * exact[40], "{} {}", rounded[40], exact[40]);
+}
+
 #[test]
 fn the_gradient_is_the_slope_of_the_loss() {
     let (inputs, hidden) = (3, 7);
@@ -122,9 +190,9 @@ fn a_network_is_recovered_from_its_own_output() {
     let theta = [1.1, -0.7, 0.4, 0.9, -0.8, 1.3, 0.2, -0.5, 0.6, 1.5, -1.0, 0.8, 0.3];
     let x: Vec<f64> = (0..2 * 800).map(noise(5)).map(|x| 2.0 * x).collect();
     let t: Vec<f64> = x.chunks_exact(2).map(|x| plain_row(2, 3, &theta, x).0).collect();
-    let best = (0..4)
+    let best = (0..8)
         .map(|seed| {
-            let options = TrainOptions { hidden: 3, steps: 200, seed, tolerance: 0.0, held_back: 0.0 };
+            let options = TrainOptions { hidden: 3, steps: 100, seed, tolerance: 0.0, held_back: 0.0 };
             let losses = train(&x, &t, &options).unwrap().loss_per_step;
             losses[losses.len() - 1]
         })
@@ -138,9 +206,10 @@ fn one_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let options = TrainOptions { hidden: 10, steps: 6, ..TrainOptions::default() };
     let on = |threads: usize, options: &TrainOptions| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| train(&x, &t, options).unwrap())
+        // Once with f64 products, once with f32.
+        pool.install(|| [usize::MAX, 0].map(|many| training::train_with(&x, &t, options, many).unwrap()))
     };
-    let bytes = |training: &Training| format!("{training:?}");
+    let bytes = |trainings: &[Training; 2]| format!("{trainings:?}");
     let one = on(1, &options);
     assert_eq!(bytes(&one), bytes(&on(2, &options)));
     assert_eq!(bytes(&one), bytes(&on(5, &options)));

@@ -63,11 +63,13 @@ pub enum End {
 ///
 /// ```text
 /// minimise  L(theta) = 1/n sum_k (y(x_k; theta) - t_k)^2
-/// (J^T J / n + mu I) step = -J^T e / n;   mu / 10 if L falls, mu * 10 and once more if not
+/// (J^T J / n + mu I) step = -J^T e / n;   mu / 10 if L falls at once, mu * 10 and again if not
 /// ```
 ///
-/// Inputs and target are standardised first. Everything is computed in f64. Memory beyond the arguments is
-/// one copy of the samples and a few megabytes: no Jacobian is ever stored.
+/// Inputs and target are standardised first. Network, loss and gradient are computed in f64. `J^T J`, which only
+/// says how far to go, is computed in f64 too, or from 100 000 samples on in f32 within each few hundred samples:
+/// what f32 rounds off differs from sample to sample and is lost among so many. Memory beyond the arguments is one
+/// copy of the samples and a few megabytes: no Jacobian is ever stored.
 ///
 /// # Shapes
 ///
@@ -80,7 +82,9 @@ pub enum End {
 ///
 /// # Departs
 ///
-/// From the common practice only in that it stops on samples held back if asked to, and that these are the
+/// From the common practice in that `mu` rests after a step that needed a second trial, which saves most of the
+/// refused ones, and in that it stops
+/// on samples held back if asked to, and these are the
 /// last ones, contiguous, rather than drawn at random from records whose neighbours are nearly the same.
 ///
 /// Runs on the threads of the surrounding rayon pool; the result is the same to the bit for any number of them.
@@ -108,12 +112,22 @@ pub enum End {
 /// Nguyen and Widrow, 1990.
 #[doc(alias = "trainlm")]
 pub fn train(inputs: &[f64], targets: &[f64], options: &TrainOptions) -> Result<Training, Error> {
+    train_with(inputs, targets, options, MANY)
+}
+
+/// [`train`] with its own idea of how many samples are [`MANY`].
+pub(super) fn train_with(
+    inputs: &[f64],
+    targets: &[f64],
+    options: &TrainOptions,
+    many: usize,
+) -> Result<Training, Error> {
     options.check()?;
     let samples = Samples::new(inputs, targets)?;
     let n = targets.len();
     let held_back = (options.held_back * n as f64) as usize;
     let (fitted, held_back) = samples.rows.split_at((n - held_back) * (samples.inputs + 1));
-    let mut descent = Descent::new(&samples, fitted, held_back, options);
+    let mut descent = Descent { many, ..Descent::new(&samples, fitted, held_back, options) };
     let end = descent.run(options)?;
     Ok(descent.finish(&samples, end))
 }
@@ -122,6 +136,7 @@ pub fn train(inputs: &[f64], targets: &[f64], options: &TrainOptions) -> Result<
 struct Descent<'a> {
     inputs: usize,
     hidden: usize,
+    many: usize,
     fitted: &'a [f64],
     held_back: &'a [f64],
     theta: Vec<f64>,
@@ -141,6 +156,7 @@ impl<'a> Descent<'a> {
         Self {
             inputs,
             hidden,
+            many: MANY,
             fitted,
             held_back,
             net: Net::new(inputs, hidden, &theta),
@@ -158,7 +174,7 @@ impl<'a> Descent<'a> {
         self.losses.push(self.mean_squared_error(&self.net, self.fitted));
         self.judge_held_back();
         while self.steps < options.steps {
-            let equations = if self.fitted.len() / (self.inputs + 1) < MANY {
+            let equations = if self.fitted.len() / (self.inputs + 1) < self.many {
                 normal_equations::<f64>(&self.net, self.fitted)
             } else {
                 normal_equations::<f32>(&self.net, self.fitted)
