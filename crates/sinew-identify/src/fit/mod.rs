@@ -6,3 +6,4 @@ mod dense;
 pub mod gram;
 pub mod levenberg_marquardt;
 pub(crate) mod network;
+pub mod perceptron;
