@@ -7,6 +7,7 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, Row};
 use parquet::schema::types::Type;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A Parquet file of which the columns are known.
@@ -61,7 +62,6 @@ impl ParquetLog {
         let projection = self.projection(&needed)?;
         let rows = self.reader.get_row_iter(Some(projection)).map_err(|e| damaged(&self.file, &e))?;
         let mut builder = TableBuilder::new(wanted);
-        let mut texts: Vec<String> = vec![String::new(); needed.len()];
         for (index, row) in rows.enumerate() {
             let row = row.map_err(|e| damaged(&self.file, &e))?;
             let fields: Vec<&Field> = row.get_column_iter().map(|(_, field)| field).collect();
@@ -69,19 +69,16 @@ impl ParquetLog {
                 return Err(self.malformed(needed.len(), &row));
             }
             builder.begin(index + 1);
-            for &column in wanted.trial.iter().chain(&wanted.group).chain(&wanted.candidates) {
-                texts[place(column)] = label(fields[place(column)]);
-            }
             if let Some(column) = wanted.trial {
-                builder.trial(texts[place(column)].as_bytes());
+                builder.trial(label(fields[place(column)]).as_bytes());
             }
             if let Some(column) = wanted.group {
-                builder.group(texts[place(column)].as_bytes());
+                builder.group(label(fields[place(column)]).as_bytes());
             }
             for (k, &column) in wanted.numbers.iter().enumerate() {
                 builder.number(k, self.number(fields[place(column)], column, index + 1)?);
             }
-            builder.candidates(|column| texts[place(column)].as_bytes());
+            builder.candidates(|column| Cow::Owned(label(fields[place(column)]).into_bytes()));
         }
         Ok(builder.finish(Vec::new()))
     }

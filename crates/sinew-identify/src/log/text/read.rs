@@ -5,6 +5,7 @@ use super::dialect::{Dialect, drop_trailing_empty, find, is_comment};
 use super::lines::{Line, Lines, MAX_LINE_BYTES};
 use crate::Error;
 use crate::log::table::{Table, TableBuilder, Wanted};
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -172,7 +173,7 @@ fn keep(row: &Row<'_>, wanted: &Wanted, builder: &mut TableBuilder) -> Result<()
     for (k, &column) in wanted.numbers.iter().enumerate() {
         builder.number(k, row.number(column)?);
     }
-    builder.candidates(|column| row.cell(column));
+    builder.candidates(|column| Cow::Borrowed(row.cell(column)));
     Ok(())
 }
 

@@ -1,0 +1,8 @@
+//! Any bytes that start like an HDF5 file.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
+        sinew_fuzz::read_log(bytes);
+    }
+});
