@@ -86,8 +86,8 @@ fn missing_cells_are_nan_counted_and_not_scored_on_the_far_side() {
     assert!(sequence.inputs[9].is_nan() && sequence.scored[9]);
     assert!(sequence.far[19].is_nan() && !sequence.scored[19]);
     let told = findings(&dataset);
-    assert!(told.contains("1 cells of `tension_in_n` are empty: line 11"), "{told}");
-    assert!(told.contains("2 cells of `tension_out_n` are empty: line 21, line 31"), "{told}");
+    assert!(told.contains("1 cell without a number in `tension_in_n`: line 11"), "{told}");
+    assert!(told.contains("2 cells without a number in `tension_out_n`: line 21, line 31"), "{told}");
     assert!(told.contains("1 row has no time and was dropped: line 41"), "{told}");
 }
 
@@ -122,7 +122,7 @@ fn near_side_spikes_are_told_and_left() {
     let dataset = read(&csv(&logged), &plain()).unwrap();
     assert!((dataset.sequences[0].inputs[100] - logged[100][1]).abs() < 1e-12);
     assert!(dataset.sequences[0].scored.iter().all(|s| *s));
-    assert!(findings(&dataset).contains("1 spikes of `tension_in_n`, left as they are"));
+    assert!(findings(&dataset).contains("1 spike of `tension_in_n`, left in"));
 }
 
 #[test]
@@ -224,7 +224,7 @@ fn a_log_that_shares_a_trial_with_another_loses_that_trial() {
     let dataset = read_all(&[("a.csv", &first), ("b.csv", &second)], &plain()).unwrap();
     assert_eq!(dataset.sequences.len(), 2);
     assert_eq!(dataset.logs[1].samples, 60);
-    assert_eq!(dataset.logs[1].findings, ["1 sequences are also in a.csv and were dropped"]);
+    assert_eq!(dataset.logs[1].findings, ["dropped 1 sequence that a.csv holds too"]);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use super::conditions;
 use super::duplicates;
 use super::find::{Columns, one_column};
 use super::judge::judge_signals;
+use super::noted::counted;
 use super::one_log::{ReadLog, read_log};
 use super::open::{MEMORY_LIMIT_BYTES, OpenLog};
 use super::types::{Dataset, LogInfo, Roles, Sequence};
@@ -99,7 +100,7 @@ fn drop_duplicates(dataset: &mut Dataset) {
             dataset.logs[twin].findings.push(finding);
         } else {
             let count = dropped[log].len();
-            let finding = format!("{count} sequences are also in {twin_name} and were dropped");
+            let finding = format!("dropped {} that {twin_name} holds too", counted(count, "sequence"));
             dataset.logs[log].findings.push(finding);
         }
     }

@@ -3,6 +3,11 @@
 /// Places named one by one before the rest is only counted.
 const PLACES: usize = 5;
 
+/// `1 gap`, `2 gaps`.
+pub(super) fn counted(count: usize, one: &str) -> String {
+    format!("{count} {one}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Something that happens again and again: counted, and the first few placed.
 #[derive(Default)]
 pub(super) struct Noted {

@@ -2,7 +2,7 @@
 
 use super::conditions::LogConstants;
 use super::cut::{self, CutLog, Layout};
-use super::noted::Noted;
+use super::noted::{Noted, counted};
 use super::open::OpenLog;
 use super::table::{Table, Wanted};
 use super::types::{Roles, Sequence};
@@ -110,7 +110,11 @@ fn missing_cells(
         }
         if noted.count > 0 && layout.time != Some(k) {
             let name = &columns[wanted.numbers[k]];
-            findings.push(format!("{} cells of `{name}` are empty: {}", noted.count, noted.places()));
+            findings.push(format!(
+                "{} without a number in `{name}`: {}",
+                counted(noted.count, "cell"),
+                noted.places()
+            ));
         }
     }
 }
@@ -131,8 +135,8 @@ fn clean(roles: &Roles, cut: &mut CutLog) {
     if let (Some(name), false) = (&roles.far, found.is_empty()) {
         let places = spike_places(cut, &found);
         cut.findings.push(format!(
-            "{} spikes of `{name}`, which are not scored, and the signal is fitted after a median of 5: {places}",
-            found.len()
+            "{} of `{name}`, which are not scored, and the signal is fitted after a median of 5: {places}",
+            counted(found.len(), "spike")
         ));
     }
     let inputs = roles.inputs.len();
@@ -142,7 +146,7 @@ fn clean(roles: &Roles, cut: &mut CutLog) {
         if !found.is_empty() {
             let places = spike_places(cut, &found);
             let name = &input.column;
-            cut.findings.push(format!("{} spikes of `{name}`, left as they are: {places}", found.len()));
+            cut.findings.push(format!("{} of `{name}`, left in: {places}", counted(found.len(), "spike")));
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Named arrays, as MATLAB keeps them, to columns of one table.
 
 use crate::Error;
+use crate::log::noted::counted;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -67,7 +68,8 @@ impl ArrayLog {
             left_out.truncate(5);
             let names = left_out.join("`, `");
             log.findings.push(format!(
-                "{count} arrays of another size than {rows} samples were left out, such as `{names}`"
+                "left out {} of another size than {rows} samples, such as `{names}`",
+                counted(count, "array")
             ));
         }
         Ok(log)

@@ -4,6 +4,7 @@ use super::cell::{Cell, Delimiter, missing, parse, split, text};
 use super::dialect::{DELIMITERS, Dialect, HeadLine, drop_trailing_empty, malformed};
 use crate::Error;
 use crate::log::names::is_unit;
+use crate::log::noted::counted;
 use std::ops::Range;
 
 /// Fields of a line as text.
@@ -106,7 +107,7 @@ fn header_and_units(
         dialect.units = units;
     }
     if header_at > 0 {
-        dialect.findings.push(format!("{header_at} lines above the header were skipped"));
+        dialect.findings.push(format!("skipped {} above the header", counted(header_at, "line")));
     }
     Ok(())
 }
