@@ -13,6 +13,7 @@ pub mod evaluate;
 pub mod identify;
 mod runs;
 mod select;
+pub mod simulated;
 
 mod error;
 pub use error::Error;
