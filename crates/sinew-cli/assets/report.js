@@ -66,7 +66,6 @@
     const skipped = [];
     let at = 0;
     r.scored.split(" ").map(Number).forEach((n, k) => {
-      // Breaks are single unscored rows: only real stretches are shaded.
       if (k % 2 && n > 1) skipped.push([time[at], time[Math.min(at + n, time.length - 1)]]);
       at += n;
     });
@@ -138,7 +137,18 @@
     if (r.gate) row.push(["gate", number(r.gate[i], 2)]);
     say(row);
   };
-  const pane = (label, height, series, columns, range, bands, last) => {
+  // The whole record within its range without stray samples; closer in, what is in view.
+  const fit = (range, fixed) => (u, low, high) => {
+    const { min, max } = u.scales.x;
+    const near = !fixed && min !== null && max - min < 0.98 * (whole[1] - whole[0]) && low !== null;
+    if (near) {
+      low = Math.max(low, range[0]);
+      high = Math.min(high, range[1]);
+      if (high > low) return uPlot.rangeNum(low, high, 0.06, false);
+    }
+    return range[1] > range[0] ? range : [range[0] - 1, range[0] + 1];
+  };
+  const pane = (label, height, series, columns, range, bands, last, fixed = false) => {
     const title = document.createElement("div");
     title.className = "pane-label";
     title.textContent = label;
@@ -146,7 +156,7 @@
     const u = new uPlot({
       width: live.clientWidth, height: last ? height + 34 : height, padding: [6, 12, last ? 0 : 6, 0], legend: { show: false },
       cursor: { sync: { key: "sinew" }, y: false, points: { size: 6 }, drag: { x: true, y: false } },
-      scales: { x: { time: false }, y: range ? { range: (u, lo, hi) => (u.zoomed && lo !== null ? uPlot.rangeNum(lo, hi, 0.08, true) : range) } : {} },
+      scales: { x: { time: false }, y: { range: fit(range, fixed) } },
       axes: [axis({ size: last ? 26 : 4, values: last ? undefined : () => [], label: last ? "time (s)" : undefined, labelSize: 16, labelGap: 0 }), axis({ size: 56, values: (u, splits) => splits.map((v) => number(v, 6)) })],
       series: [{}, ...series], bands,
       hooks: { setScale: [(u, key) => key === "x" && followers(u)], drawClear: [shade], setCursor: [(u) => u === panes[0] && tell(u)] },
@@ -156,6 +166,8 @@
   };
   const line = (name, width) => ({ stroke: () => colour(name), width, points: { show: false } });
   const build = () => {
+    // The height is kept while the panes are exchanged, or the page would jump.
+    live.style.minHeight = `${live.offsetHeight}px`;
     panes.forEach((p) => p.destroy());
     panes = [];
     live.replaceChildren();
@@ -165,12 +177,38 @@
     const edge = { stroke: "transparent", width: 0, points: { show: false } };
     pane(data.far, phone ? 240 : 330, [edge, edge, { ...line("measured", 3), stroke: () => faint("measured", 50) }, line("accent", 1.5)], [r.time, r.high, r.low, r.far, r.predicted],
       record.view, [{ series: [1, 2], fill: () => faint("accent", 20) }], false);
-    pane(data.far_unit ? `error, predicted − measured (${data.far_unit})` : "error, predicted − measured", 120, [line("accent", 1.4)], [r.time, r.error], null, [], false);
+    pane(data.far_unit ? `error, predicted − measured (${data.far_unit})` : "error, predicted − measured", 120, [line("accent", 1.4)], [r.time, r.error], record.view_error, [], false);
     const gate = r.gate !== null;
     pane(data.near, 110, [line("near", 1.5)], [r.time, r.near], record.view_near, [], !gate);
-    if (gate) pane("gate: trust in the learned correction", 70, [line("warm", 1.4)], [r.time, r.gate], [0, 1.05], [], true);
+    if (gate) pane("gate: trust in the learned correction", 70, [line("warm", 1.4)], [r.time, r.gate], [0, 1.05], [], true, true);
+    live.style.minHeight = "";
     tell(panes[0]);
   };
+  // The loop of one record, drawn into the picture of all.
+  const loop = document.querySelector("#loop-figure .loop");
+  const paths = loop ? ["measured", "predicted"].map((c) => loop.querySelector(`path.${c}`)) : [];
+  const drawn = paths.map((p) => p?.getAttribute("d") ?? "");
+  let single = false;
+  const drawLoop = () => {
+    if (!loop || paths.includes(null)) return;
+    const r = unpack(data.records[current]), [x0, x1, y0, y1] = loop.dataset.ends.split(" ").map(Number);
+    const path = (ys) => {
+      let d = "", up = true;
+      ys.forEach((y, i) => {
+        const x = r.near[i];
+        if (x === null || y === null) { up = true; return; }
+        d += `${up ? "M" : "L"}${Math.round((x - x0) / (x1 - x0) * 2000)} ${Math.round((y1 - y) / (y1 - y0) * 1000)}`;
+        up = false;
+      });
+      return d;
+    };
+    [r.far, r.predicted].forEach((ys, k) => paths[k].setAttribute("d", single ? path(ys) : drawn[k]));
+    loop.classList.toggle("one", single);
+    const name = byId("loop-name");
+    if (name) name.textContent = single ? data.records[current].label : "";
+    document.querySelectorAll("[data-loop]").forEach((b) => b.setAttribute("aria-pressed", String((b.dataset.loop === "one") === single)));
+  };
+  document.querySelectorAll("[data-loop]").forEach((b) => b.addEventListener("click", () => { single = b.dataset.loop === "one"; drawLoop(); }));
   const zoom = (min, max) => {
     const width = Math.min(max - min, whole[1] - whole[0]);
     min = Math.max(whole[0], Math.min(min, whole[1] - width));
@@ -189,8 +227,9 @@
     select.value = String(index);
     document.querySelectorAll("[data-pick]").forEach((b) => b.setAttribute("aria-pressed", String(Number(b.dataset.pick) === index)));
     build();
+    drawLoop();
   };
-  redraw = build;
+  redraw = () => panes.forEach((p) => p.redraw());
 
   select.addEventListener("change", () => pick(Number(select.value)));
   document.querySelectorAll("[data-pick]").forEach((b) => b.addEventListener("click", () => {

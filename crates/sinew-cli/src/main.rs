@@ -1,9 +1,36 @@
-//! The `sinew` program.
+//! The `sinew` program: what happens at the far end of a cable, told from the motor's side.
 
-#[cfg_attr(
-    not(test),
-    allow(dead_code, unused_imports, reason = "the verb that writes it is wired separately")
-)]
+mod arguments;
+mod error;
+mod output;
+mod progress;
 mod report;
+mod table;
+mod verbs;
 
-fn main() {}
+use arguments::{Arguments, Verb};
+use clap::Parser;
+use std::process::ExitCode;
+
+/// Exit code of everything that is the input's fault, as clap uses for flags.
+const BAD_INPUT: u8 = 2;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let outcome = output::leave_nothing_half_written().and_then(|()| match &arguments.verb {
+        Verb::Identify(arguments) => verbs::identify::run(arguments),
+        Verb::Evaluate(arguments) => verbs::evaluate::run(arguments),
+        Verb::Predict(arguments) => verbs::predict::run(arguments),
+        Verb::Adapt(arguments) => verbs::adapt::run(arguments),
+        Verb::Demo(arguments) => verbs::demo::run(arguments),
+    });
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        // A reader that has seen enough, as in `sinew evaluate ... | head`, is no error.
+        Err(error::Error::Stdout(e)) if e.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}: {error}", output::red("error"));
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}

@@ -1,17 +1,17 @@
 //! The whole identification: logs in, a model and its honest account out.
 
 use crate::Error;
-use crate::account::{Account, Candidate, ChosenSummary, Parameter, Trace};
+use crate::account::Account;
+use crate::account::build::{self, Found};
 use crate::log::Dataset;
 use crate::member::{Member, Run, fit, quantiles};
 use crate::runs;
 use crate::select::folds::Folds;
 use crate::select::influence;
-use crate::select::judge::{Judgement, judge, rmse_on};
+use crate::select::judge::{Judgement, judge};
 use crate::select::zoo::{Entry, zoo};
 use rayon::prelude::*;
-use sinew::metrics::Comparison;
-use sinew::predictor::{Estimator, Model, Provenance, Role};
+use sinew::predictor::{Estimator, Model, Provenance};
 
 /// What the user may choose.
 #[derive(Debug, Clone)]
@@ -172,162 +172,3 @@ fn far_range(runs: &[Run]) -> f64 {
     edge[1] - edge[0]
 }
 
-#[expect(clippy::too_many_arguments, reason = "the account gathers what every stage found")]
-fn account(
-    data: &Dataset,
-    runs: &[Run],
-    entries: &[Entry],
-    judgements: &[Option<Judgement>],
-    chosen: usize,
-    member: &Member,
-    model: &Model,
-    influence: Vec<crate::account::InfluenceRow>,
-    folds: &Folds,
-    options: &Options,
-) -> Account {
-    let range = model.provenance.far_range;
-    let references: Vec<&Run> = runs.iter().filter(|r| r.weight.iter().any(|w| *w > 0.0)).collect();
-    let mut candidates: Vec<Candidate> = entries
-        .iter()
-        .zip(judgements)
-        .enumerate()
-        .map(|(k, (entry, judgement))| {
-            let in_sample = if k == chosen { rmse_on(member, &references) } else { f64::NAN };
-            candidate(entry, judgement.as_ref(), range, k == chosen, in_sample, runs)
-        })
-        .collect();
-    candidates.sort_by(|a, b| a.rmse.total_cmp(&b.rmse));
-    let traces = judgements[chosen].as_ref().map_or_else(Vec::new, |j| traces(data, runs, j, model));
-    let parameters: Vec<Parameter> = Vec::new();
-    Account {
-        version: env!("CARGO_PKG_VERSION").to_string(),
-        seed: options.seed,
-        far: model.far.clone(),
-        inputs: model.inputs.clone(),
-        logs: data.logs.clone(),
-        conditions: data.conditions.clone(),
-        question: folds.question.clone(),
-        folds: folds.held_out.len(),
-        far_range: range,
-        candidates,
-        influence,
-        classical: Vec::new(),
-        traces,
-        warnings: Vec::new(),
-        advice: [String::new(), String::new()],
-        chosen: ChosenSummary {
-            name: model.provenance.member.clone(),
-            description: model.provenance.description.clone(),
-            parameters,
-            band_factor: model.band_factor,
-            size: 0,
-        },
-    }
-}
-
-fn candidate(
-    entry: &Entry,
-    judgement: Option<&Judgement>,
-    range: f64,
-    chosen: bool,
-    rmse_in_sample: f64,
-    runs: &[Run],
-) -> Candidate {
-    let comparison = judgement.map(|j| j.comparison).unwrap_or_default();
-    let rmse = comparison.rmse().unwrap_or(f64::NAN);
-    Candidate {
-        name: entry.recipe.name.clone(),
-        description: entry.description.clone(),
-        chosen,
-        rmse,
-        percent_of_range: 100.0 * rmse / range,
-        pearson: comparison.pearson().unwrap_or(f64::NAN),
-        coverage95: judgement.map_or(f64::NAN, |j| coverage(j, runs)),
-        fold_rmse: judgement.map_or_else(Vec::new, |j| j.fold_rmse.clone()),
-        rmse_in_sample,
-        failed: judgement.is_none().then(|| "could not be fitted to these logs".to_string()),
-    }
-}
-
-/// Coverage of the band, each fold with the worst factor of the other folds.
-fn coverage(judgement: &Judgement, runs: &[Run]) -> f64 {
-    let factor = |fold: usize| {
-        let others = judgement
-            .fold_factor
-            .iter()
-            .enumerate()
-            .filter(|(f, _)| *f != fold || judgement.fold_factor.len() == 1);
-        others.map(|(_, factor)| *factor).fold(0.0, f64::max)
-    };
-    let mut band = Comparison::new();
-    for (run, outputs) in runs.iter().zip(&judgement.outputs) {
-        for (row, output) in outputs.iter().enumerate() {
-            if let (Some((output, fold)), true) = (output, run.weight[row] > 0.0) {
-                let half = factor(*fold) * output.variance.sqrt();
-                let _ = band.push_with_band(run.far[row], output.mean, half);
-            }
-        }
-    }
-    band.coverage().unwrap_or(f64::NAN)
-}
-
-fn traces(data: &Dataset, runs: &[Run], judgement: &Judgement, model: &Model) -> Vec<Trace> {
-    let near = model.inputs.iter().position(|i| i.role == Role::Effort).unwrap_or(0);
-    data.sequences
-        .iter()
-        .zip(runs)
-        .zip(&judgement.outputs)
-        .map(|((sequence, run), outputs)| {
-            let column: Vec<f64> = run.inputs.iter().skip(near).step_by(run.width).copied().collect();
-            let pick = |f: &dyn Fn(&crate::member::Output) -> f64| -> Vec<f64> {
-                outputs.iter().map(|o| o.as_ref().map_or(f64::NAN, |(o, _)| f(o))).collect()
-            };
-            let (near_rate, since_reversal_s) =
-                rates(&column, &run.dt_s, model.guards[near].high - model.guards[near].low);
-            Trace {
-                log: data.logs[sequence.log].name.clone(),
-                trial: sequence.trial.clone(),
-                time_s: sequence.time_s.clone(),
-                near_name: model.inputs[near].column.clone(),
-                far: sequence.far.clone(),
-                predicted: pick(&|o| o.mean),
-                half_width: pick(&|o| model.band_factor * o.variance.sqrt()),
-                gate: pick(&|o| o.gate),
-                near_rate,
-                since_reversal_s,
-                scored: run.weight.iter().map(|w| *w > 0.0).collect(),
-                near: column,
-            }
-        })
-        .collect()
-}
-
-/// Smoothed rate of a signal and the time since it last turned by more than 1 % of its range.
-fn rates(signal: &[f64], dt_s: &[f64], range: f64) -> (Vec<f64>, Vec<f64>) {
-    const SMOOTHING: f64 = 8.0;
-    let typical = {
-        let positive: Vec<f64> = dt_s.iter().copied().filter(|dt| *dt > 0.0).collect();
-        if positive.is_empty() { 1.0 } else { quantiles(positive, &[0.5])[0] }
-    };
-    let tau = SMOOTHING * typical;
-    let (mut low_pass, mut direction, mut extreme, mut since) = (0.0, 0.0, 0.0, f64::NAN);
-    let mut rate = Vec::with_capacity(signal.len());
-    let mut time = Vec::with_capacity(signal.len());
-    for (&u, &dt) in signal.iter().zip(dt_s) {
-        if dt == 0.0 {
-            (low_pass, extreme, direction, since) = (u, u, 0.0, f64::NAN);
-        }
-        low_pass += (u - low_pass) * dt / (dt + tau);
-        rate.push((u - low_pass) / tau);
-        since += dt;
-        if (u - extreme) * direction > 0.0 {
-            extreme = u;
-        } else if (u - extreme).abs() > 0.01 * range {
-            since = if direction == 0.0 { f64::NAN } else { 0.0 };
-            direction = (u - extreme).signum();
-            extreme = u;
-        }
-        time.push(since);
-    }
-    (rate, time)
-}

@@ -20,6 +20,8 @@ pub(super) struct Calibration {
     pub(super) target: String,
     pub(super) floor: String,
     pub(super) lowest: String,
+    /// Whether 95 and 100 stand far enough apart to be both written.
+    pub(super) roomy: bool,
     pub(super) too_narrow: usize,
 }
 
@@ -66,7 +68,8 @@ pub(super) fn calibration(records: &[Record], signals: &Signals, range: f64) -> 
     Calibration {
         too_narrow: rows.iter().filter(|r| r.low).count(),
         more: rows.split_off(rows.len().min(ROWS)),
-        of: if one_log { "trial" } else { "log" },
+        of: if one_log && records.len() > 1 { "trial" } else { "log" },
+        roomy: start > 0.65,
         target: at(0.95),
         floor: at(TOO_FEW),
         lowest: format!("{}\u{202f}%", fixed(100.0 * start, 0)),

@@ -89,6 +89,7 @@ pub(super) fn duration(seconds: f64) -> String {
 pub(super) fn with_unit(number: &str, unit: &str) -> String {
     match unit {
         "" | "1" => number.to_owned(),
+        _ if number == NONE => number.to_owned(),
         "°" => format!("{number}°"),
         _ => format!("{number}\u{202f}{unit}"),
     }

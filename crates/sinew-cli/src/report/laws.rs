@@ -80,7 +80,7 @@ pub(super) fn parameter(p: &Parameter) -> ParameterRow {
         relative: match bounded && half > 0.0 && p.value.abs() > 0.0 {
             true if half >= 10.0 * scale => "beyond ± 1000\u{202f}%".to_owned(),
             true => format!("± {}\u{202f}%", significant(100.0 * half / scale, 2)),
-            false => NONE.to_owned(),
+            false => String::new(),
         },
         left: css_percent(from),
         width: css_percent(to.min(1.0) - from.max(0.0)),

@@ -1,9 +1,9 @@
 //! The report: an [`Account`](sinew_identify::account::Account) as one HTML file, and as one picture.
 //!
-//! Pictures are inline SVG without text, stretched by the page, with labels set by the page beside them:
-//! own code, because `plotters` and `kuva` write fixed colours and text that shrinks with the picture, so neither
-//! follows a reader's theme nor stays readable on a phone. The zoomable traces are uPlot (`assets/uplot`),
-//! the page is an askama template, which escapes every name.
+//! Pictures are inline SVG without text, stretched by the page, with labels set by the page beside them: own code,
+//! because `plotters` and `kuva` put text into the SVG, where it shrinks with the picture until nobody can read it on
+//! a phone, and `plotters` fixes its colours as it writes, so that they cannot follow the reader's theme.
+//! The zoomable traces are uPlot (`assets/uplot`); the page is an askama template, which escapes every name.
 
 mod checks;
 pub(crate) mod error;
@@ -13,6 +13,7 @@ mod format;
 mod laws;
 mod loops;
 mod models;
+mod pack;
 mod page;
 mod path;
 mod picture;

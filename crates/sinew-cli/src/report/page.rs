@@ -22,6 +22,8 @@ struct Page<'a> {
     models: models::Models,
     parallelogram: Option<Plot>,
     loops: String,
+    /// More than one record.
+    many: bool,
     traces: Option<traces::Traces>,
     residuals: Vec<residuals::Residual>,
     calibration: checks::Calibration,
@@ -36,6 +38,7 @@ struct Page<'a> {
     style: &'static str,
     uplot_style: &'static str,
     uplot: &'static str,
+    uplot_licence: &'static str,
     script: &'static str,
 }
 
@@ -95,6 +98,7 @@ pub(crate) fn render(account: &Account) -> Result<String, Error> {
             true => format!("{drawn} of {} records are drawn, evenly spread.", count(records.len())),
             false => String::new(),
         },
+        many: records.len() > 1,
         traces: traces::section(&records, &signals, account.far_range)?,
         residuals: residuals::plots(&records, &signals),
         calibration: checks::calibration(&records, &signals, account.far_range),
@@ -109,6 +113,7 @@ pub(crate) fn render(account: &Account) -> Result<String, Error> {
         style: include_str!("../../assets/report.css"),
         uplot_style: include_str!("../../assets/uplot/uPlot.min.css"),
         uplot: include_str!("../../assets/uplot/uPlot.iife.min.js"),
+        uplot_licence: include_str!("../../assets/uplot/LICENSE"),
         script: include_str!("../../assets/report.js"),
     };
     Ok(page.render()?)

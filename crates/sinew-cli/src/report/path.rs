@@ -128,3 +128,33 @@ pub(super) fn keep(record: &Record, budget: usize) -> Vec<usize> {
     kept.dedup();
     kept
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture::simulated;
+    use super::super::record::records;
+    use super::*;
+
+    #[test]
+    fn thinning_keeps_the_highest_the_lowest_the_worst_and_the_gap() {
+        let mut account = simulated(5000);
+        account.traces[1].far[777] = 99.0;
+        account.traces[1].far[1234] = -99.0;
+        account.traces[1].predicted[2000] = 50.0;
+        let record = &records(&account)[1];
+        let kept = keep(record, 200);
+        assert!(kept.len() < 300 && record.len() > 4900, "{}", kept.len());
+        assert!(kept.windows(2).all(|w| w[0] < w[1]), "in order, none twice");
+        let has = |wanted: &dyn Fn(usize) -> bool| kept.iter().any(|&i| wanted(i));
+        assert!(has(&|i| record.far[i] > 98.0) && has(&|i| record.far[i] < -98.0));
+        assert!(has(&|i| record.predicted[i] > 49.0));
+        assert!(has(&|i| record.predicted[i].is_nan()), "the gap");
+    }
+
+    #[test]
+    fn a_point_that_is_no_number_breaks_the_line() {
+        let axis = Axis::new((0.0, 10.0), 5);
+        let points = [(0.0, 0.0), (5.0, 5.0), (6.0, f64::NAN), (7.0, 7.0), (10.0, 10.0)];
+        assert_eq!(line(points.into_iter(), &axis, &axis), "M0 1000l0 0 1000 -500M1400 300l0 0 600 -300");
+    }
+}

@@ -53,9 +53,8 @@ pub(crate) fn picture_svg(account: &Account) -> Result<String, Error> {
         None => "no model could be judged".to_owned(),
     };
     let mut panels = Vec::new();
-    let shown = loops::shown(&records);
     if let Some(typical) = typical(&records) {
-        panels.push(loop_panel(&shown, &signals));
+        panels.push(loop_panel(typical, &signals));
         panels.push(trace_panel(typical, &signals));
     }
     let title = format!("{}, measured and predicted", signals.far_label());
@@ -69,9 +68,9 @@ fn typical(records: &[Record]) -> Option<&Record> {
     useful.get(useful.len() / 2).copied()
 }
 
-fn loop_panel(shown: &[&Record], signals: &Signals) -> Panel {
-    let (x, y) = loops::axes(shown, 5);
-    let (measured, predicted) = loops::paths(shown, 4000, &x, &y);
+fn loop_panel(record: &Record, signals: &Signals) -> Panel {
+    let (x, y) = loops::axes(&[record], 5);
+    let (measured, predicted) = loops::paths(&[record], 4000, &x, &y);
     let (x_label, y_label) = (signals.near_label(), signals.far_label());
     panel((76.0, 330.0), (&x, x_label), (&y, y_label), [measured, predicted, String::new()])
 }

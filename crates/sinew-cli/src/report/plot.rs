@@ -16,6 +16,8 @@ pub(super) struct Plot {
     x_ticks: Vec<Tick>,
     y_ticks: Vec<Tick>,
     widest: String,
+    /// The axes' ends, for a script that draws into the same picture.
+    ends: String,
     shapes: Vec<Shape>,
 }
 
@@ -55,7 +57,8 @@ impl Plot {
         grid.push_str(&upright_lines(x.0.ticks().iter().map(|t| x.0.at(t.0))));
         let (x_ticks, x_label, y_label) = (ticks(x.0, false), x.1, y.1);
         let shapes = vec![Shape { class: "grid", data: grid }];
-        Self { class, title, x_label, y_label, x_ticks, y_ticks, widest, shapes }
+        let ends = format!("{} {} {} {}", x.0.low, x.0.high, y.0.low, y.0.high);
+        Self { class, title, ends, x_label, y_label, x_ticks, y_ticks, widest, shapes }
     }
 
     /// Draws one more path on top.

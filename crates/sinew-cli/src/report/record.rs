@@ -141,7 +141,8 @@ impl Record {
         let mut row = [f64::NAN; 8];
         row[0] = time;
         self.push(row);
-        self.scored.push(false);
+        // No error, so no score either; but a gap is not a stretch that was left out on purpose.
+        self.scored.push(true);
     }
 }
 

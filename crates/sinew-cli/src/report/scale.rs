@@ -55,16 +55,23 @@ fn round_step(step: f64) -> f64 {
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= 0.7 * step).unwrap_or(step)
 }
 
-/// The range of the finite values; cut to the inner 99.9 % where a few stray ones would squash the rest.
+/// The range of the finite values; cut to the inner 99.8 % where a few stray ones would squash the rest.
 pub(super) fn robust_range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let mut sorted: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let (Some(&least), Some(&most)) = (sorted.first(), sorted.last()) else { return (f64::NAN, f64::NAN) };
-    let (low, high) = (quantile(&sorted, 0.0005), quantile(&sorted, 0.9995));
+    let (low, high) = (quantile(&sorted, 0.001), quantile(&sorted, 0.999));
     let slack = 0.3 * (high - low);
     let low = if least < low - slack && slack > 0.0 { low } else { least };
     let high = if most > high + slack && slack > 0.0 { high } else { most };
     (low, high)
+}
+
+/// How far an axis around zero must reach: all magnitudes, or twice their 99 % quantile where stray ones go beyond.
+pub(super) fn robust_reach(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.map(f64::abs).filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    quantile(&sorted, 1.0).min(2.0 * quantile(&sorted, 0.99))
 }
 
 /// The range with `share` of its length added at both ends.

@@ -3,6 +3,7 @@
 use super::folds::Folds;
 use crate::member::{Member, Output, Recipe, Run, fit};
 use sinew::metrics::Comparison;
+use sinew::predictor::Cell;
 
 /// How one recipe did on data it had not seen.
 #[derive(Debug, Clone)]
@@ -15,6 +16,10 @@ pub(crate) struct Judgement {
     pub(crate) fold_factor: Vec<f64>,
     /// All folds together.
     pub(crate) comparison: Comparison,
+    /// Mean over the folds of the RMSE on the data each was fitted to.
+    pub(crate) rmse_in_sample: f64,
+    /// The clamp cell of each fold.
+    pub(crate) cells: Vec<Option<Cell>>,
     /// Geometric mean of the fold RMSEs: what members are ranked by.
     pub(crate) score: f64,
 }
@@ -39,11 +44,14 @@ pub(crate) fn judge(recipe: &Recipe, runs: &[Run], folds: &Folds, seed: u64) -> 
     let mut outputs: Vec<Vec<Option<(Output, usize)>>> = runs.iter().map(|r| vec![None; r.len()]).collect();
     let mut fold_rmse = Vec::new();
     let mut fold_factor = Vec::new();
+    let (mut rmse_in_sample, mut cells) = (0.0, Vec::new());
     let mut comparison = Comparison::new();
     for (fold, held_out) in folds.held_out.iter().enumerate() {
         let training = training_runs(runs, held_out);
         let references: Vec<&Run> = training.iter().collect();
         let member = fit(recipe, &references, seed)?;
+        rmse_in_sample += member.sigma0 / folds.held_out.len() as f64;
+        cells.push(member.law.cell.clone());
         let mut ratios = Vec::new();
         let (mut sum, mut count) = (0.0, 0.0);
         for (index, (run, range)) in runs.iter().zip(held_out).enumerate() {
@@ -71,7 +79,7 @@ pub(crate) fn judge(recipe: &Recipe, runs: &[Run], folds: &Folds, seed: u64) -> 
         return None;
     }
     let score = (fold_rmse.iter().map(|r| r.max(1e-300).ln()).sum::<f64>() / fold_rmse.len() as f64).exp();
-    Some(Judgement { outputs, fold_rmse, fold_factor, comparison, score })
+    Some(Judgement { outputs, fold_rmse, fold_factor, comparison, rmse_in_sample, cells, score })
 }
 
 /// RMSE of a fitted member on some runs.

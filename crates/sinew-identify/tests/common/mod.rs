@@ -21,6 +21,7 @@ pub(crate) fn samples(n: usize, phase: f64) -> Vec<Sample> {
 }
 
 /// The samples as CSV with the canonical names.
+#[allow(dead_code, reason = "not every test file needs it")]
 pub(crate) fn csv(samples: &[Sample]) -> String {
     let mut text = String::from("t_s,tension_in_n,tension_out_n\n");
     for [t, near, far] in samples {
@@ -30,11 +31,13 @@ pub(crate) fn csv(samples: &[Sample]) -> String {
 }
 
 /// Reads one log with options as `identify` has them.
+#[allow(dead_code, reason = "not every test file needs it")]
 pub(crate) fn read(text: &str, flags: &RoleFlags) -> Result<Dataset, Error> {
     read_all(&[("log.csv", text)], flags)
 }
 
 /// Reads several logs.
+#[allow(dead_code, reason = "not every test file needs it")]
 pub(crate) fn read_all(logs: &[(&str, &str)], flags: &RoleFlags) -> Result<Dataset, Error> {
     let logs: Vec<(&str, &[u8])> = logs.iter().map(|(n, t)| (*n, t.as_bytes())).collect();
     read_bytes(&logs, flags, &options())

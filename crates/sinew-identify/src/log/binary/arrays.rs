@@ -168,15 +168,13 @@ impl Label {
     }
 }
 
-/// The length that most vectors share; the longest of them where several do.
+/// The length that most vectors share, those of a matrix included; the longest of them where several do.
 fn table_length(arrays: &[Array]) -> Option<usize> {
     let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
     for array in arrays.iter().filter(|a| a.data.len() > 1) {
-        if array.rows == 1 || array.columns == 1 {
-            *counts.entry(array.data.len()).or_default() += 1;
-        } else {
-            *counts.entry(array.rows).or_default() += array.columns;
-        }
+        // A log is longer than wide, however a matrix lies.
+        let (short, long) = (array.rows.min(array.columns), array.rows.max(array.columns));
+        *counts.entry(long).or_default() += short;
     }
     counts.into_iter().max_by_key(|&(length, count)| (count, length)).map(|(length, _)| length)
 }

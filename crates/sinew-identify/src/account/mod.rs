@@ -1,5 +1,9 @@
 //! The honest account of an identification: everything a report shows, as plain data.
 
+mod advice;
+pub(crate) mod build;
+mod traces;
+
 use crate::log::{Condition, Input, LogInfo};
 use serde::Serialize;
 

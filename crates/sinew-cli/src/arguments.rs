@@ -1,0 +1,158 @@
+//! The flags as written.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Finds out what happens at the far end of a cable in its sheath from the motor's side alone.
+///
+/// Start with `sinew demo --out DIR`, or with a bench log of your own that has both ends in it:
+/// `sinew identify LOG --far COLUMN --effort COLUMN --out DIR`, then open DIR/report.html.
+#[derive(Debug, Parser)]
+#[command(name = "sinew", version, about, long_about, propagate_version = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Verb {
+    Identify(IdentifyArguments),
+    Evaluate(EvaluateArguments),
+    Predict(PredictArguments),
+    Adapt(AdaptArguments),
+    Demo(DemoArguments),
+}
+
+/// Fit a transmission: from bench logs to DIR/model.json and DIR/report.html.
+///
+/// A bench log is a table (CSV, TSV, MATLAB v5; Parquet and MATLAB v7.3 in builds with those features) with a
+/// row per sample: signals of the near side (the motor's) and the signal of the far end to be predicted. Roles
+/// that no flag names are found by column names with unit suffixes: tension_in_n, position_in_m, tension_out_n,
+/// anchor_m, time_s, trial.
+///
+/// Every model is judged on data it has not seen, held out in a way that mimics the question: other values of
+/// --group, else of conditions found in the log (a load, a frequency), else other logs, other trials, other
+/// stretches of time. States are reset at every trial and after every gap.
+///
+/// Example: sinew identify day1.csv day2.csv --far tension_out_n --effort tension_in_n --out out/sheath
+#[derive(Debug, Args)]
+pub(crate) struct IdentifyArguments {
+    /// Bench logs with both ends of the transmission
+    #[arg(required = true, value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) roles: RoleArguments,
+    /// Seconds at the start of every trial that are neither fitted nor scored
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub(crate) skip: f64,
+    /// Models to try: auto, or names from the report's table, separated by commas
+    #[arg(long, value_name = "NAME,..", default_value = "auto", value_delimiter = ',')]
+    pub(crate) model: Vec<String>,
+    #[command(flatten)]
+    pub(crate) write: WriteArguments,
+}
+
+/// Columns by role.
+#[derive(Debug, Args)]
+pub(crate) struct RoleArguments {
+    /// The far-end signal to predict
+    #[arg(long, value_name = "COL")]
+    pub(crate) far: Option<String>,
+    /// Tensions or torques at the near side
+    #[arg(long, value_name = "COL,..", value_delimiter = ',')]
+    pub(crate) effort: Vec<String>,
+    /// Positions or strokes at the near side
+    #[arg(long, value_name = "COL,..", value_delimiter = ',')]
+    pub(crate) motion: Vec<String>,
+    /// Displacement of the far end, where a joint sensor gives it
+    #[arg(long, value_name = "COL")]
+    pub(crate) anchor: Option<String>,
+    /// Slow quantities: a joint angle, the bend of the sheath
+    #[arg(long, value_name = "COL,..", value_delimiter = ',')]
+    pub(crate) given: Vec<String>,
+    /// Time; the suffixes _s, _ms and _us tell its unit
+    #[arg(long, value_name = "COL")]
+    pub(crate) time: Option<String>,
+    /// Trial label: states are reset where it changes
+    #[arg(long, value_name = "COL")]
+    pub(crate) trial: Option<String>,
+    /// Condition whose values are held out in turn when models are judged
+    #[arg(long, value_name = "COL")]
+    pub(crate) group: Option<String>,
+}
+
+/// Where results go.
+#[derive(Debug, Args)]
+pub(crate) struct WriteArguments {
+    /// Folder for model.json and report.html; made if missing
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Also write the loop and the trace as one SVG picture
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) picture: Option<PathBuf>,
+    /// Seed of every random draw: the same seed gives the same bytes
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Print the result as JSON for programs
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Judge a model on logs: MSE, RMSE, Pearson correlation, % of range, coverage of the 95 % band.
+#[derive(Debug, Args)]
+pub(crate) struct EvaluateArguments {
+    /// A model.json
+    pub(crate) model: PathBuf,
+    /// Logs with the far end in them
+    #[arg(required = true, value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Seconds at the start of every trial that are not scored
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub(crate) skip: f64,
+    /// Print the result as JSON for programs
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Predict the far end of logs, sample by sample as a stream would.
+///
+/// The file has a row per sample: log, trial, time_s, prediction, standard_deviation, gate (how far the learned
+/// correction is trusted, 0 to 1) and flags: state_unknown, out_of_range, input_held, reset.
+#[derive(Debug, Args)]
+pub(crate) struct PredictArguments {
+    /// A model.json
+    pub(crate) model: PathBuf,
+    /// Logs of the near side
+    #[arg(required = true, value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// File to write
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: PathBuf,
+}
+
+/// Calibrate a model to another specimen with a short log that has the far end in it.
+///
+/// No near-side signal tells that a tool was changed: after a change, record a few trials with the far side
+/// measured and adapt. The old model is the prior; what the short log cannot tell stays as it was.
+#[derive(Debug, Args)]
+pub(crate) struct AdaptArguments {
+    /// The model.json of the old specimen
+    pub(crate) model: PathBuf,
+    /// Short logs of the new specimen
+    #[arg(required = true, value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Seconds at the start of every trial that are neither fitted nor scored
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub(crate) skip: f64,
+    #[command(flatten)]
+    pub(crate) write: WriteArguments,
+}
+
+/// Identify a simulated transmission: no log needed.
+///
+/// Two simulated days are fitted, a third is kept back and predicted. Everything is labelled as simulated.
+#[derive(Debug, Args)]
+pub(crate) struct DemoArguments {
+    #[command(flatten)]
+    pub(crate) write: WriteArguments,
+}

@@ -1,0 +1,53 @@
+//! What ends the program with exit code 2.
+
+use std::path::PathBuf;
+
+/// One clear error.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Error {
+    /// Between a log and a model.
+    #[error(transparent)]
+    Identify(#[from] sinew_identify::Error),
+    /// A model file that cannot be used.
+    #[error("{}: {source}", file.display())]
+    Model {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: sinew::Error,
+    },
+    /// A model that cannot be written or scored.
+    #[error(transparent)]
+    Physics(#[from] sinew::Error),
+    /// A file that cannot be read.
+    #[error("{}: cannot be read: {source}", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file or folder that cannot be written.
+    #[error("{}: cannot be written: {source}", file.display())]
+    Unwritable {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The report could not be made.
+    #[error(transparent)]
+    Report(#[from] crate::report::Error),
+    /// JSON could not be made.
+    #[error("the result could not be written as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+    /// Standard output is closed.
+    #[error("standard output: {0}")]
+    Stdout(std::io::Error),
+    /// Ctrl-C cannot be caught.
+    #[error("the interrupt handler could not be set: {0}")]
+    Interrupt(#[from] ctrlc::Error),
+    /// No sample to score.
+    #[error("{0}")]
+    Nothing(String),
+}

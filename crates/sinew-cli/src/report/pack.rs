@@ -1,0 +1,168 @@
+//! Traces packed for the page's script: thinned, 16 bits a value, base64 within JSON.
+
+use super::error::Error;
+use super::format::{axis_label, percent};
+use super::path::keep;
+use super::record::{Record, Signals};
+use super::scale::{padded, robust_range};
+use super::traces::{error_view, far_view};
+use base64::Engine as _;
+use serde::Serialize;
+
+/// Samples packed in all; more are thinned without losing extremes.
+pub(super) const SAMPLES: usize = 20_000;
+
+#[derive(Serialize)]
+struct Packed<'a> {
+    far: String,
+    far_unit: &'a str,
+    near: String,
+    near_unit: &'a str,
+    /// Ranges of the quantised channels.
+    far_range: [f64; 2],
+    near_range: [f64; 2],
+    half_range: [f64; 2],
+    gated: bool,
+    records: Vec<PackedRecord<'a>>,
+}
+
+#[derive(Serialize)]
+struct PackedRecord<'a> {
+    label: &'a str,
+    percent: String,
+    coverage: String,
+    samples: usize,
+    /// Time of the first sample, s.
+    start_s: f64,
+    /// Where to look at first: the range of the far side without stray samples.
+    view: [f64; 2],
+    view_near: [f64; 2],
+    view_error: [f64; 2],
+    /// Little-endian base64: time f32, the others i16 over their range with -32768 for none.
+    time: String,
+    measured: String,
+    predicted: String,
+    half: String,
+    near: String,
+    gate: String,
+    scored: String,
+}
+
+/// JSON, safe within a script element; `share` gives a record's error in words.
+pub(super) fn pack(
+    records: &[&Record],
+    signals: &Signals,
+    share: &dyn Fn(usize) -> String,
+) -> Result<String, Error> {
+    let all =
+        |column: fn(&Record) -> &Vec<f64>| extremes(records.iter().flat_map(|r| column(r).iter().copied()));
+    let far = all(|r| &r.far);
+    let predicted = all(|r| &r.predicted);
+    let far_range = [far[0].min(predicted[0]), far[1].max(predicted[1])];
+    let (near_range, half_range) = (all(|r| &r.near), all(|r| &r.half_width));
+    let gated = records.iter().any(|r| r.gated());
+    let total = records.iter().map(|r| r.len()).sum::<usize>().max(1);
+    let packed = records.iter().enumerate().map(|(index, record)| {
+        let budget = (SAMPLES * record.len() / total).max(160).min(record.len());
+        let kept = keep(record, budget);
+        let start_s = record.time_s.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
+        let column =
+            |values: &[f64], range: [f64; 2]| words(kept.iter().map(|&i| quantise(values[i], range)));
+        let (low, high) = far_view(record);
+        let (near_low, near_high) = padded(robust_range(record.near.iter().copied()), 0.05);
+        let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
+        let score = record.score();
+        PackedRecord {
+            label: &record.label,
+            percent: share(index),
+            coverage: percent(score.coverage()),
+            samples: score.samples,
+            start_s,
+            view: [finite(low), finite(high)],
+            view_near: [finite(near_low), finite(near_high)],
+            view_error: [finite(error_view(record).0), finite(error_view(record).1)],
+            time: floats(kept.iter().map(|&i| record.time_s[i] - start_s)),
+            measured: column(&record.far, far_range),
+            predicted: column(&record.predicted, far_range),
+            half: column(&record.half_width, half_range),
+            near: column(&record.near, near_range),
+            gate: if gated { column(&record.gate, [0.0, 1.0]) } else { String::new() },
+            scored: runs(&kept.iter().map(|&i| record.scored[i]).collect::<Vec<bool>>()),
+        }
+    });
+    let packed = Packed {
+        far: axis_label(&signals.far),
+        far_unit: signals.far_unit,
+        near: axis_label(&signals.near),
+        near_unit: signals.near_unit,
+        far_range,
+        near_range,
+        half_range,
+        gated,
+        records: packed.collect(),
+    };
+    // `<` would let a hostile name close the script element.
+    Ok(serde_json::to_string(&packed)?.replace('<', "\\u003c"))
+}
+
+fn extremes(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let ends = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
+    let [low, high] = values.filter(|v| v.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    if low <= high { [low, high] } else { [0.0, 0.0] }
+}
+
+/// A value as 16 bits over a range; the least number means none.
+fn quantise(value: f64, [low, high]: [f64; 2]) -> i16 {
+    match (value.is_finite(), high > low) {
+        (false, _) => i16::MIN,
+        (true, false) => 0,
+        (true, true) => (65534.0 * ((value - low) / (high - low)).clamp(0.0, 1.0) - 32767.0).round() as i16,
+    }
+}
+
+fn words(values: impl Iterator<Item = i16>) -> String {
+    let bytes: Vec<u8> = values.flat_map(i16::to_le_bytes).collect();
+    base64::engine::general_purpose::STANDARD.encode(bytes)
+}
+
+fn floats(values: impl Iterator<Item = f64>) -> String {
+    let bytes: Vec<u8> = values.flat_map(|v| (v as f32).to_le_bytes()).collect();
+    base64::engine::general_purpose::STANDARD.encode(bytes)
+}
+
+/// Lengths of alternating runs, the first of samples that count.
+fn runs(flags: &[bool]) -> String {
+    let (mut lengths, mut current, mut length) = (Vec::new(), true, 0usize);
+    for flag in flags {
+        if *flag != current {
+            lengths.push(length.to_string());
+            (current, length) = (*flag, 0);
+        }
+        length += 1;
+    }
+    lengths.push(length.to_string());
+    lengths.join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantised_values_come_back_within_half_a_step() {
+        let range = [-3.0, 7.0];
+        for value in [-3.0, -2.9999, 0.0, 1.234_567, 7.0] {
+            let word = f64::from(quantise(value, range));
+            let back = range[0] + (word + 32767.0) / 65534.0 * (range[1] - range[0]);
+            assert!((back - value).abs() <= 0.5001 * 10.0 / 65534.0, "{value} {back}");
+        }
+        assert_eq!(quantise(f64::NAN, range), i16::MIN);
+        assert_eq!(quantise(2.0, [2.0, 2.0]), 0, "a constant has no range");
+    }
+
+    #[test]
+    fn runs_alternate_from_samples_that_count() {
+        assert_eq!(runs(&[false, false, true, true, true, false]), "0 2 3 1");
+        assert_eq!(runs(&[]), "0");
+    }
+}

@@ -1,0 +1,118 @@
+//! `sinew identify`.
+
+use crate::arguments::{IdentifyArguments, RoleArguments, WriteArguments};
+use crate::error::Error;
+use crate::output::{Folder, bold, print, write_all};
+use crate::progress::Progress;
+use crate::report::{picture_svg, render};
+use crate::table::{number, percent, table};
+use sinew_identify::account::Account;
+use sinew_identify::identify::{Identification, Options, identify};
+use sinew_identify::log::{ReadOptions, RoleFlags, read_dataset};
+use std::fmt::Write;
+
+pub(crate) fn run(arguments: &IdentifyArguments) -> Result<(), Error> {
+    let folder = Folder::open(&arguments.write.out)?;
+    let progress = Progress::new();
+    progress.show("reading logs", 0.0);
+    let options =
+        ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
+    let data = read_dataset(&role_flags(&arguments.roles), &options)?;
+    let models = if arguments.model.iter().any(|m| m == "auto") { Vec::new() } else { arguments.model.clone() };
+    let options = Options { seed: arguments.write.seed, models };
+    let identification = identify(&data, &options, &|stage, done| progress.show(stage, done))?;
+    drop(progress);
+    finish(&folder, &arguments.write, &identification)
+}
+
+fn role_flags(roles: &RoleArguments) -> RoleFlags {
+    RoleFlags {
+        far: roles.far.clone(),
+        effort: roles.effort.clone(),
+        motion: roles.motion.clone(),
+        anchor: roles.anchor.clone(),
+        given: roles.given.clone(),
+        time: roles.time.clone(),
+        trial: roles.trial.clone(),
+        group: roles.group.clone(),
+    }
+}
+
+/// Writes model, report and picture, all or none, and says what came out.
+pub(crate) fn finish(
+    folder: &Folder,
+    write: &WriteArguments,
+    identification: &Identification,
+) -> Result<(), Error> {
+    let account = &identification.account;
+    let model = identification.model.to_json()?;
+    let report = render(account)?;
+    let picture = write.picture.as_ref().map(|path| Ok::<_, Error>((path, picture_svg(account)?))).transpose()?;
+    let mut files = vec![
+        (folder.file("model.json"), model.as_bytes()),
+        (folder.file("report.html"), report.as_bytes()),
+    ];
+    if let Some((path, picture)) = &picture {
+        files.push(((*path).clone(), picture.as_bytes()));
+    }
+    write_all(&files)?;
+    if write.json {
+        return print(&(serde_json::to_string(&summary(account, &files[0].0))? + "\n"));
+    }
+    print(&told(account, &files[0].0, &files[1].0))
+}
+
+/// The account without its traces, for programs.
+fn summary(account: &Account, model: &std::path::Path) -> serde_json::Value {
+    serde_json::json!({
+        "model": model.display().to_string(),
+        "chosen": account.chosen,
+        "candidates": account.candidates,
+        "influence": account.influence,
+        "classical": account.classical,
+        "logs": account.logs,
+        "question": account.question,
+        "warnings": account.warnings,
+        "advice": account.advice,
+        "seed": account.seed,
+    })
+}
+
+/// What a person wants to know at once.
+fn told(account: &Account, model: &std::path::Path, report: &std::path::Path) -> String {
+    let mut text = String::new();
+    for log in &account.logs {
+        for finding in &log.findings {
+            let _ = writeln!(text, "{}: {finding}", log.name);
+        }
+    }
+    for row in account.influence.iter().filter(|row| row.dropped) {
+        let _ = writeln!(text, "{}: {}", row.log, row.remark);
+    }
+    if !text.is_empty() {
+        text.push('\n');
+    }
+    let _ = writeln!(text, "Predicting {} on data that the models had not seen. {}\n", bold(&account.far), account.question);
+    let rows: Vec<Vec<String>> = account
+        .candidates
+        .iter()
+        .map(|c| {
+            vec![
+                if c.chosen { "*".to_owned() } else { String::new() },
+                c.name.clone(),
+                number(Some(c.rmse)),
+                percent(Some(c.percent_of_range / 100.0)),
+                number(Some(c.pearson)),
+                percent(Some(c.coverage95)),
+            ]
+        })
+        .collect();
+    text += &table(&["", "model", "RMSE", "of range", "Pearson", "in 95 % band"], &rows, 2);
+    text.push('\n');
+    for warning in &account.warnings {
+        let _ = writeln!(text, "Note: {warning}");
+    }
+    let _ = writeln!(text, "{} {}", account.advice[0], account.advice[1]);
+    let _ = writeln!(text, "\nwrote {} and {}", model.display(), report.display());
+    text
+}

@@ -1,0 +1,31 @@
+//! One file per verb.
+
+pub(crate) mod adapt;
+pub(crate) mod demo;
+pub(crate) mod evaluate;
+pub(crate) mod identify;
+pub(crate) mod predict;
+
+use crate::error::Error;
+use sinew::predictor::Model;
+use std::path::Path;
+
+/// Largest model file that is read; a real one has some ten thousand bytes.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// Reads a model file.
+pub(crate) fn read_model(path: &Path) -> Result<Model, Error> {
+    let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };
+    let refused = |name: &str, expected: &str, got: String| Error::Model {
+        file: path.to_owned(),
+        source: sinew::Error::ModelFile { name: name.into(), expected: expected.into(), got },
+    };
+    let size = std::fs::metadata(path).map_err(unreadable)?.len();
+    if size > MOST_BYTES {
+        return Err(refused("file", "at most 64 MB", format!("{} MB", size >> 20)));
+    }
+    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let text = String::from_utf8(bytes)
+        .map_err(|e| refused("file", "text (JSON)", format!("bytes that are no text: {}", e.utf8_error())))?;
+    Model::from_json(&text).map_err(|source| Error::Model { file: path.to_owned(), source })
+}

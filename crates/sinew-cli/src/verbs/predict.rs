@@ -1,0 +1,68 @@
+//! `sinew predict`.
+
+use super::read_model;
+use crate::arguments::PredictArguments;
+use crate::error::Error;
+use crate::output::{print, write_all};
+use sinew::predictor::{Flags, Prediction};
+use sinew_identify::evaluate::{predict, read_for};
+use sinew_identify::log::{Dataset, ReadOptions};
+use std::fmt::Write;
+
+pub(crate) fn run(arguments: &PredictArguments) -> Result<(), Error> {
+    let model = read_model(&arguments.model)?;
+    let options = ReadOptions { skip_s: 0.0, far_required: false, paths: arguments.logs.clone() };
+    let data = read_for(&model, &options)?;
+    let predictions = predict(&model, &data)?;
+    let text = written(&data, &predictions);
+    write_all(&[(arguments.out.clone(), text.as_bytes())])?;
+    let (mut rows, mut unknown, mut outside) = (0_usize, 0_usize, 0_usize);
+    for prediction in predictions.iter().flatten() {
+        rows += 1;
+        unknown += usize::from(prediction.flags.state_unknown);
+        outside += usize::from(prediction.flags.out_of_range);
+    }
+    print(&format!(
+        "wrote {rows} predictions of `{}` to {}; state unknown in {unknown}, out of the trained range in {outside}\n",
+        model.far,
+        arguments.out.display()
+    ))
+}
+
+fn written(data: &Dataset, predictions: &[Vec<Prediction>]) -> String {
+    let mut text = String::from("log,trial,time_s,prediction,standard_deviation,gate,flags\n");
+    for (sequence, predictions) in data.sequences.iter().zip(predictions) {
+        let log = quoted(&data.logs[sequence.log].name);
+        let trial = quoted(&sequence.trial);
+        for (time, p) in sequence.time_s.iter().zip(predictions) {
+            let _ = writeln!(
+                text,
+                "{log},{trial},{time},{},{},{},{}",
+                p.mean,
+                p.standard_deviation,
+                p.gate,
+                flags(p.flags)
+            );
+        }
+    }
+    text
+}
+
+/// Names of the flags that are set, separated by `|`.
+fn flags(flags: Flags) -> String {
+    let names = [
+        (flags.state_unknown, "state_unknown"),
+        (flags.out_of_range, "out_of_range"),
+        (flags.input_held, "input_held"),
+        (flags.reset, "reset"),
+    ];
+    names.iter().filter(|(set, _)| *set).map(|(_, name)| *name).collect::<Vec<_>>().join("|")
+}
+
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}

@@ -1,0 +1,69 @@
+//! Out-of-fold traces with what residuals are drawn against: speed and time since reversal.
+
+use super::Trace;
+use crate::log::Dataset;
+use crate::member::{Run, quantiles};
+use crate::select::judge::Judgement;
+use sinew::predictor::{Model, Role};
+
+/// One trace per sequence, predicted by models that had not seen it.
+pub(super) fn traces(data: &Dataset, runs: &[Run], judgement: &Judgement, model: &Model) -> Vec<Trace> {
+    let near = model.inputs.iter().position(|i| i.role == Role::Effort).unwrap_or(0);
+    data.sequences
+        .iter()
+        .zip(runs)
+        .zip(&judgement.outputs)
+        .map(|((sequence, run), outputs)| {
+            let column: Vec<f64> = run.inputs.iter().skip(near).step_by(run.width).copied().collect();
+            let pick = |f: &dyn Fn(&crate::member::Output) -> f64| -> Vec<f64> {
+                outputs.iter().map(|o| o.as_ref().map_or(f64::NAN, |(o, _)| f(o))).collect()
+            };
+            let (near_rate, since_reversal_s) =
+                rates(&column, &run.dt_s, model.guards[near].high - model.guards[near].low);
+            Trace {
+                log: data.logs[sequence.log].name.clone(),
+                trial: sequence.trial.clone(),
+                time_s: sequence.time_s.clone(),
+                near_name: model.inputs[near].column.clone(),
+                far: sequence.far.clone(),
+                predicted: pick(&|o| o.mean),
+                half_width: pick(&|o| model.band_factor * o.variance.sqrt()),
+                gate: pick(&|o| o.gate),
+                near_rate,
+                since_reversal_s,
+                scored: run.weight.iter().map(|w| *w > 0.0).collect(),
+                near: column,
+            }
+        })
+        .collect()
+}
+
+/// Smoothed rate of a signal and the time since it last turned by more than 1 % of its range.
+fn rates(signal: &[f64], dt_s: &[f64], range: f64) -> (Vec<f64>, Vec<f64>) {
+    const SMOOTHING: f64 = 8.0;
+    let typical = {
+        let positive: Vec<f64> = dt_s.iter().copied().filter(|dt| *dt > 0.0).collect();
+        if positive.is_empty() { 1.0 } else { quantiles(positive, &[0.5])[0] }
+    };
+    let tau = SMOOTHING * typical;
+    let (mut low_pass, mut direction, mut extreme, mut since) = (0.0, 0.0, 0.0, f64::NAN);
+    let mut rate = Vec::with_capacity(signal.len());
+    let mut time = Vec::with_capacity(signal.len());
+    for (&u, &dt) in signal.iter().zip(dt_s) {
+        if dt == 0.0 {
+            (low_pass, extreme, direction, since) = (u, u, 0.0, f64::NAN);
+        }
+        low_pass += (u - low_pass) * dt / (dt + tau);
+        rate.push((u - low_pass) / tau);
+        since += dt;
+        if (u - extreme) * direction > 0.0 {
+            extreme = u;
+        } else if (u - extreme).abs() > 0.01 * range {
+            since = if direction == 0.0 { f64::NAN } else { 0.0 };
+            direction = (u - extreme).signum();
+            extreme = u;
+        }
+        time.push(since);
+    }
+    (rate, time)
+}
