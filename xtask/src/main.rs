@@ -1,2 +1,48 @@
-//! The project's own checks.
-fn main() {}
+//! The project's own checks: `cargo xtask check` is the test command.
+#![expect(clippy::print_stdout, reason = "a program for people at a terminal and for CI logs")]
+
+mod check;
+mod hygiene;
+mod layering;
+mod readme;
+mod tree;
+
+use std::process::ExitCode;
+
+const HELP: &str = "\
+The project's own checks.
+
+usage: cargo xtask check [STEP...]     run every step, or only those named, in the order of the list
+       cargo xtask check --list        the steps and what each is for
+       cargo xtask --help              this text
+
+The first step that fails ends the run with exit code 1; exit code 2 means the command was not understood.
+While working, one step is quick:
+
+       cargo xtask check fmt clippy
+       cargo xtask check readme";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words.as_slice() {
+        [] | ["help" | "--help" | "-h"] | ["check", "--help" | "-h"] => {
+            println!("{HELP}");
+            ExitCode::SUCCESS
+        }
+        ["check", "--list"] => {
+            println!("{}", check::list());
+            ExitCode::SUCCESS
+        }
+        ["check", names @ ..] => match check::chosen(names) {
+            Ok(steps) => check::run(&steps),
+            Err(message) => misunderstood(&message),
+        },
+        [other, ..] => misunderstood(&format!("`{other}` is not a command; expected `check`")),
+    }
+}
+
+fn misunderstood(message: &str) -> ExitCode {
+    eprintln!("error: {message}; see `cargo xtask --help`");
+    ExitCode::from(2)
+}

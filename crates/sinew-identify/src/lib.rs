@@ -14,6 +14,7 @@ pub mod evaluate;
 pub mod identify;
 mod runs;
 mod select;
+pub mod simulated;
 
 mod error;
 pub use error::Error;

@@ -1,0 +1,175 @@
+//! Which room may know which: read from the sources and manifests, held against two tables.
+
+mod paths;
+
+use crate::tree;
+use std::path::Path;
+
+/// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
+/// code cannot even name an optimiser.
+const CRATES: [(&str, &[&str]); 5] = [
+    ("sinew", &[]),
+    ("sinew-identify", &["sinew"]),
+    ("sinew-runtime", &["sinew"]),
+    ("sinew-cli", &["sinew", "sinew-identify", "sinew-runtime"]),
+    ("sinew-py", &["sinew", "sinew-identify"]),
+];
+
+/// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,
+/// so that plant and controller cannot share a secret; `tension` knows matrices, not robots.
+const ROOMS: [(&str, &[&str]); 14] = [
+    ("error", &[]),
+    ("math", &["error"]),
+    ("metrics", &["error", "math"]),
+    ("trajectory", &["error", "math"]),
+    ("drive", &["error", "math"]),
+    ("transmission", &["error", "math"]),
+    ("muscle", &["error", "math"]),
+    ("body", &["error", "math"]),
+    ("tension", &["error", "math"]),
+    ("predictor", &["error", "math", "transmission"]),
+    ("description", &["error", "math", "drive", "transmission", "muscle", "body"]),
+    (
+        "control",
+        &["error", "math", "trajectory", "drive", "transmission", "muscle", "body", "tension", "predictor"],
+    ),
+    ("twin", &["error", "math", "trajectory", "drive", "transmission", "muscle", "body"]),
+    ("lib", &["error", "math", "metrics", "predictor", "transmission"]),
+];
+
+/// Parts of the standard library that physics has no business with.
+const OUTSIDE_WORLD: [&str; 7] = ["env", "fs", "io", "net", "process", "thread", "time"];
+
+/// Fails on every arrow that neither table allows.
+pub(crate) fn check(root: &Path) -> Result<(), String> {
+    let (arrows, wrong) = arrows(root)?;
+    if wrong.is_empty() {
+        println!("{arrows} arrows");
+        return Ok(());
+    }
+    Err(wrong.join("\nerror: "))
+}
+
+/// How many arrows there are, and the forbidden ones in words.
+fn arrows(root: &Path) -> Result<(usize, Vec<String>), String> {
+    let (mut count, mut wrong) = (0, Vec::new());
+    for (manifest, text) in manifests(root)? {
+        let name = manifest.rsplit('/').nth(1).unwrap_or_default();
+        let found = dependencies(&text);
+        count += found.len();
+        wrong.extend(found.iter().filter_map(|to| forbidden(&CRATES, &manifest, name, to)));
+        if allowed(&CRATES, name).is_none() {
+            wrong.push(format!("{manifest}: `{name}` is not in the table of crates"));
+        }
+    }
+    for (file, text) in tree::sources(root, "crates/sinew/src")? {
+        let place = file.to_string_lossy().replace('\\', "/");
+        let inside = place.trim_start_matches("crates/sinew/src/");
+        let room = inside.split('/').next().unwrap_or_default().trim_end_matches(".rs");
+        let depth = paths::depth(inside);
+        for (line, to) in paths::from_root(&text, depth) {
+            count += 1;
+            // Capitals are what the root re-exports: the error.
+            let to = if to.starts_with(char::is_uppercase) { "error".to_owned() } else { to };
+            wrong.extend(forbidden(&ROOMS, &format!("{place}:{line}"), room, &to));
+        }
+        for (line, part) in paths::after(&text, "std") {
+            if OUTSIDE_WORLD.contains(&part.as_str()) {
+                wrong
+                    .push(format!("{place}:{line}: `std::{part}` in a crate without I/O, clock and threads"));
+            }
+        }
+        if allowed(&ROOMS, room).is_none() {
+            wrong.push(format!("{place}: `{room}` is not in the table of rooms"));
+        }
+    }
+    Ok((count, wrong))
+}
+
+fn allowed<'a>(table: &[(&str, &'a [&'a str])], from: &str) -> Option<&'a [&'a str]> {
+    table.iter().find(|(name, _)| *name == from).map(|(_, to)| *to)
+}
+
+fn forbidden(table: &[(&str, &[&str])], place: &str, from: &str, to: &str) -> Option<String> {
+    let may = allowed(table, from)?;
+    let fine = from == to || may.contains(&to);
+    (!fine).then(|| format!("{place}: `{from}` imports `{to}`; it may import {}", spoken(may)))
+}
+
+fn spoken(names: &[&str]) -> String {
+    if names.is_empty() { "nothing of ours".into() } else { names.join(", ") }
+}
+
+fn manifests(root: &Path) -> Result<Vec<(String, String)>, String> {
+    let folder = root.join("crates");
+    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut found = Vec::new();
+    for entry in entries.flatten().filter(|entry| entry.path().join("Cargo.toml").is_file()) {
+        let name = format!("crates/{}/Cargo.toml", entry.file_name().to_string_lossy());
+        let text = std::fs::read_to_string(root.join(&name)).map_err(|e| format!("{name}: {e}"))?;
+        found.push((name, text));
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Our own crates among the dependencies of a manifest, of every kind, renamed ones too.
+fn dependencies(manifest: &str) -> Vec<String> {
+    let ours = |name: &str| CRATES.iter().any(|(known, _)| *known == name);
+    let (mut found, mut in_table) = (Vec::new(), false);
+    for line in manifest.lines().map(|line| line.split('#').next().unwrap_or_default().trim()) {
+        if let Some(head) = line.strip_prefix('[') {
+            let head = head.trim_end_matches(']');
+            in_table = head.ends_with("dependencies");
+            if let Some((table, name)) = head.rsplit_once('.')
+                && table.ends_with("dependencies")
+                && ours(name)
+            {
+                found.push(name.to_owned());
+            }
+            continue;
+        }
+        let Some((key, value)) = line.split_once('=').filter(|_| in_table) else { continue };
+        let package = value.split("package").nth(1).and_then(|rest| rest.split('"').nth(1));
+        let plain = key.trim().trim_matches('"').split('.').next().unwrap_or_default();
+        found.extend([package.unwrap_or(plain)].into_iter().filter(|name| ours(name)).map(str::to_owned));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_room_of_this_project_imports_what_it_must_not_know() {
+        let (count, wrong) = arrows(&tree::root()).unwrap();
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+        assert!(count >= 15, "only {count} arrows were seen: the reader is blind");
+    }
+
+    #[test]
+    fn an_arrow_between_plant_and_controller_is_refused_both_ways() {
+        for (from, to) in [("twin", "control"), ("control", "twin"), ("transmission", "predictor")] {
+            let refused = forbidden(&ROOMS, "somewhere.rs:3", from, to).unwrap();
+            assert!(refused.contains("somewhere.rs:3") && refused.contains(to), "{refused}");
+        }
+        assert_eq!(forbidden(&ROOMS, "", "predictor", "transmission"), None);
+    }
+
+    #[test]
+    fn a_dependency_is_seen_however_it_is_written() {
+        for manifest in [
+            "[dependencies]\nsinew-identify.workspace = true",
+            "[dependencies]\nsinew-identify = { path = \"../sinew-identify\" }",
+            "[dev-dependencies]\nfit = { package = \"sinew-identify\", path = \"..\" }",
+            "[dependencies.sinew-identify]\npath = \"..\"",
+            "[target.'cfg(unix)'.dependencies]\n\"sinew-identify\" = \"0.1\"",
+        ] {
+            assert_eq!(dependencies(manifest), ["sinew-identify"], "{manifest}");
+        }
+        assert!(dependencies("[package]\nname = \"sinew\"\n# sinew = 1\n[features]\nsinew = []").is_empty());
+        assert!(forbidden(&CRATES, "", "sinew-runtime", "sinew-identify").is_some());
+        assert!(forbidden(&CRATES, "", "sinew", "sinew-cli").is_some());
+    }
+}

@@ -1,0 +1,223 @@
+//! The README cannot go stale: its `sh` blocks run, its usage names the program's verbs and flags, its links lead
+//! somewhere.
+
+use crate::check::{cargo, succeed};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Texts whose relative links must lead somewhere, where the text is there.
+const LINKED: [&str; 6] =
+    ["README.md", "ARCHITECTURE.md", "FEATURES.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTATION.md"];
+
+/// What stands before every block. `cargo run` of the program becomes the program that was just built, because a
+/// release build would double the time; the test command is not started from inside itself; any other cargo
+/// command fails, so that nothing in the README is skipped unnoticed.
+const PRELUDE: &str = r#"
+cargo() {
+  case "$*" in
+    "run --release -p sinew-cli -- "*) shift 5; sinew "$@" ;;
+    "xtask check") ;;
+    *) echo "the README's check does not know how to run: cargo $*" >&2; return 1 ;;
+  esac
+}
+"#;
+
+/// A fenced block of a Markdown text.
+#[derive(Debug, PartialEq)]
+struct Block<'a> {
+    /// Line of its first line of content, counted from 1.
+    line: usize,
+    language: &'a str,
+    content: String,
+}
+
+/// Runs and compares.
+pub(crate) fn check(root: &Path) -> Result<(), String> {
+    links(root)?;
+    let path = root.join("README.md");
+    let text = std::fs::read_to_string(&path).map_err(|e| format!("README.md: {e}"))?;
+    let blocks = blocks(&text);
+    let program = program(root)?;
+    usage(&blocks, &program)?;
+    run(root, &blocks, &program)
+}
+
+/// Builds the program as the tests did and says where it is.
+fn program(root: &Path) -> Result<PathBuf, String> {
+    let arguments = ["build", "--workspace", "--all-features", "--bins"];
+    succeed(&mut cargo(root, &arguments))?;
+    let mut command = cargo(root, &arguments);
+    let output = command.arg("--message-format=json").stderr(Stdio::null()).output();
+    let messages = output.map_err(|e| format!("cargo build: {e}"))?.stdout;
+    let messages = String::from_utf8_lossy(&messages).into_owned();
+    let built = messages.lines().filter(|line| line.contains(r#""name":"sinew""#));
+    let mut places = built.filter_map(|line| line.split_once(r#""executable":""#)?.1.split('"').next());
+    places.next_back().map(PathBuf::from).ok_or_else(|| "the build made no program `sinew`".into())
+}
+
+/// Runs the `sh` blocks one after another in one empty folder.
+fn run(root: &Path, blocks: &[Block<'_>], program: &Path) -> Result<(), String> {
+    let folder = root.join("target/readme");
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    }
+    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut places = vec![program.parent().unwrap_or(root).to_path_buf()];
+    places.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
+    let path = std::env::join_paths(places).map_err(|e| format!("PATH: {e}"))?;
+    let shell: Vec<_> = blocks.iter().filter(|block| block.language == "sh").collect();
+    if shell.is_empty() {
+        return Err("README.md: no `sh` block".into());
+    }
+    for block in &shell {
+        let script = format!("{PRELUDE}\n{}", block.content);
+        let mut command = Command::new("sh");
+        command.args(["-eu", "-c", &script]).current_dir(&folder).env("PATH", &path).stdin(Stdio::null());
+        let output = command.output().map_err(|e| format!("sh: {e}"))?;
+        if !output.status.success() {
+            return Err(format!(
+                "README.md:{}: the block ended with {}\n{}\n{}{}",
+                block.line,
+                output.status,
+                block.content.trim_end(),
+                String::from_utf8_lossy(&output.stdout),
+                String::from_utf8_lossy(&output.stderr),
+            ));
+        }
+    }
+    println!("{} blocks ran", shell.len());
+    Ok(())
+}
+
+/// Compares the verbs and flags of the README's usage with what the program says of itself.
+fn usage(blocks: &[Block<'_>], program: &Path) -> Result<(), String> {
+    let written: String =
+        blocks.iter().filter(|b| b.language == "text").map(|b| b.content.as_str()).collect();
+    let help = |arguments: &[&str]| {
+        let output = Command::new(program).args(arguments).output();
+        let output = output.map_err(|e| format!("{}: {e}", program.display()))?;
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        if output.status.success() { Ok(text) } else { Err(format!("sinew {} failed", arguments.join(" "))) }
+    };
+    let verbs = verbs(&help(&["--help"])?);
+    let usages = usages(&written);
+    let named: BTreeSet<String> = usages.iter().map(|(verb, _)| verb.clone()).collect();
+    differ("README.md names the verbs", &named, "the program has", &verbs)?;
+    for (verb, flags) in &usages {
+        let real = flags_in(&help(&[verb, "--help"])?);
+        differ(&format!("README.md gives `{verb}` the flags"), flags, "the program", &real)?;
+    }
+    Ok(())
+}
+
+fn differ(left: &str, a: &BTreeSet<String>, right: &str, b: &BTreeSet<String>) -> Result<(), String> {
+    let spoken = |set: &BTreeSet<String>| set.iter().cloned().collect::<Vec<_>>().join(" ");
+    if a == b { Ok(()) } else { Err(format!("{left} {}; {right} {}", spoken(a), spoken(b))) }
+}
+
+/// Every fenced block.
+fn blocks(text: &str) -> Vec<Block<'_>> {
+    let (mut found, mut open): (Vec<Block<'_>>, Option<Block<'_>>) = (Vec::new(), None);
+    for (i, line) in text.lines().enumerate() {
+        match (line.strip_prefix("```"), &mut open) {
+            (Some(language), None) => {
+                open = Some(Block { line: i + 2, language: language.trim(), content: String::new() });
+            }
+            (Some(_), Some(_)) => found.extend(open.take()),
+            (None, Some(block)) => {
+                block.content.push_str(line);
+                block.content.push('\n');
+            }
+            (None, None) => {}
+        }
+    }
+    found
+}
+
+/// Verb and flags of every `sinew verb ...` of a usage text; an indented line goes on with the one before.
+fn usages(text: &str) -> Vec<(String, BTreeSet<String>)> {
+    let mut found: Vec<(String, BTreeSet<String>)> = Vec::new();
+    for line in text.lines() {
+        if let Some(verb) = line.strip_prefix("sinew ").and_then(|rest| rest.split_whitespace().next()) {
+            found.push((verb.to_owned(), flags_in(line)));
+        } else if let (true, Some((_, flags))) = (line.starts_with(' '), found.last_mut()) {
+            flags.extend(flags_in(line));
+        }
+    }
+    found
+}
+
+/// Every `--flag` of a text, without those that every program has.
+fn flags_in(text: &str) -> BTreeSet<String> {
+    let part = |c: char| c.is_ascii_alphanumeric() || c == '-';
+    let words = text.split(|c: char| !part(c)).filter(|word| word.starts_with("--") && word.len() > 2);
+    words.filter(|word| !matches!(*word, "--help" | "--version")).map(str::to_owned).collect()
+}
+
+/// The verbs in the list of commands of a help text.
+fn verbs(help: &str) -> BTreeSet<String> {
+    let list = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
+    let entries = list.take_while(|line| line.starts_with(' ') || line.is_empty());
+    let first = entries.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+    first
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|v| *v != "help")
+        .map(str::to_owned)
+        .collect()
+}
+
+fn links(root: &Path) -> Result<(), String> {
+    let mut dead = Vec::new();
+    for name in LINKED {
+        let Ok(text) = std::fs::read_to_string(root.join(name)) else { continue };
+        let gone = targets(&text).into_iter().filter(|(_, target)| !root.join(target).exists());
+        dead.extend(gone.map(|(line, target)| format!("{name}:{line}: `{target}` does not exist")));
+    }
+    if dead.is_empty() { Ok(()) } else { Err(dead.join("\nerror: ")) }
+}
+
+/// Relative link targets with their line, without the part after `#`.
+fn targets(text: &str) -> Vec<(usize, &str)> {
+    let lines = text.lines().enumerate();
+    let all = lines.flat_map(|(i, line)| line.split("](").skip(1).map(move |rest| (i + 1, rest)));
+    let inner = all.filter_map(|(line, rest)| Some((line, rest.split([')', '#']).next()?)));
+    inner.filter(|(_, target)| !target.is_empty() && !target.contains("://")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_carry_their_language_and_line() {
+        let found = blocks("a\n```sh\nx --y\n```\nb\n```text\nz\n```\n");
+        let expected = [(3, "sh", "x --y\n"), (7, "text", "z\n")];
+        let shown: Vec<_> = found.iter().map(|b| (b.line, b.language, b.content.as_str())).collect();
+        assert_eq!(shown, expected);
+    }
+
+    #[test]
+    fn a_usage_goes_on_over_indented_lines() {
+        let found = usages(
+            "sinew identify LOG... --far COL [--time COL]\n    --out DIR\nsinew predict M --out FILE.csv\n",
+        );
+        let flags = |k: usize| found[k].1.iter().map(String::as_str).collect::<Vec<_>>();
+        assert_eq!((found[0].0.as_str(), flags(0)), ("identify", vec!["--far", "--out", "--time"]));
+        assert_eq!((found[1].0.as_str(), flags(1)), ("predict", vec!["--out"]));
+    }
+
+    #[test]
+    fn verbs_and_flags_are_read_from_help() {
+        let help = "Usage: sinew <COMMAND>\n\nCommands:\n  identify  From logs\n            to a model\n  help      Print\n\n\
+                    Options:\n  -h, --help  Print\n      --json  As JSON\n";
+        assert_eq!(verbs(help).into_iter().collect::<Vec<_>>(), ["identify"]);
+        assert_eq!(flags_in(help).into_iter().collect::<Vec<_>>(), ["--json"]);
+    }
+
+    #[test]
+    fn relative_links_are_found_and_the_web_is_left_alone() {
+        let text = "![p](docs/p.svg) [w](https://example.org/x)\n[s](A.md#part) [h](#here)";
+        assert_eq!(targets(text), [(1, "docs/p.svg"), (2, "A.md")]);
+    }
+}
