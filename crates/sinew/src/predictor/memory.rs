@@ -33,11 +33,13 @@ impl Term {
 /// The elastic clamp cell: the far end stays where it is until a bound drags it along.
 ///
 /// ```text
-/// lo = l . b(x),  hi = h . b(x),  s <- clamp(s + kappa . (u - u_prev), lo, hi)
+/// lo = l . b(x),  hi = h . b(x),  m = (lo + hi) / 2,  w = hi - lo
+/// s_j <- clamp(s_j + kappa . (u - u_prev), m - r_j w / 2, m + r_j w / 2),    s = sum_j p_j s_j
 /// ```
 ///
 /// One operator covers capstan play (`b = [T, 1]`), backlash (`b = [q, 1]`, equal slopes), elastic friction
-/// (`kappa > 0`) and their dependence on load and bend.
+/// (`kappa > 0`) and their dependence on load and bend. Several branches `r_j <= 1` with shares `p_j` let the far
+/// end follow before all of the friction has given way (generalised Maxwell slip): a loop with round corners.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
@@ -51,6 +53,18 @@ pub struct Cell {
     pub elastic: Vec<usize>,
     /// How far they move it, far unit per signal unit.
     pub kappa: Vec<f64>,
+    /// Friction that gives way piece by piece; one branch of width 1 and share 1 is a rigid piece.
+    pub branches: Vec<Branch>,
+}
+
+/// One piece of a friction that gives way piece by piece: the same cell with a narrower band.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Branch {
+    /// Width of its band as a fraction of the cell's, in (0, 1].
+    pub width: f64,
+    /// What its state contributes to the cell's; the shares sum to 1.
+    pub share: f64,
 }
 
 /// One number handed to the network.
@@ -114,6 +128,7 @@ pub struct Memory {
     states: Vec<f64>,
     features: Vec<f64>,
     cell: CellOutput,
+    branches: Vec<f64>,
     started: bool,
 }
 
@@ -127,6 +142,7 @@ impl Memory {
             states: vec![0.0; law.features.len()],
             features: vec![0.0; law.features.len()],
             cell: CellOutput::default(),
+            branches: vec![0.0; law.cell.as_ref().map_or(0, |c| c.branches.len())],
             started: false,
         }
     }
@@ -189,23 +205,20 @@ impl Memory {
             low = 0.5 * (low + high);
             high = low;
         }
-        let mut known = self.started && self.cell.known;
-        let mut state = if self.started {
-            let mut state = self.cell.state;
-            for (&signal, kappa) in cell.elastic.iter().zip(&cell.kappa) {
-                state += kappa * (self.signals[signal] - self.previous[signal]);
-            }
-            state
-        } else {
-            known = far.is_some();
-            far.unwrap_or(0.5 * (low + high))
-        };
-        if state < low {
-            state = low;
-            known = true;
-        } else if state > high {
-            state = high;
-            known = true;
+        let mut elastic = 0.0;
+        for (&signal, kappa) in cell.elastic.iter().zip(&cell.kappa) {
+            elastic += kappa * (self.signals[signal] - self.previous[signal]);
+        }
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let mut known = if self.started { self.cell.known } else { far.is_some() };
+        let mut state = 0.0;
+        for (own, branch) in self.branches.iter_mut().zip(&cell.branches) {
+            let moved = if self.started { *own + elastic } else { far.unwrap_or(middle) };
+            let (lower, upper) = (middle - branch.width * half, middle + branch.width * half);
+            *own = moved.max(lower).min(upper);
+            // A narrow branch says nothing of the widest one, which touches last.
+            known |= branch.width >= 1.0 && (moved < lower || moved > upper);
+            state += branch.share * *own;
         }
         self.cell = CellOutput { state, low, high, known };
     }

@@ -156,6 +156,13 @@ impl Cell {
         let e = self.elastic.len();
         require("cell.kappa", &format!("{e} coefficients"), self.kappa.len() == e, self.kappa.len())?;
         all_finite("cell.kappa", &self.kappa)?;
+        let branches = self.branches.len();
+        require("cell.branches", "1 to 8", (1..=8).contains(&branches), branches)?;
+        for branch in &self.branches {
+            let width = branch.width;
+            require("cell.branches.width", "in (0, 1]", width > 0.0 && width <= 1.0, width)?;
+            all_finite("cell.branches.share", &[branch.share])?;
+        }
         for &signal in &self.elastic {
             require("cell.elastic", &format!("signal below {signals}"), signal < signals, signal)?;
         }
@@ -187,9 +194,9 @@ impl Ensemble {
         ];
         for (name, lanes, expected) in shapes {
             require(name, &format!("{expected} rows"), lanes.len() == expected, lanes.len())?;
-            lanes.iter().try_for_each(|lane| all_finite(name, lane))?;
+            lanes.iter().try_for_each(|lane| all_finite(name, &lane.map(f64::from)))?;
         }
-        all_finite("ensemble.bias", &self.bias)
+        all_finite("ensemble.bias", &self.bias.map(f64::from))
     }
 }
 
