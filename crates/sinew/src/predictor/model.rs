@@ -177,14 +177,14 @@ impl Ensemble {
             ("ensemble.clip_low", &self.clip_low),
             ("ensemble.clip_high", &self.clip_high),
             ("ensemble.mean", &self.mean),
-            ("ensemble.scale", &self.scale),
+            ("ensemble.inverse_scale", &self.inverse_scale),
         ];
         for (name, list) in lists {
             require(name, &format!("{features} entries"), list.len() == features, list.len())?;
             all_finite(name, list)?;
         }
-        let positive = self.scale.iter().all(|s| *s > 0.0);
-        require("ensemble.scale", "> 0", positive, "zero or less")?;
+        let positive = self.inverse_scale.iter().all(|s| *s > 0.0);
+        require("ensemble.inverse_scale", "> 0", positive, "zero or less")?;
         let hidden = self.hidden_bias.len();
         let shapes = [
             ("ensemble.hidden_weights", &self.hidden_weights, hidden * features),
