@@ -78,6 +78,8 @@ pub struct Recipe {
     /// Networks trained, 2 to [`MEMBERS`](sinew::predictor::MEMBERS): all for a model that is kept, half of
     /// them to compare recipes.
     pub networks: usize,
+    /// Whether every other network learns the far side without the cell; then there is no gate.
+    pub mixed: bool,
 }
 
 /// A fitted member.
@@ -153,7 +155,7 @@ pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Member> {
         member.law.features = features(plan, &columns, member.law.cell.is_some())?;
         let rows = Rows::collect(&member.law, runs, recipe.rows);
         let ensemble = ensemble::train(&rows, recipe, seed)?;
-        if member.law.cell.is_some() {
+        if member.law.cell.is_some() && !recipe.mixed {
             member.gate_power = Some(ensemble::power(&ensemble, &rows));
         }
         member.ensemble = Some(ensemble);

@@ -1,6 +1,6 @@
 //! The networks of a member: rows, standardisation, training, the power of their correction.
 
-use super::network::{self, NetworkData, NetworkOptions};
+use super::network::{self, Network, NetworkData, NetworkOptions};
 use crate::member::{Recipe, Run, quantiles};
 use rayon::prelude::*;
 use sinew::predictor::{Ensemble, Lanes, MEMBERS, Memory, MemoryLaw};
@@ -86,44 +86,108 @@ fn mean_and_spread(values: &[f64]) -> (f64, f64) {
 }
 
 /// Trains the networks of a recipe side by side, each from its own start.
+///
+/// In a mixed ensemble every other network never sees the cell and learns the far side itself; what it says is
+/// then written as a correction of the cell, so that both kinds can be asked together.
 pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble> {
     let (n, f, h) = (rows.targets.len(), rows.width, recipe.hidden);
-    if n < FEWEST_ROWS || f == 0 {
+    if n < FEWEST_ROWS || f == 0 || (recipe.mixed && f <= CELL_FEATURES) {
         return None;
     }
     let standard = Standard::of(rows);
     let inputs = standard.apply(&rows.features);
-    let (centre, spread) = mean_and_spread(&rows.targets);
-    let spread = spread.max(1e-12);
-    let targets: Vec<f64> = rows.targets.iter().map(|t| (t - centre) / spread).collect();
-    let data = NetworkData { inputs: &inputs, targets: &targets, features: f };
-    let networks: Vec<_> = (0..recipe.networks.clamp(2, MEMBERS) as u64)
+    let correction = Lesson::new(inputs.clone(), f, &rows.targets);
+    let direct = recipe.mixed.then(|| {
+        let seen = f - CELL_FEATURES;
+        let narrow = inputs.chunks_exact(f).flat_map(|row| &row[..seen]).copied().collect();
+        let states = rows.features.iter().skip(seen).step_by(f);
+        let far: Vec<f64> = rows.targets.iter().zip(states).map(|(t, s)| t + s).collect();
+        Lesson::new(narrow, seen, &far)
+    });
+    let lesson = |k: usize| direct.as_ref().filter(|_| k % 2 == 1).unwrap_or(&correction);
+    let networks: Vec<Network> = (0..recipe.networks.clamp(2, MEMBERS))
         .into_par_iter()
         .map(|k| {
             let options = NetworkOptions {
                 hidden: h,
                 correlation: recipe.correlation / rows.stride as f64,
                 steps: recipe.steps,
-                seed: seed.wrapping_mul(1_000_003).wrapping_add(k),
+                seed: seed.wrapping_mul(1_000_003).wrapping_add(k as u64),
             };
-            network::train(&data, &options)
+            lesson(k).learn(&options)
         })
         .collect();
-    // Fewer networks than lanes repeat: median and, nearly, variance stay what they are.
-    let lanes = |pick: &dyn Fn(&network::Parts<'_>) -> f64| -> Lanes {
-        core::array::from_fn(|k| pick(&networks[k % networks.len()].parts()) as f32)
+    Some(packed(&networks, &lesson, standard, h))
+}
+
+/// The features of the cell stand last: its state first among them.
+const CELL_FEATURES: usize = 3;
+
+/// Standardised inputs and targets of some networks.
+struct Lesson {
+    inputs: Vec<f64>,
+    width: usize,
+    targets: Vec<f64>,
+    centre: f64,
+    spread: f64,
+}
+
+impl Lesson {
+    fn new(inputs: Vec<f64>, width: usize, targets: &[f64]) -> Self {
+        let (centre, spread) = mean_and_spread(targets);
+        let spread = spread.max(1e-12);
+        let targets = targets.iter().map(|t| (t - centre) / spread).collect();
+        Self { inputs, width, targets, centre, spread }
+    }
+
+    fn learn(&self, options: &NetworkOptions) -> Network {
+        let data = NetworkData { inputs: &self.inputs, targets: &self.targets, features: self.width };
+        network::train(&data, options)
+    }
+}
+
+/// One network per lane, in far units. Fewer networks than lanes repeat: median and, nearly, variance stay.
+fn packed<'a>(
+    networks: &[Network],
+    lesson: &dyn Fn(usize) -> &'a Lesson,
+    standard: Standard,
+    hidden: usize,
+) -> Ensemble {
+    let width = standard.mean.len();
+    let lanes = |pick: &dyn Fn(&network::Parts<'_>, &Lesson) -> f64| -> Lanes {
+        core::array::from_fn(|lane| {
+            let k = lane % networks.len();
+            pick(&networks[k].parts(), lesson(k)) as f32
+        })
     };
-    Some(Ensemble {
-        hidden_weights: (0..h * f).map(|i| lanes(&|p| p.weights[i])).collect(),
-        hidden_bias: (0..h).map(|i| lanes(&|p| p.bias[i])).collect(),
-        output_weights: (0..h).map(|i| lanes(&|p| p.output[i] * spread)).collect(),
-        skip: (0..f).map(|i| lanes(&|p| p.skip[i] * spread)).collect(),
-        bias: lanes(&|p| p.offset * spread + centre),
+    // A network that learned the far side itself corrects the cell by what the cell says, taken away.
+    let is_direct = |l: &Lesson| l.width < width;
+    let hidden_weights = (0..hidden * width).map(|i| {
+        let (node, feature) = (i / width, i % width);
+        lanes(&|p, l| if feature < l.width { p.weights[node * l.width + feature] } else { 0.0 })
+    });
+    let skip = (0..width).map(|i| {
+        lanes(&|p, l| match i {
+            i if i < l.width => p.skip[i] * l.spread,
+            i if i == l.width => -standard.scale[i],
+            _ => 0.0,
+        })
+    });
+    let bias = lanes(&|p, l| {
+        let state = if is_direct(l) { standard.mean[l.width] } else { 0.0 };
+        p.offset * l.spread + l.centre - state
+    });
+    Ensemble {
+        hidden_weights: hidden_weights.collect(),
+        hidden_bias: (0..hidden).map(|i| lanes(&|p, _| p.bias[i])).collect(),
+        output_weights: (0..hidden).map(|i| lanes(&|p, l| p.output[i] * l.spread)).collect(),
+        skip: skip.collect(),
+        bias,
         clip_low: standard.low,
         clip_high: standard.high,
-        mean: standard.mean,
         inverse_scale: standard.scale.iter().map(|s| 1.0 / s).collect(),
-    })
+        mean: standard.mean,
+    }
 }
 
 /// Mean square of the correction over the training rows.

@@ -35,54 +35,93 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
     } else {
         5.0
     };
-    let hidden = if plentiful { 10 } else { 6 };
+    // More nodes pay where data are plentiful; eight keep a prediction below 200 ns.
+    let hidden = if plentiful { 8 } else { 6 };
     let short = vec![4.0 * interval];
     let slow = vec![5.0 * interval, 20.0 * interval, 80.0 * interval];
     for (suffix, layout) in &layouts {
-        let make = |name: &str, cell: bool, features: Option<&[f64]>, description: &str| Entry {
-            recipe: Recipe {
-                name: format!("{name}{suffix}"),
-                signals: layout.signals.clone(),
-                cell: cell.then(|| CellPlan {
-                    basis: layout.basis.clone(),
-                    elastic: layout.elastic.clone(),
-                    branches: CellPlan::DISTRIBUTED.to_vec(),
-                }),
-                features: features.map(|taus| FeaturePlan {
-                    signals: layout.memory.clone(),
-                    plain: if cell { Vec::new() } else { layout.given.clone() },
-                    radii: RADII.to_vec(),
-                    taus: taus.to_vec(),
-                }),
-                hidden,
-                correlation,
-                rows: 5000,
-                steps: 60,
-                networks: MEMBERS,
-            },
-            description: description.to_string(),
-            pure: !cell,
-        };
+        let make =
+            |name: &str, cell: Option<&[f64]>, features: Option<(&[f64], &[f64])>, description: &str| Entry {
+                recipe: Recipe {
+                    name: format!("{name}{suffix}"),
+                    signals: layout.signals.clone(),
+                    cell: cell.map(|branches| CellPlan {
+                        basis: layout.basis.clone(),
+                        elastic: layout.elastic.clone(),
+                        branches: branches.to_vec(),
+                    }),
+                    features: features.map(|(radii, taus)| FeaturePlan {
+                        signals: layout.memory.clone(),
+                        plain: if cell.is_some() { Vec::new() } else { layout.given.clone() },
+                        radii: radii.to_vec(),
+                        taus: taus.to_vec(),
+                    }),
+                    hidden,
+                    correlation,
+                    rows: 5000,
+                    steps: 50,
+                    networks: MEMBERS,
+                    mixed: false,
+                },
+                description: description.to_string(),
+                pure: cell.is_none(),
+            };
+        let rigid: &[f64] = &[1.0];
+        let yielding: &[f64] = &CellPlan::DISTRIBUTED;
         entries.push(make(
             "cell",
-            true,
+            Some(rigid),
             None,
-            "elastic clamp cell: friction and stretch with memory, no learning",
+            "elastic clamp cell: friction and stretch with memory, nothing learned",
         ));
-        entries.push(make("hybrid", true, Some(&[]), "clamp cell plus gated networks on stop operators"));
+        entries.push(make(
+            "cells",
+            Some(yielding),
+            None,
+            "the same, with friction that gives way piece by piece",
+        ));
+        entries.push(make(
+            "hybrid",
+            Some(yielding),
+            Some((&RADII, &[])),
+            "clamp cells plus gated networks on stop operators",
+        ));
+        entries.push(make(
+            "hybrid-rigid",
+            Some(rigid),
+            Some((&RADII, &[])),
+            "one rigid clamp cell plus gated networks on stop operators",
+        ));
         entries.push(make(
             "hybrid-short",
-            true,
-            Some(&short),
-            "the same, with what moved in the last instants",
+            Some(yielding),
+            Some((&RADII, &short)),
+            "hybrid that also sees what moved in the last instants",
         ));
-        entries.push(make("hybrid-slow", true, Some(&slow), "the same, with what moved in the last seconds"));
+        entries.push(make(
+            "hybrid-slow",
+            Some(yielding),
+            Some((&RADII, &slow)),
+            "hybrid that also sees what moved in the last seconds",
+        ));
         if suffix.is_empty() {
-            entries.push(make("network", false, Some(&[]), "networks on stop operators alone, no physics"));
+            for (name, taus) in [("mixed", &[][..]), ("mixed-slow", &slow)] {
+                let words = "hybrids and networks without physics side by side";
+                let mut mixed = make(name, Some(yielding), Some((&RADII, taus)), words);
+                mixed.recipe.mixed = true;
+                mixed.pure = true;
+                entries.push(mixed);
+            }
+            entries.push(make(
+                "network",
+                None,
+                Some((&RADII, &[])),
+                "networks on stop operators alone, no physics",
+            ));
             entries.push(make(
                 "network-slow",
-                false,
-                Some(&slow),
+                None,
+                Some((&RADII, &slow)),
                 "the same, with what moved in the last seconds",
             ));
         }
