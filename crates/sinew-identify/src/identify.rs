@@ -171,4 +171,3 @@ fn far_range(runs: &[Run]) -> f64 {
     let edge = quantiles(values, &[0.0005, 0.9995]);
     edge[1] - edge[0]
 }
-
