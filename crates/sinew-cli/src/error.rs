@@ -37,7 +37,7 @@ pub(crate) enum Error {
     },
     /// The report could not be made.
     #[error(transparent)]
-    Report(#[from] crate::report::Error),
+    Report(#[from] crate::report::error::Error),
     /// JSON could not be made.
     #[error("the result could not be written as JSON: {0}")]
     Json(#[from] serde_json::Error),

@@ -256,8 +256,12 @@ pub enum Error {
 }
 
 impl Error {
-    pub(crate) fn samples(name: impl ToString, expected: impl ToString, got: impl ToString) -> Self {
-        Self::Samples { name: name.to_string(), expected: expected.to_string(), got: got.to_string() }
+    pub(crate) fn samples(
+        name: impl Into<String>,
+        expected: impl Into<String>,
+        got: &dyn std::fmt::Display,
+    ) -> Self {
+        Self::Samples { name: name.into(), expected: expected.into(), got: got.to_string() }
     }
 }
 

@@ -101,8 +101,16 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
     };
     model.validate()?;
     progress("writing the account", 0.95);
-    let account =
-        account(data, &runs, &entries, &judgements, chosen, &member, &model, influence, &folds, options);
+    let found = Found {
+        data,
+        runs: &runs,
+        entries: &entries,
+        judgements: &judgements,
+        chosen,
+        model: &model,
+        folds: &folds,
+    };
+    let account = build::account(&found, influence);
     Ok(Identification { model, account })
 }
 

@@ -9,6 +9,7 @@ pub mod log;
 #[doc(hidden)]
 pub mod member;
 
+pub mod adapt;
 pub mod evaluate;
 pub mod identify;
 mod runs;

@@ -8,7 +8,7 @@ use sinew::predictor::{Conditioner, Guard, Step};
 const SPIKE_FACTOR: f64 = 8.0;
 
 /// Pause after which a model forgets, in median sampling intervals of the slowest log.
-const GAP_INTERVALS: f64 = 25.0;
+const GAP_INTERVALS: f64 = 100.0;
 
 /// What the conditioner may believe of every input, learned from the logs.
 pub(crate) fn guards(data: &Dataset) -> Vec<Guard> {

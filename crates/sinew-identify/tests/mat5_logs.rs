@@ -173,7 +173,7 @@ fn single_numbers_are_constant_columns_and_other_sizes_are_told() {
     let dataset = read_bytes(&logs, &RoleFlags::default(), &options()).unwrap();
     assert_eq!(dataset.conditions[0].values, ["30", "60", "90"]);
     let told = &dataset.logs[0].findings[0];
-    assert!(told.contains("1 arrays") && told.contains("`calibration`"), "{told}");
+    assert!(told.contains("1 array ") && told.contains("`calibration`"), "{told}");
 }
 
 #[test]

@@ -86,8 +86,8 @@ fn missing_cells_are_nan_counted_and_not_scored_on_the_far_side() {
     assert!(sequence.inputs[9].is_nan() && sequence.scored[9]);
     assert!(sequence.far[19].is_nan() && !sequence.scored[19]);
     let told = findings(&dataset);
-    assert!(told.contains("1 cells of `tension_in_n` are empty: line 11"), "{told}");
-    assert!(told.contains("2 cells of `tension_out_n` are empty: line 21, line 31"), "{told}");
+    assert!(told.contains("1 cell without a number in `tension_in_n`: line 11"), "{told}");
+    assert!(told.contains("2 cells without a number in `tension_out_n`: line 21, line 31"), "{told}");
     assert!(told.contains("1 row has no time and was dropped: line 41"), "{told}");
 }
 
@@ -102,8 +102,8 @@ fn far_side_spikes_are_told_and_neither_fitted_nor_scored() {
     let unscored: Vec<usize> = (0..400).filter(|&i| !sequence.scored[i]).collect();
     assert_eq!(unscored, [100, 250]);
     assert!((sequence.far[100] - logged[100][2]).abs() < 1e-12, "the log stays as it is");
-    for i in 2..398 {
-        assert!((sequence.far_clean[i] - clean[i][2]).abs() < 0.2, "{i}");
+    for (far_clean, clean) in sequence.far_clean.iter().zip(&clean) {
+        assert!((far_clean - clean[2]).abs() < 0.2);
     }
     let told = findings(&dataset);
     assert!(told.contains("2 spikes of `tension_out_n`") && told.contains("line 102"), "{told}");
@@ -122,7 +122,7 @@ fn near_side_spikes_are_told_and_left() {
     let dataset = read(&csv(&logged), &plain()).unwrap();
     assert!((dataset.sequences[0].inputs[100] - logged[100][1]).abs() < 1e-12);
     assert!(dataset.sequences[0].scored.iter().all(|s| *s));
-    assert!(findings(&dataset).contains("1 spikes of `tension_in_n`, left as they are"));
+    assert!(findings(&dataset).contains("1 spike of `tension_in_n`, left in"));
 }
 
 #[test]
@@ -174,6 +174,8 @@ fn conditions_are_what_is_constant_within_trials_and_varies_between_them() {
     assert_eq!(found, [("freq_hz", 3), ("load_pct", 4), ("serial", 12)]);
     assert_eq!(dataset.conditions[0].values, ["0.1", "1.1", "2.1"]);
     assert_eq!(dataset.sequences[4].condition_values, ["1.1", "10", "104"]);
+    let group = RoleFlags { group: Some("trial".into()), ..plain() };
+    assert_eq!(read(&text, &group).unwrap().conditions[0].values.len(), 12, "one fold per trial");
     let group = RoleFlags { group: Some("two".into()), ..plain() };
     let dataset = read(&text, &group).unwrap();
     assert_eq!(dataset.conditions[0].column, "two", "the group comes first, even with two values");
@@ -222,7 +224,7 @@ fn a_log_that_shares_a_trial_with_another_loses_that_trial() {
     let dataset = read_all(&[("a.csv", &first), ("b.csv", &second)], &plain()).unwrap();
     assert_eq!(dataset.sequences.len(), 2);
     assert_eq!(dataset.logs[1].samples, 60);
-    assert_eq!(dataset.logs[1].findings, ["1 sequences are also in a.csv and were dropped"]);
+    assert_eq!(dataset.logs[1].findings, ["dropped 1 sequence that a.csv holds too"]);
 }
 
 #[test]
@@ -283,6 +285,9 @@ fn a_model_needs_no_far_side_to_predict_and_trials_are_found_by_name() {
     assert_eq!(dataset.roles.far, None);
     assert_eq!(dataset.sequences.len(), 2);
     assert!(dataset.sequences.iter().all(|s| s.far.iter().all(|x| x.is_nan())));
+    let twice = [("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())];
+    let dataset_of_two = read_bytes_with_roles(&twice, &roles, &predict).unwrap();
+    assert_eq!(dataset_of_two.sequences.len(), 4, "every row asked for is predicted");
     let evaluate = read_bytes_with_roles(&[("log.csv", text.as_bytes())], &roles, &options());
     assert!(evaluate.unwrap_err().to_string().contains("`tension_out_n`"));
 }

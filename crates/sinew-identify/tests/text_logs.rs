@@ -88,7 +88,7 @@ fn comments_are_skipped_and_counted() {
         text += if i == 30 { "\n# stopped for a moment\n\n" } else { "\n" };
     }
     let dataset = reads_as(&text, &samples);
-    assert_eq!(dataset.logs[0].findings, ["1 comment lines among the data were skipped"]);
+    assert_eq!(dataset.logs[0].findings, ["skipped 1 comment line among the data"]);
     assert_eq!(dataset.sequences[0].row[29..32], [34, 37, 38], "lines as an editor counts them");
 }
 
@@ -158,7 +158,7 @@ fn titles_above_the_header_are_skipped_and_told() {
     let samples = samples(60, 0.3);
     let header = "Bench 3\nDate, 2026-11-20\nt_s,tension_in_n,tension_out_n\n";
     let dataset = reads_as(&table(header, &samples, ",", "\n"), &samples);
-    assert_eq!(dataset.logs[0].findings, ["2 lines above the header were skipped"]);
+    assert_eq!(dataset.logs[0].findings, ["skipped 2 lines above the header"]);
 }
 
 #[test]

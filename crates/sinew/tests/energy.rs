@@ -65,7 +65,7 @@ fn loads() -> impl Strategy<Value = Vec<f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(512))]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(512) })]
 
     #[test]
     fn dahl_never_creates_energy(
@@ -115,6 +115,51 @@ proptest! {
         let mut state = law.state();
         let result = work(&cycle, |i, slide| law.step(&mut state, slide, loads[i % loads.len()], interval));
         assert_passive(&cycle, 0.0, result);
+    }
+
+    /// Stronger than a cycle: every single step costs at least what its springs have gained.
+    #[test]
+    fn no_step_stores_more_than_it_took(
+        cycle in closed_cycle(), stiffness in edgy(1e2..1e6, &[1e-3, 1e9]), damping in edgy(0.0..1e4, &[0.0, 1e8]),
+        curve in curve(), loads in loads(), interval in edgy(1e-4..0.1, &[1e-9, 10.0]),
+        attraction in prop_oneof![Just(None), (1.0..1e6_f64).prop_map(Some), Just(Some(1e15))],
+        sharpness in edgy(1.0..6.0, &[1.0, 1000.0]), shape in edgy(0.5..1.0, &[0.5, 1.0]),
+    ) {
+        let dahl = Dahl::new(stiffness, 3.0).unwrap();
+        let bouc_wen = BoucWen::new(3.0, 3.0 / stiffness, sharpness, shape).unwrap();
+        let lugre = LuGre::new(stiffness, damping, curve).unwrap();
+        let elements = [1.0, 0.1].map(|k| SlipElement { stiffness: k * stiffness, share: 0.5 });
+        let slip = MaxwellSlip::new(&elements, curve, attraction).unwrap();
+        let (mut force, mut z, mut bend, mut state) = (0.0_f64, 0.0_f64, 0.0_f64, slip.state());
+        let stored = |forces: &[f64]| -> f64 {
+            forces.iter().zip(&elements).map(|(f, e)| f * f / (2.0 * e.stiffness)).sum()
+        };
+        for (i, &slide) in cycle.iter().chain(&cycle).enumerate() {
+            let load = loads[i % loads.len()];
+            let before = [
+                force * force / (2.0 * stiffness),
+                9.0 * z * z / (2.0 * stiffness),
+                stiffness * bend * bend / 2.0,
+                stored(state.forces()),
+            ];
+            force = dahl.step(force, slide);
+            z = bouc_wen.step(z, slide);
+            let step = lugre.step(bend, slide, load, interval);
+            bend = step.deflection;
+            let slipped = slip.step(&mut state, slide, load, interval);
+            let taken = [force, bouc_wen.force(z), step.force, slipped].map(|f| f * slide);
+            let after = [
+                force * force / (2.0 * stiffness),
+                9.0 * z * z / (2.0 * stiffness),
+                stiffness * bend * bend / 2.0,
+                stored(state.forces()),
+            ];
+            for law in 0..4 {
+                let lost = taken[law] - (after[law] - before[law]);
+                let scale = taken[law].abs() + after[law] + before[law];
+                prop_assert!(lost >= -1e-9 * scale - 1e-18, "law {law}, step {i}: {lost} of {scale}");
+            }
+        }
     }
 
     #[test]

@@ -86,7 +86,7 @@ impl Gram {
     pub fn accumulate_weighted(&mut self, block: &[f64], weights: &[f64]) -> Result<(), Error> {
         let rows = self.rows_of(block)?;
         if rows != weights.len() {
-            return Err(Error::samples("weights", format!("{rows}, one a row"), weights.len()));
+            return Err(Error::samples("weights", format!("{rows}, one a row"), &weights.len()));
         }
         let Self { lower, scaled, .. } = self;
         scaled.clear();
@@ -107,7 +107,7 @@ impl Gram {
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
         if self.parameters() != other.parameters() {
             let expected = format!("{}, as in the sum it is added to", self.parameters());
-            return Err(Error::samples("parameters", expected, other.parameters()));
+            return Err(Error::samples("parameters", expected, &other.parameters()));
         }
         self.lower += &other.lower;
         self.rows += other.rows;
@@ -131,7 +131,7 @@ impl Gram {
         let p = self.parameters();
         let fits = if p == 0 { block.is_empty() } else { block.len().is_multiple_of(p) };
         if !fits {
-            return Err(Error::samples("block", format!("a multiple of {p} numbers"), block.len()));
+            return Err(Error::samples("block", format!("a multiple of {p} numbers"), &block.len()));
         }
         Ok(block.len().checked_div(p).unwrap_or(0))
     }

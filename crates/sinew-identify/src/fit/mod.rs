@@ -1,6 +1,9 @@
 //! Fits: the clamp cell, the network, the classical laws.
 
 pub(crate) mod cell;
+pub mod classical;
 mod dense;
 pub mod gram;
+pub mod levenberg_marquardt;
 pub(crate) mod network;
+pub mod perceptron;

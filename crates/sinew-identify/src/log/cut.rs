@@ -1,19 +1,10 @@
 //! A table cut into sequences: at trials, at gaps, without repeated rows.
 
-use super::table::{Runs, Table};
+use super::noted::Noted;
+use super::table::Table;
+use super::times::{Times, separating};
 use super::types::Sequence;
 use crate::Error;
-
-/// A pause longer than this many median sampling intervals, and longer than [`GAP_TYPICAL`] times the
-/// interval that 95 % of the samples keep, is a gap: states are not carried over it.
-///
-/// At 100 Hz this is a quarter of a second; a log at 2 Hz that skips a sample now and then is not cut.
-pub const GAP_INTERVALS: f64 = 25.0;
-/// See [`GAP_INTERVALS`].
-pub const GAP_TYPICAL: f64 = 5.0;
-
-/// Places named one by one in a finding before the rest is only counted.
-const PLACES: usize = 5;
 
 /// Where the columns of the roles stand in [`Table::numbers`].
 #[derive(Debug, Clone, Copy)]
@@ -56,97 +47,6 @@ pub(super) fn cut(file: &str, table: &Table, layout: Layout, skip_s: f64) -> Res
         interval_s: times.interval_s,
         findings,
     })
-}
-
-/// The labels that separate trials: the trial column, or without one the group column.
-fn separating(table: &Table) -> Option<&Runs> {
-    table.trial.as_ref().or(table.group.as_ref())
-}
-
-/// Time of every row, checked to run forward, and how regular it is.
-struct Times<'a> {
-    time: Option<&'a [f64]>,
-    interval_s: f64,
-    slow_s: f64,
-    fast_s: f64,
-    gap_s: f64,
-}
-
-impl<'a> Times<'a> {
-    fn new(file: &str, table: &'a Table, layout: Layout) -> Result<Self, Error> {
-        let Some(column) = layout.time else {
-            let one = 1.0;
-            return Ok(Self { time: None, interval_s: one, slow_s: one, fast_s: one, gap_s: f64::INFINITY });
-        };
-        let time = table.numbers[column].as_slice();
-        let mut steps = forward_steps(file, table, time)?;
-        let interval_s = quantile(&mut steps, 0.5);
-        let slow_s = quantile(&mut steps, 0.95);
-        let fast_s = quantile(&mut steps, 0.05);
-        let gap_s = (GAP_INTERVALS * interval_s).max(GAP_TYPICAL * slow_s);
-        Ok(Self { time: Some(time), interval_s, slow_s, fast_s, gap_s })
-    }
-
-    fn at(&self, row: usize) -> f64 {
-        self.time.map_or(row as f64, |time| time[row])
-    }
-
-    fn findings(&self) -> Vec<String> {
-        if self.time.is_none() {
-            return vec!["there is no time column: samples are counted instead, one per second".into()];
-        }
-        if self.slow_s > 1.5 * self.fast_s {
-            return vec![format!(
-                "sampling is irregular: {:.3} ms in the median, 5 % below {:.3} ms and 5 % above {:.3} ms",
-                1e3 * self.interval_s,
-                1e3 * self.fast_s,
-                1e3 * self.slow_s
-            )];
-        }
-        Vec::new()
-    }
-}
-
-/// Positive time steps within trials; a negative one is an error.
-fn forward_steps(file: &str, table: &Table, time: &[f64]) -> Result<Vec<f64>, Error> {
-    let starts = separating(table).map_or(&[][..], |runs| runs.starts.as_slice());
-    let mut starts = starts.iter().map(|&(row, _)| row).peekable();
-    let mut steps = Vec::with_capacity(time.len());
-    let (mut first, mut before) = (f64::NAN, f64::NAN);
-    for (row, &now) in time.iter().enumerate() {
-        if starts.next_if(|&start| start <= row).is_some() {
-            (first, before) = (f64::NAN, f64::NAN);
-        }
-        if now.is_nan() {
-            continue;
-        }
-        if now < before {
-            let (file, line) = (file.to_owned(), table.lines[row]);
-            let again = separating(table).is_none() && now <= first + 0.1 * (before - first);
-            return Err(if again {
-                Error::StackedTrials { file, line, before, after: now }
-            } else {
-                Error::TimeBackwards { file, line, before, after: now }
-            });
-        }
-        if now > before {
-            steps.push(now - before);
-        }
-        if first.is_nan() {
-            first = now;
-        }
-        before = now;
-    }
-    Ok(steps)
-}
-
-/// The value below which a fraction `q` of `values` lies; 0 of nothing.
-pub(super) fn quantile(values: &mut [f64], q: f64) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let k = (q * (values.len() - 1) as f64).round() as usize;
-    *values.select_nth_unstable_by(k, f64::total_cmp).1
 }
 
 /// Walks the rows and cuts.
@@ -294,27 +194,5 @@ impl<'a> Cutter<'a> {
                 self.skipped, self.skip_s
             ));
         }
-    }
-}
-
-/// Something that happens again and again: counted, and the first few placed.
-#[derive(Default)]
-pub(super) struct Noted {
-    pub(super) count: usize,
-    places: Vec<String>,
-}
-
-impl Noted {
-    pub(super) fn note(&mut self, place: impl FnOnce() -> String) {
-        self.count += 1;
-        if self.places.len() < PLACES {
-            self.places.push(place());
-        }
-    }
-
-    pub(super) fn places(&self) -> String {
-        let more = self.count - self.places.len();
-        let tail = if more > 0 { format!(" and {more} more") } else { String::new() };
-        format!("{}{tail}", self.places.join(", "))
     }
 }

@@ -13,7 +13,8 @@
 //! | table     | `table`      | numbers, labels, and columns that are constant within trials          |
 //! | sequences | `cut`        | trials, gaps, repeated rows, skipped seconds                          |
 //! | spikes    | `spikes`     | single samples that no cable can have produced                        |
-//! | dataset   | `assemble`   | conditions, duplicated logs, what is too little to work with          |
+//! | dataset   | `assemble`   | conditions, duplicated logs                                           |
+//! | judgement | `judge`      | what is too little, or too constant, to learn from                    |
 //!
 //! Nothing is repaired in silence: whatever was skipped, dropped or cut is a sentence in
 //! [`LogInfo::findings`], and whatever cannot be used is an [`Error`](crate::Error) that names its place.
@@ -24,15 +25,19 @@ mod conditions;
 mod cut;
 mod duplicates;
 mod find;
+mod judge;
 mod names;
+mod noted;
+mod one_log;
 mod open;
 mod read;
 mod spikes;
 mod table;
 mod text;
+mod times;
 mod types;
 
-pub use cut::{GAP_INTERVALS, GAP_TYPICAL};
 pub use open::MEMORY_LIMIT_BYTES;
 pub use read::{MIN_SCORED, read_bytes, read_bytes_with_roles, read_dataset, read_with_roles};
+pub use times::{GAP_INTERVALS, GAP_TYPICAL};
 pub use types::{Condition, Dataset, Input, LogInfo, ReadOptions, Role, RoleFlags, Roles, Sequence};

@@ -1,5 +1,6 @@
 //! What is kept of a log while it streams by: numbers asked for, labels, and possible conditions.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Columns to keep, by their index in the log.
@@ -127,10 +128,10 @@ impl TableBuilder {
     }
 
     /// Offers every possible condition its value; one that changes within a trial is none.
-    pub(super) fn candidates<'a>(&mut self, mut value: impl FnMut(usize) -> &'a [u8]) {
+    pub(super) fn candidates<'a>(&mut self, mut value: impl FnMut(usize) -> Cow<'a, [u8]>) {
         let (row, block_starts) = (self.row(), self.block_starts);
         self.table.constants.retain_mut(|(column, runs)| {
-            let starts = runs.push(row, value(*column));
+            let starts = runs.push(row, &value(*column));
             block_starts || !starts
         });
     }

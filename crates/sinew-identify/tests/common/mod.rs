@@ -1,5 +1,8 @@
 //! Logs made for tests: a cable that follows with play, written as text.
 
+#![allow(dead_code, reason = "not every test file needs every helper")]
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
 use sinew_identify::Error;
 use sinew_identify::log::{Dataset, ReadOptions, RoleFlags, read_bytes};
 use std::fmt::Write as _;
@@ -21,7 +24,6 @@ pub(crate) fn samples(n: usize, phase: f64) -> Vec<Sample> {
 }
 
 /// The samples as CSV with the canonical names.
-#[allow(dead_code, reason = "not every test file needs it")]
 pub(crate) fn csv(samples: &[Sample]) -> String {
     let mut text = String::from("t_s,tension_in_n,tension_out_n\n");
     for [t, near, far] in samples {
@@ -31,13 +33,11 @@ pub(crate) fn csv(samples: &[Sample]) -> String {
 }
 
 /// Reads one log with options as `identify` has them.
-#[allow(dead_code, reason = "not every test file needs it")]
 pub(crate) fn read(text: &str, flags: &RoleFlags) -> Result<Dataset, Error> {
     read_all(&[("log.csv", text)], flags)
 }
 
 /// Reads several logs.
-#[allow(dead_code, reason = "not every test file needs it")]
 pub(crate) fn read_all(logs: &[(&str, &str)], flags: &RoleFlags) -> Result<Dataset, Error> {
     let logs: Vec<(&str, &[u8])> = logs.iter().map(|(n, t)| (*n, t.as_bytes())).collect();
     read_bytes(&logs, flags, &options())
@@ -49,7 +49,6 @@ pub(crate) fn options() -> ReadOptions {
 }
 
 /// The message of the error that reading `text` must give.
-#[allow(dead_code, reason = "not every test file needs it")]
 pub(crate) fn message(text: &str, flags: &RoleFlags) -> String {
     read(text, flags).expect_err("must be refused").to_string()
 }

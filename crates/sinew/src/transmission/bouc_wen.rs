@@ -93,8 +93,11 @@ impl BoucWen {
             // d|z|^n/dz = n |z|^n / z; at zero the slope of the residual is that of `z`.
             let slope = if z.abs() > 1e-300 { 1.0 + travel * c * self.sharpness * power / z } else { 1.0 };
             let newton = z - residual / slope;
+            if (newton - z).abs() <= 1e-15 {
+                return z;
+            }
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            if (next - z).abs() <= 1e-15 {
+            if high - low <= 1e-15 {
                 return next;
             }
             z = next;

@@ -45,7 +45,7 @@ use crate::error::{Error, non_negative, positive};
 /// ```
 ///
 /// # Source
-/// `canudas1995`; passivity bound on `sigma_1`: `barabanov2000`.
+/// `canudas1995`; that its passivity is a matter of `sigma_1`: `barabanov2000`, the bound here is derived for this step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LuGre {
     stiffness: f64,

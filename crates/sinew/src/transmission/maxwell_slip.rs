@@ -28,9 +28,9 @@ use alloc::vec::Vec;
 /// Constant velocity within a step; implicit in the slip phase, hence stable for every `C dt`.
 ///
 /// # Departs
-/// A slipping element may gain force no faster than its spring would give it, and an element never holds
-/// more than its limit against the motion: as published, a large `C` or a falling load creates energy.
-/// With both, `F dx >= sum_i (F_i1^2 - F_i0^2)/(2 k_i)` in every step.
+/// A slipping element may gain force no faster than its spring would give it: as published, a large `C`
+/// creates energy where friction rises again. An element whose limit has fallen lets go at once of what it
+/// holds beyond it. With both, `F dx >= sum_i (F_i1^2 - F_i0^2)/(2 k_i)` in every step.
 ///
 /// # Example
 /// ```

@@ -1,7 +1,9 @@
 //! Named arrays, as MATLAB keeps them, to columns of one table.
 
 use crate::Error;
+use crate::log::noted::counted;
 use crate::log::table::{Table, TableBuilder, Wanted};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A numeric array with its place in the file.
@@ -66,7 +68,8 @@ impl ArrayLog {
             left_out.truncate(5);
             let names = left_out.join("`, `");
             log.findings.push(format!(
-                "{count} arrays of another size than {rows} samples were left out, such as `{names}`"
+                "left out {} of another size than {rows} samples, such as `{names}`",
+                counted(count, "array")
             ));
         }
         Ok(log)
@@ -116,24 +119,19 @@ impl ArrayLog {
     /// Takes what is `wanted`.
     pub(in crate::log) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
         let mut builder = TableBuilder::new(wanted);
-        // Numbers become text only where they change: labels change seldom.
         let mut labels: Vec<Label> = vec![Label::default(); self.columns.len()];
-        let labelled = || wanted.trial.iter().chain(&wanted.group).chain(&wanted.candidates).copied();
         for row in 0..self.rows {
             builder.begin(row + 1);
-            for column in labelled() {
-                labels[column].set(self.data[column][row]);
-            }
             if let Some(column) = wanted.trial {
-                builder.trial(labels[column].text.as_bytes());
+                builder.trial(labels[column].of(self.data[column][row]));
             }
             if let Some(column) = wanted.group {
-                builder.group(labels[column].text.as_bytes());
+                builder.group(labels[column].of(self.data[column][row]));
             }
             for (k, &column) in wanted.numbers.iter().enumerate() {
                 builder.number(k, self.number(row, column)?);
             }
-            builder.candidates(|column| labels[column].text.as_bytes());
+            builder.candidates(|column| Cow::Owned(labels[column].of(self.data[column][row]).to_vec()));
         }
         Ok(builder.finish(self.findings))
     }
@@ -152,7 +150,7 @@ impl ArrayLog {
     }
 }
 
-/// A number as a label.
+/// A number as a label, written anew only where it changes.
 #[derive(Clone, Default)]
 struct Label {
     bits: Option<u64>,
@@ -160,11 +158,12 @@ struct Label {
 }
 
 impl Label {
-    fn set(&mut self, value: f64) {
+    fn of(&mut self, value: f64) -> &[u8] {
         if self.bits != Some(value.to_bits()) {
             self.bits = Some(value.to_bits());
             self.text = if value.is_nan() { String::new() } else { value.to_string() };
         }
+        self.text.as_bytes()
     }
 }
 

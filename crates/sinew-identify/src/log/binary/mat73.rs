@@ -1,27 +1,31 @@
 //! MATLAB files of version 7.3: HDF5 with MATLAB's habits.
 
 use super::arrays::Array;
+use super::guarded;
 use crate::Error;
 use crate::log::open::MEMORY_LIMIT_BYTES;
 use hdf5_pure::{AttrValue, File, Group};
 
+const EXPECTED: &str = "a MATLAB v7.3 (HDF5) file";
 /// Structs inside structs deeper than this are not looked into.
 const MAX_DEPTH: usize = 8;
 
 /// All real numeric arrays of a file, also inside structs.
 pub(super) fn arrays(file: &str, bytes: Vec<u8>) -> Result<Vec<Array>, Error> {
     let size = bytes.len() as u64;
-    let hdf = File::from_bytes(bytes).map_err(|e| damaged(file, &e))?;
-    let mut found = Found { file, budget: MEMORY_LIMIT_BYTES / 8, size, arrays: Vec::new() };
-    found.group(&hdf.root(), "", 0)?;
-    Ok(found.arrays)
+    guarded(file, EXPECTED, || {
+        let hdf = File::from_bytes(bytes).map_err(|e| damaged(file, &e))?;
+        let mut found = Found { file, budget: MEMORY_LIMIT_BYTES / 8, size, arrays: Vec::new() };
+        found.group(&hdf.root(), "", 0)?;
+        Ok(found.arrays)
+    })
 }
 
 fn damaged(file: &str, error: &hdf5_pure::Error) -> Error {
     Error::Malformed {
         file: file.into(),
         line: None,
-        expected: "a MATLAB v7.3 (HDF5) file".into(),
+        expected: EXPECTED.into(),
         got: format!("a damaged one ({error})"),
     }
 }

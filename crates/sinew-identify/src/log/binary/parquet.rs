@@ -1,5 +1,6 @@
 //! Parquet: streamed row by row, only the columns that are needed.
 
+use super::guarded;
 use crate::Error;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use bytes::Bytes;
@@ -7,7 +8,10 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, Row};
 use parquet::schema::types::Type;
+use std::borrow::Cow;
 use std::sync::Arc;
+
+const EXPECTED: &str = "a Parquet file";
 
 /// A Parquet file of which the columns are known.
 pub(in crate::log) struct ParquetLog {
@@ -22,22 +26,27 @@ impl ParquetLog {
     pub(in crate::log) fn open(file: &str, path: &std::path::Path) -> Result<Self, Error> {
         let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
         let handle = std::fs::File::open(path).map_err(unreadable)?;
-        let reader = SerializedFileReader::new(handle).map_err(|e| damaged(file, &e))?;
-        Ok(Self::new(file, Box::new(reader)))
+        guarded(file, EXPECTED, || {
+            let reader = SerializedFileReader::new(handle).map_err(|e| damaged(file, &e))?;
+            Self::new(file, Box::new(reader))
+        })
     }
 
     /// Reads the footer of a file in memory.
     pub(in crate::log) fn from_bytes(file: &str, bytes: Vec<u8>) -> Result<Self, Error> {
-        let reader = SerializedFileReader::new(Bytes::from(bytes)).map_err(|e| damaged(file, &e))?;
-        Ok(Self::new(file, Box::new(reader)))
+        guarded(file, EXPECTED, || {
+            let reader = SerializedFileReader::new(Bytes::from(bytes)).map_err(|e| damaged(file, &e))?;
+            Self::new(file, Box::new(reader))
+        })
     }
 
-    fn new(file: &str, reader: Box<dyn FileReader>) -> Self {
+    fn new(file: &str, reader: Box<dyn FileReader>) -> Result<Self, Error> {
+        plausible(file, reader.as_ref())?;
         let metadata = reader.metadata().file_metadata();
         let fields = metadata.schema_descr().root_schema().get_fields();
         let columns = fields.iter().map(|f| f.name().to_owned()).collect();
         let rows = u64::try_from(metadata.num_rows()).unwrap_or(0);
-        Self { file: file.to_owned(), reader, columns, rows }
+        Ok(Self { file: file.to_owned(), reader, columns, rows })
     }
 
     /// Column names.
@@ -52,6 +61,10 @@ impl ParquetLog {
 
     /// Reads what is `wanted`.
     pub(in crate::log) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
+        guarded(&self.file, EXPECTED, || self.rows_of(wanted))
+    }
+
+    fn rows_of(&self, wanted: &Wanted) -> Result<Table, Error> {
         // Columns that are read, in the order of the file, and where each stands in a row.
         let mut needed: Vec<usize> = wanted.numbers.clone();
         needed.extend(wanted.trial.iter().chain(&wanted.group).chain(&wanted.candidates));
@@ -61,7 +74,6 @@ impl ParquetLog {
         let projection = self.projection(&needed)?;
         let rows = self.reader.get_row_iter(Some(projection)).map_err(|e| damaged(&self.file, &e))?;
         let mut builder = TableBuilder::new(wanted);
-        let mut texts: Vec<String> = vec![String::new(); needed.len()];
         for (index, row) in rows.enumerate() {
             let row = row.map_err(|e| damaged(&self.file, &e))?;
             let fields: Vec<&Field> = row.get_column_iter().map(|(_, field)| field).collect();
@@ -69,19 +81,16 @@ impl ParquetLog {
                 return Err(self.malformed(needed.len(), &row));
             }
             builder.begin(index + 1);
-            for &column in wanted.trial.iter().chain(&wanted.group).chain(&wanted.candidates) {
-                texts[place(column)] = label(fields[place(column)]);
-            }
             if let Some(column) = wanted.trial {
-                builder.trial(texts[place(column)].as_bytes());
+                builder.trial(label(fields[place(column)]).as_bytes());
             }
             if let Some(column) = wanted.group {
-                builder.group(texts[place(column)].as_bytes());
+                builder.group(label(fields[place(column)]).as_bytes());
             }
             for (k, &column) in wanted.numbers.iter().enumerate() {
                 builder.number(k, self.number(fields[place(column)], column, index + 1)?);
             }
-            builder.candidates(|column| texts[place(column)].as_bytes());
+            builder.candidates(|column| Cow::Owned(label(fields[place(column)]).into_bytes()));
         }
         Ok(builder.finish(Vec::new()))
     }
@@ -117,11 +126,29 @@ impl ParquetLog {
     }
 }
 
+/// Refuses a footer whose columns lie before the file: its reader would not return from them.
+fn plausible(file: &str, reader: &dyn FileReader) -> Result<(), Error> {
+    let groups = reader.metadata().row_groups().iter();
+    let lies = |start: i64, length: i64| start < 0 || length < 0;
+    for column in groups.flat_map(|group| group.columns()) {
+        let start = column.dictionary_page_offset().unwrap_or(0).min(column.data_page_offset());
+        if lies(start, column.compressed_size()) {
+            return Err(Error::Malformed {
+                file: file.into(),
+                line: None,
+                expected: EXPECTED.into(),
+                got: format!("one whose footer places column `{}` before its start", column.column_path()),
+            });
+        }
+    }
+    Ok(())
+}
+
 fn damaged(file: &str, error: &ParquetError) -> Error {
     Error::Malformed {
         file: file.into(),
         line: None,
-        expected: "a Parquet file".into(),
+        expected: EXPECTED.into(),
         got: format!("a damaged one, or one packed in a way that is not built in ({error})"),
     }
 }

@@ -1,6 +1,7 @@
 //! How a text table is written: found from its first lines.
 
-use super::cell::{Cell, Delimiter, missing, parse, split, text};
+use super::cell::{Cell, Delimiter, parse, split};
+use super::header::find_header;
 use crate::Error;
 use std::ops::Range;
 
@@ -28,7 +29,7 @@ pub(in crate::log) struct Dialect {
 /// Lines looked at.
 const LOOKED_AT: usize = 300;
 /// In order of preference where several fit as well.
-const DELIMITERS: [Delimiter; 5] = [
+pub(super) const DELIMITERS: [Delimiter; 5] = [
     Delimiter::Byte(b'\t'),
     Delimiter::Byte(b';'),
     Delimiter::Byte(b','),
@@ -37,9 +38,11 @@ const DELIMITERS: [Delimiter; 5] = [
 ];
 
 /// One line of the head.
-struct HeadLine<'a> {
-    number: usize,
-    bytes: &'a [u8],
+pub(super) struct HeadLine<'a> {
+    /// From 1.
+    pub(super) number: usize,
+    /// Without its end.
+    pub(super) bytes: &'a [u8],
 }
 
 /// Finds how the table that starts with `head` is written; `whole` where `head` is all of it.
@@ -75,14 +78,15 @@ fn refuse_other_encodings(file: &str, head: &[u8]) -> Result<usize, Error> {
     if head.starts_with(&[0xFF, 0xFE]) || head.starts_with(&[0xFE, 0xFF]) {
         return Err(malformed(file, None, "text in UTF-8", "text in UTF-16: save it again as UTF-8"));
     }
-    if head.contains(&0) {
+    // Further down they are what a power failure leaves at the end of a file: a line that is cut off.
+    if head.iter().take(1024).any(|&b| b == 0) {
         let expected = "a text table, MATLAB or Parquet file";
         return Err(malformed(file, None, expected, "a binary file of an unknown kind"));
     }
     Ok(if head.starts_with(&[0xEF, 0xBB, 0xBF]) { 3 } else { 0 })
 }
 
-fn malformed(file: &str, line: Option<usize>, expected: &str, got: &str) -> Error {
+pub(super) fn malformed(file: &str, line: Option<usize>, expected: &str, got: &str) -> Error {
     Error::Malformed { file: file.into(), line, expected: expected.into(), got: got.into() }
 }
 
@@ -167,144 +171,4 @@ pub(super) fn drop_trailing_empty(fields: &mut Vec<Range<usize>>) {
     if fields.len() > 1 && fields.last().is_some_and(|r| r.is_empty()) {
         fields.pop();
     }
-}
-
-/// Fields of a line as text.
-fn names(line: &[u8], delimiter: Delimiter) -> Vec<String> {
-    let mut fields = Vec::new();
-    split(line, delimiter, &mut fields);
-    fields.into_iter().map(|r| text(&line[r])).collect()
-}
-
-fn numbers(dialect: &Dialect, line: &[u8]) -> usize {
-    let mut fields = Vec::new();
-    split(line, dialect.delimiter, &mut fields);
-    let numeric = |r: &Range<usize>| {
-        matches!(parse(&line[r.clone()], dialect.decimal_comma), Cell::Number(_) | Cell::Infinite)
-    };
-    fields.into_iter().filter(numeric).count()
-}
-
-/// Sets columns, units and the first line of data.
-fn find_header(
-    file: &str,
-    dialect: &mut Dialect,
-    content: &[HeadLine<'_>],
-    comments: &[HeadLine<'_>],
-    width: usize,
-) -> Result<(), Error> {
-    // Whatever holds a number is data: names of columns are never numbers alone.
-    let first_data = content.iter().enumerate().position(|(i, line)| {
-        let found = numbers(dialect, line.bytes);
-        found > 0 && !titled(dialect, line, width) || i > 0 && all_missing(dialect, line)
-    });
-    let Some(first_data) = first_data else {
-        let line = content[0].number;
-        return Err(malformed(file, Some(line), "numbers below the header", "no number at all"));
-    };
-    dialect.data_line = content[first_data].number;
-    let above = &content[..first_data];
-    match above.len() {
-        0 => commented_header(dialect, comments, width),
-        1 => dialect.columns = header(file, dialect, &above[0], width)?,
-        _ => header_and_units(file, dialect, above, width)?,
-    }
-    for (i, name) in dialect.columns.iter_mut().enumerate() {
-        if name.is_empty() {
-            *name = format!("col{}", i + 1);
-        }
-    }
-    Ok(())
-}
-
-/// Whether every cell of a line is empty or NaN.
-fn all_missing(dialect: &Dialect, line: &HeadLine<'_>) -> bool {
-    names(line.bytes, dialect.delimiter).iter().all(|name| missing(name.as_bytes()))
-}
-
-/// Whether a line above the table holds a number by accident, such as a date or a version in a title.
-fn titled(dialect: &Dialect, line: &HeadLine<'_>, width: usize) -> bool {
-    let mut fields = Vec::new();
-    split(line.bytes, dialect.delimiter, &mut fields);
-    drop_trailing_empty(&mut fields);
-    fields.len() != width && numbers(dialect, line.bytes) < fields.len()
-}
-
-/// The names in a header line, checked against the width of the data.
-fn header(file: &str, dialect: &Dialect, line: &HeadLine<'_>, width: usize) -> Result<Vec<String>, Error> {
-    let mut found = names(line.bytes, dialect.delimiter);
-    if found.len() == width + 1 && found.last().is_some_and(String::is_empty) {
-        found.pop();
-    }
-    if found.len() == width {
-        return Ok(found);
-    }
-    Err(malformed(
-        file,
-        Some(line.number),
-        &format!(
-            "{width} column names, as many as the data have columns ({} between them)",
-            dialect.delimiter.name()
-        ),
-        &format!("{}", found.len()),
-    ))
-}
-
-/// Several lines above the data: titles, a header, perhaps a units row.
-fn header_and_units(
-    file: &str,
-    dialect: &mut Dialect,
-    above: &[HeadLine<'_>],
-    width: usize,
-) -> Result<(), Error> {
-    let fits = |line: &HeadLine<'_>| header(file, dialect, line, width).ok();
-    let last = above.len() - 1;
-    let (header_at, units) = match (fits(&above[last - 1]), fits(&above[last])) {
-        (Some(_), Some(units)) => (last - 1, Some(units)),
-        _ => (last, None),
-    };
-    dialect.columns = header(file, dialect, &above[header_at], width)?;
-    if let Some(units) = units {
-        dialect.findings.push(format!("line {} was read as a row of units", above[last].number));
-        dialect.units = units;
-    }
-    if header_at > 0 {
-        dialect.findings.push(format!("{header_at} lines above the header were skipped"));
-    }
-    Ok(())
-}
-
-/// No header among the lines: perhaps a comment names the columns, else they are numbered.
-fn commented_header(dialect: &mut Dialect, comments: &[HeadLine<'_>], width: usize) {
-    let above: Vec<Vec<String>> = comments
-        .iter()
-        .filter(|c| c.number < dialect.data_line)
-        .filter_map(|c| commented_names(dialect, c.bytes, width))
-        .collect();
-    match above.as_slice() {
-        [] => {
-            dialect.columns = (1..=width).map(|i| format!("col{i}")).collect();
-            dialect.findings.push(format!("there is no header: the columns are named col1 to col{width}"));
-        }
-        [.., first, second] if second.iter().all(|name| super::super::names::is_unit(name)) => {
-            dialect.columns = first.clone();
-            dialect.units = second.clone();
-        }
-        [.., only] => dialect.columns = only.clone(),
-    }
-}
-
-/// The names in a comment, if there are as many as columns and none is a number.
-fn commented_names(dialect: &Dialect, comment: &[u8], width: usize) -> Option<Vec<String>> {
-    let marks: &[u8] = b"#%/";
-    let start = comment.iter().position(|b| !marks.contains(b) && !b.is_ascii_whitespace())?;
-    let inner = &comment[start..];
-    std::iter::once(dialect.delimiter).chain(DELIMITERS).find_map(|delimiter| {
-        let mut found = names(inner, delimiter);
-        if found.len() == width + 1 && found.last().is_some_and(String::is_empty) {
-            found.pop();
-        }
-        let named = |name: &String| !missing(name.as_bytes()) && name.parse::<f64>().is_err();
-        (found.len() == width && found.iter().all(named)).then_some(found)
-    })
 }

@@ -2,6 +2,7 @@
 
 mod cell;
 mod dialect;
+mod header;
 mod lines;
 mod read;
 

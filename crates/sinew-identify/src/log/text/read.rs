@@ -4,7 +4,9 @@ use super::cell::{Cell, parse, split};
 use super::dialect::{Dialect, drop_trailing_empty, find, is_comment};
 use super::lines::{Line, Lines, MAX_LINE_BYTES};
 use crate::Error;
+use crate::log::noted::counted;
 use crate::log::table::{Table, TableBuilder, Wanted};
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -156,7 +158,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
         keep(&row, wanted, &mut builder)?;
     }
     if comments > 0 {
-        findings.push(format!("{comments} comment lines among the data were skipped"));
+        findings.push(format!("skipped {} among the data", counted(comments, "comment line")));
     }
     Ok(builder.finish(findings))
 }
@@ -172,7 +174,7 @@ fn keep(row: &Row<'_>, wanted: &Wanted, builder: &mut TableBuilder) -> Result<()
     for (k, &column) in wanted.numbers.iter().enumerate() {
         builder.number(k, row.number(column)?);
     }
-    builder.candidates(|column| row.cell(column));
+    builder.candidates(|column| Cow::Borrowed(row.cell(column)));
     Ok(())
 }
 

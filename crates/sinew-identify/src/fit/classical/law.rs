@@ -1,0 +1,385 @@
+//! What all classical laws share: transformed parameters, fit, intervals, remarks.
+
+use super::samples::{Samples, Signals};
+use crate::account::{ClassicalFit, Parameter};
+use crate::fit::levenberg_marquardt::{Certainty, LeastSquares, Options, Solution, minimise_from_many};
+use sinew::metrics::Comparison;
+
+/// How a parameter is searched for.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Scale {
+    /// As it is; `typical` is the size that counts as something.
+    Linear { typical: f64 },
+    /// As a logarithm of the excess over a lower end.
+    Above(f64),
+    /// As a logit between two ends.
+    Between(f64, f64),
+}
+
+impl Scale {
+    pub(super) const POSITIVE: Self = Self::Above(0.0);
+
+    pub(super) fn inward(self, value: f64) -> f64 {
+        match self {
+            Self::Linear { .. } => value,
+            Self::Above(low) => (value - low).max(1e-12).ln(),
+            Self::Between(low, high) => {
+                let share = ((value - low) / (high - low)).clamp(0.02, 0.98);
+                (share / (1.0 - share)).ln()
+            }
+        }
+    }
+
+    fn outward(self, theta: f64) -> f64 {
+        match self {
+            Self::Linear { .. } => theta,
+            Self::Above(low) => low + theta.exp(),
+            Self::Between(low, high) => low + (high - low) / (1.0 + (-theta).exp()),
+        }
+    }
+
+    /// Whether an interval still says something about the parameter.
+    fn identified(self, value: f64, low: f64, high: f64) -> bool {
+        match self {
+            Self::Linear { typical } => high - low < value.abs().max(typical),
+            Self::Above(least) => (high - least) < 10.0 * (low - least),
+            Self::Between(least, most) => high - low < 0.5 * (most - least),
+        }
+    }
+}
+
+/// One parameter of a law.
+#[derive(Debug, Clone)]
+pub(super) struct Spec {
+    pub(super) name: String,
+    pub(super) unit: String,
+    pub(super) scale: Scale,
+    /// Whether only motion both ways can tell it.
+    pub(super) friction: bool,
+}
+
+impl Spec {
+    pub(super) fn new(name: &str, unit: &str, scale: Scale) -> Self {
+        Self { name: name.to_owned(), unit: unit.to_owned(), scale, friction: false }
+    }
+
+    pub(super) fn friction(name: &str, unit: &str, scale: Scale) -> Self {
+        Self { friction: true, ..Self::new(name, unit, scale) }
+    }
+}
+
+/// Predictions for every row from natural parameters; `false` outside the domain.
+pub(super) type Predict = Box<dyn Fn(&Samples, &[f64], &mut [f64]) -> bool + Send + Sync>;
+/// Quantities computed from the natural parameters, with the gradient by finite differences.
+pub(super) type Derived = (Spec, fn(&[f64]) -> f64);
+
+/// A law ready to be fitted.
+pub(super) struct Law {
+    pub(super) name: String,
+    pub(super) equation: String,
+    pub(super) specs: Vec<Spec>,
+    /// Natural parameters to start from.
+    pub(super) starts: Vec<Vec<f64>>,
+    pub(super) predict: Predict,
+    pub(super) derived: Vec<Derived>,
+    /// What no data of this kind can tell.
+    pub(super) note: String,
+    /// Parameters, by index, that these data cannot tell whatever the fit says.
+    pub(super) unseen: Vec<usize>,
+    /// What to say of a parameter, by index, that these data do not determine.
+    pub(super) because: fn(usize) -> &'static str,
+}
+
+/// The law on given samples as a sum of squares.
+struct Problem<'a> {
+    law: &'a Law,
+    samples: &'a Samples,
+    predictions: std::cell::RefCell<Vec<f64>>,
+}
+
+impl LeastSquares for Problem<'_> {
+    fn parameters(&self) -> usize {
+        self.law.specs.len()
+    }
+
+    fn residuals(&self) -> usize {
+        self.samples.fitted.len()
+    }
+
+    fn evaluate(&self, theta: &[f64], residuals: &mut [f64]) -> bool {
+        // NaN or a runaway step: refusing keeps the search inside.
+        if !theta.iter().all(|t| t.abs() < 1e12) {
+            return false;
+        }
+        let natural = self.law.outward(theta);
+        let mut predictions = self.predictions.borrow_mut();
+        if !(self.law.predict)(self.samples, &natural, &mut predictions) {
+            return false;
+        }
+        for (residual, &row) in residuals.iter_mut().zip(&self.samples.fitted) {
+            *residual = predictions[row] - self.samples.far[row];
+        }
+        true
+    }
+}
+
+impl Law {
+    /// A parameter as it is. Positive ones are held within a factor of a thousand of their starts: there
+    /// they have become nothing or everything, and the fit sees that they no longer matter.
+    fn held(&self, i: usize, theta: f64) -> f64 {
+        let scale = self.specs[i].scale;
+        let starts = || self.starts.iter().map(|start| scale.inward(start[i]));
+        match scale {
+            Scale::Linear { .. } => theta,
+            Scale::Above(_) | Scale::Between(..) => {
+                let least = starts().fold(f64::INFINITY, f64::min);
+                let most = starts().fold(f64::NEG_INFINITY, f64::max);
+                theta.max(least - 7.0).min(most + 7.0)
+            }
+        }
+    }
+
+    fn outward(&self, theta: &[f64]) -> Vec<f64> {
+        (0..theta.len()).map(|i| self.specs[i].scale.outward(self.held(i, theta[i]))).collect()
+    }
+
+    /// The fit, with intervals; `None` where the law cannot be evaluated at all.
+    pub(super) fn fit(&self, samples: &Samples, all: &Samples, signals: &Signals) -> Option<ClassicalFit> {
+        let predictions = std::cell::RefCell::new(vec![0.0; samples.far.len()]);
+        let problem = Problem { law: self, samples, predictions };
+        let inward = |start: &Vec<f64>| -> Vec<f64> {
+            self.specs.iter().zip(start).map(|(spec, &value)| spec.scale.inward(value)).collect()
+        };
+        let starts: Vec<Vec<f64>> = self.starts.iter().map(inward).collect();
+        let options = Options { steps: 40, tolerance: 1e-6, ..Options::default() };
+        let solution = minimise_from_many(&problem, &starts, options)?;
+        let natural = self.outward(&solution.theta);
+        let rmse = self.rmse(all, &natural)?;
+        let certainty = solution.certainty();
+        let tau = autocorrelation_time(samples, &solution.residuals);
+        let free = (solution.residuals.len() as f64 / tau - natural.len() as f64).max(1.0) * tau;
+        // |r|^2 / free is the variance of a residual, tau what its correlation costs.
+        let spread = (solution.squares / free * tau).sqrt();
+        let mut parameters: Vec<Parameter> =
+            (0..natural.len()).map(|i| self.parameter(i, &solution, &certainty, spread, signals)).collect();
+        for derived in &self.derived {
+            let parameter = self.derived_parameter(derived, &solution, &certainty, spread, signals);
+            // Lines of either sign have no friction angle.
+            if parameter.value.is_finite() {
+                parameters.push(parameter);
+            }
+        }
+        let remark = self.remark(&parameters, rmse, tau, all, signals);
+        Some(ClassicalFit {
+            law: self.name.clone(),
+            equation: self.equation.clone(),
+            rmse,
+            percent_of_range: 100.0 * rmse / signals.far_range,
+            parameters,
+            condition: certainty.condition,
+            remark,
+        })
+    }
+
+    fn rmse(&self, all: &Samples, natural: &[f64]) -> Option<f64> {
+        let mut predictions = vec![0.0; all.far.len()];
+        if !(self.predict)(all, natural, &mut predictions) {
+            return None;
+        }
+        let mut comparison = Comparison::new();
+        for &row in &all.fitted {
+            comparison.push(all.far[row], predictions[row]).ok()?;
+        }
+        comparison.rmse()
+    }
+
+    fn parameter(
+        &self,
+        i: usize,
+        solution: &Solution,
+        certainty: &Certainty,
+        spread: f64,
+        signals: &Signals,
+    ) -> Parameter {
+        let spec = &self.specs[i];
+        let seen = if self.unseen.contains(&i) { f64::INFINITY } else { certainty.variance[i] };
+        let half = 1.96 * spread * seen.sqrt();
+        let at = |theta: f64| spec.scale.outward(theta);
+        let theta = self.held(i, solution.theta[i]);
+        let (value, low, high) = (at(theta), at(theta - half), at(theta + half));
+        parameter(spec, value, low, high, signals, (self.because)(i))
+    }
+
+    fn derived_parameter(
+        &self,
+        (spec, of): &Derived,
+        solution: &Solution,
+        certainty: &Certainty,
+        spread: f64,
+        signals: &Signals,
+    ) -> Parameter {
+        let p = solution.theta.len();
+        let value = of(&self.outward(&solution.theta));
+        let gradient: Vec<f64> = (0..p)
+            .map(|i| {
+                let mut moved = solution.theta.clone();
+                let step = (1e-6 * moved[i].abs()).max(1e-9);
+                moved[i] += step;
+                (of(&self.outward(&moved)) - value) / step
+            })
+            .collect();
+        let mut variance = 0.0;
+        for i in 0..p {
+            if gradient[i].abs() > 0.0 && certainty.variance[i].is_infinite() {
+                variance = f64::INFINITY;
+            }
+            for j in 0..p {
+                variance += gradient[i] * certainty.covariance[i * p + j] * gradient[j];
+            }
+        }
+        let half = 1.96 * spread * variance.max(0.0).sqrt();
+        parameter(spec, value, value - half, value + half, signals, "")
+    }
+
+    fn remark(
+        &self,
+        parameters: &[Parameter],
+        rmse: f64,
+        tau: f64,
+        all: &Samples,
+        signals: &Signals,
+    ) -> String {
+        let mut said: Vec<String> = vec![];
+        if signals.reversals == 0 {
+            said.push(format!(
+                "{} never reverses, so friction cannot be told from gain and offset",
+                signals.drive_name
+            ));
+        }
+        let open: Vec<&str> = parameters.iter().filter(|p| !p.identified).map(|p| p.name.as_str()).collect();
+        if !open.is_empty() {
+            said.push(format!("these data do not determine {}", open.join(", ")));
+        }
+        let noise = sensor_noise(all);
+        if tau > 3.0 && rmse > 3.0 * noise && rmse > 0.002 * signals.far_range {
+            said.push(format!(
+                "the residuals are not noise (RMSE {:.0} times the sensor's, correlated over {tau:.0} samples): \
+                 the structure of this law is wrong or incomplete here, and its intervals hold only if it were right",
+                (rmse / noise.max(1e-3 * rmse)).min(999.0)
+            ));
+        }
+        if !self.note.is_empty() {
+            said.push(self.note.clone());
+        }
+        said.join(". ")
+    }
+}
+
+fn parameter(spec: &Spec, value: f64, low: f64, high: f64, signals: &Signals, why: &str) -> Parameter {
+    // An interval over six decades is no interval.
+    let vague = matches!(spec.scale, Scale::Above(least) if high - least > 1e3 * (value - least));
+    let known = low.is_finite() && high.is_finite() && !vague;
+    let one_way = spec.friction && signals.reversals == 0;
+    let identified = known && !one_way && spec.scale.identified(value, low, high);
+    let remark = match (identified, one_way) {
+        (true, _) => "",
+        (false, true) => "needs motion both ways",
+        (false, false) if why.is_empty() => "these data do not determine it",
+        (false, false) => why,
+    };
+    Parameter {
+        name: spec.name.clone(),
+        unit: spec.unit.clone(),
+        value,
+        low: if known { low } else { f64::NAN },
+        high: if known { high } else { f64::NAN },
+        identified,
+        remark: remark.to_owned(),
+    }
+}
+
+/// An entry that says why there is none.
+pub(super) fn not_fitted(why: &str) -> ClassicalFit {
+    ClassicalFit {
+        law: "none".to_owned(),
+        equation: String::new(),
+        rmse: f64::NAN,
+        percent_of_range: f64::NAN,
+        parameters: vec![],
+        condition: f64::NAN,
+        remark: format!("no classical law was fitted: {why}"),
+    }
+}
+
+/// `tau = 1 + 2 sum_k rho_k` over neighbouring fitted rows of a run, until `rho_k < 0.05`.
+fn autocorrelation_time(samples: &Samples, residuals: &[f64]) -> f64 {
+    let n = residuals.len();
+    let mean = residuals.iter().sum::<f64>() / n.max(1) as f64;
+    let variance = residuals.iter().map(|r| (r - mean) * (r - mean)).sum::<f64>() / n.max(1) as f64;
+    if variance <= 0.0 {
+        return 1.0;
+    }
+    let mut run_of = vec![0; samples.far.len()];
+    for (id, run) in samples.runs.iter().enumerate() {
+        run_of[run.clone()].fill(id);
+    }
+    let mut tau = 1.0;
+    for lag in 1..n / 4 {
+        let (mut sum, mut pairs) = (0.0, 0_usize);
+        for i in 0..n - lag {
+            let (a, b) = (samples.fitted[i], samples.fitted[i + lag]);
+            if b - a == lag && run_of[a] == run_of[b] {
+                sum += (residuals[i] - mean) * (residuals[i + lag] - mean);
+                pairs += 1;
+            }
+        }
+        let rho = if pairs > 0 { sum / pairs as f64 / variance } else { 0.0 };
+        if rho < 0.05 {
+            break;
+        }
+        tau += 2.0 * rho;
+    }
+    tau
+}
+
+/// Standard deviation of the far side's noise, from second differences (a straight line has none).
+fn sensor_noise(all: &Samples) -> f64 {
+    let mut bends: Vec<f64> = all
+        .runs
+        .iter()
+        .flat_map(|run| all.far[run.clone()].windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()))
+        .filter(|bend| bend.is_finite())
+        .collect();
+    if bends.is_empty() {
+        return 0.0;
+    }
+    let middle = bends.len() / 2;
+    // Median of |N(0, 6 sigma^2)|.
+    *bends.select_nth_unstable_by(middle, f64::total_cmp).1 / (0.6745 * 6.0_f64.sqrt())
+}
+
+/// Least squares of `target` on `columns`, `None` where they are dependent.
+pub(super) fn linear_fit(columns: &[Vec<f64>], target: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let p = columns.len();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let scale: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt().max(1e-150)).collect();
+    let mut normal = vec![0.0; p * p];
+    for i in 0..p {
+        for j in 0..p {
+            normal[i * p + j] = dot(&columns[i], &columns[j]) * scale[i] * scale[j];
+        }
+        normal[i * p + i] += 1e-12;
+    }
+    let right = (0..p).map(|i| dot(&columns[i], target) * scale[i]).collect();
+    let mut weights = crate::fit::levenberg_marquardt::solve_positive(normal, right)?;
+    for (weight, s) in weights.iter_mut().zip(&scale) {
+        *weight *= s;
+    }
+    let squares = (0..target.len())
+        .map(|row| {
+            let fitted: f64 = columns.iter().zip(&weights).map(|(c, w)| c[row] * w).sum();
+            (fitted - target[row]).powi(2)
+        })
+        .sum();
+    Some((weights, squares))
+}

@@ -1,0 +1,82 @@
+//! Play: the far side stays where it is until one of two lines of the near side drags it along.
+
+use super::law::{Law, Scale, Spec, linear_fit};
+use super::samples::{Samples, Signals};
+use sinew::transmission::clamp_or_mean;
+
+/// `y <- clamp(y, a1 x + b1, a2 x + b2)`, started at the measured far side.
+pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
+    let slope_unit = format!("{}/{}", signals.far_unit, signals.near_unit);
+    let slope_unit = if signals.far_unit == signals.near_unit { "1" } else { &slope_unit };
+    let slope = Scale::Linear { typical: signals.far_range / signals.near_range.max(1e-300) };
+    let offset = Scale::Linear { typical: signals.far_range };
+    let near = if signals.near_is_effort { "T_in" } else { "x" };
+    let mut law = Law {
+        name: if signals.near_is_effort { "capstan play" } else { "backlash play" }.to_owned(),
+        equation: format!("y <- clamp(y, a1 {near} + b1, a2 {near} + b2), {near} = {}", signals.near_name),
+        specs: vec![
+            Spec::friction("slope of the lower line (a1)", slope_unit, slope),
+            Spec::friction("offset of the lower line (b1)", &signals.far_unit, offset),
+            Spec::friction("slope of the upper line (a2)", slope_unit, slope),
+            Spec::friction("offset of the upper line (b2)", &signals.far_unit, offset),
+        ],
+        starts: starts(samples),
+        predict: Box::new(predict),
+        derived: vec![],
+        unseen: vec![],
+        note: String::new(),
+        because: |i| {
+            if i < 2 {
+                "the lower line is hardly ever touched"
+            } else {
+                "the upper line is hardly ever touched"
+            }
+        },
+    };
+    if signals.near_is_effort && signals.far_unit == signals.near_unit {
+        law.derived = vec![
+            (Spec::friction("friction angle (mu phi - ln eta)", "1", Scale::Linear { typical: 0.5 }), |p| {
+                if p[0] > 0.0 { 0.5 * (p[2] / p[0]).ln() } else { f64::NAN }
+            }),
+            (Spec::friction("gain between the two sensors", "1", Scale::Linear { typical: 0.5 }), |p| {
+                if p[0] > 0.0 { (p[0] * p[2]).sqrt() } else { f64::NAN }
+            }),
+        ];
+    }
+    law
+}
+
+fn predict(samples: &Samples, p: &[f64], out: &mut [f64]) -> bool {
+    let mut crossed = 0;
+    for run in &samples.runs {
+        let first = samples.far[run.start];
+        // Without a measured start, mid-band.
+        let mut state = if first.is_finite() { first } else { f64::NAN };
+        for row in run.clone() {
+            let (low, high) = (p[0] * samples.near[row] + p[1], p[2] * samples.near[row] + p[3]);
+            crossed += usize::from(high < low);
+            state = if state.is_finite() { clamp_or_mean(state, low, high) } else { 0.5 * (low + high) };
+            out[row] = state;
+        }
+    }
+    // Lines that change places are no longer play.
+    crossed <= out.len() / 10
+}
+
+/// Lines a little below and above the least-squares line, shifted or turned.
+fn starts(samples: &Samples) -> Vec<Vec<f64>> {
+    let near: Vec<f64> = samples.fitted.iter().map(|&row| samples.near[row]).collect();
+    let far: Vec<f64> = samples.fitted.iter().map(|&row| samples.far[row]).collect();
+    let ones = vec![1.0; near.len()];
+    let Some((line, squares)) = linear_fit(&[near, ones], &far) else {
+        return vec![vec![0.5, 0.0, 1.5, 0.0]];
+    };
+    let spread = (squares / far.len().max(1) as f64).sqrt();
+    let mut starts = vec![];
+    for d in [0.3, 1.0, 2.0] {
+        starts.push(vec![line[0], line[1] - d * spread, line[0], line[1] + d * spread]);
+        let turn = 0.4 * d * line[0].signum();
+        starts.push(vec![line[0] * (1.0 - turn), line[1], line[0] * (1.0 + turn), line[1]]);
+    }
+    starts
+}

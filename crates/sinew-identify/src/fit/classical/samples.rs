@@ -1,0 +1,334 @@
+//! A dataset as the classical laws see it: one near-side signal, one drive, directions and rates.
+
+use crate::log::{Dataset, Role, Sequence};
+use std::ops::Range;
+
+/// Rows that are fitted; the rest of a long log is only used for the score.
+const BUDGET: usize = 6_000;
+/// Rows kept between two reversals when a log is thinned.
+const ROWS_PER_SWING: usize = 50;
+/// Fraction of its range by which a signal must turn back to count as reversed.
+const REVERSAL: f64 = 0.01;
+
+/// Flat columns of all runs, one after the other; `runs` says where each begins and ends.
+#[derive(Debug, Clone)]
+pub(super) struct Samples {
+    pub(super) runs: Vec<Range<usize>>,
+    /// The near-side signal that follows the far side best.
+    pub(super) near: Vec<f64>,
+    /// The near-side tension or torque, where there is one.
+    pub(super) effort: Vec<f64>,
+    /// What the friction slides along: the motion, or `near` where there is none.
+    pub(super) drive: Vec<f64>,
+    /// Rate of `drive`, unit/s, over five samples.
+    pub(super) rate: Vec<f64>,
+    /// +1 or -1 as `drive` goes; 0 before it has moved.
+    pub(super) direction: Vec<f64>,
+    /// Time since the sample before, s; 0 at the start of a run.
+    pub(super) interval: Vec<f64>,
+    pub(super) far: Vec<f64>,
+    /// Rows that count.
+    pub(super) fitted: Vec<usize>,
+}
+
+/// What the columns are called and how large they are.
+#[derive(Debug, Clone)]
+pub(super) struct Signals {
+    pub(super) far_unit: String,
+    pub(super) near_name: String,
+    pub(super) near_unit: String,
+    pub(super) drive_name: String,
+    pub(super) drive_unit: String,
+    pub(super) has_effort: bool,
+    pub(super) has_motion: bool,
+    pub(super) near_is_effort: bool,
+    pub(super) far_range: f64,
+    pub(super) near_range: f64,
+    pub(super) drive_range: f64,
+    pub(super) reversals: usize,
+}
+
+/// Columns that were chosen among the inputs.
+struct Chosen {
+    near: usize,
+    effort: Option<usize>,
+    drive: usize,
+}
+
+/// All samples, the thinned ones to fit, and what they are; a sentence where nothing can be fitted.
+pub(super) fn gather(data: &Dataset) -> Result<(Samples, Samples, Signals), String> {
+    let chosen = choose(data)?;
+    let name = |i: usize| data.roles.inputs[i].column.clone();
+    let is = |i: usize, role: Role| data.roles.inputs[i].role == role;
+    let has_motion = is(chosen.drive, Role::Motion) || is(chosen.drive, Role::Anchor);
+    let drive_range =
+        range(data.sequences.iter().flat_map(|s| column(data, s, chosen.drive)).collect(), 0.01);
+    let mut all = Samples::empty();
+    for sequence in &data.sequences {
+        all.append(data, sequence, &chosen, REVERSAL * drive_range);
+    }
+    let signals = Signals {
+        far_unit: unit_of(data.roles.far.as_deref().unwrap_or("")),
+        near_name: name(chosen.near),
+        near_unit: unit_of(&name(chosen.near)),
+        drive_name: name(chosen.drive),
+        drive_unit: unit_of(&name(chosen.drive)),
+        has_effort: chosen.effort.is_some(),
+        has_motion,
+        near_is_effort: is(chosen.near, Role::Effort),
+        far_range: range(all.fitted.iter().map(|&i| all.far[i]).collect(), 0.0005),
+        near_range: range(all.near.clone(), 0.01),
+        drive_range,
+        reversals: all.reversals(),
+    };
+    if all.fitted.len() < 20 {
+        return Err(format!("only {} samples can be fitted", all.fitted.len()));
+    }
+    if signals.far_range <= 0.0 {
+        return Err("the far side is constant".to_owned());
+    }
+    let thinned = all.thinned(signals.reversals);
+    Ok((all, thinned, signals))
+}
+
+fn choose(data: &Dataset) -> Result<Chosen, String> {
+    let best = |roles: &[Role]| -> Option<(usize, f64)> {
+        let mut best: Option<(usize, f64)> = None;
+        for (i, input) in data.roles.inputs.iter().enumerate() {
+            if !roles.contains(&input.role) {
+                continue;
+            }
+            let follows = correlation(data, i);
+            // Equal ones are told apart by name, so that the order of columns does not matter.
+            let better = best.is_none_or(|(j, r)| {
+                follows > r || (follows >= r && input.column < data.roles.inputs[j].column)
+            });
+            if follows > 0.0 && better {
+                best = Some((i, follows));
+            }
+        }
+        best
+    };
+    let near = best(&[Role::Effort, Role::Motion])
+        .or_else(|| best(&[Role::Anchor]))
+        .ok_or("no near-side effort or motion varies: a constant near side tells nothing")?
+        .0;
+    let effort = best(&[Role::Effort]).map(|(i, _)| i);
+    let motion = best(&[Role::Motion]).or_else(|| best(&[Role::Anchor])).map(|(i, _)| i);
+    Ok(Chosen { near, effort, drive: motion.unwrap_or(near) })
+}
+
+/// |Pearson| of an input with the far side over the scored rows; 0 where either is constant.
+fn correlation(data: &Dataset, input: usize) -> f64 {
+    let mut comparison = sinew::metrics::Comparison::new();
+    for sequence in &data.sequences {
+        let pairs = column(data, sequence, input).zip(&sequence.far_clean).zip(&sequence.scored);
+        for ((x, &y), &scored) in pairs {
+            if scored {
+                // Missing values are simply not counted.
+                let _ = comparison.push(y, x);
+            }
+        }
+    }
+    comparison.pearson().map_or(0.0, f64::abs)
+}
+
+fn column<'a>(data: &Dataset, sequence: &'a Sequence, input: usize) -> impl Iterator<Item = f64> + 'a {
+    let width = data.roles.inputs.len().max(1);
+    sequence.inputs.iter().skip(input).step_by(width).copied()
+}
+
+/// Spread between the quantiles `edge` and `1 - edge`.
+pub(super) fn range(mut values: Vec<f64>, edge: f64) -> f64 {
+    values.retain(|v| v.is_finite());
+    if values.len() < 2 {
+        return 0.0;
+    }
+    values.sort_by(f64::total_cmp);
+    let at = |q: f64| values[(q * (values.len() - 1) as f64).round() as usize];
+    at(1.0 - edge) - at(edge)
+}
+
+/// The unit at the end of a column's name, or `unit`.
+fn unit_of(column: &str) -> String {
+    const UNITS: [(&str, &str); 9] = [
+        ("n", "N"),
+        ("nm", "N m"),
+        ("m", "m"),
+        ("mm", "mm"),
+        ("rad", "rad"),
+        ("deg", "deg"),
+        ("a", "A"),
+        ("v", "V"),
+        ("kn", "kN"),
+    ];
+    // What follows the unit, as in `tension_n_filtered`, is passed over; what comes first is a name.
+    let words: Vec<String> = column.split('_').skip(1).map(str::to_ascii_lowercase).collect();
+    let found = words.iter().rev().find_map(|word| UNITS.iter().find(|(written, _)| written == word));
+    found.map_or_else(|| format!("unit of {column}"), |(_, unit)| (*unit).to_owned())
+}
+
+impl Samples {
+    fn empty() -> Self {
+        Self {
+            runs: vec![],
+            near: vec![],
+            effort: vec![],
+            drive: vec![],
+            rate: vec![],
+            direction: vec![],
+            interval: vec![],
+            far: vec![],
+            fitted: vec![],
+        }
+    }
+
+    fn append(&mut self, data: &Dataset, sequence: &Sequence, chosen: &Chosen, dead_band: f64) {
+        let first = self.far.len();
+        let near = held(column(data, sequence, chosen.near));
+        let drive = held(column(data, sequence, chosen.drive));
+        let effort = chosen.effort.map_or_else(|| near.clone(), |i| held(column(data, sequence, i)));
+        let n = near.len().min(sequence.time_s.len()).min(sequence.far_clean.len());
+        if n == 0 || !(near[0].is_finite() && drive[0].is_finite() && effort[0].is_finite()) {
+            return;
+        }
+        self.direction.extend(directions(&drive[..n], dead_band));
+        for i in 0..n {
+            let (back, ahead) = (i.saturating_sub(2), (i + 2).min(n - 1));
+            let elapsed = sequence.time_s[ahead] - sequence.time_s[back];
+            self.rate.push(if elapsed > 0.0 { (drive[ahead] - drive[back]) / elapsed } else { 0.0 });
+            self.interval.push(if i > 0 { sequence.time_s[i] - sequence.time_s[i - 1] } else { 0.0 });
+            let row = first + i;
+            let counts = sequence.scored.get(i).copied().unwrap_or(false);
+            if counts && sequence.far_clean[i].is_finite() && self.direction[row].abs() > 0.0 {
+                self.fitted.push(row);
+            }
+        }
+        self.near.extend_from_slice(&near[..n]);
+        self.drive.extend_from_slice(&drive[..n]);
+        self.effort.extend_from_slice(&effort[..n]);
+        self.far.extend_from_slice(&sequence.far_clean[..n]);
+        self.runs.push(first..first + n);
+    }
+
+    /// How often the drive turned round, over all runs.
+    pub(super) fn reversals(&self) -> usize {
+        let turns = |run: &Range<usize>| {
+            let directions = &self.direction[run.clone()];
+            directions.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count()
+        };
+        self.runs.iter().map(turns).sum()
+    }
+
+    /// At most about [`BUDGET`] rows: first every k-th row while a swing keeps [`ROWS_PER_SWING`], then
+    /// stretches spread evenly over the rest, each with a tenth of warm-up that is not fitted.
+    fn thinned(&self, reversals: usize) -> Self {
+        let rows = self.far.len();
+        let wanted = rows.div_ceil(BUDGET);
+        let affordable = rows / ((reversals + self.runs.len()) * ROWS_PER_SWING).max(1);
+        let stride = wanted.min(affordable).max(1);
+        let piece = 1000 * stride;
+        let mut pieces: Vec<(Range<usize>, usize)> = vec![];
+        for run in &self.runs {
+            let parts = if rows / stride > BUDGET { run.len().div_ceil(piece).max(1) } else { 1 };
+            for part in 0..parts {
+                let (from, to) = (run.len() * part / parts, run.len() * (part + 1) / parts);
+                let warm_up = if part > 0 { (to - from) / 10 } else { 0 };
+                pieces.push((run.start + from..run.start + to, run.start + from + warm_up));
+            }
+        }
+        let total: usize = pieces.iter().map(|(rows, _)| rows.len() / stride).sum();
+        let every = total.div_ceil(BUDGET + 1000).max(1);
+        let mut counts = vec![false; rows];
+        for &row in &self.fitted {
+            counts[row] = true;
+        }
+        let mut thin = Self::empty();
+        for (rows, from) in pieces.iter().step_by(every) {
+            let first = thin.far.len();
+            let mut last = rows.start;
+            for row in rows.clone().step_by(stride) {
+                if row >= *from && counts[row] {
+                    thin.fitted.push(thin.far.len());
+                }
+                let elapsed: f64 = self.interval[last + 1..=row.max(last)].iter().sum();
+                thin.interval.push(if row > rows.start { elapsed } else { 0.0 });
+                thin.near.push(self.near[row]);
+                thin.effort.push(self.effort[row]);
+                thin.drive.push(self.drive[row]);
+                thin.rate.push(self.rate[row]);
+                thin.direction.push(self.direction[row]);
+                thin.far.push(self.far[row]);
+                last = row;
+            }
+            thin.runs.push(first..thin.far.len());
+        }
+        thin
+    }
+}
+
+/// A missing value is the one before it; leading ones are the first that is there.
+fn held(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    let mut last = values.iter().copied().find(|v| v.is_finite()).unwrap_or(f64::NAN);
+    for value in &mut values {
+        if value.is_finite() {
+            last = *value;
+        } else {
+            *value = last;
+        }
+    }
+    values
+}
+
+/// Direction of motion that noise below the dead band does not turn, with hindsight: a reversal counts from
+/// the extreme on, though it is certain only a dead band later.
+fn directions(drive: &[f64], dead_band: f64) -> Vec<f64> {
+    let mut found = vec![0.0; drive.len()];
+    let (mut direction, mut lowest, mut highest) = (0.0, 0, 0);
+    for (i, &x) in drive.iter().enumerate() {
+        if x < drive[lowest] {
+            lowest = i;
+        }
+        if x > drive[highest] {
+            highest = i;
+        }
+        if direction <= 0.0 && x > drive[lowest] + dead_band {
+            direction = 1.0;
+            found[lowest + 1..i].fill(1.0);
+            highest = i;
+        } else if direction >= 0.0 && x < drive[highest] - dead_band {
+            direction = -1.0;
+            found[highest + 1..i].fill(-1.0);
+            lowest = i;
+        }
+        found[i] = direction;
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_ignore_what_stays_within_the_dead_band() {
+        let drive = [0.0, 0.05, 0.0, 1.0, 0.95, 2.0, 1.0, 0.5, 0.55, 3.0];
+        let expected = [0.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0];
+        assert_eq!(directions(&drive, 0.1), expected);
+    }
+
+    #[test]
+    fn units_come_from_the_end_of_a_column_name() {
+        assert_eq!(unit_of("tension_in_n"), "N");
+        assert_eq!(unit_of("T_out_Nm"), "N m");
+        assert_eq!(unit_of("T_out_N_med5"), "N");
+        assert_eq!(unit_of("n"), "unit of n");
+    }
+
+    #[test]
+    fn missing_values_are_held() {
+        let values = held([f64::NAN, 1.0, f64::NAN, 3.0].into_iter());
+        assert_eq!(values, [1.0, 1.0, 1.0, 3.0]);
+    }
+}

@@ -1,0 +1,161 @@
+//! One log: read, scaled, cut, and told what was found in it.
+
+use super::conditions::LogConstants;
+use super::cut::{self, CutLog, Layout};
+use super::noted::{Noted, counted};
+use super::open::OpenLog;
+use super::table::{Table, Wanted};
+use super::types::{Roles, Sequence};
+use super::{names, spikes};
+use crate::Error;
+
+/// One log, read and cut.
+pub(super) struct ReadLog {
+    /// Its name.
+    pub(super) file: String,
+    /// Its sequences.
+    pub(super) cut: CutLog,
+    /// What is constant within its trials.
+    pub(super) constants: LogConstants,
+}
+
+/// Reads one log.
+pub(super) fn read_log(roles: &Roles, log: OpenLog, skip_s: f64) -> Result<ReadLog, Error> {
+    let file = log.file.clone();
+    let columns = log.columns().to_vec();
+    let at = |name: &String| columns.iter().position(|c| c == name);
+    let far = roles.far.as_ref().and_then(at);
+    let time = roles.time.as_ref().and_then(at);
+    let mut numbers: Vec<usize> = roles.inputs.iter().filter_map(|i| at(&i.column)).collect();
+    let inputs = numbers.len();
+    let mut place = |column: Option<usize>| {
+        column.map(|c| {
+            numbers.push(c);
+            numbers.len() - 1
+        })
+    };
+    let layout = Layout { inputs, far: place(far), time: place(time) };
+    let trial = roles.trial.as_ref().and_then(at);
+    let group = roles.group.as_ref().and_then(at);
+    // A group may be the trial column itself.
+    let candidates = (0..columns.len())
+        .filter(|&c| Some(c) != far && Some(c) != time && (Some(c) != trial || trial == group))
+        .collect();
+    let wanted = Wanted { numbers, trial, group, candidates };
+    let scale = time.map_or(1.0, |c| names::time_scale(&columns[c], log.unit(c)));
+    let mut table = log.read(&wanted)?;
+    group_within_trials(&file, roles, &table)?;
+    let mut findings = std::mem::take(&mut table.findings);
+    for (name, lacking) in
+        [(&roles.far, far.is_none()), (&roles.trial, trial.is_none()), (&roles.group, group.is_none())]
+    {
+        if let (Some(name), true) = (name, lacking) {
+            findings.push(format!("there is no column `{name}`"));
+        }
+    }
+    rescale(&mut table, layout, scale, &mut findings);
+    missing_cells(&table, &wanted, &columns, layout, &mut findings);
+    let mut cut = cut::cut(&file, &table, layout, skip_s)?;
+    // A long log should not be in memory twice for longer than it must.
+    table.numbers = Vec::new();
+    findings.append(&mut cut.findings);
+    cut.findings = findings;
+    clean(roles, &mut cut);
+    let constants = LogConstants {
+        columns: table.constants.into_iter().map(|(c, runs)| (columns[c].clone(), runs)).collect(),
+        first_rows: cut.first_rows.clone(),
+    };
+    Ok(ReadLog { file, cut, constants })
+}
+
+/// Time to seconds.
+#[expect(clippy::float_cmp, reason = "1.0 is the literal of a table of units, not a result")]
+fn rescale(table: &mut Table, layout: Layout, scale: f64, findings: &mut Vec<String>) {
+    if let Some(k) = layout.time.filter(|_| scale != 1.0) {
+        table.numbers[k].iter_mut().for_each(|t| *t *= scale);
+        findings.push(format!("time was multiplied by {scale} to have seconds"));
+    }
+}
+
+/// Refuses a group that changes within a trial.
+fn group_within_trials(file: &str, roles: &Roles, table: &Table) -> Result<(), Error> {
+    let (Some(trial), Some(group)) = (&table.trial, &table.group) else { return Ok(()) };
+    for &(row, _) in group.starts.iter().skip(1) {
+        let starts_trial = trial.starts.binary_search_by_key(&row, |&(start, _)| start).is_ok();
+        if !starts_trial {
+            return Err(Error::GroupChanges {
+                file: file.to_owned(),
+                line: table.lines[row],
+                column: roles.group.clone().unwrap_or_default(),
+                before: group.at(row - 1).to_owned(),
+                after: group.at(row).to_owned(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Counts empty cells, column by column; those of time are rows without time, told elsewhere.
+fn missing_cells(
+    table: &Table,
+    wanted: &Wanted,
+    columns: &[String],
+    layout: Layout,
+    findings: &mut Vec<String>,
+) {
+    for (k, numbers) in table.numbers.iter().enumerate() {
+        let mut noted = Noted::default();
+        for (row, _) in numbers.iter().enumerate().filter(|(_, x)| x.is_nan()) {
+            noted.note(|| format!("line {}", table.lines[row]));
+        }
+        if noted.count > 0 && layout.time != Some(k) {
+            let name = &columns[wanted.numbers[k]];
+            findings.push(format!(
+                "{} without a number in `{name}`: {}",
+                counted(noted.count, "cell"),
+                noted.places()
+            ));
+        }
+    }
+}
+
+/// Finds spikes on both sides and sets the far side to fit.
+///
+/// A spike of the far side is no truth to be scored against; one of the near side is what the predictor
+/// will have to live with, and stays.
+fn clean(roles: &Roles, cut: &mut CutLog) {
+    let far: Vec<Vec<f64>> = cut.sequences.iter().map(|s| s.far.clone()).collect();
+    let found = spikes::find(&far);
+    for (sequence, far) in cut.sequences.iter_mut().zip(far) {
+        sequence.far_clean = if found.is_empty() { far } else { spikes::median5(&far) };
+    }
+    for &(s, i) in &found {
+        cut.sequences[s].scored[i] = false;
+    }
+    if let (Some(name), false) = (&roles.far, found.is_empty()) {
+        let places = spike_places(cut, &found);
+        cut.findings.push(format!(
+            "{} of `{name}`, which are not scored, and the signal is fitted after a median of 5: {places}",
+            counted(found.len(), "spike")
+        ));
+    }
+    let inputs = roles.inputs.len();
+    for (k, input) in roles.inputs.iter().enumerate() {
+        let column = |s: &Sequence| s.inputs.iter().skip(k).step_by(inputs).copied().collect();
+        let found = spikes::find(&cut.sequences.iter().map(column).collect::<Vec<_>>());
+        if !found.is_empty() {
+            let places = spike_places(cut, &found);
+            let name = &input.column;
+            cut.findings.push(format!("{} of `{name}`, left in: {places}", counted(found.len(), "spike")));
+        }
+    }
+}
+
+fn spike_places(cut: &CutLog, found: &[(usize, usize)]) -> String {
+    let mut noted = Noted::default();
+    for &(s, i) in found {
+        let sequence = &cut.sequences[s];
+        noted.note(|| format!("{:.3} s (line {})", sequence.time_s[i], sequence.row[i]));
+    }
+    noted.places()
+}
