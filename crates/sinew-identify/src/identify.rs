@@ -68,7 +68,7 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
         })
         .collect();
     let chosen = choose(&entries, &judgements, &folds)
-        .ok_or_else(|| Error::samples("models", "one that can be fitted to these logs", "none"))?;
+        .ok_or_else(|| Error::samples("models", "one that can be fitted to these logs", &"none"))?;
 
     progress("fitting the chosen model to everything", 0.85);
     let references: Vec<&Run> = runs.iter().filter(|r| r.weight.iter().any(|w| *w > 0.0)).collect();
@@ -76,7 +76,7 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
         Error::samples("model", "one that can be fitted to all logs", &entries[chosen].recipe.name)
     })?;
     let Some(judgement) = &judgements[chosen] else {
-        return Err(Error::samples("model", "a judgement", "none"));
+        return Err(Error::samples("model", "a judgement", &"none"));
     };
     let band_factor = judgement.fold_factor.iter().copied().fold(0.0, f64::max).max(1e-6);
     let model = Model {

@@ -1,14 +1,12 @@
 //! Sequences as the predictor will see them: spikes held, gaps cut, nothing missing.
 
-use crate::log::{Dataset, Sequence};
+use crate::log::{Dataset, GAP_INTERVALS, Sequence};
 use crate::member::{Run, quantiles};
 use sinew::predictor::{Conditioner, Guard, Step};
 
 /// A change that exceeds the usual ones by this factor (99.9 % quantile) and a quarter of the range is a spike.
 const SPIKE_FACTOR: f64 = 8.0;
 
-/// Pause after which a model forgets, in median sampling intervals of the slowest log.
-const GAP_INTERVALS: f64 = 100.0;
 
 /// What the conditioner may believe of every input, learned from the logs.
 pub(crate) fn guards(data: &Dataset) -> Vec<Guard> {
