@@ -131,7 +131,7 @@ fn doc(root: &Path) -> Result<(), String> {
 }
 
 fn build(root: &Path) -> Result<(), String> {
-    succeed(&mut cargo(root, &["build", "--workspace", "--all-features", "--examples", "--benches"]))
+    succeed(&mut cargo(root, &["build", "--workspace", "--all-features", "--examples", "--bench", "*"]))
 }
 
 fn fuzz(root: &Path) -> Result<(), String> {
