@@ -1,37 +1,50 @@
 //! One member of the comparison: from its recipe to a fitted model.
 
+pub use crate::fit::cell::CellPlan;
 use crate::fit::cell::{CellData, fit_cell};
-use crate::fit::network::{self, NetworkData, NetworkOptions};
-use rayon::prelude::*;
-use sinew::predictor::{Cell, Ensemble, Feature, MEMBERS, Memory, MemoryLaw, Signal, Term};
+use crate::fit::ensemble::{self, Rows};
+use sinew::predictor::{Ensemble, Feature, Memory, MemoryLaw, Signal};
 
 /// One sequence ready for fitting: finite, conditioned as the predictor would have.
 #[derive(Debug, Clone)]
 pub struct Run {
+    /// Which log it is from.
     pub log: usize,
+    /// Labels that grouped folds may use.
     pub group: Vec<usize>,
     /// Seconds since the sample before, 0 at the first: `[n]`.
     pub dt_s: Vec<f64>,
-    /// `[n x inputs]`.
+    /// `[n x width]` row-major.
     pub inputs: Vec<f64>,
     /// Far side to fit: `[n]`.
     pub far: Vec<f64>,
     /// 1 where a sample counts: `[n]`.
     pub weight: Vec<f64>,
+    /// Inputs per row.
     pub width: usize,
 }
 
 impl Run {
+    /// Number of samples.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.far.len()
     }
-    fn row(&self, i: usize) -> &[f64] {
+
+    /// Whether there is no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.far.is_empty()
+    }
+
+    /// Inputs of one sample.
+    pub(crate) fn row(&self, i: usize) -> &[f64] {
         &self.inputs[i * self.width..][..self.width]
     }
 }
 
 /// Which signals get which memory.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FeaturePlan {
     /// Signals whose memory the network sees.
     pub signals: Vec<usize>,
@@ -44,41 +57,61 @@ pub struct FeaturePlan {
 }
 
 /// What a member is made of.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Recipe {
+    /// What the report calls it.
     pub name: String,
+    /// The signals it thinks in; every other index counts in this list.
     pub signals: Vec<Signal>,
-    pub cell: Option<(Vec<Term>, Vec<usize>)>,
+    /// Its physics; none in a pure network.
+    pub cell: Option<CellPlan>,
+    /// What its networks see; none in pure physics.
     pub features: Option<FeaturePlan>,
+    /// Hidden tanh nodes of each network.
     pub hidden: usize,
     /// Samples per independent sample, counted before thinning.
     pub correlation: f64,
+    /// Most rows the networks are trained on.
     pub rows: usize,
+    /// Most Levenberg-Marquardt steps.
     pub steps: usize,
+    /// Networks trained, 2 to [`MEMBERS`](sinew::predictor::MEMBERS): all for a model that is kept, half of
+    /// them to compare recipes.
+    pub networks: usize,
 }
 
 /// A fitted member.
 #[derive(Debug, Clone)]
 pub struct Member {
+    /// Signals, cell and features.
     pub law: MemoryLaw,
+    /// The networks; none in pure physics.
     pub ensemble: Option<Ensemble>,
     /// Mean square of the correction in training; `None` without a gate.
     pub gate_power: Option<f64>,
+    /// Root mean square error in training, far unit.
     pub sigma0: f64,
 }
 
-#[derive(Debug, Clone, Copy)]
+/// What a member says of one sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output {
+    /// Prediction, far unit.
     pub mean: f64,
+    /// Training error and disagreement of the networks, far unit squared.
     pub variance: f64,
+    /// How much of the learned correction was let through, 0 to 1.
     pub gate: f64,
+    /// Whether the cell's state is more than a guess.
     pub known: bool,
 }
 
+/// Disagreement counts this many times against a correction: `P / (P + GATE V)`.
 pub const GATE: f64 = 8.0;
 
 impl Member {
     /// Runs the member over one sequence as at run time.
+    #[must_use]
     pub fn run(&self, run: &Run) -> Vec<Output> {
         let mut memory = Memory::new(&self.law);
         let mut scratch = vec![0.0; self.law.features.len()];
@@ -90,41 +123,40 @@ impl Member {
             .collect()
     }
 
-    fn output(&self, memory: &Memory, scratch: &mut [f64]) -> Output {
+    fn output(&self, memory: &Memory, scratch: &mut [f32]) -> Output {
         let cell = memory.cell();
-        match &self.ensemble {
-            None => {
-                Output { mean: cell.state, variance: self.sigma0 * self.sigma0, gate: 1.0, known: cell.known }
-            }
-            Some(ensemble) => {
-                let opinion = ensemble.opinion(memory.features(), scratch);
-                let gate = self.gate_power.map_or(1.0, |p| p / (p + GATE * opinion.variance));
-                Output {
-                    mean: cell.state + gate * opinion.median,
-                    variance: self.sigma0 * self.sigma0 + opinion.variance,
-                    gate,
-                    known: cell.known,
-                }
-            }
+        let noise = self.sigma0 * self.sigma0;
+        let Some(ensemble) = &self.ensemble else {
+            return Output { mean: cell.state, variance: noise, gate: 1.0, known: cell.known };
+        };
+        let opinion = ensemble.opinion(memory.features(), scratch);
+        let gate = self.gate_power.map_or(1.0, |p| p / (p + GATE * opinion.variance).max(f64::MIN_POSITIVE));
+        Output {
+            mean: cell.state + gate * opinion.median,
+            variance: noise + opinion.variance,
+            gate,
+            known: cell.known,
         }
     }
 }
 
-/// Fits a recipe to runs.
+/// Fits a recipe to runs; `None` where they hold too little to fit.
+#[must_use]
 pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Member> {
     let mut law = MemoryLaw { signals: recipe.signals.clone(), cell: None, features: Vec::new() };
-    let (signals, far, weight, first) = signals_of(&law, runs);
-    let s = recipe.signals.len();
-    if let Some((basis, elastic)) = &recipe.cell {
-        let data = CellData { signals: &signals, stride: s, far: &far, weight: &weight, first: &first };
-        law.cell = Some(fit_cell(&data, basis, elastic)?);
-    }
-    if let Some(plan) = &recipe.features {
-        law.features = features(plan, &signals, s, law.cell.is_some());
+    let columns = Columns::new(&law, runs);
+    if let Some(plan) = &recipe.cell {
+        law.cell = Some(fit_cell(&columns.data(), plan)?);
     }
     let mut member = Member { law, ensemble: None, gate_power: None, sigma0: 0.0 };
-    if recipe.features.is_some() {
-        train_ensemble(&mut member, recipe, runs, seed)?;
+    if let Some(plan) = &recipe.features {
+        member.law.features = features(plan, &columns, member.law.cell.is_some())?;
+        let rows = Rows::collect(&member.law, runs, recipe.rows);
+        let ensemble = ensemble::train(&rows, recipe, seed)?;
+        if member.law.cell.is_some() {
+            member.gate_power = Some(ensemble::power(&ensemble, &rows));
+        }
+        member.ensemble = Some(ensemble);
     }
     let (mut sum, mut count) = (0.0, 0.0);
     for run in runs {
@@ -134,34 +166,56 @@ pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Member> {
         }
     }
     member.sigma0 = (sum / count).sqrt();
-    Some(member)
+    member.sigma0.is_finite().then_some(member)
 }
 
-fn signals_of(law: &MemoryLaw, runs: &[&Run]) -> (Vec<f64>, Vec<f64>, Vec<f64>, Vec<bool>) {
-    let (mut signals, mut far, mut weight, mut first) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for run in runs {
-        for i in 0..run.len() {
-            signals.extend(law.signals.iter().map(|signal| signal.value(run.row(i))));
-            far.push(run.far[i]);
-            weight.push(run.weight[i]);
-            first.push(i == 0);
+/// The signals and far sides of all runs, one after the other.
+struct Columns {
+    signals: Vec<f64>,
+    stride: usize,
+    far: Vec<f64>,
+    weight: Vec<f64>,
+    first: Vec<bool>,
+}
+
+impl Columns {
+    fn new(law: &MemoryLaw, runs: &[&Run]) -> Self {
+        let stride = law.signals.len();
+        let (mut signals, mut far, mut weight, mut first) = (vec![], vec![], vec![], vec![]);
+        for run in runs {
+            for i in 0..run.len() {
+                signals.extend(law.signals.iter().map(|signal| signal.value(run.row(i))));
+                first.push(i == 0);
+            }
+            far.extend_from_slice(&run.far);
+            weight.extend_from_slice(&run.weight);
         }
+        Self { signals, stride, far, weight, first }
     }
-    (signals, far, weight, first)
+
+    fn data(&self) -> CellData<'_> {
+        let Self { signals, stride, far, weight, first } = self;
+        CellData { signals, stride: *stride, far, weight, first }
+    }
 }
 
+/// Values at the fractions `at` of the sorted `values`; zeros where there are none.
+#[must_use]
 pub fn quantiles(mut values: Vec<f64>, at: &[f64]) -> Vec<f64> {
     values.sort_unstable_by(f64::total_cmp);
-    let last = (values.len() - 1) as f64;
-    at.iter().map(|q| values[(q * last).round() as usize]).collect()
+    let last = values.len().saturating_sub(1) as f64;
+    at.iter().map(|q| values.get((q * last).round() as usize).copied().unwrap_or(0.0)).collect()
 }
 
-fn features(plan: &FeaturePlan, signals: &[f64], stride: usize, cell: bool) -> Vec<Feature> {
+fn features(plan: &FeaturePlan, columns: &Columns, cell: bool) -> Option<Vec<Feature>> {
+    if plan.signals.iter().chain(&plan.plain).any(|&signal| signal >= columns.stride) {
+        return None;
+    }
     let mut features = Vec::new();
     for &signal in &plan.signals {
         features.push(Feature::Signal(signal));
-        let column: Vec<f64> = signals.iter().skip(signal).step_by(stride).copied().collect();
-        let edge = quantiles(column, &[0.01, 0.99]);
+        let column = columns.signals.iter().skip(signal).step_by(columns.stride);
+        let edge = quantiles(column.copied().collect(), &[0.01, 0.99]);
         let range = (edge[1] - edge[0]).max(1e-9);
         features.extend(plan.radii.iter().map(|r| Feature::Stop { signal, radius: r * range }));
         features.extend(plan.taus.iter().map(|&tau_s| Feature::LowPassDifference { signal, tau_s }));
@@ -170,101 +224,5 @@ fn features(plan: &FeaturePlan, signals: &[f64], stride: usize, cell: bool) -> V
     if cell {
         features.extend([Feature::CellState, Feature::CellWidth, Feature::CellPlace]);
     }
-    features
-}
-
-fn train_ensemble(member: &mut Member, recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<()> {
-    let f = member.law.features.len();
-    let (mut x, mut target, mut all_rows) = (Vec::new(), Vec::new(), 0usize);
-    let total: usize = runs.iter().map(|r| r.weight.iter().filter(|w| **w > 0.0).count()).sum();
-    let stride = total.div_ceil(recipe.rows).max(1);
-    for run in runs {
-        let mut memory = Memory::new(&member.law);
-        for i in 0..run.len() {
-            let start = None;
-            memory.step_from(&member.law, run.dt_s[i], run.row(i), start);
-            if run.weight[i] == 0.0 {
-                continue;
-            }
-            all_rows += 1;
-            if all_rows % stride == 0 {
-                x.extend_from_slice(memory.features());
-                target.push(run.far[i] - memory.cell().state);
-            }
-        }
-    }
-    let n = target.len();
-    if n < 20 {
-        return None;
-    }
-    let (mut low, mut high, mut mean, mut scale) = (vec![], vec![], vec![], vec![]);
-    for i in 0..f {
-        let column: Vec<f64> = x.iter().skip(i).step_by(f).copied().collect();
-        let edge = quantiles(column.clone(), &[0.0005, 0.9995]);
-        let clipped = column.iter().map(|v| v.clamp(edge[0], edge[1]));
-        let m = clipped.clone().sum::<f64>() / n as f64;
-        let sd = (clipped.map(|v| (v - m) * (v - m)).sum::<f64>() / n as f64).sqrt();
-        low.push(edge[0]);
-        high.push(edge[1]);
-        mean.push(m);
-        scale.push(if sd > 1e-9 { sd } else { 1.0 });
-    }
-    for row in x.chunks_exact_mut(f) {
-        for i in 0..f {
-            row[i] = (row[i].clamp(low[i], high[i]) - mean[i]) / scale[i];
-        }
-    }
-    let target_mean = target.iter().sum::<f64>() / n as f64;
-    let target_sd = (target.iter().map(|t| (t - target_mean) * (t - target_mean)).sum::<f64>() / n as f64)
-        .sqrt()
-        .max(1e-12);
-    target.iter_mut().for_each(|t| *t = (*t - target_mean) / target_sd);
-    let data = NetworkData { inputs: &x, targets: &target, features: f };
-    let correlation = (recipe.correlation / stride as f64).max(1.0);
-    let networks: Vec<_> = (0..MEMBERS as u64)
-        .into_par_iter()
-        .map(|k| {
-            let options = NetworkOptions {
-                hidden: recipe.hidden,
-                correlation,
-                steps: recipe.steps,
-                seed: seed.wrapping_mul(1_000_003).wrapping_add(k),
-            };
-            network::train(&data, &options)
-        })
-        .collect();
-    let h = recipe.hidden;
-    let lanes = |pick: &dyn Fn(&network::Parts<'_>) -> f64| -> [f64; MEMBERS] {
-        core::array::from_fn(|k| pick(&networks[k].parts()))
-    };
-    let ensemble = Ensemble {
-        clip_low: low,
-        clip_high: high,
-        mean,
-        scale,
-        hidden_weights: (0..h * f).map(|i| lanes(&|p| p.weights[i])).collect(),
-        hidden_bias: (0..h).map(|i| lanes(&|p| p.bias[i])).collect(),
-        output_weights: (0..h).map(|i| lanes(&|p| p.output[i] * target_sd)).collect(),
-        skip: (0..f).map(|i| lanes(&|p| p.skip[i] * target_sd)).collect(),
-        bias: lanes(&|p| p.offset * target_sd + target_mean),
-    };
-    member.ensemble = Some(ensemble);
-    if member.law.cell.is_some() {
-        let ensemble = member.ensemble.as_ref()?;
-        let (mut power, mut count) = (0.0, 0.0);
-        let mut scratch = vec![0.0; f];
-        for run in runs {
-            let mut memory = Memory::new(&member.law);
-            for i in 0..run.len() {
-                memory.step(&member.law, run.dt_s[i], run.row(i));
-                if run.weight[i] > 0.0 && i % 4 == 0 {
-                    let c = ensemble.opinion(memory.features(), &mut scratch).median;
-                    power += c * c;
-                    count += 1.0;
-                }
-            }
-        }
-        member.gate_power = Some(power / count);
-    }
-    Some(())
+    Some(features)
 }

@@ -1,8 +1,36 @@
 //! `sinew demo`.
 
+use super::evaluate::told as scores;
+use super::identify::finish;
 use crate::arguments::DemoArguments;
 use crate::error::Error;
+use crate::output::{Folder, print};
+use crate::progress::Progress;
+use sinew_identify::evaluate::{evaluate, roles_of};
+use sinew_identify::identify::{Options, identify};
+use sinew_identify::log::{ReadOptions, RoleFlags, read_bytes, read_bytes_with_roles};
+use sinew_identify::simulated::demo_logs;
 
-pub(crate) fn run(_arguments: &DemoArguments) -> Result<(), Error> {
-    Err(Error::Nothing("not there yet".into()))
+pub(crate) fn run(arguments: &DemoArguments) -> Result<(), Error> {
+    let folder = Folder::open(&arguments.write.out)?;
+    let progress = Progress::new();
+    progress.show("simulating", 0.0);
+    let logs = demo_logs(arguments.write.seed);
+    let bytes: Vec<(&str, &[u8])> = logs.iter().map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
+    let Some((kept_back, training)) = bytes.split_last() else {
+        return Err(Error::Nothing("the simulation made no log".to_owned()));
+    };
+    let reading = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
+    let data = read_bytes(training, &RoleFlags::default(), &reading)?;
+    let options = Options { seed: arguments.write.seed, models: Vec::new() };
+    let identification = identify(&data, &options, &|stage, done| progress.show(stage, done))?;
+    drop(progress);
+    finish(&folder, &arguments.write, &identification)?;
+    if arguments.write.json {
+        return Ok(());
+    }
+    let model = &identification.model;
+    let fresh = read_bytes_with_roles(&[*kept_back], &roles_of(model), &reading)?;
+    let evaluation = evaluate(model, &fresh)?;
+    print(&format!("\nOn a third SIMULATED day that was kept back:\n\n{}", scores(model, &evaluation)))
 }

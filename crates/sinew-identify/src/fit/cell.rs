@@ -1,6 +1,6 @@
 //! The clamp cell by Levenberg-Marquardt with exact forward sensitivities.
 
-use sinew::predictor::{Cell, Term};
+use sinew::predictor::{Branch, Cell, Term};
 
 /// What the cell is fitted to: signals and far side of several sequences, one after the other.
 ///
@@ -18,22 +18,52 @@ pub(crate) struct CellData<'a> {
     pub first: &'a [bool],
 }
 
-const MAX_PARAMETERS: usize = 40;
+/// What a clamp cell is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CellPlan {
+    /// Factors of the bounds; the last one is the constant.
+    pub basis: Vec<Term>,
+    /// Signals that move the state inside the band.
+    pub elastic: Vec<usize>,
+    /// Widths of the branches as fractions of the band, the first of them 1: where friction gives way piece by
+    /// piece. `[1.0]` is one rigid piece; [`CellPlan::DISTRIBUTED`] is better where the
+    /// corners of the loop are round, and not everywhere: compare the two.
+    pub branches: Vec<f64>,
+}
 
-/// Fits the bounds and elasticities of a cell with the given `basis` and `elastic` signals.
+impl CellPlan {
+    /// Branches that bend the corners of the loop without a spread of parameters.
+    pub const DISTRIBUTED: [f64; 3] = [1.0, 0.8, 0.5];
+}
+
+/// Share of a branch at the start of its fit: enough to be felt, little enough to be taken back.
+const FIRST_SHARE: f64 = 0.05;
+
+/// Fits the bounds, elasticities and branch shares of a cell.
 ///
 /// Starts: least squares of the far side on the basis, opened by several widths on the constant or on all
-/// coefficients, rigid and elastic; each start is improved on a thinned copy, the best two on all rows.
-pub(crate) fn fit_cell(data: &CellData<'_>, basis: &[Term], elastic: &[usize]) -> Option<Cell> {
-    let full = Scaled::new(data, basis, elastic, 20_000)?;
-    let thin = Scaled::new(data, basis, elastic, 3_000)?;
+/// coefficients, rigid and elastic, with one branch; each start is improved on a thinned copy, the best two on
+/// all rows. The other branches join the best of these with small shares. `None` where there are too few
+/// samples, or the basis is empty.
+pub(crate) fn fit_cell(data: &CellData<'_>, plan: &CellPlan) -> Option<Cell> {
+    if plan.basis.is_empty() {
+        return None;
+    }
+    let single = CellPlan { branches: vec![1.0], ..plan.clone() };
+    let thin = Scaled::new(data, &single, 3_000)?;
     let mut starts: Vec<(f64, Vec<f64>)> =
         thin.starts().into_iter().map(|theta| thin.improve(theta, 20)).collect();
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     starts.truncate(2);
-    let best =
-        starts.into_iter().map(|(_, theta)| full.improve(theta, 60)).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(full.cell(&best.1, basis, elastic))
+    let mut full = Scaled::new(data, &single, 20_000)?;
+    let improved = starts.into_iter().map(|(_, theta)| full.improve(theta, 60));
+    let (_, mut theta) = improved.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    if plan.branches.len() > 1 {
+        full.scales.clone_from(&plan.branches);
+        theta.resize(full.parameters(), FIRST_SHARE);
+        (_, theta) = full.improve(theta, 60);
+    }
+    Some(full.cell(&theta, plan))
 }
 
 /// The data in units in which every column has size one.
@@ -46,12 +76,14 @@ struct Scaled {
     far_scale: f64,
     weight: Vec<f64>,
     first: Vec<bool>,
+    scales: Vec<f64>,
     b: usize,
     e: usize,
 }
 
 impl Scaled {
-    fn new(data: &CellData<'_>, basis: &[Term], elastic: &[usize], rows: usize) -> Option<Self> {
+    fn new(data: &CellData<'_>, plan: &CellPlan, rows: usize) -> Option<Self> {
+        let (basis, elastic) = (&plan.basis, &plan.elastic);
         let (b, e) = (basis.len(), elastic.len());
         let stride = data.far.len().div_ceil(rows).max(1);
         let (mut columns, mut steps) = (Vec::new(), Vec::new());
@@ -65,7 +97,7 @@ impl Scaled {
             }
             let signals = &data.signals[row * data.stride..][..data.stride];
             columns.extend(basis.iter().map(|term| term.value(signals)));
-            for (previous, &signal) in previous.iter_mut().zip(elastic) {
+            for (previous, &signal) in previous.iter_mut().zip(elastic.iter()) {
                 steps.push(if since_first == 0 { 0.0 } else { signals[signal] - *previous });
                 *previous = signals[signal];
             }
@@ -110,13 +142,14 @@ impl Scaled {
             far_scale,
             weight,
             first,
+            scales: plan.branches.clone(),
             b,
             e,
         })
     }
 
     fn parameters(&self) -> usize {
-        2 * self.b + self.e
+        2 * self.b + self.e + self.scales.len() - 1
     }
 
     fn starts(&self) -> Vec<Vec<f64>> {
@@ -209,67 +242,25 @@ impl Scaled {
         (cost, theta)
     }
 
-    /// Mean squared error (scaled) with its Gauss-Newton matrix and gradient, by forward sensitivities.
+    /// Mean squared error (scaled) plus a weak ridge, with its Gauss-Newton matrix and half gradient.
     fn linearise(&self, theta: &[f64], mut derivative: Option<(&mut Vec<f64>, &mut Vec<f64>)>) -> f64 {
-        let (b, e, p) = (self.b, self.e, self.parameters());
-        let (low, rest) = theta.split_at(b);
-        let (high, kappa) = rest.split_at(b);
+        let p = self.parameters();
         if let Some((normal, gradient)) = &mut derivative {
             normal.fill(0.0);
             gradient.fill(0.0);
         }
-        let mut g = [0.0; MAX_PARAMETERS];
-        let g = &mut g[..p];
-        let (mut state, mut sum, mut total) = (0.0, 0.0, 0.0);
-        let mut crossings = 0.0;
+        let mut motion = Motion::new(self, theta);
+        let (mut sum, mut total) = (0.0, 0.0);
         for row in 0..self.far.len() {
-            let x = &self.basis[row * b..][..b];
-            let du = &self.step[row * e..][..e];
-            let mut lo: f64 = low.iter().zip(x).map(|(l, x)| l * x).sum();
-            let mut hi: f64 = high.iter().zip(x).map(|(h, x)| h * x).sum();
-            let crossed = hi < lo;
-            if crossed {
-                crossings += (lo - hi) * (lo - hi);
-                lo = 0.5 * (lo + hi);
-                hi = lo;
-            }
-            if self.first[row] {
-                g.fill(0.0);
-                state = self.far[row];
-            } else {
-                state += kappa.iter().zip(du).map(|(k, d)| k * d).sum::<f64>();
-                g[2 * b..].iter_mut().zip(du).for_each(|(g, d)| *g += d);
-            }
-            let below = state < lo;
-            if below || state > hi {
-                state = if below { lo } else { hi };
-                g.fill(0.0);
-                if crossed {
-                    g[..b].iter_mut().zip(x).for_each(|(g, x)| *g = 0.5 * x);
-                    g[b..2 * b].iter_mut().zip(x).for_each(|(g, x)| *g = 0.5 * x);
-                } else {
-                    let offset = if below { 0 } else { b };
-                    g[offset..offset + b].iter_mut().zip(x).for_each(|(g, x)| *g = *x);
-                }
-            }
+            let error = motion.step(self, row, derivative.is_some()) - self.far[row];
             let weight = self.weight[row];
             if weight == 0.0 {
                 continue;
             }
-            let error = state - self.far[row];
             sum += weight * error * error;
             total += weight;
             if let Some((normal, gradient)) = &mut derivative {
-                for i in 0..p {
-                    if g[i] == 0.0 {
-                        continue;
-                    }
-                    let gi = weight * g[i];
-                    gradient[i] += gi * error;
-                    for j in 0..=i {
-                        normal[i * p + j] += gi * g[j];
-                    }
-                }
+                add_row(normal, gradient, &motion.gradient, weight, error);
             }
         }
         let ridge = 1e-5 / p as f64;
@@ -281,25 +272,125 @@ impl Scaled {
                 gradient[i] += ridge * theta[i];
             }
         }
-        let _ = crossings;
         sum / total + ridge * theta.iter().map(|t| t * t).sum::<f64>()
     }
 
-    fn cell(&self, theta: &[f64], basis: &[Term], elastic: &[usize]) -> Cell {
-        let unscale = |part: &[f64]| -> Vec<f64> {
-            part.iter().zip(&self.basis_scale).map(|(t, s)| t * self.far_scale / s).collect()
+    fn cell(&self, theta: &[f64], plan: &CellPlan) -> Cell {
+        let (bounds, rest) = theta.split_at(2 * self.b);
+        let (kappa, shares) = rest.split_at(self.e);
+        let unscale = |part: &[f64], scale: &[f64]| -> Vec<f64> {
+            part.iter().zip(scale).map(|(t, s)| t * self.far_scale / s).collect()
         };
+        let first = 1.0 - shares.iter().sum::<f64>();
+        let shares = core::iter::once(first).chain(shares.iter().copied());
         Cell {
-            basis: basis.to_vec(),
-            low: unscale(&theta[..self.b]),
-            high: unscale(&theta[self.b..2 * self.b]),
-            elastic: elastic.to_vec(),
-            kappa: theta[2 * self.b..]
-                .iter()
-                .zip(&self.step_scale)
-                .map(|(k, s)| k * self.far_scale / s)
-                .collect(),
+            basis: plan.basis.clone(),
+            low: unscale(&bounds[..self.b], &self.basis_scale),
+            high: unscale(&bounds[self.b..], &self.basis_scale),
+            elastic: plan.elastic.clone(),
+            kappa: unscale(kappa, &self.step_scale),
+            branches: self.scales.iter().zip(shares).map(|(&width, share)| Branch { width, share }).collect(),
         }
+    }
+}
+
+/// The cell on its way through the rows, with the derivative of its state by every parameter.
+struct Motion<'a> {
+    low: &'a [f64],
+    high: &'a [f64],
+    kappa: &'a [f64],
+    shares: Vec<f64>,
+    /// One per branch.
+    states: Vec<f64>,
+    /// One row per branch over bounds and elasticities: `[branches x (2 b + e)]`.
+    sensitivities: Vec<f64>,
+    /// Of the output, by all parameters.
+    gradient: Vec<f64>,
+}
+
+impl<'a> Motion<'a> {
+    fn new(data: &Scaled, theta: &'a [f64]) -> Self {
+        let (low, rest) = theta.split_at(data.b);
+        let (high, rest) = rest.split_at(data.b);
+        let (kappa, others) = rest.split_at(data.e);
+        let branches = data.scales.len();
+        let mut shares = vec![1.0 - others.iter().sum::<f64>()];
+        shares.extend_from_slice(others);
+        Self {
+            low,
+            high,
+            kappa,
+            shares,
+            states: vec![0.0; branches],
+            sensitivities: vec![0.0; branches * (2 * data.b + data.e)],
+            gradient: vec![0.0; theta.len()],
+        }
+    }
+
+    /// Takes one row and returns the output; with `differentiate`, `self.gradient` follows.
+    fn step(&mut self, data: &Scaled, row: usize, differentiate: bool) -> f64 {
+        let (b, e) = (data.b, data.e);
+        let x = &data.basis[row * b..][..b];
+        let du = &data.step[row * e..][..e];
+        let dot = |a: &[f64], x: &[f64]| a.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+        let (low, high, elastic) = (dot(self.low, x), dot(self.high, x), dot(self.kappa, du));
+        let start = data.first[row].then_some(data.far[row]);
+        let rows = self.sensitivities.chunks_exact_mut(2 * b + e);
+        for ((state, g), width) in self.states.iter_mut().zip(rows).zip(&data.scales) {
+            // Where the bounds have crossed there is no band, and the state is their mean.
+            let near = if high < low { 0.5 } else { 0.5 * (1.0 + width) };
+            let lower = near * low + (1.0 - near) * high;
+            let upper = near * high + (1.0 - near) * low;
+            let moved = start.unwrap_or(*state + elastic);
+            *state = if moved < lower {
+                lower
+            } else if moved > upper {
+                upper
+            } else {
+                moved
+            };
+            if !differentiate {
+                continue;
+            }
+            if moved < lower || moved > upper {
+                let of_low = if moved < lower { near } else { 1.0 - near };
+                g[..b].iter_mut().zip(x).for_each(|(g, x)| *g = of_low * x);
+                g[b..2 * b].iter_mut().zip(x).for_each(|(g, x)| *g = (1.0 - of_low) * x);
+                g[2 * b..].fill(0.0);
+            } else if start.is_some() {
+                g.fill(0.0);
+            } else {
+                g[2 * b..].iter_mut().zip(du).for_each(|(g, d)| *g += d);
+            }
+        }
+        if differentiate {
+            self.collect(2 * b + e);
+        }
+        dot(&self.shares, &self.states)
+    }
+
+    fn collect(&mut self, inner: usize) {
+        let (of_inner, of_shares) = self.gradient.split_at_mut(inner);
+        of_inner.fill(0.0);
+        for (share, row) in self.shares.iter().zip(self.sensitivities.chunks_exact(inner)) {
+            of_inner.iter_mut().zip(row).for_each(|(sum, g)| *sum += share * g);
+        }
+        for (g, state) in of_shares.iter_mut().zip(&self.states[1..]) {
+            *g = state - self.states[0];
+        }
+    }
+}
+
+/// Adds one sample to `J'wJ` (lower triangle) and `J'we`; most sensitivities of a cell are zero.
+fn add_row(normal: &mut [f64], gradient: &mut [f64], g: &[f64], weight: f64, error: f64) {
+    let p = g.len();
+    for i in 0..p {
+        if g[i] == 0.0 {
+            continue;
+        }
+        let gi = weight * g[i];
+        gradient[i] += gi * error;
+        normal[i * p..=i * p + i].iter_mut().zip(g).for_each(|(sum, gj)| *sum += gi * gj);
     }
 }
 
@@ -310,4 +401,146 @@ fn rms_columns(columns: &[f64], width: usize) -> Vec<f64> {
     }
     let n = (columns.len() / width).max(1) as f64;
     scale.iter().map(|s| (s / n).sqrt().max(1e-12)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use sinew::predictor::{Memory, MemoryLaw, Signal};
+
+    fn plan() -> CellPlan {
+        CellPlan {
+            basis: vec![Term::Signal(0), Term::Signal(1), Term::One],
+            elastic: vec![0],
+            branches: CellPlan::DISTRIBUTED.to_vec(),
+        }
+    }
+
+    fn truth() -> Cell {
+        let branches = [(1.0, 0.5), (0.8, 0.2), (0.5, 0.3)];
+        Cell {
+            basis: plan().basis,
+            low: vec![0.6, 0.05, -0.1],
+            high: vec![1.1, 0.1, 0.2],
+            elastic: vec![0],
+            kappa: vec![0.1],
+            branches: branches.map(|(width, share)| Branch { width, share }).to_vec(),
+        }
+    }
+
+    struct Log {
+        signals: Vec<f64>,
+        far: Vec<f64>,
+        weight: Vec<f64>,
+        first: Vec<bool>,
+    }
+
+    impl Log {
+        /// Three sequences of loading and unloading under a slowly changing second signal.
+        fn simulated(n: usize, noise: f64) -> Self {
+            let law = MemoryLaw {
+                signals: vec![Signal::Input(0), Signal::Input(1)],
+                cell: Some(truth()),
+                features: vec![],
+            };
+            let mut memory = Memory::new(&law);
+            let mut rng = ChaCha8Rng::seed_from_u64(7);
+            let mut log = Self { signals: vec![], far: vec![], weight: vec![1.0; n], first: vec![] };
+            for i in 0..n {
+                let t = i as f64 * 0.02;
+                let first = i % (n / 3 + 1) == 0;
+                if first {
+                    memory.reset();
+                }
+                let inputs = [5.0 + 3.0 * t.sin() + (2.7 * t).sin(), (0.11 * t).cos()];
+                memory.step(&law, 0.02, &inputs);
+                log.signals.extend(inputs);
+                log.far.push(memory.cell().state + noise * (rng.random::<f64>() - 0.5));
+                log.first.push(first);
+            }
+            log
+        }
+
+        fn data(&self) -> CellData<'_> {
+            CellData {
+                signals: &self.signals,
+                stride: 2,
+                far: &self.far,
+                weight: &self.weight,
+                first: &self.first,
+            }
+        }
+    }
+
+    #[test]
+    fn sensitivities_equal_finite_differences_for_every_parameter() {
+        let log = Log::simulated(400, 0.1);
+        let scaled = Scaled::new(&log.data(), &plan(), 1_000).unwrap();
+        // The third start has crossed bounds: there the derivative is that of their mean.
+        for (low, high) in [(0.7, 1.2), (0.9, 1.0), (1.2, 0.7)] {
+            let p = scaled.parameters();
+            let mut theta: Vec<f64> = (0..p).map(|i| 0.1 + 0.01 * i as f64).collect();
+            theta[0] = low;
+            theta[scaled.b] = high;
+            let (mut normal, mut gradient) = (vec![0.0; p * p], vec![0.0; p]);
+            scaled.linearise(&theta, Some((&mut normal, &mut gradient)));
+            assert!(gradient.iter().filter(|g| g.abs() > 1e-6).count() >= 2 * scaled.b);
+            for i in 0..p {
+                let at = |step: f64| {
+                    let mut moved = theta.clone();
+                    moved[i] += step;
+                    scaled.linearise(&moved, None)
+                };
+                let numeric = (at(1e-7) - at(-1e-7)) / 2e-7;
+                let difference = (2.0 * gradient[i] - numeric).abs();
+                assert!(difference < 1e-5 * (1.0 + numeric.abs()), "{i}: {} {numeric}", 2.0 * gradient[i]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_noisy_log_gives_its_parameters_back() {
+        let log = Log::simulated(6_000, 0.05);
+        let cell = fit_cell(&log.data(), &plan()).unwrap();
+        let truth = truth();
+        let pairs = cell.low.iter().zip(&truth.low).chain(cell.high.iter().zip(&truth.high));
+        for (fitted, true_value) in pairs {
+            assert!((fitted - true_value).abs() < 0.02, "{cell:?}");
+        }
+        assert!((cell.kappa[0] - truth.kappa[0]).abs() < 0.02, "{cell:?}");
+        for (fitted, true_branch) in cell.branches.iter().zip(&truth.branches) {
+            assert!((fitted.share - true_branch.share).abs() < 0.1, "{cell:?}");
+        }
+    }
+
+    #[test]
+    fn the_fit_steps_as_the_predictor_does() {
+        let log = Log::simulated(900, 0.0);
+        let scaled = Scaled::new(&log.data(), &plan(), 1_000).unwrap();
+        let theta: Vec<f64> = (0..scaled.parameters()).map(|i| if i < 3 { 0.2 } else { 0.3 }).collect();
+        let cell = scaled.cell(&theta, &plan());
+        let signals = vec![Signal::Input(0), Signal::Input(1)];
+        let law = MemoryLaw { signals, cell: Some(cell), features: vec![] };
+        let mut memory = Memory::new(&law);
+        let mut motion = Motion::new(&scaled, &theta);
+        for row in 0..log.far.len() {
+            let start = log.first[row].then_some(log.far[row]);
+            if start.is_some() {
+                memory.reset();
+            }
+            memory.step_from(&law, 0.02, &log.signals[2 * row..][..2], start);
+            let fitted = motion.step(&scaled, row, false) * scaled.far_scale;
+            assert!((memory.cell().state - fitted).abs() < 1e-9, "{row}");
+        }
+    }
+
+    #[test]
+    fn too_little_to_fit_is_refused_without_a_panic() {
+        let log = Log::simulated(1, 0.0);
+        assert!(fit_cell(&log.data(), &plan()).is_none());
+        let empty = CellPlan { basis: vec![], elastic: vec![], branches: vec![1.0] };
+        assert!(fit_cell(&Log::simulated(50, 0.0).data(), &empty).is_none());
+    }
 }

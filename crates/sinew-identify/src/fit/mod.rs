@@ -3,6 +3,7 @@
 pub(crate) mod cell;
 pub mod classical;
 mod dense;
+pub(crate) mod ensemble;
 pub mod gram;
 pub mod levenberg_marquardt;
 pub(crate) mod network;

@@ -1,12 +1,14 @@
 //! A small network by Levenberg-Marquardt under Bayesian regularisation (MacKay's evidence).
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::{Accum, Mat, Par};
+use faer::linalg::solvers::{DenseSolveCore, Solve};
+use faer::{Accum, Mat, MatRef, Par};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew::math::tanh;
+use sinew::math::quick_tanh;
 
 /// Standardised inputs `[n x features]` row-major and targets `[n]`.
+#[derive(Clone, Copy)]
 pub(crate) struct NetworkData<'a> {
     pub inputs: &'a [f64],
     pub targets: &'a [f64],
@@ -81,19 +83,36 @@ impl<'a> Parts<'a> {
             *node = bias + row.iter().zip(z).map(|(w, z)| w * z).sum::<f64>();
         }
         for node in activation.iter_mut() {
-            *node = tanh(*node);
+            *node = quick_tanh(*node);
         }
         self.offset
             + self.skip.iter().zip(z).map(|(a, z)| a * z).sum::<f64>()
             + self.output.iter().zip(activation.iter()).map(|(v, h)| v * h).sum::<f64>()
     }
+
+    /// `factor` times the derivative of the output by every parameter, in their order.
+    #[inline]
+    fn gradient(&self, z: &[f64], activation: &[f64], factor: f64, out: &mut [f64]) {
+        let (h, f) = (activation.len(), z.len());
+        let (w, rest) = out.split_at_mut(h * f);
+        let (d, rest) = rest.split_at_mut(h);
+        let (v, rest) = rest.split_at_mut(h);
+        for (j, row) in w.chunks_exact_mut(f).enumerate() {
+            let slope = factor * self.output[j] * (1.0 - activation[j] * activation[j]);
+            d[j] = slope;
+            v[j] = factor * activation[j];
+            row.iter_mut().zip(z).for_each(|(w, z)| *w = slope * z);
+        }
+        rest.iter_mut().zip(z).for_each(|(a, z)| *a = factor * z);
+        rest[f] = factor;
+    }
 }
 
 /// Strength of the prior on each group of parameters.
+#[derive(Clone)]
 struct Prior {
     groups: [core::ops::Range<usize>; 5],
     alpha: [f64; 5],
-    mean: Option<Vec<f64>>,
 }
 
 impl Prior {
@@ -101,7 +120,7 @@ impl Prior {
         let w = hidden * features;
         let (d, v) = (w + hidden, w + 2 * hidden);
         let a = v + features;
-        Self { groups: [0..w, w..d, d..v, v..a, a..a + 1], alpha: [0.1, 0.1, 0.1, 0.1, 1e-6], mean: None }
+        Self { groups: [0..w, w..d, d..v, v..a, a..a + 1], alpha: [0.1, 0.1, 0.1, 0.1, 1e-6] }
     }
 
     fn energy(&self, theta: &[f64]) -> f64 {
@@ -120,93 +139,234 @@ impl Prior {
     }
 }
 
+/// Rows of the first, coarse stage of training.
+const COARSE_ROWS: usize = 1500;
+
 /// Rows of the Jacobian built at a time: small enough to stay in the second-level cache.
 const BLOCK: usize = 512;
 
-struct Workspace {
-    jacobian: Mat<f64>,
-    gram: Mat<f64>,
-    gradient: Vec<f64>,
-    residual: Vec<f64>,
-}
-
 /// Trains one network. Deterministic: the same data and seed give the same bits.
+///
+/// Most of the way is made on every few rows, the rest on all of them.
 pub(crate) fn train(data: &NetworkData<'_>, options: &NetworkOptions) -> Network {
     let (h, f) = (options.hidden, data.features);
-    let (n, p) = (data.targets.len(), Network::size(h, f));
-    let mut theta = initial(options, f);
-    let mut prior = Prior::new(h, f);
-    let tc = options.correlation.max(1.0);
-    let mut beta = 1.0 / (0.05 * tc);
-    let mut damping = 0.005;
-    let mut weight = vec![1.0; n];
-    let mut work = Workspace {
-        jacobian: Mat::zeros(BLOCK.min(n), p),
-        gram: Mat::zeros(p, p),
-        gradient: vec![0.0; p],
-        residual: vec![0.0; n],
+    let theta = initial(options, f);
+    let stride = data.targets.len() / COARSE_ROWS;
+    let start = Trainer::new(*data, h, theta, options.correlation);
+    let mut trainer = if stride > 1 {
+        let inputs: Vec<f64> = data.inputs.chunks_exact(f).step_by(stride).flatten().copied().collect();
+        let targets: Vec<f64> = data.targets.iter().step_by(stride).copied().collect();
+        let coarse = NetworkData { inputs: &inputs, targets: &targets, features: f };
+        let mut trainer = Trainer::new(coarse, h, start.theta, options.correlation / stride as f64);
+        trainer.run(options.steps, 4);
+        let mut fine = Trainer::new(*data, h, trainer.theta, options.correlation);
+        fine.prior = trainer.prior;
+        fine.beta = trainer.beta * trainer.correlation / fine.correlation;
+        fine.steps = trainer.steps;
+        fine
+    } else {
+        start
     };
-    let mut squares = linearise(data, h, &theta, &weight, &mut work);
-    let mut trial_residual = vec![0.0; n];
-    let (mut flat, mut accepted, mut growth) = (0, 0, 2.0);
-    for _ in 0..2 * options.steps {
-        if accepted >= options.steps {
-            break;
-        }
-        let diagonal = prior.diagonal(p);
-        let shift = damping * beta * n as f64 / 50.0;
-        let system = Mat::from_fn(p, p, |i, j| {
-            beta * work.gram[(i.max(j), i.min(j))] + if i == j { diagonal[i] + shift } else { 0.0 }
-        });
-        let right: Vec<f64> = (0..p).map(|i| beta * work.gradient[i] + diagonal[i] * theta[i]).collect();
-        let before = 0.5 * beta * squares + prior.energy(&theta);
-        let Some(step) = solve(&system, &right) else {
-            damping *= 5.0;
-            continue;
-        };
-        let trial: Vec<f64> = theta.iter().zip(&step).map(|(t, s)| t - s).collect();
-        let promised: f64 = 0.5 * step.iter().zip(&right).map(|(s, r)| s * (shift * s + r)).sum::<f64>();
-        let trial_squares = residuals(data, h, &trial, &weight, &mut trial_residual);
-        let after = 0.5 * beta * trial_squares + prior.energy(&trial);
-        let ratio = (before - after) / promised;
-        let shrink = (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0).min(2.0);
-        if after.is_finite() && after < before {
-            flat = if before - after < 2e-5 * before.abs() { flat + 1 } else { 0 };
-            theta = trial;
-            damping = (damping * shrink).max(1e-9);
-            growth = 2.0;
-            accepted += 1;
-            if accepted >= 7 {
-                huber(&trial_residual, &mut weight);
-            }
-            squares = linearise(data, h, &theta, &weight, &mut work);
-            if accepted >= 3 {
-                evidence(&mut prior, &mut beta, &theta, &work.gram, squares, n as f64 / tc);
-            }
-        } else {
-            damping *= growth;
-            growth *= 2.0;
-        }
-        if flat >= 4 || damping > 1e12 {
-            break;
+    trainer.run(options.steps, 4);
+    trainer.finish()
+}
+
+/// Levenberg-Marquardt in progress.
+struct Trainer<'a> {
+    data: NetworkData<'a>,
+    hidden: usize,
+    correlation: f64,
+    theta: Vec<f64>,
+    prior: Prior,
+    /// Inverse noise variance of one row, counted as `1 / correlation` independent rows.
+    beta: f64,
+    damping: f64,
+    growth: f64,
+    steps: usize,
+    weight: Vec<f64>,
+    residual: Vec<f64>,
+    jacobian: Vec<f64>,
+    gram: Mat<f64>,
+    gradient: Vec<f64>,
+    squares: f64,
+}
+
+impl<'a> Trainer<'a> {
+    fn new(data: NetworkData<'a>, hidden: usize, theta: Vec<f64>, correlation: f64) -> Self {
+        let (n, p) = (data.targets.len(), theta.len());
+        let correlation = correlation.max(1.0);
+        Self {
+            data,
+            hidden,
+            correlation,
+            theta,
+            prior: Prior::new(hidden, data.features),
+            beta: 1.0 / (0.05 * correlation),
+            damping: 0.005,
+            growth: 2.0,
+            steps: 0,
+            weight: vec![1.0; n],
+            residual: vec![0.0; n],
+            jacobian: vec![0.0; BLOCK.min(n) * p],
+            gram: Mat::zeros(p, p),
+            gradient: vec![0.0; p],
+            squares: 0.0,
         }
     }
-    let diagonal = prior.diagonal(p);
-    let precision = (0..p * p)
-        .map(|k| {
-            let (i, j) = (k / p, k % p);
-            beta * work.gram[(i.max(j), i.min(j))] + if i == j { diagonal[i] } else { 0.0 }
+
+    /// Steps until `limit` were accepted or `patience` in a row brought next to nothing.
+    fn run(&mut self, limit: usize, patience: usize) {
+        self.linearise();
+        if self.steps >= 7 {
+            huber(&self.residual, &mut self.weight);
+            self.linearise();
+        }
+        let limit = limit.max(self.steps + 1);
+        let mut flat = 0;
+        for _ in 0..2 * limit {
+            match self.step() {
+                None => self.reject(),
+                Some(gain) => {
+                    flat = if gain < 2e-5 { flat + 1 } else { 0 };
+                    self.steps += 1;
+                    if self.steps >= 7 {
+                        huber(&self.residual, &mut self.weight);
+                    }
+                    self.linearise();
+                    if self.steps >= 3 && (self.steps < 12 || self.steps.is_multiple_of(2)) {
+                        self.evidence();
+                    }
+                }
+            }
+            if self.steps >= limit || flat >= patience || self.damping > 1e12 {
+                break;
+            }
+        }
+    }
+
+    fn reject(&mut self) {
+        self.damping *= self.growth;
+        self.growth *= 2.0;
+    }
+
+    /// One trial step with Nielsen's damping; the relative gain where it was accepted.
+    fn step(&mut self) -> Option<f64> {
+        let n = self.data.targets.len() as f64;
+        let diagonal = self.prior.diagonal(self.theta.len());
+        let shift = self.damping * self.beta * n / 50.0;
+        let right: Vec<f64> = self
+            .gradient
+            .iter()
+            .zip(&diagonal)
+            .zip(&self.theta)
+            .map(|((g, a), t)| self.beta * g + a * t)
+            .collect();
+        let before = 0.5 * self.beta * self.squares + self.prior.energy(&self.theta);
+        let step = solve(&self.system(&diagonal, shift), &right)?;
+        let trial: Vec<f64> = self.theta.iter().zip(&step).map(|(t, s)| t - s).collect();
+        let promised = 0.5 * step.iter().zip(&right).map(|(s, r)| s * (shift * s + r)).sum::<f64>();
+        let squares = self.evaluate(&trial);
+        let after = 0.5 * self.beta * squares + self.prior.energy(&trial);
+        if !(after.is_finite() && after < before) {
+            return None;
+        }
+        let ratio = (before - after) / promised;
+        self.damping = (self.damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)).max(1e-9);
+        self.growth = 2.0;
+        self.theta = trial;
+        Some((before - after) / before.abs())
+    }
+
+    /// `beta J'wJ + A + shift`.
+    fn system(&self, diagonal: &[f64], shift: f64) -> Mat<f64> {
+        let p = diagonal.len();
+        Mat::from_fn(p, p, |i, j| {
+            let prior = if i == j { diagonal[i] + shift } else { 0.0 };
+            self.beta * self.gram[(i.max(j), i.min(j))] + prior
         })
-        .collect();
-    let _ = &prior.mean;
-    Network { hidden: h, features: f, theta, precision }
+    }
+
+    /// Residuals at `theta`; returns the weighted sum of their squares.
+    fn evaluate(&mut self, theta: &[f64]) -> f64 {
+        let parts = Parts::of(theta, self.hidden, self.data.features);
+        let mut activation = vec![0.0; self.hidden];
+        let rows = self.data.inputs.chunks_exact(self.data.features).zip(self.data.targets);
+        let mut sum = 0.0;
+        for (((z, target), residual), weight) in rows.zip(&mut self.residual).zip(&self.weight) {
+            *residual = parts.output(z, &mut activation) - target;
+            sum += weight * *residual * *residual;
+        }
+        sum
+    }
+
+    /// `J'wJ` (lower triangle), `J'we`, residuals and weighted squares at `theta`.
+    fn linearise(&mut self) {
+        let (f, p) = (self.data.features, self.theta.len());
+        let parts = Parts::of(&self.theta, self.hidden, f);
+        let mut activation = vec![0.0; self.hidden];
+        self.gradient.fill(0.0);
+        self.gram.fill(0.0);
+        self.squares = 0.0;
+        let n = self.data.targets.len();
+        for start in (0..n).step_by(BLOCK) {
+            let rows = BLOCK.min(n - start);
+            for (row, values) in (start..start + rows).zip(self.jacobian.chunks_exact_mut(p)) {
+                let z = &self.data.inputs[row * f..][..f];
+                let error = parts.output(z, &mut activation) - self.data.targets[row];
+                self.residual[row] = error;
+                self.squares += self.weight[row] * error * error;
+                let root = self.weight[row].sqrt();
+                parts.gradient(z, &activation, root, values);
+                for (sum, value) in self.gradient.iter_mut().zip(values) {
+                    *sum += root * error * *value;
+                }
+            }
+            let block = MatRef::from_row_major_slice(&self.jacobian[..rows * p], rows, p);
+            matmul(
+                self.gram.as_mut(),
+                BlockStructure::TriangularLower,
+                Accum::Add,
+                block.transpose(),
+                BlockStructure::Rectangular,
+                block,
+                BlockStructure::Rectangular,
+                1.0,
+                Par::Seq,
+            );
+        }
+    }
+
+    /// MacKay's re-estimation of the prior strengths and the noise level.
+    fn evidence(&mut self) {
+        let count = self.data.targets.len() as f64 / self.correlation;
+        let diagonal = self.prior.diagonal(self.theta.len());
+        let Ok(factor) = self.system(&diagonal, 0.0).llt(faer::Side::Lower) else { return };
+        let inverse = factor.inverse();
+        let mut determined = 0.0;
+        for (range, alpha) in self.prior.groups.iter().zip(&mut self.prior.alpha) {
+            let trace: f64 = range.clone().map(|i| inverse[(i, i)]).sum();
+            let gamma = (range.len() as f64 - *alpha * trace).max(0.0);
+            determined += gamma;
+            let size: f64 = self.theta[range.clone()].iter().map(|t| t * t).sum();
+            *alpha = (*alpha * gamma / size.max(1e-12)).sqrt().clamp(1e-4, 1e5);
+        }
+        let determined = determined.min(0.8 * count);
+        self.beta = ((count - determined) / self.squares.max(1e-12)).clamp(1e-6, 1e8);
+    }
+
+    fn finish(self) -> Network {
+        let p = self.theta.len();
+        let system = self.system(&self.prior.diagonal(p), 0.0);
+        let precision = (0..p * p).map(|k| system[(k / p, k % p)]).collect();
+        Network { hidden: self.hidden, features: self.data.features, theta: self.theta, precision }
+    }
 }
 
 fn initial(options: &NetworkOptions, features: usize) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let mut normal = move || {
         let (u, v): (f64, f64) = (rng.random(), rng.random());
-        (-2.0 * libm_ln(1.0 - u)).sqrt() * (core::f64::consts::TAU * v).cos()
+        (-2.0 * (1.0 - u).ln()).sqrt() * (core::f64::consts::TAU * v).cos()
     };
     let h = options.hidden;
     let mut theta = Vec::with_capacity(Network::size(h, features));
@@ -218,106 +378,11 @@ fn initial(options: &NetworkOptions, features: usize) -> Vec<f64> {
     theta
 }
 
-fn libm_ln(x: f64) -> f64 {
-    x.ln()
-}
-
-/// Weighted residuals' sum of squares; residuals are prediction minus target.
-fn residuals(data: &NetworkData<'_>, h: usize, theta: &[f64], weight: &[f64], out: &mut [f64]) -> f64 {
-    let parts = Parts::of(theta, h, data.features);
-    let mut activation = vec![0.0; h];
-    let mut sum = 0.0;
-    for (row, z) in data.inputs.chunks_exact(data.features).enumerate() {
-        let error = parts.output(z, &mut activation) - data.targets[row];
-        out[row] = error;
-        sum += weight[row] * error * error;
-    }
-    sum
-}
-
-/// Fills `J'wJ` (lower triangle), `J'we` and the residuals at `theta`; returns the weighted sum of squares.
-fn linearise(data: &NetworkData<'_>, h: usize, theta: &[f64], weight: &[f64], work: &mut Workspace) -> f64 {
-    let f = data.features;
-    let p = theta.len();
-    let parts = Parts::of(theta, h, f);
-    let mut activation = vec![0.0; h];
-    let mut row_values = vec![0.0; p];
-    work.gradient.fill(0.0);
-    work.gram.fill(0.0);
-    let mut sum = 0.0;
-    let n = data.targets.len();
-    let mut start = 0;
-    while start < n {
-        let rows = BLOCK.min(n - start);
-        for r in 0..rows {
-            let row = start + r;
-            let z = &data.inputs[row * f..][..f];
-            let error = parts.output(z, &mut activation) - data.targets[row];
-            work.residual[row] = error;
-            let root = weight[row].sqrt();
-            sum += weight[row] * error * error;
-            let (w, rest) = row_values.split_at_mut(h * f);
-            let (d, rest) = rest.split_at_mut(h);
-            let (v, rest) = rest.split_at_mut(h);
-            for j in 0..h {
-                let slope = root * parts.output[j] * (1.0 - activation[j] * activation[j]);
-                d[j] = slope;
-                v[j] = root * activation[j];
-                w[j * f..][..f].iter_mut().zip(z).for_each(|(w, z)| *w = slope * z);
-            }
-            rest[..f].iter_mut().zip(z).for_each(|(a, z)| *a = root * z);
-            rest[f] = root;
-            let scaled = root * error;
-            for (i, value) in row_values.iter().enumerate() {
-                work.gradient[i] += scaled * value;
-                work.jacobian[(r, i)] = *value;
-            }
-        }
-        let block = work.jacobian.as_ref().subrows(0, rows);
-        matmul(
-            work.gram.as_mut(),
-            BlockStructure::TriangularLower,
-            Accum::Add,
-            block.transpose(),
-            BlockStructure::Rectangular,
-            block,
-            BlockStructure::Rectangular,
-            1.0,
-            Par::Seq,
-        );
-        start += rows;
-    }
-    sum
-}
-
 fn solve(system: &Mat<f64>, right: &[f64]) -> Option<Vec<f64>> {
-    use faer::linalg::solvers::Solve;
     let factor = system.llt(faer::Side::Lower).ok()?;
     let rhs = Mat::from_fn(right.len(), 1, |i, _| right[i]);
     let x = factor.solve(&rhs);
     Some((0..right.len()).map(|i| x[(i, 0)]).collect())
-}
-
-/// MacKay's re-estimation of the prior strengths and the noise level.
-fn evidence(prior: &mut Prior, beta: &mut f64, theta: &[f64], gram: &Mat<f64>, squares: f64, count: f64) {
-    use faer::linalg::solvers::DenseSolveCore;
-    let p = theta.len();
-    let diagonal = prior.diagonal(p);
-    let system = Mat::from_fn(p, p, |i, j| {
-        *beta * gram[(i.max(j), i.min(j))] + if i == j { diagonal[i] } else { 0.0 }
-    });
-    let Ok(factor) = system.llt(faer::Side::Lower) else { return };
-    let inverse = factor.inverse();
-    let mut determined = 0.0;
-    for (range, alpha) in prior.groups.iter().zip(&mut prior.alpha) {
-        let trace: f64 = range.clone().map(|i| inverse[(i, i)]).sum();
-        let gamma = (range.len() as f64 - *alpha * trace).max(0.0);
-        determined += gamma;
-        let size: f64 = theta[range.clone()].iter().map(|t| t * t).sum();
-        *alpha = (*alpha * gamma / size.max(1e-12)).sqrt().clamp(1e-4, 1e5);
-    }
-    let determined = determined.min(0.8 * count);
-    *beta = ((count - determined) / squares.max(1e-12)).clamp(1e-6, 1e8);
 }
 
 /// Huber weights at three robust standard deviations: single events do not steer the fit.
@@ -328,5 +393,72 @@ fn huber(residual: &[f64], weight: &mut [f64]) {
     let limit = (3.0 * 1.4826 * *median).max(1e-9);
     for (w, e) in weight.iter_mut().zip(residual) {
         *w = if e.abs() > limit { limit / e.abs() } else { 1.0 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn options(steps: usize) -> NetworkOptions {
+        NetworkOptions { hidden: 3, correlation: 1.0, steps, seed: 3 }
+    }
+
+    /// Two inputs that fill the square, and a target with a curve and noise of variance 0.01 / 12 * 4.
+    fn data(n: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let inputs: Vec<f64> = (0..2 * n).map(|_| 4.0 * rng.random::<f64>() - 2.0).collect();
+        let clean = |z: &[f64]| (1.5 * z[0]).tanh() - 0.3 * z[1] + 0.5 * (z[0] + z[1]).tanh();
+        let truth: Vec<f64> = inputs.chunks_exact(2).map(clean).collect();
+        let targets = truth.iter().map(|t| t + 0.2 * (rng.random::<f64>() - 0.5)).collect();
+        (inputs, targets, truth)
+    }
+
+    #[test]
+    fn the_gradient_equals_finite_differences_for_every_parameter() {
+        let (inputs, targets, _) = data(40);
+        let data = NetworkData { inputs: &inputs, targets: &targets, features: 2 };
+        let mut theta = initial(&options(1), 2);
+        theta.iter_mut().enumerate().for_each(|(i, t)| *t += 0.1 * (i as f64).cos());
+        let mut trainer = Trainer::new(data, 3, theta.clone(), 1.0);
+        trainer.weight = (0..40).map(|i| 0.5 + 0.01 * f64::from(i)).collect();
+        trainer.linearise();
+        for i in 0..theta.len() {
+            let mut at = |step: f64| {
+                let mut moved = theta.clone();
+                moved[i] += step;
+                trainer.evaluate(&moved)
+            };
+            let numeric = (at(1e-6) - at(-1e-6)) / 4e-6;
+            // The slope 1 - tanh^2 is that of the exact tanh: good to its 1e-4.
+            assert!((trainer.gradient[i] - numeric).abs() < 2e-3 * (1.0 + numeric.abs()), "{i}");
+        }
+    }
+
+    #[test]
+    fn a_network_finds_the_curve_under_the_noise() {
+        let (inputs, targets, truth) = data(4_000);
+        let data = NetworkData { inputs: &inputs, targets: &targets, features: 2 };
+        let network = train(&data, &options(60));
+        let errors = inputs.chunks_exact(2).zip(&truth).map(|(z, t)| (network.evaluate(z) - t).powi(2));
+        let rms = (errors.sum::<f64>() / 4_000.0).sqrt();
+        assert!(rms < 0.02, "{rms}: the noise has 0.058");
+    }
+
+    #[test]
+    fn targets_without_structure_leave_the_network_flat() {
+        let (inputs, targets, truth) = data(2_000);
+        let noise: Vec<f64> = targets.iter().zip(&truth).map(|(t, c)| 15.0 * (t - c)).collect();
+        let data = NetworkData { inputs: &inputs, targets: &noise, features: 2 };
+        let network = train(&data, &options(60));
+        let power = inputs.chunks_exact(2).map(|z| network.evaluate(z).powi(2)).sum::<f64>() / 2_000.0;
+        assert!(power < 0.02, "{power} of a target of power 0.75");
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_bits() {
+        let (inputs, targets, _) = data(300);
+        let data = NetworkData { inputs: &inputs, targets: &targets, features: 2 };
+        assert_eq!(train(&data, &options(20)).theta, train(&data, &options(20)).theta);
     }
 }

@@ -1,8 +1,8 @@
 //! The members that are tried, made from the roles of the columns and the sampling alone.
 
 use crate::log::Dataset;
-use crate::member::{FeaturePlan, Recipe, Run};
-use sinew::predictor::{Role, Signal, Term};
+use crate::member::{CellPlan, FeaturePlan, Recipe, Run};
+use sinew::predictor::{MEMBERS, Role, Signal, Term};
 
 /// A recipe with its words.
 #[derive(Debug, Clone)]
@@ -43,7 +43,11 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
             recipe: Recipe {
                 name: format!("{name}{suffix}"),
                 signals: layout.signals.clone(),
-                cell: cell.then(|| (layout.basis.clone(), layout.elastic.clone())),
+                cell: cell.then(|| CellPlan {
+                    basis: layout.basis.clone(),
+                    elastic: layout.elastic.clone(),
+                    branches: CellPlan::DISTRIBUTED.to_vec(),
+                }),
                 features: features.map(|taus| FeaturePlan {
                     signals: layout.memory.clone(),
                     plain: if cell { Vec::new() } else { layout.given.clone() },
@@ -54,6 +58,7 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
                 correlation,
                 rows: 5000,
                 steps: 60,
+                networks: MEMBERS,
             },
             description: description.to_string(),
             pure: !cell,

@@ -52,7 +52,7 @@ impl Estimator {
     /// The estimate after the sample that `memory` took last; `scratch: [law.features]`.
     #[inline]
     #[must_use]
-    pub fn estimate(&self, memory: &Memory, scratch: &mut [f64]) -> Estimate {
+    pub fn estimate(&self, memory: &Memory, scratch: &mut [f32]) -> Estimate {
         let cell = memory.cell();
         let known = self.law.cell.is_none() || cell.known;
         let width = cell.high - cell.low;
@@ -62,7 +62,9 @@ impl Estimator {
             return Estimate { mean: cell.state, variance: physics, gate: 1.0, known, clipped: 0 };
         };
         let opinion = ensemble.opinion(memory.features(), scratch);
-        let gate = self.gate_power.map_or(1.0, |p| p / (p + GATE_STRENGTH * opinion.variance));
+        let gate = self
+            .gate_power
+            .map_or(1.0, |p| p / (p + GATE_STRENGTH * opinion.variance).max(f64::MIN_POSITIVE));
         Estimate {
             mean: cell.state + gate * opinion.median,
             variance: physics + opinion.variance,

@@ -33,11 +33,13 @@ impl Term {
 /// The elastic clamp cell: the far end stays where it is until a bound drags it along.
 ///
 /// ```text
-/// lo = l . b(x),  hi = h . b(x),  s <- clamp(s + kappa . (u - u_prev), lo, hi)
+/// lo = l . b(x),  hi = h . b(x),  m = (lo + hi) / 2,  w = hi - lo
+/// s_j <- clamp(s_j + kappa . (u - u_prev), m - r_j w / 2, m + r_j w / 2),    s = sum_j p_j s_j
 /// ```
 ///
 /// One operator covers capstan play (`b = [T, 1]`), backlash (`b = [q, 1]`, equal slopes), elastic friction
-/// (`kappa > 0`) and their dependence on load and bend.
+/// (`kappa > 0`) and their dependence on load and bend. Several branches `r_j <= 1` with shares `p_j` let the far
+/// end follow before all of the friction has given way (generalised Maxwell slip): a loop with round corners.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
@@ -51,6 +53,18 @@ pub struct Cell {
     pub elastic: Vec<usize>,
     /// How far they move it, far unit per signal unit.
     pub kappa: Vec<f64>,
+    /// Friction that gives way piece by piece; one branch of width 1 and share 1 is a rigid piece.
+    pub branches: Vec<Branch>,
+}
+
+/// One piece of a friction that gives way piece by piece: the same cell with a narrower band.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Branch {
+    /// Width of its band as a fraction of the cell's, in (0, 1].
+    pub width: f64,
+    /// What its state contributes to the cell's; the shares sum to 1.
+    pub share: f64,
 }
 
 /// One number handed to the network.
@@ -114,6 +128,7 @@ pub struct Memory {
     states: Vec<f64>,
     features: Vec<f64>,
     cell: CellOutput,
+    branches: Vec<f64>,
     started: bool,
 }
 
@@ -127,6 +142,7 @@ impl Memory {
             states: vec![0.0; law.features.len()],
             features: vec![0.0; law.features.len()],
             cell: CellOutput::default(),
+            branches: vec![0.0; law.cell.as_ref().map_or(0, |c| c.branches.len())],
             started: false,
         }
     }
@@ -189,23 +205,20 @@ impl Memory {
             low = 0.5 * (low + high);
             high = low;
         }
-        let mut known = self.started && self.cell.known;
-        let mut state = if self.started {
-            let mut state = self.cell.state;
-            for (&signal, kappa) in cell.elastic.iter().zip(&cell.kappa) {
-                state += kappa * (self.signals[signal] - self.previous[signal]);
-            }
-            state
-        } else {
-            known = far.is_some();
-            far.unwrap_or(0.5 * (low + high))
-        };
-        if state < low {
-            state = low;
-            known = true;
-        } else if state > high {
-            state = high;
-            known = true;
+        let mut elastic = 0.0;
+        for (&signal, kappa) in cell.elastic.iter().zip(&cell.kappa) {
+            elastic += kappa * (self.signals[signal] - self.previous[signal]);
+        }
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let mut known = if self.started { self.cell.known } else { far.is_some() };
+        let mut state = 0.0;
+        for (own, branch) in self.branches.iter_mut().zip(&cell.branches) {
+            let moved = if self.started { *own + elastic } else { far.unwrap_or(middle) };
+            let (lower, upper) = (middle - branch.width * half, middle + branch.width * half);
+            *own = moved.max(lower).min(upper);
+            // A narrow branch says nothing of the widest one, which touches last.
+            known |= branch.width >= 1.0 && (moved < lower || moved > upper);
+            state += branch.share * *own;
         }
         self.cell = CellOutput { state, low, high, known };
     }
@@ -233,5 +246,56 @@ impl Memory {
                 Feature::CellPlace => (self.cell.state - self.cell.low) / width.max(1e-12),
             };
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law(branches: &[(f64, f64)]) -> MemoryLaw {
+        let cell = Cell {
+            basis: vec![Term::Signal(0), Term::One],
+            low: vec![1.0, -1.0],
+            high: vec![1.0, 1.0],
+            elastic: vec![],
+            kappa: vec![],
+            branches: branches.iter().map(|&(width, share)| Branch { width, share }).collect(),
+        };
+        MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), features: vec![] }
+    }
+
+    fn path(law: &MemoryLaw, inputs: &[f64]) -> Vec<CellOutput> {
+        let mut memory = Memory::new(law);
+        let mut one = |&u: &f64| {
+            memory.step(law, 0.01, &[u]);
+            memory.cell()
+        };
+        inputs.iter().map(&mut one).collect()
+    }
+
+    #[test]
+    fn one_branch_is_play() {
+        let outputs = path(&law(&[(1.0, 1.0)]), &[0.0, 0.5, 3.0, 2.0, 1.5, 0.0]);
+        let states: Vec<f64> = outputs.iter().map(|o| o.state).collect();
+        for (state, play) in states.iter().zip([0.0, 0.0, 2.0, 2.0, 2.0, 1.0]) {
+            assert!((state - play).abs() < 1e-12, "{states:?}");
+        }
+        assert_eq!(
+            outputs.iter().map(|o| o.known).collect::<Vec<_>>(),
+            [false, false, true, true, true, true]
+        );
+    }
+
+    #[test]
+    fn narrow_branches_follow_before_the_whole_friction_gives_way() {
+        let (rigid, spread) = (law(&[(1.0, 1.0)]), law(&[(1.0, 0.5), (0.5, 0.5)]));
+        let mut turned = vec![0.0];
+        turned.extend((0..40).map(|i| 5.0 - 0.05 * f64::from(i)));
+        let (rigid, spread) = (path(&rigid, &turned), path(&spread, &turned));
+        // 1.2 below the reversal the narrow half slides and the wide half sticks.
+        assert!(spread[25].state < spread[1].state - 0.05);
+        assert!((rigid[25].state - rigid[1].state).abs() < 1e-12);
+        assert!(spread.iter().all(|o| o.low - 1e-12 <= o.state && o.state <= o.high + 1e-12));
     }
 }

@@ -20,7 +20,7 @@ pub use conditioner::{Conditioner, Guard, MOST_HELD, Step};
 pub use ensemble::{Ensemble, Lanes, MEMBERS, Opinion};
 pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
 pub use file::VERSION;
-pub use memory::{Cell, CellOutput, Feature, Memory, MemoryLaw, Term};
+pub use memory::{Branch, Cell, CellOutput, Feature, Memory, MemoryLaw, Term};
 pub use model::{Input, Model, Provenance, Role};
 pub use signal::Signal;
 pub use step::{Flags, Prediction, Predictor, Sample};

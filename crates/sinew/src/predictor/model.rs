@@ -156,6 +156,13 @@ impl Cell {
         let e = self.elastic.len();
         require("cell.kappa", &format!("{e} coefficients"), self.kappa.len() == e, self.kappa.len())?;
         all_finite("cell.kappa", &self.kappa)?;
+        let branches = self.branches.len();
+        require("cell.branches", "1 to 8", (1..=8).contains(&branches), branches)?;
+        for branch in &self.branches {
+            let width = branch.width;
+            require("cell.branches.width", "in (0, 1]", width > 0.0 && width <= 1.0, width)?;
+            all_finite("cell.branches.share", &[branch.share])?;
+        }
         for &signal in &self.elastic {
             require("cell.elastic", &format!("signal below {signals}"), signal < signals, signal)?;
         }
@@ -170,14 +177,14 @@ impl Ensemble {
             ("ensemble.clip_low", &self.clip_low),
             ("ensemble.clip_high", &self.clip_high),
             ("ensemble.mean", &self.mean),
-            ("ensemble.scale", &self.scale),
+            ("ensemble.inverse_scale", &self.inverse_scale),
         ];
         for (name, list) in lists {
             require(name, &format!("{features} entries"), list.len() == features, list.len())?;
             all_finite(name, list)?;
         }
-        let positive = self.scale.iter().all(|s| *s > 0.0);
-        require("ensemble.scale", "> 0", positive, "zero or less")?;
+        let positive = self.inverse_scale.iter().all(|s| *s > 0.0);
+        require("ensemble.inverse_scale", "> 0", positive, "zero or less")?;
         let hidden = self.hidden_bias.len();
         let shapes = [
             ("ensemble.hidden_weights", &self.hidden_weights, hidden * features),
@@ -187,9 +194,9 @@ impl Ensemble {
         ];
         for (name, lanes, expected) in shapes {
             require(name, &format!("{expected} rows"), lanes.len() == expected, lanes.len())?;
-            lanes.iter().try_for_each(|lane| all_finite(name, lane))?;
+            lanes.iter().try_for_each(|lane| all_finite(name, &lane.map(f64::from)))?;
         }
-        all_finite("ensemble.bias", &self.bias)
+        all_finite("ensemble.bias", &self.bias.map(f64::from))
     }
 }
 

@@ -82,7 +82,7 @@ pub struct Predictor {
     model: Model,
     conditioner: Conditioner,
     memory: Memory,
-    scratch: Vec<f64>,
+    scratch: Vec<f32>,
     last: Prediction,
 }
 
