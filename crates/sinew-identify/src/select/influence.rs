@@ -66,8 +66,10 @@ pub(crate) fn check(data: &Dataset, runs: &[Run], recipe: &Recipe) -> (Vec<bool>
 fn influences(runs: &[Run], recipe: &Recipe, keep: &[bool]) -> Vec<f64> {
     let present: Vec<usize> = (0..keep.len()).filter(|&k| keep[k]).collect();
     // Fitted without {i, k} once for both: error on i without k, and on k without i.
-    let pairs: Vec<(usize, usize)> =
-        present.iter().flat_map(|&i| present.iter().filter(move |&&k| k >= i).map(move |&k| (i, k))).collect();
+    let pairs: Vec<(usize, usize)> = present
+        .iter()
+        .flat_map(|&i| present.iter().filter(move |&&k| k >= i).map(move |&k| (i, k)))
+        .collect();
     let errors: Vec<Option<(f64, f64)>> = pairs
         .par_iter()
         .map(|&(i, k)| {
