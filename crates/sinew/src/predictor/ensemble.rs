@@ -1,8 +1,9 @@
 //! Eight small networks side by side, and how far they agree.
 
-use crate::math::quick_tanh_f32;
+use crate::math::quick_tanh_lanes;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
+use wide::f32x8;
 
 /// Networks in an ensemble: one per SIMD lane.
 pub const MEMBERS: usize = 8;
@@ -71,34 +72,41 @@ impl Ensemble {
             *z = ((inside - mean) * scale) as f32;
         }
         let outputs = self.outputs(scratch);
-        let mean = sum(outputs) / MEMBERS as f32;
-        let variance = sum(outputs.map(|c| (c - mean) * (c - mean))) / (MEMBERS - 1) as f32;
-        Opinion { median: f64::from(median(outputs)), variance: f64::from(variance), clipped }
+        let deviation = outputs - f32x8::splat(sum(outputs.to_array()) / MEMBERS as f32);
+        let variance = sum((deviation * deviation).to_array()) / (MEMBERS - 1) as f32;
+        Opinion { median: f64::from(median(outputs.to_array())), variance: f64::from(variance), clipped }
     }
 
     #[inline]
-    fn outputs(&self, z: &[f32]) -> Lanes {
-        let mut outputs = self.bias;
+    fn outputs(&self, z: &[f32]) -> f32x8 {
+        let mut outputs = f32x8::from(self.bias);
         for (weight, z) in self.skip.iter().zip(z) {
-            outputs = add_scaled(outputs, weight, *z);
+            outputs += f32x8::from(*weight) * f32x8::splat(*z);
         }
-        let rows = self.hidden_weights.chunks_exact(z.len().max(1));
-        for ((row, bias), output) in rows.zip(&self.hidden_bias).zip(&self.output_weights) {
-            let mut node = *bias;
-            for (weight, z) in row.iter().zip(z) {
-                node = add_scaled(node, weight, *z);
+        // Two nodes at a time: their sums do not wait for each other.
+        let (row, nodes) = (z.len().max(1), self.hidden_bias.len());
+        let mut rows = self.hidden_weights.chunks_exact(2 * row);
+        let biases = self.hidden_bias.chunks_exact(2).zip(self.output_weights.chunks_exact(2));
+        for (pair, (bias, output)) in rows.by_ref().zip(biases) {
+            let (first, second) = pair.split_at(row);
+            let (mut a, mut b) = (f32x8::from(bias[0]), f32x8::from(bias[1]));
+            for ((first, second), z) in first.iter().zip(second).zip(z) {
+                let z = f32x8::splat(*z);
+                a += f32x8::from(*first) * z;
+                b += f32x8::from(*second) * z;
             }
-            let bent = node.map(quick_tanh_f32);
-            outputs = core::array::from_fn(|k| outputs[k] + output[k] * bent[k]);
+            outputs += f32x8::from(output[0]) * quick_tanh_lanes(a);
+            outputs += f32x8::from(output[1]) * quick_tanh_lanes(b);
+        }
+        if let (1, Some(bias), Some(output)) = (nodes % 2, self.hidden_bias.last(), self.output_weights.last()) {
+            let mut node = f32x8::from(*bias);
+            for (weight, z) in rows.remainder().iter().zip(z) {
+                node += f32x8::from(*weight) * f32x8::splat(*z);
+            }
+            outputs += f32x8::from(*output) * quick_tanh_lanes(node);
         }
         outputs
     }
-}
-
-/// By value: the lanes stay in registers from one feature to the next.
-#[inline]
-fn add_scaled(sum: Lanes, weight: &Lanes, z: f32) -> Lanes {
-    core::array::from_fn(|k| sum[k] + weight[k] * z)
 }
 
 /// A tree rather than a chain: three additions deep.
@@ -134,7 +142,7 @@ fn median(mut v: Lanes) -> f32 {
     for (i, j) in PAIRS {
         let (a, b) = (v[i], v[j]);
         v[i] = if a < b { a } else { b };
-        v[j] = if a < b { b } else { a };
+        v[j] = if a > b { a } else { b };
     }
     0.5 * (v[3] + v[4])
 }
