@@ -98,7 +98,9 @@ impl Ensemble {
             outputs += f32x8::from(output[0]) * quick_tanh_lanes(a);
             outputs += f32x8::from(output[1]) * quick_tanh_lanes(b);
         }
-        if let (1, Some(bias), Some(output)) = (nodes % 2, self.hidden_bias.last(), self.output_weights.last()) {
+        if let (1, Some(bias), Some(output)) =
+            (nodes % 2, self.hidden_bias.last(), self.output_weights.last())
+        {
             let mut node = f32x8::from(*bias);
             for (weight, z) in rows.remainder().iter().zip(z) {
                 node += f32x8::from(*weight) * f32x8::splat(*z);
