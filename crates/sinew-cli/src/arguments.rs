@@ -150,7 +150,8 @@ pub(crate) struct AdaptArguments {
 
 /// Identify a simulated transmission: no log needed.
 ///
-/// Two simulated days are fitted, a third is kept back and predicted. Everything is labelled as simulated.
+/// Two simulated days are fitted, a third is kept back and predicted. The logs are left beside the model;
+/// everything is labelled as simulated.
 #[derive(Debug, Args)]
 pub(crate) struct DemoArguments {
     #[command(flatten)]

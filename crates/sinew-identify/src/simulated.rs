@@ -125,8 +125,8 @@ struct Day {
 impl Day {
     fn drawn(sampler: &mut Sampler) -> Self {
         Self {
-            friction_factor: 1.0 + 0.03 * sampler.normal().clamp(-2.0, 2.0),
-            stiffness_factor: 1.0 + 0.01 * sampler.normal().clamp(-2.0, 2.0),
+            friction_factor: 1.0 + 0.015 * sampler.normal().clamp(-2.0, 2.0),
+            stiffness_factor: 1.0 + 0.005 * sampler.normal().clamp(-2.0, 2.0),
             zero_n: 0.2 * sampler.normal().clamp(-2.0, 2.0),
         }
     }

@@ -16,3 +16,8 @@ pub mod predictor;
 pub mod transmission;
 
 pub use error::Error;
+
+// The README's Rust is compiled with the examples of the documentation.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

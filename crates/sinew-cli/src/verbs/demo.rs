@@ -4,7 +4,7 @@ use super::evaluate::told as scores;
 use super::identify::finish;
 use crate::arguments::DemoArguments;
 use crate::error::Error;
-use crate::output::{Folder, print};
+use crate::output::{Folder, print, write_all};
 use crate::progress::Progress;
 use sinew_identify::evaluate::{evaluate, roles_of};
 use sinew_identify::identify::{Options, identify};
@@ -26,6 +26,8 @@ pub(crate) fn run(arguments: &DemoArguments) -> Result<(), Error> {
     let options = Options { seed: arguments.write.seed, models: Vec::new() };
     let identification = identify(&data, &options, &|stage, done| progress.show(stage, done))?;
     drop(progress);
+    let files: Vec<_> = bytes.iter().map(|(name, text)| (folder.file(name), *text)).collect();
+    write_all(&files)?;
     finish(&folder, &arguments.write, &identification)?;
     if arguments.write.json {
         return Ok(());

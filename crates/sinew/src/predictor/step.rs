@@ -64,7 +64,22 @@ impl Prediction {
 /// # Example
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// # let text = sinew::predictor::example_model_json();
+/// # use sinew::predictor::{Branch, Cell, Estimator, Guard, Input, MemoryLaw, Provenance, Role, Signal, Term};
+/// # let cell = Cell {
+/// #     basis: vec![Term::Signal(0)], low: vec![0.8], high: vec![1.25], elastic: vec![], kappa: vec![],
+/// #     branches: vec![Branch { width: 1.0, share: 1.0 }],
+/// # };
+/// # let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), features: vec![] };
+/// # let text = Model {
+/// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0,
+/// #     inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],
+/// #     guards: vec![Guard { jump: 1e3, low: 0.0, high: 300.0, typical: 100.0 }],
+/// #     estimator: Estimator { law, ensemble: None, gate_power: None, sigma0: 1.0 },
+/// #     provenance: Provenance {
+/// #         member: "cell".into(), description: "by hand".into(), program: "none".into(), seed: 1,
+/// #         logs: vec![], samples: 0, rmse_unseen: 1.0, far_range: 200.0,
+/// #     },
+/// # }.to_json()?;
 /// use sinew::predictor::{Model, Predictor, Sample};
 ///
 /// let model = Model::from_json(&text)?; // the text of a model.json
