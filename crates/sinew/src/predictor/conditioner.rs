@@ -22,6 +22,10 @@ pub struct Guard {
 /// Samples for which a jump is held back: a spike is shorter, a real step is not.
 pub const MOST_HELD: u32 = 2;
 
+/// No quantity of a transmission is larger in any unit. What is, counts as missing, so that products and squares
+/// of inputs and coefficients stay finite.
+pub const LARGEST: f64 = 1e30;
+
 /// How a sample follows the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
@@ -58,13 +62,16 @@ impl Conditioner {
         }
     }
 
-    /// The next sample starts a new sequence.
+    /// Forgets everything: the next sample starts a new sequence.
     pub fn reset(&mut self) {
+        self.held.fill(0);
+        self.time_s = 0.0;
+        self.dt_s = 0.0;
         self.started = false;
     }
 
-    /// Takes a sample. An entry of `inputs` that is missing or not finite counts as missing; a time that is
-    /// not finite counts as one interval after the last.
+    /// Takes a sample. An entry of `inputs` that is not there, no number or beyond [`LARGEST`] counts as missing;
+    /// a time that is not finite counts as one interval after the last.
     #[inline]
     pub fn accept(&mut self, guards: &[Guard], gap_s: f64, time_s: f64, inputs: &[f64]) -> Step {
         let dt_s = if time_s.is_finite() { time_s - self.time_s } else { self.dt_s };
@@ -77,7 +84,7 @@ impl Conditioner {
             let value = inputs.get(i).copied().unwrap_or(f64::NAN);
             let last = self.values[i];
             let spike = !first && (value - last).abs() > guard.jump && self.held[i] < MOST_HELD;
-            if value.is_finite() && !spike {
+            if value.abs() <= LARGEST && !spike {
                 self.values[i] = value;
                 self.held[i] = 0;
             } else {

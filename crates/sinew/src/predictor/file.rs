@@ -28,7 +28,7 @@ struct Written {
 #[derive(Deserialize)]
 struct Head {
     format: Option<String>,
-    version: Option<u32>,
+    version: Option<u64>,
 }
 
 impl Model {
@@ -59,7 +59,7 @@ impl Model {
             None => return Err(refusal("format", FORMAT, "nothing: this is another kind of file")),
         }
         match head.version {
-            Some(VERSION) => {}
+            Some(version) if version == u64::from(VERSION) => {}
             Some(other) => {
                 let expected = format!("version {VERSION}; identify the logs again or update the program");
                 return Err(refusal("version", &expected, other.to_string()));

@@ -16,7 +16,7 @@ mod model;
 mod signal;
 mod step;
 
-pub use conditioner::{Conditioner, Guard, MOST_HELD, Step};
+pub use conditioner::{Conditioner, Guard, LARGEST, MOST_HELD, Step};
 pub use ensemble::{Ensemble, Lanes, MEMBERS, Opinion};
 pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
 pub use file::VERSION;

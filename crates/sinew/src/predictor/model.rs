@@ -1,7 +1,7 @@
 //! A model of one transmission: what it reads, how it predicts, how far it can be trusted.
 
-use super::conditioner::Guard;
-use super::ensemble::Ensemble;
+use super::conditioner::{Guard, LARGEST};
+use super::ensemble::{Ensemble, Lanes};
 use super::estimator::Estimator;
 use super::memory::{Cell, Feature, MemoryLaw, Term};
 use crate::Error;
@@ -91,18 +91,20 @@ impl Model {
         require("inputs", "at least one column", n > 0, n)?;
         require("guards", &format!("one per input ({n})"), self.guards.len() == n, self.guards.len())?;
         for guard in &self.guards {
-            let finite = [guard.low, guard.high, guard.typical].iter().all(|v| v.is_finite());
-            require("guards", "finite low, high and typical", finite, guard.low)?;
-            require("guards.jump", "> 0", guard.jump > 0.0, guard.jump)?;
+            all_moderate("guards", &[guard.low, guard.high, guard.typical])?;
+            let jump = guard.jump;
+            require("guards.jump", "finite and > 0", jump > 0.0 && jump.is_finite(), jump)?;
         }
-        require("gap_s", "> 0 s", self.gap_s > 0.0 && self.gap_s.is_finite(), self.gap_s)?;
-        let factor = self.band_factor;
-        require("band_factor", "finite and > 0", factor > 0.0 && factor.is_finite(), factor)?;
+        positive("gap_s", self.gap_s)?;
+        positive("band_factor", self.band_factor)?;
         let sigma0 = self.estimator.sigma0;
-        require("estimator.sigma0", "finite and >= 0", sigma0 >= 0.0 && sigma0.is_finite(), sigma0)?;
+        require("estimator.sigma0", ">= 0 and <= 1e30", (0.0..=LARGEST).contains(&sigma0), sigma0)?;
         if let Some(power) = self.estimator.gate_power {
             require("estimator.gate_power", "finite and >= 0", power >= 0.0 && power.is_finite(), power)?;
         }
+        let Provenance { rmse_unseen, far_range, .. } = self.provenance;
+        require("provenance.rmse_unseen", "a finite number", rmse_unseen.is_finite(), rmse_unseen)?;
+        require("provenance.far_range", "a finite number", far_range.is_finite(), far_range)?;
         self.estimator.law.validate(n)?;
         if let Some(ensemble) = &self.estimator.ensemble {
             ensemble.validate(self.estimator.law.features.len())?;
@@ -117,7 +119,7 @@ impl MemoryLaw {
         for signal in &self.signals {
             let last = signal.last_input();
             require("law.signals", &format!("input below {inputs}"), last < inputs, last)?;
-            require("law.signals", "an offset > 0", signal.is_valid(), format!("{signal:?}"))?;
+            require("law.signals", "an offset in 1e-30..1e30", signal.is_valid(), format!("{signal:?}"))?;
         }
         let signals = self.signals.len();
         if let Some(cell) = &self.cell {
@@ -131,8 +133,8 @@ impl MemoryLaw {
                 Feature::CellState | Feature::CellWidth | Feature::CellPlace => continue,
             };
             require("law.features", &format!("signal below {signals}"), signal < signals, signal)?;
-            let positive = constant > 0.0 && constant.is_finite();
-            require("law.features", "radius and tau_s > 0", positive, constant)?;
+            let inside = constant > 0.0 && constant <= LARGEST;
+            require("law.features", "radius and tau_s > 0 and <= 1e30", inside, constant)?;
         }
         Ok(())
     }
@@ -143,25 +145,25 @@ impl Cell {
         let b = self.basis.len();
         for term in &self.basis {
             let last = match *term {
-                Term::One => 0,
+                Term::One => continue,
                 Term::Signal(i) => i,
                 Term::Product(i, j) => i.max(j),
             };
-            require("cell.basis", &format!("signal below {signals}"), last < signals.max(1), last)?;
+            require("cell.basis", &format!("signal below {signals}"), last < signals, last)?;
         }
         for (name, list) in [("cell.low", &self.low), ("cell.high", &self.high)] {
             require(name, &format!("{b} coefficients"), list.len() == b, list.len())?;
-            all_finite(name, list)?;
+            all_moderate(name, list)?;
         }
         let e = self.elastic.len();
         require("cell.kappa", &format!("{e} coefficients"), self.kappa.len() == e, self.kappa.len())?;
-        all_finite("cell.kappa", &self.kappa)?;
+        all_moderate("cell.kappa", &self.kappa)?;
         let branches = self.branches.len();
         require("cell.branches", "1 to 8", (1..=8).contains(&branches), branches)?;
         for branch in &self.branches {
             let width = branch.width;
             require("cell.branches.width", "in (0, 1]", width > 0.0 && width <= 1.0, width)?;
-            all_finite("cell.branches.share", &[branch.share])?;
+            all_moderate("cell.branches.share", &[branch.share])?;
         }
         for &signal in &self.elastic {
             require("cell.elastic", &format!("signal below {signals}"), signal < signals, signal)?;
@@ -181,10 +183,16 @@ impl Ensemble {
         ];
         for (name, list) in lists {
             require(name, &format!("{features} entries"), list.len() == features, list.len())?;
-            all_finite(name, list)?;
+            all_moderate(name, list)?;
         }
-        let positive = self.inverse_scale.iter().all(|s| *s > 0.0);
-        require("ensemble.inverse_scale", "> 0", positive, "zero or less")?;
+        let standard = self.mean.iter().zip(&self.inverse_scale);
+        for ((low, high), (mean, inverse)) in self.clip_low.iter().zip(&self.clip_high).zip(standard) {
+            require("ensemble.inverse_scale", "> 0", *inverse > 0.0, inverse)?;
+            require("ensemble.clip_low", "at most clip_high", low <= high, format!("{low} and {high}"))?;
+            let farthest = ((low - mean) * inverse).abs().max(((high - mean) * inverse).abs());
+            let expected = "small enough for a clip box within 1e15 scales";
+            require("ensemble.inverse_scale", expected, farthest <= LARGEST_WEIGHT, inverse)?;
+        }
         let hidden = self.hidden_bias.len();
         let shapes = [
             ("ensemble.hidden_weights", &self.hidden_weights, hidden * features),
@@ -194,16 +202,32 @@ impl Ensemble {
         ];
         for (name, lanes, expected) in shapes {
             require(name, &format!("{expected} rows"), lanes.len() == expected, lanes.len())?;
-            lanes.iter().try_for_each(|lane| all_finite(name, &lane.map(f64::from)))?;
+            lanes.iter().try_for_each(|lane| all_weights(name, lane))?;
         }
-        all_finite("ensemble.bias", &self.bias.map(f64::from))
+        all_weights("ensemble.bias", &self.bias)
     }
 }
 
-fn all_finite(name: &str, values: &[f64]) -> Result<(), Error> {
-    match values.iter().find(|v| !v.is_finite()) {
+/// Largest weight of a network and largest input of one: their products fit single precision.
+const LARGEST_WEIGHT: f64 = 1e15;
+
+fn positive(name: &str, value: f64) -> Result<(), Error> {
+    require(name, "> 0 and <= 1e30", value > 0.0 && value <= LARGEST, value)
+}
+
+fn all_moderate(name: &str, values: &[f64]) -> Result<(), Error> {
+    all_within(name, "numbers within +-1e30", values, LARGEST)
+}
+
+fn all_weights(name: &str, lanes: &Lanes) -> Result<(), Error> {
+    all_within(name, "numbers within +-1e15", &lanes.map(f64::from), LARGEST_WEIGHT)
+}
+
+/// NaN is within nothing.
+fn all_within(name: &str, expected: &str, values: &[f64], largest: f64) -> Result<(), Error> {
+    match values.iter().find(|v| !(v.abs() <= largest)) {
         None => Ok(()),
-        Some(bad) => require(name, "finite numbers", false, bad),
+        Some(bad) => require(name, expected, false, bad),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The signals a model thinks in, made from the columns of a log.
 
+use super::conditioner::LARGEST;
 use serde::{Deserialize, Serialize};
 
 /// One signal, computed from the present sample alone.
@@ -55,7 +56,7 @@ impl Signal {
     pub(super) fn is_valid(&self) -> bool {
         match *self {
             Self::LogTension { offset, .. } | Self::LogRatio { offset, .. } => {
-                offset.is_finite() && offset > 0.0
+                (1.0 / LARGEST..=LARGEST).contains(&offset)
             }
             Self::Input(_) | Self::Difference(..) => true,
         }

@@ -1,0 +1,120 @@
+//! Models built by hand, small enough to be read.
+
+#![allow(dead_code, reason = "not every test file needs every helper")]
+
+use sinew::predictor::{
+    Branch, Cell, Ensemble, Estimator, Feature, Guard, Input, Lanes, MEMBERS, MemoryLaw, Model, Provenance, Role,
+    Signal, Term,
+};
+
+/// Loss of a pull through the sheath of [`capstan`]: the far end holds 0.7 of the near tension while it is pulled.
+pub(crate) const PULLED: f64 = 0.7;
+/// And 1.2 of it while it is let go.
+pub(crate) const EASED: f64 = 1.2;
+/// Root mean square error of [`capstan`] in training.
+pub(crate) const SIGMA_0: f64 = 0.5;
+
+/// Capstan play of one tension: `clamp(s, 0.7 T, 1.2 T)`, no learning, no elasticity.
+pub(crate) fn capstan() -> Model {
+    Model {
+        far: "tension_out_n".into(),
+        inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],
+        time: Some("time_s".into()),
+        trial: None,
+        guards: vec![Guard { jump: 1e6, low: 0.0, high: 500.0, typical: 50.0 }],
+        gap_s: 0.5,
+        estimator: Estimator {
+            law: MemoryLaw {
+                signals: vec![Signal::Input(0)],
+                cell: Some(Cell {
+                    basis: vec![Term::Signal(0)],
+                    low: vec![PULLED],
+                    high: vec![EASED],
+                    elastic: vec![],
+                    kappa: vec![],
+                    branches: vec![Branch { width: 1.0, share: 1.0 }],
+                }),
+                features: vec![],
+            },
+            ensemble: None,
+            gate_power: None,
+            sigma0: SIGMA_0,
+        },
+        band_factor: 1.96,
+        provenance: Provenance {
+            member: "cell".into(),
+            description: "built by hand".into(),
+            program: "0".into(),
+            seed: 0,
+            logs: vec![],
+            samples: 1,
+            rmse_unseen: 0.5,
+            far_range: 100.0,
+        },
+    }
+}
+
+/// Everything a model can have: every signal, term and feature, branches, a gated ensemble.
+pub(crate) fn complete() -> Model {
+    let features = vec![
+        Feature::Signal(1),
+        Feature::Stop { signal: 2, radius: 0.01 },
+        Feature::LowPassDifference { signal: 0, tau_s: 0.05 },
+        Feature::CellState,
+        Feature::CellWidth,
+        Feature::CellPlace,
+    ];
+    let ensemble = ensemble(features.len(), 3);
+    let mut model = capstan();
+    let input = |column: &str, role| Input { column: column.into(), role };
+    model.inputs = vec![
+        input("tension_in_n", Role::Effort),
+        input("tension_back_n", Role::Effort),
+        input("position_in_m", Role::Motion),
+    ];
+    let tension = Guard { jump: 60.0, low: 0.0, high: 200.0, typical: 50.0 };
+    model.guards = vec![tension, tension, Guard { jump: 0.05, low: -0.1, high: 0.1, typical: 0.0 }];
+    model.estimator = Estimator {
+        law: MemoryLaw {
+            signals: vec![
+                Signal::Input(0),
+                Signal::Difference(0, 1),
+                Signal::Input(2),
+                Signal::LogTension { input: 0, offset: 1.0 },
+                Signal::LogRatio { first: 0, second: 1, offset: 1.0 },
+            ],
+            cell: Some(Cell {
+                basis: vec![Term::One, Term::Signal(0), Term::Product(0, 2)],
+                low: vec![-1.0, 0.7, 0.5],
+                high: vec![1.0, 1.2, -0.5],
+                elastic: vec![0, 2],
+                kappa: vec![0.1, 50.0],
+                branches: vec![Branch { width: 1.0, share: 0.8 }, Branch { width: 0.5, share: 0.2 }],
+            }),
+            features,
+        },
+        ensemble: Some(ensemble),
+        gate_power: Some(0.7),
+        sigma0: 0.3,
+    };
+    model
+}
+
+/// Networks that agree in the large and differ in the small.
+fn ensemble(features: usize, hidden: usize) -> Ensemble {
+    let lanes = |k: usize, size: f32| -> Lanes {
+        std::array::from_fn(|member| size * ((k * MEMBERS + member) as f32 * 0.7 + (k as f32)).sin())
+    };
+    let list = |first: usize, n: usize, size: f32| (first..first + n).map(|k| lanes(k, size)).collect();
+    Ensemble {
+        clip_low: vec![-200.0; features],
+        clip_high: vec![200.0; features],
+        mean: vec![0.5; features],
+        scale: (1..=features).map(|i| 10.0 * i as f64).collect(),
+        hidden_weights: list(1, hidden * features, 0.8),
+        hidden_bias: list(50, hidden, 0.3),
+        output_weights: list(80, hidden, 1.5),
+        skip: list(100, features, 0.1),
+        bias: lanes(200, 0.2),
+    }
+}

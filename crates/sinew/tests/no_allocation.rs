@@ -1,0 +1,104 @@
+//! A control tick never allocates: an allocator that counts watches a predictor at work.
+
+#![expect(unsafe_code, reason = "the trait of an allocator is unsafe; this one counts and hands on")]
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+mod common;
+
+use sinew::predictor::{Model, Predictor, Sample};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+thread_local! {
+    /// Calls to the allocator on this thread: the test harness has threads of its own.
+    static CALLS: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+fn count() {
+    // During the end of a thread there is nothing left to count.
+    let _ = CALLS.try_with(|calls| calls.set(calls.get() + 1));
+}
+
+// SAFETY: every call goes unchanged to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: as the caller promises.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: as the caller promises.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Allocations and releases during `work`.
+fn calls(work: impl FnOnce()) -> u64 {
+    let before = CALLS.with(Cell::get);
+    work();
+    CALLS.with(Cell::get) - before
+}
+
+/// Steady motion with everything a bench has seen: spikes, steps, losses, gaps, repeated rows, time running back.
+fn work_through(predictor: &mut Predictor, width: usize) -> f64 {
+    let mut sum = 0.0;
+    let mut inputs = [0.0; 3];
+    for k in 0..2000_u32 {
+        let t = f64::from(k) * 1e-3;
+        inputs[0] = 60.0 + 40.0 * (9.0 * t).sin();
+        inputs[1] = 60.0 - 40.0 * (9.0 * t).sin();
+        inputs[2] = 0.02 * (9.0 * t).cos();
+        let (mut time_s, mut given) = (t, width);
+        match k % 100 {
+            10 => inputs[0] = 1e5,
+            20..=25 => inputs[0] = 500.0,
+            30 => inputs[0] = f64::NAN,
+            40 => inputs.fill(f64::INFINITY),
+            50 => time_s = t - 1e-3,
+            60 => time_s = f64::NAN,
+            70 => time_s = t - 1.0,
+            80 => time_s = t + 1e9,
+            90 => predictor.reset(),
+            95 => given = 0,
+            _ => {}
+        }
+        sum += predictor.step(&Sample { time_s, inputs: &inputs[..given] }).mean;
+    }
+    sum
+}
+
+fn never_allocates(model: Model) {
+    let width = model.inputs.len();
+    let mut predictor = Predictor::new(model).unwrap();
+    let mut sum = 0.0;
+    assert_eq!(calls(|| sum = work_through(&mut predictor, width)), 0);
+    assert!(sum.is_finite() && sum > 0.0, "the predictor was at work: {sum}");
+}
+
+#[test]
+fn the_counter_sees_an_allocation() {
+    assert!(calls(|| drop(std::hint::black_box(vec![1_u8; 100]))) >= 2);
+}
+
+#[test]
+fn a_step_of_the_cell_alone_never_allocates() {
+    never_allocates(common::capstan());
+}
+
+#[test]
+fn a_step_with_an_ensemble_never_allocates() {
+    never_allocates(common::complete());
+}
