@@ -4,14 +4,14 @@ use crate::Error;
 use crate::account::Account;
 use crate::account::build::{self, Found};
 use crate::log::Dataset;
-use crate::member::{Member, Recipe, Run, fit, quantiles};
+use crate::member::{Learner, Recipe, Run, fit, quantiles};
 use crate::runs;
 use crate::select::folds::Folds;
 use crate::select::influence;
 use crate::select::judge::{Judgement, judge};
 use crate::select::zoo::{Entry, zoo};
 use rayon::prelude::*;
-use sinew::predictor::{Estimator, Model, Provenance};
+use sinew::predictor::{Model, Provenance};
 
 /// What the user may choose.
 #[derive(Debug, Clone)]
@@ -71,7 +71,7 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
 
     progress("fitting the chosen model to everything", 0.85);
     let references: Vec<&Run> = runs.iter().filter(|r| r.weight.iter().any(|w| *w > 0.0)).collect();
-    let member = fit(&entries[chosen].recipe, &references, options.seed).ok_or_else(|| {
+    let estimator = fit(&entries[chosen].recipe, &references, options.seed).ok_or_else(|| {
         Error::samples("model", "one that can be fitted to all logs", &entries[chosen].recipe.name)
     })?;
     let Some(judgement) = &judgements[chosen] else {
@@ -85,7 +85,7 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
         trial: data.roles.trial.clone(),
         guards,
         gap_s,
-        estimator: estimator(&member),
+        estimator,
         band_factor,
         provenance: Provenance {
             member: entries[chosen].recipe.name.clone(),
@@ -115,6 +115,9 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
 
 /// A recipe as it is compared: half the networks, trained for half as long, rank recipes as the whole would.
 fn thrifty(recipe: &Recipe) -> Recipe {
+    if recipe.learner == Learner::Paper {
+        return Recipe { rows: 10_000, steps: 40, ..recipe.clone() };
+    }
     Recipe { rows: 3000, steps: 25, networks: 4, ..recipe.clone() }
 }
 
@@ -173,15 +176,6 @@ fn choose(entries: &[Entry], judgements: &[Option<Judgement>], folds: &Folds) ->
             Some(if clear { pure } else { physics })
         }
         (physics, pure) => physics.or(pure),
-    }
-}
-
-fn estimator(member: &Member) -> Estimator {
-    Estimator {
-        law: member.law.clone(),
-        ensemble: member.ensemble.clone(),
-        gate_power: member.gate_power,
-        sigma0: member.sigma0,
     }
 }
 

@@ -3,7 +3,7 @@
 pub use crate::fit::cell::CellPlan;
 use crate::fit::cell::{CellData, fit_cell};
 use crate::fit::ensemble::{self, Rows};
-use sinew::predictor::{Ensemble, Feature, Memory, MemoryLaw, Signal};
+use sinew::predictor::{Estimate, Estimator, Feature, Memory, MemoryLaw, Signal};
 
 /// One sequence ready for fitting: finite, conditioned as the predictor would have.
 #[derive(Debug, Clone)]
@@ -78,97 +78,78 @@ pub struct Recipe {
     /// Networks trained, 2 to [`MEMBERS`](sinew::predictor::MEMBERS): all for a model that is kept, half of
     /// them to compare recipes.
     pub networks: usize,
-    /// Whether every other network learns the far side without the cell; then there is no gate.
-    pub mixed: bool,
+    /// What learns.
+    pub learner: Learner,
 }
 
-/// A fitted member.
-#[derive(Debug, Clone)]
-pub struct Member {
-    /// Signals, cell and features.
-    pub law: MemoryLaw,
-    /// The networks; none in pure physics.
-    pub ensemble: Option<Ensemble>,
-    /// Mean square of the correction in training; `None` without a gate.
-    pub gate_power: Option<f64>,
-    /// Root mean square error in training, far unit.
-    pub sigma0: f64,
+/// What learns the part that is not physics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Learner {
+    /// Networks that agree or are not believed.
+    Ensemble,
+    /// The same, every other one without the cell; no gate.
+    Mixed,
+    /// One plain network without memory, full batch: the paper's way.
+    Paper,
 }
 
-/// What a member says of one sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Output {
-    /// Prediction, far unit.
-    pub mean: f64,
-    /// Training error and disagreement of the networks, far unit squared.
-    pub variance: f64,
-    /// How much of the learned correction was let through, 0 to 1.
-    pub gate: f64,
-    /// Whether the cell's state is more than a guess.
-    pub known: bool,
+/// Runs an estimator over one sequence as at run time.
+#[must_use]
+pub fn run(estimator: &Estimator, run: &Run) -> Vec<Estimate> {
+    let mut memory = Memory::new(&estimator.law);
+    let mut scratch = vec![0.0; estimator.law.features.len()];
+    (0..run.len())
+        .map(|i| {
+            memory.step(&estimator.law, run.dt_s[i], run.row(i));
+            estimator.estimate(&memory, &mut scratch)
+        })
+        .collect()
 }
 
-/// Disagreement counts this many times against a correction: `P / (P + GATE V)`.
-pub const GATE: f64 = 8.0;
-
-impl Member {
-    /// Runs the member over one sequence as at run time.
-    #[must_use]
-    pub fn run(&self, run: &Run) -> Vec<Output> {
-        let mut memory = Memory::new(&self.law);
-        let mut scratch = vec![0.0; self.law.features.len()];
-        (0..run.len())
-            .map(|i| {
-                memory.step(&self.law, run.dt_s[i], run.row(i));
-                self.output(&memory, &mut scratch)
-            })
-            .collect()
-    }
-
-    fn output(&self, memory: &Memory, scratch: &mut [f32]) -> Output {
-        let cell = memory.cell();
-        let noise = self.sigma0 * self.sigma0;
-        let Some(ensemble) = &self.ensemble else {
-            return Output { mean: cell.state, variance: noise, gate: 1.0, known: cell.known };
-        };
-        let opinion = ensemble.opinion(memory.features(), scratch);
-        let gate = self.gate_power.map_or(1.0, |p| p / (p + GATE * opinion.variance).max(f64::MIN_POSITIVE));
-        Output {
-            mean: cell.state + gate * opinion.median,
-            variance: noise + opinion.variance,
-            gate,
-            known: cell.known,
+/// Root mean square error of an estimator on runs; NaN where no sample counts.
+pub(crate) fn rmse(estimator: &Estimator, runs: &[&Run]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for sequence in runs {
+        for ((o, y), w) in run(estimator, sequence).iter().zip(&sequence.far).zip(&sequence.weight) {
+            sum += w * (o.mean - y) * (o.mean - y);
+            count += w;
         }
     }
+    (sum / count).sqrt()
 }
 
 /// Fits a recipe to runs; `None` where they hold too little to fit.
 #[must_use]
-pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Member> {
+pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
     let mut law = MemoryLaw { signals: recipe.signals.clone(), cell: None, features: Vec::new() };
     let columns = Columns::new(&law, runs);
     if let Some(plan) = &recipe.cell {
         law.cell = Some(fit_cell(&columns.data(), plan)?);
     }
-    let mut member = Member { law, ensemble: None, gate_power: None, sigma0: 0.0 };
     if let Some(plan) = &recipe.features {
-        member.law.features = features(plan, &columns, member.law.cell.is_some())?;
-        let rows = Rows::collect(&member.law, runs, recipe.rows);
-        let ensemble = ensemble::train(&rows, recipe, seed)?;
-        if member.law.cell.is_some() && !recipe.mixed {
-            member.gate_power = Some(ensemble::power(&ensemble, &rows));
-        }
-        member.ensemble = Some(ensemble);
+        law.features = features(plan, &columns, law.cell.is_some())?;
     }
-    let (mut sum, mut count) = (0.0, 0.0);
-    for run in runs {
-        for ((o, y), w) in member.run(run).iter().zip(&run.far).zip(&run.weight) {
-            sum += w * (o.mean - y) * (o.mean - y);
-            count += w;
+    fit_networks(law, recipe, runs, seed)
+}
+
+/// Trains the networks of a recipe on a law that is there already.
+pub(crate) fn fit_networks(law: MemoryLaw, recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
+    let mut estimator = Estimator { law, ensemble: None, gate_power: None, perceptron: None, sigma0: 0.0 };
+    if recipe.features.is_some() {
+        let rows = Rows::collect(&estimator.law, runs, recipe.rows);
+        match recipe.learner {
+            Learner::Paper => estimator.perceptron = Some(ensemble::train_paper(&rows, recipe, seed)?),
+            Learner::Ensemble | Learner::Mixed => {
+                let ensemble = ensemble::train(&rows, recipe, seed)?;
+                if estimator.law.cell.is_some() && recipe.learner == Learner::Ensemble {
+                    estimator.gate_power = Some(ensemble::power(&ensemble, &rows));
+                }
+                estimator.ensemble = Some(ensemble);
+            }
         }
     }
-    member.sigma0 = (sum / count).sqrt();
-    member.sigma0.is_finite().then_some(member)
+    estimator.sigma0 = rmse(&estimator, runs);
+    estimator.sigma0.is_finite().then_some(estimator)
 }
 
 /// The signals and far sides of all runs, one after the other.

@@ -258,7 +258,9 @@ fn a_refusal_says_why() {
     assert!(format.contains("format") && format.contains("sinew arm"), "{format}");
     let edited = refusal("0.7", "0.8");
     assert!(edited.contains("checksum") && edited.contains("damaged or edited"), "{edited}");
-    for (text, word) in [("", "no JSON"), ("[1, 2]", "no JSON"), ("{}", "another kind"), ("{\"a\": 1}", "another kind")] {
+    for (text, word) in
+        [("", "no JSON"), ("[1, 2]", "no JSON"), ("{}", "another kind"), ("{\"a\": 1}", "another kind")]
+    {
         let error = Model::from_json(text).unwrap_err().to_string();
         assert!(error.contains(word), "{text}: {error}");
     }
@@ -298,7 +300,10 @@ fn a_model_that_could_fail_later_is_refused_at_once() {
     assert!(invalid(|m| m.estimator.ensemble.as_mut().unwrap().bias[7] = f32::NAN).contains("ensemble.bias"));
     let mut empty = capstan();
     empty.estimator.law.signals.clear();
-    assert!(empty.validate().unwrap_err().to_string().contains("cell.basis"), "no signal, so not the first either");
+    assert!(
+        empty.validate().unwrap_err().to_string().contains("cell.basis"),
+        "no signal, so not the first either"
+    );
 }
 
 #[test]

@@ -185,7 +185,8 @@ fn size(model: &Model) -> usize {
         let lanes = e.hidden_weights.len() + e.hidden_bias.len() + e.output_weights.len() + e.skip.len() + 1;
         lanes * sinew::predictor::MEMBERS + 4 * e.mean.len()
     });
-    cell + ensemble
+    let perceptron = model.estimator.perceptron.as_ref().map_or(0, |p| p.hidden() * (p.inputs() + 2) + 1);
+    cell + ensemble + perceptron
 }
 
 #[cfg(test)]

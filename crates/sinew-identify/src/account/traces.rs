@@ -4,7 +4,7 @@ use super::Trace;
 use crate::log::Dataset;
 use crate::member::{Run, quantiles};
 use crate::select::judge::Judgement;
-use sinew::predictor::{Model, Role};
+use sinew::predictor::{Estimate, Model, Role};
 
 /// One trace per sequence, predicted by models that had not seen it.
 pub(super) fn traces(data: &Dataset, runs: &[Run], judgement: &Judgement, model: &Model) -> Vec<Trace> {
@@ -15,7 +15,7 @@ pub(super) fn traces(data: &Dataset, runs: &[Run], judgement: &Judgement, model:
         .zip(&judgement.outputs)
         .map(|((sequence, run), outputs)| {
             let column: Vec<f64> = run.inputs.iter().skip(near).step_by(run.width).copied().collect();
-            let pick = |f: &dyn Fn(&crate::member::Output) -> f64| -> Vec<f64> {
+            let pick = |f: &dyn Fn(&Estimate) -> f64| -> Vec<f64> {
                 outputs.iter().map(|o| o.as_ref().map_or(f64::NAN, |(o, _)| f(o))).collect()
             };
             let (near_rate, since_reversal_s) =

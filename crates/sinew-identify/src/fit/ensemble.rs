@@ -1,9 +1,11 @@
 //! The networks of a member: rows, standardisation, training, the power of their correction.
 
 use super::network::{self, Network, NetworkData, NetworkOptions};
-use crate::member::{Recipe, Run, quantiles};
+use super::perceptron::{self, TrainOptions};
+use crate::member::{Learner, Recipe, Run, quantiles};
 use rayon::prelude::*;
 use sinew::predictor::{Ensemble, Lanes, MEMBERS, Memory, MemoryLaw};
+use sinew::transmission::{Perceptron, PerceptronWeights};
 
 /// Fewest rows worth a network.
 const FEWEST_ROWS: usize = 20;
@@ -91,13 +93,14 @@ fn mean_and_spread(values: &[f64]) -> (f64, f64) {
 /// then written as a correction of the cell, so that both kinds can be asked together.
 pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble> {
     let (n, f, h) = (rows.targets.len(), rows.width, recipe.hidden);
-    if n < FEWEST_ROWS || f == 0 || (recipe.mixed && f <= CELL_FEATURES) {
+    let mixed = recipe.learner == Learner::Mixed;
+    if n < FEWEST_ROWS || f == 0 || (mixed && f <= CELL_FEATURES) {
         return None;
     }
     let standard = Standard::of(rows);
     let inputs = standard.apply(&rows.features);
     let correction = Lesson::new(inputs.clone(), f, &rows.targets);
-    let direct = recipe.mixed.then(|| {
+    let direct = mixed.then(|| {
         let seen = f - CELL_FEATURES;
         let narrow = inputs.chunks_exact(f).flat_map(|row| &row[..seen]).copied().collect();
         let states = rows.features.iter().skip(seen).step_by(f);
@@ -118,6 +121,29 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
         })
         .collect();
     Some(packed(&networks, &lesson, standard, h))
+}
+
+/// The paper's network on the same rows: one hidden layer, full batch, no memory but what the rows hold.
+pub(crate) fn train_paper(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Perceptron> {
+    let options =
+        TrainOptions { hidden: recipe.hidden, steps: recipe.steps, seed, ..TrainOptions::default() };
+    let w = perceptron::train(&rows.features, &rows.targets, &options).ok()?.network;
+    // Standardisation moves into the weights: the network then reads and answers in the units of the log.
+    let slope = |k: usize| w.hidden_weights[k] / w.input_scale[k % w.inputs];
+    let bias = |j: usize| {
+        let shift = (0..w.inputs).map(|i| slope(j * w.inputs + i) * w.input_mean[i]).sum::<f64>();
+        w.hidden_bias[j] - shift
+    };
+    Perceptron::new(PerceptronWeights {
+        inputs: w.inputs,
+        hidden: w.hidden,
+        input_weights: (0..w.hidden_weights.len()).map(slope).collect(),
+        hidden_bias: (0..w.hidden).map(bias).collect(),
+        output_weights: w.output_weights.iter().map(|v| v * w.output_scale).collect(),
+        output_bias: w.output_bias * w.output_scale + w.output_mean,
+        skip: Vec::new(),
+    })
+    .ok()
 }
 
 /// The features of the cell stand last: its state first among them.

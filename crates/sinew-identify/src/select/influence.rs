@@ -1,9 +1,8 @@
 //! The influence check: does a log spoil the prediction of all others?
 
-use super::judge::rmse_on;
 use crate::account::InfluenceRow;
 use crate::log::Dataset;
-use crate::member::{Recipe, Run, fit};
+use crate::member::{Recipe, Run, fit, rmse};
 use rayon::prelude::*;
 
 /// A log that raises the others' error by more than exp(0.4), one and a half times, is foreign. On real recordings a
@@ -78,7 +77,7 @@ fn influences(runs: &[Run], recipe: &Recipe, keep: &[bool]) -> Vec<f64> {
             let member = fit(recipe, &training, 0)?;
             let error = |log: usize| {
                 let held: Vec<&Run> = runs.iter().filter(|r| r.log == log).collect();
-                rmse_on(&member, &held).max(1e-300)
+                rmse(&member, &held).max(1e-300)
             };
             Some((error(i), error(k)))
         })

@@ -1,15 +1,15 @@
 //! Out-of-fold judgement of a recipe.
 
 use super::folds::Folds;
-use crate::member::{Member, Output, Recipe, Run, fit};
+use crate::member::{Recipe, Run, fit, run as run_over};
 use sinew::metrics::Comparison;
-use sinew::predictor::Cell;
+use sinew::predictor::{Cell, Estimate};
 
 /// How one recipe did on data it had not seen.
 #[derive(Debug, Clone)]
 pub(crate) struct Judgement {
     /// Out-of-fold outputs, `[sequence][row]`; `None` where no fold held the row out.
-    pub(crate) outputs: Vec<Vec<Option<(Output, usize)>>>,
+    pub(crate) outputs: Vec<Vec<Option<(Estimate, usize)>>>,
     /// RMSE per fold.
     pub(crate) fold_rmse: Vec<f64>,
     /// 95 % quantile of |error| / sigma per fold.
@@ -41,7 +41,7 @@ pub(crate) fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -
 
 /// Fits `recipe` without each fold and predicts what was held out; `None` where it cannot be fitted.
 pub(crate) fn judge(recipe: &Recipe, runs: &[Run], folds: &Folds, seed: u64) -> Option<Judgement> {
-    let mut outputs: Vec<Vec<Option<(Output, usize)>>> = runs.iter().map(|r| vec![None; r.len()]).collect();
+    let mut outputs: Vec<Vec<Option<(Estimate, usize)>>> = runs.iter().map(|r| vec![None; r.len()]).collect();
     let mut fold_rmse = Vec::new();
     let mut fold_factor = Vec::new();
     let (mut rmse_in_sample, mut cells) = (0.0, Vec::new());
@@ -56,7 +56,7 @@ pub(crate) fn judge(recipe: &Recipe, runs: &[Run], folds: &Folds, seed: u64) -> 
         let (mut sum, mut count) = (0.0, 0.0);
         for (index, (run, range)) in runs.iter().zip(held_out).enumerate() {
             let Some((from, to)) = *range else { continue };
-            for (row, output) in member.run(run).into_iter().enumerate() {
+            for (row, output) in run_over(&member, run).into_iter().enumerate() {
                 if row < from || row >= to {
                     continue;
                 }
@@ -80,16 +80,4 @@ pub(crate) fn judge(recipe: &Recipe, runs: &[Run], folds: &Folds, seed: u64) -> 
     }
     let score = (fold_rmse.iter().map(|r| r.max(1e-300).ln()).sum::<f64>() / fold_rmse.len() as f64).exp();
     Some(Judgement { outputs, fold_rmse, fold_factor, comparison, rmse_in_sample, cells, score })
-}
-
-/// RMSE of a fitted member on some runs.
-pub(crate) fn rmse_on(member: &Member, runs: &[&Run]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for run in runs {
-        for ((output, far), weight) in member.run(run).iter().zip(&run.far).zip(&run.weight) {
-            sum += weight * (output.mean - far) * (output.mean - far);
-            count += weight;
-        }
-    }
-    if count > 0.0 { (sum / count).sqrt() } else { f64::NAN }
 }

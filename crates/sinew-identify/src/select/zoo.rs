@@ -1,7 +1,7 @@
 //! The members that are tried, made from the roles of the columns and the sampling alone.
 
 use crate::log::Dataset;
-use crate::member::{CellPlan, FeaturePlan, Recipe, Run};
+use crate::member::{CellPlan, FeaturePlan, Learner, Recipe, Run};
 use sinew::predictor::{MEMBERS, Role, Signal, Term};
 
 /// A recipe with its words.
@@ -61,7 +61,7 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
                     rows: 5000,
                     steps: 50,
                     networks: MEMBERS,
-                    mixed: false,
+                    learner: Learner::Ensemble,
                 },
                 description: description.to_string(),
                 pure: cell.is_none(),
@@ -105,10 +105,17 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
             "hybrid that also sees what moved in the last seconds",
         ));
         if suffix.is_empty() {
+            // Eq. 17: present inputs and the cable's velocity, here as what moved in the last instants.
+            let words =
+                "the paper's network: 30 nodes on present values and velocities, no memory, full batch";
+            let mut paper = make("paper", None, Some((&[], &short)), words);
+            let (hidden, rows, steps) = (30, 500_000, 60);
+            paper.recipe = Recipe { learner: Learner::Paper, hidden, rows, steps, ..paper.recipe };
+            entries.push(paper);
             for (name, taus) in [("mixed", &[][..]), ("mixed-slow", &slow)] {
                 let words = "hybrids and networks without physics side by side";
                 let mut mixed = make(name, Some(yielding), Some((&RADII, taus)), words);
-                mixed.recipe.mixed = true;
+                mixed.recipe.learner = Learner::Mixed;
                 mixed.pure = true;
                 entries.push(mixed);
             }

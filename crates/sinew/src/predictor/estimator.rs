@@ -2,6 +2,7 @@
 
 use super::ensemble::Ensemble;
 use super::memory::{Memory, MemoryLaw};
+use crate::transmission::Perceptron;
 use serde::{Deserialize, Serialize};
 
 /// How much disagreement halves the trust in the correction: the gate falls to 1/2 where the variance over
@@ -29,6 +30,9 @@ pub struct Estimator {
     pub ensemble: Option<Ensemble>,
     /// Mean square of the correction in training.
     pub gate_power: Option<f64>,
+    /// One plain network in place of the ensemble: the paper's way, for comparison.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub perceptron: Option<Perceptron>,
     /// Root mean square error in training.
     pub sigma0: f64,
 }
@@ -59,7 +63,9 @@ impl Estimator {
         let guess = if known { 0.0 } else { width * width / 12.0 };
         let physics = self.sigma0 * self.sigma0 + guess;
         let Some(ensemble) = &self.ensemble else {
-            return Estimate { mean: cell.state, variance: physics, gate: 1.0, known, clipped: 0 };
+            let plain = self.perceptron.as_ref().and_then(|p| p.evaluate(memory.features()).ok());
+            let mean = cell.state + plain.unwrap_or(0.0);
+            return Estimate { mean, variance: physics, gate: 1.0, known, clipped: 0 };
         };
         let opinion = ensemble.opinion(memory.features(), scratch);
         let gate = self

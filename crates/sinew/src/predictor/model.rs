@@ -109,8 +109,24 @@ impl Model {
         if let Some(ensemble) = &self.estimator.ensemble {
             ensemble.validate(self.estimator.law.features.len())?;
         }
-        let predicts = self.estimator.law.cell.is_some() || self.estimator.ensemble.is_some();
-        require("estimator", "a cell, an ensemble or both", predicts, "neither")
+        if let Some(perceptron) = &self.estimator.perceptron {
+            let (features, weights) = (self.estimator.law.features.len(), perceptron.weights());
+            require(
+                "perceptron.inputs",
+                &format!("{features}"),
+                perceptron.inputs() == features,
+                perceptron.inputs(),
+            )?;
+            require("perceptron", "no ensemble beside it", self.estimator.ensemble.is_none(), "both")?;
+            for list in [&weights.input_weights, &weights.hidden_bias, &weights.output_weights, &weights.skip]
+            {
+                all_moderate("perceptron", list)?;
+            }
+            all_moderate("perceptron.output_bias", &[weights.output_bias])?;
+        }
+        let learned = self.estimator.ensemble.is_some() || self.estimator.perceptron.is_some();
+        let predicts = self.estimator.law.cell.is_some() || learned;
+        require("estimator", "a cell, networks or both", predicts, "neither")
     }
 }
 

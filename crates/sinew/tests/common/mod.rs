@@ -3,8 +3,8 @@
 #![allow(dead_code, reason = "not every test file needs every helper")]
 
 use sinew::predictor::{
-    Branch, Cell, Ensemble, Estimator, Feature, Guard, Input, Lanes, MEMBERS, MemoryLaw, Model, Provenance, Role,
-    Signal, Term,
+    Branch, Cell, Ensemble, Estimator, Feature, Guard, Input, Lanes, MEMBERS, MemoryLaw, Model, Provenance,
+    Role, Signal, Term,
 };
 
 /// Loss of a pull through the sheath of [`capstan`]: the far end holds 0.7 of the near tension while it is pulled.
