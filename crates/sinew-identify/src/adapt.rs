@@ -1,19 +1,206 @@
-//! Adaptation of a model to another specimen.
+//! Adaptation: a short calibration of another specimen, the old model as prior.
+//!
+//! Four ways are judged on what each has not seen of the calibration log, and the best is kept:
+//!
+//! | name     | what it changes                                                                     |
+//! |----------|-------------------------------------------------------------------------------------|
+//! | old      | nothing                                                                             |
+//! | scaled   | gain and offset of the old prediction                                               |
+//! | transfer | gain and offset, then the networks, drawn to what they were (the safe default)      |
+//! | fresh    | everything but the structure                                                        |
 
 use crate::Error;
-use crate::identify::{Identification, Options, Progress};
+use crate::fit::ensemble::{self, Rows};
+use crate::identify::{Identification, Options, Progress, Work, counting, finish};
 use crate::log::Dataset;
-use sinew::predictor::Model;
+use crate::member::{CellPlan, FeaturePlan, Learner, Recipe, Run, fit_networks, refit_cell, rmse, run};
+use crate::runs;
+use crate::select::folds::Folds;
+use crate::select::judge::{Fit, Tried, judge};
+use sinew::predictor::{Cell, Estimator, Feature, Guard, MEMBERS, Model, Term};
 
-/// Adapts.
+/// Another way must beat the transfer by this factor to be preferred.
+const MARGIN: f64 = 0.95;
+
+/// Rows the networks are trained on.
+const ROWS: usize = 5000;
+
+/// Samples per independent sample in a calibration log.
+const CORRELATION: f64 = 20.0;
+
+/// Adapts `old` to the specimen of `data`, which was read with the columns of `old`.
 ///
 /// # Errors
-/// None yet.
+/// [`Error::Samples`] where nothing could be fitted.
 pub fn adapt(
-    _old: &Model,
+    old: &Model,
     data: &Dataset,
     options: &Options,
     progress: &Progress<'_>,
 ) -> Result<Identification, Error> {
-    crate::identify::identify(data, options, progress)
+    let guards = widened(&old.guards, &runs::guards(data));
+    let gap_s = old.gap_s.max(runs::gap_s(data));
+    let runs = runs::runs(data, &guards, gap_s);
+    let folds = Folds::of(data);
+    let was = &old.estimator;
+    let fresh = |training: &[&Run]| fresh(was, training, options.seed);
+    let ways: [(&str, &str, &Fit<'_>); 4] = [
+        ("old", "the old model as it was", &|training| Some(remeasured(was.clone(), training))),
+        ("scaled", "the old model with a new gain and offset", &|training| scaled(was, training)),
+        (
+            "transfer",
+            "the old model as prior: what the calibration cannot tell stays as it was",
+            &|training| transfer(was, training),
+        ),
+        ("fresh", "the structure of the old model, fitted anew", &fresh),
+    ];
+    let mut tried = Vec::new();
+    for (k, (name, description, fit)) in ways.iter().enumerate() {
+        progress("judging ways to adapt on data they do not see", 0.1 + 0.2 * k as f64);
+        let judgement = judge(*fit, &runs, &folds);
+        tried.push(Tried { name: (*name).to_string(), description: (*description).to_string(), judgement });
+    }
+    let chosen = choose(&tried)
+        .ok_or_else(|| Error::samples("calibration log", "enough to judge a model", &data.logs.len()))?;
+    let estimator = ways[chosen].2(&counting(&runs))
+        .ok_or_else(|| Error::samples("calibration log", "enough to fit a model", &tried[chosen].name))?;
+    let work = Work { data, runs: &runs, folds: &folds, guards, gap_s, seed: options.seed };
+    finish(&work, &tried, chosen, estimator, Vec::new())
+}
+
+/// The best way; the transfer unless another is clearly better.
+fn choose(tried: &[Tried]) -> Option<usize> {
+    let score = |k: usize| tried[k].score();
+    let best =
+        (0..tried.len()).filter(|&k| score(k).is_finite()).min_by(|&a, &b| score(a).total_cmp(&score(b)))?;
+    let transfer = tried.iter().position(|t| t.name == "transfer").filter(|&k| score(k).is_finite());
+    Some(transfer.filter(|&k| score(best) > MARGIN * score(k)).unwrap_or(best))
+}
+
+/// Both ranges count as known.
+fn widened(old: &[Guard], new: &[Guard]) -> Vec<Guard> {
+    let union = |(a, b): (&Guard, &Guard)| Guard {
+        jump: a.jump.max(b.jump),
+        low: a.low.min(b.low),
+        high: a.high.max(b.high),
+        typical: b.typical,
+    };
+    old.iter().zip(new).map(union).collect()
+}
+
+/// With the training error it has on these runs.
+fn remeasured(mut estimator: Estimator, runs: &[&Run]) -> Estimator {
+    estimator.sigma0 = rmse(&estimator, runs);
+    estimator
+}
+
+/// A new gain and offset by least squares, drawn lightly to 1 and 0.
+fn scaled(old: &Estimator, runs: &[&Run]) -> Option<Estimator> {
+    let (mut n, mut sx, mut sy) = (0.0, 0.0, 0.0);
+    let mut pairs = Vec::new();
+    for sequence in runs {
+        for ((estimate, far), weight) in run(old, sequence).iter().zip(&sequence.far).zip(&sequence.weight) {
+            if *weight > 0.0 {
+                pairs.push((estimate.mean, *far));
+                (n, sx, sy) = (n + 1.0, sx + estimate.mean, sy + far);
+            }
+        }
+    }
+    let (mx, my) = (sx / n, sy / n);
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for (x, y) in &pairs {
+        xx += (x - mx) * (x - mx);
+        xy += (x - mx) * (y - my);
+    }
+    let ridge = 1e-3 * xx;
+    let gain = (xy + ridge) / (xx + ridge);
+    let sound = gain.is_finite() && gain > 0.0 && n > 1.0;
+    sound.then(|| remeasured(affine(old, gain, my - gain * mx), runs))
+}
+
+/// The same estimator with `gain y + offset` in place of `y`, `gain > 0`.
+fn affine(old: &Estimator, gain: f64, offset: f64) -> Estimator {
+    let mut new = old.clone();
+    let is_cell = new.law.cell.is_some();
+    if let Some(cell) = &mut new.law.cell {
+        affine_cell(cell, gain, offset);
+    }
+    if let Some(ensemble) = &mut new.ensemble {
+        let factor = gain as f32;
+        for lanes in ensemble.output_weights.iter_mut().chain(&mut ensemble.skip).chain([&mut ensemble.bias])
+        {
+            lanes.iter_mut().for_each(|v| *v *= factor);
+        }
+        if !is_cell {
+            ensemble.bias.iter_mut().for_each(|v| *v += offset as f32);
+        }
+        // The cell's own features change their unit with it.
+        for (i, feature) in new.law.features.iter().enumerate() {
+            let shift = match feature {
+                Feature::CellState => offset,
+                Feature::CellWidth => 0.0,
+                _ => continue,
+            };
+            for value in [&mut ensemble.mean[i], &mut ensemble.clip_low[i], &mut ensemble.clip_high[i]] {
+                *value = *value * gain + shift;
+            }
+            ensemble.inverse_scale[i] /= gain;
+        }
+    }
+    new.gate_power = new.gate_power.map(|p| p * gain * gain);
+    new
+}
+
+fn affine_cell(cell: &mut Cell, gain: f64, offset: f64) {
+    for (k, term) in cell.basis.iter().enumerate() {
+        let shift = if matches!(term, Term::One) { offset } else { 0.0 };
+        cell.low[k] = cell.low[k] * gain + shift;
+        cell.high[k] = cell.high[k] * gain + shift;
+    }
+    cell.kappa.iter_mut().for_each(|k| *k *= gain);
+}
+
+/// Gain and offset, then every network trained on from what it was.
+fn transfer(old: &Estimator, runs: &[&Run]) -> Option<Estimator> {
+    let mut new = scaled(old, runs)?;
+    let Some(ensemble) = &new.ensemble else { return None };
+    let rows = Rows::collect(&new.law, runs, ROWS);
+    let trained = ensemble::retrain(&rows, ensemble, CORRELATION)?;
+    if new.gate_power.is_some() {
+        new.gate_power = Some(ensemble::power(&trained, &rows));
+    }
+    new.ensemble = Some(trained);
+    Some(remeasured(new, runs))
+}
+
+/// The structure of the old model fitted anew.
+fn fresh(old: &Estimator, runs: &[&Run], seed: u64) -> Option<Estimator> {
+    let mut law = old.law.clone();
+    if let Some(cell) = &old.law.cell {
+        let branches = cell.branches.iter().map(|b| b.width).collect();
+        let plan = CellPlan { basis: cell.basis.clone(), elastic: cell.elastic.clone(), branches };
+        law.cell = Some(refit_cell(&law, &plan, runs)?);
+    }
+    let ensemble = old.ensemble.as_ref();
+    let hidden = ensemble.map(|e| e.hidden_bias.len()).or(old.perceptron.as_ref().map(|p| p.hidden()));
+    let mixed = law.cell.is_some() && ensemble.is_some() && old.gate_power.is_none();
+    let learner = match (&old.perceptron, mixed) {
+        (Some(_), _) => Learner::Paper,
+        (None, true) => Learner::Mixed,
+        (None, false) => Learner::Ensemble,
+    };
+    let plan = FeaturePlan { signals: vec![], plain: vec![], radii: vec![], taus: vec![] };
+    let recipe = Recipe {
+        name: String::new(),
+        signals: law.signals.clone(),
+        cell: None,
+        features: hidden.map(|_| plan),
+        hidden: hidden.unwrap_or(0),
+        correlation: CORRELATION,
+        rows: ROWS,
+        steps: 40,
+        networks: MEMBERS,
+        learner,
+    };
+    fit_networks(law, &recipe, runs, seed)
 }

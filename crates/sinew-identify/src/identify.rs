@@ -1,17 +1,18 @@
 //! The whole identification: logs in, a model and its honest account out.
 
 use crate::Error;
-use crate::account::Account;
 use crate::account::build::{self, Found};
+use crate::account::{Account, InfluenceRow};
 use crate::log::Dataset;
 use crate::member::{Learner, Recipe, Run, fit, quantiles};
 use crate::runs;
 use crate::select::folds::Folds;
 use crate::select::influence;
-use crate::select::judge::{Judgement, judge};
+use crate::select::judge::{Tried, judge};
 use crate::select::zoo::{Entry, zoo};
 use rayon::prelude::*;
-use sinew::predictor::{Model, Provenance};
+use sinew::predictor::{Estimator, Guard, Model, Provenance};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What the user may choose.
 #[derive(Debug, Clone)]
@@ -53,62 +54,79 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
     let runs = runs::runs(data, &guards, gap_s);
 
     let folds = Folds::of(data);
-    let finished = std::sync::atomic::AtomicUsize::new(0);
-    let judgements: Vec<Option<Judgement>> = entries
+    let finished = AtomicUsize::new(0);
+    let tried: Vec<Tried> = entries
         .par_iter()
         .map(|entry| {
-            let judgement = judge(&thrifty(&entry.recipe), &runs, &folds, options.seed);
-            let done = 1 + finished.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            progress(
-                "judging models on data they do not see",
-                0.1 + 0.7 * done as f64 / entries.len() as f64,
-            );
-            judgement
+            let recipe = thrifty(&entry.recipe);
+            let judgement = judge(&|training| fit(&recipe, training, options.seed), &runs, &folds);
+            let done = 1 + finished.fetch_add(1, Ordering::Relaxed);
+            let done = 0.1 + 0.7 * done as f64 / entries.len() as f64;
+            progress("judging models on data they do not see", done);
+            Tried { name: entry.recipe.name.clone(), description: entry.description.clone(), judgement }
         })
         .collect();
-    let chosen = choose(&entries, &judgements, &folds)
+    let chosen = choose(&entries, &tried, &folds)
         .ok_or_else(|| Error::samples("models", "one that can be fitted to these logs", &"none"))?;
 
     progress("fitting the chosen model to everything", 0.85);
-    let references: Vec<&Run> = runs.iter().filter(|r| r.weight.iter().any(|w| *w > 0.0)).collect();
-    let estimator = fit(&entries[chosen].recipe, &references, options.seed).ok_or_else(|| {
-        Error::samples("model", "one that can be fitted to all logs", &entries[chosen].recipe.name)
-    })?;
-    let Some(judgement) = &judgements[chosen] else {
+    let recipe = &entries[chosen].recipe;
+    let estimator = fit(recipe, &counting(&runs), options.seed)
+        .ok_or_else(|| Error::samples("model", "one that can be fitted to all logs", &recipe.name))?;
+    progress("writing the account", 0.95);
+    let work = Work { data, runs: &runs, folds: &folds, guards, gap_s, seed: options.seed };
+    finish(&work, &tried, chosen, estimator, influence)
+}
+
+/// What an identification worked on.
+pub(crate) struct Work<'a> {
+    pub(crate) data: &'a Dataset,
+    pub(crate) runs: &'a [Run],
+    pub(crate) folds: &'a Folds,
+    pub(crate) guards: Vec<Guard>,
+    pub(crate) gap_s: f64,
+    pub(crate) seed: u64,
+}
+
+/// Runs with a sample that counts.
+pub(crate) fn counting(runs: &[Run]) -> Vec<&Run> {
+    runs.iter().filter(|r| r.weight.iter().any(|w| *w > 0.0)).collect()
+}
+
+/// Model and account of the chosen estimator.
+pub(crate) fn finish(
+    work: &Work<'_>,
+    tried: &[Tried],
+    chosen: usize,
+    estimator: Estimator,
+    influence: Vec<InfluenceRow>,
+) -> Result<Identification, Error> {
+    let Work { data, runs, folds, .. } = *work;
+    let Some(judgement) = &tried[chosen].judgement else {
         return Err(Error::samples("model", "a judgement", &"none"));
     };
-    let band_factor = judgement.fold_factor.iter().copied().fold(0.0, f64::max).max(1e-6);
     let model = Model {
         far: data.roles.far.clone().unwrap_or_default(),
         inputs: data.roles.inputs.clone(),
         time: data.roles.time.clone(),
         trial: data.roles.trial.clone(),
-        guards,
-        gap_s,
+        guards: work.guards.clone(),
+        gap_s: work.gap_s,
         estimator,
-        band_factor,
+        band_factor: judgement.fold_factor.iter().copied().fold(0.0, f64::max).max(1e-6),
         provenance: Provenance {
-            member: entries[chosen].recipe.name.clone(),
-            description: entries[chosen].description.clone(),
+            member: tried[chosen].name.clone(),
+            description: tried[chosen].description.clone(),
             program: env!("CARGO_PKG_VERSION").to_string(),
-            seed: options.seed,
+            seed: work.seed,
             logs: data.logs.iter().map(|l| l.name.clone()).collect(),
             samples: runs.iter().map(Run::len).sum(),
             rmse_unseen: judgement.comparison.rmse().unwrap_or(f64::MAX),
-            far_range: far_range(&runs),
+            far_range: far_range(runs),
         },
     };
     model.validate()?;
-    progress("writing the account", 0.95);
-    let found = Found {
-        data,
-        runs: &runs,
-        entries: &entries,
-        judgements: &judgements,
-        chosen,
-        model: &model,
-        folds: &folds,
-    };
+    let found = Found { data, runs, tried, chosen, model: &model, folds };
     let account = build::account(&found, influence);
     Ok(Identification { model, account })
 }
@@ -163,8 +181,8 @@ fn without(data: &Dataset, keep: &[bool]) -> Dataset {
 }
 
 /// The best geometric mean over folds; physics where a pure network is not clearly better or folds are few.
-fn choose(entries: &[Entry], judgements: &[Option<Judgement>], folds: &Folds) -> Option<usize> {
-    let score = |k: usize| judgements[k].as_ref().map_or(f64::INFINITY, |j| j.score);
+fn choose(entries: &[Entry], tried: &[Tried], folds: &Folds) -> Option<usize> {
+    let score = |k: usize| tried[k].score();
     let best = |pure: bool| {
         (0..entries.len())
             .filter(|&k| entries[k].pure == pure && score(k).is_finite())

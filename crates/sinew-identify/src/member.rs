@@ -3,7 +3,7 @@
 pub use crate::fit::cell::CellPlan;
 use crate::fit::cell::{CellData, fit_cell};
 use crate::fit::ensemble::{self, Rows};
-use sinew::predictor::{Estimate, Estimator, Feature, Memory, MemoryLaw, Signal};
+use sinew::predictor::{Cell, Estimate, Estimator, Feature, Memory, MemoryLaw, Signal};
 
 /// One sequence ready for fitting: finite, conditioned as the predictor would have.
 #[derive(Debug, Clone)]
@@ -130,6 +130,11 @@ pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
         law.features = features(plan, &columns, law.cell.is_some())?;
     }
     fit_networks(law, recipe, runs, seed)
+}
+
+/// Fits the cell of a law that is there already.
+pub(crate) fn refit_cell(law: &MemoryLaw, plan: &CellPlan, runs: &[&Run]) -> Option<Cell> {
+    fit_cell(&Columns::new(law, runs).data(), plan)
 }
 
 /// Trains the networks of a recipe on a law that is there already.

@@ -6,8 +6,7 @@ use super::{Account, Candidate, ChosenSummary, InfluenceRow, Parameter};
 use crate::log::Dataset;
 use crate::member::Run;
 use crate::select::folds::Folds;
-use crate::select::judge::Judgement;
-use crate::select::zoo::Entry;
+use crate::select::judge::{Judgement, Tried};
 use sinew::metrics::Comparison;
 use sinew::predictor::{Cell, Model, Signal, Term};
 
@@ -15,8 +14,7 @@ use sinew::predictor::{Cell, Model, Signal, Term};
 pub(crate) struct Found<'a> {
     pub(crate) data: &'a Dataset,
     pub(crate) runs: &'a [Run],
-    pub(crate) entries: &'a [Entry],
-    pub(crate) judgements: &'a [Option<Judgement>],
+    pub(crate) tried: &'a [Tried],
     pub(crate) chosen: usize,
     pub(crate) model: &'a Model,
     pub(crate) folds: &'a Folds,
@@ -24,16 +22,12 @@ pub(crate) struct Found<'a> {
 
 /// The account of an identification.
 pub(crate) fn account(found: &Found<'_>, influence: Vec<InfluenceRow>) -> Account {
-    let Found { data, runs, entries, judgements, chosen, model, folds } = *found;
+    let Found { data, runs, tried, chosen, model, folds } = *found;
     let range = model.provenance.far_range;
-    let mut candidates: Vec<Candidate> = entries
-        .iter()
-        .zip(judgements)
-        .enumerate()
-        .map(|(k, (entry, judgement))| candidate(entry, judgement.as_ref(), range, k == chosen, runs))
-        .collect();
+    let mut candidates: Vec<Candidate> =
+        tried.iter().enumerate().map(|(k, tried)| candidate(tried, range, k == chosen, runs)).collect();
     candidates.sort_by(|a, b| a.rmse.total_cmp(&b.rmse));
-    let judgement = judgements[chosen].as_ref();
+    let judgement = tried[chosen].judgement.as_ref();
     let mut account = Account {
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed: model.provenance.seed,
@@ -63,18 +57,13 @@ pub(crate) fn account(found: &Found<'_>, influence: Vec<InfluenceRow>) -> Accoun
     account
 }
 
-fn candidate(
-    entry: &Entry,
-    judgement: Option<&Judgement>,
-    range: f64,
-    chosen: bool,
-    runs: &[Run],
-) -> Candidate {
+fn candidate(tried: &Tried, range: f64, chosen: bool, runs: &[Run]) -> Candidate {
+    let judgement = tried.judgement.as_ref();
     let comparison = judgement.map(|j| j.comparison).unwrap_or_default();
     let rmse = comparison.rmse().unwrap_or(f64::NAN);
     Candidate {
-        name: entry.recipe.name.clone(),
-        description: entry.description.clone(),
+        name: tried.name.clone(),
+        description: tried.description.clone(),
         chosen,
         rmse,
         percent_of_range: 100.0 * rmse / range,

@@ -7,6 +7,40 @@ use rayon::prelude::*;
 use sinew::predictor::{Ensemble, Lanes, MEMBERS, Memory, MemoryLaw};
 use sinew::transmission::{Perceptron, PerceptronWeights};
 
+/// Trains an old ensemble on: each network is drawn to what it was, in the units of the old standardisation.
+pub(crate) fn retrain(rows: &Rows, old: &Ensemble, correlation: f64) -> Option<Ensemble> {
+    let (f, h) = (rows.width, old.hidden_bias.len());
+    if rows.targets.len() < FEWEST_ROWS || f != old.mean.len() {
+        return None;
+    }
+    let fresh = Standard::of(rows);
+    let standard = Standard {
+        low: fresh.low.iter().zip(&old.clip_low).map(|(a, b)| a.min(*b)).collect(),
+        high: fresh.high.iter().zip(&old.clip_high).map(|(a, b)| a.max(*b)).collect(),
+        mean: old.mean.clone(),
+        scale: old.inverse_scale.iter().map(|s| 1.0 / s).collect(),
+    };
+    let lesson = Lesson::new(standard.apply(&rows.features), f, &rows.targets);
+    let networks: Vec<Network> = (0..MEMBERS)
+        .into_par_iter()
+        .map(|lane| {
+            let at = |v: &Lanes| f64::from(v[lane]);
+            let mut theta: Vec<f64> = old.hidden_weights.iter().map(at).collect();
+            theta.extend(old.hidden_bias.iter().map(at));
+            theta.extend(old.output_weights.iter().chain(&old.skip).map(|v| at(v) / lesson.spread));
+            theta.push((at(&old.bias) - lesson.centre) / lesson.spread);
+            let data = NetworkData { inputs: &lesson.inputs, targets: &lesson.targets, features: f };
+            let correlation = correlation / rows.stride as f64;
+            let options = NetworkOptions { hidden: h, correlation, steps: RETRAIN_STEPS, seed: 0 };
+            network::retrain(&data, &options, &theta)
+        })
+        .collect();
+    Some(packed(&networks, &|_| &lesson, standard, h))
+}
+
+/// Most steps of a [`retrain`]: it starts near its end.
+const RETRAIN_STEPS: usize = 30;
+
 /// Fewest rows worth a network.
 const FEWEST_ROWS: usize = 20;
 

@@ -34,8 +34,6 @@ pub(crate) struct Network {
     pub hidden: usize,
     pub features: usize,
     pub theta: Vec<f64>,
-    /// Gauss-Newton matrix of the evidence at the optimum, `beta J'wJ + A`: the prior of an adaptation.
-    pub precision: Vec<f64>,
 }
 
 impl Network {
@@ -113,6 +111,8 @@ impl<'a> Parts<'a> {
 struct Prior {
     groups: [core::ops::Range<usize>; 5],
     alpha: [f64; 5],
+    /// What the parameters are drawn to: zeros, or an older network.
+    mean: Vec<f64>,
 }
 
 impl Prior {
@@ -120,14 +120,23 @@ impl Prior {
         let w = hidden * features;
         let (d, v) = (w + hidden, w + 2 * hidden);
         let a = v + features;
-        Self { groups: [0..w, w..d, d..v, v..a, a..a + 1], alpha: [0.1, 0.1, 0.1, 0.1, 1e-6] }
+        Self {
+            groups: [0..w, w..d, d..v, v..a, a..a + 1],
+            alpha: [0.1, 0.1, 0.1, 0.1, 1e-6],
+            mean: vec![0.0; a + 1],
+        }
     }
 
     fn energy(&self, theta: &[f64]) -> f64 {
-        let group = |(range, alpha): (&core::ops::Range<usize>, &f64)| {
-            0.5 * alpha * theta[range.clone()].iter().map(|t| t * t).sum::<f64>()
-        };
+        let group =
+            |(range, alpha): (&core::ops::Range<usize>, &f64)| 0.5 * alpha * self.distance(theta, range);
         self.groups.iter().zip(&self.alpha).map(group).sum()
+    }
+
+    /// Squared distance of a group from its prior mean.
+    fn distance(&self, theta: &[f64], range: &core::ops::Range<usize>) -> f64 {
+        let pairs = theta[range.clone()].iter().zip(&self.mean[range.clone()]);
+        pairs.map(|(t, m)| (t - m) * (t - m)).sum()
     }
 
     fn diagonal(&self, p: usize) -> Vec<f64> {
@@ -258,8 +267,8 @@ impl<'a> Trainer<'a> {
             .gradient
             .iter()
             .zip(&diagonal)
-            .zip(&self.theta)
-            .map(|((g, a), t)| self.beta * g + a * t)
+            .zip(self.theta.iter().zip(&self.prior.mean))
+            .map(|((g, a), (t, m))| self.beta * g + a * (t - m))
             .collect();
         let before = 0.5 * self.beta * self.squares + self.prior.energy(&self.theta);
         let step = solve(&self.system(&diagonal, shift), &right)?;
@@ -347,7 +356,8 @@ impl<'a> Trainer<'a> {
             let trace: f64 = range.clone().map(|i| inverse[(i, i)]).sum();
             let gamma = (range.len() as f64 - *alpha * trace).max(0.0);
             determined += gamma;
-            let size: f64 = self.theta[range.clone()].iter().map(|t| t * t).sum();
+            let pairs = self.theta[range.clone()].iter().zip(&self.prior.mean[range.clone()]);
+            let size: f64 = pairs.map(|(t, m)| (t - m) * (t - m)).sum();
             *alpha = (*alpha * gamma / size.max(1e-12)).sqrt().clamp(1e-4, 1e5);
         }
         let determined = determined.min(0.8 * count);
@@ -355,11 +365,16 @@ impl<'a> Trainer<'a> {
     }
 
     fn finish(self) -> Network {
-        let p = self.theta.len();
-        let system = self.system(&self.prior.diagonal(p), 0.0);
-        let precision = (0..p * p).map(|k| system[(k / p, k % p)]).collect();
-        Network { hidden: self.hidden, features: self.data.features, theta: self.theta, precision }
+        Network { hidden: self.hidden, features: self.data.features, theta: self.theta }
     }
+}
+
+/// Trains on from an older network, which is also what the prior draws to: what the new data do not tell stays.
+pub(crate) fn retrain(data: &NetworkData<'_>, options: &NetworkOptions, old: &[f64]) -> Network {
+    let mut trainer = Trainer::new(*data, options.hidden, old.to_vec(), options.correlation);
+    trainer.prior.mean.copy_from_slice(old);
+    trainer.run(options.steps, 4);
+    trainer.finish()
 }
 
 fn initial(options: &NetworkOptions, features: usize) -> Vec<f64> {

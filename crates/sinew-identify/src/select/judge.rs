@@ -1,11 +1,14 @@
-//! Out-of-fold judgement of a recipe.
+//! Out-of-fold judgement of a model.
 
 use super::folds::Folds;
-use crate::member::{Recipe, Run, fit, run as run_over};
+use crate::member::{Run, run as run_over};
 use sinew::metrics::Comparison;
-use sinew::predictor::{Cell, Estimate};
+use sinew::predictor::{Cell, Estimate, Estimator};
 
-/// How one recipe did on data it had not seen.
+/// Makes a model from runs.
+pub(crate) type Fit<'a> = dyn Fn(&[&Run]) -> Option<Estimator> + Sync + 'a;
+
+/// How one model did on data it had not seen.
 #[derive(Debug, Clone)]
 pub(crate) struct Judgement {
     /// Out-of-fold outputs, `[sequence][row]`; `None` where no fold held the row out.
@@ -39,8 +42,26 @@ pub(crate) fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -
         .collect()
 }
 
-/// Fits `recipe` without each fold and predicts what was held out; `None` where it cannot be fitted.
-pub(crate) fn judge(recipe: &Recipe, runs: &[Run], folds: &Folds, seed: u64) -> Option<Judgement> {
+/// A model that was tried: what it is called and how it did.
+#[derive(Debug, Clone)]
+pub(crate) struct Tried {
+    /// Short name, as `--model` takes it.
+    pub(crate) name: String,
+    /// What it is, in a sentence.
+    pub(crate) description: String,
+    /// How it did; `None` where it could not be fitted.
+    pub(crate) judgement: Option<Judgement>,
+}
+
+impl Tried {
+    /// What models are ranked by; infinite where it could not be fitted.
+    pub(crate) fn score(&self) -> f64 {
+        self.judgement.as_ref().map_or(f64::INFINITY, |j| j.score)
+    }
+}
+
+/// Fits without each fold and predicts what was held out; `None` where a fit fails.
+pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgement> {
     let mut outputs: Vec<Vec<Option<(Estimate, usize)>>> = runs.iter().map(|r| vec![None; r.len()]).collect();
     let mut fold_rmse = Vec::new();
     let mut fold_factor = Vec::new();
@@ -49,7 +70,7 @@ pub(crate) fn judge(recipe: &Recipe, runs: &[Run], folds: &Folds, seed: u64) -> 
     for (fold, held_out) in folds.held_out.iter().enumerate() {
         let training = training_runs(runs, held_out);
         let references: Vec<&Run> = training.iter().collect();
-        let member = fit(recipe, &references, seed)?;
+        let member = fit(&references)?;
         rmse_in_sample += member.sigma0 / folds.held_out.len() as f64;
         cells.push(member.law.cell.clone());
         let mut ratios = Vec::new();
