@@ -61,7 +61,8 @@ mod tests {
 
     #[test]
     fn columns_are_as_wide_as_their_widest_cell() {
-        let text = table(&["log", "n"], &[vec!["a".into(), "100".into()], vec!["bcde".into(), "2".into()]], 1);
+        let text =
+            table(&["log", "n"], &[vec!["a".into(), "100".into()], vec!["bcde".into(), "2".into()]], 1);
         assert_eq!(text, "log     n\na     100\nbcde    2\n");
     }
 }

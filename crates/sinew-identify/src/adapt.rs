@@ -9,6 +9,11 @@ use sinew::predictor::Model;
 ///
 /// # Errors
 /// None yet.
-pub fn adapt(_old: &Model, data: &Dataset, options: &Options, progress: &Progress<'_>) -> Result<Identification, Error> {
+pub fn adapt(
+    _old: &Model,
+    data: &Dataset,
+    options: &Options,
+    progress: &Progress<'_>,
+) -> Result<Identification, Error> {
     crate::identify::identify(data, options, progress)
 }

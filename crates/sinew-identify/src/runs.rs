@@ -7,7 +7,6 @@ use sinew::predictor::{Conditioner, Guard, Step};
 /// A change that exceeds the usual ones by this factor (99.9 % quantile) and a quarter of the range is a spike.
 const SPIKE_FACTOR: f64 = 8.0;
 
-
 /// What the conditioner may believe of every input, learned from the logs.
 pub(crate) fn guards(data: &Dataset) -> Vec<Guard> {
     let width = data.roles.inputs.len();

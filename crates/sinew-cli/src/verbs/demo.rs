@@ -16,7 +16,8 @@ pub(crate) fn run(arguments: &DemoArguments) -> Result<(), Error> {
     let progress = Progress::new();
     progress.show("simulating", 0.0);
     let logs = demo_logs(arguments.write.seed);
-    let bytes: Vec<(&str, &[u8])> = logs.iter().map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
+    let bytes: Vec<(&str, &[u8])> =
+        logs.iter().map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
     let Some((kept_back, training)) = bytes.split_last() else {
         return Err(Error::Nothing("the simulation made no log".to_owned()));
     };

@@ -15,10 +15,10 @@ pub(crate) fn run(arguments: &IdentifyArguments) -> Result<(), Error> {
     let folder = Folder::open(&arguments.write.out)?;
     let progress = Progress::new();
     progress.show("reading logs", 0.0);
-    let options =
-        ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
+    let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
     let data = read_dataset(&role_flags(&arguments.roles), &options)?;
-    let models = if arguments.model.iter().any(|m| m == "auto") { Vec::new() } else { arguments.model.clone() };
+    let models =
+        if arguments.model.iter().any(|m| m == "auto") { Vec::new() } else { arguments.model.clone() };
     let options = Options { seed: arguments.write.seed, models };
     let identification = identify(&data, &options, &|stage, done| progress.show(stage, done))?;
     drop(progress);
@@ -47,11 +47,10 @@ pub(crate) fn finish(
     let account = &identification.account;
     let model = identification.model.to_json()?;
     let report = render(account)?;
-    let picture = write.picture.as_ref().map(|path| Ok::<_, Error>((path, picture_svg(account)?))).transpose()?;
-    let mut files = vec![
-        (folder.file("model.json"), model.as_bytes()),
-        (folder.file("report.html"), report.as_bytes()),
-    ];
+    let picture =
+        write.picture.as_ref().map(|path| Ok::<_, Error>((path, picture_svg(account)?))).transpose()?;
+    let mut files =
+        vec![(folder.file("model.json"), model.as_bytes()), (folder.file("report.html"), report.as_bytes())];
     if let Some((path, picture)) = &picture {
         files.push(((*path).clone(), picture.as_bytes()));
     }
@@ -92,7 +91,12 @@ fn told(account: &Account, model: &std::path::Path, report: &std::path::Path) ->
     if !text.is_empty() {
         text.push('\n');
     }
-    let _ = writeln!(text, "Predicting {} on data that the models had not seen. {}\n", bold(&account.far), account.question);
+    let _ = writeln!(
+        text,
+        "Predicting {} on data that the models had not seen. {}\n",
+        bold(&account.far),
+        account.question
+    );
     let rows: Vec<Vec<String>> = account
         .candidates
         .iter()

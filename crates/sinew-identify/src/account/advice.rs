@@ -61,7 +61,10 @@ pub(super) fn advice(found: &Found<'_>, account: &Account) -> [String; 2] {
     let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
     let worst = chosen.fold_rmse.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
     let next = if let Some(row) = account.influence.iter().find(|row| row.dropped) {
-        format!("Find out what was different when {} was recorded, and record it again if it matters.", row.log)
+        format!(
+            "Find out what was different when {} was recorded, and record it again if it matters.",
+            row.log
+        )
     } else if !found.folds.grouped {
         "Record a second log on another day: one log cannot say how much the transmission changes between days."
             .to_owned()

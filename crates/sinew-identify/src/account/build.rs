@@ -108,7 +108,6 @@ fn coverage(judgement: &Judgement, runs: &[Run]) -> f64 {
     band.coverage().unwrap_or(f64::NAN)
 }
 
-
 /// Coefficients of the cell with intervals from the spread over the folds (delete-one-fold jackknife).
 fn cell_parameters(model: &Model, folds: &[Option<Cell>]) -> Vec<Parameter> {
     let law = &model.estimator.law;

@@ -26,7 +26,8 @@ pub struct CellPlan {
     /// Signals that move the state inside the band.
     pub elastic: Vec<usize>,
     /// Widths of the branches as fractions of the band, the first of them 1: where friction gives way piece by
-    /// piece. `[1.0]` is one rigid piece; [`CellPlan::DISTRIBUTED`] did better on every rig tried.
+    /// piece. `[1.0]` is one rigid piece; [`CellPlan::DISTRIBUTED`] is better where the
+    /// corners of the loop are round, and not everywhere: compare the two.
     pub branches: Vec<f64>,
 }
 

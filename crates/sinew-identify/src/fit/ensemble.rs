@@ -122,7 +122,7 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
         clip_low: standard.low,
         clip_high: standard.high,
         mean: standard.mean,
-        scale: standard.scale,
+        inverse_scale: standard.scale.iter().map(|s| 1.0 / s).collect(),
     })
 }
 

@@ -29,7 +29,7 @@ impl Folds {
         if !conditions.is_empty() {
             return Self::by_conditions(data, &conditions);
         }
-        if logs >= 3 {
+        if logs >= 2 {
             let label = data.sequences.iter().map(|s| s.log).collect::<Vec<_>>();
             let question = format!("Each of the {logs} logs was predicted by models that had not seen it.");
             return Self::by_label(&label, MOST_FOLDS.max(logs.min(8)), question);

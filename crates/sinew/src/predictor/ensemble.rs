@@ -1,8 +1,9 @@
 //! Eight small networks side by side, and how far they agree.
 
-use crate::math::quick_tanh_f32;
+use crate::math::quick_tanh_lanes;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
+use wide::f32x8;
 
 /// Networks in an ensemble: one per SIMD lane.
 pub const MEMBERS: usize = 8;
@@ -14,7 +15,7 @@ pub type Lanes = [f32; MEMBERS];
 /// Eight networks with one hidden layer of tanh nodes and a linear skip, trained from different starts.
 ///
 /// ```text
-/// z = (clamp(x, clip_low, clip_high) - mean) / scale
+/// z = (clamp(x, clip_low, clip_high) - mean) inverse_scale
 /// c_k = bias_k + skip_k . z + sum_j v_kj tanh(W_kj . z + d_kj)
 /// ```
 ///
@@ -29,8 +30,8 @@ pub struct Ensemble {
     pub clip_high: Vec<f64>,
     /// Subtracted after clipping: `[features]`.
     pub mean: Vec<f64>,
-    /// Divided by after that: `[features]`.
-    pub scale: Vec<f64>,
+    /// Multiplied by after that, one over the standard deviation: `[features]`.
+    pub inverse_scale: Vec<f64>,
     /// `W`, one row of features per hidden node: `[hidden x features]`.
     pub hidden_weights: Vec<Lanes>,
     /// `d`: `[hidden]`.
@@ -60,50 +61,65 @@ impl Ensemble {
     pub fn opinion(&self, features: &[f64], scratch: &mut [f32]) -> Opinion {
         let mut clipped = 0;
         let box_edges = self.clip_low.iter().zip(&self.clip_high);
-        let standard = self.mean.iter().zip(&self.scale);
+        let standard = self.mean.iter().zip(&self.inverse_scale);
         for (((z, &x), (&low, &high)), (mean, scale)) in
             scratch.iter_mut().zip(features).zip(box_edges).zip(standard)
         {
-            let inside = x.max(low).min(high);
-            clipped += usize::from(x < low || x > high);
-            *z = ((inside - mean) / scale) as f32;
+            // Comparisons rather than `max` and `min`, which pay for an order of NaN that no feature can be.
+            let above = if x < low { low } else { x };
+            let inside = if above > high { high } else { above };
+            clipped += usize::from(x < low) + usize::from(x > high);
+            *z = ((inside - mean) * scale) as f32;
         }
         let outputs = self.outputs(scratch);
-        let mean = outputs.iter().sum::<f64>() / MEMBERS as f64;
-        let variance = outputs.iter().map(|c| (c - mean) * (c - mean)).sum::<f64>() / (MEMBERS - 1) as f64;
-        Opinion { median: median(outputs), variance, clipped }
+        let deviation = outputs - f32x8::splat(sum(outputs.to_array()) / MEMBERS as f32);
+        let variance = sum((deviation * deviation).to_array()) / (MEMBERS - 1) as f32;
+        Opinion { median: f64::from(median(outputs.to_array())), variance: f64::from(variance), clipped }
     }
 
     #[inline]
-    fn outputs(&self, z: &[f32]) -> [f64; MEMBERS] {
-        let mut outputs = self.bias;
+    fn outputs(&self, z: &[f32]) -> f32x8 {
+        let mut outputs = f32x8::from(self.bias);
         for (weight, z) in self.skip.iter().zip(z) {
-            add_scaled(&mut outputs, weight, *z);
+            outputs += f32x8::from(*weight) * f32x8::splat(*z);
         }
-        let rows = self.hidden_weights.chunks_exact(z.len());
-        for ((row, bias), output) in rows.zip(&self.hidden_bias).zip(&self.output_weights) {
-            let mut node = *bias;
-            for (weight, z) in row.iter().zip(z) {
-                add_scaled(&mut node, weight, *z);
+        // Two nodes at a time: their sums do not wait for each other.
+        let (row, nodes) = (z.len().max(1), self.hidden_bias.len());
+        let mut rows = self.hidden_weights.chunks_exact(2 * row);
+        let biases = self.hidden_bias.chunks_exact(2).zip(self.output_weights.chunks_exact(2));
+        for (pair, (bias, output)) in rows.by_ref().zip(biases) {
+            let (first, second) = pair.split_at(row);
+            let (mut a, mut b) = (f32x8::from(bias[0]), f32x8::from(bias[1]));
+            for ((first, second), z) in first.iter().zip(second).zip(z) {
+                let z = f32x8::splat(*z);
+                a += f32x8::from(*first) * z;
+                b += f32x8::from(*second) * z;
             }
-            for ((sum, node), weight) in outputs.iter_mut().zip(node).zip(output) {
-                *sum += weight * quick_tanh_f32(node);
-            }
+            outputs += f32x8::from(output[0]) * quick_tanh_lanes(a);
+            outputs += f32x8::from(output[1]) * quick_tanh_lanes(b);
         }
-        outputs.map(f64::from)
+        if let (1, Some(bias), Some(output)) =
+            (nodes % 2, self.hidden_bias.last(), self.output_weights.last())
+        {
+            let mut node = f32x8::from(*bias);
+            for (weight, z) in rows.remainder().iter().zip(z) {
+                node += f32x8::from(*weight) * f32x8::splat(*z);
+            }
+            outputs += f32x8::from(*output) * quick_tanh_lanes(node);
+        }
+        outputs
     }
 }
 
+/// A tree rather than a chain: three additions deep.
 #[inline]
-fn add_scaled(sum: &mut Lanes, weight: &Lanes, z: f32) {
-    for (sum, weight) in sum.iter_mut().zip(weight) {
-        *sum += weight * z;
-    }
+fn sum(v: Lanes) -> f32 {
+    ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]))
 }
 
 /// Median of eight: the mean of the middle two, after Batcher's sorting network.
 #[inline]
-fn median(mut v: [f64; MEMBERS]) -> f64 {
+fn median(mut v: Lanes) -> f32 {
     const PAIRS: [(usize, usize); 19] = [
         (0, 1),
         (2, 3),
@@ -127,8 +143,70 @@ fn median(mut v: [f64; MEMBERS]) -> f64 {
     ];
     for (i, j) in PAIRS {
         let (a, b) = (v[i], v[j]);
-        v[i] = a.min(b);
-        v[j] = a.max(b);
+        v[i] = if a < b { a } else { b };
+        v[j] = if a > b { a } else { b };
     }
     0.5 * (v[3] + v[4])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    fn ensemble() -> Ensemble {
+        let mut k = 0.0_f32;
+        let mut lanes = || -> Lanes {
+            core::array::from_fn(|_| {
+                k += 1.0;
+                k.sin()
+            })
+        };
+        Ensemble {
+            clip_low: vec![-1.0, -2.0],
+            clip_high: vec![1.0, 2.0],
+            mean: vec![0.2, -0.1],
+            inverse_scale: vec![2.0, 0.5],
+            hidden_weights: (0..6).map(|_| lanes()).collect(),
+            hidden_bias: (0..3).map(|_| lanes()).collect(),
+            output_weights: (0..3).map(|_| lanes()).collect(),
+            skip: (0..2).map(|_| lanes()).collect(),
+            bias: lanes(),
+        }
+    }
+
+    /// The same sums in double precision with an exact tanh.
+    fn slow(e: &Ensemble, x: [f64; 2], lane: usize) -> f64 {
+        let at = |v: &Lanes| f64::from(v[lane]);
+        let z: Vec<f64> = (0..2)
+            .map(|i| (x[i].clamp(e.clip_low[i], e.clip_high[i]) - e.mean[i]) * e.inverse_scale[i])
+            .collect();
+        let dot = |rows: &[Lanes]| rows.iter().zip(&z).map(|(w, z)| at(w) * z).sum::<f64>();
+        let node = |j: usize| (at(&e.hidden_bias[j]) + dot(&e.hidden_weights[2 * j..])).tanh();
+        at(&e.bias) + dot(&e.skip) + (0..3).map(|j| at(&e.output_weights[j]) * node(j)).sum::<f64>()
+    }
+
+    #[test]
+    fn the_opinion_is_the_median_and_variance_of_the_networks() {
+        let e = ensemble();
+        for step in 0..200 {
+            let x = [(f64::from(step) * 0.7).sin(), 3.0 * (f64::from(step) * 0.3).cos()];
+            let mut each: Vec<f64> = (0..MEMBERS).map(|lane| slow(&e, x, lane)).collect();
+            each.sort_by(f64::total_cmp);
+            let mean = each.iter().sum::<f64>() / 8.0;
+            let variance = each.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / 7.0;
+            let opinion = e.opinion(&x, &mut [0.0; 2]);
+            assert!((opinion.median - 0.5 * (each[3] + each[4])).abs() < 5e-4, "{opinion:?}");
+            assert!((opinion.variance - variance).abs() < 2e-3 * (1.0 + variance), "{opinion:?}");
+        }
+    }
+
+    #[test]
+    fn outside_the_box_the_networks_keep_their_value_and_say_so() {
+        let e = ensemble();
+        let edge = e.opinion(&[1.0, 2.0], &mut [0.0; 2]);
+        let far = e.opinion(&[50.0, 1e9], &mut [0.0; 2]);
+        assert_eq!(edge.median.to_bits(), far.median.to_bits());
+        assert_eq!((edge.clipped, far.clipped), (0, 2));
+    }
 }

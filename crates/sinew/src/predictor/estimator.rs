@@ -62,7 +62,9 @@ impl Estimator {
             return Estimate { mean: cell.state, variance: physics, gate: 1.0, known, clipped: 0 };
         };
         let opinion = ensemble.opinion(memory.features(), scratch);
-        let gate = self.gate_power.map_or(1.0, |p| p / (p + GATE_STRENGTH * opinion.variance).max(f64::MIN_POSITIVE));
+        let gate = self
+            .gate_power
+            .map_or(1.0, |p| p / (p + GATE_STRENGTH * opinion.variance).max(f64::MIN_POSITIVE));
         Estimate {
             mean: cell.state + gate * opinion.median,
             variance: physics + opinion.variance,

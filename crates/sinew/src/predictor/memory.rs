@@ -248,3 +248,54 @@ impl Memory {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law(branches: &[(f64, f64)]) -> MemoryLaw {
+        let cell = Cell {
+            basis: vec![Term::Signal(0), Term::One],
+            low: vec![1.0, -1.0],
+            high: vec![1.0, 1.0],
+            elastic: vec![],
+            kappa: vec![],
+            branches: branches.iter().map(|&(width, share)| Branch { width, share }).collect(),
+        };
+        MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), features: vec![] }
+    }
+
+    fn path(law: &MemoryLaw, inputs: &[f64]) -> Vec<CellOutput> {
+        let mut memory = Memory::new(law);
+        let mut one = |&u: &f64| {
+            memory.step(law, 0.01, &[u]);
+            memory.cell()
+        };
+        inputs.iter().map(&mut one).collect()
+    }
+
+    #[test]
+    fn one_branch_is_play() {
+        let outputs = path(&law(&[(1.0, 1.0)]), &[0.0, 0.5, 3.0, 2.0, 1.5, 0.0]);
+        let states: Vec<f64> = outputs.iter().map(|o| o.state).collect();
+        for (state, play) in states.iter().zip([0.0, 0.0, 2.0, 2.0, 2.0, 1.0]) {
+            assert!((state - play).abs() < 1e-12, "{states:?}");
+        }
+        assert_eq!(
+            outputs.iter().map(|o| o.known).collect::<Vec<_>>(),
+            [false, false, true, true, true, true]
+        );
+    }
+
+    #[test]
+    fn narrow_branches_follow_before_the_whole_friction_gives_way() {
+        let (rigid, spread) = (law(&[(1.0, 1.0)]), law(&[(1.0, 0.5), (0.5, 0.5)]));
+        let mut turned = vec![0.0];
+        turned.extend((0..40).map(|i| 5.0 - 0.05 * f64::from(i)));
+        let (rigid, spread) = (path(&rigid, &turned), path(&spread, &turned));
+        // 1.2 below the reversal the narrow half slides and the wide half sticks.
+        assert!(spread[25].state < spread[1].state - 0.05);
+        assert!((rigid[25].state - rigid[1].state).abs() < 1e-12);
+        assert!(spread.iter().all(|o| o.low - 1e-12 <= o.state && o.state <= o.high + 1e-12));
+    }
+}

@@ -3,8 +3,8 @@
 #![allow(dead_code, reason = "not every test file needs every helper")]
 
 use sinew::predictor::{
-    Branch, Cell, Ensemble, Estimator, Feature, Guard, Input, Lanes, MEMBERS, MemoryLaw, Model, Provenance, Role,
-    Signal, Term,
+    Branch, Cell, Ensemble, Estimator, Feature, Guard, Input, Lanes, MEMBERS, MemoryLaw, Model, Provenance,
+    Role, Signal, Term,
 };
 
 /// Loss of a pull through the sheath of [`capstan`]: the far end holds 0.7 of the near tension while it is pulled.
@@ -110,7 +110,7 @@ fn ensemble(features: usize, hidden: usize) -> Ensemble {
         clip_low: vec![-200.0; features],
         clip_high: vec![200.0; features],
         mean: vec![0.5; features],
-        scale: (1..=features).map(|i| 10.0 * i as f64).collect(),
+        inverse_scale: (1..=features).map(|i| 0.1 / i as f64).collect(),
         hidden_weights: list(1, hidden * features, 0.8),
         hidden_bias: list(50, hidden, 0.3),
         output_weights: list(80, hidden, 1.5),
