@@ -315,7 +315,7 @@ fn the_largest_numbers_that_are_accepted_give_finite_predictions() {
     for guard in &mut model.guards {
         *guard = Guard { jump: f64::MAX, low: -LARGEST, high: LARGEST, typical: LARGEST };
     }
-    let sign = |k: usize| if k % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
     let law = &mut model.estimator.law;
     let cell = law.cell.as_mut().unwrap();
     cell.low.iter_mut().enumerate().for_each(|(k, c)| *c = -LARGEST * sign(k));

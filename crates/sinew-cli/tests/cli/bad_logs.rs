@@ -1,10 +1,10 @@
 //! Logs that cannot be used: one error that names the place, exit code 2, nothing written.
 
-use crate::bench::{Bench, log, with_line};
+use crate::bench::{Bench, log, refused, with_line};
 
 const IDENTIFY: &str = "identify bad.csv --model cell --out out";
 
-/// `identify` refuses this log alone and next to a good one, and leaves nothing behind.
+/// `identify` refuses this log and leaves nothing behind.
 #[track_caller]
 fn refuses(content: impl AsRef<[u8]>, parts: &[&str]) {
     let bench = Bench::new();
@@ -132,4 +132,20 @@ fn a_name_from_a_log_cannot_break_the_line_or_command_the_terminal() {
     let outcome = bench.run(IDENTIFY);
     assert_eq!(outcome.code, Some(2));
     assert!(!outcome.stderr.contains('\x1b'), "{:?}", outcome.stderr);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_that_does_not_fit_memory_is_refused_with_its_size() {
+    let bench = Bench::new();
+    // Three gigabytes that take no room on the disk.
+    let mut head = vec![b' '; 124];
+    head[..19].copy_from_slice(b"MATLAB 5.0 MAT-file");
+    head.extend(b"\x00\x01IM");
+    bench.write("big.mat", head);
+    let file = std::fs::OpenOptions::new().write(true).open(bench.path("big.mat")).unwrap();
+    file.set_len(3 << 30).unwrap();
+    let outcome = bench.run("identify big.mat --out out");
+    refused("3 GB", &outcome, &["big.mat", "too large", "3072 MB"]);
+    assert!(!bench.path("out").exists());
 }
