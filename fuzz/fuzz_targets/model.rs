@@ -32,7 +32,13 @@ fn check(model: Model, bytes: &[u8]) {
     let again = Model::from_json(&text).expect("what was written can be read");
     assert_eq!(again, model, "nothing is lost");
     let mut wild = Vec::from([0.0, 1.0, -1.0, f64::NAN, f64::INFINITY, f64::MAX, f64::MIN, 5e-324, 1e30]);
-    wild.extend(bytes.chunks_exact(8).rev().take(32).map(|c| f64::from_bits(u64::from_le_bytes(c.try_into().expect("8")))));
+    wild.extend(
+        bytes
+            .chunks_exact(8)
+            .rev()
+            .take(32)
+            .map(|c| f64::from_bits(u64::from_le_bytes(c.try_into().expect("8")))),
+    );
     let width = model.inputs.len().min(64);
     let mut predictor = Predictor::new(model).expect("a validated model");
     for step in 0..3 * wild.len() {

@@ -29,7 +29,7 @@ fn main() -> ExitCode {
         // A reader that has seen enough, as in `sinew evaluate ... | head`, is no error.
         Err(error::Error::Stdout(e)) if e.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{}: {error}", output::red("error"));
+            eprintln!("{}: {}", output::red("error"), output::one_line(&error.to_string()));
             ExitCode::from(BAD_INPUT)
         }
     }

@@ -1,43 +1,55 @@
 //! Output that is whole or not there.
 
 use crate::error::Error;
-use std::io::{IsTerminal, Write};
+use std::fs::OpenOptions;
+use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use tempfile::NamedTempFile;
 
-/// Held while files are put in place, so that Ctrl-C waits for that moment to pass.
-static WRITING: Mutex<()> = Mutex::new(());
+/// Folders that this run made, innermost first. Locked while files are put in place, so that Ctrl-C waits for that
+/// moment to pass.
+static MADE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// From here on Ctrl-C ends the program between writes, never within one.
 pub(crate) fn leave_nothing_half_written() -> Result<(), Error> {
     ctrlc::set_handler(|| {
-        let _whole = lock();
+        let mut made = lock();
+        remove_empty(&mut made);
         eprintln!("\ninterrupted: nothing was left half written");
         std::process::exit(130);
     })?;
     Ok(())
 }
 
-fn lock() -> MutexGuard<'static, ()> {
-    WRITING.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock() -> MutexGuard<'static, Vec<PathBuf>> {
+    MADE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn remove_empty(made: &mut Vec<PathBuf>) {
+    for folder in made.drain(..) {
+        // Fails, as it should, where the folder holds results.
+        let _ = std::fs::remove_dir(folder);
+    }
 }
 
 /// A folder that is known to be writable before the work starts; removed again if it was made for nothing.
 #[derive(Debug)]
 pub(crate) struct Folder {
     path: PathBuf,
-    made: bool,
 }
 
 impl Folder {
     /// Makes the folder if it is missing and tries whether a file can be written into it.
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
-        let unwritable = |source| Error::Unwritable { file: path.to_owned(), source };
-        let made = !path.exists();
-        std::fs::create_dir_all(path).map_err(unwritable)?;
-        let folder = Self { path: path.to_owned(), made };
-        let _whole = lock();
-        tempfile::NamedTempFile::new_in(path).map_err(unwritable)?;
+        // Made first, so that its end also cleans up after a failure below.
+        let folder = Self { path: path.to_owned() };
+        let mut made = lock();
+        let missing = path.ancestors().filter(|p| !p.as_os_str().is_empty() && !p.exists());
+        made.extend(missing.map(Path::to_owned));
+        let tried = std::fs::create_dir_all(path).and_then(|()| NamedTempFile::new_in(path).map(drop));
+        drop(made);
+        tried.map_err(|source| Error::Unwritable { file: path.to_owned(), source })?;
         Ok(folder)
     }
 
@@ -49,50 +61,105 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        if self.made {
-            // Fails, as it should, where the folder holds results.
-            let _ = std::fs::remove_dir(&self.path);
+        remove_empty(&mut lock());
+    }
+}
+
+/// Refuses to write over what is read: a log or a model of this run.
+pub(crate) fn spare<'a>(
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
+    outputs: &[PathBuf],
+) -> Result<(), Error> {
+    let real = |path: &Path| path.canonicalize().ok();
+    for input in inputs {
+        for output in outputs {
+            if real(output).is_some_and(|output| real(input) == Some(output)) {
+                let source = io::Error::other("it is read by this run; choose another place");
+                return Err(Error::Unwritable { file: output.clone(), source });
+            }
         }
     }
+    Ok(())
+}
+
+/// What stands ready to be put in place.
+enum Prepared {
+    /// A whole file beside its place.
+    File(NamedTempFile, PathBuf),
+    /// A device or a pipe, which cannot be replaced, only written to.
+    Stream(std::fs::File),
 }
 
 /// Writes files so that all of them appear whole or none does.
 pub(crate) fn write_all(files: &[(PathBuf, &[u8])]) -> Result<(), Error> {
     let _whole = lock();
     let mut prepared = Vec::new();
-    for (path, bytes) in files {
+    for (k, (path, bytes)) in files.iter().enumerate() {
         let unwritable = |source| Error::Unwritable { file: path.clone(), source };
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let mut temporary = tempfile::Builder::new();
-        #[cfg(unix)]
-        temporary.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
-        let mut file = temporary.tempfile_in(folder).map_err(unwritable)?;
-        file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(unwritable)?;
-        prepared.push((file, path));
+        if files[..k].iter().any(|(other, _)| other == path) {
+            return Err(unwritable(io::Error::other("two results would be written there")));
+        }
+        prepared.push((prepare(path, bytes).map_err(unwritable)?, path, bytes));
     }
-    for (file, path) in prepared {
-        file.persist(path).map_err(|e| Error::Unwritable { file: path.clone(), source: e.error })?;
+    for (file, path, bytes) in prepared {
+        let placed = match file {
+            Prepared::File(file, place) => file.persist(place).map(drop).map_err(|e| e.error),
+            Prepared::Stream(mut stream) => stream.write_all(bytes).and_then(|()| stream.flush()),
+        };
+        placed.map_err(|source| Error::Unwritable { file: path.clone(), source })?;
     }
     Ok(())
 }
 
+fn prepare(path: &Path, bytes: &[u8]) -> io::Result<Prepared> {
+    let place = match std::fs::metadata(path) {
+        Ok(there) if there.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+        Ok(there) if !there.is_file() => {
+            return OpenOptions::new().write(true).open(path).map(Prepared::Stream);
+        }
+        // A link stays a link: the file that it leads to is replaced.
+        Ok(_) => path.canonicalize()?,
+        Err(_) => path.to_owned(),
+    };
+    let folder = match place.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut temporary = tempfile::Builder::new();
+    #[cfg(unix)]
+    temporary.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
+    let mut file = temporary.tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    Ok(Prepared::File(file, place))
+}
+
 /// Prints to standard output.
 pub(crate) fn print(text: &str) -> Result<(), Error> {
-    let mut out = std::io::stdout().lock();
+    let mut out = io::stdout().lock();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(Error::Stdout)
+}
+
+/// Text from a file cannot break the line or command the terminal: control characters are written as escapes.
+pub(crate) fn one_line(text: &str) -> String {
+    text.chars().fold(String::new(), |mut line, c| {
+        if c.is_control() {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
+        }
+        line
+    })
 }
 
 /// Whether a person looks at standard output.
 pub(crate) fn colours() -> bool {
-    std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+    io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none()
 }
 
 /// Red on a terminal.
 pub(crate) fn red(text: &str) -> String {
-    let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     if colours { format!("\x1b[1;31m{text}\x1b[0m") } else { text.to_string() }
 }
 

@@ -259,7 +259,7 @@ impl Error {
     pub(crate) fn samples(
         name: impl Into<String>,
         expected: impl Into<String>,
-        got: &dyn std::fmt::Display,
+        got: &dyn fmt::Display,
     ) -> Self {
         Self::Samples { name: name.into(), expected: expected.into(), got: got.to_string() }
     }

@@ -6,7 +6,7 @@ mod common;
 
 use common::{EASED, PULLED, SIGMA_0, capstan, complete};
 use proptest::prelude::*;
-use sinew::predictor::{Guard, Model, Prediction, Predictor, Sample, Signal, Term, VERSION};
+use sinew::predictor::{Guard, LARGEST, Model, Prediction, Predictor, Sample, Signal, Term, VERSION};
 
 /// Number, number, number, flags: predictions are compared to the bit.
 fn bits(p: &Prediction) -> (u64, u64, u64, String) {
@@ -296,7 +296,10 @@ fn a_model_that_could_fail_later_is_refused_at_once() {
     assert!(invalid(|m| cell(m, |c| c.low[1] = f64::NAN)).contains("cell.low"));
     assert!(invalid(|m| cell(m, |c| c.high.truncate(1))).contains("cell.high"));
     assert!(invalid(|m| cell(m, |c| c.branches.clear())).contains("cell.branches"));
-    assert!(invalid(|m| m.estimator.ensemble.as_mut().unwrap().scale[0] = 0.0).contains("ensemble.scale"));
+    assert!(
+        invalid(|m| m.estimator.ensemble.as_mut().unwrap().inverse_scale[0] = 0.0)
+            .contains("ensemble.inverse_scale")
+    );
     assert!(invalid(|m| m.estimator.ensemble.as_mut().unwrap().bias[7] = f32::NAN).contains("ensemble.bias"));
     let mut empty = capstan();
     empty.estimator.law.signals.clear();
@@ -307,13 +310,53 @@ fn a_model_that_could_fail_later_is_refused_at_once() {
 }
 
 #[test]
+fn the_largest_numbers_that_are_accepted_give_finite_predictions() {
+    let mut model = complete();
+    for guard in &mut model.guards {
+        *guard = Guard { jump: f64::MAX, low: -LARGEST, high: LARGEST, typical: LARGEST };
+    }
+    let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let law = &mut model.estimator.law;
+    let cell = law.cell.as_mut().unwrap();
+    cell.low.iter_mut().enumerate().for_each(|(k, c)| *c = -LARGEST * sign(k));
+    cell.high.iter_mut().enumerate().for_each(|(k, c)| *c = LARGEST * sign(k));
+    cell.kappa.fill(LARGEST);
+    cell.branches.iter_mut().for_each(|branch| branch.share = LARGEST);
+    law.signals[3] = Signal::LogTension { input: 0, offset: 1e-30 };
+    law.signals[4] = Signal::LogRatio { first: 0, second: 1, offset: 1e-30 };
+    model.estimator.sigma0 = LARGEST;
+    model.band_factor = LARGEST;
+    let ensemble = model.estimator.ensemble.as_mut().unwrap();
+    ensemble.clip_low.fill(-LARGEST);
+    ensemble.clip_high.fill(LARGEST);
+    ensemble.mean.fill(0.0);
+    ensemble.inverse_scale.fill(0.99e-25);
+    let lanes = [&mut ensemble.hidden_weights, &mut ensemble.output_weights, &mut ensemble.skip];
+    for lane in lanes.into_iter().flatten() {
+        lane.iter_mut().enumerate().for_each(|(k, weight)| *weight = 1e10 * sign(k) as f32);
+    }
+    model.validate().unwrap();
+    let extremes = [LARGEST, -LARGEST, 0.0, -LARGEST, LARGEST, 1.0, f64::MAX, LARGEST];
+    let samples: Vec<(f64, [f64; 3])> = (0_u32..400)
+        .map(|k| {
+            let input = |step: u32| extremes[(k * step % 8) as usize];
+            (f64::from(k) * 0.01, [input(1), input(3), input(5)])
+        })
+        .collect();
+    run(&mut Predictor::new(model).unwrap(), &samples).iter().for_each(sound);
+}
+
+#[test]
 fn a_model_whose_numbers_are_no_quantities_is_refused() {
     // Each would overflow on the way to a prediction.
     let huge = |m: &mut Model| m.estimator.law.cell.as_mut().unwrap().high[1] = 1e300;
     assert!(invalid(huge).contains("cell.high"));
     assert!(invalid(|m| m.estimator.sigma0 = 1e200).contains("sigma0"));
     assert!(invalid(|m| m.band_factor = 1e300).contains("band_factor"));
-    assert!(invalid(|m| m.estimator.ensemble.as_mut().unwrap().scale[0] = 1e-300).contains("ensemble.scale"));
+    assert!(
+        invalid(|m| m.estimator.ensemble.as_mut().unwrap().inverse_scale[0] = 1e29)
+            .contains("ensemble.inverse_scale")
+    );
     assert!(invalid(|m| m.estimator.ensemble.as_mut().unwrap().skip[0][3] = 1e30).contains("ensemble.skip"));
     let tiny = Signal::LogRatio { first: 0, second: 1, offset: 1e-320 };
     assert!(invalid(|m| m.estimator.law.signals[4] = tiny).contains("law.signals"));

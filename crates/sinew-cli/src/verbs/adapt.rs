@@ -1,10 +1,10 @@
 //! `sinew adapt`.
 
-use super::identify::finish;
+use super::identify::{finish, places};
 use super::read_model;
 use crate::arguments::AdaptArguments;
 use crate::error::Error;
-use crate::output::Folder;
+use crate::output::{Folder, spare};
 use crate::progress::Progress;
 use sinew_identify::adapt::adapt;
 use sinew_identify::evaluate::read_for;
@@ -13,6 +13,7 @@ use sinew_identify::log::ReadOptions;
 
 pub(crate) fn run(arguments: &AdaptArguments) -> Result<(), Error> {
     let folder = Folder::open(&arguments.write.out)?;
+    spare(arguments.logs.iter().chain([&arguments.model]), &places(&folder, &arguments.write))?;
     let old = read_model(&arguments.model)?;
     let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
     let data = read_for(&old, &options)?;

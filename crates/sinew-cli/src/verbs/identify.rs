@@ -2,7 +2,7 @@
 
 use crate::arguments::{IdentifyArguments, RoleArguments, WriteArguments};
 use crate::error::Error;
-use crate::output::{Folder, bold, print, write_all};
+use crate::output::{Folder, bold, print, spare, write_all};
 use crate::progress::Progress;
 use crate::report::{picture_svg, render};
 use crate::table::{number, percent, table};
@@ -10,9 +10,11 @@ use sinew_identify::account::Account;
 use sinew_identify::identify::{Identification, Options, identify};
 use sinew_identify::log::{ReadOptions, RoleFlags, read_dataset};
 use std::fmt::Write;
+use std::path::PathBuf;
 
 pub(crate) fn run(arguments: &IdentifyArguments) -> Result<(), Error> {
     let folder = Folder::open(&arguments.write.out)?;
+    spare(&arguments.logs, &places(&folder, &arguments.write))?;
     let progress = Progress::new();
     progress.show("reading logs", 0.0);
     let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
@@ -36,6 +38,12 @@ fn role_flags(roles: &RoleArguments) -> RoleFlags {
         trial: roles.trial.clone(),
         group: roles.group.clone(),
     }
+}
+
+/// Every file that [`finish`] writes.
+pub(crate) fn places(folder: &Folder, write: &WriteArguments) -> Vec<PathBuf> {
+    let files = [folder.file("model.json"), folder.file("report.html")];
+    files.into_iter().chain(write.picture.clone()).collect()
 }
 
 /// Writes model, report and picture, all or none, and says what came out.

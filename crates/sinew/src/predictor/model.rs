@@ -190,7 +190,7 @@ impl Cell {
 
 impl Ensemble {
     fn validate(&self, features: usize) -> Result<(), Error> {
-        require("ensemble", "at least one feature", features > 0, features)?;
+        require("ensemble", "1 to 1000 features", (1..=MOST_NODES).contains(&features), features)?;
         let lists = [
             ("ensemble.clip_low", &self.clip_low),
             ("ensemble.clip_high", &self.clip_high),
@@ -206,10 +206,11 @@ impl Ensemble {
             require("ensemble.inverse_scale", "> 0", *inverse > 0.0, inverse)?;
             require("ensemble.clip_low", "at most clip_high", low <= high, format!("{low} and {high}"))?;
             let farthest = ((low - mean) * inverse).abs().max(((high - mean) * inverse).abs());
-            let expected = "small enough for a clip box within 1e15 scales";
-            require("ensemble.inverse_scale", expected, farthest <= LARGEST_WEIGHT, inverse)?;
+            let expected = "so small that the clip box is within 1e5 scales";
+            require("ensemble.inverse_scale", expected, farthest <= LARGEST_STANDARD, inverse)?;
         }
         let hidden = self.hidden_bias.len();
+        require("ensemble.hidden_bias", "at most 1000 rows", hidden <= MOST_NODES, hidden)?;
         let shapes = [
             ("ensemble.hidden_weights", &self.hidden_weights, hidden * features),
             ("ensemble.hidden_bias", &self.hidden_bias, hidden),
@@ -224,8 +225,12 @@ impl Ensemble {
     }
 }
 
-/// Largest weight of a network and largest input of one: their products fit single precision.
-const LARGEST_WEIGHT: f64 = 1e15;
+/// Largest weight of a network, far unit.
+const LARGEST_WEIGHT: f64 = 1e10;
+/// Largest input of a network: no training set reaches that many standard deviations.
+const LARGEST_STANDARD: f64 = 1e5;
+/// Most features or nodes of a network. With the two above, its variance fits single precision.
+const MOST_NODES: usize = 1000;
 
 fn positive(name: &str, value: f64) -> Result<(), Error> {
     require(name, "> 0 and <= 1e30", value > 0.0 && value <= LARGEST, value)
@@ -236,17 +241,17 @@ fn all_moderate(name: &str, values: &[f64]) -> Result<(), Error> {
 }
 
 fn all_weights(name: &str, lanes: &Lanes) -> Result<(), Error> {
-    all_within(name, "numbers within +-1e15", &lanes.map(f64::from), LARGEST_WEIGHT)
+    all_within(name, "numbers within +-1e10", &lanes.map(f64::from), LARGEST_WEIGHT)
 }
 
-/// NaN is within nothing.
 fn all_within(name: &str, expected: &str, values: &[f64], largest: f64) -> Result<(), Error> {
-    match values.iter().find(|v| !(v.abs() <= largest)) {
+    match values.iter().find(|v| v.is_nan() || v.abs() > largest) {
         None => Ok(()),
         Some(bad) => require(name, expected, false, bad),
     }
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "callers hand over numbers and texts as they come")]
 fn require(name: &str, expected: &str, holds: bool, got: impl ToString) -> Result<(), Error> {
     if holds {
         return Ok(());

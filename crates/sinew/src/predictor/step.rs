@@ -45,7 +45,7 @@ pub struct Prediction {
 }
 
 /// Half width of a 95 % band in standard deviations.
-pub const BAND_95: f64 = 1.96;
+pub(super) const BAND_95: f64 = 1.96;
 
 impl Prediction {
     /// Half width of the 95 % band.
@@ -74,7 +74,7 @@ impl Prediction {
 /// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0,
 /// #     inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],
 /// #     guards: vec![Guard { jump: 1e3, low: 0.0, high: 300.0, typical: 100.0 }],
-/// #     estimator: Estimator { law, ensemble: None, gate_power: None, sigma0: 1.0 },
+/// #     estimator: Estimator { law, ensemble: None, gate_power: None, perceptron: None, sigma0: 1.0 },
 /// #     provenance: Provenance {
 /// #         member: "cell".into(), description: "by hand".into(), program: "none".into(), seed: 1,
 /// #         logs: vec![], samples: 0, rmse_unseen: 1.0, far_range: 200.0,

@@ -38,6 +38,7 @@ pub(crate) fn capstan() -> Model {
             },
             ensemble: None,
             gate_power: None,
+            perceptron: None,
             sigma0: SIGMA_0,
         },
         band_factor: 1.96,
@@ -95,6 +96,7 @@ pub(crate) fn complete() -> Model {
         },
         ensemble: Some(ensemble),
         gate_power: Some(0.7),
+        perceptron: None,
         sigma0: 0.3,
     };
     model
@@ -110,7 +112,7 @@ fn ensemble(features: usize, hidden: usize) -> Ensemble {
         clip_low: vec![-200.0; features],
         clip_high: vec![200.0; features],
         mean: vec![0.5; features],
-        scale: (1..=features).map(|i| 10.0 * i as f64).collect(),
+        inverse_scale: (1..=features).map(|i| 0.1 / i as f64).collect(),
         hidden_weights: list(1, hidden * features, 0.8),
         hidden_bias: list(50, hidden, 0.3),
         output_weights: list(80, hidden, 1.5),

@@ -1,0 +1,10 @@
+//! The `sinew` program as its users meet it: commands in, files, text and exit codes out.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+mod bad_logs;
+mod bad_models;
+mod bench;
+mod determinism;
+mod verbs;
+mod writing;
