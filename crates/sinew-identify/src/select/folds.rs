@@ -46,7 +46,7 @@ impl Folds {
                 })
             })
             .collect();
-        if trials.len() >= 5 {
+        if trials.len() >= 3 {
             let question = format!(
                 "The {} trials were dealt to folds; each was predicted by models that had not seen it.",
                 trials.len()
