@@ -2,6 +2,7 @@
 
 use crate::log::Dataset;
 use crate::member::{CellPlan, FeaturePlan, Learner, Recipe, Run};
+use sinew::metrics::Comparison;
 use sinew::predictor::{MEMBERS, Role, Signal, Term};
 
 /// A recipe with its words.
@@ -9,8 +10,23 @@ use sinew::predictor::{MEMBERS, Role, Signal, Term};
 pub(crate) struct Entry {
     pub(crate) recipe: Recipe,
     pub(crate) description: String,
-    /// A network without physics: believed only where folds are many.
-    pub(crate) pure: bool,
+    /// How much it must prove: a later standing is believed only where it is clearly better than every earlier one.
+    pub(crate) standing: Standing,
+}
+
+/// What a member stands on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Standing {
+    /// The physics of what the roles describe: the capstan's ratio where two cables pull against each other.
+    Physics,
+    /// Physics that takes every signal for itself although two belong together.
+    Loose,
+    /// Networks that work without physics, all or some.
+    Learned,
+}
+
+impl Standing {
+    pub(crate) const ALL: [Self; 3] = [Self::Physics, Self::Loose, Self::Learned];
 }
 
 /// Radii of the stop operators as fractions of a signal's range.
@@ -25,9 +41,9 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
     let plentiful = rows > 20_000;
     let plain = Layout::plain(&roles, runs);
     let mut layouts = vec![("", plain)];
-    if let Some(pair) = Layout::pair(&roles) {
-        layouts.push(("-pair", pair));
-    }
+    let pair = Layout::pair(&roles, runs);
+    let physics_of_plain = if pair.is_some() { Standing::Loose } else { Standing::Physics };
+    layouts.extend(pair.map(|pair| ("-pair", pair)));
     let correlation = if plentiful {
         50.0
     } else if roles.efforts.len() == 2 {
@@ -64,7 +80,11 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
                     learner: Learner::Ensemble,
                 },
                 description: description.to_string(),
-                pure: cell.is_none(),
+                standing: match cell {
+                    None => Standing::Learned,
+                    Some(_) if suffix.is_empty() => physics_of_plain,
+                    Some(_) => Standing::Physics,
+                },
             };
         let rigid: &[f64] = &[1.0];
         let yielding: &[f64] = &CellPlan::DISTRIBUTED;
@@ -116,7 +136,7 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
                 let words = "hybrids and networks without physics side by side";
                 let mut mixed = make(name, Some(yielding), Some((&RADII, taus)), words);
                 mixed.recipe.learner = Learner::Mixed;
-                mixed.pure = true;
+                mixed.standing = Standing::Learned;
                 entries.push(mixed);
             }
             entries.push(make(
@@ -186,8 +206,11 @@ impl Layout {
     }
 
     /// Two antagonists: their difference turns the joint, the logarithm of their ratio is the capstan's.
-    fn pair(roles: &Indices) -> Option<Self> {
+    fn pair(roles: &Indices, runs: &[Run]) -> Option<Self> {
         let [first, second] = roles.efforts[..] else { return None };
+        if correlation(runs, first, second) > OPPOSED {
+            return None;
+        }
         let mut signals: Vec<Signal> = roles.motions.iter().map(|&i| Signal::Input(i)).collect();
         let motions: Vec<usize> = (0..signals.len()).collect();
         signals.push(Signal::Difference(first, second));
@@ -218,6 +241,21 @@ impl Layout {
         basis.push(Term::One);
         Self { signals, basis, elastic: elastic.to_vec(), memory, given }
     }
+}
+
+/// Two efforts pull against each other where their correlation is below this.
+const OPPOSED: f64 = -0.3;
+
+/// Pearson correlation of two inputs over all runs.
+fn correlation(runs: &[Run], first: usize, second: usize) -> f64 {
+    let mut comparison = Comparison::new();
+    for run in runs {
+        for row in run.inputs.chunks_exact(run.width) {
+            // A run holds nothing that is not finite.
+            let _ = comparison.push(row[first], row[second]);
+        }
+    }
+    comparison.pearson().unwrap_or(0.0)
 }
 
 /// The offset of a logarithm, 1.5 % of the range, for an input that is a tension: hardly ever negative.

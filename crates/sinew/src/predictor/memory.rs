@@ -1,6 +1,7 @@
 //! What the model remembers: the elastic clamp cell, stop operators, low-passes.
 
 use super::signal::Signal;
+use crate::transmission::hold;
 use alloc::vec;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
@@ -55,6 +56,14 @@ pub struct Cell {
     pub kappa: Vec<f64>,
     /// Friction that gives way piece by piece; one branch of width 1 and share 1 is a rigid piece.
     pub branches: Vec<Branch>,
+    /// Where in its band the state of a new sequence starts, 0 at the lower bound, 1 at the upper: nobody knows, but
+    /// logs of one rig often start from the same rest.
+    #[serde(default = "middle")]
+    pub start: f64,
+}
+
+fn middle() -> f64 {
+    0.5
 }
 
 /// One piece of a friction that gives way piece by piece: the same cell with a narrower band.
@@ -153,7 +162,7 @@ impl Memory {
     }
 
     /// Places the cell at a known far-end value, inside its band, before the first sample of a sequence is taken.
-    /// Training does this; at run time nobody knows the far end and the cell starts in the middle.
+    /// Training does this; at run time nobody knows the far end and the cell starts at [`Cell::start`].
     pub fn step_from(&mut self, law: &MemoryLaw, dt_s: f64, inputs: &[f64], far: Option<f64>) {
         for (value, signal) in self.signals.iter_mut().zip(&law.signals) {
             *value = signal.value(inputs);
@@ -213,9 +222,10 @@ impl Memory {
         let mut known = if self.started { self.cell.known } else { far.is_some() };
         let mut state = 0.0;
         for (own, branch) in self.branches.iter_mut().zip(&cell.branches) {
-            let moved = if self.started { *own + elastic } else { far.unwrap_or(middle) };
             let (lower, upper) = (middle - branch.width * half, middle + branch.width * half);
-            *own = moved.max(lower).min(upper);
+            let guess = || lower + cell.start * (upper - lower);
+            let moved = if self.started { *own + elastic } else { far.unwrap_or_else(guess) };
+            *own = hold(moved, lower, upper);
             // A narrow branch says nothing of the widest one, which touches last.
             known |= branch.width >= 1.0 && (moved < lower || moved > upper);
             state += branch.share * *own;
@@ -232,7 +242,7 @@ impl Memory {
                 Feature::Stop { signal, radius } => {
                     let u = self.signals[signal];
                     let play = if self.started { *state } else { u };
-                    *state = play.max(u - radius).min(u + radius);
+                    *state = hold(play, u - radius, u + radius);
                     (u - *state) / radius
                 }
                 Feature::LowPassDifference { signal, tau_s } => {
@@ -255,6 +265,7 @@ mod tests {
 
     fn law(branches: &[(f64, f64)]) -> MemoryLaw {
         let cell = Cell {
+            start: 0.5,
             basis: vec![Term::Signal(0), Term::One],
             low: vec![1.0, -1.0],
             high: vec![1.0, 1.0],

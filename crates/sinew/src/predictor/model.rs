@@ -181,6 +181,7 @@ impl Cell {
             require("cell.branches.width", "in (0, 1]", width > 0.0 && width <= 1.0, width)?;
             all_moderate("cell.branches.share", &[branch.share])?;
         }
+        require("cell.start", "in [0, 1]", (0.0..=1.0).contains(&self.start), self.start)?;
         for &signal in &self.elastic {
             require("cell.elastic", &format!("signal below {signals}"), signal < signals, signal)?;
         }
