@@ -233,3 +233,40 @@ fn far_range(runs: &[Run]) -> f64 {
     let edge = quantiles(values, &[0.0005, 0.9995]);
     edge[1] - edge[0]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::select::judge::Judgement;
+    use sinew::metrics::Comparison;
+
+    fn tried(sequence_rmse: &[f64]) -> Tried {
+        let judgement = Judgement {
+            outputs: vec![],
+            fold_rmse: sequence_rmse.to_vec(),
+            sequence_rmse: sequence_rmse.to_vec(),
+            fold_factor: vec![],
+            comparison: Comparison::new(),
+            rmse_in_sample: 0.0,
+            cells: vec![],
+            score: 0.0,
+        };
+        Tried { name: String::new(), description: String::new(), judgement: Some(judgement) }
+    }
+
+    #[test]
+    fn one_lucky_sequence_proves_nothing() {
+        let physics = tried(&[3.4, 1.4, 1.4, 2.7]);
+        assert!(!clearly_better(&tried(&[1.8, 1.5, 1.45, 2.8]), &physics));
+        assert!(clearly_better(&tried(&[2.0, 1.1, 1.0, 1.9]), &physics));
+        assert!(!clearly_better(&tried(&[1.0, 1.0]), &tried(&[2.0, 2.0])), "two are too few to tell");
+        assert!(!clearly_better(&physics, &physics));
+    }
+
+    #[test]
+    fn the_band_of_few_folds_is_stretched_most() {
+        assert!((band_factor(&[2.0, 1.0]) - 3.0).abs() < 1e-12);
+        assert!((band_factor(&[2.0, 1.0, 1.5, 1.2, 1.9]) - 2.4).abs() < 1e-12);
+        assert!(band_factor(&[]) > 0.0);
+    }
+}
