@@ -39,6 +39,9 @@ impl CellPlan {
 /// Share of a branch at the start of its fit: enough to be felt, little enough to be taken back.
 const FIRST_SHARE: f64 = 0.05;
 
+/// Sequences that must start alike before their start is believed as much as the middle of the band.
+const DOUBT: f64 = 3.0;
+
 /// Fits the bounds, elasticities and branch shares of a cell.
 ///
 /// Starts: least squares of the far side on the basis, opened by several widths on the constant or on all
@@ -305,10 +308,10 @@ impl Scaled {
         rows.windows(2).filter(counts).map(|pair| pair[0]).collect()
     }
 
-    /// Where in the band the sequences start, on average; the middle counts as one more sequence.
+    /// Where in the band the sequences start, on average; the middle counts as [`DOUBT`] more sequences.
     fn start(&self, bounds: &[f64]) -> f64 {
         let (low, high) = bounds.split_at(self.b);
-        let (mut sum, mut count) = (0.5, 1.0);
+        let (mut sum, mut count) = (0.5 * DOUBT, DOUBT);
         for row in self.beginnings() {
             let x = &self.basis[row * self.b..][..self.b];
             let (low, high) = (dot(low, x), dot(high, x));

@@ -4,6 +4,7 @@ use super::guarded;
 use crate::Error;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use bytes::Bytes;
+use parquet::column::page::Page;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, Row};
@@ -71,6 +72,7 @@ impl ParquetLog {
         needed.sort_unstable();
         needed.dedup();
         let place = |column: usize| needed.binary_search(&column).unwrap_or(0);
+        self.check_dictionaries(&needed)?;
         let projection = self.projection(&needed)?;
         let rows = self.reader.get_row_iter(Some(projection)).map_err(|e| damaged(&self.file, &e))?;
         let mut builder = TableBuilder::new(wanted);
@@ -93,6 +95,39 @@ impl ParquetLog {
             builder.candidates(|column| Cow::Owned(label(fields[place(column)]).into_bytes()));
         }
         Ok(builder.finish(Vec::new()))
+    }
+
+    /// Refuses a dictionary that says it holds more values than it has bytes: its reader would make room for them.
+    fn check_dictionaries(&self, needed: &[usize]) -> Result<(), Error> {
+        let schema = self.reader.metadata().file_metadata().schema_descr();
+        let broken = |e: ParquetError| damaged(&self.file, &e);
+        for group in 0..self.reader.num_row_groups() {
+            let group = self.reader.get_row_group(group).map_err(broken)?;
+            for leaf in 0..group.num_columns().min(schema.num_columns()) {
+                if needed.binary_search(&schema.get_column_root_idx(leaf)).is_err() {
+                    continue;
+                }
+                let mut pages = group.get_column_page_reader(leaf).map_err(broken)?;
+                while let Some(next) = pages.peek_next_page().map_err(broken)? {
+                    if !next.is_dict {
+                        pages.skip_next_page().map_err(broken)?;
+                        continue;
+                    }
+                    let page = pages.get_next_page().map_err(broken)?;
+                    if let Some(Page::DictionaryPage { buf, num_values, .. }) = page
+                        && num_values as usize > buf.len()
+                    {
+                        return Err(Error::Malformed {
+                            file: self.file.clone(),
+                            line: None,
+                            expected: EXPECTED.into(),
+                            got: format!("a dictionary of {num_values} values in {} bytes", buf.len()),
+                        });
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 
     fn projection(&self, needed: &[usize]) -> Result<Type, Error> {
