@@ -9,6 +9,7 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
+pub mod body;
 mod error;
 pub mod math;
 pub mod metrics;
