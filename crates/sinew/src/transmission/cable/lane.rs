@@ -19,6 +19,19 @@ impl<const N: usize> Lanes<N> {
         for (tension, next) in self.tension.iter_mut().zip(&self.next) {
             tension.0[k] = next.0[k];
         }
+        self.rest(k);
+    }
+
+    /// The same tension in every cell.
+    pub(super) fn spread(&mut self, k: usize, tension: f64) {
+        for row in &mut self.tension {
+            row.0[k] = tension;
+        }
+        self.rest(k);
+    }
+
+    /// No motion before the next step.
+    fn rest(&mut self, k: usize) {
         for memory in &mut self.memory {
             memory.speed.0[k] = 0.0;
         }

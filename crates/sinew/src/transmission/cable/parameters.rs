@@ -1,6 +1,7 @@
 //! What friction and elasticity of a cable are made of, in numbers.
 
 use crate::error::{Error, non_negative, positive, within};
+use serde::{Deserialize, Serialize};
 
 /// Friction that gives way when the cable moves: Stribeck's fall, with a lag that keeps it well posed.
 ///
@@ -20,13 +21,16 @@ use crate::error::{Error, non_negative, positive, within};
 /// # Source
 /// `stribeck1902`; the rational form and the lag are ours. The tables of `yuan2023`, at 0.02 m/s and above,
 /// show no such rise and cannot tell its size.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Weakening {
     /// `beta`, 1.
     pub rise: f64,
     /// `v_s`, m/s.
+    #[serde(rename = "speed_m_per_s")]
     pub speed: f64,
     /// `tau`, s.
+    #[serde(rename = "lag_s")]
     pub lag: f64,
 }
 
@@ -55,23 +59,30 @@ impl Weakening {
 ///
 /// # Source
 /// [`bench`](Self::bench) for the values; equations in [`cable`](super).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CableParameters {
     /// `mu`, 1.
     pub friction: f64,
     /// `mu_v`, s/m.
+    #[serde(rename = "viscous_s_per_m")]
     pub viscous: f64,
     /// `eta`, 1.
     pub efficiency: f64,
     /// `d`, N s/m.
+    #[serde(rename = "drag_n_s_per_m")]
     pub drag: f64,
     /// `T_d`, N.
+    #[serde(rename = "drag_fade_n")]
     pub drag_fade: f64,
     /// `T_0`, N.
+    #[serde(rename = "pretension_n")]
     pub pretension: f64,
     /// `rho`, 1/N.
+    #[serde(rename = "compliance_per_n")]
     pub compliance: f64,
     /// `rho_s`, 1/N; zero for a rigid sheath.
+    #[serde(rename = "sheath_compliance_per_n")]
     pub sheath_compliance: f64,
     /// Fall of friction with speed; none by default.
     pub weakening: Option<Weakening>,

@@ -3,30 +3,37 @@
 use crate::error::{Error, non_negative, positive, within};
 use alloc::vec;
 use alloc::vec::Vec;
+use serde::{Deserialize, Serialize};
 
 /// Most cells a cable may be cut into.
 pub(super) const MOST_CELLS: usize = 1024;
 
 /// One piece of the way from the drive's outlet to the anchor.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Segment {
     /// Cable that touches nothing.
     Free {
         /// Length, m, > 0.
+        #[serde(rename = "length_m")]
         length: f64,
     },
     /// Cable inside a bent sheath.
     Sheath {
         /// Length, m, > 0.
+        #[serde(rename = "length_m")]
         length: f64,
         /// Sum of the magnitudes of its bends, rad, >= 0.
+        #[serde(rename = "bend_rad")]
         bend: f64,
         /// Relative curvature of equal parts of its length, each >= 0, not all zero; empty for an even bend.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
         curvature: Vec<f64>,
     },
     /// A fixed surface or a pulley without length, over which the cable slides.
     Pulley {
         /// Wrap angle, rad, >= 0; it may change with a joint from step to step.
+        #[serde(rename = "wrap_rad")]
         wrap: f64,
     },
 }
@@ -54,7 +61,8 @@ pub enum Segment {
 /// assert!((path.length() - 1.7).abs() < 1e-12 && (path.angle() - 6.2).abs() < 1e-12);
 /// # Ok::<(), sinew::Error>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Segment>", into = "Vec<Segment>")]
 pub struct Path {
     segments: Vec<Segment>,
 }
@@ -146,6 +154,20 @@ impl Path {
             counts[fullest.unwrap_or(0)] += 1;
         }
         Ok(Layout::new(self, &counts))
+    }
+}
+
+impl TryFrom<Vec<Segment>> for Path {
+    type Error = Error;
+
+    fn try_from(segments: Vec<Segment>) -> Result<Self, Error> {
+        Self::new(segments)
+    }
+}
+
+impl From<Path> for Vec<Segment> {
+    fn from(path: Path) -> Self {
+        path.segments
     }
 }
 

@@ -127,6 +127,12 @@ impl Cable {
         Ok(())
     }
 
+    /// Places the cable with the same tension, N, in every cell: the middle of its dead band.
+    pub(crate) fn spread(&mut self, tension: f64) {
+        self.lanes.spread(0, tension);
+        self.ends = self.lanes.standing(0);
+    }
+
     /// Travel of the winch, m, that brings the anchor to a tension, N, while the anchor stands still.
     ///
     /// ```text
