@@ -15,6 +15,7 @@ pub mod math;
 pub mod metrics;
 pub mod predictor;
 pub mod transmission;
+pub mod twin;
 
 pub use error::Error;
 

@@ -86,12 +86,15 @@ impl<const N: usize> Lanes<N> {
 
     /// Lengthens the unloaded cable, cell by cell, m; a cell gives up no more tension than it has.
     pub(super) fn lengthen(&mut self, k: usize, growth: impl Iterator<Item = f64>) {
+        if self.stretch.0[k] <= 0.0 {
+            // A slack cable that shrinks stays slack until an end moves.
+            self.stretch.0[k] = (self.stretch.0[k] - growth.sum::<f64>()).min(0.0);
+            return;
+        }
         let cells = self.tension.iter_mut().zip(&self.stiffness);
         for ((tension, stiffness), growth) in cells.zip(growth) {
             tension.0[k] = (tension.0[k] - growth * stiffness.0[k]).max(0.0);
         }
-        if self.stretch.0[k] > 0.0 {
-            self.measure(k);
-        }
+        self.measure(k);
     }
 }

@@ -334,6 +334,25 @@ impl Cables {
         self.groups[group].set_wrap(k, pulley, wrap)
     }
 
+    /// As [`Cable::scale_drag`] for one cable.
+    ///
+    /// # Errors
+    /// As there, and [`Error::OutOfDomain`] where there is no such cable.
+    pub fn scale_drag(&mut self, cable: usize, factor: f64) -> Result<(), Error> {
+        let (group, k) = self.place(cable)?;
+        self.groups[group].scale_drag(k, factor)
+    }
+
+    /// As [`Cable::lengthen`] for one cable.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] where there is no such cable.
+    pub fn lengthen(&mut self, cable: usize, growth: impl Iterator<Item = f64>) -> Result<(), Error> {
+        let (group, k) = self.place(cable)?;
+        self.groups[group].lengthen(k, growth.map(|g| if g.is_finite() { g } else { 0.0 }));
+        Ok(())
+    }
+
     /// Tension of every cell of one cable, N, drive end first; nothing where there is no such cable.
     pub fn tensions(&self, cable: usize) -> impl Iterator<Item = f64> {
         let lanes = self.groups.get(cable / LANES).filter(|_| cable < self.count);
