@@ -72,7 +72,7 @@ pub struct CableEstimate {
     pub innovation: f64,
     /// Elongation of the cable from zero tension, m.
     pub stretch: f64,
-    /// Whether the whole cable has slid since the last reset: before, its profile is partly a guess.
+    /// Whether the whole cable has slid one way for 0.1 s since the last reset: before, its profile is partly a guess.
     pub known: bool,
     /// A position was missing or jumped and was held.
     pub held: bool,
@@ -84,6 +84,8 @@ const LARGEST_INNOVATION: f64 = 50.0;
 const LARGEST_JUMP: f64 = 0.05;
 /// Displacement that one step of the law may take, m; more is cut into equal parts.
 const PART: f64 = 5e-4;
+/// Sliding of the whole cable that wipes out what happened before, s: drag settles in a little less.
+const WIPED_OUT: f64 = 0.1;
 /// Pause after which nothing is known any more, s.
 const LONGEST_PAUSE: f64 = 0.02;
 
@@ -133,6 +135,10 @@ pub struct CableObserver {
     far_gain: f64,
     /// Position of motor and anchor at the last sample; none before the first.
     last: Option<(f64, f64)>,
+    /// Measured minus believed near tension at the last sample, N.
+    innovation: f64,
+    /// How long the whole cable has been sliding in one direction, s.
+    sliding: f64,
     known: bool,
 }
 
@@ -147,6 +153,8 @@ impl CableObserver {
             correction: model.correction,
             far_gain: model.far_gain,
             last: None,
+            innovation: 0.0,
+            sliding: 0.0,
             known: false,
         })
     }
@@ -166,12 +174,14 @@ impl CableObserver {
         let held = motor_moved.is_none() || anchor_moved.is_none();
         self.last = Some((or(sample.motor, motor), or(sample.anchor, anchor)));
         if interval > 0.0 {
-            let error = sample.tension_in - self.cable.ends().tension_in;
-            let error = or(error, 0.0).clamp(-LARGEST_INNOVATION, LARGEST_INNOVATION);
+            let error = self.innovation.clamp(-LARGEST_INNOVATION, LARGEST_INNOVATION);
             let correction = self.correction * error * interval;
             self.advance(interval, motor_moved.unwrap_or(0.0) + correction, anchor_moved.unwrap_or(0.0));
         }
-        self.estimate(sample.tension_in, held)
+        // Of the same instant on both sides: compared with the tension before the motion, motion itself would
+        // look like an error, and the correction would add to it.
+        self.innovation = or(sample.tension_in - self.cable.ends().tension_in, 0.0);
+        self.estimate(held)
     }
 
     /// What it believes, the profile included.
@@ -201,10 +211,10 @@ impl CableObserver {
     fn start(&mut self, sample: &CableSample) -> CableEstimate {
         let known = [sample.motor, sample.anchor].iter().all(|position| position.is_finite());
         self.last = known.then_some((sample.motor, sample.anchor));
-        self.known = false;
+        (self.known, self.sliding, self.innovation) = (false, 0.0, 0.0);
         // Beyond any cable is beyond belief.
         self.cable.spread(or(sample.tension_in, 0.0).clamp(0.0, 1e5));
-        self.estimate(sample.tension_in, !known)
+        self.estimate(!known)
     }
 
     fn advance(&mut self, interval: f64, motor: f64, anchor: f64) {
@@ -215,17 +225,20 @@ impl CableObserver {
             if self.cable.step(interval / parts, motion).is_err() {
                 return;
             }
-            self.known |= self.cable.slips().all(|slip| slip.abs() > 0.0);
+            let slips = || self.cable.slips();
+            let whole = slips().all(|slip| slip > 0.0) || slips().all(|slip| slip < 0.0);
+            self.sliding = if whole { self.sliding + interval / parts } else { 0.0 };
+            self.known |= self.sliding > WIPED_OUT;
         }
     }
 
-    fn estimate(&self, measured: f64, held: bool) -> CableEstimate {
+    fn estimate(&self, held: bool) -> CableEstimate {
         let ends = self.cable.ends();
         CableEstimate {
             tension_out: ends.tension_out,
             far: self.far_gain * ends.tension_out,
             tension_in: ends.tension_in,
-            innovation: or(measured - ends.tension_in, 0.0),
+            innovation: self.innovation,
             stretch: self.cable.stretch(),
             known: self.known,
             held,
