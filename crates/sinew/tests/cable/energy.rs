@@ -1,9 +1,10 @@
 //! No step creates energy, however violent; masses at both ends never swing up.
 
 use crate::laws::Random;
+use proptest::prelude::*;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::{
-    Cable, CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path, Weakening,
+    Cable, CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path, Segment, Weakening,
 };
 
 fn law(parameters: &CableParameters, cells: usize) -> CableLaw {
@@ -100,5 +101,92 @@ fn masses_at_both_ends_never_gain_energy() {
         let end = total(&cable, v_m, v_a, p_m, p_a) - start;
         assert!(highest < 4e-3, "{winch} | {load} kg gained {highest} J");
         assert!(end < -1e-3 && travelled > 1e-3, "{winch} | {load} kg: {end} J, {travelled} m");
+    }
+}
+
+/// A value of a range, or one of its edges one time in four.
+fn edgy(range: std::ops::Range<f64>, edges: &'static [f64]) -> impl Strategy<Value = f64> {
+    prop_oneof![3 => range, 1 => proptest::sample::select(edges)]
+}
+
+fn parameters() -> impl Strategy<Value = CableParameters> {
+    let friction = (edgy(0.0..0.3, &[0.0]), edgy(0.0..2.0, &[0.0, 100.0]), edgy(0.5..1.0, &[1.0]));
+    let drag = (edgy(0.0..300.0, &[0.0, 1e5]), edgy(0.1..20.0, &[1e-6, 1e6]));
+    let rest = (edgy(0.0..30.0, &[0.0]), edgy(1e-5..1e-3, &[1e-8, 0.1]), edgy(0.0..1e-3, &[0.0]));
+    let weakening = prop_oneof![
+        Just(None),
+        (edgy(0.0..0.6, &[0.0]), edgy(1e-4..0.1, &[1e-9, 1e3]), edgy(0.005..0.2, &[0.005]))
+            .prop_map(|(rise, speed, lag)| Some(Weakening { rise, speed, lag })),
+    ];
+    (friction, drag, rest, weakening).prop_map(|(friction, drag, rest, weakening)| CableParameters {
+        friction: friction.0,
+        viscous: friction.1,
+        efficiency: friction.2,
+        drag: drag.0,
+        drag_fade: drag.1,
+        pretension: rest.0,
+        compliance: rest.1,
+        sheath_compliance: rest.2,
+        weakening,
+    })
+}
+
+fn path() -> impl Strategy<Value = Path> {
+    let free = || edgy(0.05..1.0, &[1e-3]).prop_map(|length| Segment::Free { length });
+    let sheath =
+        (edgy(0.1..2.0, &[1e-3]), edgy(0.0..5.0, &[0.0]), proptest::collection::vec(0.1..1.0_f64, 0..4))
+            .prop_map(|(length, bend, curvature)| Segment::Sheath { length, bend, curvature });
+    let pulley = edgy(0.0..2.0, &[0.0]).prop_map(|wrap| Segment::Pulley { wrap });
+    let middle = prop_oneof![2 => sheath, 1 => pulley, 1 => free()];
+    (free(), proptest::collection::vec(middle, 1..6), free()).prop_filter_map(
+        "a path",
+        |(first, middle, last)| {
+            Path::new(std::iter::once(first).chain(middle).chain(std::iter::once(last)).collect()).ok()
+        },
+    )
+}
+
+/// Motions from none to absurd, both ends.
+fn motions() -> impl Strategy<Value = Vec<(f64, f64)>> {
+    let slide = || {
+        prop_oneof![
+            4 => -3e-4..3e-4_f64, 2 => Just(0.0), 2 => -1e-2..1e-2_f64, 1 => Just(1e-13), 1 => Just(0.1), 1 => Just(-0.1),
+        ]
+    };
+    proptest::collection::vec((slide(), slide()), 10..120)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1500) })]
+
+    #[test]
+    fn no_cable_on_any_path_creates_energy_at_any_edge_of_its_domain(
+        path in path(), parameters in parameters(), motions in motions(), extra in 0_usize..14,
+        interval in edgy(1e-4..5e-3, &[1e-7, 0.02]), wraps in proptest::collection::vec(0.0..2.0_f64, 8),
+        iterations in 1_usize..4,
+    ) {
+        let law = CableLaw::new(&path, &parameters, path.fewest_cells() + extra);
+        // Too strong a pulley for one node, or no sheath to take more cells: refused, and that is fine.
+        let Ok(law) = law else { return Ok(()) };
+        let mut cable = Cable::new(law).with_iterations(iterations);
+        cable.settle(parameters.pretension + 50.0, Sliding::TowardMotor).unwrap();
+        let (mut work, mut scale) = (0.0, 0.0);
+        let start = cable.energy();
+        for (k, (motor, anchor)) in motions.into_iter().enumerate() {
+            if k % 7 == 3 && path.pulleys() > 0 {
+                // Refused where it would be too strong for its node; never half done.
+                let _ = cable.set_wrap(k % path.pulleys(), wraps[k % 8]);
+            }
+            let ends = cable.step(interval, EndMotion { motor, anchor }).unwrap();
+            let done = ends.tension_in * motor - (ends.tension_out - parameters.pretension) * anchor;
+            work += done;
+            scale += done.abs() + cable.energy();
+            prop_assert!(ends.tension_in >= 0.0 && ends.tension_out >= parameters.pretension);
+            prop_assert!(cable.tensions().all(|t| t >= 0.0 && t.is_finite()), "{:?}", cable.tensions().collect::<Vec<_>>());
+            prop_assert!(ends.dissipated >= -1e-12 - 1e-12 * (done.abs() + cable.energy()), "{} J of {done}", ends.dissipated);
+            let sum: f64 = cable.tensions().zip(cable.law().compliance()).map(|(t, c)| t * c).sum();
+            prop_assert!((sum - cable.stretch().max(0.0)).abs() <= 1e-12 + 1e-9 * sum, "{sum} and {}", cable.stretch());
+        }
+        prop_assert!(cable.energy() - start - work <= 1e-9 * scale + 1e-11, "{} J", cable.energy() - start - work);
     }
 }
