@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 
 use divan::{Bencher, black_box, counter::ItemsCount};
+use sinew::predictor::{CableModel, CableObserver, CableSample};
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::{
     Cable, CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path, Weakening,
 };
+use sinew::twin::cable::{CablePlant, CablePlants, CableReading, Resolution, Specimen};
 
 fn main() {
     divan::main();
@@ -69,6 +71,55 @@ fn one(bencher: Bencher, cells: usize) {
         let mut sum = 0.0;
         for motion in &motions {
             sum += cable.step(1e-3, black_box(motion[0])).unwrap().tension_in;
+        }
+        sum
+    });
+}
+
+/// One cable of the plant with every effect.
+#[divan::bench]
+fn plant(bencher: Bencher) {
+    let mut plant = CablePlant::new(&Specimen::bench(), Resolution::default()).unwrap();
+    plant.settle(60.0, Sliding::TowardMotor).unwrap();
+    let motions = motions(1);
+    bencher.counter(ItemsCount::new(STEPS)).bench_local(|| {
+        let mut sum = 0.0;
+        for motion in &motions {
+            sum += plant.step(1e-3, black_box(motion[0])).unwrap().tension_in;
+        }
+        sum
+    });
+}
+
+/// Fifteen cables of the plant; items are cable-steps.
+#[divan::bench(args = [12, 24])]
+fn plants(bencher: Bencher, cells: usize) {
+    let specimens: Vec<Specimen> = (0..15).map(Specimen::draw).collect();
+    let mut plants = CablePlants::new(&specimens, Resolution { cells, substeps: cells / 12 }).unwrap();
+    for cable in 0..15 {
+        plants.settle(cable, 60.0, Sliding::TowardMotor).unwrap();
+    }
+    let motions = motions(15);
+    let mut readings = vec![CableReading::default(); 15];
+    bencher.counter(ItemsCount::new(STEPS * 15)).bench_local(|| {
+        for motion in &motions {
+            plants.step(1e-3, black_box(motion), &mut readings).unwrap();
+        }
+        readings[0].tension_in
+    });
+}
+
+#[divan::bench]
+fn observer(bencher: Bencher) {
+    let mut observer = CableObserver::new(&CableModel::bench()).unwrap();
+    let motions = motions(1);
+    bencher.counter(ItemsCount::new(STEPS)).bench_local(|| {
+        let mut sample = CableSample { motor: 0.0, anchor: 0.0, tension_in: 60.0 };
+        let mut sum = 0.0;
+        for motion in &motions {
+            sample.motor += motion[0].motor;
+            sample.anchor += motion[0].anchor;
+            sum += observer.step(1e-3, black_box(&sample)).tension_out;
         }
         sum
     });

@@ -170,7 +170,7 @@ fn many_are_as_many_ones_to_the_bit() {
         one.settle(60.0 + k as f64, Sliding::TowardMotor).unwrap();
         many.settle(k, 60.0 + k as f64, Sliding::TowardMotor).unwrap();
     }
-    let mut readings = vec![many_reading(); 11];
+    let mut readings = vec![CableReading::default(); 11];
     for k in 0..2000 {
         let motions: Vec<_> = (0..11).map(|m| work(f64::from(k) * 1e-3 + f64::from(m))).collect();
         many.step(1e-3, &motions, &mut readings).unwrap();
@@ -179,17 +179,6 @@ fn many_are_as_many_ones_to_the_bit() {
         }
     }
     assert!(many.tensions(10).unwrap().eq(ones[10].tensions()) && many.tensions(11).is_err());
-}
-
-fn many_reading() -> CableReading {
-    CableReading {
-        tension_in: 0.0,
-        tension_out: 0.0,
-        stretch: 0.0,
-        dissipated: 0.0,
-        warming: 0.0,
-        broken: None,
-    }
 }
 
 #[test]

@@ -15,7 +15,7 @@ pub struct Broken {
 }
 
 /// The plant's cable after a step, true values: sensors are elsewhere.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CableReading {
     /// At the drive's outlet, N.
     pub tension_in: f64,
