@@ -24,7 +24,7 @@ const ROOMS: [(&str, &[&str]); 14] = [
     ("trajectory", &["error", "math"]),
     ("drive", &["error", "math"]),
     ("transmission", &["error", "math"]),
-    ("muscle", &["error", "math"]),
+    ("muscle", &["error", "math", "body"]),
     ("body", &["error", "math"]),
     ("tension", &["error", "math"]),
     ("predictor", &["error", "math", "transmission"]),
@@ -34,7 +34,24 @@ const ROOMS: [(&str, &[&str]); 14] = [
         &["error", "math", "trajectory", "drive", "transmission", "muscle", "body", "tension", "predictor"],
     ),
     ("twin", &["error", "math", "trajectory", "drive", "transmission", "muscle", "body"]),
-    ("lib", &["error", "math", "metrics", "predictor", "transmission"]),
+    (
+        "lib",
+        &[
+            "error",
+            "math",
+            "metrics",
+            "trajectory",
+            "drive",
+            "transmission",
+            "muscle",
+            "body",
+            "tension",
+            "predictor",
+            "description",
+            "control",
+            "twin",
+        ],
+    ),
 ];
 
 /// Parts of the standard library that physics has no business with.

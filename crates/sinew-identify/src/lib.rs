@@ -12,6 +12,7 @@ pub mod member;
 pub mod adapt;
 pub mod evaluate;
 pub mod identify;
+pub mod observer;
 mod runs;
 mod select;
 pub mod simulated;

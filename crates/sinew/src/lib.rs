@@ -9,11 +9,13 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
+pub mod body;
 mod error;
 pub mod math;
 pub mod metrics;
 pub mod predictor;
 pub mod transmission;
+pub mod twin;
 
 pub use error::Error;
 

@@ -6,6 +6,7 @@
 mod common;
 
 use sinew::predictor::{Model, Predictor, Sample};
+use sinew::transmission::cable::{Cable, CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -101,4 +102,28 @@ fn a_step_of_the_cell_alone_never_allocates() {
 #[test]
 fn a_step_with_an_ensemble_never_allocates() {
     never_allocates(common::complete());
+}
+
+#[test]
+fn a_step_of_cables_never_allocates_in_whatever_state_they_are() {
+    let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12).unwrap();
+    let mut cables = Cables::new(&vec![law.clone(); 15]).unwrap();
+    let mut alone = Cable::new(law);
+    let mut ends = [EndTensions::default(); 15];
+    let mut sum = 0.0;
+    let counted = calls(|| {
+        for k in 0..3000_u32 {
+            // Pulls, yields into slack, jumps that need repair, and a step that is refused.
+            let t = f64::from(k) * 1e-3;
+            let jump = if k % 500 == 7 { 0.03 } else { 0.0 };
+            let motor = if k % 700 == 9 { f64::NAN } else { 4e-5 * (4.0 * t).cos() + jump * (9.0 * t).cos() };
+            let motions = [EndMotion { motor, anchor: 1e-5 }; 15];
+            let refused = cables.step(1e-3, &motions, &mut ends).is_err();
+            assert_eq!(refused, alone.step(1e-3, motions[0]).is_err());
+            cables.set_wrap(k as usize % 15, 0, 1.5 + 0.1 * t.sin()).unwrap();
+            sum += ends[3].tension_in;
+        }
+    });
+    assert_eq!(counted, 0);
+    assert!(sum > 100.0, "{sum}");
 }

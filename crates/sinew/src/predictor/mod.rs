@@ -13,6 +13,7 @@ mod estimator;
 mod file;
 mod memory;
 mod model;
+mod observer;
 mod signal;
 mod step;
 
@@ -22,5 +23,6 @@ pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
 pub use file::VERSION;
 pub use memory::{Branch, Cell, CellOutput, Feature, Memory, MemoryLaw, Term};
 pub use model::{Input, Model, Provenance, Role};
+pub use observer::{CableEstimate, CableModel, CableObserver, CableSample};
 pub use signal::Signal;
 pub use step::{Flags, Prediction, Predictor, Sample};

@@ -6,6 +6,7 @@
 //! finite. Every friction force among them is passive: no closed cycle returns more work than was put in.
 
 mod bouc_wen;
+pub mod cable;
 mod capstan;
 mod clamp_cell;
 mod dahl;

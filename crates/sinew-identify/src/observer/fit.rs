@@ -1,0 +1,240 @@
+//! Least squares of the far tension over the numbers of a cable.
+
+use super::quantity::{FittedQuantity, Quantity};
+use super::run::{CableLog, run_cable};
+use crate::Error;
+use crate::fit::levenberg_marquardt::{LeastSquares, Options, Solution, minimise};
+use rayon::prelude::*;
+use sinew::predictor::CableModel;
+
+/// What to fit, and how hard to try.
+#[derive(Debug, Clone)]
+pub struct FitOptions {
+    /// Which quantities may move; the others stay as the start has them.
+    pub free: Vec<Quantity>,
+    /// Residuals at most; samples between are run through but not compared.
+    pub residuals: usize,
+    /// Accepted steps of a search, at most.
+    pub steps: usize,
+    /// Weight of the near tension's error beside the far one's, 1: what keeps the near free length honest.
+    pub near_weight: f64,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { free: Quantity::USUAL.to_vec(), residuals: 4000, steps: 30, near_weight: 0.5 }
+    }
+}
+
+/// A model of a cable with the account of its fit.
+#[derive(Debug, Clone)]
+pub struct CableFit {
+    /// The model, ready for a [`CableObserver`](sinew::predictor::CableObserver).
+    pub model: CableModel,
+    /// Root mean square error of the far tension where it was compared, N.
+    pub rmse: f64,
+    /// The same at the start of the search, N.
+    pub rmse_start: f64,
+    /// Every free quantity with its interval.
+    pub quantities: Vec<FittedQuantity>,
+    /// Condition number of the scaled normal matrix.
+    pub condition: f64,
+    /// Samples per independent residual: intervals are widened by its root.
+    pub correlation: f64,
+    /// Samples that were compared.
+    pub compared: usize,
+}
+
+/// Fits the observer to logs, from several starts around `start`.
+///
+/// What is compared is the far tension that the observer estimates as it will run, correction included, against the
+/// far sensor, from when the start's observer knows its state. Sensitivities are central differences.
+///
+/// # Errors
+/// [`Error::Samples`] for lists of different lengths, nothing free, or fewer than 50 samples to compare;
+/// [`Error::Physics`] where the start is no cable.
+pub fn fit_cable(logs: &[CableLog], start: &CableModel, options: &FitOptions) -> Result<CableFit, Error> {
+    start.law()?;
+    for (place, log) in logs.iter().enumerate() {
+        log.check(place)?;
+    }
+    if options.free.is_empty() {
+        return Err(Error::samples("free quantities", "at least one", &0));
+    }
+    let rows = rows_to_compare(logs, start, options.residuals)?;
+    let problem = Problem { logs, start, options, rows };
+    let theta: Vec<f64> = options.free.iter().map(|q| q.inward(q.of(start))).collect();
+    let found = problem
+        .search(&theta)
+        .ok_or_else(|| Error::samples("start", "a cable that can follow the logs", &"one that cannot"))?;
+    let rmse_start = problem.far_rmse(&theta).unwrap_or(f64::NAN);
+    problem.account(&found, rmse_start)
+}
+
+/// Rows `(log, sample)` whose far side counts and whose estimate is no guess, thinned evenly.
+fn rows_to_compare(logs: &[CableLog], start: &CableModel, most: usize) -> Result<Vec<(usize, usize)>, Error> {
+    let mut rows = Vec::new();
+    for (place, log) in logs.iter().enumerate() {
+        let estimates = run_cable(start, log)?;
+        let known = estimates.iter().zip(&log.weight).enumerate();
+        rows.extend(known.filter(|(_, (e, w))| e.known && **w > 0.0).map(|(row, _)| (place, row)));
+    }
+    let every = rows.len().div_ceil(most.max(1)).max(1);
+    let rows: Vec<_> = rows.into_iter().step_by(every).collect();
+    if rows.len() < 50 {
+        let expected = "at least 50 samples after the whole cable has slid once";
+        return Err(Error::samples("logs", expected, &rows.len()));
+    }
+    Ok(rows)
+}
+
+struct Problem<'a> {
+    logs: &'a [CableLog],
+    start: &'a CableModel,
+    options: &'a FitOptions,
+    rows: Vec<(usize, usize)>,
+}
+
+impl Problem<'_> {
+    fn model(&self, theta: &[f64]) -> Option<CableModel> {
+        let mut model = self.start.clone();
+        for (quantity, theta) in self.options.free.iter().zip(theta) {
+            // Beyond a factor of fifty the start was of another cable.
+            let home = quantity.inward(quantity.of(self.start));
+            if (theta - home).abs() > 4.0 {
+                return None;
+            }
+            quantity.set(&mut model, quantity.outward(*theta))?;
+        }
+        model.law().ok()?;
+        Some(model)
+    }
+
+    /// The start itself and its neighbours in friction and drag; the best two are followed.
+    fn search(&self, theta: &[f64]) -> Option<Solution> {
+        let place = |q| self.options.free.iter().position(|free| *free == q);
+        let moved = |(friction, drag): (f64, f64)| {
+            let mut theta = theta.to_vec();
+            for (quantity, factor) in [(Quantity::FrictionAngle, friction), (Quantity::Drag, drag)] {
+                if let Some(i) = place(quantity) {
+                    theta[i] += f64::ln(factor);
+                }
+            }
+            theta
+        };
+        let around = [(1.0, 1.0), (0.7, 1.0), (1.4, 1.0), (1.0, 0.4), (1.0, 2.5), (0.7, 2.5), (1.4, 0.4)];
+        let mut starts: Vec<(f64, Vec<f64>)> = around
+            .par_iter()
+            .map(|factors| moved(*factors))
+            .filter_map(|theta| Some((self.far_rmse(&theta)?, theta)))
+            .collect();
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        starts.truncate(2);
+        let options = Options { steps: self.options.steps, tolerance: 1e-7, ..Options::default() };
+        let found = starts.iter().filter_map(|(_, theta)| minimise(self, theta, options));
+        found.min_by(|a, b| a.squares.total_cmp(&b.squares))
+    }
+
+    fn far_rmse(&self, theta: &[f64]) -> Option<f64> {
+        let mut residuals = vec![0.0; self.residuals()];
+        if !self.evaluate(theta, &mut residuals) {
+            return None;
+        }
+        let n = self.rows.len();
+        Some((residuals[..n].iter().map(|r| r * r).sum::<f64>() / n as f64).sqrt())
+    }
+
+    fn account(&self, found: &Solution, rmse_start: f64) -> Result<CableFit, Error> {
+        let n = self.rows.len();
+        let far = &found.residuals[..n];
+        let certainty = found.certainty();
+        let correlation = correlation(far);
+        let free = (n as f64 / correlation - found.theta.len() as f64).max(1.0) * correlation;
+        let spread = (found.squares / free * correlation).sqrt();
+        let interval = |(i, quantity): (usize, &Quantity)| {
+            let half = 1.96 * spread * certainty.variance[i].sqrt();
+            FittedQuantity {
+                quantity: *quantity,
+                value: quantity.outward(found.theta[i]),
+                low: quantity.outward(found.theta[i] - half),
+                high: quantity.outward(found.theta[i] + half),
+            }
+        };
+        let model =
+            self.model(&found.theta).ok_or_else(|| Error::samples("fit", "numbers of a cable", &"others"))?;
+        Ok(CableFit {
+            model,
+            rmse: (far.iter().map(|r| r * r).sum::<f64>() / n as f64).sqrt(),
+            rmse_start,
+            quantities: self.options.free.iter().enumerate().map(interval).collect(),
+            condition: certainty.condition,
+            correlation,
+            compared: n,
+        })
+    }
+}
+
+impl LeastSquares for Problem<'_> {
+    fn parameters(&self) -> usize {
+        self.options.free.len()
+    }
+
+    fn residuals(&self) -> usize {
+        2 * self.rows.len()
+    }
+
+    /// Errors of the far tension, then those of the near one.
+    fn evaluate(&self, theta: &[f64], residuals: &mut [f64]) -> bool {
+        let Some(model) = self.model(theta) else { return false };
+        let (far, near) = residuals.split_at_mut(self.rows.len());
+        let mut rows = self.rows.iter().zip(far.iter_mut().zip(near)).peekable();
+        for (place, log) in self.logs.iter().enumerate() {
+            let Ok(estimates) = run_cable(&model, log) else { return false };
+            while let Some(((_, row), (far, near))) = rows.next_if(|((of, _), _)| *of == place) {
+                *far = estimates[*row].far - log.far[*row];
+                *near = self.options.near_weight * estimates[*row].innovation;
+            }
+        }
+        true
+    }
+
+    /// Central differences, wide enough to pass over the corners of stick and slip.
+    fn linearise(&self, theta: &[f64], residuals: &mut [f64], jacobian: &mut [f64]) -> bool {
+        const STEP: f64 = 5e-3;
+        let n = residuals.len();
+        let shifted = |i: usize, by: f64| {
+            let mut theta = theta.to_vec();
+            theta[i] += by;
+            let mut residuals = vec![0.0; n];
+            self.evaluate(&theta, &mut residuals).then_some(residuals)
+        };
+        let columns = jacobian.par_chunks_exact_mut(n).enumerate();
+        let fine = columns.map(|(i, column)| {
+            let (Some(up), Some(down)) = (shifted(i, STEP), shifted(i, -STEP)) else { return false };
+            for (slope, (up, down)) in column.iter_mut().zip(up.iter().zip(&down)) {
+                *slope = (up - down) / (2.0 * STEP);
+            }
+            true
+        });
+        fine.reduce(|| true, |a, b| a && b) && self.evaluate(theta, residuals)
+    }
+}
+
+/// `1 + 2 sum_k rho_k` of neighbouring residuals, until `rho_k < 0.05`.
+fn correlation(residuals: &[f64]) -> f64 {
+    let n = residuals.len();
+    let mean = residuals.iter().sum::<f64>() / n as f64;
+    let centred: Vec<f64> = residuals.iter().map(|r| r - mean).collect();
+    let variance: f64 = centred.iter().map(|r| r * r).sum();
+    let mut sum = 1.0;
+    for lag in 1..n / 4 {
+        let product: f64 = centred.iter().zip(&centred[lag..]).map(|(a, b)| a * b).sum();
+        let rho = product / variance;
+        // NaN, of residuals that are all the same, ends it too.
+        if rho.is_nan() || rho < 0.05 {
+            break;
+        }
+        sum += 2.0 * rho;
+    }
+    sum
+}

@@ -1,0 +1,15 @@
+//! The cable observer's numbers from a log with both ends' displacements and both ends' tensions.
+//!
+//! The far tension is needed here and nowhere else: once identified, a [`CableObserver`] runs on
+//! motor position, anchor displacement and near tension.
+
+mod fit;
+mod quantity;
+mod run;
+
+pub use fit::{CableFit, FitOptions, fit_cable};
+pub use quantity::{FittedQuantity, Quantity};
+pub use run::{CableLog, run_cable};
+
+#[cfg(doc)]
+use sinew::predictor::CableObserver;

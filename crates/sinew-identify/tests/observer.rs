@@ -1,0 +1,144 @@
+//! The observer identified from the twin's logs: what it recovers, and how well it then knows the far end.
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sinew::predictor::{CableModel, CableSample};
+use sinew::transmission::Sliding;
+use sinew::transmission::cable::EndMotion;
+use sinew::twin::cable::{CablePlant, Resolution, Specimen};
+use sinew_identify::observer::{CableLog, FitOptions, fit_cable, run_cable};
+
+/// Standard deviation of both load cells, N.
+const NOISE: f64 = 0.4;
+
+/// A log of the bench, and the true far tension beside it.
+///
+/// The motor runs back and forth at 0.02 to 0.12 m/s; the other drive swings the far tension between 40 and 200 N.
+fn bench(specimen: &Specimen, seconds: f64, seed: u64) -> (CableLog, Vec<f64>) {
+    let mut plant = CablePlant::new(specimen, Resolution { cells: 32, substeps: 4 }).unwrap();
+    plant.settle(100.0, Sliding::TowardMotor).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = move || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+    let (mut log, mut truth) = (CableLog::default(), Vec::new());
+    let mut reading = plant.step(1e-3, EndMotion::default()).unwrap();
+    // Positions have an origin that nobody knows.
+    let (mut motor, mut anchor, mut place, mut speed) = (0.7, -0.3, 0.0_f64, 0.0_f64);
+    for k in 0..(1e3 * seconds) as usize {
+        let t = k as f64 * 1e-3;
+        let wanted = 0.02 + 0.02 * ((t / 12.0).floor() % 6.0);
+        let direction = if ((t * wanted / 0.3).floor() as u64).is_multiple_of(2) { 1.0 } else { -1.0 };
+        speed += (direction * wanted - speed).clamp(-3e-3, 3e-3);
+        place += 1e-3 * speed;
+        let target = 120.0 + 80.0 * (2.0 * std::f64::consts::PI * t / 3.7).sin();
+        let follow = (speed + 2e-3 * (reading.tension_out - target)).clamp(-0.3, 0.3);
+        let motion = EndMotion { motor: 1e-3 * speed, anchor: 1e-3 * follow };
+        motor += motion.motor;
+        anchor += motion.anchor;
+        reading = plant.step(1e-3, motion).unwrap();
+        assert!(reading.broken.is_none() && place.abs() < 10.0);
+        let sample = CableSample { motor, anchor, tension_in: reading.tension_in + NOISE * normal() };
+        log.push(1e-3, sample, reading.tension_out + NOISE * normal());
+        truth.push(reading.tension_out);
+    }
+    (log, truth)
+}
+
+fn part(log: &CableLog, range: std::ops::Range<usize>) -> CableLog {
+    CableLog {
+        interval_s: log.interval_s[range.clone()].to_vec(),
+        samples: log.samples[range.clone()].to_vec(),
+        far: log.far[range.clone()].to_vec(),
+        weight: log.weight[range].to_vec(),
+    }
+}
+
+/// Root mean square error against the true far tension from a row on, the observer having run from the start.
+fn rmse(model: &CableModel, log: &CableLog, truth: &[f64], from: usize) -> f64 {
+    let estimates = run_cable(model, log).unwrap();
+    let squares: f64 =
+        estimates[from..].iter().zip(&truth[from..]).map(|(e, t)| (e.tension_out - t).powi(2)).sum();
+    (squares / (truth.len() - from) as f64).sqrt()
+}
+
+/// The calibrated bench with the errors of a mediocre identification.
+fn mistaken(times: f64) -> CableModel {
+    let mut model = CableModel::bench();
+    model.parameters.friction *= 1.0 + 0.03 * times;
+    model.parameters.drag *= 1.0 - 0.10 * times;
+    model.parameters.compliance *= 1.0 + 0.04 * times;
+    model.parameters.efficiency = model.parameters.efficiency.powf(1.0 - 0.10 * times);
+    model
+}
+
+#[test]
+fn an_observer_with_slightly_wrong_numbers_errs_by_a_few_newtons() {
+    let (log, truth) = bench(&Specimen::ideal(), 60.0, 1);
+    let right = rmse(&CableModel::bench(), &log, &truth, 5000);
+    let once = rmse(&mistaken(1.0), &log, &truth, 5000);
+    let four = rmse(&mistaken(4.0), &log, &truth, 5000);
+    eprintln!("T_out rmse: right numbers {right:.2}, identified {once:.2}, four times worse {four:.2} N");
+    assert!(right < 0.6 && once < 3.0 && four < 14.0, "{right} {once} {four}");
+    assert!(right < once && once < four);
+}
+
+#[test]
+fn known_numbers_come_back_from_a_noisy_log() {
+    let (log, truth) = bench(&Specimen::ideal(), 100.0, 2);
+    let training = part(&log, 0..70_000);
+    // The efficiency cannot be told from friction, so it must be right; cells enough to let the numbers be themselves.
+    let mut start = CableModel { cells: 16, ..mistaken(4.0) };
+    start.parameters.efficiency = CableModel::bench().parameters.efficiency;
+    let fit = fit_cable(&[training], &start, &FitOptions::default()).unwrap();
+    eprintln!(
+        "rmse {:.3} from {:.2}, condition {:.0}, correlation {:.1}",
+        fit.rmse, fit.rmse_start, fit.condition, fit.correlation
+    );
+    let known = CableModel::bench();
+    for fitted in &fit.quantities {
+        let exact = fitted.quantity.of(&known);
+        let name = fitted.quantity.name();
+        eprintln!(
+            "{name}: {:.4e} in {:.4e} to {:.4e}, exact {exact:.4e}",
+            fitted.value, fitted.low, fitted.high
+        );
+        assert!((fitted.value / exact - 1.0).abs() < 0.02, "{name}: {} not {exact}", fitted.value);
+        // Twice the interval: one of six may well lie outside of it.
+        let half = (fitted.high - fitted.low) / 2.0;
+        assert!((fitted.value - exact).abs() < 2.0 * half, "{name}: {} +- {half}, not {exact}", fitted.value);
+    }
+    let unseen = rmse(&fit.model, &log, &truth, 70_000);
+    eprintln!("unseen {unseen:.3} N");
+    assert!(unseen < 0.2, "{unseen} N on what was not seen");
+}
+
+#[test]
+fn a_specimen_with_every_unknown_effect_is_followed_after_its_own_calibration() {
+    for seed in [1, 2] {
+        let (log, truth) = bench(&Specimen::draw(seed), 100.0, seed);
+        let before = rmse(&CableModel::bench(), &log, &truth, 70_000);
+        let fit = fit_cable(&[part(&log, 0..70_000)], &CableModel::bench(), &FitOptions::default()).unwrap();
+        let after = rmse(&fit.model, &log, &truth, 70_000);
+        eprintln!("specimen {seed}: {before:.2} N before, {after:.2} N after its calibration");
+        assert!(after < 2.0 && after < 0.7 * before, "specimen {seed}: {before} N, then {after} N");
+    }
+}
+
+#[test]
+fn logs_that_cannot_be_fitted_are_refused_by_name() {
+    let model = CableModel::bench();
+    let refused = |logs: &[CableLog], options: &FitOptions, name: &str| {
+        let error = fit_cable(logs, &model, options).unwrap_err().to_string();
+        assert!(error.contains(name), "{error}");
+    };
+    let usual = FitOptions::default();
+    refused(&[], &usual, "50 samples");
+    let (log, _) = bench(&Specimen::ideal(), 2.0, 3);
+    refused(std::slice::from_ref(&log), &FitOptions { free: vec![], ..usual.clone() }, "free quantities");
+    let mut short = log.clone();
+    short.far.pop();
+    refused(&[log.clone(), short], &usual, "log 1, far");
+    let mut holed = log;
+    holed.far[7] = f64::NAN;
+    refused(&[holed], &usual, "sample 7");
+}

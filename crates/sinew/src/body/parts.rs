@@ -1,0 +1,239 @@
+//! A robot as described: plain data, nothing checked. `Robot::new` checks it once and for all.
+//!
+//! Conventions are MuJoCo's where it has one: quaternions are `[w, x, y, z]`; a frame's pose is given in its
+//! parent body; joints of one body act in the order they are listed, anchor and axis in the body's own frame
+//! (at the reference pose the joints move nothing); the world is body 0.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// Everything a robot file says that matters for cables, muscles and dynamics. Indices point into these lists.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Parts {
+    /// Name of the robot.
+    pub name: String,
+    /// Acceleration of gravity in the world, m/s^2.
+    pub gravity: [f64; 3],
+    /// Bodies; the first is the world; every parent stands before its children.
+    pub bodies: Vec<Body>,
+    /// Joints, grouped by body in the order of bodies.
+    pub joints: Vec<Joint>,
+    /// Points fixed to bodies.
+    pub sites: Vec<Site>,
+    /// Surfaces that cables wrap around.
+    pub wraps: Vec<Wrap>,
+    /// Cables: each counts as a muscle.
+    pub tendons: Vec<Tendon>,
+    /// Joints that follow other joints.
+    pub couplings: Vec<Coupling>,
+    /// What pulls.
+    pub actuators: Vec<Actuator>,
+    /// Named poses.
+    pub keys: Vec<Key>,
+}
+
+/// A rigid body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Its name; unique; may be empty in files that name nothing.
+    pub name: String,
+    /// Index of the parent; the world's is 0.
+    pub parent: usize,
+    /// Origin in the parent's frame, m.
+    pub position: [f64; 3],
+    /// Orientation in the parent's frame, unit quaternion `[w, x, y, z]`.
+    pub orientation: [f64; 4],
+    /// Mass, kg.
+    pub mass: f64,
+    /// Centre of mass in the body's frame, m.
+    pub center_of_mass: [f64; 3],
+    /// Inertia about the centre of mass in the body's axes, kg m^2, `[xx, yy, zz, xy, xz, yz]`.
+    pub inertia: [f64; 6],
+}
+
+/// How a joint moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// About an axis; one coordinate, rad.
+    Hinge,
+    /// Along an axis; one coordinate, m.
+    Slide,
+    /// About a point; four coordinates (a unit quaternion), three velocities in the body's frame.
+    Ball,
+    /// Not held at all; seven coordinates (position in the world, quaternion), six velocities (linear in
+    /// the world, angular in the body).
+    Free,
+}
+
+/// A joint between a body and its parent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Its name.
+    pub name: String,
+    /// The body it moves.
+    pub body: usize,
+    /// How.
+    pub kind: JointKind,
+    /// Anchor in the body's frame, m.
+    pub anchor: [f64; 3],
+    /// Unit axis in the body's frame (hinge and slide).
+    pub axis: [f64; 3],
+    /// Coordinate in the pose the file describes (hinge, slide): rad or m.
+    pub reference: f64,
+    /// Limits, rad or m; a ball's is its largest angle.
+    pub range: Option<[f64; 2]>,
+    /// Rotor inertia seen at the joint, kg m^2 or kg.
+    pub armature: f64,
+    /// Viscous damping, Nm s/rad or N s/m.
+    pub damping: f64,
+    /// Dry friction, Nm or N.
+    pub friction: f64,
+    /// Spring, Nm/rad or N/m.
+    pub stiffness: f64,
+    /// Coordinate where the spring is at rest.
+    pub spring_reference: f64,
+}
+
+/// A point fixed to a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Site {
+    /// Its name.
+    pub name: String,
+    /// The body.
+    pub body: usize,
+    /// Place in the body's frame, m.
+    pub position: [f64; 3],
+    /// Orientation in the body's frame.
+    pub orientation: [f64; 4],
+}
+
+/// What a cable wraps around.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WrapKind {
+    /// A sphere.
+    Sphere,
+    /// A cylinder about its own z axis, without ends.
+    Cylinder,
+}
+
+/// A wrapping surface fixed to a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wrap {
+    /// Its name.
+    pub name: String,
+    /// The body.
+    pub body: usize,
+    /// Its shape.
+    pub kind: WrapKind,
+    /// Radius, m.
+    pub radius: f64,
+    /// Centre in the body's frame, m.
+    pub position: [f64; 3],
+    /// Orientation in the body's frame.
+    pub orientation: [f64; 4],
+}
+
+/// One station of a cable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Station {
+    /// Through a site.
+    Site(usize),
+    /// Around a surface, if it is in the way; `side` is the site that says on which side, or that the cable
+    /// runs inside when it lies within the surface.
+    Wrap {
+        /// The surface.
+        wrap: usize,
+        /// The site.
+        side: Option<usize>,
+    },
+    /// A tackle: what follows counts divided by this, and begins a new branch.
+    Pulley(f64),
+}
+
+/// The way of a cable.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Route {
+    /// Through space.
+    Spatial(Vec<Station>),
+    /// A weighted sum of joint coordinates: joint, coefficient.
+    Fixed(Vec<(usize, f64)>),
+}
+
+/// The sheath that brings a cable from its drive to the first station.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sheath {
+    /// Length, m.
+    pub length: f64,
+    /// Bend, rad.
+    pub bend: f64,
+    /// Direction in which the cable leaves the sheath, in the first site's body frame; unit.
+    pub end_axis: Option<[f64; 3]>,
+}
+
+/// A cable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tendon {
+    /// Its name.
+    pub name: String,
+    /// Its way.
+    pub route: Route,
+    /// Its sheath, if the file knows one.
+    pub sheath: Option<Sheath>,
+    /// Limits of length, m.
+    pub range: Option<[f64; 2]>,
+    /// Damping, N s/m.
+    pub damping: f64,
+    /// Stiffness, N/m.
+    pub stiffness: f64,
+    /// Lengths between which the spring is slack, m; `None`: the length at the reference pose.
+    pub spring_length: Option<[f64; 2]>,
+}
+
+/// A joint that follows another: `q1 - r1 = c0 + c1 x + c2 x^2 + c3 x^3 + c4 x^4`, `x = q2 - r2`, with
+/// the references `r`; without a leader `q1 - r1 = c0`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coupling {
+    /// The joint that follows.
+    pub follower: usize,
+    /// The joint it follows.
+    pub leader: Option<usize>,
+    /// Coefficients.
+    pub coefficients: [f64; 5],
+}
+
+/// What a tendon is pulled by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ActuatorKind {
+    /// A force proportional to the control.
+    Motor,
+    /// MuJoCo's general actuator.
+    General,
+    /// MuJoCo's biological muscle.
+    Muscle,
+}
+
+/// An actuator on a tendon.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Actuator {
+    /// Its name.
+    pub name: String,
+    /// Its kind.
+    pub kind: ActuatorKind,
+    /// The tendon.
+    pub tendon: usize,
+    /// Force at the tendon per unit of its own.
+    pub gear: f64,
+    /// Limits of the control.
+    pub control_range: Option<[f64; 2]>,
+    /// Limits of the force, N.
+    pub force_range: Option<[f64; 2]>,
+}
+
+/// A named pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Key {
+    /// Its name.
+    pub name: String,
+    /// All coordinates, joints in order.
+    pub q: Vec<f64>,
+}

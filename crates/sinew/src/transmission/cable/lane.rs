@@ -1,0 +1,100 @@
+//! What is done to one lane between steps: placing it, asking it, changing a wrap.
+
+use super::lanes::Lanes;
+use super::repair::across;
+use super::travel::{Seen, travel};
+use crate::error::{Error, non_negative, within};
+use crate::transmission::Sliding;
+
+impl<const N: usize> Lanes<N> {
+    /// Sliding everywhere in one direction, with this tension at the anchor's end of the cable.
+    pub(super) fn settle(&mut self, k: usize, far: f64, sliding: Sliding) {
+        let mut tension = far;
+        for j in (0..self.next.len()).rev() {
+            if j + 1 < self.next.len() {
+                tension /= across(sliding.sign() * self.nodes[j].grip.0[k]);
+            }
+            self.next[j].0[k] = tension;
+        }
+        for (tension, next) in self.tension.iter_mut().zip(&self.next) {
+            tension.0[k] = next.0[k];
+        }
+        self.rest(k);
+    }
+
+    /// The same tension in every cell.
+    pub(super) fn spread(&mut self, k: usize, tension: f64) {
+        for row in &mut self.tension {
+            row.0[k] = tension;
+        }
+        self.rest(k);
+    }
+
+    /// No motion before the next step.
+    fn rest(&mut self, k: usize) {
+        for memory in &mut self.memory {
+            memory.speed.0[k] = 0.0;
+        }
+        for slip in &mut self.slip {
+            slip.0[k] = 0.0;
+        }
+        self.measure(k);
+    }
+
+    /// Travel of the winch that brings the anchor's end of the cable to `far`, m; see [`travel`].
+    pub(super) fn travel_to(&self, k: usize, far: f64, sliding: Sliding) -> f64 {
+        let s = sliding.sign();
+        let ahead = |j: usize| across(s * self.nodes[j].grip.0[k]);
+        let whole: f64 = (0..self.nodes.len()).map(ahead).product();
+        let cells = (0..self.tension.len()).scan(1.0, |ratio, j| {
+            if j > 0 {
+                *ratio *= ahead(j - 1);
+            }
+            Some(Seen { tension: self.tension[j].0[k], compliance: self.compliance[j].0[k], ratio: *ratio })
+        });
+        travel(cells, far / whole, s)
+    }
+
+    /// Sets the wrap of one pulley.
+    pub(super) fn set_wrap(&mut self, k: usize, pulley: usize, wrap: f64) -> Result<(), Error> {
+        non_negative("wrap", wrap)?;
+        let law = &mut self.laws[k];
+        let count = law.pulleys.len();
+        within("pulley", "below the number of pulleys of the path", pulley as f64, pulley < count)?;
+        let place = law.pulleys[pulley];
+        let mut node = law.nodes[place.node];
+        // Rounding must not leave a negative angle where all wrap is gone.
+        node.friction = (node.friction + 0.5 * law.friction * (wrap - place.wrap)).max(0.0);
+        node.viscous = (node.viscous + 0.5 * law.viscous * (wrap - place.wrap)).max(0.0);
+        law.check_angle(&node)?;
+        law.nodes[place.node] = node;
+        law.pulleys[pulley].wrap = wrap;
+        let drag = self.nodes[place.node].drag.0[k];
+        self.refresh(k, place.node, 1.0);
+        self.nodes[place.node].drag.0[k] = drag;
+        Ok(())
+    }
+
+    /// Multiplies the drag of a lane as built by a factor.
+    pub(super) fn scale_drag(&mut self, k: usize, factor: f64) -> Result<(), Error> {
+        non_negative("drag factor", factor)?;
+        for (node, law) in self.nodes.iter_mut().zip(&self.laws[k].nodes) {
+            node.drag.0[k] = law.drag * factor;
+        }
+        Ok(())
+    }
+
+    /// Lengthens the unloaded cable, cell by cell, m; a cell gives up no more tension than it has.
+    pub(super) fn lengthen(&mut self, k: usize, growth: impl Iterator<Item = f64>) {
+        if self.stretch.0[k] <= 0.0 {
+            // A slack cable that shrinks stays slack until an end moves.
+            self.stretch.0[k] = (self.stretch.0[k] - growth.sum::<f64>()).min(0.0);
+            return;
+        }
+        let cells = self.tension.iter_mut().zip(&self.stiffness);
+        for ((tension, stiffness), growth) in cells.zip(growth) {
+            tension.0[k] = (tension.0[k] - growth * stiffness.0[k]).max(0.0);
+        }
+        self.measure(k);
+    }
+}

@@ -1,0 +1,130 @@
+//! A cable as numbers per cell and per node: what a lane is filled with.
+
+use super::parameters::{CableParameters, Weakening};
+use super::path::Path;
+use crate::error::{Error, within};
+use alloc::vec::Vec;
+
+/// Largest half friction angle of one node: up to there the series for `tanh` is good to 2e-5, and far better below.
+pub(super) const LARGEST_HALF_ANGLE: f64 = 0.4;
+
+/// Friction at one node, per direction the same.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct NodeLaw {
+    /// `mu phi_i / 2`: the part that weakens with speed.
+    pub(super) friction: f64,
+    /// `-ln(eta) / 2`.
+    pub(super) loss: f64,
+    /// `mu_v phi_i / 2`, s/m.
+    pub(super) viscous: f64,
+    /// `d_i`, N s/m.
+    pub(super) drag: f64,
+}
+
+/// A pulley whose wrap may change: where it sits and what it contributes now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PulleyPlace {
+    pub(super) node: usize,
+    pub(super) wrap: f64,
+}
+
+/// One cable, cut into cells and validated: immutable numbers, no state.
+///
+/// # Example
+/// ```
+/// use sinew::transmission::cable::{CableLaw, CableParameters, Path};
+/// let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12)?;
+/// assert_eq!(law.cells(), 12);
+/// assert!((law.friction_angle() - 1.054).abs() < 2e-3); // the number that the tables identify
+/// # Ok::<(), sinew::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct CableLaw {
+    pub(super) compliance: Vec<f64>,
+    pub(super) nodes: Vec<NodeLaw>,
+    pub(super) pulleys: Vec<PulleyPlace>,
+    pub(super) friction: f64,
+    pub(super) viscous: f64,
+    pub(super) pretension: f64,
+    pub(super) drag_fade: f64,
+    pub(super) weakening: Option<Weakening>,
+}
+
+impl CableLaw {
+    /// A path with its parameters, cut into `cells`.
+    ///
+    /// 8 cells for an observer, 12 to 16 for a plant in real time: [`cable`](super) has what that costs and errs.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names a parameter outside its domain, a number of cells the path does not
+    /// allow, or a friction angle that is too large for one node.
+    pub fn new(path: &Path, parameters: &CableParameters, cells: usize) -> Result<Self, Error> {
+        parameters.validate()?;
+        let layout = path.layout(cells)?;
+        let compliance = layout.cells.iter().map(|cell| {
+            let wall = if cell.sheathed { parameters.sheath_compliance } else { 0.0 };
+            cell.length * (parameters.compliance + wall)
+        });
+        let sheathed: f64 = layout.nodes.iter().map(|node| node.sheathed).sum();
+        let drag_per_length = if sheathed > 0.0 { parameters.drag / sheathed } else { 0.0 };
+        let nodes = layout.nodes.iter().enumerate().map(|(i, node)| NodeLaw {
+            friction: 0.5 * parameters.friction * (node.bend + node.wrap),
+            loss: if i == 0 { -0.5 * libm::log(parameters.efficiency) } else { 0.0 },
+            viscous: 0.5 * parameters.viscous * (node.bend + node.wrap),
+            drag: drag_per_length * node.sheathed,
+        });
+        let law = Self {
+            compliance: compliance.collect(),
+            nodes: nodes.collect(),
+            pulleys: layout.pulleys.iter().map(|&(node, wrap)| PulleyPlace { node, wrap }).collect(),
+            friction: parameters.friction,
+            viscous: parameters.viscous,
+            pretension: parameters.pretension,
+            drag_fade: parameters.drag_fade,
+            weakening: parameters.weakening.filter(|weakening| weakening.rise > 0.0),
+        };
+        law.nodes.iter().try_for_each(|node| law.check_angle(node))?;
+        for compliance in &law.compliance {
+            let sane = (1e-12..=1.0).contains(compliance);
+            within("compliance of a cell", "a number in [1e-12, 1] m/N", *compliance, sane)?;
+        }
+        Ok(law)
+    }
+
+    /// Refuses a node that would turn the tension by more than the step's series is good for.
+    pub(super) fn check_angle(&self, node: &NodeLaw) -> Result<(), Error> {
+        let rise = self.weakening.map_or(0.0, |weakening| weakening.rise);
+        let angle = 2.0 * ((1.0 + rise) * node.friction + node.loss);
+        within(
+            "friction angle of a node",
+            "at most 0.8: use more cells, or turn a strong pulley into a short sheath",
+            angle,
+            angle <= 2.0 * LARGEST_HALF_ANGLE,
+        )?;
+        Ok(())
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.compliance.len()
+    }
+
+    /// Compliance `c_j` of every cell, m/N, drive end first.
+    #[must_use]
+    pub fn compliance(&self) -> &[f64] {
+        &self.compliance
+    }
+
+    /// `mu phi - ln eta` of the whole path, without weakening: steady sliding changes the tension by `e` to this.
+    #[must_use]
+    pub fn friction_angle(&self) -> f64 {
+        self.nodes.iter().map(|node| 2.0 * (node.friction + node.loss)).sum()
+    }
+
+    /// `T_0`, N.
+    #[must_use]
+    pub fn pretension(&self) -> f64 {
+        self.pretension
+    }
+}

@@ -1,0 +1,175 @@
+//! Many cables with their states, side by side.
+
+use super::dispatch::{InstructionSet, LANES};
+use super::ends::{
+    EndMotion, EndTensions, LARGEST_MOTION, above_pretension, check_interval, check_motion, same_length,
+};
+use super::lanes::{Ends, Lanes, Motion, Row};
+use super::law::CableLaw;
+use crate::Error;
+use crate::error::{finite, within};
+use crate::transmission::Sliding;
+use alloc::vec::Vec;
+
+/// Any number of cables, eight at a time.
+///
+/// All have the same number of cells and step together; paths and parameters may differ. The widest
+/// instructions of the processor are found when it is built (AVX-512, AVX2, else what the build was made for);
+/// the bits are the same with all of them, and the same as a [`Cable`]'s.
+///
+/// # Example
+/// ```
+/// use sinew::transmission::cable::{CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path};
+/// let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12)?;
+/// let mut cables = Cables::new(&vec![law; 15])?;
+/// let mut ends = [EndTensions::default(); 15];
+/// let pull = [EndMotion { motor: 1e-4, anchor: 0.0 }; 15];
+/// for _ in 0..200 {
+///     cables.step(1e-3, &pull, &mut ends)?;
+/// }
+/// assert!(ends[14].tension_in > 50.0 && ends[14].tension_out < ends[14].tension_in);
+/// # Ok::<(), sinew::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Cables {
+    groups: Vec<Lanes<LANES>>,
+    instructions: InstructionSet,
+    count: usize,
+}
+
+impl Cables {
+    /// Cables without slack and without tension.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] where there is no law, or where one has another number of cells than the first.
+    pub fn new(laws: &[CableLaw]) -> Result<Self, Error> {
+        let Some(first) = laws.first() else {
+            return Err(Error::WrongLength { name: "laws", expected: 1, got: 0 });
+        };
+        for law in laws {
+            same_length("cells of every law", first.cells(), law.cells())?;
+        }
+        let groups = laws.chunks(LANES).map(Lanes::new).collect();
+        Ok(Self { groups, instructions: InstructionSet::detect(), count: laws.len() })
+    }
+
+    /// Number of cables.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Never: there is at least one.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Number of cells of each.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.groups[0].tension.len()
+    }
+
+    /// Moves all cables: `motions: [cables]` in, `ends: [cables]` out.
+    ///
+    /// # Errors
+    /// As [`Cable::step`], and [`Error::WrongLength`]; no cable has then moved.
+    pub fn step(
+        &mut self,
+        interval: f64,
+        motions: &[EndMotion],
+        ends: &mut [EndTensions],
+    ) -> Result<(), Error> {
+        same_length("motions", self.count, motions.len())?;
+        same_length("ends", self.count, ends.len())?;
+        check_interval(interval)?;
+        let sane = |m: &EndMotion| (m.motor.abs() <= LARGEST_MOTION) & (m.anchor.abs() <= LARGEST_MOTION);
+        if !motions.iter().fold(true, |all, motion| all & sane(motion)) {
+            motions.iter().try_for_each(check_motion)?;
+        }
+        let parts = motions.chunks(LANES).zip(ends.chunks_mut(LANES));
+        for (group, (motions, ends)) in self.groups.iter_mut().zip(parts) {
+            let mut rows = Motion { motor: Row::ZERO, anchor: Row::ZERO };
+            for (k, motion) in motions.iter().enumerate() {
+                rows.motor.0[k] = motion.motor;
+                rows.anchor.0[k] = motion.anchor;
+            }
+            let mut felt = Ends { near: Row::ZERO, far: Row::ZERO, dissipated: Row::ZERO };
+            self.instructions.advance(group, interval, &rows, &mut felt);
+            for (k, end) in ends.iter_mut().enumerate() {
+                *end = felt.of(k, group.laws[k].pretension());
+            }
+        }
+        Ok(())
+    }
+
+    /// As [`Cable::settle`] for one cable.
+    ///
+    /// # Errors
+    /// As there, and [`Error::OutOfDomain`] where there is no such cable.
+    pub fn settle(&mut self, cable: usize, tension_out: f64, sliding: Sliding) -> Result<(), Error> {
+        let (group, k) = self.place(cable)?;
+        let lanes = &mut self.groups[group];
+        let far = above_pretension(&lanes.laws[k], tension_out)?;
+        lanes.settle(k, far, sliding);
+        Ok(())
+    }
+
+    /// As [`Cable::travel_to`] for one cable.
+    ///
+    /// # Errors
+    /// As there, and [`Error::OutOfDomain`] where there is no such cable.
+    pub fn travel_to(&self, cable: usize, tension_out: f64, sliding: Sliding) -> Result<f64, Error> {
+        let (group, k) = self.place(cable)?;
+        let lanes = &self.groups[group];
+        let far = (finite("tension_out", tension_out)? - lanes.laws[k].pretension()).max(0.0);
+        Ok(lanes.travel_to(k, far, sliding))
+    }
+
+    /// As [`Cable::set_wrap`] for one cable.
+    ///
+    /// # Errors
+    /// As there, and [`Error::OutOfDomain`] where there is no such cable.
+    pub fn set_wrap(&mut self, cable: usize, pulley: usize, wrap: f64) -> Result<(), Error> {
+        let (group, k) = self.place(cable)?;
+        self.groups[group].set_wrap(k, pulley, wrap)
+    }
+
+    /// As [`Cable::scale_drag`] for one cable.
+    ///
+    /// # Errors
+    /// As there, and [`Error::OutOfDomain`] where there is no such cable.
+    pub fn scale_drag(&mut self, cable: usize, factor: f64) -> Result<(), Error> {
+        let (group, k) = self.place(cable)?;
+        self.groups[group].scale_drag(k, factor)
+    }
+
+    /// As [`Cable::lengthen`] for one cable.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] where there is no such cable.
+    pub fn lengthen(&mut self, cable: usize, growth: impl Iterator<Item = f64>) -> Result<(), Error> {
+        let (group, k) = self.place(cable)?;
+        self.groups[group].lengthen(k, growth.map(|g| if g.is_finite() { g } else { 0.0 }));
+        Ok(())
+    }
+
+    /// Tension of every cell of one cable, N, drive end first; nothing where there is no such cable.
+    pub fn tensions(&self, cable: usize) -> impl Iterator<Item = f64> {
+        let lanes = self.groups.get(cable / LANES).filter(|_| cable < self.count);
+        lanes.into_iter().flat_map(move |lanes| lanes.tension.iter().map(move |row| row.0[cable % LANES]))
+    }
+
+    /// Total stretch of one cable, m; negative by how much a slack cable is too long.
+    #[must_use]
+    pub fn stretch(&self, cable: usize) -> Option<f64> {
+        let lanes = self.groups.get(cable / LANES).filter(|_| cable < self.count)?;
+        Some(lanes.stretch.0[cable % LANES])
+    }
+
+    fn place(&self, cable: usize) -> Result<(usize, usize), Error> {
+        within("cable", "below the number of cables", cable as f64, cable < self.count)?;
+        Ok((cable / LANES, cable % LANES))
+    }
+}

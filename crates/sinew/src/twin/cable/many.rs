@@ -1,0 +1,110 @@
+//! The cables of a whole robot, eight at a time.
+
+use super::one::Resolution;
+use super::specimen::Specimen;
+use super::wear::{CableReading, Wear};
+use crate::Error;
+use crate::error::within;
+use crate::transmission::Sliding;
+use crate::transmission::cable::{Cables, EndMotion, EndTensions};
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Cables of the plant side by side: the same as so many [`CablePlant`](super::CablePlant)s, to the bit, and faster.
+#[derive(Debug, Clone)]
+pub struct CablePlants {
+    cables: Cables,
+    wear: Vec<Wear>,
+    compliance: Vec<Vec<f64>>,
+    substeps: usize,
+    parts: Vec<EndMotion>,
+    ends: Vec<EndTensions>,
+    dissipated: Vec<f64>,
+}
+
+impl CablePlants {
+    /// Cables without tension.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the number outside its domain, [`Error::WrongLength`] where there is no specimen.
+    pub fn new(specimens: &[Specimen], resolution: Resolution) -> Result<Self, Error> {
+        resolution.validate()?;
+        let laws = specimens.iter().map(|s| s.law(resolution.cells)).collect::<Result<Vec<_>, _>>()?;
+        let n = specimens.len();
+        Ok(Self {
+            cables: Cables::new(&laws)?,
+            wear: specimens.iter().map(|s| Wear::new(&s.effects, resolution.cells)).collect(),
+            compliance: laws.iter().map(|law| law.compliance().to_vec()).collect(),
+            substeps: resolution.substeps,
+            parts: vec![EndMotion::default(); n],
+            ends: vec![EndTensions::default(); n],
+            dissipated: vec![0.0; n],
+        })
+    }
+
+    /// As [`CablePlant::settle`](super::CablePlant::settle) for one cable.
+    ///
+    /// # Errors
+    /// As [`Cables::settle`].
+    pub fn settle(&mut self, cable: usize, tension_out: f64, sliding: Sliding) -> Result<(), Error> {
+        self.cables.settle(cable, tension_out, sliding)
+    }
+
+    /// As [`CablePlant::set_wrap`](super::CablePlant::set_wrap) for one cable.
+    ///
+    /// # Errors
+    /// As [`Cables::set_wrap`].
+    pub fn set_wrap(&mut self, cable: usize, pulley: usize, wrap: f64) -> Result<(), Error> {
+        self.cables.set_wrap(cable, pulley, wrap)
+    }
+
+    /// Moves all cables: `motions: [cables]` in, `readings: [cables]` out.
+    ///
+    /// # Errors
+    /// As [`Cables::step`]; no cable has then moved.
+    pub fn step(
+        &mut self,
+        interval: f64,
+        motions: &[EndMotion],
+        readings: &mut [CableReading],
+    ) -> Result<(), Error> {
+        let cables = self.wear.len();
+        for (name, got) in [("motions", motions.len()), ("readings", readings.len())] {
+            if got != cables {
+                return Err(Error::WrongLength { name, expected: cables, got });
+            }
+        }
+        let n = self.substeps as f64;
+        for (part, motion) in self.parts.iter_mut().zip(motions) {
+            *part = EndMotion { motor: motion.motor / n, anchor: motion.anchor / n };
+        }
+        self.dissipated.fill(0.0);
+        for _ in 0..self.substeps {
+            self.cables.step(interval / n, &self.parts, &mut self.ends)?;
+            for (sum, ends) in self.dissipated.iter_mut().zip(&self.ends) {
+                *sum += ends.dissipated;
+            }
+        }
+        for (k, (wear, reading)) in self.wear.iter_mut().zip(readings).enumerate() {
+            let ends = EndTensions { dissipated: self.dissipated[k], ..self.ends[k] };
+            *reading = wear.feel(interval, ends, self.cables.stretch(k).unwrap_or(0.0));
+            if let Some(factor) = wear.drag_factor() {
+                self.cables.scale_drag(k, factor)?;
+            }
+            let compliance = self.compliance[k].iter().copied();
+            if let Some(growth) = wear.creep(interval, self.cables.tensions(k), compliance) {
+                self.cables.lengthen(k, growth.iter().copied())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Tension along one cable, N, drive end first.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] where there is no such cable.
+    pub fn tensions(&self, cable: usize) -> Result<impl Iterator<Item = f64>, Error> {
+        within("cable", "below the number of cables", cable as f64, cable < self.wear.len())?;
+        Ok(self.cables.tensions(cable))
+    }
+}

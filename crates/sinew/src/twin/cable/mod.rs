@@ -1,0 +1,24 @@
+//! The cable of the plant: the law of [`transmission::cable`](crate::transmission::cable) and what real ones do besides.
+//!
+//! | effect                        | what it does                                        | default size                     |
+//! |-------------------------------|-----------------------------------------------------|----------------------------------|
+//! | [`UnevenCurvature`]           | the sheath bends more here than there                | parts of 0.5 to 1.5 of the mean   |
+//! | [`SheathCompliance`]          | the sheath's wall shortens under the cable's tension  | a tenth of the cable's compliance |
+//! | [`DragHeat`]                  | friction warms the grease, its drag falls             | 4 % per kelvin, 0.5 K per watt    |
+//! | [`BraidCreep`]                | the braid goes on stretching under load               | 4 % of the elastic stretch in 30 s |
+//! | [`SlowFriction`]              | friction is higher at creeping speed                  | a tenth, gone at 3 mm/s           |
+//! | [`Breakage`]                  | the cable breaks                                      | above 800 N                      |
+//!
+//! A wrap that changes with a joint is [`CablePlant::set_wrap`]. A [`Specimen`] has all of them, drawn from a seed.
+
+mod effects;
+mod many;
+mod one;
+mod specimen;
+mod wear;
+
+pub use effects::{BraidCreep, Breakage, DragHeat, Effects, SheathCompliance, SlowFriction, UnevenCurvature};
+pub use many::CablePlants;
+pub use one::{CablePlant, Resolution};
+pub use specimen::Specimen;
+pub use wear::{Broken, CableReading};

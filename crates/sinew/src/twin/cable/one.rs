@@ -1,0 +1,120 @@
+//! One cable of the plant.
+
+use super::specimen::Specimen;
+use super::wear::{CableReading, Wear};
+use crate::Error;
+use crate::error::within;
+use crate::transmission::Sliding;
+use crate::transmission::cable::{Cable, EndMotion};
+
+/// How finely the plant is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Resolution {
+    /// Cells of every cable.
+    pub cells: usize,
+    /// Steps of the law in one step of the plant.
+    pub substeps: usize,
+}
+
+impl Default for Resolution {
+    /// 24 cells and half a millisecond: three times the observer's cells, twice its rate.
+    fn default() -> Self {
+        Self { cells: 24, substeps: 2 }
+    }
+}
+
+impl Resolution {
+    pub(super) fn validate(self) -> Result<(), Error> {
+        let some = (1..=100).contains(&self.substeps);
+        within("substeps", "a number in 1..=100", self.substeps as f64, some)?;
+        Ok(())
+    }
+}
+
+/// One cable of the plant: true motion of both ends in, true tensions out.
+///
+/// # Example
+/// ```
+/// use sinew::transmission::Sliding;
+/// use sinew::transmission::cable::EndMotion;
+/// use sinew::twin::cable::{CablePlant, Resolution, Specimen};
+/// let mut cable = CablePlant::new(&Specimen::draw(1), Resolution::default())?;
+/// cable.settle(60.0, Sliding::TowardMotor)?;
+/// let mut reading = cable.step(1e-3, EndMotion::default())?;
+/// while reading.broken.is_none() {
+///     reading = cable.step(1e-3, EndMotion { motor: 2e-4, anchor: 0.0 })?; // pulled without mercy
+/// }
+/// assert!(reading.broken.is_some_and(|broken| broken.tension > 800.0));
+/// assert_eq!(cable.step(1e-3, EndMotion::default())?.tension_in, 0.0);
+/// # Ok::<(), sinew::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct CablePlant {
+    cable: Cable,
+    wear: Wear,
+    substeps: usize,
+}
+
+impl CablePlant {
+    /// A cable without tension.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the number outside its domain.
+    pub fn new(specimen: &Specimen, resolution: Resolution) -> Result<Self, Error> {
+        resolution.validate()?;
+        let cable = Cable::new(specimen.law(resolution.cells)?);
+        let wear = Wear::new(&specimen.effects, resolution.cells);
+        Ok(Self { cable, wear, substeps: resolution.substeps })
+    }
+
+    /// As after long sliding in one direction with this tension at the anchor, N.
+    ///
+    /// # Errors
+    /// As [`Cable::settle`].
+    pub fn settle(&mut self, tension_out: f64, sliding: Sliding) -> Result<(), Error> {
+        self.cable.settle(tension_out, sliding)
+    }
+
+    /// Sets the wrap of a pulley, which a joint has changed, rad.
+    ///
+    /// # Errors
+    /// As [`Cable::set_wrap`].
+    pub fn set_wrap(&mut self, pulley: usize, wrap: f64) -> Result<(), Error> {
+        self.cable.set_wrap(pulley, wrap)
+    }
+
+    /// Moves both ends over `interval` seconds.
+    ///
+    /// # Errors
+    /// As [`Cable::step`] for what is not a motion; the cable is then as it was.
+    pub fn step(&mut self, interval: f64, motion: EndMotion) -> Result<CableReading, Error> {
+        let n = self.substeps as f64;
+        let part = EndMotion { motor: motion.motor / n, anchor: motion.anchor / n };
+        let mut ends = self.cable.step(interval / n, part)?;
+        let mut dissipated = ends.dissipated;
+        for _ in 1..self.substeps {
+            ends = self.cable.step(interval / n, part)?;
+            dissipated += ends.dissipated;
+        }
+        ends.dissipated = dissipated;
+        let reading = self.wear.feel(interval, ends, self.cable.stretch());
+        if let Some(factor) = self.wear.drag_factor() {
+            self.cable.scale_drag(factor)?;
+        }
+        let compliance = self.cable.law().compliance().iter().copied();
+        if let Some(growth) = self.wear.creep(interval, self.cable.tensions(), compliance) {
+            self.cable.lengthen(growth.iter().copied());
+        }
+        Ok(reading)
+    }
+
+    /// Tension along the cable, N, drive end first: for pictures.
+    pub fn tensions(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
+        self.cable.tensions()
+    }
+
+    /// Slip of every node in the last substep, m: for pictures of the slip front.
+    pub fn slips(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
+        self.cable.slips()
+    }
+}
