@@ -30,6 +30,7 @@ fn law(taus: usize) -> MemoryLaw {
             start: 0.5,
             branches: [(1.0, 0.5), (0.8, 0.3), (0.5, 0.2)].map(branch).to_vec(),
         }),
+        cable: None,
         features,
     }
 }

@@ -66,6 +66,7 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
                         elastic: layout.elastic.clone(),
                         branches: branches.to_vec(),
                     }),
+                    cable: None,
                     features: features.map(|(radii, taus)| FeaturePlan {
                         signals: layout.memory.clone(),
                         plain: if cell.is_some() { Vec::new() } else { layout.given.clone() },

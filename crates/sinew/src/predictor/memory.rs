@@ -1,5 +1,6 @@
 //! What the model remembers: the elastic clamp cell, stop operators, low-passes.
 
+use super::observed::{ObservedCable, Watch};
 use super::signal::Signal;
 use crate::transmission::hold;
 use alloc::vec;
@@ -102,6 +103,8 @@ pub enum Feature {
     CellWidth,
     /// Place of the state inside the band, 0 at the lower bound, 1 at the upper.
     CellPlace,
+    /// Measured minus believed near tension of the cable's observer, N.
+    Innovation,
 }
 
 /// How signals, cell and features are computed: the part of a model before its network.
@@ -112,11 +115,22 @@ pub struct MemoryLaw {
     pub signals: Vec<Signal>,
     /// The physics; none in a pure network.
     pub cell: Option<Cell>,
+    /// Physics where both ends' displacements are known, in place of the cell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cable: Option<ObservedCable>,
     /// What the network sees.
     pub features: Vec<Feature>,
 }
 
-/// The cell as it stands after a sample.
+impl MemoryLaw {
+    /// Whether there is physics to lean on.
+    #[must_use]
+    pub fn has_physics(&self) -> bool {
+        self.cell.is_some() || self.cable.is_some()
+    }
+}
+
+/// The cell, or the cable in its place, as it stands after a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CellOutput {
     /// Its state: the physical prediction of the far end.
@@ -138,6 +152,7 @@ pub struct Memory {
     features: Vec<f64>,
     cell: CellOutput,
     branches: Vec<f64>,
+    watch: Option<Watch>,
     started: bool,
 }
 
@@ -152,6 +167,7 @@ impl Memory {
             features: vec![0.0; law.features.len()],
             cell: CellOutput::default(),
             branches: vec![0.0; law.cell.as_ref().map_or(0, |c| c.branches.len())],
+            watch: law.cable.as_ref().and_then(Watch::new),
             started: false,
         }
     }
@@ -169,6 +185,8 @@ impl Memory {
         }
         if let Some(cell) = &law.cell {
             self.step_cell(cell, far);
+        } else if let Some(watch) = &mut self.watch {
+            self.cell = watch.step(self.started, dt_s, inputs);
         }
         self.step_features(law, dt_s);
         self.previous.copy_from_slice(&self.signals);
@@ -253,6 +271,7 @@ impl Memory {
                 }
                 Feature::CellState => self.cell.state,
                 Feature::CellWidth => width,
+                Feature::Innovation => self.watch.as_ref().map_or(0.0, |watch| watch.innovation),
                 Feature::CellPlace => (self.cell.state - self.cell.low) / width.max(1e-12),
             };
         }
@@ -273,7 +292,7 @@ mod tests {
             kappa: vec![],
             branches: branches.iter().map(|&(width, share)| Branch { width, share }).collect(),
         };
-        MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), features: vec![] }
+        MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, features: vec![] }
     }
 
     fn path(law: &MemoryLaw, inputs: &[f64]) -> Vec<CellOutput> {

@@ -1,7 +1,7 @@
 //! From near-side samples to the far end, one sample at a time.
 //!
 //! ```text
-//! raw sample -> Conditioner -> signals -> Memory (clamp cell, stops, low-passes) -> Estimator -> Prediction
+//! raw sample -> Conditioner -> signals -> Memory (clamp cell or cable observer, stops, low-passes) -> Estimator -> Prediction
 //! ```
 //!
 //! A [`Model`] is read once and never changes; a [`Predictor`] carries the state of one sequence. Batch and
@@ -13,6 +13,7 @@ mod estimator;
 mod file;
 mod memory;
 mod model;
+mod observed;
 mod observer;
 mod signal;
 mod step;
@@ -23,6 +24,7 @@ pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
 pub use file::VERSION;
 pub use memory::{Branch, Cell, CellOutput, Feature, Memory, MemoryLaw, Term};
 pub use model::{Input, Model, Provenance, Role};
+pub use observed::{CableColumns, ObservedCable};
 pub use observer::{CableEstimate, CableModel, CableObserver, CableSample};
 pub use signal::Signal;
 pub use step::{Flags, Prediction, Predictor, Sample};

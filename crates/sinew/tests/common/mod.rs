@@ -35,6 +35,7 @@ pub(crate) fn capstan() -> Model {
                     start: 0.5,
                     branches: vec![Branch { width: 1.0, share: 1.0 }],
                 }),
+                cable: None,
                 features: vec![],
             },
             ensemble: None,
