@@ -208,15 +208,22 @@ impl LeastSquares for Problem<'_> {
             let mut residuals = vec![0.0; n];
             self.evaluate(&theta, &mut residuals).then_some(residuals)
         };
+        if !self.evaluate(theta, residuals) {
+            return false;
+        }
+        let here = &*residuals;
         let columns = jacobian.par_chunks_exact_mut(n).enumerate();
         let fine = columns.map(|(i, column)| {
-            let (Some(up), Some(down)) = (shifted(i, STEP), shifted(i, -STEP)) else { return false };
-            for (slope, (up, down)) in column.iter_mut().zip(up.iter().zip(&down)) {
-                *slope = (up - down) / (2.0 * STEP);
+            let (up, down) = (shifted(i, STEP), shifted(i, -STEP));
+            // At the edge of the domain the inner side serves.
+            let width = STEP * f64::from(u8::from(up.is_some()) + u8::from(down.is_some()));
+            let (up, down) = (up.as_deref().unwrap_or(here), down.as_deref().unwrap_or(here));
+            for (slope, (up, down)) in column.iter_mut().zip(up.iter().zip(down)) {
+                *slope = (up - down) / width;
             }
-            true
+            width > 0.0
         });
-        fine.reduce(|| true, |a, b| a && b) && self.evaluate(theta, residuals)
+        fine.reduce(|| true, |a, b| a && b)
     }
 }
 
