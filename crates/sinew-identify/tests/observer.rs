@@ -12,10 +12,10 @@ use sinew_identify::observer::{CableLog, FitOptions, fit_cable, run_cable};
 /// Standard deviation of both load cells, N.
 const NOISE: f64 = 0.4;
 
-/// A log of the bench, and the true far tension beside it.
+/// A log of the bench, and beside it the true far tension and stretch.
 ///
 /// The motor runs back and forth at 0.02 to 0.12 m/s; the other drive swings the far tension between 40 and 200 N.
-fn bench(specimen: &Specimen, seconds: f64, seed: u64) -> (CableLog, Vec<f64>) {
+fn bench(specimen: &Specimen, seconds: f64, seed: u64) -> (CableLog, Vec<[f64; 2]>) {
     let mut plant = CablePlant::new(specimen, Resolution { cells: 32, substeps: 4 }).unwrap();
     plant.settle(100.0, Sliding::TowardMotor).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -39,7 +39,7 @@ fn bench(specimen: &Specimen, seconds: f64, seed: u64) -> (CableLog, Vec<f64>) {
         assert!(reading.broken.is_none() && place.abs() < 10.0);
         let sample = CableSample { motor, anchor, tension_in: reading.tension_in + NOISE * normal() };
         log.push(1e-3, sample, reading.tension_out + NOISE * normal());
-        truth.push(reading.tension_out);
+        truth.push([reading.tension_out, reading.stretch]);
     }
     (log, truth)
 }
@@ -53,12 +53,19 @@ fn part(log: &CableLog, range: std::ops::Range<usize>) -> CableLog {
     }
 }
 
-/// Root mean square error against the true far tension from a row on, the observer having run from the start.
-fn rmse(model: &CableModel, log: &CableLog, truth: &[f64], from: usize) -> f64 {
+/// Root mean square errors of far tension, N, and stretch, m, from a row on, the observer having run from the start.
+fn errors(model: &CableModel, log: &CableLog, truth: &[[f64; 2]], from: usize) -> [f64; 2] {
     let estimates = run_cable(model, log).unwrap();
-    let squares: f64 =
-        estimates[from..].iter().zip(&truth[from..]).map(|(e, t)| (e.tension_out - t).powi(2)).sum();
-    (squares / (truth.len() - from) as f64).sqrt()
+    let mut squares = [0.0; 2];
+    for (estimate, truth) in estimates[from..].iter().zip(&truth[from..]) {
+        squares[0] += (estimate.tension_out - truth[0]).powi(2);
+        squares[1] += (estimate.stretch - truth[1]).powi(2);
+    }
+    squares.map(|sum| (sum / (truth.len() - from) as f64).sqrt())
+}
+
+fn rmse(model: &CableModel, log: &CableLog, truth: &[[f64; 2]], from: usize) -> f64 {
+    errors(model, log, truth, from)[0]
 }
 
 /// The calibrated bench with the errors of a mediocre identification.
@@ -84,8 +91,8 @@ fn an_observer_with_slightly_wrong_numbers_errs_by_a_few_newtons() {
 
 #[test]
 fn known_numbers_come_back_from_a_noisy_log() {
-    let (log, truth) = bench(&Specimen::ideal(), 100.0, 2);
-    let training = part(&log, 0..70_000);
+    let (log, truth) = bench(&Specimen::ideal(), 70.0, 2);
+    let training = part(&log, 0..50_000);
     // The efficiency cannot be told from friction, so it must be right; cells enough to let the numbers be themselves.
     let mut start = CableModel { cells: 16, ..mistaken(4.0) };
     start.parameters.efficiency = CableModel::bench().parameters.efficiency;
@@ -107,7 +114,7 @@ fn known_numbers_come_back_from_a_noisy_log() {
         let half = (fitted.high - fitted.low) / 2.0;
         assert!((fitted.value - exact).abs() < 2.0 * half, "{name}: {} +- {half}, not {exact}", fitted.value);
     }
-    let unseen = rmse(&fit.model, &log, &truth, 70_000);
+    let unseen = rmse(&fit.model, &log, &truth, 50_000);
     eprintln!("unseen {unseen:.3} N");
     assert!(unseen < 0.2, "{unseen} N on what was not seen");
 }
@@ -115,11 +122,15 @@ fn known_numbers_come_back_from_a_noisy_log() {
 #[test]
 fn a_specimen_with_every_unknown_effect_is_followed_after_its_own_calibration() {
     for seed in [1, 2] {
-        let (log, truth) = bench(&Specimen::draw(seed), 100.0, seed);
-        let before = rmse(&CableModel::bench(), &log, &truth, 70_000);
-        let fit = fit_cable(&[part(&log, 0..70_000)], &CableModel::bench(), &FitOptions::default()).unwrap();
-        let after = rmse(&fit.model, &log, &truth, 70_000);
-        eprintln!("specimen {seed}: {before:.2} N before, {after:.2} N after its calibration");
+        let (log, truth) = bench(&Specimen::draw(seed), 70.0, seed);
+        let before = rmse(&CableModel::bench(), &log, &truth, 50_000);
+        let fit = fit_cable(&[part(&log, 0..50_000)], &CableModel::bench(), &FitOptions::default()).unwrap();
+        let [after, stretch] = errors(&fit.model, &log, &truth, 50_000);
+        eprintln!(
+            "specimen {seed}: {before:.2} N before, {after:.2} N and {:.2} mm after its calibration",
+            1e3 * stretch
+        );
+        assert!(stretch < 1.5e-3, "specimen {seed}: stretch {stretch} m");
         assert!(after < 2.0 && after < 0.7 * before, "specimen {seed}: {before} N, then {after} N");
     }
 }
@@ -141,4 +152,78 @@ fn logs_that_cannot_be_fitted_are_refused_by_name() {
     let mut holed = log;
     holed.far[7] = f64::NAN;
     refused(&[holed], &usual, "sample 7");
+}
+
+mod unknown_cable {
+    use super::{CableLog, FitOptions, fit_cable, run_cable};
+    use sinew_identify::log::{ReadOptions, RoleFlags, read_bytes};
+    use sinew_identify::observer::{CableColumns, cable_logs, start_from};
+    use sinew_identify::simulated::demo_logs;
+
+    /// The demo's three days, read as a user's logs are; `rewrite` changes every row.
+    fn days(rewrite: impl Fn(&str) -> String) -> (CableColumns, Vec<CableLog>) {
+        let texts: Vec<(String, String)> = demo_logs(1)
+            .into_iter()
+            .map(|(name, text)| (name, text.lines().map(&rewrite).collect()))
+            .collect();
+        let logs: Vec<(&str, &[u8])> = texts.iter().map(|(n, t)| (n.as_str(), t.as_bytes())).collect();
+        let options = ReadOptions { skip_s: 0.0, far_required: true, paths: vec![] };
+        cable_logs(&read_bytes(&logs, &RoleFlags::default(), &options).unwrap()).unwrap()
+    }
+
+    fn same(line: &str) -> String {
+        format!("{line}\n")
+    }
+
+    #[test]
+    fn a_cable_of_another_family_is_followed_to_another_day_from_its_logs_alone() {
+        let (_, logs) = days(same);
+        let start = start_from(&logs[..2]).unwrap();
+        let fit = fit_cable(&logs[..2], &start, &FitOptions::default()).unwrap();
+        let unseen = run_cable(&fit.model, &logs[2]).unwrap();
+        let (mut squares, mut count) = (0.0, 0.0);
+        let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+        for (estimate, far) in unseen.iter().zip(&logs[2].far).filter(|(e, _)| e.known) {
+            squares += (estimate.far - far) * (estimate.far - far);
+            count += 1.0;
+            (low, high) = (low.min(*far), high.max(*far));
+        }
+        let percent = 100.0 * f64::sqrt(squares / count) / (high - low);
+        eprintln!(
+            "{} of {} samples known, {percent:.2} % of {:.1} N; fit {:.3} from {:.3} N, condition {:.0}",
+            count,
+            unseen.len(),
+            high - low,
+            fit.rmse,
+            fit.rmse_start,
+            fit.condition
+        );
+        for q in &fit.quantities {
+            eprintln!("{} {:.4} in {:.4} to {:.4}", q.quantity.name(), q.value, q.low, q.high);
+        }
+        assert!(count > 0.9 * unseen.len() as f64);
+        assert!(percent < 2.5, "{percent} % of the range");
+    }
+
+    #[test]
+    fn directions_and_units_of_the_columns_do_not_matter() {
+        let (columns, logs) = days(same);
+        let (turned, other) = days(|line| {
+            if line.starts_with('#') {
+                return format!("{line}\n");
+            }
+            let cells: Vec<&str> = line.split(',').collect();
+            if cells[0].starts_with("time") {
+                return "time_s,tension_in_n,position_in_mm,tension_out_n,anchor_m\n".to_owned();
+            }
+            let number = |i: usize| cells[i].parse::<f64>().unwrap();
+            format!("{},{},{:.3},{},{:.6}\n", cells[0], cells[1], -1e3 * number(2), cells[3], -number(4))
+        });
+        assert!((turned.motor_scale + 1e-3 * columns.motor_scale).abs() < 1e-12);
+        assert!((turned.anchor_scale + columns.anchor_scale).abs() < 1e-12);
+        for (a, b) in logs.iter().flat_map(|l| &l.samples).zip(other.iter().flat_map(|l| &l.samples)) {
+            let same = |x: f64, y: f64| (x.is_nan() && y.is_nan()) || (x - y).abs() < 1e-9;
+            assert!(same(a.motor, b.motor) && same(a.anchor, b.anchor), "{a:?} {b:?}");
+        }
+    }
 }

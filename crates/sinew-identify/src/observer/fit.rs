@@ -1,7 +1,7 @@
 //! Least squares of the far tension over the numbers of a cable.
 
 use super::quantity::{FittedQuantity, Quantity};
-use super::run::{CableLog, run_cable};
+use super::run::{CableLog, run_cable, shortened};
 use crate::Error;
 use crate::fit::levenberg_marquardt::{LeastSquares, Options, Solution, minimise};
 use rayon::prelude::*;
@@ -12,6 +12,8 @@ use sinew::predictor::CableModel;
 pub struct FitOptions {
     /// Which quantities may move; the others stay as the start has them.
     pub free: Vec<Quantity>,
+    /// Samples that the observer is run through, at most: longer logs are used in pieces from all of their length.
+    pub samples: usize,
     /// Residuals at most; samples between are run through but not compared.
     pub residuals: usize,
     /// Accepted steps of a search, at most.
@@ -22,7 +24,7 @@ pub struct FitOptions {
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { free: Quantity::USUAL.to_vec(), residuals: 4000, steps: 30, near_weight: 0.5 }
+        Self { free: Quantity::USUAL.to_vec(), samples: 80_000, residuals: 4000, steps: 30, near_weight: 0.5 }
     }
 }
 
@@ -61,6 +63,7 @@ pub fn fit_cable(logs: &[CableLog], start: &CableModel, options: &FitOptions) ->
     if options.free.is_empty() {
         return Err(Error::samples("free quantities", "at least one", &0));
     }
+    let logs = &shortened(logs, options.samples);
     let rows = rows_to_compare(logs, start, options.residuals)?;
     let problem = Problem { logs, start, options, rows };
     let theta: Vec<f64> = options.free.iter().map(|q| q.inward(q.of(start))).collect();
@@ -208,15 +211,22 @@ impl LeastSquares for Problem<'_> {
             let mut residuals = vec![0.0; n];
             self.evaluate(&theta, &mut residuals).then_some(residuals)
         };
+        if !self.evaluate(theta, residuals) {
+            return false;
+        }
+        let here = &*residuals;
         let columns = jacobian.par_chunks_exact_mut(n).enumerate();
         let fine = columns.map(|(i, column)| {
-            let (Some(up), Some(down)) = (shifted(i, STEP), shifted(i, -STEP)) else { return false };
-            for (slope, (up, down)) in column.iter_mut().zip(up.iter().zip(&down)) {
-                *slope = (up - down) / (2.0 * STEP);
+            let (up, down) = (shifted(i, STEP), shifted(i, -STEP));
+            // At the edge of the domain the inner side serves.
+            let width = STEP * f64::from(u8::from(up.is_some()) + u8::from(down.is_some()));
+            let (up, down) = (up.as_deref().unwrap_or(here), down.as_deref().unwrap_or(here));
+            for (slope, (up, down)) in column.iter_mut().zip(up.iter().zip(down)) {
+                *slope = (up - down) / width;
             }
-            true
+            width > 0.0
         });
-        fine.reduce(|| true, |a, b| a && b) && self.evaluate(theta, residuals)
+        fine.reduce(|| true, |a, b| a && b)
     }
 }
 

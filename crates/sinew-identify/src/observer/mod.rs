@@ -3,13 +3,17 @@
 //! The far tension is needed here and nowhere else: once identified, a [`CableObserver`] runs on
 //! motor position, anchor displacement and near tension.
 
+mod dataset;
 mod fit;
 mod quantity;
 mod run;
+mod start;
 
+pub use dataset::{CableColumns, cable_logs};
 pub use fit::{CableFit, FitOptions, fit_cable};
 pub use quantity::{FittedQuantity, Quantity};
 pub use run::{CableLog, run_cable};
+pub use start::start_from;
 
 #[cfg(doc)]
 use sinew::predictor::CableObserver;

@@ -37,6 +37,16 @@ impl CableLog {
         self.weight.push(f64::from(u8::from(far.is_finite())));
     }
 
+    /// A part of it, which starts afresh.
+    fn part(&self, rows: std::ops::Range<usize>) -> Self {
+        Self {
+            interval_s: self.interval_s[rows.clone()].to_vec(),
+            samples: self.samples[rows.clone()].to_vec(),
+            far: self.far[rows.clone()].to_vec(),
+            weight: self.weight[rows].to_vec(),
+        }
+    }
+
     /// Refuses lists of different lengths.
     pub(super) fn check(&self, place: usize) -> Result<(), Error> {
         let n = self.samples.len();
@@ -71,4 +81,43 @@ pub fn run_cable(model: &CableModel, log: &CableLog) -> Result<Vec<CableEstimate
         .zip(&log.samples)
         .map(|(interval, sample)| observer.step(*interval, sample))
         .collect())
+}
+
+/// Samples of one piece of a log that is too long to be used whole: an observer needs some seconds to know its state.
+const PIECE: usize = 20_000;
+
+/// About `most` samples of all logs together, in pieces spread evenly over each of them.
+pub(super) fn shortened(logs: &[CableLog], most: usize) -> Vec<CableLog> {
+    let total: usize = logs.iter().map(CableLog::len).sum();
+    if total <= most {
+        return logs.to_vec();
+    }
+    let share = most as f64 / total as f64;
+    let mut pieces = Vec::new();
+    for log in logs {
+        let kept = (share * log.len() as f64) as usize;
+        let count = kept.div_ceil(PIECE).max(1);
+        let (length, stride) = (kept / count, log.len() / count);
+        pieces.extend((0..count).map(|k| log.part(k * stride..k * stride + length)));
+    }
+    pieces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_log_is_sampled_in_pieces_from_all_of_it() {
+        let mut log = CableLog::default();
+        for k in 0..500_000 {
+            log.push(1e-3, CableSample { motor: f64::from(k), anchor: 0.0, tension_in: 1.0 }, 1.0);
+        }
+        let pieces = shortened(&[log.clone(), log.part(0..1000)], 80_000);
+        let total: usize = pieces.iter().map(CableLog::len).sum();
+        assert!((79_000..=80_000).contains(&total), "{total}");
+        assert!(pieces[..4].iter().all(|piece| piece.len() > 15_000 && piece.check(0).is_ok()));
+        assert!(pieces[3].samples[0].motor > 350_000.0);
+        assert_eq!(shortened(std::slice::from_ref(&log), 500_000)[0].len(), 500_000);
+    }
 }

@@ -5,3 +5,4 @@ mod accuracy;
 mod energy;
 mod laws;
 mod reference;
+mod tables;

@@ -1,0 +1,157 @@
+//! From a dataset with roles to what the observer takes: metres, newtons, positive toward the motor.
+
+use super::run::CableLog;
+use crate::Error;
+use crate::log::{Dataset, Role, Sequence};
+use sinew::predictor::CableSample;
+
+/// Which columns a cable is observed through, and what makes metres toward the motor of their numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CableColumns {
+    /// Index of the near tension among the inputs.
+    pub tension: usize,
+    /// Index of the motor's position.
+    pub motor: usize,
+    /// Index of the anchor's displacement.
+    pub anchor: usize,
+    /// Metres toward the motor per unit of the motor's column; negative where it counts the other way.
+    pub motor_scale: f64,
+    /// The same for the anchor.
+    pub anchor_scale: f64,
+}
+
+impl CableColumns {
+    /// The sample in a row of inputs.
+    #[must_use]
+    pub fn sample(&self, inputs: &[f64]) -> CableSample {
+        let of = |i: usize| inputs.get(i).copied().unwrap_or(f64::NAN);
+        CableSample {
+            motor: self.motor_scale * of(self.motor),
+            anchor: self.anchor_scale * of(self.anchor),
+            tension_in: of(self.tension),
+        }
+    }
+}
+
+/// The sequences of a dataset as logs of a cable. Directions are found from the data: winding in raises the near
+/// tension, an anchor that moves away raises the far one.
+///
+/// # Errors
+/// [`Error::Samples`] where there is no near tension, motor position or anchor displacement, where a
+/// column is an angle or a torque, or where a direction cannot be told because nothing moves.
+pub fn cable_logs(data: &Dataset) -> Result<(CableColumns, Vec<CableLog>), Error> {
+    let mut columns = CableColumns {
+        tension: first(data, Role::Effort, "a near tension, N (--effort)")?,
+        motor: first(data, Role::Motion, "a position of the motor's cable, m (--motion)")?,
+        anchor: first(data, Role::Anchor, "a displacement of the anchor, m (--anchor)")?,
+        motor_scale: 1.0,
+        anchor_scale: 1.0,
+    };
+    columns.motor_scale = metres(&data.roles.inputs[columns.motor].column)?;
+    columns.anchor_scale = metres(&data.roles.inputs[columns.anchor].column)?;
+    let tension = &data.roles.inputs[columns.tension].column;
+    if unit(tension).is_some_and(|unit| unit.ends_with("nm") || unit == "ncm") {
+        return Err(Error::samples(format!("column `{tension}`"), "a tension in N", &"a torque"));
+    }
+    let logs = |columns: &CableColumns| -> Vec<CableLog> {
+        data.sequences.iter().map(|sequence| log(sequence, columns, data.roles.inputs.len())).collect()
+    };
+    let (motor, anchor) = directions(&logs(&columns))?;
+    columns.motor_scale *= motor;
+    columns.anchor_scale *= anchor;
+    let logs = logs(&columns);
+    Ok((columns, logs))
+}
+
+fn first(data: &Dataset, role: Role, expected: &str) -> Result<usize, Error> {
+    let place = data.roles.inputs.iter().position(|input| input.role == role);
+    place.ok_or_else(|| Error::samples("columns of the cable observer", expected, &"none"))
+}
+
+fn unit(column: &str) -> Option<String> {
+    let plain = column.trim_end_matches([')', ']']).to_lowercase();
+    plain.rsplit(['_', ' ', '(', '[']).next().map(str::to_owned)
+}
+
+/// Metres per unit of a position column, by its suffix; none means metres.
+fn metres(column: &str) -> Result<f64, Error> {
+    match unit(column).as_deref() {
+        Some("mm") => Ok(1e-3),
+        Some("cm") => Ok(1e-2),
+        Some("um") => Ok(1e-6),
+        Some(angle @ ("rad" | "mrad" | "deg" | "degrees" | "rev" | "turns" | "counts" | "ticks")) => {
+            let expected = "a length: multiply by the radius of the winch or the moment arm of the joint";
+            Err(Error::samples(format!("column `{column}`"), expected, &angle))
+        }
+        _ => Ok(1.0),
+    }
+}
+
+fn log(sequence: &Sequence, columns: &CableColumns, width: usize) -> CableLog {
+    let mut log = CableLog::default();
+    let mut before = f64::NAN;
+    for (row, &time) in sequence.time_s.iter().enumerate() {
+        let interval = if before.is_nan() { 0.0 } else { time - before };
+        before = time;
+        let sample = columns.sample(&sequence.inputs[row * width..][..width]);
+        let far = if sequence.scored[row] { sequence.far_clean[row] } else { f64::NAN };
+        log.push(interval, sample, far);
+    }
+    log
+}
+
+/// `+-1` for motor and anchor: the signs of `dT_in/dp_m` and `-dT_out/dp_a` in a regression on both displacements.
+fn directions(logs: &[CableLog]) -> Result<(f64, f64), Error> {
+    let (mut near, mut far) = (Regression::default(), Regression::default());
+    for log in logs {
+        super::start::windows(log, |change| {
+            near.push(change.motor, -change.anchor, change.tension_in);
+            far.push(change.motor, -change.anchor, change.far);
+        });
+    }
+    let sign = |name: &str, slope: Option<f64>| match slope {
+        Some(slope) if slope > 0.0 => Ok(1.0),
+        Some(slope) if slope < 0.0 => Ok(-1.0),
+        _ => Err(Error::samples(name, "a motion that changes the tension", &"none")),
+    };
+    Ok((
+        sign("motor position", near.slopes().map(|s| s.0))?,
+        sign("anchor displacement", far.slopes().map(|s| s.1))?,
+    ))
+}
+
+/// `y = a u + b v` by least squares.
+#[derive(Debug, Clone, Copy, Default)]
+struct Regression {
+    uu: f64,
+    uv: f64,
+    vv: f64,
+    uy: f64,
+    vy: f64,
+}
+
+impl Regression {
+    fn push(&mut self, u: f64, v: f64, y: f64) {
+        if (u + v + y).is_finite() {
+            self.uu += u * u;
+            self.uv += u * v;
+            self.vv += v * v;
+            self.uy += u * y;
+            self.vy += v * y;
+        }
+    }
+
+    /// `(a, b)`; `None` where one of both never moved. Where they always moved together, the sum decides for both.
+    fn slopes(&self) -> Option<(f64, f64)> {
+        if self.uu <= 0.0 || self.vv <= 0.0 {
+            return None;
+        }
+        // A little ridge: two drives that follow each other are nearly one regressor.
+        let (uu, vv) = (self.uu * 1.001, self.vv * 1.001);
+        let determinant = uu * vv - self.uv * self.uv;
+        Some((
+            (self.uy * vv - self.vy * self.uv) / determinant,
+            (self.vy * uu - self.uy * self.uv) / determinant,
+        ))
+    }
+}
