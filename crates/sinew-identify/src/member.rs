@@ -2,8 +2,8 @@
 
 pub use crate::fit::cell::CellPlan;
 use crate::fit::cell::{CellData, fit_cell};
-use crate::observer::fit_observed;
 use crate::fit::ensemble::{self, Rows};
+use crate::observer::fit_observed;
 use sinew::predictor::{CableColumns, Cell, Estimate, Estimator, Feature, Memory, MemoryLaw, Signal};
 
 /// One sequence ready for fitting: finite, conditioned as the predictor would have.
@@ -124,7 +124,8 @@ pub(crate) fn rmse(estimator: &Estimator, runs: &[&Run]) -> f64 {
 /// Fits a recipe to runs; `None` where they hold too little to fit.
 #[must_use]
 pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
-    let mut law = MemoryLaw { signals: recipe.signals.clone(), cell: None, cable: None, features: Vec::new() };
+    let mut law =
+        MemoryLaw { signals: recipe.signals.clone(), cell: None, cable: None, features: Vec::new() };
     let columns = Columns::new(&law, runs);
     if let Some(plan) = &recipe.cell {
         law.cell = Some(fit_cell(&columns.data(), plan)?);

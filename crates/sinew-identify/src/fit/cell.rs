@@ -40,7 +40,7 @@ impl CellPlan {
 const FIRST_SHARE: f64 = 0.05;
 
 /// Sequences that must start alike before their start is believed as much as the middle of the band.
-const DOUBT: f64 = 3.0;
+pub(crate) const DOUBT: f64 = 3.0;
 
 /// Fits the bounds, elasticities and branch shares of a cell.
 ///

@@ -2,8 +2,9 @@
 
 use crate::log::Dataset;
 use crate::member::{CellPlan, FeaturePlan, Learner, Recipe, Run};
+use crate::observer::cable_logs;
 use sinew::metrics::Comparison;
-use sinew::predictor::{MEMBERS, Role, Signal, Term};
+use sinew::predictor::{CableColumns, MEMBERS, Role, Signal, Term};
 
 /// A recipe with its words.
 #[derive(Debug, Clone)]
@@ -154,7 +155,39 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
             ));
         }
     }
+    if let Ok((columns, _)) = cable_logs(data) {
+        entries.extend(observers(&entries[0], columns, &roles, interval));
+    }
     entries
+}
+
+/// Members that observe the cable at both of its ends.
+fn observers(like: &Entry, columns: CableColumns, roles: &Indices, interval: f64) -> [Entry; 2] {
+    let alone = Recipe {
+        name: "observer".into(),
+        cell: None,
+        cable: Some(columns),
+        features: None,
+        ..like.recipe.clone()
+    };
+    // Tension, both displacements and what moved in the last instants: speeds, in effect.
+    let seen = |input: &usize| like.recipe.signals.iter().position(|s| *s == Signal::Input(*input));
+    let signals = roles.efforts.iter().chain(&roles.motions).filter_map(seen).collect();
+    let taus = vec![5.0 * interval, 50.0 * interval];
+    let with_networks = Recipe {
+        name: "observer-network".into(),
+        features: Some(FeaturePlan { signals, plain: Vec::new(), radii: Vec::new(), taus }),
+        ..alone.clone()
+    };
+    let entry =
+        |recipe, words: &str| Entry { recipe, description: words.to_string(), standing: Standing::Physics };
+    [
+        entry(
+            alone,
+            "the cable's own law, driven by both ends' displacements and corrected by the near tension",
+        ),
+        entry(with_networks, "the same plus gated networks on what it leaves over"),
+    ]
 }
 
 struct Indices {

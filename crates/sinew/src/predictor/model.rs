@@ -150,7 +150,9 @@ impl MemoryLaw {
                 Feature::Signal(signal) => (signal, 1.0),
                 Feature::Stop { signal, radius } => (signal, radius),
                 Feature::LowPassDifference { signal, tau_s } => (signal, tau_s),
-                Feature::CellState | Feature::CellWidth | Feature::CellPlace | Feature::Innovation => continue,
+                Feature::CellState | Feature::CellWidth | Feature::CellPlace | Feature::Innovation => {
+                    continue;
+                }
             };
             require("law.features", &format!("signal below {signals}"), signal < signals, signal)?;
             let inside = constant > 0.0 && constant <= LARGEST;

@@ -95,7 +95,8 @@ impl Watch {
         self.innovation = estimate.innovation;
         let state = estimate.far;
         // Before the cable has slid as a whole, friction may act either way.
-        let (low, high) = if estimate.known { (state, state) } else { (state / self.loss, state * self.loss) };
+        let (low, high) =
+            if estimate.known { (state, state) } else { (state / self.loss, state * self.loss) };
         CellOutput { state, low: low.min(high), high: high.max(low), known: estimate.known }
     }
 }

@@ -18,6 +18,10 @@ pub struct CableModel {
     pub cells: usize,
     /// What the far sensor reads of a newton, 1; other than 1 where a log says so.
     pub far_gain: f64,
+    /// Where in its dead band the cable of a new sequence is, -1 to 1: 1 as after sliding toward the motor. Nobody
+    /// knows, but logs of one rig often start from the same rest.
+    #[serde(default)]
+    pub start: f64,
     /// Speed of the correction, m/s per N of the near tension's error.
     #[serde(rename = "correction_m_per_n_s")]
     pub correction: f64,
@@ -32,6 +36,7 @@ impl CableModel {
             parameters: CableParameters::bench(),
             cells: 8,
             far_gain: 1.0,
+            start: 0.0,
             correction: 2e-3,
         }
     }
@@ -42,6 +47,7 @@ impl CableModel {
     /// [`Error::OutOfDomain`] names the number outside its domain.
     pub fn law(&self) -> Result<CableLaw, Error> {
         positive("far_gain", self.far_gain)?;
+        within("start", "a number in [-1, 1]", self.start, (-1.0..=1.0).contains(&self.start))?;
         let sane = (0.0..=1.0).contains(&self.correction);
         within("correction", "a number in [0, 1] m/(N s)", self.correction, sane)?;
         CableLaw::new(&self.path, &self.parameters, self.cells)
@@ -133,6 +139,7 @@ pub struct CableObserver {
     cable: Cable,
     correction: f64,
     far_gain: f64,
+    start: f64,
     /// Position of motor and anchor at the last sample; none before the first.
     last: Option<(f64, f64)>,
     /// Measured minus believed near tension at the last sample, N.
@@ -152,6 +159,7 @@ impl CableObserver {
             cable: Cable::new(model.law()?),
             correction: model.correction,
             far_gain: model.far_gain,
+            start: model.start,
             last: None,
             innovation: 0.0,
             sliding: 0.0,
@@ -207,13 +215,13 @@ impl CableObserver {
         self.cable.set_wrap(pulley, wrap)
     }
 
-    /// The middle of the dead band: the measured tension everywhere.
+    /// Placed by the measured tension and what is believed of new sequences.
     fn start(&mut self, sample: &CableSample) -> CableEstimate {
         let known = [sample.motor, sample.anchor].iter().all(|position| position.is_finite());
         self.last = known.then_some((sample.motor, sample.anchor));
         (self.known, self.sliding, self.innovation) = (false, 0.0, 0.0);
         // Beyond any cable is beyond belief.
-        self.cable.spread(or(sample.tension_in, 0.0).clamp(0.0, 1e5));
+        self.cable.lay(or(sample.tension_in, 0.0).clamp(0.0, 1e5), self.start);
         self.estimate(!known)
     }
 

@@ -95,6 +95,7 @@ pub(crate) fn complete() -> Model {
                 start: 0.5,
                 branches: vec![Branch { width: 1.0, share: 0.8 }, Branch { width: 0.5, share: 0.2 }],
             }),
+            cable: None,
             features,
         },
         ensemble: Some(ensemble),

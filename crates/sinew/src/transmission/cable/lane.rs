@@ -22,10 +22,15 @@ impl<const N: usize> Lanes<N> {
         self.rest(k);
     }
 
-    /// The same tension in every cell.
-    pub(super) fn spread(&mut self, k: usize, tension: f64) {
-        for row in &mut self.tension {
-            row.0[k] = tension;
+    /// This tension at the drive's end and a share of the friction at every node: 1 as after sliding toward the
+    /// motor, -1 away from it, 0 the middle of the dead band.
+    pub(super) fn lay(&mut self, k: usize, near: f64, share: f64) {
+        let mut tension = near;
+        for j in 0..self.tension.len() {
+            self.tension[j].0[k] = tension;
+            if let Some(node) = self.nodes.get(j) {
+                tension *= across(share * node.grip.0[k]);
+            }
         }
         self.rest(k);
     }

@@ -86,9 +86,10 @@ impl Cable {
         Ok(())
     }
 
-    /// Places the cable with the same tension, N, in every cell: the middle of its dead band.
-    pub(crate) fn spread(&mut self, tension: f64) {
-        self.lanes.spread(0, tension);
+    /// Places the cable by its tension at the drive, N, with a share of the friction at work: 1 as after sliding
+    /// toward the motor, -1 away from it, 0 the same tension everywhere.
+    pub(crate) fn lay(&mut self, tension_in: f64, share: f64) {
+        self.lanes.lay(0, tension_in, share);
         self.ends = self.lanes.standing(0);
     }
 
