@@ -156,8 +156,9 @@ fn logs_that_cannot_be_fitted_are_refused_by_name() {
 
 mod unknown_cable {
     use super::{CableLog, FitOptions, fit_cable, run_cable};
+    use sinew::predictor::CableColumns;
     use sinew_identify::log::{ReadOptions, RoleFlags, read_bytes};
-    use sinew_identify::observer::{CableColumns, cable_logs, start_from};
+    use sinew_identify::observer::{cable_logs, start_from};
     use sinew_identify::simulated::demo_logs;
 
     /// The demo's three days, read as a user's logs are; `rewrite` changes every row.

@@ -3,35 +3,7 @@
 use super::run::CableLog;
 use crate::Error;
 use crate::log::{Dataset, Role, Sequence};
-use sinew::predictor::CableSample;
-
-/// Which columns a cable is observed through, and what makes metres toward the motor of their numbers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CableColumns {
-    /// Index of the near tension among the inputs.
-    pub tension: usize,
-    /// Index of the motor's position.
-    pub motor: usize,
-    /// Index of the anchor's displacement.
-    pub anchor: usize,
-    /// Metres toward the motor per unit of the motor's column; negative where it counts the other way.
-    pub motor_scale: f64,
-    /// The same for the anchor.
-    pub anchor_scale: f64,
-}
-
-impl CableColumns {
-    /// The sample in a row of inputs.
-    #[must_use]
-    pub fn sample(&self, inputs: &[f64]) -> CableSample {
-        let of = |i: usize| inputs.get(i).copied().unwrap_or(f64::NAN);
-        CableSample {
-            motor: self.motor_scale * of(self.motor),
-            anchor: self.anchor_scale * of(self.anchor),
-            tension_in: of(self.tension),
-        }
-    }
-}
+use sinew::predictor::CableColumns;
 
 /// The sequences of a dataset as logs of a cable. Directions are found from the data: winding in raises the near
 /// tension, an anchor that moves away raises the far one.

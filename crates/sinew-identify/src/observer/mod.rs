@@ -9,7 +9,7 @@ mod quantity;
 mod run;
 mod start;
 
-pub use dataset::{CableColumns, cable_logs};
+pub use dataset::cable_logs;
 pub use fit::{CableFit, FitOptions, fit_cable};
 pub use quantity::{FittedQuantity, Quantity};
 pub use run::{CableLog, run_cable};

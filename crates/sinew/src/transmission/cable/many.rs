@@ -11,6 +11,9 @@ use crate::error::{finite, within};
 use crate::transmission::Sliding;
 use alloc::vec::Vec;
 
+#[cfg(doc)]
+use super::Cable;
+
 /// Any number of cables, eight at a time.
 ///
 /// All have the same number of cells and step together; paths and parameters may differ. The widest
@@ -114,6 +117,18 @@ impl Cables {
         let far = above_pretension(&lanes.laws[k], tension_out)?;
         lanes.settle(k, far, sliding);
         Ok(())
+    }
+
+    /// Places one cable with the same tension, N, in every cell; what its ends then feel.
+    pub(crate) fn spread(&mut self, cable: usize, tension: f64) -> Result<EndTensions, Error> {
+        let (group, k) = self.place(cable)?;
+        self.groups[group].spread(k, tension);
+        Ok(self.groups[group].standing(k))
+    }
+
+    /// Whether the whole of one cable slid one way in the last step.
+    pub(crate) fn slides_whole(&self, cable: usize) -> bool {
+        self.place(cable).is_ok_and(|(group, k)| self.groups[group].slides_whole(k))
     }
 
     /// As [`Cable::travel_to`] for one cable.
