@@ -80,7 +80,7 @@ impl CableColumns {
 }
 
 /// One sample of everything that can be measured without a sensor at the anchor.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CableSample {
     /// Position of the winch's surface, m, + toward the motor; any origin.
     pub motor: f64,
