@@ -113,7 +113,9 @@ fn known_numbers_come_back_from_a_noisy_log() {
             "{name}: {:.4e} in {:.4e} to {:.4e}, exact {exact:.4e}",
             fitted.value, fitted.low, fitted.high
         );
-        assert!((fitted.value / exact - 1.0).abs() < 0.02, "{name}: {} not {exact}", fitted.value);
+        // Tilt and rise are nought.
+        let tolerance = if exact > 0.0 { 0.025 * exact } else { 0.02 };
+        assert!((fitted.value - exact).abs() < tolerance, "{name}: {} not {exact}", fitted.value);
         // Twice the interval: one of six may well lie outside of it.
         let half = (fitted.high - fitted.low) / 2.0;
         assert!((fitted.value - exact).abs() < 2.0 * half, "{name}: {} +- {half}, not {exact}", fitted.value);
@@ -207,7 +209,7 @@ mod unknown_cable {
             eprintln!("{} {:.4} in {:.4} to {:.4}", q.quantity.name(), q.value, q.low, q.high);
         }
         assert!(count > 0.9 * unseen.len() as f64);
-        assert!(percent < 2.5, "{percent} % of the range");
+        assert!(percent < 1.5, "{percent} % of the range");
     }
 
     #[test]

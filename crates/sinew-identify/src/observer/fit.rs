@@ -66,7 +66,7 @@ pub fn fit_cable(logs: &[CableLog], start: &CableModel, options: &FitOptions) ->
     let logs = &shortened(logs, options.samples);
     let rows = rows_to_compare(logs, start, options.residuals)?;
     let problem = Problem { logs, start, options, rows };
-    let theta: Vec<f64> = options.free.iter().map(|q| q.inward(q.of(start))).collect();
+    let theta: Vec<f64> = options.free.iter().map(|q| q.inward(q.first(start))).collect();
     let found = problem
         .search(&theta)
         .ok_or_else(|| Error::samples("start", "a cable that can follow the logs", &"one that cannot"))?;
