@@ -17,7 +17,9 @@ mod model;
 mod signal;
 mod step;
 
-pub use cable::{CableColumns, CableEstimate, CableModel, CableObserver, CableObservers, CableSample};
+pub use cable::{
+    CableColumns, CableEstimate, CableModel, CableObserver, CableObservers, CableSample, ObservedCable,
+};
 pub use conditioner::{Conditioner, Guard, LARGEST, MOST_HELD, Step};
 pub use ensemble::{Ensemble, Lanes, MEMBERS, Opinion};
 pub use estimator::{Estimate, Estimator, GATE_STRENGTH};

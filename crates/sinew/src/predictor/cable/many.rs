@@ -39,7 +39,7 @@ impl CableObservers {
         let laws = models.iter().map(CableModel::law).collect::<Result<Vec<CableLaw>, _>>()?;
         Ok(Self {
             cables: Cables::new(&laws)?,
-            tracks: models.iter().map(Track::new).collect(),
+            tracks: models.iter().zip(&laws).map(|(model, law)| Track::new(model, law)).collect(),
             motions: vec![EndMotion::default(); models.len()],
             ends: vec![EndTensions::default(); models.len()],
         })
@@ -110,7 +110,11 @@ impl CableObservers {
     /// # Errors
     /// As [`Cables::set_wrap`].
     pub fn set_wrap(&mut self, cable: usize, pulley: usize, wrap: f64) -> Result<(), Error> {
-        self.cables.set_wrap(cable, pulley, wrap)
+        self.cables.set_wrap(cable, pulley, wrap)?;
+        if let Some(law) = self.cables.law(cable) {
+            self.tracks[cable].renew(law);
+        }
+        Ok(())
     }
 
     fn advance(&mut self, interval: f64, n: f64) {

@@ -8,6 +8,6 @@ mod one;
 mod track;
 
 pub use many::CableObservers;
-pub use model::{CableColumns, CableModel, CableSample};
+pub use model::{CableColumns, CableModel, CableSample, ObservedCable};
 pub use one::CableObserver;
 pub use track::CableEstimate;

@@ -79,6 +79,35 @@ impl CableColumns {
     }
 }
 
+/// A cable with the inputs it is observed through: what a model file holds of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObservedCable {
+    /// Which inputs, and their scales.
+    pub columns: CableColumns,
+    /// What is believed of the cable.
+    pub model: CableModel,
+}
+
+impl ObservedCable {
+    /// Checks it against the number of inputs of its model.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names an input that is not there, a scale that is none, or a number of no cable.
+    pub fn validate(&self, inputs: usize) -> Result<(), Error> {
+        let CableColumns { tension, motor, anchor, motor_scale, anchor_scale } = self.columns;
+        for (name, column) in [("tension", tension), ("motor", motor), ("anchor", anchor)] {
+            within(name, "an input of the model", column as f64, column < inputs)?;
+        }
+        for (name, scale) in [("motor_m_per_unit", motor_scale), ("anchor_m_per_unit", anchor_scale)] {
+            let sane = (1e-9..=1e3).contains(&scale.abs());
+            within(name, "a number of magnitude 1e-9 to 1e3", scale, sane)?;
+        }
+        self.model.law()?;
+        Ok(())
+    }
+}
+
 /// One sample of everything that can be measured without a sensor at the anchor.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CableSample {

@@ -56,7 +56,8 @@ impl CableObserver {
     /// # Errors
     /// As [`CableModel::law`].
     pub fn new(model: &CableModel) -> Result<Self, Error> {
-        Ok(Self { cable: Cable::new(model.law()?), track: Track::new(model) })
+        let law = model.law()?;
+        Ok(Self { track: Track::new(model, &law), cable: Cable::new(law) })
     }
 
     /// Forgets everything: the next sample starts anew.
@@ -97,7 +98,9 @@ impl CableObserver {
     /// # Errors
     /// As there.
     pub fn set_wrap(&mut self, pulley: usize, wrap: f64) -> Result<(), Error> {
-        self.cable.set_wrap(pulley, wrap)
+        self.cable.set_wrap(pulley, wrap)?;
+        self.track.renew(self.cable.law());
+        Ok(())
     }
 
     fn advance(&mut self, interval: f64, motion: EndMotion) {
@@ -117,6 +120,7 @@ impl CableObserver {
 
 #[cfg(test)]
 mod tests {
+    use super::super::model::{CableColumns, ObservedCable};
     use super::*;
     use crate::transmission::cable::{CableLaw, CableParameters, Path};
 
@@ -155,6 +159,36 @@ mod tests {
     fn with_the_right_numbers_the_far_end_is_known_without_a_sensor_there() {
         let (error, last) = watch(|_, _| {}, &CableModel::bench());
         assert!(error < 0.3 && last.known && !last.held, "{error} N");
+    }
+
+    #[test]
+    fn the_far_end_stays_between_what_sliding_either_way_gives() {
+        let mut observer = CableObserver::new(&CableModel::bench()).unwrap();
+        let mut touched = [false; 2];
+        for k in 0..8000_u32 {
+            let motor = 0.1 * libm::sin(f64::from(k) * 2e-3);
+            let sample = CableSample { motor, anchor: 0.96 * motor, tension_in: 80.0 };
+            let e = observer.step(1e-3, &sample);
+            // Drag adds to friction while it slides.
+            assert!(e.low - 25.0 < e.far && e.far < e.high + 40.0, "{e:?}");
+            touched[0] |= e.far < e.low + 2.0;
+            touched[1] |= e.far > e.high - 2.0;
+        }
+        assert_eq!(touched, [true; 2]);
+    }
+
+    #[test]
+    fn a_cable_is_refused_whose_inputs_are_not_there() {
+        let columns = CableColumns { tension: 0, motor: 1, anchor: 2, motor_scale: 1.0, anchor_scale: -1e-3 };
+        let cable = ObservedCable { columns, model: CableModel::bench() };
+        assert!(cable.validate(3).is_ok() && cable.validate(2).is_err());
+        for scale in [0.0, f64::NAN, f64::INFINITY] {
+            let mut bad = cable.clone();
+            bad.columns.anchor_scale = scale;
+            assert!(bad.validate(3).is_err());
+        }
+        let missing = cable.columns.sample(&[5.0]);
+        assert!(missing.motor.is_nan() && missing.anchor.is_nan());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What is remembered of one cable between two samples, and what is believed of a sample.
 
 use super::model::{CableModel, CableSample};
-use crate::transmission::cable::{EndMotion, EndTensions};
+use crate::transmission::cable::{CableLaw, EndMotion, EndTensions};
 
 /// What the observer believes after a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -10,6 +10,10 @@ pub struct CableEstimate {
     pub tension_out: f64,
     /// The same as the far sensor of the logs would read it, N.
     pub far: f64,
+    /// Least and most that [`far`](Self::far) can be with the near tension as believed: what sliding either way gives.
+    pub low: f64,
+    /// See [`low`](Self::low).
+    pub high: f64,
     /// Tension at the drive's outlet, N.
     pub tension_in: f64,
     /// Measured minus believed tension at the drive's outlet, N; zero where none was measured.
@@ -38,6 +42,9 @@ const LONGEST_PAUSE: f64 = 0.02;
 pub(super) struct Track {
     correction: f64,
     far_gain: f64,
+    pretension: f64,
+    /// Tension ratio between the ends in sliding.
+    ratio: f64,
     /// Position of motor and anchor at the last sample; none before the first.
     last: Option<(f64, f64)>,
     /// Measured minus believed near tension at the last sample, N.
@@ -49,8 +56,10 @@ pub(super) struct Track {
 }
 
 impl Track {
-    pub(super) fn new(model: &CableModel) -> Self {
+    pub(super) fn new(model: &CableModel, law: &CableLaw) -> Self {
         Self {
+            pretension: law.pretension(),
+            ratio: libm::exp(law.friction_angle()),
             correction: model.correction,
             far_gain: model.far_gain,
             last: None,
@@ -59,6 +68,11 @@ impl Track {
             known: false,
             held: false,
         }
+    }
+
+    /// Takes note of a law that has changed.
+    pub(super) fn renew(&mut self, law: &CableLaw) {
+        self.ratio = libm::exp(law.friction_angle());
     }
 
     pub(super) fn reset(&mut self) {
@@ -100,6 +114,8 @@ impl Track {
         CableEstimate {
             tension_out: ends.tension_out,
             far: self.far_gain * ends.tension_out,
+            low: self.far_gain * (ends.tension_in / self.ratio + self.pretension),
+            high: self.far_gain * (ends.tension_in * self.ratio + self.pretension),
             tension_in: ends.tension_in,
             innovation: self.innovation,
             stretch,

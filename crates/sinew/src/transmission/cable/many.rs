@@ -176,6 +176,13 @@ impl Cables {
         lanes.into_iter().flat_map(move |lanes| lanes.tension.iter().map(move |row| row.0[cable % LANES]))
     }
 
+    /// The law of one cable as built, wraps as they are now.
+    #[must_use]
+    pub fn law(&self, cable: usize) -> Option<&CableLaw> {
+        let (group, k) = self.place(cable).ok()?;
+        Some(&self.groups[group].laws[k])
+    }
+
     /// Total stretch of one cable, m; negative by how much a slack cable is too long.
     #[must_use]
     pub fn stretch(&self, cable: usize) -> Option<f64> {
