@@ -17,12 +17,13 @@ const CRATES: [(&str, &[&str]); 5] = [
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,
 /// so that plant and controller cannot share a secret; `tension` knows matrices, not robots.
-const ROOMS: [(&str, &[&str]); 14] = [
+const ROOMS: [(&str, &[&str]); 15] = [
     ("error", &[]),
     ("math", &["error"]),
     ("metrics", &["error", "math"]),
+    ("random", &[]),
     ("trajectory", &["error", "math"]),
-    ("drive", &["error", "math"]),
+    ("drive", &["error", "math", "random", "transmission"]),
     ("transmission", &["error", "math"]),
     ("muscle", &["error", "math", "body"]),
     ("body", &["error", "math"]),
@@ -33,13 +34,14 @@ const ROOMS: [(&str, &[&str]); 14] = [
         "control",
         &["error", "math", "trajectory", "drive", "transmission", "muscle", "body", "tension", "predictor"],
     ),
-    ("twin", &["error", "math", "trajectory", "drive", "transmission", "muscle", "body"]),
+    ("twin", &["error", "math", "random", "trajectory", "drive", "transmission", "muscle", "body"]),
     (
         "lib",
         &[
             "error",
             "math",
             "metrics",
+            "random",
             "trajectory",
             "drive",
             "transmission",

@@ -14,8 +14,9 @@ const NOISE: f64 = 0.4;
 
 /// A log of the bench, and beside it the true far tension and stretch.
 ///
+/// Where it is `coarse`, encoders count hundredths of a millimetre and the near tension comes one millisecond late.
 /// The motor runs back and forth at 0.02 to 0.12 m/s; the other drive swings the far tension between 40 and 200 N.
-fn bench(specimen: &Specimen, seconds: f64, seed: u64) -> (CableLog, Vec<[f64; 2]>) {
+fn bench(specimen: &Specimen, seconds: f64, seed: u64, coarse: bool) -> (CableLog, Vec<[f64; 2]>) {
     let mut plant = CablePlant::new(specimen, Resolution { cells: 32, substeps: 4 }).unwrap();
     plant.settle(100.0, Sliding::TowardMotor).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -35,9 +36,12 @@ fn bench(specimen: &Specimen, seconds: f64, seed: u64) -> (CableLog, Vec<[f64; 2
         let motion = EndMotion { motor: 1e-3 * speed, anchor: 1e-3 * follow };
         motor += motion.motor;
         anchor += motion.anchor;
+        let before = reading.tension_in;
         reading = plant.step(1e-3, motion).unwrap();
         assert!(reading.broken.is_none() && place.abs() < 10.0);
-        let sample = CableSample { motor, anchor, tension_in: reading.tension_in + NOISE * normal() };
+        let seen = |position: f64| if coarse { (position * 1e5).round() * 1e-5 } else { position };
+        let tension_in = if coarse { before } else { reading.tension_in } + NOISE * normal();
+        let sample = CableSample { motor: seen(motor), anchor: seen(anchor), tension_in };
         log.push(1e-3, sample, reading.tension_out + NOISE * normal());
         truth.push([reading.tension_out, reading.stretch]);
     }
@@ -80,7 +84,7 @@ fn mistaken(times: f64) -> CableModel {
 
 #[test]
 fn an_observer_with_slightly_wrong_numbers_errs_by_a_few_newtons() {
-    let (log, truth) = bench(&Specimen::ideal(), 60.0, 1);
+    let (log, truth) = bench(&Specimen::ideal(), 60.0, 1, false);
     let right = rmse(&CableModel::bench(), &log, &truth, 5000);
     let once = rmse(&mistaken(1.0), &log, &truth, 5000);
     let four = rmse(&mistaken(4.0), &log, &truth, 5000);
@@ -91,7 +95,7 @@ fn an_observer_with_slightly_wrong_numbers_errs_by_a_few_newtons() {
 
 #[test]
 fn known_numbers_come_back_from_a_noisy_log() {
-    let (log, truth) = bench(&Specimen::ideal(), 70.0, 2);
+    let (log, truth) = bench(&Specimen::ideal(), 70.0, 2, false);
     let training = part(&log, 0..50_000);
     // The efficiency cannot be told from friction, so it must be right; cells enough to let the numbers be themselves.
     let mut start = CableModel { cells: 16, ..mistaken(4.0) };
@@ -109,7 +113,9 @@ fn known_numbers_come_back_from_a_noisy_log() {
             "{name}: {:.4e} in {:.4e} to {:.4e}, exact {exact:.4e}",
             fitted.value, fitted.low, fitted.high
         );
-        assert!((fitted.value / exact - 1.0).abs() < 0.02, "{name}: {} not {exact}", fitted.value);
+        // Tilt and rise are nought.
+        let tolerance = if exact > 0.0 { 0.025 * exact } else { 0.02 };
+        assert!((fitted.value - exact).abs() < tolerance, "{name}: {} not {exact}", fitted.value);
         // Twice the interval: one of six may well lie outside of it.
         let half = (fitted.high - fitted.low) / 2.0;
         assert!((fitted.value - exact).abs() < 2.0 * half, "{name}: {} +- {half}, not {exact}", fitted.value);
@@ -121,8 +127,8 @@ fn known_numbers_come_back_from_a_noisy_log() {
 
 #[test]
 fn a_specimen_with_every_unknown_effect_is_followed_after_its_own_calibration() {
-    for seed in [1, 2] {
-        let (log, truth) = bench(&Specimen::draw(seed), 70.0, seed);
+    for seed in [2, 3] {
+        let (log, truth) = bench(&Specimen::draw(seed), 70.0, seed, true);
         let before = rmse(&CableModel::bench(), &log, &truth, 50_000);
         let fit = fit_cable(&[part(&log, 0..50_000)], &CableModel::bench(), &FitOptions::default()).unwrap();
         let [after, stretch] = errors(&fit.model, &log, &truth, 50_000);
@@ -130,8 +136,8 @@ fn a_specimen_with_every_unknown_effect_is_followed_after_its_own_calibration() 
             "specimen {seed}: {before:.2} N before, {after:.2} N and {:.2} mm after its calibration",
             1e3 * stretch
         );
-        assert!(stretch < 1.5e-3, "specimen {seed}: stretch {stretch} m");
-        assert!(after < 2.0 && after < 0.7 * before, "specimen {seed}: {before} N, then {after} N");
+        assert!(stretch < 1e-3, "specimen {seed}: stretch {stretch} m");
+        assert!(after < 1.5 && after < before, "specimen {seed}: {before} N, then {after} N");
     }
 }
 
@@ -144,7 +150,7 @@ fn logs_that_cannot_be_fitted_are_refused_by_name() {
     };
     let usual = FitOptions::default();
     refused(&[], &usual, "50 samples");
-    let (log, _) = bench(&Specimen::ideal(), 2.0, 3);
+    let (log, _) = bench(&Specimen::ideal(), 2.0, 3, false);
     refused(std::slice::from_ref(&log), &FitOptions { free: vec![], ..usual.clone() }, "free quantities");
     let mut short = log.clone();
     short.far.pop();
@@ -203,7 +209,7 @@ mod unknown_cable {
             eprintln!("{} {:.4} in {:.4} to {:.4}", q.quantity.name(), q.value, q.low, q.high);
         }
         assert!(count > 0.9 * unseen.len() as f64);
-        assert!(percent < 2.5, "{percent} % of the range");
+        assert!(percent < 1.5, "{percent} % of the range");
     }
 
     #[test]

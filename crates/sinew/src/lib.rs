@@ -10,10 +10,12 @@ extern crate alloc;
 extern crate std;
 
 pub mod body;
+pub mod drive;
 mod error;
 pub mod math;
 pub mod metrics;
 pub mod predictor;
+pub mod random;
 pub mod transmission;
 pub mod twin;
 

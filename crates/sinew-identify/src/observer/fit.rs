@@ -5,7 +5,7 @@ use super::run::{CableLog, run_cable, shortened};
 use crate::Error;
 use crate::fit::levenberg_marquardt::{LeastSquares, Options, Solution, minimise};
 use rayon::prelude::*;
-use sinew::predictor::CableModel;
+use sinew::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
 
 /// What to fit, and how hard to try.
 #[derive(Debug, Clone)]
@@ -66,7 +66,7 @@ pub fn fit_cable(logs: &[CableLog], start: &CableModel, options: &FitOptions) ->
     let logs = &shortened(logs, options.samples);
     let rows = rows_to_compare(logs, start, options.residuals)?;
     let problem = Problem { logs, start, options, rows };
-    let theta: Vec<f64> = options.free.iter().map(|q| q.inward(q.of(start))).collect();
+    let theta: Vec<f64> = options.free.iter().map(|q| q.inward(q.first(start))).collect();
     let found = problem
         .search(&theta)
         .ok_or_else(|| Error::samples("start", "a cable that can follow the logs", &"one that cannot"))?;
@@ -126,11 +126,11 @@ impl Problem<'_> {
             theta
         };
         let around = [(1.0, 1.0), (0.7, 1.0), (1.4, 1.0), (1.0, 0.4), (1.0, 2.5), (0.7, 2.5), (1.4, 0.4)];
-        let mut starts: Vec<(f64, Vec<f64>)> = around
-            .par_iter()
-            .map(|factors| moved(*factors))
-            .filter_map(|theta| Some((self.far_rmse(&theta)?, theta)))
-            .collect();
+        let points: Vec<Vec<f64>> = around.iter().map(|factors| moved(*factors)).collect();
+        let found = self.evaluate_side_by_side(&points);
+        let far = |residuals: Vec<f64>| rms(&residuals[..self.rows.len()]);
+        let mut starts: Vec<(f64, Vec<f64>)> =
+            found.into_iter().zip(points).filter_map(|(found, theta)| Some((far(found?), theta))).collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         starts.truncate(2);
         let options = Options { steps: self.options.steps, tolerance: 1e-7, ..Options::default() };
@@ -140,11 +140,7 @@ impl Problem<'_> {
 
     fn far_rmse(&self, theta: &[f64]) -> Option<f64> {
         let mut residuals = vec![0.0; self.residuals()];
-        if !self.evaluate(theta, &mut residuals) {
-            return None;
-        }
-        let n = self.rows.len();
-        Some((residuals[..n].iter().map(|r| r * r).sum::<f64>() / n as f64).sqrt())
+        self.evaluate(theta, &mut residuals).then(|| rms(&residuals[..self.rows.len()]))
     }
 
     fn account(&self, found: &Solution, rmse_start: f64) -> Result<CableFit, Error> {
@@ -167,13 +163,52 @@ impl Problem<'_> {
             self.model(&found.theta).ok_or_else(|| Error::samples("fit", "numbers of a cable", &"others"))?;
         Ok(CableFit {
             model,
-            rmse: (far.iter().map(|r| r * r).sum::<f64>() / n as f64).sqrt(),
+            rmse: rms(far),
             rmse_start,
             quantities: self.options.free.iter().enumerate().map(interval).collect(),
             condition: certainty.condition,
             correlation,
             compared: n,
         })
+    }
+}
+
+/// Models that one pass over the logs serves.
+const SIDE_BY_SIDE: usize = 8;
+
+impl Problem<'_> {
+    /// Residuals of several models in one pass: errors of the far tension, then those of the near one; `None` for a
+    /// model outside of the domain.
+    fn evaluate_side_by_side(&self, thetas: &[Vec<f64>]) -> Vec<Option<Vec<f64>>> {
+        let models: Vec<Option<CableModel>> = thetas.iter().map(|theta| self.model(theta)).collect();
+        let valid: Vec<CableModel> = models.iter().flatten().cloned().collect();
+        let mut found = vec![vec![0.0; self.residuals()]; valid.len()];
+        if !valid.is_empty() && self.pass(&valid, &mut found).is_err() {
+            return vec![None; thetas.len()];
+        }
+        let mut found = found.into_iter();
+        models.into_iter().map(|model| model.and_then(|_| found.next())).collect()
+    }
+
+    fn pass(&self, models: &[CableModel], residuals: &mut [Vec<f64>]) -> Result<(), Error> {
+        let mut observers = CableObservers::new(models)?;
+        let mut estimates = vec![CableEstimate::default(); models.len()];
+        let count = self.rows.len();
+        let mut samples = vec![CableSample::default(); models.len()];
+        let mut rows = self.rows.iter().enumerate().peekable();
+        for (place, log) in self.logs.iter().enumerate() {
+            observers.reset();
+            for (row, (interval, sample)) in log.interval_s.iter().zip(&log.samples).enumerate() {
+                samples.fill(*sample);
+                observers.step(*interval, &samples, &mut estimates)?;
+                let Some((i, _)) = rows.next_if(|(_, at)| **at == (place, row)) else { continue };
+                for (residuals, estimate) in residuals.iter_mut().zip(&estimates) {
+                    residuals[i] = estimate.far - log.far[row];
+                    residuals[count + i] = self.options.near_weight * estimate.innovation;
+                }
+            }
+        }
+        Ok(())
     }
 }
 
@@ -186,48 +221,44 @@ impl LeastSquares for Problem<'_> {
         2 * self.rows.len()
     }
 
-    /// Errors of the far tension, then those of the near one.
     fn evaluate(&self, theta: &[f64], residuals: &mut [f64]) -> bool {
-        let Some(model) = self.model(theta) else { return false };
-        let (far, near) = residuals.split_at_mut(self.rows.len());
-        let mut rows = self.rows.iter().zip(far.iter_mut().zip(near)).peekable();
-        for (place, log) in self.logs.iter().enumerate() {
-            let Ok(estimates) = run_cable(&model, log) else { return false };
-            while let Some(((_, row), (far, near))) = rows.next_if(|((of, _), _)| *of == place) {
-                *far = estimates[*row].far - log.far[*row];
-                *near = self.options.near_weight * estimates[*row].innovation;
-            }
-        }
-        true
+        let found = self.evaluate_side_by_side(&[theta.to_vec()]).pop().flatten();
+        found.map(|found| residuals.copy_from_slice(&found)).is_some()
     }
 
     /// Central differences, wide enough to pass over the corners of stick and slip.
     fn linearise(&self, theta: &[f64], residuals: &mut [f64], jacobian: &mut [f64]) -> bool {
         const STEP: f64 = 5e-3;
-        let n = residuals.len();
         let shifted = |i: usize, by: f64| {
             let mut theta = theta.to_vec();
             theta[i] += by;
-            let mut residuals = vec![0.0; n];
-            self.evaluate(&theta, &mut residuals).then_some(residuals)
+            theta
         };
-        if !self.evaluate(theta, residuals) {
-            return false;
-        }
-        let here = &*residuals;
-        let columns = jacobian.par_chunks_exact_mut(n).enumerate();
-        let fine = columns.map(|(i, column)| {
-            let (up, down) = (shifted(i, STEP), shifted(i, -STEP));
+        let mut points = vec![theta.to_vec()];
+        points.extend((0..theta.len()).flat_map(|i| [shifted(i, STEP), shifted(i, -STEP)]));
+        let found: Vec<_> = points
+            .par_chunks(SIDE_BY_SIDE)
+            .flat_map_iter(|points| self.evaluate_side_by_side(points))
+            .collect();
+        let Some(here) = &found[0] else { return false };
+        residuals.copy_from_slice(here);
+        for (column, pair) in jacobian.chunks_exact_mut(here.len()).zip(found[1..].chunks_exact(2)) {
             // At the edge of the domain the inner side serves.
-            let width = STEP * f64::from(u8::from(up.is_some()) + u8::from(down.is_some()));
-            let (up, down) = (up.as_deref().unwrap_or(here), down.as_deref().unwrap_or(here));
+            let width = STEP * pair.iter().flatten().count() as f64;
+            if width <= 0.0 {
+                return false;
+            }
+            let (up, down) = (pair[0].as_ref().unwrap_or(here), pair[1].as_ref().unwrap_or(here));
             for (slope, (up, down)) in column.iter_mut().zip(up.iter().zip(down)) {
                 *slope = (up - down) / width;
             }
-            width > 0.0
-        });
-        fine.reduce(|| true, |a, b| a && b)
+        }
+        true
     }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|r| r * r).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// `1 + 2 sum_k rho_k` of neighbouring residuals, until `rho_k < 0.05`.

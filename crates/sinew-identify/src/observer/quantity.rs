@@ -1,7 +1,7 @@
 //! What can be fitted: each quantity, how it is found in a model and how it moves in the search.
 
 use sinew::predictor::CableModel;
-use sinew::transmission::cable::{Path, Segment};
+use sinew::transmission::cable::{Path, Segment, Weakening};
 
 /// A number of the model that a log can tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -21,6 +21,10 @@ pub enum Quantity {
     FarLength,
     /// What the far sensor reads of a newton, 1.
     FarGain,
+    /// How much more the sheath bends at its near end than in its middle, and less at its far end: -1 to 1.
+    BendTilt,
+    /// How much higher friction is at rest than in sliding, 1; it falls by half at 3 mm/s.
+    Rise,
 }
 
 /// A fitted quantity with its 95 % interval.
@@ -37,14 +41,16 @@ pub struct FittedQuantity {
 }
 
 impl Quantity {
-    /// All that the tables of a bench can tell; not the gain of the far sensor, which a friction angle imitates.
-    pub const USUAL: [Self; 6] = [
+    /// What a log of strokes with reversals tells; not the gain of the far sensor, which pretension and friction imitate.
+    pub const USUAL: [Self; 8] = [
         Self::FrictionAngle,
         Self::Drag,
         Self::Compliance,
         Self::Pretension,
         Self::NearLength,
         Self::FarLength,
+        Self::BendTilt,
+        Self::Rise,
     ];
 
     /// Name with unit, for reports.
@@ -58,6 +64,8 @@ impl Quantity {
             Self::NearLength => "near_length_m",
             Self::FarLength => "far_length_m",
             Self::FarGain => "far_gain",
+            Self::BendTilt => "bend_tilt",
+            Self::Rise => "friction_rise",
         }
     }
 
@@ -72,6 +80,17 @@ impl Quantity {
             Self::NearLength => free_length(model.path.segments().first()),
             Self::FarLength => free_length(model.path.segments().last()),
             Self::FarGain => model.far_gain,
+            Self::BendTilt => tilt(&model.path),
+            Self::Rise => model.parameters.weakening.map_or(0.0, |weakening| weakening.rise),
+        }
+    }
+
+    /// Where a search begins: inside of the domain, for at its edge a search sees only one side.
+    pub(super) fn first(self, model: &CableModel) -> f64 {
+        match self {
+            Self::Pretension => self.of(model).max(0.1),
+            Self::Rise => self.of(model).max(0.05),
+            _ => self.of(model),
         }
     }
 
@@ -96,23 +115,66 @@ impl Quantity {
                 model.path = with_free_length(&model.path, last, value)?;
             }
             Self::FarGain => model.far_gain = value,
+            Self::BendTilt => model.path = tilted(&model.path, value)?,
+            Self::Rise => {
+                let like = model.parameters.weakening.unwrap_or(SLOW);
+                model.parameters.weakening = Some(Weakening { rise: value, ..like });
+            }
         }
         Some(())
     }
 
     /// Newtons stay newtons, everything else is positive and moves by its logarithm.
     pub(super) fn inward(self, value: f64) -> f64 {
-        if self == Self::Pretension { value / PRETENSION_SCALE } else { value.max(1e-300).ln() }
+        self.linear().map_or_else(|| value.max(1e-300).ln(), |scale| value / scale)
     }
 
     /// The inverse of [`inward`](Self::inward).
     pub(super) fn outward(self, theta: f64) -> f64 {
-        if self == Self::Pretension { theta * PRETENSION_SCALE } else { theta.exp() }
+        let value = self.linear().map_or_else(|| theta.exp(), |scale| theta * scale);
+        match self {
+            // A search that runs against the edge of the domain goes on along it.
+            Self::Pretension | Self::Rise => value.max(0.0),
+            Self::BendTilt => value.clamp(-1.0, 1.0),
+            _ => value,
+        }
+    }
+
+    /// The change that is as bold as a factor of e; `None` for what moves by its logarithm.
+    fn linear(self) -> Option<f64> {
+        match self {
+            Self::Pretension => Some(20.0),
+            Self::BendTilt | Self::Rise => Some(1.0),
+            _ => None,
+        }
     }
 }
 
-/// A step of 1 in the search is as bold for the pretension as for a logarithm.
-const PRETENSION_SCALE: f64 = 20.0;
+/// How friction falls where a log asks for it and the start had none.
+const SLOW: Weakening = Weakening { rise: 0.0, speed: 3e-3, lag: 0.05 };
+
+/// Tilt of the first sheath, as [`tilted`] writes it.
+fn tilt(path: &Path) -> f64 {
+    let sheath = path.segments().iter().find_map(|segment| match segment {
+        Segment::Sheath { curvature, .. } => Some(curvature),
+        _ => None,
+    });
+    match sheath.map(Vec::as_slice) {
+        Some([near, middle, _]) => near / middle - 1.0,
+        _ => 0.0,
+    }
+}
+
+/// The path with its first sheath bent by `1 + tilt`, 1 and `1 - tilt` in its thirds.
+fn tilted(path: &Path, tilt: f64) -> Option<Path> {
+    let mut segments = path.segments().to_vec();
+    let sheath = segments.iter_mut().find_map(|segment| match segment {
+        Segment::Sheath { curvature, .. } => Some(curvature),
+        _ => None,
+    })?;
+    *sheath = vec![1.0 + tilt, 1.0, 1.0 - tilt];
+    Path::new(segments).ok()
+}
 
 fn free_length(segment: Option<&Segment>) -> f64 {
     match segment {

@@ -1,6 +1,6 @@
 //! What the model remembers: the elastic clamp cell, stop operators, low-passes.
 
-use super::observed::{ObservedCable, Watch};
+use super::cable::{ObservedCable, Watch};
 use super::signal::Signal;
 use crate::transmission::hold;
 use alloc::vec;

@@ -1,30 +1,30 @@
 //! From near-side samples to the far end, one sample at a time.
 //!
 //! ```text
-//! raw sample -> Conditioner -> signals -> Memory (clamp cell or cable observer, stops, low-passes) -> Estimator -> Prediction
+//! raw sample -> Conditioner -> signals -> Memory (clamp cell, stops, low-passes) -> Estimator -> Prediction
 //! ```
 //!
 //! A [`Model`] is read once and never changes; a [`Predictor`] carries the state of one sequence. Batch and
 //! streaming are the same code, so they agree to the bit.
 
+mod cable;
 mod conditioner;
 mod ensemble;
 mod estimator;
 mod file;
 mod memory;
 mod model;
-mod observed;
-mod observer;
 mod signal;
 mod step;
 
+pub use cable::{
+    CableColumns, CableEstimate, CableModel, CableObserver, CableObservers, CableSample, ObservedCable,
+};
 pub use conditioner::{Conditioner, Guard, LARGEST, MOST_HELD, Step};
 pub use ensemble::{Ensemble, Lanes, MEMBERS, Opinion};
 pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
 pub use file::VERSION;
 pub use memory::{Branch, Cell, CellOutput, Feature, Memory, MemoryLaw, Term};
 pub use model::{Input, Model, Provenance, Role};
-pub use observed::{CableColumns, ObservedCable};
-pub use observer::{CableEstimate, CableModel, CableObserver, CableSample};
 pub use signal::Signal;
 pub use step::{Flags, Prediction, Predictor, Sample};

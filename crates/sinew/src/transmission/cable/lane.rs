@@ -35,6 +35,13 @@ impl<const N: usize> Lanes<N> {
         self.rest(k);
     }
 
+    /// Whether every node slid in the same direction in the last step.
+    pub(super) fn slides_whole(&self, k: usize) -> bool {
+        let mut slips = self.slip[1..self.tension.len()].iter().map(|row| row.0[k]);
+        let first = slips.next().unwrap_or(0.0);
+        first != 0.0 && slips.all(|slip| slip * first > 0.0)
+    }
+
     /// No motion before the next step.
     fn rest(&mut self, k: usize) {
         for memory in &mut self.memory {

@@ -11,6 +11,9 @@ use crate::error::{finite, within};
 use crate::transmission::Sliding;
 use alloc::vec::Vec;
 
+#[cfg(doc)]
+use super::Cable;
+
 /// Any number of cables, eight at a time.
 ///
 /// All have the same number of cells and step together; paths and parameters may differ. The widest
@@ -116,6 +119,18 @@ impl Cables {
         Ok(())
     }
 
+    /// Places one cable as [`Cable::lay`] does; what its ends then feel.
+    pub(crate) fn lay(&mut self, cable: usize, tension_in: f64, share: f64) -> Result<EndTensions, Error> {
+        let (group, k) = self.place(cable)?;
+        self.groups[group].lay(k, tension_in, share);
+        Ok(self.groups[group].standing(k))
+    }
+
+    /// Whether the whole of one cable slid one way in the last step.
+    pub(crate) fn slides_whole(&self, cable: usize) -> bool {
+        self.place(cable).is_ok_and(|(group, k)| self.groups[group].slides_whole(k))
+    }
+
     /// As [`Cable::travel_to`] for one cable.
     ///
     /// # Errors
@@ -159,6 +174,13 @@ impl Cables {
     pub fn tensions(&self, cable: usize) -> impl Iterator<Item = f64> {
         let lanes = self.groups.get(cable / LANES).filter(|_| cable < self.count);
         lanes.into_iter().flat_map(move |lanes| lanes.tension.iter().map(move |row| row.0[cable % LANES]))
+    }
+
+    /// The law of one cable as built, wraps as they are now.
+    #[must_use]
+    pub fn law(&self, cable: usize) -> Option<&CableLaw> {
+        let (group, k) = self.place(cable).ok()?;
+        Some(&self.groups[group].laws[k])
     }
 
     /// Total stretch of one cable, m; negative by how much a slack cable is too long.

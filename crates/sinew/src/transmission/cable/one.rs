@@ -8,6 +8,9 @@ use crate::Error;
 use crate::error::finite;
 use crate::transmission::Sliding;
 
+#[cfg(doc)]
+use super::Cables;
+
 /// One cable in its sheath: a law and the tensions along it.
 ///
 /// The same arithmetic as a lane of [`Cables`], to the bit. Equations, assumptions and source: [`cable`](super).
@@ -91,6 +94,11 @@ impl Cable {
     pub(crate) fn lay(&mut self, tension_in: f64, share: f64) {
         self.lanes.lay(0, tension_in, share);
         self.ends = self.lanes.standing(0);
+    }
+
+    /// Whether the whole cable slid one way in the last step.
+    pub(crate) fn slides_whole(&self) -> bool {
+        self.lanes.slides_whole(0)
     }
 
     /// Travel of the winch, m, that brings the anchor to a tension, N, while the anchor stands still.

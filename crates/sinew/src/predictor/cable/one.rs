@@ -1,99 +1,10 @@
-//! The cable itself as a model: carried along by both ends' displacements, corrected by the near tension.
+//! The observer of one cable.
 
+use super::model::{CableModel, CableSample};
+use super::track::{CableEstimate, Track, parts};
 use crate::Error;
-use crate::error::{positive, within};
 use crate::transmission::Sliding;
-use crate::transmission::cable::{Cable, CableLaw, CableParameters, EndMotion, Path};
-use serde::{Deserialize, Serialize};
-
-/// What an observer believes of a cable; identified from a log, never taken from a plant.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CableModel {
-    /// The way of the cable.
-    pub path: Path,
-    /// Friction and elasticity.
-    pub parameters: CableParameters,
-    /// Cells; 8 serve.
-    pub cells: usize,
-    /// What the far sensor reads of a newton, 1; other than 1 where a log says so.
-    pub far_gain: f64,
-    /// Where in its dead band the cable of a new sequence is, -1 to 1: 1 as after sliding toward the motor. Nobody
-    /// knows, but logs of one rig often start from the same rest.
-    #[serde(default)]
-    pub start: f64,
-    /// Speed of the correction, m/s per N of the near tension's error.
-    #[serde(rename = "correction_m_per_n_s")]
-    pub correction: f64,
-}
-
-impl CableModel {
-    /// The calibrated bench in 8 cells: a start for identification.
-    #[must_use]
-    pub fn bench() -> Self {
-        Self {
-            path: Path::bench(),
-            parameters: CableParameters::bench(),
-            cells: 8,
-            far_gain: 1.0,
-            start: 0.0,
-            correction: 2e-3,
-        }
-    }
-
-    /// The law of these numbers.
-    ///
-    /// # Errors
-    /// [`Error::OutOfDomain`] names the number outside its domain.
-    pub fn law(&self) -> Result<CableLaw, Error> {
-        positive("far_gain", self.far_gain)?;
-        within("start", "a number in [-1, 1]", self.start, (-1.0..=1.0).contains(&self.start))?;
-        let sane = (0.0..=1.0).contains(&self.correction);
-        within("correction", "a number in [0, 1] m/(N s)", self.correction, sane)?;
-        CableLaw::new(&self.path, &self.parameters, self.cells)
-    }
-}
-
-/// One sample of everything that can be measured without a sensor at the anchor.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CableSample {
-    /// Position of the winch's surface, m, + toward the motor; any origin.
-    pub motor: f64,
-    /// Position of the anchor along the cable, m, + toward the motor; from joint sensors, any origin.
-    pub anchor: f64,
-    /// Tension at the drive's outlet, N; NaN where it is missing.
-    pub tension_in: f64,
-}
-
-/// What the observer believes after a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CableEstimate {
-    /// Tension at the anchor, N.
-    pub tension_out: f64,
-    /// The same as the far sensor of the logs would read it, N.
-    pub far: f64,
-    /// Tension at the drive's outlet, N.
-    pub tension_in: f64,
-    /// Measured minus believed tension at the drive's outlet, N; zero where none was measured.
-    pub innovation: f64,
-    /// Elongation of the cable from zero tension, m.
-    pub stretch: f64,
-    /// Whether the whole cable has slid one way for 0.1 s since the last reset: before, its profile is partly a guess.
-    pub known: bool,
-    /// A position was missing or jumped and was held.
-    pub held: bool,
-}
-
-/// Largest error of the near tension that corrects, N: a spike must not move the cable.
-const LARGEST_INNOVATION: f64 = 50.0;
-/// Largest displacement between two samples that is believed, m.
-const LARGEST_JUMP: f64 = 0.05;
-/// Displacement that one step of the law may take, m; more is cut into equal parts.
-const PART: f64 = 5e-4;
-/// Sliding of the whole cable that wipes out what happened before, s: drag settles in a little less.
-const WIPED_OUT: f64 = 0.1;
-/// Pause after which nothing is known any more, s.
-const LONGEST_PAUSE: f64 = 0.02;
+use crate::transmission::cable::{Cable, EndMotion};
 
 /// Estimates the tension at the anchor, the profile along the cable and its elongation.
 ///
@@ -111,8 +22,7 @@ const LONGEST_PAUSE: f64 = 0.02;
 /// | T_in   | `tension_in`       | N       | any     | where missing, nothing is corrected                 |
 ///
 /// While the near end sticks, near-side signals carry nothing about the far end: the anchor's displacement is what makes
-/// this work. Its place among the rooms is here because both control and identification use it and the
-/// plant may not know it.
+/// this work.
 ///
 /// # Assumes
 /// The cable's law; parameters as identified.
@@ -137,16 +47,7 @@ const LONGEST_PAUSE: f64 = 0.02;
 #[derive(Debug, Clone)]
 pub struct CableObserver {
     cable: Cable,
-    correction: f64,
-    far_gain: f64,
-    start: f64,
-    /// Position of motor and anchor at the last sample; none before the first.
-    last: Option<(f64, f64)>,
-    /// Measured minus believed near tension at the last sample, N.
-    innovation: f64,
-    /// How long the whole cable has been sliding in one direction, s.
-    sliding: f64,
-    known: bool,
+    track: Track,
 }
 
 impl CableObserver {
@@ -155,41 +56,26 @@ impl CableObserver {
     /// # Errors
     /// As [`CableModel::law`].
     pub fn new(model: &CableModel) -> Result<Self, Error> {
-        Ok(Self {
-            cable: Cable::new(model.law()?),
-            correction: model.correction,
-            far_gain: model.far_gain,
-            start: model.start,
-            last: None,
-            innovation: 0.0,
-            sliding: 0.0,
-            known: false,
-        })
+        let law = model.law()?;
+        Ok(Self { track: Track::new(model, &law), cable: Cable::new(law) })
     }
 
     /// Forgets everything: the next sample starts anew.
     pub fn reset(&mut self) {
-        self.last = None;
+        self.track.reset();
     }
 
     /// Takes a sample, `interval` seconds after the one before. Any sample is answered.
     pub fn step(&mut self, interval: f64, sample: &CableSample) -> CableEstimate {
-        let Some((motor, anchor)) = self.last.filter(|_| interval <= LONGEST_PAUSE) else {
-            return self.start(sample);
-        };
-        let motor_moved = moved(motor, sample.motor);
-        let anchor_moved = moved(anchor, sample.anchor);
-        let held = motor_moved.is_none() || anchor_moved.is_none();
-        self.last = Some((or(sample.motor, motor), or(sample.anchor, anchor)));
-        if interval > 0.0 {
-            let error = self.innovation.clamp(-LARGEST_INNOVATION, LARGEST_INNOVATION);
-            let correction = self.correction * error * interval;
-            self.advance(interval, motor_moved.unwrap_or(0.0) + correction, anchor_moved.unwrap_or(0.0));
+        match self.track.follow(interval, sample) {
+            Some(motion) if interval > 0.0 => self.advance(interval, motion),
+            Some(_) => {}
+            None => {
+                let (tension, share) = self.track.start(sample);
+                self.cable.lay(tension, share);
+            }
         }
-        // Of the same instant on both sides: compared with the tension before the motion, motion itself would
-        // look like an error, and the correction would add to it.
-        self.innovation = or(sample.tension_in - self.cable.ends().tension_in, 0.0);
-        self.estimate(held)
+        self.track.compare(sample, self.cable.ends(), self.cable.stretch())
     }
 
     /// What it believes, the profile included.
@@ -212,60 +98,31 @@ impl CableObserver {
     /// # Errors
     /// As there.
     pub fn set_wrap(&mut self, pulley: usize, wrap: f64) -> Result<(), Error> {
-        self.cable.set_wrap(pulley, wrap)
+        self.cable.set_wrap(pulley, wrap)?;
+        self.track.renew(self.cable.law());
+        Ok(())
     }
 
-    /// Placed by the measured tension and what is believed of new sequences.
-    fn start(&mut self, sample: &CableSample) -> CableEstimate {
-        let known = [sample.motor, sample.anchor].iter().all(|position| position.is_finite());
-        self.last = known.then_some((sample.motor, sample.anchor));
-        (self.known, self.sliding, self.innovation) = (false, 0.0, 0.0);
-        // Beyond any cable is beyond belief.
-        self.cable.lay(or(sample.tension_in, 0.0).clamp(0.0, 1e5), self.start);
-        self.estimate(!known)
-    }
-
-    fn advance(&mut self, interval: f64, motor: f64, anchor: f64) {
-        let parts = libm::ceil(motor.abs().max(anchor.abs()) / PART).max(1.0);
-        let motion = EndMotion { motor: motor / parts, anchor: anchor / parts };
-        for _ in 0..parts as usize {
+    fn advance(&mut self, interval: f64, motion: EndMotion) {
+        let n = parts(&motion);
+        let part = EndMotion { motor: motion.motor / n, anchor: motion.anchor / n };
+        for _ in 0..n as usize {
             // Refused is what no sampling brings: an interval of nanoseconds.
-            if self.cable.step(interval / parts, motion).is_err() {
+            if self.cable.step(interval / n, part).is_err() {
                 return;
             }
-            let slips = || self.cable.slips();
-            let whole = slips().all(|slip| slip > 0.0) || slips().all(|slip| slip < 0.0);
-            self.sliding = if whole { self.sliding + interval / parts } else { 0.0 };
-            self.known |= self.sliding > WIPED_OUT;
+            if !self.track.known {
+                self.track.slid(self.cable.slides_whole(), interval / n);
+            }
         }
     }
-
-    fn estimate(&self, held: bool) -> CableEstimate {
-        let ends = self.cable.ends();
-        CableEstimate {
-            tension_out: ends.tension_out,
-            far: self.far_gain * ends.tension_out,
-            tension_in: ends.tension_in,
-            innovation: self.innovation,
-            stretch: self.cable.stretch(),
-            known: self.known,
-            held,
-        }
-    }
-}
-
-fn or(value: f64, otherwise: f64) -> f64 {
-    if value.is_finite() { value } else { otherwise }
-}
-
-/// The displacement between two positions, if it can be believed.
-fn moved(from: f64, to: f64) -> Option<f64> {
-    Some(to - from).filter(|distance| distance.abs() <= LARGEST_JUMP)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::model::{CableColumns, ObservedCable};
     use super::*;
+    use crate::transmission::cable::{CableLaw, CableParameters, Path};
 
     /// A finer cable with other numbers, pulled and eased; what the observer sees of it, and the truth.
     fn watch(mut see: impl FnMut(u32, &mut CableSample), model: &CableModel) -> (f64, CableEstimate) {
@@ -302,6 +159,36 @@ mod tests {
     fn with_the_right_numbers_the_far_end_is_known_without_a_sensor_there() {
         let (error, last) = watch(|_, _| {}, &CableModel::bench());
         assert!(error < 0.3 && last.known && !last.held, "{error} N");
+    }
+
+    #[test]
+    fn the_far_end_stays_between_what_sliding_either_way_gives() {
+        let mut observer = CableObserver::new(&CableModel::bench()).unwrap();
+        let mut touched = [false; 2];
+        for k in 0..8000_u32 {
+            let motor = 0.1 * libm::sin(f64::from(k) * 2e-3);
+            let sample = CableSample { motor, anchor: 0.96 * motor, tension_in: 80.0 };
+            let e = observer.step(1e-3, &sample);
+            // Drag adds to friction while it slides.
+            assert!(e.low - 25.0 < e.far && e.far < e.high + 40.0, "{e:?}");
+            touched[0] |= e.far < e.low + 2.0;
+            touched[1] |= e.far > e.high - 2.0;
+        }
+        assert_eq!(touched, [true; 2]);
+    }
+
+    #[test]
+    fn a_cable_is_refused_whose_inputs_are_not_there() {
+        let columns = CableColumns { tension: 0, motor: 1, anchor: 2, motor_scale: 1.0, anchor_scale: -1e-3 };
+        let cable = ObservedCable { columns, model: CableModel::bench() };
+        assert!(cable.validate(3).is_ok() && cable.validate(2).is_err());
+        for scale in [0.0, f64::NAN, f64::INFINITY] {
+            let mut bad = cable.clone();
+            bad.columns.anchor_scale = scale;
+            assert!(bad.validate(3).is_err());
+        }
+        let missing = cable.columns.sample(&[5.0]);
+        assert!(missing.motor.is_nan() && missing.anchor.is_nan());
     }
 
     #[test]
