@@ -17,7 +17,7 @@ const CRATES: [(&str, &[&str]); 5] = [
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,
 /// so that plant and controller cannot share a secret; `tension` knows matrices, not robots.
-const ROOMS: [(&str, &[&str]); 15] = [
+const ROOMS: [(&str, &[&str]); 16] = [
     ("error", &[]),
     ("math", &["error"]),
     ("metrics", &["error", "math"]),
@@ -35,6 +35,22 @@ const ROOMS: [(&str, &[&str]); 15] = [
         &["error", "math", "trajectory", "drive", "transmission", "muscle", "body", "tension", "predictor"],
     ),
     ("twin", &["error", "math", "random", "trajectory", "drive", "transmission", "muscle", "body"]),
+    // Where plant and controller meet, and the only place.
+    (
+        "experiment",
+        &[
+            "error",
+            "math",
+            "metrics",
+            "random",
+            "trajectory",
+            "drive",
+            "transmission",
+            "predictor",
+            "control",
+            "twin",
+        ],
+    ),
     (
         "lib",
         &[
@@ -52,6 +68,7 @@ const ROOMS: [(&str, &[&str]); 15] = [
             "description",
             "control",
             "twin",
+            "experiment",
         ],
     ),
 ];

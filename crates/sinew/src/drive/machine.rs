@@ -37,17 +37,17 @@ pub struct DriveParameters {
 }
 
 impl DriveParameters {
-    /// The paper's drive: 35 mm motor of 120 W, 53 : 1, 10 mm winch; what it does not say is assumed as each part says.
+    /// The paper's drive: 35 mm motor of 120 W, 53 : 1, 15 mm winch; what it does not say is assumed as each part says.
     #[must_use]
     pub fn mc_am() -> Self {
         Self {
             motor: Motor::class_35_mm(),
             reducer: Reducer::ratio_53(),
-            winch: Winch::ten_millimetres(),
+            winch: Winch::fifteen_millimetres(),
             encoder: Encoder { counts: 2048.0, zero: 0.0 },
             load_cell: LoadCell::one_kilonewton(),
             delay_steps: 1.0,
-            acceleration: 3.0,
+            acceleration: 5.0,
             most_tension: 600.0,
             least_tension: 1.0,
         }
@@ -202,7 +202,7 @@ impl Drive {
             layer: parameters.winch.layer(winch),
             current_loop: CurrentLoop::default(),
             velocity_loop: VelocityLoop::new(150.0),
-            tension_loop: TensionLoop::new(2e-3, 0.5, 0.0),
+            tension_loop: TensionLoop::new(3e-3, 0.5, 0.0),
             mode: Mode::Free,
             torque: 0.0,
             delays: [delay(position)?, delay(0.0)?, delay(0.0)?],
