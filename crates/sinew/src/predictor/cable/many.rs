@@ -74,7 +74,8 @@ impl CableObservers {
                     motion
                 }
                 None => {
-                    self.ends[k] = self.cables.spread(k, track.start(sample))?;
+                    let (tension, stretch) = track.start(sample);
+                    self.ends[k] = self.cables.spread(k, tension, stretch)?;
                     EndMotion::default()
                 }
             };

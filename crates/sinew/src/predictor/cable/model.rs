@@ -1,7 +1,7 @@
 //! What an observer is told about a cable.
 
 use crate::Error;
-use crate::error::{positive, within};
+use crate::error::{finite, positive, within};
 use crate::transmission::cable::{CableLaw, CableParameters, Path};
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +20,10 @@ pub struct CableModel {
     /// Speed of the correction, m/s per N of the near tension's error.
     #[serde(rename = "correction_m_per_n_s")]
     pub correction: f64,
+    /// Stretch, m, while motor and anchor both read zero, where their zeros never move: then the first sample
+    /// tells more than the near tension. None for encoders that start anywhere.
+    #[serde(rename = "zero_stretch_m", default, skip_serializing_if = "Option::is_none")]
+    pub zero_stretch: Option<f64>,
 }
 
 impl CableModel {
@@ -32,6 +36,7 @@ impl CableModel {
             cells: 8,
             far_gain: 1.0,
             correction: 2e-3,
+            zero_stretch: None,
         }
     }
 
@@ -43,6 +48,9 @@ impl CableModel {
         positive("far_gain", self.far_gain)?;
         let sane = (0.0..=1.0).contains(&self.correction);
         within("correction", "a number in [0, 1] m/(N s)", self.correction, sane)?;
+        if let Some(stretch) = self.zero_stretch {
+            finite("zero_stretch", stretch)?;
+        }
         CableLaw::new(&self.path, &self.parameters, self.cells)
     }
 }

@@ -43,6 +43,7 @@ pub(super) struct Track {
     correction: f64,
     far_gain: f64,
     pretension: f64,
+    zero_stretch: Option<f64>,
     /// Tension ratio between the ends in sliding.
     ratio: f64,
     /// Position of motor and anchor at the last sample; none before the first.
@@ -59,6 +60,7 @@ impl Track {
     pub(super) fn new(model: &CableModel, law: &CableLaw) -> Self {
         Self {
             pretension: law.pretension(),
+            zero_stretch: model.zero_stretch,
             ratio: libm::exp(law.friction_angle()),
             correction: model.correction,
             far_gain: model.far_gain,
@@ -92,13 +94,14 @@ impl Track {
         })
     }
 
-    /// Starts with a sample: the tension, N, to begin with in every cell, the middle of the dead band.
-    pub(super) fn start(&mut self, sample: &CableSample) -> f64 {
+    /// Starts with a sample: the near tension, N, and the stretch, m, if it can be told.
+    pub(super) fn start(&mut self, sample: &CableSample) -> (f64, Option<f64>) {
         let known = sample.motor.is_finite() && sample.anchor.is_finite();
         self.last = known.then_some((sample.motor, sample.anchor));
         (self.known, self.sliding, self.held) = (false, 0.0, !known);
         // Beyond any cable is beyond belief.
-        or(sample.tension_in, 0.0).clamp(0.0, 1e5)
+        let tension = or(sample.tension_in, 0.0).clamp(0.0, 1e5);
+        (tension, self.zero_stretch.filter(|_| known).map(|zero| zero + sample.motor - sample.anchor))
     }
 
     /// Takes note of whether all of the cable slid one way for `interval` seconds.

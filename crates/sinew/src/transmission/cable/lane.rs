@@ -22,12 +22,34 @@ impl<const N: usize> Lanes<N> {
         self.rest(k);
     }
 
-    /// The same tension in every cell.
-    pub(super) fn spread(&mut self, k: usize, tension: f64) {
-        for row in &mut self.tension {
-            row.0[k] = tension;
+    /// A profile inside the dead band with this near tension: that of sliding with a fraction of all friction,
+    /// between -1 and 1, the one that has the wanted stretch; no fraction where no stretch is wanted.
+    pub(super) fn spread(&mut self, k: usize, tension: f64, stretch: Option<f64>) {
+        let (mut low, mut high) = (-1.0, 1.0);
+        let mut fraction = 0.0;
+        if let Some(stretch) = stretch {
+            // Stretch falls with the fraction: thirty halvings leave 1e-9 of it.
+            for _ in 0..30 {
+                fraction = 0.5 * (low + high);
+                let longer = self.slope_profile(k, tension, fraction) > stretch;
+                *(if longer { &mut low } else { &mut high }) = fraction;
+            }
         }
+        self.slope_profile(k, tension, fraction);
         self.rest(k);
+    }
+
+    /// Tensions of sliding with a fraction of all friction; returns their stretch.
+    fn slope_profile(&mut self, k: usize, near: f64, fraction: f64) -> f64 {
+        let (mut tension, mut stretch) = (near, 0.0);
+        for j in 0..self.tension.len() {
+            if j > 0 {
+                tension *= across(fraction * self.nodes[j - 1].grip.0[k]);
+            }
+            self.tension[j].0[k] = tension;
+            stretch += self.compliance[j].0[k] * tension;
+        }
+        stretch
     }
 
     /// Whether every node slid in the same direction in the last step.

@@ -119,10 +119,15 @@ impl Cables {
         Ok(())
     }
 
-    /// Places one cable with the same tension, N, in every cell; what its ends then feel.
-    pub(crate) fn spread(&mut self, cable: usize, tension: f64) -> Result<EndTensions, Error> {
+    /// As [`Cable::spread`] for one cable; what its ends then feel.
+    pub(crate) fn spread(
+        &mut self,
+        cable: usize,
+        tension: f64,
+        stretch: Option<f64>,
+    ) -> Result<EndTensions, Error> {
         let (group, k) = self.place(cable)?;
-        self.groups[group].spread(k, tension);
+        self.groups[group].spread(k, tension, stretch);
         Ok(self.groups[group].standing(k))
     }
 

@@ -89,9 +89,10 @@ impl Cable {
         Ok(())
     }
 
-    /// Places the cable with the same tension, N, in every cell: the middle of its dead band.
-    pub(crate) fn spread(&mut self, tension: f64) {
-        self.lanes.spread(0, tension);
+    /// Places the cable inside its dead band: near tension, N, and total stretch, m, as given; without a stretch the
+    /// same tension everywhere, the middle of the band.
+    pub(crate) fn spread(&mut self, tension: f64, stretch: Option<f64>) {
+        self.lanes.spread(0, tension, stretch);
         self.ends = self.lanes.standing(0);
     }
 
