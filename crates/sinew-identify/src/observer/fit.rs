@@ -138,7 +138,8 @@ impl Problem<'_> {
         found.min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 
-    /// Stretch while both positions read zero, if it is the same in all logs: within a tenth of what it changes by.
+    /// Stretch while both positions read zero, if it is the same in all logs: within a third of what it changes by, which is still better
+    /// than nothing.
     fn zero_stretch(&self, model: &CableModel) -> Result<Option<f64>, Error> {
         let (mut zeros, mut stretches) = (Vec::new(), Vec::new());
         for (place, log) in self.logs.iter().enumerate() {
@@ -153,7 +154,7 @@ impl Problem<'_> {
             }
         }
         let mean = zeros.iter().sum::<f64>() / zeros.len().max(1) as f64;
-        let steady = spread(&zeros) < 0.1 * spread(&stretches);
+        let steady = spread(&zeros) < 0.33 * spread(&stretches);
         Ok(Some(mean).filter(|mean| steady && mean.is_finite()))
     }
 
