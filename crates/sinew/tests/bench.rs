@@ -45,7 +45,8 @@ fn the_same_seed_gives_the_same_run() {
     let rows = |seed| {
         let wanted = BenchRun::paper(Specimen::draw(seed), Programme::Calibrate, 0.1, seed);
         let mut bits = Vec::new();
-        let see = |row: &BenchRow| bits.push([row.far, row.sample.tension_in, row.truth[1]].map(f64::to_bits));
+        let see =
+            |row: &BenchRow| bits.push([row.far, row.sample.tension_in, row.truth[1]].map(f64::to_bits));
         assert_eq!(run(&wanted, &mut Compensation::None, 3.0, see).unwrap(), None);
         bits
     };

@@ -138,6 +138,26 @@ impl Problem<'_> {
         found.min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 
+    /// Stretch while both positions read zero, if it is the same in all logs: within a third of what it changes by, which is still better
+    /// than nothing.
+    fn zero_stretch(&self, model: &CableModel) -> Result<Option<f64>, Error> {
+        let (mut zeros, mut stretches) = (Vec::new(), Vec::new());
+        for (place, log) in self.logs.iter().enumerate() {
+            let estimates = run_cable(model, log)?;
+            for (_, row) in self.rows.iter().filter(|(of, _)| *of == place) {
+                let (sample, stretch) = (&log.samples[*row], estimates[*row].stretch);
+                let zero = stretch - sample.motor + sample.anchor;
+                if zero.is_finite() {
+                    zeros.push(zero);
+                    stretches.push(stretch);
+                }
+            }
+        }
+        let mean = zeros.iter().sum::<f64>() / zeros.len().max(1) as f64;
+        let steady = spread(&zeros) < 0.33 * spread(&stretches);
+        Ok(Some(mean).filter(|mean| steady && mean.is_finite()))
+    }
+
     fn far_rmse(&self, theta: &[f64]) -> Option<f64> {
         let mut residuals = vec![0.0; self.residuals()];
         self.evaluate(theta, &mut residuals).then(|| rms(&residuals[..self.rows.len()]))
@@ -159,8 +179,9 @@ impl Problem<'_> {
                 high: quantity.outward(found.theta[i] + half),
             }
         };
-        let model =
-            self.model(&found.theta).ok_or_else(|| Error::samples("fit", "numbers of a cable", &"others"))?;
+        let numbers = || Error::samples("fit", "numbers of a cable", &"others");
+        let mut model = self.model(&found.theta).ok_or_else(numbers)?;
+        model.zero_stretch = self.zero_stretch(&model)?;
         Ok(CableFit {
             model,
             rmse: rms(far),
@@ -255,6 +276,12 @@ impl LeastSquares for Problem<'_> {
         }
         true
     }
+}
+
+/// Standard deviation.
+fn spread(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    rms(&values.iter().map(|v| v - mean).collect::<Vec<_>>())
 }
 
 fn rms(values: &[f64]) -> f64 {

@@ -202,7 +202,7 @@ impl Drive {
             layer: parameters.winch.layer(winch),
             current_loop: CurrentLoop::default(),
             velocity_loop: VelocityLoop::new(150.0),
-            tension_loop: TensionLoop::new(3e-3, 0.5, 0.0),
+            tension_loop: TensionLoop::new(2e-3, 0.5, 0.0),
             mode: Mode::Free,
             torque: 0.0,
             delays: [delay(position)?, delay(0.0)?, delay(0.0)?],

@@ -74,8 +74,8 @@ impl CableObservers {
                     motion
                 }
                 None => {
-                    let (tension, share) = track.start(sample);
-                    self.ends[k] = self.cables.lay(k, tension, share)?;
+                    let (tension, lie) = track.start(sample);
+                    self.ends[k] = self.cables.lay(k, tension, lie)?;
                     EndMotion::default()
                 }
             };

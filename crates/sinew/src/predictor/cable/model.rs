@@ -1,7 +1,7 @@
 //! What an observer is told about a cable.
 
 use crate::Error;
-use crate::error::{positive, within};
+use crate::error::{finite, positive, within};
 use crate::transmission::cable::{CableLaw, CableParameters, Path};
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +24,10 @@ pub struct CableModel {
     /// Speed of the correction, m/s per N of the near tension's error.
     #[serde(rename = "correction_m_per_n_s")]
     pub correction: f64,
+    /// Stretch, m, while motor and anchor both read zero, where their zeros never move: then the first sample
+    /// tells more than the near tension. None for encoders that start anywhere.
+    #[serde(rename = "zero_stretch_m", default, skip_serializing_if = "Option::is_none")]
+    pub zero_stretch: Option<f64>,
 }
 
 impl CableModel {
@@ -37,6 +41,7 @@ impl CableModel {
             far_gain: 1.0,
             start: 0.0,
             correction: 2e-3,
+            zero_stretch: None,
         }
     }
 
@@ -49,6 +54,9 @@ impl CableModel {
         within("start", "a number in [-1, 1]", self.start, (-1.0..=1.0).contains(&self.start))?;
         let sane = (0.0..=1.0).contains(&self.correction);
         within("correction", "a number in [0, 1] m/(N s)", self.correction, sane)?;
+        if let Some(stretch) = self.zero_stretch {
+            finite("zero_stretch", stretch)?;
+        }
         CableLaw::new(&self.path, &self.parameters, self.cells)
     }
 }

@@ -71,8 +71,8 @@ impl CableObserver {
             Some(motion) if interval > 0.0 => self.advance(interval, motion),
             Some(_) => {}
             None => {
-                let (tension, share) = self.track.start(sample);
-                self.cable.lay(tension, share);
+                let (tension, lie) = self.track.start(sample);
+                self.cable.lay(tension, lie);
             }
         }
         self.track.compare(sample, self.cable.ends(), self.cable.stretch())
@@ -189,6 +189,25 @@ mod tests {
         }
         let missing = cable.columns.sample(&[5.0]);
         assert!(missing.motor.is_nan() && missing.anchor.is_nan());
+    }
+
+    #[test]
+    fn encoders_with_a_zero_tell_the_far_end_from_the_first_sample() {
+        for sliding in [Sliding::TowardMotor, Sliding::AwayFromMotor] {
+            let mut plant = Cable::new(CableModel::bench().law().unwrap());
+            plant.settle(90.0, sliding).unwrap();
+            let motor = 0.3 + plant.stretch();
+            let sample = CableSample { motor, anchor: 0.3, tension_in: plant.ends().tension_in };
+            let first = |zero_stretch| {
+                let model = CableModel { zero_stretch, ..CableModel::bench() };
+                CableObserver::new(&model).unwrap().step(1e-3, &sample)
+            };
+            assert!((first(Some(0.0)).tension_out - 90.0).abs() < 0.01);
+            assert!((first(None).tension_out - 90.0).abs() > 30.0);
+            // A zero that is wrong by decimetres ends at an edge of the dead band, not beyond.
+            let (far, wrong) = (first(Some(0.5)), first(Some(-0.5)));
+            assert!(wrong.tension_out >= wrong.low - 1e-6 && far.tension_out <= far.high + 1e-6);
+        }
     }
 
     #[test]

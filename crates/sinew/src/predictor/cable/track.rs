@@ -1,7 +1,7 @@
 //! What is remembered of one cable between two samples, and what is believed of a sample.
 
 use super::model::{CableModel, CableSample};
-use crate::transmission::cable::{CableLaw, EndMotion, EndTensions};
+use crate::transmission::cable::{CableLaw, EndMotion, EndTensions, Lie};
 
 /// What the observer believes after a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -45,6 +45,7 @@ pub(super) struct Track {
     /// Share of the friction that is at work in a new sequence, + as after sliding toward the motor.
     share: f64,
     pretension: f64,
+    zero_stretch: Option<f64>,
     /// Tension ratio between the ends in sliding.
     ratio: f64,
     /// Position of motor and anchor at the last sample; none before the first.
@@ -61,6 +62,7 @@ impl Track {
     pub(super) fn new(model: &CableModel, law: &CableLaw) -> Self {
         Self {
             pretension: law.pretension(),
+            zero_stretch: model.zero_stretch,
             ratio: libm::exp(law.friction_angle()),
             correction: model.correction,
             far_gain: model.far_gain,
@@ -95,13 +97,15 @@ impl Track {
         })
     }
 
-    /// Starts with a sample: the tension to begin with at the drive, N, and the share of friction along the cable.
-    pub(super) fn start(&mut self, sample: &CableSample) -> (f64, f64) {
+    /// Starts with a sample: the near tension, N, and what else is known of the cable.
+    pub(super) fn start(&mut self, sample: &CableSample) -> (f64, Lie) {
         let known = sample.motor.is_finite() && sample.anchor.is_finite();
         self.last = known.then_some((sample.motor, sample.anchor));
         (self.known, self.sliding, self.held) = (false, 0.0, !known);
         // Beyond any cable is beyond belief.
-        (or(sample.tension_in, 0.0).clamp(0.0, 1e5), self.share)
+        let tension = or(sample.tension_in, 0.0).clamp(0.0, 1e5);
+        let stretch = self.zero_stretch.filter(|_| known).map(|zero| zero + sample.motor - sample.anchor);
+        (tension, stretch.map_or(Lie::Share(self.share), Lie::Stretch))
     }
 
     /// Takes note of whether all of the cable slid one way for `interval` seconds.
