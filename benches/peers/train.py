@@ -86,7 +86,7 @@ def scikit_learn(inputs, targets, steps):
     warnings.filterwarnings("ignore")
     x = (inputs - inputs.mean(0)) / inputs.std(0)
     t = (targets - targets.mean()) / targets.std()
-    network = MLPRegressor((HIDDEN,), activation="tanh", solver="lbfgs", alpha=0.0, max_iter=steps, tol=0.0, random_state=0)
+    network = MLPRegressor(hidden_layer_sizes=(HIDDEN,), activation="tanh", solver="lbfgs", alpha=0.0, max_iter=steps, tol=0.0, random_state=0)
     network.fit(x, t)
     return np.mean((network.predict(x) - t) ** 2) * targets.std() ** 2, network.n_iter_
 

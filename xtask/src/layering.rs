@@ -17,12 +17,13 @@ const CRATES: [(&str, &[&str]); 5] = [
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,
 /// so that plant and controller cannot share a secret; `tension` knows matrices, not robots.
-const ROOMS: [(&str, &[&str]); 14] = [
+const ROOMS: [(&str, &[&str]); 16] = [
     ("error", &[]),
     ("math", &["error"]),
     ("metrics", &["error", "math"]),
+    ("random", &[]),
     ("trajectory", &["error", "math"]),
-    ("drive", &["error", "math"]),
+    ("drive", &["error", "math", "random", "transmission"]),
     ("transmission", &["error", "math"]),
     ("muscle", &["error", "math", "body"]),
     ("body", &["error", "math"]),
@@ -33,13 +34,30 @@ const ROOMS: [(&str, &[&str]); 14] = [
         "control",
         &["error", "math", "trajectory", "drive", "transmission", "muscle", "body", "tension", "predictor"],
     ),
-    ("twin", &["error", "math", "trajectory", "drive", "transmission", "muscle", "body"]),
+    ("twin", &["error", "math", "random", "trajectory", "drive", "transmission", "muscle", "body"]),
+    // Where plant and controller meet, and the only place.
+    (
+        "experiment",
+        &[
+            "error",
+            "math",
+            "metrics",
+            "random",
+            "trajectory",
+            "drive",
+            "transmission",
+            "predictor",
+            "control",
+            "twin",
+        ],
+    ),
     (
         "lib",
         &[
             "error",
             "math",
             "metrics",
+            "random",
             "trajectory",
             "drive",
             "transmission",
@@ -50,6 +68,7 @@ const ROOMS: [(&str, &[&str]); 14] = [
             "description",
             "control",
             "twin",
+            "experiment",
         ],
     ),
 ];

@@ -194,6 +194,7 @@ fn fresh(old: &Estimator, runs: &[&Run], seed: u64) -> Option<Estimator> {
         name: String::new(),
         signals: law.signals.clone(),
         cell: None,
+        cable: None,
         features: hidden.map(|_| plan),
         hidden: hidden.unwrap_or(0),
         correlation: CORRELATION,

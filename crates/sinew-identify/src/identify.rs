@@ -9,7 +9,7 @@ use crate::runs;
 use crate::select::folds::Folds;
 use crate::select::influence;
 use crate::select::judge::{Tried, judge};
-use crate::select::zoo::{Entry, zoo};
+use crate::select::zoo::{Entry, Standing, zoo};
 use rayon::prelude::*;
 use sinew::predictor::{Estimator, Guard, Model, Provenance};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -35,8 +35,11 @@ pub struct Identification {
     pub account: Account,
 }
 
-/// A pure network must beat the physics by this factor on unseen data to be believed.
-const PURE_MARGIN: f64 = 0.97;
+/// What stands on less physics must beat what stands on more by this factor on unseen data to be believed.
+const MARGIN: f64 = 0.97;
+
+/// Standard errors by which it must do so, sequence by sequence: few sequences prove little.
+const CHANCE: f64 = 1.0;
 
 /// Identifies the transmission behind a dataset.
 ///
@@ -113,7 +116,7 @@ pub(crate) fn finish(
         guards: work.guards.clone(),
         gap_s: work.gap_s,
         estimator,
-        band_factor: judgement.fold_factor.iter().copied().fold(0.0, f64::max).max(1e-6),
+        band_factor: band_factor(&judgement.fold_factor),
         provenance: Provenance {
             member: tried[chosen].name.clone(),
             description: tried[chosen].description.clone(),
@@ -129,6 +132,13 @@ pub(crate) fn finish(
     let found = Found { data, runs, tried, chosen, model: &model, folds };
     let account = build::account(&found, influence);
     Ok(Identification { model, account })
+}
+
+/// Largest factor that any fold asked for, stretched as the largest of `n` draws must be to reach what the next
+/// may ask for: by `(n + 1) / n`. Two days say less about a third than five do.
+fn band_factor(of_folds: &[f64]) -> f64 {
+    let n = of_folds.len().max(1) as f64;
+    (of_folds.iter().copied().fold(0.0, f64::max) * (n + 1.0) / n).max(1e-6)
 }
 
 /// A recipe as it is compared: half the networks, trained for half as long, rank recipes as the whole would.
@@ -180,21 +190,39 @@ fn without(data: &Dataset, keep: &[bool]) -> Dataset {
     data
 }
 
-/// The best geometric mean over folds; physics where a pure network is not clearly better or folds are few.
+/// The best geometric mean over folds; what stands on less physics must be clearly better.
 fn choose(entries: &[Entry], tried: &[Tried], folds: &Folds) -> Option<usize> {
     let score = |k: usize| tried[k].score();
-    let best = |pure: bool| {
-        (0..entries.len())
-            .filter(|&k| entries[k].pure == pure && score(k).is_finite())
-            .min_by(|&a, &b| score(a).total_cmp(&score(b)))
-    };
-    match (best(false), best(true)) {
-        (Some(physics), Some(pure)) => {
-            let clear = folds.grouped && score(pure) < PURE_MARGIN * score(physics);
-            Some(if clear { pure } else { physics })
-        }
-        (physics, pure) => physics.or(pure),
+    let mut chosen = None;
+    for standing in Standing::ALL {
+        let best = (0..entries.len())
+            .filter(|&k| entries[k].standing == standing && score(k).is_finite())
+            .min_by(|&a, &b| score(a).total_cmp(&score(b)));
+        chosen = match (chosen, best) {
+            (Some(old), Some(new)) => {
+                let clear = folds.grouped
+                    && score(new) < MARGIN * score(old)
+                    && clearly_better(&tried[new], &tried[old]);
+                Some(if clear { new } else { old })
+            }
+            (chosen, best) => chosen.or(best),
+        };
     }
+    chosen
+}
+
+/// Whether the error is smaller sequence by sequence, beyond the chance of these few.
+fn clearly_better(one: &Tried, other: &Tried) -> bool {
+    let (Some(one), Some(other)) = (&one.judgement, &other.judgement) else { return false };
+    let pairs = one.sequence_rmse.iter().zip(&other.sequence_rmse);
+    let ratios: Vec<f64> = pairs.map(|(a, b)| (a.max(1e-300) / b.max(1e-300)).ln()).collect();
+    let n = ratios.len() as f64;
+    if n < 3.0 {
+        return false;
+    }
+    let mean = ratios.iter().sum::<f64>() / n;
+    let variance = ratios.iter().map(|r| (r - mean) * (r - mean)).sum::<f64>() / (n - 1.0);
+    mean + CHANCE * (variance / n).sqrt() < 0.0
 }
 
 fn far_range(runs: &[Run]) -> f64 {
@@ -204,4 +232,41 @@ fn far_range(runs: &[Run]) -> f64 {
         .collect();
     let edge = quantiles(values, &[0.0005, 0.9995]);
     edge[1] - edge[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::select::judge::Judgement;
+    use sinew::metrics::Comparison;
+
+    fn tried(sequence_rmse: &[f64]) -> Tried {
+        let judgement = Judgement {
+            outputs: vec![],
+            fold_rmse: sequence_rmse.to_vec(),
+            sequence_rmse: sequence_rmse.to_vec(),
+            fold_factor: vec![],
+            comparison: Comparison::new(),
+            rmse_in_sample: 0.0,
+            cells: vec![],
+            score: 0.0,
+        };
+        Tried { name: String::new(), description: String::new(), judgement: Some(judgement) }
+    }
+
+    #[test]
+    fn one_lucky_sequence_proves_nothing() {
+        let physics = tried(&[3.4, 1.4, 1.4, 2.7]);
+        assert!(!clearly_better(&tried(&[1.8, 1.5, 1.45, 2.8]), &physics));
+        assert!(clearly_better(&tried(&[2.0, 1.1, 1.0, 1.9]), &physics));
+        assert!(!clearly_better(&tried(&[1.0, 1.0]), &tried(&[2.0, 2.0])), "two are too few to tell");
+        assert!(!clearly_better(&physics, &physics));
+    }
+
+    #[test]
+    fn the_band_of_few_folds_is_stretched_most() {
+        assert!((band_factor(&[2.0, 1.0]) - 3.0).abs() < 1e-12);
+        assert!((band_factor(&[2.0, 1.0, 1.5, 1.2, 1.9]) - 2.4).abs() < 1e-12);
+        assert!(band_factor(&[]) > 0.0);
+    }
 }

@@ -3,7 +3,8 @@
 pub use crate::fit::cell::CellPlan;
 use crate::fit::cell::{CellData, fit_cell};
 use crate::fit::ensemble::{self, Rows};
-use sinew::predictor::{Cell, Estimate, Estimator, Feature, Memory, MemoryLaw, Signal};
+use crate::observer::fit_observed;
+use sinew::predictor::{CableColumns, Cell, Estimate, Estimator, Feature, Memory, MemoryLaw, Signal};
 
 /// One sequence ready for fitting: finite, conditioned as the predictor would have.
 #[derive(Debug, Clone)]
@@ -65,6 +66,8 @@ pub struct Recipe {
     pub signals: Vec<Signal>,
     /// Its physics; none in a pure network.
     pub cell: Option<CellPlan>,
+    /// The cable observer in place of the cell, and the columns it reads.
+    pub cable: Option<CableColumns>,
     /// What its networks see; none in pure physics.
     pub features: Option<FeaturePlan>,
     /// Hidden tanh nodes of each network.
@@ -121,13 +124,17 @@ pub(crate) fn rmse(estimator: &Estimator, runs: &[&Run]) -> f64 {
 /// Fits a recipe to runs; `None` where they hold too little to fit.
 #[must_use]
 pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
-    let mut law = MemoryLaw { signals: recipe.signals.clone(), cell: None, features: Vec::new() };
+    let mut law =
+        MemoryLaw { signals: recipe.signals.clone(), cell: None, cable: None, features: Vec::new() };
     let columns = Columns::new(&law, runs);
     if let Some(plan) = &recipe.cell {
         law.cell = Some(fit_cell(&columns.data(), plan)?);
     }
+    if let Some(columns) = recipe.cable {
+        law.cable = Some(fit_observed(runs, columns)?);
+    }
     if let Some(plan) = &recipe.features {
-        law.features = features(plan, &columns, law.cell.is_some())?;
+        law.features = features(plan, &columns, &law)?;
     }
     fit_networks(law, recipe, runs, seed)
 }
@@ -146,7 +153,7 @@ pub(crate) fn fit_networks(law: MemoryLaw, recipe: &Recipe, runs: &[&Run], seed:
             Learner::Paper => estimator.perceptron = Some(ensemble::train_paper(&rows, recipe, seed)?),
             Learner::Ensemble | Learner::Mixed => {
                 let ensemble = ensemble::train(&rows, recipe, seed)?;
-                if estimator.law.cell.is_some() && recipe.learner == Learner::Ensemble {
+                if estimator.law.has_physics() && recipe.learner == Learner::Ensemble {
                     estimator.gate_power = Some(ensemble::power(&ensemble, &rows));
                 }
                 estimator.ensemble = Some(ensemble);
@@ -195,7 +202,7 @@ pub fn quantiles(mut values: Vec<f64>, at: &[f64]) -> Vec<f64> {
     at.iter().map(|q| values.get((q * last).round() as usize).copied().unwrap_or(0.0)).collect()
 }
 
-fn features(plan: &FeaturePlan, columns: &Columns, cell: bool) -> Option<Vec<Feature>> {
+fn features(plan: &FeaturePlan, columns: &Columns, law: &MemoryLaw) -> Option<Vec<Feature>> {
     if plan.signals.iter().chain(&plan.plain).any(|&signal| signal >= columns.stride) {
         return None;
     }
@@ -209,8 +216,10 @@ fn features(plan: &FeaturePlan, columns: &Columns, cell: bool) -> Option<Vec<Fea
         features.extend(plan.taus.iter().map(|&tau_s| Feature::LowPassDifference { signal, tau_s }));
     }
     features.extend(plan.plain.iter().map(|&signal| Feature::Signal(signal)));
-    if cell {
+    if law.cell.is_some() {
         features.extend([Feature::CellState, Feature::CellWidth, Feature::CellPlace]);
+    } else if law.cable.is_some() {
+        features.extend([Feature::CellState, Feature::Innovation]);
     }
     Some(features)
 }

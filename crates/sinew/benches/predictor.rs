@@ -27,8 +27,10 @@ fn law(taus: usize) -> MemoryLaw {
             high: vec![0.6, 0.1, 0.2],
             elastic: vec![0, 1],
             kappa: vec![0.1, 0.1],
+            start: 0.5,
             branches: [(1.0, 0.5), (0.8, 0.3), (0.5, 0.2)].map(branch).to_vec(),
         }),
+        cable: None,
         features,
     }
 }

@@ -10,10 +10,14 @@ extern crate alloc;
 extern crate std;
 
 pub mod body;
+pub mod control;
+pub mod drive;
 mod error;
+pub mod experiment;
 pub mod math;
 pub mod metrics;
 pub mod predictor;
+pub mod random;
 pub mod transmission;
 pub mod twin;
 

@@ -296,6 +296,7 @@ fn a_model_that_could_fail_later_is_refused_at_once() {
     assert!(invalid(|m| cell(m, |c| c.low[1] = f64::NAN)).contains("cell.low"));
     assert!(invalid(|m| cell(m, |c| c.high.truncate(1))).contains("cell.high"));
     assert!(invalid(|m| cell(m, |c| c.branches.clear())).contains("cell.branches"));
+    assert!(invalid(|m| cell(m, |c| c.start = f64::NAN)).contains("cell.start"));
     assert!(
         invalid(|m| m.estimator.ensemble.as_mut().unwrap().inverse_scale[0] = 0.0)
             .contains("ensemble.inverse_scale")

@@ -39,6 +39,9 @@ impl CellPlan {
 /// Share of a branch at the start of its fit: enough to be felt, little enough to be taken back.
 const FIRST_SHARE: f64 = 0.05;
 
+/// Sequences that must start alike before their start is believed as much as the middle of the band.
+pub(crate) const DOUBT: f64 = 3.0;
+
 /// Fits the bounds, elasticities and branch shares of a cell.
 ///
 /// Starts: least squares of the far side on the basis, opened by several widths on the constant or on all
@@ -290,7 +293,34 @@ impl Scaled {
             elastic: plan.elastic.clone(),
             kappa: unscale(kappa, &self.step_scale),
             branches: self.scales.iter().zip(shares).map(|(&width, share)| Branch { width, share }).collect(),
+            start: self.start(bounds),
         }
+    }
+
+    /// First rows of the sequences whose beginning counts: at least within their first tenth.
+    fn beginnings(&self) -> Vec<usize> {
+        let mut rows: Vec<usize> = (0..self.far.len()).filter(|&row| self.first[row]).collect();
+        rows.push(self.far.len());
+        let counts = |pair: &&[usize]| {
+            let tenth = pair[0] + (pair[1] - pair[0]).div_ceil(10);
+            self.weight[pair[0]..tenth].iter().any(|w| *w > 0.0)
+        };
+        rows.windows(2).filter(counts).map(|pair| pair[0]).collect()
+    }
+
+    /// Where in the band the sequences start, on average; the middle counts as [`DOUBT`] more sequences.
+    fn start(&self, bounds: &[f64]) -> f64 {
+        let (low, high) = bounds.split_at(self.b);
+        let (mut sum, mut count) = (0.5 * DOUBT, DOUBT);
+        for row in self.beginnings() {
+            let x = &self.basis[row * self.b..][..self.b];
+            let (low, high) = (dot(low, x), dot(high, x));
+            if high > low {
+                sum += ((self.far[row] - low) / (high - low)).clamp(0.0, 1.0);
+                count += 1.0;
+            }
+        }
+        sum / count
     }
 }
 
@@ -332,7 +362,6 @@ impl<'a> Motion<'a> {
         let (b, e) = (data.b, data.e);
         let x = &data.basis[row * b..][..b];
         let du = &data.step[row * e..][..e];
-        let dot = |a: &[f64], x: &[f64]| a.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
         let (low, high, elastic) = (dot(self.low, x), dot(self.high, x), dot(self.kappa, du));
         let start = data.first[row].then_some(data.far[row]);
         let rows = self.sensitivities.chunks_exact_mut(2 * b + e);
@@ -394,6 +423,10 @@ fn add_row(normal: &mut [f64], gradient: &mut [f64], g: &[f64], weight: f64, err
     }
 }
 
+fn dot(a: &[f64], x: &[f64]) -> f64 {
+    a.iter().zip(x).map(|(a, x)| a * x).sum()
+}
+
 fn rms_columns(columns: &[f64], width: usize) -> Vec<f64> {
     let mut scale = vec![0.0; width];
     for row in columns.chunks_exact(width) {
@@ -421,6 +454,7 @@ mod tests {
     fn truth() -> Cell {
         let branches = [(1.0, 0.5), (0.8, 0.2), (0.5, 0.3)];
         Cell {
+            start: 0.5,
             basis: plan().basis,
             low: vec![0.6, 0.05, -0.1],
             high: vec![1.1, 0.1, 0.2],
@@ -443,6 +477,7 @@ mod tests {
             let law = MemoryLaw {
                 signals: vec![Signal::Input(0), Signal::Input(1)],
                 cell: Some(truth()),
+                cable: None,
                 features: vec![],
             };
             let mut memory = Memory::new(&law);
@@ -522,7 +557,7 @@ mod tests {
         let theta: Vec<f64> = (0..scaled.parameters()).map(|i| if i < 3 { 0.2 } else { 0.3 }).collect();
         let cell = scaled.cell(&theta, &plan());
         let signals = vec![Signal::Input(0), Signal::Input(1)];
-        let law = MemoryLaw { signals, cell: Some(cell), features: vec![] };
+        let law = MemoryLaw { signals, cell: Some(cell), cable: None, features: vec![] };
         let mut memory = Memory::new(&law);
         let mut motion = Motion::new(&scaled, &theta);
         for row in 0..log.far.len() {

@@ -5,12 +5,14 @@
 
 mod dataset;
 mod fit;
+mod observed;
 mod quantity;
 mod run;
 mod start;
 
 pub use dataset::cable_logs;
 pub use fit::{CableFit, FitOptions, fit_cable};
+pub(crate) use observed::fit_observed;
 pub use quantity::{FittedQuantity, Quantity};
 pub use run::{CableLog, run_cable};
 pub use start::start_from;

@@ -139,3 +139,65 @@ fn natural(a: &str, b: &str) -> std::cmp::Ordering {
         _ => a.cmp(b),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::{ReadOptions, RoleFlags, read_bytes};
+    use std::fmt::Write as _;
+
+    /// Trials of 40 samples; each has a load and a speed.
+    fn trials(conditions: &[(u32, u32)], columns: &str) -> Dataset {
+        let mut text = format!("trial,t_s,tension_in_n,tension_out_n{columns}\n");
+        for (trial, (load, speed)) in conditions.iter().enumerate() {
+            for i in 0..40 {
+                let near = f64::from(i * i % 17) + f64::from(*load);
+                write!(text, "{trial},{},{near},{}", f64::from(i) * 0.01, 0.8 * near).unwrap();
+                text.push_str(&if columns.is_empty() { String::new() } else { format!(",{load},{speed}") });
+                text.push('\n');
+            }
+        }
+        let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
+        read_bytes(&[("log.csv", text.as_bytes())], &RoleFlags::default(), &options).unwrap()
+    }
+
+    /// Every sequence is held out by some fold, and no fold holds out all.
+    fn is_sound(folds: &Folds, sequences: usize) {
+        for s in 0..sequences {
+            assert!(folds.held_out.iter().any(|fold| fold[s].is_some()));
+        }
+        assert!(folds.held_out.iter().all(|fold| fold.iter().any(Option::is_none) || !folds.grouped));
+    }
+
+    #[test]
+    fn conditions_found_in_the_trials_are_held_out_one_after_the_other() {
+        let all: Vec<(u32, u32)> = (0..3).flat_map(|l| (0..3).map(move |s| (10 * l, s))).collect();
+        let data = trials(&all, ",load,speed");
+        let folds = Folds::of(&data);
+        assert!(folds.grouped && folds.question.contains("load") && folds.question.contains("speed"));
+        is_sound(&folds, 9);
+        for fold in &folds.held_out {
+            let held: Vec<(u32, u32)> =
+                fold.iter().zip(&all).filter(|(f, _)| f.is_some()).map(|(_, c)| *c).collect();
+            let one_value = |pick: fn(&(u32, u32)) -> u32| held.iter().all(|c| pick(c) == pick(&held[0]));
+            assert!(one_value(|c| c.0) || one_value(|c| c.1), "{held:?}");
+        }
+    }
+
+    #[test]
+    fn three_trials_are_held_out_each() {
+        let data = trials(&[(10, 0), (20, 0), (30, 0)], "");
+        let folds = Folds::of(&data);
+        assert_eq!(folds.held_out.len(), 3);
+        is_sound(&folds, 3);
+    }
+
+    #[test]
+    fn one_stretch_is_cut_by_time_and_every_row_is_held_out_once() {
+        let data = trials(&[(10, 0)], "");
+        let folds = Folds::of(&data);
+        assert!(!folds.grouped);
+        let rows: usize = folds.held_out.iter().flatten().flatten().map(|(from, to)| to - from).sum();
+        assert_eq!(rows, data.sequences.iter().map(|s| s.time_s.len()).sum::<usize>());
+    }
+}

@@ -15,6 +15,8 @@ pub(crate) struct Judgement {
     pub(crate) outputs: Vec<Vec<Option<(Estimate, usize)>>>,
     /// RMSE per fold.
     pub(crate) fold_rmse: Vec<f64>,
+    /// RMSE of every sequence in every fold that held it out: what two models are compared on pair by pair.
+    pub(crate) sequence_rmse: Vec<f64>,
     /// 95 % quantile of |error| / sigma per fold.
     pub(crate) fold_factor: Vec<f64>,
     /// All folds together.
@@ -65,6 +67,7 @@ pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgem
     let mut outputs: Vec<Vec<Option<(Estimate, usize)>>> = runs.iter().map(|r| vec![None; r.len()]).collect();
     let mut fold_rmse = Vec::new();
     let mut fold_factor = Vec::new();
+    let mut sequence_rmse = Vec::new();
     let (mut rmse_in_sample, mut cells) = (0.0, Vec::new());
     let mut comparison = Comparison::new();
     for (fold, held_out) in folds.held_out.iter().enumerate() {
@@ -77,6 +80,7 @@ pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgem
         let (mut sum, mut count) = (0.0, 0.0);
         for (index, (run, range)) in runs.iter().zip(held_out).enumerate() {
             let Some((from, to)) = *range else { continue };
+            let before = (sum, count);
             for (row, output) in run_over(&member, run).into_iter().enumerate() {
                 if row < from || row >= to {
                     continue;
@@ -90,6 +94,9 @@ pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgem
                     comparison.push(run.far[row], output.mean).ok()?;
                 }
             }
+            if count > before.1 {
+                sequence_rmse.push(f64::sqrt((sum - before.0) / (count - before.1)));
+            }
         }
         if count > 0.0 {
             fold_rmse.push((sum / count).sqrt());
@@ -100,5 +107,14 @@ pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgem
         return None;
     }
     let score = (fold_rmse.iter().map(|r| r.max(1e-300).ln()).sum::<f64>() / fold_rmse.len() as f64).exp();
-    Some(Judgement { outputs, fold_rmse, fold_factor, comparison, rmse_in_sample, cells, score })
+    Some(Judgement {
+        outputs,
+        fold_rmse,
+        sequence_rmse,
+        fold_factor,
+        comparison,
+        rmse_in_sample,
+        cells,
+        score,
+    })
 }

@@ -2,15 +2,32 @@
 
 use crate::log::Dataset;
 use crate::member::{CellPlan, FeaturePlan, Learner, Recipe, Run};
-use sinew::predictor::{MEMBERS, Role, Signal, Term};
+use crate::observer::cable_logs;
+use sinew::metrics::Comparison;
+use sinew::predictor::{CableColumns, MEMBERS, Role, Signal, Term};
 
 /// A recipe with its words.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
     pub(crate) recipe: Recipe,
     pub(crate) description: String,
-    /// A network without physics: believed only where folds are many.
-    pub(crate) pure: bool,
+    /// How much it must prove: a later standing is believed only where it is clearly better than every earlier one.
+    pub(crate) standing: Standing,
+}
+
+/// What a member stands on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Standing {
+    /// The physics of what the roles describe: the capstan's ratio where two cables pull against each other.
+    Physics,
+    /// Physics that takes every signal for itself although two belong together.
+    Loose,
+    /// Networks that work without physics, all or some.
+    Learned,
+}
+
+impl Standing {
+    pub(crate) const ALL: [Self; 3] = [Self::Physics, Self::Loose, Self::Learned];
 }
 
 /// Radii of the stop operators as fractions of a signal's range.
@@ -25,9 +42,9 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
     let plentiful = rows > 20_000;
     let plain = Layout::plain(&roles, runs);
     let mut layouts = vec![("", plain)];
-    if let Some(pair) = Layout::pair(&roles) {
-        layouts.push(("-pair", pair));
-    }
+    let pair = Layout::pair(&roles, runs);
+    let physics_of_plain = if pair.is_some() { Standing::Loose } else { Standing::Physics };
+    layouts.extend(pair.map(|pair| ("-pair", pair)));
     let correlation = if plentiful {
         50.0
     } else if roles.efforts.len() == 2 {
@@ -50,6 +67,7 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
                         elastic: layout.elastic.clone(),
                         branches: branches.to_vec(),
                     }),
+                    cable: None,
                     features: features.map(|(radii, taus)| FeaturePlan {
                         signals: layout.memory.clone(),
                         plain: if cell.is_some() { Vec::new() } else { layout.given.clone() },
@@ -64,7 +82,11 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
                     learner: Learner::Ensemble,
                 },
                 description: description.to_string(),
-                pure: cell.is_none(),
+                standing: match cell {
+                    None => Standing::Learned,
+                    Some(_) if suffix.is_empty() => physics_of_plain,
+                    Some(_) => Standing::Physics,
+                },
             };
         let rigid: &[f64] = &[1.0];
         let yielding: &[f64] = &CellPlan::DISTRIBUTED;
@@ -116,7 +138,7 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
                 let words = "hybrids and networks without physics side by side";
                 let mut mixed = make(name, Some(yielding), Some((&RADII, taus)), words);
                 mixed.recipe.learner = Learner::Mixed;
-                mixed.pure = true;
+                mixed.standing = Standing::Learned;
                 entries.push(mixed);
             }
             entries.push(make(
@@ -133,7 +155,39 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
             ));
         }
     }
+    if let Ok((columns, _)) = cable_logs(data) {
+        entries.extend(observers(&entries[0], columns, &roles, interval));
+    }
     entries
+}
+
+/// Members that observe the cable at both of its ends.
+fn observers(like: &Entry, columns: CableColumns, roles: &Indices, interval: f64) -> [Entry; 2] {
+    let alone = Recipe {
+        name: "observer".into(),
+        cell: None,
+        cable: Some(columns),
+        features: None,
+        ..like.recipe.clone()
+    };
+    // Tension, both displacements and what moved in the last instants: speeds, in effect.
+    let seen = |input: &usize| like.recipe.signals.iter().position(|s| *s == Signal::Input(*input));
+    let signals = roles.efforts.iter().chain(&roles.motions).filter_map(seen).collect();
+    let taus = vec![5.0 * interval, 50.0 * interval];
+    let with_networks = Recipe {
+        name: "observer-network".into(),
+        features: Some(FeaturePlan { signals, plain: Vec::new(), radii: Vec::new(), taus }),
+        ..alone.clone()
+    };
+    let entry =
+        |recipe, words: &str| Entry { recipe, description: words.to_string(), standing: Standing::Physics };
+    [
+        entry(
+            alone,
+            "the cable's own law, driven by both ends' displacements and corrected by the near tension",
+        ),
+        entry(with_networks, "the same plus gated networks on what it leaves over"),
+    ]
 }
 
 struct Indices {
@@ -186,8 +240,11 @@ impl Layout {
     }
 
     /// Two antagonists: their difference turns the joint, the logarithm of their ratio is the capstan's.
-    fn pair(roles: &Indices) -> Option<Self> {
+    fn pair(roles: &Indices, runs: &[Run]) -> Option<Self> {
         let [first, second] = roles.efforts[..] else { return None };
+        if correlation(runs, first, second) > OPPOSED {
+            return None;
+        }
         let mut signals: Vec<Signal> = roles.motions.iter().map(|&i| Signal::Input(i)).collect();
         let motions: Vec<usize> = (0..signals.len()).collect();
         signals.push(Signal::Difference(first, second));
@@ -218,6 +275,21 @@ impl Layout {
         basis.push(Term::One);
         Self { signals, basis, elastic: elastic.to_vec(), memory, given }
     }
+}
+
+/// Two efforts pull against each other where their correlation is below this.
+const OPPOSED: f64 = -0.3;
+
+/// Pearson correlation of two inputs over all runs.
+fn correlation(runs: &[Run], first: usize, second: usize) -> f64 {
+    let mut comparison = Comparison::new();
+    for run in runs {
+        for row in run.inputs.chunks_exact(run.width) {
+            // A run holds nothing that is not finite.
+            let _ = comparison.push(row[first], row[second]);
+        }
+    }
+    comparison.pearson().unwrap_or(0.0)
 }
 
 /// The offset of a logarithm, 1.5 % of the range, for an input that is a tension: hardly ever negative.

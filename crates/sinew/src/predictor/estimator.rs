@@ -46,7 +46,7 @@ pub struct Estimate {
     pub variance: f64,
     /// Trust in the learned correction, 0 to 1; 1 where there is none to distrust.
     pub gate: f64,
-    /// Whether the cell has touched a bound since its last reset (true without a cell).
+    /// Whether the physics knows its state since the last reset (true without physics).
     pub known: bool,
     /// Network inputs outside the box of the training data.
     pub clipped: usize,
@@ -58,7 +58,7 @@ impl Estimator {
     #[must_use]
     pub fn estimate(&self, memory: &Memory, scratch: &mut [f32]) -> Estimate {
         let cell = memory.cell();
-        let known = self.law.cell.is_none() || cell.known;
+        let known = !self.law.has_physics() || cell.known;
         let width = cell.high - cell.low;
         let guess = if known { 0.0 } else { width * width / 12.0 };
         let physics = self.sigma0 * self.sigma0 + guess;

@@ -1,6 +1,8 @@
 //! What the model remembers: the elastic clamp cell, stop operators, low-passes.
 
+use super::cable::{ObservedCable, Watch};
 use super::signal::Signal;
+use crate::transmission::hold;
 use alloc::vec;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
@@ -55,6 +57,14 @@ pub struct Cell {
     pub kappa: Vec<f64>,
     /// Friction that gives way piece by piece; one branch of width 1 and share 1 is a rigid piece.
     pub branches: Vec<Branch>,
+    /// Where in its band the state of a new sequence starts, 0 at the lower bound, 1 at the upper: nobody knows, but
+    /// logs of one rig often start from the same rest.
+    #[serde(default = "middle")]
+    pub start: f64,
+}
+
+fn middle() -> f64 {
+    0.5
 }
 
 /// One piece of a friction that gives way piece by piece: the same cell with a narrower band.
@@ -93,6 +103,8 @@ pub enum Feature {
     CellWidth,
     /// Place of the state inside the band, 0 at the lower bound, 1 at the upper.
     CellPlace,
+    /// Measured minus believed near tension of the cable's observer, N.
+    Innovation,
 }
 
 /// How signals, cell and features are computed: the part of a model before its network.
@@ -103,11 +115,22 @@ pub struct MemoryLaw {
     pub signals: Vec<Signal>,
     /// The physics; none in a pure network.
     pub cell: Option<Cell>,
+    /// Physics where both ends' displacements are known, in place of the cell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cable: Option<ObservedCable>,
     /// What the network sees.
     pub features: Vec<Feature>,
 }
 
-/// The cell as it stands after a sample.
+impl MemoryLaw {
+    /// Whether there is physics to lean on.
+    #[must_use]
+    pub fn has_physics(&self) -> bool {
+        self.cell.is_some() || self.cable.is_some()
+    }
+}
+
+/// The cell, or the cable in its place, as it stands after a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CellOutput {
     /// Its state: the physical prediction of the far end.
@@ -129,6 +152,7 @@ pub struct Memory {
     features: Vec<f64>,
     cell: CellOutput,
     branches: Vec<f64>,
+    watch: Option<Watch>,
     started: bool,
 }
 
@@ -143,6 +167,7 @@ impl Memory {
             features: vec![0.0; law.features.len()],
             cell: CellOutput::default(),
             branches: vec![0.0; law.cell.as_ref().map_or(0, |c| c.branches.len())],
+            watch: law.cable.as_ref().and_then(Watch::new),
             started: false,
         }
     }
@@ -153,13 +178,15 @@ impl Memory {
     }
 
     /// Places the cell at a known far-end value, inside its band, before the first sample of a sequence is taken.
-    /// Training does this; at run time nobody knows the far end and the cell starts in the middle.
+    /// Training does this; at run time nobody knows the far end and the cell starts at [`Cell::start`].
     pub fn step_from(&mut self, law: &MemoryLaw, dt_s: f64, inputs: &[f64], far: Option<f64>) {
         for (value, signal) in self.signals.iter_mut().zip(&law.signals) {
             *value = signal.value(inputs);
         }
         if let Some(cell) = &law.cell {
             self.step_cell(cell, far);
+        } else if let Some(watch) = &mut self.watch {
+            self.cell = watch.step(self.started, dt_s, inputs);
         }
         self.step_features(law, dt_s);
         self.previous.copy_from_slice(&self.signals);
@@ -213,9 +240,10 @@ impl Memory {
         let mut known = if self.started { self.cell.known } else { far.is_some() };
         let mut state = 0.0;
         for (own, branch) in self.branches.iter_mut().zip(&cell.branches) {
-            let moved = if self.started { *own + elastic } else { far.unwrap_or(middle) };
             let (lower, upper) = (middle - branch.width * half, middle + branch.width * half);
-            *own = moved.max(lower).min(upper);
+            let guess = || lower + cell.start * (upper - lower);
+            let moved = if self.started { *own + elastic } else { far.unwrap_or_else(guess) };
+            *own = hold(moved, lower, upper);
             // A narrow branch says nothing of the widest one, which touches last.
             known |= branch.width >= 1.0 && (moved < lower || moved > upper);
             state += branch.share * *own;
@@ -232,7 +260,7 @@ impl Memory {
                 Feature::Stop { signal, radius } => {
                     let u = self.signals[signal];
                     let play = if self.started { *state } else { u };
-                    *state = play.max(u - radius).min(u + radius);
+                    *state = hold(play, u - radius, u + radius);
                     (u - *state) / radius
                 }
                 Feature::LowPassDifference { signal, tau_s } => {
@@ -243,6 +271,7 @@ impl Memory {
                 }
                 Feature::CellState => self.cell.state,
                 Feature::CellWidth => width,
+                Feature::Innovation => self.watch.as_ref().map_or(0.0, |watch| watch.innovation),
                 Feature::CellPlace => (self.cell.state - self.cell.low) / width.max(1e-12),
             };
         }
@@ -255,6 +284,7 @@ mod tests {
 
     fn law(branches: &[(f64, f64)]) -> MemoryLaw {
         let cell = Cell {
+            start: 0.5,
             basis: vec![Term::Signal(0), Term::One],
             low: vec![1.0, -1.0],
             high: vec![1.0, 1.0],
@@ -262,7 +292,7 @@ mod tests {
             kappa: vec![],
             branches: branches.iter().map(|&(width, share)| Branch { width, share }).collect(),
         };
-        MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), features: vec![] }
+        MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, features: vec![] }
     }
 
     fn path(law: &MemoryLaw, inputs: &[f64]) -> Vec<CellOutput> {

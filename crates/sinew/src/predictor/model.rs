@@ -125,8 +125,8 @@ impl Model {
             all_moderate("perceptron.output_bias", &[weights.output_bias])?;
         }
         let learned = self.estimator.ensemble.is_some() || self.estimator.perceptron.is_some();
-        let predicts = self.estimator.law.cell.is_some() || learned;
-        require("estimator", "a cell, networks or both", predicts, "neither")
+        let predicts = self.estimator.law.has_physics() || learned;
+        require("estimator", "a cell or cable, networks or both", predicts, "neither")
     }
 }
 
@@ -141,12 +141,18 @@ impl MemoryLaw {
         if let Some(cell) = &self.cell {
             cell.validate(signals)?;
         }
+        if let Some(cable) = &self.cable {
+            require("law.cable", "no cell beside it", self.cell.is_none(), "both")?;
+            cable.validate(inputs)?;
+        }
         for feature in &self.features {
             let (signal, constant) = match *feature {
                 Feature::Signal(signal) => (signal, 1.0),
                 Feature::Stop { signal, radius } => (signal, radius),
                 Feature::LowPassDifference { signal, tau_s } => (signal, tau_s),
-                Feature::CellState | Feature::CellWidth | Feature::CellPlace => continue,
+                Feature::CellState | Feature::CellWidth | Feature::CellPlace | Feature::Innovation => {
+                    continue;
+                }
             };
             require("law.features", &format!("signal below {signals}"), signal < signals, signal)?;
             let inside = constant > 0.0 && constant <= LARGEST;
@@ -181,6 +187,7 @@ impl Cell {
             require("cell.branches.width", "in (0, 1]", width > 0.0 && width <= 1.0, width)?;
             all_moderate("cell.branches.share", &[branch.share])?;
         }
+        require("cell.start", "in [0, 1]", (0.0..=1.0).contains(&self.start), self.start)?;
         for &signal in &self.elastic {
             require("cell.elastic", &format!("signal below {signals}"), signal < signals, signal)?;
         }
@@ -252,7 +259,7 @@ fn all_within(name: &str, expected: &str, values: &[f64], largest: f64) -> Resul
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "callers hand over numbers and texts as they come")]
-fn require(name: &str, expected: &str, holds: bool, got: impl ToString) -> Result<(), Error> {
+pub(super) fn require(name: &str, expected: &str, holds: bool, got: impl ToString) -> Result<(), Error> {
     if holds {
         return Ok(());
     }

@@ -67,9 +67,10 @@ impl Prediction {
 /// # use sinew::predictor::{Branch, Cell, Estimator, Guard, Input, MemoryLaw, Provenance, Role, Signal, Term};
 /// # let cell = Cell {
 /// #     basis: vec![Term::Signal(0)], low: vec![0.8], high: vec![1.25], elastic: vec![], kappa: vec![],
+/// #     start: 0.5,
 /// #     branches: vec![Branch { width: 1.0, share: 1.0 }],
 /// # };
-/// # let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), features: vec![] };
+/// # let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, features: vec![] };
 /// # let text = Model {
 /// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0,
 /// #     inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],

@@ -154,7 +154,14 @@ impl ClampCell {
 #[inline]
 #[must_use]
 pub fn clamp_or_mean(value: f64, low: f64, high: f64) -> f64 {
-    if high < low { 0.5 * (low + high) } else { value.max(low).min(high) }
+    if high < low { 0.5 * (low + high) } else { hold(value, low, high) }
+}
+
+/// `value` moved to the nearest of `low <= high` where it is outside: what every law with a dead band does.
+#[inline]
+#[must_use]
+pub fn hold(value: f64, low: f64, high: f64) -> f64 {
+    value.max(low).min(high)
 }
 
 /// One step of [`ClampCell`] together with the derivative of its state to every parameter.

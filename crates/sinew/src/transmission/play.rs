@@ -1,3 +1,4 @@
+use super::clamp_cell::hold;
 use crate::error::{Error, non_negative};
 
 /// Play and stop operators: the rate-independent memory of backlash and of dry friction.
@@ -60,14 +61,7 @@ impl Play {
     #[inline]
     #[must_use]
     pub fn step(&self, play: f64, input: f64) -> f64 {
-        // NaN fails both comparisons; the infinities are caught by name.
-        if !input.is_finite() || (play >= input - self.radius && play <= input + self.radius) {
-            play
-        } else if play < input - self.radius {
-            input - self.radius
-        } else {
-            input + self.radius
-        }
+        if input.is_finite() { hold(play, input - self.radius, input + self.radius) } else { play }
     }
 
     /// The stop that belongs to a play: `input - play`, within +-radius after a [`Play::step`].

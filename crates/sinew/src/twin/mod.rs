@@ -3,4 +3,5 @@
 //! It builds on the same laws as the controller's models but never shares their numbers: more cells, shorter
 //! steps, and effects that no model of the controller has.
 
+pub mod bench;
 pub mod cable;

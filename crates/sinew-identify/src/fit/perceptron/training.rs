@@ -107,9 +107,7 @@ pub enum End {
 /// ```
 ///
 /// # Source
-///
-/// Hagan and Menhaj, Training feedforward networks with the Marquardt algorithm, 1994; initial weights by
-/// Nguyen and Widrow, 1990.
+/// Steps: `hagan1994`; initial weights: `nguyen1990`.
 #[doc(alias = "trainlm")]
 pub fn train(inputs: &[f64], targets: &[f64], options: &TrainOptions) -> Result<Training, Error> {
     train_with(inputs, targets, options, MANY)

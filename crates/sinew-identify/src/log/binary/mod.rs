@@ -6,6 +6,10 @@ mod mat5;
 mod mat73;
 #[cfg(feature = "parquet")]
 mod parquet;
+#[cfg(feature = "parquet")]
+mod parquet_promises;
+#[cfg(feature = "parquet")]
+mod thrift;
 
 pub(super) use arrays::ArrayLog;
 pub(super) use mat5::is_mat5;

@@ -1,11 +1,11 @@
 //! Parquet: streamed row by row, only the columns that are needed.
 
-use super::guarded;
+use super::{guarded, parquet_promises};
 use crate::Error;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use bytes::Bytes;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 use parquet::record::{Field, Row};
 use parquet::schema::types::Type;
 use std::borrow::Cow;
@@ -26,27 +26,28 @@ impl ParquetLog {
     pub(in crate::log) fn open(file: &str, path: &std::path::Path) -> Result<Self, Error> {
         let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
         let handle = std::fs::File::open(path).map_err(unreadable)?;
-        guarded(file, EXPECTED, || {
-            let reader = SerializedFileReader::new(handle).map_err(|e| damaged(file, &e))?;
-            Self::new(file, Box::new(reader))
-        })
+        let again = handle.try_clone().map_err(unreadable)?;
+        guarded(file, EXPECTED, || Self::checked(file, &handle, again))
     }
 
     /// Reads the footer of a file in memory.
     pub(in crate::log) fn from_bytes(file: &str, bytes: Vec<u8>) -> Result<Self, Error> {
-        guarded(file, EXPECTED, || {
-            let reader = SerializedFileReader::new(Bytes::from(bytes)).map_err(|e| damaged(file, &e))?;
-            Self::new(file, Box::new(reader))
-        })
+        let bytes = Bytes::from(bytes);
+        guarded(file, EXPECTED, || Self::checked(file, &bytes.clone(), bytes))
     }
 
-    fn new(file: &str, reader: Box<dyn FileReader>) -> Result<Self, Error> {
-        plausible(file, reader.as_ref())?;
+    /// `source` and `again` are the same file: one to check its promises, one for the reader to keep.
+    fn checked<R: ChunkReader + 'static>(file: &str, source: &R, again: R) -> Result<Self, Error> {
+        let refused =
+            |got| Error::Malformed { file: file.into(), line: None, expected: EXPECTED.into(), got };
+        parquet_promises::footer(source).map_err(refused)?;
+        let reader = SerializedFileReader::new(again).map_err(|e| damaged(file, &e))?;
+        parquet_promises::pages(source, reader.metadata()).map_err(refused)?;
         let metadata = reader.metadata().file_metadata();
         let fields = metadata.schema_descr().root_schema().get_fields();
         let columns = fields.iter().map(|f| f.name().to_owned()).collect();
         let rows = u64::try_from(metadata.num_rows()).unwrap_or(0);
-        Ok(Self { file: file.to_owned(), reader, columns, rows })
+        Ok(Self { file: file.to_owned(), reader: Box::new(reader), columns, rows })
     }
 
     /// Column names.
@@ -124,24 +125,6 @@ impl ParquetLog {
             }
         }
     }
-}
-
-/// Refuses a footer whose columns lie before the file: its reader would not return from them.
-fn plausible(file: &str, reader: &dyn FileReader) -> Result<(), Error> {
-    let groups = reader.metadata().row_groups().iter();
-    let lies = |start: i64, length: i64| start < 0 || length < 0;
-    for column in groups.flat_map(|group| group.columns()) {
-        let start = column.dictionary_page_offset().unwrap_or(0).min(column.data_page_offset());
-        if lies(start, column.compressed_size()) {
-            return Err(Error::Malformed {
-                file: file.into(),
-                line: None,
-                expected: EXPECTED.into(),
-                got: format!("one whose footer places column `{}` before its start", column.column_path()),
-            });
-        }
-    }
-    Ok(())
 }
 
 fn damaged(file: &str, error: &ParquetError) -> Error {

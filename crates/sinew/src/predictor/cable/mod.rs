@@ -6,8 +6,10 @@ mod many;
 mod model;
 mod one;
 mod track;
+mod watch;
 
 pub use many::CableObservers;
 pub use model::{CableColumns, CableModel, CableSample, ObservedCable};
 pub use one::CableObserver;
 pub use track::CableEstimate;
+pub(super) use watch::Watch;

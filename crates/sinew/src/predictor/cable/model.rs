@@ -17,6 +17,10 @@ pub struct CableModel {
     pub cells: usize,
     /// What the far sensor reads of a newton, 1; other than 1 where a log says so.
     pub far_gain: f64,
+    /// Where in its dead band the cable of a new sequence is, -1 to 1: 1 as after sliding toward the motor. Nobody
+    /// knows, but logs of one rig often start from the same rest.
+    #[serde(default)]
+    pub start: f64,
     /// Speed of the correction, m/s per N of the near tension's error.
     #[serde(rename = "correction_m_per_n_s")]
     pub correction: f64,
@@ -35,6 +39,7 @@ impl CableModel {
             parameters: CableParameters::bench(),
             cells: 8,
             far_gain: 1.0,
+            start: 0.0,
             correction: 2e-3,
             zero_stretch: None,
         }
@@ -46,6 +51,7 @@ impl CableModel {
     /// [`Error::OutOfDomain`] names the number outside its domain.
     pub fn law(&self) -> Result<CableLaw, Error> {
         positive("far_gain", self.far_gain)?;
+        within("start", "a number in [-1, 1]", self.start, (-1.0..=1.0).contains(&self.start))?;
         let sane = (0.0..=1.0).contains(&self.correction);
         within("correction", "a number in [0, 1] m/(N s)", self.correction, sane)?;
         if let Some(stretch) = self.zero_stretch {
@@ -56,7 +62,7 @@ impl CableModel {
 }
 
 /// Which inputs of a model a cable is observed through, and what makes metres toward the motor of their numbers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CableColumns {
     /// Index of the near tension among the inputs.

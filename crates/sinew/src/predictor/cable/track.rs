@@ -42,6 +42,8 @@ const LONGEST_PAUSE: f64 = 0.02;
 pub(super) struct Track {
     correction: f64,
     far_gain: f64,
+    /// Share of the friction that is at work in a new sequence, + as after sliding toward the motor.
+    share: f64,
     pretension: f64,
     zero_stretch: Option<f64>,
     /// Tension ratio between the ends in sliding.
@@ -64,6 +66,7 @@ impl Track {
             ratio: libm::exp(law.friction_angle()),
             correction: model.correction,
             far_gain: model.far_gain,
+            share: model.start,
             last: None,
             innovation: 0.0,
             sliding: 0.0,
@@ -94,14 +97,16 @@ impl Track {
         })
     }
 
-    /// Starts with a sample: the near tension, N, and the stretch, m, if it can be told.
-    pub(super) fn start(&mut self, sample: &CableSample) -> (f64, Option<f64>) {
+    /// Starts with a sample: the tension to begin with at the drive, N, the share of friction along the cable, and the
+    /// stretch, m, which knows better where it can be told.
+    pub(super) fn start(&mut self, sample: &CableSample) -> (f64, f64, Option<f64>) {
         let known = sample.motor.is_finite() && sample.anchor.is_finite();
         self.last = known.then_some((sample.motor, sample.anchor));
         (self.known, self.sliding, self.held) = (false, 0.0, !known);
         // Beyond any cable is beyond belief.
         let tension = or(sample.tension_in, 0.0).clamp(0.0, 1e5);
-        (tension, self.zero_stretch.filter(|_| known).map(|zero| zero + sample.motor - sample.anchor))
+        let stretch = self.zero_stretch.filter(|_| known).map(|zero| zero + sample.motor - sample.anchor);
+        (tension, self.share, stretch)
     }
 
     /// Takes note of whether all of the cable slid one way for `interval` seconds.

@@ -22,32 +22,32 @@ impl<const N: usize> Lanes<N> {
         self.rest(k);
     }
 
-    /// A profile inside the dead band with this near tension: that of sliding with a fraction of all friction,
-    /// between -1 and 1, the one that has the wanted stretch; no fraction where no stretch is wanted.
-    pub(super) fn spread(&mut self, k: usize, tension: f64, stretch: Option<f64>) {
-        let (mut low, mut high) = (-1.0, 1.0);
-        let mut fraction = 0.0;
+    /// This tension at the drive's end and a share of the friction at every node: 1 as after sliding toward the
+    /// motor, -1 away from it, 0 the middle of the dead band. Where a stretch is wanted, the share that gives it.
+    pub(super) fn lay(&mut self, k: usize, near: f64, share: f64, stretch: Option<f64>) {
+        let mut share = share;
         if let Some(stretch) = stretch {
-            // Stretch falls with the fraction: thirty halvings leave 1e-9 of it.
+            // Stretch falls with the share: thirty halvings leave 1e-9 of it.
+            let (mut low, mut high) = (-1.0, 1.0);
             for _ in 0..30 {
-                fraction = 0.5 * (low + high);
-                let longer = self.slope_profile(k, tension, fraction) > stretch;
-                *(if longer { &mut low } else { &mut high }) = fraction;
+                share = 0.5 * (low + high);
+                let longer = self.lay_out(k, near, share) > stretch;
+                *(if longer { &mut low } else { &mut high }) = share;
             }
         }
-        self.slope_profile(k, tension, fraction);
+        self.lay_out(k, near, share);
         self.rest(k);
     }
 
-    /// Tensions of sliding with a fraction of all friction; returns their stretch.
-    fn slope_profile(&mut self, k: usize, near: f64, fraction: f64) -> f64 {
+    /// Tensions of [`lay`](Self::lay); returns their stretch.
+    fn lay_out(&mut self, k: usize, near: f64, share: f64) -> f64 {
         let (mut tension, mut stretch) = (near, 0.0);
         for j in 0..self.tension.len() {
-            if j > 0 {
-                tension *= across(fraction * self.nodes[j - 1].grip.0[k]);
-            }
             self.tension[j].0[k] = tension;
             stretch += self.compliance[j].0[k] * tension;
+            if let Some(node) = self.nodes.get(j) {
+                tension *= across(share * node.grip.0[k]);
+            }
         }
         stretch
     }

@@ -119,15 +119,16 @@ impl Cables {
         Ok(())
     }
 
-    /// As [`Cable::spread`] for one cable; what its ends then feel.
-    pub(crate) fn spread(
+    /// Places one cable as [`Cable::lay`] does; what its ends then feel.
+    pub(crate) fn lay(
         &mut self,
         cable: usize,
-        tension: f64,
+        tension_in: f64,
+        share: f64,
         stretch: Option<f64>,
     ) -> Result<EndTensions, Error> {
         let (group, k) = self.place(cable)?;
-        self.groups[group].spread(k, tension, stretch);
+        self.groups[group].lay(k, tension_in, share, stretch);
         Ok(self.groups[group].standing(k))
     }
 

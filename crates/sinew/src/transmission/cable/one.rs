@@ -89,10 +89,10 @@ impl Cable {
         Ok(())
     }
 
-    /// Places the cable inside its dead band: near tension, N, and total stretch, m, as given; without a stretch the
-    /// same tension everywhere, the middle of the band.
-    pub(crate) fn spread(&mut self, tension: f64, stretch: Option<f64>) {
-        self.lanes.spread(0, tension, stretch);
+    /// Places the cable by its tension at the drive, N, with a share of the friction at work: 1 as after sliding
+    /// toward the motor, -1 away from it, 0 the same tension everywhere; or with the share that gives a stretch, m.
+    pub(crate) fn lay(&mut self, tension_in: f64, share: f64, stretch: Option<f64>) {
+        self.lanes.lay(0, tension_in, share, stretch);
         self.ends = self.lanes.standing(0);
     }
 

@@ -1,0 +1,50 @@
+//! The observer fitted to runs, as a member of the comparison.
+
+use super::fit::{FitOptions, fit_cable};
+use super::run::CableLog;
+use super::start::start_from;
+use crate::fit::cell::DOUBT;
+use crate::member::Run;
+use sinew::predictor::{CableColumns, CableModel, ObservedCable};
+
+/// Shortest interval between the samples that are fitted, s: the law does not care, and the fit is as much faster.
+const INTERVAL_S: f64 = 4e-3;
+
+/// Fits a cable to runs; `None` where they do not show one.
+pub(crate) fn fit_observed(runs: &[&Run], columns: CableColumns) -> Option<ObservedCable> {
+    let logs: Vec<CableLog> = runs.iter().map(|run| thinned(run, &columns)).collect();
+    let start = start_from(&logs).ok()?;
+    let mut model = fit_cable(&logs, &start, &FitOptions::default()).ok()?.model;
+    model.start = beginning(&model, &logs)?;
+    Some(ObservedCable { model, columns })
+}
+
+/// Where in their dead band the logs begin, on average; the middle counts as [`DOUBT`] more logs.
+fn beginning(model: &CableModel, logs: &[CableLog]) -> Option<f64> {
+    let whole = model.law().ok()?.friction_angle();
+    let (mut sum, mut count) = (0.0, DOUBT);
+    for log in logs.iter().filter(|log| !log.is_empty() && log.weight[0] > 0.0) {
+        let far = log.far[0] / model.far_gain - model.parameters.pretension;
+        let share = (log.samples[0].tension_in / far).ln() / whole;
+        if share.is_finite() {
+            sum += share.clamp(-1.0, 1.0);
+            count += 1.0;
+        }
+    }
+    Some(sum / count)
+}
+
+fn thinned(run: &Run, columns: &CableColumns) -> CableLog {
+    let mut log = CableLog::default();
+    let mut since = 0.0;
+    for row in 0..run.len() {
+        since += run.dt_s[row];
+        if row > 0 && since < INTERVAL_S {
+            continue;
+        }
+        let far = if run.weight[row] > 0.0 { run.far[row] } else { f64::NAN };
+        log.push(if row == 0 { 0.0 } else { since }, columns.sample(run.row(row)), far);
+        since = 0.0;
+    }
+    log
+}

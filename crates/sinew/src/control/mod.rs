@@ -1,0 +1,5 @@
+//! What a drive is told: compensation of friction and stretch.
+//!
+//! Nothing here may look into the plant: it knows what sensors say and what was identified.
+
+pub mod compensation;

@@ -1,0 +1,398 @@
+//! The whole drive: sensors, loops, motor, reducer, winch, one step of a millisecond.
+
+use super::current_loop::CurrentLoop;
+use super::motor::{Motor, MotorState};
+use super::quadrant::Quadrant;
+use super::reducer::Reducer;
+use super::sensors::{Delay, Encoder, LoadCell};
+use super::tension_loop::TensionLoop;
+use super::velocity_loop::{VelocityLimits, VelocityLoop};
+use super::winch::Winch;
+use crate::Error;
+use crate::error::{positive, within};
+use crate::random::Random;
+use crate::transmission::hold;
+
+/// What a drive is built of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveParameters {
+    /// The motor.
+    pub motor: Motor,
+    /// The reducer.
+    pub reducer: Reducer,
+    /// The winch.
+    pub winch: Winch,
+    /// On the motor's shaft.
+    pub encoder: Encoder,
+    /// At the outlet.
+    pub load_cell: LoadCell,
+    /// Age of every reading, in steps, >= 0.
+    pub delay_steps: f64,
+    /// Limit of the velocity reference at the cable, m/s^2, > 0.
+    pub acceleration: f64,
+    /// No pull above this, N, > 0.
+    pub most_tension: f64,
+    /// No pay-out below this, N, >= 0.
+    pub least_tension: f64,
+}
+
+impl DriveParameters {
+    /// The paper's drive: 35 mm motor of 120 W, 53 : 1, 15 mm winch; what it does not say is assumed as each part says.
+    #[must_use]
+    pub fn mc_am() -> Self {
+        Self {
+            motor: Motor::class_35_mm(),
+            reducer: Reducer::ratio_53(),
+            winch: Winch::fifteen_millimetres(),
+            encoder: Encoder { counts: 2048.0, zero: 0.0 },
+            load_cell: LoadCell::one_kilonewton(),
+            delay_steps: 1.0,
+            acceleration: 5.0,
+            most_tension: 600.0,
+            least_tension: 1.0,
+        }
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the number outside its domain.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.motor.validate()?;
+        self.reducer.validate()?;
+        self.winch.validate()?;
+        self.encoder.validate()?;
+        self.load_cell.validate()?;
+        positive("acceleration", self.acceleration)?;
+        positive("most_tension", self.most_tension)?;
+        let least = self.least_tension;
+        let below = least >= 0.0 && least < self.most_tension;
+        within("least_tension", "a number in [0, most_tension)", least, below)?;
+        Ok(())
+    }
+
+    /// Mass that the rotor is at the cable, kg.
+    #[must_use]
+    pub fn mass_at_cable(&self) -> f64 {
+        let turns = self.reducer.ratio / self.winch.arm(0);
+        self.motor.inertia * turns * turns
+    }
+}
+
+/// What a drive is told to do in the next millisecond.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DriveCommand {
+    /// Nothing: the amplifier is off, friction holds what it can.
+    Off,
+    /// A current of the motor, A.
+    Current(f64),
+    /// A speed of the cable, m/s, + toward the motor.
+    Velocity(f64),
+    /// A tension at the outlet, N, while the cable is known to move at `feed` m/s.
+    Tension {
+        /// N.
+        tension: f64,
+        /// m/s.
+        feed: f64,
+    },
+}
+
+/// What stopped a drive, and stays until it is built anew.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DriveFault {
+    /// The winding is hotter than it may be, degrees Celsius; the motor is off.
+    Hot {
+        /// Its temperature.
+        winding: f64,
+    },
+    /// More cable than the drum holds.
+    DrumFull,
+    /// The last turn has left the drum.
+    DrumEmpty,
+}
+
+/// What a drive's sensors say, each as old as the delay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveReading {
+    /// Position of the cable by the motor's encoder, m, + toward the motor.
+    pub position: f64,
+    /// Tension at the outlet, N.
+    pub tension: f64,
+    /// Current, A.
+    pub current: f64,
+}
+
+/// What a drive truly did in a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveStep {
+    /// Displacement of the cable at the outlet, m, + toward the motor.
+    pub moved: f64,
+    /// Speed of the cable, m/s.
+    pub speed: f64,
+    /// Work from the amplifier, J.
+    pub electrical: f64,
+    /// Heat in the winding, J.
+    pub heat: f64,
+    /// Where it works.
+    pub quadrant: Quadrant,
+    /// What has stopped it.
+    pub fault: Option<DriveFault>,
+}
+
+/// A drive at work.
+///
+/// Semi-implicit: the shaft is turned by the tension of the step before, then the cable is moved. With 100 kg and more
+/// at the cable and 24 N/mm, a millisecond is a hundredth of a swing.
+///
+/// # Example
+/// ```
+/// use sinew::drive::{Drive, DriveCommand, DriveParameters};
+/// let mut drive = Drive::new(DriveParameters::mc_am(), 1)?;
+/// let mut pulled = 0.0;
+/// for _ in 0..1000 {
+///     pulled += drive.step(DriveCommand::Velocity(0.05), 100.0, 1e-3).moved;
+/// }
+/// assert!((pulled - 0.05).abs() < 2e-3); // a second at 50 mm/s against 100 N
+/// # Ok::<(), sinew::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Drive {
+    parameters: DriveParameters,
+    motor: MotorState,
+    /// Of the motor's shaft, rad and rad/s.
+    angle: f64,
+    speed: f64,
+    /// Of the winch, behind the backlash, rad.
+    winch: f64,
+    layer: u8,
+    current_loop: CurrentLoop,
+    velocity_loop: VelocityLoop,
+    tension_loop: TensionLoop,
+    mode: Mode,
+    torque: f64,
+    delays: [Delay; 3],
+    random: Random,
+    reading: DriveReading,
+    fault: Option<DriveFault>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Free,
+    Velocity,
+    Tension,
+}
+
+impl Drive {
+    /// A drive at rest, half of its drum wound; `seed` is that of its sensors' noise.
+    ///
+    /// # Errors
+    /// As [`DriveParameters::validate`].
+    pub fn new(parameters: DriveParameters, seed: u64) -> Result<Self, Error> {
+        parameters.validate()?;
+        let winch = 0.5 * parameters.winch.full();
+        let angle = winch * parameters.reducer.ratio;
+        let position = parameters.winch.wound(winch);
+        let delay = |value| Delay::new(parameters.delay_steps, value);
+        Ok(Self {
+            motor: MotorState::cold(&parameters.motor),
+            angle,
+            speed: 0.0,
+            winch,
+            layer: parameters.winch.layer(winch),
+            current_loop: CurrentLoop::default(),
+            velocity_loop: VelocityLoop::new(150.0),
+            tension_loop: TensionLoop::new(3e-3, 0.5, 0.0),
+            mode: Mode::Free,
+            torque: 0.0,
+            delays: [delay(position)?, delay(0.0)?, delay(0.0)?],
+            random: Random::new(seed),
+            reading: DriveReading { position, tension: 0.0, current: 0.0 },
+            fault: None,
+            parameters,
+        })
+    }
+
+    /// What it is built of.
+    #[must_use]
+    pub fn parameters(&self) -> &DriveParameters {
+        &self.parameters
+    }
+
+    /// What its sensors said last.
+    #[must_use]
+    pub fn reading(&self) -> DriveReading {
+        self.reading
+    }
+
+    /// Temperature of the winding, degrees Celsius.
+    #[must_use]
+    pub fn winding(&self) -> f64 {
+        self.motor.winding
+    }
+
+    /// Cable on the drum, m.
+    #[must_use]
+    pub fn wound(&self) -> f64 {
+        self.parameters.winch.wound(self.winch)
+    }
+
+    /// Kinetic energy of the rotor, J.
+    #[must_use]
+    pub fn kinetic(&self) -> f64 {
+        0.5 * self.parameters.motor.inertia * self.speed * self.speed
+    }
+
+    /// Obeys for `h` seconds while the cable pulls with `tension` N. A command or tension that is not finite is none.
+    pub fn step(&mut self, command: DriveCommand, tension: f64, h: f64) -> DriveStep {
+        let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
+        self.sense(tension);
+        let p = &self.parameters;
+        let arm = p.winch.arm(self.layer);
+        let decay = self.motor.decay(&p.motor, h);
+        let wanted = self.wanted_torque(command, arm, h);
+        let p = &self.parameters;
+        let (current, heat, electrical) = match wanted.filter(|_| self.fault.is_none()) {
+            Some(torque) => {
+                let amperes = torque / p.motor.torque_constant;
+                let speed = self.speed;
+                let voltage = self.current_loop.voltage(&p.motor, amperes, self.motor.current, speed, decay);
+                let (mean, heat) = self.motor.drive(&p.motor, voltage, speed, h);
+                (mean, heat, voltage * mean)
+            }
+            None => {
+                // An open circuit carries no current.
+                self.motor.current = 0.0;
+                let (_, heat) =
+                    self.motor.drive(&p.motor, p.motor.torque_constant * self.speed, self.speed, h);
+                (0.0, heat, 0.0)
+            }
+        };
+        let load = tension * arm;
+        let turned = p.reducer.turn(
+            p.motor.inertia,
+            self.speed,
+            self.angle,
+            p.motor.torque_constant * current,
+            load,
+            h,
+        );
+        let moved = self.advance(turned, tension, h);
+        self.watch();
+        DriveStep {
+            moved,
+            speed: moved / h,
+            electrical: electrical * h,
+            heat: heat * h,
+            quadrant: Quadrant::of(self.speed, current),
+            fault: self.fault,
+        }
+    }
+
+    fn sense(&mut self, tension: f64) {
+        let p = &self.parameters;
+        let angle = p.encoder.read(self.angle) / p.reducer.ratio;
+        let position = self.delays[0].pass(p.winch.wound(angle));
+        let tension = self.delays[1].pass(p.load_cell.read(tension, &mut self.random));
+        let current = self.delays[2].pass(self.motor.current);
+        self.reading = DriveReading { position, tension, current };
+    }
+
+    /// Torque at the motor, Nm; none where the amplifier is off.
+    fn wanted_torque(&mut self, command: DriveCommand, arm: f64, h: f64) -> Option<f64> {
+        let p = &self.parameters;
+        let velocity = match command {
+            DriveCommand::Current(current) if current.is_finite() => {
+                self.mode = Mode::Free;
+                let most = p.motor.peak_current;
+                self.torque = p.motor.torque_constant * current.max(-most).min(most);
+                return Some(self.torque);
+            }
+            DriveCommand::Velocity(velocity) if velocity.is_finite() => {
+                self.enter(Mode::Velocity);
+                velocity
+            }
+            DriveCommand::Tension { tension, feed } if (tension + feed).is_finite() => {
+                self.enter(Mode::Tension);
+                let wanted = hold(tension, self.parameters.least_tension, self.parameters.most_tension);
+                self.tension_loop.speed(wanted, self.reading.tension, feed, h)
+            }
+            _ => {
+                self.mode = Mode::Free;
+                self.torque = 0.0;
+                return None;
+            }
+        };
+        let p = &self.parameters;
+        let velocity = guarded(velocity, self.reading.tension, p);
+        let turns = p.reducer.ratio / arm;
+        let wanted = (velocity * turns).max(-p.motor.top_speed).min(p.motor.top_speed);
+        // What holds the load, losses left to the integral: nobody knows them.
+        let holding = self.reading.tension.max(0.0) * arm / p.reducer.ratio;
+        let most = p.motor.torque_constant * p.motor.peak_current;
+        let limits = VelocityLimits {
+            acceleration: p.acceleration * turns,
+            torque: [-most - holding, most - holding],
+        };
+        let beside = self.velocity_loop.torque(wanted, self.speed, p.motor.inertia, limits, h);
+        self.torque = holding + beside;
+        Some(self.torque)
+    }
+
+    /// Changes the mode without a bump.
+    fn enter(&mut self, mode: Mode) {
+        if self.mode == mode {
+            return;
+        }
+        if self.mode == Mode::Free {
+            self.velocity_loop.take_over(self.speed, 0.0);
+        }
+        if mode == Mode::Tension {
+            self.tension_loop.reset();
+        }
+        self.mode = mode;
+    }
+
+    /// Turns shaft and winch; how far the cable moved, m.
+    fn advance(&mut self, turned: f64, tension: f64, h: f64) -> f64 {
+        let p = &self.parameters;
+        self.speed = turned;
+        self.angle += h * turned;
+        let behind = self.angle / p.reducer.ratio;
+        let half = 0.5 * p.reducer.backlash;
+        // A cable under tension pulls the winch onto one flank.
+        let winch =
+            if tension > 0.0 { behind - half } else { hold(self.winch, behind - half, behind + half) };
+        let moved = p.winch.wound(winch) - p.winch.wound(self.winch);
+        self.winch = winch;
+        self.layer = p.winch.layer(winch);
+        moved
+    }
+
+    fn watch(&mut self) {
+        if self.fault.is_some() {
+            return;
+        }
+        let p = &self.parameters;
+        self.fault = if self.motor.winding > p.motor.hottest {
+            Some(DriveFault::Hot { winding: self.motor.winding })
+        } else if self.winch > p.winch.full() {
+            Some(DriveFault::DrumFull)
+        } else if self.winch < 0.0 {
+            Some(DriveFault::DrumEmpty)
+        } else {
+            None
+        };
+    }
+}
+
+/// No pull above the most tension, no pay-out below the least.
+fn guarded(velocity: f64, tension: f64, p: &DriveParameters) -> f64 {
+    if tension > p.most_tension {
+        velocity.min(0.0)
+    } else if tension < p.least_tension {
+        velocity.max(0.0)
+    } else {
+        velocity
+    }
+}

@@ -1,0 +1,25 @@
+//! The drive of a muscle (MC-AM): motor, reducer, winch, their loops and sensors.
+//!
+//! ```text
+//! command -> tension loop -> velocity loop -> current loop -> motor -> reducer -> winch -> cable
+//! ```
+
+mod current_loop;
+mod machine;
+mod motor;
+mod quadrant;
+mod reducer;
+mod sensors;
+mod tension_loop;
+mod velocity_loop;
+mod winch;
+
+pub use current_loop::CurrentLoop;
+pub use machine::{Drive, DriveCommand, DriveFault, DriveParameters, DriveReading, DriveStep};
+pub use motor::{Motor, MotorState, ROOM};
+pub use quadrant::Quadrant;
+pub use reducer::Reducer;
+pub use sensors::{Delay, Encoder, LoadCell};
+pub use tension_loop::TensionLoop;
+pub use velocity_loop::{VelocityLimits, VelocityLoop};
+pub use winch::Winch;

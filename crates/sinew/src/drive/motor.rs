@@ -1,0 +1,271 @@
+use crate::error::{Error, non_negative, positive, within};
+use serde::{Deserialize, Serialize};
+
+/// Brushed direct-current motor: winding, rotor, heat.
+///
+/// ```text
+/// L di/dt = u - R(T_w) i - k w          over one step exactly, w held:  i -> i_oo + (i - i_oo) e^(-h R/L)
+/// tau     = k i,   R(T_w) = R (1 + 0.00393 (T_w - 25))
+/// C_w dT_w/dt = R i^2 - (T_w - T_h)/R_wh,   C_h dT_h/dt = (T_w - T_h)/R_wh - (T_h - T_a)/R_ha
+/// ```
+///
+/// | symbol | argument             | unit      | domain | meaning                                   |
+/// |--------|----------------------|-----------|--------|-------------------------------------------|
+/// | k      | `torque_constant`    | Nm/A      | > 0    | torque per current, voltage per speed       |
+/// | R      | `resistance`         | ohm       | > 0    | of the winding at 25 degrees Celsius         |
+/// | L      | `inductance`         | H         | >= 0   | of the winding                              |
+/// | J      | `inertia`            | kg m^2    | > 0    | of the rotor                                |
+/// | u      | `voltage`            | V         | > 0    | most the amplifier gives                     |
+/// | i_c    | `continuous_current` | A         | > 0    | what it can bear for ever                   |
+/// | i_p    | `peak_current`       | A         | >= i_c | what the amplifier gives at most             |
+/// | w_max  | `top_speed`          | rad/s     | > 0    | what bearings and brushes bear               |
+/// | R_wh, R_ha | `winding_to_housing`, `housing_to_air` | K/W | >= 0, > 0 | thermal resistances       |
+/// | C_w, C_h | `winding_capacity`, `housing_capacity` | J/K | > 0   | heat capacities                      |
+/// | T_max  | `hottest`            | degree C  | > 25   | of the winding: above, the motor is off      |
+///
+/// # Assumes
+/// No cogging, no saturation; magnets do not weaken with heat; the speed changes little within a step.
+///
+/// # Source
+/// Textbook; copper's 0.00393 1/K.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motor {
+    /// Nm/A.
+    #[serde(rename = "torque_constant_nm_per_a")]
+    pub torque_constant: f64,
+    /// Ohm at 25 degrees Celsius.
+    #[serde(rename = "resistance_ohm")]
+    pub resistance: f64,
+    /// H.
+    #[serde(rename = "inductance_h")]
+    pub inductance: f64,
+    /// kg m^2.
+    #[serde(rename = "inertia_kg_m2")]
+    pub inertia: f64,
+    /// V.
+    #[serde(rename = "voltage_v")]
+    pub voltage: f64,
+    /// A.
+    #[serde(rename = "continuous_current_a")]
+    pub continuous_current: f64,
+    /// A.
+    #[serde(rename = "peak_current_a")]
+    pub peak_current: f64,
+    /// rad/s.
+    #[serde(rename = "top_speed_rad_per_s")]
+    pub top_speed: f64,
+    /// K/W.
+    #[serde(rename = "winding_to_housing_k_per_w")]
+    pub winding_to_housing: f64,
+    /// K/W.
+    #[serde(rename = "housing_to_air_k_per_w")]
+    pub housing_to_air: f64,
+    /// J/K.
+    #[serde(rename = "winding_capacity_j_per_k")]
+    pub winding_capacity: f64,
+    /// J/K.
+    #[serde(rename = "housing_capacity_j_per_k")]
+    pub housing_capacity: f64,
+    /// Degrees Celsius.
+    #[serde(rename = "hottest_c")]
+    pub hottest: f64,
+}
+
+/// Temperature of the room, degrees Celsius.
+pub const ROOM: f64 = 25.0;
+
+/// Growth of copper's resistance, 1/K.
+const COPPER: f64 = 0.003_93;
+
+impl Motor {
+    /// The class of the paper's drive, 35 mm, 24 V, 120 W.
+    ///
+    /// Torque constant, resistance, inductance, inertia and continuous torque are class values without a data
+    /// sheet; heat is that of motors of 340 g: winding 15 s, housing 15 min.
+    #[must_use]
+    pub fn class_35_mm() -> Self {
+        Self {
+            torque_constant: 0.029,
+            resistance: 0.35,
+            inductance: 1e-4,
+            inertia: 6.5e-6,
+            voltage: 24.0,
+            continuous_current: 4.14,
+            peak_current: 15.0,
+            top_speed: 1000.0,
+            winding_to_housing: 2.0,
+            housing_to_air: 6.2,
+            winding_capacity: 15.0,
+            housing_capacity: 150.0,
+            hottest: 155.0,
+        }
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the number outside its domain.
+    pub fn validate(&self) -> Result<(), Error> {
+        positive("torque_constant", self.torque_constant)?;
+        positive("resistance", self.resistance)?;
+        non_negative("inductance", self.inductance)?;
+        positive("inertia", self.inertia)?;
+        positive("voltage", self.voltage)?;
+        positive("continuous_current", self.continuous_current)?;
+        let peak = self.peak_current;
+        let enough = peak.is_finite() && peak >= self.continuous_current;
+        within("peak_current", "a finite number >= the continuous current", peak, enough)?;
+        positive("top_speed", self.top_speed)?;
+        non_negative("winding_to_housing", self.winding_to_housing)?;
+        positive("housing_to_air", self.housing_to_air)?;
+        positive("winding_capacity", self.winding_capacity)?;
+        positive("housing_capacity", self.housing_capacity)?;
+        let hottest = self.hottest;
+        within("hottest", "a finite number > 25 C", hottest, hottest.is_finite() && hottest > ROOM)?;
+        Ok(())
+    }
+
+    /// Resistance of a winding at a temperature, ohm.
+    #[must_use]
+    pub fn resistance_at(&self, winding: f64) -> f64 {
+        self.resistance * (1.0 + COPPER * (winding - ROOM)).max(0.1)
+    }
+
+    /// Temperature of a winding that carries `current` for ever, degrees Celsius; infinite where it runs away.
+    #[must_use]
+    pub fn steady_temperature(&self, current: f64) -> f64 {
+        let rise = self.resistance * current * current * (self.winding_to_housing + self.housing_to_air);
+        let kept = 1.0 - COPPER * rise;
+        if kept > 0.0 { ROOM + rise / kept } else { f64::INFINITY }
+    }
+}
+
+/// What changes in a motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotorState {
+    /// Current, A.
+    pub current: f64,
+    /// Temperature of the winding, degrees Celsius.
+    pub winding: f64,
+    /// Temperature of the housing, degrees Celsius.
+    pub housing: f64,
+    resistance: f64,
+    /// `e^(-h R/L)` for the step and the resistance it was computed for.
+    decay: f64,
+    step: f64,
+}
+
+impl MotorState {
+    /// Cold and without current.
+    #[must_use]
+    pub fn cold(motor: &Motor) -> Self {
+        Self {
+            current: 0.0,
+            winding: ROOM,
+            housing: ROOM,
+            resistance: motor.resistance,
+            decay: 0.0,
+            step: 0.0,
+        }
+    }
+
+    /// The resistance as it is, ohm.
+    #[must_use]
+    pub fn resistance(&self) -> f64 {
+        self.resistance
+    }
+
+    /// Share of a current that is left after a step of `h` seconds without voltage.
+    ///
+    /// The winding warms slowly: the share is computed anew only where its resistance has moved by a thousandth.
+    #[inline]
+    pub(super) fn decay(&mut self, motor: &Motor, h: f64) -> f64 {
+        let now = motor.resistance_at(self.winding);
+        let moved = (now - self.resistance).abs() > 1e-3 * now;
+        if moved || self.step.to_bits() != h.to_bits() {
+            self.resistance = now;
+            self.step = h;
+            let constants = h * now / motor.inductance.max(1e-12);
+            self.decay = libm::exp(-constants);
+        }
+        self.decay
+    }
+
+    /// Holds a voltage for `h` seconds at a speed in rad/s: mean current, A, and heat made, W.
+    #[inline]
+    pub(super) fn drive(&mut self, motor: &Motor, voltage: f64, speed: f64, h: f64) -> (f64, f64) {
+        let decay = self.decay(motor, h);
+        let end = (voltage - motor.torque_constant * speed) / self.resistance;
+        let constants = h * self.resistance / motor.inductance.max(1e-12);
+        let mean = end + (self.current - end) * (1.0 - decay) / constants.max(1e-12);
+        self.current = end + (self.current - end) * decay;
+        let heat = self.resistance * mean * mean;
+        let to_housing = (self.winding - self.housing) / motor.winding_to_housing.max(1e-3);
+        let to_air = (self.housing - ROOM) / motor.housing_to_air;
+        self.winding += h * (heat - to_housing) / motor.winding_capacity;
+        self.housing += h * (to_housing - to_air) / motor.housing_capacity;
+        (mean, heat)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stalled_motor_settles_at_ohms_law_and_a_free_one_at_its_speed() {
+        let motor = Motor::class_35_mm();
+        let mut state = MotorState::cold(&motor);
+        for _ in 0..100 {
+            state.drive(&motor, 2.0, 0.0, 1e-4);
+        }
+        assert!((state.current - 2.0 / state.resistance()).abs() < 0.02);
+        let free = 12.0 / motor.torque_constant;
+        let mut state = MotorState::cold(&motor);
+        for _ in 0..100 {
+            state.drive(&motor, 12.0, free, 1e-4);
+        }
+        assert!(state.current.abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_current_rises_with_the_time_constant_of_the_winding() {
+        let motor = Motor::class_35_mm();
+        let mut state = MotorState::cold(&motor);
+        let constant = motor.inductance / motor.resistance;
+        for _ in 0..10 {
+            state.drive(&motor, 1.0, 0.0, constant / 10.0);
+        }
+        let expected = (1.0 - (-1.0_f64).exp()) / motor.resistance;
+        assert!((state.current - expected).abs() < 1e-3 * expected, "{} {expected}", state.current);
+    }
+
+    #[test]
+    fn the_continuous_current_heats_the_winding_to_its_steady_temperature() {
+        let motor = Motor::class_35_mm();
+        let mut state = MotorState::cold(&motor);
+        let current = motor.continuous_current;
+        for _ in 0..1_000_000 {
+            let voltage = current * state.resistance();
+            state.drive(&motor, voltage, 0.0, 0.01);
+        }
+        let steady = motor.steady_temperature(current);
+        assert!((state.winding - steady).abs() < 1.0, "{} {steady}", state.winding);
+        assert!(steady < motor.hottest && motor.steady_temperature(2.0 * current) > motor.hottest);
+    }
+
+    #[test]
+    fn numbers_outside_their_domain_are_named() {
+        let wrong = |change: fn(&mut Motor)| {
+            let mut motor = Motor::class_35_mm();
+            change(&mut motor);
+            std::string::ToString::to_string(&motor.validate().unwrap_err())
+        };
+        assert!(wrong(|m| m.resistance = 0.0).contains("resistance"));
+        assert!(wrong(|m| m.inertia = f64::NAN).contains("inertia"));
+        assert!(wrong(|m| m.peak_current = 1.0).contains("peak_current"));
+        assert!(wrong(|m| m.hottest = 20.0).contains("hottest"));
+        assert!(Motor::class_35_mm().validate().is_ok());
+    }
+}

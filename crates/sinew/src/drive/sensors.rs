@@ -1,0 +1,181 @@
+use crate::error::{Error, non_negative, positive, within};
+use crate::random::Random;
+use alloc::vec;
+use alloc::vec::Vec;
+use serde::{Deserialize, Serialize};
+
+/// Incremental encoder: an angle in whole counts.
+///
+/// ```text
+/// angle^ = floor((angle + zero)/c + 1/2) c,    c = 2 pi / counts
+/// ```
+///
+/// # Assumes
+/// Even counts; `zero` is what the homing got wrong, rad.
+///
+/// # Source
+/// Textbook.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Encoder {
+    /// Counts per turn, after quadrature.
+    pub counts: f64,
+    /// rad.
+    #[serde(rename = "zero_rad")]
+    pub zero: f64,
+}
+
+impl Encoder {
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the one outside its domain.
+    pub fn validate(&self) -> Result<(), Error> {
+        positive("counts", self.counts)?;
+        crate::error::finite("zero", self.zero)?;
+        Ok(())
+    }
+
+    /// What it reads of an angle, rad.
+    #[inline]
+    #[must_use]
+    pub fn read(&self, angle: f64) -> f64 {
+        let count = 2.0 * core::f64::consts::PI / self.counts;
+        libm::floor((angle + self.zero) / count + 0.5) * count
+    }
+}
+
+/// Load cell: gain, offset, noise, resolution, range.
+///
+/// ```text
+/// T^ = round((gain T + offset + noise N(0, 1)) / r) r,    held within 0 - range/10 .. range
+/// ```
+///
+/// # Assumes
+/// White noise; no creep, no hysteresis of its own.
+///
+/// # Source
+/// Textbook; 0.4 N of noise and 0.05 N of resolution assumed for a cell of 1 kN.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadCell {
+    /// N read per N felt.
+    pub gain: f64,
+    /// N.
+    #[serde(rename = "offset_n")]
+    pub offset: f64,
+    /// Standard deviation, N.
+    #[serde(rename = "noise_n")]
+    pub noise: f64,
+    /// N per count; 0 for none.
+    #[serde(rename = "resolution_n")]
+    pub resolution: f64,
+    /// N.
+    #[serde(rename = "range_n")]
+    pub range: f64,
+}
+
+impl LoadCell {
+    /// A cell of 1 kN with 0.4 N of noise.
+    #[must_use]
+    pub fn one_kilonewton() -> Self {
+        Self { gain: 1.0, offset: 0.0, noise: 0.4, resolution: 0.05, range: 1000.0 }
+    }
+
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the one outside its domain.
+    pub fn validate(&self) -> Result<(), Error> {
+        positive("gain", self.gain)?;
+        crate::error::finite("offset", self.offset)?;
+        non_negative("noise", self.noise)?;
+        non_negative("resolution", self.resolution)?;
+        positive("range", self.range)?;
+        Ok(())
+    }
+
+    /// What it reads of a tension, N.
+    #[inline]
+    pub fn read(&self, tension: f64, random: &mut Random) -> f64 {
+        let raw = self.gain * tension + self.offset + self.noise * random.normal();
+        let counted = if self.resolution > 0.0 {
+            libm::floor(raw / self.resolution + 0.5) * self.resolution
+        } else {
+            raw
+        };
+        counted.max(-0.1 * self.range).min(self.range)
+    }
+}
+
+/// A value that arrives later: whole and fractional steps, by linear interpolation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Delay {
+    past: Vec<f64>,
+    next: usize,
+    fraction: f64,
+}
+
+impl Delay {
+    /// A delay of `steps` >= 0 steps, filled with `value`.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] below 0 and above 10 000 steps.
+    pub fn new(steps: f64, value: f64) -> Result<Self, Error> {
+        within("delay", "a number in 0..=10000 steps", steps, (0.0..=10_000.0).contains(&steps))?;
+        let whole = libm::floor(steps);
+        Ok(Self { past: vec![value; whole as usize + 2], next: 0, fraction: steps - whole })
+    }
+
+    /// Takes today's value and gives the one of back then.
+    #[inline]
+    pub fn pass(&mut self, value: f64) -> f64 {
+        let length = self.past.len();
+        self.past[self.next] = value;
+        // The ring holds today and `whole + 1` days before: the oldest comes next.
+        let oldest = self.past[(self.next + 1) % length];
+        let younger = self.past[(self.next + 2) % length];
+        self.next = (self.next + 1) % length;
+        younger + self.fraction * (oldest - younger)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_delay_is_exact_in_whole_and_in_broken_steps() {
+        for steps in [0.0, 1.0, 2.5, 7.0] {
+            let mut delay = Delay::new(steps, 0.0).unwrap();
+            let mut last = 0.0;
+            for k in 0..40 {
+                last = delay.pass(f64::from(k));
+            }
+            assert!((last - (39.0 - steps)).abs() < 1e-12, "{steps}: {last}");
+        }
+        assert!(Delay::new(-1.0, 0.0).is_err() && Delay::new(f64::NAN, 0.0).is_err());
+    }
+
+    #[test]
+    fn quantisation_is_off_by_half_a_count_at_most() {
+        let encoder = Encoder { counts: 2048.0, zero: 0.0 };
+        let half = core::f64::consts::PI / encoder.counts;
+        for k in 0..1000 {
+            let angle = f64::from(k) * 0.013 - 6.0;
+            assert!((encoder.read(angle) - angle).abs() <= half * (1.0 + 1e-9));
+        }
+    }
+
+    #[test]
+    fn a_load_cell_stays_in_its_range_and_repeats_itself_for_a_seed() {
+        let cell = LoadCell::one_kilonewton();
+        let read = |seed| {
+            let mut random = Random::new(seed);
+            [5.0, 900.0, 5000.0, -5000.0].map(|tension| cell.read(tension, &mut random))
+        };
+        assert_eq!(read(3).map(f64::to_bits), read(3).map(f64::to_bits));
+        assert!(read(3).iter().all(|t| (-100.0..=1000.0).contains(t)));
+        assert!((read(3)[1] - 900.0).abs() < 3.0);
+    }
+}

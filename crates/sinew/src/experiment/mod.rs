@@ -1,0 +1,3 @@
+//! Where plant and controller meet: experiments on the twin. Nothing else may know both.
+
+pub mod bench;
