@@ -74,8 +74,8 @@ impl CableObservers {
                     motion
                 }
                 None => {
-                    let (tension, lie) = track.start(sample);
-                    self.ends[k] = self.cables.lay(k, tension, lie)?;
+                    let (tension, share, stretch) = track.start(sample);
+                    self.ends[k] = self.cables.lay(k, tension, share, stretch)?;
                     EndMotion::default()
                 }
             };

@@ -71,8 +71,8 @@ impl CableObserver {
             Some(motion) if interval > 0.0 => self.advance(interval, motion),
             Some(_) => {}
             None => {
-                let (tension, lie) = self.track.start(sample);
-                self.cable.lay(tension, lie);
+                let (tension, share, stretch) = self.track.start(sample);
+                self.cable.lay(tension, share, stretch);
             }
         }
         self.track.compare(sample, self.cable.ends(), self.cable.stretch())

@@ -1,7 +1,7 @@
 //! What is remembered of one cable between two samples, and what is believed of a sample.
 
 use super::model::{CableModel, CableSample};
-use crate::transmission::cable::{CableLaw, EndMotion, EndTensions, Lie};
+use crate::transmission::cable::{CableLaw, EndMotion, EndTensions};
 
 /// What the observer believes after a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -97,15 +97,16 @@ impl Track {
         })
     }
 
-    /// Starts with a sample: the near tension, N, and what else is known of the cable.
-    pub(super) fn start(&mut self, sample: &CableSample) -> (f64, Lie) {
+    /// Starts with a sample: the tension to begin with at the drive, N, the share of friction along the cable, and the
+    /// stretch, m, which knows better where it can be told.
+    pub(super) fn start(&mut self, sample: &CableSample) -> (f64, f64, Option<f64>) {
         let known = sample.motor.is_finite() && sample.anchor.is_finite();
         self.last = known.then_some((sample.motor, sample.anchor));
         (self.known, self.sliding, self.held) = (false, 0.0, !known);
         // Beyond any cable is beyond belief.
         let tension = or(sample.tension_in, 0.0).clamp(0.0, 1e5);
         let stretch = self.zero_stretch.filter(|_| known).map(|zero| zero + sample.motor - sample.anchor);
-        (tension, stretch.map_or(Lie::Share(self.share), Lie::Stretch))
+        (tension, self.share, stretch)
     }
 
     /// Takes note of whether all of the cable slid one way for `interval` seconds.

@@ -72,12 +72,3 @@ pub(super) fn above_pretension(law: &CableLaw, tension_out: f64) -> Result<f64, 
 pub(super) fn same_length(name: &'static str, expected: usize, got: usize) -> Result<(), Error> {
     if expected == got { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
 }
-
-/// Where a cable lies in its dead band.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Lie {
-    /// Sliding with this share of all friction: 1 as after sliding toward the motor, -1 away from it, 0 the middle.
-    Share(f64),
-    /// With this total stretch, m.
-    Stretch(f64),
-}

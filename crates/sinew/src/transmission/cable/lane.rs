@@ -1,6 +1,5 @@
 //! What is done to one lane between steps: placing it, asking it, changing a wrap.
 
-use super::ends::Lie;
 use super::lanes::Lanes;
 use super::repair::across;
 use super::travel::{Seen, travel};
@@ -23,37 +22,32 @@ impl<const N: usize> Lanes<N> {
         self.rest(k);
     }
 
-    /// The share, between -1 and 1, whose profile has this stretch.
-    fn share_of(&mut self, k: usize, tension: f64, stretch: f64) -> f64 {
-        let (mut low, mut high) = (-1.0, 1.0);
-        // Stretch falls with the share: thirty halvings leave 1e-9 of it.
-        for _ in 0..30 {
-            let share = 0.5 * (low + high);
-            let longer = self.slope_profile(k, tension, share) > stretch;
-            *(if longer { &mut low } else { &mut high }) = share;
+    /// This tension at the drive's end and a share of the friction at every node: 1 as after sliding toward the
+    /// motor, -1 away from it, 0 the middle of the dead band. Where a stretch is wanted, the share that gives it.
+    pub(super) fn lay(&mut self, k: usize, near: f64, share: f64, stretch: Option<f64>) {
+        let mut share = share;
+        if let Some(stretch) = stretch {
+            // Stretch falls with the share: thirty halvings leave 1e-9 of it.
+            let (mut low, mut high) = (-1.0, 1.0);
+            for _ in 0..30 {
+                share = 0.5 * (low + high);
+                let longer = self.lay_out(k, near, share) > stretch;
+                *(if longer { &mut low } else { &mut high }) = share;
+            }
         }
-        0.5 * (low + high)
-    }
-
-    /// A profile inside the dead band with this near tension: that of sliding with a share of all friction.
-    pub(super) fn lay(&mut self, k: usize, tension: f64, lie: Lie) {
-        let share = match lie {
-            Lie::Share(share) => share,
-            Lie::Stretch(stretch) => self.share_of(k, tension, stretch),
-        };
-        self.slope_profile(k, tension, share);
+        self.lay_out(k, near, share);
         self.rest(k);
     }
 
-    /// Tensions of sliding with a fraction of all friction; returns their stretch.
-    fn slope_profile(&mut self, k: usize, near: f64, fraction: f64) -> f64 {
+    /// Tensions of [`lay`](Self::lay); returns their stretch.
+    fn lay_out(&mut self, k: usize, near: f64, share: f64) -> f64 {
         let (mut tension, mut stretch) = (near, 0.0);
         for j in 0..self.tension.len() {
-            if j > 0 {
-                tension *= across(fraction * self.nodes[j - 1].grip.0[k]);
-            }
             self.tension[j].0[k] = tension;
             stretch += self.compliance[j].0[k] * tension;
+            if let Some(node) = self.nodes.get(j) {
+                tension *= across(share * node.grip.0[k]);
+            }
         }
         stretch
     }

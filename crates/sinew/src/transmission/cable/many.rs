@@ -2,7 +2,7 @@
 
 use super::dispatch::{InstructionSet, LANES};
 use super::ends::{
-    EndMotion, EndTensions, LARGEST_MOTION, Lie, above_pretension, check_interval, check_motion, same_length,
+    EndMotion, EndTensions, LARGEST_MOTION, above_pretension, check_interval, check_motion, same_length,
 };
 use super::lanes::{Ends, Lanes, Motion, Row};
 use super::law::CableLaw;
@@ -119,10 +119,16 @@ impl Cables {
         Ok(())
     }
 
-    /// As [`Cable::lay`] for one cable; what its ends then feel.
-    pub(crate) fn lay(&mut self, cable: usize, tension_in: f64, lie: Lie) -> Result<EndTensions, Error> {
+    /// Places one cable as [`Cable::lay`] does; what its ends then feel.
+    pub(crate) fn lay(
+        &mut self,
+        cable: usize,
+        tension_in: f64,
+        share: f64,
+        stretch: Option<f64>,
+    ) -> Result<EndTensions, Error> {
         let (group, k) = self.place(cable)?;
-        self.groups[group].lay(k, tension_in, lie);
+        self.groups[group].lay(k, tension_in, share, stretch);
         Ok(self.groups[group].standing(k))
     }
 

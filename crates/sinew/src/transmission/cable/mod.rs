@@ -50,7 +50,6 @@ mod repair;
 mod step;
 mod travel;
 
-pub(crate) use ends::Lie;
 pub use ends::{EndMotion, EndTensions};
 pub use law::CableLaw;
 pub use many::Cables;

@@ -1,6 +1,6 @@
 //! One cable with its state.
 
-use super::ends::{EndMotion, EndTensions, Lie, above_pretension, check_interval, check_motion};
+use super::ends::{EndMotion, EndTensions, above_pretension, check_interval, check_motion};
 use super::lanes::{Ends, Lanes, Motion, Row};
 use super::law::CableLaw;
 use super::step::advance;
@@ -89,9 +89,10 @@ impl Cable {
         Ok(())
     }
 
-    /// Places the cable inside its dead band by its tension at the drive, N.
-    pub(crate) fn lay(&mut self, tension_in: f64, lie: Lie) {
-        self.lanes.lay(0, tension_in, lie);
+    /// Places the cable by its tension at the drive, N, with a share of the friction at work: 1 as after sliding
+    /// toward the motor, -1 away from it, 0 the same tension everywhere; or with the share that gives a stretch, m.
+    pub(crate) fn lay(&mut self, tension_in: f64, share: f64, stretch: Option<f64>) {
+        self.lanes.lay(0, tension_in, share, stretch);
         self.ends = self.lanes.standing(0);
     }
 
