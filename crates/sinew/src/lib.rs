@@ -13,6 +13,7 @@ pub mod body;
 mod error;
 pub mod math;
 pub mod metrics;
+pub mod muscle;
 pub mod predictor;
 pub mod transmission;
 

@@ -1,0 +1,142 @@
+//! Mechanics and muscles equal MuJoCo's: values of `benches/peers/body_golden.py` for many robots and poses.
+//!
+//! `SINEW_BODY_GOLDEN` may name a folder with more files of that script.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+use serde::Deserialize;
+use sinew::body::{Parts, Poses, Robot, Scratch};
+use sinew::muscle::{Geometry, Muscles};
+use std::path::{Path, PathBuf};
+
+#[derive(Deserialize)]
+struct Golden {
+    parts: Parts,
+    cases: Vec<Case>,
+}
+
+#[derive(Deserialize)]
+struct Case {
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    lengths: Vec<f64>,
+    arms: Vec<(usize, usize, f64)>,
+    /// The lower half, row by row.
+    mass: Vec<f64>,
+    bias: Vec<f64>,
+    gravity: Vec<f64>,
+    passive: Vec<f64>,
+    last_body: [f64; 3],
+    last_site: [f64; 3],
+}
+
+fn files() -> Vec<PathBuf> {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
+    let extra = std::env::var_os("SINEW_BODY_GOLDEN").map(PathBuf::from);
+    let mut files: Vec<PathBuf> = [Some(own), extra]
+        .into_iter()
+        .flatten()
+        .flat_map(|folder| std::fs::read_dir(folder).unwrap())
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "json"))
+        .collect();
+    files.sort();
+    assert!(files.len() >= 5);
+    files
+}
+
+fn each(mut check: impl FnMut(&str, &Robot, &Case)) {
+    for path in files() {
+        let golden: Golden = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let robot = Robot::new(golden.parts).unwrap();
+        for (k, case) in golden.cases.iter().enumerate() {
+            check(&format!("{name}, pose {k}"), &robot, case);
+        }
+    }
+}
+
+/// Largest difference, relative to the largest entry.
+fn difference(ours: &[f64], theirs: &[f64]) -> f64 {
+    assert_eq!(ours.len(), theirs.len());
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |m, x| m.max(x.abs()));
+    let scale = largest(&mut theirs.iter().copied()).max(1e-3);
+    largest(&mut ours.iter().zip(theirs).map(|(a, b)| a - b)) / scale
+}
+
+#[test]
+fn lengths_are_mujocos_to_a_nanometre_and_moment_arms_to_ten() {
+    let mut worst = (0.0_f64, 0.0_f64);
+    each(|name, robot, case| {
+        let muscles = Muscles::new(robot);
+        let mut geometry = Geometry::new(robot, &muscles);
+        muscles.evaluate(&case.q, &mut geometry).unwrap();
+        let nv = robot.nv();
+        let (mut arms, mut theirs) = (vec![0.0; muscles.count() * nv], vec![0.0; muscles.count() * nv]);
+        muscles.dense(&geometry, &mut arms).unwrap();
+        for &(muscle, velocity, arm) in &case.arms {
+            theirs[muscle * nv + velocity] = arm;
+        }
+        for (muscle, (ours, length)) in geometry.lengths().iter().zip(&case.lengths).enumerate() {
+            let error = (ours - length).abs();
+            let tendon = &robot.parts().tendons[muscle].name;
+            assert!(error < 1e-9, "{name}: length of `{tendon}`: {ours} instead of {length}");
+            worst.0 = worst.0.max(error);
+        }
+        for (k, (ours, arm)) in arms.iter().zip(&theirs).enumerate() {
+            let tendon = &robot.parts().tendons[k / nv].name;
+            let error = (ours - arm).abs();
+            assert!(error < 1e-8, "{name}: arm of `{tendon}` about {}: {ours} instead of {arm}", k % nv);
+            worst.1 = worst.1.max(error);
+        }
+    });
+    eprintln!("worst: lengths {:.1e} m, moment arms {:.1e} m", worst.0, worst.1);
+}
+
+#[test]
+fn dynamics_are_mujocos() {
+    let mut worst = 0.0_f64;
+    each(|name, robot, case| {
+        let (nv, mut scratch) = (robot.nv(), Scratch::new(robot));
+        let (mut mass, mut tau, mut other) = (vec![0.0; nv * nv], vec![0.0; nv], vec![0.0; nv]);
+        let mut check = |what: &str, ours: &[f64], theirs: &[f64]| {
+            let error = difference(ours, theirs);
+            assert!(error < 1e-9, "{name}: {what} differs by {error:e}: {ours:?} {theirs:?}");
+            worst = worst.max(error);
+        };
+        robot.mass_matrix(&case.q, &mut scratch, &mut mass).unwrap();
+        let lower: Vec<f64> = (0..nv).flat_map(|i| mass[i * nv..=i * nv + i].to_vec()).collect();
+        check("mass matrix", &lower, &case.mass);
+        robot.bias_force(&case.q, &case.v, &mut scratch, &mut tau).unwrap();
+        check("bias", &tau, &case.bias);
+        robot.gravity_force(&case.q, &mut scratch, &mut tau).unwrap();
+        check("gravity", &tau, &case.gravity);
+        robot.passive_force(&case.q, &case.v, &mut tau).unwrap();
+        check("passive force", &tau, &case.passive);
+        // M a + c + g, and back.
+        robot.inverse_dynamics(&case.q, &case.v, &case.a, &mut scratch, &mut tau).unwrap();
+        let theirs: Vec<f64> = (0..nv)
+            .map(|i| case.bias[i] + (0..nv).map(|j| mass[i * nv + j] * case.a[j]).sum::<f64>())
+            .collect();
+        check("inverse dynamics", &tau, &theirs);
+        robot.forward_dynamics(&case.q, &case.v, &tau, &mut scratch, &mut other).unwrap();
+        let error = difference(&other, &case.a);
+        assert!(error < 1e-7, "{name}: forward after inverse dynamics differs by {error:e}");
+    });
+    eprintln!("worst: {worst:.1e} relative");
+}
+
+#[test]
+fn bodies_and_sites_stand_where_mujoco_puts_them() {
+    each(|name, robot, case| {
+        let mut poses = Poses::new(robot);
+        robot.forward_kinematics(&case.q, &mut poses).unwrap();
+        let body = robot.body_pose(&poses, robot.parts().bodies.len() - 1).origin;
+        assert!(difference(&body, &case.last_body) < 1e-13, "{name}: {body:?} {:?}", case.last_body);
+        if let Some(site) = robot.parts().sites.len().checked_sub(1) {
+            let site = robot.site_pose(&poses, site).origin;
+            assert!(difference(&site, &case.last_site) < 1e-13, "{name}: {site:?} {:?}", case.last_site);
+        }
+    });
+}
