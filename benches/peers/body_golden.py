@@ -1,6 +1,6 @@
 """Reference values for the body and its muscles, by MuJoCo: one JSON file per robot.
 
-    python benches/peers/body_golden.py OUT [--poses N] [ROBOT.xml ...]
+    python benches/peers/body_golden.py OUT [ROBOT.xml ...] [--poses N] [--random N]
 
 Without a robot it writes those made here: tendon examples, ball and free joints, random trees. Each file
 holds the robot as `sinew::body::Parts` reads it, taken from the compiled model, and for each pose coordinates,

@@ -20,6 +20,7 @@ struct Part<'a> {
 }
 
 impl Part<'_> {
+    #[expect(clippy::needless_pass_by_value, reason = "literals, numbers and fresh text come alike")]
     fn wrong(&self, field: &'static str, expected: impl ToString, got: impl ToString) -> Error {
         Error::Part {
             kind: self.kind,
@@ -166,9 +167,9 @@ fn principal_moments(inertia: &[f64; 6]) -> [f64; 3] {
             for row in &mut m {
                 (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
             }
-            for k in 0..3 {
-                (m[p][k], m[q][k]) = (c * m[p][k] - s * m[q][k], s * m[p][k] + c * m[q][k]);
-            }
+            let (first, second) = (m[p], m[q]);
+            m[p] = core::array::from_fn(|k| c * first[k] - s * second[k]);
+            m[q] = core::array::from_fn(|k| s * first[k] + c * second[k]);
         }
     }
     let mut moments = [m[0][0], m[1][1], m[2][2]];
@@ -209,7 +210,11 @@ fn together(part: &Part, joint: &Joint, before: &[Joint], parent: usize) -> Resu
     let mut others = before.iter().rev().take_while(|other| other.body == joint.body).map(|other| other.kind);
     let free = joint.kind == JointKind::Free;
     if free && parent != 0 {
-        return Err(part.wrong("its body", "a child of the world, as the joint is free", "deeper in the tree"));
+        return Err(part.wrong(
+            "its body",
+            "a child of the world, as the joint is free",
+            "deeper in the tree",
+        ));
     }
     if others.clone().any(|other| free || other == JointKind::Free) {
         return Err(part.wrong("its body", "without another joint beside a free one", "with another"));
@@ -324,7 +329,11 @@ fn couplings(parts: &Parts) -> Result<(), Error> {
         part.below(field, which, parts.joints.len())?;
         let joint = &parts.joints[which];
         if !matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
-            return Err(part.wrong(field, "a hinge or a slide", format!("{:?} `{}`", joint.kind, joint.name)));
+            return Err(part.wrong(
+                field,
+                "a hinge or a slide",
+                format!("{:?} `{}`", joint.kind, joint.name),
+            ));
         }
         Ok(part)
     };

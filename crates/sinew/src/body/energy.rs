@@ -1,8 +1,10 @@
+use super::Poses;
 use super::parts::JointKind;
 use super::robot::{Robot, length, numbers};
 use super::scratch::Scratch;
-use super::vector::{add, add_scaled, cross, dot, product, quaternion_product, rotation_of, symmetric, unit_quaternion};
-use super::Poses;
+use super::vector::{
+    add, add_scaled, cross, dot, product, quaternion_product, rotation_of, symmetric, unit_quaternion,
+};
 use crate::error::Error;
 use crate::math::tanh;
 

@@ -163,8 +163,7 @@ impl Robot {
             let force = rotate(&own.axes, own.force);
             let parent = &mut moving[link.parent];
             parent.force = add(parent.force, force);
-            parent.moment =
-                add(add(parent.moment, rotate(&own.axes, own.moment)), cross(own.origin, force));
+            parent.moment = add(add(parent.moment, rotate(&own.axes, own.moment)), cross(own.origin, force));
         }
         numbers("tau", tau, self.nv())
     }

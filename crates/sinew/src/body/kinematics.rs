@@ -63,10 +63,7 @@ impl Poses {
     /// Room for the poses of a robot; everything at the origin.
     #[must_use]
     pub fn new(robot: &Robot) -> Poses {
-        Poses {
-            links: vec![Pose::WORLD; robot.tree.links.len()],
-            screws: vec![Screw::default(); robot.nv()],
-        }
+        Poses { links: vec![Pose::WORLD; robot.tree.links.len()], screws: vec![Screw::default(); robot.nv()] }
     }
 
     /// Motion of the robot per unit of each velocity, `[nv]`; each moves what its joint carries.
@@ -94,13 +91,13 @@ impl Poses {
                 let way = q[link.q] - link.reference;
                 Pose { axes: start.axes, origin: add_scaled(start.origin, way, start.axes[2]) }
             }
-            JointKind::Ball => Pose {
-                axes: compose(&start.axes, &orientation(&q[link.q..])),
-                origin: start.origin,
-            },
-            JointKind::Free => {
-                Pose { axes: orientation(&q[link.q + 3..]), origin: [q[link.q], q[link.q + 1], q[link.q + 2]] }
+            JointKind::Ball => {
+                Pose { axes: compose(&start.axes, &orientation(&q[link.q..])), origin: start.origin }
             }
+            JointKind::Free => Pose {
+                axes: orientation(&q[link.q + 3..]),
+                origin: [q[link.q], q[link.q + 1], q[link.q + 2]],
+            },
         };
         self.links[index] = pose;
         let screws = &mut self.screws[link.v..link.v + link.kind.velocities()];
@@ -177,7 +174,11 @@ impl Robot {
         length("linear", linear.len(), 3 * nv)?;
         length("angular", angular.len(), 3 * nv)?;
         let Some(place) = self.tree.bodies.get(body) else {
-            return Err(Error::OutOfDomain { name: "body", expected: "an index of a body", got: body as f64 });
+            return Err(Error::OutOfDomain {
+                name: "body",
+                expected: "an index of a body",
+                got: body as f64,
+            });
         };
         linear.fill(0.0);
         angular.fill(0.0);

@@ -39,7 +39,8 @@ impl Inertia {
             -x * c - z * a,
             -y * c - z * b,
         ];
-        for (entry, extra) in about_origin.iter_mut().zip(mixed.iter().zip(point_inertia(self.mass, origin))) {
+        for (entry, extra) in about_origin.iter_mut().zip(mixed.iter().zip(point_inertia(self.mass, origin)))
+        {
             *entry += extra.0 + extra.1;
         }
         Inertia { mass: self.mass, moment: add_scaled(moment, self.mass, origin), about_origin }

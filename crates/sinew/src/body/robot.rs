@@ -120,7 +120,9 @@ impl Robot {
     #[must_use]
     pub fn joint_of_velocity(&self, velocity: usize) -> Option<usize> {
         let mut links = self.moving_links();
-        links.find(|link| (link.v..link.v + link.kind.velocities()).contains(&velocity)).map(|link| link.joint)
+        links
+            .find(|link| (link.v..link.v + link.kind.velocities()).contains(&velocity))
+            .map(|link| link.joint)
     }
 
     /// The pose the file describes: joints at their references.

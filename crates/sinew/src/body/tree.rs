@@ -81,11 +81,6 @@ impl Place {
             origin: add(self.origin, rotate(&self.axes, position)),
         }
     }
-
-    /// A point given in this frame, in the link's.
-    pub(crate) fn point(&self, position: Vector) -> Vector {
-        add(self.origin, rotate(&self.axes, position))
-    }
 }
 
 /// Links with the ground at 0, parents before children, and where each body's frame stands.
@@ -137,8 +132,7 @@ impl Tree {
             inertia: Inertia::default(),
         };
         let bodies = vec![Place::WORLD; parts.bodies.len()];
-        let mut tree =
-            Tree { links: vec![ground], bodies, link_of_joint: Vec::new(), nq: 0, nv: 0 };
+        let mut tree = Tree { links: vec![ground], bodies, link_of_joint: Vec::new(), nq: 0, nv: 0 };
         let mut joint = 0;
         for (index, body) in parts.bodies.iter().enumerate().skip(1) {
             let parent = tree.bodies[body.parent];

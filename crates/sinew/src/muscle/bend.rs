@@ -41,7 +41,8 @@ impl Muscles {
         self.check(geometry)?;
         length("bends", bends.len(), self.count())?;
         for (cable, bend) in self.plan.cables.iter().zip(bends.iter_mut()) {
-            let mut before = cable.sheath_end.map(|end| rotate(&geometry.poses.links[end.link].axes, end.position));
+            let mut before =
+                cable.sheath_end.map(|end| rotate(&geometry.poses.links[end.link].axes, end.position));
             *bend = 0.0;
             for (index, span) in cable.spans.clone().zip(&self.plan.spans[cable.spans.clone()]) {
                 let strand = &geometry.strands[index];

@@ -53,7 +53,7 @@ fn nearest(start: Point, way: Point, squared: f64) -> Point {
     mix(1.0, start, share, way)
 }
 
-/// Wraps a cable around a circle if the circle is in the way, or if `side` lies on its other side.
+/// Wraps a cable around a circle if the circle is in the way, or if it has to pass the other side.
 ///
 /// ```text
 /// T_0 ~ r e_0 + s f_0 J e_0,   T_1 ~ r e_1 - s f_1 J e_1,   f_i^2 = |e_i|^2 - r^2,   J: quarter turn to the left
@@ -62,16 +62,16 @@ fn nearest(start: Point, way: Point, squared: f64) -> Point {
 /// | symbol | argument | unit | domain | meaning                                                     |
 /// |--------|----------|------|--------|-------------------------------------------------------------|
 /// | e_i    | `ends`   | m    |        | ends of the cable; inside the circle nothing is wrapped      |
-/// |        | `side`   | m    |        | the cable prefers to pass here; a direction, not zero        |
+/// |        | `side`   | m    |        | where the cable should pass; only its direction counts       |
 /// | r      | `radius` | m    | > 0    | radius                                                      |
 /// | s      |          |      | +1, -1 | sense: to the left or to the right                           |
 ///
-/// Without a side the short way is taken. With one it is the sense whose middle of the tangent points
-/// `T_0`, `T_1` lies nearer to it, unless its free parts cross; if both senses' do, nothing is wrapped.
+/// The cable goes the short way, and wraps if the straight line would cross the circle. It goes the long way,
+/// and always wraps, if it comes from `e_0` by the side to `e_1` only so: turning from `e_0` to the side and
+/// from there to `e_1` have one sense, and the short way has the other.
 ///
 /// # Source
-/// The rules are MuJoCo's (`mujoco2012`), which follow `wrap_circle` of its sources; the formulas need no
-/// tangent points and one arc tangent.
+/// `mujoco2012`; the rule of the side is the one that version 4.0 is observed to follow.
 #[inline]
 pub(super) fn around(ends: [Point; 2], side: Option<Point>, radius: f64) -> Option<Touch> {
     let [e0, e1] = ends;
@@ -84,41 +84,26 @@ pub(super) fn around(ends: [Point; 2], side: Option<Point>, radius: f64) -> Opti
     if squared < TINY {
         return None;
     }
-    let near = nearest(e0, way, squared);
-    if dot(near, near) > square && side.is_none_or(|side| dot(side, near) >= 0.0) {
-        return None;
-    }
-    let free = [libm::sqrt(square0 - square), libm::sqrt(square1 - square)];
     let (c, k) = (dot(e0, e1), cross(e0, e1));
-    let (same, mixed) = (square - free[0] * free[1], radius * (free[0] + free[1]));
-    // Cosine and sine of the angle wrapped in a sense, times `whole`.
-    let whole = square0 * square1;
-    let wrapped = |sense: f64| (same * c + sense * mixed * k, sense * same * k - mixed * c);
-    // Whether the free parts cross each other, the angle wrapped being negative.
-    let crossed = |(cosine, sine): (f64, f64)| {
-        sine < 0.0 && -radius * sine <= free[0].min(free[1]) * (whole + cosine)
-    };
-    let sense = match side {
-        None => 1_f64.copysign(k),
-        Some(side) => {
-            let merit = |sense: f64| {
-                let angle = wrapped(sense);
-                if crossed(angle) {
-                    return -1e4;
-                }
-                let t0 = dot(side, mix(radius, e0, sense * free[0], left(e0))) / square0;
-                let t1 = dot(side, mix(radius, e1, -sense * free[1], left(e1))) / square1;
-                (t0 + t1) / libm::sqrt((whole + angle.0).max(0.0))
-            };
-            if merit(-1.0) > merit(1.0) { -1.0 } else { 1.0 }
+    let long = side.is_some_and(|side| cross(e0, side) * k < 0.0 && cross(side, e1) * k < 0.0);
+    if !long {
+        let near = nearest(e0, way, squared);
+        if dot(near, near) > square {
+            return None;
         }
-    };
-    let angle = wrapped(sense);
-    if crossed(angle) || side.is_none() && angle.1 < 0.0 && angle.0 > 0.0 {
-        return None;
     }
-    let angle = libm::atan2(angle.1, angle.0);
-    let angle = if angle < 0.0 { angle + 2.0 * PI } else { angle };
+    let short = 1_f64.copysign(k);
+    let sense = if long { -short } else { short };
+    let free = [libm::sqrt(square0 - square), libm::sqrt(square1 - square)];
+    // Cosine and sine of the angle wrapped, times the squares of both distances.
+    let (same, mixed) = (square - free[0] * free[1], sense * radius * (free[0] + free[1]));
+    let angle = libm::atan2(sense * (same * k - mixed * c), same * c + mixed * k);
+    let angle = match angle < 0.0 {
+        true if long => angle + 2.0 * PI,
+        // Rounding, where the cable just touches.
+        true => return None,
+        false => angle,
+    };
     let lean = sense * radius;
     Some(Touch {
         into: mix(-free[0] / square0, e0, lean / square0, left(e0)),

@@ -244,7 +244,11 @@ impl Muscles {
         numbers("v", v, self.nv)?;
         length("rates", rates.len(), self.count())?;
         for (cable, rate) in self.plan.cables.iter().zip(rates.iter_mut()) {
-            *rate = -cable.slots.clone().map(|slot| geometry.arms[slot] * v[self.plan.columns[slot]]).sum::<f64>();
+            *rate = -cable
+                .slots
+                .clone()
+                .map(|slot| geometry.arms[slot] * v[self.plan.columns[slot]])
+                .sum::<f64>();
         }
         Ok(())
     }

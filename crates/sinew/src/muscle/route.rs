@@ -106,16 +106,17 @@ impl Plan {
             };
             cable.slots = first..planner.plan.columns.len();
             let axis = tendon.sheath.as_ref().and_then(|sheath| sheath.end_axis);
-            cable.sheath_end = axis.zip(planner.plan.spans.get(cable.spans.start)).and_then(|(axis, span)| {
-                let Route::Spatial(stations) = &tendon.route else { return None };
-                let first = stations.iter().find_map(|station| match station {
-                    Station::Site(site) => Some(*site),
-                    _ => None,
-                })?;
-                let body = &robot.tree.bodies[robot.parts().sites[first].body];
-                let position = crate::body::vector::rotate(&body.axes, axis);
-                Some(Anchor { link: planner.plan.anchors[span.from].link, position })
-            });
+            cable.sheath_end =
+                axis.zip(planner.plan.spans.get(cable.spans.start)).and_then(|(axis, span)| {
+                    let Route::Spatial(stations) = &tendon.route else { return None };
+                    let first = stations.iter().find_map(|station| match station {
+                        Station::Site(site) => Some(*site),
+                        _ => None,
+                    })?;
+                    let body = &robot.tree.bodies[robot.parts().sites[first].body];
+                    let position = crate::body::vector::rotate(&body.axes, axis);
+                    Some(Anchor { link: planner.plan.anchors[span.from].link, position })
+                });
             planner.plan.cables.push(cable);
         }
         planner.touched();
@@ -126,8 +127,7 @@ impl Plan {
 impl Planner<'_> {
     fn sum(&mut self, terms: &[(usize, f64)]) -> Cable {
         let start = self.plan.spans.len();
-        let mut cable =
-            Cable { spans: start..start, slots: 0..0, terms: Vec::new(), sheath_end: None };
+        let mut cable = Cable { spans: start..start, slots: 0..0, terms: Vec::new(), sheath_end: None };
         for &(joint, coefficient) in terms {
             let (q, v) = (self.robot.coordinates_of(joint).start, self.robot.velocities_of(joint).start);
             cable.terms.push((q, self.plan.columns.len(), coefficient));

@@ -20,7 +20,12 @@ pub(super) struct Contact {
 
 /// A cable around a sphere at the origin. `axes` matters only where ends and centre are in line.
 #[inline]
-pub(super) fn sphere(ends: [Vector; 2], side: Option<Vector>, radius: f64, axes: &[Vector; 3]) -> Option<Contact> {
+pub(super) fn sphere(
+    ends: [Vector; 2],
+    side: Option<Vector>,
+    radius: f64,
+    axes: &[Vector; 3],
+) -> Option<Contact> {
     let [p0, p1] = ends;
     let (square0, square1, c) = (dot(p0, p0), dot(p1, p1), dot(p0, p1));
     if square0 < TINY * TINY || square1 < TINY * TINY {
