@@ -10,6 +10,7 @@ mod forward_dynamics;
 mod integrate;
 mod inverse_dynamics;
 mod kinematics;
+mod lumped;
 mod mass_matrix;
 mod parts;
 mod robot;

@@ -1,14 +1,27 @@
 use super::forward_dynamics::Articulated;
-use super::inverse_dynamics::Moving;
+use super::inverse_dynamics::Loaded;
 use super::robot::Robot;
 use super::tree::Inertia;
+use super::vector::{Frame, Vector};
 use alloc::vec;
 use alloc::vec::Vec;
+
+/// Pose and velocity of one link: pose in its parent's frame, velocities in its own.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Moving {
+    pub(super) axes: Frame,
+    pub(super) origin: Vector,
+    /// Angular velocity.
+    pub(super) omega: Vector,
+    /// Velocity of the origin.
+    pub(super) velocity: Vector,
+}
 
 /// Room to work in, for one robot: the dynamics never allocate. Nothing in it is a result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scratch {
     pub(super) links: Vec<Moving>,
+    pub(super) loaded: Vec<Loaded>,
     pub(super) composite: Vec<Inertia>,
     pub(super) articulated: Vec<Articulated>,
     /// Zeros, one for each velocity.
@@ -26,6 +39,7 @@ impl Scratch {
         let (links, nv) = (robot.tree.links.len(), robot.nv());
         Scratch {
             links: vec![Moving::default(); links],
+            loaded: vec![Loaded::default(); links],
             composite: vec![Inertia::default(); links],
             articulated: vec![Articulated::default(); links],
             rest: vec![0.0; nv],

@@ -1,5 +1,6 @@
 //! What is left of a robot for mechanics: links, one joint each; what is welded together is one link.
 
+use super::lumped::{Stage, stages};
 use super::parts::{JointKind, Parts};
 use super::vector::{
     Frame, IDENTITY, Vector, add, compose, frame_about, frame_of, point_inertia, rotate, rotate_symmetric,
@@ -87,6 +88,8 @@ impl Place {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tree {
     pub(crate) links: Vec<Link>,
+    /// The same links as inverse dynamics sees them.
+    pub(crate) stages: Vec<Stage>,
     pub(crate) bodies: Vec<Place>,
     /// The link that each joint moves.
     pub(crate) link_of_joint: Vec<usize>,
@@ -132,7 +135,8 @@ impl Tree {
             inertia: Inertia::default(),
         };
         let bodies = vec![Place::WORLD; parts.bodies.len()];
-        let mut tree = Tree { links: vec![ground], bodies, link_of_joint: Vec::new(), nq: 0, nv: 0 };
+        let mut tree =
+            Tree { links: vec![ground], stages: Vec::new(), bodies, link_of_joint: Vec::new(), nq: 0, nv: 0 };
         let mut joint = 0;
         for (index, body) in parts.bodies.iter().enumerate().skip(1) {
             let parent = tree.bodies[body.parent];
@@ -145,6 +149,7 @@ impl Tree {
             let inertia = Inertia::of(body.mass, body.center_of_mass, &body.inertia, &place);
             tree.links[place.link].inertia.add(&inertia);
         }
+        tree.stages = stages(&tree.links);
         tree
     }
 
