@@ -1,4 +1,4 @@
-"""Reference values for the body and its muscles, by MuJoCo: one JSON file per robot.
+"""Reference values for the body and its muscles: one JSON file per robot, by MuJoCo and (chain7) by Pinocchio.
 
     python benches/peers/body_golden.py OUT [ROBOT.xml ...] [--poses N] [--random N]
 
@@ -311,6 +311,50 @@ FINGER = """
 </mujoco>"""
 
 
+def chain(seed, joints=7):
+    """A serial arm as a URDF has it, with the values of Pinocchio."""
+    import pinocchio
+
+    rng, model = np.random.default_rng(seed), pinocchio.Model()
+    world = {"name": "world", "parent": 0, "position": [0.0] * 3, "orientation": [1.0, 0.0, 0.0, 0.0],
+             "mass": 0.0, "center_of_mass": [0.0] * 3, "inertia": [0.0] * 6}
+    bodies, described, parent = [world], [], 0
+    for k in range(joints):
+        placement, axis = pinocchio.SE3.Random(), rng.normal(size=3)
+        axis /= np.linalg.norm(axis)
+        placement.translation = rng.normal(size=3) * 0.2
+        placement.rotation = pinocchio.exp3(rng.normal(size=3))
+        mass, center, moments = rng.uniform(0.5, 3), rng.normal(size=3) * 0.1, rng.uniform(0.02, 0.035, 3)
+        axes = pinocchio.exp3(rng.normal(size=3))
+        inertia = axes @ np.diag(moments) @ axes.T
+        parent = model.addJoint(parent, pinocchio.JointModelRevoluteUnaligned(axis), placement, f"j{k + 1}")
+        model.appendBodyToJoint(parent, pinocchio.Inertia(mass, center, inertia), pinocchio.SE3.Identity())
+        turn = pinocchio.Quaternion(placement.rotation)
+        bodies.append({
+            "name": f"b{k + 1}", "parent": k, "position": numbers(placement.translation),
+            "orientation": [turn.w, turn.x, turn.y, turn.z], "mass": mass, "center_of_mass": numbers(center),
+            "inertia": [float(inertia[i]) for i in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))],
+        })
+        described.append({
+            "name": f"j{k + 1}", "body": k + 1, "kind": "Hinge", "anchor": [0.0] * 3, "axis": numbers(axis),
+            "reference": 0.0, "range": None, "armature": 0.0, "damping": 0.0, "friction": 0.0,
+            "stiffness": 0.0, "spring_reference": 0.0,
+        })
+    empty = {key: [] for key in ("sites", "wraps", "tendons", "couplings", "actuators", "keys")}
+    parts = {"name": "chain", "gravity": numbers(model.gravity.linear), "bodies": bodies, "joints": described, **empty}
+    data, cases = model.createData(), []
+    for _ in range(6):
+        q, v, a, tau = rng.uniform(-3, 3, joints), *rng.normal(size=(3, joints))
+        mass = pinocchio.crba(model, data, q)
+        mass = np.triu(mass) + np.triu(mass, 1).T
+        cases.append({
+            "q": numbers(q), "v": numbers(v), "a": numbers(a), "mass": numbers(mass[np.tril_indices(joints)]),
+            "inverse": numbers(pinocchio.rnea(model, data, q, v, a)), "tau": numbers(tau),
+            "forward": numbers(pinocchio.aba(model, data, q, v, tau)),
+        })
+    return {"parts": parts, "cases": cases}
+
+
 def write(name, model, out, poses, seed):
     rng, data = np.random.default_rng(seed), mujoco.MjData(model)
     # Contacts and limits are not part of it.
@@ -334,6 +378,8 @@ def main():
     if given.robots:
         return
     write("finger", mujoco.MjModel.from_xml_string(FINGER), given.out, 2 * given.poses, 2)
+    path = given.out / "chain7.json"
+    path.write_text(json.dumps(chain(3), separators=(",", ":")) + "\n")
     for seed in range(given.random):
         write(f"random_{seed}", mujoco.MjModel.from_xml_string(random_robot(seed)), given.out, given.poses, seed)
 

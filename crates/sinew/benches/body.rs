@@ -51,7 +51,7 @@ fn poses(bencher: Bencher, name: &str, mut work: impl FnMut(&Robot, &Case)) {
     });
 }
 
-#[divan::bench(args = ROBOTS)]
+#[divan::bench(args = ROBOTS, sample_size = 500)]
 fn inverse_dynamics(bencher: Bencher, name: &str) {
     let Some((robot, _)) = load(name) else { return bencher.bench(|| ()) };
     let (mut scratch, mut tau) = (Scratch::new(&robot), vec![0.0; robot.nv()]);
@@ -61,7 +61,7 @@ fn inverse_dynamics(bencher: Bencher, name: &str) {
     });
 }
 
-#[divan::bench(args = ROBOTS)]
+#[divan::bench(args = ROBOTS, sample_size = 500)]
 fn mass_matrix(bencher: Bencher, name: &str) {
     let Some((robot, _)) = load(name) else { return bencher.bench(|| ()) };
     let (mut scratch, mut mass) = (Scratch::new(&robot), vec![0.0; robot.nv() * robot.nv()]);
@@ -71,7 +71,7 @@ fn mass_matrix(bencher: Bencher, name: &str) {
     });
 }
 
-#[divan::bench(args = ROBOTS)]
+#[divan::bench(args = ROBOTS, sample_size = 500)]
 fn forward_dynamics(bencher: Bencher, name: &str) {
     let Some((robot, _)) = load(name) else { return bencher.bench(|| ()) };
     let (mut scratch, mut a) = (Scratch::new(&robot), vec![0.0; robot.nv()]);
@@ -81,7 +81,7 @@ fn forward_dynamics(bencher: Bencher, name: &str) {
     });
 }
 
-#[divan::bench(args = ROBOTS)]
+#[divan::bench(args = ROBOTS, sample_size = 500)]
 fn forward_kinematics(bencher: Bencher, name: &str) {
     let Some((robot, _)) = load(name) else { return bencher.bench(|| ()) };
     let mut poses_found = Poses::new(&robot);
@@ -92,7 +92,7 @@ fn forward_kinematics(bencher: Bencher, name: &str) {
 }
 
 /// Lengths and moment arms, kinematics included.
-#[divan::bench(args = ["lm_arm", "myoarm"])]
+#[divan::bench(args = ["lm_arm", "myoarm"], sample_size = 100)]
 fn muscles(bencher: Bencher, name: &str) {
     let Some((robot, _)) = load(name) else { return bencher.bench(|| ()) };
     let muscles = Muscles::new(&robot);

@@ -4,7 +4,9 @@
 //! [`Robot::forward_kinematics`] into [`Poses`]; dynamics work in a [`Scratch`] and hand back slices.
 //! One algorithm per file.
 
+mod chain;
 mod check;
+mod coupling;
 mod energy;
 mod forward_dynamics;
 mod integrate;
@@ -18,6 +20,8 @@ mod scratch;
 pub(crate) mod tree;
 pub(crate) mod vector;
 
+pub use chain::{DhRow, DhTable};
+pub use coupling::Reduction;
 pub use kinematics::{Pose, Poses, Screw};
 pub use parts::{
     Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, Route, Sheath, Site, Station,

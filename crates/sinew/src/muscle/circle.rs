@@ -21,6 +21,10 @@ pub(super) struct Touch {
     pub(super) on: f64,
     /// By how much the cable turns.
     pub(super) angle: f64,
+    /// To the left (+1) or to the right.
+    pub(super) sense: f64,
+    /// Angle between the cable and the radius where it touches: a quarter turn around, less inside.
+    pub(super) graze: f64,
 }
 
 #[inline]
@@ -111,6 +115,8 @@ pub(super) fn around(ends: [Point; 2], side: Option<Point>, radius: f64) -> Opti
         free,
         on: radius * angle,
         angle,
+        sense,
+        graze: FRAC_PI_2,
     })
 }
 
@@ -161,7 +167,31 @@ pub(super) fn inside(ends: [Point; 2], radius: f64) -> Option<Touch> {
     }
     let (into, out) = (before.map(|x| x / free[0]), after.map(|x| x / free[1]));
     let angle = libm::atan2(cross(into, out).abs(), dot(into, out));
-    Some(Touch { into, out, free, on: 0.0, angle })
+    Some(Touch { into, out, free, on: 0.0, angle, sense: 1_f64.copysign(cross(e0, e1)), graze: t })
+}
+
+/// How fast the cable's directions turn to the left where it arrives and leaves, as its ends move.
+///
+/// ```text
+/// sin b_i = r sin t / |e_i|,    directions at angles  phi_0 + pi - s b_0  and  phi_1 + s b_1
+/// inside: b_0 + b_1 - 2 t + G = 0;    around: t = pi/2
+/// ```
+///
+/// `phi_i` are the angles of the ends, `t` the grazing angle.
+pub(super) fn turning(ends: [Point; 2], moving: [Point; 2], touch: (f64, f64), radius: f64) -> [f64; 2] {
+    let (sense, t) = touch;
+    let (sine, cosine) = if t < FRAC_PI_2 { libm::sincos(t) } else { (1.0, 0.0) };
+    let squares = ends.map(|end| dot(end, end));
+    let phi = [0, 1].map(|i| cross(ends[i], moving[i]) / squares[i]);
+    let shares = squares.map(|square| radius / libm::sqrt(square));
+    // Next to the circle the direction turns without bound.
+    let steep = shares.map(|share| libm::sqrt((1.0 - share * share * sine * sine).max(1e-18)));
+    let own = [0, 1].map(|i| -shares[i] * dot(ends[i], moving[i]) / squares[i] * sine / steep[i]);
+    let pull = [0, 1].map(|i| shares[i] * cosine / steep[i]);
+    let gap = if t < FRAC_PI_2 { sense * (phi[1] - phi[0]) } else { 0.0 };
+    let rate = if t < FRAC_PI_2 { (own[0] + own[1] + gap) / (2.0 - pull[0] - pull[1]) } else { 0.0 };
+    let lean = [0, 1].map(|i| own[i] + pull[i] * rate);
+    [phi[0] - sense * lean[0], phi[1] + sense * lean[1]]
 }
 
 /// Root in `[0, pi/2]` of the concave function above, by Newton's iteration from where it is negative.

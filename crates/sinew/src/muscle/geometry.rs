@@ -14,8 +14,8 @@ pub(super) struct Strand {
     /// Direction in which it comes to its second site.
     pub(super) into: Vector,
     pub(super) length: f64,
-    /// Lengths before and after a surface, if it touches one.
-    pub(super) free: Option<[f64; 2]>,
+    /// The surface it touches, if it does.
+    pub(super) contact: Option<Contact>,
     /// By how much it turns on the surface.
     pub(super) angle: f64,
 }
@@ -155,10 +155,11 @@ impl Muscles {
         let (start, end) = (geometry.points[span.from], geometry.points[span.to]);
         let contact = span.around.as_ref().and_then(|around| self.wrap(span, around, geometry));
         let strand = match (&span.around, contact) {
-            (Some(around), Some(Contact { into, out, length, free, angle })) => {
+            (Some(around), Some(contact)) => {
+                let Contact { into, out, length, angle, .. } = contact;
                 self.feel(around.before.clone(), span.share, start, into, geometry);
                 self.feel(around.after.clone(), span.share, end, out, geometry);
-                Strand { out: into, into: out, length, free: Some(free), angle }
+                Strand { out: into, into: out, length, contact: Some(contact), angle }
             }
             _ => {
                 let way = sub(end, start);
@@ -166,7 +167,7 @@ impl Muscles {
                 // MuJoCo's direction of nothing.
                 let u = if length < super::circle::TINY { [1.0, 0.0, 0.0] } else { scale(1.0 / length, way) };
                 self.feel(span.direct.clone(), span.share, start, u, geometry);
-                Strand { out: u, into: u, length, free: None, angle: 0.0 }
+                Strand { out: u, into: u, length, contact: None, angle: 0.0 }
             }
         };
         geometry.strands[index] = strand;

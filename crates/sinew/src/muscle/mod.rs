@@ -5,7 +5,10 @@
 mod bend;
 mod circle;
 mod geometry;
+mod path;
+mod rate;
 mod route;
 mod surface;
 
 pub use geometry::{Geometry, Muscles};
+pub use rate::ArmRates;

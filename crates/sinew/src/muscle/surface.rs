@@ -14,8 +14,10 @@ pub(super) struct Contact {
     pub(super) length: f64,
     /// Lengths before and after the surface.
     pub(super) free: [f64; 2],
-    /// By how much it turns on the surface.
+    /// By how much its direction turns on the surface: what friction feels.
     pub(super) angle: f64,
+    /// Sense and grazing angle in the plane it wraps in.
+    pub(super) touch: (f64, f64),
 }
 
 /// A cable around a sphere at the origin. `axes` matters only where ends and centre are in line.
@@ -48,6 +50,7 @@ pub(super) fn sphere(
         length: touch.free[0] + touch.on + touch.free[1],
         free: touch.free,
         angle: touch.angle,
+        touch: (touch.sense, touch.graze),
     })
 }
 
@@ -69,12 +72,19 @@ pub(super) fn cylinder(ends: [Vector; 2], side: Option<Vector>, radius: f64) -> 
     let (along, up) = (around / length, rise / length);
     let lift = |[a, b]: Point| [along * a, along * b, up];
     let longer = 1.0 / along;
+    // A helix turns by less than it goes around; at a point of a ring the direction has a corner.
+    let angle = if touch.on > 0.0 {
+        along * touch.angle
+    } else {
+        2.0 * libm::asin((along * libm::sin(0.5 * touch.angle)).min(1.0))
+    };
     Some(Contact {
         into: lift(touch.into),
         out: lift(touch.out),
         length,
         free: touch.free.map(|free| longer * free),
-        angle: touch.angle,
+        angle,
+        touch: (touch.sense, touch.graze),
     })
 }
 

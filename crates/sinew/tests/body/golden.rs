@@ -1,19 +1,9 @@
-//! Mechanics and muscles equal MuJoCo's: values of `benches/peers/body_golden.py` for many robots and poses.
-//!
-//! `SINEW_BODY_GOLDEN` may name a folder with more files of that script.
+//! Mechanics and muscles equal MuJoCo's and Pinocchio's: values of `benches/peers/body_golden.py`.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-
+use crate::robots::{Golden, difference, files, read, text};
 use serde::Deserialize;
 use sinew::body::{Parts, Poses, Robot, Route, Scratch, Station};
 use sinew::muscle::{Geometry, Muscles};
-use std::path::{Path, PathBuf};
-
-#[derive(Deserialize)]
-struct Golden {
-    parts: Parts,
-    cases: Vec<Case>,
-}
 
 #[derive(Deserialize)]
 struct Case {
@@ -31,24 +21,9 @@ struct Case {
     last_site: [f64; 3],
 }
 
-fn files() -> Vec<PathBuf> {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
-    let extra = std::env::var_os("SINEW_BODY_GOLDEN").map(PathBuf::from);
-    let mut files: Vec<PathBuf> = [Some(own), extra]
-        .into_iter()
-        .flatten()
-        .flat_map(|folder| std::fs::read_dir(folder).unwrap())
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "json"))
-        .collect();
-    files.sort();
-    assert!(files.len() >= 5);
-    files
-}
-
 fn each(mut check: impl FnMut(&str, &Robot, &Case)) {
     for path in files() {
-        let golden: Golden = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        let golden: Golden<Case> = read(&path);
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let robot = Robot::new(golden.parts).unwrap();
         for (k, case) in golden.cases.iter().enumerate() {
@@ -68,14 +43,6 @@ fn runs_inside(parts: &Parts, tendon: usize) -> bool {
         }
         _ => false,
     })
-}
-
-/// Largest difference, relative to the largest entry.
-fn difference(ours: &[f64], theirs: &[f64]) -> f64 {
-    assert_eq!(ours.len(), theirs.len());
-    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |m, x| m.max(x.abs()));
-    let scale = largest(&mut theirs.iter().copied()).max(1e-3);
-    largest(&mut ours.iter().zip(theirs).map(|(a, b)| a - b)) / scale
 }
 
 #[test]
@@ -156,4 +123,33 @@ fn bodies_and_sites_stand_where_mujoco_puts_them() {
             assert!(difference(&site, &case.last_site) < 1e-13, "{name}: {site:?} {:?}", case.last_site);
         }
     });
+}
+
+#[derive(Deserialize)]
+struct ArmCase {
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    mass: Vec<f64>,
+    inverse: Vec<f64>,
+    tau: Vec<f64>,
+    forward: Vec<f64>,
+}
+
+#[test]
+fn dynamics_of_a_serial_arm_are_pinocchios() {
+    let golden: Golden<ArmCase> = serde_json::from_str(&text("chain7.json")).unwrap();
+    let robot = Robot::new(golden.parts).unwrap();
+    let (nv, mut scratch) = (robot.nv(), Scratch::new(&robot));
+    let (mut mass, mut found) = (vec![0.0; nv * nv], vec![0.0; nv]);
+    for case in &golden.cases {
+        robot.mass_matrix(&case.q, &mut scratch, &mut mass).unwrap();
+        let lower: Vec<f64> = (0..nv).flat_map(|i| mass[i * nv..=i * nv + i].to_vec()).collect();
+        assert!(difference(&lower, &case.mass) < 1e-10);
+        robot.inverse_dynamics(&case.q, &case.v, &case.a, &mut scratch, &mut found).unwrap();
+        assert!(difference(&found, &case.inverse) < 1e-10);
+        robot.forward_dynamics(&case.q, &case.v, &case.tau, &mut scratch, &mut found).unwrap();
+        assert!(difference(&found, &case.forward) < 1e-10);
+    }
+    assert!(golden.cases.len() >= 5);
 }
