@@ -150,23 +150,27 @@ impl Robot {
         let loaded = &mut scratch.loaded[..];
         loaded[0] = Loaded { acceleration: ground, ..Loaded::default() };
         for (index, (link, stage)) in tree.links.iter().zip(&tree.stages).enumerate().skip(1) {
-            let parent = &loaded[link.parent];
-            loaded[index] = match link.kind {
-                JointKind::Hinge => hinge_outward(link, stage, parent, [q[link.q], v[link.v], a[link.v]]),
-                _ => outward(link, stage, parent, q, v, a),
-            };
+            // Written where they stay: a copy would have to wait for what was just stored.
+            let (before, own) = loaded.split_at_mut(index);
+            let (parent, own) = (&before[link.parent], &mut own[0]);
+            match link.kind {
+                JointKind::Hinge => {
+                    hinge_outward(link, stage, parent, own, [q[link.q], v[link.v], a[link.v]]);
+                }
+                _ => outward(link, stage, parent, own, q, v, a),
+            }
         }
         for (index, (link, stage)) in tree.links.iter().zip(&tree.stages).enumerate().skip(1).rev() {
-            let own = loaded[index];
-            let parent = &mut loaded[link.parent];
+            let (before, own) = loaded.split_at_mut(index);
+            let (parent, own) = (&mut before[link.parent], &own[0]);
             if link.kind == JointKind::Hinge {
-                tau[link.v] = own.load[2].to_array()[0] + link.armature * a[link.v];
+                tau[link.v] = own.load[2].as_array()[0] + link.armature * a[link.v];
                 if link.parent != 0 {
-                    hinge_inward(link, stage, &own, parent);
+                    hinge_inward(link, stage, own, parent);
                 }
             } else {
-                hand_out(link, &own, q, a, tau);
-                inward(link, &own, q, parent);
+                hand_out(link, own, q, a, tau);
+                inward(link, own, q, parent);
             }
         }
         numbers("tau", tau, self.nv())
@@ -223,7 +227,7 @@ fn load(stage: &Stage, u: &Frame, a: Vector, flat: bool) -> [f64x2; 3] {
 
 /// Motion of a link behind a hinge, and the load that this motion asks for.
 #[inline]
-fn hinge_outward(link: &Link, stage: &Stage, parent: &Loaded, [q, v, a]: [f64; 3]) -> Loaded {
+fn hinge_outward(link: &Link, stage: &Stage, parent: &Loaded, own: &mut Loaded, [q, v, a]: [f64; 3]) {
     let turn = sincos(q - link.reference);
     let (sine, cosine) = turn;
     let [x, y, z] = unrotate_both(&stage.axes, parent.spin);
@@ -236,10 +240,12 @@ fn hinge_outward(link: &Link, stage: &Stage, parent: &Loaded, [q, v, a]: [f64; 3
         core::array::from_fn(|i| parent.acceleration[i] + dot(parent.field[i], link.origin));
     let [bx, by, bz] = unrotate(&link.axes, carried);
     let acceleration = [cosine * bx + sine * by, cosine * by - sine * bx, bz];
-    let spin = [f64x2::new([x, ax]), f64x2::new([y, ay]), z];
     let field = field([x, y, wz], [ax, ay, az]);
-    let load = if stage.weightless { [f64x2::ZERO; 3] } else { load(stage, &field, acceleration, true) };
-    Loaded { turn, spin, acceleration, field, load }
+    own.turn = turn;
+    own.spin = [f64x2::new([x, ax]), f64x2::new([y, ay]), z];
+    own.acceleration = acceleration;
+    own.field = field;
+    own.load = if stage.weightless { [f64x2::ZERO; 3] } else { load(stage, &field, acceleration, true) };
 }
 
 /// Hands a link's load through its hinge to what carries it.
@@ -261,7 +267,7 @@ fn give(load: [f64x2; 3], place: Vector, parent: &mut Loaded) {
 }
 
 /// Motion of any link from its parent's, and the load that this motion asks for.
-fn outward(link: &Link, stage: &Stage, parent: &Loaded, q: &[f64], v: &[f64], a: &[f64]) -> Loaded {
+fn outward(link: &Link, stage: &Stage, parent: &Loaded, own: &mut Loaded, q: &[f64], v: &[f64], a: &[f64]) {
     let (axes, origin) = link.pose_in_parent(q);
     let inner = unrotate_both(&twice(&axes), parent.spin).map(f64x2::to_array);
     let (omega, alpha) = (inner.map(|pair| pair[0]), inner.map(|pair| pair[1]));
@@ -284,7 +290,8 @@ fn outward(link: &Link, stage: &Stage, parent: &Loaded, q: &[f64], v: &[f64], a:
     };
     let field = field(omega, alpha);
     let spin = core::array::from_fn(|i| f64x2::new([omega[i], alpha[i]]));
-    Loaded { turn: (0.0, 1.0), spin, acceleration, field, load: load(stage, &field, acceleration, false) }
+    let load = load(stage, &field, acceleration, false);
+    *own = Loaded { turn: (0.0, 1.0), spin, acceleration, field, load };
 }
 
 /// Hands a link's load to what carries it, whatever its joint.
