@@ -106,6 +106,26 @@ pub fn quick_tanh_lanes(x: f32x8) -> f32x8 {
 #[inline]
 #[must_use]
 pub fn sincos(x: f64) -> (f64, f64) {
+    if x.abs() <= FAR { near_sincos(x) } else { libm::sincos(x) }
+}
+
+/// [`sincos`] of many angles: the compiler takes as many at a time as the machine can.
+///
+/// All slices have one length; what is longer stays as it is.
+#[inline]
+pub fn sincos_all(x: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
+    let near = x.iter().all(|x| x.abs() <= FAR);
+    for ((x, sine), cosine) in x.iter().zip(sines).zip(cosines) {
+        (*sine, *cosine) = if near { near_sincos(*x) } else { sincos(*x) };
+    }
+}
+
+/// Beyond this the reduction would lose digits.
+const FAR: f64 = 1e5;
+
+/// [`sincos`] of an angle not beyond [`FAR`], without a branch.
+#[inline]
+fn near_sincos(x: f64) -> (f64, f64) {
     // 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the mantissa.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     // pi/2 in two parts; the first has 20 zero low bits, so that k times it is exact.
@@ -127,9 +147,6 @@ pub fn sincos(x: f64) -> (f64, f64) {
         2.087_572_321_298_175e-9,
         -1.135_964_755_778_819_5e-11,
     ];
-    if x.abs() > 1e5 || x.is_nan() {
-        return libm::sincos(x);
-    }
     let shifted = x * core::f64::consts::FRAC_2_PI + ROUND;
     let k = shifted - ROUND;
     let quadrant = shifted.to_bits();

@@ -4,26 +4,56 @@ use super::parts::JointKind;
 use super::robot::{Robot, length, numbers};
 use super::scratch::Scratch;
 use super::tree::Link;
-use super::vector::{
-    Frame, Vector, add, add_scaled, compose, cross, dot, rotate, scale, turn_about_z, unrotate,
-};
+use super::vector::{Frame, Vector, add, add_scaled, compose, cross, rotate, scale, turn_about_z, unrotate};
 use crate::error::Error;
-use crate::math::sincos;
+use crate::math::{sincos, sincos_all};
 use wide::f64x2;
 
 /// Motion and load of one link, in its own frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Loaded {
-    /// Turn of a hinge.
-    turn: (f64, f64),
+    /// Axes in the parent's frame, every entry twice.
+    axes: [[f64x2; 3]; 3],
+    /// Origin in the parent's frame.
+    origin: Vector,
     /// Angular velocity and acceleration, side by side.
     spin: [f64x2; 3],
-    /// Acceleration of the origin, against free fall.
-    acceleration: Vector,
-    /// What a place in the frame has for its own acceleration: `[alpha] + [omega]^2`, row by row.
-    field: Frame,
+    /// How places in the frame accelerate.
+    field: Field,
     /// Moment about the origin and force on the link, side by side.
     load: [f64x2; 3],
+}
+
+/// Accelerations in a frame, against free fall: `a + U r` at the place `r`, `U = [alpha] + [omega]^2`. The first two
+/// components lie side by side, so that they are read as they were written.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Field {
+    /// `a`, then the columns of `U`.
+    pairs: [f64x2; 4],
+    thirds: [f64; 4],
+}
+
+impl Field {
+    #[inline]
+    fn new(a: Vector, [x, y, z]: &Frame) -> Field {
+        Field {
+            pairs: [
+                f64x2::new([a[0], a[1]]),
+                f64x2::new([x[0], y[0]]),
+                f64x2::new([x[1], y[1]]),
+                f64x2::new([x[2], y[2]]),
+            ],
+            thirds: [a[2], z[0], z[1], z[2]],
+        }
+    }
+
+    #[inline]
+    fn at(&self, r: Vector) -> Vector {
+        let ([a, x, y, z], [b, u, v, w]) = (self.pairs, self.thirds);
+        let pair = (a + x * f64x2::splat(r[0])) + (y * f64x2::splat(r[1]) + z * f64x2::splat(r[2]));
+        let [first, second] = pair.to_array();
+        [first, second, (b + u * r[0]) + (v * r[1] + w * r[2])]
+    }
 }
 
 impl Link {
@@ -148,29 +178,35 @@ impl Robot {
         length("scratch", scratch.loaded.len(), tree.links.len())?;
         length("tau", tau.len(), self.nv())?;
         let loaded = &mut scratch.loaded[..];
-        loaded[0] = Loaded { acceleration: ground, ..Loaded::default() };
+        loaded[0] = Loaded { field: Field::new(ground, &Frame::default()), ..Loaded::default() };
+        let [angles, sines, cosines] = &mut scratch.turns;
+        for (link, angle) in tree.links.iter().zip(angles.iter_mut()).skip(1) {
+            if link.kind == JointKind::Hinge {
+                *angle = q[link.q] - link.reference;
+            }
+        }
+        sincos_all(angles, sines, cosines);
         for (index, (link, stage)) in tree.links.iter().zip(&tree.stages).enumerate().skip(1) {
             // Written where they stay: a copy would have to wait for what was just stored.
             let (before, own) = loaded.split_at_mut(index);
             let (parent, own) = (&before[link.parent], &mut own[0]);
-            match link.kind {
-                JointKind::Hinge => {
-                    hinge_outward(link, stage, parent, own, [q[link.q], v[link.v], a[link.v]]);
-                }
-                _ => outward(link, stage, parent, own, q, v, a),
+            if link.kind == JointKind::Hinge {
+                turn(&stage.axes, sines[index], cosines[index], &mut own.axes);
+                own.origin = link.origin;
+                hinge_outward(stage, parent, own, v[link.v], a[link.v]);
+            } else {
+                outward(link, stage, parent, own, q, v, a);
             }
         }
-        for (index, (link, stage)) in tree.links.iter().zip(&tree.stages).enumerate().skip(1).rev() {
+        for (index, link) in tree.links.iter().enumerate().skip(1).rev() {
             let (before, own) = loaded.split_at_mut(index);
             let (parent, own) = (&mut before[link.parent], &own[0]);
-            if link.kind == JointKind::Hinge {
-                tau[link.v] = own.load[2].as_array()[0] + link.armature * a[link.v];
-                if link.parent != 0 {
-                    hinge_inward(link, stage, own, parent);
-                }
-            } else {
-                hand_out(link, own, q, a, tau);
-                inward(link, own, q, parent);
+            match link.kind {
+                JointKind::Hinge => tau[link.v] = low(own.load[2]) + link.armature * a[link.v],
+                _ => hand_out(link, own, a, tau),
+            }
+            if link.parent != 0 {
+                inward(own, parent);
             }
         }
         numbers("tau", tau, self.nv())
@@ -180,13 +216,14 @@ impl Robot {
 /// Rotations of two vectors at once: the axes have every entry twice.
 #[inline]
 fn rotate_both(axes: &[[f64x2; 3]; 3], v: [f64x2; 3]) -> [f64x2; 3] {
-    let [x, y, z] = axes;
-    core::array::from_fn(|i| x[i] * v[0] + y[i] * v[1] + z[i] * v[2])
+    let ([x, y, z], [a, b, c]) = (axes, v);
+    [x[0] * a + y[0] * b + z[0] * c, x[1] * a + y[1] * b + z[1] * c, x[2] * a + y[2] * b + z[2] * c]
 }
 
 #[inline]
 fn unrotate_both(axes: &[[f64x2; 3]; 3], v: [f64x2; 3]) -> [f64x2; 3] {
-    core::array::from_fn(|k| axes[k][0] * v[0] + axes[k][1] * v[1] + axes[k][2] * v[2])
+    let ([x, y, z], [a, b, c]) = (axes, v);
+    [x[0] * a + x[1] * b + x[2] * c, y[0] * a + y[1] * b + y[2] * c, z[0] * a + z[1] * b + z[2] * c]
 }
 
 /// `[alpha] + [omega]^2`, row by row: times a place, the acceleration it has against the origin.
@@ -197,82 +234,94 @@ fn field(omega: Vector, alpha: Vector) -> Frame {
     [[-yy - zz, xy - c, xz + b], [xy + c, -xx - zz, yz - a], [xz - b, yz + a, -xx - yy]]
 }
 
-/// Moment and force that the motion asks for, with the second moments `s` of the mass:
-/// `m = sum over mass of r x (a + U r)`.
+/// Moment and force that the motion asks for, with first moments `h` and second moments `s` of the mass:
+/// the sums over it of `r x (a + U r)` and of `a + U r`.
 #[inline]
-fn load(stage: &Stage, u: &Frame, a: Vector, flat: bool) -> [f64x2; 3] {
-    let [hx, hy, hz] = stage.moment;
-    let [xx, yy, zz, xy, xz, yz] = stage.second;
-    let columns = if flat {
-        [[xx, xy, xz], [xy, yy, yz], [xz, yz, 0.0]]
-    } else {
-        [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-    };
-    let product = |i: usize, j: usize| {
-        let sum = u[i][0] * columns[j][0] + u[i][1] * columns[j][1];
-        if flat && j == 2 { sum } else { sum + u[i][2] * columns[j][2] }
-    };
-    let mut moment = [
-        product(2, 1) - product(1, 2) + hy * a[2],
-        product(0, 2) - product(2, 0) - hx * a[2],
-        product(1, 0) - product(0, 1) + (hx * a[1] - hy * a[0]),
-    ];
-    let mut force: Vector = core::array::from_fn(|i| u[i][0] * hx + u[i][1] * hy);
-    if !flat {
-        moment = [moment[0] - hz * a[1], moment[1] + hz * a[0], moment[2]];
-        force = core::array::from_fn(|i| force[i] + u[i][2] * hz + stage.mass * a[i]);
+fn load(stage: &Stage, [x, y, z]: &Frame, a: Vector) -> [f64x2; 3] {
+    let ([hx, hy, hz], m) = (stage.moment, stage.mass);
+    let [sxx, syy, szz, sxy, sxz, syz] = stage.second;
+    let zy = z[0] * sxy + z[1] * syy + z[2] * syz;
+    let yz = y[0] * sxz + y[1] * syz + y[2] * szz;
+    let xz = x[0] * sxz + x[1] * syz + x[2] * szz;
+    let zx = z[0] * sxx + z[1] * sxy + z[2] * sxz;
+    let yx = y[0] * sxx + y[1] * sxy + y[2] * sxz;
+    let xy = x[0] * sxy + x[1] * syy + x[2] * syz;
+    [
+        f64x2::new([zy - yz + (hy * a[2] - hz * a[1]), m * a[0] + (x[0] * hx + x[1] * hy + x[2] * hz)]),
+        f64x2::new([xz - zx + (hz * a[0] - hx * a[2]), m * a[1] + (y[0] * hx + y[1] * hy + y[2] * hz)]),
+        f64x2::new([yx - xy + (hx * a[1] - hy * a[0]), m * a[2] + (z[0] * hx + z[1] * hy + z[2] * hz)]),
+    ]
+}
+
+/// The same where a hinge's link keeps nothing along its axis.
+#[inline]
+fn flat_load(stage: &Stage, [x, y, z]: &Frame, a: Vector) -> [f64x2; 3] {
+    let [hx, hy, _] = stage.moment;
+    let [sxx, syy, _, sxy, sxz, syz] = stage.second;
+    let zy = z[0] * sxy + z[1] * syy + z[2] * syz;
+    let yz = y[0] * sxz + y[1] * syz;
+    let xz = x[0] * sxz + x[1] * syz;
+    let zx = z[0] * sxx + z[1] * sxy + z[2] * sxz;
+    let yx = y[0] * sxx + y[1] * sxy + y[2] * sxz;
+    let xy = x[0] * sxy + x[1] * syy + x[2] * syz;
+    [
+        f64x2::new([zy - yz + hy * a[2], x[0] * hx + x[1] * hy]),
+        f64x2::new([xz - zx - hx * a[2], y[0] * hx + y[1] * hy]),
+        f64x2::new([yx - xy + (hx * a[1] - hy * a[0]), z[0] * hx + z[1] * hy]),
+    ]
+}
+
+/// Axes turned about their own z.
+#[inline]
+fn turn(axes: &[[f64x2; 3]; 3], sine: f64, cosine: f64, turned: &mut [[f64x2; 3]; 3]) {
+    let (s, c) = (f64x2::splat(sine), f64x2::splat(cosine));
+    let [x, y, z] = axes;
+    for i in 0..3 {
+        turned[0][i] = c * x[i] + s * y[i];
+        turned[1][i] = c * y[i] - s * x[i];
     }
-    core::array::from_fn(|i| f64x2::new([moment[i], force[i]]))
+    turned[2] = *z;
 }
 
 /// Motion of a link behind a hinge, and the load that this motion asks for.
 #[inline]
-fn hinge_outward(link: &Link, stage: &Stage, parent: &Loaded, own: &mut Loaded, [q, v, a]: [f64; 3]) {
-    let turn = sincos(q - link.reference);
-    let (sine, cosine) = turn;
-    let [x, y, z] = unrotate_both(&stage.axes, parent.spin);
-    let (s, c) = (f64x2::splat(sine), f64x2::splat(cosine));
-    let ([x, ax], [y, ay]) = ((c * x + s * y).to_array(), (c * y - s * x).to_array());
-    let z = z + f64x2::new([v, a]);
-    let (ax, ay) = (ax + y * v, ay - x * v);
-    let [wz, az] = z.to_array();
-    let carried: Vector =
-        core::array::from_fn(|i| parent.acceleration[i] + dot(parent.field[i], link.origin));
-    let [bx, by, bz] = unrotate(&link.axes, carried);
-    let acceleration = [cosine * bx + sine * by, cosine * by - sine * bx, bz];
-    let field = field([x, y, wz], [ax, ay, az]);
-    own.turn = turn;
-    own.spin = [f64x2::new([x, ax]), f64x2::new([y, ay]), z];
-    own.acceleration = acceleration;
-    own.field = field;
-    own.load = if stage.weightless { [f64x2::ZERO; 3] } else { load(stage, &field, acceleration, true) };
+fn hinge_outward(stage: &Stage, parent: &Loaded, own: &mut Loaded, v: f64, a: f64) {
+    let [x, y, z] = unrotate_both(&own.axes, parent.spin);
+    let ([wx, ax], [wy, ay], [wz, az]) = (x.to_array(), y.to_array(), z.to_array());
+    let (wz, ax, ay, az) = (wz + v, ax + wy * v, ay - wx * v, az + a);
+    let [bx, by, bz] = parent.field.at(own.origin);
+    let along = |axis: &[f64x2; 3]| low(axis[0]) * bx + low(axis[1]) * by + low(axis[2]) * bz;
+    let acceleration = [along(&own.axes[0]), along(&own.axes[1]), along(&own.axes[2])];
+    let field = field([wx, wy, wz], [ax, ay, az]);
+    own.load = if stage.weightless { [f64x2::ZERO; 3] } else { flat_load(stage, &field, acceleration) };
+    own.spin = [f64x2::new([wx, ax]), f64x2::new([wy, ay]), f64x2::new([wz, az])];
+    own.field = Field::new(acceleration, &field);
 }
 
-/// Hands a link's load through its hinge to what carries it.
+/// The first of two.
 #[inline]
-fn hinge_inward(link: &Link, stage: &Stage, own: &Loaded, parent: &mut Loaded) {
-    let (s, c) = (f64x2::splat(own.turn.0), f64x2::splat(own.turn.1));
-    let [x, y, z] = own.load;
-    give(rotate_both(&stage.axes, [c * x - s * y, s * x + c * y, z]), link.origin, parent);
+fn low(pair: f64x2) -> f64 {
+    pair.to_array()[0]
 }
 
-/// Adds moment and force at a place to a link's load.
+/// Hands a link's load to what carries it.
 #[inline]
-fn give(load: [f64x2; 3], place: Vector, parent: &mut Loaded) {
-    let force = load.map(|pair| pair.to_array()[1]);
-    let lever = cross(place, force);
-    for i in 0..3 {
-        parent.load[i] += load[i] + f64x2::new([lever[i], 0.0]);
-    }
+fn inward(own: &Loaded, parent: &mut Loaded) {
+    let [a, b, c] = rotate_both(&own.axes, own.load);
+    let ([_, fx], [_, fy], [_, fz]) = (a.to_array(), b.to_array(), c.to_array());
+    let [x, y, z] = cross(own.origin, [fx, fy, fz]);
+    parent.load[0] += a + f64x2::new([x, 0.0]);
+    parent.load[1] += b + f64x2::new([y, 0.0]);
+    parent.load[2] += c + f64x2::new([z, 0.0]);
 }
 
 /// Motion of any link from its parent's, and the load that this motion asks for.
 fn outward(link: &Link, stage: &Stage, parent: &Loaded, own: &mut Loaded, q: &[f64], v: &[f64], a: &[f64]) {
     let (axes, origin) = link.pose_in_parent(q);
-    let inner = unrotate_both(&twice(&axes), parent.spin).map(f64x2::to_array);
+    let both = twice(&axes);
+    let inner = unrotate_both(&both, parent.spin).map(f64x2::to_array);
     let (omega, alpha) = (inner.map(|pair| pair[0]), inner.map(|pair| pair[1]));
-    let carried: Vector = core::array::from_fn(|i| parent.acceleration[i] + dot(parent.field[i], origin));
-    let carried = unrotate(&axes, carried);
+    let carried = unrotate(&axes, parent.field.at(origin));
     let [v, a] = [&v[link.v..], &a[link.v..]];
     let (omega, alpha, acceleration) = match link.kind {
         JointKind::Hinge | JointKind::Slide => {
@@ -284,24 +333,18 @@ fn outward(link: &Link, stage: &Stage, parent: &Loaded, own: &mut Loaded, q: &[f
             (add(omega, rate), add(add(alpha, cross(omega, rate)), [a[0], a[1], a[2]]), carried)
         }
         JointKind::Free => {
-            let fall = add([a[0], a[1], a[2]], parent.acceleration);
+            let fall = add([a[0], a[1], a[2]], parent.field.at([0.0; 3]));
             ([v[3], v[4], v[5]], [a[3], a[4], a[5]], unrotate(&axes, fall))
         }
     };
     let field = field(omega, alpha);
     let spin = core::array::from_fn(|i| f64x2::new([omega[i], alpha[i]]));
-    let load = load(stage, &field, acceleration, false);
-    *own = Loaded { turn: (0.0, 1.0), spin, acceleration, field, load };
-}
-
-/// Hands a link's load to what carries it, whatever its joint.
-fn inward(link: &Link, own: &Loaded, q: &[f64], parent: &mut Loaded) {
-    let (axes, origin) = link.pose_in_parent(q);
-    give(rotate_both(&twice(&axes), own.load), origin, parent);
+    let load = load(stage, &field, acceleration);
+    *own = Loaded { axes: both, origin, spin, field: Field::new(acceleration, &field), load };
 }
 
 /// The part of a link's load that its joint feels; hinges are dealt with where they are met.
-fn hand_out(link: &Link, own: &Loaded, q: &[f64], a: &[f64], tau: &mut [f64]) {
+fn hand_out(link: &Link, own: &Loaded, a: &[f64], tau: &mut [f64]) {
     let pairs = own.load.map(f64x2::to_array);
     let (moment, force) = (pairs.map(|pair| pair[0]), pairs.map(|pair| pair[1]));
     let loads = match link.kind {
@@ -309,7 +352,8 @@ fn hand_out(link: &Link, own: &Loaded, q: &[f64], a: &[f64], tau: &mut [f64]) {
         JointKind::Slide => [force[2], 0.0, 0.0, 0.0, 0.0, 0.0],
         JointKind::Ball => [moment[0], moment[1], moment[2], 0.0, 0.0, 0.0],
         JointKind::Free => {
-            let [x, y, z] = rotate(&link.pose_in_parent(q).0, force);
+            let axes = own.axes.map(|axis| axis.map(low));
+            let [x, y, z] = rotate(&axes, force);
             [x, y, z, moment[0], moment[1], moment[2]]
         }
     };

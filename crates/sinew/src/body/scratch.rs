@@ -22,6 +22,8 @@ pub(super) struct Moving {
 pub struct Scratch {
     pub(super) links: Vec<Moving>,
     pub(super) loaded: Vec<Loaded>,
+    /// Angle, sine and cosine of each link's hinge.
+    pub(super) turns: [Vec<f64>; 3],
     pub(super) composite: Vec<Inertia>,
     pub(super) articulated: Vec<Articulated>,
     /// Zeros, one for each velocity.
@@ -39,6 +41,7 @@ impl Scratch {
         let (links, nv) = (robot.tree.links.len(), robot.nv());
         Scratch {
             links: vec![Moving::default(); links],
+            turns: core::array::from_fn(|_| vec![0.0; links]),
             loaded: vec![Loaded::default(); links],
             composite: vec![Inertia::default(); links],
             articulated: vec![Articulated::default(); links],
