@@ -193,7 +193,7 @@ impl Robot {
             if link.kind == JointKind::Hinge {
                 turn(&stage.axes, sines[index], cosines[index], &mut own.axes);
                 own.origin = link.origin;
-                hinge_outward(stage, parent, own, v[link.v], a[link.v]);
+                hinge_outward(stage, parent, own, link.origin, [v[link.v], a[link.v]]);
             } else {
                 outward(link, stage, parent, own, q, v, a);
             }
@@ -285,11 +285,12 @@ fn turn(axes: &[[f64x2; 3]; 3], sine: f64, cosine: f64, turned: &mut [[f64x2; 3]
 
 /// Motion of a link behind a hinge, and the load that this motion asks for.
 #[inline]
-fn hinge_outward(stage: &Stage, parent: &Loaded, own: &mut Loaded, v: f64, a: f64) {
+fn hinge_outward(stage: &Stage, parent: &Loaded, own: &mut Loaded, origin: Vector, [v, a]: [f64; 2]) {
     let [x, y, z] = unrotate_both(&own.axes, parent.spin);
     let ([wx, ax], [wy, ay], [wz, az]) = (x.to_array(), y.to_array(), z.to_array());
     let (wz, ax, ay, az) = (wz + v, ax + wy * v, ay - wx * v, az + a);
-    let [bx, by, bz] = parent.field.at(own.origin);
+    // Not own.origin: read back at once it would have to wait until it is stored.
+    let [bx, by, bz] = parent.field.at(origin);
     let along = |axis: &[f64x2; 3]| low(axis[0]) * bx + low(axis[1]) * by + low(axis[2]) * bz;
     let acceleration = [along(&own.axes[0]), along(&own.axes[1]), along(&own.axes[2])];
     let field = field([wx, wy, wz], [ax, ay, az]);
