@@ -264,10 +264,11 @@ fn flat_load(stage: &Stage, [x, y, z]: &Frame, a: Vector) -> [f64x2; 3] {
     let zx = z[0] * sxx + z[1] * sxy + z[2] * sxz;
     let yx = y[0] * sxx + y[1] * sxy + y[2] * sxz;
     let xy = x[0] * sxy + x[1] * syy + x[2] * syz;
+    // Sums of pairs, not pairs of sums: pairs are then stored, and read again, whole.
     [
-        f64x2::new([zy - yz + hy * a[2], x[0] * hx + x[1] * hy]),
-        f64x2::new([xz - zx - hx * a[2], y[0] * hx + y[1] * hy]),
-        f64x2::new([yx - xy + (hx * a[1] - hy * a[0]), z[0] * hx + z[1] * hy]),
+        f64x2::new([zy - yz, x[0] * hx]) + f64x2::new([hy * a[2], x[1] * hy]),
+        f64x2::new([xz - zx, y[0] * hx]) - f64x2::new([hx * a[2], -y[1] * hy]),
+        f64x2::new([yx - xy, z[0] * hx]) + f64x2::new([hx * a[1] - hy * a[0], z[1] * hy]),
     ]
 }
 
@@ -287,16 +288,35 @@ fn turn(axes: &[[f64x2; 3]; 3], sine: f64, cosine: f64, turned: &mut [[f64x2; 3]
 #[inline]
 fn hinge_outward(stage: &Stage, parent: &Loaded, own: &mut Loaded, origin: Vector, [v, a]: [f64; 2]) {
     let [x, y, z] = unrotate_both(&own.axes, parent.spin);
-    let ([wx, ax], [wy, ay], [wz, az]) = (x.to_array(), y.to_array(), z.to_array());
-    let (wz, ax, ay, az) = (wz + v, ax + wy * v, ay - wx * v, az + a);
+    let ([wx, _], [wy, _]) = (x.to_array(), y.to_array());
+    let x = x + f64x2::new([0.0, wy * v]);
+    let y = y - f64x2::new([0.0, wx * v]);
+    let z = z + f64x2::new([v, a]);
+    own.spin = [x, y, z];
+    let ([_, ax], [_, ay], [wz, az]) = (x.to_array(), y.to_array(), z.to_array());
     // Not own.origin: read back at once it would have to wait until it is stored.
     let [bx, by, bz] = parent.field.at(origin);
-    let along = |axis: &[f64x2; 3]| low(axis[0]) * bx + low(axis[1]) * by + low(axis[2]) * bz;
-    let acceleration = [along(&own.axes[0]), along(&own.axes[1]), along(&own.axes[2])];
-    let field = field([wx, wy, wz], [ax, ay, az]);
-    own.load = if stage.weightless { [f64x2::ZERO; 3] } else { flat_load(stage, &field, acceleration) };
-    own.spin = [f64x2::new([wx, ax]), f64x2::new([wy, ay]), f64x2::new([wz, az])];
-    own.field = Field::new(acceleration, &field);
+    let [ex, ey, ez] = &own.axes;
+    let both = |i: usize| f64x2::new([low(ex[i]), low(ey[i])]);
+    let flat = both(0) * f64x2::splat(bx) + both(1) * f64x2::splat(by) + both(2) * f64x2::splat(bz);
+    let third = low(ez[0]) * bx + low(ez[1]) * by + low(ez[2]) * bz;
+    let (w, square) = (f64x2::new([wx, wy]), wx * wx + wy * wy + wz * wz);
+    let columns = [
+        w * f64x2::splat(wx) + f64x2::new([-square, az]),
+        w * f64x2::splat(wy) - f64x2::new([az, square]),
+        w * f64x2::splat(wz) + f64x2::new([ay, -ax]),
+    ];
+    let bottom = [wx * wz - ay, wy * wz + ax, -(wx * wx + wy * wy)];
+    own.field.pairs = [flat, columns[0], columns[1], columns[2]];
+    own.field.thirds = [third, bottom[0], bottom[1], bottom[2]];
+    own.load = if stage.weightless {
+        [f64x2::ZERO; 3]
+    } else {
+        let ([x0, y0], [x1, y1], [x2, y2]) =
+            (columns[0].to_array(), columns[1].to_array(), columns[2].to_array());
+        let [first, second] = flat.to_array();
+        flat_load(stage, &[[x0, x1, x2], [y0, y1, y2], bottom], [first, second, third])
+    };
 }
 
 /// The first of two.
