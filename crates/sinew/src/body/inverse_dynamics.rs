@@ -30,7 +30,10 @@ pub(super) struct Loaded {
 struct Field {
     /// `a`, then the columns of `U`.
     pairs: [f64x2; 4],
-    thirds: [f64; 4],
+    /// The third row of `U` but for its end.
+    bottom: f64x2,
+    /// The ends of `a` and of the third row.
+    ends: [f64; 2],
 }
 
 impl Field {
@@ -43,16 +46,18 @@ impl Field {
                 f64x2::new([x[1], y[1]]),
                 f64x2::new([x[2], y[2]]),
             ],
-            thirds: [a[2], z[0], z[1], z[2]],
+            bottom: f64x2::new([z[0], z[1]]),
+            ends: [a[2], z[2]],
         }
     }
 
     #[inline]
     fn at(&self, r: Vector) -> Vector {
-        let ([a, x, y, z], [b, u, v, w]) = (self.pairs, self.thirds);
+        let [a, x, y, z] = self.pairs;
         let pair = (a + x * f64x2::splat(r[0])) + (y * f64x2::splat(r[1]) + z * f64x2::splat(r[2]));
         let [first, second] = pair.to_array();
-        [first, second, (b + u * r[0]) + (v * r[1] + w * r[2])]
+        let [u, v] = (self.bottom * f64x2::new([r[0], r[1]])).to_array();
+        [first, second, (self.ends[0] + self.ends[1] * r[2]) + (u + v)]
     }
 }
 
@@ -306,16 +311,18 @@ fn hinge_outward(stage: &Stage, parent: &Loaded, own: &mut Loaded, origin: Vecto
         w * f64x2::splat(wy) - f64x2::new([az, square]),
         w * f64x2::splat(wz) + f64x2::new([ay, -ax]),
     ];
-    let bottom = [wx * wz - ay, wy * wz + ax, -(wx * wx + wy * wy)];
+    let bottom = w * f64x2::splat(wz) - f64x2::new([ay, -ax]);
+    let end = -(wx * wx + wy * wy);
     own.field.pairs = [flat, columns[0], columns[1], columns[2]];
-    own.field.thirds = [third, bottom[0], bottom[1], bottom[2]];
+    own.field.bottom = bottom;
+    own.field.ends = [third, end];
     own.load = if stage.weightless {
         [f64x2::ZERO; 3]
     } else {
         let ([x0, y0], [x1, y1], [x2, y2]) =
             (columns[0].to_array(), columns[1].to_array(), columns[2].to_array());
-        let [first, second] = flat.to_array();
-        flat_load(stage, &[[x0, x1, x2], [y0, y1, y2], bottom], [first, second, third])
+        let ([first, second], [z0, z1]) = (flat.to_array(), bottom.to_array());
+        flat_load(stage, &[[x0, x1, x2], [y0, y1, y2], [z0, z1, end]], [first, second, third])
     };
 }
 
@@ -331,9 +338,9 @@ fn inward(own: &Loaded, parent: &mut Loaded) {
     let [a, b, c] = rotate_both(&own.axes, own.load);
     let ([_, fx], [_, fy], [_, fz]) = (a.to_array(), b.to_array(), c.to_array());
     let [x, y, z] = cross(own.origin, [fx, fy, fz]);
-    parent.load[0] += a + f64x2::new([x, 0.0]);
-    parent.load[1] += b + f64x2::new([y, 0.0]);
-    parent.load[2] += c + f64x2::new([z, 0.0]);
+    parent.load[0] = (parent.load[0] + a) + f64x2::new([x, 0.0]);
+    parent.load[1] = (parent.load[1] + b) + f64x2::new([y, 0.0]);
+    parent.load[2] = (parent.load[2] + c) + f64x2::new([z, 0.0]);
 }
 
 /// Motion of any link from its parent's, and the load that this motion asks for.
