@@ -33,7 +33,7 @@ const ROBOTS: [&str; 3] = ["lm_arm", "chain7", "myoarm"];
 fn load(name: &str) -> Option<(Robot, Vec<Case>)> {
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
     let extra = std::env::var_os("SINEW_BODY_GOLDEN").map(PathBuf::from);
-    let bytes = [Some(own), extra]
+    let bytes = [extra, Some(own)]
         .into_iter()
         .flatten()
         .find_map(|folder| std::fs::read(folder.join(format!("{name}.json"))).ok())?;
