@@ -203,15 +203,20 @@ impl Robot {
                 outward(link, stage, parent, own, q, v, a);
             }
         }
+        // What comes from the link just dealt with, if it stands on this one: in a chain it always does.
+        let mut carried = [f64x2::ZERO; 3];
         for (index, link) in tree.links.iter().enumerate().skip(1).rev() {
             let (before, own) = loaded.split_at_mut(index);
             let (parent, own) = (&mut before[link.parent], &own[0]);
+            let load = sum(own.load, carried);
             match link.kind {
-                JointKind::Hinge => tau[link.v] = low(own.load[2]) + link.armature * a[link.v],
-                _ => hand_out(link, own, a, tau),
+                JointKind::Hinge => tau[link.v] = low(load[2]) + link.armature * a[link.v],
+                _ => hand_out(link, own, load, a, tau),
             }
-            if link.parent != 0 {
-                inward(own, parent);
+            carried = inward(own, load);
+            if link.parent + 1 != index {
+                parent.load = sum(parent.load, carried);
+                carried = [f64x2::ZERO; 3];
             }
         }
         numbers("tau", tau, self.nv())
@@ -332,15 +337,18 @@ fn low(pair: f64x2) -> f64 {
     pair.to_array()[0]
 }
 
-/// Hands a link's load to what carries it.
+/// A link's load as what carries it feels it.
 #[inline]
-fn inward(own: &Loaded, parent: &mut Loaded) {
-    let [a, b, c] = rotate_both(&own.axes, own.load);
+fn inward(own: &Loaded, load: [f64x2; 3]) -> [f64x2; 3] {
+    let [a, b, c] = rotate_both(&own.axes, load);
     let ([_, fx], [_, fy], [_, fz]) = (a.to_array(), b.to_array(), c.to_array());
     let [x, y, z] = cross(own.origin, [fx, fy, fz]);
-    parent.load[0] = (parent.load[0] + a) + f64x2::new([x, 0.0]);
-    parent.load[1] = (parent.load[1] + b) + f64x2::new([y, 0.0]);
-    parent.load[2] = (parent.load[2] + c) + f64x2::new([z, 0.0]);
+    [a + f64x2::new([x, 0.0]), b + f64x2::new([y, 0.0]), c + f64x2::new([z, 0.0])]
+}
+
+#[inline]
+fn sum(a: [f64x2; 3], b: [f64x2; 3]) -> [f64x2; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// Motion of any link from its parent's, and the load that this motion asks for.
@@ -372,8 +380,8 @@ fn outward(link: &Link, stage: &Stage, parent: &Loaded, own: &mut Loaded, q: &[f
 }
 
 /// The part of a link's load that its joint feels; hinges are dealt with where they are met.
-fn hand_out(link: &Link, own: &Loaded, a: &[f64], tau: &mut [f64]) {
-    let pairs = own.load.map(f64x2::to_array);
+fn hand_out(link: &Link, own: &Loaded, load: [f64x2; 3], a: &[f64], tau: &mut [f64]) {
+    let pairs = load.map(f64x2::to_array);
     let (moment, force) = (pairs.map(|pair| pair[0]), pairs.map(|pair| pair[1]));
     let loads = match link.kind {
         JointKind::Hinge => [moment[2], 0.0, 0.0, 0.0, 0.0, 0.0],
