@@ -1,3 +1,4 @@
+use alloc::format;
 use alloc::string::String;
 
 /// What can be wrong with a value handed to this crate.
@@ -36,6 +37,27 @@ pub enum Error {
         /// What stands there.
         got: String,
     },
+    /// A robot's part that makes no sense.
+    #[error("{kind} {}: {field} must be {expected}, but is {got}", called(name, *index))]
+    Part {
+        /// What kind of part: `body`, `joint`, `tendon`...
+        kind: &'static str,
+        /// Its place in the list of its kind, from 0.
+        index: usize,
+        /// Its name, if it has one.
+        name: String,
+        /// What about it is wrong.
+        field: &'static str,
+        /// What was expected there.
+        expected: String,
+        /// What stands there.
+        got: String,
+    },
+}
+
+/// A part by its name, or by its place when it has none.
+fn called(name: &str, index: usize) -> String {
+    if name.is_empty() { format!("number {index}") } else { format!("`{name}`") }
 }
 
 /// `value` if it is finite, an error that names it otherwise.

@@ -16,6 +16,7 @@ mod error;
 pub mod experiment;
 pub mod math;
 pub mod metrics;
+pub mod muscle;
 pub mod predictor;
 pub mod random;
 pub mod transmission;

@@ -127,3 +127,47 @@ fn a_step_of_cables_never_allocates_in_whatever_state_they_are() {
     assert_eq!(counted, 0);
     assert!(sum > 100.0, "{sum}");
 }
+
+#[test]
+fn mechanics_and_muscles_never_allocate_once_built() {
+    #[derive(serde::Deserialize)]
+    struct Golden {
+        parts: sinew::body::Parts,
+    }
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/finger.json");
+    let golden: Golden = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    let robot = sinew::body::Robot::new(golden.parts).unwrap();
+    let muscles = sinew::muscle::Muscles::new(&robot);
+    let mut poses = sinew::body::Poses::new(&robot);
+    let mut scratch = sinew::body::Scratch::new(&robot);
+    let mut reduction = sinew::body::Reduction::new(&robot);
+    let mut geometry = sinew::muscle::Geometry::new(&robot, &muscles);
+    let mut rates = sinew::muscle::ArmRates::new(&robot, &muscles);
+    let (nv, count, n) = (robot.nv(), muscles.count(), reduction.independent().len());
+    let (mut q, v) = (robot.reference_pose(), vec![0.3; nv]);
+    let (mut tau, mut a, mut mass) = (vec![0.0; nv], vec![0.0; nv], vec![0.0; nv * nv]);
+    let (mut dense, mut of_each, mut du) = (vec![0.0; count * nv], vec![0.0; count], vec![0.0; n]);
+    let (u, mut linear, mut angular) = (vec![0.2; n], vec![0.0; 3 * nv], vec![0.0; 3 * nv]);
+    let mut work = || -> Result<(), sinew::Error> {
+        for _ in 0..100 {
+            robot.integrate(&mut q, &v, 1e-3)?;
+            robot.follow(&mut q)?;
+            robot.forward_kinematics(&q, &mut poses)?;
+            robot.jacobian(&poses, 1, [0.1; 3], &mut linear, &mut angular)?;
+            robot.bias_force(&q, &v, &mut scratch, &mut tau)?;
+            robot.gravity_force(&q, &mut scratch, &mut tau)?;
+            robot.inverse_dynamics(&q, &v, &a, &mut scratch, &mut tau)?;
+            robot.mass_matrix(&q, &mut scratch, &mut mass)?;
+            robot.forward_dynamics(&q, &v, &tau, &mut scratch, &mut a)?;
+            reduction.forward_dynamics(&robot, &q, &u, &tau, &mut scratch, &mut du)?;
+            muscles.evaluate(&q, &mut geometry)?;
+            muscles.dense(&geometry, &mut dense)?;
+            muscles.velocities(&geometry, &v, &mut of_each)?;
+            muscles.bends(&geometry, &mut of_each)?;
+            muscles.torque(&geometry, &of_each, &mut tau)?;
+            muscles.moment_arm_rates(&geometry, &v, &mut rates)?;
+        }
+        Ok(())
+    };
+    assert_eq!(calls(|| work().unwrap()), 0);
+}

@@ -1,8 +1,32 @@
-//! The robot's body: joints, tree, kinematics, dynamics.
+//! The robot's body: what is described, found valid, and the mechanics of it.
+//!
+//! [`Parts`] is a description, [`Robot`] a valid one that never changes. Poses are found by
+//! [`Robot::forward_kinematics`] into [`Poses`]; dynamics work in a [`Scratch`] and hand back slices.
+//! One algorithm per file.
 
+mod chain;
+mod check;
+mod coupling;
+mod energy;
+mod forward_dynamics;
+mod integrate;
+mod inverse_dynamics;
+mod kinematics;
+mod lumped;
+mod mass_matrix;
 mod parts;
+mod robot;
+mod scratch;
+pub(crate) mod tree;
+pub(crate) mod vector;
 
+pub use chain::{DhRow, DhTable};
+pub use coupling::Reduction;
+pub use kinematics::{Pose, Poses, Screw};
 pub use parts::{
     Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, Route, Sheath, Site, Station,
     Tendon, Wrap, WrapKind,
 };
+pub use robot::Robot;
+pub(crate) use robot::{length, numbers};
+pub use scratch::Scratch;

@@ -6,9 +6,10 @@
 
 use alloc::string::String;
 use alloc::vec::Vec;
+use serde::{Deserialize, Serialize};
 
 /// Everything a robot file says that matters for cables, muscles and dynamics. Indices point into these lists.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Parts {
     /// Name of the robot.
     pub name: String,
@@ -33,7 +34,7 @@ pub struct Parts {
 }
 
 /// A rigid body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// Its name; unique; may be empty in files that name nothing.
     pub name: String,
@@ -52,7 +53,7 @@ pub struct Body {
 }
 
 /// How a joint moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum JointKind {
     /// About an axis; one coordinate, rad.
     Hinge,
@@ -66,7 +67,7 @@ pub enum JointKind {
 }
 
 /// A joint between a body and its parent.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// Its name.
     pub name: String,
@@ -95,7 +96,7 @@ pub struct Joint {
 }
 
 /// A point fixed to a body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Site {
     /// Its name.
     pub name: String,
@@ -108,7 +109,7 @@ pub struct Site {
 }
 
 /// What a cable wraps around.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WrapKind {
     /// A sphere.
     Sphere,
@@ -117,7 +118,7 @@ pub enum WrapKind {
 }
 
 /// A wrapping surface fixed to a body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Wrap {
     /// Its name.
     pub name: String,
@@ -134,7 +135,7 @@ pub struct Wrap {
 }
 
 /// One station of a cable.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Station {
     /// Through a site.
     Site(usize),
@@ -151,7 +152,7 @@ pub enum Station {
 }
 
 /// The way of a cable.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Route {
     /// Through space.
     Spatial(Vec<Station>),
@@ -160,7 +161,7 @@ pub enum Route {
 }
 
 /// The sheath that brings a cable from its drive to the first station.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sheath {
     /// Length, m.
     pub length: f64,
@@ -171,7 +172,7 @@ pub struct Sheath {
 }
 
 /// A cable.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tendon {
     /// Its name.
     pub name: String,
@@ -191,7 +192,7 @@ pub struct Tendon {
 
 /// A joint that follows another: `q1 - r1 = c0 + c1 x + c2 x^2 + c3 x^3 + c4 x^4`, `x = q2 - r2`, with
 /// the references `r`; without a leader `q1 - r1 = c0`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Coupling {
     /// The joint that follows.
     pub follower: usize,
@@ -202,7 +203,7 @@ pub struct Coupling {
 }
 
 /// What a tendon is pulled by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ActuatorKind {
     /// A force proportional to the control.
     Motor,
@@ -213,7 +214,7 @@ pub enum ActuatorKind {
 }
 
 /// An actuator on a tendon.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
     /// Its name.
     pub name: String,
@@ -230,7 +231,7 @@ pub struct Actuator {
 }
 
 /// A named pose.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Key {
     /// Its name.
     pub name: String,

@@ -1,0 +1,433 @@
+//! What makes a description a robot: every number finite and physical, every index in its list, every name once.
+
+use super::parts::{Coupling, Joint, JointKind, Parts, Route, Station, Tendon};
+use super::vector::Vector;
+use crate::error::Error;
+use alloc::collections::BTreeSet;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// How far a direction may be from unit length and still count as one that was rounded.
+const ROUNDED: f64 = 1e-3;
+
+/// One part, for the errors about it.
+struct Part<'a> {
+    kind: &'static str,
+    index: usize,
+    name: &'a str,
+}
+
+impl Part<'_> {
+    #[expect(clippy::needless_pass_by_value, reason = "literals, numbers and fresh text come alike")]
+    fn wrong(&self, field: &'static str, expected: impl ToString, got: impl ToString) -> Error {
+        Error::Part {
+            kind: self.kind,
+            index: self.index,
+            name: self.name.to_string(),
+            field,
+            expected: expected.to_string(),
+            got: got.to_string(),
+        }
+    }
+
+    fn finite(&self, field: &'static str, values: &[f64]) -> Result<(), Error> {
+        match values.iter().find(|value| !value.is_finite()) {
+            Some(value) => Err(self.wrong(field, "finite", value)),
+            None => Ok(()),
+        }
+    }
+
+    fn not_negative(&self, field: &'static str, value: f64) -> Result<(), Error> {
+        if value.is_finite() && value >= 0.0 {
+            return Ok(());
+        }
+        Err(self.wrong(field, "a finite number >= 0", value))
+    }
+
+    fn positive(&self, field: &'static str, value: f64) -> Result<(), Error> {
+        if value.is_finite() && value > 0.0 {
+            return Ok(());
+        }
+        Err(self.wrong(field, "a finite number > 0", value))
+    }
+
+    fn below(&self, field: &'static str, index: usize, count: usize) -> Result<(), Error> {
+        if index < count {
+            return Ok(());
+        }
+        Err(self.wrong(field, format!("below {count}, the length of its list"), index))
+    }
+
+    /// A direction or orientation: made exactly unit when it is so but for rounding.
+    fn unit(&self, field: &'static str, vector: &mut [f64]) -> Result<(), Error> {
+        self.finite(field, vector)?;
+        let length = libm::sqrt(vector.iter().map(|x| x * x).sum());
+        if (length - 1.0).abs() > ROUNDED {
+            return Err(self.wrong(field, "of unit length", format!("{vector:?}, of length {length}")));
+        }
+        if (length - 1.0).abs() > f64::EPSILON {
+            vector.iter_mut().for_each(|x| *x /= length);
+        }
+        Ok(())
+    }
+
+    fn range(&self, field: &'static str, range: Option<[f64; 2]>) -> Result<(), Error> {
+        let Some([low, high]) = range else { return Ok(()) };
+        // NaN fails this; one-sided limits are infinite.
+        if low <= high {
+            return Ok(());
+        }
+        Err(self.wrong(field, "a low end not above the high end", format!("[{low}, {high}]")))
+    }
+}
+
+/// Fails on the first thing that is wrong; makes directions exactly unit.
+pub(super) fn check(parts: &mut Parts) -> Result<(), Error> {
+    let robot = Part { kind: "robot", index: 0, name: &parts.name };
+    robot.finite("gravity", &parts.gravity)?;
+    if parts.bodies.is_empty() {
+        return Err(robot.wrong("its list of bodies", "at least the world", "empty"));
+    }
+    names(parts)?;
+    bodies(parts)?;
+    joints(parts)?;
+    surfaces(parts)?;
+    for (index, tendon) in parts.tendons.iter_mut().enumerate() {
+        let (sites, wraps, joints) = (parts.sites.len(), parts.wraps.len(), &parts.joints);
+        check_tendon(index, tendon, sites, wraps, joints)?;
+    }
+    couplings(parts)?;
+    actuators(parts)?;
+    keys(parts)
+}
+
+fn names(parts: &Parts) -> Result<(), Error> {
+    fn once<'a>(kind: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), Error> {
+        let mut seen = BTreeSet::new();
+        for (index, name) in names.enumerate() {
+            if !name.is_empty() && !seen.insert(name) {
+                return Err(Part { kind, index, name }.wrong("its name", "its own", "taken already"));
+            }
+        }
+        Ok(())
+    }
+    once("body", parts.bodies.iter().map(|part| &part.name))?;
+    once("joint", parts.joints.iter().map(|part| &part.name))?;
+    once("site", parts.sites.iter().map(|part| &part.name))?;
+    once("wrap", parts.wraps.iter().map(|part| &part.name))?;
+    once("tendon", parts.tendons.iter().map(|part| &part.name))?;
+    once("actuator", parts.actuators.iter().map(|part| &part.name))?;
+    once("key", parts.keys.iter().map(|part| &part.name))
+}
+
+fn bodies(parts: &mut Parts) -> Result<(), Error> {
+    for (index, body) in parts.bodies.iter_mut().enumerate() {
+        let part = Part { kind: "body", index, name: &body.name };
+        if index > 0 && body.parent >= index || index == 0 && body.parent != 0 {
+            return Err(part.wrong("its parent", "a body before it", body.parent));
+        }
+        part.finite("its position", &body.position)?;
+        part.unit("its orientation", &mut body.orientation)?;
+        part.not_negative("its mass", body.mass)?;
+        part.finite("its center of mass", &body.center_of_mass)?;
+        part.finite("its inertia", &body.inertia)?;
+        physical(&part, &body.inertia)?;
+    }
+    Ok(())
+}
+
+/// No distribution of mass has a principal moment above the sum of the two others, or below zero.
+fn physical(part: &Part, inertia: &[f64; 6]) -> Result<(), Error> {
+    let [a, b, c] = principal_moments(inertia);
+    let slack = 1e-8 * (a.abs() + b.abs() + c.abs());
+    let shown = format!("[{a}, {b}, {c}]");
+    if a < -slack {
+        return Err(part.wrong("its inertia", "without negative principal moments", shown));
+    }
+    if a + b < c - slack {
+        let expected = "physical (no principal moment above the sum of the two others)";
+        return Err(part.wrong("its inertia", expected, shown));
+    }
+    Ok(())
+}
+
+/// Eigenvalues in rising order, by Jacobi's rotations.
+fn principal_moments(inertia: &[f64; 6]) -> [f64; 3] {
+    let [xx, yy, zz, xy, xz, yz] = *inertia;
+    let mut m = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+    for _ in 0..12 {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            if m[p][q].abs() < f64::MIN_POSITIVE {
+                continue;
+            }
+            let theta = 0.5 * libm::atan2(2.0 * m[p][q], m[q][q] - m[p][p]);
+            let (s, c) = libm::sincos(theta);
+            for row in &mut m {
+                (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
+            }
+            let (first, second) = (m[p], m[q]);
+            m[p] = core::array::from_fn(|k| c * first[k] - s * second[k]);
+            m[q] = core::array::from_fn(|k| s * first[k] + c * second[k]);
+        }
+    }
+    let mut moments = [m[0][0], m[1][1], m[2][2]];
+    moments.sort_by(f64::total_cmp);
+    moments
+}
+
+fn joints(parts: &mut Parts) -> Result<(), Error> {
+    let mut last = 0;
+    let count = parts.bodies.len();
+    for index in 0..parts.joints.len() {
+        let (before, rest) = parts.joints.split_at_mut(index);
+        let joint = &mut rest[0];
+        let part = Part { kind: "joint", index, name: &joint.name };
+        part.below("its body", joint.body, count)?;
+        if joint.body == 0 || joint.body < last {
+            return Err(part.wrong("its body", "one that moves, in the order of bodies", joint.body));
+        }
+        last = joint.body;
+        if matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
+            part.unit("its axis", &mut joint.axis)?;
+        }
+        part.finite("its anchor", &joint.anchor)?;
+        part.finite("its reference", &[joint.reference, joint.spring_reference])?;
+        part.range("its range", joint.range)?;
+        part.not_negative("its armature", joint.armature)?;
+        part.not_negative("its damping", joint.damping)?;
+        part.not_negative("its friction", joint.friction)?;
+        part.not_negative("its stiffness", joint.stiffness)?;
+        let parent = parts.bodies[joint.body].parent;
+        together(&part, joint, before, parent)?;
+    }
+    Ok(())
+}
+
+/// Which joints may act on one body.
+fn together(part: &Part, joint: &Joint, before: &[Joint], parent: usize) -> Result<(), Error> {
+    let mut others = before.iter().rev().take_while(|other| other.body == joint.body).map(|other| other.kind);
+    let free = joint.kind == JointKind::Free;
+    if free && parent != 0 {
+        return Err(part.wrong(
+            "its body",
+            "a child of the world, as the joint is free",
+            "deeper in the tree",
+        ));
+    }
+    if others.clone().any(|other| free || other == JointKind::Free) {
+        return Err(part.wrong("its body", "without another joint beside a free one", "with another"));
+    }
+    let turns = matches!(joint.kind, JointKind::Hinge | JointKind::Ball);
+    if turns && others.any(|other| other == JointKind::Ball) {
+        return Err(part.wrong("its body", "without another turn after a ball", "with one"));
+    }
+    Ok(())
+}
+
+fn surfaces(parts: &mut Parts) -> Result<(), Error> {
+    let bodies = parts.bodies.len();
+    for (index, site) in parts.sites.iter_mut().enumerate() {
+        let part = Part { kind: "site", index, name: &site.name };
+        part.below("its body", site.body, bodies)?;
+        part.finite("its position", &site.position)?;
+        part.unit("its orientation", &mut site.orientation)?;
+    }
+    for (index, wrap) in parts.wraps.iter_mut().enumerate() {
+        let part = Part { kind: "wrap", index, name: &wrap.name };
+        part.below("its body", wrap.body, bodies)?;
+        part.positive("its radius", wrap.radius)?;
+        part.finite("its position", &wrap.position)?;
+        part.unit("its orientation", &mut wrap.orientation)?;
+    }
+    Ok(())
+}
+
+fn check_tendon(
+    index: usize,
+    tendon: &mut Tendon,
+    sites: usize,
+    wraps: usize,
+    joints: &[Joint],
+) -> Result<(), Error> {
+    let part = Part { kind: "tendon", index, name: &tendon.name };
+    match &tendon.route {
+        Route::Spatial(stations) => check_route(&part, stations, sites, wraps)?,
+        Route::Fixed(terms) => check_sum(&part, terms, joints)?,
+    }
+    if let Some(sheath) = &mut tendon.sheath {
+        part.not_negative("the length of its sheath", sheath.length)?;
+        part.not_negative("the bend of its sheath", sheath.bend)?;
+        if let Some(axis) = &mut sheath.end_axis {
+            part.unit("the end axis of its sheath", axis)?;
+        }
+    }
+    part.range("its range", tendon.range)?;
+    part.range("its spring length", tendon.spring_length)?;
+    part.not_negative("its damping", tendon.damping)?;
+    part.not_negative("its stiffness", tendon.stiffness)
+}
+
+fn check_route(part: &Part, stations: &[Station], sites: usize, wraps: usize) -> Result<(), Error> {
+    let route = "its route";
+    for (at, station) in stations.iter().enumerate() {
+        match *station {
+            Station::Site(site) => part.below("a site of its route", site, sites)?,
+            Station::Pulley(divisor) => part.positive("the divisor of its pulley", divisor)?,
+            Station::Wrap { wrap, side } => {
+                part.below("a wrap of its route", wrap, wraps)?;
+                part.below("a side site of its route", side.unwrap_or(0), sites.max(1))?;
+                let site = |at: Option<usize>| {
+                    at.and_then(|at| stations.get(at)).is_some_and(|s| matches!(s, Station::Site(_)))
+                };
+                if !site(at.checked_sub(1)) || !site(at.checked_add(1)) {
+                    let got = format!("not so at station {at}");
+                    return Err(part.wrong(route, "with a site before and after every wrap", got));
+                }
+            }
+        }
+    }
+    for branch in stations.split(|station| matches!(station, Station::Pulley(_))) {
+        let count = branch.iter().filter(|station| matches!(station, Station::Site(_))).count();
+        // A tackle may come first.
+        let nothing = branch.is_empty() && matches!(stations.first(), Some(Station::Pulley(_)));
+        if count < 2 && !nothing {
+            let expected = "through at least two sites, in each branch of a tackle";
+            return Err(part.wrong(route, expected, format!("through {count}")));
+        }
+    }
+    if stations.is_empty() || stations.iter().all(|station| matches!(station, Station::Pulley(_))) {
+        return Err(part.wrong(route, "through at least two sites", "through none"));
+    }
+    Ok(())
+}
+
+fn check_sum(part: &Part, terms: &[(usize, f64)], joints: &[Joint]) -> Result<(), Error> {
+    if terms.is_empty() {
+        return Err(part.wrong("its route", "a sum of at least one joint", "empty"));
+    }
+    let mut seen = BTreeSet::new();
+    for &(joint, coefficient) in terms {
+        part.below("a joint of its route", joint, joints.len())?;
+        part.finite("a coefficient of its route", &[coefficient])?;
+        if !matches!(joints[joint].kind, JointKind::Hinge | JointKind::Slide) {
+            return Err(part.wrong("a joint of its route", "a hinge or a slide", &joints[joint].name));
+        }
+        if !seen.insert(joint) {
+            return Err(part.wrong("a joint of its route", "named once", &joints[joint].name));
+        }
+    }
+    Ok(())
+}
+
+fn couplings(parts: &Parts) -> Result<(), Error> {
+    let mut leader_of: Vec<Option<usize>> = vec![None; parts.joints.len()];
+    let mut follows = vec![false; parts.joints.len()];
+    let joint = |index: usize, field: &'static str, which: usize| {
+        let part = Part { kind: "coupling", index, name: "" };
+        part.below(field, which, parts.joints.len())?;
+        let joint = &parts.joints[which];
+        if !matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
+            return Err(part.wrong(
+                field,
+                "a hinge or a slide",
+                format!("{:?} `{}`", joint.kind, joint.name),
+            ));
+        }
+        Ok(part)
+    };
+    for (index, coupling) in parts.couplings.iter().enumerate() {
+        let Coupling { follower, leader, coefficients } = coupling;
+        let part = joint(index, "its follower", *follower)?;
+        if let Some(leader) = *leader {
+            joint(index, "its leader", leader)?;
+            leader_of[*follower] = Some(leader);
+        }
+        part.finite("its coefficients", coefficients)?;
+        if core::mem::replace(&mut follows[*follower], true) {
+            let name = &parts.joints[*follower].name;
+            return Err(part.wrong("its follower", "a joint that follows nothing else", format!("`{name}`")));
+        }
+    }
+    circles(parts, &leader_of)
+}
+
+/// A joint may follow one that follows another, but not in a circle.
+fn circles(parts: &Parts, leader_of: &[Option<usize>]) -> Result<(), Error> {
+    // 0 not seen, 1 on this walk, 2 known to end.
+    let mut state = vec![0_u8; leader_of.len()];
+    for (index, coupling) in parts.couplings.iter().enumerate() {
+        let mut walk = Vec::new();
+        let mut at = Some(coupling.follower);
+        while let Some(joint) = at.filter(|&joint| state[joint] < 2) {
+            if state[joint] == 1 {
+                let part = Part { kind: "coupling", index, name: "" };
+                let name = &parts.joints[joint].name;
+                return Err(part.wrong("its leader", "independent of its follower", format!("`{name}`")));
+            }
+            state[joint] = 1;
+            walk.push(joint);
+            at = leader_of[joint];
+        }
+        walk.into_iter().for_each(|joint| state[joint] = 2);
+    }
+    Ok(())
+}
+
+fn actuators(parts: &Parts) -> Result<(), Error> {
+    for (index, actuator) in parts.actuators.iter().enumerate() {
+        let part = Part { kind: "actuator", index, name: &actuator.name };
+        part.below("its tendon", actuator.tendon, parts.tendons.len())?;
+        part.finite("its gear", &[actuator.gear])?;
+        part.range("its control range", actuator.control_range)?;
+        part.range("its force range", actuator.force_range)?;
+    }
+    Ok(())
+}
+
+fn keys(parts: &mut Parts) -> Result<(), Error> {
+    let kinds: Vec<JointKind> = parts.joints.iter().map(|joint| joint.kind).collect();
+    let nq: usize = kinds.iter().map(|kind| kind.coordinates()).sum();
+    for (index, key) in parts.keys.iter_mut().enumerate() {
+        let part = Part { kind: "key", index, name: &key.name };
+        if key.q.len() != nq {
+            return Err(part.wrong("its number of coordinates", nq, key.q.len()));
+        }
+        part.finite("its coordinates", &key.q)?;
+        let mut at = 0;
+        for kind in &kinds {
+            let end = at + kind.coordinates();
+            if matches!(kind, JointKind::Ball | JointKind::Free) {
+                part.unit("a quaternion of its coordinates", &mut key.q[end - 4..end])?;
+            }
+            at = end;
+        }
+    }
+    Ok(())
+}
+
+/// Whether every entry is finite: one sum tells, as nothing brings a NaN or an infinity back.
+#[inline]
+pub(crate) fn all_finite(values: &[f64]) -> bool {
+    // Several sums, so that none waits for the other.
+    let fours = values.chunks_exact(4);
+    let mut rest = 0.0;
+    for value in fours.remainder() {
+        rest += value * 0.0;
+    }
+    let [mut a, mut b] = [0.0, 0.0];
+    for four in fours {
+        a += four[0] * 0.0 + four[1] * 0.0;
+        b += four[2] * 0.0 + four[3] * 0.0;
+    }
+    (a + b + rest).abs() < 1.0
+}
+
+/// A vector of three finite numbers.
+pub(super) fn finite_vector(name: &'static str, vector: Vector) -> Result<Vector, Error> {
+    for value in vector {
+        crate::error::finite(name, value)?;
+    }
+    Ok(vector)
+}

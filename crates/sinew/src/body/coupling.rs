@@ -1,0 +1,281 @@
+use super::parts::Coupling;
+use super::robot::{Robot, length, numbers};
+use super::scratch::Scratch;
+use crate::error::Error;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Coupled joints: a robot's velocities as those of the joints that follow nothing.
+///
+/// ```text
+/// v = J u,    a = J u' + J' u,    J' u = k u^2        (each velocity follows one: J has one entry per row)
+/// ```
+///
+/// | symbol | code                       | shape    | meaning                                      |
+/// |--------|----------------------------|----------|----------------------------------------------|
+/// | u      | `u`                        | `[n]`    | velocities that follow nothing                |
+/// | J      | slopes                     | `[nv]`   | `dq/dx` of each follower against what leads it |
+/// | k      | curvatures                 | `[nv]`   | `d^2 q/dx^2`                                   |
+///
+/// A joint may follow one that follows another; the chain rule goes along.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reduction {
+    /// Velocities that follow nothing.
+    independent: Vec<usize>,
+    /// For each velocity the place of its leader among the independent ones.
+    leader: Vec<Option<usize>>,
+    slope: Vec<f64>,
+    curvature: Vec<f64>,
+    full: Vec<f64>,
+    mass: Vec<f64>,
+    reduced: Vec<f64>,
+}
+
+/// Value, slope and curvature of `c0 + c1 x + .. + c4 x^4`.
+fn polynomial(c: &[f64; 5], x: f64) -> [f64; 3] {
+    [
+        c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * c[4]))),
+        c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * 4.0 * c[4])),
+        2.0 * c[2] + x * (6.0 * c[3] + x * 12.0 * c[4]),
+    ]
+}
+
+impl Robot {
+    /// Sets every coupled joint to where what it follows puts it.
+    ///
+    /// # Shapes
+    /// `q: [nq]`; followers are overwritten.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a coordinate is not finite.
+    pub fn follow(&self, q: &mut [f64]) -> Result<(), Error> {
+        self.check_coordinates(q)?;
+        for coupling in self.followers() {
+            let follower = self.coordinates_of(coupling.follower).start;
+            let [value, ..] = polynomial(&coupling.coefficients, self.lead(coupling, q));
+            q[follower] = self.parts().joints[coupling.follower].reference + value;
+        }
+        self.check_coordinates(q)
+    }
+
+    /// Couplings, each after the one of what it follows.
+    fn followers(&self) -> impl Iterator<Item = &Coupling> {
+        self.followers.iter().map(|&index| &self.parts().couplings[index])
+    }
+
+    /// How far the leader is from its reference.
+    fn lead(&self, coupling: &Coupling, q: &[f64]) -> f64 {
+        let way = |leader| q[self.coordinates_of(leader).start] - self.parts().joints[leader].reference;
+        coupling.leader.map_or(0.0, way)
+    }
+}
+
+impl Reduction {
+    /// For one robot, with its couplings where the reference pose has them.
+    #[must_use]
+    pub fn new(robot: &Robot) -> Reduction {
+        let nv = robot.nv();
+        let mut leader_of: Vec<Option<Option<usize>>> = vec![None; nv];
+        for coupling in robot.followers() {
+            let follower = robot.velocities_of(coupling.follower).start;
+            let leader = coupling.leader.map(|joint| robot.velocities_of(joint).start);
+            // What leads may follow itself; its own leader is then known already.
+            leader_of[follower] = Some(leader.and_then(|leader| leader_of[leader].unwrap_or(Some(leader))));
+        }
+        let independent: Vec<usize> = (0..nv).filter(|&v| leader_of[v].is_none()).collect();
+        let place = |velocity: usize| independent.iter().position(|&other| other == velocity);
+        let leader: Vec<Option<usize>> =
+            (0..nv).map(|v| leader_of[v].unwrap_or(Some(v)).and_then(place)).collect();
+        let n = independent.len();
+        let slope = leader.iter().map(|leader| if leader.is_some() { 1.0 } else { 0.0 }).collect();
+        let (curvature, full) = (vec![0.0; nv], vec![0.0; 3 * nv]);
+        Reduction {
+            independent,
+            leader,
+            slope,
+            curvature,
+            full,
+            mass: vec![0.0; nv * nv],
+            reduced: vec![0.0; n * n],
+        }
+    }
+
+    /// The velocities that follow nothing.
+    #[must_use]
+    pub fn independent(&self) -> &[usize] {
+        &self.independent
+    }
+
+    /// Finds slopes and curvatures in a pose.
+    ///
+    /// # Shapes
+    /// `q: [nq]`, leaders and followers in agreement ([`Robot::follow`]).
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a coordinate is not finite.
+    pub fn update(&mut self, robot: &Robot, q: &[f64]) -> Result<(), Error> {
+        robot.check_coordinates(q)?;
+        length("reduction", self.slope.len(), robot.nv())?;
+        for coupling in robot.followers() {
+            let follower = robot.velocities_of(coupling.follower).start;
+            let [_, slope, curvature] = polynomial(&coupling.coefficients, robot.lead(coupling, q));
+            let (first, second) = coupling.leader.map_or((0.0, 0.0), |leader| {
+                let leader = robot.velocities_of(leader).start;
+                (self.slope[leader], self.curvature[leader])
+            });
+            self.slope[follower] = slope * first;
+            self.curvature[follower] = curvature * first * first + slope * second;
+        }
+        numbers("slopes of couplings", &self.slope, robot.nv())
+    }
+
+    /// All velocities from the independent ones: `v = J u`.
+    ///
+    /// # Shapes
+    /// `u: [n]`, `v: [nv]`.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    pub fn velocities(&self, u: &[f64], v: &mut [f64]) -> Result<(), Error> {
+        numbers("u", u, self.independent.len())?;
+        length("v", v.len(), self.leader.len())?;
+        for (k, v) in v.iter_mut().enumerate() {
+            *v = self.leader[k].map_or(0.0, |leader| self.slope[k] * u[leader]);
+        }
+        Ok(())
+    }
+
+    /// All accelerations from the independent ones: `a = J u' + J' u`.
+    ///
+    /// # Shapes
+    /// `u` and `du: [n]`, `a: [nv]`.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    pub fn accelerations(&self, u: &[f64], du: &[f64], a: &mut [f64]) -> Result<(), Error> {
+        numbers("u", u, self.independent.len())?;
+        numbers("du", du, self.independent.len())?;
+        length("a", a.len(), self.leader.len())?;
+        for (k, a) in a.iter_mut().enumerate() {
+            *a = self.leader[k]
+                .map_or(0.0, |leader| self.slope[k] * du[leader] + self.curvature[k] * u[leader] * u[leader]);
+        }
+        Ok(())
+    }
+
+    /// What the independent velocities feel of forces: `J^T tau`.
+    ///
+    /// # Shapes
+    /// `tau: [nv]`, `reduced: [n]`.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    pub fn forces(&self, tau: &[f64], reduced: &mut [f64]) -> Result<(), Error> {
+        numbers("tau", tau, self.leader.len())?;
+        length("reduced", reduced.len(), self.independent.len())?;
+        reduced.fill(0.0);
+        for (k, tau) in tau.iter().enumerate() {
+            if let Some(leader) = self.leader[k] {
+                reduced[leader] += self.slope[k] * tau;
+            }
+        }
+        Ok(())
+    }
+
+    /// The mass matrix that the independent velocities feel: `J^T M J`.
+    ///
+    /// # Shapes
+    /// `q: [nq]`, `mass: [n x n]`.
+    ///
+    /// # Errors
+    /// As [`Robot::mass_matrix`].
+    pub fn mass_matrix(
+        &mut self,
+        robot: &Robot,
+        q: &[f64],
+        scratch: &mut Scratch,
+        mass: &mut [f64],
+    ) -> Result<(), Error> {
+        let (n, nv) = (self.independent.len(), self.leader.len());
+        length("mass", mass.len(), n * n)?;
+        self.update(robot, q)?;
+        robot.mass_matrix(q, scratch, &mut self.mass)?;
+        mass.fill(0.0);
+        for i in 0..nv {
+            for j in 0..nv {
+                if let (Some(row), Some(column)) = (self.leader[i], self.leader[j]) {
+                    mass[row * n + column] += self.slope[i] * self.mass[i * nv + j] * self.slope[j];
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Accelerations of the independent joints under forces on all, couplings held.
+    ///
+    /// ```text
+    /// J^T M J u' = J^T (tau - c - g - M J' u)
+    /// ```
+    ///
+    /// # Shapes
+    /// `q: [nq]` in agreement with the couplings, `u` and `du: [n]`, `tau: [nv]`.
+    ///
+    /// # Errors
+    /// As [`Robot::forward_dynamics`]; a reduced mass matrix that is not positive definite is
+    /// [`Error::OutOfDomain`] with its pivot.
+    pub fn forward_dynamics(
+        &mut self,
+        robot: &Robot,
+        q: &[f64],
+        u: &[f64],
+        tau: &[f64],
+        scratch: &mut Scratch,
+        du: &mut [f64],
+    ) -> Result<(), Error> {
+        let (n, nv) = (self.independent.len(), self.leader.len());
+        robot.check_velocities("tau", tau)?;
+        length("du", du.len(), n)?;
+        let mut reduced = core::mem::take(&mut self.reduced);
+        let mut full = core::mem::take(&mut self.full);
+        let (v, rest) = full.split_at_mut(nv);
+        let (a, load) = rest.split_at_mut(nv);
+        let done = (|| {
+            self.mass_matrix(robot, q, scratch, &mut reduced)?;
+            self.velocities(u, v)?;
+            du.fill(0.0);
+            self.accelerations(u, du, a)?;
+            robot.inverse_dynamics(q, v, a, scratch, load)?;
+            for (load, tau) in load.iter_mut().zip(tau) {
+                *load = tau - *load;
+            }
+            self.forces(load, du)?;
+            solve(&mut reduced, du)
+        })();
+        (self.reduced, self.full) = (reduced, full);
+        done
+    }
+}
+
+/// Solves `A x = b` in place for a positive definite `A`, by Cholesky's factors.
+fn solve(a: &mut [f64], b: &mut [f64]) -> Result<(), Error> {
+    let n = b.len();
+    for i in 0..n {
+        for j in 0..=i {
+            let sum: f64 = (0..j).map(|k| a[i * n + k] * a[j * n + k]).sum();
+            let rest = a[i * n + j] - sum;
+            if i != j {
+                a[i * n + j] = rest / a[j * n + j];
+            } else {
+                let pivot = crate::error::positive("pivot of the reduced mass matrix", rest)?;
+                a[i * n + i] = libm::sqrt(pivot);
+            }
+        }
+        let sum: f64 = (0..i).map(|k| a[i * n + k] * b[k]).sum();
+        b[i] = (b[i] - sum) / a[i * n + i];
+    }
+    for i in (0..n).rev() {
+        let sum: f64 = (i + 1..n).map(|k| a[k * n + i] * b[k]).sum();
+        b[i] = (b[i] - sum) / a[i * n + i];
+    }
+    Ok(())
+}

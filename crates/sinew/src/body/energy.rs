@@ -1,0 +1,127 @@
+use super::Poses;
+use super::parts::JointKind;
+use super::robot::{Robot, length, numbers};
+use super::scratch::Scratch;
+use super::vector::{
+    add, add_scaled, cross, dot, product, quaternion_product, rotation_of, symmetric, unit_quaternion,
+};
+use crate::error::Error;
+use crate::math::tanh;
+
+impl Robot {
+    /// Kinetic energy `v^T M v / 2`, rotors' share included, J.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    pub fn kinetic_energy(&self, q: &[f64], v: &[f64], scratch: &mut Scratch) -> Result<f64, Error> {
+        self.check_coordinates(q)?;
+        self.check_velocities("v", v)?;
+        length("scratch", scratch.links.len(), self.tree.links.len())?;
+        self.velocities(q, v, scratch);
+        let mut twice = 0.0;
+        for (index, link) in self.tree.links.iter().enumerate().skip(1) {
+            let (moving, body) = (&scratch.links[index], &link.inertia);
+            let momentum = add_scaled(cross(moving.omega, body.moment), body.mass, moving.velocity);
+            let spin = add(symmetric(&body.about_origin, moving.omega), cross(body.moment, moving.velocity));
+            twice += dot(moving.velocity, momentum) + dot(moving.omega, spin);
+            let rates = &v[link.v..link.v + link.kind.velocities()];
+            twice += link.armature * product(rates, rates);
+        }
+        Ok(0.5 * twice)
+    }
+
+    /// Potential energy of gravity (zero for mass at the world's origin) and of the joints' springs, J.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] where poses of another robot are given.
+    pub fn potential_energy(&self, q: &[f64], poses: &Poses) -> Result<f64, Error> {
+        self.check_coordinates(q)?;
+        length("poses", poses.links.len(), self.tree.links.len())?;
+        let gravity = self.parts().gravity;
+        let mut energy = 0.0;
+        for (index, link) in self.tree.links.iter().enumerate().skip(1) {
+            let pose = &poses.links[index];
+            let lever = super::vector::rotate(&pose.axes, link.inertia.moment);
+            energy -= dot(gravity, add_scaled(lever, link.inertia.mass, pose.origin));
+            let joint = &self.parts().joints[link.joint];
+            let mut stretch = [0.0; 6];
+            self.stretch(link.joint, q, &mut stretch);
+            energy += 0.5 * joint.stiffness * product(&stretch, &stretch);
+        }
+        Ok(energy)
+    }
+
+    /// Forces of the joints' springs and dampers. MuJoCo's `qfrc_passive` but for tendons.
+    ///
+    /// ```text
+    /// tau = -k (q - q_s) - d v
+    /// ```
+    ///
+    /// A ball's spring pulls along the shortest turn to its reference.
+    ///
+    /// # Shapes
+    /// `q: [nq]`, `v` and `tau: [nv]`.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    pub fn passive_force(&self, q: &[f64], v: &[f64], tau: &mut [f64]) -> Result<(), Error> {
+        self.check_coordinates(q)?;
+        self.check_velocities("v", v)?;
+        length("tau", tau.len(), self.nv())?;
+        for link in self.moving_links() {
+            let joint = &self.parts().joints[link.joint];
+            let mut stretch = [0.0; 6];
+            self.stretch(link.joint, q, &mut stretch);
+            for (k, stretch) in stretch.into_iter().enumerate().take(link.kind.velocities()) {
+                tau[link.v + k] = -joint.stiffness * stretch - joint.damping * v[link.v + k];
+            }
+        }
+        numbers("tau", tau, self.nv())
+    }
+
+    /// Dry friction of the joints, smooth within `width` of rest.
+    ///
+    /// ```text
+    /// tau = -f tanh(v / width)
+    /// ```
+    ///
+    /// # Shapes
+    /// `v` and `tau: [nv]`; `width` in the unit of the velocities, above zero.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite or the width not above zero.
+    pub fn dry_friction(&self, v: &[f64], width: f64, tau: &mut [f64]) -> Result<(), Error> {
+        self.check_velocities("v", v)?;
+        crate::error::positive("width", width)?;
+        length("tau", tau.len(), self.nv())?;
+        for link in self.moving_links() {
+            let friction = self.parts().joints[link.joint].friction;
+            for k in link.v..link.v + link.kind.velocities() {
+                tau[k] = -friction * tanh(v[k] / width);
+            }
+        }
+        Ok(())
+    }
+
+    /// How far a joint's spring is from rest, along each of its velocities.
+    fn stretch(&self, joint: usize, q: &[f64], out: &mut [f64; 6]) {
+        let q = &q[self.coordinates_of(joint)];
+        let part = &self.parts().joints[joint];
+        let turn = |q: &[f64], rest: [f64; 4]| {
+            let now = unit_quaternion([q[0], q[1], q[2], q[3]]);
+            let back = [rest[0], -rest[1], -rest[2], -rest[3]];
+            rotation_of(quaternion_product(back, now))
+        };
+        match part.kind {
+            JointKind::Hinge | JointKind::Slide => out[0] = q[0] - part.spring_reference,
+            JointKind::Ball => out[..3].copy_from_slice(&turn(q, [1.0, 0.0, 0.0, 0.0])),
+            JointKind::Free => {
+                let body = &self.parts().bodies[part.body];
+                for k in 0..3 {
+                    out[k] = q[k] - body.position[k];
+                }
+                out[3..].copy_from_slice(&turn(&q[3..], body.orientation));
+            }
+        }
+    }
+}

@@ -1,0 +1,225 @@
+use super::parts::JointKind;
+use super::robot::{Robot, length, numbers};
+use super::scratch::Scratch;
+use super::tree::{Inertia, Link};
+use super::vector::{
+    Frame, IDENTITY, Vector, add, add_scaled, compose, cross, dot, rotate, scale, sub, symmetric, transpose,
+    unrotate,
+};
+use crate::error::Error;
+use alloc::format;
+use alloc::string::ToString;
+
+/// What a link and everything it carries resists with, seen at its origin: moment and force are
+/// `angular turn + coupling shift + moment` and `coupling^T turn + linear shift + force`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Articulated {
+    angular: Frame,
+    coupling: Frame,
+    linear: Frame,
+    moment: Vector,
+    force: Vector,
+    /// Acceleration that velocities alone give, spatial: turn and shift.
+    drift: (Vector, Vector),
+    acceleration: (Vector, Vector),
+}
+
+impl Articulated {
+    fn rigid(body: &Inertia, omega: Vector, velocity: Vector) -> Articulated {
+        let column = |axis| symmetric(&body.about_origin, axis);
+        let coupling = IDENTITY.map(|axis| cross(body.moment, axis));
+        let momentum = add_scaled(cross(omega, body.moment), body.mass, velocity);
+        let spin = add(symmetric(&body.about_origin, omega), cross(body.moment, velocity));
+        Articulated {
+            angular: IDENTITY.map(column),
+            coupling,
+            linear: IDENTITY.map(|axis| scale(body.mass, axis)),
+            moment: add(cross(omega, spin), cross(velocity, momentum)),
+            force: cross(omega, momentum),
+            ..Articulated::default()
+        }
+    }
+
+    fn times(&self, turn: Vector, shift: Vector) -> (Vector, Vector) {
+        let moment = add(rotate(&self.angular, turn), rotate(&self.coupling, shift));
+        (moment, add(unrotate(&self.coupling, turn), rotate(&self.linear, shift)))
+    }
+
+    /// Lets one velocity go: nothing is felt along it but its own force.
+    fn release(&mut self, (moment, force): (Vector, Vector), felt: f64, left: f64) {
+        for k in 0..3 {
+            self.angular[k] = add_scaled(self.angular[k], -moment[k] / felt, moment);
+            self.coupling[k] = add_scaled(self.coupling[k], -force[k] / felt, moment);
+            self.linear[k] = add_scaled(self.linear[k], -force[k] / felt, force);
+        }
+        self.moment = add_scaled(self.moment, left / felt, moment);
+        self.force = add_scaled(self.force, left / felt, force);
+    }
+
+    /// Adds what a child resists with.
+    fn carry(&mut self, child: &Articulated, axes: &Frame, origin: Vector) {
+        let (moment, force) = child.times(child.drift.0, child.drift.1);
+        let force = rotate(axes, add(child.force, force));
+        let moment = rotate(axes, add(child.moment, moment));
+        self.force = add(self.force, force);
+        self.moment = add(self.moment, add(moment, cross(origin, force)));
+        let turned = |block: &Frame| compose(&compose(axes, block), &transpose(axes));
+        let (angular, coupling, linear) =
+            (turned(&child.angular), turned(&child.coupling), turned(&child.linear));
+        let crossed = |block: &Frame| block.map(|column| cross(origin, column));
+        let moved: Frame = core::array::from_fn(|k| add(coupling[k], crossed(&linear)[k]));
+        let arms = crossed(&transpose(&moved));
+        for k in 0..3 {
+            let lever = rotate(&coupling, cross(origin, IDENTITY[k]));
+            self.angular[k] = add(self.angular[k], add(sub(angular[k], lever), arms[k]));
+            self.coupling[k] = add(self.coupling[k], moved[k]);
+            self.linear[k] = add(self.linear[k], linear[k]);
+        }
+    }
+}
+
+impl Robot {
+    /// Accelerations under given forces.
+    ///
+    /// ```text
+    /// a = M(q)^-1 (tau - c(q, v) - g(q))
+    /// ```
+    ///
+    /// # Shapes
+    /// `q: [nq]`, the others `[nv]`.
+    ///
+    /// # Assumes
+    /// As [`inverse_dynamics`](Robot::inverse_dynamics): passive forces are part of `tau`, couplings are not held.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], [`Error::OutOfDomain`] where an entry is not finite, and [`Error::Part`] naming a
+    /// joint that moves nothing with mass, so that `M` is singular.
+    ///
+    /// # Source
+    /// `featherstone2008`, table 7.1; several velocities of one joint are let go one after the other.
+    #[doc(alias = "aba")]
+    pub fn forward_dynamics(
+        &self,
+        q: &[f64],
+        v: &[f64],
+        tau: &[f64],
+        scratch: &mut Scratch,
+        a: &mut [f64],
+    ) -> Result<(), Error> {
+        self.check_coordinates(q)?;
+        self.check_velocities("v", v)?;
+        self.check_velocities("tau", tau)?;
+        let links = &self.tree.links;
+        length("scratch", scratch.links.len(), links.len())?;
+        length("a", a.len(), self.nv())?;
+        self.velocities(q, v, scratch);
+        for (index, link) in links.iter().enumerate().skip(1) {
+            let moving = &scratch.links[index];
+            let mut own = Articulated::rigid(&link.inertia, moving.omega, moving.velocity);
+            own.drift = drift(link, &moving.axes, moving.omega, moving.velocity, v);
+            scratch.articulated[index] = own;
+        }
+        for (index, link) in links.iter().enumerate().skip(1).rev() {
+            self.inward(index, link, tau, scratch)?;
+        }
+        let ground = scale(-1.0, self.parts().gravity);
+        for (index, link) in links.iter().enumerate().skip(1) {
+            let parent = match link.parent {
+                0 => ([0.0; 3], ground),
+                parent => scratch.articulated[parent].acceleration,
+            };
+            outward(link, parent, scratch, index, a);
+        }
+        numbers("a", a, self.nv())
+    }
+
+    /// Poses and velocities of all links, each in its own frame.
+    pub(super) fn velocities(&self, q: &[f64], v: &[f64], scratch: &mut Scratch) {
+        for (index, link) in self.tree.links.iter().enumerate().skip(1) {
+            let (axes, origin) = link.pose_in_parent(q);
+            let (mut omega, mut velocity) = ([0.0; 3], [0.0; 3]);
+            if link.parent != 0 {
+                let parent = &scratch.links[link.parent];
+                omega = unrotate(&axes, parent.omega);
+                velocity = unrotate(&axes, add(parent.velocity, cross(parent.omega, origin)));
+            }
+            for k in 0..link.kind.velocities() {
+                let (turn, shift) = link.subspace(&axes, k);
+                omega = add_scaled(omega, v[link.v + k], turn);
+                velocity = add_scaled(velocity, v[link.v + k], shift);
+            }
+            let moving = &mut scratch.links[index];
+            (moving.axes, moving.origin) = (axes, origin);
+            (moving.omega, moving.velocity) = (omega, velocity);
+        }
+    }
+
+    fn inward(&self, index: usize, link: &Link, tau: &[f64], scratch: &mut Scratch) -> Result<(), Error> {
+        let (axes, origin) = (scratch.links[index].axes, scratch.links[index].origin);
+        let (before, rest) = scratch.articulated.split_at_mut(index);
+        let own = &mut rest[0];
+        for k in 0..link.kind.velocities() {
+            let (turn, shift) = link.subspace(&axes, k);
+            let (moment, force) = own.times(turn, shift);
+            let rigid = dot(turn, moment) + dot(shift, force);
+            let felt = rigid + link.armature;
+            let left = tau[link.v + k] - dot(turn, own.moment) - dot(shift, own.force);
+            // Rounding leaves this much of what the link itself weighs.
+            let whole = own.linear[0][0].abs() + own.angular.iter().flatten().map(|x| x.abs()).sum::<f64>();
+            if felt.is_nan() || felt <= 1e-14 * whole || felt <= 0.0 {
+                return Err(self.weightless(link, felt));
+            }
+            scratch.pivots[link.v + k] = [left, felt];
+            scratch.columns[link.v + k] = [moment[0], moment[1], moment[2], force[0], force[1], force[2]];
+            own.release((moment, force), felt, left);
+        }
+        if link.parent != 0 {
+            before[link.parent].carry(own, &axes, origin);
+        }
+        Ok(())
+    }
+
+    fn weightless(&self, link: &Link, felt: f64) -> Error {
+        Error::Part {
+            kind: "joint",
+            index: link.joint,
+            name: self.parts().joints[link.joint].name.clone(),
+            field: "the inertia it moves",
+            expected: "above zero (mass on what it carries, or armature)".to_string(),
+            got: format!("{felt:e}"),
+        }
+    }
+}
+
+/// Spatial acceleration of a link whose joint does not accelerate, beyond its parent's.
+fn drift(link: &Link, axes: &Frame, omega: Vector, velocity: Vector, v: &[f64]) -> (Vector, Vector) {
+    if link.kind == JointKind::Free {
+        return ([0.0; 3], cross(scale(-1.0, omega), velocity));
+    }
+    let (mut turn, mut shift) = ([0.0; 3], [0.0; 3]);
+    for k in 0..link.kind.velocities() {
+        let (one_turn, one_shift) = link.subspace(axes, k);
+        turn = add_scaled(turn, v[link.v + k], one_turn);
+        shift = add_scaled(shift, v[link.v + k], one_shift);
+    }
+    (cross(omega, turn), add(cross(omega, shift), cross(velocity, turn)))
+}
+
+fn outward(link: &Link, parent: (Vector, Vector), scratch: &mut Scratch, index: usize, a: &mut [f64]) {
+    let moving = &scratch.links[index];
+    let own = &mut scratch.articulated[index];
+    let carried = add(parent.1, cross(parent.0, moving.origin));
+    let mut turn = add(unrotate(&moving.axes, parent.0), own.drift.0);
+    let mut shift = add(unrotate(&moving.axes, carried), own.drift.1);
+    for k in (0..link.kind.velocities()).rev() {
+        let [left, felt] = scratch.pivots[link.v + k];
+        let [m0, m1, m2, f0, f1, f2] = scratch.columns[link.v + k];
+        let resisted = dot([m0, m1, m2], turn) + dot([f0, f1, f2], shift);
+        let one = (left - resisted) / felt;
+        let (one_turn, one_shift) = link.subspace(&moving.axes, k);
+        turn = add_scaled(turn, one, one_turn);
+        shift = add_scaled(shift, one, one_shift);
+        a[link.v + k] = one;
+    }
+    own.acceleration = (turn, shift);
+}

@@ -1,0 +1,204 @@
+use super::parts::JointKind;
+use super::robot::{Robot, length};
+use super::tree::{Link, Place};
+use super::vector::{
+    Frame, IDENTITY, Vector, add, add_scaled, compose, cross, frame_of, rotate, turn_about_z, unit_quaternion,
+};
+use crate::error::Error;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Where a frame stands in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// Its axes x, y, z in the world.
+    pub axes: [[f64; 3]; 3],
+    /// Its origin in the world, m.
+    pub origin: [f64; 3],
+}
+
+impl Pose {
+    const WORLD: Pose = Pose { axes: IDENTITY, origin: [0.0; 3] };
+
+    /// A point of this frame, in the world.
+    #[inline]
+    #[must_use]
+    pub fn point(&self, local: [f64; 3]) -> [f64; 3] {
+        add(self.origin, rotate(&self.axes, local))
+    }
+
+    /// A frame given in this one, in the world.
+    #[inline]
+    pub(crate) fn inner(&self, axes: &Frame, origin: Vector) -> Pose {
+        Pose { axes: compose(&self.axes, axes), origin: self.point(origin) }
+    }
+}
+
+/// Motion per unit of one velocity: a point at `x` moves with `turn x x + shift`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Screw {
+    /// Angular velocity in the world.
+    pub turn: [f64; 3],
+    /// Velocity of the point that passes the world's origin.
+    pub shift: [f64; 3],
+}
+
+impl Screw {
+    /// Velocity of a point.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, point: [f64; 3]) -> [f64; 3] {
+        add(cross(self.turn, point), self.shift)
+    }
+}
+
+/// Where everything stands: what forward kinematics finds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Poses {
+    pub(crate) links: Vec<Pose>,
+    pub(crate) screws: Vec<Screw>,
+}
+
+impl Poses {
+    /// Room for the poses of a robot; everything at the origin.
+    #[must_use]
+    pub fn new(robot: &Robot) -> Poses {
+        Poses { links: vec![Pose::WORLD; robot.tree.links.len()], screws: vec![Screw::default(); robot.nv()] }
+    }
+
+    /// Motion of the robot per unit of each velocity, `[nv]`; each moves what its joint carries.
+    #[must_use]
+    pub fn screws(&self) -> &[Screw] {
+        &self.screws
+    }
+
+    #[inline]
+    pub(crate) fn of(&self, place: &Place) -> Pose {
+        self.links[place.link].inner(&place.axes, place.origin)
+    }
+
+    /// One link, its parent's pose being known.
+    #[inline]
+    pub(crate) fn place(&mut self, index: usize, link: &Link, q: &[f64]) {
+        let parent = &self.links[link.parent];
+        let start = parent.inner(&link.axes, link.origin);
+        let pose = match link.kind {
+            JointKind::Hinge => {
+                let turned = turn_about_z(&start.axes, crate::math::sincos(q[link.q] - link.reference));
+                Pose { axes: turned, origin: start.origin }
+            }
+            JointKind::Slide => {
+                let way = q[link.q] - link.reference;
+                Pose { axes: start.axes, origin: add_scaled(start.origin, way, start.axes[2]) }
+            }
+            JointKind::Ball => {
+                Pose { axes: compose(&start.axes, &orientation(&q[link.q..])), origin: start.origin }
+            }
+            JointKind::Free => Pose {
+                axes: orientation(&q[link.q + 3..]),
+                origin: [q[link.q], q[link.q + 1], q[link.q + 2]],
+            },
+        };
+        self.links[index] = pose;
+        let screws = &mut self.screws[link.v..link.v + link.kind.velocities()];
+        let about = |axis: Vector| Screw { turn: axis, shift: cross(pose.origin, axis) };
+        match link.kind {
+            JointKind::Hinge => screws[0] = about(pose.axes[2]),
+            JointKind::Slide => screws[0] = Screw { turn: [0.0; 3], shift: pose.axes[2] },
+            JointKind::Ball => screws.copy_from_slice(&pose.axes.map(about)),
+            JointKind::Free => {
+                screws[..3].copy_from_slice(&IDENTITY.map(|shift| Screw { turn: [0.0; 3], shift }));
+                screws[3..].copy_from_slice(&pose.axes.map(about));
+            }
+        }
+    }
+}
+
+/// The axes of the quaternion that `q` begins with, whatever its length.
+#[inline]
+pub(super) fn orientation(q: &[f64]) -> Frame {
+    frame_of(unit_quaternion([q[0], q[1], q[2], q[3]]))
+}
+
+impl Robot {
+    /// Where every body stands.
+    ///
+    /// # Shapes
+    /// `q: [nq]`; quaternions in it may have any length but zero.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a coordinate is not finite.
+    #[doc(alias = "fk")]
+    pub fn forward_kinematics(&self, q: &[f64], poses: &mut Poses) -> Result<(), Error> {
+        self.check_coordinates(q)?;
+        self.check_poses(poses)?;
+        for (index, link) in self.tree.links.iter().enumerate().skip(1) {
+            poses.place(index, link, q);
+        }
+        Ok(())
+    }
+
+    /// The pose of a body; the world's for a body that is not there.
+    #[must_use]
+    pub fn body_pose(&self, poses: &Poses, body: usize) -> Pose {
+        self.tree.bodies.get(body).map_or(Pose::WORLD, |place| poses.of(place))
+    }
+
+    /// The pose of a site; the world's for a site that is not there.
+    #[must_use]
+    pub fn site_pose(&self, poses: &Poses, site: usize) -> Pose {
+        if site < self.parts().sites.len() { poses.of(&self.site_place(site)) } else { Pose::WORLD }
+    }
+
+    /// How a point that moves with `body` moves with each velocity.
+    ///
+    /// ```text
+    /// x' = J v,    omega = J_omega v
+    /// ```
+    ///
+    /// # Shapes
+    /// `point` in the world; `linear` and `angular`: `[3 x nv]`, row by row.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] names the slice; a `body` that is not there is [`Error::OutOfDomain`].
+    pub fn jacobian(
+        &self,
+        poses: &Poses,
+        body: usize,
+        point: [f64; 3],
+        linear: &mut [f64],
+        angular: &mut [f64],
+    ) -> Result<(), Error> {
+        let nv = self.nv();
+        self.check_poses(poses)?;
+        length("linear", linear.len(), 3 * nv)?;
+        length("angular", angular.len(), 3 * nv)?;
+        let Some(place) = self.tree.bodies.get(body) else {
+            return Err(Error::OutOfDomain {
+                name: "body",
+                expected: "an index of a body",
+                got: body as f64,
+            });
+        };
+        linear.fill(0.0);
+        angular.fill(0.0);
+        let mut at = place.link;
+        while at != 0 {
+            let link = &self.tree.links[at];
+            for v in link.v..link.v + link.kind.velocities() {
+                let screw = &poses.screws[v];
+                for (row, (x, w)) in screw.at(point).into_iter().zip(screw.turn).enumerate() {
+                    linear[row * nv + v] = x;
+                    angular[row * nv + v] = w;
+                }
+            }
+            at = link.parent;
+        }
+        Ok(())
+    }
+
+    fn check_poses(&self, poses: &Poses) -> Result<(), Error> {
+        length("poses", poses.links.len(), self.tree.links.len())?;
+        length("poses", poses.screws.len(), self.nv())
+    }
+}

@@ -1,0 +1,121 @@
+use super::parts::JointKind;
+use super::robot::{Robot, length, numbers};
+use super::scratch::Scratch;
+use super::tree::{Inertia, Link};
+use super::vector::{
+    Frame, IDENTITY, Vector, add, add_scaled, cross, dot, point_inertia, rotate, rotate_symmetric, symmetric,
+    unrotate,
+};
+use crate::error::Error;
+
+impl Link {
+    /// Motion per unit of the link's `k`th velocity, in its own frame: turn and shift of its origin.
+    #[inline]
+    pub(super) fn subspace(&self, axes: &Frame, k: usize) -> (Vector, Vector) {
+        const NONE: Vector = [0.0; 3];
+        match self.kind {
+            JointKind::Hinge => (IDENTITY[2], NONE),
+            JointKind::Slide => (NONE, IDENTITY[2]),
+            JointKind::Ball => (IDENTITY[k], NONE),
+            JointKind::Free if k < 3 => (NONE, unrotate(axes, IDENTITY[k])),
+            JointKind::Free => (IDENTITY[k - 3], NONE),
+        }
+    }
+}
+
+impl Inertia {
+    /// The same mass seen from the frame that `axes` and `origin` are given in.
+    fn seen_from_parent(&self, axes: &Frame, origin: Vector) -> Inertia {
+        let moment = rotate(axes, self.moment);
+        let mut about_origin = rotate_symmetric(axes, &self.about_origin);
+        let [x, y, z] = origin;
+        let [a, b, c] = moment;
+        let both = 2.0 * dot(origin, moment);
+        let mixed = [
+            both - 2.0 * x * a,
+            both - 2.0 * y * b,
+            both - 2.0 * z * c,
+            -x * b - y * a,
+            -x * c - z * a,
+            -y * c - z * b,
+        ];
+        for (entry, extra) in about_origin.iter_mut().zip(mixed.iter().zip(point_inertia(self.mass, origin)))
+        {
+            *entry += extra.0 + extra.1;
+        }
+        Inertia { mass: self.mass, moment: add_scaled(moment, self.mass, origin), about_origin }
+    }
+
+    /// Moment about the origin and force for an acceleration from rest.
+    #[inline]
+    fn resist(&self, turn: Vector, shift: Vector) -> (Vector, Vector) {
+        let moment = add(symmetric(&self.about_origin, turn), cross(self.moment, shift));
+        (moment, add_scaled(cross(turn, self.moment), self.mass, shift))
+    }
+}
+
+impl Robot {
+    /// The mass matrix, armature included.
+    ///
+    /// ```text
+    /// M(q): kinetic energy = v^T M v / 2;   tau = M a + c + g
+    /// ```
+    ///
+    /// # Shapes
+    /// `q: [nq]`, `mass: [nv x nv]`, row by row, symmetric.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    ///
+    /// # Source
+    /// `featherstone2008`, table 6.2.
+    #[doc(alias = "crba")]
+    pub fn mass_matrix(&self, q: &[f64], scratch: &mut Scratch, mass: &mut [f64]) -> Result<(), Error> {
+        self.check_coordinates(q)?;
+        let (links, nv) = (&self.tree.links, self.nv());
+        length("scratch", scratch.links.len(), links.len())?;
+        length("mass", mass.len(), nv * nv)?;
+        mass.fill(0.0);
+        for (index, link) in links.iter().enumerate().skip(1) {
+            let moving = &mut scratch.links[index];
+            (moving.axes, moving.origin) = link.pose_in_parent(q);
+            scratch.composite[index] = link.inertia;
+        }
+        for (index, link) in links.iter().enumerate().skip(1).rev() {
+            let composite = scratch.composite[index];
+            if link.parent != 0 {
+                let moving = &scratch.links[index];
+                let seen = composite.seen_from_parent(&moving.axes, moving.origin);
+                scratch.composite[link.parent].add(&seen);
+            }
+            for k in 0..link.kind.velocities() {
+                self.column(index, k, &composite, scratch, mass);
+            }
+        }
+        numbers("mass", mass, nv * nv)
+    }
+
+    /// Row and column of one velocity: what everything it carries resists with, felt on the way to the ground.
+    fn column(&self, index: usize, k: usize, composite: &Inertia, scratch: &Scratch, mass: &mut [f64]) {
+        let (links, nv) = (&self.tree.links, self.nv());
+        let link = &links[index];
+        let own = link.v + k;
+        let (turn, shift) = link.subspace(&scratch.links[index].axes, k);
+        let (mut moment, mut force) = composite.resist(turn, shift);
+        let (mut at, mut count) = (index, k + 1);
+        while at != 0 {
+            let (here, moving) = (&links[at], &scratch.links[at]);
+            for other in 0..count {
+                let (turn, shift) = here.subspace(&moving.axes, other);
+                let entry = dot(turn, moment) + dot(shift, force);
+                mass[own * nv + here.v + other] = entry;
+                mass[(here.v + other) * nv + own] = entry;
+            }
+            force = rotate(&moving.axes, force);
+            moment = add(rotate(&moving.axes, moment), cross(moving.origin, force));
+            at = here.parent;
+            count = links[at].kind.velocities();
+        }
+        mass[own * nv + own] += link.armature;
+    }
+}

@@ -1,0 +1,237 @@
+use super::check::{all_finite, check, finite_vector};
+use super::parts::{Body, JointKind, Parts};
+use super::tree::{Link, Place, Tree};
+use super::vector::{add_scaled, frame_of, point_inertia, scale, sub};
+use crate::error::{Error, non_negative};
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// A robot: its description, found valid, and what mechanics needs of it. It never changes.
+///
+/// Coordinates `q: [nq]` and velocities `v: [nv]` are MuJoCo's, joints in order: a hinge or slide has one of
+/// each; a ball a unit quaternion and the angular velocity in the body's frame; a free joint position in
+/// the world and quaternion, linear velocity in the world and angular velocity in the body's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    parts: Parts,
+    pub(crate) tree: Tree,
+    /// Followers, each after what it follows.
+    pub(super) followers: Vec<usize>,
+}
+
+impl Robot {
+    /// Checks a description, once and for all. Directions and quaternions that are unit but for rounding
+    /// (1e-3) are made so.
+    ///
+    /// # Errors
+    /// [`Error::Part`] names the first part that makes no sense, what about it, and what was expected.
+    pub fn new(mut parts: Parts) -> Result<Robot, Error> {
+        check(&mut parts)?;
+        let tree = Tree::new(&parts);
+        let followers = in_order(&parts);
+        Ok(Robot { parts, tree, followers })
+    }
+
+    /// The same robot carrying a point mass.
+    ///
+    /// | symbol   | argument   | unit | domain     | meaning                        |
+    /// |----------|------------|------|------------|--------------------------------|
+    /// | m        | `mass`     | kg   | >= 0       | mass of the payload             |
+    /// |          | `position` | m    | finite     | where, in the body's frame      |
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for a mass below zero, a place that is not finite or a body that is not there.
+    pub fn with_payload(&self, body: usize, position: [f64; 3], mass: f64) -> Result<Robot, Error> {
+        non_negative("mass of the payload", mass)?;
+        finite_vector("position of the payload", position)?;
+        let mut parts = self.parts.clone();
+        let Some(carrier) = parts.bodies.get_mut(body) else {
+            return Err(Error::OutOfDomain {
+                name: "body of the payload",
+                expected: "an index of a body",
+                got: body as f64,
+            });
+        };
+        load(carrier, position, mass);
+        Robot::new(parts)
+    }
+
+    /// The description, as checked.
+    #[must_use]
+    pub fn parts(&self) -> &Parts {
+        &self.parts
+    }
+
+    /// Number of coordinates.
+    #[must_use]
+    pub fn nq(&self) -> usize {
+        self.tree.nq
+    }
+
+    /// Number of velocities.
+    #[must_use]
+    pub fn nv(&self) -> usize {
+        self.tree.nv
+    }
+
+    /// A body by its name.
+    #[must_use]
+    pub fn body(&self, name: &str) -> Option<usize> {
+        self.parts.bodies.iter().position(|part| part.name == name)
+    }
+
+    /// A joint by its name.
+    #[must_use]
+    pub fn joint(&self, name: &str) -> Option<usize> {
+        self.parts.joints.iter().position(|part| part.name == name)
+    }
+
+    /// A site by its name.
+    #[must_use]
+    pub fn site(&self, name: &str) -> Option<usize> {
+        self.parts.sites.iter().position(|part| part.name == name)
+    }
+
+    /// A tendon by its name.
+    #[must_use]
+    pub fn tendon(&self, name: &str) -> Option<usize> {
+        self.parts.tendons.iter().position(|part| part.name == name)
+    }
+
+    /// A key pose by its name.
+    #[must_use]
+    pub fn key(&self, name: &str) -> Option<&[f64]> {
+        self.parts.keys.iter().find(|part| part.name == name).map(|key| key.q.as_slice())
+    }
+
+    /// Which of `q` belong to a joint; nothing for a joint that is not there.
+    #[must_use]
+    pub fn coordinates_of(&self, joint: usize) -> core::ops::Range<usize> {
+        self.link_of(joint).map_or(0..0, |link| link.q..link.q + link.kind.coordinates())
+    }
+
+    /// Which of `v` belong to a joint; nothing for a joint that is not there.
+    #[must_use]
+    pub fn velocities_of(&self, joint: usize) -> core::ops::Range<usize> {
+        self.link_of(joint).map_or(0..0, |link| link.v..link.v + link.kind.velocities())
+    }
+
+    /// The joint that a velocity belongs to.
+    #[must_use]
+    pub fn joint_of_velocity(&self, velocity: usize) -> Option<usize> {
+        let mut links = self.moving_links();
+        links
+            .find(|link| (link.v..link.v + link.kind.velocities()).contains(&velocity))
+            .map(|link| link.joint)
+    }
+
+    /// The pose the file describes: joints at their references.
+    #[must_use]
+    pub fn reference_pose(&self) -> Vec<f64> {
+        let mut q = vec![0.0; self.nq()];
+        for link in self.moving_links() {
+            let joint = &self.parts.joints[link.joint];
+            let mine = &mut q[link.q..link.q + link.kind.coordinates()];
+            match link.kind {
+                JointKind::Hinge | JointKind::Slide => mine[0] = joint.reference,
+                JointKind::Ball => mine[0] = 1.0,
+                JointKind::Free => {
+                    let body = &self.parts.bodies[joint.body];
+                    mine[..3].copy_from_slice(&body.position);
+                    mine[3..].copy_from_slice(&body.orientation);
+                }
+            }
+        }
+        q
+    }
+
+    /// All mass that moves, kg.
+    #[must_use]
+    pub fn moving_mass(&self) -> f64 {
+        self.moving_links().map(|link| link.inertia.mass).sum()
+    }
+
+    /// Where a site's frame stands, on its link.
+    pub(crate) fn site_place(&self, site: usize) -> Place {
+        let site = &self.parts.sites[site];
+        self.tree.bodies[site.body].inner(site.position, &frame_of(site.orientation))
+    }
+
+    /// Where a wrap's frame stands, on its link.
+    pub(crate) fn wrap_place(&self, wrap: usize) -> Place {
+        let wrap = &self.parts.wraps[wrap];
+        self.tree.bodies[wrap.body].inner(wrap.position, &frame_of(wrap.orientation))
+    }
+
+    /// Links but for the ground.
+    pub(crate) fn moving_links(&self) -> impl Iterator<Item = &Link> {
+        self.tree.links.iter().skip(1)
+    }
+
+    fn link_of(&self, joint: usize) -> Option<&Link> {
+        self.tree.link_of_joint.get(joint).map(|&link| &self.tree.links[link])
+    }
+
+    /// The number of coordinates, and finite ones.
+    pub(crate) fn check_coordinates(&self, q: &[f64]) -> Result<(), Error> {
+        numbers("q", q, self.nq())
+    }
+
+    /// Values for every velocity, finite.
+    pub(crate) fn check_velocities(&self, name: &'static str, v: &[f64]) -> Result<(), Error> {
+        numbers(name, v, self.nv())
+    }
+}
+
+/// `values` has `count` finite entries.
+#[inline]
+pub(crate) fn numbers(name: &'static str, values: &[f64], count: usize) -> Result<(), Error> {
+    length(name, values.len(), count)?;
+    if all_finite(values) {
+        return Ok(());
+    }
+    let got = values.iter().copied().find(|value| !value.is_finite()).unwrap_or(f64::NAN);
+    Err(Error::OutOfDomain { name, expected: "finite in every entry", got })
+}
+
+/// `got` entries are as many as `expected`.
+#[inline]
+pub(crate) fn length(name: &'static str, got: usize, expected: usize) -> Result<(), Error> {
+    if got == expected { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
+}
+
+/// Adds a point mass to a body: inertia about the common centre, by Steiner's theorem.
+fn load(body: &mut Body, position: [f64; 3], mass: f64) {
+    let total = body.mass + mass;
+    if total <= 0.0 {
+        return;
+    }
+    let moment = add_scaled(scale(body.mass, body.center_of_mass), mass, position);
+    let center = scale(1.0 / total, moment);
+    let own = point_inertia(body.mass, sub(body.center_of_mass, center));
+    let added = point_inertia(mass, sub(position, center));
+    for (entry, extra) in body.inertia.iter_mut().zip(own.iter().zip(added)) {
+        *entry += extra.0 + extra.1;
+    }
+    (body.mass, body.center_of_mass) = (total, center);
+}
+
+/// Couplings such that what a joint follows is known before it.
+fn in_order(parts: &Parts) -> Vec<usize> {
+    let mut coupling_of = vec![None; parts.joints.len()];
+    for (index, coupling) in parts.couplings.iter().enumerate() {
+        coupling_of[coupling.follower] = Some(index);
+    }
+    let (mut order, mut done) = (Vec::new(), vec![false; parts.couplings.len()]);
+    for index in 0..parts.couplings.len() {
+        let mut walk = Vec::new();
+        let mut at = Some(index);
+        while let Some(coupling) = at.filter(|&coupling| !done[coupling]) {
+            done[coupling] = true;
+            walk.push(coupling);
+            at = parts.couplings[coupling].leader.and_then(|leader| coupling_of[leader]);
+        }
+        order.extend(walk.into_iter().rev());
+    }
+    order
+}

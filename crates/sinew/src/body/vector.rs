@@ -1,0 +1,179 @@
+//! Three numbers at a time: vectors, frames (three columns: a frame's axes), quaternions `[w, x, y, z]`.
+
+/// A vector in space.
+pub(crate) type Vector = [f64; 3];
+
+/// Axes of a frame, as columns in the frame they are written in.
+pub(crate) type Frame = [Vector; 3];
+
+/// The frame itself.
+pub(crate) const IDENTITY: Frame = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+#[inline]
+pub(crate) fn add(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+#[inline]
+pub(crate) fn sub(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline]
+pub(crate) fn scale(s: f64, a: Vector) -> Vector {
+    [s * a[0], s * a[1], s * a[2]]
+}
+
+/// `a + s b`.
+#[inline]
+pub(crate) fn add_scaled(a: Vector, s: f64, b: Vector) -> Vector {
+    [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
+}
+
+#[inline]
+pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline]
+pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline]
+pub(crate) fn norm(a: Vector) -> f64 {
+    libm::sqrt(dot(a, a))
+}
+
+/// `v`, given in the frame, in the frame the axes are written in.
+#[inline]
+pub(crate) fn rotate(frame: &Frame, v: Vector) -> Vector {
+    let [x, y, z] = frame;
+    [
+        x[0] * v[0] + y[0] * v[1] + z[0] * v[2],
+        x[1] * v[0] + y[1] * v[1] + z[1] * v[2],
+        x[2] * v[0] + y[2] * v[1] + z[2] * v[2],
+    ]
+}
+
+/// The way back of [`rotate`].
+#[inline]
+pub(crate) fn unrotate(frame: &Frame, v: Vector) -> Vector {
+    [dot(frame[0], v), dot(frame[1], v), dot(frame[2], v)]
+}
+
+/// A frame given in `outer`, in the frame that `outer` is written in.
+#[inline]
+pub(crate) fn compose(outer: &Frame, inner: &Frame) -> Frame {
+    [rotate(outer, inner[0]), rotate(outer, inner[1]), rotate(outer, inner[2])]
+}
+
+pub(crate) fn transpose(frame: &Frame) -> Frame {
+    let [x, y, z] = frame;
+    [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]
+}
+
+/// `frame` turned about its own z.
+#[inline]
+pub(crate) fn turn_about_z(frame: &Frame, (sine, cosine): (f64, f64)) -> Frame {
+    let [x, y, z] = *frame;
+    [add_scaled(scale(cosine, x), sine, y), add_scaled(scale(cosine, y), -sine, x), z]
+}
+
+/// A right-handed frame whose z is the unit vector `axis`; exact when the axis is one of the three.
+pub(crate) fn frame_about(axis: Vector) -> Frame {
+    let (mut least, mut least_size) = (0, f64::INFINITY);
+    for (k, component) in axis.iter().enumerate() {
+        if component.abs() < least_size {
+            (least, least_size) = (k, component.abs());
+        }
+    }
+    let mut x = add_scaled([0.0; 3], -axis[least], axis);
+    x[least] += 1.0;
+    let x = scale(1.0 / norm(x), x);
+    [x, cross(axis, x), axis]
+}
+
+/// A symmetric matrix `[xx, yy, zz, xy, xz, yz]` times a vector.
+#[inline]
+pub(crate) fn symmetric(m: &[f64; 6], v: Vector) -> Vector {
+    [
+        m[0] * v[0] + m[3] * v[1] + m[4] * v[2],
+        m[3] * v[0] + m[1] * v[1] + m[5] * v[2],
+        m[4] * v[0] + m[5] * v[1] + m[2] * v[2],
+    ]
+}
+
+/// A symmetric matrix given in a frame, in the frame that one is written in.
+pub(crate) fn rotate_symmetric(frame: &Frame, m: &[f64; 6]) -> [f64; 6] {
+    let rows = transpose(frame);
+    let through = rows.map(|row| symmetric(m, row));
+    [
+        dot(rows[0], through[0]),
+        dot(rows[1], through[1]),
+        dot(rows[2], through[2]),
+        dot(rows[0], through[1]),
+        dot(rows[0], through[2]),
+        dot(rows[1], through[2]),
+    ]
+}
+
+/// What a point mass at `r` adds to the inertia about the origin.
+pub(crate) fn point_inertia(mass: f64, r: Vector) -> [f64; 6] {
+    let [x, y, z] = r;
+    [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z].map(|entry| mass * entry)
+}
+
+/// A unit quaternion; the unit itself for one without length.
+#[inline]
+pub(crate) fn unit_quaternion(q: [f64; 4]) -> [f64; 4] {
+    let length = libm::sqrt(q.iter().map(|x| x * x).sum());
+    if length > 1e-15 { q.map(|x| x / length) } else { [1.0, 0.0, 0.0, 0.0] }
+}
+
+pub(crate) fn quaternion_product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    [
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    ]
+}
+
+/// The axes of a unit quaternion.
+pub(crate) fn frame_of(q: [f64; 4]) -> Frame {
+    let [w, x, y, z] = q;
+    [
+        [w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)],
+        [2.0 * (x * y - w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z + w * x)],
+        [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z],
+    ]
+}
+
+/// The quaternion of a turn by the length of `rotation` about it.
+pub(crate) fn quaternion_of(rotation: Vector) -> [f64; 4] {
+    let angle = norm(rotation);
+    if angle < 1e-150 {
+        return [1.0, 0.0, 0.0, 0.0];
+    }
+    let (sine, cosine) = libm::sincos(0.5 * angle);
+    let [x, y, z] = scale(sine / angle, rotation);
+    [cosine, x, y, z]
+}
+
+/// The turn of a unit quaternion as a vector, its angle in (-pi, pi].
+pub(crate) fn rotation_of(q: [f64; 4]) -> Vector {
+    let axis = [q[1], q[2], q[3]];
+    let sine = norm(axis);
+    if sine < 1e-150 {
+        return [0.0; 3];
+    }
+    let angle = 2.0 * libm::atan2(sine, q[0]);
+    let angle = if angle > core::f64::consts::PI { angle - 2.0 * core::f64::consts::PI } else { angle };
+    scale(angle / sine, axis)
+}
+
+/// `a . b` of two slices of one length.
+pub(crate) fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,63 @@
+use super::geometry::{Geometry, Muscles};
+use crate::body::length;
+use crate::body::vector::{Vector, cross, dot, norm, rotate};
+use crate::error::Error;
+
+impl Muscles {
+    /// By how much each muscle turns where it wraps: the sum over its surfaces, rad.
+    ///
+    /// # Shapes
+    /// `angles: [muscles]`; 0 for fixed tendons.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] names the slice.
+    pub fn wrap_angles(&self, geometry: &Geometry, angles: &mut [f64]) -> Result<(), Error> {
+        self.check(geometry)?;
+        length("angles", angles.len(), self.count())?;
+        for (cable, angle) in self.plan.cables.iter().zip(angles.iter_mut()) {
+            *angle = geometry.strands[cable.spans.clone()].iter().map(|strand| strand.angle).sum();
+        }
+        Ok(())
+    }
+
+    /// By how much each muscle turns between the end of its sheath and its anchor.
+    ///
+    /// ```text
+    /// phi(q) = turn at the end of the sheath + turns at the guides + wraps
+    /// ```
+    ///
+    /// A guide is a site that the cable passes; the turn at the end of the sheath is between the sheath's
+    /// axis and the cable. The sheath's own bend is not part of it.
+    ///
+    /// # Shapes
+    /// `bends: [muscles]`, rad; 0 for fixed tendons.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] names the slice.
+    ///
+    /// # Source
+    /// `yuan2023`, eq. 6.
+    pub fn bends(&self, geometry: &Geometry, bends: &mut [f64]) -> Result<(), Error> {
+        self.check(geometry)?;
+        length("bends", bends.len(), self.count())?;
+        for (cable, bend) in self.plan.cables.iter().zip(bends.iter_mut()) {
+            let mut before =
+                cable.sheath_end.map(|end| rotate(&geometry.poses.links[end.link].axes, end.position));
+            *bend = 0.0;
+            for (index, span) in cable.spans.clone().zip(&self.plan.spans[cable.spans.clone()]) {
+                let strand = &geometry.strands[index];
+                if span.begins && index != cable.spans.start {
+                    before = None;
+                }
+                *bend += before.map_or(0.0, |before| between(before, strand.out)) + strand.angle;
+                before = Some(strand.into);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Angle between two unit vectors.
+fn between(a: Vector, b: Vector) -> f64 {
+    libm::atan2(norm(cross(a, b)), dot(a, b))
+}

@@ -1,0 +1,270 @@
+//! A cable in the plane of a circle: around it, and inside it.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+
+/// A point of the plane, from the circle's centre.
+pub(super) type Point = [f64; 2];
+
+/// Below this, numbers count as zero: MuJoCo's bound.
+pub(super) const TINY: f64 = 1e-15;
+
+/// How a cable touches a circle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Touch {
+    /// Direction in which it arrives, unit.
+    pub(super) into: Point,
+    /// Direction in which it leaves, unit.
+    pub(super) out: Point,
+    /// Free lengths before and after.
+    pub(super) free: [f64; 2],
+    /// Length on the circle, 0 inside.
+    pub(super) on: f64,
+    /// By how much the cable turns.
+    pub(super) angle: f64,
+    /// To the left (+1) or to the right.
+    pub(super) sense: f64,
+    /// Angle between the cable and the radius where it touches: a quarter turn around, less inside.
+    pub(super) graze: f64,
+}
+
+#[inline]
+pub(super) fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+#[inline]
+pub(super) fn cross(a: Point, b: Point) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// A quarter turn to the left.
+#[inline]
+fn left(a: Point) -> Point {
+    [-a[1], a[0]]
+}
+
+/// `a x + b y`.
+#[inline]
+fn mix(a: f64, x: Point, b: f64, y: Point) -> Point {
+    [a * x[0] + b * y[0], a * x[1] + b * y[1]]
+}
+
+/// Point of the segment between `start` and `start + way` that is nearest to the centre; the squared
+/// length of `way` is `squared`.
+#[inline]
+fn nearest(start: Point, way: Point, squared: f64) -> Point {
+    let share = (-dot(way, start) / squared).clamp(0.0, 1.0);
+    mix(1.0, start, share, way)
+}
+
+/// Wraps a cable around a circle if the circle is in the way, or if it has to pass the other side.
+///
+/// ```text
+/// T_0 ~ r e_0 + s f_0 J e_0,   T_1 ~ r e_1 - s f_1 J e_1,   f_i^2 = |e_i|^2 - r^2,   J: quarter turn to the left
+/// ```
+///
+/// | symbol | argument | unit | domain | meaning                                                     |
+/// |--------|----------|------|--------|-------------------------------------------------------------|
+/// | e_i    | `ends`   | m    |        | ends of the cable; inside the circle nothing is wrapped      |
+/// |        | `side`   | m    |        | where the cable should pass; only its direction counts       |
+/// | r      | `radius` | m    | > 0    | radius                                                      |
+/// | s      |          |      | +1, -1 | sense: to the left or to the right                           |
+///
+/// The cable goes the short way, and wraps if the straight line would cross the circle. It goes the long way,
+/// and always wraps, if it comes from `e_0` by the side to `e_1` only so: turning from `e_0` to the side and
+/// from there to `e_1` have one sense, and the short way has the other.
+///
+/// # Source
+/// `mujoco2012`; the rule of the side is the one that version 4.0 is observed to follow.
+#[inline]
+pub(super) fn around(ends: [Point; 2], side: Option<Point>, radius: f64) -> Option<Touch> {
+    let [e0, e1] = ends;
+    let (square0, square1, square) = (dot(e0, e0), dot(e1, e1), radius * radius);
+    if square0 < square || square1 < square || radius < TINY {
+        return None;
+    }
+    let way = mix(1.0, e1, -1.0, e0);
+    let squared = dot(way, way);
+    if squared < TINY {
+        return None;
+    }
+    let (c, k) = (dot(e0, e1), cross(e0, e1));
+    let long = side.is_some_and(|side| cross(e0, side) * k < 0.0 && cross(side, e1) * k < 0.0);
+    if !long {
+        let near = nearest(e0, way, squared);
+        if dot(near, near) > square {
+            return None;
+        }
+    }
+    let short = 1_f64.copysign(k);
+    let sense = if long { -short } else { short };
+    let free = [libm::sqrt(square0 - square), libm::sqrt(square1 - square)];
+    // Cosine and sine of the angle wrapped, times the squares of both distances.
+    let (same, mixed) = (square - free[0] * free[1], sense * radius * (free[0] + free[1]));
+    let angle = libm::atan2(sense * (same * k - mixed * c), same * c + mixed * k);
+    let angle = match angle < 0.0 {
+        true if long => angle + 2.0 * PI,
+        // Rounding, where the cable just touches.
+        true => return None,
+        false => angle,
+    };
+    let lean = sense * radius;
+    Some(Touch {
+        into: mix(-free[0] / square0, e0, lean / square0, left(e0)),
+        out: mix(free[1] / square1, e1, lean / square1, left(e1)),
+        free,
+        on: radius * angle,
+        angle,
+        sense,
+        graze: FRAC_PI_2,
+    })
+}
+
+/// Leads a cable by the inner side of a circle that it would otherwise pass outside: as by a ring.
+///
+/// ```text
+/// asin(A sin t) + asin(B sin t) - 2 t + G = 0,    A = r/|e_0|,  B = r/|e_1|,  G the angle between e_0 and e_1
+/// ```
+///
+/// `t` is the angle between the cable and the radius where it touches: the same on both sides, as the ring
+/// has no friction. Arguments as for [`around`].
+///
+/// # Departs
+/// MuJoCo solves for `sin t` to 1e-6 and falls back on the middle of the ends within 1e-3 rad of the pose where
+/// the cable leaves the ring, where its length jumps; here the root is found to rounding everywhere.
+///
+/// # Source
+/// `mujoco2012`: rules and equation of `wrap_inside`.
+#[inline]
+pub(super) fn inside(ends: [Point; 2], radius: f64) -> Option<Touch> {
+    let [e0, e1] = ends;
+    let (length0, length1) = (libm::sqrt(dot(e0, e0)), libm::sqrt(dot(e1, e1)));
+    if length0 <= radius || length1 <= radius || radius < TINY {
+        return None;
+    }
+    let way = mix(1.0, e1, -1.0, e0);
+    let squared = dot(way, way);
+    if squared > TINY {
+        let near = nearest(e0, way, squared);
+        if dot(near, near) <= radius * radius {
+            return None;
+        }
+    }
+    let gap = libm::atan2(cross(e0, e1).abs(), dot(e0, e1));
+    if dot(e0, e1) < -(1.0 - TINY) * length0 * length1 {
+        return None;
+    }
+    let [a, b] = [radius / length0, radius / length1];
+    let t = grazing_angle(a, b, gap);
+    // From e_0 towards e_1.
+    let turn = (t - libm::asin(a * libm::sin(t))).copysign(cross(e0, e1));
+    let (sine, cosine) = libm::sincos(turn);
+    let point = mix(radius / length0 * cosine, e0, radius / length0 * sine, left(e0));
+    let (before, after) = (mix(1.0, point, -1.0, e0), mix(1.0, e1, -1.0, point));
+    let free = [libm::sqrt(dot(before, before)), libm::sqrt(dot(after, after))];
+    if free[0] < TINY || free[1] < TINY {
+        return None;
+    }
+    let (into, out) = (before.map(|x| x / free[0]), after.map(|x| x / free[1]));
+    let angle = libm::atan2(cross(into, out).abs(), dot(into, out));
+    Some(Touch { into, out, free, on: 0.0, angle, sense: 1_f64.copysign(cross(e0, e1)), graze: t })
+}
+
+/// How fast the cable's directions turn to the left where it arrives and leaves, as its ends move.
+///
+/// ```text
+/// sin b_i = r sin t / |e_i|,    directions at angles  phi_0 + pi - s b_0  and  phi_1 + s b_1
+/// inside: b_0 + b_1 - 2 t + G = 0;    around: t = pi/2
+/// ```
+///
+/// `phi_i` are the angles of the ends, `t` the grazing angle.
+pub(super) fn turning(ends: [Point; 2], moving: [Point; 2], touch: (f64, f64), radius: f64) -> [f64; 2] {
+    let (sense, t) = touch;
+    let (sine, cosine) = if t < FRAC_PI_2 { libm::sincos(t) } else { (1.0, 0.0) };
+    let squares = ends.map(|end| dot(end, end));
+    let phi = [0, 1].map(|i| cross(ends[i], moving[i]) / squares[i]);
+    let shares = squares.map(|square| radius / libm::sqrt(square));
+    // Next to the circle the direction turns without bound.
+    let steep = shares.map(|share| libm::sqrt((1.0 - share * share * sine * sine).max(1e-18)));
+    let own = [0, 1].map(|i| -shares[i] * dot(ends[i], moving[i]) / squares[i] * sine / steep[i]);
+    let pull = [0, 1].map(|i| shares[i] * cosine / steep[i]);
+    let gap = if t < FRAC_PI_2 { sense * (phi[1] - phi[0]) } else { 0.0 };
+    let rate = if t < FRAC_PI_2 { (own[0] + own[1] + gap) / (2.0 - pull[0] - pull[1]) } else { 0.0 };
+    let lean = [0, 1].map(|i| own[i] + pull[i] * rate);
+    [phi[0] - sense * lean[0], phi[1] + sense * lean[1]]
+}
+
+/// Root in `[0, pi/2]` of the concave function above, by Newton's iteration from where it is negative.
+fn grazing_angle(a: f64, b: f64, gap: f64) -> f64 {
+    let mut t = FRAC_PI_2;
+    for _ in 0..60 {
+        let (sine, cosine) = libm::sincos(t);
+        let value = libm::asin(a * sine) + libm::asin(b * sine) - 2.0 * t + gap;
+        let leg = |a: f64| a * cosine / libm::sqrt(1.0 - a * a * sine * sine);
+        let step = value / (leg(a) + leg(b) - 2.0);
+        // Rounding alone moves it up again.
+        if step.is_nan() || step <= 1e-16 {
+            break;
+        }
+        t = (t - step).max(0.0);
+    }
+    t
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Length by walking: tangent points found on a fine grid.
+    fn shortest(ends: [Point; 2], radius: f64) -> f64 {
+        let distance = |a: Point, b: Point| libm::hypot(a[0] - b[0], a[1] - b[1]);
+        let on = |angle: f64| [radius * libm::cos(angle), radius * libm::sin(angle)];
+        let tangent = |end: Point, sense: f64| {
+            let lean = libm::acos(radius / libm::hypot(end[0], end[1]));
+            libm::atan2(end[1], end[0]) + sense * lean
+        };
+        [1.0, -1.0]
+            .map(|sense| {
+                let (from, to) = (tangent(ends[0], sense), tangent(ends[1], -sense));
+                let arc = libm::fmod(sense * (to - from) + 4.0 * PI, 2.0 * PI);
+                distance(ends[0], on(from)) + radius * arc + distance(on(to), ends[1])
+            })
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn the_short_way_around_is_tangents_and_an_arc() {
+        let mut wrapped = 0;
+        for i in 0..400 {
+            let angle = f64::from(i) * 0.7;
+            let ends = [[1.3 + 0.001 * f64::from(i), 0.1], [2.0 * libm::cos(angle), 2.0 * libm::sin(angle)]];
+            if let Some(touch) = around(ends, None, 1.0) {
+                wrapped += 1;
+                let length = touch.free[0] + touch.on + touch.free[1];
+                assert!((length - shortest(ends, 1.0)).abs() < 1e-13, "{ends:?}");
+                assert!((dot(touch.into, touch.into) - 1.0).abs() < 1e-14);
+                assert!((dot(touch.out, touch.out) - 1.0).abs() < 1e-14);
+            }
+        }
+        assert!(wrapped > 150, "{wrapped}");
+    }
+
+    #[test]
+    fn a_ring_turns_the_cable_by_equal_angles() {
+        let mut touched = 0;
+        for i in 1..300 {
+            let gap = f64::from(i) * 0.01;
+            let ends = [[1.7, 0.0], [2.5 * libm::cos(gap), 2.5 * libm::sin(gap)]];
+            if let Some(touch) = inside(ends, 1.0) {
+                touched += 1;
+                let point = mix(1.0, ends[0], touch.free[0], touch.into);
+                assert!((libm::hypot(point[0], point[1]) - 1.0).abs() < 1e-13);
+                // The force of the ring on the cable is along the radius.
+                let pull = mix(1.0, touch.out, -1.0, touch.into);
+                assert!(cross(pull, point).abs() < 1e-12, "{gap}");
+            }
+        }
+        assert!(touched > 100, "{touched}");
+    }
+}

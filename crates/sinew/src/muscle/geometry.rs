@@ -1,0 +1,289 @@
+use super::route::{Around, Plan, Span, Surface};
+use super::surface::{Contact, cylinder, sphere};
+use crate::body::vector::{Vector, cross, dot, norm, rotate, scale, sub, unrotate};
+use crate::body::{Pose, Poses, Robot, WrapKind, length, numbers};
+use crate::error::Error;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// A piece of cable in one pose.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Strand {
+    /// Direction in which it leaves its first site.
+    pub(super) out: Vector,
+    /// Direction in which it comes to its second site.
+    pub(super) into: Vector,
+    pub(super) length: f64,
+    /// The surface it touches, if it does.
+    pub(super) contact: Option<Contact>,
+    /// By how much it turns on the surface.
+    pub(super) angle: f64,
+}
+
+/// The muscles of a robot: every tendon is one, spatial or fixed.
+///
+/// ```text
+/// l(q),    R = -dl/dq,    l' = -R v,    tau = R^T F
+/// ```
+///
+/// A piece of cable of direction `u` through `x` that crosses a joint changes its length by the joint's
+/// motion along it: `dl/dq = +-(w . (x x u) + s . u)`, with turn `w` and shift `s` of the joint at the world's
+/// origin. Each muscle knows the joints it crosses, and the rest of the robot is not looked at.
+///
+/// # Assumes
+/// Cables are straight between sites and surfaces, taut, without thickness; cylinders have no ends.
+///
+/// # Source
+/// `mujoco2012`, whose rules decide where a cable wraps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Muscles {
+    pub(super) plan: Plan,
+    nq: usize,
+    pub(super) nv: usize,
+}
+
+/// What the muscles of a robot are like in one pose: what [`Muscles::evaluate`] finds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Geometry {
+    pub(super) poses: Poses,
+    pub(super) points: Vec<Vector>,
+    pub(super) surfaces: Vec<Pose>,
+    pub(super) strands: Vec<Strand>,
+    pub(super) lengths: Vec<f64>,
+    pub(super) arms: Vec<f64>,
+}
+
+impl Geometry {
+    /// Room for the muscles of a robot; nothing found yet.
+    #[must_use]
+    pub fn new(robot: &Robot, muscles: &Muscles) -> Geometry {
+        let plan = &muscles.plan;
+        let poses = Poses::new(robot);
+        let surfaces = plan.surfaces.iter().map(|_| robot.body_pose(&poses, 0)).collect();
+        Geometry {
+            poses,
+            points: vec![[0.0; 3]; plan.anchors.len()],
+            surfaces,
+            strands: vec![Strand::default(); plan.spans.len()],
+            lengths: vec![0.0; plan.cables.len()],
+            arms: vec![0.0; plan.columns.len()],
+        }
+    }
+
+    /// Lengths, m: `[muscles]`.
+    #[must_use]
+    pub fn lengths(&self) -> &[f64] {
+        &self.lengths
+    }
+
+    /// Moment arms of all muscles one after the other, each about the joints it crosses only
+    /// ([`Muscles::columns`]).
+    #[must_use]
+    pub fn moment_arms(&self) -> &[f64] {
+        &self.arms
+    }
+}
+
+impl Muscles {
+    /// The muscles of a robot.
+    #[must_use]
+    pub fn new(robot: &Robot) -> Muscles {
+        Muscles { plan: Plan::new(robot), nq: robot.nq(), nv: robot.nv() }
+    }
+
+    /// How many.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.plan.cables.len()
+    }
+
+    /// The velocities that a muscle's moment arms are about, in rising order for spatial tendons; nothing for
+    /// a muscle that is not there.
+    #[must_use]
+    pub fn columns(&self, muscle: usize) -> &[usize] {
+        self.plan.cables.get(muscle).map_or(&[], |cable| &self.plan.columns[cable.slots.clone()])
+    }
+
+    /// A muscle's moment arms, `R = -dl/dq`, in the order of [`columns`](Muscles::columns).
+    #[must_use]
+    pub fn arms<'a>(&self, geometry: &'a Geometry, muscle: usize) -> &'a [f64] {
+        let slots = self.plan.cables.get(muscle).map(|cable| cable.slots.clone());
+        slots.and_then(|slots| geometry.arms.get(slots)).unwrap_or_default()
+    }
+
+    /// Lengths and moment arms of all muscles.
+    ///
+    /// # Shapes
+    /// `q: [nq]`, as [`Robot`] has it.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a coordinate is not finite.
+    pub fn evaluate(&self, q: &[f64], geometry: &mut Geometry) -> Result<(), Error> {
+        numbers("q", q, self.nq)?;
+        self.check(geometry)?;
+        let plan = &self.plan;
+        for (index, link) in &plan.links {
+            geometry.poses.place(*index, link, q);
+        }
+        for (point, anchor) in geometry.points.iter_mut().zip(&plan.anchors) {
+            *point = geometry.poses.links[anchor.link].point(anchor.position);
+        }
+        for (pose, surface) in geometry.surfaces.iter_mut().zip(&plan.surfaces) {
+            let Surface { place, .. } = surface;
+            *pose = geometry.poses.of(place);
+        }
+        geometry.arms.fill(0.0);
+        for (muscle, cable) in plan.cables.iter().enumerate() {
+            let mut total = 0.0;
+            for &(coordinate, slot, coefficient) in &cable.terms {
+                total += coefficient * q[coordinate];
+                geometry.arms[slot] = -coefficient;
+            }
+            for index in cable.spans.clone() {
+                total += self.span(index, geometry);
+            }
+            geometry.lengths[muscle] = total;
+        }
+        numbers("lengths", &geometry.lengths, plan.cables.len())?;
+        numbers("moment arms", &geometry.arms, plan.columns.len())
+    }
+
+    /// One piece of cable: its share of the muscle's length; its moment arms are added.
+    #[inline]
+    fn span(&self, index: usize, geometry: &mut Geometry) -> f64 {
+        let span = &self.plan.spans[index];
+        let (start, end) = (geometry.points[span.from], geometry.points[span.to]);
+        let contact = span.around.as_ref().and_then(|around| self.wrap(span, around, geometry));
+        let strand = match (&span.around, contact) {
+            (Some(around), Some(contact)) => {
+                let Contact { into, out, length, angle, .. } = contact;
+                self.feel(around.before.clone(), span.share, start, into, geometry);
+                self.feel(around.after.clone(), span.share, end, out, geometry);
+                Strand { out: into, into: out, length, contact: Some(contact), angle }
+            }
+            _ => {
+                let way = sub(end, start);
+                let length = norm(way);
+                // MuJoCo's direction of nothing.
+                let u = if length < super::circle::TINY { [1.0, 0.0, 0.0] } else { scale(1.0 / length, way) };
+                self.feel(span.direct.clone(), span.share, start, u, geometry);
+                Strand { out: u, into: u, length, contact: None, angle: 0.0 }
+            }
+        };
+        geometry.strands[index] = strand;
+        span.share * strand.length
+    }
+
+    #[inline]
+    fn wrap(&self, span: &Span, around: &Around, geometry: &Geometry) -> Option<Contact> {
+        let surface = &self.plan.surfaces[around.surface];
+        let pose = &geometry.surfaces[around.surface];
+        let seen = |anchor: usize| sub(geometry.points[anchor], pose.origin);
+        let (ends, side) = ([seen(span.from), seen(span.to)], around.side.map(seen));
+        match surface.kind {
+            WrapKind::Sphere => sphere(ends, side, surface.radius, &pose.axes),
+            WrapKind::Cylinder => {
+                let inner = |v| unrotate(&pose.axes, v);
+                let contact = cylinder(ends.map(inner), side.map(inner), surface.radius)?;
+                let (into, out) = (rotate(&pose.axes, contact.into), rotate(&pose.axes, contact.out));
+                Some(Contact { into, out, ..contact })
+            }
+        }
+    }
+
+    /// Adds what a straight piece along `u` through `x` gives to the moment arms of the joints it crosses.
+    #[inline]
+    fn feel(
+        &self,
+        crossings: core::ops::Range<usize>,
+        share: f64,
+        x: Vector,
+        u: Vector,
+        geometry: &mut Geometry,
+    ) {
+        let moment = cross(x, u);
+        for crossing in &self.plan.crossings[crossings] {
+            let screw = &geometry.poses.screws[crossing.velocity];
+            let along = dot(screw.turn, moment) + dot(screw.shift, u);
+            geometry.arms[crossing.slot] -= share * crossing.sign * along;
+        }
+    }
+
+    /// The whole matrix of moment arms, zeros where a muscle does not cross a joint.
+    ///
+    /// # Shapes
+    /// `dense: [muscles x nv]`, row by row.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] names the slice.
+    pub fn dense(&self, geometry: &Geometry, dense: &mut [f64]) -> Result<(), Error> {
+        self.check(geometry)?;
+        self.spread(&geometry.arms, dense)
+    }
+
+    /// Sparse rows to a whole matrix.
+    pub(super) fn spread(&self, sparse: &[f64], dense: &mut [f64]) -> Result<(), Error> {
+        length("dense", dense.len(), self.count() * self.nv)?;
+        dense.fill(0.0);
+        for (muscle, cable) in self.plan.cables.iter().enumerate() {
+            for slot in cable.slots.clone() {
+                dense[muscle * self.nv + self.plan.columns[slot]] = sparse[slot];
+            }
+        }
+        Ok(())
+    }
+
+    /// How fast each muscle lengthens: `l' = -R v`, m/s.
+    ///
+    /// # Shapes
+    /// `v: [nv]`, `rates: [muscles]`.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a velocity is not finite.
+    pub fn velocities(&self, geometry: &Geometry, v: &[f64], rates: &mut [f64]) -> Result<(), Error> {
+        self.check(geometry)?;
+        numbers("v", v, self.nv)?;
+        length("rates", rates.len(), self.count())?;
+        for (cable, rate) in self.plan.cables.iter().zip(rates.iter_mut()) {
+            *rate = -cable
+                .slots
+                .clone()
+                .map(|slot| geometry.arms[slot] * v[self.plan.columns[slot]])
+                .sum::<f64>();
+        }
+        Ok(())
+    }
+
+    /// Joint torques of tensions: `tau = R^T F`.
+    ///
+    /// # Shapes
+    /// `tensions: [muscles]`, N; `tau: [nv]`, Nm or N.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a tension is not finite.
+    pub fn torque(&self, geometry: &Geometry, tensions: &[f64], tau: &mut [f64]) -> Result<(), Error> {
+        self.check(geometry)?;
+        numbers("tensions", tensions, self.count())?;
+        length("tau", tau.len(), self.nv)?;
+        tau.fill(0.0);
+        for (cable, tension) in self.plan.cables.iter().zip(tensions) {
+            for slot in cable.slots.clone() {
+                tau[self.plan.columns[slot]] += geometry.arms[slot] * tension;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether this room was made for these muscles.
+    pub(super) fn check(&self, geometry: &Geometry) -> Result<(), Error> {
+        let plan = &self.plan;
+        length("geometry", geometry.lengths.len(), plan.cables.len())?;
+        length("geometry", geometry.arms.len(), plan.columns.len())?;
+        length("geometry", geometry.strands.len(), plan.spans.len())?;
+        length("geometry", geometry.points.len(), plan.anchors.len())?;
+        length("geometry", geometry.surfaces.len(), plan.surfaces.len())?;
+        length("geometry", geometry.poses.screws.len(), self.nv)?;
+        let last = plan.links.last().map_or(0, |(index, _)| *index);
+        length("geometry", geometry.poses.links.len().max(last + 1), geometry.poses.links.len())
+    }
+}

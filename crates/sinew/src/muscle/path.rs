@@ -1,0 +1,68 @@
+use super::geometry::{Geometry, Muscles};
+use crate::body::WrapKind;
+use crate::body::vector::{Vector, add, add_scaled, dot, norm, scale, sub};
+use crate::error::{Error, positive};
+use alloc::vec;
+use alloc::vec::Vec;
+
+impl Muscles {
+    /// The way of a muscle in the world, for drawing: one line of points for each branch of a tackle, arcs in
+    /// steps of at most `step` rad. No line for a fixed tendon or a muscle that is not there.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] where the geometry is another robot's, [`Error::OutOfDomain`] where `step` is not above zero.
+    pub fn path(&self, geometry: &Geometry, muscle: usize, step: f64) -> Result<Vec<Vec<[f64; 3]>>, Error> {
+        self.check(geometry)?;
+        // Enough for any picture, and no room for a million points.
+        let step = positive("step", step)?.max(1e-3);
+        let spans = self.plan.cables.get(muscle).map_or(0..0, |cable| cable.spans.clone());
+        let mut branches: Vec<Vec<[f64; 3]>> = Vec::new();
+        for index in spans {
+            let span = &self.plan.spans[index];
+            if span.begins || branches.is_empty() {
+                branches.push(vec![geometry.points[span.from]]);
+            }
+            if let Some(branch) = branches.last_mut() {
+                self.arc(index, geometry, step, branch);
+                branch.push(geometry.points[span.to]);
+            }
+        }
+        Ok(branches)
+    }
+
+    /// Points on the surface of a span, from where the cable arrives to where it leaves.
+    fn arc(&self, index: usize, geometry: &Geometry, step: f64, branch: &mut Vec<Vector>) {
+        let (span, strand) = (&self.plan.spans[index], &geometry.strands[index]);
+        let (Some(around), Some(contact)) = (&span.around, strand.contact) else { return };
+        let (surface, pose) = (&self.plan.surfaces[around.surface], &geometry.surfaces[around.surface]);
+        let arrival = add_scaled(geometry.points[span.from], contact.free[0], strand.out);
+        if contact.touch.1 < core::f64::consts::FRAC_PI_2 {
+            branch.push(arrival);
+            return;
+        }
+        let axis = match surface.kind {
+            WrapKind::Sphere => [0.0; 3],
+            WrapKind::Cylinder => pose.axes[2],
+        };
+        let from_center = sub(arrival, pose.origin);
+        let height = dot(from_center, axis);
+        let radius = add_scaled(from_center, -height, axis);
+        let climb = dot(strand.out, axis);
+        let around = add_scaled(strand.out, -climb, axis);
+        let (size, level) = (norm(radius), norm(around));
+        if level < 1e-12 {
+            branch.push(arrival);
+            return;
+        }
+        let forward = scale(size / level, around);
+        let turn = strand.angle / level;
+        let count = libm::ceil(turn / step).max(1.0) as usize;
+        for k in 0..=count {
+            let angle = turn * k as f64 / count as f64;
+            let (sine, cosine) = libm::sincos(angle);
+            let spoke = add(scale(cosine, radius), scale(sine, forward));
+            let up = scale(height + size * angle * climb / level, axis);
+            branch.push(add(pose.origin, add(spoke, up)));
+        }
+    }
+}

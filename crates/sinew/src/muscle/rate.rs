@@ -1,0 +1,269 @@
+use super::circle::turning;
+use super::geometry::{Geometry, Muscles, Strand};
+use super::route::{Around, Crossing, Span};
+use crate::body::vector::{Vector, add, add_scaled, cross, dot, norm, rotate, scale, sub, unrotate};
+use crate::body::{JointKind, Robot, Screw, WrapKind, numbers};
+use crate::error::Error;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::ops::Range;
+
+/// How moment arms change while the robot moves: what [`Muscles::moment_arm_rates`] finds.
+///
+/// ```text
+/// R' = sum_k dR/dq_k v_k;    l'' = -R a - R' v
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmRates {
+    /// Motion of each link.
+    links: Vec<Screw>,
+    /// Change of each joint's screw.
+    screws: Vec<Screw>,
+    rates: Vec<f64>,
+}
+
+/// A straight piece in motion: a point of it, its direction, and how both change.
+#[derive(Clone, Copy)]
+struct Line {
+    point: Vector,
+    moving: Vector,
+    direction: Vector,
+    turning: Vector,
+}
+
+impl ArmRates {
+    /// Room for the muscles of a robot.
+    #[must_use]
+    pub fn new(robot: &Robot, muscles: &Muscles) -> ArmRates {
+        ArmRates {
+            links: vec![Screw::default(); robot.tree.links.len()],
+            screws: vec![Screw::default(); robot.nv()],
+            rates: vec![0.0; muscles.plan.columns.len()],
+        }
+    }
+
+    /// Rates of all moment arms, m/s, in the order of [`Geometry::moment_arms`].
+    #[must_use]
+    pub fn rates(&self) -> &[f64] {
+        &self.rates
+    }
+}
+
+impl Muscles {
+    /// How moment arms change along a velocity, exactly.
+    ///
+    /// # Shapes
+    /// `geometry` as evaluated in the pose, `v: [nv]`.
+    ///
+    /// # Assumes
+    /// No cable begins or ceases to touch a surface; there moment arms have a kink.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a velocity is not finite, or where a cable
+    /// ends on a surface it wraps, so that its direction turns without bound.
+    pub fn moment_arm_rates(
+        &self,
+        geometry: &Geometry,
+        v: &[f64],
+        found: &mut ArmRates,
+    ) -> Result<(), Error> {
+        self.check(geometry)?;
+        numbers("v", v, self.nv)?;
+        crate::body::length("arm rates", found.screws.len(), self.nv)?;
+        crate::body::length("arm rates", found.links.len(), geometry.poses.links.len())?;
+        crate::body::length("arm rates", found.rates.len(), self.plan.columns.len())?;
+        self.move_links(geometry, v, found);
+        found.rates.fill(0.0);
+        for (index, span) in self.plan.spans.iter().enumerate() {
+            let strand = &geometry.strands[index];
+            match (&span.around, strand.contact) {
+                (Some(around), Some(_)) => {
+                    let [first, second] = self.bent(span, around, strand, geometry, found);
+                    self.change(around.before.clone(), span.share, first, geometry, found);
+                    self.change(around.after.clone(), span.share, second, geometry, found);
+                }
+                _ => {
+                    let line = self.straight(span, strand, geometry, found);
+                    self.change(span.direct.clone(), span.share, line, geometry, found);
+                }
+            }
+        }
+        numbers("moment arm rates", &found.rates, self.plan.columns.len())
+    }
+
+    /// Rates of moment arms as a whole matrix.
+    ///
+    /// # Shapes
+    /// `dense: [muscles x nv]`, row by row.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] names the slice.
+    pub fn dense_rates(&self, found: &ArmRates, dense: &mut [f64]) -> Result<(), Error> {
+        crate::body::length("arm rates", found.rates.len(), self.plan.columns.len())?;
+        self.spread(&found.rates, dense)
+    }
+
+    fn move_links(&self, geometry: &Geometry, v: &[f64], found: &mut ArmRates) {
+        for (index, link) in &self.plan.links {
+            let mut motion = if link.parent == 0 { Screw::default() } else { found.links[link.parent] };
+            let own = link.v..link.v + link.kind.velocities();
+            for k in own.clone() {
+                let screw = &geometry.poses.screws[k];
+                motion.turn = add_scaled(motion.turn, v[k], screw.turn);
+                motion.shift = add_scaled(motion.shift, v[k], screw.shift);
+            }
+            found.links[*index] = motion;
+            for k in own {
+                let screw = &geometry.poses.screws[k];
+                // A free joint's shifts are the world's axes.
+                let fixed = link.kind == JointKind::Free && k < link.v + 3;
+                found.screws[k] = if fixed { Screw::default() } else { carried(&motion, screw) };
+            }
+        }
+    }
+
+    fn straight(&self, span: &Span, strand: &Strand, geometry: &Geometry, found: &ArmRates) -> Line {
+        let (point, moving) = self.end(span.from, geometry, found);
+        let (_, far) = self.end(span.to, geometry, found);
+        let way = sub(far, moving);
+        let across = add_scaled(way, -dot(way, strand.out), strand.out);
+        let turning = if strand.length > 1e-15 { scale(1.0 / strand.length, across) } else { [0.0; 3] };
+        Line { point, moving, direction: strand.out, turning }
+    }
+
+    /// The two straight pieces on both sides of a surface.
+    fn bent(
+        &self,
+        span: &Span,
+        around: &Around,
+        strand: &Strand,
+        geometry: &Geometry,
+        found: &ArmRates,
+    ) -> [Line; 2] {
+        let (surface, pose) = (&self.plan.surfaces[around.surface], &geometry.surfaces[around.surface]);
+        let carrier = match surface.place.link {
+            0 => Screw::default(),
+            link => found.links[link],
+        };
+        let sites = [span.from, span.to].map(|anchor| self.end(anchor, geometry, found));
+        // Places and motions of the ends as seen from the surface.
+        let ends = sites.map(|(point, _)| sub(point, pose.origin));
+        let moving = sites.map(|(point, moving)| sub(moving, carrier.at(point)));
+        let touch = strand.contact.map_or((1.0, 0.0), |contact| contact.touch);
+        let directions = [strand.out, strand.into];
+        let turned = match surface.kind {
+            WrapKind::Sphere => on_sphere(ends, moving, directions, touch, surface.radius),
+            WrapKind::Cylinder => {
+                let inner = |vectors: [Vector; 2]| vectors.map(|vector| unrotate(&pose.axes, vector));
+                on_cylinder(
+                    inner(ends),
+                    inner(moving),
+                    inner(directions),
+                    touch,
+                    (surface.radius, strand.length),
+                )
+                .map(|turning| rotate(&pose.axes, turning))
+            }
+        };
+        [0, 1].map(|i| Line {
+            point: sites[i].0,
+            moving: sites[i].1,
+            direction: directions[i],
+            turning: add(turned[i], cross(carrier.turn, directions[i])),
+        })
+    }
+
+    /// Place and velocity of a site.
+    fn end(&self, anchor: usize, geometry: &Geometry, found: &ArmRates) -> (Vector, Vector) {
+        let point = geometry.points[anchor];
+        let moving = match self.plan.anchors[anchor].link {
+            0 => [0.0; 3],
+            link => found.links[link].at(point),
+        };
+        (point, moving)
+    }
+
+    /// Adds a straight piece's share of the change of the moment arms it makes.
+    fn change(
+        &self,
+        crossings: Range<usize>,
+        share: f64,
+        line: Line,
+        geometry: &Geometry,
+        found: &mut ArmRates,
+    ) {
+        let moment = cross(line.point, line.direction);
+        let change = add(cross(line.moving, line.direction), cross(line.point, line.turning));
+        for &Crossing { velocity, slot, sign } in &self.plan.crossings[crossings] {
+            let (screw, rate) = (&geometry.poses.screws[velocity], &found.screws[velocity]);
+            let along = dot(rate.turn, moment)
+                + dot(screw.turn, change)
+                + dot(rate.shift, line.direction)
+                + dot(screw.shift, line.turning);
+            found.rates[slot] -= share * sign * along;
+        }
+    }
+}
+
+/// Change of a screw that moves with a body.
+fn carried(motion: &Screw, screw: &Screw) -> Screw {
+    Screw {
+        turn: cross(motion.turn, screw.turn),
+        shift: add(cross(motion.shift, screw.turn), cross(motion.turn, screw.shift)),
+    }
+}
+
+/// Change of both directions on a sphere at the origin: in the plane they turn as on a circle, and the
+/// plane itself turns.
+fn on_sphere(
+    ends: [Vector; 2],
+    moving: [Vector; 2],
+    directions: [Vector; 2],
+    touch: (f64, f64),
+    radius: f64,
+) -> [Vector; 2] {
+    let product = cross(ends[0], ends[1]);
+    let size = norm(product);
+    if size < 1e-15 {
+        return [[0.0; 3]; 2];
+    }
+    let normal = scale(1.0 / size, product);
+    let change = add(cross(moving[0], ends[1]), cross(ends[0], moving[1]));
+    let tilt = scale(1.0 / size, add_scaled(change, -dot(change, normal), normal));
+    let x = scale(1.0 / norm(ends[0]), ends[0]);
+    let y = cross(normal, x);
+    let planar = |vectors: [Vector; 2]| vectors.map(|vector| [dot(vector, x), dot(vector, y)]);
+    let rates = turning(planar(ends), planar(moving), touch, radius);
+    [0, 1].map(|i| {
+        let in_plane = scale(rates[i], cross(normal, directions[i]));
+        add_scaled(in_plane, -dot(directions[i], tilt), normal)
+    })
+}
+
+/// Change of both directions on a cylinder about z, all in its frame: around they turn as on a circle, and
+/// the slope of the helix changes.
+fn on_cylinder(
+    ends: [Vector; 2],
+    moving: [Vector; 2],
+    directions: [Vector; 2],
+    touch: (f64, f64),
+    (radius, length): (f64, f64),
+) -> [Vector; 2] {
+    let planar = |vectors: [Vector; 2]| vectors.map(|[x, y, _]| [x, y]);
+    let rates = turning(planar(ends), planar(moving), touch, radius);
+    let slope = directions[0][2];
+    let along = libm::sqrt((1.0 - slope * slope).max(0.0));
+    let climbing = moving[1][2] - moving[0][2];
+    let level = |direction: Vector, motion: Vector| direction[0] * motion[0] + direction[1] * motion[1];
+    if along < 1e-12 {
+        return [[0.0; 3]; 2];
+    }
+    // Length around, and how it changes: the tangents tell.
+    let widening = (level(directions[1], moving[1]) - level(directions[0], moving[0])) / along;
+    let tilt = (along * climbing - slope * widening) / length;
+    [0, 1].map(|i| {
+        let [x, y, _] = directions[i];
+        let lean = -slope * tilt / along;
+        [lean * x - rates[i] * y, lean * y + rates[i] * x, along * tilt]
+    })
+}

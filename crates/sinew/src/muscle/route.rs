@@ -1,0 +1,260 @@
+//! Ways of cables, made ready: what each touches, and which joints it crosses.
+
+use crate::body::tree::{Link, Place};
+use crate::body::vector::Vector;
+use crate::body::{Robot, Route, Station, WrapKind};
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::vec::Vec;
+use core::ops::Range;
+
+/// A joint's velocity that shortens or lengthens a straight piece of cable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Crossing {
+    /// Which velocity.
+    pub(super) velocity: usize,
+    /// Where the muscle's moment arm about it is kept.
+    pub(super) slot: usize,
+    /// +1 when the joint carries the far end of the piece, -1 when it carries the near end.
+    pub(super) sign: f64,
+}
+
+/// From one site to the next, maybe around a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Span {
+    pub(super) from: usize,
+    pub(super) to: usize,
+    /// Share of this piece in the muscle's length.
+    pub(super) share: f64,
+    /// Whether a tackle stands before it: the cable does not come from the span before.
+    pub(super) begins: bool,
+    /// Joints between the two sites.
+    pub(super) direct: Range<usize>,
+    pub(super) around: Option<Around>,
+}
+
+/// The surface of a span.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Around {
+    pub(super) surface: usize,
+    pub(super) side: Option<usize>,
+    /// Joints between the first site and the surface.
+    pub(super) before: Range<usize>,
+    /// Joints between the surface and the second site.
+    pub(super) after: Range<usize>,
+}
+
+/// A point on a link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Anchor {
+    pub(super) link: usize,
+    pub(super) position: Vector,
+}
+
+/// A wrapping surface on a link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Surface {
+    pub(super) kind: WrapKind,
+    pub(super) radius: f64,
+    pub(super) place: Place,
+}
+
+/// One cable.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Cable {
+    /// Its spans, none for a weighted sum of joints.
+    pub(super) spans: Range<usize>,
+    /// Its moment arms.
+    pub(super) slots: Range<usize>,
+    /// Terms of a weighted sum: coordinate, slot, coefficient.
+    pub(super) terms: Vec<(usize, usize, f64)>,
+    /// Direction in which its sheath ends, and on which link.
+    pub(super) sheath_end: Option<Anchor>,
+}
+
+/// Everything that is the same in every pose.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Plan {
+    /// Links that muscles touch, and what carries them; each with its place in the list of all.
+    pub(super) links: Vec<(usize, Link)>,
+    pub(super) anchors: Vec<Anchor>,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) cables: Vec<Cable>,
+    pub(super) spans: Vec<Span>,
+    pub(super) crossings: Vec<Crossing>,
+    /// Which velocity each moment arm is about.
+    pub(super) columns: Vec<usize>,
+}
+
+/// A plan being made.
+struct Planner<'a> {
+    robot: &'a Robot,
+    plan: Plan,
+    anchor_of: BTreeMap<usize, usize>,
+    surface_of: BTreeMap<usize, usize>,
+}
+
+impl Plan {
+    pub(super) fn new(robot: &Robot) -> Plan {
+        let plan = Plan::default();
+        let (anchor_of, surface_of) = (BTreeMap::new(), BTreeMap::new());
+        let mut planner = Planner { robot, plan, anchor_of, surface_of };
+        for tendon in &robot.parts().tendons {
+            let first = planner.plan.columns.len();
+            let mut cable = match &tendon.route {
+                Route::Fixed(terms) => planner.sum(terms),
+                Route::Spatial(stations) => planner.route(stations),
+            };
+            cable.slots = first..planner.plan.columns.len();
+            let axis = tendon.sheath.as_ref().and_then(|sheath| sheath.end_axis);
+            cable.sheath_end =
+                axis.zip(planner.plan.spans.get(cable.spans.start)).and_then(|(axis, span)| {
+                    let Route::Spatial(stations) = &tendon.route else { return None };
+                    let first = stations.iter().find_map(|station| match station {
+                        Station::Site(site) => Some(*site),
+                        _ => None,
+                    })?;
+                    let body = &robot.tree.bodies[robot.parts().sites[first].body];
+                    let position = crate::body::vector::rotate(&body.axes, axis);
+                    Some(Anchor { link: planner.plan.anchors[span.from].link, position })
+                });
+            planner.plan.cables.push(cable);
+        }
+        planner.touched();
+        planner.plan
+    }
+}
+
+impl Planner<'_> {
+    fn sum(&mut self, terms: &[(usize, f64)]) -> Cable {
+        let start = self.plan.spans.len();
+        let mut cable = Cable { spans: start..start, slots: 0..0, terms: Vec::new(), sheath_end: None };
+        for &(joint, coefficient) in terms {
+            let (q, v) = (self.robot.coordinates_of(joint).start, self.robot.velocities_of(joint).start);
+            cable.terms.push((q, self.plan.columns.len(), coefficient));
+            self.plan.columns.push(v);
+        }
+        cable
+    }
+
+    fn route(&mut self, stations: &[Station]) -> Cable {
+        let start = self.plan.spans.len();
+        let pieces = self.pieces(stations);
+        let first = self.plan.columns.len();
+        let mut columns = BTreeSet::new();
+        for piece in &pieces {
+            let (from, to) = (self.plan.anchors[piece.from].link, self.plan.anchors[piece.to].link);
+            let mut stops = [Some(from), None, Some(to)];
+            if let Some((surface, _)) = piece.around {
+                stops[1] = Some(self.plan.surfaces[surface].place.link);
+            }
+            let stops: Vec<usize> = stops.into_iter().flatten().collect();
+            for pair in stops.windows(2) {
+                columns.extend(self.between(pair[0], pair[1]).into_iter().map(|(velocity, _)| velocity));
+            }
+        }
+        self.plan.columns.extend(columns);
+        for piece in pieces {
+            let (from, to) = (self.plan.anchors[piece.from].link, self.plan.anchors[piece.to].link);
+            let direct = self.cross(from, to, first);
+            let around = piece.around.map(|(surface, side)| {
+                let link = self.plan.surfaces[surface].place.link;
+                let (before, after) = (self.cross(from, link, first), self.cross(link, to, first));
+                Around { surface, side, before, after }
+            });
+            let Piece { from, to, share, begins, .. } = piece;
+            self.plan.spans.push(Span { from, to, share, begins, direct, around });
+        }
+        let spans = start..self.plan.spans.len();
+        Cable { spans, slots: 0..0, terms: Vec::new(), sheath_end: None }
+    }
+
+    /// Sites in pairs, with what stands between them.
+    fn pieces(&mut self, stations: &[Station]) -> Vec<Piece> {
+        let (mut pieces, mut share, mut begins) = (Vec::new(), 1.0, true);
+        let (mut last, mut around) = (None, None);
+        for station in stations {
+            match *station {
+                Station::Pulley(divisor) => (last, share, begins) = (None, 1.0 / divisor, true),
+                Station::Wrap { wrap, side } => {
+                    around = Some((self.surface(wrap), side.map(|side| self.anchor(side))));
+                }
+                Station::Site(site) => {
+                    let to = self.anchor(site);
+                    if let Some(from) = last {
+                        pieces.push(Piece { from, to, share, begins, around: around.take() });
+                        begins = false;
+                    }
+                    last = Some(to);
+                }
+            }
+        }
+        pieces
+    }
+
+    fn anchor(&mut self, site: usize) -> usize {
+        let place = self.robot.site_place(site);
+        let anchors = &mut self.plan.anchors;
+        *self.anchor_of.entry(site).or_insert_with(|| {
+            anchors.push(Anchor { link: place.link, position: place.origin });
+            anchors.len() - 1
+        })
+    }
+
+    fn surface(&mut self, wrap: usize) -> usize {
+        let place = self.robot.wrap_place(wrap);
+        let part = &self.robot.parts().wraps[wrap];
+        let surfaces = &mut self.plan.surfaces;
+        *self.surface_of.entry(wrap).or_insert_with(|| {
+            surfaces.push(Surface { kind: part.kind, radius: part.radius, place });
+            surfaces.len() - 1
+        })
+    }
+
+    /// Velocities of the joints between two links, and whether each carries the second (+1) or the first (-1).
+    fn between(&self, first: usize, second: usize) -> Vec<(usize, f64)> {
+        let links = &self.robot.tree.links;
+        let (mut a, mut b, mut found) = (first, second, Vec::new());
+        // Parents stand before their children: the later one is never an ancestor of the other.
+        while a != b {
+            let (at, sign) = if a > b { (a, -1.0) } else { (b, 1.0) };
+            let link = &links[at];
+            found.extend((link.v..link.v + link.kind.velocities()).map(|velocity| (velocity, sign)));
+            if a > b { a = link.parent } else { b = link.parent }
+        }
+        found
+    }
+
+    fn cross(&mut self, first: usize, second: usize, slots: usize) -> Range<usize> {
+        let start = self.plan.crossings.len();
+        for (velocity, sign) in self.between(first, second) {
+            let mine = &self.plan.columns[slots..];
+            let slot = slots + mine.iter().position(|&column| column == velocity).unwrap_or_default();
+            self.plan.crossings.push(Crossing { velocity, slot, sign });
+        }
+        start..self.plan.crossings.len()
+    }
+
+    /// Links that the plan needs, parents first.
+    fn touched(&mut self) {
+        let links = &self.robot.tree.links;
+        let plan = &mut self.plan;
+        let ends = plan.anchors.iter().map(|anchor| anchor.link);
+        let mut needed = BTreeSet::new();
+        for link in ends.chain(plan.surfaces.iter().map(|surface| surface.place.link)) {
+            let mut at = link;
+            while at != 0 && needed.insert(at) {
+                at = links[at].parent;
+            }
+        }
+        plan.links = needed.into_iter().map(|index| (index, links[index].clone())).collect();
+    }
+}
+
+/// Two sites and what may be between them.
+struct Piece {
+    from: usize,
+    to: usize,
+    share: f64,
+    begins: bool,
+    around: Option<(usize, Option<usize>)>,
+}

@@ -1,0 +1,10 @@
+//! The body and its muscles: against other programs, against laws, and against nonsense.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+mod coupled;
+mod golden;
+mod laws;
+mod muscles;
+mod refused;
+mod robots;
