@@ -10,6 +10,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod body;
+pub mod description;
 mod error;
 pub mod math;
 pub mod metrics;
