@@ -1,6 +1,7 @@
 //! One file per verb.
 
 pub(crate) mod adapt;
+pub(crate) mod arm;
 pub(crate) mod demo;
 pub(crate) mod evaluate;
 pub(crate) mod identify;

@@ -7,10 +7,14 @@ mod attributes;
 mod error;
 mod mjcf;
 mod orientation;
+mod robot_toml;
 mod tree;
+mod urdf;
 
 pub use error::{DescriptionError, Warning};
 pub use mjcf::{from_mjcf, to_mjcf};
+pub use robot_toml::{from_toml, to_toml};
+pub use urdf::from_urdf;
 
 /// A description and what of its file was passed over.
 #[derive(Debug, Clone, PartialEq)]

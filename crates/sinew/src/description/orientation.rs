@@ -16,6 +16,10 @@ pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+pub(super) fn is_identity(q: Quaternion) -> bool {
+    q.map(f64::to_bits) == IDENTITY.map(f64::to_bits)
+}
+
 /// A vector of unit length, if it has a direction.
 pub(super) fn unit<const N: usize>(vector: [f64; N]) -> Option<[f64; N]> {
     let length = sqrt(vector.iter().map(|x| x * x).sum());
@@ -43,7 +47,7 @@ pub(super) fn matrix(q: Quaternion) -> [[f64; 3]; 3] {
 }
 
 pub(super) fn rotate(q: Quaternion, v: [f64; 3]) -> [f64; 3] {
-    if q == IDENTITY {
+    if is_identity(q) {
         return v;
     }
     matrix(q).map(|row| dot(row, v))
@@ -99,7 +103,7 @@ pub(super) fn euler(angles: [f64; 3], sequence: [u8; 3]) -> Quaternion {
 
 /// `R diag R^T` for a symmetric tensor `[xx, yy, zz, xy, xz, yz]`.
 pub(super) fn turn_tensor(q: Quaternion, t: [f64; 6]) -> [f64; 6] {
-    if q == IDENTITY {
+    if is_identity(q) {
         return t;
     }
     let r = matrix(q);

@@ -139,6 +139,7 @@ impl Tree {
     }
 
     /// An error about an attribute of an element, or with `""` about the element.
+    #[expect(clippy::needless_pass_by_value, reason = "literals and fresh text come alike")]
     pub(super) fn error(&self, element: usize, attribute: &str, problem: impl ToString) -> DescriptionError {
         let at = &self.elements[element];
         let mut place = format!("<{}", at.name);

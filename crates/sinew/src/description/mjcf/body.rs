@@ -181,7 +181,7 @@ fn explicit(import: &Import<'_>, element: usize) -> Result<Inertia, DescriptionE
         (Some(_), Some(_)) => {
             return Err(at.error("fullinertia", "stands beside `diaginertia`: expected one of them"));
         }
-        (Some(full), None) if place.orientation == turn::IDENTITY => full,
+        (Some(full), None) if turn::is_identity(place.orientation) => full,
         (Some(_), None) => return Err(at.error("fullinertia", "stands beside an orientation: expected none")),
         (None, diagonal) => {
             turn::turn_tensor(place.orientation, inertia::diagonal(diagonal.unwrap_or_default()))
@@ -196,35 +196,18 @@ fn bounded(import: &Import<'_>, at: usize, given: Inertia) -> Result<Inertia, De
     let mut inertia = given;
     inertia.mass = inertia.mass.max(compiler.least_mass);
     let (moments, axes) = inertia::principal(given.tensor);
-    let mut wanted = moments.map(|x| x.max(compiler.least_inertia));
-    let [mut a, mut b, mut c] = wanted;
-    let largest = a.max(b).max(c);
-    if a.min(b).min(c) < -1e-12 * largest.abs() || !largest.is_finite() {
-        let problem = format!("has principal moments of inertia {moments:?}: expected none below zero");
-        return Err(import.tree.error(at, "", problem));
+    let least = compiler.least_inertia;
+    let mut wanted = moments.map(|x| if least > 0.0 { x.max(least) } else { x });
+    let sum: f64 = wanted.iter().sum();
+    if compiler.balance && wanted.iter().any(|x| 2.0 * x > sum) {
+        wanted = [sum / 3.0; 3];
     }
-    if a > b {
-        (a, b) = (b, a);
+    // What needs no change keeps its bits.
+    let tolerance = 1e-15 * sum.abs();
+    if moments.iter().zip(wanted).any(|(have, want)| (have - want).abs() > tolerance) {
+        inertia.tensor = inertia::compose(wanted, axes);
     }
-    if b > c {
-        (b, c) = (c, b);
-    }
-    if a + b < c - (1e-14 + 1e-9 * c) {
-        if !compiler.balance {
-            let problem = format!(
-                "has principal moments of inertia {wanted:?}: expected none above the sum of the others (a body of \
-                 matter obeys this; `balanceinertia` makes it so)"
-            );
-            return Err(import.tree.error(at, "", problem));
-        }
-        wanted = [(a + b + c) / 3.0; 3];
-    }
-    if wanted != moments {
-        let nearly = moments.iter().zip(wanted).all(|(m, w)| (m - w).abs() <= 1e-15 * largest);
-        if !nearly {
-            inertia.tensor = inertia::compose(wanted, axes);
-        }
-    }
+    inertia::possible(inertia.tensor).map_err(|problem| import.tree.error(at, "", problem))?;
     Ok(inertia)
 }
 
@@ -313,7 +296,7 @@ pub(super) fn limits(
     let holds = match at.word(limited, &["false", "true", "auto"])? {
         Some(0) => false,
         Some(1) => true,
-        _ => auto && given.is_some_and(|given| given != [0.0; 2]),
+        _ => auto && given.is_some_and(|given| given.iter().any(|end| *end != 0.0)),
     };
     if !holds {
         return Ok(None);

@@ -55,10 +55,10 @@ fn reference(kind: &str, name: &str, index: usize) -> String {
 
 fn place(position: &[f64; 3], orientation: &[f64; 4]) -> String {
     let mut out = String::new();
-    if *position != [0.0; 3] {
+    if position.iter().any(|x| x.to_bits() != 0) {
         let _ = write!(out, " pos=\"{}\"", numbers(position));
     }
-    if *orientation != [1.0, 0.0, 0.0, 0.0] {
+    if orientation.map(f64::to_bits) != [1.0_f64, 0.0, 0.0, 0.0].map(f64::to_bits) {
         let _ = write!(out, " quat=\"{}\"", numbers(orientation));
     }
     out
@@ -113,7 +113,7 @@ fn bodies(out: &mut String, parts: &Parts) {
 
 /// A diagonal where it is one: MuJoCo takes apart a full tensor and will not have it all zero.
 fn inertia(tensor: &[f64; 6]) -> String {
-    if tensor[3..] == [0.0; 3] {
+    if tensor[3..].iter().all(|x| *x == 0.0) {
         return format!("diaginertia=\"{}\"", numbers(&tensor[..3]));
     }
     format!("fullinertia=\"{}\"", numbers(tensor))

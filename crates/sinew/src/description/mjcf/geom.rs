@@ -29,7 +29,7 @@ impl Place {
 
     /// A frame within this one, in the outer one.
     pub(super) fn of(&self, inner: Place) -> Place {
-        let orientation = if self.orientation == turn::IDENTITY {
+        let orientation = if turn::is_identity(self.orientation) {
             inner.orientation
         } else {
             turn::product(self.orientation, inner.orientation)
@@ -169,8 +169,8 @@ fn shape(
     let words = inherited.into_iter().flat_map(|text| text.split_ascii_whitespace());
     let inherited: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
     let own = at.list("size", 1, 3)?.unwrap_or_default();
-    for i in 0..3 {
-        size[i] = own.get(i).or(inherited.get(i)).copied().unwrap_or(0.0);
+    for (i, size) in size.iter_mut().enumerate() {
+        *size = own.get(i).or(inherited.get(i)).copied().unwrap_or(0.0);
     }
     let (needed, needed_with_ends) = SIZES[kind.min(6)];
     let ends = if matches!(kind, 1..=4) { at.array::<6>("fromto")? } else { None };

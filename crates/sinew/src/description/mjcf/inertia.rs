@@ -2,6 +2,8 @@
 
 use super::geom::Solid;
 use crate::description::orientation::turn_tensor;
+use alloc::format;
+use alloc::string::String;
 use alloc::vec::Vec;
 
 /// Mass, centre of mass and inertia about it `[xx, yy, zz, xy, xz, yz]`, in the body's frame.
@@ -71,9 +73,9 @@ pub(super) fn principal(t: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
             for row in &mut a {
                 (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
             }
-            for k in 0..3 {
-                (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
-            }
+            let (from, to) = (a[p], a[q]);
+            a[p] = core::array::from_fn(|k| c * from[k] - s * to[k]);
+            a[q] = core::array::from_fn(|k| s * from[k] + c * to[k]);
             for row in &mut v {
                 (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
             }
@@ -86,4 +88,21 @@ pub(super) fn principal(t: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
 pub(super) fn compose(moments: [f64; 3], v: [[f64; 3]; 3]) -> [f64; 6] {
     let entry = |i: usize, j: usize| (0..3).map(|k| v[i][k] * moments[k] * v[j][k]).sum();
     [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)]
+}
+
+/// Whether matter can have this inertia about its centre of mass; if not, why.
+pub(in crate::description) fn possible(tensor: [f64; 6]) -> Result<(), String> {
+    let (moments, _) = principal(tensor);
+    let largest = moments.iter().fold(0.0, |most: f64, m| most.max(m.abs()));
+    if !largest.is_finite() || moments.iter().any(|m| *m < -1e-12 * largest) {
+        return Err(format!("has principal moments of inertia {moments:?}: expected none below zero"));
+    }
+    let [a, b, c] = moments;
+    if 2.0 * a.max(b).max(c) > (a + b + c) + 1e-14 + 1e-9 * largest {
+        return Err(format!(
+            "has principal moments of inertia {moments:?}: expected none above the sum of the others, which no body \
+             of matter has (in MJCF `balanceinertia` evens them out)"
+        ));
+    }
+    Ok(())
 }

@@ -12,3 +12,4 @@ mod tendon;
 
 pub use export::to_mjcf;
 pub use import::from_mjcf;
+pub(super) use inertia::possible;
