@@ -14,7 +14,7 @@ pub(crate) enum Error {
         /// The file.
         file: PathBuf,
         /// Why.
-        source: sinew::Error,
+        source: Box<sinew::Error>,
     },
     /// A model that cannot be written or scored.
     #[error(transparent)]
