@@ -21,6 +21,7 @@ pub(crate) enum Verb {
     Predict(PredictArguments),
     Adapt(AdaptArguments),
     Demo(DemoArguments),
+    Arm(ArmArguments),
 }
 
 /// Fit a transmission: from bench logs to DIR/model.json and DIR/report.html.
@@ -156,4 +157,72 @@ pub(crate) struct AdaptArguments {
 pub(crate) struct DemoArguments {
     #[command(flatten)]
     pub(crate) write: WriteArguments,
+}
+
+/// Robots moved by cables: look at a model, evaluate its muscles, convert it.
+///
+/// A MODEL is a file (.toml: this program's format, .xml: MJCF, .urdf: URDF) or the name of an embedded one: lm_arm.
+#[derive(Debug, Args)]
+pub(crate) struct ArmArguments {
+    #[command(subcommand)]
+    pub(crate) verb: ArmVerb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ArmVerb {
+    Inspect(InspectArguments),
+    Evaluate(ArmEvaluateArguments),
+    Convert(ConvertArguments),
+}
+
+/// Print what a robot is made of: joints, muscles, masses, warnings.
+#[derive(Debug, Args)]
+pub(crate) struct InspectArguments {
+    /// A robot's file, or the name of an embedded one
+    pub(crate) model: PathBuf,
+    /// Muscles of a URDF robot (TOML); NAME.muscles.toml beside NAME.urdf is found by itself
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    /// Write an HTML report with moment arms and a view of the robot
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Print the result as JSON for programs
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Lengths, moment arms (-dl/dq), wrap angles and gravity torques of a robot in given poses.
+///
+/// POSES.csv has a column per joint, by name, in rad or m; ball and free joints have JOINT.qw .qx .qy .qz (and
+/// .x .y .z). Joints left out stay at their reference, or follow their coupling.
+#[derive(Debug, Args)]
+pub(crate) struct ArmEvaluateArguments {
+    /// A robot's file, or the name of an embedded one
+    pub(crate) model: PathBuf,
+    /// Table of poses
+    #[arg(long, value_name = "POSES.csv")]
+    pub(crate) poses: PathBuf,
+    /// Muscles of a URDF robot (TOML); NAME.muscles.toml beside NAME.urdf is found by itself
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    /// File to write; without it the table goes to standard output
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "json")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print the result as JSON for programs
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Convert a robot between formats, chosen by extension: from .toml, .xml or .urdf to .toml or .xml.
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArguments {
+    /// A robot's file, or the name of an embedded one
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// File to write
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Muscles of a URDF robot (TOML); NAME.muscles.toml beside NAME.urdf is found by itself
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
 }

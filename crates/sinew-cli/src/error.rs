@@ -14,11 +14,30 @@ pub(crate) enum Error {
         /// The file.
         file: PathBuf,
         /// Why.
-        source: sinew::Error,
+        source: Box<sinew::Error>,
     },
     /// A model that cannot be written or scored.
     #[error(transparent)]
     Physics(#[from] sinew::Error),
+    /// A robot file that cannot be used.
+    #[error(transparent)]
+    Description(Box<sinew::description::DescriptionError>),
+    /// A file that describes what is no robot.
+    #[error("{}: {source}", file.display())]
+    Robot {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: Box<sinew::Error>,
+    },
+    /// A file for a robot that cannot be used.
+    #[error("{}: {problem}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What and where.
+        problem: String,
+    },
     /// A file that cannot be read.
     #[error("{}: cannot be read: {source}", file.display())]
     Unreadable {
@@ -50,4 +69,10 @@ pub(crate) enum Error {
     /// No sample to score.
     #[error("{0}")]
     Nothing(String),
+}
+
+impl From<sinew::description::DescriptionError> for Error {
+    fn from(error: sinew::description::DescriptionError) -> Self {
+        Self::Description(Box::new(error))
+    }
 }

@@ -23,6 +23,7 @@ fn main() -> ExitCode {
         Verb::Predict(arguments) => verbs::predict::run(arguments),
         Verb::Adapt(arguments) => verbs::adapt::run(arguments),
         Verb::Demo(arguments) => verbs::demo::run(arguments),
+        Verb::Arm(arguments) => verbs::arm::run(arguments),
     });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -11,6 +11,7 @@ extern crate std;
 
 pub mod body;
 pub mod control;
+pub mod description;
 pub mod drive;
 mod error;
 pub mod experiment;

@@ -1,6 +1,7 @@
 //! One file per verb.
 
 pub(crate) mod adapt;
+pub(crate) mod arm;
 pub(crate) mod demo;
 pub(crate) mod evaluate;
 pub(crate) mod identify;
@@ -18,7 +19,7 @@ pub(crate) fn read_model(path: &Path) -> Result<Model, Error> {
     let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };
     let refused = |name: &str, expected: &str, got: String| Error::Model {
         file: path.to_owned(),
-        source: sinew::Error::ModelFile { name: name.into(), expected: expected.into(), got },
+        source: Box::new(sinew::Error::ModelFile { name: name.into(), expected: expected.into(), got }),
     };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
     if size > MOST_BYTES {
@@ -27,5 +28,5 @@ pub(crate) fn read_model(path: &Path) -> Result<Model, Error> {
     let bytes = std::fs::read(path).map_err(unreadable)?;
     let text = String::from_utf8(bytes)
         .map_err(|e| refused("file", "text (JSON)", format!("bytes that are no text: {}", e.utf8_error())))?;
-    Model::from_json(&text).map_err(|source| Error::Model { file: path.to_owned(), source })
+    Model::from_json(&text).map_err(|source| Error::Model { file: path.to_owned(), source: source.into() })
 }

@@ -1,0 +1,24 @@
+//! `sinew arm convert`.
+
+use super::model::{extension, load, warn};
+use crate::arguments::ConvertArguments;
+use crate::error::Error;
+use crate::output::{print, spare, write_all};
+use sinew::description::{to_mjcf, to_toml};
+
+pub(crate) fn run(arguments: &ConvertArguments) -> Result<(), Error> {
+    let output = &arguments.output;
+    spare([&arguments.input].into_iter().chain(&arguments.muscles), std::slice::from_ref(output))?;
+    let kind = extension(output)?;
+    if kind == "urdf" {
+        let problem = "URDF knows no cables and is not written: expected .toml or .xml".to_owned();
+        return Err(Error::File { file: output.clone(), problem });
+    }
+    let loaded = load(&arguments.input, arguments.muscles.as_deref())?;
+    warn(&loaded.warnings);
+    let parts = loaded.robot.parts();
+    let text = if kind == "toml" { to_toml(parts) } else { to_mjcf(parts) };
+    write_all(&[(output.clone(), text.as_bytes())])?;
+    let (bodies, joints, muscles) = (parts.bodies.len() - 1, parts.joints.len(), parts.tendons.len());
+    print(&format!("wrote {bodies} bodies, {joints} joints and {muscles} muscles to {}\n", output.display()))
+}

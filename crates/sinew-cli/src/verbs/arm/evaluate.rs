@@ -1,0 +1,82 @@
+//! `sinew arm evaluate`.
+
+use super::model::{called, load, warn};
+use super::poses::{read_poses, velocities};
+use crate::arguments::ArmEvaluateArguments;
+use crate::error::Error;
+use crate::output::{print, spare, write_all};
+use sinew::body::{Poses, Robot, Scratch};
+use sinew::muscle::{Geometry, Muscles};
+
+pub(crate) fn run(arguments: &ArmEvaluateArguments) -> Result<(), Error> {
+    let inputs = [&arguments.model, &arguments.poses].into_iter().chain(&arguments.muscles);
+    spare(inputs, arguments.out.as_slice())?;
+    let loaded = load(&arguments.model, arguments.muscles.as_deref())?;
+    warn(&loaded.warnings);
+    let poses = read_poses(&loaded.robot, &arguments.poses)?;
+    let names = columns(&loaded.robot);
+    let rows = rows(&loaded.robot, &poses)?;
+    if arguments.json {
+        let poses: Vec<serde_json::Map<String, serde_json::Value>> = rows
+            .iter()
+            .map(|row| names.iter().cloned().zip(row.iter().map(|&x| serde_json::Value::from(x))).collect())
+            .collect();
+        return print(&(serde_json::to_string(&serde_json::json!({ "poses": poses }))? + "\n"));
+    }
+    let mut text = names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(",") + "\n";
+    for row in &rows {
+        text += &row.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
+        text.push('\n');
+    }
+    let Some(out) = &arguments.out else { return print(&text) };
+    write_all(&[(out.clone(), text.as_bytes())])?;
+    print(&format!("wrote {} poses to {}\n", rows.len(), out.display()))
+}
+
+fn quoted(name: &str) -> String {
+    if name.contains([',', '"']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
+}
+
+fn columns(robot: &Robot) -> Vec<String> {
+    let parts = robot.parts();
+    let muscles: Vec<String> =
+        parts.tendons.iter().enumerate().map(|(i, tendon)| called("tendon", &tendon.name, i)).collect();
+    let joints = velocities(robot);
+    let mut names: Vec<String> = muscles.iter().map(|muscle| format!("length_m:{muscle}")).collect();
+    for muscle in &muscles {
+        names.extend(joints.iter().map(|joint| format!("moment_arm_m:{muscle}:{joint}")));
+    }
+    names.extend(muscles.iter().map(|muscle| format!("wrap_rad:{muscle}")));
+    names.extend(joints.iter().map(|joint| format!("gravity_torque_nm:{joint}")));
+    for (index, site) in parts.sites.iter().enumerate() {
+        let site = called("site", &site.name, index);
+        names.extend(["x", "y", "z"].map(|axis| format!("{axis}_m:{site}")));
+    }
+    names
+}
+
+fn rows(robot: &Robot, poses: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
+    let muscles = Muscles::new(robot);
+    let mut geometry = Geometry::new(robot, &muscles);
+    let (mut scratch, mut frames) = (Scratch::new(robot), Poses::new(robot));
+    let mut arms = vec![0.0; muscles.count() * robot.nv()];
+    let mut angles = vec![0.0; muscles.count()];
+    let mut torques = vec![0.0; robot.nv()];
+    let mut rows = Vec::new();
+    for q in poses {
+        muscles.evaluate(q, &mut geometry)?;
+        muscles.dense(&geometry, &mut arms)?;
+        muscles.wrap_angles(&geometry, &mut angles)?;
+        robot.gravity_force(q, &mut scratch, &mut torques)?;
+        robot.forward_kinematics(q, &mut frames)?;
+        let mut row = geometry.lengths().to_vec();
+        row.extend(&arms);
+        row.extend(&angles);
+        row.extend(&torques);
+        for site in 0..robot.parts().sites.len() {
+            row.extend(robot.site_pose(&frames, site).origin);
+        }
+        rows.push(row);
+    }
+    Ok(rows)
+}

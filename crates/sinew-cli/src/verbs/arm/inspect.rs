@@ -1,0 +1,126 @@
+//! `sinew arm inspect`.
+
+use super::model::{Loaded, called, load, warn};
+use super::report;
+use super::survey::{Survey, survey};
+use crate::arguments::InspectArguments;
+use crate::error::Error;
+use crate::output::{one_line, print, spare, write_all};
+use crate::table::{number, table};
+use sinew::body::{JointKind, Robot};
+
+pub(crate) fn run(arguments: &InspectArguments) -> Result<(), Error> {
+    spare([&arguments.model].into_iter().chain(&arguments.muscles), arguments.report.as_slice())?;
+    let loaded = load(&arguments.model, arguments.muscles.as_deref())?;
+    let survey = survey(&loaded.robot)?;
+    if let Some(path) = &arguments.report {
+        let page = report::page(&loaded.robot, &survey)?;
+        write_all(&[(path.clone(), page.as_bytes())])?;
+    }
+    warn(&loaded.warnings);
+    if arguments.json {
+        return print(&(serde_json::to_string(&json(&loaded, &survey))? + "\n"));
+    }
+    let mut text = told(&loaded.robot, &survey);
+    if !loaded.warnings.is_empty() {
+        text += &format!("\n{} warnings, see above\n", loaded.warnings.len());
+    }
+    if let Some(path) = &arguments.report {
+        text += &format!("\nwrote {}\n", path.display());
+    }
+    print(&text)
+}
+
+fn kind(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Hinge => "hinge",
+        JointKind::Slide => "slide",
+        JointKind::Ball => "ball",
+        JointKind::Free => "free",
+    }
+}
+
+fn told(robot: &Robot, survey: &Survey) -> String {
+    let parts = robot.parts();
+    let mut text = format!(
+        "{}: {} bodies of {} kg ({} kg move), {} joints, {} muscles, {} couplings, {} key poses\n\n",
+        one_line(&parts.name),
+        parts.bodies.len() - 1,
+        number(Some(parts.bodies.iter().map(|body| body.mass).sum())),
+        number(Some(robot.moving_mass())),
+        parts.joints.len(),
+        parts.tendons.len(),
+        parts.couplings.len(),
+        parts.keys.len()
+    );
+    let rows: Vec<Vec<String>> = parts
+        .joints
+        .iter()
+        .enumerate()
+        .map(|(i, joint)| {
+            let (low, high) = joint.range.map_or((None, None), |[low, high]| (Some(low), Some(high)));
+            let turns = joint.kind == JointKind::Hinge || joint.kind == JointKind::Ball;
+            let follows = parts.couplings.iter().find(|c| c.follower == i);
+            let leader = follows.map_or(String::new(), |c| {
+                c.leader.map_or("fixed".to_owned(), |l| called("joint", &parts.joints[l].name, l))
+            });
+            vec![
+                one_line(&called("joint", &joint.name, i)),
+                kind(joint.kind).to_owned(),
+                if turns { "rad" } else { "m" }.to_owned(),
+                one_line(&leader),
+                number(low),
+                number(high),
+                number(Some(joint.damping)),
+            ]
+        })
+        .collect();
+    text += &table(&["joint", "kind", "unit", "follows", "from", "to", "damping"], &rows, 4);
+    text.push('\n');
+    let rows: Vec<Vec<String>> = survey
+        .muscles
+        .iter()
+        .map(|muscle| {
+            vec![
+                one_line(&muscle.name),
+                number(Some(muscle.length_m)),
+                number(Some(muscle.travel_m())),
+                one_line(&muscle.strongest),
+                number(Some(1e3 * muscle.arm_m[0])),
+                number(Some(1e3 * muscle.arm_m[1])),
+                number(Some(muscle.wrap_rad[0])),
+                number(Some(muscle.wrap_rad[1])),
+            ]
+        })
+        .collect();
+    let head = ["muscle", "length m", "travel m", "strongest at", "arm mm from", "to", "wrap rad from", "to"];
+    // The strongest joint is text between numbers; tables align the first columns only.
+    text += &table(&head, &rows, 1);
+    text += &format!(
+        "\ntravel, arms and wraps: smallest and largest over {} poses within the limits\n",
+        survey.poses
+    );
+    text
+}
+
+fn json(loaded: &Loaded, survey: &Survey) -> serde_json::Value {
+    let (robot, parts) = (&loaded.robot, loaded.robot.parts());
+    let joints: Vec<_> = parts
+        .joints
+        .iter()
+        .enumerate()
+        .map(|(i, joint)| serde_json::json!({"name": called("joint", &joint.name, i), "kind": kind(joint.kind), "range": joint.range}))
+        .collect();
+    let muscles: Vec<_> = survey
+        .muscles
+        .iter()
+        .map(|m| {
+            serde_json::json!({"name": m.name, "length_m": m.length_m, "travel_m": m.travel_m(), "length_range_m": m.lengths_m,
+                "strongest_joint": m.strongest, "moment_arm_range_m": m.arm_m, "wrap_range_rad": m.wrap_rad})
+        })
+        .collect();
+    let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+    serde_json::json!({"name": parts.name, "bodies": parts.bodies.len() - 1,
+        "mass_kg": parts.bodies.iter().map(|b| b.mass).sum::<f64>(), "moving_mass_kg": robot.moving_mass(),
+        "joints": joints, "muscles": muscles, "poses": survey.poses, "warnings": warnings})
+}

@@ -1,0 +1,129 @@
+//! Poses from a table with a column per coordinate.
+
+use super::model::{called, read};
+use crate::error::Error;
+use sinew::body::{JointKind, Robot};
+use std::path::Path;
+
+/// Names of all coordinates, in order.
+pub(super) fn coordinates(robot: &Robot) -> Vec<String> {
+    let mut names = Vec::new();
+    for (index, joint) in robot.parts().joints.iter().enumerate() {
+        let name = called("joint", &joint.name, index);
+        let parts: &[&str] = match joint.kind {
+            JointKind::Hinge | JointKind::Slide => &[""],
+            JointKind::Ball => &[".qw", ".qx", ".qy", ".qz"],
+            JointKind::Free => &[".x", ".y", ".z", ".qw", ".qx", ".qy", ".qz"],
+        };
+        names.extend(parts.iter().map(|part| format!("{name}{part}")));
+    }
+    names
+}
+
+/// Names of all velocities, in order.
+pub(super) fn velocities(robot: &Robot) -> Vec<String> {
+    let mut names = Vec::new();
+    for (index, joint) in robot.parts().joints.iter().enumerate() {
+        let name = called("joint", &joint.name, index);
+        match robot.velocities_of(index).len() {
+            1 => names.push(name),
+            many => names.extend((0..many).map(|k| format!("{name}.{k}"))),
+        }
+    }
+    names
+}
+
+/// All poses of a file.
+pub(super) fn read_poses(robot: &Robot, path: &Path) -> Result<Vec<Vec<f64>>, Error> {
+    let text = read(path)?;
+    let wrong = |line: usize, problem: String| Error::File {
+        file: path.to_owned(),
+        problem: format!("line {line}: {problem}"),
+    };
+    let mut lines =
+        text.lines().enumerate().map(|(i, line)| (i + 1, line)).filter(|(_, line)| !line.trim().is_empty());
+    let (first, head) =
+        lines.next().ok_or_else(|| wrong(1, "is empty: expected a row of joint names".to_owned()))?;
+    let names = coordinates(robot);
+    let head: Vec<&str> = cells(head);
+    let mut columns = Vec::new();
+    for (k, name) in head.iter().enumerate() {
+        let found = names.iter().position(|known| known == name);
+        let Some(found) = found else {
+            let known = names.join(", ");
+            return Err(wrong(
+                first,
+                format!("column `{name}`: the robot has no such coordinate; it has {known}"),
+            ));
+        };
+        if head[..k].contains(name) {
+            return Err(wrong(first, format!("column `{name}` stands twice")));
+        }
+        columns.push(found);
+    }
+    let reference = robot.reference_pose();
+    let mut poses = Vec::new();
+    for (line, row) in lines {
+        let cells = cells(row);
+        if cells.len() != columns.len() {
+            return Err(wrong(line, format!("has {} cells: expected {}", cells.len(), columns.len())));
+        }
+        let mut q = reference.clone();
+        for ((cell, &column), name) in cells.iter().zip(&columns).zip(&head) {
+            let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
+            q[column] =
+                value.ok_or_else(|| wrong(line, format!("column `{name}`: `{cell}` is no finite number")))?;
+        }
+        unit_quaternions(robot, &mut q).map_err(|problem| wrong(line, problem))?;
+        follow(robot, &columns, &mut q);
+        if let Some(place) = q.iter().position(|value| !value.is_finite()) {
+            return Err(wrong(line, format!("puts `{}` out of all bounds", names[place])));
+        }
+        poses.push(q);
+    }
+    Ok(poses)
+}
+
+fn cells(line: &str) -> Vec<&str> {
+    line.split(',').map(|cell| cell.trim().trim_matches('"')).collect()
+}
+
+fn unit_quaternions(robot: &Robot, q: &mut [f64]) -> Result<(), String> {
+    for (index, joint) in robot.parts().joints.iter().enumerate() {
+        let range = robot.coordinates_of(index);
+        if range.len() < 4 {
+            continue;
+        }
+        let quaternion = &mut q[range.end - 4..range.end];
+        let length = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if !(length.is_finite() && length > 1e-9) {
+            return Err(format!("joint `{}`: its quaternion has no direction", joint.name));
+        }
+        quaternion.iter_mut().for_each(|x| *x /= length);
+    }
+    Ok(())
+}
+
+/// Joints that are not given follow their coupling; chains of couplings settle after as many rounds as links.
+pub(super) fn follow(robot: &Robot, given: &[usize], q: &mut [f64]) {
+    let parts = robot.parts();
+    for _ in 0..parts.couplings.len() {
+        let mut moved = false;
+        for coupling in &parts.couplings {
+            let place = robot.coordinates_of(coupling.follower).start;
+            if given.contains(&place) {
+                continue;
+            }
+            let x = coupling
+                .leader
+                .map_or(0.0, |leader| q[robot.coordinates_of(leader).start] - parts.joints[leader].reference);
+            let value = coupling.coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
+            let value = parts.joints[coupling.follower].reference + value;
+            moved |= q[place].to_bits() != value.to_bits();
+            q[place] = value;
+        }
+        if !moved {
+            break;
+        }
+    }
+}

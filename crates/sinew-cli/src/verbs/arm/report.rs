@@ -1,0 +1,114 @@
+//! One self-contained page: moment arms over each joint's range, and the robot to be turned by hand.
+
+use super::model::called;
+use super::poses::{follow, velocities};
+use super::survey::{Survey, rest, span};
+use crate::error::Error;
+use sinew::body::{Poses, Robot, Route, Station};
+use sinew::muscle::{Geometry, Muscles};
+
+/// Points of a curve.
+const POINTS: usize = 61;
+/// A moment arm below this everywhere is not drawn, m.
+const VISIBLE_M: f64 = 1e-6;
+
+const PAGE: &str = include_str!("../../../assets/arm.html");
+
+pub(super) fn page(robot: &Robot, survey: &Survey) -> Result<String, Error> {
+    let muscles: Vec<_> = survey
+        .muscles
+        .iter()
+        .map(|m| {
+            serde_json::json!([
+                m.name,
+                m.length_m,
+                m.travel_m(),
+                m.strongest,
+                m.arm_m[0],
+                m.arm_m[1],
+                m.wrap_rad[0],
+                m.wrap_rad[1]
+            ])
+        })
+        .collect();
+    let data = serde_json::json!({"name": robot.parts().name, "mass_kg": robot.moving_mass(), "muscles": muscles,
+        "curves": curves(robot)?, "view": view(robot)?});
+    // Nothing in the data may close the script element.
+    let data = serde_json::to_string(&data)?.replace('<', "\\u003c");
+    Ok(PAGE.replace("/*DATA*/null", &data))
+}
+
+/// For every joint of one coordinate: its values and the moment arms about it of the muscles that cross it.
+fn curves(robot: &Robot) -> Result<Vec<serde_json::Value>, Error> {
+    let muscles = Muscles::new(robot);
+    let mut geometry = Geometry::new(robot, &muscles);
+    let (count, nv) = (muscles.count(), robot.nv());
+    let mut dense = vec![0.0; count * nv];
+    let (rest, names) = (rest(robot), velocities(robot));
+    let mut curves = Vec::new();
+    for joint in 0..robot.parts().joints.len() {
+        let follows = robot.parts().couplings.iter().any(|coupling| coupling.follower == joint);
+        let Some([low, high]) = span(robot, joint).filter(|_| !follows) else { continue };
+        let (coordinate, velocity) = (robot.coordinates_of(joint).start, robot.velocities_of(joint).start);
+        let mut at = Vec::new();
+        let mut arms = vec![Vec::new(); count];
+        for k in 0..POINTS {
+            let mut q = rest.clone();
+            #[expect(clippy::cast_precision_loss, reason = "a few dozen points")]
+            let part = k as f64 / (POINTS - 1) as f64;
+            q[coordinate] = low + part * (high - low);
+            follow(robot, &[], &mut q);
+            at.push(q[coordinate]);
+            muscles.evaluate(&q, &mut geometry)?;
+            muscles.dense(&geometry, &mut dense)?;
+            (0..count).for_each(|m| arms[m].push(dense[m * nv + velocity]));
+        }
+        let seen: Vec<_> = robot
+            .parts()
+            .tendons
+            .iter()
+            .enumerate()
+            .zip(arms)
+            .filter(|(_, arm)| arm.iter().any(|x| x.abs() > VISIBLE_M))
+            .map(|((i, tendon), arm)| serde_json::json!([called("tendon", &tendon.name, i), arm]))
+            .collect();
+        if !seen.is_empty() {
+            curves.push(serde_json::json!({"joint": names[velocity], "at": at, "arms": seen}));
+        }
+    }
+    Ok(curves)
+}
+
+/// Lines in the world at the reference pose: bones between bodies, cables through their sites, surfaces.
+fn view(robot: &Robot) -> Result<serde_json::Value, Error> {
+    let parts = robot.parts();
+    let mut poses = Poses::new(robot);
+    let q = parts.keys.last().map_or_else(|| rest(robot), |key| key.q.clone());
+    robot.forward_kinematics(&q, &mut poses)?;
+    let bones: Vec<_> = (1..parts.bodies.len())
+        .filter(|&body| parts.bodies[body].parent > 0)
+        .map(|body| {
+            [robot.body_pose(&poses, parts.bodies[body].parent).origin, robot.body_pose(&poses, body).origin]
+        })
+        .collect();
+    let cables: Vec<Vec<[f64; 3]>> = parts
+        .tendons
+        .iter()
+        .map(|tendon| match &tendon.route {
+            Route::Spatial(stations) => stations
+                .iter()
+                .filter_map(|station| match station {
+                    Station::Site(site) => Some(robot.site_pose(&poses, *site).origin),
+                    _ => None,
+                })
+                .collect(),
+            Route::Fixed(_) => Vec::new(),
+        })
+        .collect();
+    let surfaces: Vec<_> = parts
+        .wraps
+        .iter()
+        .map(|wrap| (robot.body_pose(&poses, wrap.body).point(wrap.position), wrap.radius))
+        .collect();
+    Ok(serde_json::json!({"bones": bones, "cables": cables, "surfaces": surfaces}))
+}

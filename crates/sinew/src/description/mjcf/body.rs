@@ -1,0 +1,309 @@
+//! The tree of bodies: joints, inertias, sites and geoms, in MuJoCo's order.
+
+use super::compiler::InertiaFrom;
+use super::geom::{self, HERE, Place, Solid, Weight};
+use super::import::Import;
+use super::inertia::{self, Inertia};
+use crate::body::{Body, Joint, JointKind, Site};
+use crate::description::attributes::Attributes;
+use crate::description::error::DescriptionError;
+use crate::description::orientation as turn;
+use alloc::format;
+use alloc::string::ToString;
+use alloc::vec::Vec;
+
+/// An element within a body, seen through the frames around it.
+#[derive(Clone, Copy)]
+struct Seen<'a> {
+    element: usize,
+    frame: Place,
+    class: Option<&'a str>,
+}
+
+/// Reads `worldbody` and all that is in it.
+pub(super) fn world(import: &mut Import<'_>) -> Result<(), DescriptionError> {
+    import.parts.bodies.push(Body {
+        name: "world".to_string(),
+        parent: 0,
+        position: [0.0; 3],
+        orientation: turn::IDENTITY,
+        mass: 0.0,
+        center_of_mass: [0.0; 3],
+        inertia: [0.0; 6],
+    });
+    let tree = import.tree;
+    let worlds = tree.elements[0].children.iter().copied().filter(|&e| tree.elements[e].name == "worldbody");
+    let mut open: Vec<(Seen<'_>, usize)> = Vec::new();
+    let mut first = Vec::new();
+    for world in worlds {
+        first.extend(contents(import, world, 0, None)?);
+    }
+    open.extend(first.into_iter().rev().map(|seen| (seen, 0)));
+    while let Some((seen, parent)) = open.pop() {
+        let index = body(import, seen, parent)?;
+        let class = tree.elements[seen.element].attribute("childclass").or(seen.class);
+        let inner = contents(import, seen.element, index, class)?;
+        open.extend(inner.into_iter().rev().map(|seen| (seen, index)));
+    }
+    total_mass(import);
+    Ok(())
+}
+
+fn total_mass(import: &mut Import<'_>) {
+    let Some(wanted) = import.compiler.total_mass else { return };
+    let sum: f64 = import.parts.bodies.iter().map(|body| body.mass).sum();
+    if sum > 0.0 {
+        let scale = wanted / sum;
+        for body in &mut import.parts.bodies {
+            body.mass *= scale;
+            body.inertia = body.inertia.map(|x| x * scale);
+        }
+    }
+}
+
+/// The body's own place; what is in it comes later.
+fn body(import: &mut Import<'_>, seen: Seen<'_>, parent: usize) -> Result<usize, DescriptionError> {
+    let at = Attributes::own(import.tree, seen.element);
+    if let Some(class) = at.text("childclass") {
+        import.defaults.class(import.tree, seen.element, "childclass", class)?;
+    }
+    let index = import.parts.bodies.len();
+    if at.text("name") == Some("world") {
+        return Err(at.error("name", "is `world`, which is the name of the world"));
+    }
+    let name = import.name_as("body", at, index)?.unwrap_or_default();
+    let place = seen.frame.of(geom::place(at, &import.compiler)?);
+    import.parts.bodies.push(Body {
+        name,
+        parent,
+        position: place.position,
+        orientation: place.orientation,
+        mass: 0.0,
+        center_of_mass: [0.0; 3],
+        inertia: [0.0; 6],
+    });
+    Ok(index)
+}
+
+/// Everything directly in a body, frames opened; hands back the bodies within.
+fn contents<'a>(
+    import: &mut Import<'a>,
+    element: usize,
+    body: usize,
+    class: Option<&'a str>,
+) -> Result<Vec<Seen<'a>>, DescriptionError> {
+    let tree = import.tree;
+    let mut bodies = Vec::new();
+    let (mut solids, mut unknown, mut inertial) = (Vec::new(), None, None);
+    let within = |element: usize, frame: Place, class| {
+        tree.elements[element].children.iter().rev().map(move |&element| Seen { element, frame, class })
+    };
+    let mut open: Vec<Seen<'a>> = within(element, HERE, class).collect();
+    while let Some(seen) = open.pop() {
+        let Seen { element, frame, class } = seen;
+        match tree.elements[element].name.as_str() {
+            "body" => bodies.push(seen),
+            "frame" => {
+                let at = Attributes::own(tree, element);
+                if let Some(class) = at.text("childclass") {
+                    import.defaults.class(tree, element, "childclass", class)?;
+                }
+                let frame = frame.of(geom::place(at, &import.compiler)?);
+                open.extend(within(element, frame, at.text("childclass").or(class)));
+            }
+            "joint" | "freejoint" => joint(import, seen, body)?,
+            "site" => site(import, seen, body)?,
+            "geom" => {
+                let at = import.attributes(element, class)?;
+                match geom::read(import, at, body, frame)? {
+                    Weight::Solid(solid) => solids.push(solid),
+                    Weight::Unknown => unknown = unknown.or(Some(element)),
+                    Weight::Nothing => {}
+                }
+            }
+            "inertial" if body > 0 && inertial.is_none() => inertial = Some(element),
+            "inertial" => {
+                return Err(tree.error(element, "", "is one too many: the world has none, a body one"));
+            }
+            "camera" | "light" => {}
+            name @ ("plugin" | "composite" | "flexcomp" | "attach") => {
+                import.pass_over(element, name, &format!("<{name}> is not read, what it makes is left out"));
+            }
+            _ => return Err(tree.error(element, "", "is not read within a body")),
+        }
+    }
+    if body > 0 {
+        weigh(import, body, element, &solids, unknown, inertial)?;
+    }
+    Ok(bodies)
+}
+
+/// Mass and inertia, from where the settings say.
+fn weigh(
+    import: &mut Import<'_>,
+    body: usize,
+    element: usize,
+    solids: &[Solid],
+    unknown: Option<usize>,
+    inertial: Option<usize>,
+) -> Result<(), DescriptionError> {
+    let from_geoms = match import.compiler.inertia_from {
+        InertiaFrom::Inertial => false,
+        InertiaFrom::Auto => inertial.is_none(),
+        InertiaFrom::Geoms => inertial.is_none() || !solids.is_empty() || unknown.is_some(),
+    };
+    let (given, at) = match inertial {
+        Some(at) if !from_geoms => (explicit(import, at)?, at),
+        _ if from_geoms => {
+            if let Some(mesh) = unknown {
+                let problem = "is a mesh that carries inertia, and meshes are not read: expected an <inertial> in \
+                               its body, or mass=\"0\" here";
+                return Err(import.tree.error(mesh, "", problem));
+            }
+            (inertia::total(solids), element)
+        }
+        _ => (inertia::NOTHING, element),
+    };
+    let Inertia { mass, center, tensor } = bounded(import, at, given)?;
+    let body = &mut import.parts.bodies[body];
+    (body.mass, body.center_of_mass, body.inertia) = (mass, center, tensor);
+    Ok(())
+}
+
+fn explicit(import: &Import<'_>, element: usize) -> Result<Inertia, DescriptionError> {
+    let at = Attributes::own(import.tree, element);
+    at.required("mass")?;
+    let mass = at.not_negative("mass")?;
+    let full = at.array::<6>("fullinertia")?;
+    let diagonal = at.array::<3>("diaginertia")?;
+    let place = geom::place(at, &import.compiler)?;
+    let tensor = match (full, diagonal) {
+        (Some(_), Some(_)) => {
+            return Err(at.error("fullinertia", "stands beside `diaginertia`: expected one of them"));
+        }
+        (Some(full), None) if turn::is_identity(place.orientation) => full,
+        (Some(_), None) => return Err(at.error("fullinertia", "stands beside an orientation: expected none")),
+        (None, diagonal) => {
+            turn::turn_tensor(place.orientation, inertia::diagonal(diagonal.unwrap_or_default()))
+        }
+    };
+    Ok(Inertia { mass, center: place.position, tensor })
+}
+
+/// Least values, balance, and what no body can have.
+fn bounded(import: &Import<'_>, at: usize, given: Inertia) -> Result<Inertia, DescriptionError> {
+    let compiler = &import.compiler;
+    let mut inertia = given;
+    inertia.mass = inertia.mass.max(compiler.least_mass);
+    let (moments, axes) = inertia::principal(given.tensor);
+    let least = compiler.least_inertia;
+    let mut wanted = moments.map(|x| if least > 0.0 { x.max(least) } else { x });
+    let sum: f64 = wanted.iter().sum();
+    if compiler.balance && wanted.iter().any(|x| 2.0 * x > sum) {
+        wanted = [sum / 3.0; 3];
+    }
+    // What needs no change keeps its bits.
+    let tolerance = 1e-15 * sum.abs();
+    if moments.iter().zip(wanted).any(|(have, want)| (have - want).abs() > tolerance) {
+        inertia.tensor = inertia::compose(wanted, axes);
+    }
+    inertia::possible(inertia.tensor).map_err(|problem| import.tree.error(at, "", problem))?;
+    Ok(inertia)
+}
+
+fn site(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), DescriptionError> {
+    let at = import.attributes(seen.element, seen.class)?;
+    let name = import.name_as("site", at, import.parts.sites.len())?.unwrap_or_default();
+    let mut inner = geom::place(at, &import.compiler)?;
+    if let Some([a, b, c, d, e, f]) = at.array::<6>("fromto")? {
+        inner.position = [(a + d) / 2.0, (b + e) / 2.0, (c + f) / 2.0];
+        let axis = turn::unit([a - d, b - e, c - f]);
+        inner.orientation = turn::z_to(axis.ok_or_else(|| at.error("fromto", "has both ends in one point"))?);
+    }
+    let place = seen.frame.of(inner);
+    import.parts.sites.push(Site { name, body, position: place.position, orientation: place.orientation });
+    Ok(())
+}
+
+const KINDS: [JointKind; 4] = [JointKind::Hinge, JointKind::Slide, JointKind::Ball, JointKind::Free];
+
+fn joint(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), DescriptionError> {
+    let free = import.tree.elements[seen.element].name == "freejoint";
+    let at = if free {
+        Attributes::own(import.tree, seen.element)
+    } else {
+        import.attributes(seen.element, seen.class)?
+    };
+    if body == 0 {
+        return Err(at.error("", "stands in the world, which does not move: expected a body"));
+    }
+    let kind = match at.word("type", &["hinge", "slide", "ball", "free"])? {
+        Some(place) if !free => KINDS[place],
+        _ if free => JointKind::Free,
+        _ => JointKind::Hinge,
+    };
+    if kind == JointKind::Free && import.parts.bodies[body].parent != 0 {
+        return Err(at.error("", "is free within another body: expected it in a body of the world"));
+    }
+    let name = import.name_as("joint", at, import.parts.joints.len())?.unwrap_or_default();
+    let axis = turn::unit(at.array_or("axis", [0.0, 0.0, 1.0])?)
+        .ok_or_else(|| at.error("axis", "is zero: expected a direction"))?;
+    let unit = if kind == JointKind::Slide { 1.0 } else { import.compiler.radians };
+    let only = kind == JointKind::Hinge || kind == JointKind::Slide;
+    let range = if kind == JointKind::Free {
+        None
+    } else {
+        limits(at, import.compiler.auto_limits, "limited", "range")?
+    };
+    let first = |name: &str| -> Result<f64, DescriptionError> {
+        let value = at.list(name, 1, 8)?.map_or(0.0, |list| list[0]);
+        if value < 0.0 {
+            Err(at.error(name, format!("is {value}: expected a number >= 0")))
+        } else {
+            Ok(value)
+        }
+    };
+    let joint = Joint {
+        name,
+        body,
+        kind,
+        anchor: if kind == JointKind::Free {
+            [0.0; 3]
+        } else {
+            seen.frame.point(at.array_or("pos", [0.0; 3])?)
+        },
+        axis: if only { turn::rotate(seen.frame.orientation, axis) } else { [0.0, 0.0, 1.0] },
+        reference: if only { at.number_or("ref", 0.0)? * unit } else { 0.0 },
+        range: range.map(|range| range.map(|x| x * unit)),
+        armature: at.not_negative("armature")?,
+        damping: first("damping")?,
+        friction: at.not_negative("frictionloss")?,
+        stiffness: first("stiffness")?,
+        spring_reference: if only { at.number_or("springref", 0.0)? * unit } else { 0.0 },
+    };
+    import.parts.joints.push(joint);
+    Ok(())
+}
+
+/// A range that holds: said so, or given at all when limits are automatic.
+pub(super) fn limits(
+    at: Attributes<'_>,
+    auto: bool,
+    limited: &str,
+    range: &str,
+) -> Result<Option<[f64; 2]>, DescriptionError> {
+    let given = at.array::<2>(range)?;
+    let holds = match at.word(limited, &["false", "true", "auto"])? {
+        Some(0) => false,
+        Some(1) => true,
+        _ => auto && given.is_some_and(|given| given.iter().any(|end| *end != 0.0)),
+    };
+    if !holds {
+        return Ok(None);
+    }
+    let [low, high] = given.unwrap_or_default();
+    if low < high {
+        return Ok(Some([low, high]));
+    }
+    Err(at.error(range, format!("is `{low} {high}`: expected a low end below the high end")))
+}

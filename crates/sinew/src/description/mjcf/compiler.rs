@@ -1,0 +1,86 @@
+//! Settings that say how the rest of a file is to be read.
+
+use crate::description::attributes::Attributes;
+use crate::description::error::DescriptionError;
+use crate::description::tree::Tree;
+use alloc::format;
+
+/// Where a body's inertia comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum InertiaFrom {
+    Inertial,
+    Geoms,
+    Auto,
+}
+
+/// `compiler`, all of its elements merged.
+#[derive(Debug, Clone)]
+pub(super) struct Compiler {
+    /// Radians in a unit of angle of the file.
+    pub(super) radians: f64,
+    pub(super) sequence: [u8; 3],
+    pub(super) auto_limits: bool,
+    pub(super) inertia_from: InertiaFrom,
+    pub(super) inertia_groups: [f64; 2],
+    pub(super) least_mass: f64,
+    pub(super) least_inertia: f64,
+    pub(super) balance: bool,
+    pub(super) total_mass: Option<f64>,
+}
+
+impl Compiler {
+    pub(super) fn read(tree: &Tree) -> Result<Compiler, DescriptionError> {
+        let mut compiler = Compiler {
+            radians: core::f64::consts::PI / 180.0,
+            sequence: *b"xyz",
+            auto_limits: true,
+            inertia_from: InertiaFrom::Auto,
+            inertia_groups: [0.0, 5.0],
+            least_mass: 0.0,
+            least_inertia: 0.0,
+            balance: false,
+            total_mass: None,
+        };
+        for &element in &tree.elements[0].children {
+            if tree.elements[element].name == "compiler" {
+                compiler.merge(Attributes::own(tree, element))?;
+            }
+        }
+        Ok(compiler)
+    }
+
+    fn merge(&mut self, at: Attributes<'_>) -> Result<(), DescriptionError> {
+        if let Some(place) = at.word("angle", &["degree", "radian"])? {
+            self.radians = if place == 0 { core::f64::consts::PI / 180.0 } else { 1.0 };
+        }
+        if at.word("coordinate", &["local", "global"])? == Some(1) {
+            return Err(at.error("coordinate", "is `global`, which MuJoCo has given up: expected `local`"));
+        }
+        if let Some(text) = at.text("eulerseq") {
+            let letters = <[u8; 3]>::try_from(text.as_bytes()).ok();
+            let letters = letters.filter(|l| l.iter().all(|c| b"xyzXYZ".contains(c)));
+            let expected =
+                || at.error("eulerseq", format!("is `{text}`: expected three letters out of xyzXYZ"));
+            self.sequence = letters.ok_or_else(expected)?;
+        }
+        self.auto_limits = at.flag("autolimits", self.auto_limits)?;
+        self.balance = at.flag("balanceinertia", self.balance)?;
+        match at.word("inertiafromgeom", &["false", "true", "auto"])? {
+            Some(0) => self.inertia_from = InertiaFrom::Inertial,
+            Some(1) => self.inertia_from = InertiaFrom::Geoms,
+            Some(_) => self.inertia_from = InertiaFrom::Auto,
+            None => {}
+        }
+        self.inertia_groups = at.array_or("inertiagrouprange", self.inertia_groups)?;
+        if at.text("boundmass").is_some() {
+            self.least_mass = at.not_negative("boundmass")?;
+        }
+        if at.text("boundinertia").is_some() {
+            self.least_inertia = at.not_negative("boundinertia")?;
+        }
+        if let Some(mass) = at.number("settotalmass")? {
+            self.total_mass = (mass > 0.0).then_some(mass);
+        }
+        Ok(())
+    }
+}

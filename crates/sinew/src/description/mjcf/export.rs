@@ -1,0 +1,260 @@
+//! From parts to MJCF that MuJoCo loads.
+
+use crate::body::{ActuatorKind, JointKind, Parts, Route, Station, WrapKind};
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::fmt::Write as _;
+
+/// The robot as MJCF: radians, no classes, every number in the shortest form that reads back to the same bits.
+///
+/// What has no name gets one (`site_3`), because tendons and actuators refer by name. A sheath has no
+/// counterpart in MJCF: what is written is the cable from the end of its sheath on.
+#[must_use]
+pub fn to_mjcf(parts: &Parts) -> String {
+    let mut out = String::new();
+    let _ = write!(
+        out,
+        "<mujoco model=\"{}\">\n  <compiler angle=\"radian\" autolimits=\"true\" balanceinertia=\"false\"/>\n",
+        escape(&parts.name)
+    );
+    let _ = writeln!(out, "  <option gravity=\"{}\"/>", numbers(&parts.gravity));
+    bodies(&mut out, parts);
+    tendons(&mut out, parts);
+    equalities(&mut out, parts);
+    actuators(&mut out, parts);
+    if !parts.keys.is_empty() {
+        out.push_str("  <keyframe>\n");
+        for key in &parts.keys {
+            let _ = writeln!(out, "    <key{} qpos=\"{}\"/>", optional_name(&key.name), numbers(&key.q));
+        }
+        out.push_str("  </keyframe>\n");
+    }
+    out.push_str("</mujoco>\n");
+    out
+}
+
+/// Text that may stand in an attribute.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}
+
+/// Shortest decimals that read back to the same bits.
+fn numbers(values: &[f64]) -> String {
+    values.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ")
+}
+
+fn optional_name(name: &str) -> String {
+    if name.is_empty() { String::new() } else { format!(" name=\"{}\"", escape(name)) }
+}
+
+/// A name that others can refer to.
+fn reference(kind: &str, name: &str, index: usize) -> String {
+    if name.is_empty() { format!("{kind}_{index}") } else { escape(name) }
+}
+
+fn place(position: &[f64; 3], orientation: &[f64; 4]) -> String {
+    let mut out = String::new();
+    if position.iter().any(|x| x.to_bits() != 0) {
+        let _ = write!(out, " pos=\"{}\"", numbers(position));
+    }
+    if orientation.map(f64::to_bits) != [1.0_f64, 0.0, 0.0, 0.0].map(f64::to_bits) {
+        let _ = write!(out, " quat=\"{}\"", numbers(orientation));
+    }
+    out
+}
+
+fn nonzero(attribute: &str, value: f64) -> String {
+    if value == 0.0 { String::new() } else { format!(" {attribute}=\"{value:?}\"") }
+}
+
+fn range(attribute: &str, limited: &str, range: Option<[f64; 2]>) -> String {
+    range.map_or(String::new(), |range| format!(" {limited}=\"true\" {attribute}=\"{}\"", numbers(&range)))
+}
+
+fn bodies(out: &mut String, parts: &Parts) {
+    let mut children: Vec<Vec<usize>> = parts.bodies.iter().map(|_| Vec::new()).collect();
+    for (index, body) in parts.bodies.iter().enumerate().skip(1) {
+        if let Some(list) = children.get_mut(body.parent) {
+            list.push(index);
+        }
+    }
+    out.push_str("  <worldbody>\n");
+    contents(out, parts, 0, 2);
+    // Bodies still to open, and ends (`None`) to write when all within is done.
+    let mut open: Vec<(Option<usize>, usize)> = Vec::new();
+    open.extend(children.first().into_iter().flatten().rev().map(|&child| (Some(child), 2)));
+    while let Some((index, depth)) = open.pop() {
+        let indent = "  ".repeat(depth);
+        let Some(index) = index else {
+            let _ = writeln!(out, "{indent}</body>");
+            continue;
+        };
+        let body = &parts.bodies[index];
+        let _ = writeln!(
+            out,
+            "{indent}<body{}{}>",
+            optional_name(&body.name),
+            place(&body.position, &body.orientation)
+        );
+        let _ = writeln!(
+            out,
+            "{indent}  <inertial pos=\"{}\" mass=\"{:?}\" {}/>",
+            numbers(&body.center_of_mass),
+            body.mass,
+            inertia(&body.inertia)
+        );
+        contents(out, parts, index, depth + 1);
+        open.push((None, depth));
+        open.extend(children[index].iter().rev().map(|&child| (Some(child), depth + 1)));
+    }
+    out.push_str("  </worldbody>\n");
+}
+
+/// A diagonal where it is one: MuJoCo takes apart a full tensor and will not have it all zero.
+fn inertia(tensor: &[f64; 6]) -> String {
+    if tensor[3..].iter().all(|x| *x == 0.0) {
+        return format!("diaginertia=\"{}\"", numbers(&tensor[..3]));
+    }
+    format!("fullinertia=\"{}\"", numbers(tensor))
+}
+
+/// What stands in one body beside bodies.
+fn contents(out: &mut String, parts: &Parts, body: usize, depth: usize) {
+    let indent = "  ".repeat(depth);
+    for (index, joint) in parts.joints.iter().enumerate().filter(|(_, joint)| joint.body == body) {
+        let name = reference("joint", &joint.name, index);
+        let shape = match joint.kind {
+            JointKind::Hinge => format!("type=\"hinge\" axis=\"{}\"", numbers(&joint.axis)),
+            JointKind::Slide => format!("type=\"slide\" axis=\"{}\"", numbers(&joint.axis)),
+            JointKind::Ball => "type=\"ball\"".to_string(),
+            JointKind::Free => "type=\"free\"".to_string(),
+        };
+        let _ = writeln!(
+            out,
+            "{indent}<joint name=\"{name}\" {shape}{}{}{}{}{}{}{}{}/>",
+            place(&joint.anchor, &[1.0, 0.0, 0.0, 0.0]),
+            range("range", "limited", joint.range),
+            nonzero("ref", joint.reference),
+            nonzero("armature", joint.armature),
+            nonzero("damping", joint.damping),
+            nonzero("frictionloss", joint.friction),
+            nonzero("stiffness", joint.stiffness),
+            nonzero("springref", joint.spring_reference),
+        );
+    }
+    for (index, wrap) in parts.wraps.iter().enumerate().filter(|(_, wrap)| wrap.body == body) {
+        // MuJoCo wants a half-length of a cylinder; for wrapping it is endless.
+        let (kind, size) = match wrap.kind {
+            WrapKind::Sphere => ("sphere", numbers(&[wrap.radius])),
+            WrapKind::Cylinder => ("cylinder", numbers(&[wrap.radius, wrap.radius])),
+        };
+        let _ = writeln!(
+            out,
+            "{indent}<geom name=\"{}\" type=\"{kind}\" size=\"{size}\" mass=\"0\" contype=\"0\" conaffinity=\"0\"{}/>",
+            reference("wrap", &wrap.name, index),
+            place(&wrap.position, &wrap.orientation)
+        );
+    }
+    for (index, site) in parts.sites.iter().enumerate().filter(|(_, site)| site.body == body) {
+        let name = reference("site", &site.name, index);
+        let _ = writeln!(out, "{indent}<site name=\"{name}\"{}/>", place(&site.position, &site.orientation));
+    }
+}
+
+fn tendons(out: &mut String, parts: &Parts) {
+    if parts.tendons.is_empty() {
+        return;
+    }
+    out.push_str("  <tendon>\n");
+    for (index, tendon) in parts.tendons.iter().enumerate() {
+        let spring =
+            tendon.spring_length.map_or(String::new(), |s| format!(" springlength=\"{}\"", numbers(&s)));
+        let attributes = format!(
+            " name=\"{}\"{}{}{}{spring}",
+            reference("tendon", &tendon.name, index),
+            range("range", "limited", tendon.range),
+            nonzero("damping", tendon.damping),
+            nonzero("stiffness", tendon.stiffness)
+        );
+        match &tendon.route {
+            Route::Spatial(stations) => {
+                let _ = writeln!(out, "    <spatial{attributes}>");
+                for station in stations {
+                    let _ = writeln!(out, "      {}", self::station(parts, station));
+                }
+                out.push_str("    </spatial>\n");
+            }
+            Route::Fixed(terms) => {
+                let _ = writeln!(out, "    <fixed{attributes}>");
+                for (joint, coefficient) in terms {
+                    let _ = writeln!(
+                        out,
+                        "      <joint joint=\"{}\" coef=\"{coefficient:?}\"/>",
+                        joint_name(parts, *joint)
+                    );
+                }
+                out.push_str("    </fixed>\n");
+            }
+        }
+    }
+    out.push_str("  </tendon>\n");
+}
+
+fn joint_name(parts: &Parts, joint: usize) -> String {
+    reference("joint", parts.joints.get(joint).map_or("", |joint| &joint.name), joint)
+}
+
+fn station(parts: &Parts, station: &Station) -> String {
+    let site = |index: usize| reference("site", parts.sites.get(index).map_or("", |site| &site.name), index);
+    match *station {
+        Station::Site(index) => format!("<site site=\"{}\"/>", site(index)),
+        Station::Pulley(divisor) => format!("<pulley divisor=\"{divisor:?}\"/>"),
+        Station::Wrap { wrap, side } => {
+            let side = side.map_or(String::new(), |side| format!(" sidesite=\"{}\"", site(side)));
+            let name = parts.wraps.get(wrap).map_or("", |wrap| &wrap.name);
+            format!("<geom geom=\"{}\"{side}/>", reference("wrap", name, wrap))
+        }
+    }
+}
+
+fn equalities(out: &mut String, parts: &Parts) {
+    if parts.couplings.is_empty() {
+        return;
+    }
+    out.push_str("  <equality>\n");
+    for coupling in &parts.couplings {
+        let leader = coupling
+            .leader
+            .map_or(String::new(), |joint| format!(" joint2=\"{}\"", joint_name(parts, joint)));
+        let follower = joint_name(parts, coupling.follower);
+        let coefficients = numbers(&coupling.coefficients);
+        let _ = writeln!(out, "    <joint joint1=\"{follower}\"{leader} polycoef=\"{coefficients}\"/>");
+    }
+    out.push_str("  </equality>\n");
+}
+
+fn actuators(out: &mut String, parts: &Parts) {
+    if parts.actuators.is_empty() {
+        return;
+    }
+    out.push_str("  <actuator>\n");
+    for actuator in &parts.actuators {
+        let kind = match actuator.kind {
+            ActuatorKind::Motor => "motor",
+            ActuatorKind::General => "general",
+            ActuatorKind::Muscle => "muscle",
+        };
+        let tendon = parts.tendons.get(actuator.tendon).map_or("", |tendon| &tendon.name);
+        let _ = writeln!(
+            out,
+            "    <{kind}{} tendon=\"{}\" gear=\"{:?}\"{}{}/>",
+            optional_name(&actuator.name),
+            reference("tendon", tendon, actuator.tendon),
+            actuator.gear,
+            range("ctrlrange", "ctrllimited", actuator.control_range),
+            range("forcerange", "forcelimited", actuator.force_range)
+        );
+    }
+    out.push_str("  </actuator>\n");
+}

@@ -1,0 +1,121 @@
+//! Couplings, actuators and key poses.
+
+use super::body::limits;
+use super::defaults;
+use super::import::Import;
+use crate::body::{Actuator, ActuatorKind, Coupling, JointKind, Key};
+use crate::description::attributes::Attributes;
+use crate::description::error::DescriptionError;
+use crate::description::orientation as turn;
+use alloc::format;
+use alloc::vec::Vec;
+
+pub(super) fn equality(import: &mut Import<'_>, element: usize) -> Result<(), DescriptionError> {
+    let at = import.attributes(element, None)?;
+    let kind = import.tree.elements[element].name.as_str();
+    if kind != "joint" {
+        import.pass_over(
+            element,
+            kind,
+            &format!("<equality> <{kind}> is not read: what it ties is free here"),
+        );
+        return Ok(());
+    }
+    let at = Attributes::own(at.tree, element);
+    if !at.flag("active", true)? {
+        return Ok(());
+    }
+    let single = |joint: usize, attribute: &str, import: &Import<'_>| {
+        if matches!(import.parts.joints[joint].kind, JointKind::Ball | JointKind::Free) {
+            return Err(at.error(attribute, "has more than one coordinate: expected a hinge or a slide"));
+        }
+        Ok(joint)
+    };
+    let follower = single(import.find("joint", at, "joint1")?, "joint1", import)?;
+    let leader = match at.text("joint2") {
+        Some(_) => Some(single(import.find("joint", at, "joint2")?, "joint2", import)?),
+        None => None,
+    };
+    let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
+    for (c, given) in coefficients.iter_mut().zip(at.list("polycoef", 1, 5)?.unwrap_or_default()) {
+        *c = given;
+    }
+    import.parts.couplings.push(Coupling { follower, leader, coefficients });
+    Ok(())
+}
+
+pub(super) fn actuator(import: &mut Import<'_>, element: usize) -> Result<(), DescriptionError> {
+    let tag = import.tree.elements[element].name.as_str();
+    if defaults::kind(tag) != Some("actuator") {
+        import.pass_over(
+            element,
+            "actuator",
+            &format!("<{tag}> is no actuator that is read, it is left out"),
+        );
+        return Ok(());
+    }
+    let at = import.attributes(element, None)?;
+    let name = import.name_as("actuator", at, import.parts.actuators.len())?.unwrap_or_default();
+    if at.text("tendon").is_none() {
+        import.pass_over(element, "on no tendon", "an actuator that pulls on no tendon is left out");
+        return Ok(());
+    }
+    let kind = match tag {
+        "motor" => ActuatorKind::Motor,
+        "muscle" => ActuatorKind::Muscle,
+        _ => ActuatorKind::General,
+    };
+    let auto = import.compiler.auto_limits;
+    let actuator = Actuator {
+        name,
+        kind,
+        tendon: import.find("tendon", at, "tendon")?,
+        gear: at.list("gear", 1, 6)?.map_or(1.0, |gear| gear[0]),
+        control_range: limits(at, auto, "ctrllimited", "ctrlrange")?,
+        force_range: limits(at, auto, "forcelimited", "forcerange")?,
+    };
+    import.parts.actuators.push(actuator);
+    Ok(())
+}
+
+pub(super) fn key(import: &mut Import<'_>, element: usize) -> Result<(), DescriptionError> {
+    let at = Attributes::own(import.tree, element);
+    let name = import.name_as("key", at, import.parts.keys.len())?.unwrap_or_default();
+    let mut q = reference(import);
+    if let Some(given) = at.list("qpos", q.len(), q.len())? {
+        q = given;
+        let mut from = 0;
+        for joint in &import.parts.joints {
+            let (skip, width) = match joint.kind {
+                JointKind::Hinge | JointKind::Slide => (1, 0),
+                JointKind::Ball => (0, 4),
+                JointKind::Free => (3, 4),
+            };
+            if width == 4 {
+                let quat = core::array::from_fn(|i| q[from + skip + i]);
+                let quat = turn::unit::<4>(quat).unwrap_or(turn::IDENTITY);
+                q[from + skip..from + skip + 4].copy_from_slice(&quat);
+            }
+            from += skip + width;
+        }
+    }
+    import.parts.keys.push(Key { name, q });
+    Ok(())
+}
+
+/// All coordinates of the pose that the file describes.
+fn reference(import: &Import<'_>) -> Vec<f64> {
+    let mut q = Vec::new();
+    for joint in &import.parts.joints {
+        match joint.kind {
+            JointKind::Hinge | JointKind::Slide => q.push(joint.reference),
+            JointKind::Ball => q.extend(turn::IDENTITY),
+            JointKind::Free => {
+                let body = &import.parts.bodies[joint.body];
+                q.extend(body.position);
+                q.extend(body.orientation);
+            }
+        }
+    }
+    q
+}

@@ -1,0 +1,15 @@
+//! MJCF, the robot format of MuJoCo: what of it matters for cables, both ways.
+
+mod body;
+mod compiler;
+mod defaults;
+mod export;
+mod geom;
+mod import;
+mod inertia;
+mod lists;
+mod tendon;
+
+pub use export::to_mjcf;
+pub use import::from_mjcf;
+pub(super) use inertia::possible;

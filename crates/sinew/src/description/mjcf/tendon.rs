@@ -1,0 +1,122 @@
+//! Cables: through space, or as weighted sums of joints.
+
+use super::body::limits;
+use super::import::Import;
+use crate::body::{JointKind, Route, Station, Tendon, Wrap};
+use crate::description::attributes::Attributes;
+use crate::description::error::DescriptionError;
+use alloc::format;
+use alloc::string::ToString;
+use alloc::vec::Vec;
+
+pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), DescriptionError> {
+    let tree = import.tree;
+    let at = import.attributes(element, None)?;
+    let name = import.name_as("tendon", at, import.parts.tendons.len())?.unwrap_or_default();
+    let children = &tree.elements[element].children;
+    let route = match tree.elements[element].name.as_str() {
+        "spatial" => {
+            let stations = children.iter().map(|&child| station(import, Attributes::own(tree, child)));
+            Route::Spatial(stations.collect::<Result<Vec<_>, _>>()?)
+        }
+        "fixed" => {
+            let terms = children.iter().map(|&child| term(import, Attributes::own(tree, child)));
+            Route::Fixed(terms.collect::<Result<Vec<_>, _>>()?)
+        }
+        _ => return Err(at.error("", "is no tendon: expected <spatial> or <fixed>")),
+    };
+    if children.is_empty() {
+        return Err(at.error("", "is empty: expected what it goes through"));
+    }
+    let spring = match at.list("springlength", 1, 2)?.as_deref() {
+        Some([one]) if *one >= 0.0 => Some([*one; 2]),
+        Some([low, high]) if *low >= 0.0 && low <= high => Some([*low, *high]),
+        Some([low, high]) if *low >= 0.0 => {
+            return Err(at.error(
+                "springlength",
+                format!("is `{low} {high}`: expected a low end not above the high end"),
+            ));
+        }
+        _ => None,
+    };
+    let first = |name: &str| -> Result<f64, DescriptionError> {
+        let value = at.list(name, 1, 8)?.map_or(0.0, |list| list[0]);
+        if value < 0.0 {
+            Err(at.error(name, format!("is {value}: expected a number >= 0")))
+        } else {
+            Ok(value)
+        }
+    };
+    let tendon = Tendon {
+        name,
+        route,
+        sheath: None,
+        range: limits(at, import.compiler.auto_limits, "limited", "range")?,
+        damping: first("damping")?,
+        stiffness: first("stiffness")?,
+        spring_length: spring,
+    };
+    import.parts.tendons.push(tendon);
+    Ok(())
+}
+
+fn station(import: &mut Import<'_>, at: Attributes<'_>) -> Result<Station, DescriptionError> {
+    match at.tree.elements[at.element].name.as_str() {
+        "site" => Ok(Station::Site(import.find("site", at, "site")?)),
+        "pulley" => {
+            at.required("divisor")?;
+            match at.number_or("divisor", 0.0)? {
+                divisor if divisor > 0.0 => Ok(Station::Pulley(divisor)),
+                divisor => Err(at.error("divisor", format!("is {divisor}: expected a number > 0"))),
+            }
+        }
+        "geom" => {
+            let wrap = surface(import, at)?;
+            let side = at.text("sidesite").map(|_| import.find("site", at, "sidesite")).transpose()?;
+            Ok(Station::Wrap { wrap, side })
+        }
+        _ => Err(at.error("", "is no station of a cable: expected <site>, <geom> or <pulley>")),
+    }
+}
+
+/// The place among the wraps of a geom that a cable names.
+fn surface(import: &mut Import<'_>, at: Attributes<'_>) -> Result<usize, DescriptionError> {
+    let name = at.required("geom")?;
+    let count = import.parts.wraps.len();
+    let Some(surface) = import.surfaces.get_mut(name) else {
+        return Err(
+            at.error("geom", format!("is `{name}`, but there is no geom of that name, or it is a mesh"))
+        );
+    };
+    if let Some(wrap) = surface.wrap {
+        return Ok(wrap);
+    }
+    let Some(kind) = surface.kind else {
+        return Err(at.error(
+            "geom",
+            format!("is `{name}`, which is neither a sphere nor a cylinder: cables wrap around these"),
+        ));
+    };
+    surface.wrap = Some(count);
+    import.parts.wraps.push(Wrap {
+        name: name.to_string(),
+        body: surface.body,
+        kind,
+        radius: surface.radius,
+        position: surface.place.position,
+        orientation: surface.place.orientation,
+    });
+    Ok(count)
+}
+
+fn term(import: &Import<'_>, at: Attributes<'_>) -> Result<(usize, f64), DescriptionError> {
+    if at.tree.elements[at.element].name != "joint" {
+        return Err(at.error("", "is no part of a fixed tendon: expected <joint>"));
+    }
+    let joint = import.find("joint", at, "joint")?;
+    if matches!(import.parts.joints[joint].kind, JointKind::Ball | JointKind::Free) {
+        return Err(at.error("joint", "has more than one coordinate: expected a hinge or a slide"));
+    }
+    at.required("coef")?;
+    Ok((joint, at.number_or("coef", 0.0)?))
+}

@@ -1,0 +1,26 @@
+//! Robot files: text in, [`crate::body::Parts`] or one error out; and back.
+//!
+//! Nothing here reads a file: whoever has a file system hands over text, and answers for the names that
+//! `include` asks for. What is read is a description; [`crate::body::Robot::new`] judges it as a robot.
+
+mod attributes;
+mod error;
+mod mjcf;
+mod orientation;
+mod robot_toml;
+mod tree;
+mod urdf;
+
+pub use error::{DescriptionError, Warning};
+pub use mjcf::{from_mjcf, to_mjcf};
+pub use robot_toml::{from_toml, to_toml};
+pub use urdf::from_urdf;
+
+/// A description and what of its file was passed over.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Description {
+    /// What the file says.
+    pub parts: crate::body::Parts,
+    /// What it also says and is not used here.
+    pub warnings: alloc::vec::Vec<Warning>,
+}

@@ -1,0 +1,236 @@
+//! From parts to this project's TOML, laid out for people.
+
+use crate::body::{ActuatorKind, Joint, JointKind, Parts, Route, Station, WrapKind};
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::fmt::Write as _;
+
+/// The robot in this project's own format; numbers read back to the same bits.
+///
+/// What has no name gets one (`site_3`), because the format refers by name.
+#[must_use]
+pub fn to_toml(parts: &Parts) -> String {
+    let mut out = String::from(
+        "# SI units; orientations are quaternions [w, x, y, z]; the world is the body `world`.\n",
+    );
+    line(&mut out, "name", &text(&parts.name));
+    line(&mut out, "gravity_m_per_s2", &numbers(&parts.gravity));
+    bodies(&mut out, parts);
+    joints(&mut out, parts);
+    sites(&mut out, parts);
+    muscles(&mut out, parts);
+    rest(&mut out, parts);
+    out
+}
+
+fn line(out: &mut String, key: &str, value: &str) {
+    let _ = writeln!(out, "{key} = {value}");
+}
+
+fn head(out: &mut String, kind: &str, name: &str) {
+    let _ = write!(out, "\n[[{kind}]]\nname = {}\n", text(name));
+}
+
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn numbers(values: &[f64]) -> String {
+    format!("[{}]", values.iter().map(|&x| number(x)).collect::<Vec<_>>().join(", "))
+}
+
+/// A TOML string.
+fn text(value: &str) -> String {
+    let mut out = String::from("\"");
+    for c in value.chars() {
+        match c {
+            '"' => out.push_str("\\\""),
+            '\\' => out.push_str("\\\\"),
+            c if c.is_control() => {
+                let _ = write!(out, "\\u{:04X}", c as u32);
+            }
+            c => out.push(c),
+        }
+    }
+    out + "\""
+}
+
+fn called(kind: &str, name: Option<&String>, index: usize) -> String {
+    name.filter(|name| !name.is_empty()).map_or_else(|| format!("{kind}_{index}"), ToString::to_string)
+}
+
+fn place(out: &mut String, position: &[f64; 3], orientation: &[f64; 4]) {
+    line(out, "position_m", &numbers(position));
+    if orientation.map(f64::to_bits) != [1.0_f64, 0.0, 0.0, 0.0].map(f64::to_bits) {
+        line(out, "orientation_wxyz", &numbers(orientation));
+    }
+}
+
+fn body_name(parts: &Parts, index: usize) -> String {
+    if index == 0 {
+        "world".to_string()
+    } else {
+        called("body", parts.bodies.get(index).map(|b| &b.name), index)
+    }
+}
+
+fn joint_name(parts: &Parts, index: usize) -> String {
+    called("joint", parts.joints.get(index).map(|joint| &joint.name), index)
+}
+
+fn bodies(out: &mut String, parts: &Parts) {
+    for (index, body) in parts.bodies.iter().enumerate().skip(1) {
+        head(out, "body", &body_name(parts, index));
+        line(out, "parent", &text(&body_name(parts, body.parent)));
+        place(out, &body.position, &body.orientation);
+        line(out, "mass_kg", &number(body.mass));
+        line(out, "center_of_mass_m", &numbers(&body.center_of_mass));
+        let diagonal = body.inertia[3..].iter().all(|x| x.to_bits() == 0);
+        line(out, "inertia_kg_m2", &numbers(if diagonal { &body.inertia[..3] } else { &body.inertia }));
+    }
+}
+
+fn joints(out: &mut String, parts: &Parts) {
+    for (index, joint) in parts.joints.iter().enumerate() {
+        head(out, "joint", &joint_name(parts, index));
+        line(out, "body", &text(&body_name(parts, joint.body)));
+        self::joint(out, joint);
+    }
+}
+
+fn joint(out: &mut String, joint: &Joint) {
+    let (kind, slide) = match joint.kind {
+        JointKind::Hinge => ("hinge", false),
+        JointKind::Slide => ("slide", true),
+        JointKind::Ball => ("ball", false),
+        JointKind::Free => ("free", false),
+    };
+    line(out, "kind", &text(kind));
+    if joint.kind != JointKind::Free {
+        line(out, "anchor_m", &numbers(&joint.anchor));
+    }
+    if matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
+        line(out, "axis", &numbers(&joint.axis));
+    }
+    if let Some(range) = joint.range {
+        line(out, if slide { "range_m" } else { "range_rad" }, &numbers(&range));
+    }
+    let optional = [
+        ("reference_rad", "reference_m", joint.reference),
+        ("armature_kg_m2", "armature_kg", joint.armature),
+        ("damping_nm_s_per_rad", "damping_n_s_per_m", joint.damping),
+        ("friction_nm", "friction_n", joint.friction),
+        ("stiffness_nm_per_rad", "stiffness_n_per_m", joint.stiffness),
+        ("spring_reference_rad", "spring_reference_m", joint.spring_reference),
+    ];
+    for (turning, sliding, value) in optional {
+        if value.to_bits() != 0 {
+            line(out, if slide { sliding } else { turning }, &number(value));
+        }
+    }
+}
+
+fn sites(out: &mut String, parts: &Parts) {
+    for (index, site) in parts.sites.iter().enumerate() {
+        head(out, "site", &called("site", Some(&site.name), index));
+        line(out, "body", &text(&body_name(parts, site.body)));
+        place(out, &site.position, &site.orientation);
+    }
+    for (index, wrap) in parts.wraps.iter().enumerate() {
+        head(out, "wrap", &called("wrap", Some(&wrap.name), index));
+        line(out, "body", &text(&body_name(parts, wrap.body)));
+        let kind = match wrap.kind {
+            WrapKind::Sphere => "sphere",
+            WrapKind::Cylinder => "cylinder",
+        };
+        line(out, "kind", &text(kind));
+        line(out, "radius_m", &number(wrap.radius));
+        place(out, &wrap.position, &wrap.orientation);
+    }
+}
+
+fn muscles(out: &mut String, parts: &Parts) {
+    for (index, tendon) in parts.tendons.iter().enumerate() {
+        head(out, "muscle", &called("tendon", Some(&tendon.name), index));
+        match &tendon.route {
+            Route::Spatial(stations) => {
+                out.push_str("path = [\n");
+                for station in stations {
+                    let _ = writeln!(out, "    {},", self::station(parts, station));
+                }
+                out.push_str("]\n");
+            }
+            Route::Fixed(terms) => {
+                out.push_str("joints = [\n");
+                for &(joint, coefficient) in terms {
+                    let joint = text(&joint_name(parts, joint));
+                    let _ = writeln!(out, "    {{ joint = {joint}, coefficient = {coefficient:?} }},");
+                }
+                out.push_str("]\n");
+            }
+        }
+        if let Some(sheath) = &tendon.sheath {
+            let axis =
+                sheath.end_axis.map_or(String::new(), |axis| format!(", end_axis = {}", numbers(&axis)));
+            let (length, bend) = (sheath.length, sheath.bend);
+            let _ = writeln!(out, "sheath = {{ length_m = {length:?}, bend_rad = {bend:?}{axis} }}");
+        }
+        if let Some(range) = tendon.range {
+            line(out, "length_range_m", &numbers(&range));
+        }
+        for (key, value) in [("damping_n_s_per_m", tendon.damping), ("stiffness_n_per_m", tendon.stiffness)] {
+            if value.to_bits() != 0 {
+                line(out, key, &number(value));
+            }
+        }
+        if let Some(spring) = tendon.spring_length {
+            line(out, "spring_length_m", &numbers(&spring));
+        }
+    }
+}
+
+fn station(parts: &Parts, station: &Station) -> String {
+    let site = |index: usize| text(&called("site", parts.sites.get(index).map(|site| &site.name), index));
+    match *station {
+        Station::Site(index) => format!("{{ site = {} }}", site(index)),
+        Station::Pulley(divisor) => format!("{{ pulley = {divisor:?} }}"),
+        Station::Wrap { wrap, side } => {
+            let side = side.map_or(String::new(), |side| format!(", side = {}", site(side)));
+            let wrap = text(&called("wrap", parts.wraps.get(wrap).map(|wrap| &wrap.name), wrap));
+            format!("{{ wrap = {wrap}{side} }}")
+        }
+    }
+}
+
+fn rest(out: &mut String, parts: &Parts) {
+    for coupling in &parts.couplings {
+        let _ = write!(out, "\n[[coupling]]\nfollower = {}\n", text(&joint_name(parts, coupling.follower)));
+        if let Some(leader) = coupling.leader {
+            line(out, "leader", &text(&joint_name(parts, leader)));
+        }
+        line(out, "coefficients", &numbers(&coupling.coefficients));
+    }
+    for (index, actuator) in parts.actuators.iter().enumerate() {
+        head(out, "actuator", &called("actuator", Some(&actuator.name), index));
+        let muscle = parts.tendons.get(actuator.tendon).map(|tendon| &tendon.name);
+        line(out, "muscle", &text(&called("tendon", muscle, actuator.tendon)));
+        let kind = match actuator.kind {
+            ActuatorKind::Motor => "motor",
+            ActuatorKind::General => "general",
+            ActuatorKind::Muscle => "muscle",
+        };
+        line(out, "kind", &text(kind));
+        line(out, "gear", &number(actuator.gear));
+        if let Some(range) = actuator.control_range {
+            line(out, "control_range", &numbers(&range));
+        }
+        if let Some(range) = actuator.force_range {
+            line(out, "force_range_n", &numbers(&range));
+        }
+    }
+    for (index, key) in parts.keys.iter().enumerate() {
+        head(out, "key", &called("key", Some(&key.name), index));
+        line(out, "q", &numbers(&key.q));
+    }
+}

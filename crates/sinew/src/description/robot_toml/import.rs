@@ -1,0 +1,343 @@
+//! From the file as written to parts: names become indices, units become SI without any.
+
+use super::written::{self as w, Finite, Vector};
+use crate::body::{
+    Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, Route, Sheath, Site, Station,
+    Tendon, Wrap, WrapKind,
+};
+use crate::description::Description;
+use crate::description::error::DescriptionError;
+use crate::description::orientation::IDENTITY;
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use toml::Spanned;
+
+/// Where one file's errors are.
+struct Source<'a> {
+    file: &'a str,
+    text: &'a str,
+}
+
+impl Source<'_> {
+    fn line(&self, at: usize) -> usize {
+        self.text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count() + 1
+    }
+
+    fn error(&self, at: usize, place: &str, problem: &str) -> DescriptionError {
+        let (file, line) = (self.file.to_string(), self.line(at));
+        DescriptionError { file, line, place: place.to_string(), problem: problem.to_string() }
+    }
+
+    fn parse(&self) -> Result<w::File, DescriptionError> {
+        toml::from_str(self.text).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            let line_start = self.text.get(..at).and_then(|before| before.rfind('\n')).map_or(0, |i| i + 1);
+            self.error(at, &format!("column {}", at - line_start + 1), error.message())
+        })
+    }
+}
+
+/// Names of one kind, each with its place in the list.
+struct Names {
+    kind: &'static str,
+    places: BTreeMap<String, usize>,
+}
+
+impl Names {
+    fn new<'a>(kind: &'static str, known: impl Iterator<Item = &'a String>) -> Names {
+        Names { kind, places: known.enumerate().map(|(i, name)| (name.clone(), i)).collect() }
+    }
+
+    fn find(&self, name: &str) -> Result<usize, String> {
+        let found = self.places.get(name).copied();
+        found.ok_or_else(|| format!("`{name}`: there is no {} of that name (before it)", self.kind))
+    }
+
+    fn take(&mut self, name: &str, place: usize) -> Result<(), String> {
+        if name.is_empty() {
+            return Err("its name is empty".to_string());
+        }
+        match self.places.insert(name.to_string(), place) {
+            None => Ok(()),
+            Some(_) => Err(format!("its name is taken already by another {}", self.kind)),
+        }
+    }
+}
+
+fn vector<const N: usize>(given: Vector<N>, other: [f64; N]) -> [f64; N] {
+    given.map_or(other, |given| given.map(|x| x.0))
+}
+
+fn number(given: Option<Finite>) -> f64 {
+    given.map_or(0.0, |x| x.0)
+}
+
+fn range(given: Vector<2>) -> Option<[f64; 2]> {
+    given.map(|given| given.map(|x| x.0))
+}
+
+/// Reads a robot from this project's TOML.
+///
+/// # Errors
+///
+/// The first thing that is wrong: file, line, table and key, what stands there and what was expected.
+pub fn from_toml(file: &str, text: &str) -> Result<Description, DescriptionError> {
+    let source = Source { file, text };
+    let written = source.parse()?;
+    let mut parts = Parts { name: written.name.clone(), gravity: [0.0, 0.0, -9.81], ..Parts::default() };
+    parts.gravity = vector(written.gravity_m_per_s2, parts.gravity);
+    parts.bodies.push(Body {
+        name: "world".to_string(),
+        parent: 0,
+        position: [0.0; 3],
+        orientation: IDENTITY,
+        mass: 0.0,
+        center_of_mass: [0.0; 3],
+        inertia: [0.0; 6],
+    });
+    let mut bodies = Names::new("body", parts.bodies.iter().map(|body| &body.name));
+    each(&source, "body", &written.body, |b| &b.name, |b| body(&mut parts, &mut bodies, b))?;
+    let mut joints = Names::new("joint", core::iter::empty());
+    each(&source, "joint", &written.joint, |j| &j.name, |j| joint(&mut parts, &bodies, &mut joints, j))?;
+    if !parts.joints.is_sorted_by_key(|joint| joint.body) {
+        return Err(source.error(
+            0,
+            "joint",
+            "joints stand in another order than their bodies: expected the same",
+        ));
+    }
+    each(&source, "coupling", &written.coupling, |c| &c.follower, |c| coupling(&mut parts, &joints, c))?;
+    muscles(&mut parts, &source, &written)?;
+    let mut keys = Names::new("key", core::iter::empty());
+    each(
+        &source,
+        "key",
+        &written.key,
+        |k| &k.name,
+        |k| {
+            keys.take(&k.name, parts.keys.len())?;
+            parts.keys.push(Key { name: k.name.clone(), q: k.q.iter().map(|x| x.0).collect() });
+            Ok(())
+        },
+    )?;
+    Ok(Description { parts, warnings: Vec::new() })
+}
+
+/// Adds the sites, wraps, muscles and actuators of a file to a robot whose bodies come from elsewhere.
+pub(in crate::description) fn add_muscles(
+    parts: &mut Parts,
+    file: &str,
+    text: &str,
+) -> Result<(), DescriptionError> {
+    let source = Source { file, text };
+    let written = source.parse()?;
+    let first =
+        written.body.first().map(|b| b.span().start).or(written.joint.first().map(|j| j.span().start));
+    if let Some(at) = first {
+        return Err(source.error(
+            at,
+            "body, joint",
+            "these come from the URDF: expected sites, wraps, muscles, actuators",
+        ));
+    }
+    muscles(parts, &source, &written)
+}
+
+fn muscles(parts: &mut Parts, source: &Source<'_>, written: &w::File) -> Result<(), DescriptionError> {
+    let bodies = Names::new("body", parts.bodies.iter().map(|body| &body.name));
+    let joints = Names::new("joint", parts.joints.iter().map(|joint| &joint.name));
+    let mut sites = Names::new("site", parts.sites.iter().map(|site| &site.name));
+    each(source, "site", &written.site, |s| &s.name, |s| site(parts, &bodies, &mut sites, s))?;
+    let mut wraps = Names::new("wrap", parts.wraps.iter().map(|wrap| &wrap.name));
+    each(source, "wrap", &written.wrap, |s| &s.name, |s| wrap(parts, &bodies, &mut wraps, s))?;
+    let mut tendons = Names::new("muscle", parts.tendons.iter().map(|tendon| &tendon.name));
+    each(
+        source,
+        "muscle",
+        &written.muscle,
+        |m| &m.name,
+        |m| {
+            tendons.take(&m.name, parts.tendons.len())?;
+            parts.tendons.push(muscle(&sites, &wraps, &joints, m)?);
+            Ok(())
+        },
+    )?;
+    let mut actuators = Names::new("actuator", core::iter::empty());
+    each(
+        source,
+        "actuator",
+        &written.actuator,
+        |a| &a.name,
+        |a| {
+            actuators.take(&a.name, parts.actuators.len())?;
+            parts.actuators.push(actuator(&tendons, a)?);
+            Ok(())
+        },
+    )
+}
+
+/// Every table of a kind, with its place in any error about it.
+fn each<T>(
+    source: &Source<'_>,
+    kind: &str,
+    tables: &[Spanned<T>],
+    name: impl Fn(&T) -> &String,
+    mut read: impl FnMut(&T) -> Result<(), String>,
+) -> Result<(), DescriptionError> {
+    for table in tables {
+        let written = table.get_ref();
+        read(written).map_err(|problem| {
+            source.error(table.span().start, &format!("[[{kind}]] `{}`", name(written)), &problem)
+        })?;
+    }
+    Ok(())
+}
+
+fn body(parts: &mut Parts, bodies: &mut Names, b: &w::Body) -> Result<(), String> {
+    let parent =
+        b.parent.as_deref().map_or(Ok(0), |parent| bodies.find(parent).map_err(|e| format!("parent {e}")))?;
+    bodies.take(&b.name, parts.bodies.len())?;
+    let tensor: Vec<f64> = b.inertia_kg_m2.iter().flatten().map(|x| x.0).collect();
+    let inertia = match tensor[..] {
+        [] => [0.0; 6],
+        [xx, yy, zz] => [xx, yy, zz, 0.0, 0.0, 0.0],
+        [xx, yy, zz, xy, xz, yz] => [xx, yy, zz, xy, xz, yz],
+        _ => return Err(format!("inertia_kg_m2 has {} numbers: expected 3 or 6", tensor.len())),
+    };
+    parts.bodies.push(Body {
+        name: b.name.clone(),
+        parent,
+        position: vector(b.position_m, [0.0; 3]),
+        orientation: vector(b.orientation_wxyz, IDENTITY),
+        mass: number(b.mass_kg),
+        center_of_mass: vector(b.center_of_mass_m, [0.0; 3]),
+        inertia,
+    });
+    Ok(())
+}
+
+fn joint(parts: &mut Parts, bodies: &Names, joints: &mut Names, j: &w::Joint) -> Result<(), String> {
+    let body = bodies.find(&j.body).map_err(|e| format!("body {e}"))?;
+    joints.take(&j.name, parts.joints.len())?;
+    let slide = j.kind == w::JointKind::Slide;
+    // The unit in a key must fit the kind of joint.
+    let one = |key: &str, turning: Option<Finite>, sliding: Option<Finite>| match (slide, turning, sliding) {
+        (true, Some(_), _) | (false, _, Some(_)) => Err(format!(
+            "{key}: its unit does not fit a {}",
+            if slide { "slide" } else { "joint that turns" }
+        )),
+        (_, turning, sliding) => Ok(number(turning.or(sliding))),
+    };
+    if if slide { j.range_rad.is_some() } else { j.range_m.is_some() } {
+        return Err("range: its unit does not fit the kind of joint".to_string());
+    }
+    if j.axis.is_none() && matches!(j.kind, w::JointKind::Hinge | w::JointKind::Slide) {
+        return Err("axis is missing".to_string());
+    }
+    parts.joints.push(Joint {
+        name: j.name.clone(),
+        body,
+        kind: match j.kind {
+            w::JointKind::Hinge => JointKind::Hinge,
+            w::JointKind::Slide => JointKind::Slide,
+            w::JointKind::Ball => JointKind::Ball,
+            w::JointKind::Free => JointKind::Free,
+        },
+        anchor: vector(j.anchor_m, [0.0; 3]),
+        axis: vector(j.axis, [0.0, 0.0, 1.0]),
+        reference: one("reference", j.reference_rad, j.reference_m)?,
+        range: range(j.range_rad.or(j.range_m)),
+        armature: one("armature", j.armature_kg_m2, j.armature_kg)?,
+        damping: one("damping", j.damping_nm_s_per_rad, j.damping_n_s_per_m)?,
+        friction: one("friction", j.friction_nm, j.friction_n)?,
+        stiffness: one("stiffness", j.stiffness_nm_per_rad, j.stiffness_n_per_m)?,
+        spring_reference: one("spring_reference", j.spring_reference_rad, j.spring_reference_m)?,
+    });
+    Ok(())
+}
+
+fn coupling(parts: &mut Parts, joints: &Names, c: &w::Coupling) -> Result<(), String> {
+    let follower = joints.find(&c.follower)?;
+    let leader = c.leader.as_deref().map(|leader| joints.find(leader)).transpose()?;
+    parts.couplings.push(Coupling { follower, leader, coefficients: c.coefficients.map(|x| x.0) });
+    Ok(())
+}
+
+fn site(parts: &mut Parts, bodies: &Names, sites: &mut Names, s: &w::Site) -> Result<(), String> {
+    let body = bodies.find(&s.body).map_err(|e| format!("body {e}"))?;
+    sites.take(&s.name, parts.sites.len())?;
+    let (position, orientation) = (vector(s.position_m, [0.0; 3]), vector(s.orientation_wxyz, IDENTITY));
+    parts.sites.push(Site { name: s.name.clone(), body, position, orientation });
+    Ok(())
+}
+
+fn wrap(parts: &mut Parts, bodies: &Names, wraps: &mut Names, s: &w::Wrap) -> Result<(), String> {
+    let body = bodies.find(&s.body).map_err(|e| format!("body {e}"))?;
+    wraps.take(&s.name, parts.wraps.len())?;
+    parts.wraps.push(Wrap {
+        name: s.name.clone(),
+        body,
+        kind: match s.kind {
+            w::WrapKind::Sphere => WrapKind::Sphere,
+            w::WrapKind::Cylinder => WrapKind::Cylinder,
+        },
+        radius: s.radius_m.0,
+        position: vector(s.position_m, [0.0; 3]),
+        orientation: vector(s.orientation_wxyz, IDENTITY),
+    });
+    Ok(())
+}
+
+fn muscle(sites: &Names, wraps: &Names, joints: &Names, m: &w::Muscle) -> Result<Tendon, String> {
+    let station = |s: &w::Station| match (&s.site, &s.wrap, &s.side, s.pulley) {
+        (Some(site), None, None, None) => sites.find(site).map(Station::Site),
+        (None, Some(wrap), side, None) => {
+            let side = side.as_deref().map(|side| sites.find(side)).transpose()?;
+            wraps.find(wrap).map(|wrap| Station::Wrap { wrap, side })
+        }
+        (None, None, None, Some(divisor)) => Ok(Station::Pulley(divisor.0)),
+        _ => Err(
+            "a station of its path is none: expected one of `site`, `wrap` (with `side` or not), `pulley`"
+                .to_string(),
+        ),
+    };
+    let route = match (&m.path, &m.joints) {
+        (Some(path), None) => Route::Spatial(path.iter().map(station).collect::<Result<_, _>>()?),
+        (None, Some(terms)) => {
+            let term = |term: &w::Term| Ok::<_, String>((joints.find(&term.joint)?, term.coefficient.0));
+            Route::Fixed(terms.iter().map(term).collect::<Result<_, _>>()?)
+        }
+        _ => return Err("expected either `path` or `joints`".to_string()),
+    };
+    let sheath = m.sheath.as_ref().map(|sheath| Sheath {
+        length: sheath.length_m.0,
+        bend: sheath.bend_rad.0,
+        end_axis: sheath.end_axis.map(|axis| axis.map(|x| x.0)),
+    });
+    Ok(Tendon {
+        name: m.name.clone(),
+        route,
+        sheath,
+        range: range(m.length_range_m),
+        damping: number(m.damping_n_s_per_m),
+        stiffness: number(m.stiffness_n_per_m),
+        spring_length: range(m.spring_length_m),
+    })
+}
+
+fn actuator(tendons: &Names, a: &w::Actuator) -> Result<Actuator, String> {
+    Ok(Actuator {
+        name: a.name.clone(),
+        kind: match a.kind {
+            w::ActuatorKind::Motor => ActuatorKind::Motor,
+            w::ActuatorKind::General => ActuatorKind::General,
+            w::ActuatorKind::Muscle => ActuatorKind::Muscle,
+        },
+        tendon: tendons.find(&a.muscle)?,
+        gear: a.gear.0,
+        control_range: range(a.control_range),
+        force_range: range(a.force_range_n),
+    })
+}

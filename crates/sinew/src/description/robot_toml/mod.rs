@@ -1,0 +1,9 @@
+//! This project's own format: TOML, SI units, units in the names of keys, references by name.
+
+mod export;
+mod import;
+mod written;
+
+pub use export::to_toml;
+pub(super) use import::add_muscles;
+pub use import::from_toml;

@@ -1,0 +1,195 @@
+//! The file as written: keys and types, nothing else judged.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use serde::Deserialize;
+use toml::Spanned;
+
+/// A number that is one: TOML also knows `nan` and `inf`.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(try_from = "f64")]
+pub(super) struct Finite(pub(super) f64);
+
+impl TryFrom<f64> for Finite {
+    type Error = &'static str;
+
+    fn try_from(value: f64) -> Result<Finite, &'static str> {
+        if value.is_finite() { Ok(Finite(value)) } else { Err("expected a finite number") }
+    }
+}
+
+pub(super) type Vector<const N: usize> = Option<[Finite; N]>;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct File {
+    #[serde(default)]
+    pub(super) name: String,
+    pub(super) gravity_m_per_s2: Vector<3>,
+    #[serde(default)]
+    pub(super) body: Vec<Spanned<Body>>,
+    #[serde(default)]
+    pub(super) joint: Vec<Spanned<Joint>>,
+    #[serde(default)]
+    pub(super) site: Vec<Spanned<Site>>,
+    #[serde(default)]
+    pub(super) wrap: Vec<Spanned<Wrap>>,
+    #[serde(default)]
+    pub(super) muscle: Vec<Spanned<Muscle>>,
+    #[serde(default)]
+    pub(super) coupling: Vec<Spanned<Coupling>>,
+    #[serde(default)]
+    pub(super) actuator: Vec<Spanned<Actuator>>,
+    #[serde(default)]
+    pub(super) key: Vec<Spanned<Key>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Body {
+    pub(super) name: String,
+    pub(super) parent: Option<String>,
+    pub(super) position_m: Vector<3>,
+    pub(super) orientation_wxyz: Vector<4>,
+    pub(super) mass_kg: Option<Finite>,
+    pub(super) center_of_mass_m: Vector<3>,
+    /// `[xx, yy, zz]` or `[xx, yy, zz, xy, xz, yz]`.
+    pub(super) inertia_kg_m2: Option<Vec<Finite>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum JointKind {
+    Hinge,
+    Slide,
+    Ball,
+    Free,
+}
+
+/// Keys in `rad` and `nm` belong to hinges and balls, those in `m` and `n` to slides.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Joint {
+    pub(super) name: String,
+    pub(super) body: String,
+    pub(super) kind: JointKind,
+    pub(super) anchor_m: Vector<3>,
+    pub(super) axis: Vector<3>,
+    pub(super) reference_rad: Option<Finite>,
+    pub(super) reference_m: Option<Finite>,
+    pub(super) range_rad: Vector<2>,
+    pub(super) range_m: Vector<2>,
+    pub(super) armature_kg_m2: Option<Finite>,
+    pub(super) armature_kg: Option<Finite>,
+    pub(super) damping_nm_s_per_rad: Option<Finite>,
+    pub(super) damping_n_s_per_m: Option<Finite>,
+    pub(super) friction_nm: Option<Finite>,
+    pub(super) friction_n: Option<Finite>,
+    pub(super) stiffness_nm_per_rad: Option<Finite>,
+    pub(super) stiffness_n_per_m: Option<Finite>,
+    pub(super) spring_reference_rad: Option<Finite>,
+    pub(super) spring_reference_m: Option<Finite>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Site {
+    pub(super) name: String,
+    pub(super) body: String,
+    pub(super) position_m: Vector<3>,
+    pub(super) orientation_wxyz: Vector<4>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum WrapKind {
+    Sphere,
+    Cylinder,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Wrap {
+    pub(super) name: String,
+    pub(super) body: String,
+    pub(super) kind: WrapKind,
+    pub(super) radius_m: Finite,
+    pub(super) position_m: Vector<3>,
+    pub(super) orientation_wxyz: Vector<4>,
+}
+
+/// One of `site`, `wrap` (with `side`, if the side matters), `pulley`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Station {
+    pub(super) site: Option<String>,
+    pub(super) wrap: Option<String>,
+    pub(super) side: Option<String>,
+    pub(super) pulley: Option<Finite>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Term {
+    pub(super) joint: String,
+    pub(super) coefficient: Finite,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Sheath {
+    pub(super) length_m: Finite,
+    pub(super) bend_rad: Finite,
+    pub(super) end_axis: Vector<3>,
+}
+
+/// Through space along a `path`, or a weighted sum of `joints`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Muscle {
+    pub(super) name: String,
+    pub(super) path: Option<Vec<Station>>,
+    pub(super) joints: Option<Vec<Term>>,
+    pub(super) sheath: Option<Sheath>,
+    pub(super) length_range_m: Vector<2>,
+    pub(super) damping_n_s_per_m: Option<Finite>,
+    pub(super) stiffness_n_per_m: Option<Finite>,
+    pub(super) spring_length_m: Vector<2>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Coupling {
+    pub(super) follower: String,
+    pub(super) leader: Option<String>,
+    pub(super) coefficients: [Finite; 5],
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum ActuatorKind {
+    Motor,
+    General,
+    Muscle,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Actuator {
+    pub(super) name: String,
+    pub(super) muscle: String,
+    pub(super) kind: ActuatorKind,
+    /// Force at the muscle per unit of control; pulling is negative.
+    pub(super) gear: Finite,
+    /// For a motor of gear -1 the limits of the tension at the anchor, N.
+    pub(super) control_range: Vector<2>,
+    pub(super) force_range_n: Vector<2>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Key {
+    pub(super) name: String,
+    /// All coordinates, joints in order, rad or m; quaternions `[w, x, y, z]`.
+    pub(super) q: Vec<Finite>,
+}

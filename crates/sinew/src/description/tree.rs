@@ -1,0 +1,177 @@
+//! The elements of a robot file and of the files it includes, in one flat list, each with its place.
+
+use super::error::DescriptionError;
+use alloc::collections::BTreeSet;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// Elements within elements: more is no robot, and memory stays bounded.
+pub(super) const DEEPEST: usize = 1000;
+/// Bytes of one file.
+const LONGEST: usize = 64 << 20;
+/// Elements of all files.
+const MOST: usize = 2_000_000;
+
+/// One element.
+#[derive(Debug)]
+pub(super) struct Element {
+    pub(super) name: String,
+    pub(super) attributes: Vec<(String, String)>,
+    pub(super) children: Vec<usize>,
+    pub(super) file: usize,
+    pub(super) line: usize,
+}
+
+/// All elements; the first is the root.
+#[derive(Debug)]
+pub(super) struct Tree {
+    pub(super) elements: Vec<Element>,
+    pub(super) files: Vec<String>,
+}
+
+/// Text of the file of a name, or why there is none.
+pub(super) type Resolve<'a> = &'a mut dyn FnMut(&str) -> Result<String, String>;
+
+impl Tree {
+    /// Parses `text` and everything it includes.
+    pub(super) fn parse(file: &str, text: &str, resolve: Resolve<'_>) -> Result<Tree, DescriptionError> {
+        let mut tree = Tree { elements: Vec::new(), files: Vec::new() };
+        tree.read(file, text)?;
+        let mut seen: BTreeSet<String> = BTreeSet::from([file.to_string()]);
+        // Every include is replaced by the children of what it names; these may include again.
+        while let Some((parent, place)) = tree.first_include() {
+            let include = tree.elements[parent].children[place];
+            let element = &tree.elements[include];
+            let name = element.attribute("file").map(ToString::to_string);
+            let Some(name) = name else {
+                return Err(tree.error(include, "file", "is missing: the name of the file to include"));
+            };
+            if !seen.insert(name.clone()) {
+                let problem =
+                    format!("`{name}` is included already: a file may not include itself or stand twice");
+                return Err(tree.error(include, "file", problem));
+            }
+            let text = resolve(&name)
+                .map_err(|problem| tree.error(include, "file", format!("`{name}`: {problem}")))?;
+            let root = tree.read(&name, &text)?;
+            let children = core::mem::take(&mut tree.elements[root].children);
+            tree.elements[parent].children.splice(place..=place, children);
+        }
+        tree.depth()?;
+        Ok(tree)
+    }
+
+    fn first_include(&self) -> Option<(usize, usize)> {
+        let mut open = Vec::from([0]);
+        while let Some(at) = open.pop() {
+            let children = &self.elements[at].children;
+            if let Some(place) = children.iter().position(|&child| self.elements[child].name == "include") {
+                return Some((at, place));
+            }
+            open.extend(children.iter().copied());
+        }
+        None
+    }
+
+    /// Includes may nest what each file alone keeps shallow.
+    fn depth(&self) -> Result<(), DescriptionError> {
+        let mut open = Vec::from([(0, 0)]);
+        while let Some((at, depth)) = open.pop() {
+            if depth > DEEPEST {
+                return Err(self.error(at, "", format!("lies more than {DEEPEST} elements deep")));
+            }
+            open.extend(self.elements[at].children.iter().map(|&child| (child, depth + 1)));
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, file: &str, text: &str) -> Result<usize, DescriptionError> {
+        let at = self.files.len();
+        self.files.push(file.to_string());
+        let wrong = |line: usize, problem: String| DescriptionError {
+            file: file.to_string(),
+            line,
+            place: "file".to_string(),
+            problem,
+        };
+        if text.len() > LONGEST {
+            return Err(wrong(1, format!("has {} bytes, more than the {LONGEST} that are read", text.len())));
+        }
+        let options =
+            roxmltree::ParsingOptions { allow_dtd: false, nodes_limit: 4_000_000, ..Default::default() };
+        let document = roxmltree::Document::parse_with_options(text, options).map_err(|error| {
+            let problem = match &error {
+                roxmltree::Error::DtdDetected => {
+                    "has a document type declaration: entities are not expanded here, remove it".to_string()
+                }
+                other => format!("is no well-formed XML: {other}"),
+            };
+            wrong((error_line(text, &error) as usize).max(1), problem)
+        })?;
+        let starts: Vec<usize> = core::iter::once(0)
+            .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1))
+            .collect();
+        let line = |position: usize| starts.partition_point(|&start| start <= position);
+        let root = self.elements.len();
+        let mut open = Vec::from([(document.root_element(), None, 0)]);
+        while let Some((node, parent, depth)) = open.pop() {
+            let line = line(node.range().start);
+            let name = node.tag_name().name().to_string();
+            if depth > DEEPEST || self.elements.len() >= MOST {
+                let problem =
+                    format!("<{name}>: more than {DEEPEST} elements within each other, or {MOST} in all");
+                return Err(wrong(line, problem));
+            }
+            let attributes =
+                node.attributes().map(|a| (a.name().to_string(), a.value().to_string())).collect();
+            let index = self.elements.len();
+            self.elements.push(Element { name, attributes, children: Vec::new(), file: at, line });
+            if let Some(parent) = parent {
+                let parent: &mut Element = &mut self.elements[parent];
+                parent.children.push(index);
+            }
+            // A stack turns the order around; turned before, it comes out right.
+            let children: Vec<_> = node.children().filter(roxmltree::Node::is_element).collect();
+            open.extend(children.into_iter().rev().map(|child| (child, Some(index), depth + 1)));
+        }
+        Ok(root)
+    }
+
+    /// An error about an attribute of an element, or with `""` about the element.
+    #[expect(clippy::needless_pass_by_value, reason = "literals and fresh text come alike")]
+    pub(super) fn error(&self, element: usize, attribute: &str, problem: impl ToString) -> DescriptionError {
+        let at = &self.elements[element];
+        let mut place = format!("<{}", at.name);
+        if let Some(name) = at.attribute("name") {
+            place.push_str(&format!(" name=\"{name}\""));
+        }
+        place.push('>');
+        if !attribute.is_empty() {
+            place.push_str(&format!(" `{attribute}`"));
+        }
+        DescriptionError {
+            file: self.files[at.file].clone(),
+            line: at.line,
+            place,
+            problem: problem.to_string(),
+        }
+    }
+}
+
+impl Element {
+    pub(super) fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
+    }
+}
+
+fn error_line(text: &str, error: &roxmltree::Error) -> u32 {
+    match error {
+        // These know no place: a document type stands at its own, the rest is noticed at the end.
+        roxmltree::Error::DtdDetected => {
+            let before = text.find("<!DOCTYPE").map_or("", |at| &text[..at]);
+            before.bytes().filter(|b| *b == b'\n').count() as u32 + 1
+        }
+        other => other.pos().row,
+    }
+}

@@ -1,0 +1,257 @@
+//! URDF, the robot format of ROS: links and joints; cables come from a TOML beside it.
+
+use super::Description;
+use super::attributes::Attributes;
+use super::error::{DescriptionError, Warning};
+use super::orientation::{IDENTITY, euler, rotate, turn_tensor, unit};
+use super::robot_toml::add_muscles;
+use super::tree::Tree;
+use crate::body::{Body, Coupling, Joint, JointKind, Parts};
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::format;
+use alloc::string::ToString;
+use alloc::vec::Vec;
+
+/// Reads a robot from URDF and, if given, its muscles from a TOML (name of that file and its text).
+///
+/// The link that is nobody's child is a body fixed to the world, or the world itself if it is called `world`.
+///
+/// # Errors
+///
+/// The first thing that is wrong: file, line, element, attribute, what stands there and what was expected.
+pub fn from_urdf(
+    file: &str,
+    text: &str,
+    muscles: Option<(&str, &str)>,
+) -> Result<Description, DescriptionError> {
+    let tree = Tree::parse(file, text, &mut |_| Err("URDF knows no include".to_string()))?;
+    let root = Attributes::own(&tree, 0);
+    if tree.elements[0].name != "robot" {
+        return Err(root.error("", "is the root: expected <robot>"));
+    }
+    let mut parts = Parts {
+        name: root.text("name").unwrap_or_default().to_string(),
+        gravity: [0.0, 0.0, -9.81],
+        ..Parts::default()
+    };
+    let graph = Graph::read(&tree)?;
+    graph.build(&mut parts)?;
+    if let Some((file, text)) = muscles {
+        add_muscles(&mut parts, file, text)?;
+    }
+    Ok(Description { parts, warnings: graph.warnings })
+}
+
+/// Links and joints by name, still without order.
+struct Graph<'a> {
+    tree: &'a Tree,
+    links: BTreeMap<&'a str, usize>,
+    /// Joints that leave a link, as they stand in the file.
+    leaving: BTreeMap<&'a str, Vec<usize>>,
+    root: &'a str,
+    warnings: Vec<Warning>,
+}
+
+const KINDS: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
+
+impl<'a> Graph<'a> {
+    fn read(tree: &'a Tree) -> Result<Graph<'a>, DescriptionError> {
+        let (mut links, mut leaving) = (BTreeMap::new(), BTreeMap::<&str, Vec<usize>>::new());
+        let (mut joints, mut children, mut warned, mut warnings) =
+            (BTreeSet::new(), BTreeSet::new(), BTreeSet::new(), Vec::new());
+        let of = |name: &'static str| {
+            tree.elements[0].children.iter().copied().filter(move |&e| tree.elements[e].name == name)
+        };
+        for link in of("link") {
+            let at = Attributes::own(tree, link);
+            if links.insert(at.required("name")?, link).is_some() {
+                return Err(at.error("name", "is taken already by another link"));
+            }
+        }
+        for joint in of("joint") {
+            let at = Attributes::own(tree, joint);
+            if !joints.insert(at.required("name")?) {
+                return Err(at.error("name", "is taken already by another joint"));
+            }
+            for (end, is_child) in [("parent", false), ("child", true)] {
+                let inner = child(tree, joint, end).ok_or_else(|| at.error("", format!("has no <{end}>")))?;
+                let name = inner.required("link")?;
+                if !links.contains_key(name) {
+                    return Err(
+                        inner.error("link", format!("is `{name}`, but there is no link of that name"))
+                    );
+                }
+                if !is_child {
+                    leaving.entry(name).or_default().push(joint);
+                } else if !children.insert(name) {
+                    return Err(inner.error("link", format!("is `{name}`, which has a parent already")));
+                }
+            }
+        }
+        for &other in &tree.elements[0].children {
+            let name = tree.elements[other].name.as_str();
+            if !matches!(name, "link" | "joint" | "material" | "gazebo") && warned.insert(name) {
+                let at = &tree.elements[other];
+                let what = format!("<{name}> is not read, what it says is left out");
+                warnings.push(Warning { file: tree.files[at.file].clone(), line: at.line, what });
+            }
+        }
+        let mut roots = links.keys().copied().filter(|name| !children.contains(name));
+        let root = roots
+            .next()
+            .ok_or_else(|| tree.error(0, "", "has no link without a parent: expected one root"))?;
+        if let Some(second) = roots.next() {
+            let problem = format!("is a root beside `{root}`: expected one link without a parent");
+            return Err(tree.error(links[second], "", problem));
+        }
+        Ok(Graph { tree, links, leaving, root, warnings })
+    }
+
+    /// Bodies from the root on, each before what hangs on it.
+    fn build(&self, parts: &mut Parts) -> Result<(), DescriptionError> {
+        parts.bodies.push(still("world"));
+        let mut root = 0;
+        if self.root != "world" {
+            parts.bodies.push(still(self.root));
+            root = 1;
+            weigh(self.tree, self.links[self.root], &mut parts.bodies[1])?;
+        }
+        let mut mimics = Vec::new();
+        let leaving = |link: &str| self.leaving.get(link).into_iter().flatten().rev().copied();
+        let mut open: Vec<(usize, usize)> = leaving(self.root).map(|joint| (joint, root)).collect();
+        while let Some((element, parent)) = open.pop() {
+            let at = Attributes::own(self.tree, element);
+            let link =
+                child(self.tree, element, "child").map_or("", |child| child.text("link").unwrap_or_default());
+            let index = parts.bodies.len();
+            let mut body = still(link);
+            body.parent = parent;
+            (body.position, body.orientation) = origin(self.tree, element)?;
+            weigh(self.tree, self.links[link], &mut body)?;
+            let kind = at.word("type", &KINDS)?.ok_or_else(|| at.error("type", "is missing"))?;
+            if kind == 5 {
+                return Err(at.error(
+                    "type",
+                    "is `planar`, which is not read: expected two prismatic joints and a revolute one",
+                ));
+            }
+            if kind == 4 {
+                if parent != root || root == 1 && parts.bodies[1].mass > 0.0 {
+                    return Err(
+                        at.error("type", "is `floating`: expected that only of a massless root's child")
+                    );
+                }
+                body.parent = 0;
+            }
+            if link == "world" {
+                return Err(at.error("", "moves the link `world`, which does not move"));
+            }
+            parts.bodies.push(body);
+            if kind != 3 {
+                if let Some(mimic) = child(self.tree, element, "mimic") {
+                    mimics.push((parts.joints.len(), mimic));
+                }
+                parts.joints.push(joint(self.tree, at, kind, index)?);
+            }
+            open.extend(leaving(link).map(|joint| (joint, index)));
+        }
+        if parts.bodies.len() - 1 + usize::from(root == 0) != self.links.len() {
+            return Err(self.tree.error(0, "", "has joints in a circle: expected a tree of links"));
+        }
+        for (follower, mimic) in mimics {
+            let name = mimic.required("joint")?;
+            let leader = parts.joints.iter().position(|joint| joint.name == name);
+            let leader = leader.ok_or_else(|| {
+                mimic.error("joint", format!("is `{name}`, but no joint of that name moves"))
+            })?;
+            let coefficients =
+                [mimic.number_or("offset", 0.0)?, mimic.number_or("multiplier", 1.0)?, 0.0, 0.0, 0.0];
+            parts.couplings.push(Coupling { follower, leader: Some(leader), coefficients });
+        }
+        Ok(())
+    }
+}
+
+fn still(name: &str) -> Body {
+    Body {
+        name: name.to_string(),
+        parent: 0,
+        position: [0.0; 3],
+        orientation: IDENTITY,
+        mass: 0.0,
+        center_of_mass: [0.0; 3],
+        inertia: [0.0; 6],
+    }
+}
+
+fn child<'a>(tree: &'a Tree, element: usize, name: &str) -> Option<Attributes<'a>> {
+    let found = tree.elements[element].children.iter().copied().find(|&e| tree.elements[e].name == name);
+    found.map(|element| Attributes::own(tree, element))
+}
+
+/// `<origin xyz rpy>` of an element: fixed axes x, then y, then z.
+fn origin(tree: &Tree, element: usize) -> Result<([f64; 3], [f64; 4]), DescriptionError> {
+    let Some(at) = child(tree, element, "origin") else { return Ok(([0.0; 3], IDENTITY)) };
+    let angles = at.array_or("rpy", [0.0; 3])?;
+    let turned = angles.iter().any(|angle| *angle != 0.0);
+    Ok((at.array_or("xyz", [0.0; 3])?, if turned { euler(angles, *b"XYZ") } else { IDENTITY }))
+}
+
+fn weigh(tree: &Tree, link: usize, body: &mut Body) -> Result<(), DescriptionError> {
+    let Some(inertial) = child(tree, link, "inertial") else { return Ok(()) };
+    let inside = |name: &str| {
+        child(tree, inertial.element, name).ok_or_else(|| inertial.error("", format!("has no <{name}>")))
+    };
+    let (center, orientation) = origin(tree, inertial.element)?;
+    let mass = inside("mass")?;
+    mass.required("value")?;
+    body.mass = mass.not_negative("value")?;
+    let at = inside("inertia")?;
+    let mut tensor = [0.0; 6];
+    for (value, name) in tensor.iter_mut().zip(["ixx", "iyy", "izz", "ixy", "ixz", "iyz"]) {
+        *value = at.number_or(name, 0.0)?;
+    }
+    if let Err(problem) = super::mjcf::possible(tensor) {
+        return Err(at.error("", problem));
+    }
+    body.center_of_mass = center;
+    body.inertia = turn_tensor(orientation, tensor);
+    Ok(())
+}
+
+fn joint(tree: &Tree, at: Attributes<'_>, kind: usize, body: usize) -> Result<Joint, DescriptionError> {
+    let axis = match child(tree, at.element, "axis") {
+        Some(axis) if kind < 3 => unit(axis.array_or("xyz", [1.0, 0.0, 0.0])?)
+            .ok_or_else(|| axis.error("xyz", "is zero: expected a direction"))?,
+        _ => [1.0, 0.0, 0.0],
+    };
+    let mut range = None;
+    if kind == 0 || kind == 2 {
+        let limit = child(tree, at.element, "limit").ok_or_else(|| at.error("", "has no <limit>"))?;
+        let (low, high) = (limit.number_or("lower", 0.0)?, limit.number_or("upper", 0.0)?);
+        if low > high {
+            return Err(limit.error(
+                "lower",
+                format!("is {low}, upper {high}: expected a low end not above the high end"),
+            ));
+        }
+        range = Some([low, high]);
+    }
+    let dynamics = child(tree, at.element, "dynamics");
+    let loss = |name: &str| dynamics.map_or(Ok(0.0), |dynamics| dynamics.not_negative(name));
+    Ok(Joint {
+        name: at.required("name")?.to_string(),
+        body,
+        kind: [JointKind::Hinge, JointKind::Hinge, JointKind::Slide, JointKind::Hinge, JointKind::Free]
+            [kind.min(4)],
+        anchor: [0.0; 3],
+        axis: rotate(IDENTITY, axis),
+        reference: 0.0,
+        range,
+        armature: 0.0,
+        damping: loss("damping")?,
+        friction: loss("friction")?,
+        stiffness: 0.0,
+        spring_reference: 0.0,
+    })
+}
