@@ -10,6 +10,7 @@ pub mod log;
 pub mod member;
 
 pub mod adapt;
+pub mod calibrate;
 pub mod evaluate;
 pub mod identify;
 pub mod observer;

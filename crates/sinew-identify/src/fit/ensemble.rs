@@ -161,7 +161,11 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
 pub(crate) fn train_paper(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Perceptron> {
     let options =
         TrainOptions { hidden: recipe.hidden, steps: recipe.steps, seed, ..TrainOptions::default() };
-    let w = perceptron::train(&rows.features, &rows.targets, &options).ok()?.network;
+    unscaled(&perceptron::train(&rows.features, &rows.targets, &options).ok()?.network)
+}
+
+/// A trained network as it runs.
+pub(crate) fn unscaled(w: &perceptron::Weights) -> Option<Perceptron> {
     // Standardisation moves into the weights: the network then reads and answers in the units of the log.
     let slope = |k: usize| w.hidden_weights[k] / w.input_scale[k % w.inputs];
     let bias = |j: usize| {
