@@ -1,5 +1,7 @@
 //! Robot files: what is read is what was written, and what cannot be is refused with its place.
 
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
 use sinew::body::{Parts, Robot};
 use sinew::description::{Description, DescriptionError, from_mjcf, from_toml, from_urdf, to_mjcf, to_toml};
 
