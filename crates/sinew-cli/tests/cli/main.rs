@@ -6,5 +6,6 @@ mod bad_logs;
 mod bad_models;
 mod bench;
 mod determinism;
+mod robots;
 mod verbs;
 mod writing;

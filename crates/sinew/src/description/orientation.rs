@@ -20,9 +20,12 @@ pub(super) fn is_identity(q: Quaternion) -> bool {
     q.map(f64::to_bits) == IDENTITY.map(f64::to_bits)
 }
 
-/// A vector of unit length, if it has a direction.
+/// A vector of unit length, if it has a direction; one that is of unit length but for rounding keeps its bits.
 pub(super) fn unit<const N: usize>(vector: [f64; N]) -> Option<[f64; N]> {
     let length = sqrt(vector.iter().map(|x| x * x).sum());
+    if (length - 1.0).abs() <= 2.0 * f64::EPSILON {
+        return Some(vector);
+    }
     (length.is_finite() && length >= SHORTEST).then(|| vector.map(|x| x / length))
 }
 

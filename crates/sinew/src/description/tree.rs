@@ -172,6 +172,7 @@ fn error_line(text: &str, error: &roxmltree::Error) -> u32 {
             let before = text.find("<!DOCTYPE").map_or("", |at| &text[..at]);
             before.bytes().filter(|b| *b == b'\n').count() as u32 + 1
         }
+        roxmltree::Error::UnclosedRootNode => text.bytes().filter(|b| *b == b'\n').count() as u32 + 1,
         other => other.pos().row,
     }
 }

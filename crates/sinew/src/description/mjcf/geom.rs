@@ -155,7 +155,7 @@ pub(super) fn read(
 }
 
 /// How many sizes each type has, and how many when `fromto` gives the length.
-const SIZES: [(usize, usize); 7] = [(1, 1), (2, 1), (2, 1), (3, 2), (3, 2), (0, 0), (0, 0)];
+const SIZES: [(usize, usize); 7] = [(1, 1), (2, 1), (2, 1), (3, 1), (3, 1), (0, 0), (0, 0)];
 
 /// Place and sizes; `fromto` sets the place and the half-length along z.
 fn shape(
@@ -191,7 +191,8 @@ fn shape(
     };
     match kind {
         1 | 2 => size[1] = length / 2.0,
-        _ => size = [size[0], size[1], length / 2.0],
+        // Boxes and ellipsoids between two ends are as wide as they are thick.
+        _ => size = [size[0], size[0], length / 2.0],
     }
     let position = [(a + d) / 2.0, (b + e) / 2.0, (c + f) / 2.0];
     Ok((Place { position, orientation: turn::z_to(axis) }, size))
