@@ -6,7 +6,7 @@ use super::scratch::Scratch;
 use super::tree::Link;
 use super::vector::{Frame, Vector, add, add_scaled, compose, cross, rotate, scale, turn_about_z, unrotate};
 use crate::error::Error;
-use crate::math::{sincos, sincos_all};
+use crate::math::sincos_all;
 use wide::f64x2;
 
 /// Motion and load of one link, in its own frame.
@@ -66,7 +66,9 @@ impl Link {
     #[inline]
     pub(super) fn pose_in_parent(&self, q: &[f64]) -> (Frame, Vector) {
         match self.kind {
-            JointKind::Hinge => (turn_about_z(&self.axes, sincos(q[self.q] - self.reference)), self.origin),
+            JointKind::Hinge => {
+                (turn_about_z(&self.axes, libm::sincos(q[self.q] - self.reference)), self.origin)
+            }
             JointKind::Slide => {
                 let way = q[self.q] - self.reference;
                 (self.axes, add_scaled(self.origin, way, self.axes[2]))

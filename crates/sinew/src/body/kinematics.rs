@@ -84,7 +84,7 @@ impl Poses {
         let start = parent.inner(&link.axes, link.origin);
         let pose = match link.kind {
             JointKind::Hinge => {
-                let turned = turn_about_z(&start.axes, crate::math::sincos(q[link.q] - link.reference));
+                let turned = turn_about_z(&start.axes, libm::sincos(q[link.q] - link.reference));
                 Pose { axes: turned, origin: start.origin }
             }
             JointKind::Slide => {
