@@ -38,7 +38,7 @@ pub enum Compensation {
         /// N.
         pretension: f64,
     },
-    /// The paper's network (17): what to add, from wanted tension, speed and muscle length.
+    /// The paper's network (17): what to add, from wanted tension and speed; bend and length of the sheath are constant.
     Network(Perceptron),
     /// The observer: the static inverse of its law, corrected by what it believes of the far end.
     Observer(Box<ObserverCompensation>),
@@ -55,7 +55,7 @@ impl Compensation {
                 ((wish.tension_out - *pretension) * factor).max(0.0)
             }
             Self::Network(network) => {
-                let inputs = [wish.tension_out, wish.velocity, wish.sample.motor];
+                let inputs = [wish.tension_out, wish.velocity];
                 wish.tension_out + network.evaluate(&inputs).unwrap_or(0.0)
             }
         };
@@ -88,7 +88,7 @@ fn direction(velocity: f64) -> f64 {
 /// | A, T_0, D | friction angle, pretension and drag of the identified cable   | 1, N, N s/m |
 /// | s, v   | direction and speed of the reference                             | 1, m/s |
 /// | T^_out | the observer's estimate                                          | N     |
-/// | t_z    | 0.1 s                                                             | s     |
+/// | t_z    | 0.4 s                                                             | s     |
 ///
 /// # Source
 /// Our own.
@@ -108,7 +108,7 @@ pub struct ObserverCompensation {
 }
 
 /// Time over which what is missing is added, s.
-const RESET_TIME: f64 = 0.1;
+const RESET_TIME: f64 = 0.4;
 /// Most that may be missing, N.
 const MOST_MISSING: f64 = 40.0;
 /// After a reversal the far end cannot follow for a while, and says nothing about what is missing, s.

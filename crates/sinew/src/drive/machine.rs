@@ -243,6 +243,13 @@ impl Drive {
         0.5 * self.parameters.motor.inertia * self.speed * self.speed
     }
 
+    /// Sensors settle on a cable that pulls with `tension` N, as if it had always done so.
+    pub fn look(&mut self, tension: f64) {
+        let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
+        self.delays[1].fill(self.parameters.load_cell.read(tension, &mut self.random));
+        self.sense(tension);
+    }
+
     /// Obeys for `h` seconds while the cable pulls with `tension` N. A command or tension that is not finite is none.
     pub fn step(&mut self, command: DriveCommand, tension: f64, h: f64) -> DriveStep {
         let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };

@@ -127,6 +127,11 @@ impl Delay {
         Ok(Self { past: vec![value; whole as usize + 2], next: 0, fraction: steps - whole })
     }
 
+    /// Fills it with a value, as if it had always been so.
+    pub fn fill(&mut self, value: f64) {
+        self.past.fill(value);
+    }
+
     /// Takes today's value and gives the one of back then.
     #[inline]
     pub fn pass(&mut self, value: f64) -> f64 {
