@@ -83,6 +83,8 @@ pub struct Recipe {
     pub networks: usize,
     /// What learns.
     pub learner: Learner,
+    /// How often cell and networks are fitted again, each to what the other leaves over.
+    pub rounds: usize,
 }
 
 /// What learns the part that is not physics.
@@ -136,7 +138,35 @@ pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
     if let Some(plan) = &recipe.features {
         law.features = features(plan, &columns, &law)?;
     }
+    let mut estimator = fit_networks(law, recipe, runs, seed)?;
+    for _ in 0..recipe.rounds {
+        estimator = refined(estimator, recipe, runs, seed)?;
+    }
+    Some(estimator)
+}
+
+/// Cell and networks take turns: the cell is fitted to what the networks leave over, then they to what it leaves.
+///
+/// A cell that was fitted alone bends its bounds to explain what a network explains better.
+fn refined(estimator: Estimator, recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
+    let (Some(plan), Some(_)) = (&recipe.cell, &estimator.ensemble) else { return Some(estimator) };
+    let rest: Vec<Run> = runs.iter().map(|sequence| without_correction(&estimator, sequence)).collect();
+    let rest: Vec<&Run> = rest.iter().collect();
+    let mut law = estimator.law;
+    law.cell = Some(refit_cell(&law, plan, &rest)?);
     fit_networks(law, recipe, runs, seed)
+}
+
+/// The sequence with the gated correction taken from its far side.
+fn without_correction(estimator: &Estimator, sequence: &Run) -> Run {
+    let mut memory = Memory::new(&estimator.law);
+    let mut scratch = vec![0.0; estimator.law.features.len()];
+    let mut rest = sequence.clone();
+    for i in 0..rest.len() {
+        memory.step(&estimator.law, rest.dt_s[i], sequence.row(i));
+        rest.far[i] -= estimator.estimate(&memory, &mut scratch).mean - memory.cell().state;
+    }
+    rest
 }
 
 /// Fits the cell of a law that is there already.

@@ -80,6 +80,7 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
                     steps: 50,
                     networks: MEMBERS,
                     learner: Learner::Ensemble,
+                    rounds: 0,
                 },
                 description: description.to_string(),
                 standing: match cell {
@@ -126,6 +127,16 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
             Some((&RADII, &slow)),
             "hybrid that also sees what moved in the last seconds",
         ));
+        // Where data are plentiful the networks carry the model, and turns only cost time.
+        let turns = [
+            ("joint", &[][..], "hybrid whose cell and networks were fitted to each other in turns"),
+            ("joint-short", &short, "the same, also seeing what moved in the last instants"),
+        ];
+        for (name, taus, words) in turns.into_iter().filter(|_| !plentiful) {
+            let mut joint = make(name, Some(yielding), Some((&RADII, taus)), words);
+            joint.recipe.rounds = 2;
+            entries.push(joint);
+        }
         if suffix.is_empty() {
             // Eq. 17: present inputs and the cable's velocity, here as what moved in the last instants.
             let words =
