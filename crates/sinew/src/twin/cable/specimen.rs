@@ -4,6 +4,7 @@ use super::effects::{
     BraidCreep, Breakage, DragHeat, Effects, SheathCompliance, SlowFriction, UnevenCurvature,
 };
 use crate::Error;
+use crate::random::Random;
 use crate::transmission::cable::{CableLaw, CableParameters, Path, Segment};
 use alloc::vec::Vec;
 
@@ -43,7 +44,7 @@ impl Specimen {
     /// The same around another construction.
     #[must_use]
     pub fn drawn_around(of: &Self, seed: u64) -> Self {
-        let mut draw = Draws(seed);
+        let mut draw = Draws(Random::new(seed));
         let mut parameters = of.parameters;
         parameters.friction *= draw.around(0.04);
         parameters.drag *= draw.around(0.22);
@@ -92,28 +93,19 @@ impl Specimen {
     }
 }
 
-/// Numbers from a seed, the same on every machine: splitmix64.
-struct Draws(u64);
+/// Factors from a seed.
+struct Draws(Random);
 
 impl Draws {
-    /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
     /// A factor around 1 of this relative standard deviation: twelve uniform numbers are as good as normal here.
     fn around(&mut self, deviation: f64) -> f64 {
-        let sum: f64 = (0..12).map(|_| self.unit()).sum();
+        let sum: f64 = (0..12).map(|_| self.0.unit()).sum();
         1.0 + deviation * (sum - 6.0).clamp(-2.0, 2.0)
     }
 
     /// A factor in [0.5, 1.5).
     fn half(&mut self) -> f64 {
-        0.5 + self.unit()
+        0.5 + self.0.unit()
     }
 
     fn effects(&mut self, of: &Effects) -> Effects {
