@@ -248,7 +248,7 @@ mod tests {
             fold_factor: vec![],
             comparison: Comparison::new(),
             rmse_in_sample: 0.0,
-            cells: vec![],
+            laws: vec![],
             score: 0.0,
         };
         Tried { name: String::new(), description: String::new(), judgement: Some(judgement) }

@@ -8,7 +8,7 @@ use crate::member::Run;
 use crate::select::folds::Folds;
 use crate::select::judge::{Judgement, Tried};
 use sinew::metrics::Comparison;
-use sinew::predictor::{Cell, Model, Signal, Term};
+use sinew::predictor::{CableModel, Cell, MemoryLaw, Model, Signal, Term};
 
 /// What the stages of an identification found.
 pub(crate) struct Found<'a> {
@@ -47,7 +47,7 @@ pub(crate) fn account(found: &Found<'_>, influence: Vec<InfluenceRow>) -> Accoun
         chosen: ChosenSummary {
             name: model.provenance.member.clone(),
             description: model.provenance.description.clone(),
-            parameters: judgement.map_or_else(Vec::new, |j| cell_parameters(model, &j.cells)),
+            parameters: judgement.map_or_else(Vec::new, |j| parameters(model, &j.laws)),
             band_factor: model.band_factor,
             size: size(model),
         },
@@ -97,11 +97,56 @@ fn coverage(judgement: &Judgement, runs: &[Run]) -> f64 {
     band.coverage().unwrap_or(f64::NAN)
 }
 
-/// Coefficients of the cell with intervals from the spread over the folds (delete-one-fold jackknife).
-fn cell_parameters(model: &Model, folds: &[Option<Cell>]) -> Vec<Parameter> {
+/// Numbers of the physics with intervals from the spread over the folds (delete-one-fold jackknife).
+fn parameters(model: &Model, folds: &[MemoryLaw]) -> Vec<Parameter> {
     let law = &model.estimator.law;
+    if let Some(cable) = &law.cable {
+        let folds: Vec<&CableModel> = folds.iter().filter_map(|f| Some(&f.cable.as_ref()?.model)).collect();
+        return cable_parameters(&cable.model, &folds);
+    }
     let Some(cell) = &law.cell else { return Vec::new() };
-    let folds: Vec<&Cell> = folds.iter().flatten().collect();
+    let folds: Vec<&Cell> = folds.iter().filter_map(|f| f.cell.as_ref()).collect();
+    cell_parameters(model, cell, &folds)
+}
+
+/// What a log shows of a cable.
+fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter> {
+    type Number = fn(&CableModel) -> f64;
+    let numbers: [(&str, &str, Number); 5] = [
+        ("friction angle, mu phi - ln eta", "1", |m| m.law().map_or(f64::NAN, |law| law.friction_angle())),
+        ("drag of the grease", "N s/m", |m| m.parameters.drag),
+        ("pretension", "N", |m| m.parameters.pretension),
+        ("compliance of the whole cable", "m/N", |m| {
+            m.law().map_or(f64::NAN, |law| law.compliance().iter().sum())
+        }),
+        ("compliance near the drive", "m/N", |m| {
+            m.law().ok().and_then(|law| law.compliance().first().copied()).unwrap_or(f64::NAN)
+        }),
+    ];
+    let one = |(name, unit, number): (&str, &str, Number)| {
+        let others: Vec<f64> = folds.iter().map(|m| number(m)).collect();
+        let (value, (low, high)) = (number(model), jackknife(number(model), &others));
+        let identified = low.is_finite() && low > 0.0;
+        let remark = match (low.is_finite(), identified) {
+            (false, _) => "too few folds to tell",
+            (true, false) => "these logs do not determine it",
+            (true, true) => "",
+        };
+        Parameter {
+            name: name.into(),
+            unit: unit.into(),
+            value,
+            low,
+            high,
+            identified,
+            remark: remark.into(),
+        }
+    };
+    numbers.into_iter().map(one).collect()
+}
+
+fn cell_parameters(model: &Model, cell: &Cell, folds: &[&Cell]) -> Vec<Parameter> {
+    let law = &model.estimator.law;
     let name_of = |signal: usize| signal_name(&law.signals[signal], model);
     let term_name = |term: &Term| match *term {
         Term::One => "constant".to_owned(),

@@ -3,7 +3,7 @@
 use super::folds::Folds;
 use crate::member::{Run, run as run_over};
 use sinew::metrics::Comparison;
-use sinew::predictor::{Cell, Estimate, Estimator};
+use sinew::predictor::{Estimate, Estimator, MemoryLaw};
 
 /// Makes a model from runs.
 pub(crate) type Fit<'a> = dyn Fn(&[&Run]) -> Option<Estimator> + Sync + 'a;
@@ -23,8 +23,8 @@ pub(crate) struct Judgement {
     pub(crate) comparison: Comparison,
     /// Mean over the folds of the RMSE on the data each was fitted to.
     pub(crate) rmse_in_sample: f64,
-    /// The clamp cell of each fold.
-    pub(crate) cells: Vec<Option<Cell>>,
+    /// What was fitted in each fold before its networks.
+    pub(crate) laws: Vec<MemoryLaw>,
     /// Geometric mean of the fold RMSEs: what members are ranked by.
     pub(crate) score: f64,
 }
@@ -68,14 +68,14 @@ pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgem
     let mut fold_rmse = Vec::new();
     let mut fold_factor = Vec::new();
     let mut sequence_rmse = Vec::new();
-    let (mut rmse_in_sample, mut cells) = (0.0, Vec::new());
+    let (mut rmse_in_sample, mut laws) = (0.0, Vec::new());
     let mut comparison = Comparison::new();
     for (fold, held_out) in folds.held_out.iter().enumerate() {
         let training = training_runs(runs, held_out);
         let references: Vec<&Run> = training.iter().collect();
         let member = fit(&references)?;
         rmse_in_sample += member.sigma0 / folds.held_out.len() as f64;
-        cells.push(member.law.cell.clone());
+        laws.push(member.law.clone());
         let mut ratios = Vec::new();
         let (mut sum, mut count) = (0.0, 0.0);
         for (index, (run, range)) in runs.iter().zip(held_out).enumerate() {
@@ -114,7 +114,7 @@ pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgem
         fold_factor,
         comparison,
         rmse_in_sample,
-        cells,
+        laws,
         score,
     })
 }
