@@ -200,13 +200,9 @@ fn choose(entries: &[Entry], tried: &[Tried], folds: &Folds) -> Option<usize> {
             .min_by(|&a, &b| score(a).total_cmp(&score(b)));
         chosen = match (chosen, best) {
             (Some(old), Some(new)) => {
-                // Stretches of one log ask for less: nothing else is tried there than what it was fitted to.
-                let proven = if folds.grouped {
-                    clearly_better(&tried[new], &tried[old])
-                } else {
-                    standing < Standing::Learned
-                };
-                let clear = proven && score(new) < MARGIN * score(old);
+                let clear = folds.grouped
+                    && score(new) < MARGIN * score(old)
+                    && clearly_better(&tried[new], &tried[old]);
                 Some(if clear { new } else { old })
             }
             (chosen, best) => chosen.or(best),

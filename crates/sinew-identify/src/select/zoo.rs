@@ -20,7 +20,7 @@ pub(crate) struct Entry {
 pub(crate) enum Standing {
     /// The physics of what the roles describe: the capstan's ratio where two cables pull against each other.
     Physics,
-    /// Physics that takes every signal for itself although two belong together, or that was bent by its networks.
+    /// Physics that takes every signal for itself although two belong together.
     Loose,
     /// Networks that work without physics, all or some.
     Learned,
@@ -135,7 +135,6 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
         for (name, taus, words) in turns.into_iter().filter(|_| !plentiful) {
             let mut joint = make(name, Some(yielding), Some((&RADII, taus)), words);
             joint.recipe.rounds = 2;
-            joint.standing = Standing::Loose;
             entries.push(joint);
         }
         if suffix.is_empty() {
