@@ -3,10 +3,10 @@
 use crate::Error;
 use crate::fit::ensemble::unscaled;
 use crate::fit::perceptron::{TrainOptions, train};
-use crate::observer::{CableFit, CableLog, FitOptions, fit_cable, start_from};
+use crate::observer::{CableFit, CableLog, FitOptions, find_cable};
 use rayon::prelude::*;
-use sinew::control::compensation::{Compensation, ObserverCompensation};
-use sinew::experiment::bench::{BenchRow, BenchRun, Programme, Stop, run};
+use sinew::control::compensation::{Compensation, NetworkCompensation, ObserverCompensation};
+use sinew::experiment::bench::{BenchRow, BenchRun, Programme, Steering, Stop, run};
 use sinew::twin::cable::Specimen;
 
 /// Ways to compensate.
@@ -34,6 +34,9 @@ pub struct Calibration {
 /// Speeds of the calibration, m/s: those of the paper.
 pub const SPEEDS: [f64; 6] = [0.02, 0.04, 0.06, 0.08, 0.10, 0.12];
 
+/// How fast the drag is learned after the calibration, 1/(N m): what half a minute of friction warms is followed in as long.
+const LEARNING: f64 = 3.0;
+
 /// Samples between those that are kept for the cable's fit: its law does not care.
 const EVERY: usize = 4;
 
@@ -52,10 +55,11 @@ pub fn calibrate(kind: Kind, specimen: &Specimen, seconds: f64, seed: u64) -> Re
         .map(|(k, speed)| rows(specimen, *speed, seconds, seed.wrapping_mul(31).wrapping_add(k as u64)))
         .collect::<Result<Vec<_>, Error>>()?;
     if kind == Kind::Paper {
-        return Ok(plain(Compensation::Network(network(&logs, seed)?)));
+        return Ok(plain(Compensation::Network(Box::new(networks(&logs, seed)?))));
     }
     let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows)).collect();
-    let fit = fit_cable(&logs, &start_from(&logs)?, &FitOptions::default())?;
+    let mut fit = find_cable(&logs, &FitOptions::default())?;
+    fit.model.learning = LEARNING;
     let compensation = match kind {
         Kind::Observer => Compensation::Observer(Box::new(ObserverCompensation::new(&fit.model)?)),
         _ => Compensation::Capstan {
@@ -69,7 +73,8 @@ pub fn calibrate(kind: Kind, specimen: &Specimen, seconds: f64, seed: u64) -> Re
 fn rows(specimen: &Specimen, speed: f64, seconds: f64, seed: u64) -> Result<Vec<BenchRow>, Error> {
     let wanted = BenchRun::paper(specimen.clone(), Programme::Calibrate, speed, seed);
     let mut rows = Vec::new();
-    let stop: Option<Stop> = run(&wanted, &mut Compensation::None, seconds, |row| rows.push(*row))?;
+    let stop: Option<Stop> =
+        run(&wanted, Steering::By(&mut Compensation::None), seconds, |row| rows.push(*row))?;
     match stop {
         None => Ok(rows),
         Some(stop) => {
@@ -88,16 +93,20 @@ fn cable_log(rows: &[BenchRow]) -> CableLog {
     log
 }
 
-/// Eq. 17: from far tension and speed to what friction takes; the whole run, reversals included.
-fn network(logs: &[Vec<BenchRow>], seed: u64) -> Result<sinew::transmission::Perceptron, Error> {
-    let (mut inputs, mut targets) = (Vec::new(), Vec::new());
-    for row in logs.iter().flatten() {
-        inputs.extend([row.far, row.velocity]);
-        targets.push(row.sample.tension_in - row.far);
-    }
-    let options = TrainOptions { hidden: 30, steps: 100, seed, ..TrainOptions::default() };
-    let trained = train(&inputs, &targets, &options)?;
-    unscaled(&trained.network).ok_or_else(|| Error::samples("network", "weights that are finite", &"others"))
+/// Eq. 17, from either end's tension and the speed to what friction takes; the whole run, reversals included.
+fn networks(logs: &[Vec<BenchRow>], seed: u64) -> Result<NetworkCompensation, Error> {
+    let network = |end: fn(&BenchRow) -> f64| {
+        let (mut inputs, mut targets) = (Vec::new(), Vec::new());
+        for row in logs.iter().flatten() {
+            inputs.extend([end(row), row.velocity]);
+            targets.push(row.sample.tension_in - row.far);
+        }
+        let options = TrainOptions { hidden: 30, steps: 100, seed, ..TrainOptions::default() };
+        let trained = train(&inputs, &targets, &options)?;
+        unscaled(&trained.network)
+            .ok_or_else(|| Error::samples("network", "weights that are finite", &"others"))
+    };
+    Ok(NetworkCompensation { friction: network(|row| row.far)?, loss: network(|row| row.sample.tension_in)? })
 }
 
 #[cfg(test)]

@@ -113,20 +113,22 @@ impl Problem<'_> {
         Some(model)
     }
 
-    /// The start itself and its neighbours in friction and drag; the best two are followed.
+    /// The start itself and its neighbours in friction, drag and stiffness of the free lengths; the best are followed.
     fn search(&self, theta: &[f64]) -> Option<Solution> {
-        let place = |q| self.options.free.iter().position(|free| *free == q);
-        let moved = |(friction, drag): (f64, f64)| {
-            let mut theta = theta.to_vec();
-            for (quantity, factor) in [(Quantity::FrictionAngle, friction), (Quantity::Drag, drag)] {
-                if let Some(i) = place(quantity) {
-                    theta[i] += f64::ln(factor);
-                }
-            }
-            theta
+        let moved = |friction: f64, drag: f64, free: f64| {
+            let factor = |quantity: &Quantity| match quantity {
+                Quantity::FrictionAngle => friction,
+                Quantity::Drag => drag,
+                Quantity::NearLength | Quantity::FarLength => free,
+                _ => 1.0,
+            };
+            theta.iter().zip(&self.options.free).map(|(t, q)| t + factor(q).ln()).collect::<Vec<f64>>()
         };
         let around = [(1.0, 1.0), (0.7, 1.0), (1.4, 1.0), (1.0, 0.4), (1.0, 2.5), (0.7, 2.5), (1.4, 0.4)];
-        let points: Vec<Vec<f64>> = around.iter().map(|factors| moved(*factors)).collect();
+        let points: Vec<_> = [1.0, 0.3, 0.1]
+            .iter()
+            .flat_map(|free| around.iter().map(move |(friction, drag)| moved(*friction, *drag, *free)))
+            .collect();
         let found = self.evaluate_side_by_side(&points);
         let far = |residuals: Vec<f64>| rms(&residuals[..self.rows.len()]);
         let mut starts: Vec<(f64, Vec<f64>)> =

@@ -15,7 +15,7 @@ pub use fit::{CableFit, FitOptions, fit_cable};
 pub(crate) use observed::fit_observed;
 pub use quantity::{FittedQuantity, Quantity};
 pub use run::{CableLog, run_cable};
-pub use start::start_from;
+pub use start::{find_cable, start_from};
 
 #[cfg(doc)]
 use sinew::predictor::CableObserver;

@@ -1,5 +1,6 @@
 //! A first guess of a cable about which nothing is known but its logs.
 
+use super::fit::{CableFit, FitOptions, fit_cable};
 use super::run::CableLog;
 use crate::Error;
 use crate::member::quantiles;
@@ -94,9 +95,29 @@ pub fn start_from(logs: &[CableLog]) -> Result<CableModel, Error> {
         compliance: sheath,
         ..CableParameters::bench()
     };
-    let model = CableModel { path, parameters, correction: (47.0 * near).min(1.0), ..CableModel::bench() };
+    let model = CableModel { path, parameters, correction: correction(near), ..CableModel::bench() };
     model.law()?;
     Ok(model)
+}
+
+/// Speed of the correction, m/(N s), that serves beside a near compliance, m/N.
+fn correction(near: f64) -> f64 {
+    (47.0 * near).min(1.0)
+}
+
+/// A cable about which nothing is known but its logs: fitted from [`start_from`], then once more with the correction that
+/// suits the near compliance that was found, because both shape each other.
+///
+/// # Errors
+/// As [`start_from`] and [`fit_cable`].
+pub fn find_cable(logs: &[CableLog], options: &FitOptions) -> Result<CableFit, Error> {
+    let first = fit_cable(logs, &start_from(logs)?, options)?;
+    let mut start = first.model.clone();
+    if let Some(Segment::Free { length }) = start.path.segments().first() {
+        start.correction = correction(length * start.parameters.compliance);
+    }
+    let second = fit_cable(logs, &start, options)?;
+    Ok(if second.rmse < first.rmse { second } else { first })
 }
 
 /// What the tensions alone tell.

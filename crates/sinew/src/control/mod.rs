@@ -3,3 +3,4 @@
 //! Nothing here may look into the plant: it knows what sensors say and what was identified.
 
 pub mod compensation;
+pub mod stretch;

@@ -1,11 +1,12 @@
 //! Runs on the bench: the load moves the cable, the muscle follows a tension, or the other way round.
 
 use crate::Error;
-use crate::control::compensation::{Compensation, Wish};
+use crate::control::compensation::{Answer, Compensation};
+use crate::control::stretch::{FORESIGHT, StretchFollower, Wish};
 use crate::drive::{DriveCommand, DriveFault, DriveParameters};
 use crate::predictor::CableSample;
 use crate::twin::bench::Bench;
-use crate::twin::cable::{Broken, Resolution, Specimen};
+use crate::twin::cable::{Broken, CableReading, Resolution, Specimen};
 
 /// Who moves the cable and who holds the tension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,7 +42,8 @@ pub struct BenchRun {
 }
 
 impl BenchRun {
-    /// The paper's: 40 to 200 N at one of its speeds, strokes of 0.4 m, one swing a stroke.
+    /// The paper's: 40 to 200 N at one of its speeds; strokes of 0.5 m, which the drum has room for beside the stretch,
+    /// one swing a stroke.
     #[must_use]
     pub fn paper(specimen: Specimen, programme: Programme, speed: f64, seed: u64) -> Self {
         Self {
@@ -50,9 +52,9 @@ impl BenchRun {
             drives: DriveParameters::mc_am(),
             programme,
             speed,
-            stroke: 0.4,
+            stroke: STROKE,
             tension: [40.0, 200.0],
-            period: 0.4 / speed,
+            period: STROKE / speed,
             seed,
         }
     }
@@ -67,14 +69,16 @@ pub struct BenchRow {
     pub window: f64,
     /// Wanted far tension, N.
     pub wanted: f64,
-    /// What the muscle's drive was told to pull with, N; NaN while calibrating.
-    pub command: f64,
+    /// What the muscle's drive was told.
+    pub told: DriveCommand,
     /// What the muscle's sensors and the joint's say.
     pub sample: CableSample,
     /// What the far sensor says, N.
     pub far: f64,
-    /// Estimate of the far tension, N; NaN where there is none.
+    /// What the compensation believes of the far tension, N.
     pub estimate: f64,
+    /// What it believes of the elongation, m; NaN where it believes nothing.
+    pub estimated_stretch: f64,
     /// True tensions, N: near, far.
     pub truth: [f64; 2],
     /// True elongation, m.
@@ -92,6 +96,18 @@ pub enum Stop {
     Drive(DriveFault),
 }
 
+/// Who tells the muscle's drive what to do.
+#[derive(Debug)]
+pub enum Steering<'a> {
+    /// A compensation, by what sensors say.
+    By(&'a mut Compensation),
+    /// Nobody has it: the plant's own law and its true stretch, without noise and delay. The yardstick.
+    PerfectKnowledge,
+}
+
+/// Length of the paper's strokes here, m; it does not tell it.
+const STROKE: f64 = 0.5;
+
 /// Step of all loops, s.
 pub const STEP: f64 = 1e-3;
 
@@ -104,17 +120,22 @@ const TURNING: f64 = 1.0;
 /// As [`Bench::new`]; the plant's own errors mid-run.
 pub fn run(
     run: &BenchRun,
-    compensation: &mut Compensation,
+    mut steering: Steering<'_>,
     seconds: f64,
     mut see: impl FnMut(&BenchRow),
 ) -> Result<Option<Stop>, Error> {
     let mut bench = Bench::new(&run.specimen, run.resolution, run.drives, run.seed)?;
     bench.settle(0.5 * (run.tension[0] + run.tension[1]))?;
+    let mut perfect = StretchFollower::new(bench.cable().law().clone());
     let mut stroke = Stroke::new(run.speed, run.stroke);
+    let mut ahead = stroke.clone();
+    for _ in 0..(FORESIGHT / STEP) as u64 {
+        ahead.next();
+    }
     let steps = (seconds / STEP) as u64;
     for k in 0..steps {
         let time = k as f64 * STEP;
-        let velocity = stroke.next();
+        let (velocity, coming) = (stroke.next(), ahead.next());
         let wanted = swing(run, time);
         let reading = bench.reading();
         let sample = CableSample {
@@ -122,16 +143,20 @@ pub fn run(
             anchor: reading.anchor(),
             tension_in: reading.muscle.tension,
         };
-        let told = compensation.pull(STEP, &Wish { tension_out: wanted, velocity, sample });
-        let (muscle, load, command) = match run.programme {
-            Programme::Track => {
-                let follow =
-                    DriveCommand::Tension { tension: told.tension, feed: velocity + told.stretching };
-                (follow, DriveCommand::Velocity(-velocity), told.tension)
+        let wish = Wish { tension_out: wanted, velocity, coming };
+        let answer = match &mut steering {
+            Steering::By(compensation) => compensation.answer(STEP, &wish, &sample),
+            Steering::PerfectKnowledge => {
+                let CableReading { tension_out, stretch, .. } = bench.truth();
+                let speed = perfect.speed(STEP, &wish, stretch, bench.cable().drag_factor());
+                Answer { command: DriveCommand::Velocity(speed), far: tension_out, stretch }
             }
+        };
+        let (muscle, load) = match run.programme {
+            Programme::Track => (answer.command, DriveCommand::Velocity(-velocity)),
             Programme::Calibrate => {
                 let swing = DriveCommand::Tension { tension: wanted, feed: -velocity };
-                (DriveCommand::Velocity(velocity), swing, f64::NAN)
+                (DriveCommand::Velocity(velocity), swing)
             }
         };
         let truth = bench.step(muscle, load, STEP)?;
@@ -139,10 +164,11 @@ pub fn run(
             time,
             window: stroke.window(),
             wanted,
-            command,
+            told: muscle,
             sample,
             far: reading.load.tension,
-            estimate: compensation.estimate().unwrap_or(f64::NAN),
+            estimate: answer.far,
+            estimated_stretch: answer.stretch,
             truth: [truth.tension_in, truth.tension_out],
             stretch: truth.stretch,
             velocity,

@@ -126,6 +126,12 @@ impl Bench {
         self.steps.iter().flatten().find_map(|step| step.fault)
     }
 
+    /// The cable as it is, where perfect knowledge is wanted.
+    #[must_use]
+    pub fn cable(&self) -> &CablePlant {
+        &self.cable
+    }
+
     /// Tension along the cable, N, muscle's end first.
     pub fn tensions(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
         self.cable.tensions()

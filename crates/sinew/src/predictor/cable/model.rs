@@ -24,6 +24,9 @@ pub struct CableModel {
     /// Speed of the correction, m/s per N of the near tension's error.
     #[serde(rename = "correction_m_per_n_s")]
     pub correction: f64,
+    /// How fast the drag is learned while the cable slides, 1/(N m): grease warms and ages. 0 for never; 3 serves.
+    #[serde(rename = "learning_per_n_m", default)]
+    pub learning: f64,
     /// Stretch, m, while motor and anchor both read zero, where their zeros never move: then the first sample
     /// tells more than the near tension. None for encoders that start anywhere.
     #[serde(rename = "zero_stretch_m", default, skip_serializing_if = "Option::is_none")]
@@ -41,6 +44,7 @@ impl CableModel {
             far_gain: 1.0,
             start: 0.0,
             correction: 2e-3,
+            learning: 0.0,
             zero_stretch: None,
         }
     }
@@ -54,6 +58,8 @@ impl CableModel {
         within("start", "a number in [-1, 1]", self.start, (-1.0..=1.0).contains(&self.start))?;
         let sane = (0.0..=1.0).contains(&self.correction);
         within("correction", "a number in [0, 1] m/(N s)", self.correction, sane)?;
+        let sane = (0.0..=100.0).contains(&self.learning);
+        within("learning", "a number in [0, 100] 1/(N m)", self.learning, sane)?;
         if let Some(stretch) = self.zero_stretch {
             finite("zero_stretch", stretch)?;
         }

@@ -75,7 +75,12 @@ impl CableObserver {
                 self.cable.lay(tension, share, stretch);
             }
         }
-        self.track.compare(sample, self.cable.ends(), self.cable.stretch())
+        let estimate = self.track.compare(sample, self.cable.ends(), self.cable.stretch());
+        if let Some(factor) = self.track.news_of_drag() {
+            // Never refused: the factor is held within bounds.
+            let _ = self.cable.scale_drag(factor);
+        }
+        estimate
     }
 
     /// What it believes, the profile included.

@@ -24,6 +24,8 @@ pub struct CableEstimate {
     pub known: bool,
     /// A position was missing or jumped and was held.
     pub held: bool,
+    /// What the drag has been learned to be, times that of the model.
+    pub drag_factor: f64,
 }
 
 /// Largest error of the near tension that corrects, N: a spike must not move the cable.
@@ -36,6 +38,13 @@ const PART: f64 = 5e-4;
 const WIPED_OUT: f64 = 0.1;
 /// Pause after which nothing is known any more, s.
 const LONGEST_PAUSE: f64 = 0.02;
+
+/// Time for which the state must be known before drag is learned from it, s: at first the correction sets the stretch right.
+const SEASONED: f64 = 2.0;
+/// Least and most of a learned drag, times that of the model.
+const LEARNED: [f64; 2] = [0.2, 5.0];
+/// Change of the drag factor that is worth telling the cable.
+const WORTH_TELLING: f64 = 2e-3;
 
 /// One cable between its samples.
 #[derive(Debug, Clone)]
@@ -56,6 +65,15 @@ pub(super) struct Track {
     sliding: f64,
     pub(super) known: bool,
     held: bool,
+    learning: f64,
+    /// The anchor's displacement in the last interval, m, and the interval, s.
+    slid: f64,
+    interval: f64,
+    /// How long the state has been known, s, up to [`SEASONED`].
+    age: f64,
+    drag_factor: f64,
+    /// The factor as the cable has been told.
+    told: f64,
 }
 
 impl Track {
@@ -72,6 +90,12 @@ impl Track {
             sliding: 0.0,
             known: false,
             held: false,
+            learning: model.learning,
+            slid: 0.0,
+            interval: 0.0,
+            age: 0.0,
+            drag_factor: 1.0,
+            told: 1.0,
         }
     }
 
@@ -91,6 +115,7 @@ impl Track {
         self.held = motor_moved.is_none() || anchor_moved.is_none();
         self.last = Some((or(sample.motor, motor), or(sample.anchor, anchor)));
         let error = self.innovation.clamp(-LARGEST_INNOVATION, LARGEST_INNOVATION);
+        (self.slid, self.interval) = (anchor_moved.unwrap_or(0.0), interval);
         Some(EndMotion {
             motor: motor_moved.unwrap_or(0.0) + self.correction * error * interval.max(0.0),
             anchor: anchor_moved.unwrap_or(0.0),
@@ -102,7 +127,8 @@ impl Track {
     pub(super) fn start(&mut self, sample: &CableSample) -> (f64, f64, Option<f64>) {
         let known = sample.motor.is_finite() && sample.anchor.is_finite();
         self.last = known.then_some((sample.motor, sample.anchor));
-        (self.known, self.sliding, self.held) = (false, 0.0, !known);
+        (self.known, self.sliding, self.held, self.slid) = (false, 0.0, !known, 0.0);
+        self.age = 0.0;
         // Beyond any cable is beyond belief.
         let tension = or(sample.tension_in, 0.0).clamp(0.0, 1e5);
         let stretch = self.zero_stretch.filter(|_| known).map(|zero| zero + sample.motor - sample.anchor);
@@ -119,6 +145,14 @@ impl Track {
     /// motion, motion itself would look like an error, and the correction would add to it.
     pub(super) fn compare(&mut self, sample: &CableSample, ends: EndTensions, stretch: f64) -> CableEstimate {
         self.innovation = or(sample.tension_in - ends.tension_in, 0.0);
+        if self.known && self.age < SEASONED {
+            self.age += self.interval;
+        } else if self.known {
+            // Drag that is missing shows as near tension missing one way and left over the other: the steepest descent.
+            let error = self.innovation.clamp(-LARGEST_INNOVATION, LARGEST_INNOVATION);
+            let factor = self.drag_factor + self.learning * error * self.slid;
+            self.drag_factor = factor.clamp(LEARNED[0], LEARNED[1]);
+        }
         CableEstimate {
             tension_out: ends.tension_out,
             far: self.far_gain * ends.tension_out,
@@ -129,7 +163,17 @@ impl Track {
             stretch,
             known: self.known,
             held: self.held,
+            drag_factor: self.drag_factor,
         }
+    }
+
+    /// The drag factor, where it has changed enough for the cable to be told.
+    pub(super) fn news_of_drag(&mut self) -> Option<f64> {
+        let news = (self.drag_factor - self.told).abs() > WORTH_TELLING;
+        if news {
+            self.told = self.drag_factor;
+        }
+        news.then_some(self.told)
     }
 }
 

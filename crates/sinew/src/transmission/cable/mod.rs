@@ -47,6 +47,7 @@ mod one;
 mod parameters;
 mod path;
 mod repair;
+mod steady;
 mod step;
 mod travel;
 
@@ -56,3 +57,4 @@ pub use many::Cables;
 pub use one::Cable;
 pub use parameters::{CableParameters, Weakening};
 pub use path::{Path, Segment};
+pub use steady::SteadySliding;

@@ -5,7 +5,7 @@ use super::wear::{CableReading, Wear};
 use crate::Error;
 use crate::error::within;
 use crate::transmission::Sliding;
-use crate::transmission::cable::{Cable, EndMotion};
+use crate::transmission::cable::{Cable, CableLaw, EndMotion};
 
 /// How finely the plant is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -106,6 +106,18 @@ impl CablePlant {
             self.cable.lengthen(growth.iter().copied());
         }
         Ok(reading)
+    }
+
+    /// The law that it obeys, what heat and creep change left out: for a yardstick of perfect knowledge.
+    #[must_use]
+    pub fn law(&self) -> &CableLaw {
+        self.cable.law()
+    }
+
+    /// What heat has left of its drag, 1: for the same yardstick.
+    #[must_use]
+    pub fn drag_factor(&self) -> f64 {
+        self.wear.drag_factor().unwrap_or(1.0)
     }
 
     /// Tension along the cable, N, drive end first: for pictures.
