@@ -106,6 +106,26 @@ fn with_all_winches_jammed_no_energy_is_ever_created() {
     }
 }
 
+#[test]
+fn a_posture_that_turns_a_cable_more_costs_it_more_tension() {
+    let specimen = bare();
+    let robot = &specimen.robot;
+    let muscles = Muscles::new(robot);
+    let at = |elbow: f64| {
+        let mut q = start(robot);
+        q[3] = elbow;
+        let arm = ArmTwin::new(&specimen, &q, &[60.0; 15], 1).unwrap();
+        let (mut geometry, mut bends) = (Geometry::new(robot, &muscles), [0.0; 15]);
+        muscles.evaluate(&q, &mut geometry).unwrap();
+        muscles.bends(&geometry, &mut bends).unwrap();
+        let triceps = arm.truth().cables[8];
+        ((triceps.tension_in / (triceps.tension_out - 15.5)).ln(), bends[8])
+    };
+    let ((straight, little), (bent, much)) = (at(0.1), at(2.0));
+    assert!(much > little + 1.0, "{little} {much}");
+    assert!((bent - straight - 0.156 * (much - little)).abs() < 2e-3, "{straight} {bent}");
+}
+
 /// Commands of a controller gone mad, from a seed.
 fn madness(random: &mut Random) -> [DriveCommand; 15] {
     core::array::from_fn(|_| match random.bits() % 4 {

@@ -9,12 +9,13 @@ use alloc::vec::Vec;
 /// The joints along a path: a spline through poses, each with its end point on the path.
 ///
 /// # Example
-/// ```no_run
+/// ```
 /// use sinew::body::Robot;
 /// use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy};
-/// # fn robot() -> Robot { unimplemented!() }
-/// let arm: Robot = robot();
-/// let hand = arm.site("endpoint").unwrap_or(0);
+/// let text = include_str!("../../../../models/lm_arm.toml");
+/// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
+/// let arm = Robot::new(parts)?;
+/// let hand = arm.site("endpoint").expect("a site of the model");
 /// let path = EndPointPath::lm_arm(Loop::Saddle);
 /// let joints = JointPath::resolve(&arm, hand, &path, &Redundancy::lm_arm(), 720)?;
 /// assert!(joints.missed().is_none());

@@ -4,7 +4,7 @@ use super::sensors::ArmReading;
 use super::specimen::ArmSpecimen;
 use crate::Error;
 use crate::drive::{Drive, DriveCommand, DriveStep, Quadrant};
-use crate::error::positive;
+use crate::error::within;
 use crate::transmission::Sliding;
 use crate::transmission::cable::EndMotion;
 use crate::twin::cable::{CablePlants, CableReading, Resolution};
@@ -132,8 +132,8 @@ impl ArmTwin {
     /// `commands: [muscles]`; one that is not finite is none.
     ///
     /// # Errors
-    /// [`Error::WrongLength`]; [`Error::OutOfDomain`] where `h` is not above zero or longer than 20 ms, and where the arm
-    /// moves so fast that no cable could follow.
+    /// [`Error::WrongLength`] and [`Error::OutOfDomain`] for `h` outside 10 us to 20 ms: nothing has then moved. Where the
+    /// arm moves so fast that no cable could follow, the run is over.
     pub fn step(&mut self, commands: &[DriveCommand], h: f64) -> Result<ArmTruth<'_>, Error> {
         if commands.len() != self.drives.len() {
             return Err(Error::WrongLength {
@@ -143,7 +143,7 @@ impl ArmTwin {
             });
         }
         let substeps = self.specimen.resolution.substeps as f64;
-        positive("h", h)?;
+        within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h))?;
         self.drive(commands, h);
         self.sense();
         for _ in 0..self.specimen.resolution.substeps {
