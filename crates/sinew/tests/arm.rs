@@ -10,6 +10,7 @@ use sinew::drive::{Drive, DriveCommand, DriveParameters};
 use sinew::muscle::{Geometry, Muscles};
 use sinew::random::Random;
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault, Scatter, Sensor, SensorFailure};
+use sinew::twin::bench::Bench;
 use sinew::twin::cable::{Effects, Resolution, Specimen};
 
 const H: f64 = 1e-3;
@@ -72,7 +73,7 @@ fn an_arm_whose_tensions_balance_gravity_stays_where_it_is() {
         arm.step(&STAND, H).unwrap();
     }
     let truth = arm.truth();
-    assert!(worst(truth.q, &q) < 0.02, "{:?} {q:?}", truth.q);
+    assert!(worst(truth.q, &q) < 1e-3, "{:?} {q:?}", truth.q);
     assert!(truth.v.iter().all(|v| v.abs() < 1e-3), "{:?}", truth.v);
     // And without the pull of its cables it would have fallen.
     let weak = vec![16.0; 15];
@@ -124,6 +125,23 @@ fn a_posture_that_turns_a_cable_more_costs_it_more_tension() {
     let ((straight, little), (bent, much)) = (at(0.1), at(2.0));
     assert!(much > little + 1.0, "{little} {much}");
     assert!((bent - straight - 0.156 * (much - little)).abs() < 2e-3, "{straight} {bent}");
+}
+
+#[test]
+fn every_transmission_of_an_arm_can_be_put_on_the_bench_alone() {
+    let robot = lm_arm();
+    let specimen = ArmSpecimen::draw(&robot, &start(&robot), 2).unwrap();
+    for (cable, drive) in specimen.cables.iter().zip(&specimen.drives) {
+        let mut bench = Bench::new(cable, specimen.resolution, *drive, 1).unwrap();
+        bench.settle(60.0).unwrap();
+        for _ in 0..300 {
+            let load = DriveCommand::Tension { tension: 60.0, feed: -0.05 };
+            bench.step(DriveCommand::Velocity(0.05), load, H).unwrap();
+        }
+        let truth = bench.truth();
+        assert!(bench.fault().is_none() && truth.broken.is_none());
+        assert!((truth.tension_out - 60.0).abs() < 10.0 && truth.tension_in > truth.tension_out - 15.5);
+    }
 }
 
 /// Commands of a controller gone mad, from a seed.
@@ -191,7 +209,7 @@ fn finer_steps_change_the_motion_little_and_less_and_less() {
     let finest = end(16);
     let (one, two, four) = (worst(&end(1), &finest), worst(&end(2), &finest), worst(&end(4), &finest));
     assert!(worst(&finest, &start(&lm_arm())) > 0.1, "the elbow has not moved");
-    assert!(two < 5e-3 && four < two && two < one, "{one} {two} {four}");
+    assert!(two < 5e-4 && four < two && two < one, "{one} {two} {four}");
 }
 
 #[test]

@@ -226,4 +226,10 @@ fn a_rule_for_another_robot_and_numbers_out_of_domain_are_refused() {
     let nowhere = EndPointPath::Loop { shape: Loop::Sine, center: [f64::NAN; 3], amplitude: 0.1 };
     assert!(JointPath::resolve(&robot, site, &nowhere, &rule, 720).is_err());
     assert!(MinimumJerk::new(&[0.0; 7], &[0.0; 6], 1.0).is_err());
+    let of_six = Trajectory::PointToPoint(MinimumJerk::new(&[0.0; 6], &[0.1; 6], 1.0).unwrap());
+    assert!(of_six.sample(0.5, &mut Reference::new(7)).is_err());
+    assert!(first_obstacle(&robot, &of_six, &Limits::default(), |_| None).is_err());
+    let of_seven = Trajectory::PointToPoint(MinimumJerk::new(&[0.0; 7], &[0.1; 7], 1.0).unwrap());
+    let never = Limits { every: 0.0, ..Limits::default() };
+    assert!(first_obstacle(&robot, &of_seven, &never, |_| None).is_err());
 }

@@ -1,6 +1,6 @@
 use super::joint_path::JointPath;
 use super::motion::{Reference, Trajectory};
-use crate::body::{Robot, Scratch};
+use crate::body::{Robot, Scratch, length};
 use crate::error::{Error, positive};
 use crate::muscle::{Geometry, Muscles};
 use alloc::string::{String, ToString};
@@ -130,8 +130,8 @@ impl fmt::Display for Obstacle {
 /// `reach` says whether tensions within their limits give a torque: the caller knows the limits and has the solver.
 ///
 /// # Errors
-/// As [`Robot::inverse_dynamics`], where the trajectory is another robot's; [`Error::OutOfDomain`] for a limit that is not
-/// above zero.
+/// [`Error::WrongLength`] where the trajectory is another robot's; [`Error::OutOfDomain`] for a limit that is not above
+/// zero.
 pub fn first_obstacle(
     robot: &Robot,
     trajectory: &Trajectory,
@@ -141,6 +141,9 @@ pub fn first_obstacle(
     positive("joint_speed", limits.joint_speed)?;
     positive("cable_speed", limits.cable_speed)?;
     positive("every", limits.every)?;
+    // Checked here: poses are looked at joint by joint below.
+    length("joints of the trajectory", trajectory.joints(), robot.nq())?;
+    length("joints of the trajectory", trajectory.joints(), robot.nv())?;
     let muscles = Muscles::new(robot);
     let (mut geometry, mut scratch) = (Geometry::new(robot, &muscles), Scratch::new(robot));
     let mut now = Reference::new(trajectory.joints());

@@ -62,9 +62,9 @@ impl ArmSpecimen {
     /// Friction and compliance are the bench's; its drag goes with the length of the sheath. The free cable at the anchor
     /// is as long as in `pose`, the one at the winch 50 mm (assumed).
     ///
-    /// The drive is [`DriveParameters::mc_am`]: 81 kg at the cable, 297 N for ever while it pulls; at 250 N its peak
-    /// current leaves 14 m/s^2, of which its limit allows 5. Sensors are read at the start of a step and heard at its
-    /// end: that is their delay.
+    /// The drive is [`DriveParameters::mc_am`]: 81 kg at the cable, 287 N for ever while it pulls; at 250 N its peak
+    /// current gives 9.7 m/s^2 on the way to 0.13 m/s, and its own limit allows 5. Sensors are read at the start of a
+    /// step and heard at its end: that is their delay.
     ///
     /// # Errors
     /// [`Error::Part`] names a muscle without a sheath; [`Error::WrongLength`] where `pose` is another robot's.
