@@ -22,7 +22,7 @@ const ROOMS: [(&str, &[&str]); 16] = [
     ("math", &["error"]),
     ("metrics", &["error", "math"]),
     ("random", &[]),
-    ("trajectory", &["error", "math"]),
+    ("trajectory", &["error", "math", "muscle", "body"]),
     ("drive", &["error", "math", "random", "transmission"]),
     ("transmission", &["error", "math"]),
     ("muscle", &["error", "math", "body"]),

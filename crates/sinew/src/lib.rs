@@ -20,6 +20,7 @@ pub mod metrics;
 pub mod muscle;
 pub mod predictor;
 pub mod random;
+pub mod trajectory;
 pub mod transmission;
 pub mod twin;
 

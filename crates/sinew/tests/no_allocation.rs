@@ -171,3 +171,42 @@ fn mechanics_and_muscles_never_allocate_once_built() {
     };
     assert_eq!(calls(|| work().unwrap()), 0);
 }
+
+#[test]
+fn the_arm_and_its_trajectory_never_allocate_not_even_in_failing() {
+    use sinew::drive::DriveCommand;
+    use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
+    use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault, Sensor, SensorFailure};
+    let robot = common::lm_arm();
+    let pose = robot.key("start").unwrap();
+    let joints = JointPath::resolve(
+        &robot,
+        robot.site("endpoint").unwrap(),
+        &EndPointPath::lm_arm(Loop::Sine),
+        &Redundancy::lm_arm(),
+        720,
+    )
+    .unwrap();
+    let trajectory = Trajectory::AlongPath { joints, law: TimeLaw::new(12.0, 2.0).unwrap() };
+    let specimen = ArmSpecimen::draw(&robot, pose, 1).unwrap();
+    let fault = |from, what| Fault { from, lasting: 0.1, what };
+    let faults = [
+        fault(0.2, Failure::Cable(4)),
+        fault(0.3, Failure::Amplifier(5)),
+        fault(0.4, Failure::Winch(6)),
+        fault(0.5, Failure::Sensor(Sensor::Joint(1), SensorFailure::NotANumber)),
+    ];
+    let mut arm = ArmTwin::new(&specimen, pose, &[60.0; 15], 1).unwrap().with_faults(&faults).unwrap();
+    let (mut now, mut moved) = (Reference::new(7), 0.0);
+    let mut work = || {
+        for k in 0..1000_u32 {
+            let time = f64::from(k) * 1e-3;
+            trajectory.sample(time, &mut now).unwrap();
+            let velocity = 0.02 * (9.0 * time).sin() + 1e-3 * now.v[0];
+            let truth = arm.step(&[DriveCommand::Velocity(velocity); 15], 1e-3).unwrap();
+            moved += truth.v[3].abs() * 1e-3;
+        }
+    };
+    assert_eq!(calls(&mut work), 0);
+    assert!(moved > 0.01, "{moved}");
+}

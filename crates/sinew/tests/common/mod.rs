@@ -1,11 +1,18 @@
-//! Models built by hand, small enough to be read.
+//! Models built by hand, small enough to be read; and the arm.
 
 #![allow(dead_code, reason = "not every test file needs every helper")]
 
+use sinew::body::Robot;
 use sinew::predictor::{
     Branch, Cell, Ensemble, Estimator, Feature, Guard, Input, Lanes, MEMBERS, MemoryLaw, Model, Provenance,
     Role, Signal, Term,
 };
+
+/// The arm of `models/`.
+pub(crate) fn lm_arm() -> Robot {
+    let text = include_str!("../../../../models/lm_arm.toml");
+    Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
+}
 
 /// Loss of a pull through the sheath of [`capstan`]: the far end holds 0.7 of the near tension while it is pulled.
 pub(crate) const PULLED: f64 = 0.7;

@@ -99,6 +99,22 @@ impl CablePlants {
         Ok(())
     }
 
+    /// Breaks one cable, whatever its tension; one that is not there or already broken stays as it is.
+    pub fn snap(&mut self, cable: usize) {
+        if let Some(wear) = self.wear.get_mut(cable) {
+            wear.snap(self.ends[cable]);
+        }
+    }
+
+    /// Elastic energy of one cable, J, without that of `T_0` and of what has crept.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] where there is no such cable.
+    pub fn energy(&self, cable: usize) -> Result<f64, Error> {
+        let tensions = self.tensions(cable)?;
+        Ok(tensions.zip(&self.compliance[cable]).map(|(t, c)| 0.5 * c * t * t).sum())
+    }
+
     /// Tension along one cable, N, drive end first.
     ///
     /// # Errors

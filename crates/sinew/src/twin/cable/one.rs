@@ -24,7 +24,7 @@ impl Default for Resolution {
 }
 
 impl Resolution {
-    pub(super) fn validate(self) -> Result<(), Error> {
+    pub(in crate::twin) fn validate(self) -> Result<(), Error> {
         let some = (1..=100).contains(&self.substeps);
         within("substeps", "a number in 1..=100", self.substeps as f64, some)?;
         Ok(())

@@ -82,6 +82,12 @@ impl Wear {
         }
     }
 
+    /// Breaks the cable here and now, unless it is broken.
+    pub(super) fn snap(&mut self, ends: EndTensions) {
+        let tension = ends.tension_in.max(ends.tension_out);
+        self.broken = self.broken.or(Some(Broken { time_s: self.time_s, tension }));
+    }
+
     /// Factor on the drag, if it changes at all.
     pub(super) fn drag_factor(&self) -> Option<f64> {
         self.effects.heat.as_ref().map(|heat| libm::exp(-heat.softening * self.warming))

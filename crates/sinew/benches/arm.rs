@@ -1,0 +1,64 @@
+//! Cost of a millisecond of the arm's twin: 15 muscles, 7 joints, all effects; and of a sample of its trajectory.
+
+#![allow(clippy::unwrap_used, reason = "a bench that cannot start may panic")]
+
+use divan::{Bencher, black_box, counter::ItemsCount};
+use sinew::body::Robot;
+use sinew::drive::DriveCommand;
+use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
+use sinew::twin::arm::{ArmSpecimen, ArmTwin};
+use sinew::twin::cable::Resolution;
+
+fn main() {
+    divan::main();
+}
+
+/// Milliseconds per measured call.
+const STEPS: u32 = 200;
+
+fn lm_arm() -> Robot {
+    let text = include_str!("../../../models/lm_arm.toml");
+    Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
+}
+
+fn along(robot: &Robot, shape: Loop) -> JointPath {
+    let site = robot.site("endpoint").unwrap();
+    JointPath::resolve(robot, site, &EndPointPath::lm_arm(shape), &Redundancy::lm_arm(), 720).unwrap()
+}
+
+/// Items are steps of a millisecond: the time of one is 1 s over the rate. Cells of every cable, substeps.
+#[divan::bench(args = [(12, 2), (24, 1), (24, 2), (24, 4)])]
+fn step(bencher: Bencher, (cells, substeps): (usize, usize)) {
+    let robot = lm_arm();
+    let pose = robot.key("start").unwrap();
+    let mut specimen = ArmSpecimen::draw(&robot, pose, 1).unwrap();
+    specimen.resolution = Resolution { cells, substeps };
+    let start = ArmTwin::new(&specimen, pose, &[60.0; 15], 1).unwrap();
+    let bencher = bencher.counter(ItemsCount::new(STEPS));
+    bencher.with_inputs(|| start.clone()).bench_local_refs(|arm| {
+        for k in 0..STEPS {
+            let velocity = 0.03 * (0.1 * f64::from(k)).sin();
+            let told: [DriveCommand; 15] = core::array::from_fn(|m| {
+                DriveCommand::Velocity(if m % 2 == 0 { velocity } else { -velocity })
+            });
+            arm.step(black_box(&told), 1e-3).unwrap();
+        }
+    });
+}
+
+#[divan::bench(args = [Loop::Sine, Loop::Saddle], sample_count = 10)]
+fn resolve(bencher: Bencher, shape: Loop) {
+    let robot = lm_arm();
+    bencher.bench_local(|| along(&robot, black_box(shape)));
+}
+
+#[divan::bench(sample_size = 1000)]
+fn sample(bencher: Bencher) {
+    let law = TimeLaw::new(4.0 * std::f64::consts::PI, 115.0).unwrap();
+    let trajectory = Trajectory::AlongPath { joints: along(&lm_arm(), Loop::Sine), law };
+    let (mut now, mut time) = (Reference::new(7), 0.0);
+    bencher.bench_local(|| {
+        time += 0.37;
+        trajectory.sample(black_box(time % 115.0), &mut now).unwrap();
+    });
+}

@@ -1,0 +1,227 @@
+use super::joint_path::JointPath;
+use super::motion::{Reference, Trajectory};
+use crate::body::{Robot, Scratch, length};
+use crate::error::{Error, positive};
+use crate::muscle::{Geometry, Muscles};
+use alloc::string::{String, ToString};
+use alloc::vec;
+use core::fmt;
+
+/// What the robot can do, for the check before a start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Of every joint, rad/s or m/s, > 0.
+    pub joint_speed: f64,
+    /// Of every cable: what its winch can wind, m/s, > 0.
+    pub cable_speed: f64,
+    /// Time between the places looked at, s, > 0.
+    pub every: f64,
+}
+
+impl Default for Limits {
+    /// 5 rad/s (more than an arm is driven at), 0.14 m/s (the drive's no-load speed), every 10 ms.
+    fn default() -> Self {
+        Self { joint_speed: 5.0, cable_speed: 0.14, every: 0.01 }
+    }
+}
+
+/// What tensions are asked for at one place of a trajectory.
+#[derive(Debug, Clone, Copy)]
+pub struct Demand<'a> {
+    /// `R`, `[muscles x nv]`, row by row, m.
+    pub moment_arms: &'a [f64],
+    /// What gravity and motion need, `[nv]`, Nm.
+    pub torque: &'a [f64],
+}
+
+/// A joint torque that no tensions within their limits give.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shortfall {
+    /// The velocity of the robot with the most missing.
+    pub velocity: usize,
+    /// What is missing there, Nm or N.
+    pub torque: f64,
+}
+
+/// Why a robot cannot be where or as fast as it is told.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Reason {
+    /// The end point stays away from the path.
+    Unreachable {
+        /// Phase of the path, rad, or s of waypoints.
+        phase: f64,
+        /// By how much, m; 0 where the path closes and the joints do not.
+        distance: f64,
+    },
+    /// A joint beyond its limits.
+    JointRange {
+        /// Its name.
+        joint: String,
+        /// rad or m.
+        position: f64,
+        /// rad or m.
+        range: [f64; 2],
+    },
+    /// A joint too fast.
+    JointSpeed {
+        /// Its name.
+        joint: String,
+        /// rad/s or m/s.
+        speed: f64,
+        /// rad/s or m/s.
+        most: f64,
+    },
+    /// A cable faster than its winch.
+    CableSpeed {
+        /// Its name.
+        muscle: String,
+        /// m/s.
+        speed: f64,
+        /// m/s.
+        most: f64,
+    },
+    /// A torque out of the tensions' reach.
+    Torque {
+        /// Name of the joint.
+        joint: String,
+        /// What is missing, Nm or N.
+        missing: f64,
+    },
+}
+
+/// The first place of a trajectory where the robot cannot follow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Obstacle {
+    /// From the start, s.
+    pub time: f64,
+    /// What is in the way.
+    pub reason: Reason,
+}
+
+impl fmt::Display for Obstacle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "at {:.3} s: ", self.time)?;
+        match &self.reason {
+            Reason::Unreachable { phase, distance } if *distance > 0.0 => {
+                write!(f, "the end point stays {distance:.4} m away from the path (phase {phase:.3})")
+            }
+            Reason::Unreachable { phase, .. } => {
+                write!(f, "the path closes, but the joints do not (phase {phase:.3})")
+            }
+            Reason::JointRange { joint, position, range: [low, high] } => {
+                write!(f, "joint `{joint}` must be within {low:.3} and {high:.3}, but is told {position:.3}")
+            }
+            Reason::JointSpeed { joint, speed, most } => {
+                write!(f, "joint `{joint}` may move at most {most:.3} per s, but is told {speed:.3}")
+            }
+            Reason::CableSpeed { muscle, speed, most } => {
+                write!(f, "the winch of `{muscle}` winds at most {most:.3} m/s, but is told {speed:.3}")
+            }
+            Reason::Torque { joint, missing } => {
+                write!(f, "the tensions within their limits miss {missing:.3} of the torque of `{joint}`")
+            }
+        }
+    }
+}
+
+/// Looks along a whole trajectory, start and end included, for the first place where the robot cannot follow.
+///
+/// `reach` says whether tensions within their limits give a torque: the caller knows the limits and has the solver.
+///
+/// # Errors
+/// [`Error::WrongLength`] where the trajectory is another robot's; [`Error::OutOfDomain`] for a limit that is not above
+/// zero.
+pub fn first_obstacle(
+    robot: &Robot,
+    trajectory: &Trajectory,
+    limits: &Limits,
+    mut reach: impl FnMut(Demand<'_>) -> Option<Shortfall>,
+) -> Result<Option<Obstacle>, Error> {
+    positive("joint_speed", limits.joint_speed)?;
+    positive("cable_speed", limits.cable_speed)?;
+    positive("every", limits.every)?;
+    // Checked here: poses are looked at joint by joint below.
+    length("joints of the trajectory", trajectory.joints(), robot.nq())?;
+    length("joints of the trajectory", trajectory.joints(), robot.nv())?;
+    let muscles = Muscles::new(robot);
+    let (mut geometry, mut scratch) = (Geometry::new(robot, &muscles), Scratch::new(robot));
+    let mut now = Reference::new(trajectory.joints());
+    let (mut torque, mut rates) = (vec![0.0; robot.nv()], vec![0.0; muscles.count()]);
+    let mut arms = vec![0.0; muscles.count() * robot.nv()];
+    let missed = first_miss(trajectory);
+    // A limit of a million places: a trajectory of hours is looked at more coarsely.
+    let places = libm::ceil(trajectory.duration() / limits.every).min(1e6) as usize;
+    for k in 0..=places {
+        let time = trajectory.duration() * k as f64 / places.max(1) as f64;
+        let stop = |reason| Ok(Some(Obstacle { time, reason }));
+        if let Some((when, reason)) = &missed
+            && time >= *when
+        {
+            return Ok(Some(Obstacle { time: *when, reason: reason.clone() }));
+        }
+        trajectory.sample(time, &mut now)?;
+        if let Some(reason) = joints_cannot(robot, &now, limits) {
+            return stop(reason);
+        }
+        muscles.evaluate(&now.q, &mut geometry)?;
+        muscles.velocities(&geometry, &now.v, &mut rates)?;
+        if let Some(m) = rates.iter().position(|rate| rate.abs() > limits.cable_speed) {
+            let muscle = robot.parts().tendons[m].name.clone();
+            return stop(Reason::CableSpeed { muscle, speed: rates[m].abs(), most: limits.cable_speed });
+        }
+        robot.inverse_dynamics(&now.q, &now.v, &now.a, &mut scratch, &mut torque)?;
+        muscles.dense(&geometry, &mut arms)?;
+        if let Some(short) = reach(Demand { moment_arms: &arms, torque: &torque }) {
+            let joint = joint_name(robot, short.velocity);
+            return stop(Reason::Torque { joint, missing: short.torque });
+        }
+    }
+    Ok(None)
+}
+
+/// What a pose at its limit may be beyond it, rad or m.
+const ROUNDING: f64 = 1e-9;
+
+fn joints_cannot(robot: &Robot, now: &Reference, limits: &Limits) -> Option<Reason> {
+    for (index, joint) in robot.parts().joints.iter().enumerate() {
+        let coordinates = robot.coordinates_of(index);
+        if let (Some(range), 1) = (joint.range, coordinates.len()) {
+            let position = now.q[coordinates.start];
+            if position < range[0] - ROUNDING || position > range[1] + ROUNDING {
+                return Some(Reason::JointRange { joint: joint.name.clone(), position, range });
+            }
+        }
+    }
+    let fast = now.v.iter().position(|v| v.abs() > limits.joint_speed)?;
+    let joint = joint_name(robot, fast);
+    Some(Reason::JointSpeed { joint, speed: now.v[fast].abs(), most: limits.joint_speed })
+}
+
+fn joint_name(robot: &Robot, velocity: usize) -> String {
+    let joint = robot.joint_of_velocity(velocity);
+    joint.map_or_else(|| velocity.to_string(), |joint| robot.parts().joints[joint].name.clone())
+}
+
+/// When the end point leaves the path, by the time law, and how.
+fn first_miss(trajectory: &Trajectory) -> Option<(f64, Reason)> {
+    let of = |joints: &JointPath| joints.missed();
+    let (miss, time) = match trajectory {
+        Trajectory::AlongPath { joints, law } => {
+            let miss = of(joints)?;
+            // The phase only rises: halving finds its time.
+            let (mut early, mut late) = (0.0, law.duration());
+            for _ in 0..60 {
+                let middle = 0.5 * (early + late);
+                if law.at(middle).phase < miss.phase { early = middle } else { late = middle }
+            }
+            (miss, early)
+        }
+        Trajectory::Timed(joints) => {
+            let miss = of(joints)?;
+            (miss, miss.phase)
+        }
+        Trajectory::PointToPoint(_) => return None,
+    };
+    Some((time, Reason::Unreachable { phase: miss.phase, distance: miss.distance }))
+}

@@ -1,0 +1,137 @@
+use super::joint_path::JointPath;
+use super::time_law::{TimeLaw, curvature, quintic, slope};
+use crate::error::{Error, finite, positive};
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// What the joints are to do at a time: `[joints]` each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Pose, rad or m.
+    pub q: Vec<f64>,
+    /// Velocity, per s.
+    pub v: Vec<f64>,
+    /// Acceleration, per s^2.
+    pub a: Vec<f64>,
+}
+
+impl Reference {
+    /// At rest at zero.
+    #[must_use]
+    pub fn new(joints: usize) -> Self {
+        Self { q: vec![0.0; joints], v: vec![0.0; joints], a: vec![0.0; joints] }
+    }
+}
+
+/// From a pose to another in a straight line of the joints.
+///
+/// ```text
+/// q = q_0 + (q_1 - q_0) u(t/T),     u(x) = 10 x^3 - 15 x^4 + 6 x^5
+/// ```
+///
+/// # Source
+/// `flash1985`: of all ways to get there in that time the one of least mean square jerk.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MinimumJerk {
+    from: Vec<f64>,
+    to: Vec<f64>,
+    duration: f64,
+}
+
+impl MinimumJerk {
+    /// From a pose to a pose in `duration` seconds.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for poses of different robots, [`Error::OutOfDomain`] for what is not finite.
+    pub fn new(from: &[f64], to: &[f64], duration: f64) -> Result<Self, Error> {
+        if from.len() != to.len() {
+            return Err(Error::WrongLength { name: "to", expected: from.len(), got: to.len() });
+        }
+        from.iter().chain(to).try_for_each(|&q| finite("pose", q).map(drop))?;
+        positive("duration", duration)?;
+        Ok(Self { from: from.to_vec(), to: to.to_vec(), duration })
+    }
+
+    fn sample(&self, time: f64, out: &mut Reference) {
+        let x = if time > 0.0 { (time / self.duration).min(1.0) } else { 0.0 };
+        let t = self.duration;
+        let [p, v, a] = [quintic(x), slope(x) / t, curvature(x) / (t * t)];
+        for (k, (from, to)) in self.from.iter().zip(&self.to).enumerate().take(out.q.len()) {
+            let way = to - from;
+            (out.q[k], out.v[k], out.a[k]) = (from + way * p, way * v, way * a);
+        }
+    }
+}
+
+/// A motion of the joints, from rest to rest.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Trajectory {
+    /// Along a path, by a time law that says where on it.
+    AlongPath {
+        /// The joints along the path.
+        joints: JointPath,
+        /// The phase at a time.
+        law: TimeLaw,
+    },
+    /// Through waypoints, whose times are the phase.
+    Timed(JointPath),
+    /// Straight to a pose.
+    PointToPoint(MinimumJerk),
+}
+
+impl Trajectory {
+    /// From rest to rest, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        match self {
+            Self::AlongPath { law, .. } => law.duration(),
+            Self::Timed(joints) => joints.spline.end(),
+            Self::PointToPoint(way) => way.duration,
+        }
+    }
+
+    /// Number of joints.
+    #[must_use]
+    pub fn joints(&self) -> usize {
+        match self {
+            Self::AlongPath { joints, .. } | Self::Timed(joints) => joints.spline.width(),
+            Self::PointToPoint(way) => way.from.len(),
+        }
+    }
+
+    /// What the joints are to do at a time; at rest before and after. Allocates nothing.
+    ///
+    /// ```text
+    /// q' = q_th th',     q'' = q_th th'' + q_thth th'^2
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] where `out` is another robot's.
+    pub fn sample(&self, time: f64, out: &mut Reference) -> Result<(), Error> {
+        let expected = self.joints();
+        for (name, got) in [("q", out.q.len()), ("v", out.v.len()), ("a", out.a.len())] {
+            if got != expected {
+                return Err(Error::WrongLength { name, expected, got });
+            }
+        }
+        match self {
+            Self::AlongPath { joints, law } => {
+                let now = law.at(time);
+                joints.spline.at(now.phase, &mut out.q, &mut out.v, &mut out.a);
+                for (v, a) in out.v.iter_mut().zip(&mut out.a) {
+                    *a = *v * now.growth + *a * now.rate * now.rate;
+                    *v *= now.rate;
+                }
+            }
+            Self::Timed(joints) => {
+                joints.spline.at(time, &mut out.q, &mut out.v, &mut out.a);
+                if !(0.0..=joints.spline.end()).contains(&time) {
+                    out.v.fill(0.0);
+                    out.a.fill(0.0);
+                }
+            }
+            Self::PointToPoint(way) => way.sample(time, out),
+        }
+        Ok(())
+    }
+}

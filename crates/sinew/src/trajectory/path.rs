@@ -1,0 +1,155 @@
+use super::spline::Spline;
+use crate::error::{Error, finite, positive, within};
+
+/// Shape of a closed path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loop {
+    /// Three sines a third of a turn apart: a circle of radius `A sqrt(3/2)` about (1, 1, 1), at constant speed.
+    Sine,
+    /// `[sin th, cos th, sin 2 th]`: leaves every plane.
+    Saddle,
+}
+
+/// A point that has to be passed, and when.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Waypoint {
+    /// s, from the first waypoint's.
+    pub time: f64,
+    /// In the world, m.
+    pub position: [f64; 3],
+}
+
+/// The way of the end point.
+///
+/// ```text
+/// sine    p(th) = c + A [sin th, sin(th + 2 pi/3), sin(th - 2 pi/3)]
+/// saddle  p(th) = c + A [sin th, cos th, sin 2 th]
+/// points  p(t)  = the cubic spline through the waypoints, at rest at both ends
+/// ```
+///
+/// | symbol | field       | unit | domain | meaning                     |
+/// |--------|-------------|------|--------|-----------------------------|
+/// | c      | `center`    | m    | finite | centre, in the world         |
+/// | A      | `amplitude` | m    | > 0    | of every coordinate          |
+/// | th     | `phase`     | rad  |        | 2 pi per turn; of waypoints the time, s |
+///
+/// # Source
+/// `yuan2023` says sine-shaped, 0.15 m, two periods; centre and phases are this project's.
+#[derive(Debug, Clone, PartialEq)]
+pub enum EndPointPath {
+    /// A closed one.
+    Loop {
+        /// Its shape.
+        shape: Loop,
+        /// `c`, m.
+        center: [f64; 3],
+        /// `A`, m.
+        amplitude: f64,
+    },
+    /// Through points, from rest to rest.
+    Waypoints(Spline),
+}
+
+impl EndPointPath {
+    /// The default of the LM-Arm: 0.15 m about (0.66, 0.10, -0.15) m.
+    #[must_use]
+    pub fn lm_arm(shape: Loop) -> Self {
+        Self::Loop { shape, center: [0.66, 0.10, -0.15], amplitude: 0.15 }
+    }
+
+    /// Through points in the order of their times.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] below two points, [`Error::OutOfDomain`] for one that is not finite or times that do not
+    /// rise.
+    pub fn through(points: &[Waypoint]) -> Result<Self, Error> {
+        let mut times = alloc::vec::Vec::with_capacity(points.len());
+        let mut values = alloc::vec::Vec::with_capacity(3 * points.len());
+        let first = points.first().map_or(0.0, |point| point.time);
+        for point in points {
+            times.push(point.time - first);
+            values.extend_from_slice(&point.position);
+        }
+        Ok(Self::Waypoints(Spline::resting(&times, &values)?))
+    }
+
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the one outside its domain.
+    pub fn validate(&self) -> Result<(), Error> {
+        if let Self::Loop { center, amplitude, .. } = self {
+            for coordinate in center {
+                finite("center of the path", *coordinate)?;
+            }
+            positive("amplitude of the path", *amplitude)?;
+            within("amplitude of the path", "at most 1000 m", *amplitude, *amplitude <= 1000.0)?;
+        }
+        Ok(())
+    }
+
+    /// The phase at which a closed path closes, or an open one ends.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        match self {
+            Self::Loop { .. } => 2.0 * core::f64::consts::PI,
+            Self::Waypoints(spline) => spline.end(),
+        }
+    }
+
+    /// Whether it comes back to where it began.
+    #[must_use]
+    pub fn closes(&self) -> bool {
+        matches!(self, Self::Loop { .. })
+    }
+
+    /// Where the end point is to be at a phase, m.
+    #[must_use]
+    pub fn point(&self, phase: f64) -> [f64; 3] {
+        const THIRD: f64 = 2.0 * core::f64::consts::FRAC_PI_3;
+        let sin = libm::sin;
+        match self {
+            Self::Loop { shape, center: c, amplitude: a } => {
+                let unit = match shape {
+                    Loop::Sine => [sin(phase), sin(phase + THIRD), sin(phase - THIRD)],
+                    Loop::Saddle => [sin(phase), libm::cos(phase), sin(2.0 * phase)],
+                };
+                core::array::from_fn(|k| c[k] + a * unit[k])
+            }
+            Self::Waypoints(spline) => {
+                let mut at = [[0.0; 3]; 3];
+                let [p, v, a] = &mut at;
+                spline.at(phase, p, v, a);
+                at[0]
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sine_is_a_circle_about_the_diagonal() {
+        let path = EndPointPath::lm_arm(Loop::Sine);
+        let radius = 0.15 * libm::sqrt(1.5);
+        for k in 0..100 {
+            let p = path.point(0.1 * f64::from(k));
+            let from: [f64; 3] = core::array::from_fn(|i| p[i] - [0.66, 0.10, -0.15][i]);
+            assert!((libm::sqrt(from.iter().map(|x| x * x).sum()) - radius).abs() < 1e-12);
+            assert!(from.iter().sum::<f64>().abs() < 1e-12);
+        }
+        assert!((path.point(0.0)[1] - 0.2299).abs() < 1e-4);
+    }
+
+    #[test]
+    fn waypoints_are_passed_and_times_that_stand_still_are_refused() {
+        let at = |time, x| Waypoint { time, position: [x, 0.0, 1.0] };
+        let path = EndPointPath::through(&[at(5.0, 0.0), at(6.0, 0.3), at(8.0, 0.1)]).unwrap();
+        assert!((path.point(1.0)[0] - 0.3).abs() < 1e-12 && (path.point(3.0)[0] - 0.1).abs() < 1e-12);
+        assert!(EndPointPath::through(&[at(5.0, 0.0), at(5.0, 0.3)]).is_err());
+        assert!(EndPointPath::through(&[at(5.0, 0.0)]).is_err());
+        assert!(EndPointPath::through(&[at(5.0, 0.0), at(6.0, f64::NAN)]).is_err());
+    }
+}

@@ -1,0 +1,141 @@
+use crate::error::{Error, positive, within};
+
+/// How far along a path, how fast and how fast growing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Progress {
+    /// `th`.
+    pub phase: f64,
+    /// `th'`, 1/s.
+    pub rate: f64,
+    /// `th''`, 1/s^2.
+    pub growth: f64,
+}
+
+/// From rest to rest with a long stretch of constant rate.
+///
+/// ```text
+/// u(x) = 10 x^3 - 15 x^4 + 6 x^5,   U(x) = x^4 (2.5 - 3 x + x^2),   w = Th/(T - Tr)
+/// t < Tr        th = w Tr U(t/Tr),            th' = w u(t/Tr),        th'' =  (w/Tr) u'(t/Tr)
+/// between       th = w (t - Tr/2),            th' = w,                th'' = 0
+/// t > T - Tr    th = Th - w Tr U((T-t)/Tr),   th' = w u((T-t)/Tr),    th'' = -(w/Tr) u'((T-t)/Tr)
+/// ```
+///
+/// | symbol | argument   | unit | domain    | meaning                   |
+/// |--------|------------|------|-----------|---------------------------|
+/// | Th     | `length`   | rad  | > 0       | phase at the end            |
+/// | T      | `duration` | s    | > 0       | from rest to rest           |
+/// | Tr     | `ramp`     | s    | (0, T/2]  | of each ramp                |
+///
+/// # Source
+/// This project's: the quintic of `flash1985` as the rate of the ramps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeLaw {
+    length: f64,
+    duration: f64,
+    ramp: f64,
+}
+
+impl TimeLaw {
+    /// A law with ramps of a tenth of the time each.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for a length or a duration that is not above zero.
+    pub fn new(length: f64, duration: f64) -> Result<Self, Error> {
+        Self::with_ramp(length, duration, 0.1 * duration)
+    }
+
+    /// A law with ramps of `ramp` seconds.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for what is not above zero, or a ramp of more than half of the time.
+    pub fn with_ramp(length: f64, duration: f64, ramp: f64) -> Result<Self, Error> {
+        positive("length of the path", length)?;
+        positive("duration", duration)?;
+        within(
+            "ramp",
+            "above 0 and at most half of the duration",
+            ramp,
+            ramp > 0.0 && 2.0 * ramp <= duration,
+        )?;
+        Ok(Self { length, duration, ramp })
+    }
+
+    /// `T`, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    /// The progress at a time; at rest before and after.
+    #[must_use]
+    pub fn at(&self, time: f64) -> Progress {
+        let Self { length, duration, ramp } = *self;
+        let rate = length / (duration - ramp);
+        // A time that is not a number is before the start.
+        let t = if time > 0.0 { time.min(duration) } else { 0.0 };
+        let rise = |x: f64| Progress {
+            phase: rate * ramp * integral(x),
+            rate: rate * quintic(x),
+            growth: rate / ramp * slope(x),
+        };
+        if t < ramp {
+            rise(t / ramp)
+        } else if t > duration - ramp {
+            let left = rise((duration - t) / ramp);
+            Progress { phase: length - left.phase, rate: left.rate, growth: -left.growth }
+        } else {
+            Progress { phase: rate * (t - 0.5 * ramp), rate, growth: 0.0 }
+        }
+    }
+}
+
+/// `u`, from 0 to 1 with neither slope nor curvature at the ends: minimum jerk.
+pub(super) fn quintic(x: f64) -> f64 {
+    x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
+}
+
+/// `u'`.
+pub(super) fn slope(x: f64) -> f64 {
+    let y = x * (1.0 - x);
+    30.0 * y * y
+}
+
+/// `u''`.
+pub(super) fn curvature(x: f64) -> f64 {
+    60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
+}
+
+/// `U`.
+fn integral(x: f64) -> f64 {
+    let square = x * x;
+    square * square * (2.5 - 3.0 * x + square)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_and_growths_are_the_derivatives() {
+        let law = TimeLaw::new(4.0 * core::f64::consts::PI, 11.5).unwrap();
+        let h = 1e-4;
+        for k in 1..1149 {
+            let t = 0.01 * f64::from(k);
+            let [before, now, after] = [t - h, t, t + h].map(|t| law.at(t));
+            assert!(((after.phase - before.phase) / (2.0 * h) - now.rate).abs() < 1e-7, "{t}");
+            assert!(((after.rate - before.rate) / (2.0 * h) - now.growth).abs() < 1e-4, "{t}");
+        }
+    }
+
+    #[test]
+    fn it_rests_at_both_ends_and_beyond() {
+        let law = TimeLaw::new(2.0, 3.0).unwrap();
+        let close = |a: Progress, phase: f64| {
+            (a.phase - phase).abs() < 1e-12 && a.rate.abs() < 1e-12 && a.growth.abs() < 1e-12
+        };
+        for (time, phase) in [(0.0, 0.0), (-1.0, 0.0), (f64::NAN, 0.0), (3.0, 2.0), (9.0, 2.0)] {
+            assert!(close(law.at(time), phase), "{time}");
+        }
+        assert!(TimeLaw::new(1.0, 0.0).is_err() && TimeLaw::with_ramp(1.0, 1.0, 0.6).is_err());
+    }
+}

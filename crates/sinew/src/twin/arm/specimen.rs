@@ -1,0 +1,175 @@
+use crate::Error;
+use crate::body::{Parts, Robot, Route, Station};
+use crate::drive::{DriveParameters, Encoder, LoadCell};
+use crate::muscle::{Geometry, Muscles};
+use crate::random::Random;
+use crate::transmission::cable::{CableParameters, Path, Segment};
+use crate::twin::cable::{Resolution, Specimen};
+use alloc::string::ToString;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// An arm as it was built: what no controller is told.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmSpecimen {
+    /// Its body and the ways of its cables.
+    pub robot: Robot,
+    /// Of every muscle, drive to anchor; the last pulley is the wrap at the joint.
+    pub cables: Vec<Specimen>,
+    /// Of every muscle; its load cell is the muscle's.
+    pub drives: Vec<DriveParameters>,
+    /// Of every joint.
+    pub encoders: Vec<Encoder>,
+    /// Cells of the cables; substeps of cables and body alike.
+    pub resolution: Resolution,
+}
+
+/// How far what is built may be from what was designed.
+///
+/// Every number is uniform within its bounds; cables scatter as [`Specimen::drawn_around`] says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scatter {
+    /// Of every mass and, by itself, every inertia: share.
+    pub mass: f64,
+    /// Of every coordinate of every place that a cable is led through or fixed to, m.
+    pub attachment: f64,
+    /// Of the load cells' gain: share.
+    pub gain: f64,
+    /// Of the joint encoders' zero, rad.
+    pub zero: f64,
+}
+
+impl Default for Scatter {
+    /// A tenth, a millimetre, half a per cent, a milliradian: assumed, as a careful workshop would leave it.
+    fn default() -> Self {
+        Self { mass: 0.1, attachment: 1e-3, gain: 5e-3, zero: 1e-3 }
+    }
+}
+
+/// Cable between winch and sheath, m; assumed.
+const NEAR: f64 = 0.05;
+
+/// Counts of a joint's encoder: 14 bits.
+const JOINT_COUNTS: f64 = 16_384.0;
+
+/// Sheath of the bench whose drag is known, m.
+const BENCH_SHEATH: f64 = 0.806;
+
+impl ArmSpecimen {
+    /// As designed: the robot as described, the bench's cable in every muscle's own sheath, sensors without error
+    /// but for noise and counts.
+    ///
+    /// Friction and compliance are the bench's; its drag goes with the length of the sheath. The free cable at the anchor
+    /// is as long as in `pose`, the one at the winch 50 mm (assumed).
+    ///
+    /// The drive is [`DriveParameters::mc_am`]: 81 kg at the cable, 287 N for ever while it pulls; at 250 N its peak
+    /// current gives 9.7 m/s^2 on the way to 0.13 m/s, and its own limit allows 5. Sensors are read at the start of a
+    /// step and heard at its end: that is their delay.
+    ///
+    /// # Errors
+    /// [`Error::Part`] names a muscle without a sheath; [`Error::WrongLength`] where `pose` is another robot's.
+    pub fn nominal(robot: &Robot, pose: &[f64]) -> Result<Self, Error> {
+        let muscles = Muscles::new(robot);
+        let mut geometry = Geometry::new(robot, &muscles);
+        let mut bends = vec![0.0; muscles.count()];
+        muscles.evaluate(pose, &mut geometry)?;
+        muscles.bends(&geometry, &mut bends)?;
+        let each = geometry.lengths().iter().zip(&bends).enumerate();
+        let cables = each.map(|(k, (&free, &wrap))| cable(robot.parts(), k, free, wrap));
+        let drive = DriveParameters { delay_steps: 0.0, ..DriveParameters::mc_am() };
+        Ok(Self {
+            robot: robot.clone(),
+            cables: cables.collect::<Result<_, _>>()?,
+            drives: vec![drive; muscles.count()],
+            encoders: vec![Encoder { counts: JOINT_COUNTS, zero: 0.0 }; robot.nv()],
+            resolution: Resolution::default(),
+        })
+    }
+
+    /// One of the arms that are built after a design: every number drawn, the same for the same seed.
+    ///
+    /// # Errors
+    /// As [`Robot::new`], where a description bears no scatter.
+    pub fn drawn_around(of: &Self, scatter: &Scatter, seed: u64) -> Result<Self, Error> {
+        let mut random = Random::new(seed);
+        let mut within = |bound: f64| bound * (2.0 * random.unit() - 1.0);
+        let mut drawn = of.clone();
+        let mut parts = of.robot.parts().clone();
+        for body in &mut parts.bodies {
+            body.mass *= 1.0 + within(scatter.mass);
+            let factor = 1.0 + within(scatter.mass);
+            body.inertia.iter_mut().for_each(|entry| *entry *= factor);
+        }
+        for site in led_through(&parts) {
+            parts.sites[site].position.iter_mut().for_each(|x| *x += within(scatter.attachment));
+        }
+        drawn.robot = Robot::new(parts)?;
+        for drive in &mut drawn.drives {
+            drive.load_cell =
+                LoadCell { gain: drive.load_cell.gain * (1.0 + within(scatter.gain)), ..drive.load_cell };
+        }
+        for encoder in &mut drawn.encoders {
+            encoder.zero += within(scatter.zero);
+        }
+        for cable in &mut drawn.cables {
+            *cable = Specimen::drawn_around(cable, random.bits());
+        }
+        Ok(drawn)
+    }
+
+    /// [`nominal`](Self::nominal) with the default scatter.
+    ///
+    /// # Errors
+    /// As there and as [`drawn_around`](Self::drawn_around).
+    pub fn draw(robot: &Robot, pose: &[f64], seed: u64) -> Result<Self, Error> {
+        Self::drawn_around(&Self::nominal(robot, pose)?, &Scatter::default(), seed)
+    }
+
+    /// The same arm with a point mass in its hand, or on any other body.
+    ///
+    /// # Errors
+    /// As [`Robot::with_payload`].
+    pub fn with_payload(mut self, body: usize, position: [f64; 3], mass: f64) -> Result<Self, Error> {
+        self.robot = self.robot.with_payload(body, position, mass)?;
+        Ok(self)
+    }
+}
+
+/// The bench's cable in the sheath of a muscle.
+fn cable(parts: &Parts, muscle: usize, free: f64, wrap: f64) -> Result<Specimen, Error> {
+    let tendon = &parts.tendons[muscle];
+    let Some(sheath) = &tendon.sheath else {
+        return Err(Error::Part {
+            kind: "muscle",
+            index: muscle,
+            name: tendon.name.clone(),
+            field: "sheath",
+            expected: "a length and a bend".to_string(),
+            got: "none".to_string(),
+        });
+    };
+    let path = Path::new(vec![
+        Segment::Free { length: NEAR },
+        Segment::Sheath { length: sheath.length, bend: sheath.bend, curvature: vec![] },
+        Segment::Pulley { wrap },
+        Segment::Free { length: free },
+    ])?;
+    let bench = CableParameters::bench();
+    let parameters = CableParameters { drag: bench.drag * sheath.length / BENCH_SHEATH, ..bench };
+    Ok(Specimen { path, parameters, ..Specimen::bench() })
+}
+
+/// Sites that cables pass or end at, each once.
+fn led_through(parts: &Parts) -> Vec<usize> {
+    let stations = parts.tendons.iter().filter_map(|tendon| match &tendon.route {
+        Route::Spatial(stations) => Some(stations),
+        Route::Fixed(_) => None,
+    });
+    let mut sites: Vec<usize> = stations
+        .flatten()
+        .filter_map(|station| if let Station::Site(site) = station { Some(*site) } else { None })
+        .collect();
+    sites.sort_unstable();
+    sites.dedup();
+    sites
+}

@@ -1,0 +1,235 @@
+//! Paths, their joints, their times, and what stops a robot from following: as laws, on the arm of `models/`.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+mod common;
+
+use common::lm_arm;
+use sinew::body::{Poses, Robot};
+use sinew::trajectory::{
+    EndPointPath, JointPath, Limits, Loop, MinimumJerk, Reason, Redundancy, Reference, Shortfall, TimeLaw,
+    Trajectory, Waypoint, first_obstacle,
+};
+use std::f64::consts::PI;
+
+fn end_point(robot: &Robot, q: &[f64]) -> [f64; 3] {
+    let mut poses = Poses::new(robot);
+    robot.forward_kinematics(q, &mut poses).unwrap();
+    robot.site_pose(&poses, robot.site("endpoint").unwrap()).origin
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+fn resolved(robot: &Robot, path: &EndPointPath) -> JointPath {
+    JointPath::resolve(robot, robot.site("endpoint").unwrap(), path, &Redundancy::lm_arm(), 720).unwrap()
+}
+
+fn around(robot: &Robot, shape: Loop, duration: f64) -> Trajectory {
+    let joints = resolved(robot, &EndPointPath::lm_arm(shape));
+    Trajectory::AlongPath { joints, law: TimeLaw::new(4.0 * PI, duration).unwrap() }
+}
+
+fn worst(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()))
+}
+
+#[test]
+fn the_end_point_is_on_the_path_at_every_knot_and_the_joints_close() {
+    let robot = lm_arm();
+    for shape in [Loop::Sine, Loop::Saddle] {
+        let path = EndPointPath::lm_arm(shape);
+        let joints = resolved(&robot, &path);
+        assert!(joints.missed().is_none());
+        for k in 0..720 {
+            let phase = 2.0 * PI * f64::from(k) / 720.0;
+            let off = distance(end_point(&robot, &joints.pose(phase)), path.point(phase));
+            assert!(off < 1e-10, "{shape:?} {phase}: {off}");
+            let between = phase + PI / 720.0;
+            let off = distance(end_point(&robot, &joints.pose(between)), path.point(between));
+            assert!(off < 1e-8, "{shape:?} {between}: {off}");
+        }
+        assert!(worst(&joints.pose(0.3), &joints.pose(0.3 + 2.0 * PI)) < 1e-12);
+    }
+}
+
+#[test]
+fn the_start_of_the_sine_is_the_key_of_the_model() {
+    let robot = lm_arm();
+    let start = resolved(&robot, &EndPointPath::lm_arm(Loop::Sine)).pose(0.0);
+    assert!(worst(&start, robot.key("start").unwrap()) < 1e-8, "{start:?}");
+}
+
+#[test]
+fn no_pose_beside_the_chosen_one_is_preferred_to_it() {
+    // Where the cost is least, its gradient W (q - r) has no share that leaves the end point where it is.
+    let robot = lm_arm();
+    let (rule, site) = (Redundancy::lm_arm(), robot.site("endpoint").unwrap());
+    let joints = resolved(&robot, &EndPointPath::lm_arm(Loop::Saddle));
+    for k in 0..12 {
+        let phase = 2.0 * PI * f64::from(k) / 12.0;
+        let q = joints.pose(phase);
+        let mut poses = Poses::new(&robot);
+        robot.forward_kinematics(&q, &mut poses).unwrap();
+        let (mut rows, mut angular) = (vec![0.0; 21], vec![0.0; 21]);
+        let (body, point) = (robot.parts().sites[site].body, robot.site_pose(&poses, site).origin);
+        robot.jacobian(&poses, body, point, &mut rows, &mut angular).unwrap();
+        let preferred = |j: usize| rule.rest[j] + rule.swing[j] * phase.sin();
+        let mut left: Vec<f64> = (0..7).map(|j| rule.weight[j] * (q[j] - preferred(j))).collect();
+        let before = norm(&left);
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        for row in rows.chunks(7) {
+            let mut own = row.to_vec();
+            basis.iter().for_each(|other| remove(&mut own, other));
+            let size = norm(&own);
+            basis.push(own.iter().map(|x| x / size).collect());
+        }
+        basis.iter().for_each(|other| remove(&mut left, other));
+        assert!(before > 1e-2 && norm(&left) < 1e-9, "{phase}: {before} {}", norm(&left));
+    }
+}
+
+fn norm(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Takes the share along a unit vector away.
+fn remove(v: &mut [f64], unit: &[f64]) {
+    let share: f64 = v.iter().zip(unit).map(|(a, b)| a * b).sum();
+    v.iter_mut().zip(unit).for_each(|(v, u)| *v -= share * u);
+}
+
+#[test]
+fn velocities_and_accelerations_are_finite_differences_of_the_pose() {
+    let robot = lm_arm();
+    let h = 1e-4;
+    let points = [[0.66, 0.23, -0.28], [0.60, 0.20, -0.20], [0.62, 0.10, -0.25]];
+    let waypoints: Vec<Waypoint> =
+        points.iter().zip([0.0, 1.0, 2.5]).map(|(&position, time)| Waypoint { time, position }).collect();
+    let timed = Trajectory::Timed(resolved(&robot, &EndPointPath::through(&waypoints).unwrap()));
+    let jerk = MinimumJerk::new(&[0.0; 7], robot.key("start").unwrap(), 10.0).unwrap();
+    for trajectory in [around(&robot, Loop::Saddle, 11.5), timed, Trajectory::PointToPoint(jerk)] {
+        let at = |time: f64| {
+            let mut now = Reference::new(7);
+            trajectory.sample(time, &mut now).unwrap();
+            now
+        };
+        let mut moved = 0.0_f64;
+        for k in 1..200 {
+            let t = trajectory.duration() * f64::from(k) / 200.0;
+            let [before, now, after] = [at(t - h), at(t), at(t + h)];
+            for j in 0..7 {
+                let v = (after.q[j] - before.q[j]) / (2.0 * h);
+                let a = (after.v[j] - before.v[j]) / (2.0 * h);
+                assert!((v - now.v[j]).abs() < 1e-5, "{t} {j}: {v} {}", now.v[j]);
+                // A cubic's second derivative has corners.
+                assert!((a - now.a[j]).abs() < 2e-2, "{t} {j}: {a} {}", now.a[j]);
+                moved = moved.max(now.v[j].abs());
+            }
+        }
+        assert!(moved > 0.1, "nothing moved");
+        assert!(worst(&at(0.0).v, &[0.0; 7]) < 1e-9 && worst(&at(99.0).v, &[0.0; 7]) < 1e-9);
+    }
+}
+
+#[test]
+fn waypoints_are_passed_in_time() {
+    let robot = lm_arm();
+    let points = [(0.0, [0.66, 0.23, -0.28]), (1.5, [0.6, 0.2, -0.2]), (3.0, [0.62, 0.1, -0.25])];
+    let waypoints: Vec<Waypoint> =
+        points.iter().map(|&(time, position)| Waypoint { time, position }).collect();
+    let joints = resolved(&robot, &EndPointPath::through(&waypoints).unwrap());
+    for (time, position) in points {
+        assert!(distance(end_point(&robot, &joints.pose(time)), position) < 1e-6, "{time}");
+    }
+}
+
+#[test]
+fn both_paths_and_the_way_to_them_are_within_every_limit_of_the_arm() {
+    let robot = lm_arm();
+    let way = MinimumJerk::new(robot.key("hanging").unwrap(), robot.key("start").unwrap(), 10.0).unwrap();
+    for trajectory in [
+        around(&robot, Loop::Sine, 115.0),
+        around(&robot, Loop::Saddle, 115.0),
+        around(&robot, Loop::Sine, 11.5),
+        around(&robot, Loop::Saddle, 11.5),
+        Trajectory::PointToPoint(way),
+    ] {
+        let mut asked = 0.0_f64;
+        let found = first_obstacle(&robot, &trajectory, &Limits::default(), |demand| {
+            asked = demand.torque.iter().fold(asked, |most, tau| most.max(tau.abs()));
+            None
+        });
+        assert_eq!(found.unwrap(), None);
+        assert!(asked > 3.0, "gravity was not asked for: {asked}");
+    }
+}
+
+#[test]
+fn what_is_in_the_way_is_named_with_its_place() {
+    let robot = lm_arm();
+    let obstacle = |trajectory: &Trajectory, limits: Limits, most: f64| {
+        let found = first_obstacle(&robot, trajectory, &limits, |demand| {
+            let short = demand.torque.iter().position(|tau| tau.abs() > most)?;
+            Some(Shortfall { velocity: short, torque: demand.torque[short].abs() - most })
+        });
+        found.unwrap().unwrap()
+    };
+    let sine = around(&robot, Loop::Sine, 11.5);
+    let free = f64::INFINITY;
+
+    // A metre away.
+    let far = EndPointPath::Loop { shape: Loop::Sine, center: [0.9, 0.1, -0.15], amplitude: 0.15 };
+    let law = TimeLaw::new(4.0 * PI, 115.0).unwrap();
+    let far = Trajectory::AlongPath { joints: resolved(&robot, &far), law };
+    let found = obstacle(&far, Limits::default(), free);
+    assert!(matches!(found.reason, Reason::Unreachable { distance, .. } if distance > 1e-3), "{found}");
+    assert!((0.0..115.0).contains(&found.time) && found.to_string().contains("end point"), "{found}");
+
+    let slow = Limits { cable_speed: 0.005, ..Limits::default() };
+    let found = obstacle(&sine, slow, free);
+    assert!(matches!(&found.reason, Reason::CableSpeed { speed, .. } if *speed > 0.005), "{found}");
+    assert!(found.time > 0.0);
+
+    let found = obstacle(&sine, Limits { joint_speed: 0.1, ..Limits::default() }, free);
+    assert!(matches!(&found.reason, Reason::JointSpeed { .. }), "{found}");
+
+    let found = obstacle(&sine, Limits::default(), 1.0);
+    assert!(
+        matches!(&found.reason, Reason::Torque { joint, .. } if joint.starts_with("shoulder")),
+        "{found}"
+    );
+
+    let mut beyond = robot.key("start").unwrap().to_vec();
+    beyond[3] = 2.5;
+    let way = MinimumJerk::new(robot.key("start").unwrap(), &beyond, 10.0).unwrap();
+    let found = obstacle(&Trajectory::PointToPoint(way), Limits::default(), free);
+    assert!(
+        matches!(&found.reason, Reason::JointRange { joint, position, .. } if joint == "elbow_flexion" && *position > 2.26),
+        "{found}"
+    );
+}
+
+#[test]
+fn a_rule_for_another_robot_and_numbers_out_of_domain_are_refused() {
+    let robot = lm_arm();
+    let site = robot.site("endpoint").unwrap();
+    let path = EndPointPath::lm_arm(Loop::Sine);
+    let rule = Redundancy::lm_arm();
+    assert!(JointPath::resolve(&robot, 9999, &path, &rule, 720).is_err());
+    assert!(JointPath::resolve(&robot, site, &path, &Redundancy::near(&[0.0; 3]), 720).is_err());
+    assert!(JointPath::resolve(&robot, site, &path, &rule, 2).is_err());
+    let mut heavy = rule.clone();
+    heavy.weight[2] = f64::NAN;
+    assert!(JointPath::resolve(&robot, site, &path, &heavy, 720).is_err());
+    let nowhere = EndPointPath::Loop { shape: Loop::Sine, center: [f64::NAN; 3], amplitude: 0.1 };
+    assert!(JointPath::resolve(&robot, site, &nowhere, &rule, 720).is_err());
+    assert!(MinimumJerk::new(&[0.0; 7], &[0.0; 6], 1.0).is_err());
+    let of_six = Trajectory::PointToPoint(MinimumJerk::new(&[0.0; 6], &[0.1; 6], 1.0).unwrap());
+    assert!(of_six.sample(0.5, &mut Reference::new(7)).is_err());
+    assert!(first_obstacle(&robot, &of_six, &Limits::default(), |_| None).is_err());
+    let of_seven = Trajectory::PointToPoint(MinimumJerk::new(&[0.0; 7], &[0.1; 7], 1.0).unwrap());
+    let never = Limits { every: 0.0, ..Limits::default() };
+    assert!(first_obstacle(&robot, &of_seven, &never, |_| None).is_err());
+}
