@@ -1,4 +1,4 @@
-//! A muscle's compensation from its own calibration run on the bench: nothing is read from the plant.
+//! A muscle's compensation from its own calibration runs on the bench: nothing is read from the plant.
 
 use crate::Error;
 use crate::fit::ensemble::unscaled;
@@ -22,15 +22,6 @@ pub enum Kind {
     Observer,
 }
 
-/// A compensation and where it comes from.
-#[derive(Debug, Clone)]
-pub struct Calibration {
-    /// Ready to run.
-    pub compensation: Compensation,
-    /// The fit of the cable behind it, where there is one.
-    pub fit: Option<CableFit>,
-}
-
 /// Speeds of the calibration, m/s: those of the paper.
 pub const SPEEDS: [f64; 6] = [0.02, 0.04, 0.06, 0.08, 0.10, 0.12];
 
@@ -40,38 +31,62 @@ const LEARNING: f64 = 3.0;
 /// Samples between those that are kept for the cable's fit: its law does not care.
 const EVERY: usize = 4;
 
-/// Calibrates by a simulated run of `seconds` at each of [`SPEEDS`] on this specimen, seen through the bench's sensors.
+/// Simulated calibration runs, one of so many strokes at each of [`SPEEDS`], on this specimen, seen through the bench's
+/// sensors.
 ///
 /// # Errors
-/// [`Error::Samples`] where the run ends early or shows too little; [`Error::Physics`] for a specimen that is none.
-pub fn calibrate(kind: Kind, specimen: &Specimen, seconds: f64, seed: u64) -> Result<Calibration, Error> {
-    let plain = |compensation| Calibration { compensation, fit: None };
-    if kind == Kind::None {
-        return Ok(plain(Compensation::None));
+/// [`Error::Samples`] where a run ends early; [`Error::Physics`] for a specimen that is none.
+pub fn calibration_runs(specimen: &Specimen, strokes: f64, seed: u64) -> Result<Vec<Vec<BenchRow>>, Error> {
+    let of = |(k, speed): (usize, &f64)| {
+        rows(specimen, *speed, strokes, seed.wrapping_mul(31).wrapping_add(k as u64))
+    };
+    SPEEDS.par_iter().enumerate().map(of).collect()
+}
+
+/// The compensation of a kind, by [`calibration_runs`].
+///
+/// # Errors
+/// [`Error::Samples`] where they show too little.
+pub fn calibrate(kind: Kind, logs: &[Vec<BenchRow>], seed: u64) -> Result<Compensation, Error> {
+    match kind {
+        Kind::None => Ok(Compensation::None),
+        Kind::Paper => Ok(Compensation::Network(Box::new(networks(logs, seed)?))),
+        Kind::Capstan => capstan(&calibrated_cable(logs)?),
+        Kind::Observer => observer(&calibrated_cable(logs)?),
     }
-    let logs = SPEEDS
-        .par_iter()
-        .enumerate()
-        .map(|(k, speed)| rows(specimen, *speed, seconds, seed.wrapping_mul(31).wrapping_add(k as u64)))
-        .collect::<Result<Vec<_>, Error>>()?;
-    if kind == Kind::Paper {
-        return Ok(plain(Compensation::Network(Box::new(networks(&logs, seed)?))));
-    }
+}
+
+/// Eqs. 7 and 8 with the numbers of a cable.
+///
+/// # Errors
+/// [`Error::Physics`] for numbers of none.
+pub fn capstan(fit: &CableFit) -> Result<Compensation, Error> {
+    let pretension = fit.model.parameters.pretension;
+    Ok(Compensation::Capstan { friction_angle: fit.model.law()?.friction_angle(), pretension })
+}
+
+/// The observer of a cable.
+///
+/// # Errors
+/// As [`capstan`].
+pub fn observer(fit: &CableFit) -> Result<Compensation, Error> {
+    Ok(Compensation::Observer(Box::new(ObserverCompensation::new(&fit.model)?)))
+}
+
+/// The cable that [`calibration_runs`] show.
+///
+/// # Errors
+/// As [`find_cable`].
+pub fn calibrated_cable(logs: &[Vec<BenchRow>]) -> Result<CableFit, Error> {
     let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows)).collect();
     let mut fit = find_cable(&logs, &FitOptions::default())?;
     fit.model.learning = LEARNING;
-    let compensation = match kind {
-        Kind::Observer => Compensation::Observer(Box::new(ObserverCompensation::new(&fit.model)?)),
-        _ => Compensation::Capstan {
-            friction_angle: fit.model.law()?.friction_angle(),
-            pretension: fit.model.parameters.pretension,
-        },
-    };
-    Ok(Calibration { compensation, fit: Some(fit) })
+    Ok(fit)
 }
 
-fn rows(specimen: &Specimen, speed: f64, seconds: f64, seed: u64) -> Result<Vec<BenchRow>, Error> {
+fn rows(specimen: &Specimen, speed: f64, strokes: f64, seed: u64) -> Result<Vec<BenchRow>, Error> {
     let wanted = BenchRun::paper(specimen.clone(), Programme::Calibrate, speed, seed);
+    let seconds = strokes * wanted.stroke / speed;
     let mut rows = Vec::new();
     let stop: Option<Stop> =
         run(&wanted, Steering::By(&mut Compensation::None), seconds, |row| rows.push(*row))?;
@@ -116,8 +131,8 @@ mod tests {
     #[test]
     fn a_calibration_knows_the_friction_of_a_specimen_it_has_never_seen() {
         let specimen = Specimen::draw(3);
-        let found = calibrate(Kind::Observer, &specimen, 20.0, 1).unwrap();
-        let fit = found.fit.unwrap();
+        let logs = calibration_runs(&specimen, 2.0, 1).unwrap();
+        let fit = calibrated_cable(&logs).unwrap();
         assert!(fit.rmse < 2.5, "{}", fit.rmse);
         let truth =
             specimen.parameters.friction * specimen.path.angle() - specimen.parameters.efficiency.ln();

@@ -14,6 +14,7 @@ pub mod calibrate;
 pub mod evaluate;
 pub mod identify;
 pub mod observer;
+pub mod reproduce;
 mod runs;
 mod select;
 pub mod simulated;

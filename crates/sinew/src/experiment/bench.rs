@@ -42,8 +42,8 @@ pub struct BenchRun {
 }
 
 impl BenchRun {
-    /// The paper's: 40 to 200 N at one of its speeds; strokes of 0.5 m, which the drum has room for beside the stretch,
-    /// one swing a stroke.
+    /// The paper's: 40 to 200 N at one of its speeds; strokes of 0.7 m, which the drum has room for beside the stretch;
+    /// the steady window of a stroke holds one whole swing.
     #[must_use]
     pub fn paper(specimen: Specimen, programme: Programme, speed: f64, seed: u64) -> Self {
         Self {
@@ -54,7 +54,7 @@ impl BenchRun {
             speed,
             stroke: STROKE,
             tension: [40.0, 200.0],
-            period: STROKE / speed,
+            period: (1.0 - RUN_IN) * STROKE / speed,
             seed,
         }
     }
@@ -106,7 +106,7 @@ pub enum Steering<'a> {
 }
 
 /// Length of the paper's strokes here, m; it does not tell it.
-const STROKE: f64 = 0.5;
+const STROKE: f64 = 0.7;
 
 /// Step of all loops, s.
 pub const STEP: f64 = 1e-3;
@@ -203,7 +203,7 @@ struct Stroke {
 }
 
 /// Full speed after a turn before the window of a stroke begins, as a share of the stroke's time: the front has to cross.
-const RUN_IN: f64 = 0.45;
+const RUN_IN: f64 = 0.3;
 
 impl Stroke {
     fn new(speed: f64, length: f64) -> Self {

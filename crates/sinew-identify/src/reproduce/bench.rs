@@ -1,0 +1,229 @@
+//! The bench's part of the paper: calibration, Tables I to III, elongation, other specimens.
+
+use super::elongation::{self, ElongationTable};
+use super::mechanism::Mechanism;
+use super::paper::SPEEDS;
+use super::results::{
+    BenchResults, Efficiency, ElongationMillimetres, Indices, Methods, OtherSpecimen, Sides, Stretching,
+};
+use super::trial::{TraceRow, Trial, on_trial};
+use crate::Error;
+use crate::calibrate::{Kind, calibrate, calibrated_cable, calibration_runs, capstan, observer};
+use rayon::prelude::*;
+use sinew::control::compensation::Compensation;
+use sinew::experiment::bench::{BenchRun, Programme, Steering};
+use sinew::metrics::Comparison;
+use sinew::twin::cable::Specimen;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// How much of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BenchOptions {
+    /// Of everything random.
+    pub seed: u64,
+    /// Strokes of the calibration at each of the six speeds.
+    pub strokes: f64,
+    /// Whole cycles of every trial.
+    pub cycles: f64,
+    /// Other specimens.
+    pub specimens: u64,
+}
+
+impl BenchOptions {
+    /// The whole programme.
+    #[must_use]
+    pub fn full(seed: u64) -> Self {
+        // The paper's 500 s of training data: the same number of strokes at every speed.
+        let stroke_at_each: f64 = SPEEDS
+            .map(|v| BenchRun::paper(Specimen::bench(), Programme::Calibrate, v, seed).stroke / v)
+            .iter()
+            .sum();
+        Self { seed, strokes: 500.0 / stroke_at_each, cycles: 3.0, specimens: 5 }
+    }
+
+    /// A look in seconds.
+    #[must_use]
+    pub fn quick(seed: u64) -> Self {
+        Self { seed, strokes: 2.0, cycles: 1.0, specimens: 0 }
+    }
+}
+
+/// Name of the yardstick among the methods.
+const PERFECT: &str = "perfect";
+
+/// A trace for figures 7 and 8.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    /// Method of compensation.
+    pub method: &'static str,
+    /// Index into [`SPEEDS`].
+    pub speed: usize,
+    /// Two strokes.
+    pub rows: Vec<TraceRow>,
+}
+
+/// Everything a report needs.
+#[derive(Debug, Clone)]
+pub struct BenchPart {
+    /// What was asked for.
+    pub options: BenchOptions,
+    /// The numbers.
+    pub results: BenchResults,
+    /// Tables II and III with their points.
+    pub mechanism: Mechanism,
+    /// For figures 7 and 8.
+    pub traces: Vec<Trace>,
+    /// The observer's fit.
+    pub fit_rmse_n: f64,
+}
+
+/// Runs the programme; `progress` is told the stage and how much is done, 0 to 1.
+///
+/// # Errors
+/// [`Error::Samples`] where a run ends early.
+pub fn reproduce_bench(
+    options: &BenchOptions,
+    progress: &(dyn Fn(&str, f64) + Sync),
+) -> Result<BenchPart, Error> {
+    let specimen = Specimen::bench();
+    progress("calibration runs", 0.0);
+    let logs = calibration_runs(&specimen, options.strokes, options.seed)?;
+    let mechanism = Mechanism::of(&logs);
+    progress("identification", 0.05);
+    let (fit, paper) =
+        rayon::join(|| calibrated_cable(&logs), || calibrate(Kind::Paper, &logs, options.seed));
+    let fit = fit?;
+    let methods = [
+        ("none", Compensation::None),
+        ("capstan", capstan(&fit)?),
+        ("paper", paper?),
+        ("observer", observer(&fit)?),
+    ];
+    progress("elongation", 0.25);
+    let elongation = elongation::table(&specimen, &logs, &fit.model, options.cycles, options.seed)?;
+    drop(logs);
+    progress("trials", 0.4);
+    let mut steerings: Vec<(&str, Option<&Compensation>)> =
+        methods.iter().map(|(name, compensation)| (*name, Some(compensation))).collect();
+    steerings.push((PERFECT, None));
+    let trials = all_speeds(&specimen, &steerings, options)?;
+    let done = AtomicUsize::new(0);
+    let others = (1..=options.specimens)
+        .into_par_iter()
+        .map(|k| {
+            let other = other_specimen(options.seed.wrapping_mul(1000).wrapping_add(k), options);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            progress("other specimens", 0.5 + 0.5 * done as f64 / options.specimens as f64);
+            other
+        })
+        .collect::<Result<Vec<_>, Error>>()?;
+    let traces = trials.iter().flat_map(|(method, trials)| {
+        let traces = trials.iter().enumerate();
+        traces.map(|(speed, trial)| Trace { method, speed, rows: trial.trace.clone() })
+    });
+    let table = |of: fn(&Trial) -> &[Comparison; 2], recovery| -> Methods {
+        trials.iter().map(|(name, trials)| (*name, indices(trials, of, recovery))).collect()
+    };
+    let without = trials.iter().find(|(name, _)| *name == "none").map(|(_, trials)| trials);
+    let results = BenchResults {
+        simulated: true,
+        seed: options.seed,
+        table1: table(|trial| &trial.scores.achieved, false),
+        table1_estimate: table(|trial| &trial.scores.estimated, false),
+        table1_cycles: table(|trial| &trial.scores.cycles, true),
+        table2: Sides::of(|side| Efficiency {
+            efficiency: mechanism.efficiency[side].map(|account| account[0]),
+            std: mechanism.efficiency[side].map(|account| account[1]),
+        }),
+        table3: Sides::of(|side| Stretching {
+            mean: mechanism.elongation[side].map(|account| account[0]),
+            std: mechanism.elongation[side].map(|account| account[1]),
+        }),
+        elongation_mm: millimetres(&elongation),
+        uncompensated_mean_error_n: Sides {
+            active: without.map_or(f64::NAN, |trials| mean_of(trials, |trial| trial.lost[0])),
+            passive: mechanism.lost[1],
+        },
+        other_specimens: others,
+    };
+    let (traces, fit_rmse_n) = (traces.collect(), fit.rmse);
+    Ok(BenchPart { options: *options, results, mechanism, traces, fit_rmse_n })
+}
+
+/// Every method at every speed.
+fn all_speeds<'a>(
+    specimen: &Specimen,
+    steerings: &[(&'a str, Option<&Compensation>)],
+    options: &BenchOptions,
+) -> Result<Vec<(&'a str, Vec<Trial>)>, Error> {
+    let jobs: Vec<(usize, f64)> =
+        steerings.iter().enumerate().flat_map(|(k, _)| SPEEDS.map(|speed| (k, speed))).collect();
+    let trials = jobs
+        .into_par_iter()
+        .map(|(k, speed)| {
+            let seed = options.seed.wrapping_add(100);
+            let wanted = BenchRun::paper(specimen.clone(), Programme::Track, speed, seed);
+            let stroke = wanted.stroke / speed;
+            let seconds = 3.0 + 2.0 * stroke * options.cycles;
+            // The picture begins with a whole stroke.
+            let drawn = [0.0, 3.0 + 2.0 * stroke];
+            match steerings[k].1 {
+                Some(compensation) => {
+                    on_trial(&wanted, Steering::By(&mut compensation.clone()), seconds, drawn)
+                }
+                None => on_trial(&wanted, Steering::PerfectKnowledge, seconds, drawn),
+            }
+        })
+        .collect::<Result<Vec<_>, Error>>()?;
+    let mut trials = trials.into_iter();
+    Ok(steerings.iter().map(|(name, _)| (*name, trials.by_ref().take(SPEEDS.len()).collect())).collect())
+}
+
+fn other_specimen(seed: u64, options: &BenchOptions) -> Result<OtherSpecimen, Error> {
+    let specimen = Specimen::draw(seed);
+    let logs = calibration_runs(&specimen, options.strokes, seed)?;
+    let found = observer(&calibrated_cable(&logs)?)?;
+    drop(logs);
+    let trials = all_speeds(&specimen, &[("observer", Some(&found)), (PERFECT, None)], options)?;
+    let (ours, perfect) = (&trials[0].1, &trials[1].1);
+    Ok(OtherSpecimen {
+        seed,
+        table1: indices(ours, |trial| &trial.scores.achieved, false),
+        table1_estimate: indices(ours, |trial| &trial.scores.estimated, false),
+        table1_cycles: indices(ours, |trial| &trial.scores.cycles, true),
+        perfect_cycles: indices(perfect, |trial| &trial.scores.cycles, true),
+    })
+}
+
+fn indices(trials: &[Trial], of: fn(&Trial) -> &[Comparison; 2], recovery: bool) -> Sides<Indices> {
+    let row = |value: &dyn Fn(&Trial) -> Option<f64>| {
+        let mut row = [f64::NAN; 6];
+        for (cell, trial) in row.iter_mut().zip(trials) {
+            *cell = value(trial).unwrap_or(f64::NAN);
+        }
+        row
+    };
+    Sides::of(|side| Indices {
+        mse_n2: row(&|trial| of(trial)[side].mse()),
+        rmse_n: row(&|trial| of(trial)[side].rmse()),
+        pearson: row(&|trial| of(trial)[side].pearson()),
+        recovery_s: recovery.then(|| row(&|trial| Some(trial.recovery.seconds[side]))),
+    })
+}
+
+fn mean_of(trials: &[Trial], of: impl Fn(&Trial) -> f64) -> f64 {
+    trials.iter().map(of).sum::<f64>() / trials.len().max(1) as f64
+}
+
+fn millimetres(table: &ElongationTable) -> ElongationMillimetres {
+    let named = |[eq10, paper, ours]: [f64; 3]| {
+        BTreeMap::from([("equation10", eq10), ("paper", paper), ("observer", ours)])
+    };
+    let near_only = BTreeMap::from([
+        ("equation10", table.near_only[0]),
+        ("paper", table.near_only[1]),
+        ("memory", table.near_only[2]),
+    ]);
+    ElongationMillimetres { near_only, joint_sensor: named(table.joint_sensor), range: table.range }
+}

@@ -1,0 +1,16 @@
+//! The paper's experiments on the twin: its tables and figures in our numbers. Everything here is simulated.
+
+mod bench;
+mod elongation;
+mod mechanism;
+pub mod paper;
+mod results;
+mod trial;
+
+pub use bench::{BenchOptions, BenchPart, Trace, reproduce_bench};
+pub use elongation::{ElongationTable, Reach};
+pub use mechanism::{Mechanism, Point};
+pub use results::{
+    BenchResults, Efficiency, ElongationMillimetres, Indices, Methods, OtherSpecimen, Sides, Stretching,
+};
+pub use trial::{Recovery, Scores, TraceRow, Trial, on_trial};

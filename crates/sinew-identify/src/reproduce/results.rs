@@ -1,0 +1,105 @@
+//! The numbers as programs read them: `results.json`.
+
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Active and passive muscle.
+#[derive(Debug, Clone, Serialize)]
+pub struct Sides<T> {
+    /// The muscle's motor pulls.
+    pub active: T,
+    /// The load pulls.
+    pub passive: T,
+}
+
+impl<T> Sides<T> {
+    pub(super) fn of(mut make: impl FnMut(usize) -> T) -> Self {
+        Self { active: make(0), passive: make(1) }
+    }
+}
+
+/// A part of Table I: one number per speed.
+#[derive(Debug, Clone, Serialize)]
+pub struct Indices {
+    /// Eq. 14.
+    pub mse_n2: [f64; 6],
+    /// Eq. 15.
+    pub rmse_n: [f64; 6],
+    /// Eq. 16.
+    pub pearson: [f64; 6],
+    /// Mean time after a reversal until the far tension stays within 5 N, s; in the table over whole cycles only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recovery_s: Option<[f64; 6]>,
+}
+
+/// Table II.
+#[derive(Debug, Clone, Serialize)]
+pub struct Efficiency {
+    /// Means of `T_out/T_in`.
+    pub efficiency: [f64; 6],
+    /// Their standard deviations.
+    pub std: [f64; 6],
+}
+
+/// Table III, 1e-3 m/(N m).
+#[derive(Debug, Clone, Serialize)]
+pub struct Stretching {
+    /// Means.
+    pub mean: [f64; 6],
+    /// Standard deviations.
+    pub std: [f64; 6],
+}
+
+/// Table I of the methods of compensation, by name.
+pub type Methods = BTreeMap<&'static str, Sides<Indices>>;
+
+/// Errors of the predicted elongation, root mean square over whole cycles, mm.
+#[derive(Debug, Clone, Serialize)]
+pub struct ElongationMillimetres {
+    /// From motor-side signals alone, by method.
+    pub near_only: BTreeMap<&'static str, f64>,
+    /// With the joint's sensor.
+    pub joint_sensor: BTreeMap<&'static str, f64>,
+    /// Range of the true elongation, mm.
+    pub range: f64,
+}
+
+/// Another specimen after its own calibration.
+#[derive(Debug, Clone, Serialize)]
+pub struct OtherSpecimen {
+    /// What it was drawn with.
+    pub seed: u64,
+    /// (a) of the observer.
+    pub table1: Sides<Indices>,
+    /// (b).
+    pub table1_estimate: Sides<Indices>,
+    /// (c).
+    pub table1_cycles: Sides<Indices>,
+    /// (c) of perfect knowledge.
+    pub perfect_cycles: Sides<Indices>,
+}
+
+/// The bench's part of `results.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct BenchResults {
+    /// Always true.
+    pub simulated: bool,
+    /// Of everything random.
+    pub seed: u64,
+    /// (a) Achieved in steady windows.
+    pub table1: Methods,
+    /// (b) Estimated over whole cycles.
+    pub table1_estimate: Methods,
+    /// (c) Achieved over whole cycles.
+    pub table1_cycles: Methods,
+    /// Table II.
+    pub table2: Sides<Efficiency>,
+    /// Table III.
+    pub table3: Sides<Stretching>,
+    /// Equations 10 and 18.
+    pub elongation_mm: ElongationMillimetres,
+    /// Mean difference of both ends where nothing is compensated and the pulling end swings 40 to 200 N.
+    pub uncompensated_mean_error_n: Sides<f64>,
+    /// Five others, each after its own calibration; none in a quick run.
+    pub other_specimens: Vec<OtherSpecimen>,
+}
