@@ -22,6 +22,9 @@ pub(crate) enum Verb {
     Adapt(AdaptArguments),
     Demo(DemoArguments),
     Arm(ArmArguments),
+    Reproduce(ReproduceArguments),
+    Bench(BenchArguments),
+    Twin(TwinArguments),
 }
 
 /// Fit a transmission: from bench logs to DIR/model.json and DIR/report.html.
@@ -225,4 +228,143 @@ pub(crate) struct ConvertArguments {
     /// Muscles of a URDF robot (TOML); NAME.muscles.toml beside NAME.urdf is found by itself
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) muscles: Option<PathBuf>,
+}
+
+/// Reproduce the paper's experiments on the twin: tables and figures in DIR/report.html, numbers in DIR/results.json.
+///
+/// Calibration, identification and compensation of the bench at six speeds; everything is simulated and says so.
+/// --quick takes seconds and is coarser: fewer strokes, no other specimens.
+#[derive(Debug, Args)]
+pub(crate) struct ReproduceArguments {
+    /// Which part of the paper
+    #[arg(long, value_enum, default_value_t = Part::Bench)]
+    pub(crate) part: Part,
+    /// A look in seconds
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Folder for report.html and results.json; made if missing
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Seed of every random draw: the same seed gives the same bytes
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Print the numbers as JSON for programs
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Parts of the paper.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Part {
+    /// Tables I to III, figures 7 to 10
+    Bench,
+}
+
+/// The bench of the paper as a twin: two drives back to back over one cable.
+#[derive(Debug, Args)]
+pub(crate) struct BenchArguments {
+    #[command(subcommand)]
+    pub(crate) verb: BenchVerb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum BenchVerb {
+    Run(BenchRunArguments),
+}
+
+/// Run the bench and write a log of its sensors, a row per millisecond.
+///
+/// Without --compensation the muscle's motor strokes and the load swings the far tension between 40 and 200 N: a
+/// log to identify from. With it the load strokes and the muscle is to give the wanted far tension, by a
+/// compensation that was calibrated on this specimen before.
+///
+/// Example: sinew bench run --speeds 0.04,0.08 --out bench.csv, then sinew identify bench.csv --out out/cable
+#[derive(Debug, Args)]
+pub(crate) struct BenchRunArguments {
+    /// Strokes to keep: toward the muscle's motor, away from it, or whole cycles
+    #[arg(long, value_enum, default_value_t = Muscle::Both)]
+    pub(crate) muscle: Muscle,
+    /// Speeds of the cable, m/s, 0.005 to 0.15
+    #[arg(long, value_name = "V,..", value_delimiter = ',', default_value = "0.02,0.04,0.06,0.08,0.1,0.12")]
+    pub(crate) speeds: Vec<f64>,
+    /// Seconds at each speed, 1 to 3600
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
+    pub(crate) duration: f64,
+    /// How the far tension is aimed at; without it the run is a calibration
+    #[arg(long, value_enum)]
+    pub(crate) compensation: Option<CompensationKind>,
+    /// Cable: bench (as calibrated to the paper's tables), ideal (without the effects no model knows), or a number to
+    /// draw another one by
+    #[arg(long, value_name = "NAME|N", default_value = "bench")]
+    pub(crate) specimen: String,
+    /// Seed of the sensors' noise and of what is learned
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Log to write (CSV)
+    #[arg(long, value_name = "LOG")]
+    pub(crate) out: PathBuf,
+    /// Print a summary as JSON for programs
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Strokes by who pulls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Muscle {
+    /// The muscle's motor pulls the cable in
+    Active,
+    /// The load pulls it out
+    Passive,
+    /// Whole cycles
+    Both,
+}
+
+/// Ways to compensate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum CompensationKind {
+    /// The drive pulls with what is wanted at the far end
+    None,
+    /// One friction angle and a pretension
+    Capstan,
+    /// The paper's network
+    Paper,
+    /// The cable observer
+    Observer,
+}
+
+/// Play with a simulated cable.
+#[derive(Debug, Args)]
+pub(crate) struct TwinArguments {
+    #[command(subcommand)]
+    pub(crate) verb: TwinVerb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum TwinVerb {
+    Cable(TwinCableArguments),
+}
+
+/// Move both ends of one cable and see its tensions and its slip front.
+///
+/// SCENARIO.csv has a row per corner with the columns time_s, motor_m and anchor_m (positions, + toward the motor);
+/// between corners both ends move evenly. Without it: pull, hold, yield until slack, pull again.
+///
+/// Example: sinew twin cable --out cable.csv --picture cable.svg
+#[derive(Debug, Args)]
+pub(crate) struct TwinCableArguments {
+    /// What both ends do
+    #[arg(value_name = "SCENARIO.csv")]
+    pub(crate) scenario: Option<PathBuf>,
+    /// Cable: bench, ideal, or a number to draw another one by
+    #[arg(long, value_name = "NAME|N", default_value = "bench")]
+    pub(crate) specimen: String,
+    /// Far tension at the start, after a pull toward the motor, N
+    #[arg(long, value_name = "N", default_value_t = 40.0)]
+    pub(crate) start: f64,
+    /// Log to write (CSV), a row per millisecond
+    #[arg(long, value_name = "LOG")]
+    pub(crate) out: PathBuf,
+    /// Also draw tensions, their profile along the cable and the slip front
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) picture: Option<PathBuf>,
 }

@@ -38,6 +38,16 @@ pub(crate) enum Error {
         /// What and where.
         problem: String,
     },
+    /// A flag whose value cannot be used.
+    #[error("{flag} {value}: expected {expected}")]
+    Argument {
+        /// The flag.
+        flag: &'static str,
+        /// As given.
+        value: String,
+        /// What would do.
+        expected: &'static str,
+    },
     /// A file that cannot be read.
     #[error("{}: cannot be read: {source}", file.display())]
     Unreadable {

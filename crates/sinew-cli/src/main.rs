@@ -24,6 +24,9 @@ fn main() -> ExitCode {
         Verb::Adapt(arguments) => verbs::adapt::run(arguments),
         Verb::Demo(arguments) => verbs::demo::run(arguments),
         Verb::Arm(arguments) => verbs::arm::run(arguments),
+        Verb::Reproduce(arguments) => verbs::reproduce::run(arguments),
+        Verb::Bench(arguments) => verbs::bench::run(arguments),
+        Verb::Twin(arguments) => verbs::twin::run(arguments),
     });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -19,6 +19,7 @@ mod path;
 mod picture;
 mod plot;
 mod record;
+pub(crate) mod reproduction;
 mod residuals;
 mod scale;
 #[cfg(test)]

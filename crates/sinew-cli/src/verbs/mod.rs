@@ -2,10 +2,14 @@
 
 pub(crate) mod adapt;
 pub(crate) mod arm;
+pub(crate) mod bench;
 pub(crate) mod demo;
 pub(crate) mod evaluate;
 pub(crate) mod identify;
 pub(crate) mod predict;
+pub(crate) mod reproduce;
+mod specimen;
+pub(crate) mod twin;
 
 use crate::error::Error;
 use sinew::predictor::Model;

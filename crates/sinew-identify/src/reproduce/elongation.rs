@@ -32,7 +32,7 @@ pub struct ElongationTable {
 }
 
 /// Samples between those that a network learns from or is asked at.
-const EVERY: usize = 20;
+const EVERY: usize = 40;
 /// Time constants of what the network with memory is told of the past of the near side, s.
 const PAST_S: [f64; 4] = [0.05, 0.2, 0.8, 3.0];
 /// Winch travel after a reversal that matters, m.
@@ -185,7 +185,7 @@ fn learned(
             targets.push(1e3 * view.row.stretch);
         });
     }
-    let options = TrainOptions { hidden: 30, steps: 120, seed, ..TrainOptions::default() };
+    let options = TrainOptions { hidden: 30, steps: 60, seed, tolerance: 1e-4, ..TrainOptions::default() };
     let trained = train(&inputs, &targets, &options)?;
     unscaled(&trained.network).ok_or_else(|| Error::samples("network", "weights that are finite", &"others"))
 }

@@ -14,7 +14,7 @@ pub struct Wish {
 }
 
 /// How far ahead [`Wish::coming`] looks, s: a winch that turns round takes its time.
-pub const FORESIGHT: f64 = 0.1;
+pub const FORESIGHT: f64 = 0.12;
 
 /// The winch gives the cable the stretch that it has while it slides as wanted, at the wanted far tension.
 ///

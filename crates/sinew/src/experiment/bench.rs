@@ -5,6 +5,7 @@ use crate::control::compensation::{Answer, Compensation};
 use crate::control::stretch::{FORESIGHT, StretchFollower, Wish};
 use crate::drive::{DriveCommand, DriveFault, DriveParameters};
 use crate::predictor::CableSample;
+use crate::transmission::cable::{CableLaw, CableParameters, Path};
 use crate::twin::bench::Bench;
 use crate::twin::cable::{Broken, CableReading, Resolution, Specimen};
 
@@ -127,6 +128,7 @@ pub fn run(
     let mut bench = Bench::new(&run.specimen, run.resolution, run.drives, run.seed)?;
     bench.settle(0.5 * (run.tension[0] + run.tension[1]))?;
     let mut perfect = StretchFollower::new(bench.cable().law().clone());
+    let mut load = LoadFeed::new()?;
     let mut stroke = Stroke::new(run.speed, run.stroke);
     let mut ahead = stroke.clone();
     for _ in 0..(FORESIGHT / STEP) as u64 {
@@ -152,14 +154,14 @@ pub fn run(
                 Answer { command: DriveCommand::Velocity(speed), far: tension_out, stretch }
             }
         };
-        let (muscle, load) = match run.programme {
+        let (muscle, pulling) = match run.programme {
             Programme::Track => (answer.command, DriveCommand::Velocity(-velocity)),
             Programme::Calibrate => {
-                let swing = DriveCommand::Tension { tension: wanted, feed: -velocity };
+                let swing = DriveCommand::Tension { tension: wanted, feed: load.feed(wanted, velocity) };
                 (DriveCommand::Velocity(velocity), swing)
             }
         };
-        let truth = bench.step(muscle, load, STEP)?;
+        let truth = bench.step(muscle, pulling, STEP)?;
         see(&BenchRow {
             time,
             window: stroke.window(),
@@ -188,6 +190,29 @@ fn swing(run: &BenchRun, time: f64) -> f64 {
     let [low, high] = run.tension;
     let phase = 2.0 * core::f64::consts::PI * time / run.period;
     0.5 * (low + high) + 0.5 * (high - low) * libm::sin(phase)
+}
+
+/// What the load's drive knows beforehand: how fast a cable with the numbers of the tables stretches under its swing.
+#[derive(Debug)]
+struct LoadFeed {
+    nominal: CableLaw,
+    last: Option<(f64, f64)>,
+}
+
+impl LoadFeed {
+    fn new() -> Result<Self, Error> {
+        Ok(Self { nominal: CableLaw::new(&Path::bench(), &CableParameters::bench(), 12)?, last: None })
+    }
+
+    /// Speed of the load's winch, m/s, + where it pulls.
+    fn feed(&mut self, wanted: f64, velocity: f64) -> f64 {
+        let Ok(steady) = self.nominal.steady(wanted, velocity, 1.0) else { return -velocity };
+        match self.last.replace((velocity, steady.stretch)) {
+            // At a turn the cable changes sides, and no speed follows that.
+            Some((before, last)) if before * velocity > 0.0 => (steady.stretch - last) / STEP - velocity,
+            _ => -velocity,
+        }
+    }
 }
 
 /// Back and forth with a speed, turning with [`TURNING`].

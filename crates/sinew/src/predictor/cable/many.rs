@@ -88,6 +88,7 @@ impl CableObservers {
         for (k, ((track, sample), estimate)) in self.tracks.iter_mut().zip(samples).zip(estimates).enumerate()
         {
             *estimate = track.compare(sample, self.ends[k], self.cables.stretch(k).unwrap_or(0.0));
+            track.learn(self.cables.slides_whole(k));
             if let Some(factor) = track.news_of_drag() {
                 self.cables.scale_drag(k, factor)?;
             }

@@ -24,7 +24,7 @@ pub struct CableModel {
     /// Speed of the correction, m/s per N of the near tension's error.
     #[serde(rename = "correction_m_per_n_s")]
     pub correction: f64,
-    /// How fast the drag is learned while the cable slides, 1/(N m): grease warms and ages. 0 for never; 3 serves.
+    /// How fast the drag is learned while the cable slides, 1/(N m): grease warms and ages. 0 for never; 1 serves.
     #[serde(rename = "learning_per_n_m", default)]
     pub learning: f64,
     /// Stretch, m, while motor and anchor both read zero, where their zeros never move: then the first sample

@@ -76,6 +76,7 @@ impl CableObserver {
             }
         }
         let estimate = self.track.compare(sample, self.cable.ends(), self.cable.stretch());
+        self.track.learn(self.cable.slides_whole());
         if let Some(factor) = self.track.news_of_drag() {
             // Never refused: the factor is held within bounds.
             let _ = self.cable.scale_drag(factor);

@@ -43,6 +43,8 @@ const LONGEST_PAUSE: f64 = 0.02;
 const SEASONED: f64 = 2.0;
 /// Least and most of a learned drag, times that of the model.
 const LEARNED: [f64; 2] = [0.2, 5.0];
+/// Speed at which the near tension tells drag from what else it shows, m/s; below, it soon tells nothing.
+const TELLING_SPEED: f64 = 0.1;
 /// Change of the drag factor that is worth telling the cable.
 const WORTH_TELLING: f64 = 2e-3;
 
@@ -145,14 +147,6 @@ impl Track {
     /// motion, motion itself would look like an error, and the correction would add to it.
     pub(super) fn compare(&mut self, sample: &CableSample, ends: EndTensions, stretch: f64) -> CableEstimate {
         self.innovation = or(sample.tension_in - ends.tension_in, 0.0);
-        if self.known && self.age < SEASONED {
-            self.age += self.interval;
-        } else if self.known {
-            // Drag that is missing shows as near tension missing one way and left over the other: the steepest descent.
-            let error = self.innovation.clamp(-LARGEST_INNOVATION, LARGEST_INNOVATION);
-            let factor = self.drag_factor + self.learning * error * self.slid;
-            self.drag_factor = factor.clamp(LEARNED[0], LEARNED[1]);
-        }
         CableEstimate {
             tension_out: ends.tension_out,
             far: self.far_gain * ends.tension_out,
@@ -164,6 +158,23 @@ impl Track {
             known: self.known,
             held: self.held,
             drag_factor: self.drag_factor,
+        }
+    }
+
+    /// Learns the drag while all of the cable slides: what is missing shows as near tension missing one way and left over
+    /// the other; the steepest descent.
+    pub(super) fn learn(&mut self, slides_whole: bool) {
+        if !self.known || self.interval <= 0.0 || self.learning <= 0.0 {
+            return;
+        }
+        if self.age < SEASONED {
+            self.age += self.interval;
+        } else if slides_whole {
+            let error = self.innovation.clamp(-LARGEST_INNOVATION, LARGEST_INNOVATION);
+            let speed = self.slid / self.interval;
+            let told = self.slid * (speed / TELLING_SPEED) * (speed / TELLING_SPEED);
+            let factor = self.drag_factor + self.learning * error * told;
+            self.drag_factor = factor.clamp(LEARNED[0], LEARNED[1]);
         }
     }
 

@@ -31,7 +31,7 @@ impl CableLaw {
     /// |        | `drag_factor` | 1    | finite, >= 0 | on every `d_i`: grease that has warmed                    |
     ///
     /// # Assumes
-    /// Friction as at high speed: what weakens with speed is gone.
+    /// Every node slides at the velocity: friction has weakened as far as it does there.
     ///
     /// # Example
     /// ```
@@ -51,11 +51,12 @@ impl CableLaw {
         let (tension_out, velocity) = (finite("tension_out", tension_out)?, finite("velocity", velocity)?);
         let drag_speed = non_negative("drag_factor", drag_factor)? * velocity;
         let s = if velocity < 0.0 { -1.0 } else { 1.0 };
+        let weakened = self.weakening.map_or(1.0, |weakening| weakening.factor(velocity.abs()));
         let mut tension = (tension_out - self.pretension).max(0.0);
         let mut cells = self.compliance.iter().rev();
         let mut stretch = cells.next().map_or(0.0, |c| c * tension);
         for (node, compliance) in self.nodes.iter().rev().zip(cells) {
-            let half = s * (node.friction + node.loss) + node.viscous * velocity;
+            let half = s * (weakened * node.friction + node.loss) + node.viscous * velocity;
             let mut ahead = tension;
             for _ in 0..ROUNDS {
                 let both = tension + ahead;

@@ -1,0 +1,94 @@
+//! `sinew twin cable`.
+
+mod picture;
+mod scenario;
+
+use super::specimen::specimen;
+use crate::arguments::{TwinArguments, TwinCableArguments, TwinVerb};
+use crate::error::Error;
+use crate::output::{print, spare, write_all};
+use picture::Frame;
+use scenario::Scenario;
+use sinew::transmission::Sliding;
+use sinew::transmission::cable::EndMotion;
+use sinew::twin::cable::{CablePlant, Resolution};
+use std::fmt::Write;
+
+/// Step of the log, s.
+const STEP: f64 = 1e-3;
+/// Frames of a picture.
+const FRAMES: usize = 360;
+
+pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
+    let TwinVerb::Cable(arguments) = &arguments.verb;
+    let outputs: Vec<_> =
+        [Some(arguments.out.clone()), arguments.picture.clone()].into_iter().flatten().collect();
+    spare(arguments.scenario.iter(), &outputs)?;
+    let scenario = match &arguments.scenario {
+        Some(path) => Scenario::read(path)?,
+        None => Scenario::pull_and_yield(),
+    };
+    let (log, frames, most) = simulate(arguments, &scenario)?;
+    let mut files = vec![(arguments.out.clone(), log.into_bytes())];
+    if let Some(path) = &arguments.picture {
+        files.push((path.clone(), picture::draw(&frames).into_bytes()));
+    }
+    let borrowed: Vec<_> = files.iter().map(|(path, bytes)| (path.clone(), bytes.as_slice())).collect();
+    write_all(&borrowed)?;
+    let names: Vec<_> = files.iter().map(|(path, _)| path.display().to_string()).collect();
+    print(&format!(
+        "SIMULATED cable, {:.1} s: near tension up to {:.1} N, far tension up to {:.1} N.\nWritten: {}\n",
+        scenario.duration(),
+        most[0],
+        most[1],
+        names.join(", ")
+    ))
+}
+
+/// The log, the frames of a picture, and the largest tensions.
+fn simulate(
+    arguments: &TwinCableArguments,
+    scenario: &Scenario,
+) -> Result<(String, Vec<Frame>, [f64; 2]), Error> {
+    let mut cable = CablePlant::new(&specimen(&arguments.specimen)?, Resolution { cells: 32, substeps: 4 })?;
+    cable.settle(arguments.start, Sliding::TowardMotor)?;
+    let mut log = String::from(
+        "# SIMULATED by sinew twin cable\ntime_s,position_in_m,anchor_m,tension_in_n,tension_out_n,elongation_m\n",
+    );
+    let (mut frames, mut most) = (Vec::new(), [0.0_f64; 2]);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a duration of at most an hour"
+    )]
+    let steps = (scenario.duration() / STEP).round() as usize;
+    let mut last = scenario.at(0.0);
+    for k in 1..=steps {
+        #[expect(clippy::cast_precision_loss, reason = "a few million steps")]
+        let time = k as f64 * STEP;
+        let now = scenario.at(time);
+        let reading = cable.step(STEP, EndMotion { motor: now[0] - last[0], anchor: now[1] - last[1] })?;
+        last = now;
+        most = [most[0].max(reading.tension_in), most[1].max(reading.tension_out)];
+        // Writing into a string cannot fail.
+        let _ = writeln!(
+            log,
+            "{time:.3},{:.7},{:.7},{:.3},{:.3},{:.7}",
+            now[0], now[1], reading.tension_in, reading.tension_out, reading.stretch
+        );
+        if k * FRAMES / steps > (k - 1) * FRAMES / steps {
+            frames.push(Frame {
+                time,
+                tension_in: reading.tension_in,
+                tension_out: reading.tension_out,
+                profile: cable.tensions().collect(),
+                slips: cable.slips().collect(),
+            });
+        }
+        if let Some(broken) = reading.broken {
+            let _ = writeln!(log, "# the cable broke at {:.1} N", broken.tension);
+            break;
+        }
+    }
+    Ok((log, frames, most))
+}
