@@ -183,7 +183,7 @@ fn distributing_a_torque_never_allocates_whether_it_can_be_reached_or_not() {
             // Other joints every time, at first reachable, then not.
             arms.iter_mut()
                 .for_each(|arm| *arm = if random.unit() < 0.5 { 0.0 } else { 0.03 * random.normal() });
-            torque.iter_mut().for_each(|torque| *torque = f64::from(k) * 0.1 * random.normal());
+            torque.iter_mut().for_each(|torque| *torque = f64::from(k) * 0.01 * random.normal());
             let problem = sinew::control::tension::Problem {
                 moment_arms: &arms,
                 torque: &torque,

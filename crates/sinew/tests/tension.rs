@@ -154,12 +154,12 @@ fn distance_from_optimum(owned: &Owned, solution: &Solution) -> f64 {
     let size = solution.residual.iter().map(|r| r * r).sum::<f64>().sqrt();
     let reached = owned.torque_of(solution.tension);
     let mut worst = 0.0_f64;
-    for j in 0..owned.joints {
+    for (j, reached) in reached.iter().enumerate() {
         let made_of: f64 = (0..owned.muscles)
             .map(|i| (owned.arms[i * owned.joints + j] * solution.tension[i]).abs())
             .sum::<f64>()
             .max(owned.torque[j].abs());
-        let told = (owned.torque[j] - reached[j] - solution.residual[j]).abs();
+        let told = (owned.torque[j] - reached - solution.residual[j]).abs();
         worst = worst.max(told / made_of.max(1e-300));
         if solution.status == Status::Optimal {
             worst = worst.max(solution.residual[j].abs() / made_of.max(1e-300));
