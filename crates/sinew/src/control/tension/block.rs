@@ -1,14 +1,12 @@
 //! One group of joints and the muscles that cross them: what the solvers work on.
 
-/// The problem of one group. Sparse rows: one per muscle.
+use super::rows::Rows;
+
+/// The problem of one group.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Block<'a> {
-    /// First entry of each muscle, and the end of the last.
-    pub(super) start: &'a [usize],
-    /// Joint of each entry, for all groups.
-    pub(super) column: &'a [usize],
-    /// Moment arm of each entry, for all groups.
-    pub(super) value: &'a [f64],
+pub(super) struct Block<'a, R> {
+    /// Moment arms, one row per muscle.
+    pub(super) rows: R,
     /// Limits of each muscle.
     pub(super) lower: &'a [f64],
     pub(super) upper: &'a [f64],
@@ -45,41 +43,33 @@ impl Limit {
     }
 }
 
-impl Block<'_> {
+impl<'a, R: Rows> Block<'a, R> {
+    /// The same with its arms kept in another way.
+    pub(super) fn with<Other>(&self, rows: Other) -> Block<'a, Other> {
+        let Self { lower, upper, reference, compliance, torque, .. } = *self;
+        Block { rows, lower, upper, reference, compliance, torque }
+    }
+
     pub(super) fn muscles(&self) -> usize {
         self.lower.len()
     }
 
+    #[inline]
     pub(super) fn joints(&self) -> usize {
-        self.torque.len()
-    }
-
-    /// Joints and moment arms of a muscle.
-    #[inline]
-    pub(super) fn row(&self, muscle: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
-        let entries = self.start[muscle]..self.start[muscle + 1];
-        self.column[entries.clone()].iter().copied().zip(self.value[entries].iter().copied())
-    }
-
-    /// What a muscle feels of one number per joint: a row of `R x`.
-    #[inline]
-    pub(super) fn dot(&self, muscle: usize, x: &[f64]) -> f64 {
-        self.row(muscle).map(|(joint, arm)| arm * x[joint]).sum()
+        self.rows.joints()
     }
 
     /// `residual = tau - R^T F`; `scale` is the sum of the magnitudes of what it is made of.
     #[inline]
     pub(super) fn residual(&self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
-        residual.copy_from_slice(self.torque);
+        let n = self.joints();
+        let (residual, scale) = (&mut residual[..n], &mut scale[..n]);
+        residual.copy_from_slice(&self.torque[..n]);
         for (scale, torque) in scale.iter_mut().zip(self.torque) {
             *scale = torque.abs();
         }
-        for (muscle, tension) in tension.iter().enumerate() {
-            for (joint, arm) in self.row(muscle) {
-                let torque = arm * tension;
-                residual[joint] -= torque;
-                scale[joint] += torque.abs();
-            }
+        for (muscle, tension) in tension[..self.muscles()].iter().enumerate() {
+            self.rows.pull(muscle, *tension, residual, scale);
         }
     }
 }

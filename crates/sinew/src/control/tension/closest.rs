@@ -2,6 +2,7 @@
 
 use super::block::{Block, Limit};
 use super::least_squares::LeastSquares;
+use super::rows::{Rows, Sparse};
 use alloc::vec::Vec;
 
 /// What the search works in.
@@ -51,7 +52,7 @@ impl Closest {
     ///
     /// # Source
     /// `stark1995`.
-    pub(super) fn solve(&mut self, block: &Block, most: u32, steps: &mut u32) {
+    pub(super) fn solve(&mut self, block: &Block<Sparse>, most: u32, steps: &mut u32) {
         let (m, n) = (block.muscles(), block.joints());
         self.free.clear();
         self.barred[..m].fill(false);
@@ -60,7 +61,7 @@ impl Closest {
             self.limit[i] = if upper { Limit::Upper } else { Limit::Lower };
             self.tension[i] = if upper { block.upper[i] } else { block.lower[i] };
         }
-        block.residual(&self.tension[..m], &mut self.residual[..n], &mut self.scale[..n]);
+        block.residual(&self.tension, &mut self.residual, &mut self.scale);
         for _ in 0..most {
             let Some(muscle) = self.most_willing(block) else { break };
             *steps += 1;
@@ -74,17 +75,17 @@ impl Closest {
     }
 
     /// How fast the residual falls as the muscle's tension rises, and how much of that may be rounding.
-    pub(super) fn wish(&self, block: &Block, muscle: usize) -> (f64, f64) {
+    pub(super) fn wish(&self, block: &Block<Sparse>, muscle: usize) -> (f64, f64) {
         let n = block.joints();
         let size = libm::sqrt(self.residual[..n].iter().map(|r| r * r).sum());
-        block.row(muscle).fold((0.0, 0.0), |(wish, doubt), (joint, arm)| {
+        block.rows.row(muscle).fold((0.0, 0.0), |(wish, doubt), (joint, arm)| {
             let error = CERTAIN * size + ROUNDING * self.scale[joint];
             (wish + arm * self.residual[joint], doubt + arm.abs() * error)
         })
     }
 
     /// The muscle at a limit that would lower the residual fastest by leaving it.
-    fn most_willing(&self, block: &Block) -> Option<usize> {
+    fn most_willing(&self, block: &Block<Sparse>) -> Option<usize> {
         let (mut best, mut best_rate) = (None, 0.0);
         for i in 0..block.muscles() {
             if self.barred[i] || block.lower[i] >= block.upper[i] {
@@ -96,7 +97,7 @@ impl Closest {
                 Limit::Upper => -wish,
                 Limit::Free => continue,
             };
-            let arm = libm::sqrt(block.row(i).map(|(_, arm)| arm * arm).sum());
+            let arm = libm::sqrt(block.rows.row(i).map(|(_, arm)| arm * arm).sum());
             if wish > doubt && wish / arm > best_rate {
                 (best, best_rate) = (Some(i), wish / arm);
             }
@@ -105,7 +106,7 @@ impl Closest {
     }
 
     /// Moves the free muscles to their least squares; those that meet a limit on the way stay there.
-    fn settle(&mut self, block: &Block, freed: usize) {
+    fn settle(&mut self, block: &Block<Sparse>, freed: usize) {
         let (m, n) = (block.muscles(), block.joints());
         let mut first = true;
         while !self.free.is_empty() {
@@ -132,7 +133,7 @@ impl Closest {
                 self.limit[i] = if upper { Limit::Upper } else { Limit::Lower };
                 self.tension[i] = if upper { block.upper[i] } else { block.lower[i] };
             }
-            block.residual(&self.tension[..m], &mut self.residual[..n], &mut self.scale[..n]);
+            block.residual(&self.tension, &mut self.residual, &mut self.scale);
             if met.is_none() {
                 return;
             }
@@ -140,7 +141,7 @@ impl Closest {
     }
 
     /// How far the free muscles can go, 1 being all the way, and which of them stops it.
-    fn first_limit(&self, block: &Block) -> (f64, Option<usize>) {
+    fn first_limit(&self, block: &Block<Sparse>) -> (f64, Option<usize>) {
         let (mut length, mut met) = (1.0, None);
         for (k, (&i, &change)) in self.free.iter().zip(&self.change).enumerate() {
             let room = if change > 0.0 { block.upper[i] } else { block.lower[i] } - self.tension[i];

@@ -3,8 +3,9 @@
 use super::block::{Block, Limit};
 use super::closest::Closest;
 use super::newton::{Outcome, Work};
-use super::pattern::{Group, Pattern};
+use super::pattern::{FEW, Group, Pattern};
 use super::problem::Problem;
+use super::rows::{Dense, Sparse};
 use crate::Error;
 use alloc::vec::Vec;
 
@@ -158,15 +159,13 @@ impl Distribution {
         let (m, n) = (group.muscles.len(), group.joints.len());
         // Each step settles at least one muscle; a few remove rounding.
         let most = 20 + 4 * u32::try_from(m + n).unwrap_or(u32::MAX / 8);
-        let lambda = &mut self.lambda[group.joints.clone()];
-        let block = self.terms.block(&self.pattern, &group);
-        if self.work.solve(&block, lambda, most, iterations) != Outcome::Reached {
+        if self.ascend(&group, most, iterations) != Outcome::Reached {
+            let block = self.terms.block(&self.pattern, &group);
             self.closest.limit[..m].copy_from_slice(&self.work.limit[..m]);
             self.closest.solve(&block, most, iterations);
             self.terms.narrow(&self.pattern, &group, &self.closest);
-            lambda.fill(0.0);
-            let block = self.terms.block(&self.pattern, &group);
-            if self.work.solve(&block, lambda, most, iterations) != Outcome::Reached {
+            self.lambda[group.joints.clone()].fill(0.0);
+            if self.ascend(&group, most, iterations) != Outcome::Reached {
                 self.work.tension[..m].copy_from_slice(&self.closest.tension[..m]);
             }
             self.terms.gather_torque(&self.pattern, problem);
@@ -175,6 +174,20 @@ impl Distribution {
         }
         self.scatter(&group, problem);
         if self.work.error(n) <= REACHED { Status::Optimal } else { Status::Infeasible }
+    }
+
+    /// Multipliers and tensions of a group whose torque can be reached.
+    fn ascend(&mut self, group: &Group, most: u32, iterations: &mut u32) -> Outcome {
+        let Self { pattern, terms, work, lambda, .. } = self;
+        let lambda = &mut lambda[group.joints.clone()];
+        let block = terms.block(pattern, group);
+        let arms = &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]];
+        match group.joints.len() {
+            1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, most, iterations),
+            2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, most, iterations),
+            FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, most, iterations),
+            _ => work.solve(&block, lambda, most, iterations),
+        }
     }
 
     /// Puts a group's answer into the order of the problem.
@@ -211,12 +224,15 @@ impl Terms {
         }
     }
 
-    fn block<'a>(&'a self, pattern: &'a Pattern, group: &Group) -> Block<'a> {
+    fn block<'a>(&'a self, pattern: &'a Pattern, group: &Group) -> Block<'a, Sparse<'a>> {
         let muscles = group.muscles.clone();
         Block {
-            start: &pattern.start[muscles.start..=muscles.end],
-            column: &pattern.column,
-            value: &self.value,
+            rows: Sparse {
+                joints: group.joints.len(),
+                start: &pattern.start[muscles.start..=muscles.end],
+                column: &pattern.column,
+                value: &self.value,
+            },
             lower: &self.lower[muscles.clone()],
             upper: &self.upper[muscles.clone()],
             reference: &self.reference[muscles.clone()],

@@ -1,6 +1,7 @@
 //! Linear least squares with few unknowns.
 
 use super::block::Block;
+use super::rows::{Rows, Sparse};
 use alloc::vec::Vec;
 
 /// Orthogonal columns and the triangle that made them.
@@ -39,7 +40,7 @@ impl LeastSquares {
     ///
     /// Gram and Schmidt's way, each column made orthogonal twice, which is as good as reflections. A column of which
     /// nothing is left gets no part.
-    pub(super) fn solve(&mut self, block: &Block, free: &[usize], target: &[f64], x: &mut [f64]) {
+    pub(super) fn solve(&mut self, block: &Block<Sparse>, free: &[usize], target: &[f64], x: &mut [f64]) {
         /// Part of a column that is rounding.
         const NOTHING: f64 = 1e-14;
         let (n, count) = (target.len(), free.len().min(self.joints));
@@ -49,7 +50,7 @@ impl LeastSquares {
             let (done, rest) = self.columns.split_at_mut(k * room);
             let column = &mut rest[..n];
             column.fill(0.0);
-            for (joint, arm) in block.row(free[k]) {
+            for (joint, arm) in block.rows.row(free[k]) {
                 column[joint] = arm;
             }
             let size = libm::sqrt(dot(column, column));

@@ -65,10 +65,8 @@ pub(super) fn search(
         }
     }
     let rounding = ROUNDING * scale(rays.clone(), torque);
-    let events = &mut events[..count];
-    events.sort_unstable_by(|a, b| a.at.total_cmp(&b.at));
     let (mut at, mut slope) = (0.0, slope);
-    for event in events.iter() {
+    while let Some(event) = take_next(events, &mut count) {
         let fall = curvature.value() * (event.at - at);
         if fall >= slope {
             return Reach::Step(at + slope / curvature.value());
@@ -81,6 +79,19 @@ pub(super) fn search(
         }
     }
     Reach::Unbounded
+}
+
+/// Takes the next event out. Few of them lie before the best step: looking for each is faster than sorting all.
+fn take_next(events: &mut [Event], count: &mut usize) -> Option<Event> {
+    let (mut next, mut at) = (0, f64::INFINITY);
+    for (k, event) in events[..*count].iter().enumerate() {
+        if event.at < at {
+            (next, at) = (k, event.at);
+        }
+    }
+    *count = count.checked_sub(1)?;
+    events[..=*count].swap(next, *count);
+    Some(events[*count])
 }
 
 /// A sum that keeps what rounding takes from it: what a stiff muscle adds and takes again leaves a soft one's share.

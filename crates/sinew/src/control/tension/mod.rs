@@ -14,6 +14,7 @@ mod line_search;
 mod newton;
 mod pattern;
 mod problem;
+mod rows;
 
 pub use block::Limit;
 pub use distribution::{Distribution, Solution, Status};

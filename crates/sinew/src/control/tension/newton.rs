@@ -3,6 +3,7 @@
 use super::block::{Block, Limit};
 use super::factor::{factor, solve};
 use super::line_search::{Event, Ray, Reach, room, search};
+use super::rows::Rows;
 use alloc::vec::Vec;
 
 /// What the steps work in.
@@ -75,7 +76,13 @@ impl Work {
     /// leaves a limit), so every step ascends, a piece is left for good, and a step within a piece ends the search:
     /// what follows it only removes rounding. `H` has full rank only if the free muscles move every joint; elsewhere
     /// its factors send the step along the null space until a muscle comes free, or show that none ever does.
-    pub(super) fn solve(&mut self, block: &Block, lambda: &mut [f64], most: u32, steps: &mut u32) -> Outcome {
+    pub(super) fn solve<R: Rows>(
+        &mut self,
+        block: &Block<R>,
+        lambda: &mut [f64],
+        most: u32,
+        steps: &mut u32,
+    ) -> Outcome {
         let n = block.joints();
         self.set_floor(block);
         self.evaluate(block, lambda);
@@ -109,11 +116,11 @@ impl Work {
     }
 
     /// Smallest pivots: a fraction of the stiffness with every muscle free.
-    fn set_floor(&mut self, block: &Block) {
+    fn set_floor<R: Rows>(&mut self, block: &Block<R>) {
         let floor = &mut self.floor[..block.joints()];
         floor.fill(0.0);
         for muscle in 0..block.muscles() {
-            for (joint, arm) in block.row(muscle) {
+            for (joint, arm) in block.rows.row(muscle) {
                 floor[joint] += LEAST_PIVOT * block.compliance[muscle] * arm * arm;
             }
         }
@@ -122,10 +129,10 @@ impl Work {
     }
 
     /// Tensions, limits and residual at `lambda`; whether a muscle met or left a limit.
-    fn evaluate(&mut self, block: &Block, lambda: &[f64]) -> bool {
+    fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) -> bool {
         let mut changed = false;
         for i in 0..block.muscles() {
-            let wanted = block.reference[i] + block.compliance[i] * block.dot(i, lambda);
+            let wanted = block.reference[i] + block.compliance[i] * block.rows.dot(i, lambda);
             let (lower, upper) = (block.lower[i], block.upper[i]);
             let limit = Limit::of(wanted, lower, upper);
             self.wanted[i] = wanted;
@@ -138,9 +145,8 @@ impl Work {
     }
 
     /// What the tensions leave of the torque.
-    pub(super) fn measure(&mut self, block: &Block) {
-        let (m, n) = (block.muscles(), block.joints());
-        block.residual(&self.tension[..m], &mut self.residual[..n], &mut self.scale[..n]);
+    pub(super) fn measure<R: Rows>(&mut self, block: &Block<R>) {
+        block.residual(&self.tension, &mut self.residual, &mut self.scale);
     }
 
     /// Largest residual relative to what it is made of.
@@ -150,29 +156,21 @@ impl Work {
     }
 
     /// Factors of the stiffness that the free muscles give the joints.
-    fn factor(&mut self, block: &Block) {
+    fn factor<R: Rows>(&mut self, block: &Block<R>) {
         let n = block.joints();
         let hessian = &mut self.hessian[..n * n];
         hessian.fill(0.0);
         for muscle in (0..block.muscles()).filter(|&i| self.limit[i] == Limit::Free) {
-            let mut rest = block.row(muscle);
-            while let Some((joint, arm)) = rest.next() {
-                let row = &mut hessian[joint * n..(joint + 1) * n];
-                let stiffness = block.compliance[muscle] * arm;
-                row[joint] += stiffness * arm;
-                for (other, arm) in rest.clone() {
-                    row[other] += stiffness * arm;
-                }
-            }
+            block.rows.stiffen(muscle, block.compliance[muscle], hessian);
         }
         factor(hessian, &self.floor[..n]);
     }
 
     /// What the full step does to every muscle; whether none meets or leaves a limit.
-    fn look_ahead(&mut self, block: &Block) -> bool {
+    fn look_ahead<R: Rows>(&mut self, block: &Block<R>) -> bool {
         let mut same = true;
         for i in 0..block.muscles() {
-            self.pull[i] = block.dot(i, &self.step);
+            self.pull[i] = block.rows.dot(i, &self.step);
             self.rate[i] = block.compliance[i] * self.pull[i];
             same &= Limit::of(self.wanted[i] + self.rate[i], block.lower[i], block.upper[i]) == self.limit[i];
         }
@@ -180,7 +178,7 @@ impl Work {
     }
 
     /// Length of the step that maximises the dual; infinite if it rises for ever.
-    fn length(&mut self, block: &Block) -> f64 {
+    fn length<R: Rows>(&mut self, block: &Block<R>) -> f64 {
         let (m, n) = (block.muscles(), block.joints());
         let along = |x: &[f64]| -> f64 { x[..n].iter().zip(&self.step).map(|(x, step)| x * step).sum() };
         let (slope, torque) = (along(&self.residual), along(block.torque));

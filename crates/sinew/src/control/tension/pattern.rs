@@ -1,6 +1,6 @@
 //! Which muscles cross which joints, and the groups of joints that share no muscle.
 
-use super::problem::LEAST_ARM;
+use super::problem::{LEAST_ARM, count};
 use alloc::vec::Vec;
 use core::ops::Range;
 
@@ -10,6 +10,9 @@ pub(super) struct Group {
     pub(super) muscles: Range<usize>,
     pub(super) joints: Range<usize>,
 }
+
+/// Groups of at most so many joints keep every arm, zero or not.
+pub(super) const FEW: usize = 3;
 
 /// Where the moment arms stand that are not zero, group by group.
 ///
@@ -50,10 +53,10 @@ impl Pattern {
 
     /// Whether every arm that is not zero has its place. Arms that became zero may keep theirs.
     pub(super) fn covers(&self, muscles: usize, arms: &[f64]) -> bool {
-        let count = |total: u32, arm: &f64| total + u32::from(arm.abs() >= LEAST_ARM);
-        let known = self.source.iter().filter_map(|&place| arms.get(place)).fold(0, count);
+        let is_arm = |arm: f64| arm.abs() >= LEAST_ARM;
+        let in_place = |known: usize, &place: &usize| known + usize::from(is_arm(arms[place]));
         (self.muscles.len(), self.joints.len()) == (muscles, self.joint_count)
-            && known == arms.iter().fold(0, count)
+            && self.source.iter().fold(0, in_place) == count(arms, is_arm)
     }
 
     /// Finds the groups of `arms`, muscles x joints.
@@ -102,17 +105,19 @@ impl Pattern {
         let (from_muscle, from_joint) = (self.muscles.len(), self.joints.len());
         self.joints.extend((first..n).filter(|&joint| self.parent[joint] == first));
         for muscle in 0..muscles {
-            let before = self.column.len();
-            for (column, &joint) in self.joints[from_joint..].iter().enumerate() {
-                if crosses(muscle, joint) {
-                    self.column.push(column);
-                    self.source.push(muscle * n + joint);
-                }
+            let joints = &self.joints[from_joint..];
+            if !joints.iter().any(|&joint| crosses(muscle, joint)) {
+                continue;
             }
-            if self.column.len() > before {
-                self.muscles.push(muscle);
-                self.start.push(self.column.len());
+            let whole = joints.len() <= FEW;
+            for (column, &joint) in
+                joints.iter().enumerate().filter(|(_, joint)| whole || crosses(muscle, **joint))
+            {
+                self.column.push(column);
+                self.source.push(muscle * n + joint);
             }
+            self.muscles.push(muscle);
+            self.start.push(self.column.len());
         }
         let (muscles, joints) = (from_muscle..self.muscles.len(), from_joint..self.joints.len());
         self.groups.push(Group { muscles, joints });
@@ -155,7 +160,8 @@ mod tests {
         let sizes: alloc::vec::Vec<_> =
             pattern.groups.iter().map(|g| (g.muscles.len(), g.joints.len())).collect();
         assert_eq!(sizes, [(1, 1), (2, 2), (0, 1), (1, 0)]);
-        assert_eq!(pattern.column, [0, 0, 1, 1]);
+        // Small groups have whole rows.
+        assert_eq!(pattern.column, [0, 0, 1, 0, 1]);
     }
 
     #[test]
