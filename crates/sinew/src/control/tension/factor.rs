@@ -5,8 +5,10 @@
 /// `h` is `n x n`, row-major; only its upper triangle is read. A pivot below its `floor` becomes the floor, so that the
 /// factors are those of a positive definite matrix which differs from `h` only where `h` is singular: [`solve`] then
 /// gives Newton's step where there is one and a long way along the null space where there is none.
+#[inline(always)]
 pub(super) fn factor(h: &mut [f64], floor: &[f64]) {
     let n = floor.len();
+    let h = &mut h[..n * n];
     for k in 0..n {
         let (above, below) = h.split_at_mut((k + 1) * n);
         let row = &mut above[k * n + k..];
@@ -32,8 +34,10 @@ pub(super) fn factor(h: &mut [f64], floor: &[f64]) {
 }
 
 /// `x := h^-1 x` with the factors that [`factor`] left in `h`.
+#[inline(always)]
 pub(super) fn solve(h: &[f64], x: &mut [f64]) {
     let n = x.len();
+    let h = &h[..n * n];
     for (k, row) in h.chunks_exact(n).enumerate().take(n) {
         let f = x[k] * row[k];
         for (to, from) in x[k + 1..].iter_mut().zip(&row[k + 1..]) {

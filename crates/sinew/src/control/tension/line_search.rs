@@ -42,13 +42,17 @@ pub(super) struct Ray {
 ///
 /// `slope` is that at step 0, `torque` is `tau d`. Events are walked in their order; `events` is the room for them.
 pub(super) fn search(
-    rays: &(impl Iterator<Item = Ray> + Clone),
+    rays: impl Iterator<Item = Ray>,
     slope: f64,
     torque: f64,
     events: &mut [Event],
 ) -> Reach {
-    let (mut count, mut curvature) = (0, Sum::default());
-    for ray in rays.clone().filter(|ray| ray.rate != 0.0 && ray.lower < ray.upper) {
+    let (mut count, mut curvature, mut scale) = (0, Sum::default(), torque.abs());
+    for ray in rays {
+        scale += ray.pull.abs() * ray.lower.abs().max(ray.upper.abs());
+        if ray.rate == 0.0 || ray.lower >= ray.upper {
+            continue;
+        }
         let inverse = 1.0 / ray.rate;
         let (to_lower, to_upper) = ((ray.lower - ray.from) * inverse, (ray.upper - ray.from) * inverse);
         let (enter, leave) = (to_lower.min(to_upper), to_lower.max(to_upper));
@@ -64,7 +68,7 @@ pub(super) fn search(
             }
         }
     }
-    let rounding = ROUNDING * scale(rays.clone(), torque);
+    let rounding = ROUNDING * scale;
     let (mut at, mut slope) = (0.0, slope);
     while let Some(event) = take_next(events, &mut count) {
         let fall = curvature.value() * (event.at - at);
@@ -114,11 +118,6 @@ impl Sum {
     }
 }
 
-/// What a slope is made of at most.
-fn scale(rays: impl Iterator<Item = Ray>, torque: f64) -> f64 {
-    rays.fold(torque.abs(), |sum, ray| sum + ray.pull.abs() * ray.lower.abs().max(ray.upper.abs()))
-}
-
 /// Room for `muscles` muscles.
 pub(super) fn room(muscles: usize) -> alloc::vec::Vec<Event> {
     alloc::vec![Event { at: 0.0, curvature: 0.0 }; 2 * muscles]
@@ -133,16 +132,16 @@ mod tests {
     #[test]
     fn the_slope_vanishes_at_the_step_found() {
         // slope(s) = 1.5 - clip(s - 1, 0, 2)
-        assert_eq!(search(&[MUSCLE].into_iter(), 1.5, 1.5, &mut room(1)), Reach::Step(2.5));
+        assert_eq!(search([MUSCLE].into_iter(), 1.5, 1.5, &mut room(1)), Reach::Step(2.5));
     }
 
     #[test]
     fn a_torque_beyond_the_limits_has_no_best_step() {
-        assert_eq!(search(&[MUSCLE].into_iter(), 2.5, 2.5, &mut room(1)), Reach::Unbounded);
+        assert_eq!(search([MUSCLE].into_iter(), 2.5, 2.5, &mut room(1)), Reach::Unbounded);
     }
 
     #[test]
     fn a_torque_at_the_limit_ends_at_the_last_event() {
-        assert_eq!(search(&[MUSCLE].into_iter(), 2.0, 2.0, &mut room(1)), Reach::Step(3.0));
+        assert_eq!(search([MUSCLE].into_iter(), 2.0, 2.0, &mut room(1)), Reach::Step(3.0));
     }
 }

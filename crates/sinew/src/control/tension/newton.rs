@@ -189,7 +189,7 @@ impl Work {
             rate: self.rate[i],
             pull: self.pull[i],
         });
-        match search(&rays, slope, torque, &mut self.events) {
+        match search(rays, slope, torque, &mut self.events) {
             Reach::Step(length) => length,
             Reach::Unbounded => f64::INFINITY,
         }
