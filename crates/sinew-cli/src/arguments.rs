@@ -22,6 +22,7 @@ pub(crate) enum Verb {
     Adapt(AdaptArguments),
     Demo(DemoArguments),
     Arm(ArmArguments),
+    Tension(TensionArguments),
 }
 
 /// Fit a transmission: from bench logs to DIR/model.json and DIR/report.html.
@@ -225,4 +226,21 @@ pub(crate) struct ConvertArguments {
     /// Muscles of a URDF robot (TOML); NAME.muscles.toml beside NAME.urdf is found by itself
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) muscles: Option<PathBuf>,
+}
+
+/// Tensions of muscles for given joint torques, within limits, at least cost.
+///
+/// FILE.json has a list of problems: {"problems":[{"moment_arms":[[..]],"torque_nm":[..],"min_n":[..],"max_n":[..],
+/// "reference_n":[..],"weight":[..]}]}; moment_arms is muscles x joints in m, reference_n (0) and weight (1) may be left
+/// out. Each gets the tensions that minimise the weighted squares of tension minus reference, or, where no tensions
+/// give the torque, those of least cost that come closest to it in N m. --json prints {"solutions":[{"status",
+/// "tension_n","residual_nm","iterations","seconds"}]}; seconds are of checking and solving one problem from nothing.
+#[derive(Debug, Args)]
+pub(crate) struct TensionArguments {
+    /// Problems to solve
+    #[arg(value_name = "FILE.json")]
+    pub(crate) problems: PathBuf,
+    /// Print the result as JSON for programs
+    #[arg(long)]
+    pub(crate) json: bool,
 }

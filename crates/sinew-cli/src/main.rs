@@ -24,6 +24,7 @@ fn main() -> ExitCode {
         Verb::Adapt(arguments) => verbs::adapt::run(arguments),
         Verb::Demo(arguments) => verbs::demo::run(arguments),
         Verb::Arm(arguments) => verbs::arm::run(arguments),
+        Verb::Tension(arguments) => verbs::tension::run(arguments),
     });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
