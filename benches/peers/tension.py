@@ -17,7 +17,7 @@ import quadprog
 from scipy.optimize import lsq_linear
 
 SIZES = [(2, 1), (3, 2), (6, 3), (8, 4), (15, 7), (20, 3), (30, 12), (63, 20), (100, 30)]
-KINDS = ["plain", "grouped", "ill", "degenerate", "beyond"]
+KINDS = ["plain", "grouped", "sparse", "ill", "degenerate", "beyond"]
 REPEATS = 7
 
 
@@ -26,6 +26,8 @@ def problem(rng, kind, muscles, joints):
     if kind == "grouped":
         group = np.arange(joints) // 3
         arms[group[None, :] != group[np.arange(muscles) % joints][:, None]] = 0.0
+    if kind == "sparse":
+        arms[rng.random(arms.shape).argsort(axis=1) >= 3] = 0.0
     if kind == "ill":
         for j in range(1, joints):
             arms[:, j] = 10.0 ** -(j % 3) * (arms[:, 0] + 0.05 * arms[:, j])
@@ -115,7 +117,7 @@ def compare(p, solution, worst, count):
             continue
         missed = np.abs(a @ other - torque).max() / np.abs(torque).max()
         apart = np.abs(other - tension).max() / size
-        count[name + " misses the torque by more than 1e-10"] += missed > 1e-10
+        count[name + " misses the torque by more than 1e-10"] += int(missed > 1e-10)
         if missed <= 1e-10:
             worst[name] = max(worst[name], apart)
             worst[name + ", cost"] = max(worst[name + ", cost"], (cost(tension) - cost(other)) / cost(other))

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use sinew::Error;
-use sinew::control::tension::{Distribution, Limit, Problem, Solution, Status};
+use sinew::control::tension::{Distribution, Limit, Problem, Solution, Status, cocontract};
 use sinew::random::Random;
 
 /// A problem with its numbers.
@@ -388,4 +388,21 @@ fn sizes_without_muscles_or_joints_have_answers() {
     let mut distribution = Distribution::new(0, 1);
     let solution = distribution.solve(&no_muscle).unwrap();
     assert_eq!((solution.status, solution.residual), (Status::Infeasible, &[1.0][..]));
+}
+
+#[test]
+fn co_contraction_tightens_muscles_and_leaves_the_torque() {
+    let owned = draw(&mut Random::new(2), Kind::Grouped, (15, 7));
+    let mut distribution = Distribution::new(15, 7);
+    let mut last = 0.0;
+    for level in [0.0, 0.1, 0.2, 0.4] {
+        let mut tighter = owned.clone();
+        cocontract(level, &owned.minimum, &owned.maximum, &mut tighter.reference).unwrap();
+        let solution = distribution.solve(&tighter.problem()).unwrap();
+        assert_eq!(solution.status, Status::Optimal);
+        let sum: f64 = solution.tension.iter().sum();
+        assert!(sum > last + 10.0, "{level}: {sum} after {last}");
+        last = sum;
+    }
+    assert!(cocontract(f64::NAN, &[], &[], &mut []).is_err() && cocontract(1.1, &[], &[], &mut []).is_err());
 }

@@ -7,6 +7,7 @@
 
 mod block;
 mod closest;
+mod cocontraction;
 mod distribution;
 mod factor;
 mod least_squares;
@@ -17,5 +18,6 @@ mod problem;
 mod rows;
 
 pub use block::Limit;
+pub use cocontraction::cocontract;
 pub use distribution::{Distribution, Solution, Status};
 pub use problem::Problem;
