@@ -392,10 +392,10 @@ fn sizes_without_muscles_or_joints_have_answers() {
 
 #[test]
 fn co_contraction_tightens_muscles_and_leaves_the_torque() {
-    let owned = draw(&mut Random::new(2), Kind::Grouped, (15, 7));
-    let mut distribution = Distribution::new(15, 7);
+    let owned = draw(&mut Random::new(2), Kind::Plain, (20, 3));
+    let mut distribution = Distribution::new(20, 3);
     let mut last = 0.0;
-    for level in [0.0, 0.1, 0.2, 0.4] {
+    for level in [0.0, 0.3, 0.6, 0.9] {
         let mut tighter = owned.clone();
         cocontract(level, &owned.minimum, &owned.maximum, &mut tighter.reference).unwrap();
         let solution = distribution.solve(&tighter.problem()).unwrap();
