@@ -44,7 +44,7 @@ pub(super) const LEAST_ARM: f64 = 1e-60;
 /// How many numbers `hold` something, several at a time.
 #[inline]
 pub(super) fn count(values: &[f64], holds: impl Fn(f64) -> bool) -> usize {
-    const LANES: usize = 8;
+    const LANES: usize = 4;
     let mut counts = [0_u64; LANES];
     let mut chunks = values.chunks_exact(LANES);
     for chunk in &mut chunks {
