@@ -16,8 +16,8 @@ const CRATES: [(&str, &[&str]); 5] = [
 ];
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,
-/// so that plant and controller cannot share a secret; `tension` knows matrices, not robots.
-const ROOMS: [(&str, &[&str]); 16] = [
+/// so that plant and controller cannot share a secret.
+const ROOMS: [(&str, &[&str]); 15] = [
     ("error", &[]),
     ("math", &["error"]),
     ("metrics", &["error", "math"]),
@@ -27,13 +27,9 @@ const ROOMS: [(&str, &[&str]); 16] = [
     ("transmission", &["error", "math"]),
     ("muscle", &["error", "math", "body"]),
     ("body", &["error", "math"]),
-    ("tension", &["error", "math"]),
     ("predictor", &["error", "math", "transmission"]),
     ("description", &["error", "math", "drive", "transmission", "muscle", "body"]),
-    (
-        "control",
-        &["error", "math", "trajectory", "drive", "transmission", "muscle", "body", "tension", "predictor"],
-    ),
+    ("control", &["error", "math", "trajectory", "drive", "transmission", "muscle", "body", "predictor"]),
     ("twin", &["error", "math", "random", "trajectory", "drive", "transmission", "muscle", "body"]),
     // Where plant and controller meet, and the only place.
     (
@@ -63,7 +59,6 @@ const ROOMS: [(&str, &[&str]); 16] = [
             "transmission",
             "muscle",
             "body",
-            "tension",
             "predictor",
             "description",
             "control",

@@ -25,6 +25,7 @@ pub(crate) enum Verb {
     Reproduce(ReproduceArguments),
     Bench(BenchArguments),
     Twin(TwinArguments),
+    Tension(TensionArguments),
 }
 
 /// Fit a transmission: from bench logs to DIR/model.json and DIR/report.html.
@@ -367,4 +368,21 @@ pub(crate) struct TwinCableArguments {
     /// Also draw tensions, their profile along the cable and the slip front
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) picture: Option<PathBuf>,
+}
+
+/// Tensions of muscles for given joint torques, within limits, at least cost.
+///
+/// FILE.json has a list of problems: {"problems":[{"moment_arms":[[..]],"torque_nm":[..],"min_n":[..],"max_n":[..],
+/// "reference_n":[..],"weight":[..]}]}; moment_arms is muscles x joints in m, reference_n (0) and weight (1) may be left
+/// out. Each gets the tensions that minimise the weighted squares of tension minus reference, or, where no tensions
+/// give the torque, those of least cost that come closest to it in N m. --json prints {"solutions":[{"status",
+/// "tension_n","residual_nm","iterations","seconds"}]}; seconds are of checking and solving one problem from nothing.
+#[derive(Debug, Args)]
+pub(crate) struct TensionArguments {
+    /// Problems to solve
+    #[arg(value_name = "FILE.json")]
+    pub(crate) problems: PathBuf,
+    /// Print the result as JSON for programs
+    #[arg(long)]
+    pub(crate) json: bool,
 }

@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments),
         Verb::Bench(arguments) => verbs::bench::run(arguments),
         Verb::Twin(arguments) => verbs::twin::run(arguments),
+        Verb::Tension(arguments) => verbs::tension::run(arguments),
     });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -118,7 +118,8 @@ fn networks(logs: &[Vec<BenchRow>], seed: u64) -> Result<NetworkCompensation, Er
             inputs.extend([end(row), row.velocity]);
             targets.push(row.sample.tension_in - row.far);
         }
-        let options = TrainOptions { hidden: 30, steps: 60, seed, tolerance: 1e-4, ..TrainOptions::default() };
+        let options =
+            TrainOptions { hidden: 30, steps: 60, seed, tolerance: 1e-4, ..TrainOptions::default() };
         let trained = train(&inputs, &targets, &options)?;
         unscaled(&trained.network)
             .ok_or_else(|| Error::samples("network", "weights that are finite", &"others"))

@@ -7,5 +7,6 @@ mod bad_models;
 mod bench;
 mod determinism;
 mod robots;
+mod tension;
 mod verbs;
 mod writing;

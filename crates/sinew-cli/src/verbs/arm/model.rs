@@ -2,15 +2,13 @@
 
 use crate::error::Error;
 use crate::output::one_line;
+use crate::verbs::read_text;
 use sinew::body::Robot;
 use sinew::description::{Description, Warning, from_mjcf, from_toml, from_urdf};
 use std::path::{Component, Path, PathBuf};
 
 /// Robots that the program carries.
 const EMBEDDED: [(&str, &str); 1] = [("lm_arm", include_str!("../../../../../models/lm_arm.toml"))];
-
-/// Largest file that is read.
-const MOST_BYTES: u64 = 64 << 20;
 
 /// A valid robot and what of its file was passed over.
 pub(super) struct Loaded {
@@ -32,7 +30,7 @@ fn description(path: &Path, muscles: Option<&Path>) -> Result<Description, Error
         return Ok(from_toml(name, text)?);
     }
     let kind = extension(path)?;
-    let text = read(path)?;
+    let text = read_text(path)?;
     let name = path.display().to_string();
     if muscles.is_some() && kind != "urdf" {
         let problem = "has its own muscles: --muscles goes with a URDF".to_owned();
@@ -43,8 +41,9 @@ fn description(path: &Path, muscles: Option<&Path>) -> Result<Description, Error
         "urdf" => {
             let beside = path.with_extension("muscles.toml");
             let file = muscles.map(Path::to_owned).or_else(|| beside.exists().then_some(beside));
-            let text_of =
-                file.map(|file| Ok::<_, Error>((file.display().to_string(), read(&file)?))).transpose()?;
+            let text_of = file
+                .map(|file| Ok::<_, Error>((file.display().to_string(), read_text(&file)?)))
+                .transpose()?;
             Ok(from_urdf(&name, &text, text_of.as_ref().map(|(name, text)| (name.as_str(), text.as_str())))?)
         }
         _ => {
@@ -68,20 +67,6 @@ pub(super) fn extension(path: &Path) -> Result<&'static str, Error> {
     }
 }
 
-/// Text of a file of bounded size.
-pub(super) fn read(path: &Path) -> Result<String, Error> {
-    let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };
-    let size = std::fs::metadata(path).map_err(unreadable)?.len();
-    let refused = |problem: String| Error::File { file: path.to_owned(), problem };
-    if size > MOST_BYTES {
-        return Err(refused(format!("has {} MB: expected at most 64 MB", size >> 20)));
-    }
-    let bytes = std::fs::read(path).map_err(unreadable)?;
-    let text =
-        String::from_utf8(bytes).map_err(|e| refused(format!("is no text (UTF-8): {}", e.utf8_error())))?;
-    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
-}
-
 /// An included file: within the folder of the model, links followed.
 fn include(folder: &Path, file: &str) -> Result<String, String> {
     let name = Path::new(file);
@@ -94,7 +79,7 @@ fn include(folder: &Path, file: &str) -> Result<String, String> {
         return Err(outside());
     }
     match (real(root), real(&path)) {
-        (Ok(root), Ok(path)) if path.starts_with(&root) => read(&path).map_err(|e| e.to_string()),
+        (Ok(root), Ok(path)) if path.starts_with(&root) => read_text(&path).map_err(|e| e.to_string()),
         (Ok(_), Ok(_)) => Err(outside()),
         (Err(e), _) | (_, Err(e)) => Err(format!("cannot be read: {e}")),
     }

@@ -1,7 +1,8 @@
 //! Poses from a table with a column per coordinate.
 
-use super::model::{called, read};
+use super::model::called;
 use crate::error::Error;
+use crate::verbs::read_text;
 use sinew::body::{JointKind, Robot};
 use std::path::Path;
 
@@ -35,7 +36,7 @@ pub(super) fn velocities(robot: &Robot) -> Vec<String> {
 
 /// All poses of a file.
 pub(super) fn read_poses(robot: &Robot, path: &Path) -> Result<Vec<Vec<f64>>, Error> {
-    let text = read(path)?;
+    let text = read_text(path)?;
     let wrong = |line: usize, problem: String| Error::File {
         file: path.to_owned(),
         problem: format!("line {line}: {problem}"),

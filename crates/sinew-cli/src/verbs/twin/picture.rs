@@ -35,7 +35,7 @@ pub(super) fn draw(frames: &[Frame]) -> String {
          <rect x=\"0.5\" y=\"0.5\" width=\"1199\" height=\"739\" rx=\"12\" fill=\"#ffffff\" stroke=\"#d4d9df\"/>\
          <text x=\"28\" y=\"40\" font-size=\"20\" font-weight=\"600\" fill=\"#14181d\">One cable, both ends moved</text>\
          <rect x=\"1064\" y=\"22\" width=\"112\" height=\"22\" rx=\"11\" fill=\"#fff2e5\" stroke=\"#b4500b\"/>\
-         <text x=\"1120\" y=\"37.5\" font-size=\"13\" text-anchor=\"middle\" fill=\"#8a3c06\">simulated data</text>"
+         <text x=\"1120\" y=\"37.5\" font-size=\"13\" text-anchor=\"middle\" fill=\"#8a3c06\">simulated data</text>",
     );
     legend(&mut svg);
     axes(&mut svg, end, most);

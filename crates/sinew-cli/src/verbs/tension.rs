@@ -1,0 +1,101 @@
+//! `sinew tension`.
+
+mod problems;
+
+use super::read_text;
+use crate::arguments::TensionArguments;
+use crate::error::Error;
+use crate::output::print;
+use crate::table::{number, table};
+use problems::Owned;
+use serde::Serialize;
+use sinew::control::tension::{Distribution, Limit, Status};
+use std::time::Instant;
+
+/// What is printed with `--json`.
+#[derive(Debug, Serialize)]
+struct Solutions {
+    solutions: Vec<Answer>,
+}
+
+#[derive(Debug, Serialize)]
+struct Answer {
+    status: &'static str,
+    tension_n: Vec<f64>,
+    residual_nm: Vec<f64>,
+    iterations: u32,
+    seconds: f64,
+    #[serde(skip)]
+    at_limit: [usize; 2],
+}
+
+pub(crate) fn run(arguments: &TensionArguments) -> Result<(), Error> {
+    let file = &arguments.problems;
+    let refused = |problem| Error::File { file: file.clone(), problem };
+    let problems = problems::parse(&read_text(file)?).map_err(refused)?;
+    let solutions = problems.iter().enumerate().map(|(k, problem)| {
+        solve(problem).map_err(|error| refused(format!("problems[{k}]{}", problem.place(&error))))
+    });
+    let solutions = Solutions { solutions: solutions.collect::<Result<_, _>>()? };
+    if arguments.json {
+        return print(&(serde_json::to_string(&solutions)? + "\n"));
+    }
+    print(&told(&solutions.solutions))
+}
+
+/// One problem from nothing; the clock runs while it is checked and solved.
+fn solve(owned: &Owned) -> Result<Answer, sinew::Error> {
+    let mut distribution = Distribution::new(owned.min_n.len(), owned.torque_nm.len());
+    let start = Instant::now();
+    let solution = distribution.solve(&owned.problem())?;
+    let seconds = start.elapsed().as_secs_f64();
+    let at = |limit: Limit| solution.limit.iter().filter(|l| **l == limit).count();
+    Ok(Answer {
+        status: match solution.status {
+            Status::Optimal => "optimal",
+            Status::Infeasible => "infeasible",
+        },
+        tension_n: solution.tension.to_vec(),
+        residual_nm: solution.residual.to_vec(),
+        iterations: solution.iterations,
+        seconds,
+        at_limit: [at(Limit::Lower), at(Limit::Upper)],
+    })
+}
+
+/// One line per problem.
+fn told(answers: &[Answer]) -> String {
+    let most = |list: &[f64]| list.iter().copied().map(f64::abs).reduce(f64::max);
+    let row = |(k, answer): (usize, &Answer)| {
+        let [lower, upper] = answer.at_limit;
+        let least = answer.tension_n.iter().copied().reduce(f64::min);
+        vec![
+            k.to_string(),
+            answer.status.to_owned(),
+            answer.tension_n.len().to_string(),
+            answer.residual_nm.len().to_string(),
+            number(least),
+            number(most(&answer.tension_n)),
+            lower.to_string(),
+            upper.to_string(),
+            number(most(&answer.residual_nm)),
+            answer.iterations.to_string(),
+            number(Some(answer.seconds * 1e6)),
+        ]
+    };
+    let rows: Vec<_> = answers.iter().enumerate().map(row).collect();
+    let head = [
+        "problem",
+        "status",
+        "muscles",
+        "joints",
+        "least N",
+        "most N",
+        "at min",
+        "at max",
+        "residual Nm",
+        "steps",
+        "us",
+    ];
+    table(&head, &rows, 2)
+}

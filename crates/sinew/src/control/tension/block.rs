@@ -1,0 +1,75 @@
+//! One group of joints and the muscles that cross them: what the solvers work on.
+
+use super::rows::Rows;
+
+/// The problem of one group.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block<'a, R> {
+    /// Moment arms, one row per muscle.
+    pub(super) rows: R,
+    /// Limits of each muscle.
+    pub(super) lower: &'a [f64],
+    pub(super) upper: &'a [f64],
+    /// Tension of each muscle where nothing is asked of it.
+    pub(super) reference: &'a [f64],
+    /// Inverse of each muscle's weight.
+    pub(super) compliance: &'a [f64],
+    /// Torque wanted at each joint.
+    pub(super) torque: &'a [f64],
+}
+
+/// Which limit holds a muscle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limit {
+    /// Its least tension.
+    Lower,
+    /// None.
+    Free,
+    /// Its greatest tension.
+    Upper,
+}
+
+impl Limit {
+    /// Which limit holds a muscle that would have the tension `wanted`.
+    #[inline]
+    pub(super) fn of(wanted: f64, lower: f64, upper: f64) -> Self {
+        if wanted <= lower {
+            Self::Lower
+        } else if wanted >= upper {
+            Self::Upper
+        } else {
+            Self::Free
+        }
+    }
+}
+
+impl<'a, R: Rows> Block<'a, R> {
+    /// The same with its arms kept in another way.
+    pub(super) fn with<Other>(&self, rows: Other) -> Block<'a, Other> {
+        let Self { lower, upper, reference, compliance, torque, .. } = *self;
+        Block { rows, lower, upper, reference, compliance, torque }
+    }
+
+    pub(super) fn muscles(&self) -> usize {
+        self.lower.len()
+    }
+
+    #[inline]
+    pub(super) fn joints(&self) -> usize {
+        self.rows.joints()
+    }
+
+    /// `residual = tau - R^T F`; `scale` is the sum of the magnitudes of what it is made of.
+    #[inline]
+    pub(super) fn residual(&self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
+        let n = self.joints();
+        let (residual, scale) = (&mut residual[..n], &mut scale[..n]);
+        residual.copy_from_slice(&self.torque[..n]);
+        for (scale, torque) in scale.iter_mut().zip(self.torque) {
+            *scale = torque.abs();
+        }
+        for (muscle, tension) in tension[..self.muscles()].iter().enumerate() {
+            self.rows.pull(muscle, *tension, residual, scale);
+        }
+    }
+}
