@@ -17,16 +17,17 @@ const CRATES: [(&str, &[&str]); 5] = [
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,
 /// so that plant and controller cannot share a secret; `tension` knows matrices, not robots.
-const ROOMS: [(&str, &[&str]); 16] = [
+const ROOMS: [(&str, &[&str]); 17] = [
+    ("dispatch", &[]),
     ("error", &[]),
     ("math", &["error"]),
     ("metrics", &["error", "math"]),
     ("random", &[]),
     ("trajectory", &["error", "math"]),
     ("drive", &["error", "math", "random", "transmission"]),
-    ("transmission", &["error", "math"]),
+    ("transmission", &["dispatch", "error", "math"]),
     ("muscle", &["error", "math", "body"]),
-    ("body", &["error", "math"]),
+    ("body", &["dispatch", "error", "math"]),
     ("tension", &["error", "math"]),
     ("predictor", &["error", "math", "transmission"]),
     ("description", &["error", "math", "drive", "transmission", "muscle", "body"]),
