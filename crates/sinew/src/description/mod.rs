@@ -6,6 +6,7 @@
 mod attributes;
 mod error;
 mod mjcf;
+mod names;
 mod orientation;
 mod robot_toml;
 mod tree;

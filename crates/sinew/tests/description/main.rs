@@ -171,3 +171,44 @@ fn bad_urdf_is_refused_with_its_line() {
         assert!(error.to_string().contains(word), "{error}");
     }
 }
+
+#[test]
+fn what_mujoco_does_not_know_is_refused_where_it_stands() {
+    let refused = |text: &str| {
+        from_mjcf("arm.xml", text, &mut |_| Err("none".to_string())).expect_err("misspelt").to_string()
+    };
+    assert_eq!(
+        refused(
+            "<mujoco>\n<worldbody>\n<body>\n<joint name=\"j\" stifness=\"1\"/></body></worldbody></mujoco>"
+        ),
+        "arm.xml:4: <joint name=\"j\"> `stifness`: is no attribute of it: expected `stiffness`?"
+    );
+    assert_eq!(
+        refused("<mujoco>\n<worldbody>\n<body>\n<jiont name=\"j\"/></body></worldbody></mujoco>"),
+        "arm.xml:4: <jiont name=\"j\">: is no element of <body>"
+    );
+    assert_eq!(
+        refused("<mujoco>\n<tendons/></mujoco>"),
+        "arm.xml:2: <tendons>: is no element of <mujoco>: expected `tendon`?"
+    );
+    // Known there, but not to this import.
+    assert!(
+        refused("<mujoco><worldbody><replicate count=\"2\"/></worldbody></mujoco>").contains("written out")
+    );
+}
+
+#[test]
+fn names_that_are_made_up_are_free() {
+    let text = "<mujoco><worldbody><body name=\"body_2\"><body/></body></worldbody></mujoco>";
+    let read = from_mjcf("a.xml", text, &mut |_| Err("none".to_string())).unwrap();
+    let again = from_toml("a.toml", &to_toml(&read.parts)).unwrap();
+    assert_eq!(again.parts.bodies.len(), 3);
+    let again = from_mjcf("b.xml", &to_mjcf(&read.parts), &mut |_| Err("none".to_string())).unwrap();
+    assert_eq!(again.parts.bodies.len(), 3);
+}
+
+#[test]
+fn a_name_that_not_every_file_can_hold_is_refused() {
+    let read = from_toml("a.toml", "name = \"a\\uFFFF\"").unwrap();
+    assert!(Robot::new(read.parts).is_err());
+}

@@ -3,7 +3,7 @@
 use super::compiler::Compiler;
 use super::defaults::Defaults;
 use super::geom::Place;
-use super::{body, lists, tendon};
+use super::{body, lists, schema, tendon};
 use crate::body::{Parts, WrapKind};
 use crate::description::attributes::Attributes;
 use crate::description::error::{DescriptionError, Warning};
@@ -54,6 +54,7 @@ pub fn from_mjcf(
     if tree.elements[0].name != "mujoco" {
         return Err(tree.error(0, "", "is the root: expected <mujoco>"));
     }
+    schema::check(&tree)?;
     let defaults = Defaults::read(&tree)?;
     let parts = Parts {
         name: tree.elements[0].attribute("model").unwrap_or("MuJoCo Model").to_string(),
