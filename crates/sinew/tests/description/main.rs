@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
+mod pinocchio;
+
 use sinew::body::{Parts, Robot};
 use sinew::description::{Description, DescriptionError, from_mjcf, from_toml, from_urdf, to_mjcf, to_toml};
 
@@ -185,7 +187,7 @@ fn what_mujoco_does_not_know_is_refused_where_it_stands() {
     );
     assert_eq!(
         refused("<mujoco>\n<worldbody>\n<body>\n<jiont name=\"j\"/></body></worldbody></mujoco>"),
-        "arm.xml:4: <jiont name=\"j\">: is no element of <body>"
+        "arm.xml:4: <jiont name=\"j\">: is no element of <body>: expected `joint`?"
     );
     assert_eq!(
         refused("<mujoco>\n<tendons/></mujoco>"),
