@@ -4,6 +4,7 @@ use super::Description;
 use super::attributes::Attributes;
 use super::error::{DescriptionError, Warning};
 use super::orientation::{IDENTITY, euler, rotate, turn_tensor, unit};
+use super::origin::Origins;
 use super::robot_toml::add_muscles;
 use super::tree::Tree;
 use crate::body::{Body, Coupling, Joint, JointKind, Parts};
@@ -36,10 +37,11 @@ pub fn from_urdf(
     };
     let graph = Graph::read(&tree)?;
     graph.build(&mut parts)?;
+    let mut origins = graph.origins(&parts, file);
     if let Some((file, text)) = muscles {
-        add_muscles(&mut parts, file, text)?;
+        add_muscles(&mut parts, &mut origins, file, text)?;
     }
-    Ok(Description { parts, warnings: graph.warnings })
+    Ok(Description { parts, warnings: graph.warnings, origins })
 }
 
 /// Links and joints by name, still without order.
@@ -105,6 +107,31 @@ impl<'a> Graph<'a> {
             return Err(tree.error(links[second], "", problem));
         }
         Ok(Graph { tree, links, leaving, root, warnings })
+    }
+
+    /// Where the links and joints stand.
+    fn origins(&self, parts: &Parts, file: &str) -> Origins {
+        let mut origins = Origins::new(file);
+        let line = |element: usize| self.tree.elements[element].line;
+        for (index, body) in parts.bodies.iter().enumerate() {
+            if let Some(&link) = self.links.get(body.name.as_str()) {
+                origins.set("body", index, file, line(link));
+            }
+        }
+        let leaving = self.leaving.values().flatten();
+        let joints: BTreeMap<_, _> =
+            leaving.map(|&joint| (self.tree.elements[joint].attribute("name"), line(joint))).collect();
+        for (index, joint) in parts.joints.iter().enumerate() {
+            if let Some(&line) = joints.get(&Some(joint.name.as_str())) {
+                origins.set("joint", index, file, line);
+            }
+        }
+        for (index, coupling) in parts.couplings.iter().enumerate() {
+            if let Some(&line) = joints.get(&Some(parts.joints[coupling.follower].name.as_str())) {
+                origins.set("coupling", index, file, line);
+            }
+        }
+        origins
     }
 
     /// Bodies from the root on, each before what hangs on it.

@@ -214,3 +214,13 @@ fn a_name_that_not_every_file_can_hold_is_refused() {
     let read = from_toml("a.toml", "name = \"a\\uFFFF\"").unwrap();
     assert!(Robot::new(read.parts).is_err());
 }
+
+#[test]
+fn what_is_no_robot_is_refused_with_file_and_line() {
+    let error = |read: Result<Description, DescriptionError>| read.unwrap().robot().unwrap_err().to_string();
+    let toml = "name = \"a\"\n\n[[body]]\nname = \"b\"\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"\n\
+                axis = [0, 0, 1]\nrange_rad = [1.0, -1.0]\n";
+    assert!(error(from_toml("a.toml", toml)).starts_with("a.toml:5: joint `j`: "));
+    let mjcf = "<mujoco><worldbody>\n<body>\n<joint name=\"a&#10;b\"/></body></worldbody></mujoco>";
+    assert!(error(from_mjcf("a.xml", mjcf, &mut |_| Err(String::new()))).starts_with("a.xml:3: joint `a"));
+}

@@ -236,6 +236,9 @@ fn actuators(out: &mut String, parts: &Parts) {
         return;
     }
     out.push_str("  <actuator>\n");
+    if parts.actuators.iter().any(|actuator| actuator.kind != ActuatorKind::Motor) {
+        out.push_str("    <!-- Gear and ranges only: laws of force (gain, bias, dynamics) are MuJoCo's defaults here. -->\n");
+    }
     for actuator in &parts.actuators {
         let kind = match actuator.kind {
             ActuatorKind::Motor => "motor",
