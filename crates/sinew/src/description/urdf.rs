@@ -1,7 +1,7 @@
 //! URDF, the robot format of ROS: links and joints; cables come from a TOML beside it.
 
 use super::Description;
-use super::attributes::Attributes;
+use super::attributes::{Attributes, shortened};
 use super::error::{DescriptionError, Warning};
 use super::orientation::{IDENTITY, euler, rotate, turn_tensor, unit};
 use super::origin::Origins;
@@ -35,6 +35,7 @@ pub fn from_urdf(
         gravity: [0.0, 0.0, -9.81],
         ..Parts::default()
     };
+    spelt(&tree)?;
     let graph = Graph::read(&tree)?;
     graph.build(&mut parts)?;
     let mut origins = graph.origins(&parts, file);
@@ -55,6 +56,40 @@ struct Graph<'a> {
 }
 
 const KINDS: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
+
+/// Attributes of what is read; whatever is not listed belongs to others and may say what it likes.
+fn attributes_of(name: &str) -> Option<&'static [&'static str]> {
+    Some(match name {
+        "link" => &["name", "type"],
+        "joint" => &["name", "type"],
+        "origin" => &["xyz", "rpy"],
+        "mass" => &["value"],
+        "inertia" => &["ixx", "iyy", "izz", "ixy", "ixz", "iyz"],
+        "parent" | "child" => &["link"],
+        "axis" => &["xyz"],
+        "limit" => &["lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"],
+        "dynamics" => &["damping", "friction"],
+        "mimic" => &["joint", "multiplier", "offset"],
+        "inertial" => &[],
+        _ => return None,
+    })
+}
+
+/// Links and joints say nothing that URDF does not know.
+fn spelt(tree: &Tree) -> Result<(), DescriptionError> {
+    let mut open = tree.elements[0].children.clone();
+    open.retain(|&e| matches!(tree.elements[e].name.as_str(), "link" | "joint"));
+    while let Some(element) = open.pop() {
+        let here = &tree.elements[element];
+        let Some(known) = attributes_of(&here.name) else { continue };
+        if let Some((name, _)) = here.attributes.iter().find(|(name, _)| !known.contains(&name.as_str())) {
+            let problem = format!("is no attribute of it: expected one of {}", known.join(", "));
+            return Err(tree.error(element, &shortened(name), problem));
+        }
+        open.extend(&here.children);
+    }
+    Ok(())
+}
 
 impl<'a> Graph<'a> {
     fn read(tree: &'a Tree) -> Result<Graph<'a>, DescriptionError> {

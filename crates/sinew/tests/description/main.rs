@@ -224,3 +224,11 @@ fn what_is_no_robot_is_refused_with_file_and_line() {
     let mjcf = "<mujoco><worldbody>\n<body>\n<joint name=\"a&#10;b\"/></body></worldbody></mujoco>";
     assert!(error(from_mjcf("a.xml", mjcf, &mut |_| Err(String::new()))).starts_with("a.xml:3: joint `a"));
 }
+
+#[test]
+fn a_misspelt_attribute_of_a_urdf_is_refused() {
+    let text = "<robot name=\"r\">\n<link name=\"a\"/>\n<link name=\"b\"/>\n<joint name=\"j\" type=\"revolute\">\n\
+                <parent link=\"a\"/><child link=\"b\"/>\n<limit lowr=\"-1\" upper=\"1\"/></joint></robot>";
+    let error = from_urdf("a.urdf", text, None).unwrap_err().to_string();
+    assert!(error.starts_with("a.urdf:6: <limit> `lowr`: is no attribute of it"), "{error}");
+}
