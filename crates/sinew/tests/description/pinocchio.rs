@@ -35,7 +35,7 @@ fn apart(ours: &[f64], theirs: &[f64]) -> f64 {
 
 #[test]
 fn robots_from_urdf_move_as_pinocchio_says() {
-    let golden: Golden = serde_json::from_str(include_str!("../golden/urdf.json")).unwrap();
+    let golden: Golden = serde_json::from_str(include_str!("pinocchio.json")).unwrap();
     let mut worst = [0.0_f64; 3];
     for robot in golden.robots {
         let parts = from_urdf("golden.urdf", &robot.urdf, None).unwrap().parts;
