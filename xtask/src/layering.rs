@@ -17,16 +17,17 @@ const CRATES: [(&str, &[&str]); 5] = [
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,
 /// so that plant and controller cannot share a secret.
-const ROOMS: [(&str, &[&str]); 15] = [
+const ROOMS: [(&str, &[&str]); 16] = [
+    ("dispatch", &[]),
     ("error", &[]),
     ("math", &["error"]),
     ("metrics", &["error", "math"]),
     ("random", &[]),
     ("trajectory", &["error", "math", "muscle", "body"]),
     ("drive", &["error", "math", "random", "transmission"]),
-    ("transmission", &["error", "math"]),
+    ("transmission", &["dispatch", "error", "math"]),
     ("muscle", &["error", "math", "body"]),
-    ("body", &["error", "math"]),
+    ("body", &["dispatch", "error", "math"]),
     ("predictor", &["error", "math", "transmission"]),
     ("description", &["error", "math", "drive", "transmission", "muscle", "body"]),
     ("control", &["error", "math", "trajectory", "drive", "transmission", "muscle", "body", "predictor"]),
@@ -50,6 +51,7 @@ const ROOMS: [(&str, &[&str]); 15] = [
     (
         "lib",
         &[
+            "dispatch",
             "error",
             "math",
             "metrics",

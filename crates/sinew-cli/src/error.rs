@@ -22,14 +22,6 @@ pub(crate) enum Error {
     /// A robot file that cannot be used.
     #[error(transparent)]
     Description(Box<sinew::description::DescriptionError>),
-    /// A file that describes what is no robot.
-    #[error("{}: {source}", file.display())]
-    Robot {
-        /// The file.
-        file: PathBuf,
-        /// Why.
-        source: Box<sinew::Error>,
-    },
     /// A file for a robot that cannot be used.
     #[error("{}: {problem}", file.display())]
     File {

@@ -12,6 +12,7 @@ extern crate std;
 pub mod body;
 pub mod control;
 pub mod description;
+mod dispatch;
 pub mod drive;
 mod error;
 pub mod experiment;

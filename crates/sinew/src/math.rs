@@ -113,11 +113,15 @@ pub fn sincos(x: f64) -> (f64, f64) {
 /// [`sincos`] of many angles: the compiler takes as many at a time as the machine can.
 ///
 /// All slices have one length; what is longer stays as it is.
-#[inline]
+#[inline(always)]
 pub fn sincos_all(x: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
-    let near = x.iter().all(|x| x.abs() <= FAR);
-    for ((x, sine), cosine) in x.iter().zip(sines).zip(cosines) {
-        (*sine, *cosine) = if near { near_sincos(*x) } else { sincos(*x) };
+    for ((x, sine), cosine) in x.iter().zip(&mut *sines).zip(&mut *cosines) {
+        (*sine, *cosine) = near_sincos(*x);
+    }
+    if !x.iter().fold(true, |near, x| near & (x.abs() <= FAR)) {
+        for ((x, sine), cosine) in x.iter().zip(sines).zip(cosines) {
+            (*sine, *cosine) = sincos(*x);
+        }
     }
 }
 
@@ -125,7 +129,7 @@ pub fn sincos_all(x: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
 const FAR: f64 = 1e5;
 
 /// [`sincos`] of an angle not beyond [`FAR`], without a branch.
-#[inline]
+#[inline(always)]
 fn near_sincos(x: f64) -> (f64, f64) {
     // 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the mantissa.
     const ROUND: f64 = 6_755_399_441_055_744.0;

@@ -45,7 +45,7 @@ impl BenchOptions {
     /// A look in seconds.
     #[must_use]
     pub fn quick(seed: u64) -> Self {
-        Self { seed, strokes: 2.0, cycles: 1.0, specimens: 0 }
+        Self { seed, strokes: 2.0, cycles: 1.6, specimens: 0 }
     }
 }
 

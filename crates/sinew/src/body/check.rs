@@ -104,15 +104,24 @@ pub(super) fn check(parts: &mut Parts) -> Result<(), Error> {
 }
 
 fn names(parts: &Parts) -> Result<(), Error> {
+    /// What every file can hold: XML knows neither control characters nor these two.
+    fn printable(c: char) -> bool {
+        !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')
+    }
     fn once<'a>(kind: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), Error> {
         let mut seen = BTreeSet::new();
         for (index, name) in names.enumerate() {
+            if !name.chars().all(printable) {
+                let expected = "printable, as it must be in every file";
+                return Err(Part { kind, index, name }.wrong("its name", expected, format!("{name:?}")));
+            }
             if !name.is_empty() && !seen.insert(name) {
                 return Err(Part { kind, index, name }.wrong("its name", "its own", "taken already"));
             }
         }
         Ok(())
     }
+    once("robot", core::iter::once(&parts.name))?;
     once("body", parts.bodies.iter().map(|part| &part.name))?;
     once("joint", parts.joints.iter().map(|part| &part.name))?;
     once("site", parts.sites.iter().map(|part| &part.name))?;

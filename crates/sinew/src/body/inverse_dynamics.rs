@@ -1,64 +1,33 @@
 use super::kinematics::orientation;
-use super::lumped::{Stage, twice};
+use super::lumped::{Stage, axes_of, set_axes};
 use super::parts::JointKind;
 use super::robot::{Robot, length, numbers};
 use super::scratch::Scratch;
-use super::tree::Link;
-use super::vector::{Frame, Vector, add, add_scaled, compose, cross, rotate, scale, turn_about_z, unrotate};
+use super::tree::{Link, Tree};
+use super::vector::{
+    Frame, Vector, add, add_scaled, compose, cross, dot, rotate, scale, turn_about_z, unrotate,
+};
+use crate::dispatch::{Arithmetic, InstructionSet, Plain, Work};
 use crate::error::Error;
-use crate::math::sincos_all;
-use wide::f64x2;
 
-/// Motion and load of one link, in its own frame.
+/// Motion of a link in its own frame: places in it accelerate, against free fall, by `a + U r`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Loaded {
-    /// Axes in the parent's frame, every entry twice.
-    axes: [[f64x2; 3]; 3],
-    /// Origin in the parent's frame.
-    origin: Vector,
-    /// Angular velocity and acceleration, side by side.
-    spin: [f64x2; 3],
-    /// How places in the frame accelerate.
-    field: Field,
-    /// Moment about the origin and force on the link, side by side.
-    load: [f64x2; 3],
+pub(super) struct Motion {
+    /// Angular velocity.
+    omega: Vector,
+    /// Angular acceleration.
+    alpha: Vector,
+    /// Acceleration of the origin.
+    a: Vector,
+    /// `U = [alpha] + [omega]^2`, row by row.
+    field: Frame,
 }
 
-/// Accelerations in a frame, against free fall: `a + U r` at the place `r`, `U = [alpha] + [omega]^2`. The first two
-/// components lie side by side, so that they are read as they were written.
+/// Moment about the origin and force on a link, in its frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Field {
-    /// `a`, then the columns of `U`.
-    pairs: [f64x2; 4],
-    /// The third row of `U` but for its end.
-    bottom: f64x2,
-    /// The ends of `a` and of the third row.
-    ends: [f64; 2],
-}
-
-impl Field {
-    #[inline]
-    fn new(a: Vector, [x, y, z]: &Frame) -> Field {
-        Field {
-            pairs: [
-                f64x2::new([a[0], a[1]]),
-                f64x2::new([x[0], y[0]]),
-                f64x2::new([x[1], y[1]]),
-                f64x2::new([x[2], y[2]]),
-            ],
-            bottom: f64x2::new([z[0], z[1]]),
-            ends: [a[2], z[2]],
-        }
-    }
-
-    #[inline]
-    fn at(&self, r: Vector) -> Vector {
-        let [a, x, y, z] = self.pairs;
-        let pair = (a + x * f64x2::splat(r[0])) + (y * f64x2::splat(r[1]) + z * f64x2::splat(r[2]));
-        let [first, second] = pair.to_array();
-        let [u, v] = (self.bottom * f64x2::new([r[0], r[1]])).to_array();
-        [first, second, (self.ends[0] + self.ends[1] * r[2]) + (u + v)]
-    }
+pub(super) struct Load {
+    moment: Vector,
+    force: Vector,
 }
 
 impl Link {
@@ -181,187 +150,171 @@ impl Robot {
         scratch: &mut Scratch,
         tau: &mut [f64],
     ) -> Result<(), Error> {
-        let tree = &self.tree;
-        length("scratch", scratch.loaded.len(), tree.links.len())?;
+        length("scratch", scratch.loads.len(), self.tree.links.len())?;
         length("tau", tau.len(), self.nv())?;
-        let loaded = &mut scratch.loaded[..];
-        loaded[0] = Loaded { field: Field::new(ground, &Frame::default()), ..Loaded::default() };
-        let [angles, sines, cosines] = &mut scratch.turns;
-        for (link, angle) in tree.links.iter().zip(angles.iter_mut()).skip(1) {
-            if link.kind == JointKind::Hinge {
-                *angle = q[link.q] - link.reference;
-            }
-        }
-        sincos_all(angles, sines, cosines);
-        for (index, (link, stage)) in tree.links.iter().zip(&tree.stages).enumerate().skip(1) {
-            // Written where they stay: a copy would have to wait for what was just stored.
-            let (before, own) = loaded.split_at_mut(index);
-            let (parent, own) = (&before[link.parent], &mut own[0]);
-            if link.kind == JointKind::Hinge {
-                turn(&stage.axes, sines[index], cosines[index], &mut own.axes);
-                own.origin = link.origin;
-                hinge_outward(stage, parent, own, link.origin, [v[link.v], a[link.v]]);
-            } else {
-                outward(link, stage, parent, own, q, v, a);
-            }
-        }
-        // What comes from the link just dealt with, if it stands on this one: in a chain it always does.
-        let mut carried = [f64x2::ZERO; 3];
-        for (index, link) in tree.links.iter().enumerate().skip(1).rev() {
-            let (before, own) = loaded.split_at_mut(index);
-            let (parent, own) = (&mut before[link.parent], &own[0]);
-            let load = sum(own.load, carried);
-            match link.kind {
-                JointKind::Hinge => tau[link.v] = low(load[2]) + link.armature * a[link.v],
-                _ => hand_out(link, own, load, a, tau),
-            }
-            carried = inward(own, load);
-            if link.parent + 1 != index {
-                parent.load = sum(parent.load, carried);
-                carried = [f64x2::ZERO; 3];
-            }
-        }
+        let passes = Passes { tree: &self.tree, q, v, a, ground, scratch, tau: &mut *tau };
+        InstructionSet::detect_narrow().run(passes);
         numbers("tau", tau, self.nv())
     }
 }
 
-/// Rotations of two vectors at once: the axes have every entry twice.
-#[inline]
-fn rotate_both(axes: &[[f64x2; 3]; 3], v: [f64x2; 3]) -> [f64x2; 3] {
-    let ([x, y, z], [a, b, c]) = (axes, v);
-    [x[0] * a + y[0] * b + z[0] * c, x[1] * a + y[1] * b + z[1] * c, x[2] * a + y[2] * b + z[2] * c]
+/// Newton-Euler: motion from the ground outward, loads from the ends inward.
+struct Passes<'a> {
+    tree: &'a Tree,
+    q: &'a [f64],
+    v: &'a [f64],
+    a: &'a [f64],
+    ground: Vector,
+    scratch: &'a mut Scratch,
+    tau: &'a mut [f64],
 }
 
-#[inline]
-fn unrotate_both(axes: &[[f64x2; 3]; 3], v: [f64x2; 3]) -> [f64x2; 3] {
-    let ([x, y, z], [a, b, c]) = (axes, v);
-    [x[0] * a + x[1] * b + x[2] * c, y[0] * a + y[1] * b + y[2] * c, z[0] * a + z[1] * b + z[2] * c]
-}
-
-/// `[alpha] + [omega]^2`, row by row: times a place, the acceleration it has against the origin.
-#[inline]
-fn field(omega: Vector, alpha: Vector) -> Frame {
-    let ([x, y, z], [a, b, c]) = (omega, alpha);
-    let (xx, yy, zz, xy, xz, yz) = (x * x, y * y, z * z, x * y, x * z, y * z);
-    [[-yy - zz, xy - c, xz + b], [xy + c, -xx - zz, yz - a], [xz - b, yz + a, -xx - yy]]
-}
-
-/// Moment and force that the motion asks for, with first moments `h` and second moments `s` of the mass:
-/// the sums over it of `r x (a + U r)` and of `a + U r`.
-#[inline]
-fn load(stage: &Stage, [x, y, z]: &Frame, a: Vector) -> [f64x2; 3] {
-    let ([hx, hy, hz], m) = (stage.moment, stage.mass);
-    let [sxx, syy, szz, sxy, sxz, syz] = stage.second;
-    let zy = z[0] * sxy + z[1] * syy + z[2] * syz;
-    let yz = y[0] * sxz + y[1] * syz + y[2] * szz;
-    let xz = x[0] * sxz + x[1] * syz + x[2] * szz;
-    let zx = z[0] * sxx + z[1] * sxy + z[2] * sxz;
-    let yx = y[0] * sxx + y[1] * sxy + y[2] * sxz;
-    let xy = x[0] * sxy + x[1] * syy + x[2] * syz;
-    [
-        f64x2::new([zy - yz + (hy * a[2] - hz * a[1]), m * a[0] + (x[0] * hx + x[1] * hy + x[2] * hz)]),
-        f64x2::new([xz - zx + (hz * a[0] - hx * a[2]), m * a[1] + (y[0] * hx + y[1] * hy + y[2] * hz)]),
-        f64x2::new([yx - xy + (hx * a[1] - hy * a[0]), m * a[2] + (z[0] * hx + z[1] * hy + z[2] * hz)]),
-    ]
-}
-
-/// The same where a hinge's link keeps nothing along its axis.
-#[inline]
-fn flat_load(stage: &Stage, [x, y, z]: &Frame, a: Vector) -> [f64x2; 3] {
-    let [hx, hy, _] = stage.moment;
-    let [sxx, syy, _, sxy, sxz, syz] = stage.second;
-    let zy = z[0] * sxy + z[1] * syy + z[2] * syz;
-    let yz = y[0] * sxz + y[1] * syz;
-    let xz = x[0] * sxz + x[1] * syz;
-    let zx = z[0] * sxx + z[1] * sxy + z[2] * sxz;
-    let yx = y[0] * sxx + y[1] * sxy + y[2] * sxz;
-    let xy = x[0] * sxy + x[1] * syy + x[2] * syz;
-    // Sums of pairs, not pairs of sums: pairs are then stored, and read again, whole.
-    [
-        f64x2::new([zy - yz, x[0] * hx]) + f64x2::new([hy * a[2], x[1] * hy]),
-        f64x2::new([xz - zx, y[0] * hx]) - f64x2::new([hx * a[2], -y[1] * hy]),
-        f64x2::new([yx - xy, z[0] * hx]) + f64x2::new([hx * a[1] - hy * a[0], z[1] * hy]),
-    ]
-}
-
-/// Axes turned about their own z.
-#[inline]
-fn turn(axes: &[[f64x2; 3]; 3], sine: f64, cosine: f64, turned: &mut [[f64x2; 3]; 3]) {
-    let (s, c) = (f64x2::splat(sine), f64x2::splat(cosine));
-    let [x, y, z] = axes;
-    for i in 0..3 {
-        turned[0][i] = c * x[i] + s * y[i];
-        turned[1][i] = c * y[i] - s * x[i];
+impl Work for Passes<'_> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(mut self, by: A) {
+        self.turn();
+        self.outward(by);
+        self.inward(by);
     }
-    turned[2] = *z;
 }
 
-/// Motion of a link behind a hinge, and the load that this motion asks for.
-#[inline]
-fn hinge_outward(stage: &Stage, parent: &Loaded, own: &mut Loaded, origin: Vector, [v, a]: [f64; 2]) {
-    let [x, y, z] = unrotate_both(&own.axes, parent.spin);
-    let ([wx, _], [wy, _]) = (x.to_array(), y.to_array());
-    let x = x + f64x2::new([0.0, wy * v]);
-    let y = y - f64x2::new([0.0, wx * v]);
-    let z = z + f64x2::new([v, a]);
-    own.spin = [x, y, z];
-    let ([_, ax], [_, ay], [wz, az]) = (x.to_array(), y.to_array(), z.to_array());
-    // Not own.origin: read back at once it would have to wait until it is stored.
-    let [bx, by, bz] = parent.field.at(origin);
-    let [ex, ey, ez] = &own.axes;
-    let both = |i: usize| f64x2::new([low(ex[i]), low(ey[i])]);
-    let flat = both(0) * f64x2::splat(bx) + both(1) * f64x2::splat(by) + both(2) * f64x2::splat(bz);
-    let third = low(ez[0]) * bx + low(ez[1]) * by + low(ez[2]) * bz;
-    let (w, square) = (f64x2::new([wx, wy]), wx * wx + wy * wy + wz * wz);
-    let columns = [
-        w * f64x2::splat(wx) + f64x2::new([-square, az]),
-        w * f64x2::splat(wy) - f64x2::new([az, square]),
-        w * f64x2::splat(wz) + f64x2::new([ay, -ax]),
+impl Passes<'_> {
+    /// Turns the hinges; whatever else stands as at its reference.
+    #[inline(always)]
+    fn turn(&mut self) {
+        for (four, turned) in self.tree.fours.iter().zip(&mut self.scratch.turned) {
+            four.turned(self.q, turned);
+        }
+    }
+
+    #[inline(always)]
+    fn outward<A: Arithmetic>(&mut self, by: A) {
+        let Tree { links, stages, runs, .. } = self.tree;
+        let Scratch { turned, motions, loads, .. } = &mut *self.scratch;
+        for run in runs {
+            let mut motion = if run.parent == 0 {
+                Motion { a: self.ground, ..Motion::default() }
+            } else {
+                motions[run.parent]
+            };
+            if run.hinges {
+                let all = run.first..run.last + 1;
+                let rates = self.v[run.v..].iter().zip(&self.a[run.v..]);
+                let chain = stages[all.clone()].iter().zip(&mut loads[all.clone()]).zip(rates);
+                for (((stage, load), (v, a)), index) in chain.zip(all) {
+                    motion = behind_hinge(
+                        by,
+                        &motion,
+                        &axes_of(&turned[index / 4], index % 4),
+                        stage.origin,
+                        *v,
+                        *a,
+                    );
+                    *load = flat_load(by, stage, &motion);
+                }
+            } else {
+                let link = &links[run.first];
+                let (axes, origin) = link.pose_in_parent(self.q);
+                set_axes(&mut turned[run.first / 4], run.first % 4, &axes);
+                motion = behind(link, &motion, &axes, origin, &self.v[link.v..], &self.a[link.v..]);
+                loads[run.first] = whole_load(&stages[run.first], &motion);
+            }
+            if run.carries {
+                motions[run.last] = motion;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn inward<A: Arithmetic>(&mut self, by: A) {
+        let Tree { links, stages, runs, .. } = self.tree;
+        let Scratch { turned, loads, .. } = &mut *self.scratch;
+        for run in runs.iter().rev() {
+            let mut carried = Load::default();
+            if run.hinges {
+                let all = run.first..run.last + 1;
+                let felt = run.v..run.v + all.len();
+                let felt = self.a[felt.clone()].iter().zip(&mut self.tau[felt]);
+                let chain = stages[all.clone()].iter().zip(&loads[all.clone()]).zip(felt);
+                for (((stage, load), (a, tau)), index) in chain.zip(all).rev() {
+                    let load = load.plus(&carried);
+                    *tau = by.mul_add(stage.armature, *a, load.moment[2]);
+                    carried = load.on_parent(by, &axes_of(&turned[index / 4], index % 4), stage.origin);
+                }
+            } else {
+                let (link, load, axes) =
+                    (&links[run.first], loads[run.first], axes_of(&turned[run.first / 4], run.first % 4));
+                load.hand_out(link, &axes, self.a, self.tau);
+                carried = load.on_parent(Plain, &axes, link.pose_in_parent(self.q).1);
+            }
+            if run.parent != 0 {
+                loads[run.parent] = loads[run.parent].plus(&carried);
+            }
+        }
+    }
+}
+
+/// `F v`.
+#[inline(always)]
+fn rotate_by<A: Arithmetic>(by: A, [x, y, z]: &Frame, v: Vector) -> Vector {
+    [
+        product(by, [x[0], y[0], z[0]], v),
+        product(by, [x[1], y[1], z[1]], v),
+        product(by, [x[2], y[2], z[2]], v),
+    ]
+}
+
+#[inline(always)]
+fn product<A: Arithmetic>(by: A, a: Vector, b: Vector) -> f64 {
+    by.mul_add(a[2], b[2], by.mul_add(a[1], b[1], a[0] * b[0]))
+}
+
+/// `s + a . b`.
+#[inline(always)]
+fn product_onto<A: Arithmetic>(by: A, s: f64, a: Vector, b: Vector) -> f64 {
+    by.mul_add(a[2], b[2], by.mul_add(a[1], b[1], by.mul_add(a[0], b[0], s)))
+}
+
+/// `F^T v`, which is also rows times `v`.
+#[inline(always)]
+fn rows_by<A: Arithmetic>(by: A, rows: &Frame, v: Vector) -> Vector {
+    let [x, y, z] = *rows;
+    [product(by, x, v), product(by, y, v), product(by, z, v)]
+}
+
+/// `U = [alpha] + [omega]^2`: times a place, the acceleration it has against the origin.
+#[inline(always)]
+fn field<A: Arithmetic>(by: A, [x, y, z]: Vector, [a, b, c]: Vector) -> Frame {
+    let (xx, yy, zz) = (x * x, y * y, z * z);
+    [
+        [-yy - zz, by.mul_add(x, y, -c), by.mul_add(x, z, b)],
+        [by.mul_add(x, y, c), -xx - zz, by.mul_add(y, z, -a)],
+        [by.mul_add(x, z, -b), by.mul_add(y, z, a), -xx - yy],
+    ]
+}
+
+/// Motion of a link behind a hinge from its parent's.
+#[inline(always)]
+fn behind_hinge<A: Arithmetic>(by: A, parent: &Motion, axes: &Frame, r: Vector, v: f64, a: f64) -> Motion {
+    let [x, y, z] = *axes;
+    // Sums begin with what is there first: no link waits longer for its parent than one product takes.
+    let (wx, wy) = (product(by, x, parent.omega), product(by, y, parent.omega));
+    let omega = [wx, wy, product_onto(by, v, z, parent.omega)];
+    let alpha = [
+        product_onto(by, wy * v, x, parent.alpha),
+        product_onto(by, -wx * v, y, parent.alpha),
+        product_onto(by, a, z, parent.alpha),
     ];
-    let bottom = w * f64x2::splat(wz) - f64x2::new([ay, -ax]);
-    let end = -(wx * wx + wy * wy);
-    own.field.pairs = [flat, columns[0], columns[1], columns[2]];
-    own.field.bottom = bottom;
-    own.field.ends = [third, end];
-    own.load = if stage.weightless {
-        [f64x2::ZERO; 3]
-    } else {
-        let ([x0, y0], [x1, y1], [x2, y2]) =
-            (columns[0].to_array(), columns[1].to_array(), columns[2].to_array());
-        let ([first, second], [z0, z1]) = (flat.to_array(), bottom.to_array());
-        flat_load(stage, &[[x0, x1, x2], [y0, y1, y2], [z0, z1, end]], [first, second, third])
-    };
+    let a = rows_by(by, axes, add(parent.a, rows_by(by, &parent.field, r)));
+    Motion { omega, alpha, a, field: field(by, omega, alpha) }
 }
 
-/// The first of two.
-#[inline]
-fn low(pair: f64x2) -> f64 {
-    pair.to_array()[0]
-}
-
-/// A link's load as what carries it feels it.
-#[inline]
-fn inward(own: &Loaded, load: [f64x2; 3]) -> [f64x2; 3] {
-    let [a, b, c] = rotate_both(&own.axes, load);
-    let ([_, fx], [_, fy], [_, fz]) = (a.to_array(), b.to_array(), c.to_array());
-    let [x, y, z] = cross(own.origin, [fx, fy, fz]);
-    [a + f64x2::new([x, 0.0]), b + f64x2::new([y, 0.0]), c + f64x2::new([z, 0.0])]
-}
-
-#[inline]
-fn sum(a: [f64x2; 3], b: [f64x2; 3]) -> [f64x2; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-/// Motion of any link from its parent's, and the load that this motion asks for.
-fn outward(link: &Link, stage: &Stage, parent: &Loaded, own: &mut Loaded, q: &[f64], v: &[f64], a: &[f64]) {
-    let (axes, origin) = link.pose_in_parent(q);
-    let both = twice(&axes);
-    let inner = unrotate_both(&both, parent.spin).map(f64x2::to_array);
-    let (omega, alpha) = (inner.map(|pair| pair[0]), inner.map(|pair| pair[1]));
-    let carried = unrotate(&axes, parent.field.at(origin));
-    let [v, a] = [&v[link.v..], &a[link.v..]];
-    let (omega, alpha, acceleration) = match link.kind {
+/// Motion of any link from its parent's.
+fn behind(link: &Link, parent: &Motion, axes: &Frame, origin: Vector, v: &[f64], a: &[f64]) -> Motion {
+    let at = |place: Vector| add(parent.a, rows_by(Plain, &parent.field, place));
+    let (omega, alpha) = (unrotate(axes, parent.omega), unrotate(axes, parent.alpha));
+    let carried = unrotate(axes, at(origin));
+    let (omega, alpha, a) = match link.kind {
         JointKind::Hinge | JointKind::Slide => {
             let coriolis = cross(scale(2.0, omega), [0.0, 0.0, v[0]]);
             (omega, alpha, add(add(carried, coriolis), [0.0, 0.0, a[0]]))
@@ -371,31 +324,132 @@ fn outward(link: &Link, stage: &Stage, parent: &Loaded, own: &mut Loaded, q: &[f
             (add(omega, rate), add(add(alpha, cross(omega, rate)), [a[0], a[1], a[2]]), carried)
         }
         JointKind::Free => {
-            let fall = add([a[0], a[1], a[2]], parent.field.at([0.0; 3]));
-            ([v[3], v[4], v[5]], [a[3], a[4], a[5]], unrotate(&axes, fall))
+            let fall = add([a[0], a[1], a[2]], at([0.0; 3]));
+            ([v[3], v[4], v[5]], [a[3], a[4], a[5]], unrotate(axes, fall))
         }
     };
-    let field = field(omega, alpha);
-    let spin = core::array::from_fn(|i| f64x2::new([omega[i], alpha[i]]));
-    let load = load(stage, &field, acceleration);
-    *own = Loaded { axes: both, origin, spin, field: Field::new(acceleration, &field), load };
+    Motion { omega, alpha, a, field: field(Plain, omega, alpha) }
 }
 
-/// The part of a link's load that its joint feels; hinges are dealt with where they are met.
-fn hand_out(link: &Link, own: &Loaded, load: [f64x2; 3], a: &[f64], tau: &mut [f64]) {
-    let pairs = load.map(f64x2::to_array);
-    let (moment, force) = (pairs.map(|pair| pair[0]), pairs.map(|pair| pair[1]));
-    let loads = match link.kind {
-        JointKind::Hinge => [moment[2], 0.0, 0.0, 0.0, 0.0, 0.0],
-        JointKind::Slide => [force[2], 0.0, 0.0, 0.0, 0.0, 0.0],
-        JointKind::Ball => [moment[0], moment[1], moment[2], 0.0, 0.0, 0.0],
-        JointKind::Free => {
-            let axes = own.axes.map(|axis| axis.map(low));
-            let [x, y, z] = rotate(&axes, force);
-            [x, y, z, moment[0], moment[1], moment[2]]
+/// Moment and force that the motion asks for, with first moments `h` and second moments `s` of the mass:
+/// the sums over it of `r x (a + U r)` and of `a + U r`.
+fn whole_load(stage: &Stage, Motion { a, field: [x, y, z], .. }: &Motion) -> Load {
+    let h = stage.moment;
+    let [sxx, syy, szz, sxy, sxz, syz] = stage.second;
+    let rows = [[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]];
+    let moment = [
+        dot(*z, rows[1]) - dot(*y, rows[2]),
+        dot(*x, rows[2]) - dot(*z, rows[0]),
+        dot(*y, rows[0]) - dot(*x, rows[1]),
+    ];
+    let force = [dot(*x, h), dot(*y, h), dot(*z, h)];
+    Load { moment: add(moment, cross(h, *a)), force: add_scaled(force, stage.mass, *a) }
+}
+
+/// The same where a hinge's link keeps nothing along its axis.
+#[inline(always)]
+fn flat_load<A: Arithmetic>(by: A, stage: &Stage, Motion { a, field: [x, y, z], .. }: &Motion) -> Load {
+    let [hx, hy, _] = stage.moment;
+    let [sxx, syy, _, sxy, sxz, syz] = stage.second;
+    let zy = product(by, *z, [sxy, syy, syz]);
+    let yz = by.mul_add(y[0], sxz, y[1] * syz);
+    let xz = by.mul_add(x[0], sxz, x[1] * syz);
+    let zx = product(by, *z, [sxx, sxy, sxz]);
+    let yx = product(by, *y, [sxx, sxy, sxz]);
+    let xy = product(by, *x, [sxy, syy, syz]);
+    Load {
+        moment: [
+            by.mul_add(hy, a[2], zy - yz),
+            by.mul_add(-hx, a[2], xz - zx),
+            by.mul_add(hx, a[1], by.mul_add(-hy, a[0], yx - xy)),
+        ],
+        force: [
+            by.mul_add(x[0], hx, x[1] * hy),
+            by.mul_add(y[0], hx, y[1] * hy),
+            by.mul_add(z[0], hx, z[1] * hy),
+        ],
+    }
+}
+
+impl Load {
+    #[inline(always)]
+    fn plus(&self, other: &Load) -> Load {
+        Load { moment: add(self.moment, other.moment), force: add(self.force, other.force) }
+    }
+
+    /// As what carries the link feels it.
+    #[inline(always)]
+    fn on_parent<A: Arithmetic>(&self, by: A, axes: &Frame, [x, y, z]: Vector) -> Load {
+        let force = rotate_by(by, axes, self.force);
+        let [fx, fy, fz] = force;
+        // Forces run ahead, so that a moment waits for nothing but the moment before.
+        let [lx, ly, lz] =
+            [by.mul_add(y, fz, -z * fy), by.mul_add(z, fx, -x * fz), by.mul_add(x, fy, -y * fx)];
+        let [ex, ey, ez] = axes;
+        let moment = [
+            product_onto(by, lx, [ex[0], ey[0], ez[0]], self.moment),
+            product_onto(by, ly, [ex[1], ey[1], ez[1]], self.moment),
+            product_onto(by, lz, [ex[2], ey[2], ez[2]], self.moment),
+        ];
+        Load { moment, force }
+    }
+
+    /// The part that the link's joint feels.
+    fn hand_out(&self, link: &Link, axes: &Frame, a: &[f64], tau: &mut [f64]) {
+        let ([mx, my, mz], force) = (self.moment, self.force);
+        let loads = match link.kind {
+            JointKind::Hinge => [mz, 0.0, 0.0, 0.0, 0.0, 0.0],
+            JointKind::Slide => [force[2], 0.0, 0.0, 0.0, 0.0, 0.0],
+            JointKind::Ball => [mx, my, mz, 0.0, 0.0, 0.0],
+            JointKind::Free => {
+                let [x, y, z] = rotate(axes, force);
+                [x, y, z, mx, my, mz]
+            }
+        };
+        for (k, load) in loads.into_iter().enumerate().take(link.kind.velocities()) {
+            tau[link.v + k] = load + link.armature * a[link.v + k];
         }
-    };
-    for (k, load) in loads.into_iter().enumerate().take(link.kind.velocities()) {
-        tau[link.v + k] = load + link.armature * a[link.v + k];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parts::Parts;
+    use super::*;
+    use alloc::vec;
+    use alloc::vec::Vec;
+
+    #[test]
+    fn every_instruction_set_computes_the_same_but_for_rounding() {
+        let bytes = include_str!("../../tests/golden/chain7.json");
+        let mut golden: serde_json::Value = serde_json::from_str(bytes).unwrap();
+        let parts: Parts = serde_json::from_value(golden["parts"].take()).unwrap();
+        let robot = Robot::new(parts).unwrap();
+        let numbers = |case: &serde_json::Value, name: &str| -> Vec<f64> {
+            serde_json::from_value(case[name].clone()).unwrap()
+        };
+        for case in golden["cases"].as_array().unwrap() {
+            let [q, v, a] = ["q", "v", "a"].map(|name| numbers(case, name));
+            let on = |set: InstructionSet| {
+                let (mut scratch, mut tau) = (Scratch::new(&robot), vec![0.0; robot.nv()]);
+                let (scratch, tree) = (&mut scratch, &robot.tree);
+                set.run(Passes {
+                    tree,
+                    q: &q,
+                    v: &v,
+                    a: &a,
+                    ground: [0.0, 0.0, 9.81],
+                    scratch,
+                    tau: &mut tau,
+                });
+                tau
+            };
+            let plain = on(InstructionSet::Baseline);
+            for set in InstructionSet::available() {
+                for (tau, plain) in on(set).iter().zip(&plain) {
+                    assert!((tau - plain).abs() < 1e-12 * (1.0 + plain.abs()), "{set:?}: {tau} {plain}");
+                }
+            }
+        }
     }
 }

@@ -1,5 +1,6 @@
 use super::forward_dynamics::Articulated;
-use super::inverse_dynamics::Loaded;
+use super::inverse_dynamics::{Load, Motion};
+use super::lumped::Axes;
 use super::robot::Robot;
 use super::tree::Inertia;
 use super::vector::{Frame, Vector};
@@ -21,9 +22,11 @@ pub(super) struct Moving {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scratch {
     pub(super) links: Vec<Moving>,
-    pub(super) loaded: Vec<Loaded>,
-    /// Angle, sine and cosine of each link's hinge.
-    pub(super) turns: [Vec<f64>; 3],
+    /// Axes in the parents' frames.
+    pub(super) turned: Vec<Axes>,
+    /// Of the links that others than the next one stand on.
+    pub(super) motions: Vec<Motion>,
+    pub(super) loads: Vec<Load>,
     pub(super) composite: Vec<Inertia>,
     pub(super) articulated: Vec<Articulated>,
     /// Zeros, one for each velocity.
@@ -41,8 +44,9 @@ impl Scratch {
         let (links, nv) = (robot.tree.links.len(), robot.nv());
         Scratch {
             links: vec![Moving::default(); links],
-            turns: core::array::from_fn(|_| vec![0.0; links]),
-            loaded: vec![Loaded::default(); links],
+            turned: vec![Axes::default(); links.div_ceil(4)],
+            motions: vec![Motion::default(); links],
+            loads: vec![Load::default(); links],
             composite: vec![Inertia::default(); links],
             articulated: vec![Articulated::default(); links],
             rest: vec![0.0; nv],

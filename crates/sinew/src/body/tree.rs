@@ -1,6 +1,6 @@
 //! What is left of a robot for mechanics: links, one joint each; what is welded together is one link.
 
-use super::lumped::{Stage, stages};
+use super::lumped::{Four, Run, Stage, fours, runs, stages};
 use super::parts::{JointKind, Parts};
 use super::vector::{
     Frame, IDENTITY, Vector, add, compose, frame_about, frame_of, point_inertia, rotate, rotate_symmetric,
@@ -90,6 +90,8 @@ pub(crate) struct Tree {
     pub(crate) links: Vec<Link>,
     /// The same links as inverse dynamics sees them.
     pub(crate) stages: Vec<Stage>,
+    pub(crate) fours: Vec<Four>,
+    pub(crate) runs: Vec<Run>,
     pub(crate) bodies: Vec<Place>,
     /// The link that each joint moves.
     pub(crate) link_of_joint: Vec<usize>,
@@ -135,8 +137,16 @@ impl Tree {
             inertia: Inertia::default(),
         };
         let bodies = vec![Place::WORLD; parts.bodies.len()];
-        let mut tree =
-            Tree { links: vec![ground], stages: Vec::new(), bodies, link_of_joint: Vec::new(), nq: 0, nv: 0 };
+        let mut tree = Tree {
+            links: vec![ground],
+            stages: Vec::new(),
+            fours: Vec::new(),
+            runs: Vec::new(),
+            bodies,
+            link_of_joint: Vec::new(),
+            nq: 0,
+            nv: 0,
+        };
         let mut joint = 0;
         for (index, body) in parts.bodies.iter().enumerate().skip(1) {
             let parent = tree.bodies[body.parent];
@@ -149,7 +159,8 @@ impl Tree {
             let inertia = Inertia::of(body.mass, body.center_of_mass, &body.inertia, &place);
             tree.links[place.link].inertia.add(&inertia);
         }
-        tree.stages = stages(&tree.links);
+        (tree.stages, tree.fours) = (stages(&tree.links), fours(&tree.links));
+        tree.runs = runs(&tree.links);
         tree
     }
 

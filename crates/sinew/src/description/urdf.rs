@@ -1,9 +1,10 @@
 //! URDF, the robot format of ROS: links and joints; cables come from a TOML beside it.
 
 use super::Description;
-use super::attributes::Attributes;
+use super::attributes::{Attributes, shortened};
 use super::error::{DescriptionError, Warning};
 use super::orientation::{IDENTITY, euler, rotate, turn_tensor, unit};
+use super::origin::Origins;
 use super::robot_toml::add_muscles;
 use super::tree::Tree;
 use crate::body::{Body, Coupling, Joint, JointKind, Parts};
@@ -34,12 +35,14 @@ pub fn from_urdf(
         gravity: [0.0, 0.0, -9.81],
         ..Parts::default()
     };
+    spelt(&tree)?;
     let graph = Graph::read(&tree)?;
     graph.build(&mut parts)?;
+    let mut origins = graph.origins(&parts, file);
     if let Some((file, text)) = muscles {
-        add_muscles(&mut parts, file, text)?;
+        add_muscles(&mut parts, &mut origins, file, text)?;
     }
-    Ok(Description { parts, warnings: graph.warnings })
+    Ok(Description { parts, warnings: graph.warnings, origins })
 }
 
 /// Links and joints by name, still without order.
@@ -53,6 +56,40 @@ struct Graph<'a> {
 }
 
 const KINDS: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
+
+/// Attributes of what is read; whatever is not listed belongs to others and may say what it likes.
+fn attributes_of(name: &str) -> Option<&'static [&'static str]> {
+    Some(match name {
+        "link" => &["name", "type"],
+        "joint" => &["name", "type"],
+        "origin" => &["xyz", "rpy"],
+        "mass" => &["value"],
+        "inertia" => &["ixx", "iyy", "izz", "ixy", "ixz", "iyz"],
+        "parent" | "child" => &["link"],
+        "axis" => &["xyz"],
+        "limit" => &["lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"],
+        "dynamics" => &["damping", "friction"],
+        "mimic" => &["joint", "multiplier", "offset"],
+        "inertial" => &[],
+        _ => return None,
+    })
+}
+
+/// Links and joints say nothing that URDF does not know.
+fn spelt(tree: &Tree) -> Result<(), DescriptionError> {
+    let mut open = tree.elements[0].children.clone();
+    open.retain(|&e| matches!(tree.elements[e].name.as_str(), "link" | "joint"));
+    while let Some(element) = open.pop() {
+        let here = &tree.elements[element];
+        let Some(known) = attributes_of(&here.name) else { continue };
+        if let Some((name, _)) = here.attributes.iter().find(|(name, _)| !known.contains(&name.as_str())) {
+            let problem = format!("is no attribute of it: expected one of {}", known.join(", "));
+            return Err(tree.error(element, &shortened(name), problem));
+        }
+        open.extend(&here.children);
+    }
+    Ok(())
+}
 
 impl<'a> Graph<'a> {
     fn read(tree: &'a Tree) -> Result<Graph<'a>, DescriptionError> {
@@ -105,6 +142,31 @@ impl<'a> Graph<'a> {
             return Err(tree.error(links[second], "", problem));
         }
         Ok(Graph { tree, links, leaving, root, warnings })
+    }
+
+    /// Where the links and joints stand.
+    fn origins(&self, parts: &Parts, file: &str) -> Origins {
+        let mut origins = Origins::new(file);
+        let line = |element: usize| self.tree.elements[element].line;
+        for (index, body) in parts.bodies.iter().enumerate() {
+            if let Some(&link) = self.links.get(body.name.as_str()) {
+                origins.set("body", index, file, line(link));
+            }
+        }
+        let leaving = self.leaving.values().flatten();
+        let joints: BTreeMap<_, _> =
+            leaving.map(|&joint| (self.tree.elements[joint].attribute("name"), line(joint))).collect();
+        for (index, joint) in parts.joints.iter().enumerate() {
+            if let Some(&line) = joints.get(&Some(joint.name.as_str())) {
+                origins.set("joint", index, file, line);
+            }
+        }
+        for (index, coupling) in parts.couplings.iter().enumerate() {
+            if let Some(&line) = joints.get(&Some(parts.joints[coupling.follower].name.as_str())) {
+                origins.set("coupling", index, file, line);
+            }
+        }
+        origins
     }
 
     /// Bodies from the root on, each before what hangs on it.

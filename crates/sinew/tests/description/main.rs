@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
+mod pinocchio;
+
 use sinew::body::{Parts, Robot};
 use sinew::description::{Description, DescriptionError, from_mjcf, from_toml, from_urdf, to_mjcf, to_toml};
 
@@ -170,4 +172,63 @@ fn bad_urdf_is_refused_with_its_line() {
         let error = from_urdf("two.urdf", &URDF.replace(from, to), None).unwrap_err();
         assert!(error.to_string().contains(word), "{error}");
     }
+}
+
+#[test]
+fn what_mujoco_does_not_know_is_refused_where_it_stands() {
+    let refused = |text: &str| {
+        from_mjcf("arm.xml", text, &mut |_| Err("none".to_string())).expect_err("misspelt").to_string()
+    };
+    assert_eq!(
+        refused(
+            "<mujoco>\n<worldbody>\n<body>\n<joint name=\"j\" stifness=\"1\"/></body></worldbody></mujoco>"
+        ),
+        "arm.xml:4: <joint name=\"j\"> `stifness`: is no attribute of it: expected `stiffness`?"
+    );
+    assert_eq!(
+        refused("<mujoco>\n<worldbody>\n<body>\n<jiont name=\"j\"/></body></worldbody></mujoco>"),
+        "arm.xml:4: <jiont name=\"j\">: is no element of <body>: expected `joint`?"
+    );
+    assert_eq!(
+        refused("<mujoco>\n<tendons/></mujoco>"),
+        "arm.xml:2: <tendons>: is no element of <mujoco>: expected `tendon`?"
+    );
+    // Known there, but not to this import.
+    assert!(
+        refused("<mujoco><worldbody><replicate count=\"2\"/></worldbody></mujoco>").contains("written out")
+    );
+}
+
+#[test]
+fn names_that_are_made_up_are_free() {
+    let text = "<mujoco><worldbody><body name=\"body_2\"><body/></body></worldbody></mujoco>";
+    let read = from_mjcf("a.xml", text, &mut |_| Err("none".to_string())).unwrap();
+    let again = from_toml("a.toml", &to_toml(&read.parts)).unwrap();
+    assert_eq!(again.parts.bodies.len(), 3);
+    let again = from_mjcf("b.xml", &to_mjcf(&read.parts), &mut |_| Err("none".to_string())).unwrap();
+    assert_eq!(again.parts.bodies.len(), 3);
+}
+
+#[test]
+fn a_name_that_not_every_file_can_hold_is_refused() {
+    let read = from_toml("a.toml", "name = \"a\\uFFFF\"").unwrap();
+    assert!(Robot::new(read.parts).is_err());
+}
+
+#[test]
+fn what_is_no_robot_is_refused_with_file_and_line() {
+    let error = |read: Result<Description, DescriptionError>| read.unwrap().robot().unwrap_err().to_string();
+    let toml = "name = \"a\"\n\n[[body]]\nname = \"b\"\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"\n\
+                axis = [0, 0, 1]\nrange_rad = [1.0, -1.0]\n";
+    assert!(error(from_toml("a.toml", toml)).starts_with("a.toml:5: joint `j`: "));
+    let mjcf = "<mujoco><worldbody>\n<body>\n<joint name=\"a&#10;b\"/></body></worldbody></mujoco>";
+    assert!(error(from_mjcf("a.xml", mjcf, &mut |_| Err(String::new()))).starts_with("a.xml:3: joint `a"));
+}
+
+#[test]
+fn a_misspelt_attribute_of_a_urdf_is_refused() {
+    let text = "<robot name=\"r\">\n<link name=\"a\"/>\n<link name=\"b\"/>\n<joint name=\"j\" type=\"revolute\">\n\
+                <parent link=\"a\"/><child link=\"b\"/>\n<limit lowr=\"-1\" upper=\"1\"/></joint></robot>";
+    let error = from_urdf("a.urdf", text, None).unwrap_err().to_string();
+    assert!(error.starts_with("a.urdf:6: <limit> `lowr`: is no attribute of it"), "{error}");
 }

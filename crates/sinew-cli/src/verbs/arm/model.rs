@@ -18,9 +18,7 @@ pub(super) struct Loaded {
 
 /// Reads a robot; files win over embedded names.
 pub(super) fn load(path: &Path, muscles: Option<&Path>) -> Result<Loaded, Error> {
-    let Description { parts, warnings } = description(path, muscles)?;
-    let robot =
-        Robot::new(parts).map_err(|source| Error::Robot { file: path.to_owned(), source: source.into() })?;
+    let (robot, warnings) = description(path, muscles)?.robot()?;
     Ok(Loaded { robot, warnings })
 }
 

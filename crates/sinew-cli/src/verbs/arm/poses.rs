@@ -46,9 +46,14 @@ pub(super) fn read_poses(robot: &Robot, path: &Path) -> Result<Vec<Vec<f64>>, Er
     let (first, head) =
         lines.next().ok_or_else(|| wrong(1, "is empty: expected a row of joint names".to_owned()))?;
     let names = coordinates(robot);
-    let head: Vec<&str> = cells(head);
+    // What separates the names separates everything.
+    let separator = [';', '\t'].into_iter().find(|&c| head.contains(c)).unwrap_or(',');
+    let head: Vec<(&str, f64)> = cells(head, separator)
+        .into_iter()
+        .map(|cell| named(cell).map_err(|problem| wrong(first, problem)))
+        .collect::<Result<_, _>>()?;
     let mut columns = Vec::new();
-    for (k, name) in head.iter().enumerate() {
+    for (k, (name, _)) in head.iter().enumerate() {
         let found = names.iter().position(|known| known == name);
         let Some(found) = found else {
             let known = names.join(", ");
@@ -57,7 +62,7 @@ pub(super) fn read_poses(robot: &Robot, path: &Path) -> Result<Vec<Vec<f64>>, Er
                 format!("column `{name}`: the robot has no such coordinate; it has {known}"),
             ));
         };
-        if head[..k].contains(name) {
+        if head[..k].iter().any(|(other, _)| other == name) {
             return Err(wrong(first, format!("column `{name}` stands twice")));
         }
         columns.push(found);
@@ -65,15 +70,16 @@ pub(super) fn read_poses(robot: &Robot, path: &Path) -> Result<Vec<Vec<f64>>, Er
     let reference = robot.reference_pose();
     let mut poses = Vec::new();
     for (line, row) in lines {
-        let cells = cells(row);
+        let cells = cells(row, separator);
         if cells.len() != columns.len() {
             return Err(wrong(line, format!("has {} cells: expected {}", cells.len(), columns.len())));
         }
         let mut q = reference.clone();
-        for ((cell, &column), name) in cells.iter().zip(&columns).zip(&head) {
+        for ((cell, &column), (name, unit)) in cells.iter().zip(&columns).zip(&head) {
             let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
-            q[column] =
+            let value =
                 value.ok_or_else(|| wrong(line, format!("column `{name}`: `{cell}` is no finite number")))?;
+            q[column] = value * unit;
         }
         unit_quaternions(robot, &mut q).map_err(|problem| wrong(line, problem))?;
         follow(robot, &columns, &mut q);
@@ -85,8 +91,24 @@ pub(super) fn read_poses(robot: &Robot, path: &Path) -> Result<Vec<Vec<f64>>, Er
     Ok(poses)
 }
 
-fn cells(line: &str) -> Vec<&str> {
-    line.split(',').map(|cell| cell.trim().trim_matches('"')).collect()
+fn cells(line: &str, separator: char) -> Vec<&str> {
+    line.split(separator).map(|cell| cell.trim().trim_matches('"')).collect()
+}
+
+/// The coordinate of a column and what its numbers are multiplied by: `elbow`, or with its unit `elbow [deg]`.
+fn named(cell: &str) -> Result<(&str, f64), String> {
+    let Some((name, unit)) = cell.strip_suffix(']').and_then(|cell| cell.split_once('[')) else {
+        return Ok((cell, 1.0));
+    };
+    let unit = match unit.trim() {
+        "rad" | "m" | "1" => 1.0,
+        "deg" => std::f64::consts::PI / 180.0,
+        "mm" => 1e-3,
+        other => {
+            return Err(format!("column `{cell}`: `{other}` is no unit here: expected rad, deg, m or mm"));
+        }
+    };
+    Ok((name.trim(), unit))
 }
 
 fn unit_quaternions(robot: &Robot, q: &mut [f64]) -> Result<(), String> {

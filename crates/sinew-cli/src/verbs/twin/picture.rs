@@ -48,10 +48,10 @@ pub(super) fn draw(frames: &[Frame]) -> String {
 
 fn legend(svg: &mut String) {
     svg.push_str(
-        "<g fill=\"#4d5763\"><path d=\"M300 35h26\" stroke=\"#8d949c\" stroke-width=\"4\"/><text x=\"333\" y=\"40\">near \
-         tension</text><path d=\"M450 35h26\" stroke=\"#0a66c9\" stroke-width=\"3\"/><text x=\"483\" y=\"40\">far tension</text>\
-         <rect x=\"600\" y=\"29\" width=\"26\" height=\"12\" fill=\"#c2570a\"/><text x=\"633\" y=\"40\">slides toward the \
-         motor</text><rect x=\"800\" y=\"29\" width=\"26\" height=\"12\" fill=\"#1b7f5c\"/><text x=\"833\" y=\"40\">slides \
+        "<g fill=\"#4d5763\"><path d=\"M360 35h26\" stroke=\"#8d949c\" stroke-width=\"4\"/><text x=\"393\" y=\"40\">near \
+         tension</text><path d=\"M500 35h26\" stroke=\"#0a66c9\" stroke-width=\"3\"/><text x=\"533\" y=\"40\">far tension</text>\
+         <rect x=\"635\" y=\"29\" width=\"26\" height=\"12\" fill=\"#c2570a\"/><text x=\"668\" y=\"40\">slides toward the \
+         motor</text><rect x=\"855\" y=\"29\" width=\"26\" height=\"12\" fill=\"#1b7f5c\"/><text x=\"888\" y=\"40\">slides \
          away</text></g>",
     );
 }

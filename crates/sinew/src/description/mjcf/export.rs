@@ -1,6 +1,7 @@
 //! From parts to MJCF that MuJoCo loads.
 
 use crate::body::{ActuatorKind, JointKind, Parts, Route, Station, WrapKind};
+use crate::description::names::named;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -12,6 +13,7 @@ use core::fmt::Write as _;
 /// counterpart in MJCF: what is written is the cable from the end of its sheath on.
 #[must_use]
 pub fn to_mjcf(parts: &Parts) -> String {
+    let parts = &named(parts);
     let mut out = String::new();
     let _ = write!(
         out,
@@ -26,7 +28,7 @@ pub fn to_mjcf(parts: &Parts) -> String {
     if !parts.keys.is_empty() {
         out.push_str("  <keyframe>\n");
         for key in &parts.keys {
-            let _ = writeln!(out, "    <key{} qpos=\"{}\"/>", optional_name(&key.name), numbers(&key.q));
+            let _ = writeln!(out, "    <key{} qpos=\"{}\"/>", name_of(&key.name), numbers(&key.q));
         }
         out.push_str("  </keyframe>\n");
     }
@@ -44,13 +46,8 @@ fn numbers(values: &[f64]) -> String {
     values.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ")
 }
 
-fn optional_name(name: &str) -> String {
-    if name.is_empty() { String::new() } else { format!(" name=\"{}\"", escape(name)) }
-}
-
-/// A name that others can refer to.
-fn reference(kind: &str, name: &str, index: usize) -> String {
-    if name.is_empty() { format!("{kind}_{index}") } else { escape(name) }
+fn name_of(name: &str) -> String {
+    format!(" name=\"{}\"", escape(name))
 }
 
 fn place(position: &[f64; 3], orientation: &[f64; 4]) -> String {
@@ -94,7 +91,7 @@ fn bodies(out: &mut String, parts: &Parts) {
         let _ = writeln!(
             out,
             "{indent}<body{}{}>",
-            optional_name(&body.name),
+            name_of(&body.name),
             place(&body.position, &body.orientation)
         );
         let _ = writeln!(
@@ -122,8 +119,8 @@ fn inertia(tensor: &[f64; 6]) -> String {
 /// What stands in one body beside bodies.
 fn contents(out: &mut String, parts: &Parts, body: usize, depth: usize) {
     let indent = "  ".repeat(depth);
-    for (index, joint) in parts.joints.iter().enumerate().filter(|(_, joint)| joint.body == body) {
-        let name = reference("joint", &joint.name, index);
+    for joint in parts.joints.iter().filter(|joint| joint.body == body) {
+        let name = escape(&joint.name);
         let shape = match joint.kind {
             JointKind::Hinge => format!("type=\"hinge\" axis=\"{}\"", numbers(&joint.axis)),
             JointKind::Slide => format!("type=\"slide\" axis=\"{}\"", numbers(&joint.axis)),
@@ -143,7 +140,7 @@ fn contents(out: &mut String, parts: &Parts, body: usize, depth: usize) {
             nonzero("springref", joint.spring_reference),
         );
     }
-    for (index, wrap) in parts.wraps.iter().enumerate().filter(|(_, wrap)| wrap.body == body) {
+    for wrap in parts.wraps.iter().filter(|wrap| wrap.body == body) {
         // MuJoCo wants a half-length of a cylinder; for wrapping it is endless.
         let (kind, size) = match wrap.kind {
             WrapKind::Sphere => ("sphere", numbers(&[wrap.radius])),
@@ -152,12 +149,12 @@ fn contents(out: &mut String, parts: &Parts, body: usize, depth: usize) {
         let _ = writeln!(
             out,
             "{indent}<geom name=\"{}\" type=\"{kind}\" size=\"{size}\" mass=\"0\" contype=\"0\" conaffinity=\"0\"{}/>",
-            reference("wrap", &wrap.name, index),
+            escape(&wrap.name),
             place(&wrap.position, &wrap.orientation)
         );
     }
-    for (index, site) in parts.sites.iter().enumerate().filter(|(_, site)| site.body == body) {
-        let name = reference("site", &site.name, index);
+    for site in parts.sites.iter().filter(|site| site.body == body) {
+        let name = escape(&site.name);
         let _ = writeln!(out, "{indent}<site name=\"{name}\"{}/>", place(&site.position, &site.orientation));
     }
 }
@@ -167,12 +164,12 @@ fn tendons(out: &mut String, parts: &Parts) {
         return;
     }
     out.push_str("  <tendon>\n");
-    for (index, tendon) in parts.tendons.iter().enumerate() {
+    for tendon in &parts.tendons {
         let spring =
             tendon.spring_length.map_or(String::new(), |s| format!(" springlength=\"{}\"", numbers(&s)));
         let attributes = format!(
             " name=\"{}\"{}{}{}{spring}",
-            reference("tendon", &tendon.name, index),
+            escape(&tendon.name),
             range("range", "limited", tendon.range),
             nonzero("damping", tendon.damping),
             nonzero("stiffness", tendon.stiffness)
@@ -202,18 +199,18 @@ fn tendons(out: &mut String, parts: &Parts) {
 }
 
 fn joint_name(parts: &Parts, joint: usize) -> String {
-    reference("joint", parts.joints.get(joint).map_or("", |joint| &joint.name), joint)
+    escape(parts.joints.get(joint).map_or("", |joint| &joint.name))
 }
 
 fn station(parts: &Parts, station: &Station) -> String {
-    let site = |index: usize| reference("site", parts.sites.get(index).map_or("", |site| &site.name), index);
+    let site = |index: usize| escape(parts.sites.get(index).map_or("", |site| &site.name));
     match *station {
         Station::Site(index) => format!("<site site=\"{}\"/>", site(index)),
         Station::Pulley(divisor) => format!("<pulley divisor=\"{divisor:?}\"/>"),
         Station::Wrap { wrap, side } => {
             let side = side.map_or(String::new(), |side| format!(" sidesite=\"{}\"", site(side)));
             let name = parts.wraps.get(wrap).map_or("", |wrap| &wrap.name);
-            format!("<geom geom=\"{}\"{side}/>", reference("wrap", name, wrap))
+            format!("<geom geom=\"{}\"{side}/>", escape(name))
         }
     }
 }
@@ -239,6 +236,9 @@ fn actuators(out: &mut String, parts: &Parts) {
         return;
     }
     out.push_str("  <actuator>\n");
+    if parts.actuators.iter().any(|actuator| actuator.kind != ActuatorKind::Motor) {
+        out.push_str("    <!-- Gear and ranges only: laws of force (gain, bias, dynamics) are MuJoCo's defaults here. -->\n");
+    }
     for actuator in &parts.actuators {
         let kind = match actuator.kind {
             ActuatorKind::Motor => "motor",
@@ -249,8 +249,8 @@ fn actuators(out: &mut String, parts: &Parts) {
         let _ = writeln!(
             out,
             "    <{kind}{} tendon=\"{}\" gear=\"{:?}\"{}{}/>",
-            optional_name(&actuator.name),
-            reference("tendon", tendon, actuator.tendon),
+            name_of(&actuator.name),
+            escape(tendon),
             actuator.gear,
             range("ctrlrange", "ctrllimited", actuator.control_range),
             range("forcerange", "forcelimited", actuator.force_range)

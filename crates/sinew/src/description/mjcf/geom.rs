@@ -137,7 +137,9 @@ pub(super) fn read(
             2 => Some(WrapKind::Cylinder),
             _ => None,
         };
-        import.surfaces.insert(name, Surface { body, kind: wrap, radius: size[0], place, wrap: None });
+        let element = &at.tree.elements[at.element];
+        let at = (at.tree.files[element.file].clone(), element.line);
+        import.surfaces.insert(name, Surface { body, kind: wrap, radius: size[0], place, at, wrap: None });
     }
     if kind >= 5 || !counts {
         return Ok(Weight::Nothing);

@@ -3,10 +3,11 @@
 use super::compiler::Compiler;
 use super::defaults::Defaults;
 use super::geom::Place;
-use super::{body, lists, tendon};
+use super::{body, lists, schema, tendon};
 use crate::body::{Parts, WrapKind};
 use crate::description::attributes::Attributes;
 use crate::description::error::{DescriptionError, Warning};
+use crate::description::origin::Origins;
 use crate::description::tree::Tree;
 use crate::description::{Description, attributes};
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -20,6 +21,8 @@ pub(super) struct Surface {
     pub(super) kind: Option<WrapKind>,
     pub(super) radius: f64,
     pub(super) place: Place,
+    /// File and line.
+    pub(super) at: (String, usize),
     /// Its place among the wraps once a cable uses it.
     pub(super) wrap: Option<usize>,
 }
@@ -32,6 +35,7 @@ pub(super) struct Import<'a> {
     pub(super) parts: Parts,
     pub(super) surfaces: BTreeMap<String, Surface>,
     pub(super) warnings: Vec<Warning>,
+    pub(super) origins: Origins,
     /// Names by kind, each with its place in the list of its kind.
     names: BTreeMap<&'static str, BTreeMap<String, usize>>,
     warned: BTreeSet<String>,
@@ -54,6 +58,7 @@ pub fn from_mjcf(
     if tree.elements[0].name != "mujoco" {
         return Err(tree.error(0, "", "is the root: expected <mujoco>"));
     }
+    schema::check(&tree)?;
     let defaults = Defaults::read(&tree)?;
     let parts = Parts {
         name: tree.elements[0].attribute("model").unwrap_or("MuJoCo Model").to_string(),
@@ -67,13 +72,14 @@ pub fn from_mjcf(
         parts,
         surfaces: BTreeMap::new(),
         warnings: Vec::new(),
+        origins: Origins::new(file),
         names: BTreeMap::new(),
         warned: BTreeSet::new(),
     };
     import.top(false)?;
     body::world(&mut import)?;
     import.top(true)?;
-    Ok(Description { parts: import.parts, warnings: import.warnings })
+    Ok(Description { parts: import.parts, warnings: import.warnings, origins: import.origins })
 }
 
 impl<'a> Import<'a> {
@@ -142,11 +148,18 @@ impl<'a> Import<'a> {
         at: Attributes<'_>,
         place: usize,
     ) -> Result<Option<String>, DescriptionError> {
+        self.describe(kind, place, at);
         let Some(name) = at.text("name").filter(|name| !name.is_empty()) else { return Ok(None) };
         if self.names.entry(kind).or_default().insert(name.to_string(), place).is_some() {
             return Err(at.error("name", format!("is taken already by another {kind}")));
         }
         Ok(Some(name.to_string()))
+    }
+
+    /// Remembers where a part is described.
+    pub(super) fn describe(&mut self, kind: &'static str, place: usize, at: Attributes<'_>) {
+        let element = &self.tree.elements[at.element];
+        self.origins.set(kind, place, &self.tree.files[element.file], element.line);
     }
 
     /// The place of what an attribute names.

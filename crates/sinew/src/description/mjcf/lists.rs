@@ -40,6 +40,7 @@ pub(super) fn equality(import: &mut Import<'_>, element: usize) -> Result<(), De
     for (c, given) in coefficients.iter_mut().zip(at.list("polycoef", 1, 5)?.unwrap_or_default()) {
         *c = given;
     }
+    import.describe("coupling", import.parts.couplings.len(), at);
     import.parts.couplings.push(Coupling { follower, leader, coefficients });
     Ok(())
 }
@@ -65,6 +66,25 @@ pub(super) fn actuator(import: &mut Import<'_>, element: usize) -> Result<(), De
         "muscle" => ActuatorKind::Muscle,
         _ => ActuatorKind::General,
     };
+    let shapers = [
+        "gainprm",
+        "biasprm",
+        "dynprm",
+        "gaintype",
+        "biastype",
+        "dyntype",
+        "kp",
+        "kv",
+        "timeconst",
+        "force",
+        "scale",
+    ];
+    if kind != ActuatorKind::Motor
+        && (tag != "muscle" && tag != "general" || shapers.iter().any(|name| at.text(name).is_some()))
+    {
+        let what = "of an actuator's law of force (gain, bias, dynamics) nothing is kept but gear and ranges";
+        import.pass_over(element, "law of force", what);
+    }
     let auto = import.compiler.auto_limits;
     let actuator = Actuator {
         name,

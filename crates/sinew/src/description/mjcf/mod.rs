@@ -8,6 +8,7 @@ mod geom;
 mod import;
 mod inertia;
 mod lists;
+mod schema;
 mod tendon;
 
 pub use export::to_mjcf;

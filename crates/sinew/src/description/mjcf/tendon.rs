@@ -98,6 +98,7 @@ fn surface(import: &mut Import<'_>, at: Attributes<'_>) -> Result<usize, Descrip
         ));
     };
     surface.wrap = Some(count);
+    import.origins.set("wrap", count, &surface.at.0, surface.at.1);
     import.parts.wraps.push(Wrap {
         name: name.to_string(),
         body: surface.body,

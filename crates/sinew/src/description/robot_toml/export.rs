@@ -1,8 +1,9 @@
 //! From parts to this project's TOML, laid out for people.
 
 use crate::body::{ActuatorKind, Joint, JointKind, Parts, Route, Station, WrapKind};
+use crate::description::names::named;
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write as _;
 
@@ -11,6 +12,7 @@ use core::fmt::Write as _;
 /// What has no name gets one (`site_3`), because the format refers by name.
 #[must_use]
 pub fn to_toml(parts: &Parts) -> String {
+    let parts = &named(parts);
     let mut out = String::from(
         "# SI units; orientations are quaternions [w, x, y, z]; the world is the body `world`.\n",
     );
@@ -56,10 +58,6 @@ fn text(value: &str) -> String {
     out + "\""
 }
 
-fn called(kind: &str, name: Option<&String>, index: usize) -> String {
-    name.filter(|name| !name.is_empty()).map_or_else(|| format!("{kind}_{index}"), ToString::to_string)
-}
-
 fn place(out: &mut String, position: &[f64; 3], orientation: &[f64; 4]) {
     line(out, "position_m", &numbers(position));
     if orientation.map(f64::to_bits) != [1.0_f64, 0.0, 0.0, 0.0].map(f64::to_bits) {
@@ -67,22 +65,18 @@ fn place(out: &mut String, position: &[f64; 3], orientation: &[f64; 4]) {
     }
 }
 
-fn body_name(parts: &Parts, index: usize) -> String {
-    if index == 0 {
-        "world".to_string()
-    } else {
-        called("body", parts.bodies.get(index).map(|b| &b.name), index)
-    }
+fn body_name(parts: &Parts, index: usize) -> &str {
+    parts.bodies.get(index).map_or("", |body| &body.name)
 }
 
-fn joint_name(parts: &Parts, index: usize) -> String {
-    called("joint", parts.joints.get(index).map(|joint| &joint.name), index)
+fn joint_name(parts: &Parts, index: usize) -> &str {
+    parts.joints.get(index).map_or("", |joint| &joint.name)
 }
 
 fn bodies(out: &mut String, parts: &Parts) {
     for (index, body) in parts.bodies.iter().enumerate().skip(1) {
-        head(out, "body", &body_name(parts, index));
-        line(out, "parent", &text(&body_name(parts, body.parent)));
+        head(out, "body", body_name(parts, index));
+        line(out, "parent", &text(body_name(parts, body.parent)));
         place(out, &body.position, &body.orientation);
         line(out, "mass_kg", &number(body.mass));
         line(out, "center_of_mass_m", &numbers(&body.center_of_mass));
@@ -92,9 +86,9 @@ fn bodies(out: &mut String, parts: &Parts) {
 }
 
 fn joints(out: &mut String, parts: &Parts) {
-    for (index, joint) in parts.joints.iter().enumerate() {
-        head(out, "joint", &joint_name(parts, index));
-        line(out, "body", &text(&body_name(parts, joint.body)));
+    for joint in &parts.joints {
+        head(out, "joint", &joint.name);
+        line(out, "body", &text(body_name(parts, joint.body)));
         self::joint(out, joint);
     }
 }
@@ -132,14 +126,14 @@ fn joint(out: &mut String, joint: &Joint) {
 }
 
 fn sites(out: &mut String, parts: &Parts) {
-    for (index, site) in parts.sites.iter().enumerate() {
-        head(out, "site", &called("site", Some(&site.name), index));
-        line(out, "body", &text(&body_name(parts, site.body)));
+    for site in &parts.sites {
+        head(out, "site", &site.name);
+        line(out, "body", &text(body_name(parts, site.body)));
         place(out, &site.position, &site.orientation);
     }
-    for (index, wrap) in parts.wraps.iter().enumerate() {
-        head(out, "wrap", &called("wrap", Some(&wrap.name), index));
-        line(out, "body", &text(&body_name(parts, wrap.body)));
+    for wrap in &parts.wraps {
+        head(out, "wrap", &wrap.name);
+        line(out, "body", &text(body_name(parts, wrap.body)));
         let kind = match wrap.kind {
             WrapKind::Sphere => "sphere",
             WrapKind::Cylinder => "cylinder",
@@ -151,8 +145,8 @@ fn sites(out: &mut String, parts: &Parts) {
 }
 
 fn muscles(out: &mut String, parts: &Parts) {
-    for (index, tendon) in parts.tendons.iter().enumerate() {
-        head(out, "muscle", &called("tendon", Some(&tendon.name), index));
+    for tendon in &parts.tendons {
+        head(out, "muscle", &tendon.name);
         match &tendon.route {
             Route::Spatial(stations) => {
                 out.push_str("path = [\n");
@@ -164,7 +158,7 @@ fn muscles(out: &mut String, parts: &Parts) {
             Route::Fixed(terms) => {
                 out.push_str("joints = [\n");
                 for &(joint, coefficient) in terms {
-                    let joint = text(&joint_name(parts, joint));
+                    let joint = text(joint_name(parts, joint));
                     let _ = writeln!(out, "    {{ joint = {joint}, coefficient = {coefficient:?} }},");
                 }
                 out.push_str("]\n");
@@ -191,13 +185,13 @@ fn muscles(out: &mut String, parts: &Parts) {
 }
 
 fn station(parts: &Parts, station: &Station) -> String {
-    let site = |index: usize| text(&called("site", parts.sites.get(index).map(|site| &site.name), index));
+    let site = |index: usize| text(parts.sites.get(index).map_or("", |site| &site.name));
     match *station {
         Station::Site(index) => format!("{{ site = {} }}", site(index)),
         Station::Pulley(divisor) => format!("{{ pulley = {divisor:?} }}"),
         Station::Wrap { wrap, side } => {
             let side = side.map_or(String::new(), |side| format!(", side = {}", site(side)));
-            let wrap = text(&called("wrap", parts.wraps.get(wrap).map(|wrap| &wrap.name), wrap));
+            let wrap = text(parts.wraps.get(wrap).map_or("", |wrap| &wrap.name));
             format!("{{ wrap = {wrap}{side} }}")
         }
     }
@@ -205,16 +199,16 @@ fn station(parts: &Parts, station: &Station) -> String {
 
 fn rest(out: &mut String, parts: &Parts) {
     for coupling in &parts.couplings {
-        let _ = write!(out, "\n[[coupling]]\nfollower = {}\n", text(&joint_name(parts, coupling.follower)));
+        let _ = write!(out, "\n[[coupling]]\nfollower = {}\n", text(joint_name(parts, coupling.follower)));
         if let Some(leader) = coupling.leader {
-            line(out, "leader", &text(&joint_name(parts, leader)));
+            line(out, "leader", &text(joint_name(parts, leader)));
         }
         line(out, "coefficients", &numbers(&coupling.coefficients));
     }
-    for (index, actuator) in parts.actuators.iter().enumerate() {
-        head(out, "actuator", &called("actuator", Some(&actuator.name), index));
-        let muscle = parts.tendons.get(actuator.tendon).map(|tendon| &tendon.name);
-        line(out, "muscle", &text(&called("tendon", muscle, actuator.tendon)));
+    for actuator in &parts.actuators {
+        head(out, "actuator", &actuator.name);
+        let muscle = parts.tendons.get(actuator.tendon).map_or("", |tendon| &tendon.name);
+        line(out, "muscle", &text(muscle));
         let kind = match actuator.kind {
             ActuatorKind::Motor => "motor",
             ActuatorKind::General => "general",
@@ -229,8 +223,8 @@ fn rest(out: &mut String, parts: &Parts) {
             line(out, "force_range_n", &numbers(&range));
         }
     }
-    for (index, key) in parts.keys.iter().enumerate() {
-        head(out, "key", &called("key", Some(&key.name), index));
+    for key in &parts.keys {
+        head(out, "key", &key.name);
         line(out, "q", &numbers(&key.q));
     }
 }

@@ -8,6 +8,7 @@ use crate::body::{
 use crate::description::Description;
 use crate::description::error::DescriptionError;
 use crate::description::orientation::IDENTITY;
+use crate::description::origin::Origins;
 use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -23,6 +24,25 @@ struct Source<'a> {
 impl Source<'_> {
     fn line(&self, at: usize) -> usize {
         self.text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count() + 1
+    }
+
+    /// Where the tables of each kind begin.
+    fn describe(&self, written: &w::File, origins: &mut Origins) {
+        let ends: Vec<usize> =
+            self.text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at).collect();
+        let mut all = |kind: &'static str, first: usize, starts: &mut dyn Iterator<Item = usize>| {
+            for (index, start) in starts.enumerate() {
+                origins.set(kind, first + index, self.file, ends.partition_point(|&end| end < start) + 1);
+            }
+        };
+        all("body", 1, &mut written.body.iter().map(|table| table.span().start));
+        all("joint", 0, &mut written.joint.iter().map(|table| table.span().start));
+        all("site", 0, &mut written.site.iter().map(|table| table.span().start));
+        all("wrap", 0, &mut written.wrap.iter().map(|table| table.span().start));
+        all("tendon", 0, &mut written.muscle.iter().map(|table| table.span().start));
+        all("coupling", 0, &mut written.coupling.iter().map(|table| table.span().start));
+        all("actuator", 0, &mut written.actuator.iter().map(|table| table.span().start));
+        all("key", 0, &mut written.key.iter().map(|table| table.span().start));
     }
 
     fn error(&self, at: usize, place: &str, problem: &str) -> DescriptionError {
@@ -122,12 +142,15 @@ pub fn from_toml(file: &str, text: &str) -> Result<Description, DescriptionError
             Ok(())
         },
     )?;
-    Ok(Description { parts, warnings: Vec::new() })
+    let mut origins = Origins::new(file);
+    source.describe(&written, &mut origins);
+    Ok(Description { parts, warnings: Vec::new(), origins })
 }
 
 /// Adds the sites, wraps, muscles and actuators of a file to a robot whose bodies come from elsewhere.
 pub(in crate::description) fn add_muscles(
     parts: &mut Parts,
+    origins: &mut Origins,
     file: &str,
     text: &str,
 ) -> Result<(), DescriptionError> {
@@ -142,6 +165,7 @@ pub(in crate::description) fn add_muscles(
             "these come from the URDF: expected sites, wraps, muscles, actuators",
         ));
     }
+    source.describe(&written, origins);
     muscles(parts, &source, &written)
 }
 

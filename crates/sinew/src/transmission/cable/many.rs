@@ -1,12 +1,13 @@
 //! Many cables with their states, side by side.
 
-use super::dispatch::{InstructionSet, LANES};
+use super::dispatch::{LANES, advance_on};
 use super::ends::{
     EndMotion, EndTensions, LARGEST_MOTION, above_pretension, check_interval, check_motion, same_length,
 };
 use super::lanes::{Ends, Lanes, Motion, Row};
 use super::law::CableLaw;
 use crate::Error;
+use crate::dispatch::InstructionSet;
 use crate::error::{finite, within};
 use crate::transmission::Sliding;
 use alloc::vec::Vec;
@@ -99,7 +100,7 @@ impl Cables {
                 rows.anchor.0[k] = motion.anchor;
             }
             let mut felt = Ends { near: Row::ZERO, far: Row::ZERO, dissipated: Row::ZERO };
-            self.instructions.advance(group, interval, &rows, &mut felt);
+            advance_on(self.instructions, group, interval, &rows, &mut felt);
             for (k, end) in ends.iter_mut().enumerate() {
                 *end = felt.of(k, group.laws[k].pretension());
             }

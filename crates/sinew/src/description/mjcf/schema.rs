@@ -1,0 +1,111 @@
+//! MJCF as MuJoCo knows it: what it does not know is misspelt, and is refused where it stands.
+
+use crate::description::attributes::shortened;
+use crate::description::error::DescriptionError;
+use crate::description::tree::Tree;
+use alloc::format;
+use alloc::vec::Vec;
+
+/// MuJoCo's own list (`benches/peers/mjcf_schema.py`): one element per line, indented within its parent, with how
+/// often it stands there and its attributes.
+const SCHEMA: &str = include_str!("schema.txt");
+
+/// One line of the list.
+struct Entry<'a> {
+    name: &'a str,
+    /// Stands within itself, too.
+    recursive: bool,
+    attributes: Vec<&'a str>,
+    children: Vec<usize>,
+}
+
+fn entries() -> Vec<Entry<'static>> {
+    let mut entries: Vec<Entry<'static>> = Vec::new();
+    let mut path: Vec<usize> = Vec::new();
+    for line in SCHEMA.lines() {
+        let depth = line.len() - line.trim_start().len();
+        let mut words = line.split_ascii_whitespace();
+        let name = words.next().unwrap_or_default().trim_start_matches("(world)");
+        let recursive = words.next() == Some("R");
+        path.truncate(depth);
+        if let Some(&parent) = path.last() {
+            let index = entries.len();
+            entries[parent].children.push(index);
+        }
+        path.push(entries.len());
+        entries.push(Entry { name, recursive, attributes: words.collect(), children: Vec::new() });
+    }
+    entries
+}
+
+/// The list's name of an element: frames and copies hold what bodies hold.
+fn listed(name: &str) -> &str {
+    match name {
+        "worldbody" | "frame" | "replicate" => "body",
+        name => name,
+    }
+}
+
+/// Attributes beside those of the list.
+fn more(name: &str) -> &'static [&'static str] {
+    match name {
+        "replicate" => &["count", "offset", "sep", "prefix"],
+        "composite" | "flexcomp" => &["prefix"],
+        _ => &[],
+    }
+}
+
+/// Every element and attribute is one that MuJoCo knows there.
+pub(super) fn check(tree: &Tree) -> Result<(), DescriptionError> {
+    let entries = entries();
+    let mut open = Vec::from([(0, 0)]);
+    while let Some((element, at)) = open.pop() {
+        let (here, entry) = (&tree.elements[element], &entries[at]);
+        for (attribute, _) in &here.attributes {
+            let name = attribute.as_str();
+            if !entry.attributes.contains(&name) && !more(&here.name).contains(&name) {
+                let near = near(name, &entry.attributes);
+                return Err(tree.error(element, &shortened(name), format!("is no attribute of it{near}")));
+            }
+        }
+        for &child in here.children.iter().rev() {
+            let name = tree.elements[child].name.as_str();
+            let same = (entry.recursive && listed(name) == entry.name).then_some(at);
+            let within = || entry.children.iter().copied().find(|&c| entries[c].name == listed(name));
+            let Some(found) = same.or_else(within) else {
+                let names: Vec<&str> = entry.children.iter().map(|&c| entries[c].name).collect();
+                let problem = format!("is no element of <{}>{}", here.name, near(name, &names));
+                return Err(tree.error(child, "", problem));
+            };
+            open.push((child, found));
+        }
+    }
+    Ok(())
+}
+
+/// What may have been meant.
+fn near(name: &str, known: &[&str]) -> alloc::string::String {
+    let best = known.iter().map(|known| (distance(name, known), known)).min();
+    match best {
+        Some((distance, known)) if distance <= 1 + known.len() / 5 => format!(": expected `{known}`?"),
+        _ => alloc::string::String::new(),
+    }
+}
+
+/// Letters to change, add or leave out.
+fn distance(a: &str, b: &str) -> usize {
+    if a.len() > 40 {
+        return usize::MAX;
+    }
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.bytes().enumerate() {
+        let mut corner = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.bytes().enumerate() {
+            let change = corner + usize::from(x != y);
+            corner = row[j + 1];
+            row[j + 1] = change.min(row[j] + 1).min(corner + 1);
+        }
+    }
+    row[b.len()]
+}

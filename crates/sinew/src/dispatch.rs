@@ -1,0 +1,164 @@
+//! Work compiled for several instruction sets, and the choice of one when the program runs.
+//!
+//! The one place of this crate with `unsafe`: code for an instruction set may run only where it exists.
+
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+mod x86 {
+    #[cfg(target_arch = "x86")]
+    use core::arch::x86::{_mm_cvtsd_f64, _mm_fmadd_sd, _mm_set_sd};
+    #[cfg(target_arch = "x86_64")]
+    use core::arch::x86_64::{_mm_cvtsd_f64, _mm_fmadd_sd, _mm_set_sd};
+
+    cpufeatures::new!(has_avx2, "avx2", "fma");
+    cpufeatures::new!(has_avx512, "avx512f", "avx512dq", "avx512vl", "fma");
+
+    pub(super) fn avx2() -> bool {
+        has_avx2::get()
+    }
+
+    pub(super) fn avx512() -> bool {
+        has_avx512::get()
+    }
+
+    /// `a b + c` in one instruction.
+    ///
+    /// # Safety
+    /// The processor has FMA.
+    #[expect(unsafe_code, reason = "see the module")]
+    #[inline(always)]
+    pub(super) unsafe fn fused(a: f64, b: f64, c: f64) -> f64 {
+        // SAFETY: as asked of the caller.
+        unsafe { _mm_cvtsd_f64(_mm_fmadd_sd(_mm_set_sd(a), _mm_set_sd(b), _mm_set_sd(c))) }
+    }
+}
+
+/// What this processor can do, found out once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum InstructionSet {
+    /// Whatever every processor of this architecture has.
+    Baseline,
+    /// With fused multiply-add.
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    Avx2,
+    /// With fused multiply-add.
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    Avx512,
+}
+
+/// How `a b + c` is computed.
+pub(crate) trait Arithmetic: Copy {
+    /// `a b + c`.
+    fn mul_add(self, a: f64, b: f64, c: f64) -> f64;
+}
+
+/// Rounds twice, the same bits everywhere.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Plain;
+
+impl Arithmetic for Plain {
+    #[inline(always)]
+    fn mul_add(self, a: f64, b: f64, c: f64) -> f64 {
+        a * b + c
+    }
+}
+
+/// Rounds once, in one instruction. Only this module can make one, and does so only where the instruction exists.
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fused(());
+
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+impl Arithmetic for Fused {
+    #[inline(always)]
+    fn mul_add(self, a: f64, b: f64, c: f64) -> f64 {
+        #[expect(unsafe_code, reason = "see the module")]
+        // SAFETY: a `Fused` is made in functions for instruction sets that have FMA, and only there.
+        unsafe {
+            x86::fused(a, b, c)
+        }
+    }
+}
+
+/// Something to do on the best instruction set there is. `run` and all that is worth it in it is
+/// `#[inline(always)]`: only what is inlined is compiled for that set.
+pub(crate) trait Work {
+    /// Does it. Work that must not depend on the machine leaves the arithmetic alone.
+    fn run<A: Arithmetic>(self, arithmetic: A);
+}
+
+impl InstructionSet {
+    /// The best of this processor.
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    #[inline]
+    pub(crate) fn detect() -> Self {
+        if x86::avx512() {
+            Self::Avx512
+        } else if x86::avx2() {
+            Self::Avx2
+        } else {
+            Self::Baseline
+        }
+    }
+
+    /// The best of this processor.
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    #[inline]
+    pub(crate) fn detect() -> Self {
+        Self::Baseline
+    }
+
+    /// The best of this processor with registers of four numbers at most: wider ones cost more than they give
+    /// where work comes in threes.
+    #[inline]
+    pub(crate) fn detect_narrow() -> Self {
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        if x86::avx2() {
+            return Self::Avx2;
+        }
+        Self::Baseline
+    }
+
+    /// Does the work with these instructions.
+    #[inline]
+    pub(crate) fn run(self, work: impl Work) {
+        match self {
+            Self::Baseline => work.run(Plain),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            #[expect(unsafe_code, reason = "see the module")]
+            // SAFETY: these variants are made by `detect` alone, after the processor and the operating
+            // system have said that the instructions are there (tests ask the same before they make one).
+            // Nothing else about these functions is unsafe.
+            Self::Avx2 | Self::Avx512 => unsafe {
+                if self == Self::Avx2 {
+                    avx2(work);
+                } else {
+                    avx512(work);
+                }
+            },
+        }
+    }
+
+    /// Every instruction set of this machine.
+    #[cfg(test)]
+    pub(crate) fn available() -> alloc::vec::Vec<InstructionSet> {
+        let mut sets = alloc::vec![InstructionSet::Baseline];
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        {
+            sets.extend(x86::avx2().then_some(InstructionSet::Avx2));
+            sets.extend(x86::avx512().then_some(InstructionSet::Avx512));
+        }
+        sets
+    }
+}
+
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+#[target_feature(enable = "avx2,fma")]
+fn avx2(work: impl Work) {
+    work.run(Fused(()));
+}
+
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl,fma")]
+fn avx512(work: impl Work) {
+    work.run(Fused(()));
+}
