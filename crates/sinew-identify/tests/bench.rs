@@ -1,0 +1,57 @@
+//! The bench of the paper, as a user of the library runs it: calibrated through the sensors, judged against the truth.
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+use sinew::experiment::bench::{BenchRun, Programme, Steering};
+use sinew::metrics::Comparison;
+use sinew::twin::cable::Specimen;
+use sinew_identify::calibrate::{Kind, calibrate, calibrated_cable, calibration_runs, observer};
+use sinew_identify::reproduce::{Mechanism, Trial, on_trial};
+
+fn rmse(sides: &[Comparison; 2]) -> [f64; 2] {
+    [sides[0].rmse().unwrap(), sides[1].rmse().unwrap()]
+}
+
+fn trial(specimen: &Specimen, speed: f64, steering: Steering<'_>) -> Trial {
+    let wanted = BenchRun::paper(specimen.clone(), Programme::Track, speed, 77);
+    on_trial(&wanted, steering, 3.0 + 3.2 * wanted.stroke / speed, [0.0, 0.0]).unwrap()
+}
+
+#[test]
+fn a_calibrated_observer_reaches_the_far_tension_on_a_cable_it_has_never_seen() {
+    let specimen = Specimen::draw(5);
+    let logs = calibration_runs(&specimen, 3.0, 5).unwrap();
+    let compensation = observer(&calibrated_cable(&logs).unwrap()).unwrap();
+    for speed in [0.04, 0.12] {
+        let ours = trial(&specimen, speed, Steering::By(&mut compensation.clone()));
+        let perfect = trial(&specimen, speed, Steering::PerfectKnowledge);
+        let (achieved, estimated) = (rmse(&ours.scores.achieved), rmse(&ours.scores.estimated));
+        assert!(achieved[0] < 1.7 && achieved[1] < 1.2, "{speed}: achieved {achieved:?}");
+        assert!(estimated[0] < 1.7 && estimated[1] < 1.2, "{speed}: estimated {estimated:?}");
+        assert!(ours.scores.achieved.iter().all(|side| side.pearson().unwrap() > 0.999));
+        let (cycles, best) = (rmse(&ours.scores.cycles), rmse(&perfect.scores.cycles));
+        for side in 0..2 {
+            assert!(cycles[side] < 1.2 * best[side] + 0.2, "{speed}: {cycles:?} beside {best:?}");
+        }
+    }
+}
+
+#[test]
+fn the_dynamic_bench_shows_the_mechanism_of_the_tables() {
+    let logs = calibration_runs(&Specimen::bench(), 3.0, 1).unwrap();
+    let [rms, largest] = Mechanism::of(&logs).differences();
+    assert!(rms < 0.09, "{rms}");
+    // Two cells stand out in the paper itself: passive efficiency at 0.10 m/s, active elongation at 0.12 m/s.
+    assert!(largest < 0.2, "{largest}");
+}
+
+#[test]
+fn compensations_rank_as_they_should() {
+    let specimen = Specimen::bench();
+    let logs = calibration_runs(&specimen, 2.0, 1).unwrap();
+    let active = |kind| {
+        let mut compensation = calibrate(kind, &logs, 1).unwrap();
+        rmse(&trial(&specimen, 0.08, Steering::By(&mut compensation)).scores.achieved)[0]
+    };
+    let [none, capstan, observer] = [Kind::None, Kind::Capstan, Kind::Observer].map(active);
+    assert!(none > 50.0 && capstan < 0.2 * none && observer < 0.2 * capstan, "{none} {capstan} {observer}");
+}
