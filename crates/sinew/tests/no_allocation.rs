@@ -210,3 +210,32 @@ fn the_arm_and_its_trajectory_never_allocate_not_even_in_failing() {
     assert_eq!(calls(&mut work), 0);
     assert!(moved > 0.01, "{moved}");
 }
+
+#[test]
+fn distributing_a_torque_never_allocates_whether_it_can_be_reached_or_not() {
+    let mut random = sinew::random::Random::new(1);
+    let mut distribution = sinew::control::tension::Distribution::new(15, 7);
+    let (mut arms, mut torque) = ([0.0; 15 * 7], [0.0; 7]);
+    let (mut iterations, mut infeasible) = (0, 0);
+    let counted = calls(|| {
+        for k in 0..300_u32 {
+            // Other joints every time, at first reachable, then not.
+            arms.iter_mut()
+                .for_each(|arm| *arm = if random.unit() < 0.5 { 0.0 } else { 0.03 * random.normal() });
+            torque.iter_mut().for_each(|torque| *torque = f64::from(k) * 0.01 * random.normal());
+            let problem = sinew::control::tension::Problem {
+                moment_arms: &arms,
+                torque: &torque,
+                minimum: &[20.0; 15],
+                maximum: &[400.0; 15],
+                reference: &[0.0; 15],
+                weight: &[1.0; 15],
+            };
+            let Ok(solution) = distribution.solve(&problem) else { return };
+            iterations += solution.iterations;
+            infeasible += u32::from(solution.status == sinew::control::tension::Status::Infeasible);
+        }
+    });
+    assert_eq!(counted, 0);
+    assert!(iterations > 900 && (30..=270).contains(&infeasible), "{iterations} {infeasible}");
+}

@@ -1,6 +1,7 @@
-//! What a drive is told: compensation of friction and stretch.
+//! What a drive is told: tensions for a torque, compensation of friction and stretch.
 //!
 //! Nothing here may look into the plant: it knows what sensors say and what was identified.
 
 pub mod compensation;
 pub mod stretch;
+pub mod tension;

@@ -1,0 +1,244 @@
+//! The answer: tensions, what is left of the torque, and which limits hold.
+
+use super::block::{Block, Limit};
+use super::closest::Closest;
+use super::newton::{Outcome, Work};
+use super::pattern::{Group, Pattern};
+use super::problem::Problem;
+use crate::Error;
+use alloc::vec::Vec;
+
+/// Whether the torque is reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// It is, at least cost.
+    Optimal,
+    /// No tensions within the limits give it. These give the closest one, and of those that do they cost least.
+    Infeasible,
+}
+
+/// What [`Distribution::solve`] found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution<'a> {
+    /// Whether the torque is reached.
+    pub status: Status,
+    /// `F`, N, `[muscles]`: within the limits, to the bit.
+    pub tension: &'a [f64],
+    /// `tau - R^T F`, N m, `[joints]`: rounding where the status is optimal.
+    pub residual: &'a [f64],
+    /// Which limit holds each muscle, `[muscles]`.
+    pub limit: &'a [Limit],
+    /// `lambda`, `[joints]`: `F = clip(F_ref + W^-1 R lambda, F_min, F_max)`, the proof of least cost. Twice it is what
+    /// another N m at the joint would cost. Where the status is infeasible, it holds for muscles that the residual
+    /// leaves a choice: those with `R (tau - R^T F) = 0`.
+    pub multiplier: &'a [f64],
+    /// Steps taken, over all groups of joints.
+    pub iterations: u32,
+}
+
+/// Distributes torques over muscles.
+///
+/// Knows how many muscles and joints there are, remembers the multipliers of the last solution as a start for the next
+/// ([`Distribution::forget`] drops them), and allocates nothing after construction.
+///
+/// ```text
+/// min  sum_i w_i (F_i - F_ref,i)^2     s.t.   R^T F = tau,   F_min <= F <= F_max
+/// ```
+///
+/// A torque that no tensions within the limits give is replaced by the closest: least sum of squares of `tau - R^T F`
+/// over the joints, every N m counting the same; among the tensions that give it, those of least cost are returned.
+///
+/// The cost is strictly convex, so there is one solution; it is a continuous, piecewise linear function of `tau`,
+/// `F_ref` and the limits. When the active set changes, the tensions bend but do not jump: a smooth torque gives smooth
+/// tensions, and no history is needed for it. The start only decides how many steps are taken.
+///
+/// # Example
+/// ```
+/// use sinew::control::tension::{Distribution, Problem, Status};
+///
+/// // A flexor and an extensor at one joint, both at 3 cm.
+/// let mut distribution = Distribution::new(2, 1);
+/// let problem = Problem {
+///     moment_arms: &[0.03, -0.03],
+///     torque: &[1.5],
+///     minimum: &[20.0, 20.0],
+///     maximum: &[400.0, 400.0],
+///     reference: &[0.0, 0.0],
+///     weight: &[1.0, 1.0],
+/// };
+/// let solution = distribution.solve(&problem)?;
+/// assert_eq!(solution.status, Status::Optimal);
+/// assert!((solution.tension[0] - 70.0).abs() < 1e-9 && (solution.tension[1] - 20.0).abs() < 1e-9);
+/// # Ok::<(), sinew::Error>(())
+/// ```
+///
+/// # Source
+/// `yuan2023` eq. (22).
+#[derive(Debug, Clone)]
+pub struct Distribution {
+    pattern: Pattern,
+    terms: Terms,
+    lambda: Vec<f64>,
+    work: Work,
+    closest: Closest,
+    // In the order of the problem.
+    tension: Vec<f64>,
+    residual: Vec<f64>,
+    multiplier: Vec<f64>,
+    limit: Vec<Limit>,
+}
+
+/// The problem in the pattern's order.
+#[derive(Debug, Clone)]
+struct Terms {
+    value: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    reference: Vec<f64>,
+    compliance: Vec<f64>,
+    torque: Vec<f64>,
+}
+
+/// Residual, relative to what it is made of, up to which a torque counts as reached.
+const REACHED: f64 = 1e-10;
+
+impl Distribution {
+    /// For so many muscles and joints.
+    #[must_use]
+    pub fn new(muscles: usize, joints: usize) -> Self {
+        Self {
+            pattern: Pattern::new(muscles, joints),
+            terms: Terms {
+                value: Vec::with_capacity(muscles * joints),
+                lower: alloc::vec![0.0; muscles],
+                upper: alloc::vec![0.0; muscles],
+                reference: alloc::vec![0.0; muscles],
+                compliance: alloc::vec![0.0; muscles],
+                torque: alloc::vec![0.0; joints],
+            },
+            lambda: alloc::vec![0.0; joints],
+            work: Work::new(muscles, joints),
+            closest: Closest::new(muscles, joints),
+            tension: alloc::vec![0.0; muscles],
+            residual: alloc::vec![0.0; joints],
+            multiplier: alloc::vec![0.0; joints],
+            limit: alloc::vec![Limit::Free; muscles],
+        }
+    }
+
+    /// The next solution starts from nothing.
+    pub fn forget(&mut self) {
+        self.lambda.fill(0.0);
+    }
+
+    /// The tensions for a torque, or for the closest that can be reached.
+    ///
+    /// # Errors
+    /// As [`Problem::check`]; the last solution is then kept as a start.
+    pub fn solve(&mut self, problem: &Problem) -> Result<Solution<'_>, Error> {
+        let (muscles, joints) = (self.tension.len(), self.residual.len());
+        problem.check(muscles, joints)?;
+        if !self.pattern.covers(muscles, problem.moment_arms) {
+            self.pattern.find(muscles, problem.moment_arms);
+            self.forget();
+        }
+        self.terms.gather(&self.pattern, problem);
+        let (mut status, mut iterations) = (Status::Optimal, 0);
+        for at in 0..self.pattern.groups.len() {
+            if self.solve_group(at, problem, &mut iterations) == Status::Infeasible {
+                status = Status::Infeasible;
+            }
+        }
+        let Self { tension, residual, multiplier, limit, .. } = self;
+        Ok(Solution { status, tension, residual, limit, multiplier, iterations })
+    }
+
+    fn solve_group(&mut self, at: usize, problem: &Problem, iterations: &mut u32) -> Status {
+        let group = self.pattern.groups[at].clone();
+        let (m, n) = (group.muscles.len(), group.joints.len());
+        // Each step settles at least one muscle; a few remove rounding.
+        let most = 20 + 4 * u32::try_from(m + n).unwrap_or(u32::MAX / 8);
+        let lambda = &mut self.lambda[group.joints.clone()];
+        let block = self.terms.block(&self.pattern, &group);
+        if self.work.solve(&block, lambda, most, iterations) != Outcome::Reached {
+            self.closest.limit[..m].copy_from_slice(&self.work.limit[..m]);
+            self.closest.solve(&block, most, iterations);
+            self.terms.narrow(&self.pattern, &group, &self.closest);
+            lambda.fill(0.0);
+            let block = self.terms.block(&self.pattern, &group);
+            if self.work.solve(&block, lambda, most, iterations) != Outcome::Reached {
+                self.work.tension[..m].copy_from_slice(&self.closest.tension[..m]);
+            }
+            self.terms.gather_torque(&self.pattern, problem);
+            let block = self.terms.block(&self.pattern, &group);
+            self.work.measure(&block);
+        }
+        self.scatter(&group, problem);
+        if self.work.error(n) <= REACHED { Status::Optimal } else { Status::Infeasible }
+    }
+
+    /// Puts a group's answer into the order of the problem.
+    fn scatter(&mut self, group: &Group, problem: &Problem) {
+        for (k, &muscle) in self.pattern.muscles[group.muscles.clone()].iter().enumerate() {
+            self.tension[muscle] = self.work.tension[k];
+            let limits = (problem.minimum[muscle], problem.maximum[muscle]);
+            self.limit[muscle] = Limit::of(self.tension[muscle], limits.0, limits.1);
+        }
+        for (k, &joint) in self.pattern.joints[group.joints.clone()].iter().enumerate() {
+            self.residual[joint] = self.work.residual[k];
+            self.multiplier[joint] = self.lambda[group.joints.start + k];
+        }
+    }
+}
+
+impl Terms {
+    /// Takes the problem over, in the pattern's order.
+    fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
+        self.value.clear();
+        self.value.extend(pattern.source.iter().map(|&place| problem.moment_arms[place]));
+        for (k, &muscle) in pattern.muscles.iter().enumerate() {
+            self.lower[k] = problem.minimum[muscle];
+            self.upper[k] = problem.maximum[muscle];
+            self.reference[k] = problem.reference[muscle];
+            self.compliance[k] = 1.0 / problem.weight[muscle];
+        }
+        self.gather_torque(pattern, problem);
+    }
+
+    fn gather_torque(&mut self, pattern: &Pattern, problem: &Problem) {
+        for (torque, &joint) in self.torque.iter_mut().zip(&pattern.joints) {
+            *torque = problem.torque[joint];
+        }
+    }
+
+    fn block<'a>(&'a self, pattern: &'a Pattern, group: &Group) -> Block<'a> {
+        let muscles = group.muscles.clone();
+        Block {
+            start: &pattern.start[muscles.start..=muscles.end],
+            column: &pattern.column,
+            value: &self.value,
+            lower: &self.lower[muscles.clone()],
+            upper: &self.upper[muscles.clone()],
+            reference: &self.reference[muscles.clone()],
+            compliance: &self.compliance[muscles],
+            torque: &self.torque[group.joints.clone()],
+        }
+    }
+
+    /// Asks for the closest torque in place of the wanted one. Muscles that would still lower the residual stay where
+    /// they are in every answer; the choice is among the others.
+    fn narrow(&mut self, pattern: &Pattern, group: &Group, closest: &Closest) {
+        for (k, place) in group.muscles.clone().enumerate() {
+            let block = self.block(pattern, group);
+            let (wish, doubt) = closest.wish(&block, k);
+            if closest.limit[k] != Limit::Free && wish.abs() > doubt {
+                self.lower[place] = closest.tension[k];
+                self.upper[place] = closest.tension[k];
+            }
+        }
+        let torque = &mut self.torque[group.joints.clone()];
+        for (torque, residual) in torque.iter_mut().zip(&closest.residual) {
+            *torque -= residual;
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! The best step along a direction of the dual, exactly.
+
+/// How one muscle meets a direction: where it leaves one limit and reaches the other, and what it adds between.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Event {
+    /// Step length.
+    at: f64,
+    /// What the curvature gains there.
+    curvature: f64,
+}
+
+/// Slope relative to what it is made of that counts as none.
+const ROUNDING: f64 = 1e-13;
+
+/// What a direction leads to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Reach {
+    /// The best step length.
+    Step(f64),
+    /// The dual rises for ever: no tension within the limits gives the torque.
+    Unbounded,
+}
+
+/// One muscle along a direction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ray {
+    /// Tension without limits at step 0, and its limits.
+    pub(super) from: f64,
+    pub(super) lower: f64,
+    pub(super) upper: f64,
+    /// Change of that tension per step.
+    pub(super) rate: f64,
+    /// Change of the muscle's dual argument per step: `rate` times the weight.
+    pub(super) pull: f64,
+}
+
+/// The step where the slope of the dual vanishes.
+///
+/// ```text
+/// slope(s) = tau d - sum_i pull_i clip(from_i + s rate_i, lower_i, upper_i)      falls, piecewise linear
+/// ```
+///
+/// `slope` is that at step 0, `torque` is `tau d`. Events are walked in their order; `events` is the room for them.
+pub(super) fn search(
+    rays: &(impl Iterator<Item = Ray> + Clone),
+    slope: f64,
+    torque: f64,
+    events: &mut [Event],
+) -> Reach {
+    let (mut count, mut curvature) = (0, Sum::default());
+    for ray in rays.clone().filter(|ray| ray.rate != 0.0 && ray.lower < ray.upper) {
+        let inverse = 1.0 / ray.rate;
+        let (to_lower, to_upper) = ((ray.lower - ray.from) * inverse, (ray.upper - ray.from) * inverse);
+        let (enter, leave) = (to_lower.min(to_upper), to_lower.max(to_upper));
+        let gain = ray.pull * ray.rate;
+        if leave > 0.0 {
+            events[count] = Event { at: leave, curvature: -gain };
+            count += 1;
+            if enter > 0.0 {
+                events[count] = Event { at: enter, curvature: gain };
+                count += 1;
+            } else {
+                curvature.add(gain);
+            }
+        }
+    }
+    let rounding = ROUNDING * scale(rays.clone(), torque);
+    let events = &mut events[..count];
+    events.sort_unstable_by(|a, b| a.at.total_cmp(&b.at));
+    let (mut at, mut slope) = (0.0, slope);
+    for event in events.iter() {
+        let fall = curvature.value() * (event.at - at);
+        if fall >= slope {
+            return Reach::Step(at + slope / curvature.value());
+        }
+        slope -= fall;
+        at = event.at;
+        curvature.add(event.curvature);
+        if slope <= rounding {
+            return Reach::Step(at);
+        }
+    }
+    Reach::Unbounded
+}
+
+/// A sum that keeps what rounding takes from it: what a stiff muscle adds and takes again leaves a soft one's share.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sum {
+    high: f64,
+    low: f64,
+}
+
+impl Sum {
+    fn add(&mut self, term: f64) {
+        let sum = self.high + term;
+        let part = sum - self.high;
+        self.low += (self.high - (sum - part)) + (term - part);
+        self.high = sum;
+    }
+
+    fn value(self) -> f64 {
+        self.high + self.low
+    }
+}
+
+/// What a slope is made of at most.
+fn scale(rays: impl Iterator<Item = Ray>, torque: f64) -> f64 {
+    rays.fold(torque.abs(), |sum, ray| sum + ray.pull.abs() * ray.lower.abs().max(ray.upper.abs()))
+}
+
+/// Room for `muscles` muscles.
+pub(super) fn room(muscles: usize) -> alloc::vec::Vec<Event> {
+    alloc::vec![Event { at: 0.0, curvature: 0.0 }; 2 * muscles]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Ray, Reach, room, search};
+
+    const MUSCLE: Ray = Ray { from: -1.0, lower: 0.0, upper: 2.0, rate: 1.0, pull: 1.0 };
+
+    #[test]
+    fn the_slope_vanishes_at_the_step_found() {
+        // slope(s) = 1.5 - clip(s - 1, 0, 2)
+        assert_eq!(search(&[MUSCLE].into_iter(), 1.5, 1.5, &mut room(1)), Reach::Step(2.5));
+    }
+
+    #[test]
+    fn a_torque_beyond_the_limits_has_no_best_step() {
+        assert_eq!(search(&[MUSCLE].into_iter(), 2.5, 2.5, &mut room(1)), Reach::Unbounded);
+    }
+
+    #[test]
+    fn a_torque_at_the_limit_ends_at_the_last_event() {
+        assert_eq!(search(&[MUSCLE].into_iter(), 2.0, 2.0, &mut room(1)), Reach::Step(3.0));
+    }
+}

@@ -1,0 +1,20 @@
+//! Which tension each muscle gets: more muscles than joints leave a choice.
+//!
+//! [`Distribution`] answers a [`Problem`] with a [`Solution`], always: where the torque cannot be reached, with the
+//! closest one. It knows matrices, not robots. One thing per file: what is asked (`problem`), which joints have to
+//! do with each other (`pattern`), the multipliers of one group of joints (`newton` with its `line_search` and
+//! `factor`), and what can be reached instead (`closest` with its `least_squares`).
+
+mod block;
+mod closest;
+mod distribution;
+mod factor;
+mod least_squares;
+mod line_search;
+mod newton;
+mod pattern;
+mod problem;
+
+pub use block::Limit;
+pub use distribution::{Distribution, Solution, Status};
+pub use problem::Problem;

@@ -1,0 +1,168 @@
+//! Which muscles cross which joints, and the groups of joints that share no muscle.
+
+use super::problem::LEAST_ARM;
+use alloc::vec::Vec;
+use core::ops::Range;
+
+/// Muscles and joints that have to do with each other and with no others, as places in [`Pattern`]'s order.
+#[derive(Debug, Clone)]
+pub(super) struct Group {
+    pub(super) muscles: Range<usize>,
+    pub(super) joints: Range<usize>,
+}
+
+/// Where the moment arms stand that are not zero, group by group.
+///
+/// An arm of seven joints is as a rule several small problems, not one large one.
+#[derive(Debug, Clone)]
+pub(super) struct Pattern {
+    joint_count: usize,
+    /// Muscle and joint at each place.
+    pub(super) muscles: Vec<usize>,
+    pub(super) joints: Vec<usize>,
+    pub(super) groups: Vec<Group>,
+    /// First entry of each muscle, and the end of the last.
+    pub(super) start: Vec<usize>,
+    /// Joint of each entry, counted within the group.
+    pub(super) column: Vec<usize>,
+    /// Place of each entry in the dense matrix.
+    pub(super) source: Vec<usize>,
+    /// Group of each joint while groups are being found; the joint itself where it is the first of its group.
+    parent: Vec<usize>,
+}
+
+impl Pattern {
+    /// Room for a pattern; it holds none yet.
+    pub(super) fn new(muscles: usize, joints: usize) -> Self {
+        let mut start = Vec::with_capacity(muscles + 1);
+        start.push(0);
+        Self {
+            joint_count: joints,
+            muscles: Vec::with_capacity(muscles),
+            joints: Vec::with_capacity(joints),
+            groups: Vec::with_capacity(joints + 1),
+            start,
+            column: Vec::with_capacity(muscles * joints),
+            source: Vec::with_capacity(muscles * joints),
+            parent: alloc::vec![0; joints],
+        }
+    }
+
+    /// Whether every arm that is not zero has its place. Arms that became zero may keep theirs.
+    pub(super) fn covers(&self, muscles: usize, arms: &[f64]) -> bool {
+        let count = |total: u32, arm: &f64| total + u32::from(arm.abs() >= LEAST_ARM);
+        let known = self.source.iter().filter_map(|&place| arms.get(place)).fold(0, count);
+        (self.muscles.len(), self.joints.len()) == (muscles, self.joint_count)
+            && known == arms.iter().fold(0, count)
+    }
+
+    /// Finds the groups of `arms`, muscles x joints.
+    pub(super) fn find(&mut self, muscles: usize, arms: &[f64]) {
+        let n = self.joint_count;
+        let crosses = |muscle: usize, joint: usize| arms[muscle * n + joint].abs() >= LEAST_ARM;
+        self.join_joints(muscles, &crosses);
+        for list in [&mut self.muscles, &mut self.joints, &mut self.start, &mut self.column, &mut self.source]
+        {
+            list.clear();
+        }
+        self.groups.clear();
+        self.start.push(0);
+        for first in 0..n {
+            if self.parent[first] == first {
+                self.gather(muscles, first, &crosses);
+            }
+        }
+        self.gather_idle(muscles, &crosses);
+    }
+
+    /// Joints that a muscle crosses together get one parent: the first of them.
+    fn join_joints(&mut self, muscles: usize, crosses: &impl Fn(usize, usize) -> bool) {
+        let n = self.joint_count;
+        for (joint, parent) in self.parent.iter_mut().enumerate() {
+            *parent = joint;
+        }
+        for muscle in 0..muscles {
+            let mut crossed = (0..n).filter(|&joint| crosses(muscle, joint));
+            let Some(first) = crossed.next() else { continue };
+            for joint in crossed {
+                let (a, b) = (self.parent[first], self.parent[joint]);
+                if a != b {
+                    let (keep, give_up) = (a.min(b), a.max(b));
+                    for parent in self.parent.iter_mut().filter(|p| **p == give_up) {
+                        *parent = keep;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Lists the group whose first joint is `first`.
+    fn gather(&mut self, muscles: usize, first: usize, crosses: &impl Fn(usize, usize) -> bool) {
+        let n = self.joint_count;
+        let (from_muscle, from_joint) = (self.muscles.len(), self.joints.len());
+        self.joints.extend((first..n).filter(|&joint| self.parent[joint] == first));
+        for muscle in 0..muscles {
+            let before = self.column.len();
+            for (column, &joint) in self.joints[from_joint..].iter().enumerate() {
+                if crosses(muscle, joint) {
+                    self.column.push(column);
+                    self.source.push(muscle * n + joint);
+                }
+            }
+            if self.column.len() > before {
+                self.muscles.push(muscle);
+                self.start.push(self.column.len());
+            }
+        }
+        let (muscles, joints) = (from_muscle..self.muscles.len(), from_joint..self.joints.len());
+        self.groups.push(Group { muscles, joints });
+    }
+
+    /// Muscles that cross no joint are a group without joints.
+    fn gather_idle(&mut self, muscles: usize, crosses: &impl Fn(usize, usize) -> bool) {
+        let from = self.muscles.len();
+        for muscle in 0..muscles {
+            if !(0..self.joint_count).any(|joint| crosses(muscle, joint)) {
+                self.muscles.push(muscle);
+                self.start.push(self.column.len());
+            }
+        }
+        if self.muscles.len() > from {
+            let end = self.joints.len();
+            self.groups.push(Group { muscles: from..self.muscles.len(), joints: end..end });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Pattern;
+
+    #[test]
+    fn joints_without_a_common_muscle_are_groups_of_their_own() {
+        let arms = [
+            0.0, 1.0, 0.0, 2.0, //
+            3.0, 0.0, 0.0, 0.0, //
+            0.0, 0.0, 0.0, 0.0, //
+            0.0, 0.0, 0.0, 4.0,
+        ];
+        let mut pattern = Pattern::new(4, 4);
+        assert!(!pattern.covers(4, &arms));
+        pattern.find(4, &arms);
+        assert!(pattern.covers(4, &arms));
+        assert_eq!(pattern.muscles, [1, 0, 3, 2]);
+        assert_eq!(pattern.joints, [0, 1, 3, 2]);
+        let sizes: alloc::vec::Vec<_> =
+            pattern.groups.iter().map(|g| (g.muscles.len(), g.joints.len())).collect();
+        assert_eq!(sizes, [(1, 1), (2, 2), (0, 1), (1, 0)]);
+        assert_eq!(pattern.column, [0, 0, 1, 1]);
+    }
+
+    #[test]
+    fn a_new_arm_is_not_covered_but_one_that_vanished_is() {
+        let mut pattern = Pattern::new(2, 2);
+        pattern.find(2, &[1.0, 0.0, 0.0, 1.0]);
+        assert!(pattern.covers(2, &[1.0, 0.0, 0.0, 0.0]));
+        assert!(!pattern.covers(2, &[1.0, 1.0, 0.0, 0.0]));
+    }
+}

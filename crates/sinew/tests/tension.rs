@@ -1,0 +1,391 @@
+//! Laws of the tension distribution, on problems of all sizes and kinds.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+use sinew::Error;
+use sinew::control::tension::{Distribution, Limit, Problem, Solution, Status};
+use sinew::random::Random;
+
+/// A problem with its numbers.
+#[derive(Debug, Clone)]
+struct Owned {
+    muscles: usize,
+    joints: usize,
+    arms: Vec<f64>,
+    torque: Vec<f64>,
+    minimum: Vec<f64>,
+    maximum: Vec<f64>,
+    reference: Vec<f64>,
+    weight: Vec<f64>,
+}
+
+impl Owned {
+    fn problem(&self) -> Problem<'_> {
+        Problem {
+            moment_arms: &self.arms,
+            torque: &self.torque,
+            minimum: &self.minimum,
+            maximum: &self.maximum,
+            reference: &self.reference,
+            weight: &self.weight,
+        }
+    }
+
+    fn torque_of(&self, tension: &[f64]) -> Vec<f64> {
+        let mut torque = vec![0.0; self.joints];
+        for (row, tension) in self.arms.chunks_exact(self.joints).zip(tension) {
+            for (torque, arm) in torque.iter_mut().zip(row) {
+                *torque += arm * tension;
+            }
+        }
+        torque
+    }
+}
+
+/// Kinds of trouble.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    /// Full rank, reachable.
+    Plain,
+    /// Each muscle crosses one group of joints.
+    Grouped,
+    /// Joints whose arms are nearly the same, in units that differ a thousandfold.
+    Ill,
+    /// Muscles twice, muscles without arms, a joint without muscles, fixed muscles.
+    Degenerate,
+    /// The only tensions that give the torque are at their limits.
+    Corner,
+    /// More torque than there is.
+    Beyond,
+}
+
+const KINDS: [Kind; 6] =
+    [Kind::Plain, Kind::Grouped, Kind::Ill, Kind::Degenerate, Kind::Corner, Kind::Beyond];
+
+const SIZES: [(usize, usize); 9] =
+    [(2, 1), (3, 2), (6, 3), (4, 4), (15, 7), (20, 3), (30, 12), (63, 20), (100, 30)];
+
+fn below(random: &mut Random, n: usize) -> usize {
+    ((random.unit() * n as f64) as usize).min(n - 1)
+}
+
+fn arms(random: &mut Random, kind: Kind, muscles: usize, joints: usize) -> Vec<f64> {
+    let mut arms: Vec<f64> = (0..muscles * joints).map(|_| 0.04 * random.normal()).collect();
+    for (i, row) in arms.chunks_exact_mut(joints).enumerate() {
+        match kind {
+            Kind::Grouped => {
+                let first = i % joints;
+                for (j, arm) in row.iter_mut().enumerate() {
+                    if j / 3 != first / 3 {
+                        *arm = 0.0;
+                    }
+                }
+            }
+            Kind::Ill => {
+                for j in 1..joints {
+                    row[j] = 10.0_f64.powi(-((j % 4) as i32)) * (row[0] + 0.01 * row[j]);
+                }
+            }
+            _ => {}
+        }
+    }
+    if kind == Kind::Degenerate {
+        for i in 0..muscles {
+            let other = below(random, muscles);
+            match below(random, 4) {
+                0 => arms.copy_within(other * joints..(other + 1) * joints, i * joints),
+                1 => arms[i * joints..(i + 1) * joints].fill(0.0),
+                _ => {}
+            }
+        }
+        if joints > 2 {
+            let idle = below(random, joints);
+            arms.chunks_exact_mut(joints).for_each(|row| row[idle] = 0.0);
+        }
+    }
+    arms
+}
+
+/// The problem of one seed.
+fn draw(random: &mut Random, kind: Kind, (muscles, joints): (usize, usize)) -> Owned {
+    let arms = arms(random, kind, muscles, joints);
+    let minimum: Vec<f64> = (0..muscles).map(|_| 20.0 * random.unit()).collect();
+    let mut maximum: Vec<f64> = minimum.iter().map(|low| low + 50.0 + 350.0 * random.unit()).collect();
+    if kind == Kind::Degenerate {
+        let fixed = below(random, muscles);
+        maximum[fixed] = minimum[fixed];
+    }
+    let reference = (0..muscles).map(|_| 100.0 * random.unit() * below(random, 2) as f64).collect();
+    let weight = (0..muscles).map(|_| 10.0_f64.powf(random.unit() - 0.5)).collect();
+    let mut owned = Owned { muscles, joints, arms, torque: vec![], minimum, maximum, reference, weight };
+    let direction: Vec<f64> = (0..joints).map(|_| random.normal()).collect();
+    let tension: Vec<f64> = (0..muscles)
+        .map(|i| {
+            let (low, high) = (owned.minimum[i], owned.maximum[i]);
+            let row = &owned.arms[i * joints..(i + 1) * joints];
+            let along: f64 = row.iter().zip(&direction).map(|(arm, d)| arm * d).sum();
+            match kind {
+                Kind::Corner => {
+                    if along > 0.0 {
+                        high
+                    } else {
+                        low
+                    }
+                }
+                _ => low + (high - low) * random.unit(),
+            }
+        })
+        .collect();
+    owned.torque = owned.torque_of(&tension);
+    if kind == Kind::Beyond {
+        let most: f64 = owned.maximum.iter().sum();
+        for (torque, direction) in owned.torque.iter_mut().zip(&direction) {
+            *torque += 0.04 * most * random.unit() * direction;
+        }
+    }
+    owned
+}
+
+/// How far the answer is from one that no other can beat; zero but for rounding.
+///
+/// Reached torques: `R^T F = tau` and `F = clip(F_ref + W^-1 R lambda)`. Others: every muscle that would lower the
+/// residual is at its limit, and the rule for `lambda` holds for the rest.
+fn distance_from_optimum(owned: &Owned, solution: &Solution) -> f64 {
+    let size = solution.residual.iter().map(|r| r * r).sum::<f64>().sqrt();
+    let reached = owned.torque_of(solution.tension);
+    let mut worst = 0.0_f64;
+    for (j, reached) in reached.iter().enumerate() {
+        let made_of: f64 = (0..owned.muscles)
+            .map(|i| (owned.arms[i * owned.joints + j] * solution.tension[i]).abs())
+            .sum::<f64>()
+            .max(owned.torque[j].abs());
+        let told = (owned.torque[j] - reached - solution.residual[j]).abs();
+        worst = worst.max(told / made_of.max(1e-300));
+        if solution.status == Status::Optimal {
+            worst = worst.max(solution.residual[j].abs() / made_of.max(1e-300));
+        }
+    }
+    for i in 0..owned.muscles {
+        let row = &owned.arms[i * owned.joints..(i + 1) * owned.joints];
+        let along = |x: &[f64]| -> f64 { row.iter().zip(x).map(|(arm, x)| arm * x).sum() };
+        let arm = row.iter().map(|arm| arm * arm).sum::<f64>().sqrt();
+        let (low, high, tension) = (owned.minimum[i], owned.maximum[i], solution.tension[i]);
+        assert!((low..=high).contains(&tension), "{tension} is not within {low} to {high}");
+        let wish = along(solution.residual);
+        if solution.status == Status::Infeasible && wish.abs() > 1e-9 * arm * size {
+            let limit = if wish > 0.0 { high } else { low };
+            worst = worst.max((tension - limit).abs() / high.abs());
+        } else {
+            let wanted = owned.reference[i] + along(solution.multiplier) / owned.weight[i];
+            worst = worst.max((tension - wanted.max(low).min(high)).abs() / high.abs());
+        }
+    }
+    worst
+}
+
+/// Runs `law` on problems of every kind and size.
+fn for_all(rounds: usize, mut law: impl FnMut(&str, &Owned)) {
+    let mut random = Random::new(5);
+    for size in SIZES {
+        for kind in KINDS {
+            for round in 0..rounds {
+                law(&format!("{kind:?} {size:?} {round}"), &draw(&mut random, kind, size));
+            }
+        }
+    }
+}
+
+/// Largest difference, relative to the largest entry of `a`.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let size = a.iter().fold(1e-300, |most: f64, x| most.max(x.abs()));
+    a.iter().zip(b).map(|(a, b)| (a - b).abs() / size).fold(0.0, f64::max)
+}
+
+#[test]
+fn no_other_tensions_cost_less_or_come_closer() {
+    let (mut optimal, mut infeasible) = (0, 0);
+    for_all(60, |name, owned| {
+        let mut distribution = Distribution::new(owned.muscles, owned.joints);
+        let solution = distribution.solve(&owned.problem()).unwrap();
+        let distance = distance_from_optimum(owned, &solution);
+        assert!(distance < 1e-10, "{name}: {distance:e} {:?}", solution.status);
+        *(if solution.status == Status::Optimal { &mut optimal } else { &mut infeasible }) += 1;
+    });
+    assert!(optimal > 1000 && infeasible > 300, "{optimal} {infeasible}");
+}
+
+#[test]
+fn a_torque_made_by_tensions_within_the_limits_is_reached() {
+    for_all(20, |name, owned| {
+        // The names of the kinds say how the torque was made.
+        if !name.starts_with("Beyond") {
+            let mut distribution = Distribution::new(owned.muscles, owned.joints);
+            let solution = distribution.solve(&owned.problem()).unwrap();
+            assert_eq!(solution.status, Status::Optimal, "{name} {:?}", solution.residual);
+        }
+    });
+}
+
+#[test]
+fn the_start_does_not_change_the_answer() {
+    let mut random = Random::new(11);
+    for_all(10, |name, owned| {
+        let mut distribution = Distribution::new(owned.muscles, owned.joints);
+        let cold = distribution.solve(&owned.problem()).unwrap().tension.to_vec();
+        let mut other = owned.clone();
+        other.torque.iter_mut().for_each(|torque| *torque *= random.normal());
+        distribution.solve(&other.problem()).unwrap();
+        let warm = distribution.solve(&owned.problem()).unwrap();
+        assert!(apart(&cold, warm.tension) < 1e-9, "{name}: {:e}", apart(&cold, warm.tension));
+    });
+}
+
+#[test]
+fn equal_questions_get_equal_bits_and_a_warm_start_saves_steps() {
+    let (mut cold_steps, mut warm_steps) = (0, 0);
+    for_all(10, |name, owned| {
+        let mut distribution = Distribution::new(owned.muscles, owned.joints);
+        let cold = distribution.solve(&owned.problem()).unwrap();
+        let (tension, steps) = (cold.tension.to_vec(), cold.iterations);
+        let reached = cold.status == Status::Optimal;
+        if reached {
+            cold_steps += steps;
+            warm_steps += distribution.solve(&owned.problem()).unwrap().iterations;
+        }
+        distribution.forget();
+        let again = distribution.solve(&owned.problem()).unwrap();
+        assert_eq!(tension, again.tension, "{name}");
+        assert_eq!(steps, again.iterations, "{name}");
+    });
+    assert!(5 * warm_steps < cold_steps, "{warm_steps} {cold_steps}");
+}
+
+#[test]
+fn tensions_that_are_wanted_and_give_the_torque_are_returned() {
+    for_all(10, |name, owned| {
+        let mut distribution = Distribution::new(owned.muscles, owned.joints);
+        let solution = distribution.solve(&owned.problem()).unwrap();
+        let (status, tension) = (solution.status, solution.tension.to_vec());
+        let mut asked = owned.clone();
+        asked.reference.clone_from(&tension);
+        let again = distribution.solve(&asked.problem()).unwrap();
+        assert_eq!(again.status, status, "{name}");
+        assert!(apart(&tension, again.tension) < 1e-9, "{name}: {:e}", apart(&tension, again.tension));
+    });
+}
+
+#[test]
+fn units_do_not_matter() {
+    // Newton and metre may be anything, joint by joint where the torque is reached.
+    let (force, length) = (1e3, 1e-4);
+    for_all(10, |name, owned| {
+        let mut other = owned.clone();
+        other.arms.iter_mut().for_each(|arm| *arm *= length);
+        other.torque.iter_mut().for_each(|torque| *torque *= force * length);
+        for list in [&mut other.minimum, &mut other.maximum, &mut other.reference] {
+            list.iter_mut().for_each(|tension| *tension *= force);
+        }
+        other.weight.iter_mut().for_each(|weight| *weight *= 1e7);
+        let mut ours = Distribution::new(owned.muscles, owned.joints);
+        let mut theirs = ours.clone();
+        let a = ours.solve(&owned.problem()).unwrap();
+        let b = theirs.solve(&other.problem()).unwrap();
+        let b_tension: Vec<f64> = b.tension.iter().map(|tension| tension / force).collect();
+        assert_eq!(a.status, b.status, "{name}");
+        assert!(apart(a.tension, &b_tension) < 1e-9, "{name}: {:e}", apart(a.tension, &b_tension));
+    });
+}
+
+#[test]
+fn tensions_follow_a_moving_torque_without_a_jump() {
+    let mut random = Random::new(3);
+    for _ in 0..20 {
+        let owned = draw(&mut random, Kind::Grouped, (15, 7));
+        let mut distribution = Distribution::new(15, 7);
+        // From slack to far beyond what the muscles can.
+        let mut at = |part: f64| {
+            let mut moving = owned.clone();
+            moving.torque.iter_mut().for_each(|torque| *torque *= 6.0 * part);
+            let solution = distribution.solve(&moving.problem()).unwrap();
+            (solution.tension.to_vec(), solution.limit.to_vec())
+        };
+        let change = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let path: Vec<_> = (0..=500_u32).map(|k| at(f64::from(k) / 500.0)).collect();
+        let bends = path.windows(2).filter(|pair| pair[0].1 != pair[1].1).count();
+        assert!(bends > 10, "{bends}");
+        // Wherever the limits that hold change, the step shrinks to nothing as it is halved.
+        for (k, pair) in path.windows(2).enumerate().filter(|(_, pair)| pair[0].1 != pair[1].1) {
+            let (mut from, mut to) = (pair[0].0.clone(), pair[1].0.clone());
+            let (mut low, mut high) = (k as f64 / 500.0, (k + 1) as f64 / 500.0);
+            for _ in 0..36 {
+                let middle = f64::midpoint(low, high);
+                let (tension, _) = at(middle);
+                if change(&from, &tension) > change(&tension, &to) {
+                    (high, to) = (middle, tension);
+                } else {
+                    (low, from) = (middle, tension);
+                }
+            }
+            assert!(change(&from, &to) < 1e-5, "{} N between {low} and {high}", change(&from, &to));
+        }
+    }
+}
+
+#[test]
+fn limits_are_named_where_they_hold() {
+    for_all(5, |name, owned| {
+        let mut distribution = Distribution::new(owned.muscles, owned.joints);
+        let solution = distribution.solve(&owned.problem()).unwrap();
+        for (i, limit) in solution.limit.iter().enumerate() {
+            let at = match limit {
+                Limit::Lower => owned.minimum[i],
+                Limit::Upper => owned.maximum[i],
+                Limit::Free => continue,
+            };
+            assert_eq!(solution.tension[i].to_bits(), at.to_bits(), "{name}");
+        }
+    });
+}
+
+#[test]
+fn what_is_no_problem_is_refused_by_name() {
+    let good = draw(&mut Random::new(1), Kind::Plain, (3, 2));
+    let refused = |change: &dyn Fn(&mut Owned)| {
+        let mut bad = good.clone();
+        change(&mut bad);
+        Distribution::new(3, 2).solve(&bad.problem()).unwrap_err().to_string()
+    };
+    for wrong in [f64::NAN, f64::INFINITY, -1e31] {
+        assert!(refused(&|p| p.arms[4] = wrong).contains("moment_arms"));
+        assert!(refused(&|p| p.torque[1] = wrong).contains("torque"));
+        assert!(refused(&|p| p.minimum[2] = wrong).contains("minimum"));
+        assert!(refused(&|p| p.maximum[2] = wrong).contains("maximum"));
+        assert!(refused(&|p| p.reference[0] = wrong).contains("reference"));
+        assert!(refused(&|p| p.weight[0] = wrong).contains("weight"));
+    }
+    assert!(refused(&|p| p.weight[0] = 0.0).contains("weight"));
+    assert!(refused(&|p| p.minimum[1] = 1e9).contains("minimum must be <= maximum"));
+    assert!(matches!(
+        Distribution::new(4, 2).solve(&good.problem()),
+        Err(Error::WrongLength { name: "moment_arms", expected: 8, got: 6 })
+    ));
+}
+
+#[test]
+fn sizes_without_muscles_or_joints_have_answers() {
+    let none = Problem {
+        moment_arms: &[],
+        torque: &[],
+        minimum: &[1.0, 2.0],
+        maximum: &[5.0, 5.0],
+        reference: &[3.0, 0.0],
+        weight: &[1.0, 1.0],
+    };
+    let mut distribution = Distribution::new(2, 0);
+    assert_eq!(distribution.solve(&none).unwrap().tension, [3.0, 2.0]);
+    let no_muscle =
+        Problem { torque: &[1.0], minimum: &[], maximum: &[], reference: &[], weight: &[], ..none };
+    let mut distribution = Distribution::new(0, 1);
+    let solution = distribution.solve(&no_muscle).unwrap();
+    assert_eq!((solution.status, solution.residual), (Status::Infeasible, &[1.0][..]));
+}
