@@ -45,6 +45,8 @@ const ROOMS: [(&str, &[&str]); 16] = [
             "random",
             "trajectory",
             "drive",
+            "muscle",
+            "body",
             "transmission",
             "predictor",
             "control",
