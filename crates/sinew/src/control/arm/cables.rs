@@ -82,9 +82,9 @@ impl Cables {
     }
 
     /// What the winch's law wants of a cable, m.
-    pub(super) fn wanted_stretch(&self, k: usize, winch: &mut Winch, pull: &Pull, gains: &ArmGains) -> f64 {
+    pub(super) fn wanted_stretch(&self, h: f64, k: usize, winch: &mut Winch, pull: &Pull, gains: &ArmGains) -> f64 {
         let law = self.observers.cables().law(k);
-        law.map_or(self.stretch[k], |law| winch.stretch(law, pull, self.drag[k], gains))
+        law.map_or(self.stretch[k], |law| winch.stretch(h, law, pull, self.drag[k], gains))
     }
 
     /// The posture turns the cables at their joints. All at first, then one each millisecond: postures change slowly.

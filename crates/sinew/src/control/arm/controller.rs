@@ -250,7 +250,7 @@ impl ArmController {
             let pull = Pull { tension: self.wanted[k], velocity, coming, behind: self.behind[k] };
             *command = match &mut self.way {
                 Way::Winches(_) => {
-                    let stretch = self.cables.wanted_stretch(k, &mut self.winches[k], &pull, &self.gains);
+                    let stretch = self.cables.wanted_stretch(h, k, &mut self.winches[k], &pull, &self.gains);
                     let speed = self.winches[k].speed(&pull, stretch, self.cables.stretch[k], &self.gains);
                     DriveCommand::Velocity(if self.holding { 0.0 } else { speed })
                 }

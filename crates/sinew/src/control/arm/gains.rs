@@ -27,6 +27,12 @@ pub struct ArmGains {
     pub most_speed: f64,
     /// m/s: speed of the anchor that is about to come at which the cable has wholly changed its direction of sliding.
     pub turning: f64,
+    /// 1/s: how fast the anchor is believed to make good what it is behind.
+    pub lead: f64,
+    /// 1/s: the same over time.
+    pub integral: f64,
+    /// 1: share of the way across the dead band that is left to the joints' errors, because friction is not known better.
+    pub doubt: f64,
     /// `F_min`, N: least tension wanted at an anchor; at least [`above_pretension`](Self::above_pretension) over `T_0`.
     pub least_tension: f64,
     /// N.
@@ -51,6 +57,9 @@ impl ArmGains {
             braking: 4.0,
             most_speed: 0.13,
             turning: 2e-4,
+            lead: 0.0,
+            integral: 0.0,
+            doubt: 0.1,
             least_tension: 20.0,
             above_pretension: 4.0,
             drive_tension: 445.0,
@@ -82,6 +91,9 @@ impl ArmGains {
         for (name, value) in [
             ("damping", self.damping),
             ("position", self.position),
+            ("lead", self.lead),
+            ("doubt", self.doubt),
+            ("integral", self.integral),
             ("least_tension", self.least_tension),
             ("above_pretension", self.above_pretension),
             ("hold", self.hold[0]),

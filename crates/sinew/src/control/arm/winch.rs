@@ -26,22 +26,26 @@ pub(super) struct Pull {
 pub(super) struct Winch {
     /// Which way the cable slides, or is about to: -1 to 1.
     pub(super) sliding: f64,
+    /// What the joints' errors add to it.
+    pub(super) correction: f64,
 }
 
 impl Winch {
     /// Wanted stretch, m.
-    pub(super) fn stretch(&mut self, law: &CableLaw, pull: &Pull, drag: f64, gains: &ArmGains) -> f64 {
-        let share = pull.coming / gains.turning;
-        // At rest it stays as the last motion left it.
-        if share.abs() > 1e-6 {
-            self.sliding = share.clamp(-1.0, 1.0);
-        }
+    pub(super) fn stretch(&mut self, h: f64, law: &CableLaw, pull: &Pull, drag: f64, gains: &ArmGains) -> f64 {
         let of = |s: f64| {
             let speed = if s * pull.velocity > 0.0 { pull.velocity } else { s * f64::MIN_POSITIVE };
             law.steady(pull.tension, speed, drag).map_or(0.0, |steady| steady.stretch)
         };
-        let up = 0.5 * (1.0 + self.sliding);
-        (if up > 0.0 { up * of(1.0) } else { 0.0 }) + (if up < 1.0 { (1.0 - up) * of(-1.0) } else { 0.0 })
+        let (high, low) = (of(1.0), of(-1.0));
+        let gap = (high - low).max(1e-3);
+        let most = 1.0 - gains.doubt;
+        self.sliding = (self.sliding + h * pull.coming / gains.turning).clamp(-most, most);
+        let end = 1.0 + gains.doubt;
+        let rate = gains.integral * pull.behind / gap;
+        self.correction = (self.correction + h * rate).clamp(-end - self.sliding, end - self.sliding);
+        let s = (self.sliding + self.correction + gains.lead * pull.behind / gap).clamp(-end, end);
+        0.5 * ((1.0 + s) * high + (1.0 - s) * low)
     }
 
     /// Speed of the winch, m/s, with the stretch as wanted and as believed.

@@ -21,7 +21,7 @@ impl CableLaw {
     /// the anchor, N, and so many times the drag of the law.
     ///
     /// ```text
-    /// T_(i-1) = T_i (1 + tau_i)/(1 - tau_i),   tau_i = tanh( s h_i + g_i v ),   s = sign v;    e = sum_j c_j T_j
+    /// T_(i-1) = T_i (1 + tau_i)/(1 - tau_i),   tau_i = tanh( s h_i(v) + g_i v ),   s = sign v;    e = sum_j c_j T_j
     /// ```
     ///
     /// | symbol | argument      | unit | domain | meaning                                                      |
@@ -31,7 +31,7 @@ impl CableLaw {
     /// |        | `drag_factor` | 1    | finite, >= 0 | on every `d_i`: grease that has warmed                    |
     ///
     /// # Assumes
-    /// Friction as at high speed: what weakens with speed is gone.
+    /// Friction that weakens with speed is that of this speed, all along the cable.
     ///
     /// # Example
     /// ```
@@ -51,11 +51,12 @@ impl CableLaw {
         let (tension_out, velocity) = (finite("tension_out", tension_out)?, finite("velocity", velocity)?);
         let drag_speed = non_negative("drag_factor", drag_factor)? * velocity;
         let s = if velocity < 0.0 { -1.0 } else { 1.0 };
+        let weakened = self.weakening.map_or(1.0, |weakening| weakening.factor(velocity.abs()));
         let mut tension = (tension_out - self.pretension).max(0.0);
         let mut cells = self.compliance.iter().rev();
         let mut stretch = cells.next().map_or(0.0, |c| c * tension);
         for (node, compliance) in self.nodes.iter().rev().zip(cells) {
-            let half = s * (node.friction + node.loss) + node.viscous * velocity;
+            let half = s * (weakened * node.friction + node.loss) + node.viscous * velocity;
             let mut ahead = tension;
             for _ in 0..ROUNDS {
                 let both = tension + ahead;
