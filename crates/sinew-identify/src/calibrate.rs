@@ -83,7 +83,7 @@ fn rows(specimen: &Specimen, speed: f64, seconds: f64, seed: u64) -> Result<Vec<
     }
 }
 
-fn cable_log(rows: &[BenchRow]) -> CableLog {
+pub(crate) fn cable_log(rows: &[BenchRow]) -> CableLog {
     let mut log = CableLog::default();
     let mut last = f64::NAN;
     for row in rows.iter().step_by(EVERY) {

@@ -11,6 +11,7 @@ pub mod member;
 
 pub mod adapt;
 pub mod calibrate;
+pub mod calibrate_arm;
 pub mod evaluate;
 pub mod identify;
 pub mod observer;
