@@ -95,6 +95,8 @@ pub struct ArmController {
     velocity: Vec<f64>,
     coming: Vec<f64>,
     behind: Vec<f64>,
+    slip: Vec<f64>,
+    now: Vec<f64>,
     wanted: Vec<f64>,
     least: Vec<f64>,
     most: Vec<f64>,
@@ -145,6 +147,8 @@ impl ArmController {
             velocity: vec![0.0; muscles],
             coming: vec![0.0; muscles],
             behind: vec![0.0; muscles],
+            slip: vec![0.0; muscles],
+            now: vec![0.0; muscles],
             wanted: vec![0.0; muscles],
             least: limits.iter().map(|limit| limit[0]).collect(),
             most: limits.iter().map(|limit| limit[1]).collect(),
@@ -176,6 +180,9 @@ impl ArmController {
         self.observe(h, sample)?;
         self.mechanics.toward_motor(&goal.now.v, &mut self.velocity);
         self.mechanics.toward_motor(&goal.coming.v, &mut self.coming);
+        self.mechanics.toward_motor(&self.joints.v, &mut self.now);
+        let share = (h / self.gains.slip).min(1.0);
+        self.slip.iter_mut().zip(&self.now).for_each(|(slip, now)| *slip += share * (now - *slip));
         self.hold(goal);
         self.want_acceleration(goal.now);
         self.mechanics.torque(&self.joints.q, &self.joints.v, &self.acceleration, &mut self.torque)?;
@@ -247,7 +254,7 @@ impl ArmController {
         let lengths = self.mechanics.lengths();
         for (k, command) in self.commands.iter_mut().enumerate() {
             let (velocity, coming) = (self.velocity[k], self.coming[k]);
-            let pull = Pull { tension: self.wanted[k], velocity, coming, behind: self.behind[k] };
+            let pull = Pull { tension: self.wanted[k], velocity, coming, slip: self.slip[k], behind: self.behind[k] };
             *command = match &mut self.way {
                 Way::Winches(_) => {
                     let stretch = self.cables.wanted_stretch(h, k, &mut self.winches[k], &pull, &self.gains);

@@ -33,6 +33,8 @@ pub struct ArmGains {
     pub integral: f64,
     /// 1: share of the way across the dead band that is left to the joints' errors, because friction is not known better.
     pub doubt: f64,
+    /// s: smoothing of the speed at which a cable slips.
+    pub slip: f64,
     /// `F_min`, N: least tension wanted at an anchor; at least [`above_pretension`](Self::above_pretension) over `T_0`.
     pub least_tension: f64,
     /// N.
@@ -59,7 +61,8 @@ impl ArmGains {
             turning: 2e-4,
             lead: 0.0,
             integral: 0.0,
-            doubt: 0.1,
+            doubt: 0.0,
+            slip: 0.03,
             least_tension: 20.0,
             above_pretension: 4.0,
             drive_tension: 445.0,
@@ -84,6 +87,7 @@ impl ArmGains {
             ("braking", self.braking),
             ("most_speed", self.most_speed),
             ("turning", self.turning),
+            ("slip", self.slip),
             ("drive_tension", self.drive_tension),
         ] {
             positive(name, value)?;

@@ -9,6 +9,8 @@ pub(super) struct Pull {
     /// Speed of the anchor in the reference, now and a little later, m/s, + toward the motor.
     pub(super) velocity: f64,
     pub(super) coming: f64,
+    /// Speed at which it truly slides, m/s.
+    pub(super) slip: f64,
     /// `R (q_r - q^)`: how far the anchor is behind, m.
     pub(super) behind: f64,
 }
@@ -35,7 +37,7 @@ impl Winch {
     pub(super) fn stretch(&mut self, h: f64, law: &CableLaw, pull: &Pull, drag: f64, gains: &ArmGains) -> f64 {
         let of = |s: f64| {
             let speed = if s * pull.velocity > 0.0 { pull.velocity } else { s * f64::MIN_POSITIVE };
-            law.steady(pull.tension, speed, drag).map_or(0.0, |steady| steady.stretch)
+            law.sliding(pull.tension, speed, pull.slip, drag).map_or(0.0, |steady| steady.stretch)
         };
         let (high, low) = (of(1.0), of(-1.0));
         let gap = (high - low).max(1e-3);

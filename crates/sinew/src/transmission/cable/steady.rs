@@ -48,10 +48,26 @@ impl CableLaw {
     /// # Source
     /// Balance of [`cable`](super) at every node.
     pub fn steady(&self, tension_out: f64, velocity: f64, drag_factor: f64) -> Result<SteadySliding, Error> {
+        self.sliding(tension_out, velocity, velocity, drag_factor)
+    }
+
+    /// The same where the friction that weakens with speed is that of another speed: of a cable that slips at `slip` m/s where it
+    /// was to slide at `velocity`.
+    ///
+    /// # Errors
+    /// As [`steady`](Self::steady).
+    pub fn sliding(
+        &self,
+        tension_out: f64,
+        velocity: f64,
+        slip: f64,
+        drag_factor: f64,
+    ) -> Result<SteadySliding, Error> {
         let (tension_out, velocity) = (finite("tension_out", tension_out)?, finite("velocity", velocity)?);
+        let slip = finite("slip", slip)?.abs();
         let drag_speed = non_negative("drag_factor", drag_factor)? * velocity;
         let s = if velocity < 0.0 { -1.0 } else { 1.0 };
-        let weakened = self.weakening.map_or(1.0, |weakening| weakening.factor(velocity.abs()));
+        let weakened = self.weakening.map_or(1.0, |weakening| weakening.factor(slip));
         let mut tension = (tension_out - self.pretension).max(0.0);
         let mut cells = self.compliance.iter().rev();
         let mut stretch = cells.next().map_or(0.0, |c| c * tension);
