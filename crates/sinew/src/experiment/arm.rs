@@ -62,9 +62,6 @@ pub struct TrackRow<'a> {
 /// Step of all loops, s.
 pub const STEP: f64 = 1e-3;
 
-/// Beyond this a joint is lost and the run has failed, rad.
-const LOST: f64 = 0.6;
-
 /// Moves the arm and hands every row to `see`; what became of it.
 ///
 /// The arm starts at rest in the first pose, cables as after a pull, with tensions that hold its weight as designed.
@@ -113,16 +110,11 @@ pub fn track(
         };
         summary.count(&row);
         see(&row);
-        let lost = now.q.iter().zip(row.truth.q).any(|(a, b)| !((a - b).abs() < LOST));
-        if lost && summary.lost.is_none() {
-            summary.lost = Some(time);
-        }
         if arm.step(&commands, STEP).is_err() {
-            summary.lost = summary.lost.or(Some(time));
+            summary.lost = Some(time);
             break;
         }
     }
-    summary.finish();
     Ok(summary)
 }
 

@@ -1,6 +1,8 @@
 //! What is counted of a run: errors of the end point and of every muscle, tensions at their extremes.
 
 use super::arm::{NOTHING, TrackRow, distance};
+use crate::control::arm::{ArmStatus, Trouble};
+use crate::control::tension::Status;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -42,7 +44,11 @@ pub struct TrackSummary {
     pub most_drive: (f64, usize),
     /// Milliseconds in which no tensions within limits gave the torque.
     pub infeasible: u64,
-    /// When a joint was first beyond reach of its reference, s: the run has failed.
+    /// When the controller stopped the arm, s, and why.
+    pub stopped: Option<(f64, Trouble)>,
+    /// Milliseconds in which something was missing and bridged, and what it was first.
+    pub bridged: (u64, Option<Trouble>),
+    /// When the plant itself gave up, s: the arm moved faster than any cable could follow.
     pub lost: Option<f64>,
 }
 
@@ -54,6 +60,8 @@ impl TrackSummary {
             least_anchor: (f64::INFINITY, 0),
             most_drive: (0.0, 0),
             infeasible: 0,
+            stopped: None,
+            bridged: (0, None),
             lost: None,
         }
     }
@@ -67,7 +75,14 @@ impl TrackSummary {
                 self.most_drive = (cable.tension_in, k);
             }
         }
-        if row.answer.reached == crate::control::tension::Status::Infeasible {
+        match row.answer.status {
+            ArmStatus::Stopped(trouble) if self.stopped.is_none() => self.stopped = Some((row.time, trouble)),
+            ArmStatus::Bridging(trouble) => {
+                self.bridged = (self.bridged.0 + 1, self.bridged.1.or(Some(trouble)));
+            }
+            _ => {}
+        }
+        if row.answer.reached == Status::Infeasible {
             self.infeasible += 1;
         }
         if row.repeat.is_some() {
@@ -77,8 +92,6 @@ impl TrackSummary {
             }
         }
     }
-
-    pub(super) fn finish(&mut self) {}
 
     /// Mean over muscles and time of the magnitude of the length errors, m.
     #[must_use]

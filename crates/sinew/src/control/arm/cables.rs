@@ -1,4 +1,4 @@
-use super::controller::{ArmSample, Told};
+use super::controller::Told;
 use super::gains::ArmGains;
 use super::mechanics::Mechanics;
 use super::winch::{Pull, Winch};
@@ -12,7 +12,7 @@ use alloc::vec::Vec;
 pub enum Knowledge {
     /// The cables' observers.
     Observer,
-    /// The encoders alone: stretch is what motors and joints have moved apart.
+    /// The encoders alone: stretch is what motors and joints have moved apart since the start; tensions are believed to be as wanted.
     Encoders,
     /// Somebody who looks into the cables: the yardstick.
     Told,
@@ -28,8 +28,12 @@ pub(super) struct Cables {
     /// Where the last pulley of every cable is told its wrap: its place and the wrap as told.
     wraps: Vec<(usize, f64)>,
     turn: usize,
+    /// Stretch of every cable less what its ends were apart at the start, m.
+    zero: Vec<f64>,
+    started: bool,
     pub(super) tension_out: Vec<f64>,
     pub(super) stretch: Vec<f64>,
+    pub(super) tension_in: Vec<f64>,
     drag: Vec<f64>,
 }
 
@@ -48,31 +52,41 @@ impl Cables {
             estimates: vec![CableEstimate::default(); n],
             wraps: models.iter().map(|model| (model.path.pulleys().saturating_sub(1), f64::NAN)).collect(),
             turn: 0,
+            zero: vec![0.0; n],
+            started: false,
             tension_out: vec![0.0; n],
             stretch: vec![0.0; n],
+            tension_in: vec![0.0; n],
             drag: vec![1.0; n],
         })
     }
 
-    /// Takes a sample.
+    /// Takes what motors and load cells say, with the tensions that were wanted.
     pub(super) fn look(
         &mut self,
         h: f64,
-        sample: &ArmSample<'_>,
+        (motor, tension): (&[f64], &[f64]),
         mechanics: &Mechanics,
+        wanted: &[f64],
         told: Option<&Told<'_>>,
     ) -> Result<(), Error> {
         self.wrap(&mechanics.bends)?;
         for (k, (seen, length)) in self.samples.iter_mut().zip(mechanics.lengths()).enumerate() {
-            *seen =
-                CableSample { motor: sample.motor[k], anchor: -length, tension_in: sample.tension[k] };
+            *seen = CableSample { motor: motor[k], anchor: -length, tension_in: tension[k] };
         }
         self.observers.step(h, &self.samples, &mut self.estimates)?;
-        for (k, estimate) in self.estimates.iter().enumerate() {
-            self.tension_out[k] = estimate.tension_out;
-            self.stretch[k] = estimate.stretch;
-            self.drag[k] = estimate.drag_factor;
+        for (k, (estimate, seen)) in self.estimates.iter().zip(&self.samples).enumerate() {
+            self.tension_in[k] = estimate.tension_in;
+            let apart = seen.motor - seen.anchor;
+            if !self.started {
+                self.zero[k] = estimate.stretch - apart;
+            }
+            (self.tension_out[k], self.stretch[k], self.drag[k]) = match self.knowledge {
+                Knowledge::Encoders if self.started => (wanted[k], self.zero[k] + apart, 1.0),
+                _ => (estimate.tension_out, estimate.stretch, estimate.drag_factor),
+            };
         }
+        self.started = true;
         if let (Knowledge::Told, Some(told)) = (self.knowledge, told) {
             self.tension_out.copy_from_slice(told.tension_out);
             self.stretch.copy_from_slice(told.stretch);

@@ -1,5 +1,6 @@
 use super::cables::{Cables, Knowledge};
 use super::gains::ArmGains;
+use super::guard::{ArmStatus, Guard};
 use super::joints::JointObserver;
 use super::mechanics::Mechanics;
 use super::winch::{Pull, Winch};
@@ -67,8 +68,8 @@ pub struct ArmAnswer<'a> {
     pub q: &'a [f64],
     /// Whether the tensions wanted give the torque wanted.
     pub reached: Status,
-    /// Whether the arm is held at rest.
-    pub holding: bool,
+    /// Whether it follows, rests, or was stopped, and why.
+    pub status: ArmStatus,
 }
 
 /// Moves an arm on cables along a reference.
@@ -79,6 +80,7 @@ pub struct ArmController {
     mechanics: Mechanics,
     joints: JointObserver,
     cables: Cables,
+    guard: Guard,
     distribution: Distribution,
     winches: Vec<Winch>,
     started: bool,
@@ -87,6 +89,8 @@ pub struct ArmController {
     /// `d_u`, rad/s^2.
     disturbance: Vec<f64>,
     commands: Vec<DriveCommand>,
+    /// Speed that every winch was told, m/s; not a number where it was told a tension.
+    told: Vec<f64>,
     // Of every joint.
     acceleration: Vec<f64>,
     torque: Vec<f64>,
@@ -134,6 +138,7 @@ impl ArmController {
         Ok(Self {
             joints: JointObserver::new(joints, gains.observer),
             cables,
+            guard: Guard::new(muscles, joints),
             distribution: Distribution::new(muscles, joints),
             winches: vec![Winch::default(); muscles],
             started: false,
@@ -141,6 +146,7 @@ impl ArmController {
             reached: Status::Optimal,
             disturbance: vec![0.0; joints],
             commands: vec![DriveCommand::Off; muscles],
+            told: vec![0.0; muscles],
             acceleration: vec![0.0; joints],
             torque: vec![0.0; joints],
             error: vec![0.0; joints],
@@ -171,13 +177,12 @@ impl ArmController {
         goal: &Goal<'_>,
         told: Option<&Told<'_>>,
     ) -> Result<ArmAnswer<'_>, Error> {
-        if !self.started {
-            self.started = true;
-            self.joints.start(sample.joint);
-        }
+        self.guard.take(h, sample, &self.told, &self.cables.tension_in);
+        self.bridge(h, goal.now);
         self.mechanics.look(&self.joints.q)?;
-        self.cables.look(h, sample, &self.mechanics, told)?;
-        self.observe(h, sample)?;
+        let seen = (&self.guard.motor[..], &self.guard.tension[..]);
+        self.cables.look(h, seen, &self.mechanics, &self.wanted, told)?;
+        self.observe(h)?;
         self.mechanics.toward_motor(&goal.now.v, &mut self.velocity);
         self.mechanics.toward_motor(&goal.coming.v, &mut self.coming);
         self.mechanics.toward_motor(&self.joints.v, &mut self.now);
@@ -187,27 +192,57 @@ impl ArmController {
         self.want_acceleration(goal.now);
         self.mechanics.torque(&self.joints.q, &self.joints.v, &self.acceleration, &mut self.torque)?;
         self.distribute()?;
-        self.command(h, sample);
+        self.command(h);
         Ok(ArmAnswer {
             commands: &self.commands,
             wanted: &self.wanted,
             believed: &self.cables.tension_out,
             q: &self.joints.q,
             reached: self.reached,
-            holding: self.holding,
+            status: self.status(),
         })
     }
 
+    /// Whether the arm follows, rests, or was stopped, and why.
+    #[must_use]
+    pub fn status(&self) -> ArmStatus {
+        match self.guard.status {
+            ArmStatus::Following if self.holding => ArmStatus::Holding,
+            status => status,
+        }
+    }
+
+    /// A joint whose encoder says nothing is believed to follow its reference.
+    fn bridge(&mut self, h: f64, goal: &Reference) {
+        for (k, joint) in self.guard.joint.iter_mut().enumerate() {
+            let believed = if self.started { self.joints.q[k] + h * goal.v[k] } else { goal.q[k] };
+            if !joint.is_finite() {
+                *joint = believed;
+            }
+        }
+        if !self.started {
+            self.started = true;
+            self.joints.start(&self.guard.joint);
+        }
+    }
+
     /// What the joints do, and what moves them beside the tensions that are known.
-    fn observe(&mut self, h: f64, sample: &ArmSample<'_>) -> Result<(), Error> {
+    fn observe(&mut self, h: f64) -> Result<(), Error> {
         let Self { mechanics, joints, cables, acceleration, .. } = self;
         mechanics.acceleration(&joints.q, &joints.v, &cables.tension_out, acceleration)?;
-        joints.step(h, sample.joint, acceleration);
-        if !self.holding {
-            let known = self.joints.disturbance.iter().zip(&self.gains.disturbance);
-            for (used, (found, rate)) in self.disturbance.iter_mut().zip(known) {
-                *used += h * rate * (found - *used);
-            }
+        joints.step(h, &self.guard.joint, acceleration);
+        if self.holding {
+            return Ok(());
+        }
+        let blind = matches!(self.way, Way::Winches(Knowledge::Encoders));
+        for (k, used) in self.disturbance.iter_mut().enumerate() {
+            let w = self.gains.bandwidth[k];
+            // Who knows no tension integrates the error of the last millisecond.
+            *used += if blind {
+                -h * BLIND_INTEGRAL * w * w * w * self.error[k]
+            } else {
+                h * self.gains.disturbance[k] * (self.joints.disturbance[k] - *used)
+            };
         }
         Ok(())
     }
@@ -222,6 +257,7 @@ impl ArmController {
         let worst = self.error.iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
         let speed = self.joints.v.iter().fold(0.0_f64, |worst, v| worst.max(v.abs()));
         let allowed = self.gains.hold[usize::from(self.holding)];
+        self.guard.watch(&self.error);
         self.holding = !moving && worst < allowed && (self.holding || speed < 0.01);
     }
 
@@ -250,7 +286,10 @@ impl ArmController {
         Ok(())
     }
 
-    fn command(&mut self, h: f64, sample: &ArmSample<'_>) {
+    fn command(&mut self, h: f64) {
+        if self.guard.stopped() {
+            return self.brake(h);
+        }
         let lengths = self.mechanics.lengths();
         for (k, command) in self.commands.iter_mut().enumerate() {
             let (velocity, coming) = (self.velocity[k], self.coming[k]);
@@ -259,18 +298,35 @@ impl ArmController {
                 Way::Winches(_) => {
                     let stretch = self.cables.wanted_stretch(h, k, &mut self.winches[k], &pull, &self.gains);
                     let speed = self.winches[k].speed(&pull, stretch, self.cables.stretch[k], &self.gains);
-                    DriveCommand::Velocity(if self.holding { 0.0 } else { speed })
+                    self.told[k] = if self.holding { 0.0 } else { speed };
+                    DriveCommand::Velocity(self.told[k])
                 }
                 Way::Tensions(list) => {
                     let wish = Wish { tension_out: pull.tension, velocity, coming };
                     let seen = CableSample {
-                        motor: sample.motor[k],
+                        motor: self.guard.motor[k],
                         anchor: -lengths[k],
-                        tension_in: sample.tension[k],
+                        tension_in: self.guard.tension[k],
                     };
+                    self.told[k] = f64::NAN;
                     list[k].answer(h, &wish, &seen).command
                 }
             };
         }
     }
+
+    /// All winches to rest: tensions stay about what they are.
+    fn brake(&mut self, h: f64) {
+        for (told, command) in self.told.iter_mut().zip(&mut self.commands) {
+            let speed = if told.is_finite() { *told } else { 0.0 };
+            *told = speed - speed.clamp(-h * BRAKING, h * BRAKING);
+            *command = DriveCommand::Velocity(*told);
+        }
+    }
 }
+
+/// Share of `w^3` with which the error is integrated where no tension is known.
+const BLIND_INTEGRAL: f64 = 0.2;
+
+/// With which winches are brought to rest, m/s^2.
+const BRAKING: f64 = 2.0;

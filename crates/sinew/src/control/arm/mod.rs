@@ -3,6 +3,7 @@
 mod cables;
 mod controller;
 mod gains;
+mod guard;
 mod joints;
 mod mechanics;
 mod winch;
@@ -10,3 +11,4 @@ mod winch;
 pub use cables::Knowledge;
 pub use controller::{ArmAnswer, ArmController, ArmSample, Goal, Told, Way};
 pub use gains::ArmGains;
+pub use guard::{ArmStatus, Trouble};
