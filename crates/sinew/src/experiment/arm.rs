@@ -43,6 +43,8 @@ pub struct TrackRow<'a> {
     pub time: f64,
     /// Which repeat, from 0; none at rest before and after.
     pub repeat: Option<u32>,
+    /// How long the reference has been at rest after the last repeat, s; 0 before.
+    pub rested: f64,
     /// What the joints were to do.
     pub goal: &'a Reference,
     /// Where the end point was to be, m.
@@ -100,6 +102,7 @@ pub fn track(
         let row = TrackRow {
             time,
             repeat,
+            rested: (since - moving).max(0.0),
             goal: &now,
             wanted: ruler.wanted,
             end_point: ruler.end_point,

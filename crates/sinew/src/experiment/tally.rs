@@ -31,6 +31,9 @@ impl Spread {
     }
 }
 
+/// Rest after a motion that does not count as held yet, s.
+pub const SETTLING: f64 = 2.0;
+
 /// What became of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackSummary {
@@ -38,6 +41,10 @@ pub struct TrackSummary {
     pub end_point_error: Spread,
     /// Magnitude of the error of every muscle's length while it moved, m: `[muscles]`.
     pub length_error: Vec<Spread>,
+    /// The same as [`end_point_error`](Self::end_point_error) at rest after the motion, from [`SETTLING`] s on.
+    pub hold_error: Spread,
+    /// Tension at every anchor in that time, N: `[muscles]`.
+    pub hold_tension: Vec<Spread>,
     /// Least tension at an anchor, N, and of which muscle.
     pub least_anchor: (f64, usize),
     /// Greatest tension at a drive's outlet, N, and of which muscle.
@@ -57,6 +64,8 @@ impl TrackSummary {
         Self {
             end_point_error: NOTHING,
             length_error: vec![NOTHING; muscles],
+            hold_error: NOTHING,
+            hold_tension: vec![NOTHING; muscles],
             least_anchor: (f64::INFINITY, 0),
             most_drive: (0.0, 0),
             infeasible: 0,
@@ -85,12 +94,24 @@ impl TrackSummary {
         if row.answer.reached == Status::Infeasible {
             self.infeasible += 1;
         }
+        if row.rested > SETTLING {
+            self.hold_error.count(distance(row.wanted, row.end_point));
+            for (spread, cable) in self.hold_tension.iter_mut().zip(row.truth.cables) {
+                spread.count(cable.tension_out);
+            }
+        }
         if row.repeat.is_some() {
             self.end_point_error.count(distance(row.wanted, row.end_point));
             for (spread, error) in self.length_error.iter_mut().zip(row.length_error) {
                 spread.count(error.abs());
             }
         }
+    }
+
+    /// Largest standard deviation of a tension at rest, N.
+    #[must_use]
+    pub fn hold_unrest(&self) -> f64 {
+        self.hold_tension.iter().fold(0.0, |most, spread| most.max(spread.std))
     }
 
     /// Mean over muscles and time of the magnitude of the length errors, m.
