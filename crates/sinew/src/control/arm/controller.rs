@@ -177,7 +177,25 @@ impl ArmController {
         goal: &Goal<'_>,
         told: Option<&Told<'_>>,
     ) -> Result<ArmAnswer<'_>, Error> {
+        self.check(sample, goal)?;
+        self.guard.expect(&goal.now.q);
         self.guard.take(h, sample, &self.told, &self.cables.tension_in);
+        if self.guard.stopped() {
+            self.brake(h);
+        } else {
+            self.follow(h, goal, told)?;
+        }
+        Ok(ArmAnswer {
+            commands: &self.commands,
+            wanted: &self.wanted,
+            believed: &self.cables.tension_out,
+            q: &self.joints.q,
+            reached: self.reached,
+            status: self.status(),
+        })
+    }
+
+    fn follow(&mut self, h: f64, goal: &Goal<'_>, told: Option<&Told<'_>>) -> Result<(), Error> {
         self.bridge(h, goal.now);
         self.mechanics.look(&self.joints.q)?;
         let seen = (&self.guard.motor[..], &self.guard.tension[..]);
@@ -193,14 +211,24 @@ impl ArmController {
         self.mechanics.torque(&self.joints.q, &self.joints.v, &self.acceleration, &mut self.torque)?;
         self.distribute()?;
         self.command(h);
-        Ok(ArmAnswer {
-            commands: &self.commands,
-            wanted: &self.wanted,
-            believed: &self.cables.tension_out,
-            q: &self.joints.q,
-            reached: self.reached,
-            status: self.status(),
-        })
+        Ok(())
+    }
+
+    /// Whether sample and goal are of this arm.
+    fn check(&self, sample: &ArmSample<'_>, goal: &Goal<'_>) -> Result<(), Error> {
+        let (muscles, joints) = (self.told.len(), self.error.len());
+        for (name, expected, got) in [
+            ("motor", muscles, sample.motor.len()),
+            ("tension", muscles, sample.tension.len()),
+            ("joint", joints, sample.joint.len()),
+            ("goal", joints, goal.now.q.len().min(goal.now.v.len()).min(goal.now.a.len())),
+            ("coming goal", joints, goal.coming.v.len()),
+        ] {
+            if got != expected {
+                return Err(Error::WrongLength { name, expected, got });
+            }
+        }
+        Ok(())
     }
 
     /// Whether the arm follows, rests, or was stopped, and why.
@@ -287,9 +315,6 @@ impl ArmController {
     }
 
     fn command(&mut self, h: f64) {
-        if self.guard.stopped() {
-            return self.brake(h);
-        }
         let lengths = self.mechanics.lengths();
         for (k, command) in self.commands.iter_mut().enumerate() {
             let (velocity, coming) = (self.velocity[k], self.coming[k]);

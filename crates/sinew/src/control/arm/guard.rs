@@ -46,6 +46,9 @@ const LARGEST_LAG: f64 = 0.012;
 const FORGETTING: f64 = 0.2;
 /// Near tension that is missing from a cable that is whole, N and share of what is believed.
 const MISSING: (f64, f64) = (8.0, 0.8);
+/// At the start a motor's encoder may say anything, m, and a load cell always, N.
+const ANYWHERE: f64 = 1e3;
+const ANYTHING: f64 = 1e4;
 /// rad.
 const ASTRAY: f64 = 0.5;
 /// Below this a drive does not pay out, N.
@@ -93,6 +96,13 @@ impl Guard {
         }
     }
 
+    /// Expects the joints where they are to be.
+    pub(super) fn expect(&mut self, q: &[f64]) {
+        if !self.started {
+            self.joints.iter_mut().zip(q).for_each(|(channel, q)| channel.last = *q);
+        }
+    }
+
     pub(super) fn stopped(&self) -> bool {
         matches!(self.status, ArmStatus::Stopped(_))
     }
@@ -105,19 +115,19 @@ impl Guard {
 
     /// Takes a sample; `told` is what every winch was told, m/s, not a number where it was told a tension, `near` what tension is believed at every drive, N, before it.
     pub(super) fn take(&mut self, h: f64, sample: &ArmSample<'_>, told: &[f64], near: &[f64]) {
+        let first = !self.started;
+        self.started = true;
         if !self.stopped() {
             self.status = ArmStatus::Following;
         }
-        let first = !self.started;
-        self.started = true;
         for (k, &said) in sample.joint.iter().enumerate() {
             let channel = &mut self.joints[k];
-            let good = channel.judge(h, said, LARGEST_TURN, first);
+            let good = channel.judge(h, said, if first { ASTRAY } else { LARGEST_TURN });
             self.joint[k] = if good { said } else { f64::NAN };
             self.report(good, self.joints[k].missing, Trouble::JointSensor(k), true);
         }
         for (k, &said) in sample.motor.iter().enumerate() {
-            let good = self.motors[k].judge(h, said, LARGEST_PULL, first);
+            let good = self.motors[k].judge(h, said, if first { ANYWHERE } else { LARGEST_PULL });
             // Bridged by what it was told.
             let meant = if told[k].is_finite() { h * told[k] } else { 0.0 };
             let moved = if good && !first { said - self.motor[k] } else { meant };
@@ -128,7 +138,7 @@ impl Guard {
         for (k, &said) in sample.tension.iter().enumerate() {
             let channel = &mut self.tensions[k];
             channel.same = if said.to_bits() == channel.last.to_bits() { channel.same + 1 } else { 0 };
-            let good = channel.judge(h, said, f64::INFINITY, first) && channel.same < SAME;
+            let good = channel.judge(h, said, ANYTHING) && channel.same < SAME;
             self.tension[k] = if good { said } else { f64::NAN };
             self.report(good, 0.0, Trouble::TensionSensor(k), false);
             let loose = good && said < (1.0 - MISSING.1) * near[k] && near[k] - said > MISSING.0 && !first;
@@ -167,9 +177,9 @@ impl Guard {
 }
 
 impl Channel {
-    /// Whether what it says can be believed: a number, and not far from what it said last, unless it has kept saying so.
-    fn judge(&mut self, h: f64, said: f64, largest: f64, first: bool) -> bool {
-        let good = said.is_finite() && (first || (said - self.last).abs() <= largest * (1.0 + self.missing / h));
+    /// Whether what it says can be believed: a number, and not far from what it said last.
+    fn judge(&mut self, h: f64, said: f64, largest: f64) -> bool {
+        let good = (said - self.last).abs() <= largest * (1.0 + self.missing / h);
         if good {
             (self.last, self.missing) = (said, 0.0);
         } else {
