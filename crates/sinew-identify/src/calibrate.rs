@@ -57,7 +57,7 @@ pub fn calibrate(kind: Kind, specimen: &Specimen, seconds: f64, seed: u64) -> Re
     if kind == Kind::Paper {
         return Ok(plain(Compensation::Network(Box::new(networks(&logs, seed)?))));
     }
-    let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows)).collect();
+    let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows, EVERY)).collect();
     let mut fit = find_cable(&logs, &FitOptions::default())?;
     fit.model.learning = LEARNING;
     let compensation = match kind {
@@ -83,10 +83,10 @@ fn rows(specimen: &Specimen, speed: f64, seconds: f64, seed: u64) -> Result<Vec<
     }
 }
 
-pub(crate) fn cable_log(rows: &[BenchRow]) -> CableLog {
+pub(crate) fn cable_log(rows: &[BenchRow], every: usize) -> CableLog {
     let mut log = CableLog::default();
     let mut last = f64::NAN;
-    for row in rows.iter().step_by(EVERY) {
+    for row in rows.iter().step_by(every) {
         log.push(if last.is_nan() { 0.0 } else { row.time - last }, row.sample, row.far);
         last = row.time;
     }
@@ -94,7 +94,7 @@ pub(crate) fn cable_log(rows: &[BenchRow]) -> CableLog {
 }
 
 /// Eq. 17, from either end's tension and the speed to what friction takes; the whole run, reversals included.
-fn networks(logs: &[Vec<BenchRow>], seed: u64) -> Result<NetworkCompensation, Error> {
+pub(crate) fn networks(logs: &[Vec<BenchRow>], seed: u64) -> Result<NetworkCompensation, Error> {
     let network = |end: fn(&BenchRow) -> f64| {
         let (mut inputs, mut targets) = (Vec::new(), Vec::new());
         for row in logs.iter().flatten() {

@@ -70,8 +70,7 @@ fn run(case: Case<'_>, see: impl FnMut(&TrackRow<'_>)) -> TrackSummary {
     let robot = lm_arm();
     let specimen = ArmSpecimen::draw(&robot, &start(&robot), case.seed).unwrap();
     let way = trajectory(&robot, 1.0, case.seconds);
-    let mut controller =
-        ArmController::new(&robot, &believed(&specimen), case.gains, case.way).unwrap();
+    let mut controller = ArmController::new(&robot, &believed(&specimen), case.gains, case.way).unwrap();
     let run = TrackRun {
         specimen: &specimen,
         robot: &robot,

@@ -8,8 +8,10 @@ use crate::control::stretch::FORESIGHT;
 use crate::control::tension::{Distribution, Problem};
 use crate::drive::DriveCommand;
 use crate::muscle::{Geometry, Muscles};
+use crate::predictor::CableModel;
 use crate::trajectory::{Reference, Trajectory};
 use crate::twin::arm::{ArmReading, ArmSpecimen, ArmTruth, ArmTwin, Fault};
+use crate::twin::cable::Specimen;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -200,6 +202,18 @@ impl<'a> Ruler<'a> {
     }
 }
 
+/// Cables as they are, for the yardstick of perfect knowledge: what no identification can find, its laws without what wears.
+#[must_use]
+pub fn perfect_models(specimen: &ArmSpecimen) -> Vec<CableModel> {
+    let model = |cable: &Specimen| {
+        let mut parameters = cable.parameters;
+        parameters.weakening = cable.effects.slow.map(|slow| slow.weakening);
+        parameters.sheath_compliance += cable.effects.sheath.map_or(0.0, |sheath| sheath.compliance);
+        CableModel { path: cable.path.clone(), parameters, start: 1.0, ..CableModel::bench() }
+    };
+    specimen.cables.iter().map(model).collect()
+}
+
 /// What only an experiment can tell a controller.
 struct Known {
     tension_out: Vec<f64>,
@@ -209,11 +223,7 @@ struct Known {
 
 impl Known {
     fn new(muscles: usize) -> Self {
-        Self {
-            tension_out: vec![0.0; muscles],
-            stretch: vec![0.0; muscles],
-            drag_factor: vec![1.0; muscles],
-        }
+        Self { tension_out: vec![0.0; muscles], stretch: vec![0.0; muscles], drag_factor: vec![1.0; muscles] }
     }
 
     fn look(&mut self, arm: &ArmTwin) {

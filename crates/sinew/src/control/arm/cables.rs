@@ -96,7 +96,14 @@ impl Cables {
     }
 
     /// What the winch's law wants of a cable, m.
-    pub(super) fn wanted_stretch(&self, h: f64, k: usize, winch: &mut Winch, pull: &Pull, gains: &ArmGains) -> f64 {
+    pub(super) fn wanted_stretch(
+        &self,
+        h: f64,
+        k: usize,
+        winch: &mut Winch,
+        pull: &Pull,
+        gains: &ArmGains,
+    ) -> f64 {
         let law = self.observers.cables().law(k);
         law.map_or(self.stretch[k], |law| winch.stretch(h, law, pull, self.drag[k], gains))
     }

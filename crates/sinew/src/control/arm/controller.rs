@@ -122,7 +122,9 @@ impl ArmController {
             Way::Winches(knowledge) => *knowledge,
             Way::Tensions(_) => Knowledge::Observer,
         };
-        let of = |name, got| if got == muscles { Ok(()) } else { Err(Error::WrongLength { name, expected: muscles, got }) };
+        let of = |name, got| {
+            if got == muscles { Ok(()) } else { Err(Error::WrongLength { name, expected: muscles, got }) }
+        };
         of("models", models.len())?;
         if let Way::Tensions(list) = &way {
             of("compensations", list.len())?;
@@ -293,7 +295,8 @@ impl ArmController {
     fn want_acceleration(&mut self, goal: &Reference) {
         for (k, wanted) in self.acceleration.iter_mut().enumerate() {
             let w = self.gains.bandwidth[k];
-            *wanted = goal.a[k] + w * w * self.error[k]
+            *wanted = goal.a[k]
+                + w * w * self.error[k]
                 + 2.0 * self.gains.damping * w * (goal.v[k] - self.joints.v[k])
                 - self.disturbance[k];
         }
@@ -318,7 +321,13 @@ impl ArmController {
         let lengths = self.mechanics.lengths();
         for (k, command) in self.commands.iter_mut().enumerate() {
             let (velocity, coming) = (self.velocity[k], self.coming[k]);
-            let pull = Pull { tension: self.wanted[k], velocity, coming, slip: self.slip[k], behind: self.behind[k] };
+            let pull = Pull {
+                tension: self.wanted[k],
+                velocity,
+                coming,
+                slip: self.slip[k],
+                behind: self.behind[k],
+            };
             *command = match &mut self.way {
                 Way::Winches(_) => {
                     let stretch = self.cables.wanted_stretch(h, k, &mut self.winches[k], &pull, &self.gains);

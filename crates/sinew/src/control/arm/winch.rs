@@ -34,7 +34,14 @@ pub(super) struct Winch {
 
 impl Winch {
     /// Wanted stretch, m.
-    pub(super) fn stretch(&mut self, h: f64, law: &CableLaw, pull: &Pull, drag: f64, gains: &ArmGains) -> f64 {
+    pub(super) fn stretch(
+        &mut self,
+        h: f64,
+        law: &CableLaw,
+        pull: &Pull,
+        drag: f64,
+        gains: &ArmGains,
+    ) -> f64 {
         let of = |s: f64| {
             let speed = if s * pull.velocity > 0.0 { pull.velocity } else { s * f64::MIN_POSITIVE };
             law.sliding(pull.tension, speed, pull.slip, drag).map_or(0.0, |steady| steady.stretch)
