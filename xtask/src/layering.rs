@@ -42,6 +42,8 @@ const ROOMS: [(&str, &[&str]); 16] = [
             "random",
             "trajectory",
             "drive",
+            "muscle",
+            "body",
             "transmission",
             "predictor",
             "control",

@@ -79,7 +79,7 @@ pub fn observer(fit: &CableFit) -> Result<Compensation, Error> {
 /// # Errors
 /// As [`fit_cable`].
 pub fn calibrated_cable(logs: &[Vec<BenchRow>]) -> Result<CableFit, Error> {
-    let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows)).collect();
+    let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows, EVERY)).collect();
     let options = FitOptions { samples: 40_000, residuals: 2500, ..FitOptions::default() };
     let mut fit = fit_cable(&logs, &CableModel::bench(), &options)?;
     fit.model.learning = LEARNING;
@@ -100,10 +100,10 @@ fn rows(specimen: &Specimen, speed: f64, strokes: f64, seed: u64) -> Result<Vec<
     }
 }
 
-fn cable_log(rows: &[BenchRow]) -> CableLog {
+pub(crate) fn cable_log(rows: &[BenchRow], every: usize) -> CableLog {
     let mut log = CableLog::default();
     let mut last = f64::NAN;
-    for row in rows.iter().step_by(EVERY) {
+    for row in rows.iter().step_by(every) {
         log.push(if last.is_nan() { 0.0 } else { row.time - last }, row.sample, row.far);
         last = row.time;
     }
@@ -111,7 +111,7 @@ fn cable_log(rows: &[BenchRow]) -> CableLog {
 }
 
 /// Eq. 17, from either end's tension and the speed to what friction takes; the whole run, reversals included.
-fn networks(logs: &[Vec<BenchRow>], seed: u64) -> Result<NetworkCompensation, Error> {
+pub(crate) fn networks(logs: &[Vec<BenchRow>], seed: u64) -> Result<NetworkCompensation, Error> {
     let network = |end: fn(&BenchRow) -> f64| {
         let (mut inputs, mut targets) = (Vec::new(), Vec::new());
         for row in logs.iter().flatten() {

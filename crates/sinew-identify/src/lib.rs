@@ -10,7 +10,9 @@ pub mod log;
 pub mod member;
 
 pub mod adapt;
+pub mod arm;
 pub mod calibrate;
+
 pub mod evaluate;
 pub mod identify;
 pub mod observer;

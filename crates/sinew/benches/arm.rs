@@ -1,12 +1,17 @@
-//! Cost of a millisecond of the arm's twin: 15 muscles, 7 joints, all effects; and of a sample of its trajectory.
+//! Cost of a millisecond of the arm's twin: 15 muscles, 7 joints, all effects; of its controller; and of a sample of its
+//! trajectory.
 
 #![allow(clippy::unwrap_used, reason = "a bench that cannot start may panic")]
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use sinew::body::Robot;
+use sinew::control::arm::{ArmController, ArmGains, ArmSample, ArmStatus, Goal, Knowledge, Way};
+use sinew::control::stretch::FORESIGHT;
 use sinew::drive::DriveCommand;
+use sinew::experiment::arm::resting_tensions;
+use sinew::predictor::CableModel;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
-use sinew::twin::arm::{ArmSpecimen, ArmTwin};
+use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTwin};
 use sinew::twin::cable::Resolution;
 
 fn main() {
@@ -42,6 +47,56 @@ fn step(bencher: Bencher, (cells, substeps): (usize, usize)) {
                 DriveCommand::Velocity(if m % 2 == 0 { velocity } else { -velocity })
             });
             arm.step(black_box(&told), 1e-3).unwrap();
+        }
+    });
+}
+
+/// A controller in the middle of a motion, and what it is told in the next milliseconds.
+fn under_way() -> (ArmController, Vec<(ArmReading, Reference, Reference)>) {
+    let robot = lm_arm();
+    let law = TimeLaw::new(4.0 * std::f64::consts::PI, 11.5).unwrap();
+    let trajectory = Trajectory::AlongPath { joints: along(&robot, Loop::Sine), law };
+    let mut now = Reference::new(7);
+    trajectory.sample(0.0, &mut now).unwrap();
+    let specimen = ArmSpecimen::draw(&robot, &now.q, 1).unwrap();
+    let mut arm = ArmTwin::new(&specimen, &now.q, &resting_tensions(&robot, &now.q).unwrap(), 1).unwrap();
+    let model = |cable: &sinew::twin::cable::Specimen| CableModel {
+        path: cable.path.clone(),
+        parameters: cable.parameters,
+        learning: 3.0,
+        ..CableModel::bench()
+    };
+    let models: Vec<CableModel> = specimen.cables.iter().map(model).collect();
+    let way = Way::Winches(Knowledge::Observer);
+    let mut controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), way).unwrap();
+    let (mut coming, mut told, mut start) = (now.clone(), Vec::new(), None);
+    for k in 0..3000 + STEPS {
+        let time = f64::from(k) * 1e-3;
+        trajectory.sample(time, &mut now).unwrap();
+        trajectory.sample(time + FORESIGHT, &mut coming).unwrap();
+        if k >= 3000 {
+            start.get_or_insert_with(|| controller.clone());
+            told.push((arm.reading().clone(), now.clone(), coming.clone()));
+        }
+        let said = arm.reading();
+        let sample = ArmSample { motor: &said.motor, tension: &said.tension, joint: &said.joint };
+        let answer = controller.step(1e-3, &sample, &Goal { now: &now, coming: &coming }, None).unwrap();
+        arm.step(answer.commands, 1e-3).unwrap();
+    }
+    assert!(!matches!(controller.status(), ArmStatus::Stopped(_)), "{:?}", controller.status());
+    (start.unwrap(), told)
+}
+
+/// The whole tick: sensors in, commands out. Items are ticks.
+#[divan::bench]
+fn control(bencher: Bencher) {
+    let (start, told) = under_way();
+    let bencher = bencher.counter(ItemsCount::new(STEPS));
+    bencher.with_inputs(|| start.clone()).bench_local_refs(|controller| {
+        for (said, now, coming) in &told {
+            let sample = ArmSample { motor: &said.motor, tension: &said.tension, joint: &said.joint };
+            let answer = controller.step(1e-3, black_box(&sample), &Goal { now, coming }, None).unwrap();
+            black_box(answer.commands);
         }
     });
 }

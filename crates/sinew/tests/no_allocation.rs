@@ -239,3 +239,40 @@ fn distributing_a_torque_never_allocates_whether_it_can_be_reached_or_not() {
     assert_eq!(counted, 0);
     assert!(iterations > 900 && (30..=270).contains(&infeasible), "{iterations} {infeasible}");
 }
+
+#[test]
+fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
+    use sinew::control::arm::{ArmController, ArmGains, ArmSample, Goal, Knowledge, Way};
+    use sinew::predictor::CableModel;
+    use sinew::trajectory::Reference;
+    use sinew::twin::arm::{ArmSpecimen, ArmTwin};
+    let robot = common::lm_arm();
+    let pose = robot.key("start").unwrap();
+    let specimen = ArmSpecimen::nominal(&robot, pose).unwrap();
+    let model = |cable: &sinew::twin::cable::Specimen| CableModel {
+        path: cable.path.clone(),
+        parameters: cable.parameters,
+        learning: 3.0,
+        ..CableModel::bench()
+    };
+    let models: Vec<CableModel> = specimen.cables.iter().map(model).collect();
+    let way = Way::Winches(Knowledge::Observer);
+    let mut controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), way).unwrap();
+    let mut arm = ArmTwin::new(&specimen, pose, &[60.0; 15], 1).unwrap();
+    let (mut goal, mut moved) = (Reference::new(7), 0.0);
+    goal.q.copy_from_slice(pose);
+    let mut work = || {
+        for k in 0..600_u32 {
+            goal.v[3] = 0.3 * (0.02 * f64::from(k)).sin();
+            goal.q[3] += 1e-3 * goal.v[3];
+            let lost = [f64::NAN; 15];
+            let said = arm.reading();
+            let tension = if k == 300 { &lost[..] } else { &said.tension };
+            let sample = ArmSample { motor: &said.motor, tension, joint: &said.joint };
+            let answer = controller.step(1e-3, &sample, &Goal { now: &goal, coming: &goal }, None).unwrap();
+            moved += arm.step(answer.commands, 1e-3).unwrap().v[3].abs() * 1e-3;
+        }
+    };
+    assert_eq!(calls(&mut work), 0);
+    assert!(moved > 0.01, "{moved}");
+}

@@ -2,6 +2,7 @@
 //!
 //! Nothing here may look into the plant: it knows what sensors say and what was identified.
 
+pub mod arm;
 pub mod compensation;
 pub mod stretch;
 pub mod tension;

@@ -21,7 +21,7 @@ impl CableLaw {
     /// the anchor, N, and so many times the drag of the law.
     ///
     /// ```text
-    /// T_(i-1) = T_i (1 + tau_i)/(1 - tau_i),   tau_i = tanh( s h_i + g_i v ),   s = sign v;    e = sum_j c_j T_j
+    /// T_(i-1) = T_i (1 + tau_i)/(1 - tau_i),   tau_i = tanh( s h_i(v) + g_i v ),   s = sign v;    e = sum_j c_j T_j
     /// ```
     ///
     /// | symbol | argument      | unit | domain | meaning                                                      |
@@ -31,7 +31,7 @@ impl CableLaw {
     /// |        | `drag_factor` | 1    | finite, >= 0 | on every `d_i`: grease that has warmed                    |
     ///
     /// # Assumes
-    /// Every node slides at the velocity: friction has weakened as far as it does there.
+    /// Friction that weakens with speed is that of this speed, all along the cable.
     ///
     /// # Example
     /// ```
@@ -48,10 +48,26 @@ impl CableLaw {
     /// # Source
     /// Balance of [`cable`](super) at every node.
     pub fn steady(&self, tension_out: f64, velocity: f64, drag_factor: f64) -> Result<SteadySliding, Error> {
+        self.sliding(tension_out, velocity, velocity, drag_factor)
+    }
+
+    /// The same where the friction that weakens with speed is that of another speed: of a cable that slips at `slip` m/s where it
+    /// was to slide at `velocity`.
+    ///
+    /// # Errors
+    /// As [`steady`](Self::steady).
+    pub fn sliding(
+        &self,
+        tension_out: f64,
+        velocity: f64,
+        slip: f64,
+        drag_factor: f64,
+    ) -> Result<SteadySliding, Error> {
         let (tension_out, velocity) = (finite("tension_out", tension_out)?, finite("velocity", velocity)?);
+        let slip = finite("slip", slip)?.abs();
         let drag_speed = non_negative("drag_factor", drag_factor)? * velocity;
         let s = if velocity < 0.0 { -1.0 } else { 1.0 };
-        let weakened = self.weakening.map_or(1.0, |weakening| weakening.factor(velocity.abs()));
+        let weakened = self.weakening.map_or(1.0, |weakening| weakening.factor(slip));
         let mut tension = (tension_out - self.pretension).max(0.0);
         let mut cells = self.compliance.iter().rev();
         let mut stretch = cells.next().map_or(0.0, |c| c * tension);

@@ -1,0 +1,85 @@
+use serde::Serialize;
+use sinew::experiment::{Spread, TrackSummary};
+
+/// Errors of the end point, m.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ErrorSpread {
+    /// Mean distance.
+    pub mean: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+/// Errors of the muscles' lengths, m.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MuscleSpread {
+    /// Mean magnitude, over muscles and time.
+    pub mean: f64,
+    /// Its standard deviation: root mean square of the muscles'.
+    pub std: f64,
+}
+
+/// What a run is reported by.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrackingNumbers {
+    /// Of the end point.
+    pub end_point_error_m: ErrorSpread,
+    /// Of all muscles.
+    pub muscle_length_error_m: MuscleSpread,
+    /// Mean magnitude of every muscle's error, m.
+    pub per_muscle: Vec<f64>,
+    /// Least tension at an anchor, N.
+    pub least_anchor_tension_n: f64,
+    /// Greatest tension at a drive, N.
+    pub most_drive_tension_n: f64,
+    /// When the arm was stopped, s.
+    pub stopped_s: Option<f64>,
+    /// And why.
+    pub stopped_by: Option<String>,
+}
+
+impl From<&TrackSummary> for TrackingNumbers {
+    fn from(summary: &TrackSummary) -> Self {
+        let Spread { mean, std, max, .. } = summary.end_point_error;
+        let muscles = summary.length_error.len().max(1) as f64;
+        let squares: f64 = summary.length_error.iter().map(|spread| spread.std * spread.std).sum();
+        Self {
+            end_point_error_m: ErrorSpread { mean, std, max },
+            muscle_length_error_m: MuscleSpread {
+                mean: summary.mean_length_error(),
+                std: (squares / muscles).sqrt(),
+            },
+            per_muscle: summary.length_error.iter().map(|spread| spread.mean).collect(),
+            least_anchor_tension_n: summary.least_anchor.0,
+            most_drive_tension_n: summary.most_drive.0,
+            stopped_s: summary.stopped.map(|(time, _)| time).or(summary.lost),
+            stopped_by: summary.stopped.map(|(_, trouble)| format!("{trouble:?}")),
+        }
+    }
+}
+
+/// One row of a trace.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TraceRow {
+    /// Since the run began, s.
+    pub time_s: f64,
+    /// Which repeat; none at rest.
+    pub repeat: Option<u32>,
+    /// Where the end point was to be, m.
+    pub wanted_m: [f64; 3],
+    /// Where it was.
+    pub end_point_m: [f64; 3],
+    /// By how much every muscle was too long, m.
+    pub length_error_m: Vec<f64>,
+    /// Tension wanted at every anchor, N.
+    pub wanted_n: Vec<f64>,
+    /// What it was.
+    pub anchor_n: Vec<f64>,
+    /// Tension at every drive, N.
+    pub drive_n: Vec<f64>,
+}
+
+/// A run, thinned for figures.
+pub type Trace = Vec<TraceRow>;

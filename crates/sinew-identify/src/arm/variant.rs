@@ -1,0 +1,93 @@
+use super::calibrate::calibrate_networks;
+use crate::Error;
+use sinew::control::arm::{ArmGains, Knowledge, Way};
+use sinew::control::compensation::Compensation;
+use sinew::predictor::CableModel;
+use sinew::twin::arm::ArmSpecimen;
+
+/// Ways to control an arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Variant {
+    /// The paper's, without compensation: drives pull with what is wanted at the anchors.
+    None,
+    /// The paper's, with one friction angle and a pretension for every muscle (7, 8).
+    Capstan,
+    /// The paper's, with its networks (17).
+    Paper,
+    /// Winches by encoders and an integral: no tension at the anchors is known.
+    NoObserver,
+    /// Winches by the observers of the cables.
+    Observer,
+    /// The same without the disturbance observer of the joints.
+    NoDisturbance,
+    /// Winches by the true state of the cables: the yardstick.
+    Perfect,
+}
+
+impl Variant {
+    /// All of them, the default in its place.
+    pub const ALL: [Self; 7] = [
+        Self::None,
+        Self::Capstan,
+        Self::Paper,
+        Self::NoObserver,
+        Self::NoDisturbance,
+        Self::Observer,
+        Self::Perfect,
+    ];
+
+    /// Its name in reports and flags.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Capstan => "capstan",
+            Self::Paper => "paper",
+            Self::NoObserver => "no_observer",
+            Self::Observer => "observer",
+            Self::NoDisturbance => "no_disturbance_observer",
+            Self::Perfect => "perfect",
+        }
+    }
+
+    /// The one of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|variant| variant.name() == name)
+    }
+
+    pub(super) fn gains(self) -> ArmGains {
+        let mut gains = ArmGains::lm_arm();
+        if self == Self::NoDisturbance {
+            gains.disturbance.fill(0.0);
+            // Nor any other integral.
+            gains.integral = 0.0;
+        }
+        gains
+    }
+
+    /// How tensions are brought to the anchors, with what was identified.
+    pub(super) fn way(self, specimen: &ArmSpecimen, models: &[CableModel], seed: u64) -> Result<Way, Error> {
+        let knowledge = match self {
+            Self::None => return Ok(Way::Tensions(vec![Compensation::None; models.len()])),
+            Self::Capstan => {
+                let capstan = |model: &CableModel| {
+                    Ok(Compensation::Capstan {
+                        friction_angle: model.law()?.friction_angle(),
+                        pretension: model.parameters.pretension,
+                    })
+                };
+                return Ok(Way::Tensions(models.iter().map(capstan).collect::<Result<_, Error>>()?));
+            }
+            Self::Paper => {
+                let networks = calibrate_networks(specimen, seed)?;
+                let each = networks.into_iter().map(|network| Compensation::Network(Box::new(network)));
+                return Ok(Way::Tensions(each.collect()));
+            }
+            Self::NoObserver => Knowledge::Encoders,
+            Self::Observer | Self::NoDisturbance => Knowledge::Observer,
+            Self::Perfect => Knowledge::Told,
+        };
+        Ok(Way::Winches(knowledge))
+    }
+}

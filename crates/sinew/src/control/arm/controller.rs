@@ -1,0 +1,366 @@
+use super::cables::{Cables, Knowledge};
+use super::gains::ArmGains;
+use super::guard::{ArmStatus, Guard};
+use super::joints::JointObserver;
+use super::mechanics::Mechanics;
+use super::winch::{Pull, Winch};
+use crate::Error;
+use crate::body::Robot;
+use crate::control::compensation::Compensation;
+use crate::control::stretch::Wish;
+use crate::control::tension::{Distribution, Problem, Status};
+use crate::drive::DriveCommand;
+use crate::predictor::{CableModel, CableSample};
+use crate::trajectory::Reference;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// What the sensors of an arm say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmSample<'a> {
+    /// Position of every cable by its motor's encoder, m, + toward the motor: `[muscles]`.
+    pub motor: &'a [f64],
+    /// Tension at every drive's outlet, N: `[muscles]`.
+    pub tension: &'a [f64],
+    /// Angle of every joint, rad: `[joints]`.
+    pub joint: &'a [f64],
+}
+
+/// What the joints are to do now and [`FORESIGHT`](crate::control::stretch::FORESIGHT) later.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Goal<'a> {
+    /// Now.
+    pub now: &'a Reference,
+    /// Later.
+    pub coming: &'a Reference,
+}
+
+/// What somebody knows of the cables who can look into them: `[muscles]` each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Told<'a> {
+    /// Tension at every anchor, N.
+    pub tension_out: &'a [f64],
+    /// Elongation of every cable, m.
+    pub stretch: &'a [f64],
+    /// Drag of every cable, times that of its model.
+    pub drag_factor: &'a [f64],
+}
+
+/// How tensions are brought to the anchors.
+#[derive(Debug, Clone)]
+pub enum Way {
+    /// The winches follow the stretch of the wanted tensions, which is known by this.
+    Winches(Knowledge),
+    /// The drives are told tensions, each through its compensation: `[muscles]`. What the paper does.
+    Tensions(Vec<Compensation>),
+}
+
+/// What the controller answers to a sample; all of it stays until the next.
+#[derive(Debug, Clone, Copy)]
+pub struct ArmAnswer<'a> {
+    /// For the drives, `[muscles]`.
+    pub commands: &'a [DriveCommand],
+    /// Tension wanted at every anchor, N: `[muscles]`.
+    pub wanted: &'a [f64],
+    /// What it is believed to be, N: `[muscles]`.
+    pub believed: &'a [f64],
+    /// Pose as believed, `[joints]`.
+    pub q: &'a [f64],
+    /// Whether the tensions wanted give the torque wanted.
+    pub reached: Status,
+    /// Whether it follows, rests, or was stopped, and why.
+    pub status: ArmStatus,
+}
+
+/// Moves an arm on cables along a reference.
+#[derive(Debug, Clone)]
+pub struct ArmController {
+    gains: ArmGains,
+    way: Way,
+    mechanics: Mechanics,
+    joints: JointObserver,
+    cables: Cables,
+    guard: Guard,
+    distribution: Distribution,
+    winches: Vec<Winch>,
+    started: bool,
+    holding: bool,
+    reached: Status,
+    /// `d_u`, rad/s^2.
+    disturbance: Vec<f64>,
+    commands: Vec<DriveCommand>,
+    /// Speed that every winch was told, m/s; not a number where it was told a tension.
+    told: Vec<f64>,
+    // Of every joint.
+    acceleration: Vec<f64>,
+    torque: Vec<f64>,
+    error: Vec<f64>,
+    // Of every muscle.
+    velocity: Vec<f64>,
+    coming: Vec<f64>,
+    behind: Vec<f64>,
+    slip: Vec<f64>,
+    now: Vec<f64>,
+    wanted: Vec<f64>,
+    least: Vec<f64>,
+    most: Vec<f64>,
+    ones: Vec<f64>,
+    zeros: Vec<f64>,
+}
+
+impl ArmController {
+    /// A controller that has seen nothing, from what is believed of the body and was identified of every cable.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for models or compensations of another number than muscles; as [`ArmGains::validate`] and
+    /// [`CableModel::law`].
+    pub fn new(robot: &Robot, models: &[CableModel], gains: ArmGains, way: Way) -> Result<Self, Error> {
+        let mechanics = Mechanics::new(robot);
+        let (muscles, joints) = (mechanics.muscles(), mechanics.joints());
+        gains.validate(joints)?;
+        let knowledge = match &way {
+            Way::Winches(knowledge) => *knowledge,
+            Way::Tensions(_) => Knowledge::Observer,
+        };
+        let of = |name, got| {
+            if got == muscles { Ok(()) } else { Err(Error::WrongLength { name, expected: muscles, got }) }
+        };
+        of("models", models.len())?;
+        if let Way::Tensions(list) = &way {
+            of("compensations", list.len())?;
+        }
+        let cables = Cables::new(models, knowledge)?;
+        let limits = |k: usize| -> Result<[f64; 2], Error> {
+            let law = models[k].law()?;
+            let least = gains.least_tension.max(law.pretension() + gains.above_pretension);
+            let most = gains.drive_tension * libm::exp(-law.friction_angle()) + law.pretension();
+            Ok([least, most.max(least)])
+        };
+        let limits = (0..muscles).map(limits).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self {
+            joints: JointObserver::new(joints, gains.observer),
+            cables,
+            guard: Guard::new(muscles, joints),
+            distribution: Distribution::new(muscles, joints),
+            winches: vec![Winch::default(); muscles],
+            started: false,
+            holding: false,
+            reached: Status::Optimal,
+            disturbance: vec![0.0; joints],
+            commands: vec![DriveCommand::Off; muscles],
+            told: vec![0.0; muscles],
+            acceleration: vec![0.0; joints],
+            torque: vec![0.0; joints],
+            error: vec![0.0; joints],
+            velocity: vec![0.0; muscles],
+            coming: vec![0.0; muscles],
+            behind: vec![0.0; muscles],
+            slip: vec![0.0; muscles],
+            now: vec![0.0; muscles],
+            wanted: vec![0.0; muscles],
+            least: limits.iter().map(|limit| limit[0]).collect(),
+            most: limits.iter().map(|limit| limit[1]).collect(),
+            ones: vec![1.0; muscles],
+            zeros: vec![0.0; muscles],
+            mechanics,
+            gains,
+            way,
+        })
+    }
+
+    /// Takes a sample, `h` seconds after the one before, and answers with what the drives are to do until the next.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for another robot's; [`Error::OutOfDomain`] for what is not finite.
+    pub fn step(
+        &mut self,
+        h: f64,
+        sample: &ArmSample<'_>,
+        goal: &Goal<'_>,
+        told: Option<&Told<'_>>,
+    ) -> Result<ArmAnswer<'_>, Error> {
+        self.check(sample, goal)?;
+        self.guard.expect(&goal.now.q);
+        self.guard.take(h, sample, &self.told, &self.cables.tension_in);
+        if self.guard.stopped() {
+            self.brake(h);
+        } else {
+            self.follow(h, goal, told)?;
+        }
+        Ok(ArmAnswer {
+            commands: &self.commands,
+            wanted: &self.wanted,
+            believed: &self.cables.tension_out,
+            q: &self.joints.q,
+            reached: self.reached,
+            status: self.status(),
+        })
+    }
+
+    fn follow(&mut self, h: f64, goal: &Goal<'_>, told: Option<&Told<'_>>) -> Result<(), Error> {
+        self.bridge(h, goal.now);
+        self.mechanics.look(&self.joints.q)?;
+        let seen = (&self.guard.motor[..], &self.guard.tension[..]);
+        self.cables.look(h, seen, &self.mechanics, &self.wanted, told)?;
+        self.observe(h)?;
+        self.mechanics.toward_motor(&goal.now.v, &mut self.velocity);
+        self.mechanics.toward_motor(&goal.coming.v, &mut self.coming);
+        self.mechanics.toward_motor(&self.joints.v, &mut self.now);
+        let share = (h / self.gains.slip).min(1.0);
+        self.slip.iter_mut().zip(&self.now).for_each(|(slip, now)| *slip += share * (now - *slip));
+        self.hold(goal);
+        self.want_acceleration(goal.now);
+        self.mechanics.torque(&self.joints.q, &self.joints.v, &self.acceleration, &mut self.torque)?;
+        self.distribute()?;
+        self.command(h);
+        Ok(())
+    }
+
+    /// Whether sample and goal are of this arm.
+    fn check(&self, sample: &ArmSample<'_>, goal: &Goal<'_>) -> Result<(), Error> {
+        let (muscles, joints) = (self.told.len(), self.error.len());
+        for (name, expected, got) in [
+            ("motor", muscles, sample.motor.len()),
+            ("tension", muscles, sample.tension.len()),
+            ("joint", joints, sample.joint.len()),
+            ("goal", joints, goal.now.q.len().min(goal.now.v.len()).min(goal.now.a.len())),
+            ("coming goal", joints, goal.coming.v.len()),
+        ] {
+            if got != expected {
+                return Err(Error::WrongLength { name, expected, got });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the arm follows, rests, or was stopped, and why.
+    #[must_use]
+    pub fn status(&self) -> ArmStatus {
+        match self.guard.status {
+            ArmStatus::Following if self.holding => ArmStatus::Holding,
+            status => status,
+        }
+    }
+
+    /// A joint whose encoder says nothing is believed to follow its reference.
+    fn bridge(&mut self, h: f64, goal: &Reference) {
+        for (k, joint) in self.guard.joint.iter_mut().enumerate() {
+            let believed = if self.started { self.joints.q[k] + h * goal.v[k] } else { goal.q[k] };
+            if !joint.is_finite() {
+                *joint = believed;
+            }
+        }
+        if !self.started {
+            self.started = true;
+            self.joints.start(&self.guard.joint);
+        }
+    }
+
+    /// What the joints do, and what moves them beside the tensions that are known.
+    fn observe(&mut self, h: f64) -> Result<(), Error> {
+        let Self { mechanics, joints, cables, acceleration, .. } = self;
+        mechanics.acceleration(&joints.q, &joints.v, &cables.tension_out, acceleration)?;
+        joints.step(h, &self.guard.joint, acceleration);
+        if self.holding {
+            return Ok(());
+        }
+        let blind = matches!(self.way, Way::Winches(Knowledge::Encoders));
+        for (k, used) in self.disturbance.iter_mut().enumerate() {
+            let w = self.gains.bandwidth[k];
+            // Who knows no tension integrates the error of the last millisecond.
+            *used += if blind {
+                -h * BLIND_INTEGRAL * w * w * w * self.error[k]
+            } else {
+                h * self.gains.disturbance[k] * (self.joints.disturbance[k] - *used)
+            };
+        }
+        Ok(())
+    }
+
+    /// At rest, and where it is to be: winches stand, nothing hunts.
+    fn hold(&mut self, goal: &Goal<'_>) {
+        for (error, (wanted, q)) in self.error.iter_mut().zip(goal.now.q.iter().zip(&self.joints.q)) {
+            *error = wanted - q;
+        }
+        self.mechanics.toward_motor(&self.error, &mut self.behind);
+        let moving = goal.now.v.iter().chain(&goal.coming.v).any(|v| v.abs() > 1e-9);
+        let worst = self.error.iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
+        let speed = self.joints.v.iter().fold(0.0_f64, |worst, v| worst.max(v.abs()));
+        let allowed = self.gains.hold[usize::from(self.holding)];
+        self.guard.watch(&self.error);
+        self.holding = !moving && worst < allowed && (self.holding || speed < 0.01);
+    }
+
+    /// `q''_r + w^2 (q_r - q^) + 2 zeta w (q'_r - q'^) - d_u`.
+    fn want_acceleration(&mut self, goal: &Reference) {
+        for (k, wanted) in self.acceleration.iter_mut().enumerate() {
+            let w = self.gains.bandwidth[k];
+            *wanted = goal.a[k]
+                + w * w * self.error[k]
+                + 2.0 * self.gains.damping * w * (goal.v[k] - self.joints.v[k])
+                - self.disturbance[k];
+        }
+    }
+
+    /// `min |F|^2`, `R^T F = tau`, `F_min <= F <= F_max`.
+    fn distribute(&mut self) -> Result<(), Error> {
+        let solution = self.distribution.solve(&Problem {
+            moment_arms: &self.mechanics.arms,
+            torque: &self.torque,
+            minimum: &self.least,
+            maximum: &self.most,
+            reference: &self.zeros,
+            weight: &self.ones,
+        })?;
+        self.wanted.copy_from_slice(solution.tension);
+        self.reached = solution.status;
+        Ok(())
+    }
+
+    fn command(&mut self, h: f64) {
+        let lengths = self.mechanics.lengths();
+        for (k, command) in self.commands.iter_mut().enumerate() {
+            let (velocity, coming) = (self.velocity[k], self.coming[k]);
+            let pull = Pull {
+                tension: self.wanted[k],
+                velocity,
+                coming,
+                slip: self.slip[k],
+                behind: self.behind[k],
+            };
+            *command = match &mut self.way {
+                Way::Winches(_) => {
+                    let stretch = self.cables.wanted_stretch(h, k, &mut self.winches[k], &pull, &self.gains);
+                    let speed = self.winches[k].speed(&pull, stretch, self.cables.stretch[k], &self.gains);
+                    self.told[k] = if self.holding { 0.0 } else { speed };
+                    DriveCommand::Velocity(self.told[k])
+                }
+                Way::Tensions(list) => {
+                    let wish = Wish { tension_out: pull.tension, velocity, coming };
+                    let seen = CableSample {
+                        motor: self.guard.motor[k],
+                        anchor: -lengths[k],
+                        tension_in: self.guard.tension[k],
+                    };
+                    self.told[k] = f64::NAN;
+                    list[k].answer(h, &wish, &seen).command
+                }
+            };
+        }
+    }
+
+    /// All winches to rest: tensions stay about what they are.
+    fn brake(&mut self, h: f64) {
+        for (told, command) in self.told.iter_mut().zip(&mut self.commands) {
+            let speed = if told.is_finite() { *told } else { 0.0 };
+            *told = speed - speed.clamp(-h * BRAKING, h * BRAKING);
+            *command = DriveCommand::Velocity(*told);
+        }
+    }
+}
+
+/// Share of `w^3` with which the error is integrated where no tension is known.
+const BLIND_INTEGRAL: f64 = 0.2;
+
+/// With which winches are brought to rest, m/s^2.
+const BRAKING: f64 = 2.0;

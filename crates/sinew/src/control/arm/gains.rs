@@ -1,0 +1,110 @@
+use crate::Error;
+use crate::error::{non_negative, positive, within};
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// How hard the controller of an arm tries.
+///
+/// # Source
+/// Found on the twin; what each does when it is doubled or halved is in the documentation of its field.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmGains {
+    /// `w` of every joint, rad/s: bandwidth of the wanted acceleration. `[joints]`
+    pub bandwidth: Vec<f64>,
+    /// `zeta`, 1.
+    pub damping: f64,
+    /// `w_d`, rad/s: how fast the disturbance that the joints show is believed; 0 for never. `[joints]`
+    pub disturbance: Vec<f64>,
+    /// `w_o`, rad/s: bandwidth of the joints' observers.
+    pub observer: f64,
+    /// `kappa`, 1: share of the joints' error that the winches make good as positions.
+    pub position: f64,
+    /// `t_v`, s: how fast a winch makes good what it is away from where it should be.
+    pub settling: f64,
+    /// m/s^2: with which a winch is expected to be braked.
+    pub braking: f64,
+    /// Fastest that a winch is told to turn, m/s.
+    pub most_speed: f64,
+    /// m/s: speed of the anchor that is about to come at which the cable has wholly changed its direction of sliding.
+    pub turning: f64,
+    /// 1/s: how fast the anchor is believed to make good what it is behind.
+    pub lead: f64,
+    /// 1/s: the same over time.
+    pub integral: f64,
+    /// 1: share of the way across the dead band that is left to the joints' errors, because friction is not known better.
+    pub doubt: f64,
+    /// s: smoothing of the speed at which a cable slips.
+    pub slip: f64,
+    /// `F_min`, N: least tension wanted at an anchor; at least [`above_pretension`](Self::above_pretension) over `T_0`.
+    pub least_tension: f64,
+    /// N.
+    pub above_pretension: f64,
+    /// What a drive can hold for ever, N: bounds the tension at its anchor.
+    pub drive_tension: f64,
+    /// Errors of the joints, rad, below which the arm at rest is held, and above which it is held no more.
+    pub hold: [f64; 2],
+}
+
+impl ArmGains {
+    /// For the LM-Arm with the drives of the bench.
+    #[must_use]
+    pub fn lm_arm() -> Self {
+        Self {
+            bandwidth: vec![4.0, 4.0, 4.0, 5.5, 11.0, 11.0, 11.0],
+            damping: 0.63,
+            disturbance: vec![10.0, 10.0, 10.0, 13.0, 17.0, 17.0, 17.0],
+            observer: 50.0,
+            position: 1.06,
+            settling: 0.015,
+            braking: 4.0,
+            most_speed: 0.13,
+            turning: 1e-4,
+            lead: 2.2,
+            integral: 5.0,
+            doubt: 0.02,
+            slip: 0.02,
+            least_tension: 20.7,
+            above_pretension: 4.0,
+            drive_tension: 445.0,
+            hold: [1e-3, 3e-3],
+        }
+    }
+
+    /// Checks them for a robot of so many joints.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] and [`Error::OutOfDomain`] name the field.
+    pub fn validate(&self, joints: usize) -> Result<(), Error> {
+        for (name, list) in [("bandwidth", &self.bandwidth), ("disturbance", &self.disturbance)] {
+            if list.len() != joints {
+                return Err(Error::WrongLength { name, expected: joints, got: list.len() });
+            }
+            list.iter().try_for_each(|w| non_negative(name, *w).map(drop))?;
+        }
+        for (name, value) in [
+            ("observer", self.observer),
+            ("settling", self.settling),
+            ("braking", self.braking),
+            ("most_speed", self.most_speed),
+            ("turning", self.turning),
+            ("slip", self.slip),
+            ("drive_tension", self.drive_tension),
+        ] {
+            positive(name, value)?;
+        }
+        for (name, value) in [
+            ("damping", self.damping),
+            ("position", self.position),
+            ("lead", self.lead),
+            ("doubt", self.doubt),
+            ("integral", self.integral),
+            ("least_tension", self.least_tension),
+            ("above_pretension", self.above_pretension),
+            ("hold", self.hold[0]),
+        ] {
+            non_negative(name, value)?;
+        }
+        within("hold", "two numbers that rise", self.hold[1], self.hold[1] >= self.hold[0])?;
+        Ok(())
+    }
+}

@@ -1,0 +1,14 @@
+//! The controller of an arm: what its sensors say in, what its drives are to do out, every millisecond.
+
+mod cables;
+mod controller;
+mod gains;
+mod guard;
+mod joints;
+mod mechanics;
+mod winch;
+
+pub use cables::Knowledge;
+pub use controller::{ArmAnswer, ArmController, ArmSample, Goal, Told, Way};
+pub use gains::ArmGains;
+pub use guard::{ArmStatus, Trouble};

@@ -1,0 +1,122 @@
+//! What is counted of a run: errors of the end point and of every muscle, tensions at their extremes.
+
+use super::arm::{NOTHING, TrackRow, distance};
+use crate::control::arm::{ArmStatus, Trouble};
+use crate::control::tension::Status;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Mean, standard deviation and largest of a magnitude.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// Largest.
+    pub max: f64,
+    pub(super) count: f64,
+    pub(super) squares: f64,
+}
+
+impl Spread {
+    fn count(&mut self, value: f64) {
+        // Welford's: the sum of squares about the mean so far.
+        self.count += 1.0;
+        let off = value - self.mean;
+        self.mean += off / self.count;
+        self.squares += off * (value - self.mean);
+        self.max = self.max.max(value);
+        self.std = libm::sqrt(self.squares / self.count);
+    }
+}
+
+/// Rest after a motion that does not count as held yet, s.
+pub const SETTLING: f64 = 2.0;
+
+/// What became of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrackSummary {
+    /// Distance of the end point from where it was to be while it moved, m.
+    pub end_point_error: Spread,
+    /// Magnitude of the error of every muscle's length while it moved, m: `[muscles]`.
+    pub length_error: Vec<Spread>,
+    /// The same as [`end_point_error`](Self::end_point_error) at rest after the motion, from [`SETTLING`] s on.
+    pub hold_error: Spread,
+    /// Tension at every anchor in that time, N: `[muscles]`.
+    pub hold_tension: Vec<Spread>,
+    /// Least tension at an anchor, N, and of which muscle.
+    pub least_anchor: (f64, usize),
+    /// Greatest tension at a drive's outlet, N, and of which muscle.
+    pub most_drive: (f64, usize),
+    /// Milliseconds in which no tensions within limits gave the torque.
+    pub infeasible: u64,
+    /// When the controller stopped the arm, s, and why.
+    pub stopped: Option<(f64, Trouble)>,
+    /// Milliseconds in which something was missing and bridged, and what it was first.
+    pub bridged: (u64, Option<Trouble>),
+    /// When the plant itself gave up, s: the arm moved faster than any cable could follow.
+    pub lost: Option<f64>,
+}
+
+impl TrackSummary {
+    pub(super) fn new(muscles: usize) -> Self {
+        Self {
+            end_point_error: NOTHING,
+            length_error: vec![NOTHING; muscles],
+            hold_error: NOTHING,
+            hold_tension: vec![NOTHING; muscles],
+            least_anchor: (f64::INFINITY, 0),
+            most_drive: (0.0, 0),
+            infeasible: 0,
+            stopped: None,
+            bridged: (0, None),
+            lost: None,
+        }
+    }
+
+    pub(super) fn count(&mut self, row: &TrackRow<'_>) {
+        for (k, cable) in row.truth.cables.iter().enumerate() {
+            if cable.tension_out < self.least_anchor.0 {
+                self.least_anchor = (cable.tension_out, k);
+            }
+            if cable.tension_in > self.most_drive.0 {
+                self.most_drive = (cable.tension_in, k);
+            }
+        }
+        match row.answer.status {
+            ArmStatus::Stopped(trouble) if self.stopped.is_none() => self.stopped = Some((row.time, trouble)),
+            ArmStatus::Bridging(trouble) => {
+                self.bridged = (self.bridged.0 + 1, self.bridged.1.or(Some(trouble)));
+            }
+            _ => {}
+        }
+        if row.answer.reached == Status::Infeasible {
+            self.infeasible += 1;
+        }
+        if row.rested > SETTLING {
+            self.hold_error.count(distance(row.wanted, row.end_point));
+            for (spread, cable) in self.hold_tension.iter_mut().zip(row.truth.cables) {
+                spread.count(cable.tension_out);
+            }
+        }
+        if row.repeat.is_some() {
+            self.end_point_error.count(distance(row.wanted, row.end_point));
+            for (spread, error) in self.length_error.iter_mut().zip(row.length_error) {
+                spread.count(error.abs());
+            }
+        }
+    }
+
+    /// Largest standard deviation of a tension at rest, N.
+    #[must_use]
+    pub fn hold_unrest(&self) -> f64 {
+        self.hold_tension.iter().fold(0.0, |most, spread| most.max(spread.std))
+    }
+
+    /// Mean over muscles and time of the magnitude of the length errors, m.
+    #[must_use]
+    pub fn mean_length_error(&self) -> f64 {
+        self.length_error.iter().map(|spread| spread.mean).sum::<f64>() / self.length_error.len() as f64
+    }
+}

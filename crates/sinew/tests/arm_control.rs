@@ -1,0 +1,245 @@
+//! An arm under control: what it holds, what it bounds, and what it does when something fails.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+mod common;
+
+use common::lm_arm;
+use sinew::body::Robot;
+use sinew::control::arm::{ArmController, ArmGains, ArmSample, ArmStatus, Goal, Knowledge, Trouble, Way};
+use sinew::control::compensation::Compensation;
+use sinew::drive::DriveCommand;
+use sinew::experiment::TrackSummary;
+use sinew::experiment::arm::{TrackRow, TrackRun, track};
+use sinew::predictor::CableModel;
+use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
+use sinew::twin::arm::{ArmSpecimen, Failure, Fault, Sensor, SensorFailure};
+
+const H: f64 = 1e-3;
+
+fn trajectory(robot: &Robot, turns: f64, duration: f64) -> Trajectory {
+    let site = robot.site("endpoint").unwrap();
+    let path = EndPointPath::lm_arm(Loop::Sine);
+    let joints = JointPath::resolve(robot, site, &path, &Redundancy::lm_arm(), 720).unwrap();
+    Trajectory::AlongPath { joints, law: TimeLaw::new(2.0 * std::f64::consts::PI * turns, duration).unwrap() }
+}
+
+fn start(robot: &Robot) -> Vec<f64> {
+    robot.key("start").unwrap().to_vec()
+}
+
+/// Cables as somebody believes them who has measured, two or three per cent off in every number.
+fn believed(specimen: &ArmSpecimen) -> Vec<CableModel> {
+    let model = |(k, cable): (usize, &sinew::twin::cable::Specimen)| {
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let mut parameters = cable.parameters;
+        parameters.friction *= 1.0 + 0.02 * sign;
+        parameters.drag *= 1.0 - 0.1 * sign;
+        parameters.pretension *= 1.0 + 0.02 * sign;
+        parameters.compliance *= 1.1;
+        parameters.weakening = cable.effects.slow.map(|slow| slow.weakening);
+        CableModel { path: cable.path.clone(), parameters, start: 1.0, ..CableModel::bench() }
+    };
+    specimen.cables.iter().enumerate().map(model).collect()
+}
+
+/// One turn of the circle in `seconds` by an arm of this seed, with these faults.
+struct Case<'a> {
+    seed: u64,
+    way: Way,
+    gains: ArmGains,
+    faults: &'a [Fault],
+    seconds: f64,
+    after: f64,
+}
+
+impl Default for Case<'_> {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            way: Way::Winches(Knowledge::Observer),
+            gains: ArmGains::lm_arm(),
+            faults: &[],
+            seconds: 5.75,
+            after: 0.0,
+        }
+    }
+}
+
+fn run(case: Case<'_>, see: impl FnMut(&TrackRow<'_>)) -> TrackSummary {
+    let robot = lm_arm();
+    let specimen = ArmSpecimen::draw(&robot, &start(&robot), case.seed).unwrap();
+    let way = trajectory(&robot, 1.0, case.seconds);
+    let mut controller = ArmController::new(&robot, &believed(&specimen), case.gains, case.way).unwrap();
+    let run = TrackRun {
+        specimen: &specimen,
+        robot: &robot,
+        site: robot.site("endpoint").unwrap(),
+        trajectory: &way,
+        repeats: 1,
+        before: 1.0,
+        after: case.after,
+        faults: case.faults,
+        seed: case.seed,
+    };
+    track(&run, &mut controller, see).unwrap()
+}
+
+#[test]
+fn an_arm_that_is_not_the_one_on_paper_follows_a_circle_within_millimetres() {
+    for seed in [1, 2] {
+        let mut inside = true;
+        let found = run(Case { seed, ..Case::default() }, |row| {
+            inside &= row.answer.wanted.iter().all(|f| (20.0..=445.0).contains(f));
+        });
+        let error = found.end_point_error;
+        assert!(error.mean < 8e-3 && error.max < 40e-3, "{error:?}");
+        assert!(found.mean_length_error() < 0.3e-3 && inside);
+        assert!(found.least_anchor.0 > 5.0 && found.most_drive.0 < 600.0);
+        assert!(found.stopped.is_none() && found.lost.is_none());
+    }
+}
+
+#[test]
+fn an_arm_at_rest_stays_at_rest_without_hunting() {
+    let found = run(Case { after: 20.0, ..Case::default() }, |_| {});
+    assert!(found.hold_unrest() < 1.0, "{} N", found.hold_unrest());
+    assert!(found.hold_error.max < 5e-3, "{:?}", found.hold_error);
+}
+
+#[test]
+fn tensions_alone_lose_the_arm_and_say_so() {
+    let way = Way::Tensions(vec![Compensation::None; 15]);
+    let found = run(Case { way, ..Case::default() }, |_| {});
+    assert!(matches!(found.stopped, Some((_, Trouble::Astray(_)))), "{:?}", found.stopped);
+    assert!(found.end_point_error.mean > 20e-3);
+}
+
+#[test]
+fn without_tensions_known_the_winches_still_follow_and_knowing_them_is_better() {
+    let observed = run(Case::default(), |_| {}).end_point_error.mean;
+    let blind = run(Case { way: Way::Winches(Knowledge::Encoders), ..Case::default() }, |_| {});
+    assert!(blind.stopped.is_none() && blind.end_point_error.mean < 30e-3);
+    assert!(observed < blind.end_point_error.mean, "{observed} {:?}", blind.end_point_error);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits() {
+    let bits = || {
+        let mut bits = Vec::new();
+        run(Case { seconds: 2.9, ..Case::default() }, |row| {
+            bits.extend(row.truth.q.iter().chain(row.answer.wanted).map(|x| x.to_bits()));
+        });
+        bits
+    };
+    assert!(bits() == bits());
+}
+
+fn fault(lasting: f64, what: Failure) -> [Fault; 1] {
+    [Fault { from: 2.5, lasting, what }]
+}
+
+#[test]
+fn a_sensor_that_is_gone_for_milliseconds_is_bridged() {
+    use SensorFailure::{Lost, NotANumber};
+    for (lasting, sensor, how, named) in [
+        (0.001, Sensor::Joint(3), NotANumber, Trouble::JointSensor(3)),
+        (0.010, Sensor::Joint(3), Lost, Trouble::JointSensor(3)),
+        (0.010, Sensor::Motor(7), NotANumber, Trouble::MotorSensor(7)),
+        (0.100, Sensor::Tension(7), Lost, Trouble::TensionSensor(7)),
+        (0.100, Sensor::Tension(8), NotANumber, Trouble::TensionSensor(8)),
+    ] {
+        let faults = fault(lasting, Failure::Sensor(sensor, how));
+        let found = run(Case { faults: &faults, ..Case::default() }, |_| {});
+        assert_eq!(found.bridged.1, Some(named));
+        assert!(found.bridged.0 as f64 <= 1e3 * lasting + 1.0 && found.stopped.is_none(), "{found:?}");
+        assert!(found.end_point_error.max < 50e-3, "{:?}", found.end_point_error);
+    }
+}
+
+#[test]
+fn what_does_not_come_back_stops_the_arm_by_name_without_a_jump() {
+    use SensorFailure::NotANumber;
+    for (what, named) in [
+        (Failure::Sensor(Sensor::Joint(3), NotANumber), Trouble::JointSensor(3)),
+        (Failure::Sensor(Sensor::Motor(7), NotANumber), Trouble::MotorSensor(7)),
+        (Failure::Amplifier(7), Trouble::Drive(7)),
+        (Failure::Winch(7), Trouble::Drive(7)),
+        (Failure::Cable(7), Trouble::Cable(7)),
+    ] {
+        let faults = fault(f64::INFINITY, what);
+        let (mut last, mut jump, mut rows) = ([0.0_f64; 15], 0.0_f64, 0);
+        let found = run(Case { faults: &faults, ..Case::default() }, |row| {
+            rows += 1;
+            for (last, command) in last.iter_mut().zip(row.answer.commands) {
+                let DriveCommand::Velocity(speed) = *command else { panic!("{command:?}") };
+                if matches!(row.answer.status, ArmStatus::Stopped(_)) {
+                    jump = jump.max((speed - *last).abs());
+                }
+                *last = speed;
+            }
+        });
+        let (when, trouble) = found.stopped.unwrap();
+        assert_eq!(trouble, named);
+        assert!((2.5..3.5).contains(&when), "{named:?} {when}");
+        assert!(jump < 0.01 && last.iter().all(|speed| speed.abs() < 1e-9), "{named:?} {jump} {last:?}");
+        assert_eq!(rows, 6750, "recorded to the end");
+        assert!(found.most_drive.0 < 600.0);
+    }
+}
+
+#[test]
+fn a_controller_is_refused_whose_parts_do_not_fit() {
+    let robot = lm_arm();
+    let specimen = ArmSpecimen::nominal(&robot, &start(&robot)).unwrap();
+    let models = believed(&specimen);
+    let way = || Way::Winches(Knowledge::Observer);
+    let gains = ArmGains::lm_arm();
+    assert!(ArmController::new(&robot, &models, gains.clone(), way()).is_ok());
+    assert!(ArmController::new(&robot, &models[..14], gains.clone(), way()).is_err());
+    assert!(ArmController::new(&robot, &models, gains.clone(), Way::Tensions(vec![])).is_err());
+    for change in [
+        |g: &mut ArmGains| g.settling = 0.0,
+        |g: &mut ArmGains| g.bandwidth[2] = f64::NAN,
+        |g: &mut ArmGains| g.disturbance.truncate(3),
+        |g: &mut ArmGains| g.hold = [1.0, 0.5],
+    ] {
+        let mut bad = gains.clone();
+        change(&mut bad);
+        assert!(ArmController::new(&robot, &models, bad, way()).is_err());
+    }
+}
+
+#[test]
+fn whatever_sensors_say_commands_stay_finite_and_within_what_a_winch_can_do() {
+    let robot = lm_arm();
+    let specimen = ArmSpecimen::nominal(&robot, &start(&robot)).unwrap();
+    let mut random = sinew::random::Random::new(3);
+    for seed in 0..20 {
+        let mut controller = ArmController::new(
+            &robot,
+            &believed(&specimen),
+            ArmGains::lm_arm(),
+            Way::Winches(Knowledge::Observer),
+        )
+        .unwrap();
+        let goal = Reference { q: start(&robot), ..Reference::new(7) };
+        let mut wild = |usual: f64| match random.bits() % (4 + seed) {
+            0 => f64::NAN,
+            1 => f64::INFINITY,
+            2 => -1e300,
+            _ => usual + random.normal(),
+        };
+        for _ in 0..200 {
+            let motor: Vec<f64> = (0..15).map(|_| wild(0.5)).collect();
+            let tension: Vec<f64> = (0..15).map(|_| wild(60.0)).collect();
+            let joint: Vec<f64> = (0..7).map(|_| wild(0.3)).collect();
+            let sample = ArmSample { motor: &motor, tension: &tension, joint: &joint };
+            let goal = Goal { now: &goal, coming: &goal };
+            let answer = controller.step(H, &sample, &goal, None).unwrap();
+            for command in answer.commands {
+                assert!(matches!(command, DriveCommand::Velocity(v) if v.abs() <= 0.14), "{command:?}");
+            }
+        }
+    }
+}
