@@ -22,6 +22,7 @@ pub(crate) enum Verb {
     Adapt(AdaptArguments),
     Demo(DemoArguments),
     Arm(ArmArguments),
+    Track(TrackArguments),
     Reproduce(ReproduceArguments),
     Bench(BenchArguments),
     Twin(TwinArguments),
@@ -231,14 +232,59 @@ pub(crate) struct ConvertArguments {
     pub(crate) muscles: Option<PathBuf>,
 }
 
+/// Track a path with a simulated arm on cables.
+///
+/// The arm is built with errors that the controller does not know (masses, attachments, friction, sensors), each of its
+/// cables is calibrated by a run of its own, then the end point follows the path. A path that the robot cannot follow is
+/// refused before the start, with the first place where it cannot.
+///
+/// FILE.csv has waypoints: columns time_s, x_m, y_m, z_m.
+///
+/// Example: sinew track --duration 11.5 --repeats 1 --report track.html
+#[derive(Debug, Args)]
+pub(crate) struct TrackArguments {
+    /// A robot's file, or the name of an embedded one; it has a key pose `start` and a site `endpoint`
+    #[arg(default_value = "lm_arm")]
+    pub(crate) model: PathBuf,
+    /// Way of the end point: sine, saddle, or a table of waypoints
+    #[arg(long, value_name = "sine|saddle|FILE.csv", default_value = "sine")]
+    pub(crate) path: String,
+    /// Seconds for two turns of a closed path
+    #[arg(long, value_name = "SECONDS", default_value_t = 115.0)]
+    pub(crate) duration: f64,
+    /// How often
+    #[arg(long, value_name = "N", default_value_t = 6)]
+    pub(crate) repeats: u32,
+    /// none, capstan, paper: drives are told tensions; no_observer, no_disturbance_observer, observer, perfect: winches
+    /// are told speeds
+    #[arg(long, value_name = "NAME", default_value = "observer")]
+    pub(crate) compensation: String,
+    /// Mass at the end point that the controller is not told of, kg
+    #[arg(long, value_name = "KG", default_value_t = 0.0)]
+    pub(crate) payload: f64,
+    /// Seed of how the arm is built and of its sensors' noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Write an HTML report
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Write the run as a table (CSV), a row per 10 ms
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) record: Option<PathBuf>,
+    /// Print the result as JSON for programs
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 /// Reproduce the paper's experiments on the twin: tables and figures in DIR/report.html, numbers in DIR/results.json.
 ///
-/// Calibration, identification and compensation of the bench at six speeds; everything is simulated and says so.
-/// --quick takes seconds and is coarser: fewer strokes, no other specimens.
+/// Calibration, identification and compensation of the bench at six speeds, then the arm along its path with every way of
+/// control; everything is simulated and says so. --quick takes seconds and is coarser: fewer strokes, no other specimens, a
+/// path ten times as fast.
 #[derive(Debug, Args)]
 pub(crate) struct ReproduceArguments {
     /// Which part of the paper
-    #[arg(long, value_enum, default_value_t = Part::Bench)]
+    #[arg(long, value_enum, default_value_t = Part::All)]
     pub(crate) part: Part,
     /// A look in seconds
     #[arg(long)]
@@ -257,8 +303,12 @@ pub(crate) struct ReproduceArguments {
 /// Parts of the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Part {
+    /// Everything
+    All,
     /// Tables I to III, figures 7 to 10
     Bench,
+    /// Figures 11 to 13
+    Arm,
 }
 
 /// The bench of the paper as a twin: two drives back to back over one cable.

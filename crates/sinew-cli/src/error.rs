@@ -40,6 +40,14 @@ pub(crate) enum Error {
         /// What would do.
         expected: &'static str,
     },
+    /// A path that a robot cannot follow.
+    #[error("--path {path}: {obstacle}")]
+    Unreachable {
+        /// The path as given.
+        path: String,
+        /// When and why.
+        obstacle: String,
+    },
     /// A file that cannot be read.
     #[error("{}: cannot be read: {source}", file.display())]
     Unreadable {

@@ -24,6 +24,7 @@ fn main() -> ExitCode {
         Verb::Adapt(arguments) => verbs::adapt::run(arguments),
         Verb::Demo(arguments) => verbs::demo::run(arguments),
         Verb::Arm(arguments) => verbs::arm::run(arguments),
+        Verb::Track(arguments) => verbs::track::run(arguments),
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments),
         Verb::Bench(arguments) => verbs::bench::run(arguments),
         Verb::Twin(arguments) => verbs::twin::run(arguments),

@@ -25,6 +25,7 @@ mod scale;
 #[cfg(test)]
 mod tests;
 mod traces;
+pub(crate) mod tracking;
 
 pub(crate) use page::render;
 pub(crate) use picture::picture_svg;

@@ -10,6 +10,7 @@ pub(crate) mod predict;
 pub(crate) mod reproduce;
 mod specimen;
 pub(crate) mod tension;
+pub(crate) mod track;
 pub(crate) mod twin;
 
 use crate::error::Error;

@@ -1,32 +1,78 @@
 //! `sinew reproduce`.
 
+use super::arm::model::load;
+use super::track;
 use crate::arguments::{Part, ReproduceArguments};
 use crate::error::Error;
 use crate::output::{Folder, print, write_all};
 use crate::progress::Progress;
-use crate::report::reproduction;
+use crate::report::{reproduction, tracking};
 use crate::table::{number, table};
-use sinew_identify::reproduce::{BenchOptions, BenchPart, Indices, reproduce_bench};
+use serde_json::Value;
+use sinew_identify::reproduce::{
+    ArmOptions, ArmPart, BenchOptions, BenchPart, Indices, Sides, reproduce_arm, reproduce_bench,
+};
+use std::path::Path;
 
 pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {
-    let Part::Bench = arguments.part;
     let folder = Folder::open(&arguments.out)?;
     let progress = Progress::new();
-    let options = if arguments.quick {
-        BenchOptions::quick(arguments.seed)
-    } else {
-        BenchOptions::full(arguments.seed)
-    };
-    let part = reproduce_bench(&options, &|stage, done| progress.show(stage, done))?;
+    let (quick, seed) = (arguments.quick, arguments.seed);
+    let both = arguments.part == Part::All;
+    let bench = (both || arguments.part == Part::Bench)
+        .then(|| {
+            let options = if quick { BenchOptions::quick(seed) } else { BenchOptions::full(seed) };
+            let share = if both { 0.6 } else { 1.0 };
+            reproduce_bench(&options, &|stage, done| progress.show(stage, share * done))
+        })
+        .transpose()?;
+    let arm = (both || arguments.part == Part::Arm)
+        .then(|| {
+            let robot = load(Path::new("lm_arm"), None)?.robot;
+            let options = if quick { ArmOptions::quick(seed) } else { ArmOptions::full(seed) };
+            let begin = if both { 0.6 } else { 0.0 };
+            let part = reproduce_arm(&robot, &options, &|stage, done| {
+                progress.show(stage, begin + (1.0 - begin) * done);
+            })?;
+            Ok::<_, Error>(part)
+        })
+        .transpose()?;
     drop(progress);
-    let json = serde_json::to_string_pretty(&part.results)? + "\n";
-    let page = reproduction::render(&part, arguments.quick)?;
+    let json = serde_json::to_string_pretty(&numbers(bench.as_ref(), arm.as_ref(), seed)?)? + "\n";
+    let page = page(bench.as_ref(), arm.as_ref(), quick)?;
     let (report, results) = (folder.file("report.html"), folder.file("results.json"));
     write_all(&[(report.clone(), page.as_bytes()), (results.clone(), json.as_bytes())])?;
     if arguments.json {
         return print(&json);
     }
-    print(&format!("{}\nWritten: {}, {}\n", told(&part), report.display(), results.display()))
+    let mut text = bench.as_ref().map_or_else(String::new, |part| told(part) + "\n");
+    if let Some(part) = &arm {
+        text += &(track::told(&part.tracking) + "The paper reports 15.8 mm on average, 39 mm at most.\n\n");
+    }
+    print(&format!("{text}Written: {}, {}\n", report.display(), results.display()))
+}
+
+/// Everything as one object.
+fn numbers(bench: Option<&BenchPart>, arm: Option<&ArmPart>, seed: u64) -> Result<Value, Error> {
+    let mut all = match bench {
+        Some(part) => serde_json::to_value(&part.results)?,
+        None => serde_json::json!({"simulated": true, "seed": seed}),
+    };
+    if let (Some(part), Some(object)) = (arm, all.as_object_mut()) {
+        object.insert("tracking".to_owned(), serde_json::to_value(&part.tracking)?);
+    }
+    Ok(all)
+}
+
+fn page(bench: Option<&BenchPart>, arm: Option<&ArmPart>, quick: bool) -> Result<String, Error> {
+    match (bench, arm) {
+        (Some(part), arm) => Ok(reproduction::render(part, arm, quick)?),
+        (None, Some(part)) => {
+            let amount = format!("Seed {}. Everything here is simulated.", part.options.seed);
+            Ok(tracking::page(&reproduction::arm_view(part), "The paper’s arm, on a twin", &amount)?)
+        }
+        (None, None) => Ok(String::new()),
+    }
 }
 
 /// Table I as people read it.
@@ -35,7 +81,7 @@ fn told(part: &BenchPart) -> String {
     let mut rows = Vec::new();
     for (name, sides) in &results.table1 {
         let (estimate, cycles) = (results.table1_estimate.get(name), results.table1_cycles.get(name));
-        let of = |side: fn(&sinew_identify::reproduce::Sides<Indices>) -> &Indices, muscle: &str| {
+        let of = |side: fn(&Sides<Indices>) -> &Indices, muscle: &str| {
             let worst = |indices: Option<&Indices>| {
                 number(indices.map(|i| i.rmse_n.iter().copied().fold(f64::NAN, f64::max)))
             };

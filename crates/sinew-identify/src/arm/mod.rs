@@ -1,11 +1,13 @@
 //! An arm from its calibration to its tracking: what is identified, how it is then controlled, and what came of it.
 
 mod calibrate;
+mod journey;
 mod report;
 mod tracking;
 mod variant;
 
 pub use calibrate::{STROKES, Strokes, calibrate_arm, calibrate_networks};
+pub use journey::{journey, obstacle};
 pub use report::{ErrorSpread, MuscleSpread, Trace, TraceRow, TrackingNumbers};
 pub use tracking::{BEFORE, Prepared, Tracking, Walk, first_pose, track_arm};
 pub use variant::Variant;

@@ -71,6 +71,8 @@ pub struct TraceRow {
     pub wanted_m: [f64; 3],
     /// Where it was.
     pub end_point_m: [f64; 3],
+    /// How long every muscle was to be, m.
+    pub length_m: Vec<f64>,
     /// By how much every muscle was too long, m.
     pub length_error_m: Vec<f64>,
     /// Tension wanted at every anchor, N.

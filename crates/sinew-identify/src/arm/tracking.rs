@@ -117,6 +117,7 @@ fn thin(row: &TrackRow<'_>) -> TraceRow {
         repeat: row.repeat,
         wanted_m: row.wanted,
         end_point_m: row.end_point,
+        length_m: row.length.to_vec(),
         length_error_m: row.length_error.to_vec(),
         wanted_n: row.answer.wanted.to_vec(),
         anchor_n: row.truth.cables.iter().map(|cable| cable.tension_out).collect(),

@@ -1,5 +1,6 @@
 //! The paper's experiments on the twin: its tables and figures in our numbers. Everything here is simulated.
 
+mod arm;
 mod bench;
 mod elongation;
 mod mechanism;
@@ -7,6 +8,7 @@ pub mod paper;
 mod results;
 mod trial;
 
+pub use arm::{ArmOptions, ArmPart, reproduce_arm};
 pub use bench::{BenchOptions, BenchPart, Trace, reproduce_bench};
 pub use elongation::{ElongationTable, Reach};
 pub use mechanism::{Mechanism, Point};

@@ -53,6 +53,8 @@ pub struct TrackRow<'a> {
     pub wanted: [f64; 3],
     /// Where it truly is, m.
     pub end_point: [f64; 3],
+    /// How long every muscle was to be, m: `[muscles]`.
+    pub length: &'a [f64],
     /// By how much every muscle is truly longer than it was to be, m: `[muscles]`.
     pub length_error: &'a [f64],
     /// What the controller said.
@@ -108,6 +110,7 @@ pub fn track(
             goal: &now,
             wanted: ruler.wanted,
             end_point: ruler.end_point,
+            length: &ruler.length,
             length_error: &ruler.length_error,
             answer: &answer,
             reading,
@@ -165,6 +168,7 @@ struct Ruler<'a> {
     position: [f64; 3],
     wanted: [f64; 3],
     end_point: [f64; 3],
+    length: Vec<f64>,
     length_error: Vec<f64>,
 }
 
@@ -181,6 +185,7 @@ impl<'a> Ruler<'a> {
             position: site.position,
             wanted: [0.0; 3],
             end_point: [0.0; 3],
+            length: vec![0.0; muscles],
             length_error: vec![0.0; muscles],
             run,
         }
@@ -193,10 +198,11 @@ impl<'a> Ruler<'a> {
             *point = built.body_pose(&self.poses, self.body).point(self.position);
         }
         self.muscles.evaluate(wanted, &mut self.geometry)?;
-        self.length_error.copy_from_slice(self.geometry.lengths());
+        self.length.copy_from_slice(self.geometry.lengths());
         self.muscles.evaluate(q, &mut self.geometry)?;
-        for (error, length) in self.length_error.iter_mut().zip(self.geometry.lengths()) {
-            *error = length - *error;
+        let lengths = self.geometry.lengths().iter().zip(&self.length);
+        for (error, (true_length, wanted)) in self.length_error.iter_mut().zip(lengths) {
+            *error = true_length - wanted;
         }
         Ok(())
     }

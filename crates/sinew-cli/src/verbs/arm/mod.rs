@@ -3,7 +3,7 @@
 mod convert;
 mod evaluate;
 mod inspect;
-mod model;
+pub(super) mod model;
 mod poses;
 mod report;
 mod survey;

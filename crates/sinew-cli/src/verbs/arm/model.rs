@@ -11,13 +11,13 @@ use std::path::{Component, Path, PathBuf};
 const EMBEDDED: [(&str, &str); 1] = [("lm_arm", include_str!("../../../../../models/lm_arm.toml"))];
 
 /// A valid robot and what of its file was passed over.
-pub(super) struct Loaded {
-    pub(super) robot: Robot,
-    pub(super) warnings: Vec<Warning>,
+pub(in crate::verbs) struct Loaded {
+    pub(in crate::verbs) robot: Robot,
+    pub(in crate::verbs) warnings: Vec<Warning>,
 }
 
 /// Reads a robot; files win over embedded names.
-pub(super) fn load(path: &Path, muscles: Option<&Path>) -> Result<Loaded, Error> {
+pub(in crate::verbs) fn load(path: &Path, muscles: Option<&Path>) -> Result<Loaded, Error> {
     let (robot, warnings) = description(path, muscles)?.robot()?;
     Ok(Loaded { robot, warnings })
 }

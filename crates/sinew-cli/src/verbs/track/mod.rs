@@ -1,0 +1,150 @@
+//! `sinew track`.
+
+mod path;
+mod record;
+
+use super::arm::model::load;
+use crate::arguments::TrackArguments;
+use crate::error::Error;
+use crate::output::{print, spare, write_all};
+use crate::progress::Progress;
+use crate::report::tracking::{TrackView, page};
+use crate::table::{number, table};
+use sinew::body::Robot;
+use sinew_identify::arm::{Prepared, Tracking, TrackingNumbers, Variant, Walk, journey, obstacle, track_arm};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Rows of a report's trace, and seconds between rows of a record.
+const ROWS: f64 = 3000.0;
+const RECORD_S: f64 = 0.01;
+/// Rest after the motion, s.
+const AFTER_S: f64 = 3.0;
+
+pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
+    let outputs: Vec<PathBuf> =
+        [&arguments.report, &arguments.record].into_iter().flatten().cloned().collect();
+    let inputs = [Some(arguments.model.clone()), path::file(&arguments.path)];
+    spare(inputs.iter().flatten(), &outputs)?;
+    let variant = checked(arguments)?;
+    let robot = load(&arguments.model, None)?.robot;
+    let missing = |what: &str| Error::File {
+        file: arguments.model.clone(),
+        problem: format!("has no {what}: tracking starts and ends there"),
+    };
+    let pose = robot.key("start").ok_or_else(|| missing("key pose `start`"))?.to_vec();
+    let site = robot.site("endpoint").ok_or_else(|| missing("site `endpoint`"))?;
+    let wanted = path::wanted(&arguments.path)?;
+    let trajectory = journey(&robot, site, &wanted, &pose, arguments.duration)?;
+    if let Some(obstacle) = obstacle(&robot, &trajectory)? {
+        return Err(Error::Unreachable { path: arguments.path.clone(), obstacle: obstacle.to_string() });
+    }
+    let progress = Progress::new();
+    progress.show("calibrating the arm's cables", 0.0);
+    let mut arm = Prepared::new(&robot, &pose, arguments.seed)?;
+    if arguments.payload > 0.0 {
+        let tip = &robot.parts().sites[site];
+        arm = arm.with_payload(tip.body, tip.position, arguments.payload)?;
+    }
+    progress.show("tracking", 0.4);
+    let seconds = trajectory.duration() * f64::from(arguments.repeats);
+    let every = if arguments.record.is_some() { RECORD_S } else { seconds / ROWS };
+    let walk = Walk {
+        trajectory: &trajectory,
+        site,
+        repeats: arguments.repeats,
+        after: AFTER_S,
+        faults: &[],
+        every,
+    };
+    let tracked = track_arm(&arm, variant, &walk)?;
+    drop(progress);
+    finish(arguments, &robot, variant, tracked)
+}
+
+fn checked(arguments: &TrackArguments) -> Result<Variant, Error> {
+    let refuse = |flag, value: String, expected| Error::Argument { flag, value, expected };
+    if !(2.0..=3600.0).contains(&arguments.duration) {
+        return Err(refuse("--duration", arguments.duration.to_string(), "2 to 3600 s"));
+    }
+    if !(1..=100).contains(&arguments.repeats) {
+        return Err(refuse("--repeats", arguments.repeats.to_string(), "1 to 100"));
+    }
+    if !(0.0..=5.0).contains(&arguments.payload) {
+        return Err(refuse("--payload", arguments.payload.to_string(), "0 to 5 kg"));
+    }
+    Variant::named(&arguments.compensation).ok_or_else(|| {
+        refuse(
+            "--compensation",
+            arguments.compensation.clone(),
+            "none, capstan, paper, no_observer, no_disturbance_observer, observer or perfect",
+        )
+    })
+}
+
+fn finish(
+    arguments: &TrackArguments,
+    robot: &Robot,
+    variant: Variant,
+    tracked: Tracking,
+) -> Result<(), Error> {
+    let names: Vec<String> = robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect();
+    let tracking = BTreeMap::from([(variant.name(), tracked.numbers)]);
+    let mut files: Vec<(PathBuf, String)> = Vec::new();
+    if let Some(path) = &arguments.report {
+        let many = tracked.trace.len() as f64 / ROWS;
+        let thinned: Vec<_> = tracked.trace.iter().step_by((many.ceil() as usize).max(1)).cloned().collect();
+        let view = TrackView {
+            heading: "Errors".to_owned(),
+            lead: "The arm was built with errors that the controller does not know; each cable was calibrated alone.".to_owned(),
+            tracking: &tracking,
+            trace: &thinned,
+            drawn: variant.name(),
+            names: &names,
+            repeats: arguments.repeats,
+            paper: false,
+        };
+        let title = format!("{} along {}", robot.parts().name, arguments.path);
+        let amount = format!(
+            "{} s, {} repeats, seed {}. Everything here is simulated.",
+            arguments.duration, arguments.repeats, arguments.seed
+        );
+        files.push((path.clone(), page(&view, &title, &amount)?));
+    }
+    if let Some(path) = &arguments.record {
+        files.push((path.clone(), record::csv(&names, &tracked.trace)));
+    }
+    let bytes: Vec<_> = files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
+    write_all(&bytes)?;
+    if arguments.json {
+        let all = serde_json::json!({"simulated": true, "seed": arguments.seed, "tracking": tracking});
+        return print(&(serde_json::to_string_pretty(&all)? + "\n"));
+    }
+    let mut text = told(&tracking);
+    for (path, _) in &files {
+        text += &format!("Written: {}\n", path.display());
+    }
+    print(&text)
+}
+
+/// The table for people.
+pub(crate) fn told(tracking: &BTreeMap<&'static str, TrackingNumbers>) -> String {
+    let rows: Vec<Vec<String>> = tracking
+        .iter()
+        .map(|(name, n)| {
+            let e = &n.end_point_error_m;
+            let ended =
+                n.stopped_by.as_ref().map_or("as planned".to_owned(), |why| format!("stopped: {why}"));
+            let mm = |m: f64| number(Some(1e3 * m));
+            vec![
+                (*name).to_owned(),
+                ended,
+                mm(e.mean),
+                mm(e.std),
+                mm(e.max),
+                mm(n.muscle_length_error_m.mean),
+            ]
+        })
+        .collect();
+    table(&["SIMULATED arm", "ended", "end point, mm: mean", "std", "max", "muscle length, mm"], &rows, 2)
+}

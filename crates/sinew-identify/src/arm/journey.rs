@@ -1,0 +1,69 @@
+//! From a path of the end point to joints in time that a robot can follow, or the first place where it cannot.
+
+use crate::Error;
+use sinew::body::Robot;
+use sinew::control::tension::{Distribution, Problem, Status};
+use sinew::trajectory::{
+    Demand, EndPointPath, JointPath, Limits, Obstacle, Redundancy, Shortfall, TimeLaw, Trajectory,
+    first_obstacle,
+};
+
+/// Turns of a closed path, as the paper's two periods.
+const TURNS: f64 = 2.0;
+/// Knots of the joints over a turn.
+const KNOTS: usize = 720;
+/// Tensions that a trajectory may ask of a muscle at rest, N: what drives give at anchors behind the least of friction.
+const TENSIONS_N: [f64; 2] = [20.0, 400.0];
+
+/// Joints in time for a path of a site: closed paths twice round in `duration` seconds from rest to rest, waypoints at their own
+/// times.
+///
+/// # Errors
+/// [`Error::Physics`] where the robot has joints other than hinges and slides or the numbers are none.
+pub fn journey(
+    robot: &Robot,
+    site: usize,
+    path: &EndPointPath,
+    pose: &[f64],
+    duration: f64,
+) -> Result<Trajectory, Error> {
+    let redundancy =
+        if robot.parts().name == "lm_arm" { Redundancy::lm_arm() } else { Redundancy::near(pose) };
+    let joints = JointPath::resolve(robot, site, path, &redundancy, KNOTS)?;
+    if path.closes() {
+        let law = TimeLaw::new(TURNS * path.length(), duration)?;
+        Ok(Trajectory::AlongPath { joints, law })
+    } else {
+        Ok(Trajectory::Timed(joints))
+    }
+}
+
+/// The first place where the robot cannot follow: joints, speeds, and torques that no tensions give.
+///
+/// # Errors
+/// [`Error::Physics`] where trajectory and robot do not belong together.
+pub fn obstacle(robot: &Robot, trajectory: &Trajectory) -> Result<Option<Obstacle>, Error> {
+    let joints = robot.nv();
+    let muscles = sinew::muscle::Muscles::new(robot).count();
+    let mut distribution = Distribution::new(muscles, joints);
+    let [least, most] = TENSIONS_N.map(|tension| vec![tension; muscles]);
+    let (reference, weight) = (vec![0.0; muscles], vec![1.0; muscles]);
+    let reach = |demand: Demand<'_>| {
+        let problem = Problem {
+            moment_arms: demand.moment_arms,
+            torque: demand.torque,
+            minimum: &least,
+            maximum: &most,
+            reference: &reference,
+            weight: &weight,
+        };
+        // What is no problem is no torque that can be given.
+        let solution = distribution.solve(&problem).ok()?;
+        if solution.status == Status::Optimal {
+            return None;
+        }
+        let most = solution.residual.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        most.map(|(velocity, torque)| Shortfall { velocity, torque: *torque })
+    };
+    Ok(first_obstacle(robot, trajectory, &Limits::default(), reach)?)
+}
