@@ -1,4 +1,5 @@
 use super::gains::ArmGains;
+use crate::control::stretch::BARELY;
 use crate::transmission::cable::CableLaw;
 
 /// What is wanted of one muscle in the next millisecond.
@@ -81,6 +82,3 @@ impl Winch {
         speed.clamp(-gains.most_speed, gains.most_speed)
     }
 }
-
-/// A speed whose sign counts and whose drag does not, m/s; and a number that a processor handles at full speed.
-const BARELY: f64 = 1e-9;
