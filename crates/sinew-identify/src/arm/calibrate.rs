@@ -94,7 +94,7 @@ pub fn calibrate_networks(specimen: &ArmSpecimen, seed: u64) -> Result<Vec<Netwo
 }
 
 /// Rows between those that a network is trained on.
-const THINNED: usize = 10;
+const THINNED: usize = 30;
 
 fn options() -> FitOptions {
     FitOptions {

@@ -45,6 +45,9 @@ pub struct StretchFollower {
     last: Option<(f64, f64)>,
 }
 
+/// A speed whose sign counts and whose drag does not, m/s; and a number that a processor handles at full speed.
+pub(super) const BARELY: f64 = 1e-9;
+
 /// `t_v`, s.
 const SETTLING: f64 = 0.02;
 /// `a`, m/s^2.
@@ -62,7 +65,7 @@ impl StretchFollower {
     pub fn speed(&mut self, interval: f64, wish: &Wish, stretch: f64, drag_factor: f64) -> f64 {
         let s = direction(wish.coming);
         // Drag is that of now where the cable already slides as it is going to, and none yet where it turns.
-        let sliding = if s * wish.velocity > 0.0 { wish.velocity } else { s * f64::MIN_POSITIVE };
+        let sliding = if s * wish.velocity > 0.0 { wish.velocity } else { s * BARELY };
         let Ok(steady) = self.law.steady(wish.tension_out, sliding, drag_factor) else {
             return wish.velocity;
         };

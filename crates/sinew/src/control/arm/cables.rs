@@ -115,7 +115,7 @@ impl Cables {
         for k in if first { 0..n } else { self.turn..self.turn + 1 } {
             let (place, told) = self.wraps[k];
             let wrap = bends[k].clamp(0.0, MOST_WRAP);
-            if !((wrap - told).abs() < WORTH_TELLING) {
+            if told.is_nan() || (wrap - told).abs() >= WORTH_TELLING {
                 self.observers.set_wrap(k, place, wrap)?;
                 self.wraps[k].1 = wrap;
             }

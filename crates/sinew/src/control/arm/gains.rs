@@ -6,38 +6,39 @@ use alloc::vec::Vec;
 /// How hard the controller of an arm tries.
 ///
 /// # Source
-/// Found on the twin; what each does when it is doubled or halved is in the documentation of its field.
+/// A random search on two arms of the twin, drawn and calibrated; others of the same kind follow as well.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmGains {
     /// `w` of every joint, rad/s: bandwidth of the wanted acceleration. `[joints]`
     pub bandwidth: Vec<f64>,
     /// `zeta`, 1.
     pub damping: f64,
-    /// `w_d`, rad/s: how fast the disturbance that the joints show is believed; 0 for never. `[joints]`
+    /// `w_d` of every joint, rad/s: how fast the disturbance that it shows is believed; 0 for never. `[joints]`
     pub disturbance: Vec<f64>,
     /// `w_o`, rad/s: bandwidth of the joints' observers.
     pub observer: f64,
-    /// `kappa`, 1: share of the joints' error that the winches make good as positions.
+    /// `kappa`, 1: share of the joints' errors that the winches make good as positions. Beyond 2 it swings.
     pub position: f64,
     /// `t_v`, s: how fast a winch makes good what it is away from where it should be.
     pub settling: f64,
-    /// m/s^2: with which a winch is expected to be braked.
+    /// `a`, m/s^2: with which a winch is expected to be braked.
     pub braking: f64,
     /// Fastest that a winch is told to turn, m/s.
     pub most_speed: f64,
-    /// m/s: speed of the anchor that is about to come at which the cable has wholly changed its direction of sliding.
+    /// `x_t`, m: how far an anchor goes while its cable changes the direction of sliding.
     pub turning: f64,
-    /// 1/s: how fast the anchor is believed to make good what it is behind.
+    /// `lambda`, 1: how far across its dead band a cable is sent by the joints' errors. Beyond 10 it swings.
     pub lead: f64,
-    /// 1/s: the same over time.
+    /// `lambda_i`, 1/s: the same over time.
     pub integral: f64,
-    /// 1: share of the way across the dead band that is left to the joints' errors, because friction is not known better.
+    /// `beta`, 1: share of the way across the dead band that is left to the joints' errors, because friction is not known
+    /// better.
     pub doubt: f64,
-    /// s: smoothing of the speed at which a cable slips.
+    /// s: smoothing of the speed at which a cable is believed to slip.
     pub slip: f64,
-    /// `F_min`, N: least tension wanted at an anchor; at least [`above_pretension`](Self::above_pretension) over `T_0`.
+    /// `F_min`, N: least tension wanted at an anchor.
     pub least_tension: f64,
-    /// N.
+    /// N: but at least so much above its `T_0`, below which no wish can be met.
     pub above_pretension: f64,
     /// What a drive can hold for ever, N: bounds the tension at its anchor.
     pub drive_tension: f64,
@@ -50,20 +51,20 @@ impl ArmGains {
     #[must_use]
     pub fn lm_arm() -> Self {
         Self {
-            bandwidth: vec![4.0, 4.0, 4.0, 5.5, 11.0, 11.0, 11.0],
+            bandwidth: vec![7.0, 7.0, 7.0, 10.0, 11.0, 11.0, 11.0],
             damping: 0.63,
-            disturbance: vec![10.0, 10.0, 10.0, 13.0, 17.0, 17.0, 17.0],
+            disturbance: vec![9.0, 9.0, 9.0, 12.0, 8.0, 8.0, 8.0],
             observer: 50.0,
-            position: 1.06,
-            settling: 0.015,
-            braking: 4.0,
+            position: 0.5,
+            settling: 0.0075,
+            braking: 3.4,
             most_speed: 0.13,
-            turning: 1e-4,
-            lead: 2.2,
-            integral: 5.0,
-            doubt: 0.02,
-            slip: 0.02,
-            least_tension: 20.7,
+            turning: 6e-5,
+            lead: 3.3,
+            integral: 3.8,
+            doubt: 0.05,
+            slip: 0.018,
+            least_tension: 21.0,
             above_pretension: 4.0,
             drive_tension: 445.0,
             hold: [1e-3, 3e-3],

@@ -151,7 +151,7 @@ impl Guard {
 
     /// Stops an arm that has gone astray.
     pub(super) fn watch(&mut self, error: &[f64]) {
-        if let Some(joint) = error.iter().position(|e| !(e.abs() < ASTRAY)) {
+        if let Some(joint) = error.iter().position(|e| e.is_nan() || e.abs() >= ASTRAY) {
             self.stop(Trouble::Astray(joint));
         }
     }
@@ -167,7 +167,7 @@ impl Guard {
 
     /// How far a winch is from where it was told to be.
     fn follow(&mut self, h: f64, k: usize, told: f64, moved: f64, tension: f64) {
-        let blocked = !told.is_finite() || (told < 0.0 && !(tension > SLACK));
+        let blocked = !told.is_finite() || (told < 0.0 && (tension.is_nan() || tension <= SLACK));
         let off = if blocked { 0.0 } else { h * told - moved };
         self.lag[k] = (self.lag[k] + off) * (1.0 - h / FORGETTING);
         if self.lag[k].abs() > LARGEST_LAG {

@@ -1,4 +1,5 @@
 use super::gains::ArmGains;
+use crate::control::stretch::BARELY;
 use crate::transmission::cable::CableLaw;
 
 /// What is wanted of one muscle in the next millisecond.
@@ -18,12 +19,28 @@ pub(super) struct Pull {
 /// Where a winch should be and how fast it is told to go there.
 ///
 /// ```text
-/// e* = (1 + s)/2 e_+(F) + (1 - s)/2 e_-(F),    s = clip(v_r(t + t_p)/v_t, -1, 1)
-/// x = e* - e^ + kappa R (q_r - q^),    v = v_r + clip(x/t_v, +- sqrt(2 a |x|))
+/// s_r' = v_r(t + t_p)/x_t within +-(1 - beta),    s_i' = lambda_i d/G,    s = s_r + s_i + lambda d/G within +-(1 + beta)
+/// e* = (1 + s)/2 e_+(F) + (1 - s)/2 e_-(F),       G = e_+ - e_-,          d = R (q_r - q^)
+/// x = e* - e^ + kappa d,     v = v_r + clip(x/t_v, +-sqrt(2 a |x|))
 /// ```
 ///
-/// `e_+-` is the stretch of the cable that slides steadily toward the motor or away from it: at a reversal the winch crosses from one
-/// to the other while the anchor slows down, so that the front is through when it turns.
+/// | symbol   | meaning                                                                        | unit   |
+/// |----------|--------------------------------------------------------------------------------|--------|
+/// | e_+, e_- | stretch at the wanted far tension F of the cable that slides toward the motor, or away | m      |
+/// | G        | dead band: what the winch travels to turn the cable round                        | m      |
+/// | s        | where in the dead band the cable is to be: -1 to 1                                | 1      |
+/// | d        | how far the anchor is behind                                                     | m      |
+/// | t_p      | [`FORESIGHT`](crate::control::stretch::FORESIGHT)                                | s      |
+///
+/// At a reversal of the reference the winch crosses the dead band while the anchor goes `x_t`. The last `beta` of the way
+/// is left to the joints' errors: sent too far, a cable breaks away. Friction weakens with the speed at which the
+/// anchor truly slips, so that a winch lets go of an arm that breaks away.
+///
+/// # Departs
+/// `yuan2023` commands the tension of the drive (8); here it is the speed of its winch.
+///
+/// # Source
+/// Our own.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Winch {
     /// Which way the cable slides, or is about to: -1 to 1.
@@ -43,7 +60,7 @@ impl Winch {
         gains: &ArmGains,
     ) -> f64 {
         let of = |s: f64| {
-            let speed = if s * pull.velocity > 0.0 { pull.velocity } else { s * f64::MIN_POSITIVE };
+            let speed = if s * pull.velocity > 0.0 { pull.velocity } else { s * BARELY };
             law.sliding(pull.tension, speed, pull.slip, drag).map_or(0.0, |steady| steady.stretch)
         };
         let (high, low) = (of(1.0), of(-1.0));
