@@ -102,6 +102,7 @@ fn options() -> FitOptions {
         samples: 16_000,
         residuals: 1200,
         steps: 8,
+        around: false,
         near_weight: 0.5,
     }
 }

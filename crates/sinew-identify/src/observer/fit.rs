@@ -18,13 +18,22 @@ pub struct FitOptions {
     pub residuals: usize,
     /// Accepted steps of a search, at most.
     pub steps: usize,
+    /// Whether to look around the start before searching from it: for starts that are guesses, not designs.
+    pub around: bool,
     /// Weight of the near tension's error beside the far one's, 1: what keeps the near free length honest.
     pub near_weight: f64,
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { free: Quantity::USUAL.to_vec(), samples: 80_000, residuals: 4000, steps: 30, near_weight: 0.5 }
+        Self {
+            free: Quantity::USUAL.to_vec(),
+            samples: 80_000,
+            residuals: 4000,
+            steps: 30,
+            around: true,
+            near_weight: 0.5,
+        }
     }
 }
 
@@ -115,6 +124,10 @@ impl Problem<'_> {
 
     /// The start itself and its neighbours in friction, drag and stiffness of the free lengths; the best are followed.
     fn search(&self, theta: &[f64]) -> Option<Solution> {
+        let options = Options { steps: self.options.steps, tolerance: 1e-7, ..Options::default() };
+        if !self.options.around {
+            return minimise(self, theta, options);
+        }
         let moved = |friction: f64, drag: f64, free: f64| {
             let factor = |quantity: &Quantity| match quantity {
                 Quantity::FrictionAngle => friction,
@@ -135,7 +148,6 @@ impl Problem<'_> {
             found.into_iter().zip(points).filter_map(|(found, theta)| Some((far(found?), theta))).collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         starts.truncate(2);
-        let options = Options { steps: self.options.steps, tolerance: 1e-7, ..Options::default() };
         let found = starts.iter().filter_map(|(_, theta)| minimise(self, theta, options));
         found.min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
