@@ -8,5 +8,6 @@ mod bench;
 mod determinism;
 mod robots;
 mod tension;
+mod twin;
 mod verbs;
 mod writing;
