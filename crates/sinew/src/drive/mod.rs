@@ -18,7 +18,7 @@ pub use current_loop::CurrentLoop;
 pub use machine::{Drive, DriveCommand, DriveFault, DriveParameters, DriveReading, DriveStep};
 pub use motor::{Motor, MotorState, ROOM};
 pub use quadrant::Quadrant;
-pub use reducer::Reducer;
+pub use reducer::{Reducer, Shaft, Turn};
 pub use sensors::{Delay, Encoder, LoadCell};
 pub use tension_loop::TensionLoop;
 pub use velocity_loop::{VelocityLimits, VelocityLoop};
