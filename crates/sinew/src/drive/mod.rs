@@ -4,6 +4,7 @@
 //! command -> tension loop -> velocity loop -> current loop -> motor -> reducer -> winch -> cable
 //! ```
 
+mod catalogue;
 mod current_loop;
 mod machine;
 mod motor;
@@ -14,6 +15,9 @@ mod tension_loop;
 mod velocity_loop;
 mod winch;
 
+pub use catalogue::{
+    Catalogue, CatalogueError, CatalogueMotor, CatalogueReducer, CatalogueWinch, ReducerLosses,
+};
 pub use current_loop::CurrentLoop;
 pub use machine::{Drive, DriveCommand, DriveFault, DriveParameters, DriveReading, DriveStep};
 pub use motor::{Motor, MotorState, ROOM};
