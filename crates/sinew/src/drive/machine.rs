@@ -7,7 +7,7 @@ use super::reducer::{Reducer, Shaft, Turn};
 use super::sensors::{Delay, Encoder, LoadCell};
 use super::tension_loop::TensionLoop;
 use super::velocity_loop::{VelocityLimits, VelocityLoop};
-use super::winch::Winch;
+use super::winch::{Drum, Winch};
 use crate::Error;
 use crate::error::{positive, within};
 use crate::random::Random;
@@ -179,7 +179,9 @@ pub struct Drive {
     speed: f64,
     /// Of the winch, behind the backlash, rad.
     winch: f64,
-    layer: u8,
+    /// Cable on the drum, m.
+    wound: f64,
+    drum: Drum,
     current_loop: CurrentLoop,
     velocity_loop: VelocityLoop,
     tension_loop: TensionLoop,
@@ -207,14 +209,16 @@ impl Drive {
         parameters.validate()?;
         let winch = 0.5 * parameters.winch.full();
         let angle = winch * parameters.reducer.ratio;
-        let position = parameters.winch.wound(winch);
+        let drum = Drum::new(&parameters.winch);
+        let position = drum.wound(winch);
         let delay = |value| Delay::new(parameters.delay_steps, value);
         Ok(Self {
             motor: MotorState::cold(&parameters.motor),
             angle,
             speed: 0.0,
             winch,
-            layer: parameters.winch.layer(winch),
+            wound: position,
+            drum,
             current_loop: CurrentLoop::default(),
             velocity_loop: VelocityLoop::new(150.0),
             tension_loop: TensionLoop::new(2e-3, 0.5, 0.0),
@@ -249,7 +253,7 @@ impl Drive {
     /// Cable on the drum, m.
     #[must_use]
     pub fn wound(&self) -> f64 {
-        self.parameters.winch.wound(self.winch)
+        self.wound
     }
 
     /// Kinetic energy of the rotor, J.
@@ -281,7 +285,7 @@ impl Drive {
     pub fn step(&mut self, command: DriveCommand, tension: f64, h: f64) -> DriveStep {
         let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
         self.sense(tension);
-        let arm = self.parameters.winch.arm(self.layer);
+        let arm = self.drum.arm(self.winch);
         let wanted = self.wanted_torque(command, arm, h).filter(|_| self.fault.is_none());
         let powered = self.powered(wanted, tension * arm, h);
         let (moved, clapped) = self.advance(powered.turn.speed, tension, arm, h);
@@ -335,7 +339,7 @@ impl Drive {
     fn sense(&mut self, tension: f64) {
         let p = &self.parameters;
         let angle = p.encoder.read(self.angle) / p.reducer.ratio;
-        let position = self.delays[0].pass(p.winch.wound(angle));
+        let position = self.delays[0].pass(self.drum.wound(angle));
         let tension = self.delays[1].pass(p.load_cell.read(tension, &mut self.random));
         let current = self.delays[2].pass(self.motor.current);
         self.reading = DriveReading { position, tension, current };
@@ -406,9 +410,9 @@ impl Drive {
         // A cable under tension pulls the winch onto one flank.
         let winch =
             if tension > 0.0 { behind - half } else { hold(self.winch, behind - half, behind + half) };
-        let moved = p.winch.wound(winch) - p.winch.wound(self.winch);
-        self.winch = winch;
-        self.layer = p.winch.layer(winch);
+        let wound = self.drum.wound(winch);
+        let moved = wound - self.wound;
+        (self.winch, self.wound) = (winch, wound);
         (moved, tension * (arm * h * turned / p.reducer.ratio - moved))
     }
 

@@ -11,6 +11,7 @@ mod motor;
 mod quadrant;
 mod reducer;
 mod sensors;
+pub mod sizing;
 mod tension_loop;
 mod velocity_loop;
 mod winch;

@@ -85,8 +85,11 @@ impl Reducer {
     #[must_use]
     pub fn loss(&self, load: f64, sign: f64, angle: f64) -> f64 {
         let share = if load * sign > 0.0 { 1.0 / self.efficiency - 1.0 } else { 1.0 - self.efficiency };
-        let ripple =
-            if self.ripple > 0.0 { 1.0 + self.ripple * libm::cos(self.ripple_per_turn * angle) } else { 1.0 };
+        let ripple = if self.ripple > 0.0 {
+            1.0 + self.ripple * crate::math::sincos(self.ripple_per_turn * angle).1
+        } else {
+            1.0
+        };
         self.friction + load.abs() / self.ratio * share * ripple
     }
 
