@@ -27,6 +27,7 @@ pub(crate) enum Verb {
     Bench(BenchArguments),
     Twin(TwinArguments),
     Tension(TensionArguments),
+    Drive(DriveArguments),
 }
 
 /// Fit a transmission: from bench logs to DIR/model.json and DIR/report.html.
@@ -432,6 +433,49 @@ pub(crate) struct TensionArguments {
     /// Problems to solve
     #[arg(value_name = "FILE.json")]
     pub(crate) problems: PathBuf,
+    /// Print the result as JSON for programs
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Motor, reducer and winch of a muscle.
+#[derive(Debug, Args)]
+pub(crate) struct DriveArguments {
+    #[command(subcommand)]
+    pub(crate) verb: DriveVerb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum DriveVerb {
+    Size(DriveSizeArguments),
+}
+
+/// Find motor, reducer, ratio and winch for what a cable is wanted to do, and what such a drive can do at most.
+///
+/// The tension can be held for ever while the cable is taken up at the speed; the acceleration comes on top for a
+/// moment, with the amplifier's peak current and a hot winding. Of every motor with every reducer the ratio and winch
+/// with most to spare are shown: first those that can, the lightest first; then those that cannot, the one that lacks
+/// least first. "ratios" is where any ratio would do; "used" the share of the limit
+/// that is nearest. The envelope below is the first one's.
+///
+/// Example: sinew drive size --tension 250 --speed 0.14 --acceleration 3 --stroke 0.3
+#[derive(Debug, Args)]
+pub(crate) struct DriveSizeArguments {
+    /// Tension to hold for ever, N
+    #[arg(long, value_name = "N")]
+    pub(crate) tension: f64,
+    /// Speed of the cable under that tension, m/s
+    #[arg(long, value_name = "V")]
+    pub(crate) speed: f64,
+    /// Acceleration of the cable on top, m/s^2
+    #[arg(long, value_name = "A")]
+    pub(crate) acceleration: f64,
+    /// Cable that the drum must take, m
+    #[arg(long, value_name = "M")]
+    pub(crate) stroke: f64,
+    /// Motors, reducers and winches to choose from instead of the embedded ones
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) catalogue: Option<PathBuf>,
     /// Print the result as JSON for programs
     #[arg(long)]
     pub(crate) json: bool,

@@ -29,6 +29,7 @@ fn main() -> ExitCode {
         Verb::Bench(arguments) => verbs::bench::run(arguments),
         Verb::Twin(arguments) => verbs::twin::run(arguments),
         Verb::Tension(arguments) => verbs::tension::run(arguments),
+        Verb::Drive(arguments) => verbs::drive::run(arguments),
     });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -28,25 +28,44 @@ fn what_goes_in_comes_out_as_work_heat_friction_or_speed() {
     let mut drive = drive();
     let mut random = Random::new(5);
     let (mut electrical, mut heat, mut work, mut motion) = (0.0, 0.0, 0.0, 0.0);
+    let (mut friction, mut to_air, mut through) = (0.0, 0.0, 0.0);
     let mut quadrants = [0; 4];
     let (mut speed, mut tension) = (0.0, 100.0);
     for k in 0..60_000 {
         if k % 300 == 0 {
-            speed = 0.2 * (random.unit() - 0.5);
+            // Back toward the middle of the drum, so that a minute finds no end.
+            speed = 0.2 * (random.unit() - 0.5) + 0.5 * (0.55 - drive.wound());
             tension = 20.0 + 280.0 * random.unit();
         }
-        let step: DriveStep = drive.step(DriveCommand::Velocity(speed), tension, H);
+        let command = match k / 300 % 20 {
+            17 => DriveCommand::Off,
+            18 => DriveCommand::Current(15.0 * (random.unit() - 0.5)),
+            _ => DriveCommand::Velocity(speed),
+        };
+        let (stored, warm) = (drive.stored(), drive.warmth());
+        let pull = if k / 300 % 20 == 19 { 0.0 } else { tension };
+        let step: DriveStep = drive.step(command, pull, H);
+        let spent = step.heat + step.lost + pull * step.moved + drive.stored() - stored;
+        let size = step.electrical.abs() + stored + step.heat + (pull * step.moved).abs() + 1e-3;
+        assert!((step.electrical - spent).abs() < 1e-9 * size, "{k}: {step:?} {spent}");
+        assert!((step.heat - step.to_air - (drive.warmth() - warm)).abs() < 1e-9 * (1.0 + warm), "{k}");
+        assert!(step.heat >= 0.0 && step.lost >= -1e-15, "{k}: {step:?}");
+        assert_eq!(step.fault, None);
+        friction += step.lost;
+        to_air += step.to_air;
+        through += pull * step.moved.abs();
         electrical += step.electrical;
         heat += step.heat;
-        work += tension * step.moved;
+        work += pull * step.moved;
         motion += step.moved.abs();
         quadrants[step.quadrant as usize] += 1;
     }
-    let friction = electrical - heat - work - drive.kinetic();
+    let size = heat + friction + through;
+    assert!((electrical - heat - friction - work - drive.stored()).abs() < 1e-9 * size);
+    assert!((heat - to_air - drive.warmth()).abs() < 1e-9 * heat && to_air > 0.0);
     assert!(motion > 2.0 && quadrants.iter().all(|n| *n > 50), "{motion} {quadrants:?}");
     assert!(heat > 0.0 && friction > 0.0, "heat {heat}, friction {friction}");
     // The losses of the reducer at its efficiency of 0.7, of the work's size: no more, no less.
-    let through = 280.0 * motion;
     assert!(friction < 0.6 * through && friction > 0.01 * through, "{friction} {through}");
 }
 
@@ -158,6 +177,8 @@ fn the_end_of_the_drum_and_too_much_heat_are_named_and_stop_the_motor() {
         }
     }
     assert!(matches!(hot, Some(DriveFault::Hot { winding }) if winding > 155.0), "{hot:?}");
+    // The winding's field goes back to the supply, then there is nothing.
+    assert!(drive.step(DriveCommand::Current(10.0), 30.0, H).electrical <= 0.0);
     assert!(drive.step(DriveCommand::Current(10.0), 30.0, H).electrical.abs() < 1e-12);
 }
 

@@ -4,6 +4,7 @@ pub(crate) mod adapt;
 pub(crate) mod arm;
 pub(crate) mod bench;
 pub(crate) mod demo;
+pub(crate) mod drive;
 pub(crate) mod evaluate;
 pub(crate) mod identify;
 pub(crate) mod predict;

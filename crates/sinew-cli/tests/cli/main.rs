@@ -6,6 +6,7 @@ mod bad_logs;
 mod bad_models;
 mod bench;
 mod determinism;
+mod drive;
 mod robots;
 mod tension;
 mod twin;

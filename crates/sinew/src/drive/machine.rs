@@ -1,13 +1,13 @@
 //! The whole drive: sensors, loops, motor, reducer, winch, one step of a millisecond.
 
 use super::current_loop::CurrentLoop;
-use super::motor::{Motor, MotorState};
+use super::motor::{Motor, MotorState, Winding};
 use super::quadrant::Quadrant;
-use super::reducer::Reducer;
+use super::reducer::{Reducer, Shaft, Turn};
 use super::sensors::{Delay, Encoder, LoadCell};
 use super::tension_loop::TensionLoop;
 use super::velocity_loop::{VelocityLimits, VelocityLoop};
-use super::winch::Winch;
+use super::winch::{Drum, Winch};
 use crate::Error;
 use crate::error::{positive, within};
 use crate::random::Random;
@@ -123,6 +123,9 @@ pub struct DriveReading {
 }
 
 /// What a drive truly did in a step.
+///
+/// To rounding, `electrical = heat + lost + tension moved` and what [`Drive::stored`] gained; `heat` is what
+/// [`Drive::warmth`] gained and `to_air`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveStep {
     /// Displacement of the cable at the outlet, m, + toward the motor.
@@ -131,12 +134,24 @@ pub struct DriveStep {
     pub speed: f64,
     /// Work from the amplifier, J.
     pub electrical: f64,
-    /// Heat in the winding, J.
+    /// Heat in the winding, J, >= 0.
     pub heat: f64,
+    /// Heat from the housing to the air, J.
+    pub to_air: f64,
+    /// Lost in the reducer and where its flanks meet, J.
+    pub lost: f64,
     /// Where it works.
     pub quadrant: Quadrant,
     /// What has stopped it.
     pub fault: Option<DriveFault>,
+}
+
+/// Winding and shaft after a step.
+struct Powered {
+    turn: Turn,
+    winding: Winding,
+    /// J.
+    electrical: f64,
 }
 
 /// A drive at work.
@@ -164,7 +179,9 @@ pub struct Drive {
     speed: f64,
     /// Of the winch, behind the backlash, rad.
     winch: f64,
-    layer: u8,
+    /// Cable on the drum, m.
+    wound: f64,
+    drum: Drum,
     current_loop: CurrentLoop,
     velocity_loop: VelocityLoop,
     tension_loop: TensionLoop,
@@ -192,14 +209,16 @@ impl Drive {
         parameters.validate()?;
         let winch = 0.5 * parameters.winch.full();
         let angle = winch * parameters.reducer.ratio;
-        let position = parameters.winch.wound(winch);
+        let drum = Drum::new(&parameters.winch);
+        let position = drum.wound(winch);
         let delay = |value| Delay::new(parameters.delay_steps, value);
         Ok(Self {
             motor: MotorState::cold(&parameters.motor),
             angle,
             speed: 0.0,
             winch,
-            layer: parameters.winch.layer(winch),
+            wound: position,
+            drum,
             current_loop: CurrentLoop::default(),
             velocity_loop: VelocityLoop::new(150.0),
             tension_loop: TensionLoop::new(2e-3, 0.5, 0.0),
@@ -234,13 +253,25 @@ impl Drive {
     /// Cable on the drum, m.
     #[must_use]
     pub fn wound(&self) -> f64 {
-        self.parameters.winch.wound(self.winch)
+        self.wound
     }
 
     /// Kinetic energy of the rotor, J.
     #[must_use]
     pub fn kinetic(&self) -> f64 {
         0.5 * self.parameters.motor.inertia * self.speed * self.speed
+    }
+
+    /// Energy in the rotor's motion and the winding's field, J.
+    #[must_use]
+    pub fn stored(&self) -> f64 {
+        self.kinetic() + self.motor.field(&self.parameters.motor)
+    }
+
+    /// Heat in winding and housing above the room's, J.
+    #[must_use]
+    pub fn warmth(&self) -> f64 {
+        self.motor.warmth(&self.parameters.motor)
     }
 
     /// Sensors settle on a cable that pulls with `tension` N, as if it had always done so.
@@ -254,52 +285,61 @@ impl Drive {
     pub fn step(&mut self, command: DriveCommand, tension: f64, h: f64) -> DriveStep {
         let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
         self.sense(tension);
-        let p = &self.parameters;
-        let arm = p.winch.arm(self.layer);
-        let decay = self.motor.decay(&p.motor, h);
-        let wanted = self.wanted_torque(command, arm, h);
-        let p = &self.parameters;
-        let (current, heat, electrical) = match wanted.filter(|_| self.fault.is_none()) {
-            Some(torque) => {
-                let amperes = torque / p.motor.torque_constant;
-                let speed = self.speed;
-                let voltage = self.current_loop.voltage(&p.motor, amperes, self.motor.current, speed, decay);
-                let (mean, heat) = self.motor.drive(&p.motor, voltage, speed, h);
-                (mean, heat, voltage * mean)
-            }
-            None => {
-                // An open circuit carries no current.
-                self.motor.current = 0.0;
-                let (_, heat) =
-                    self.motor.drive(&p.motor, p.motor.torque_constant * self.speed, self.speed, h);
-                (0.0, heat, 0.0)
-            }
-        };
-        let load = tension * arm;
-        let turned = p.reducer.turn(
-            p.motor.inertia,
-            self.speed,
-            self.angle,
-            p.motor.torque_constant * current,
-            load,
-            h,
-        );
-        let moved = self.advance(turned, tension, h);
+        let arm = self.drum.arm(self.winch);
+        let wanted = self.wanted_torque(command, arm, h).filter(|_| self.fault.is_none());
+        let powered = self.powered(wanted, tension * arm, h);
+        let (moved, clapped) = self.advance(powered.turn.speed, tension, arm, h);
         self.watch();
         DriveStep {
             moved,
             speed: moved / h,
-            electrical: electrical * h,
-            heat: heat * h,
-            quadrant: Quadrant::of(self.speed, current),
+            electrical: powered.electrical,
+            heat: powered.winding.heat,
+            to_air: powered.winding.to_air,
+            lost: powered.turn.lost + clapped,
+            quadrant: Quadrant::of(self.speed, powered.winding.mean),
             fault: self.fault,
         }
+    }
+
+    /// Winding and shaft together: the speed at the end of the step makes the voltage that the amplifier must give.
+    fn powered(&mut self, wanted: Option<f64>, load: f64, h: f64) -> Powered {
+        let Self { parameters: p, motor: state, .. } = self;
+        let (motor, k) = (&p.motor, p.motor.torque_constant);
+        let lag = state.lag(motor, h);
+        let shaft = Shaft { inertia: motor.inertia, speed: self.speed, angle: self.angle };
+        let turn = |torque, brake| p.reducer.turn(shaft, torque, brake, load, h);
+        let Some(torque) = wanted else {
+            // An open circuit carries no current.
+            let returned = state.open(motor);
+            return Powered {
+                turn: turn(0.0, 0.0),
+                winding: state.drive(motor, 0.0, h),
+                electrical: -returned,
+            };
+        };
+        let (most, before) = (motor.peak_current, state.current);
+        let amperes = (torque / k).max(-most).min(most);
+        let beside = self.current_loop.voltage(motor, amperes, before, lag.left);
+        let turned = turn(k * state.mean(beside), 0.0);
+        let full = motor.voltage.copysign(beside + k * turned.speed);
+        let (turned, beside) = if (beside + k * turned.speed).abs() <= motor.voltage {
+            self.current_loop.learn(motor, amperes, before);
+            (turned, beside)
+        } else {
+            // All the amplifier has: the faster the shaft, the less is left for the current.
+            let brake = k * k * (1.0 - lag.mean) / state.resistance();
+            let turned = turn(k * state.mean(full), brake);
+            (turned, full - k * turned.speed)
+        };
+        let winding = state.drive(motor, beside, h);
+        Powered { turn: turned, winding, electrical: (beside + k * turned.speed) * winding.mean * h }
     }
 
     fn sense(&mut self, tension: f64) {
         let p = &self.parameters;
         let angle = p.encoder.read(self.angle) / p.reducer.ratio;
-        let position = self.delays[0].pass(p.winch.wound(angle));
+        let position = self.delays[0].pass(self.drum.wound(angle));
         let tension = self.delays[1].pass(p.load_cell.read(tension, &mut self.random));
         let current = self.delays[2].pass(self.motor.current);
         self.reading = DriveReading { position, tension, current };
@@ -360,8 +400,8 @@ impl Drive {
         self.mode = mode;
     }
 
-    /// Turns shaft and winch; how far the cable moved, m.
-    fn advance(&mut self, turned: f64, tension: f64, h: f64) -> f64 {
+    /// Turns shaft and winch: how far the cable moved, m, and what was lost where flanks met or the layer changed, J.
+    fn advance(&mut self, turned: f64, tension: f64, arm: f64, h: f64) -> (f64, f64) {
         let p = &self.parameters;
         self.speed = turned;
         self.angle += h * turned;
@@ -370,10 +410,10 @@ impl Drive {
         // A cable under tension pulls the winch onto one flank.
         let winch =
             if tension > 0.0 { behind - half } else { hold(self.winch, behind - half, behind + half) };
-        let moved = p.winch.wound(winch) - p.winch.wound(self.winch);
-        self.winch = winch;
-        self.layer = p.winch.layer(winch);
-        moved
+        let wound = self.drum.wound(winch);
+        let moved = wound - self.wound;
+        (self.winch, self.wound) = (winch, wound);
+        (moved, tension * (arm * h * turned / p.reducer.ratio - moved))
     }
 
     fn watch(&mut self) {

@@ -4,21 +4,26 @@
 //! command -> tension loop -> velocity loop -> current loop -> motor -> reducer -> winch -> cable
 //! ```
 
+mod catalogue;
 mod current_loop;
 mod machine;
 mod motor;
 mod quadrant;
 mod reducer;
 mod sensors;
+pub mod sizing;
 mod tension_loop;
 mod velocity_loop;
 mod winch;
 
+pub use catalogue::{
+    Catalogue, CatalogueError, CatalogueMotor, CatalogueReducer, CatalogueWinch, ReducerLosses,
+};
 pub use current_loop::CurrentLoop;
 pub use machine::{Drive, DriveCommand, DriveFault, DriveParameters, DriveReading, DriveStep};
 pub use motor::{Motor, MotorState, ROOM};
 pub use quadrant::Quadrant;
-pub use reducer::Reducer;
+pub use reducer::{Reducer, Shaft, Turn};
 pub use sensors::{Delay, Encoder, LoadCell};
 pub use tension_loop::TensionLoop;
 pub use velocity_loop::{VelocityLimits, VelocityLoop};

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 /// Brushed direct-current motor: winding, rotor, heat.
 ///
 /// ```text
-/// L di/dt = u - R(T_w) i - k w          over one step exactly, w held:  i -> i_oo + (i - i_oo) e^(-h R/L)
+/// L di/dt = u - R(T_w) i - k w          over one step exactly, w held at its end:  i -> i_oo + (i - i_oo) e^(-h R/L)
 /// tau     = k i,   R(T_w) = R (1 + 0.00393 (T_w - 25))
 /// C_w dT_w/dt = R i^2 - (T_w - T_h)/R_wh,   C_h dT_h/dt = (T_w - T_h)/R_wh - (T_h - T_a)/R_ha
 /// ```
@@ -77,6 +77,9 @@ pub const ROOM: f64 = 25.0;
 
 /// Growth of copper's resistance, 1/K.
 const COPPER: f64 = 0.003_93;
+
+/// What a winding without inductance has, H.
+const LEAST_INDUCTANCE: f64 = 1e-12;
 
 impl Motor {
     /// The class of the paper's drive, 35 mm, 24 V, 120 W.
@@ -151,9 +154,39 @@ pub struct MotorState {
     /// Temperature of the housing, degrees Celsius.
     pub housing: f64,
     resistance: f64,
-    /// `e^(-h R/L)` for the step and the resistance it was computed for.
-    decay: f64,
+    /// Of the winding, for the step and the resistance they were computed for.
+    lag: Lag,
     step: f64,
+}
+
+/// How a current settles within a step: `i(t) = i_oo + (i - i_oo) e^(-t R/L)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Lag {
+    /// Share of the distance that is left at the end: `e^(-h R/L)`.
+    pub left: f64,
+    /// Mean share over the step.
+    pub mean: f64,
+    /// Mean of its square.
+    pub square: f64,
+}
+
+impl Lag {
+    fn new(constants: f64) -> Self {
+        let left = libm::exp(-constants);
+        let mean = -libm::expm1(-constants) / constants;
+        Self { left, mean, square: 0.5 * mean * (1.0 + left) }
+    }
+}
+
+/// What a step of the winding came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Winding {
+    /// Mean current, A.
+    pub mean: f64,
+    /// Heat made, J.
+    pub heat: f64,
+    /// Heat that left the housing, J.
+    pub to_air: f64,
 }
 
 impl MotorState {
@@ -165,7 +198,7 @@ impl MotorState {
             winding: ROOM,
             housing: ROOM,
             resistance: motor.resistance,
-            decay: 0.0,
+            lag: Lag { left: 0.0, mean: 0.0, square: 0.0 },
             step: 0.0,
         }
     }
@@ -176,36 +209,72 @@ impl MotorState {
         self.resistance
     }
 
-    /// Share of a current that is left after a step of `h` seconds without voltage.
+    /// Energy in the winding's field, J.
+    #[must_use]
+    pub fn field(&self, motor: &Motor) -> f64 {
+        0.5 * motor.inductance.max(LEAST_INDUCTANCE) * self.current * self.current
+    }
+
+    /// Heat in winding and housing above the room's, J.
+    #[must_use]
+    pub fn warmth(&self, motor: &Motor) -> f64 {
+        motor.winding_capacity * (self.winding - ROOM) + motor.housing_capacity * (self.housing - ROOM)
+    }
+
+    /// How the current settles in a step of `h` seconds.
     ///
-    /// The winding warms slowly: the share is computed anew only where its resistance has moved by a thousandth.
+    /// The winding warms slowly: this is computed anew only where its resistance has moved by a thousandth.
     #[inline]
-    pub(super) fn decay(&mut self, motor: &Motor, h: f64) -> f64 {
+    pub(super) fn lag(&mut self, motor: &Motor, h: f64) -> Lag {
         let now = motor.resistance_at(self.winding);
         let moved = (now - self.resistance).abs() > 1e-3 * now;
         if moved || self.step.to_bits() != h.to_bits() {
             self.resistance = now;
             self.step = h;
-            let constants = h * now / motor.inductance.max(1e-12);
-            self.decay = libm::exp(-constants);
+            self.lag = Lag::new((h * now / motor.inductance.max(LEAST_INDUCTANCE)).max(1e-12));
         }
-        self.decay
+        self.lag
     }
 
-    /// Holds a voltage for `h` seconds at a speed in rad/s: mean current, A, and heat made, W.
+    /// Mean current, A, of a step with `voltage` at the winding beside what its motion makes.
     #[inline]
-    pub(super) fn drive(&mut self, motor: &Motor, voltage: f64, speed: f64, h: f64) -> (f64, f64) {
-        let decay = self.decay(motor, h);
-        let end = (voltage - motor.torque_constant * speed) / self.resistance;
-        let constants = h * self.resistance / motor.inductance.max(1e-12);
-        let mean = end + (self.current - end) * (1.0 - decay) / constants.max(1e-12);
-        self.current = end + (self.current - end) * decay;
-        let heat = self.resistance * mean * mean;
-        let to_housing = (self.winding - self.housing) / motor.winding_to_housing.max(1e-3);
-        let to_air = (self.housing - ROOM) / motor.housing_to_air;
-        self.winding += h * (heat - to_housing) / motor.winding_capacity;
-        self.housing += h * (to_housing - to_air) / motor.housing_capacity;
-        (mean, heat)
+    pub(super) fn mean(&self, voltage: f64) -> f64 {
+        let end = voltage / self.resistance;
+        end + (self.current - end) * self.lag.mean
+    }
+
+    /// Holds a voltage at the winding, beside what its motion makes, for `h` seconds.
+    ///
+    /// To rounding, `voltage` times mean current times `h` is heat and what the field gained; heat is what winding and
+    /// housing gained and what left them.
+    #[inline]
+    pub(super) fn drive(&mut self, motor: &Motor, voltage: f64, h: f64) -> Winding {
+        let lag = self.lag(motor, h);
+        let end = voltage / self.resistance;
+        let off = self.current - end;
+        let mean = end + off * lag.mean;
+        self.current = end + off * lag.left;
+        let square = end * end + 2.0 * end * off * lag.mean + off * off * lag.square;
+        let heat = self.resistance * square * h;
+        Winding { mean, heat, to_air: self.warm(motor, heat, h) }
+    }
+
+    /// Opens the circuit: the field's energy goes back to the supply, J.
+    #[inline]
+    pub(super) fn open(&mut self, motor: &Motor) -> f64 {
+        let field = self.field(motor);
+        self.current = 0.0;
+        field
+    }
+
+    /// Heat in J goes into the winding and on to the air; what left, J.
+    #[inline]
+    fn warm(&mut self, motor: &Motor, heat: f64, h: f64) -> f64 {
+        let to_housing = h * (self.winding - self.housing) / motor.winding_to_housing.max(1e-3);
+        let to_air = h * (self.housing - ROOM) / motor.housing_to_air;
+        self.winding += (heat - to_housing) / motor.winding_capacity;
+        self.housing += (to_housing - to_air) / motor.housing_capacity;
+        to_air
     }
 }
 
@@ -218,13 +287,13 @@ mod tests {
         let motor = Motor::class_35_mm();
         let mut state = MotorState::cold(&motor);
         for _ in 0..100 {
-            state.drive(&motor, 2.0, 0.0, 1e-4);
+            state.drive(&motor, 2.0, 1e-4);
         }
         assert!((state.current - 2.0 / state.resistance()).abs() < 0.02);
         let free = 12.0 / motor.torque_constant;
         let mut state = MotorState::cold(&motor);
         for _ in 0..100 {
-            state.drive(&motor, 12.0, free, 1e-4);
+            state.drive(&motor, 12.0 - motor.torque_constant * free, 1e-4);
         }
         assert!(state.current.abs() < 1e-9);
     }
@@ -235,7 +304,7 @@ mod tests {
         let mut state = MotorState::cold(&motor);
         let constant = motor.inductance / motor.resistance;
         for _ in 0..10 {
-            state.drive(&motor, 1.0, 0.0, constant / 10.0);
+            state.drive(&motor, 1.0, constant / 10.0);
         }
         let expected = (1.0 - (-1.0_f64).exp()) / motor.resistance;
         assert!((state.current - expected).abs() < 1e-3 * expected, "{} {expected}", state.current);
@@ -248,7 +317,7 @@ mod tests {
         let current = motor.continuous_current;
         for _ in 0..1_000_000 {
             let voltage = current * state.resistance();
-            state.drive(&motor, voltage, 0.0, 0.01);
+            state.drive(&motor, voltage, 0.01);
         }
         let steady = motor.steady_temperature(current);
         assert!((state.winding - steady).abs() < 1.0, "{} {steady}", state.winding);

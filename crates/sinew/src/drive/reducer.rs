@@ -85,22 +85,50 @@ impl Reducer {
     #[must_use]
     pub fn loss(&self, load: f64, sign: f64, angle: f64) -> f64 {
         let share = if load * sign > 0.0 { 1.0 / self.efficiency - 1.0 } else { 1.0 - self.efficiency };
-        let ripple =
-            if self.ripple > 0.0 { 1.0 + self.ripple * libm::cos(self.ripple_per_turn * angle) } else { 1.0 };
+        let ripple = if self.ripple > 0.0 {
+            1.0 + self.ripple * crate::math::sincos(self.ripple_per_turn * angle).1
+        } else {
+            1.0
+        };
         self.friction + load.abs() / self.ratio * share * ripple
     }
 
-    /// The speed of the motor's shaft after `h` seconds: torque `drive` at the motor, `load` at the winch, Nm.
+    /// A step of `h` seconds under a torque `drive - brake w` at the motor and `load` at the winch, Nm and Nm s/rad.
     ///
     /// Friction is taken implicitly: it stops the shaft, and holds it against whatever it can.
     #[inline]
     #[must_use]
-    pub fn turn(&self, inertia: f64, speed: f64, angle: f64, drive: f64, load: f64, h: f64) -> f64 {
-        let free = (inertia * speed + h * (drive - load / self.ratio)) / (inertia + h * self.viscous);
+    pub fn turn(&self, shaft: Shaft, drive: f64, brake: f64, load: f64, h: f64) -> Turn {
+        let Shaft { inertia, speed, angle } = shaft;
+        let heavy = inertia + h * (self.viscous + brake);
+        let free = inertia * speed + h * (drive - load / self.ratio);
         let sign = if free > 0.0 { 1.0 } else { -1.0 };
-        let stopped = h * self.loss(load, sign, angle) / (inertia + h * self.viscous);
-        sign * (free.abs() - stopped).max(0.0)
+        let rubbed = (h * self.loss(load, sign, angle)).min(free.abs());
+        let after = sign * (free.abs() - rubbed) / heavy;
+        let change = after - speed;
+        let lost = after.abs() * (rubbed + h * self.viscous * after.abs()) + 0.5 * inertia * change * change;
+        Turn { speed: after, lost }
     }
+}
+
+/// A motor's shaft at the start of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shaft {
+    /// Of the rotor, kg m^2.
+    pub inertia: f64,
+    /// rad/s.
+    pub speed: f64,
+    /// rad.
+    pub angle: f64,
+}
+
+/// A motor's shaft at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn {
+    /// rad/s; the shaft moves by this times the step.
+    pub speed: f64,
+    /// Energy lost in friction and in the change of speed at once (`J dw^2/2` of the implicit step), J, >= 0.
+    pub lost: f64,
 }
 
 #[cfg(test)]
@@ -116,11 +144,12 @@ mod tests {
         ) {
             let reducer = Reducer { efficiency, friction, ..Reducer::ratio_53() };
             let (inertia, h) = (6.5e-6, 1e-3);
-            let after = reducer.turn(inertia, speed, angle, 0.0, load, h);
+            let Turn { speed: after, lost } = reducer.turn(Shaft { inertia, speed, angle }, 0.0, 0.0, load, h);
             // The cable moves at the speed after: the work of the load, and what the rotor gained.
             let work = -load / reducer.ratio * h * after;
             let gained = 0.5 * inertia * (after * after - speed * speed);
-            prop_assert!(gained <= work + 1e-12 + 1e-9 * work.abs(), "{gained} {work}");
+            prop_assert!(lost >= 0.0);
+            prop_assert!((gained + lost - work).abs() <= 1e-12 + 1e-9 * work.abs(), "{gained} {lost} {work}");
         }
     }
 
@@ -139,8 +168,9 @@ mod tests {
     fn friction_holds_what_it_can_and_no_more() {
         let reducer = Reducer { ripple: 0.0, ..Reducer::ratio_53() };
         let most = reducer.loss(0.0, 1.0, 0.0);
-        assert!(reducer.turn(6.5e-6, 0.0, 0.0, 0.99 * most, 0.0, 1e-3).abs() < 1e-15);
-        assert!(reducer.turn(6.5e-6, 0.0, 0.0, 1.5 * most, 0.0, 1e-3) > 0.0);
+        let shaft = Shaft { inertia: 6.5e-6, speed: 0.0, angle: 0.0 };
+        assert!(reducer.turn(shaft, 0.99 * most, 0.0, 0.0, 1e-3).speed.abs() < 1e-15);
+        assert!(reducer.turn(shaft, 1.5 * most, 0.0, 0.0, 1e-3).speed > 0.0);
     }
 
     #[test]

@@ -102,6 +102,48 @@ impl Winch {
     }
 }
 
+/// A winch with its layers computed once, for stepping.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Drum {
+    /// Cable per radian in each layer, m.
+    arms: [f64; 8],
+    /// Cable below each layer, m.
+    below: [f64; 8],
+    /// rad.
+    per_layer: f64,
+    layers_per_radian: f64,
+    last: u8,
+}
+
+impl Drum {
+    pub(super) fn new(winch: &Winch) -> Self {
+        let per_layer = TURN * winch.turns_per_layer;
+        let arms = core::array::from_fn(|k| winch.arm(k as u8));
+        let below = core::array::from_fn(|k| arms[..k].iter().map(|arm| per_layer * arm).sum());
+        let last = winch.layers.clamp(1, 8) - 1;
+        Self { arms, below, per_layer, layers_per_radian: 1.0 / per_layer, last }
+    }
+
+    /// As [`Winch::arm`] in [`Winch::layer`].
+    #[inline]
+    pub(super) fn arm(&self, angle: f64) -> f64 {
+        self.arms[self.layer(angle)]
+    }
+
+    /// As [`Winch::wound`].
+    #[inline]
+    pub(super) fn wound(&self, angle: f64) -> f64 {
+        let layer = self.layer(angle);
+        self.below[layer] + (angle - layer as f64 * self.per_layer) * self.arms[layer]
+    }
+
+    #[inline]
+    fn layer(&self, angle: f64) -> usize {
+        // A cast holds what is below 0 or above 255.
+        usize::from(((angle * self.layers_per_radian) as u8).min(self.last))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,6 +160,19 @@ mod tests {
         }
         let turns = TURN * winch.turns_per_layer;
         assert!((winch.capacity() - turns * (0..3).map(|k| winch.arm(k)).sum::<f64>()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_drum_is_its_winch_computed_once() {
+        for layers in 1..=8 {
+            let winch = Winch { layers, ..Winch::fifteen_millimetres() };
+            let drum = Drum::new(&winch);
+            for k in -100..900 {
+                let angle = winch.full() * f64::from(k) / 777.0;
+                assert!((drum.wound(angle) - winch.wound(angle)).abs() < 1e-12, "{layers} {angle}");
+                assert!((drum.arm(angle) - winch.arm(winch.layer(angle))).abs() < 1e-15);
+            }
+        }
     }
 
     #[test]

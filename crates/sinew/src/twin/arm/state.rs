@@ -257,5 +257,13 @@ impl ArmTwin {
 }
 
 /// A drive that does nothing.
-const STANDING: DriveStep =
-    DriveStep { moved: 0.0, speed: 0.0, electrical: 0.0, heat: 0.0, quadrant: Quadrant::First, fault: None };
+const STANDING: DriveStep = DriveStep {
+    moved: 0.0,
+    speed: 0.0,
+    electrical: 0.0,
+    heat: 0.0,
+    to_air: 0.0,
+    lost: 0.0,
+    quadrant: Quadrant::First,
+    fault: None,
+};

@@ -1,0 +1,15 @@
+#!/bin/sh
+# A cable in its sheath: this project's step and MuJoCo's nearest models, by turns in one run.
+#
+#   benches/peers/cable.sh [ROUNDS]
+#
+# PYTHON names an interpreter that has requirements.txt installed (default: python3).
+set -eu
+cd "$(dirname "$0")/../.."
+rounds=${1:-3} python=${PYTHON:-python3}
+cargo bench --quiet -p sinew --bench cable --no-run
+for round in $(seq "$rounds"); do
+    echo "round $round"
+    cargo bench --quiet -p sinew --bench cable -- fifteen
+    "$python" benches/peers/cable.py
+done

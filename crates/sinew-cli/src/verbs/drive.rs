@@ -1,0 +1,194 @@
+//! `sinew drive`.
+
+use super::read_text;
+use crate::arguments::{DriveArguments, DriveSizeArguments, DriveVerb};
+use crate::error::Error;
+use crate::output::print;
+use crate::table::{number, percent, table};
+use serde::Serialize;
+use sinew::drive::Catalogue;
+use sinew::drive::sizing::{Bound, Choice, Design, EnvelopePoint, Requirement, choose};
+use std::path::{Path, PathBuf};
+
+/// Points of a printed envelope.
+const POINTS: usize = 13;
+
+pub(crate) fn run(arguments: &DriveArguments) -> Result<(), Error> {
+    match &arguments.verb {
+        DriveVerb::Size(arguments) => size(arguments),
+    }
+}
+
+fn size(arguments: &DriveSizeArguments) -> Result<(), Error> {
+    let wanted = requirement(arguments)?;
+    let catalogue = catalogue(arguments.catalogue.as_deref())?;
+    let choices = choose(&catalogue, &wanted)?;
+    let answers: Vec<Answer<'_>> = choices.iter().map(|choice| Answer::of(choice, &wanted)).collect();
+    if arguments.json {
+        return print(&(serde_json::to_string(&Answers { choices: answers })? + "\n"));
+    }
+    let able = answers.iter().filter(|answer| answer.meets).count();
+    let mut text = format!("{able} of {} pairs of motor and reducer can do it\n", answers.len());
+    text += &told(&answers);
+    if let Some(first) = answers.first() {
+        text += &format!(
+            "\nenvelope of {} with {} {} and {}\n",
+            first.motor, first.reducer, first.ratio, first.winch
+        );
+        text += &envelope(&first.envelope);
+    }
+    print(&text)
+}
+
+fn requirement(arguments: &DriveSizeArguments) -> Result<Requirement, Error> {
+    let DriveSizeArguments { tension, speed, acceleration, stroke, .. } = *arguments;
+    let checked = |flag, value: f64, expected, holds: bool| {
+        if holds { Ok(value) } else { Err(Error::Argument { flag, value: value.to_string(), expected }) }
+    };
+    let from_nought =
+        |flag, value: f64, expected| checked(flag, value, expected, value.is_finite() && value >= 0.0);
+    Ok(Requirement {
+        tension: checked("--tension", tension, "a number > 0 (N)", tension.is_finite() && tension > 0.0)?,
+        speed: from_nought("--speed", speed, "a number >= 0 (m/s)")?,
+        acceleration: from_nought("--acceleration", acceleration, "a number >= 0 (m/s^2)")?,
+        stroke: from_nought("--stroke", stroke, "a number >= 0 (m)")?,
+    })
+}
+
+fn catalogue(file: Option<&Path>) -> Result<Catalogue, Error> {
+    let refused = |file: PathBuf| {
+        move |error: sinew::drive::CatalogueError| Error::File { file, problem: format!("line {error}") }
+    };
+    match file {
+        Some(file) => Catalogue::from_toml(&read_text(file)?).map_err(refused(file.to_owned())),
+        None => Catalogue::built_in().map_err(refused("the embedded catalogue".into())),
+    }
+}
+
+/// What is printed with `--json`.
+#[derive(Debug, Serialize)]
+struct Answers<'a> {
+    choices: Vec<Answer<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct Answer<'a> {
+    meets: bool,
+    motor: &'a str,
+    reducer: &'a str,
+    winch: &'a str,
+    ratio: f64,
+    radius_m: f64,
+    /// Either end is null where nothing bounds it.
+    ratios: Option<[Option<f64>; 2]>,
+    mass_kg: f64,
+    mass_at_cable_kg: f64,
+    copper_loss_w: f64,
+    most_acceleration_m_per_s2: f64,
+    limit: &'static str,
+    used: f64,
+    #[serde(skip)]
+    here: [Bound; 2],
+    envelope: Vec<Point>,
+}
+
+#[derive(Debug, Serialize)]
+struct Point {
+    speed_m_per_s: f64,
+    continuous_n: f64,
+    continuous_limit: &'static str,
+    peak_n: f64,
+    peak_limit: &'static str,
+}
+
+impl From<EnvelopePoint> for Point {
+    fn from(point: EnvelopePoint) -> Self {
+        Self {
+            speed_m_per_s: point.speed,
+            continuous_n: point.continuous.tension,
+            continuous_limit: point.continuous.limit.name(),
+            peak_n: point.peak.tension,
+            peak_limit: point.peak.limit.name(),
+        }
+    }
+}
+
+impl<'a> Answer<'a> {
+    fn of(choice: &Choice<'a>, wanted: &Requirement) -> Self {
+        let design: &Design = &choice.design;
+        let (limit, used) = choice.demand.worst();
+        let here = design.envelope_at(wanted.speed, 0.0);
+        Self {
+            meets: choice.demand.is_met(),
+            motor: &choice.motor.name,
+            reducer: &choice.reducer.name,
+            winch: &choice.winch.name,
+            ratio: design.reducer.ratio,
+            radius_m: design.winch.radius,
+            ratios: choice.ratios.map(|range| range.map(|end| Some(end).filter(|end| end.is_finite()))),
+            mass_kg: design.mass,
+            mass_at_cable_kg: design.mass_at_cable(),
+            copper_loss_w: choice.copper_loss,
+            most_acceleration_m_per_s2: design.acceleration(wanted.tension, wanted.speed),
+            limit: limit.name(),
+            used,
+            here: [here.continuous, here.peak],
+            envelope: design.envelope(POINTS).into_iter().map(Point::from).collect(),
+        }
+    }
+}
+
+fn told(answers: &[Answer<'_>]) -> String {
+    let end = |end: Option<f64>| end.map_or_else(|| "any".to_owned(), |end| format!("{end:.1}"));
+    let row = |answer: &Answer<'_>| {
+        vec![
+            if answer.meets { "yes" } else { "no" }.to_owned(),
+            answer.motor.to_owned(),
+            answer.reducer.to_owned(),
+            answer.winch.to_owned(),
+            answer.limit.to_owned(),
+            percent(Some(answer.used)),
+            answer.ratio.to_string(),
+            answer
+                .ratios
+                .map_or_else(|| "-".to_owned(), |[low, high]| format!("{}..{}", end(low), end(high))),
+            number(Some(answer.mass_kg)),
+            number(Some(answer.mass_at_cable_kg)),
+            number(Some(answer.copper_loss_w)),
+            number(Some(answer.here[0].tension)),
+            number(Some(answer.here[1].tension)),
+            number(Some(answer.most_acceleration_m_per_s2)),
+        ]
+    };
+    let head = [
+        "can",
+        "motor",
+        "reducer",
+        "winch",
+        "nearest limit",
+        "used",
+        "ratio",
+        "ratios",
+        "kg",
+        "kg at cable",
+        "copper W",
+        "continuous N",
+        "peak N",
+        "most m/s2",
+    ];
+    table(&head, &answers.iter().map(row).collect::<Vec<_>>(), 5)
+}
+
+fn envelope(points: &[Point]) -> String {
+    let row = |point: &Point| {
+        vec![
+            point.continuous_limit.to_owned(),
+            point.peak_limit.to_owned(),
+            number(Some(point.speed_m_per_s)),
+            number(Some(point.continuous_n)),
+            number(Some(point.peak_n)),
+        ]
+    };
+    let head = ["continuous limit", "peak limit", "m/s", "continuous N", "peak N"];
+    table(&head, &points.iter().map(row).collect::<Vec<_>>(), 2)
+}

@@ -1,0 +1,121 @@
+use super::design::{Demand, Design, Limit, Requirement};
+use crate::drive::{Catalogue, CatalogueMotor, CatalogueReducer, CatalogueWinch};
+use crate::error::Error;
+use alloc::vec::Vec;
+
+/// The best that a motor and a reducer of a catalogue can do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice<'a> {
+    /// The motor.
+    pub motor: &'a CatalogueMotor,
+    /// The reducer.
+    pub reducer: &'a CatalogueReducer,
+    /// The winch, the best of the catalogue for these two.
+    pub winch: &'a CatalogueWinch,
+    /// Ratios between which the requirement could be met with this winch, had the reducer any ratio; none if nowhere.
+    pub ratios: Option<[f64; 2]>,
+    /// The three together, in the reducer's best ratio.
+    pub design: Design,
+    /// What the requirement takes of it.
+    pub demand: Demand,
+    /// While the wanted tension is pulled at the wanted speed, W.
+    pub copper_loss: f64,
+}
+
+/// Every motor with every reducer: those that can do what is wanted first, the lightest first, of equal mass the one
+/// with most to spare; then those that cannot, the one that lacks least first.
+///
+/// Of a pair's ratios and winches the ones with most to spare are taken: whose nearest limit is farthest.
+///
+/// # Errors
+/// As [`Requirement::validate`].
+///
+/// # Example
+/// ```
+/// use sinew::drive::{Catalogue, sizing::{Requirement, choose}};
+/// let catalogue = Catalogue::built_in().expect("a file of this repository");
+/// let wanted = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
+/// let best = &choose(&catalogue, &wanted)?[0];
+/// assert!(best.demand.is_met());
+/// # Ok::<(), sinew::Error>(())
+/// ```
+pub fn choose<'a>(catalogue: &'a Catalogue, wanted: &Requirement) -> Result<Vec<Choice<'a>>, Error> {
+    wanted.validate()?;
+    let mut choices: Vec<Choice<'a>> = catalogue
+        .motors
+        .iter()
+        .flat_map(|motor| catalogue.reducers.iter().map(move |reducer| (motor, reducer)))
+        .filter_map(|(motor, reducer)| best(catalogue, motor, reducer, wanted))
+        .collect();
+    choices.sort_by(|a, b| {
+        let (lack, spare) = (lack(a).total_cmp(&lack(b)), used(a).total_cmp(&used(b)));
+        lack.then(a.design.mass.total_cmp(&b.design.mass)).then(spare)
+    });
+    Ok(choices)
+}
+
+fn best<'a>(
+    catalogue: &'a Catalogue,
+    motor: &'a CatalogueMotor,
+    reducer: &'a CatalogueReducer,
+    wanted: &Requirement,
+) -> Option<Choice<'a>> {
+    let designs =
+        catalogue.winches.iter().flat_map(|winch| reducer.ratios.iter().map(move |ratio| (winch, *ratio)));
+    let choices = designs.map(|(winch, ratio)| {
+        let design = Design::new(motor, reducer, ratio, winch.parameters);
+        let (demand, copper_loss) = (design.demand(wanted), design.copper_loss(wanted));
+        Choice { motor, reducer, winch, ratios: design.ratios(wanted), design, demand, copper_loss }
+    });
+    choices.min_by(|a, b| used(a).total_cmp(&used(b)))
+}
+
+/// Share of the nearest limit.
+fn used(choice: &Choice<'_>) -> f64 {
+    choice.demand.worst().1
+}
+
+/// The same, all that can being equal.
+fn lack(choice: &Choice<'_>) -> f64 {
+    used(choice).max(1.0)
+}
+
+impl Design {
+    /// Ratios between which a requirement can be met, everything else as it is; none if nowhere.
+    ///
+    /// Each limit is `A n + B/n + C <= D` with `A, B >= 0`: an interval of ratios, closed form.
+    #[must_use]
+    pub fn ratios(&self, wanted: &Requirement) -> Option<[f64; 2]> {
+        let (m, r, arm) = (&self.motor, &self.reducer, self.arm());
+        let fixed = [Limit::ReducerTorque, Limit::Drum];
+        if self.demand(wanted).shares.iter().any(|(limit, share)| fixed.contains(limit) && *share > 1.0) {
+            return None;
+        }
+        let load = wanted.tension * arm / r.efficiency;
+        let grease = r.viscous * wanted.speed / arm;
+        let moving = grease + m.inertia * wanted.acceleration / arm;
+        let hot = m.resistance_at(m.hottest) / m.torque_constant;
+        let back = m.torque_constant * wanted.speed / arm;
+        let limits = [
+            interval(grease, load, m.torque_constant * self.continuous_current() - r.friction),
+            interval(moving, load, m.torque_constant * m.peak_current - r.friction),
+            interval(hot * moving + back, hot * load, m.voltage - hot * r.friction),
+            interval(wanted.speed / arm, 0.0, self.top_speed),
+        ];
+        let [low, high] = limits.into_iter().try_fold([1.0, f64::INFINITY], |[low, high], limit| {
+            limit.map(|[from, to]| [f64::max(low, from), f64::min(high, to)])
+        })?;
+        (low <= high).then_some([low, high])
+    }
+}
+
+/// Where `a n + b/n <= d` for n > 0: between the roots of `a n^2 - d n + b`.
+fn interval(a: f64, b: f64, d: f64) -> Option<[f64; 2]> {
+    let under = d * d - 4.0 * a * b;
+    if d <= 0.0 || under < 0.0 {
+        return None;
+    }
+    let sum = d + libm::sqrt(under);
+    let high = if a > 0.0 { 0.5 * sum / a } else { f64::INFINITY };
+    Some([2.0 * b / sum, high])
+}

@@ -1,0 +1,219 @@
+use crate::drive::{CatalogueMotor, CatalogueReducer, DriveParameters, Motor, Reducer, Winch};
+use crate::error::{Error, non_negative, positive};
+
+/// What a cable is wanted to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Requirement {
+    /// Pull that can be held for ever, N, > 0.
+    pub tension: f64,
+    /// Speed at which the cable is taken up under that pull, m/s, >= 0.
+    pub speed: f64,
+    /// Acceleration for a moment under that pull and at that speed, m/s^2, >= 0.
+    pub acceleration: f64,
+    /// Cable that the drum must take, m, >= 0.
+    pub stroke: f64,
+}
+
+impl Requirement {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the number outside its domain.
+    pub fn validate(&self) -> Result<(), Error> {
+        positive("tension", self.tension)?;
+        non_negative("speed", self.speed)?;
+        non_negative("acceleration", self.acceleration)?;
+        non_negative("stroke", self.stroke)?;
+        Ok(())
+    }
+}
+
+/// What bounds a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limit {
+    /// The winding becomes too hot in the long run.
+    Heat,
+    /// The amplifier's current.
+    Current,
+    /// The amplifier's voltage, the winding being hot.
+    Voltage,
+    /// The speed that motor and reducer bear.
+    Speed,
+    /// The torque that the reducer bears.
+    ReducerTorque,
+    /// The cable that the drum holds.
+    Drum,
+}
+
+impl Limit {
+    /// In words.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Heat => "heat",
+            Self::Current => "current",
+            Self::Voltage => "voltage",
+            Self::Speed => "top speed",
+            Self::ReducerTorque => "reducer torque",
+            Self::Drum => "drum",
+        }
+    }
+}
+
+/// Share of every limit that a requirement takes; above 1 it cannot be met.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Demand {
+    /// In the order of [`Limit`].
+    pub shares: [(Limit, f64); 6],
+}
+
+impl Demand {
+    /// The limit nearest to being broken, and its share.
+    #[must_use]
+    pub fn worst(&self) -> (Limit, f64) {
+        self.shares.iter().copied().fold(self.shares[0], |a, b| if b.1 > a.1 { b } else { a })
+    }
+
+    /// Whether every share is at most 1.
+    #[must_use]
+    pub fn is_met(&self) -> bool {
+        self.worst().1 <= 1.0
+    }
+}
+
+/// A drive on paper: its parts and what they bear.
+///
+/// ```text
+/// tau(T, v, a) = T r/(n eta) + tau_c + b w + J a n/r    taking cable up,     w = v n/r
+/// tau(T, v, a) = T r eta/n - tau_c + b w + J a n/r      paying it out
+/// ```
+///
+/// | symbol | field            | unit   | meaning                                                     |
+/// |--------|------------------|--------|-------------------------------------------------------------|
+/// | J      | `motor.inertia`  | kg m^2 | of rotor and reducer                                          |
+/// | tau_c  | `reducer.friction` | Nm   | of motor and reducer                                          |
+/// | r      | `winch`          | m      | cable per radian in the outermost layer                       |
+/// | n, eta, b | `reducer`     |        | as there; ripple counts at its mean                           |
+///
+/// # Assumes
+/// As [`Motor`], [`Reducer`]; where voltage counts the winding is as hot as it may be; the motor's own friction is
+/// that of its current without load.
+///
+/// # Source
+/// Textbook.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Design {
+    /// With the reducer's inertia.
+    pub motor: Motor,
+    /// With the motor's friction.
+    pub reducer: Reducer,
+    /// The winch.
+    pub winch: Winch,
+    /// At the winch for ever, Nm.
+    pub continuous_torque: f64,
+    /// At the winch for a second, Nm.
+    pub peak_torque: f64,
+    /// Of the motor's shaft, rad/s.
+    pub top_speed: f64,
+    /// Of motor and reducer, kg.
+    pub mass: f64,
+}
+
+impl Design {
+    /// Puts parts of a catalogue together.
+    #[must_use]
+    pub fn new(motor: &CatalogueMotor, reducer: &CatalogueReducer, ratio: f64, winch: Winch) -> Self {
+        let own = motor.parameters;
+        let geared = reducer.reducer(ratio);
+        Self {
+            motor: Motor { inertia: own.inertia + reducer.inertia, ..own },
+            reducer: Reducer {
+                friction: geared.friction + own.torque_constant * motor.no_load_current,
+                ..geared
+            },
+            winch,
+            continuous_torque: reducer.continuous_torque,
+            peak_torque: reducer.peak_torque,
+            top_speed: own.top_speed.min(reducer.top_speed),
+            mass: motor.mass + reducer.mass,
+        }
+    }
+
+    /// The drive to simulate, with sensors, delays and loops as the paper's.
+    #[must_use]
+    pub fn drive(&self) -> DriveParameters {
+        let motor = Motor { top_speed: self.top_speed, ..self.motor };
+        DriveParameters { motor, reducer: self.reducer, winch: self.winch, ..DriveParameters::mc_am() }
+    }
+
+    /// Cable per radian of the winch in its outermost layer, m.
+    #[must_use]
+    pub fn arm(&self) -> f64 {
+        self.winch.arm(self.winch.layers.saturating_sub(1))
+    }
+
+    /// Turns of the motor per cable, rad/m.
+    #[must_use]
+    pub fn turns(&self) -> f64 {
+        self.reducer.ratio / self.arm()
+    }
+
+    /// What the rotor is at the cable, kg.
+    #[must_use]
+    pub fn mass_at_cable(&self) -> f64 {
+        self.motor.inertia * self.turns() * self.turns()
+    }
+
+    /// Current that the winding bears for ever, A: as the data sheet says and as heat allows, whichever is less.
+    #[must_use]
+    pub fn continuous_current(&self) -> f64 {
+        let m = &self.motor;
+        let heat = (m.hottest - crate::drive::ROOM) / (m.winding_to_housing + m.housing_to_air);
+        m.continuous_current.min(libm::sqrt(heat / m.resistance_at(m.hottest)))
+    }
+
+    /// Torque of the motor, Nm, at a tension, speed and acceleration of the cable; standing still counts as taking up.
+    #[must_use]
+    pub fn motor_torque(&self, tension: f64, speed: f64, acceleration: f64) -> f64 {
+        let (r, turns) = (&self.reducer, self.turns());
+        let load = tension / turns;
+        let (share, dry) =
+            if speed >= 0.0 { (1.0 / r.efficiency, r.friction) } else { (r.efficiency, -r.friction) };
+        load * share + dry + turns * (r.viscous * speed + self.motor.inertia * acceleration)
+    }
+
+    /// Tension of the cable, N, at a torque of the motor: the inverse of [`Design::motor_torque`], not below 0.
+    #[must_use]
+    pub fn tension(&self, torque: f64, speed: f64, acceleration: f64) -> f64 {
+        let nothing = self.motor_torque(0.0, speed, acceleration);
+        let share = if speed >= 0.0 { self.reducer.efficiency } else { 1.0 / self.reducer.efficiency };
+        ((torque - nothing) * share * self.turns()).max(0.0)
+    }
+
+    /// Share of every limit that a requirement takes.
+    #[must_use]
+    pub fn demand(&self, wanted: &Requirement) -> Demand {
+        let (m, w) = (&self.motor, wanted.speed * self.turns());
+        let held = self.motor_torque(wanted.tension, wanted.speed, 0.0) / m.torque_constant;
+        let most = self.motor_torque(wanted.tension, wanted.speed, wanted.acceleration) / m.torque_constant;
+        let voltage = m.resistance_at(m.hottest) * most + m.torque_constant * w;
+        Demand {
+            shares: [
+                (Limit::Heat, held / self.continuous_current()),
+                (Limit::Current, most / m.peak_current),
+                (Limit::Voltage, voltage / m.voltage),
+                (Limit::Speed, w / self.top_speed),
+                (Limit::ReducerTorque, wanted.tension * self.arm() / self.continuous_torque),
+                (Limit::Drum, wanted.stroke / self.winch.capacity()),
+            ],
+        }
+    }
+
+    /// Copper loss while the wanted tension is pulled at the wanted speed, W, the winding being hot.
+    #[must_use]
+    pub fn copper_loss(&self, wanted: &Requirement) -> f64 {
+        let m = &self.motor;
+        let current = self.motor_torque(wanted.tension, wanted.speed, 0.0) / m.torque_constant;
+        m.resistance_at(m.hottest) * current * current
+    }
+}

@@ -1,0 +1,73 @@
+use super::design::{Design, Limit};
+use alloc::vec::Vec;
+
+/// Most tension, N, and what bounds it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bound {
+    /// N, 0 where nothing is left.
+    pub tension: f64,
+    /// What bounds it.
+    pub limit: Limit,
+}
+
+/// What a drive can pull at one speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnvelopePoint {
+    /// Of the cable, m/s, + taken up.
+    pub speed: f64,
+    /// For ever.
+    pub continuous: Bound,
+    /// For a moment.
+    pub peak: Bound,
+}
+
+impl Design {
+    /// What can be pulled at a speed of the cable (+ taken up, - paid out) while it is accelerated, m/s and m/s^2.
+    ///
+    /// The continuous bound is the winding's heat or the reducer's continuous torque; acceleration counts at the peak only.
+    #[must_use]
+    pub fn envelope_at(&self, speed: f64, acceleration: f64) -> EnvelopePoint {
+        let continuous =
+            self.bound(speed, 0.0, (self.continuous_current(), Limit::Heat), self.continuous_torque);
+        let peak =
+            self.bound(speed, acceleration, (self.motor.peak_current, Limit::Current), self.peak_torque);
+        EnvelopePoint { speed, continuous, peak }
+    }
+
+    /// The envelope at `points` even speeds from the fastest paid out to the fastest taken up, at least two.
+    #[must_use]
+    pub fn envelope(&self, points: usize) -> Vec<EnvelopePoint> {
+        let points = points.max(2);
+        let most = self.top_speed / self.turns();
+        let speed = |k: usize| most * (2.0 * k as f64 / (points - 1) as f64 - 1.0);
+        (0..points).map(|k| self.envelope_at(speed(k), 0.0)).collect()
+    }
+
+    /// Most acceleration of the cable, m/s^2, at a tension and a speed; below 0 where the tension cannot be pulled.
+    #[must_use]
+    pub fn acceleration(&self, tension: f64, speed: f64) -> f64 {
+        let m = &self.motor;
+        let torque = m.torque_constant * m.peak_current.min(self.current_by_voltage(speed));
+        (torque - self.motor_torque(tension, speed, 0.0)) / (m.inertia * self.turns())
+    }
+
+    /// Current that the voltage leaves at a speed of the cable, A, the winding being hot.
+    fn current_by_voltage(&self, speed: f64) -> f64 {
+        let m = &self.motor;
+        (m.voltage - m.torque_constant * speed * self.turns()) / m.resistance_at(m.hottest)
+    }
+
+    fn bound(&self, speed: f64, acceleration: f64, current: (f64, Limit), torque: f64) -> Bound {
+        // The fastest speed itself belongs to the envelope.
+        if (speed * self.turns()).abs() > self.top_speed * (1.0 + 1e-12) {
+            return Bound { tension: 0.0, limit: Limit::Speed };
+        }
+        let pulled = |amperes: f64| self.tension(self.motor.torque_constant * amperes, speed, acceleration);
+        let bounds = [
+            Bound { tension: pulled(current.0), limit: current.1 },
+            Bound { tension: pulled(self.current_by_voltage(speed)), limit: Limit::Voltage },
+            Bound { tension: torque / self.arm(), limit: Limit::ReducerTorque },
+        ];
+        bounds.into_iter().fold(bounds[0], |a, b| if b.tension < a.tension { b } else { a })
+    }
+}

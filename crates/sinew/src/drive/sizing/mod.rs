@@ -1,0 +1,13 @@
+//! From wanted tension, speed, acceleration and stroke of a cable to motor, ratio and winch.
+//!
+//! ```text
+//! requirement, catalogue -> for every motor and reducer: ratios that can do it -> the best design -> its envelope
+//! ```
+
+mod choice;
+mod design;
+mod envelope;
+
+pub use choice::{Choice, choose};
+pub use design::{Demand, Design, Limit, Requirement};
+pub use envelope::{Bound, EnvelopePoint};
