@@ -2,6 +2,7 @@
 
 use super::block::{Block, Limit};
 use super::least_squares::LeastSquares;
+use super::pattern::places;
 use super::rows::{Rows, Sparse};
 use alloc::vec::Vec;
 
@@ -28,6 +29,7 @@ const ROUNDING: f64 = 4e-15;
 
 impl Closest {
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
+        let joints = places(joints);
         Self {
             tension: alloc::vec![0.0; muscles],
             limit: alloc::vec![Limit::Lower; muscles],

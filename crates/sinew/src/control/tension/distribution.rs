@@ -3,9 +3,9 @@
 use super::block::{Block, Limit};
 use super::closest::Closest;
 use super::newton::{Outcome, Work};
-use super::pattern::{FEW, Group, Pattern};
+use super::pattern::{FEW, Group, Pattern, places};
 use super::problem::Problem;
-use super::rows::{Dense, Sparse};
+use super::rows::{Dense, Sparse, Wide};
 use crate::Error;
 use alloc::vec::Vec;
 
@@ -110,14 +110,14 @@ impl Distribution {
         Self {
             pattern: Pattern::new(muscles, joints),
             terms: Terms {
-                value: Vec::with_capacity(muscles * joints),
+                value: Vec::with_capacity(muscles * places(joints)),
                 lower: alloc::vec![0.0; muscles],
                 upper: alloc::vec![0.0; muscles],
                 reference: alloc::vec![0.0; muscles],
                 compliance: alloc::vec![0.0; muscles],
-                torque: alloc::vec![0.0; joints],
+                torque: alloc::vec![0.0; places(joints)],
             },
-            lambda: alloc::vec![0.0; joints],
+            lambda: alloc::vec![0.0; places(joints)],
             work: Work::new(muscles, joints),
             closest: Closest::new(muscles, joints),
             tension: alloc::vec![0.0; muscles],
@@ -139,7 +139,7 @@ impl Distribution {
     pub fn solve(&mut self, problem: &Problem) -> Result<Solution<'_>, Error> {
         let (muscles, joints) = (self.tension.len(), self.residual.len());
         problem.check(muscles, joints)?;
-        if !self.pattern.covers(muscles, problem.moment_arms) {
+        if !self.pattern.covers(problem.moment_arms) {
             self.pattern.find(muscles, problem.moment_arms);
             self.forget();
         }
@@ -186,6 +186,7 @@ impl Distribution {
             1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, most, iterations),
             2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, most, iterations),
             FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, most, iterations),
+            joints if group.whole => work.solve(&block.with(Wide::new(joints, arms)), lambda, most, iterations),
             _ => work.solve(&block, lambda, most, iterations),
         }
     }
@@ -198,8 +199,10 @@ impl Distribution {
             self.limit[muscle] = Limit::of(self.tension[muscle], limits.0, limits.1);
         }
         for (k, &joint) in self.pattern.joints[group.joints.clone()].iter().enumerate() {
-            self.residual[joint] = self.work.residual[k];
-            self.multiplier[joint] = self.lambda[group.joints.start + k];
+            if let Some(residual) = self.residual.get_mut(joint) {
+                *residual = self.work.residual[k];
+                self.multiplier[joint] = self.lambda[group.joints.start + k];
+            }
         }
     }
 }
@@ -208,7 +211,7 @@ impl Terms {
     /// Takes the problem over, in the pattern's order.
     fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
         self.value.clear();
-        self.value.extend(pattern.source.iter().map(|&place| problem.moment_arms[place]));
+        self.value.extend(pattern.source.iter().map(|&place| problem.moment_arms.get(place).copied().unwrap_or(0.0)));
         for (k, &muscle) in pattern.muscles.iter().enumerate() {
             self.lower[k] = problem.minimum[muscle];
             self.upper[k] = problem.maximum[muscle];
@@ -220,7 +223,7 @@ impl Terms {
 
     fn gather_torque(&mut self, pattern: &Pattern, problem: &Problem) {
         for (torque, &joint) in self.torque.iter_mut().zip(&pattern.joints) {
-            *torque = problem.torque[joint];
+            *torque = problem.torque.get(joint).copied().unwrap_or(0.0);
         }
     }
 

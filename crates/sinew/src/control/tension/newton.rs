@@ -3,6 +3,7 @@
 use super::block::{Block, Limit};
 use super::factor::{factor, solve};
 use super::line_search::{Event, Ray, Reach, room, search};
+use super::pattern::places;
 use super::rows::Rows;
 use alloc::vec::Vec;
 
@@ -21,6 +22,8 @@ pub(super) struct Work {
     step: Vec<f64>,
     floor: Vec<f64>,
     hessian: Vec<f64>,
+    /// Muscles between their limits, with their compliance.
+    free: Vec<(usize, f64)>,
     events: Vec<Event>,
 }
 
@@ -50,6 +53,7 @@ const STALLED: f64 = 1e-9;
 
 impl Work {
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
+        let joints = places(joints);
         Self {
             tension: alloc::vec![0.0; muscles],
             wanted: alloc::vec![0.0; muscles],
@@ -61,6 +65,7 @@ impl Work {
             step: alloc::vec![0.0; joints],
             floor: alloc::vec![0.0; joints],
             hessian: alloc::vec![0.0; joints * joints],
+            free: Vec::with_capacity(muscles),
             events: room(muscles),
         }
     }
@@ -160,9 +165,10 @@ impl Work {
         let n = block.joints();
         let hessian = &mut self.hessian[..n * n];
         hessian.fill(0.0);
-        for muscle in (0..block.muscles()).filter(|&i| self.limit[i] == Limit::Free) {
-            block.rows.stiffen(muscle, block.compliance[muscle], hessian);
-        }
+        self.free.clear();
+        let free = (0..block.muscles()).filter(|&i| self.limit[i] == Limit::Free);
+        self.free.extend(free.map(|i| (i, block.compliance[i])));
+        block.rows.stiffen(&self.free, hessian);
         factor(hessian, &self.floor[..n]);
     }
 
