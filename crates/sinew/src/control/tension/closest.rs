@@ -63,7 +63,7 @@ impl Closest {
             self.limit[i] = if upper { Limit::Upper } else { Limit::Lower };
             self.tension[i] = if upper { block.upper[i] } else { block.lower[i] };
         }
-        block.residual(&self.tension, &mut self.residual, &mut self.scale);
+        block.measure(&self.tension, &mut self.residual, &mut self.scale);
         for _ in 0..most {
             let Some(muscle) = self.most_willing(block) else { break };
             *steps += 1;
@@ -135,7 +135,7 @@ impl Closest {
                 self.limit[i] = if upper { Limit::Upper } else { Limit::Lower };
                 self.tension[i] = if upper { block.upper[i] } else { block.lower[i] };
             }
-            block.residual(&self.tension, &mut self.residual, &mut self.scale);
+            block.measure(&self.tension, &mut self.residual, &mut self.scale);
             if met.is_none() {
                 return;
             }

@@ -2,7 +2,7 @@
 
 use super::block::{Block, Limit};
 use super::closest::Closest;
-use super::newton::{Outcome, Work};
+use super::newton::{Outcome, REACHED, Work};
 use super::pattern::{FEW, Group, Pattern, places};
 use super::problem::Problem;
 use super::rows::{Dense, Sparse, Wide};
@@ -100,9 +100,6 @@ struct Terms {
     torque: Vec<f64>,
 }
 
-/// Residual, relative to what it is made of, up to which a torque counts as reached.
-const REACHED: f64 = 1e-10;
-
 impl Distribution {
     /// For so many muscles and joints.
     #[must_use]
@@ -186,7 +183,9 @@ impl Distribution {
             1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, most, iterations),
             2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, most, iterations),
             FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, most, iterations),
-            joints if group.whole => work.solve(&block.with(Wide::new(joints, arms)), lambda, most, iterations),
+            joints if group.whole => {
+                work.solve(&block.with(Wide::new(joints, arms)), lambda, most, iterations)
+            }
             _ => work.solve(&block, lambda, most, iterations),
         }
     }
@@ -211,7 +210,9 @@ impl Terms {
     /// Takes the problem over, in the pattern's order.
     fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
         self.value.clear();
-        self.value.extend(pattern.source.iter().map(|&place| problem.moment_arms.get(place).copied().unwrap_or(0.0)));
+        self.value.extend(
+            pattern.source.iter().map(|&place| problem.moment_arms.get(place).copied().unwrap_or(0.0)),
+        );
         for (k, &muscle) in pattern.muscles.iter().enumerate() {
             self.lower[k] = problem.minimum[muscle];
             self.upper[k] = problem.maximum[muscle];

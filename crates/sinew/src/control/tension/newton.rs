@@ -21,9 +21,12 @@ pub(super) struct Work {
     scale: Vec<f64>,
     step: Vec<f64>,
     floor: Vec<f64>,
-    hessian: Vec<f64>,
-    /// Muscles between their limits, with their compliance.
-    free: Vec<(usize, f64)>,
+    /// Stiffness that the `counted` muscles give the joints, and its factors.
+    stiffness: Vec<f64>,
+    factors: Vec<f64>,
+    counted: Vec<bool>,
+    /// Muscles to add to the stiffness, with their compliance; those to take have it negative.
+    parts: Vec<(usize, f64)>,
     events: Vec<Event>,
 }
 
@@ -32,10 +35,17 @@ pub(super) struct Work {
 pub(super) enum Outcome {
     /// The torque is reached, at least cost.
     Reached,
-    /// No tensions within the limits give the torque.
-    Unreachable,
-    /// The steps ran out.
-    Exhausted,
+    /// No tensions within the limits give the torque, or rounding hid them.
+    Unreached,
+}
+
+/// What is known of the stiffness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stiffness {
+    None,
+    Exact,
+    /// Muscles were added and taken: it has their rounding.
+    Updated,
 }
 
 /// Pivots relative to the stiffness of all muscles together: below it, the free muscles do not move the joint.
@@ -47,6 +57,9 @@ const BALANCED: f64 = 2e-15;
 /// Along a null space, a residual of rounding leads far away: step length and residual that tell it.
 const FAR: f64 = 2.0;
 const NOISE: f64 = 1e-12;
+
+/// Residual, relative to what it is made of, up to which a torque counts as reached.
+pub(super) const REACHED: f64 = 1e-10;
 
 /// What a residual that repeating the last step does not lower may be.
 const STALLED: f64 = 1e-9;
@@ -64,8 +77,10 @@ impl Work {
             scale: alloc::vec![0.0; joints],
             step: alloc::vec![0.0; joints],
             floor: alloc::vec![0.0; joints],
-            hessian: alloc::vec![0.0; joints * joints],
-            free: Vec::with_capacity(muscles),
+            stiffness: alloc::vec![0.0; joints * joints],
+            factors: alloc::vec![0.0; joints * joints],
+            counted: alloc::vec![false; muscles],
+            parts: Vec::with_capacity(muscles),
             events: room(muscles),
         }
     }
@@ -90,34 +105,74 @@ impl Work {
     ) -> Outcome {
         let n = block.joints();
         self.set_floor(block);
+        let mut stiffness = Stiffness::None;
+        if n > 0 && lambda.iter().all(|lambda| *lambda == 0.0) {
+            self.start(block, lambda);
+            *steps += 1;
+            stiffness = Stiffness::Exact;
+        }
         self.evaluate(block, lambda);
-        let (mut factored, mut settled, mut last) = (false, false, f64::INFINITY);
+        self.measure(block);
+        let (mut settled, mut last) = (false, f64::INFINITY);
         for _ in 0..most {
             let error = self.error(n);
             if error <= BALANCED || (settled && error > 0.5 * last && error <= STALLED) {
                 return Outcome::Reached;
             }
-            if !factored {
-                self.factor(block);
-            }
+            stiffness = self.factor(block, stiffness, settled);
             *steps += 1;
             self.step[..n].copy_from_slice(&self.residual[..n]);
-            solve(&self.hessian[..n * n], &mut self.step[..n]);
+            solve(&self.factors[..n * n], &mut self.step[..n]);
             settled = self.look_ahead(block);
             let length = if settled { 1.0 } else { self.length(block) };
             if length > FAR && error <= NOISE {
                 return Outcome::Reached;
             }
             if length == f64::INFINITY {
-                return Outcome::Unreachable;
+                break;
             }
             for (lambda, step) in lambda.iter_mut().zip(&self.step) {
                 *lambda += length * step;
             }
             last = error;
-            factored = !self.evaluate(block, lambda);
+            self.evaluate(block, lambda);
+            // What the residual is made of changes little, and matters where the residual is small.
+            if settled || !R::LARGE {
+                self.measure(block);
+                continue;
+            }
+            block.residual(&self.tension, &mut self.residual);
+            if self.error(n) <= STALLED {
+                self.measure(block);
+            }
         }
-        Outcome::Exhausted
+        // Tensions made of multipliers cost least for the torque they give: it may be the wanted one.
+        self.measure(block);
+        if self.error(n) <= REACHED { Outcome::Reached } else { Outcome::Unreached }
+    }
+
+    /// The multipliers that muscles without limits would have.
+    fn start<R: Rows>(&mut self, block: &Block<R>, lambda: &mut [f64]) {
+        let (m, n) = (block.muscles(), block.joints());
+        self.counted[..m].fill(true);
+        self.parts.clear();
+        self.parts.extend(block.compliance.iter().copied().enumerate());
+        self.refactor(block, true);
+        block.residual(block.reference, &mut self.residual);
+        lambda.copy_from_slice(&self.residual[..n]);
+        solve(&self.factors[..n * n], lambda);
+    }
+
+    /// Adds the parts to the stiffness, or to nothing where it is `new`, and factors it.
+    fn refactor<R: Rows>(&mut self, block: &Block<R>, new: bool) {
+        let n = block.joints();
+        let (stiffness, factors) = (&mut self.stiffness[..n * n], &mut self.factors[..n * n]);
+        if new {
+            stiffness.fill(0.0);
+        }
+        block.rows.stiffen(&self.parts, stiffness);
+        factors.copy_from_slice(stiffness);
+        factor(factors, &self.floor[..n]);
     }
 
     /// Smallest pivots: a fraction of the stiffness with every muscle free.
@@ -133,25 +188,20 @@ impl Work {
         floor.iter_mut().filter(|floor| **floor <= 0.0).for_each(|floor| *floor = 1.0);
     }
 
-    /// Tensions, limits and residual at `lambda`; whether a muscle met or left a limit.
-    fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) -> bool {
-        let mut changed = false;
+    /// Tensions and limits at `lambda`.
+    fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) {
         for i in 0..block.muscles() {
             let wanted = block.reference[i] + block.compliance[i] * block.rows.dot(i, lambda);
             let (lower, upper) = (block.lower[i], block.upper[i]);
-            let limit = Limit::of(wanted, lower, upper);
             self.wanted[i] = wanted;
             self.tension[i] = wanted.max(lower).min(upper);
-            changed |= limit != self.limit[i];
-            self.limit[i] = limit;
+            self.limit[i] = Limit::of(wanted, lower, upper);
         }
-        self.measure(block);
-        changed
     }
 
     /// What the tensions leave of the torque.
     pub(super) fn measure<R: Rows>(&mut self, block: &Block<R>) {
-        block.residual(&self.tension, &mut self.residual, &mut self.scale);
+        block.measure(&self.tension, &mut self.residual, &mut self.scale);
     }
 
     /// Largest residual relative to what it is made of.
@@ -160,16 +210,32 @@ impl Work {
         self.residual[..joints].iter().zip(&self.scale).map(ratio).fold(0.0, f64::max)
     }
 
-    /// Factors of the stiffness that the free muscles give the joints.
-    fn factor<R: Rows>(&mut self, block: &Block<R>) {
-        let n = block.joints();
-        let hessian = &mut self.hessian[..n * n];
-        hessian.fill(0.0);
-        self.free.clear();
-        let free = (0..block.muscles()).filter(|&i| self.limit[i] == Limit::Free);
-        self.free.extend(free.map(|i| (i, block.compliance[i])));
-        block.rows.stiffen(&self.free, hessian);
-        factor(hessian, &self.floor[..n]);
+    /// Factors of the stiffness that the free muscles give the joints; those that are `known` are brought up to date.
+    fn factor<R: Rows>(&mut self, block: &Block<R>, known: Stiffness, settled: bool) -> Stiffness {
+        let states = self.limit.iter().zip(&mut self.counted).zip(block.compliance).enumerate();
+        self.parts.clear();
+        // A step that settled and did not reach the torque suffers from rounding.
+        let update = R::LARGE && known != Stiffness::None && !(settled && known == Stiffness::Updated);
+        let mut free_count = 0;
+        for (i, ((limit, counted), compliance)) in states {
+            let free = *limit == Limit::Free;
+            free_count += usize::from(free);
+            if free != *counted {
+                self.parts.push((i, if free { *compliance } else { -compliance }));
+            }
+            *counted = free;
+        }
+        if known != Stiffness::None && self.parts.is_empty() && (update || known == Stiffness::Exact) {
+            return known;
+        }
+        let update = update && 2 * self.parts.len() <= free_count;
+        if !update {
+            let free = self.counted.iter().zip(block.compliance).enumerate().filter(|(_, (free, _))| **free);
+            self.parts.clear();
+            self.parts.extend(free.map(|(i, (_, compliance))| (i, *compliance)));
+        }
+        self.refactor(block, !update);
+        if update { Stiffness::Updated } else { Stiffness::Exact }
     }
 
     /// What the full step does to every muscle; whether none meets or leaves a limit.

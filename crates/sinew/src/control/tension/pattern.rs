@@ -72,8 +72,9 @@ impl Pattern {
     /// Whether every arm that is not zero has its place. Arms that became zero may keep theirs.
     pub(super) fn covers(&self, arms: &[f64]) -> bool {
         let is_arm = |arm: f64| arm.abs() >= LEAST_ARM;
-        let in_place =
-            |known: usize, &place: &usize| known + usize::from(arms.get(place).is_some_and(|arm| is_arm(*arm)));
+        let in_place = |known: usize, &place: &usize| {
+            known + usize::from(arms.get(place).is_some_and(|arm| is_arm(*arm)))
+        };
         self.found && self.source.iter().fold(0, in_place) == count(arms, is_arm)
     }
 
@@ -157,7 +158,7 @@ impl Pattern {
         }
         if self.muscles.len() > from {
             let end = self.joints.len();
-            self.groups.push(Group { muscles: from..self.muscles.len(), joints: end..end, whole: true });
+            self.groups.push(Group { muscles: from..self.muscles.len(), joints: end..end, whole: false });
         }
     }
 }

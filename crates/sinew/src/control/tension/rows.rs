@@ -2,14 +2,26 @@
 
 /// The matrix `R` of one group of joints.
 pub(super) trait Rows: Copy {
+    /// Whether changing a sum of [`Rows::stiffen`] is cheaper than making another.
+    const LARGE: bool;
+
     /// Number of joints.
     fn joints(self) -> usize;
 
     /// What a muscle feels of one number per joint: a row of `R x`.
     fn dot(self, muscle: usize, x: &[f64]) -> f64;
 
-    /// Takes a muscle's torques from `residual` and adds their magnitudes to `scale`.
-    fn pull(self, muscle: usize, tension: f64, residual: &mut [f64], scale: &mut [f64]);
+    /// Takes `R^T F` from `residual`.
+    fn pull(self, tension: &[f64], residual: &mut [f64]);
+
+    /// Adds the magnitudes of what [`Rows::pull`] takes to `scale`.
+    fn weigh(self, tension: &[f64], scale: &mut [f64]);
+
+    /// Both in one pass.
+    fn pull_and_weigh(self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
+        self.pull(tension, residual);
+        self.weigh(tension, scale);
+    }
 
     /// Adds `sum f r^T r` over muscles and their `f` to the upper triangle of `h`.
     fn stiffen(self, parts: &[(usize, f64)], h: &mut [f64]);
@@ -32,6 +44,8 @@ impl<'a, const N: usize> Dense<'a, N> {
 }
 
 impl<const N: usize> Rows for Dense<'_, N> {
+    const LARGE: bool = false;
+
     #[inline]
     fn joints(self) -> usize {
         N
@@ -43,12 +57,34 @@ impl<const N: usize> Rows for Dense<'_, N> {
     }
 
     #[inline]
-    fn pull(self, muscle: usize, tension: f64, residual: &mut [f64], scale: &mut [f64]) {
+    fn pull(self, tension: &[f64], residual: &mut [f64]) {
+        let residual = &mut residual[..N];
+        for (arms, tension) in self.arms.iter().zip(tension) {
+            for j in 0..N {
+                residual[j] -= arms[j] * tension;
+            }
+        }
+    }
+
+    #[inline]
+    fn weigh(self, tension: &[f64], scale: &mut [f64]) {
+        let scale = &mut scale[..N];
+        for (arms, tension) in self.arms.iter().zip(tension) {
+            for j in 0..N {
+                scale[j] += (arms[j] * tension).abs();
+            }
+        }
+    }
+
+    #[inline]
+    fn pull_and_weigh(self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
         let (residual, scale) = (&mut residual[..N], &mut scale[..N]);
-        for ((arm, residual), scale) in self.arms[muscle].iter().zip(residual).zip(scale) {
-            let torque = arm * tension;
-            *residual -= torque;
-            *scale += torque.abs();
+        for (arms, tension) in self.arms.iter().zip(tension) {
+            for j in 0..N {
+                let torque = arms[j] * tension;
+                residual[j] -= torque;
+                scale[j] += torque.abs();
+            }
         }
     }
 
@@ -95,6 +131,8 @@ impl<'a> Wide<'a> {
 }
 
 impl Rows for Wide<'_> {
+    const LARGE: bool = true;
+
     #[inline]
     fn joints(self) -> usize {
         self.lanes * LANES
@@ -112,15 +150,13 @@ impl Rows for Wide<'_> {
     }
 
     #[inline]
-    fn pull(self, muscle: usize, tension: f64, residual: &mut [f64], scale: &mut [f64]) {
-        let (residual, scale) = (residual.as_chunks_mut::<LANES>().0, scale.as_chunks_mut::<LANES>().0);
-        for ((arms, residual), scale) in self.lanes(muscle).iter().zip(residual).zip(scale) {
-            for k in 0..LANES {
-                let torque = arms[k] * tension;
-                residual[k] -= torque;
-                scale[k] += torque.abs();
-            }
-        }
+    fn pull(self, tension: &[f64], residual: &mut [f64]) {
+        self.add_each(tension, residual, |arm, tension| -arm * tension);
+    }
+
+    #[inline]
+    fn weigh(self, tension: &[f64], scale: &mut [f64]) {
+        self.add_each(tension, scale, |arm, tension| (arm * tension).abs());
     }
 
     /// Four muscles at a time: what bounds it is reading and writing `h`.
@@ -142,6 +178,20 @@ impl Rows for Wide<'_> {
 }
 
 impl Wide<'_> {
+    /// Adds `term` of every arm and its muscle's tension to the joint, lane by lane.
+    #[inline]
+    fn add_each(self, tension: &[f64], to: &mut [f64], term: impl Fn(f64, f64) -> f64) {
+        for (at, to) in to.as_chunks_mut::<LANES>().0.iter_mut().take(self.lanes).enumerate() {
+            let mut sum = *to;
+            for (arms, &tension) in self.arms[at..].iter().step_by(self.lanes).zip(tension) {
+                for k in 0..LANES {
+                    sum[k] += term(arms[k], tension);
+                }
+            }
+            *to = sum;
+        }
+    }
+
     /// Fills the lanes that the upper triangle touches.
     #[inline]
     fn stiffen_by<const M: usize>(self, parts: &[(usize, f64); M], h: &mut [f64]) {
@@ -152,13 +202,16 @@ impl Wide<'_> {
             for k in 0..M {
                 f[k] = parts[k].1 * rows[k][from][i % LANES];
             }
-            for (at, h) in h.as_chunks_mut::<LANES>().0.iter_mut().enumerate().skip(from) {
+            let h = &mut h.as_chunks_mut::<LANES>().0[from..];
+            let rows = rows.map(|row| &row[from..][..h.len()]);
+            for (at, h) in h.iter_mut().enumerate() {
+                let mut sum = *h;
                 for k in 0..M {
-                    let row = &rows[k][at];
                     for lane in 0..LANES {
-                        h[lane] += f[k] * row[lane];
+                        sum[lane] += f[k] * rows[k][at][lane];
                     }
                 }
+                *h = sum;
             }
         }
     }
@@ -184,6 +237,8 @@ impl Sparse<'_> {
 }
 
 impl Rows for Sparse<'_> {
+    const LARGE: bool = true;
+
     #[inline]
     fn joints(self) -> usize {
         self.joints
@@ -195,11 +250,20 @@ impl Rows for Sparse<'_> {
     }
 
     #[inline]
-    fn pull(self, muscle: usize, tension: f64, residual: &mut [f64], scale: &mut [f64]) {
-        for (joint, arm) in self.row(muscle) {
-            let torque = arm * tension;
-            residual[joint] -= torque;
-            scale[joint] += torque.abs();
+    fn pull(self, tension: &[f64], residual: &mut [f64]) {
+        for (muscle, tension) in tension.iter().enumerate() {
+            for (joint, arm) in self.row(muscle) {
+                residual[joint] -= arm * tension;
+            }
+        }
+    }
+
+    #[inline]
+    fn weigh(self, tension: &[f64], scale: &mut [f64]) {
+        for (muscle, tension) in tension.iter().enumerate() {
+            for (joint, arm) in self.row(muscle) {
+                scale[joint] += (arm * tension).abs();
+            }
         }
     }
 
