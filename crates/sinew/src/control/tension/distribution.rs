@@ -4,7 +4,7 @@ use super::block::{Block, Limit};
 use super::closest::Closest;
 use super::newton::{Outcome, REACHED, Work};
 use super::pattern::{FEW, Group, Pattern, places};
-use super::problem::Problem;
+use super::problem::{Problem, count, is_arm};
 use super::rows::{Dense, Sparse, Wide};
 use crate::Error;
 use alloc::vec::Vec;
@@ -136,8 +136,10 @@ impl Distribution {
     pub fn solve(&mut self, problem: &Problem) -> Result<Solution<'_>, Error> {
         let (muscles, joints) = (self.tension.len(), self.residual.len());
         problem.check(muscles, joints)?;
-        if !self.pattern.covers(problem.moment_arms) {
+        let arms = count(problem.moment_arms, is_arm);
+        if self.terms.gather_arms(&self.pattern, problem) != arms || !self.pattern.found {
             self.pattern.find(muscles, problem.moment_arms);
+            self.terms.gather_arms(&self.pattern, problem);
             self.forget();
         }
         self.terms.gather(&self.pattern, problem);
@@ -207,12 +209,17 @@ impl Distribution {
 }
 
 impl Terms {
-    /// Takes the problem over, in the pattern's order.
-    fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
+    /// Takes the moment arms over, in the pattern's order; how many of them are not zero.
+    fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) -> usize {
         self.value.clear();
         self.value.extend(
             pattern.source.iter().map(|&place| problem.moment_arms.get(place).copied().unwrap_or(0.0)),
         );
+        count(&self.value, is_arm)
+    }
+
+    /// Takes the rest of the problem over.
+    fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
         for (k, &muscle) in pattern.muscles.iter().enumerate() {
             self.lower[k] = problem.minimum[muscle];
             self.upper[k] = problem.maximum[muscle];

@@ -205,34 +205,43 @@ impl Work {
     }
 
     /// Largest residual relative to what it is made of.
+    #[inline]
     pub(super) fn error(&self, joints: usize) -> f64 {
-        let ratio = |(r, s): (&f64, &f64)| if *r == 0.0 { 0.0 } else { r.abs() / s };
-        self.residual[..joints].iter().zip(&self.scale).map(ratio).fold(0.0, f64::max)
+        let (mut residual, mut scale) = (0.0, 1.0);
+        for (r, s) in self.residual[..joints].iter().zip(&self.scale) {
+            // A larger ratio, without dividing.
+            if r.abs() * scale > residual * s {
+                (residual, scale) = (r.abs(), *s);
+            }
+        }
+        residual / scale
     }
 
     /// Factors of the stiffness that the free muscles give the joints; those that are `known` are brought up to date.
     fn factor<R: Rows>(&mut self, block: &Block<R>, known: Stiffness, settled: bool) -> Stiffness {
-        let states = self.limit.iter().zip(&mut self.counted).zip(block.compliance).enumerate();
+        let (mut changed, mut free_count) = (0, 0);
         self.parts.clear();
-        // A step that settled and did not reach the torque suffers from rounding.
-        let update = R::LARGE && known != Stiffness::None && !(settled && known == Stiffness::Updated);
-        let mut free_count = 0;
-        for (i, ((limit, counted), compliance)) in states {
-            let free = *limit == Limit::Free;
-            free_count += usize::from(free);
-            if free != *counted {
+        for (i, compliance) in block.compliance.iter().enumerate() {
+            let free = self.limit[i] == Limit::Free;
+            if R::LARGE && free != self.counted[i] {
                 self.parts.push((i, if free { *compliance } else { -compliance }));
             }
-            *counted = free;
+            free_count += usize::from(free);
+            changed += usize::from(free != self.counted[i]);
+            self.counted[i] = free;
         }
-        if known != Stiffness::None && self.parts.is_empty() && (update || known == Stiffness::Exact) {
+        // A step that settled and did not reach the torque suffers from the rounding of what came and went.
+        let sound = known == Stiffness::Exact || (known == Stiffness::Updated && !settled);
+        if sound && changed == 0 {
             return known;
         }
-        let update = update && 2 * self.parts.len() <= free_count;
+        let update = R::LARGE && sound && 2 * changed <= free_count;
         if !update {
-            let free = self.counted.iter().zip(block.compliance).enumerate().filter(|(_, (free, _))| **free);
             self.parts.clear();
-            self.parts.extend(free.map(|(i, (_, compliance))| (i, *compliance)));
+            let share = |(i, free): (usize, &bool)| (i, if *free { block.compliance[i] } else { 0.0 });
+            let all = self.counted[..block.muscles()].iter().enumerate();
+            // Few joints are quicker added than asked for.
+            self.parts.extend(all.filter(|(_, free)| !R::LARGE || **free).map(share));
         }
         self.refactor(block, !update);
         if update { Stiffness::Updated } else { Stiffness::Exact }
