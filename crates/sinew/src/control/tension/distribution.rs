@@ -9,13 +9,17 @@ use super::rows::{Dense, Sparse, Wide};
 use crate::Error;
 use alloc::vec::Vec;
 
-/// Whether the torque is reached.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Whether the torque is reached, worst last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
-    /// It is, at least cost.
+    /// It is, at least cost: no joint's residual exceeds 1e-9 of `|tau_j| + sum_i |R_ij F_i|`, and no tensions cost less
+    /// that give the same torque.
     Optimal,
     /// No tensions within the limits give it. These give the closest one, and of those that do they cost least.
     Infeasible,
+    /// Rounding hid the least cost. Tensions are within the limits and their torque is the closest, but other tensions
+    /// may give the same at less cost; multipliers are no proof.
+    Unproven,
 }
 
 /// What [`Distribution::solve`] found.
@@ -145,9 +149,7 @@ impl Distribution {
         self.terms.gather(&self.pattern, problem);
         let (mut status, mut iterations) = (Status::Optimal, 0);
         for at in 0..self.pattern.groups.len() {
-            if self.solve_group(at, problem, &mut iterations) == Status::Infeasible {
-                status = Status::Infeasible;
-            }
+            status = status.max(self.solve_group(at, problem, &mut iterations));
         }
         let Self { tension, residual, multiplier, limit, .. } = self;
         Ok(Solution { status, tension, residual, limit, multiplier, iterations })
@@ -158,13 +160,15 @@ impl Distribution {
         let (m, n) = (group.muscles.len(), group.joints.len());
         // Each step settles at least one muscle; a few remove rounding.
         let most = 20 + 4 * u32::try_from(m + n).unwrap_or(u32::MAX / 8);
+        let mut proven = true;
         if self.ascend(&group, most, iterations) != Outcome::Reached {
             let block = self.terms.block(&self.pattern, &group);
             self.closest.limit[..m].copy_from_slice(&self.work.limit[..m]);
             self.closest.solve(&block, most, iterations);
             self.terms.narrow(&self.pattern, &group, &self.closest);
             self.lambda[group.joints.clone()].fill(0.0);
-            if self.ascend(&group, most, iterations) != Outcome::Reached {
+            proven = self.ascend(&group, most, iterations) == Outcome::Reached;
+            if !proven {
                 self.work.tension[..m].copy_from_slice(&self.closest.tension[..m]);
             }
             self.terms.gather_torque(&self.pattern, problem);
@@ -172,7 +176,11 @@ impl Distribution {
             self.work.measure(&block);
         }
         self.scatter(&group, problem);
-        if self.work.error(n) <= REACHED { Status::Optimal } else { Status::Infeasible }
+        match (proven, self.work.error(n) <= REACHED) {
+            (false, _) => Status::Unproven,
+            (true, true) => Status::Optimal,
+            (true, false) => Status::Infeasible,
+        }
     }
 
     /// Multipliers and tensions of a group whose torque can be reached.

@@ -59,7 +59,7 @@ const FAR: f64 = 2.0;
 const NOISE: f64 = 1e-12;
 
 /// Residual, relative to what it is made of, up to which a torque counts as reached.
-pub(super) const REACHED: f64 = 1e-10;
+pub(super) const REACHED: f64 = 1e-9;
 
 /// What a residual that repeating the last step does not lower may be.
 const STALLED: f64 = 1e-9;
@@ -155,9 +155,13 @@ impl Work {
     fn start<R: Rows>(&mut self, block: &Block<R>, lambda: &mut [f64]) {
         let (m, n) = (block.muscles(), block.joints());
         self.counted[..m].fill(true);
-        self.parts.clear();
-        self.parts.extend(block.compliance.iter().copied().enumerate());
-        self.refactor(block, true);
+        if R::LARGE {
+            self.parts.clear();
+            self.parts.extend(block.compliance.iter().copied().enumerate());
+            self.refactor(block, true);
+        } else {
+            self.factor_few(block);
+        }
         block.residual(block.reference, &mut self.residual);
         lambda.copy_from_slice(&self.residual[..n]);
         solve(&self.factors[..n * n], lambda);
@@ -190,12 +194,14 @@ impl Work {
 
     /// Tensions and limits at `lambda`.
     fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) {
-        for i in 0..block.muscles() {
-            let wanted = block.reference[i] + block.compliance[i] * block.rows.dot(i, lambda);
-            let (lower, upper) = (block.lower[i], block.upper[i]);
-            self.wanted[i] = wanted;
-            self.tension[i] = wanted.max(lower).min(upper);
-            self.limit[i] = Limit::of(wanted, lower, upper);
+        let m = block.muscles();
+        let (wanted, tension, limit) = (&mut self.wanted[..m], &mut self.tension[..m], &mut self.limit[..m]);
+        let (lower, upper) = (&block.lower[..m], &block.upper[..m]);
+        let (reference, compliance) = (&block.reference[..m], &block.compliance[..m]);
+        for i in 0..m {
+            wanted[i] = reference[i] + compliance[i] * block.rows.dot(i, lambda);
+            tension[i] = wanted[i].max(lower[i]).min(upper[i]);
+            limit[i] = Limit::of(wanted[i], lower[i], upper[i]);
         }
     }
 
@@ -221,39 +227,58 @@ impl Work {
     fn factor<R: Rows>(&mut self, block: &Block<R>, known: Stiffness, settled: bool) -> Stiffness {
         let (mut changed, mut free_count) = (0, 0);
         self.parts.clear();
-        for (i, compliance) in block.compliance.iter().enumerate() {
-            let free = self.limit[i] == Limit::Free;
-            if R::LARGE && free != self.counted[i] {
+        let states = self.limit.iter().zip(&mut self.counted).zip(block.compliance).enumerate();
+        for (i, ((limit, counted), compliance)) in states {
+            let free = *limit == Limit::Free;
+            if R::LARGE && free != *counted {
                 self.parts.push((i, if free { *compliance } else { -compliance }));
             }
             free_count += usize::from(free);
-            changed += usize::from(free != self.counted[i]);
-            self.counted[i] = free;
+            changed += usize::from(free != *counted);
+            *counted = free;
         }
         // A step that settled and did not reach the torque suffers from the rounding of what came and went.
         let sound = known == Stiffness::Exact || (known == Stiffness::Updated && !settled);
         if sound && changed == 0 {
             return known;
         }
-        let update = R::LARGE && sound && 2 * changed <= free_count;
+        if !R::LARGE {
+            self.factor_few(block);
+            return Stiffness::Exact;
+        }
+        let update = sound && 2 * changed <= free_count;
         if !update {
             self.parts.clear();
-            let share = |(i, free): (usize, &bool)| (i, if *free { block.compliance[i] } else { 0.0 });
-            let all = self.counted[..block.muscles()].iter().enumerate();
-            // Few joints are quicker added than asked for.
-            self.parts.extend(all.filter(|(_, free)| !R::LARGE || **free).map(share));
+            let free = self.counted.iter().zip(block.compliance).enumerate().filter(|(_, (free, _))| **free);
+            self.parts.extend(free.map(|(i, (_, compliance))| (i, *compliance)));
         }
         self.refactor(block, !update);
         if update { Stiffness::Updated } else { Stiffness::Exact }
     }
 
+    /// The same for few joints: a muscle is quicker added than asked for.
+    #[inline]
+    fn factor_few<R: Rows>(&mut self, block: &Block<R>) {
+        let n = block.joints();
+        let factors = &mut self.factors[..n * n];
+        factors.fill(0.0);
+        for (i, (compliance, free)) in block.compliance.iter().zip(&self.counted).enumerate() {
+            block.rows.stiffen(&[(i, if *free { *compliance } else { 0.0 })], factors);
+        }
+        factor(factors, &self.floor[..n]);
+    }
+
     /// What the full step does to every muscle; whether none meets or leaves a limit.
     fn look_ahead<R: Rows>(&mut self, block: &Block<R>) -> bool {
+        let m = block.muscles();
+        let (pull, rate) = (&mut self.pull[..m], &mut self.rate[..m]);
+        let (wanted, limit) = (&self.wanted[..m], &self.limit[..m]);
+        let (lower, upper, compliance) = (&block.lower[..m], &block.upper[..m], &block.compliance[..m]);
         let mut same = true;
-        for i in 0..block.muscles() {
-            self.pull[i] = block.rows.dot(i, &self.step);
-            self.rate[i] = block.compliance[i] * self.pull[i];
-            same &= Limit::of(self.wanted[i] + self.rate[i], block.lower[i], block.upper[i]) == self.limit[i];
+        for i in 0..m {
+            pull[i] = block.rows.dot(i, &self.step);
+            rate[i] = compliance[i] * pull[i];
+            same &= Limit::of(wanted[i] + rate[i], lower[i], upper[i]) == limit[i];
         }
         same
     }
