@@ -59,17 +59,20 @@ impl<'a, R: Rows> Block<'a, R> {
         self.rows.joints()
     }
 
-    /// `residual = tau - R^T F`; `scale` is the sum of the magnitudes of what it is made of.
+    /// `residual = tau - R^T F`.
     #[inline]
-    pub(super) fn residual(&self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
-        let n = self.joints();
-        let (residual, scale) = (&mut residual[..n], &mut scale[..n]);
-        residual.copy_from_slice(&self.torque[..n]);
+    pub(super) fn residual(&self, tension: &[f64], residual: &mut [f64]) {
+        residual[..self.joints()].copy_from_slice(self.torque);
+        self.rows.pull(&tension[..self.muscles()], residual);
+    }
+
+    /// The residual, and in `scale` the sum of the magnitudes of what it is made of.
+    #[inline]
+    pub(super) fn measure(&self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
+        residual[..self.joints()].copy_from_slice(self.torque);
         for (scale, torque) in scale.iter_mut().zip(self.torque) {
             *scale = torque.abs();
         }
-        for (muscle, tension) in tension[..self.muscles()].iter().enumerate() {
-            self.rows.pull(muscle, *tension, residual, scale);
-        }
+        self.rows.pull_and_weigh(&tension[..self.muscles()], residual, scale);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::block::{Block, Limit};
 use super::least_squares::LeastSquares;
+use super::pattern::places;
 use super::rows::{Rows, Sparse};
 use alloc::vec::Vec;
 
@@ -28,6 +29,7 @@ const ROUNDING: f64 = 4e-15;
 
 impl Closest {
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
+        let joints = places(joints);
         Self {
             tension: alloc::vec![0.0; muscles],
             limit: alloc::vec![Limit::Lower; muscles],
@@ -61,7 +63,7 @@ impl Closest {
             self.limit[i] = if upper { Limit::Upper } else { Limit::Lower };
             self.tension[i] = if upper { block.upper[i] } else { block.lower[i] };
         }
-        block.residual(&self.tension, &mut self.residual, &mut self.scale);
+        block.measure(&self.tension, &mut self.residual, &mut self.scale);
         for _ in 0..most {
             let Some(muscle) = self.most_willing(block) else { break };
             *steps += 1;
@@ -133,7 +135,7 @@ impl Closest {
                 self.limit[i] = if upper { Limit::Upper } else { Limit::Lower };
                 self.tension[i] = if upper { block.upper[i] } else { block.lower[i] };
             }
-            block.residual(&self.tension, &mut self.residual, &mut self.scale);
+            block.measure(&self.tension, &mut self.residual, &mut self.scale);
             if met.is_none() {
                 return;
             }

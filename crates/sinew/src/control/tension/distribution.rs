@@ -2,20 +2,24 @@
 
 use super::block::{Block, Limit};
 use super::closest::Closest;
-use super::newton::{Outcome, Work};
-use super::pattern::{FEW, Group, Pattern};
-use super::problem::Problem;
-use super::rows::{Dense, Sparse};
+use super::newton::{Outcome, REACHED, Work};
+use super::pattern::{FEW, Group, Pattern, places};
+use super::problem::{Problem, count, is_arm};
+use super::rows::{Dense, Sparse, Wide};
 use crate::Error;
 use alloc::vec::Vec;
 
-/// Whether the torque is reached.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Whether the torque is reached, worst last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
-    /// It is, at least cost.
+    /// It is, at least cost: no joint's residual exceeds 1e-9 of `|tau_j| + sum_i |R_ij F_i|`, and no tensions cost less
+    /// that give the same torque.
     Optimal,
     /// No tensions within the limits give it. These give the closest one, and of those that do they cost least.
     Infeasible,
+    /// Rounding hid the least cost. Tensions are within the limits and their torque is the closest, but other tensions
+    /// may give the same at less cost; multipliers are no proof.
+    Unproven,
 }
 
 /// What [`Distribution::solve`] found.
@@ -100,9 +104,6 @@ struct Terms {
     torque: Vec<f64>,
 }
 
-/// Residual, relative to what it is made of, up to which a torque counts as reached.
-const REACHED: f64 = 1e-10;
-
 impl Distribution {
     /// For so many muscles and joints.
     #[must_use]
@@ -110,14 +111,14 @@ impl Distribution {
         Self {
             pattern: Pattern::new(muscles, joints),
             terms: Terms {
-                value: Vec::with_capacity(muscles * joints),
+                value: Vec::with_capacity(muscles * places(joints)),
                 lower: alloc::vec![0.0; muscles],
                 upper: alloc::vec![0.0; muscles],
                 reference: alloc::vec![0.0; muscles],
                 compliance: alloc::vec![0.0; muscles],
-                torque: alloc::vec![0.0; joints],
+                torque: alloc::vec![0.0; places(joints)],
             },
-            lambda: alloc::vec![0.0; joints],
+            lambda: alloc::vec![0.0; places(joints)],
             work: Work::new(muscles, joints),
             closest: Closest::new(muscles, joints),
             tension: alloc::vec![0.0; muscles],
@@ -139,16 +140,16 @@ impl Distribution {
     pub fn solve(&mut self, problem: &Problem) -> Result<Solution<'_>, Error> {
         let (muscles, joints) = (self.tension.len(), self.residual.len());
         problem.check(muscles, joints)?;
-        if !self.pattern.covers(muscles, problem.moment_arms) {
+        let arms = count(problem.moment_arms, is_arm);
+        if self.terms.gather_arms(&self.pattern, problem) != arms || !self.pattern.found {
             self.pattern.find(muscles, problem.moment_arms);
+            self.terms.gather_arms(&self.pattern, problem);
             self.forget();
         }
         self.terms.gather(&self.pattern, problem);
         let (mut status, mut iterations) = (Status::Optimal, 0);
         for at in 0..self.pattern.groups.len() {
-            if self.solve_group(at, problem, &mut iterations) == Status::Infeasible {
-                status = Status::Infeasible;
-            }
+            status = status.max(self.solve_group(at, problem, &mut iterations));
         }
         let Self { tension, residual, multiplier, limit, .. } = self;
         Ok(Solution { status, tension, residual, limit, multiplier, iterations })
@@ -159,13 +160,15 @@ impl Distribution {
         let (m, n) = (group.muscles.len(), group.joints.len());
         // Each step settles at least one muscle; a few remove rounding.
         let most = 20 + 4 * u32::try_from(m + n).unwrap_or(u32::MAX / 8);
+        let mut proven = true;
         if self.ascend(&group, most, iterations) != Outcome::Reached {
             let block = self.terms.block(&self.pattern, &group);
             self.closest.limit[..m].copy_from_slice(&self.work.limit[..m]);
             self.closest.solve(&block, most, iterations);
             self.terms.narrow(&self.pattern, &group, &self.closest);
             self.lambda[group.joints.clone()].fill(0.0);
-            if self.ascend(&group, most, iterations) != Outcome::Reached {
+            proven = self.ascend(&group, most, iterations) == Outcome::Reached;
+            if !proven {
                 self.work.tension[..m].copy_from_slice(&self.closest.tension[..m]);
             }
             self.terms.gather_torque(&self.pattern, problem);
@@ -173,7 +176,11 @@ impl Distribution {
             self.work.measure(&block);
         }
         self.scatter(&group, problem);
-        if self.work.error(n) <= REACHED { Status::Optimal } else { Status::Infeasible }
+        match (proven, self.work.error(n) <= REACHED) {
+            (false, _) => Status::Unproven,
+            (true, true) => Status::Optimal,
+            (true, false) => Status::Infeasible,
+        }
     }
 
     /// Multipliers and tensions of a group whose torque can be reached.
@@ -186,6 +193,9 @@ impl Distribution {
             1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, most, iterations),
             2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, most, iterations),
             FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, most, iterations),
+            joints if group.whole => {
+                work.solve(&block.with(Wide::new(joints, arms)), lambda, most, iterations)
+            }
             _ => work.solve(&block, lambda, most, iterations),
         }
     }
@@ -198,17 +208,26 @@ impl Distribution {
             self.limit[muscle] = Limit::of(self.tension[muscle], limits.0, limits.1);
         }
         for (k, &joint) in self.pattern.joints[group.joints.clone()].iter().enumerate() {
-            self.residual[joint] = self.work.residual[k];
-            self.multiplier[joint] = self.lambda[group.joints.start + k];
+            if let Some(residual) = self.residual.get_mut(joint) {
+                *residual = self.work.residual[k];
+                self.multiplier[joint] = self.lambda[group.joints.start + k];
+            }
         }
     }
 }
 
 impl Terms {
-    /// Takes the problem over, in the pattern's order.
-    fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
+    /// Takes the moment arms over, in the pattern's order; how many of them are not zero.
+    fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) -> usize {
         self.value.clear();
-        self.value.extend(pattern.source.iter().map(|&place| problem.moment_arms[place]));
+        self.value.extend(
+            pattern.source.iter().map(|&place| problem.moment_arms.get(place).copied().unwrap_or(0.0)),
+        );
+        count(&self.value, is_arm)
+    }
+
+    /// Takes the rest of the problem over.
+    fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
         for (k, &muscle) in pattern.muscles.iter().enumerate() {
             self.lower[k] = problem.minimum[muscle];
             self.upper[k] = problem.maximum[muscle];
@@ -220,7 +239,7 @@ impl Terms {
 
     fn gather_torque(&mut self, pattern: &Pattern, problem: &Problem) {
         for (torque, &joint) in self.torque.iter_mut().zip(&pattern.joints) {
-            *torque = problem.torque[joint];
+            *torque = problem.torque.get(joint).copied().unwrap_or(0.0);
         }
     }
 

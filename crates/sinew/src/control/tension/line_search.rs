@@ -12,6 +12,9 @@ pub(super) struct Event {
 /// Slope relative to what it is made of that counts as none.
 const ROUNDING: f64 = 1e-13;
 
+/// Slope beyond the last event that tells a torque out of reach.
+const OUTSIDE: f64 = 1e-11;
+
 /// What a direction leads to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Reach {
@@ -82,7 +85,7 @@ pub(super) fn search(
             return Reach::Step(at);
         }
     }
-    Reach::Unbounded
+    if at > 0.0 && slope <= OUTSIDE * scale { Reach::Step(at) } else { Reach::Unbounded }
 }
 
 /// Takes the next event out. Few of them lie before the best step: looking for each is faster than sorting all.

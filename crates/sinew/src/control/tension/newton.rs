@@ -3,6 +3,7 @@
 use super::block::{Block, Limit};
 use super::factor::{factor, solve};
 use super::line_search::{Event, Ray, Reach, room, search};
+use super::pattern::places;
 use super::rows::Rows;
 use alloc::vec::Vec;
 
@@ -20,7 +21,12 @@ pub(super) struct Work {
     scale: Vec<f64>,
     step: Vec<f64>,
     floor: Vec<f64>,
-    hessian: Vec<f64>,
+    /// Stiffness that the `counted` muscles give the joints, and its factors.
+    stiffness: Vec<f64>,
+    factors: Vec<f64>,
+    counted: Vec<bool>,
+    /// Muscles to add to the stiffness, with their compliance; those to take have it negative.
+    parts: Vec<(usize, f64)>,
     events: Vec<Event>,
 }
 
@@ -29,10 +35,17 @@ pub(super) struct Work {
 pub(super) enum Outcome {
     /// The torque is reached, at least cost.
     Reached,
-    /// No tensions within the limits give the torque.
-    Unreachable,
-    /// The steps ran out.
-    Exhausted,
+    /// No tensions within the limits give the torque, or rounding hid them.
+    Unreached,
+}
+
+/// What is known of the stiffness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stiffness {
+    None,
+    Exact,
+    /// Muscles were added and taken: it has their rounding.
+    Updated,
 }
 
 /// Pivots relative to the stiffness of all muscles together: below it, the free muscles do not move the joint.
@@ -45,11 +58,15 @@ const BALANCED: f64 = 2e-15;
 const FAR: f64 = 2.0;
 const NOISE: f64 = 1e-12;
 
+/// Residual, relative to what it is made of, up to which a torque counts as reached.
+pub(super) const REACHED: f64 = 1e-9;
+
 /// What a residual that repeating the last step does not lower may be.
 const STALLED: f64 = 1e-9;
 
 impl Work {
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
+        let joints = places(joints);
         Self {
             tension: alloc::vec![0.0; muscles],
             wanted: alloc::vec![0.0; muscles],
@@ -60,7 +77,10 @@ impl Work {
             scale: alloc::vec![0.0; joints],
             step: alloc::vec![0.0; joints],
             floor: alloc::vec![0.0; joints],
-            hessian: alloc::vec![0.0; joints * joints],
+            stiffness: alloc::vec![0.0; joints * joints],
+            factors: alloc::vec![0.0; joints * joints],
+            counted: alloc::vec![false; muscles],
+            parts: Vec::with_capacity(muscles),
             events: room(muscles),
         }
     }
@@ -85,34 +105,78 @@ impl Work {
     ) -> Outcome {
         let n = block.joints();
         self.set_floor(block);
+        let mut stiffness = Stiffness::None;
+        if n > 0 && lambda.iter().all(|lambda| *lambda == 0.0) {
+            self.start(block, lambda);
+            *steps += 1;
+            stiffness = Stiffness::Exact;
+        }
         self.evaluate(block, lambda);
-        let (mut factored, mut settled, mut last) = (false, false, f64::INFINITY);
+        self.measure(block);
+        let (mut settled, mut last) = (false, f64::INFINITY);
         for _ in 0..most {
             let error = self.error(n);
             if error <= BALANCED || (settled && error > 0.5 * last && error <= STALLED) {
                 return Outcome::Reached;
             }
-            if !factored {
-                self.factor(block);
-            }
+            stiffness = self.factor(block, stiffness, settled);
             *steps += 1;
             self.step[..n].copy_from_slice(&self.residual[..n]);
-            solve(&self.hessian[..n * n], &mut self.step[..n]);
+            solve(&self.factors[..n * n], &mut self.step[..n]);
             settled = self.look_ahead(block);
             let length = if settled { 1.0 } else { self.length(block) };
             if length > FAR && error <= NOISE {
                 return Outcome::Reached;
             }
             if length == f64::INFINITY {
-                return Outcome::Unreachable;
+                break;
             }
             for (lambda, step) in lambda.iter_mut().zip(&self.step) {
                 *lambda += length * step;
             }
             last = error;
-            factored = !self.evaluate(block, lambda);
+            self.evaluate(block, lambda);
+            // What the residual is made of changes little, and matters where the residual is small.
+            if settled || !R::LARGE {
+                self.measure(block);
+                continue;
+            }
+            block.residual(&self.tension, &mut self.residual);
+            if self.error(n) <= STALLED {
+                self.measure(block);
+            }
         }
-        Outcome::Exhausted
+        // Tensions made of multipliers cost least for the torque they give: it may be the wanted one.
+        self.measure(block);
+        if self.error(n) <= REACHED { Outcome::Reached } else { Outcome::Unreached }
+    }
+
+    /// The multipliers that muscles without limits would have.
+    fn start<R: Rows>(&mut self, block: &Block<R>, lambda: &mut [f64]) {
+        let (m, n) = (block.muscles(), block.joints());
+        self.counted[..m].fill(true);
+        if R::LARGE {
+            self.parts.clear();
+            self.parts.extend(block.compliance.iter().copied().enumerate());
+            self.refactor(block, true);
+        } else {
+            self.factor_few(block);
+        }
+        block.residual(block.reference, &mut self.residual);
+        lambda.copy_from_slice(&self.residual[..n]);
+        solve(&self.factors[..n * n], lambda);
+    }
+
+    /// Adds the parts to the stiffness, or to nothing where it is `new`, and factors it.
+    fn refactor<R: Rows>(&mut self, block: &Block<R>, new: bool) {
+        let n = block.joints();
+        let (stiffness, factors) = (&mut self.stiffness[..n * n], &mut self.factors[..n * n]);
+        if new {
+            stiffness.fill(0.0);
+        }
+        block.rows.stiffen(&self.parts, stiffness);
+        factors.copy_from_slice(stiffness);
+        factor(factors, &self.floor[..n]);
     }
 
     /// Smallest pivots: a fraction of the stiffness with every muscle free.
@@ -128,51 +192,93 @@ impl Work {
         floor.iter_mut().filter(|floor| **floor <= 0.0).for_each(|floor| *floor = 1.0);
     }
 
-    /// Tensions, limits and residual at `lambda`; whether a muscle met or left a limit.
-    fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) -> bool {
-        let mut changed = false;
-        for i in 0..block.muscles() {
-            let wanted = block.reference[i] + block.compliance[i] * block.rows.dot(i, lambda);
-            let (lower, upper) = (block.lower[i], block.upper[i]);
-            let limit = Limit::of(wanted, lower, upper);
-            self.wanted[i] = wanted;
-            self.tension[i] = wanted.max(lower).min(upper);
-            changed |= limit != self.limit[i];
-            self.limit[i] = limit;
+    /// Tensions and limits at `lambda`.
+    fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) {
+        let m = block.muscles();
+        let (wanted, tension, limit) = (&mut self.wanted[..m], &mut self.tension[..m], &mut self.limit[..m]);
+        let (lower, upper) = (&block.lower[..m], &block.upper[..m]);
+        let (reference, compliance) = (&block.reference[..m], &block.compliance[..m]);
+        for i in 0..m {
+            wanted[i] = reference[i] + compliance[i] * block.rows.dot(i, lambda);
+            tension[i] = wanted[i].max(lower[i]).min(upper[i]);
+            limit[i] = Limit::of(wanted[i], lower[i], upper[i]);
         }
-        self.measure(block);
-        changed
     }
 
     /// What the tensions leave of the torque.
     pub(super) fn measure<R: Rows>(&mut self, block: &Block<R>) {
-        block.residual(&self.tension, &mut self.residual, &mut self.scale);
+        block.measure(&self.tension, &mut self.residual, &mut self.scale);
     }
 
     /// Largest residual relative to what it is made of.
+    #[inline]
     pub(super) fn error(&self, joints: usize) -> f64 {
-        let ratio = |(r, s): (&f64, &f64)| if *r == 0.0 { 0.0 } else { r.abs() / s };
-        self.residual[..joints].iter().zip(&self.scale).map(ratio).fold(0.0, f64::max)
+        let (mut residual, mut scale) = (0.0, 1.0);
+        for (r, s) in self.residual[..joints].iter().zip(&self.scale) {
+            // A larger ratio, without dividing.
+            if r.abs() * scale > residual * s {
+                (residual, scale) = (r.abs(), *s);
+            }
+        }
+        residual / scale
     }
 
-    /// Factors of the stiffness that the free muscles give the joints.
-    fn factor<R: Rows>(&mut self, block: &Block<R>) {
-        let n = block.joints();
-        let hessian = &mut self.hessian[..n * n];
-        hessian.fill(0.0);
-        for muscle in (0..block.muscles()).filter(|&i| self.limit[i] == Limit::Free) {
-            block.rows.stiffen(muscle, block.compliance[muscle], hessian);
+    /// Factors of the stiffness that the free muscles give the joints; those that are `known` are brought up to date.
+    fn factor<R: Rows>(&mut self, block: &Block<R>, known: Stiffness, settled: bool) -> Stiffness {
+        let (mut changed, mut free_count) = (0, 0);
+        self.parts.clear();
+        let states = self.limit.iter().zip(&mut self.counted).zip(block.compliance).enumerate();
+        for (i, ((limit, counted), compliance)) in states {
+            let free = *limit == Limit::Free;
+            if R::LARGE && free != *counted {
+                self.parts.push((i, if free { *compliance } else { -compliance }));
+            }
+            free_count += usize::from(free);
+            changed += usize::from(free != *counted);
+            *counted = free;
         }
-        factor(hessian, &self.floor[..n]);
+        // A step that settled and did not reach the torque suffers from the rounding of what came and went.
+        let sound = known == Stiffness::Exact || (known == Stiffness::Updated && !settled);
+        if sound && changed == 0 {
+            return known;
+        }
+        if !R::LARGE {
+            self.factor_few(block);
+            return Stiffness::Exact;
+        }
+        let update = sound && 2 * changed <= free_count;
+        if !update {
+            self.parts.clear();
+            let free = self.counted.iter().zip(block.compliance).enumerate().filter(|(_, (free, _))| **free);
+            self.parts.extend(free.map(|(i, (_, compliance))| (i, *compliance)));
+        }
+        self.refactor(block, !update);
+        if update { Stiffness::Updated } else { Stiffness::Exact }
+    }
+
+    /// The same for few joints: a muscle is quicker added than asked for.
+    #[inline]
+    fn factor_few<R: Rows>(&mut self, block: &Block<R>) {
+        let n = block.joints();
+        let factors = &mut self.factors[..n * n];
+        factors.fill(0.0);
+        for (i, (compliance, free)) in block.compliance.iter().zip(&self.counted).enumerate() {
+            block.rows.stiffen(&[(i, if *free { *compliance } else { 0.0 })], factors);
+        }
+        factor(factors, &self.floor[..n]);
     }
 
     /// What the full step does to every muscle; whether none meets or leaves a limit.
     fn look_ahead<R: Rows>(&mut self, block: &Block<R>) -> bool {
+        let m = block.muscles();
+        let (pull, rate) = (&mut self.pull[..m], &mut self.rate[..m]);
+        let (wanted, limit) = (&self.wanted[..m], &self.limit[..m]);
+        let (lower, upper, compliance) = (&block.lower[..m], &block.upper[..m], &block.compliance[..m]);
         let mut same = true;
-        for i in 0..block.muscles() {
-            self.pull[i] = block.rows.dot(i, &self.step);
-            self.rate[i] = block.compliance[i] * self.pull[i];
-            same &= Limit::of(self.wanted[i] + self.rate[i], block.lower[i], block.upper[i]) == self.limit[i];
+        for i in 0..m {
+            pull[i] = block.rows.dot(i, &self.step);
+            rate[i] = compliance[i] * pull[i];
+            same &= Limit::of(wanted[i] + rate[i], lower[i], upper[i]) == limit[i];
         }
         same
     }

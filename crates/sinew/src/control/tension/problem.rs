@@ -38,8 +38,12 @@ pub struct Problem<'a> {
 /// Largest number whose products with others of its kind stay finite.
 const MOST: f64 = 1e30;
 
-/// Smallest moment arm that is one.
-pub(super) const LEAST_ARM: f64 = 1e-60;
+/// Whether a moment arm is one.
+#[inline]
+pub(super) fn is_arm(arm: f64) -> bool {
+    const LEAST_ARM: f64 = 1e-60;
+    arm.abs() >= LEAST_ARM
+}
 
 /// How many numbers `hold` something, several at a time.
 #[inline]

@@ -2,17 +2,29 @@
 
 /// The matrix `R` of one group of joints.
 pub(super) trait Rows: Copy {
+    /// Whether changing a sum of [`Rows::stiffen`] is cheaper than making another.
+    const LARGE: bool;
+
     /// Number of joints.
     fn joints(self) -> usize;
 
     /// What a muscle feels of one number per joint: a row of `R x`.
     fn dot(self, muscle: usize, x: &[f64]) -> f64;
 
-    /// Takes a muscle's torques from `residual` and adds their magnitudes to `scale`.
-    fn pull(self, muscle: usize, tension: f64, residual: &mut [f64], scale: &mut [f64]);
+    /// Takes `R^T F` from `residual`.
+    fn pull(self, tension: &[f64], residual: &mut [f64]);
 
-    /// Adds `f r^T r` to the upper triangle of `h`.
-    fn stiffen(self, muscle: usize, f: f64, h: &mut [f64]);
+    /// Adds the magnitudes of what [`Rows::pull`] takes to `scale`.
+    fn weigh(self, tension: &[f64], scale: &mut [f64]);
+
+    /// Both in one pass.
+    fn pull_and_weigh(self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
+        self.pull(tension, residual);
+        self.weigh(tension, scale);
+    }
+
+    /// Adds `sum f r^T r` over muscles and their `f` to the upper triangle of `h`.
+    fn stiffen(self, parts: &[(usize, f64)], h: &mut [f64]);
 
     /// Joints and arms of a muscle.
     fn row(self, muscle: usize) -> impl Iterator<Item = (usize, f64)>;
@@ -32,6 +44,8 @@ impl<'a, const N: usize> Dense<'a, N> {
 }
 
 impl<const N: usize> Rows for Dense<'_, N> {
+    const LARGE: bool = false;
+
     #[inline]
     fn joints(self) -> usize {
         N
@@ -43,21 +57,46 @@ impl<const N: usize> Rows for Dense<'_, N> {
     }
 
     #[inline]
-    fn pull(self, muscle: usize, tension: f64, residual: &mut [f64], scale: &mut [f64]) {
-        let (residual, scale) = (&mut residual[..N], &mut scale[..N]);
-        for ((arm, residual), scale) in self.arms[muscle].iter().zip(residual).zip(scale) {
-            let torque = arm * tension;
-            *residual -= torque;
-            *scale += torque.abs();
+    fn pull(self, tension: &[f64], residual: &mut [f64]) {
+        let residual = &mut residual[..N];
+        for (arms, tension) in self.arms.iter().zip(tension) {
+            for j in 0..N {
+                residual[j] -= arms[j] * tension;
+            }
         }
     }
 
     #[inline]
-    fn stiffen(self, muscle: usize, f: f64, h: &mut [f64]) {
-        let (row, h) = (&self.arms[muscle], &mut h[..N * N]);
-        for i in 0..N {
-            for j in i..N {
-                h[i * N + j] += f * row[i] * row[j];
+    fn weigh(self, tension: &[f64], scale: &mut [f64]) {
+        let scale = &mut scale[..N];
+        for (arms, tension) in self.arms.iter().zip(tension) {
+            for j in 0..N {
+                scale[j] += (arms[j] * tension).abs();
+            }
+        }
+    }
+
+    #[inline]
+    fn pull_and_weigh(self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
+        let (residual, scale) = (&mut residual[..N], &mut scale[..N]);
+        for (arms, tension) in self.arms.iter().zip(tension) {
+            for j in 0..N {
+                let torque = arms[j] * tension;
+                residual[j] -= torque;
+                scale[j] += torque.abs();
+            }
+        }
+    }
+
+    #[inline]
+    fn stiffen(self, parts: &[(usize, f64)], h: &mut [f64]) {
+        let h = &mut h[..N * N];
+        for &(muscle, f) in parts {
+            let row = &self.arms[muscle];
+            for i in 0..N {
+                for j in i..N {
+                    h[i * N + j] += f * row[i] * row[j];
+                }
             }
         }
     }
@@ -65,6 +104,116 @@ impl<const N: usize> Rows for Dense<'_, N> {
     #[inline]
     fn row(self, muscle: usize) -> impl Iterator<Item = (usize, f64)> {
         self.arms[muscle].iter().copied().enumerate()
+    }
+}
+
+/// Numbers handled at once.
+pub(super) const LANES: usize = 4;
+
+/// Many joints, all of whose arms are kept, in whole lanes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wide<'a> {
+    /// Lanes per row.
+    lanes: usize,
+    arms: &'a [[f64; LANES]],
+}
+
+impl<'a> Wide<'a> {
+    /// `arms`: row by row; `joints` is a multiple of [`LANES`].
+    pub(super) fn new(joints: usize, arms: &'a [f64]) -> Self {
+        Self { lanes: joints / LANES, arms: arms.as_chunks().0 }
+    }
+
+    #[inline]
+    fn lanes(self, muscle: usize) -> &'a [[f64; LANES]] {
+        &self.arms[muscle * self.lanes..][..self.lanes]
+    }
+}
+
+impl Rows for Wide<'_> {
+    const LARGE: bool = true;
+
+    #[inline]
+    fn joints(self) -> usize {
+        self.lanes * LANES
+    }
+
+    #[inline]
+    fn dot(self, muscle: usize, x: &[f64]) -> f64 {
+        let mut sum = [0.0; LANES];
+        for (arms, x) in self.lanes(muscle).iter().zip(x.as_chunks::<LANES>().0) {
+            for k in 0..LANES {
+                sum[k] += arms[k] * x[k];
+            }
+        }
+        (sum[0] + sum[2]) + (sum[1] + sum[3])
+    }
+
+    #[inline]
+    fn pull(self, tension: &[f64], residual: &mut [f64]) {
+        self.add_each(tension, residual, |arm, tension| -arm * tension);
+    }
+
+    #[inline]
+    fn weigh(self, tension: &[f64], scale: &mut [f64]) {
+        self.add_each(tension, scale, |arm, tension| (arm * tension).abs());
+    }
+
+    /// Four muscles at a time: what bounds it is reading and writing `h`.
+    #[inline]
+    fn stiffen(self, parts: &[(usize, f64)], h: &mut [f64]) {
+        let (fours, rest) = parts.as_chunks::<4>();
+        for four in fours {
+            self.stiffen_by(four, h);
+        }
+        for part in rest {
+            self.stiffen_by(&[*part], h);
+        }
+    }
+
+    #[inline]
+    fn row(self, muscle: usize) -> impl Iterator<Item = (usize, f64)> {
+        self.lanes(muscle).as_flattened().iter().copied().enumerate()
+    }
+}
+
+impl Wide<'_> {
+    /// Adds `term` of every arm and its muscle's tension to the joint, lane by lane.
+    #[inline]
+    fn add_each(self, tension: &[f64], to: &mut [f64], term: impl Fn(f64, f64) -> f64) {
+        for (at, to) in to.as_chunks_mut::<LANES>().0.iter_mut().take(self.lanes).enumerate() {
+            let mut sum = *to;
+            for (arms, &tension) in self.arms[at..].iter().step_by(self.lanes).zip(tension) {
+                for k in 0..LANES {
+                    sum[k] += term(arms[k], tension);
+                }
+            }
+            *to = sum;
+        }
+    }
+
+    /// Fills the lanes that the upper triangle touches.
+    #[inline]
+    fn stiffen_by<const M: usize>(self, parts: &[(usize, f64); M], h: &mut [f64]) {
+        let rows = parts.map(|(muscle, _)| self.lanes(muscle));
+        for (i, h) in h.chunks_exact_mut(self.joints()).enumerate() {
+            let from = i / LANES;
+            let mut f = [0.0; M];
+            for k in 0..M {
+                f[k] = parts[k].1 * rows[k][from][i % LANES];
+            }
+            let h = &mut h.as_chunks_mut::<LANES>().0[from..];
+            let rows = rows.map(|row| &row[from..][..h.len()]);
+            for (at, h) in h.iter_mut().enumerate() {
+                let mut sum = *h;
+                for k in 0..M {
+                    for lane in 0..LANES {
+                        sum[lane] += f[k] * rows[k][at][lane];
+                    }
+                }
+                *h = sum;
+            }
+        }
     }
 }
 
@@ -88,6 +237,8 @@ impl Sparse<'_> {
 }
 
 impl Rows for Sparse<'_> {
+    const LARGE: bool = true;
+
     #[inline]
     fn joints(self) -> usize {
         self.joints
@@ -99,21 +250,32 @@ impl Rows for Sparse<'_> {
     }
 
     #[inline]
-    fn pull(self, muscle: usize, tension: f64, residual: &mut [f64], scale: &mut [f64]) {
-        for (joint, arm) in self.row(muscle) {
-            let torque = arm * tension;
-            residual[joint] -= torque;
-            scale[joint] += torque.abs();
+    fn pull(self, tension: &[f64], residual: &mut [f64]) {
+        for (muscle, tension) in tension.iter().enumerate() {
+            for (joint, arm) in self.row(muscle) {
+                residual[joint] -= arm * tension;
+            }
         }
     }
 
     #[inline]
-    fn stiffen(self, muscle: usize, f: f64, h: &mut [f64]) {
-        let (columns, arms) = self.entries(muscle);
-        for (k, (&joint, &arm)) in columns.iter().zip(arms).enumerate() {
-            let row = &mut h[joint * self.joints..(joint + 1) * self.joints];
-            for (&other, &second) in columns[k..].iter().zip(&arms[k..]) {
-                row[other] += f * arm * second;
+    fn weigh(self, tension: &[f64], scale: &mut [f64]) {
+        for (muscle, tension) in tension.iter().enumerate() {
+            for (joint, arm) in self.row(muscle) {
+                scale[joint] += (arm * tension).abs();
+            }
+        }
+    }
+
+    #[inline]
+    fn stiffen(self, parts: &[(usize, f64)], h: &mut [f64]) {
+        for &(muscle, f) in parts {
+            let (columns, arms) = self.entries(muscle);
+            for (k, (&joint, &arm)) in columns.iter().zip(arms).enumerate() {
+                let row = &mut h[joint * self.joints..(joint + 1) * self.joints];
+                for (&other, &second) in columns[k..].iter().zip(&arms[k..]) {
+                    row[other] += f * arm * second;
+                }
             }
         }
     }
