@@ -73,7 +73,8 @@ impl Stage<'_> {
         self.muscles.evaluate(q, &mut self.geometry)?;
         let pose = |body: usize| self.robot.body_pose(&self.frames, body);
         let bones = (1..parts.bodies.len()).filter(|&body| parts.bodies[body].parent > 0);
-        let bones = bones.map(|body| [parts.bodies[body].parent, body].map(|body| pose(body).origin)).collect();
+        let bones =
+            bones.map(|body| [parts.bodies[body].parent, body].map(|body| pose(body).origin)).collect();
         let cables = (0..self.muscles.count())
             .map(|muscle| self.muscles.path(&self.geometry, muscle, ARC_STEP))
             .collect::<Result<_, _>>()?;
@@ -98,7 +99,11 @@ impl Scene {
     fn json(&self, base: Option<&Scene>) -> Value {
         let cables = self.cables.iter().enumerate().map(|(i, cable)| {
             let same = base.is_some_and(|base| base.cables.get(i) == Some(cable));
-            if same { Value::Null } else { cable.iter().map(|line| line.iter().map(point).collect::<Value>()).collect() }
+            if same {
+                Value::Null
+            } else {
+                cable.iter().map(|line| line.iter().map(point).collect::<Value>()).collect()
+            }
         });
         json!({
             "bones": self.bones.iter().map(|bone| bone.iter().map(point).collect::<Value>()).collect::<Value>(),
