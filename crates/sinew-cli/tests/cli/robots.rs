@@ -45,3 +45,75 @@ fn bad_robots_and_poses_are_refused_with_their_place() {
         bench.refuses(arguments, &words);
     }
 }
+
+#[test]
+fn poses_are_read_in_every_dialect_of_tables() {
+    let bench = Bench::new();
+    let degrees = |x: f64| x.to_degrees();
+    let tables = [
+        ("comma.csv", "elbow_flexion,shoulder_flexion\n0.5,0.25\n\n1.5,-0.25\n".to_owned()),
+        ("semicolon.csv", "elbow_flexion;\"shoulder_flexion [rad]\"\r\n0.5;0.25\r\n1.5;-0.25\r\n".to_owned()),
+        ("tab.csv", "shoulder_flexion\telbow_flexion [rad]\n0.25\t 0.5\n-0.25\t1.5\n".to_owned()),
+        (
+            "degrees.csv",
+            format!(
+                "elbow_flexion [deg], shoulder_flexion[deg]\n{},{}\n{},{}\n",
+                degrees(0.5),
+                degrees(0.25),
+                degrees(1.5),
+                degrees(-0.25)
+            ),
+        ),
+    ];
+    let mut results: Vec<Vec<f64>> = Vec::new();
+    for (file, text) in &tables {
+        bench.write(file, text);
+        let run = bench.run(&format!("arm evaluate lm_arm --poses {file}"));
+        assert_eq!(run.code, Some(0), "{file}: {}", run.stderr);
+        let cells = run.stdout.lines().skip(1).flat_map(|line| line.split(','));
+        results.push(cells.map(|cell| cell.parse().unwrap()).collect());
+    }
+    for (result, (file, _)) in results.iter().zip(&tables) {
+        assert_eq!(result.len(), results[0].len(), "{file}");
+        assert!(result.iter().zip(&results[0]).all(|(a, b)| (a - b).abs() < 1e-12), "{file}");
+    }
+}
+
+#[test]
+fn a_bad_cell_of_the_poses_is_named_by_line_and_column() {
+    let bench = Bench::new();
+    for (text, words) in [
+        ("elbow_flexion,shoulder_flexion\n0,0\n0,1e999\n", ["line 3", "`shoulder_flexion`"]),
+        ("elbow_flexion;shoulder_flexion\n0;0,5\n", ["line 2", "`0,5`"]),
+        ("elbow_flexion\tshoulder_flexion\n\n0\n", ["line 3", "1 cells"]),
+        ("elbow_flexion [inch]\n0\n", ["line 1", "`inch`"]),
+        ("elbow_flexion,elbow_flexion\n0,0\n", ["line 1", "`elbow_flexion`"]),
+        ("elbow_flexion\nNaN\n", ["line 2", "`NaN`"]),
+    ] {
+        bench.write("poses.csv", text);
+        bench.refuses("arm evaluate lm_arm --poses poses.csv", &words);
+    }
+}
+
+#[test]
+fn the_page_draws_cables_along_arcs_and_holds_every_joint() {
+    let bench = Bench::new();
+    assert_eq!(bench.run("arm inspect lm_arm --report arm.html").code, Some(0));
+    let page = bench.read("arm.html");
+    let data = page.split_once("const data = ").unwrap().1.split_once(";\n").unwrap().0;
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    let (poses, sweeps) = (&data["view"]["poses"], data["view"]["sweeps"].as_array().unwrap());
+    assert_eq!((poses[0]["name"].as_str(), sweeps.len()), (Some("reference"), 7));
+    let triceps = data["muscles"].as_array().unwrap().iter().position(|m| m[0] == "triceps").unwrap();
+    let line = poses[0]["scene"]["cables"][triceps][0].as_array().unwrap();
+    assert!(line.len() > 2, "wraps about the elbow");
+    // The drawn line is as long as the muscle, but for the chords of its arcs.
+    let points: Vec<Vec<f64>> = line.iter().map(|p| serde_json::from_value(p.clone()).unwrap()).collect();
+    let piece = |pair: &[Vec<f64>]| (0..3).map(|i| (pair[1][i] - pair[0][i]).powi(2)).sum::<f64>().sqrt();
+    let drawn: f64 = points.windows(2).map(piece).sum();
+    let length = data["muscles"][triceps][1].as_f64().unwrap();
+    assert!((drawn - length).abs() < 2e-4, "{drawn} {length}");
+    // The elbow bends the triceps and leaves the deltoid alone.
+    let frames = &sweeps.iter().find(|s| s["joint"] == "elbow_flexion").unwrap()["frames"];
+    assert!(frames[20]["cables"][triceps].is_array() && frames[20]["cables"][0].is_null());
+}

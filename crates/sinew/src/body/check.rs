@@ -1,6 +1,6 @@
 //! What makes a description a robot: every number finite and physical, every index in its list, every name once.
 
-use super::parts::{Coupling, Joint, JointKind, Parts, Route, Station, Tendon};
+use super::parts::{Actuator, Coupling, Joint, JointKind, Parts, Route, Station, Tendon};
 use super::vector::Vector;
 use crate::error::Error;
 use alloc::collections::BTreeSet;
@@ -391,6 +391,20 @@ fn actuators(parts: &Parts) -> Result<(), Error> {
         part.finite("its gear", &[actuator.gear])?;
         part.range("its control range", actuator.control_range)?;
         part.range("its force range", actuator.force_range)?;
+        law(&part, actuator)?;
+    }
+    Ok(())
+}
+
+/// What another file format is to carry must fit into it.
+fn law(part: &Part<'_>, actuator: &Actuator) -> Result<(), Error> {
+    for (name, value) in &actuator.law {
+        if name.is_empty() || !name.bytes().all(|byte| byte.is_ascii_lowercase()) {
+            return Err(part.wrong("a name in its law", "small letters", name));
+        }
+        if value.chars().any(char::is_control) {
+            return Err(part.wrong("its law", "text without control characters", format!("{value:?}")));
+        }
     }
     Ok(())
 }

@@ -4,6 +4,7 @@
 //! parent body; joints of one body act in the order they are listed, anchor and axis in the body's own frame
 //! (at the reference pose the joints move nothing); the world is body 0.
 
+use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
@@ -211,6 +212,48 @@ pub enum ActuatorKind {
     General,
     /// MuJoCo's biological muscle.
     Muscle,
+    /// A servo of length.
+    Position,
+    /// A servo of speed.
+    Velocity,
+    /// A servo of length whose control is a speed.
+    IntVelocity,
+    /// Damping by the control.
+    Damper,
+    /// A pneumatic or hydraulic cylinder.
+    Cylinder,
+    /// A servo with an integral part.
+    Pid,
+    /// A motor with its electrical side.
+    DcMotor,
+}
+
+impl ActuatorKind {
+    /// Every kind with MJCF's word for it.
+    pub const WORDS: [(ActuatorKind, &'static str); 10] = [
+        (ActuatorKind::Motor, "motor"),
+        (ActuatorKind::General, "general"),
+        (ActuatorKind::Muscle, "muscle"),
+        (ActuatorKind::Position, "position"),
+        (ActuatorKind::Velocity, "velocity"),
+        (ActuatorKind::IntVelocity, "intvelocity"),
+        (ActuatorKind::Damper, "damper"),
+        (ActuatorKind::Cylinder, "cylinder"),
+        (ActuatorKind::Pid, "pid"),
+        (ActuatorKind::DcMotor, "dcmotor"),
+    ];
+
+    /// MJCF's word for it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        ActuatorKind::WORDS.iter().find(|(kind, _)| *kind == self).map_or("motor", |(_, word)| word)
+    }
+
+    /// The kind that MJCF calls so.
+    #[must_use]
+    pub fn from_word(word: &str) -> Option<ActuatorKind> {
+        ActuatorKind::WORDS.iter().find(|(_, known)| *known == word).map(|(kind, _)| *kind)
+    }
 }
 
 /// An actuator on a tendon.
@@ -228,6 +271,9 @@ pub struct Actuator {
     pub control_range: Option<[f64; 2]>,
     /// Limits of the force, N.
     pub force_range: Option<[f64; 2]>,
+    /// Its law of force (gain, bias, dynamics) as MJCF's attributes: kept to the letter, not used here.
+    #[serde(default)]
+    pub law: BTreeMap<String, String>,
 }
 
 /// A named pose.

@@ -35,14 +35,16 @@ pub fn from_urdf(
         gravity: [0.0, 0.0, -9.81],
         ..Parts::default()
     };
-    spelt(&tree)?;
+    let mut warnings = Vec::new();
+    spelt(&tree, &mut warnings)?;
     let graph = Graph::read(&tree)?;
+    warnings.extend(graph.warnings.iter().cloned());
     graph.build(&mut parts)?;
     let mut origins = graph.origins(&parts, file);
     if let Some((file, text)) = muscles {
         add_muscles(&mut parts, &mut origins, file, text)?;
     }
-    Ok(Description { parts, warnings: graph.warnings, origins })
+    Ok(Description { parts, warnings, origins })
 }
 
 /// Links and joints by name, still without order.
@@ -75,8 +77,29 @@ fn attributes_of(name: &str) -> Option<&'static [&'static str]> {
     })
 }
 
-/// Links and joints say nothing that URDF does not know.
-fn spelt(tree: &Tree) -> Result<(), DescriptionError> {
+/// Elements within those that are read.
+fn children_of(name: &str) -> &'static [&'static str] {
+    match name {
+        "link" => &["inertial", "visual", "collision"],
+        "joint" => &[
+            "origin",
+            "parent",
+            "child",
+            "axis",
+            "calibration",
+            "dynamics",
+            "limit",
+            "mimic",
+            "safety_controller",
+        ],
+        "inertial" => &["origin", "mass", "inertia"],
+        _ => &[],
+    }
+}
+
+/// Attributes that URDF does not know are refused; elements may be others' and are warned of once.
+fn spelt(tree: &Tree, warnings: &mut Vec<Warning>) -> Result<(), DescriptionError> {
+    let mut warned = BTreeSet::new();
     let mut open = tree.elements[0].children.clone();
     open.retain(|&e| matches!(tree.elements[e].name.as_str(), "link" | "joint"));
     while let Some(element) = open.pop() {
@@ -86,7 +109,16 @@ fn spelt(tree: &Tree) -> Result<(), DescriptionError> {
             let problem = format!("is no attribute of it: expected one of {}", known.join(", "));
             return Err(tree.error(element, &shortened(name), problem));
         }
-        open.extend(&here.children);
+        for &child in &here.children {
+            let inner = &tree.elements[child];
+            if children_of(&here.name).contains(&inner.name.as_str()) {
+                open.push(child);
+            } else if warned.insert((here.name.as_str(), inner.name.as_str())) {
+                let name = shortened(&inner.name);
+                let what = format!("<{name}> in a <{}> is not read, what it says is left out", here.name);
+                warnings.push(Warning { file: tree.files[inner.file].clone(), line: inner.line, what });
+            }
+        }
     }
     Ok(())
 }

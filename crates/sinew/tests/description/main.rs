@@ -232,3 +232,91 @@ fn a_misspelt_attribute_of_a_urdf_is_refused() {
     let error = from_urdf("a.urdf", text, None).unwrap_err().to_string();
     assert!(error.starts_with("a.urdf:6: <limit> `lowr`: is no attribute of it"), "{error}");
 }
+
+/// What an actuator's law of force says, in every way that MJCF has of saying it.
+const LAWS: &str = "<mujoco>
+<default><general dynprm=\"0.017\"/><default class=\"strong\"><muscle force=\"812.3\" scale=\"150\"/></default></default>
+<worldbody><site name=\"a\"/><body><joint name=\"j\"/><geom size=\"1\"/><site name=\"b\" pos=\"1 0 0\"/></body></worldbody>
+<tendon><spatial name=\"t\"><site site=\"a\"/><site site=\"b\"/></spatial></tendon>
+<actuator>
+<muscle tendon=\"t\" class=\"strong\" timeconst=\"0.0123 0.0456\" range=\"0.7 1.1\" lengthrange=\"0.1 0.9000000000000001\" lmax=\"1.7\"/>
+<general tendon=\"t\" gear=\"-0.1 0 0 0 0 0\" gaintype=\"affine\" gainprm=\"0.1 -3e-300 7\" biastype=\"affine\" biasprm=\"0.30000000000000004\" dyntype=\"filter\"/>
+<position tendon=\"t\" kp=\"31.4\" kv=\"0.7\" ctrlrange=\"-1 2\" forcerange=\"-7 0\"/>
+<damper tendon=\"t\" kv=\"2\" ctrlrange=\"0 1\"/>
+</actuator></mujoco>";
+
+#[test]
+fn laws_of_force_survive_every_format_to_the_letter() {
+    let first = parts(LAWS);
+    let law = |index: usize, name: &str| first.actuators[index].law.get(name).map(String::as_str);
+    assert_eq!(law(0, "force"), Some("812.3"));
+    assert_eq!(law(0, "lengthrange"), Some("0.1 0.9000000000000001"));
+    assert_eq!(law(1, "gainprm"), Some("0.1 -3e-300 7"));
+    assert_eq!(law(1, "dynprm"), Some("0.017"));
+    assert_eq!(law(2, "kp"), Some("31.4"));
+    let again = from_toml("laws.toml", &to_toml(&parts(&to_mjcf(&first)))).unwrap().parts;
+    for (one, other) in first.actuators.iter().zip(&parts(&to_mjcf(&again)).actuators) {
+        assert_eq!((one.kind, &one.law, one.gear.to_bits()), (other.kind, &other.law, other.gear.to_bits()));
+        assert_eq!((one.control_range, one.force_range), (other.control_range, other.force_range));
+    }
+    let bad = |law: &str| from_toml("laws.toml", &to_toml(&first).replace("kp = \"31.4\"", law)).unwrap_err();
+    assert!(bad("kp = \"nan\"").to_string().contains("`nan`"));
+    assert!(bad("kq = \"1\"").to_string().contains("`kq`"));
+    refused(&LAWS.replace("31.4", "inf"), 8, &["kp", "inf"]);
+}
+
+#[test]
+fn shells_weigh_what_mujoco_says() {
+    // MuJoCo 4.0: surface in m^2 and principal moments per mass.
+    for (shape, surface, moments) in [
+        ("sphere\" size=\"0.3", 1.130_973_355_292_325_6, [0.06, 0.06, 0.06]),
+        ("capsule\" size=\"0.1 0.3", 0.502_654_824_574_366_9, [0.057_916_667, 0.057_916_667, 0.009_166_667]),
+        ("cylinder\" size=\"0.1 0.3", 0.439_822_971_502_571, [0.043_214_286, 0.043_214_286, 0.009_285_714]),
+        ("box\" size=\"0.1 0.2 0.3", 0.88, [0.061_515_152, 0.047_878_788, 0.027_575_758]),
+        (
+            "ellipsoid\" size=\"0.1 0.2 0.3",
+            0.489_719_333_337_173_1,
+            [0.036_909_253, 0.028_727_407, 0.016_545_561],
+        ),
+    ] {
+        let geom = format!("<body><geom type=\"{shape}\" density=\"7\" shellinertia=\"true\"/></body>");
+        let body = parts(&world(&geom)).bodies[1].clone();
+        assert!((body.mass - 7.0 * surface).abs() < 1e-12, "{shape}: {}", body.mass);
+        for (have, want) in body.inertia.iter().zip(moments) {
+            assert!((have / body.mass - want).abs() < 1e-8, "{shape}: {:?}", body.inertia);
+        }
+    }
+}
+
+#[test]
+fn a_body_that_weighs_only_its_bound_has_its_centre_where_mujoco_puts_it() {
+    let text = "<mujoco><compiler boundmass=\"0.1\"/><worldbody><body pos=\"1 2 3\"/></worldbody></mujoco>";
+    assert_eq!(parts(text).bodies[1].center_of_mass, [1.0, 2.0, 3.0]);
+}
+
+#[test]
+fn what_changes_the_dynamics_and_is_not_read_is_said() {
+    let body =
+        "<body gravcomp=\"1\"><joint springdamper=\"1 1\"/><geom size=\"1\"/></body><body gravcomp=\"0\"/>";
+    let told: Vec<String> = mjcf(&world(body)).unwrap().warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(told[0].contains("gravcomp") && told[1].contains("springdamper"), "{told:?}");
+}
+
+#[test]
+fn elements_that_urdf_does_not_know_are_warned_of_once() {
+    let text = "<robot name=\"r\">\n<link name=\"a\"><inerta/></link>\n<link name=\"b\"><inerta/><visual><x/></visual></link>\n\
+        <joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/><dynamic/></joint></robot>";
+    let told: Vec<String> =
+        from_urdf("r.urdf", text, None).unwrap().warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(told.iter().any(|t| t.contains(":2") && t.contains("<inerta>")), "{told:?}");
+    assert!(told.iter().any(|t| t.contains(":4") && t.contains("<dynamic>")), "{told:?}");
+}
+
+#[test]
+fn a_bad_field_of_a_toml_is_named_by_its_own_line() {
+    let text = "[[body]]\nname = \"b\"\nmass_kg = 1\ninertia_kg_m2 = [1, 1]\n[[body]]\nname = \"c\"\n";
+    assert_eq!(from_toml("r.toml", text).unwrap_err().line, 4);
+    assert_eq!(from_toml("r.toml", "[[body]]\nname = \"b\"\n  parent = \"x\"\n").unwrap_err().line, 3);
+}

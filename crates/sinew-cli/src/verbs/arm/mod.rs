@@ -7,6 +7,7 @@ pub(super) mod model;
 mod poses;
 mod report;
 mod survey;
+mod view;
 
 use crate::arguments::{ArmArguments, ArmVerb};
 use crate::error::Error;

@@ -3,8 +3,9 @@
 use super::model::called;
 use super::poses::{follow, velocities};
 use super::survey::{Survey, rest, span};
+use super::view::view;
 use crate::error::Error;
-use sinew::body::{Poses, Robot, Route, Station};
+use sinew::body::Robot;
 use sinew::muscle::{Geometry, Muscles};
 
 /// Points of a curve.
@@ -77,38 +78,4 @@ fn curves(robot: &Robot) -> Result<Vec<serde_json::Value>, Error> {
         }
     }
     Ok(curves)
-}
-
-/// Lines in the world at the reference pose: bones between bodies, cables through their sites, surfaces.
-fn view(robot: &Robot) -> Result<serde_json::Value, Error> {
-    let parts = robot.parts();
-    let mut poses = Poses::new(robot);
-    let q = parts.keys.last().map_or_else(|| rest(robot), |key| key.q.clone());
-    robot.forward_kinematics(&q, &mut poses)?;
-    let bones: Vec<_> = (1..parts.bodies.len())
-        .filter(|&body| parts.bodies[body].parent > 0)
-        .map(|body| {
-            [robot.body_pose(&poses, parts.bodies[body].parent).origin, robot.body_pose(&poses, body).origin]
-        })
-        .collect();
-    let cables: Vec<Vec<[f64; 3]>> = parts
-        .tendons
-        .iter()
-        .map(|tendon| match &tendon.route {
-            Route::Spatial(stations) => stations
-                .iter()
-                .filter_map(|station| match station {
-                    Station::Site(site) => Some(robot.site_pose(&poses, *site).origin),
-                    _ => None,
-                })
-                .collect(),
-            Route::Fixed(_) => Vec::new(),
-        })
-        .collect();
-    let surfaces: Vec<_> = parts
-        .wraps
-        .iter()
-        .map(|wrap| (robot.body_pose(&poses, wrap.body).point(wrap.position), wrap.radius))
-        .collect();
-    Ok(serde_json::json!({"bones": bones, "cables": cables, "surfaces": surfaces}))
 }

@@ -67,6 +67,7 @@ fn body(import: &mut Import<'_>, seen: Seen<'_>, parent: usize) -> Result<usize,
     if let Some(class) = at.text("childclass") {
         import.defaults.class(import.tree, seen.element, "childclass", class)?;
     }
+    import.ignored(at, &["gravcomp", "mocap"]);
     let index = import.parts.bodies.len();
     if at.text("name") == Some("world") {
         return Err(at.error("name", "is `world`, which is the name of the world"));
@@ -167,7 +168,11 @@ fn weigh(
         }
         _ => (inertia::NOTHING, element),
     };
-    let Inertia { mass, center, tensor } = bounded(import, at, given)?;
+    let Inertia { mass, mut center, tensor } = bounded(import, at, given)?;
+    if mass > 0.0 && given == inertia::NOTHING && solids.is_empty() {
+        // MuJoCo's way with a body that weighs only what `boundmass` gives it.
+        center = import.parts.bodies[body].position;
+    }
     let body = &mut import.parts.bodies[body];
     (body.mass, body.center_of_mass, body.inertia) = (mass, center, tensor);
     Ok(())
@@ -240,6 +245,7 @@ fn joint(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), Des
     if body == 0 {
         return Err(at.error("", "stands in the world, which does not move: expected a body"));
     }
+    import.ignored(at, &["springdamper", "align"]);
     let kind = match at.word("type", &["hinge", "slide", "ball", "free"])? {
         Some(place) if !free => KINDS[place],
         _ if free => JointKind::Free,

@@ -24,7 +24,7 @@ pub(super) fn kind(name: &str) -> Option<&'static str> {
         "tendon" => "tendon",
         "equality" => "equality",
         "motor" | "general" | "position" | "velocity" | "intvelocity" | "damper" | "cylinder" | "muscle"
-        | "adhesion" | "dcmotor" => "actuator",
+        | "pid" | "adhesion" | "dcmotor" => "actuator",
         _ => return None,
     })
 }

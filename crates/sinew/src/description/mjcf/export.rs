@@ -1,6 +1,6 @@
 //! From parts to MJCF that MuJoCo loads.
 
-use crate::body::{ActuatorKind, JointKind, Parts, Route, Station, WrapKind};
+use crate::body::{JointKind, Parts, Route, Station, WrapKind};
 use crate::description::names::named;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -236,25 +236,24 @@ fn actuators(out: &mut String, parts: &Parts) {
         return;
     }
     out.push_str("  <actuator>\n");
-    if parts.actuators.iter().any(|actuator| actuator.kind != ActuatorKind::Motor) {
-        out.push_str("    <!-- Gear and ranges only: laws of force (gain, bias, dynamics) are MuJoCo's defaults here. -->\n");
-    }
     for actuator in &parts.actuators {
-        let kind = match actuator.kind {
-            ActuatorKind::Motor => "motor",
-            ActuatorKind::General => "general",
-            ActuatorKind::Muscle => "muscle",
-        };
         let tendon = parts.tendons.get(actuator.tendon).map_or("", |tendon| &tendon.name);
-        let _ = writeln!(
+        // Not every kind knows `ctrllimited`; a range that is given holds.
+        let control =
+            actuator.control_range.map_or(String::new(), |r| format!(" ctrlrange=\"{}\"", numbers(&r)));
+        let _ = write!(
             out,
-            "    <{kind}{} tendon=\"{}\" gear=\"{:?}\"{}{}/>",
+            "    <{}{} tendon=\"{}\" gear=\"{:?}\"{control}{}",
+            actuator.kind.word(),
             name_of(&actuator.name),
             escape(tendon),
             actuator.gear,
-            range("ctrlrange", "ctrllimited", actuator.control_range),
             range("forcerange", "forcelimited", actuator.force_range)
         );
+        for (name, value) in &actuator.law {
+            let _ = write!(out, " {name}=\"{}\"", escape(value));
+        }
+        out.push_str("/>\n");
     }
     out.push_str("  </actuator>\n");
 }

@@ -3,6 +3,7 @@
 use super::compiler::Compiler;
 use super::import::{Import, Surface};
 use super::inertia::diagonal;
+use super::shell;
 use crate::body::WrapKind;
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
@@ -98,7 +99,7 @@ pub(super) enum Weight {
     Unknown,
 }
 
-const TYPES: [&str; 9] =
+pub(super) const TYPES: [&str; 9] =
     ["sphere", "capsule", "cylinder", "ellipsoid", "box", "plane", "hfield", "mesh", "sdf"];
 
 /// Reads a geom, remembers it if a cable could wrap around it, and hands back its weight.
@@ -144,10 +145,8 @@ pub(super) fn read(
     if kind >= 5 || !counts {
         return Ok(Weight::Nothing);
     }
-    if at.flag("shellinertia", false)? && heavy {
-        return Err(at.error("shellinertia", "is not read here: give the body an <inertial>"));
-    }
-    let (volume, per_mass) = unit_inertia(kind, size);
+    let hollow = at.flag("shellinertia", false)?;
+    let (volume, per_mass) = if hollow { shell::inertia(kind, size) } else { unit_inertia(kind, size) };
     let mass = mass.unwrap_or(density * volume);
     let inertia = per_mass.map(|x| x * mass);
     if !mass.is_finite() || diagonal(inertia).iter().any(|x| !x.is_finite()) {

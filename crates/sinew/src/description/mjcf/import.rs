@@ -101,6 +101,7 @@ impl<'a> Import<'a> {
         for option in all("option") {
             let at = Attributes::own(tree, option);
             self.parts.gravity = at.array_or("gravity", self.parts.gravity)?;
+            self.ignored(at, &["density", "viscosity", "wind"]);
         }
         for &element in &tree.elements[0].children {
             match tree.elements[element].name.as_str() {
@@ -172,6 +173,21 @@ impl<'a> Import<'a> {
         let name = at.required(attribute)?;
         let found = self.names.get(kind).and_then(|names| names.get(name)).copied();
         found.ok_or_else(|| at.error(attribute, format!("is `{name}`, but there is no {kind} of that name")))
+    }
+
+    /// Says so where an attribute that is not read asks for something.
+    pub(super) fn ignored(&mut self, at: Attributes<'_>, names: &[&'static str]) {
+        for name in names {
+            let asks = at.text(name).is_some_and(|text| {
+                !matches!(text, "false" | "auto")
+                    && text.split_ascii_whitespace().any(|word| word.parse() != Ok(0.0))
+            });
+            if asks {
+                let tag = at.tree.elements[at.element].name.as_str();
+                let what = format!("`{name}` of a <{tag}> is not read, what it does is left out");
+                self.pass_over(at.element, &format!("{tag} {name}"), &what);
+            }
+        }
     }
 
     /// Says once for each kind of thing that it is passed over.

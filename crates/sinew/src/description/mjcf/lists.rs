@@ -1,13 +1,15 @@
 //! Couplings, actuators and key poses.
 
 use super::body::limits;
-use super::defaults;
 use super::import::Import;
+use super::schema;
 use crate::body::{Actuator, ActuatorKind, Coupling, JointKind, Key};
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use crate::description::orientation as turn;
+use alloc::collections::BTreeMap;
 use alloc::format;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 pub(super) fn equality(import: &mut Import<'_>, element: usize) -> Result<(), DescriptionError> {
@@ -47,43 +49,22 @@ pub(super) fn equality(import: &mut Import<'_>, element: usize) -> Result<(), De
 
 pub(super) fn actuator(import: &mut Import<'_>, element: usize) -> Result<(), DescriptionError> {
     let tag = import.tree.elements[element].name.as_str();
-    if defaults::kind(tag) != Some("actuator") {
-        import.pass_over(
-            element,
-            "actuator",
-            &format!("<{tag}> is no actuator that is read, it is left out"),
-        );
+    let Some(kind) = ActuatorKind::from_word(tag) else {
+        import.pass_over(element, "actuator", &format!("<{tag}> acts on no tendon, it is left out"));
         return Ok(());
-    }
+    };
     let at = import.attributes(element, None)?;
     let name = import.name_as("actuator", at, import.parts.actuators.len())?.unwrap_or_default();
     if at.text("tendon").is_none() {
         import.pass_over(element, "on no tendon", "an actuator that pulls on no tendon is left out");
         return Ok(());
     }
-    let kind = match tag {
-        "motor" => ActuatorKind::Motor,
-        "muscle" => ActuatorKind::Muscle,
-        _ => ActuatorKind::General,
-    };
-    let shapers = [
-        "gainprm",
-        "biasprm",
-        "dynprm",
-        "gaintype",
-        "biastype",
-        "dyntype",
-        "kp",
-        "kv",
-        "timeconst",
-        "force",
-        "scale",
-    ];
-    if kind != ActuatorKind::Motor
-        && (tag != "muscle" && tag != "general" || shapers.iter().any(|name| at.text(name).is_some()))
-    {
-        let what = "of an actuator's law of force (gain, bias, dynamics) nothing is kept but gear and ranges";
-        import.pass_over(element, "law of force", what);
+    let mut law = BTreeMap::new();
+    for name in schema::law(tag) {
+        if let Some(text) = at.text(name) {
+            finite(text).map_err(|problem| at.error(name, problem))?;
+            law.insert(name.to_string(), text.to_string());
+        }
     }
     let auto = import.compiler.auto_limits;
     let actuator = Actuator {
@@ -93,9 +74,19 @@ pub(super) fn actuator(import: &mut Import<'_>, element: usize) -> Result<(), De
         gear: at.list("gear", 1, 6)?.map_or(1.0, |gear| gear[0]),
         control_range: limits(at, auto, "ctrllimited", "ctrlrange")?,
         force_range: limits(at, auto, "forcelimited", "forcerange")?,
+        law,
     };
     import.parts.actuators.push(actuator);
     Ok(())
+}
+
+/// Words of a law of force: none of them is an infinite number or none at all.
+pub(in crate::description) fn finite(text: &str) -> Result<(), String> {
+    let wrong = |word: &str| word.parse::<f64>().is_ok_and(|number| !number.is_finite());
+    match text.split_ascii_whitespace().find(|word| wrong(word)) {
+        Some(word) => Err(format!("has `{word}` in it: expected finite numbers")),
+        None => Ok(()),
+    }
 }
 
 pub(super) fn key(import: &mut Import<'_>, element: usize) -> Result<(), DescriptionError> {

@@ -9,8 +9,11 @@ mod import;
 mod inertia;
 mod lists;
 mod schema;
+mod shell;
 mod tendon;
 
 pub use export::to_mjcf;
 pub use import::from_mjcf;
 pub(super) use inertia::possible;
+pub(super) use lists::finite;
+pub(super) use schema::law;

@@ -83,6 +83,36 @@ pub(super) fn check(tree: &Tree) -> Result<(), DescriptionError> {
     Ok(())
 }
 
+/// Attributes of an actuator that say where it acts, how it is named and how far it goes: all others are its law.
+const NO_LAW: [&str; 17] = [
+    "name",
+    "class",
+    "group",
+    "user",
+    "gear",
+    "ctrllimited",
+    "ctrlrange",
+    "forcelimited",
+    "forcerange",
+    "joint",
+    "jointinparent",
+    "site",
+    "refsite",
+    "slidersite",
+    "cranksite",
+    "body",
+    "tendon",
+];
+
+/// What MuJoCo lets an actuator of this name say about its law of force.
+pub(in crate::description) fn law(actuator: &str) -> Vec<&'static str> {
+    let entries = entries();
+    let all = entries.iter().find(|entry| entry.name == "actuator" && !entry.children.is_empty());
+    let mut kinds = all.into_iter().flat_map(|all| all.children.iter().map(|&child| &entries[child]));
+    let attributes = kinds.find(|entry| entry.name == actuator).map(|entry| &entry.attributes);
+    attributes.into_iter().flatten().copied().filter(|name| !NO_LAW.contains(name)).collect()
+}
+
 /// What may have been meant.
 fn near(name: &str, known: &[&str]) -> alloc::string::String {
     let best = known.iter().map(|known| (distance(name, known), known)).min();

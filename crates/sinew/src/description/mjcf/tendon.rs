@@ -13,6 +13,7 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
     let tree = import.tree;
     let at = import.attributes(element, None)?;
     let name = import.name_as("tendon", at, import.parts.tendons.len())?.unwrap_or_default();
+    import.ignored(at, &["armature", "frictionloss"]);
     let children = &tree.elements[element].children;
     let route = match tree.elements[element].name.as_str() {
         "spatial" => {

@@ -1,6 +1,6 @@
 //! From parts to this project's TOML, laid out for people.
 
-use crate::body::{ActuatorKind, Joint, JointKind, Parts, Route, Station, WrapKind};
+use crate::body::{Joint, JointKind, Parts, Route, Station, WrapKind};
 use crate::description::names::named;
 use alloc::format;
 use alloc::string::String;
@@ -209,18 +209,18 @@ fn rest(out: &mut String, parts: &Parts) {
         head(out, "actuator", &actuator.name);
         let muscle = parts.tendons.get(actuator.tendon).map_or("", |tendon| &tendon.name);
         line(out, "muscle", &text(muscle));
-        let kind = match actuator.kind {
-            ActuatorKind::Motor => "motor",
-            ActuatorKind::General => "general",
-            ActuatorKind::Muscle => "muscle",
-        };
-        line(out, "kind", &text(kind));
+        line(out, "kind", &text(actuator.kind.word()));
         line(out, "gear", &number(actuator.gear));
         if let Some(range) = actuator.control_range {
             line(out, "control_range", &numbers(&range));
         }
         if let Some(range) = actuator.force_range {
             line(out, "force_range_n", &numbers(&range));
+        }
+        if !actuator.law.is_empty() {
+            let law: Vec<String> =
+                actuator.law.iter().map(|(key, value)| format!("{key} = {}", text(value))).collect();
+            line(out, "law", &format!("{{ {} }}", law.join(", ")));
         }
     }
     for key in &parts.keys {

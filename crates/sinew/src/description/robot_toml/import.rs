@@ -7,6 +7,7 @@ use crate::body::{
 };
 use crate::description::Description;
 use crate::description::error::DescriptionError;
+use crate::description::mjcf;
 use crate::description::orientation::IDENTITY;
 use crate::description::origin::Origins;
 use alloc::collections::BTreeMap;
@@ -48,6 +49,23 @@ impl Source<'_> {
     fn error(&self, at: usize, place: &str, problem: &str) -> DescriptionError {
         let (file, line) = (self.file.to_string(), self.line(at));
         DescriptionError { file, line, place: place.to_string(), problem: problem.to_string() }
+    }
+
+    /// The line within the table at `at` of the key that a problem begins with, else that of the table.
+    fn field(&self, at: usize, problem: &str) -> usize {
+        let table = self.line(at);
+        let key: String = problem.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
+        let lines = self.text.lines().enumerate().skip(table);
+        let within = lines.take_while(|(_, line)| !line.trim_start().starts_with("[["));
+        let holds = |line: &str| {
+            line.trim_start()
+                .strip_prefix(key.as_str())
+                .is_some_and(|rest| rest.trim_start().starts_with('='))
+        };
+        within
+            .into_iter()
+            .find(|(_, line)| !key.is_empty() && holds(line))
+            .map_or(table, |(index, _)| index + 1)
     }
 
     fn parse(&self) -> Result<w::File, DescriptionError> {
@@ -213,7 +231,10 @@ fn each<T>(
     for table in tables {
         let written = table.get_ref();
         read(written).map_err(|problem| {
-            source.error(table.span().start, &format!("[[{kind}]] `{}`", name(written)), &problem)
+            let at = table.span().start;
+            let mut error = source.error(at, &format!("[[{kind}]] `{}`", name(written)), &problem);
+            error.line = source.field(at, &problem);
+            error
         })?;
     }
     Ok(())
@@ -352,16 +373,24 @@ fn muscle(sites: &Names, wraps: &Names, joints: &Names, m: &w::Muscle) -> Result
 }
 
 fn actuator(tendons: &Names, a: &w::Actuator) -> Result<Actuator, String> {
+    let kind = ActuatorKind::from_word(&a.kind).ok_or_else(|| {
+        let words = ActuatorKind::WORDS.map(|(_, word)| word).join(", ");
+        format!("kind is `{}`: expected one of {words}", a.kind)
+    })?;
+    let known = mjcf::law(kind.word());
+    for (key, value) in &a.law {
+        if !known.contains(&key.as_str()) {
+            return Err(format!("law: `{key}` is no attribute of MJCF's <{}>", kind.word()));
+        }
+        mjcf::finite(value).map_err(|problem| format!("law: `{key}` {problem}"))?;
+    }
     Ok(Actuator {
         name: a.name.clone(),
-        kind: match a.kind {
-            w::ActuatorKind::Motor => ActuatorKind::Motor,
-            w::ActuatorKind::General => ActuatorKind::General,
-            w::ActuatorKind::Muscle => ActuatorKind::Muscle,
-        },
+        kind,
         tendon: tendons.find(&a.muscle)?,
         gear: a.gear.0,
         control_range: range(a.control_range),
         force_range: range(a.force_range_n),
+        law: a.law.clone(),
     })
 }

@@ -1,5 +1,6 @@
 //! The file as written: keys and types, nothing else judged.
 
+use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::vec::Vec;
 use serde::Deserialize;
@@ -165,25 +166,21 @@ pub(super) struct Coupling {
     pub(super) coefficients: [Finite; 5],
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum ActuatorKind {
-    Motor,
-    General,
-    Muscle,
-}
-
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Actuator {
     pub(super) name: String,
     pub(super) muscle: String,
-    pub(super) kind: ActuatorKind,
+    /// MJCF's word for it: `motor`, `muscle`, `general`...
+    pub(super) kind: String,
     /// Force at the muscle per unit of control; pulling is negative.
     pub(super) gear: Finite,
     /// For a motor of gear -1 the limits of the tension at the anchor, N.
     pub(super) control_range: Vector<2>,
     pub(super) force_range_n: Vector<2>,
+    /// Gain, bias and dynamics as MJCF's attributes.
+    #[serde(default)]
+    pub(super) law: BTreeMap<String, String>,
 }
 
 #[derive(Debug, Deserialize)]
