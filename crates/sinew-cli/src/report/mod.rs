@@ -5,6 +5,7 @@
 //! a phone, and `plotters` fixes its colours as it writes, so that they cannot follow the reader's theme.
 //! The zoomable traces are uPlot (`assets/uplot`); the page is an askama template, which escapes every name.
 
+pub(crate) mod cable;
 mod checks;
 pub(crate) mod error;
 #[cfg(test)]

@@ -12,7 +12,7 @@ use sinew_identify::reproduce::{ArmPart, BenchPart, BenchResults, Indices, Metho
 
 #[derive(Template)]
 #[template(path = "reproduce.html")]
-struct Page {
+struct Page<'a> {
     version: &'static str,
     style: &'static str,
     script: &'static str,
@@ -29,6 +29,8 @@ struct Page {
     tables23: Vec<Table>,
     beyond: String,
     figure9: Vec<Plot>,
+    /// One cable, drawn.
+    cable: &'a str,
     elongation: Vec<ElongationRow>,
     stretch_range: String,
     others: Vec<Row>,
@@ -77,7 +79,12 @@ const NAMES: [(&str, &str); 5] = [
 ];
 
 /// The whole page, with the arm's sections where it was tracked.
-pub(crate) fn render(part: &BenchPart, arm: Option<&ArmPart>, quick: bool) -> Result<String, Error> {
+pub(crate) fn render(
+    part: &BenchPart,
+    arm: Option<&ArmPart>,
+    cable: &str,
+    quick: bool,
+) -> Result<String, Error> {
     let results = &part.results;
     let [rms, largest] = part.mechanism.differences();
     let page = Page {
@@ -112,6 +119,7 @@ pub(crate) fn render(part: &BenchPart, arm: Option<&ArmPart>, quick: bool) -> Re
         tables23: tables23(part),
         beyond: beyond(part),
         figure9: scatters(part),
+        cable,
         elongation: elongation(results),
         stretch_range: fixed(results.elongation_mm.range, 0),
         others: others(results),
@@ -166,10 +174,13 @@ pub(crate) fn arm_view(part: &ArmPart) -> TrackView<'_> {
     TrackView {
         heading: "The arm along its path".to_owned(),
         lead: format!(
-            "Seven joints, fifteen muscles, two periods of a sine-shaped path in {seconds} s, {} time(s) with the observer, once \
-             with every other way of control. The arm was built with errors of mass (10 %), attachments (1 mm), friction and \
+            "Seven joints, fifteen muscles, two periods of a sine-shaped path in {seconds} s, {} with the observer, once with \
+             every other way of control. The arm was built with errors of mass (10 %), attachments (1 mm), friction and \
              sensors that the controller does not know; each cable was calibrated alone.",
-            part.options.repeats
+            match part.options.repeats {
+                1 => "once".to_owned(),
+                n => format!("{n} times"),
+            }
         ),
         tracking: &part.tracking,
         trace: &part.trace,

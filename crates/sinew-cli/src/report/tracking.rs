@@ -89,7 +89,7 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
         lead: view.lead.clone(),
         rows: rows(view),
         end_point: end_point(&moving),
-        lengths: lengths(&moving, view.names),
+        lengths: lengths(&moving, view.names, view.repeats),
         means: means(view),
         errors: errors(&moving, view),
         repeats: view.repeats,
@@ -199,22 +199,20 @@ fn end_point(rows: &[&TraceRow]) -> Vec<Plot> {
     plots
 }
 
-/// Figure 12.
-fn lengths(rows: &[&TraceRow], names: &[String]) -> Vec<Plot> {
+/// Figure 12: every repeat over each other.
+fn lengths(rows: &[&TraceRow], names: &[String], repeats: u32) -> Vec<Plot> {
     let first = first_repeat(rows);
+    let since = since_repeat(rows, repeats);
     let plots = names.iter().enumerate().map(|(k, name)| {
         let start = first.first().map_or(0.0, |row| row.length_m[k]);
         let wanted = |row: &TraceRow| 1e3 * (row.length_m[k] - start);
-        let x = time_axis(&first);
-        let y = Axis::new(
-            range(first.iter().flat_map(|row| [wanted(row), wanted(row) + 1e3 * row.length_error_m[k]])),
-            3,
-        );
+        let truth = |row: &TraceRow| wanted(row) + 1e3 * row.length_error_m[k];
+        let x = repeat_axis(&since);
+        let y = Axis::new(range(rows.iter().flat_map(|row| [wanted(row), truth(row)])), 3);
         let title = format!("{name} (mm)");
         let mut plot = Plot::new("trace low", title.clone(), (&x, "time (s)".to_owned()), (&y, title));
-        plot.draw("measured", line(first.iter().map(|row| (row.time_s, wanted(row))), &x, &y));
-        let truth = first.iter().map(|row| (row.time_s, wanted(row) + 1e3 * row.length_error_m[k]));
-        plot.draw("predicted", line(truth, &x, &y));
+        plot.draw("measured", line(first.iter().zip(&since).map(|(row, t)| (*t, wanted(row))), &x, &y));
+        plot.draw("predicted", line(over_each_other(rows, &since, truth), &x, &y));
         plot
     });
     plots.collect()
@@ -239,27 +237,42 @@ fn means(view: &TrackView<'_>) -> Vec<Plot> {
 
 /// All repeats over each other.
 fn errors(rows: &[&TraceRow], view: &TrackView<'_>) -> Vec<Plot> {
-    let begin: Vec<f64> = (0..view.repeats)
-        .map(|k| rows.iter().find(|row| row.repeat == Some(k)).map_or(0.0, |row| row.time_s))
-        .collect();
-    let since = |row: &TraceRow| {
-        let repeat = row.repeat.and_then(|k| begin.get(usize::try_from(k).ok()?));
-        row.time_s - repeat.copied().unwrap_or(0.0)
-    };
-    let last = rows.iter().map(|row| since(row)).fold(1.0, f64::max);
+    let since = since_repeat(rows, view.repeats);
     let plots = view.names.iter().enumerate().map(|(k, name)| {
-        let x = Axis::new((0.0, last), 5);
-        let y = Axis::new(range(rows.iter().map(|row| 1e3 * row.length_error_m[k])), 3);
+        let error = |row: &TraceRow| 1e3 * row.length_error_m[k];
+        let x = repeat_axis(&since);
+        let y = Axis::new(range(rows.iter().map(|row| error(row))), 3);
         let title = format!("{name} (mm)");
         let mut plot = Plot::new("trace low", title.clone(), (&x, "time (s)".to_owned()), (&y, title));
-        let mut repeat = None;
-        let points = rows.iter().flat_map(|row| {
-            let new = repeat.replace(row.repeat) != Some(row.repeat);
-            let point = (since(row), 1e3 * row.length_error_m[k]);
-            [if new { (f64::NAN, f64::NAN) } else { point }, point]
-        });
-        plot.draw("median", line(points, &x, &y));
+        plot.draw("median", line(over_each_other(rows, &since, error), &x, &y));
         plot
     });
     plots.collect()
+}
+
+/// Of every row, s since its repeat began.
+fn since_repeat(rows: &[&TraceRow], repeats: u32) -> Vec<f64> {
+    let begin: Vec<f64> = (0..repeats)
+        .map(|k| rows.iter().find(|row| row.repeat == Some(k)).map_or(0.0, |row| row.time_s))
+        .collect();
+    let began = |row: &TraceRow| row.repeat.and_then(|k| begin.get(usize::try_from(k).ok()?)).copied();
+    rows.iter().map(|row| row.time_s - began(row).unwrap_or(0.0)).collect()
+}
+
+fn repeat_axis(since: &[f64]) -> Axis {
+    Axis::new((0.0, since.iter().copied().fold(1.0, f64::max)), 5)
+}
+
+/// One line through all repeats; a point that is no number lifts the pen between them.
+fn over_each_other<'a>(
+    rows: &'a [&TraceRow],
+    since: &'a [f64],
+    of: impl Fn(&TraceRow) -> f64 + 'a,
+) -> impl Iterator<Item = (f64, f64)> + 'a {
+    let mut repeat = None;
+    rows.iter().zip(since).flat_map(move |(row, since)| {
+        let new = repeat.replace(row.repeat) != Some(row.repeat);
+        let point = (*since, of(row));
+        [if new { (f64::NAN, f64::NAN) } else { point }, point]
+    })
 }

@@ -1,7 +1,7 @@
 //! `sinew reproduce`.
 
 use super::arm::model::load;
-use super::track;
+use super::{track, twin};
 use crate::arguments::{Part, ReproduceArguments};
 use crate::error::Error;
 use crate::output::{Folder, print, write_all};
@@ -66,7 +66,7 @@ fn numbers(bench: Option<&BenchPart>, arm: Option<&ArmPart>, seed: u64) -> Resul
 
 fn page(bench: Option<&BenchPart>, arm: Option<&ArmPart>, quick: bool) -> Result<String, Error> {
     match (bench, arm) {
-        (Some(part), arm) => Ok(reproduction::render(part, arm, quick)?),
+        (Some(part), arm) => Ok(reproduction::render(part, arm, &twin::to_and_fro()?, quick)?),
         (None, Some(part)) => {
             let amount = format!("Seed {}. Everything here is simulated.", part.options.seed);
             Ok(tracking::page(&reproduction::arm_view(part), "The paper’s arm, on a twin", &amount)?)

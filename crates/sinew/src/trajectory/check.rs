@@ -119,7 +119,7 @@ impl fmt::Display for Obstacle {
                 write!(f, "the winch of `{muscle}` winds at most {most:.3} m/s, but is told {speed:.3}")
             }
             Reason::Torque { joint, missing } => {
-                write!(f, "the tensions within their limits miss {missing:.3} of the torque of `{joint}`")
+                write!(f, "the tensions within their limits miss {missing:.3} N m of the torque of `{joint}`")
             }
         }
     }

@@ -1,16 +1,16 @@
 //! `sinew twin cable`.
 
-mod picture;
 mod scenario;
 
 use super::specimen::specimen;
-use crate::arguments::{TwinArguments, TwinCableArguments, TwinVerb};
+use crate::arguments::{TwinArguments, TwinVerb};
 use crate::error::Error;
 use crate::output::{print, spare, write_all};
-use picture::Frame;
+use crate::report::cable::{self, Frame};
 use scenario::Scenario;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::EndMotion;
+use sinew::twin::cable::Specimen;
 use sinew::twin::cable::{CablePlant, Resolution};
 use std::fmt::Write;
 
@@ -28,10 +28,13 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
         Some(path) => Scenario::read(path)?,
         None => Scenario::pull_and_yield(),
     };
-    let (log, frames, most) = simulate(arguments, &scenario)?;
+    let (log, frames, most) = simulate(&specimen(&arguments.specimen)?, arguments.start, &scenario)?;
     let mut files = vec![(arguments.out.clone(), log.into_bytes())];
     if let Some(path) = &arguments.picture {
-        files.push((path.clone(), picture::draw(&frames).into_bytes()));
+        files.push((
+            path.clone(),
+            cable::draw(&frames, "One cable, both ends moved", &cable::PAPER).into_bytes(),
+        ));
     }
     let borrowed: Vec<_> = files.iter().map(|(path, bytes)| (path.clone(), bytes.as_slice())).collect();
     write_all(&borrowed)?;
@@ -45,13 +48,20 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
     ))
 }
 
+/// The calibrated cable pulled and yielded twice, for the report.
+pub(super) fn to_and_fro() -> Result<String, Error> {
+    let (_, frames, _) = simulate(&Specimen::bench(), 60.0, &Scenario::to_and_fro())?;
+    Ok(cable::draw(&frames, "Pulled and yielded, anchor held", &cable::PAGE))
+}
+
 /// The log, the frames of a picture, and the largest tensions.
 fn simulate(
-    arguments: &TwinCableArguments,
+    specimen: &Specimen,
+    start: f64,
     scenario: &Scenario,
 ) -> Result<(String, Vec<Frame>, [f64; 2]), Error> {
-    let mut cable = CablePlant::new(&specimen(&arguments.specimen)?, Resolution { cells: 32, substeps: 4 })?;
-    cable.settle(arguments.start, Sliding::TowardMotor)?;
+    let mut cable = CablePlant::new(specimen, Resolution { cells: 32, substeps: 4 })?;
+    cable.settle(start, Sliding::TowardMotor)?;
     let mut log = String::from(
         "# SIMULATED by sinew twin cable\ntime_s,position_in_m,anchor_m,tension_in_n,tension_out_n,elongation_m\n",
     );
@@ -79,6 +89,7 @@ fn simulate(
         if k * FRAMES / steps > (k - 1) * FRAMES / steps {
             frames.push(Frame {
                 time,
+                motor: now[0],
                 tension_in: reading.tension_in,
                 tension_out: reading.tension_out,
                 profile: cable.tensions().collect(),

@@ -23,6 +23,12 @@ impl Scenario {
         Self { corners: corners.map(|(time, motor)| corner(time, motor)).to_vec() }
     }
 
+    /// Two pulls of different reach with the anchor held, slow enough to see every front; never slack.
+    pub(super) fn to_and_fro() -> Self {
+        let corners = [(0.0, 0.0), (2.0, 0.06), (5.0, -0.03), (8.0, 0.06), (10.0, 0.0), (12.0, 0.06)];
+        Self { corners: corners.map(|(time, motor)| [time, motor, 0.0]).to_vec() }
+    }
+
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
         let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };
         let bytes = std::fs::read(path).map_err(unreadable)?;

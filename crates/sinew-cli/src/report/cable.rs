@@ -1,0 +1,259 @@
+//! One cable as a picture: tensions of both ends over time, tension and slip along the cable, and the loops they draw.
+
+use super::scale::Axis;
+use std::fmt::Write;
+
+/// The cable at one time.
+pub(crate) struct Frame {
+    /// s.
+    pub(crate) time: f64,
+    /// Of the winch, m.
+    pub(crate) motor: f64,
+    /// N.
+    pub(crate) tension_in: f64,
+    /// N.
+    pub(crate) tension_out: f64,
+    /// Along the cable, N, drive end first.
+    pub(crate) profile: Vec<f64>,
+    /// Of every node in the last substep, m.
+    pub(crate) slips: Vec<f64>,
+}
+
+/// Colours: a file of its own stays on paper, a part of a page follows the page's theme.
+pub(crate) struct Colours {
+    card: &'static str,
+    line: &'static str,
+    ink: &'static str,
+    soft: &'static str,
+    near: &'static str,
+    far: &'static str,
+    toward: &'static str,
+    away: &'static str,
+}
+
+/// For a file that any viewer opens.
+pub(crate) const PAPER: Colours = Colours {
+    card: "#ffffff",
+    line: "#aeb6bf",
+    ink: "#14181d",
+    soft: "#4d5763",
+    near: "#8d949c",
+    far: "#0a66c9",
+    toward: "#c2570a",
+    away: "#1b7f5c",
+};
+
+/// For the report, whose style sheet knows these names.
+pub(crate) const PAGE: Colours = Colours {
+    card: "none",
+    line: "var(--rule)",
+    ink: "var(--ink)",
+    soft: "var(--soft)",
+    near: "var(--measured)",
+    far: "var(--accent)",
+    toward: "var(--warm)",
+    away: "var(--near)",
+};
+
+/// Where a panel lies: left, top, width, height.
+struct Panel([f64; 4]);
+
+const CURVES: Panel = Panel([70.0, 96.0, 720.0, 240.0]);
+const PROFILE: Panel = Panel([70.0, 410.0, 720.0, 250.0]);
+const LOOP: Panel = Panel([890.0, 96.0, 270.0, 240.0]);
+const TRAVEL: Panel = Panel([890.0, 410.0, 270.0, 250.0]);
+/// Shades of the tension.
+const SHADES: usize = 12;
+/// Slip, m per substep of a quarter of a millisecond, that is seen as sliding: 0.1 mm/s.
+const SLIDES: f64 = 2.5e-8;
+
+/// The picture as SVG.
+pub(crate) fn draw(frames: &[Frame], title: &str, colours: &Colours) -> String {
+    let range = |of: fn(&Frame) -> f64| {
+        frames.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
+    };
+    let most = |of: fn(&Frame) -> f64| (0.0, 1.03 * range(of).1.max(1.0));
+    let time = Axis::new((0.0, frames.last().map_or(1.0, |frame| frame.time)), 6);
+    let (near, far) = (Axis::new(most(|f| f.tension_in), 4), Axis::new(most(|f| f.tension_out), 4));
+    let tension = Axis::new(most(|f| f.tension_in.max(f.tension_out)), 4);
+    let travel = Axis::new(range(|f| 1e3 * f.motor), 4);
+    let mut svg = Svg { text: head(title, colours), colours };
+    svg.axes(&CURVES, None, (&tension, "tension (N)"));
+    svg.curve(&CURVES, frames, (&time, |f| f.time), (&tension, |f| f.tension_in), colours.near);
+    svg.curve(&CURVES, frames, (&time, |f| f.time), (&tension, |f| f.tension_out), colours.far);
+    svg.axes(&LOOP, Some((&near, "near tension (N)")), (&far, "far tension (N)"));
+    svg.curve(&LOOP, frames, (&near, |f| f.tension_in), (&far, |f| f.tension_out), colours.far);
+    svg.axes(&TRAVEL, Some((&travel, "winch travel (mm)")), (&tension, "tension (N)"));
+    svg.curve(&TRAVEL, frames, (&travel, |f| 1e3 * f.motor), (&tension, |f| f.tension_in), colours.near);
+    svg.curve(&TRAVEL, frames, (&travel, |f| 1e3 * f.motor), (&tension, |f| f.tension_out), colours.far);
+    svg.profile(frames, &time);
+    svg.text.push_str("</svg>\n");
+    svg.text
+}
+
+/// Frame, title and what the colours mean.
+fn head(title: &str, c: &Colours) -> String {
+    let Colours { card, line, ink, soft, near, far, toward, away } = c;
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1200 740\" role=\"img\" aria-label=\"Tensions of a simulated \
+         cable\" font-family=\"system-ui, sans-serif\" font-size=\"14\"><rect x=\"0.5\" y=\"0.5\" width=\"1199\" height=\"739\" \
+         rx=\"12\" fill=\"{card}\" stroke=\"{line}\" stroke-opacity=\"0.5\"/><text x=\"28\" y=\"40\" font-size=\"18\" \
+         font-weight=\"600\" fill=\"{ink}\">{title}</text><rect x=\"1064\" y=\"22\" width=\"112\" height=\"22\" rx=\"11\" \
+         fill=\"none\" stroke=\"{toward}\"/><text x=\"1120\" y=\"37.5\" font-size=\"13\" text-anchor=\"middle\" \
+         fill=\"{toward}\">simulated data</text><g fill=\"{soft}\"><path d=\"M360 35h26\" stroke=\"{near}\" \
+         stroke-width=\"3\"/><text x=\"393\" y=\"40\">near tension</text><path d=\"M500 35h26\" stroke=\"{far}\" \
+         stroke-width=\"3\"/><text x=\"533\" y=\"40\">far tension</text><rect x=\"635\" y=\"29\" width=\"26\" height=\"12\" \
+         fill=\"{toward}\"/><text x=\"668\" y=\"40\">slides toward the motor</text><rect x=\"855\" y=\"29\" width=\"26\" \
+         height=\"12\" fill=\"{away}\"/><text x=\"888\" y=\"40\">slides away</text></g>"
+    )
+}
+
+/// A picture being drawn; writing into a string cannot fail.
+struct Svg<'a> {
+    text: String,
+    colours: &'a Colours,
+}
+
+impl Svg<'_> {
+    fn axes(
+        &mut self,
+        Panel([left, top, width, height]): &Panel,
+        x: Option<(&Axis, &str)>,
+        y: (&Axis, &str),
+    ) {
+        let (soft, line) = (self.colours.soft, self.colours.line);
+        let _ = write!(
+            self.text,
+            "<path d=\"M{left} {top}v{height}h{width}\" fill=\"none\" stroke=\"{line}\"/><g fill=\"{soft}\"><text x=\"{:.0}\" \
+             y=\"{:.0}\">{}</text>",
+            left - 42.0,
+            top - 14.0,
+            y.1
+        );
+        for (value, label) in y.0.ticks() {
+            let (x, y) = (left - 8.0, top + (1.0 - y.0.at(value)) * height);
+            let _ = write!(
+                self.text,
+                "<text x=\"{x}\" y=\"{y:.1}\" dy=\"4.5\" text-anchor=\"end\">{label}</text>"
+            );
+        }
+        if let Some((axis, label)) = x {
+            self.across(axis, label, [*left, top + height, *width]);
+        }
+        self.text.push_str("</g>");
+    }
+
+    fn across(&mut self, axis: &Axis, label: &str, [left, bottom, width]: [f64; 3]) {
+        for (value, label) in axis.ticks() {
+            let (x, y) = (left + axis.at(value) * width, bottom + 20.0);
+            let _ = write!(self.text, "<text x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{label}</text>");
+        }
+        let (x, y) = (left + width, bottom + 40.0);
+        let _ = write!(self.text, "<text x=\"{x}\" y=\"{y}\" text-anchor=\"end\">{label}</text>");
+    }
+
+    fn curve(
+        &mut self,
+        Panel([left, top, width, height]): &Panel,
+        frames: &[Frame],
+        x: (&Axis, fn(&Frame) -> f64),
+        y: (&Axis, fn(&Frame) -> f64),
+        colour: &str,
+    ) {
+        let mut data = String::new();
+        for frame in frames {
+            let x = left + x.0.at((x.1)(frame)) * width;
+            let y = top + (1.0 - y.0.at((y.1)(frame))) * height;
+            let _ = write!(data, "{}{x:.1} {y:.1}", if data.is_empty() { 'M' } else { 'L' });
+        }
+        let _ = write!(
+            self.text,
+            "<path d=\"{data}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2.2\" stroke-linejoin=\"round\"/>"
+        );
+    }
+
+    /// Tension as shades, the sliding nodes as marks over them: their edge is the slip front.
+    fn profile(&mut self, frames: &[Frame], time: &Axis) {
+        let Panel([left, top, width, height]) = PROFILE;
+        let most = frames.iter().flat_map(|f| f.profile.iter().copied()).fold(1.0, f64::max);
+        let mut shades = vec![String::new(); SHADES];
+        let mut marks = [String::new(), String::new()];
+        #[expect(clippy::cast_precision_loss, reason = "a few dozen cells")]
+        let cell = height / frames.first().map_or(1, |frame| frame.profile.len().max(1)) as f64;
+        let ends: Vec<f64> = frames.iter().map(|frame| left + time.at(frame.time) * width).collect();
+        let rows = frames.first().map_or(0, |frame| frame.profile.len());
+        for row in 0..rows {
+            #[expect(clippy::cast_precision_loss, reason = "a few dozen cells")]
+            let y = top + row as f64 * cell;
+            let of = |frame: &Frame| Some(shade(frame.profile.get(row)? / most));
+            for (from, to, k) in runs(frames, &ends, left, of) {
+                // A little wider, so that neighbours leave no seam.
+                let wide = to - from + 0.3;
+                let _ = write!(shades[k], "M{from:.1} {y:.1}h{wide:.1}v{cell:.1}h-{wide:.1}z");
+            }
+            let sliding = |frame: &Frame| {
+                let slip = frame.slips.get(row).filter(|slip| slip.abs() > SLIDES)?;
+                Some(usize::from(*slip < 0.0))
+            };
+            for (from, to, k) in runs(frames, &ends, left, sliding) {
+                let (place, wide) = (y + 0.8 * cell, to - from);
+                let _ = write!(marks[k], "M{from:.1} {place:.1}h{wide:.1}v{:.1}h-{wide:.1}z", 0.4 * cell);
+            }
+        }
+        let Colours { soft, line, far, toward, away, .. } = self.colours;
+        for (k, data) in shades.iter().enumerate().filter(|(_, data)| !data.is_empty()) {
+            #[expect(clippy::cast_precision_loss, reason = "a dozen")]
+            let opacity = 0.04 + 0.8 * (k as f64 + 0.5) / SHADES as f64;
+            let _ = write!(self.text, "<path d=\"{data}\" fill=\"{far}\" fill-opacity=\"{opacity:.2}\"/>");
+        }
+        for (data, colour) in marks.iter().zip([toward, away]) {
+            let _ = write!(self.text, "<path d=\"{data}\" fill=\"{colour}\"/>");
+        }
+        let bottom = top + height;
+        let _ = write!(
+            self.text,
+            "<path d=\"M{left} {top}v{height}h{width}\" fill=\"none\" stroke=\"{line}\"/><g fill=\"{soft}\"><text x=\"28\" \
+             y=\"{}\">place along the cable</text><text x=\"{}\" y=\"{}\" text-anchor=\"end\">drive</text><text x=\"{}\" \
+             y=\"{bottom}\" text-anchor=\"end\">anchor</text>",
+            top - 14.0,
+            left - 8.0,
+            top + 12.0,
+            left - 8.0,
+        );
+        self.across(time, "time (s)", [left, bottom, width]);
+        self.text.push_str("</g>");
+    }
+}
+
+/// Neighbouring frames of one kind: from where to where on the page, and the kind.
+fn runs(
+    frames: &[Frame],
+    ends: &[f64],
+    left: f64,
+    of: impl Fn(&Frame) -> Option<usize>,
+) -> Vec<(f64, f64, usize)> {
+    let mut runs: Vec<(f64, f64, usize)> = Vec::new();
+    let mut from = left;
+    let mut last = None;
+    for (frame, end) in frames.iter().zip(ends) {
+        let kind = of(frame);
+        match (kind, runs.last_mut()) {
+            (Some(_), Some(run)) if kind == last => run.1 = *end,
+            (Some(kind), _) => runs.push((from, *end, kind)),
+            (None, _) => {}
+        }
+        (from, last) = (*end, kind);
+    }
+    runs
+}
+
+/// Which shade a share of the largest tension has.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "a share of a dozen"
+)]
+fn shade(share: f64) -> usize {
+    ((share * SHADES as f64) as usize).min(SHADES - 1)
+}
