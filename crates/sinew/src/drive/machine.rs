@@ -182,6 +182,8 @@ pub struct Drive {
     /// Cable on the drum, m.
     wound: f64,
     drum: Drum,
+    /// Turns of the winch per turn of the motor.
+    per_ratio: f64,
     current_loop: CurrentLoop,
     velocity_loop: VelocityLoop,
     tension_loop: TensionLoop,
@@ -219,6 +221,7 @@ impl Drive {
             winch,
             wound: position,
             drum,
+            per_ratio: 1.0 / parameters.reducer.ratio,
             current_loop: CurrentLoop::default(),
             velocity_loop: VelocityLoop::new(150.0),
             tension_loop: TensionLoop::new(2e-3, 0.5, 0.0),
@@ -338,7 +341,7 @@ impl Drive {
 
     fn sense(&mut self, tension: f64) {
         let p = &self.parameters;
-        let angle = p.encoder.read(self.angle) / p.reducer.ratio;
+        let angle = p.encoder.read(self.angle) * self.per_ratio;
         let position = self.delays[0].pass(self.drum.wound(angle));
         let tension = self.delays[1].pass(p.load_cell.read(tension, &mut self.random));
         let current = self.delays[2].pass(self.motor.current);
@@ -375,7 +378,7 @@ impl Drive {
         let turns = p.reducer.ratio / arm;
         let wanted = (velocity * turns).max(-p.motor.top_speed).min(p.motor.top_speed);
         // What holds the load, losses left to the integral: nobody knows them.
-        let holding = self.reading.tension.max(0.0) * arm / p.reducer.ratio;
+        let holding = self.reading.tension.max(0.0) * arm * self.per_ratio;
         let most = p.motor.torque_constant * p.motor.peak_current;
         let limits = VelocityLimits {
             acceleration: p.acceleration * turns,
@@ -405,7 +408,7 @@ impl Drive {
         let p = &self.parameters;
         self.speed = turned;
         self.angle += h * turned;
-        let behind = self.angle / p.reducer.ratio;
+        let behind = self.angle * self.per_ratio;
         let half = 0.5 * p.reducer.backlash;
         // A cable under tension pulls the winch onto one flank.
         let winch =
@@ -413,7 +416,7 @@ impl Drive {
         let wound = self.drum.wound(winch);
         let moved = wound - self.wound;
         (self.winch, self.wound) = (winch, wound);
-        (moved, tension * (arm * h * turned / p.reducer.ratio - moved))
+        (moved, tension * (arm * h * turned * self.per_ratio - moved))
     }
 
     fn watch(&mut self) {
