@@ -1,11 +1,15 @@
-//! Cost of a drive and of a whole muscle: drive, cable in its sheath and sensors, per millisecond.
+//! Cost of a drive, of a whole muscle (drive, cable in its sheath and sensors), and of the bench with its observer.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 
 use divan::{Bencher, black_box, counter::ItemsCount};
+use sinew::control::compensation::{Compensation, ObserverCompensation};
 use sinew::drive::{Drive, DriveCommand, DriveParameters};
+use sinew::experiment::bench::{BenchRun, Programme, Steering, run};
+use sinew::predictor::CableModel;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::{CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path};
+use sinew::twin::cable::Specimen;
 
 fn main() {
     divan::main();
@@ -51,10 +55,10 @@ fn muscle(bencher: Bencher, count: usize) {
     let mut cables = Cables::new(&vec![law; count]).unwrap();
     let mut ends = vec![EndTensions::default(); count];
     let mut drives: Vec<Drive> = Vec::new();
-    for k in 0..count {
+    for (k, end) in ends.iter_mut().enumerate() {
         cables.settle(k, 60.0, Sliding::TowardMotor).unwrap();
         drives.push(Drive::new(DriveParameters::mc_am(), k as u64).unwrap());
-        ends[k].tension_in = 100.0;
+        end.tension_in = 100.0;
     }
     let mut motions = vec![EndMotion { motor: 0.0, anchor: 0.0 }; count];
     let commands = commands(Kind::Tension);
@@ -66,5 +70,20 @@ fn muscle(bencher: Bencher, count: usize) {
             cables.step(1e-3, &motions, &mut ends).unwrap();
         }
         ends[0].tension_in
+    });
+}
+
+/// Items are milliseconds of the bench: two drives, the plant with all its effects, sensors, observer.
+#[divan::bench(sample_count = 10)]
+fn bench_run(bencher: Bencher) {
+    const SECONDS: f64 = 50.0;
+    let wanted = BenchRun::paper(Specimen::bench(), Programme::Track, 0.08, 1);
+    let observer = ObserverCompensation::new(&CableModel::bench()).unwrap();
+    bencher.counter(ItemsCount::new(1000 * SECONDS as usize)).bench_local(|| {
+        let mut compensation = Compensation::Observer(Box::new(observer.clone()));
+        let mut sum = 0.0;
+        let stop = run(&wanted, Steering::By(&mut compensation), SECONDS, |row| sum += row.far).unwrap();
+        assert!(stop.is_none());
+        sum
     });
 }

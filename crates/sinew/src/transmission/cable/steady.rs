@@ -13,8 +13,9 @@ pub struct SteadySliding {
     pub stretch: f64,
 }
 
-/// The drag of a node depends on the tension beside it, which depends on the drag: it settles in so many rounds.
-const ROUNDS: usize = 3;
+/// The drag of a node depends on the tension beside it, which depends on the drag: from the ratio at the node before it
+/// settles in so many rounds.
+const ROUNDS: usize = 2;
 
 impl CableLaw {
     /// Near tension and stretch of a cable that slides at `velocity`, m/s, + toward the motor, with this tension at
@@ -71,13 +72,15 @@ impl CableLaw {
         let mut tension = (tension_out - self.pretension).max(0.0);
         let mut cells = self.compliance.iter().rev();
         let mut stretch = cells.next().map_or(0.0, |c| c * tension);
+        let mut ratio = 1.0;
         for (node, compliance) in self.nodes.iter().rev().zip(cells) {
             let half = s * (weakened * node.friction + node.loss) + node.viscous * velocity;
-            let mut ahead = tension;
+            let mut ahead = tension * ratio;
             for _ in 0..ROUNDS {
                 let both = tension + ahead;
                 let tau = tanh_series(half + node.drag * drag_speed / (both + 2.0 * self.drag_fade));
-                ahead = tension * (1.0 + tau) / (1.0 - tau);
+                ratio = (1.0 + tau) / (1.0 - tau);
+                ahead = tension * ratio;
             }
             tension = ahead;
             stretch += compliance * tension;
