@@ -9,14 +9,14 @@ mod table;
 mod verbs;
 
 use arguments::{Arguments, Verb};
-use clap::Parser;
+use clap::{Command, CommandFactory, FromArgMatches};
 use std::process::ExitCode;
 
 /// Exit code of everything that is the input's fault, as clap uses for flags.
 const BAD_INPUT: u8 = 2;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = arguments();
     let outcome = output::leave_nothing_half_written().and_then(|()| match &arguments.verb {
         Verb::Identify(arguments) => verbs::identify::run(arguments),
         Verb::Evaluate(arguments) => verbs::evaluate::run(arguments),
@@ -40,4 +40,13 @@ fn main() -> ExitCode {
             ExitCode::from(BAD_INPUT)
         }
     }
+}
+
+/// What was asked for. A number below nothing is a number and not a flag: what is wrong with it is said by its flag.
+fn arguments() -> Arguments {
+    fn numbers(command: Command) -> Command {
+        command.allow_negative_numbers(true).mut_subcommands(numbers)
+    }
+    let matches = numbers(Arguments::command()).get_matches();
+    Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
 }

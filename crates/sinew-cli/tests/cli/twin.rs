@@ -28,6 +28,10 @@ fn one_cable_is_moved_as_a_table_says_and_drawn() {
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     assert_eq!(bench.read("log.csv").lines().count(), 2 + 1000);
     assert!(bench.read("cable.svg").contains("simulated data"));
+    bench.write("rip.csv", "time_s,motor_m,anchor_m\n0,0,0\n2,0.4,0\n");
+    let run = bench.run("twin cable rip.csv --out rip_log.csv");
+    assert!(run.stdout.contains("the cable broke at 0.8"), "{}", run.stdout);
+    assert!(bench.read("rip_log.csv").lines().last().unwrap().contains("the cable broke at 0.8"));
 }
 
 #[test]
@@ -39,6 +43,8 @@ fn what_the_twin_cannot_do_is_refused_with_its_place() {
     for (arguments, words) in [
         ("twin cable fast.csv --out o.csv", ["line 3", "1000.0 m/s"]),
         ("twin cable --specimen steel --out o.csv", ["--specimen steel", "bench, ideal"]),
+        ("bench run --duration -3 --out o.csv", ["--duration", "-3"]),
+        ("drive size --tension -5 --speed 0.1 --acceleration 3 --stroke 0.4", ["--tension", "-5"]),
         ("bench run --speeds 2 --out o.csv", ["--speeds 2", "0.005 to 0.15"]),
         ("track --path way.csv", ["way.csv", "torque of"]),
         ("track --path bad.csv", ["line 2", "`here`"]),

@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
         Some(path) => Scenario::read(path)?,
         None => Scenario::pull_and_yield(),
     };
-    let (log, frames, most) = simulate(&specimen(&arguments.specimen)?, arguments.start, &scenario)?;
+    let (log, frames, most, broken) = simulate(&specimen(&arguments.specimen)?, arguments.start, &scenario)?;
     let mut files = vec![(arguments.out.clone(), log.into_bytes())];
     if let Some(path) = &arguments.picture {
         files.push((
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
     write_all(&borrowed)?;
     let names: Vec<_> = files.iter().map(|(path, _)| path.display().to_string()).collect();
     print(&format!(
-        "SIMULATED cable, {:.1} s: near tension up to {:.1} N, far tension up to {:.1} N.\nWritten: {}\n",
+        "SIMULATED cable, {:.1} s: near tension up to {:.1} N, far tension up to {:.1} N.{broken}\nWritten: {}\n",
         scenario.duration(),
         most[0],
         most[1],
@@ -50,16 +50,16 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
 
 /// The calibrated cable pulled and yielded twice, for the report.
 pub(super) fn to_and_fro() -> Result<String, Error> {
-    let (_, frames, _) = simulate(&Specimen::bench(), 60.0, &Scenario::to_and_fro())?;
+    let (_, frames, ..) = simulate(&Specimen::bench(), 60.0, &Scenario::to_and_fro())?;
     Ok(cable::draw(&frames, "Pulled and yielded, anchor held", &cable::PAGE))
 }
 
-/// The log, the frames of a picture, and the largest tensions.
+/// The log, the frames of a picture, the largest tensions, and how it ended before its time.
 fn simulate(
     specimen: &Specimen,
     start: f64,
     scenario: &Scenario,
-) -> Result<(String, Vec<Frame>, [f64; 2]), Error> {
+) -> Result<(String, Vec<Frame>, [f64; 2], String), Error> {
     let mut cable = CablePlant::new(specimen, Resolution { cells: 32, substeps: 4 })?;
     cable.settle(start, Sliding::TowardMotor)?;
     let mut log = String::from(
@@ -97,9 +97,10 @@ fn simulate(
             });
         }
         if let Some(broken) = reading.broken {
-            let _ = writeln!(log, "# the cable broke at {:.1} N", broken.tension);
-            break;
+            let told = format!("the cable broke at {time:.3} s under {:.1} N", broken.tension);
+            let _ = writeln!(log, "# {told}");
+            return Ok((log, frames, most, format!(" At the end {told}.")));
         }
     }
-    Ok((log, frames, most))
+    Ok((log, frames, most, String::new()))
 }
