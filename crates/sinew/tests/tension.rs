@@ -208,7 +208,7 @@ fn no_other_tensions_cost_less_or_come_closer() {
         let mut distribution = Distribution::new(owned.muscles, owned.joints);
         let solution = distribution.solve(&owned.problem()).unwrap();
         let distance = distance_from_optimum(owned, &solution);
-        assert!(distance < 1e-10, "{name}: {distance:e} {:?}", solution.status);
+        assert!(distance < 1e-10, "{name}: {distance:e} {solution:?}");
         *(if solution.status == Status::Optimal { &mut optimal } else { &mut infeasible }) += 1;
     });
     assert!(optimal > 1000 && infeasible > 300, "{optimal} {infeasible}");

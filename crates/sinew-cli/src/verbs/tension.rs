@@ -54,7 +54,6 @@ fn solve(owned: &Owned) -> Result<Answer, sinew::Error> {
         status: match solution.status {
             Status::Optimal => "optimal",
             Status::Infeasible => "infeasible",
-            Status::Unproven => "unproven",
         },
         tension_n: solution.tension.to_vec(),
         residual_nm: solution.residual.to_vec(),

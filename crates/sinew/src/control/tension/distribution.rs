@@ -1,7 +1,7 @@
 //! The answer: tensions, what is left of the torque, and which limits hold.
 
 use super::block::{Block, Limit};
-use super::closest::Closest;
+use super::exact::Exact;
 use super::newton::{Outcome, REACHED, Work};
 use super::pattern::{FEW, Group, Pattern, places};
 use super::problem::{Problem, count, is_arm};
@@ -17,9 +17,6 @@ pub enum Status {
     Optimal,
     /// No tensions within the limits give it. These give the closest one, and of those that do they cost least.
     Infeasible,
-    /// Rounding hid the least cost. Tensions are within the limits and their torque is the closest, but other tensions
-    /// may give the same at less cost; multipliers are no proof.
-    Unproven,
 }
 
 /// What [`Distribution::solve`] found.
@@ -85,7 +82,7 @@ pub struct Distribution {
     terms: Terms,
     lambda: Vec<f64>,
     work: Work,
-    closest: Closest,
+    exact: Exact,
     // In the order of the problem.
     tension: Vec<f64>,
     residual: Vec<f64>,
@@ -120,7 +117,7 @@ impl Distribution {
             },
             lambda: alloc::vec![0.0; places(joints)],
             work: Work::new(muscles, joints),
-            closest: Closest::new(muscles, joints),
+            exact: Exact::new(muscles, joints),
             tension: alloc::vec![0.0; muscles],
             residual: alloc::vec![0.0; joints],
             multiplier: alloc::vec![0.0; joints],
@@ -160,27 +157,14 @@ impl Distribution {
         let (m, n) = (group.muscles.len(), group.joints.len());
         // Each step settles at least one muscle; a few remove rounding.
         let most = 20 + 4 * u32::try_from(m + n).unwrap_or(u32::MAX / 8);
-        let mut proven = true;
         if self.ascend(&group, most, iterations) != Outcome::Reached {
             let block = self.terms.block(&self.pattern, &group);
-            self.closest.limit[..m].copy_from_slice(&self.work.limit[..m]);
-            self.closest.solve(&block, most, iterations);
-            self.terms.narrow(&self.pattern, &group, &self.closest);
-            self.lambda[group.joints.clone()].fill(0.0);
-            proven = self.ascend(&group, most, iterations) == Outcome::Reached;
-            if !proven {
-                self.work.tension[..m].copy_from_slice(&self.closest.tension[..m]);
-            }
-            self.terms.gather_torque(&self.pattern, problem);
-            let block = self.terms.block(&self.pattern, &group);
+            let lambda = &mut self.lambda[group.joints.clone()];
+            self.exact.solve(&block, lambda, &mut self.work.tension[..m], iterations);
             self.work.measure(&block);
         }
         self.scatter(&group, problem);
-        match (proven, self.work.error(n) <= REACHED) {
-            (false, _) => Status::Unproven,
-            (true, true) => Status::Optimal,
-            (true, false) => Status::Infeasible,
-        }
+        if self.work.error(n) <= REACHED { Status::Optimal } else { Status::Infeasible }
     }
 
     /// Multipliers and tensions of a group whose torque can be reached.
@@ -257,23 +241,6 @@ impl Terms {
             reference: &self.reference[muscles.clone()],
             compliance: &self.compliance[muscles],
             torque: &self.torque[group.joints.clone()],
-        }
-    }
-
-    /// Asks for the closest torque in place of the wanted one. Muscles that would still lower the residual stay where
-    /// they are in every answer; the choice is among the others.
-    fn narrow(&mut self, pattern: &Pattern, group: &Group, closest: &Closest) {
-        for (k, place) in group.muscles.clone().enumerate() {
-            let block = self.block(pattern, group);
-            let (wish, doubt) = closest.wish(&block, k);
-            if closest.limit[k] != Limit::Free && wish.abs() > doubt {
-                self.lower[place] = closest.tension[k];
-                self.upper[place] = closest.tension[k];
-            }
-        }
-        let torque = &mut self.torque[group.joints.clone()];
-        for (torque, residual) in torque.iter_mut().zip(&closest.residual) {
-            *torque -= residual;
         }
     }
 }

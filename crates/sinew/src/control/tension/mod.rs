@@ -3,19 +3,19 @@
 //! [`Distribution`] answers a [`Problem`] with a [`Solution`], always: where the torque cannot be reached, with the
 //! closest one. It knows matrices, not robots. One thing per file: what is asked (`problem`), which joints have to
 //! do with each other (`pattern`), the multipliers of one group of joints (`newton` with its `line_search` and
-//! `factor`), and what can be reached instead (`closest` with its `least_squares`).
+//! `factor`), and, where rounding or a torque out of reach stop it, the same in `twofold` numbers (`exact`).
 
 mod block;
-mod closest;
 mod cocontraction;
 mod distribution;
+mod exact;
 mod factor;
-mod least_squares;
 mod line_search;
 mod newton;
 mod pattern;
 mod problem;
 mod rows;
+mod twofold;
 
 pub use block::Limit;
 pub use cocontraction::cocontract;

@@ -52,14 +52,17 @@ enum Stiffness {
 const LEAST_PIVOT: f64 = 1e-13;
 
 /// Residual relative to what it is made of: a few units in the last place of a sum.
-const BALANCED: f64 = 2e-15;
+pub(super) const BALANCED: f64 = 2e-15;
 
 /// Along a null space, a residual of rounding leads far away: step length and residual that tell it.
 const FAR: f64 = 2.0;
-const NOISE: f64 = 1e-12;
+const NOISE: f64 = 1e-13;
 
 /// Residual, relative to what it is made of, up to which a torque counts as reached.
 pub(super) const REACHED: f64 = 1e-9;
+
+/// Energy of the multipliers one by one, relative to that of the tensions, from which on they cancel too much.
+const SHARP: f64 = 1e7 * LEAST_PIVOT * LEAST_PIVOT;
 
 /// What a residual that repeating the last step does not lower may be.
 const STALLED: f64 = 1e-9;
@@ -103,8 +106,27 @@ impl Work {
         most: u32,
         steps: &mut u32,
     ) -> Outcome {
-        let n = block.joints();
         self.set_floor(block);
+        let outcome = self.ascend(block, lambda, most, steps);
+        if outcome == Outcome::Reached && !self.is_sharp(lambda) { Outcome::Unreached } else { outcome }
+    }
+
+    /// Whether the multipliers are small enough for what is made of them: where joints are hard to tell apart, large
+    /// ones cancel, and leave rounding in the tensions.
+    fn is_sharp(&self, lambda: &[f64]) -> bool {
+        let energy: f64 = self.floor.iter().zip(lambda).map(|(floor, lambda)| floor * lambda * lambda).sum();
+        let mut joints = self.floor.iter().zip(&self.scale[..lambda.len()]);
+        joints.all(|(floor, scale)| floor * energy <= SHARP * scale * scale)
+    }
+
+    fn ascend<R: Rows>(
+        &mut self,
+        block: &Block<R>,
+        lambda: &mut [f64],
+        most: u32,
+        steps: &mut u32,
+    ) -> Outcome {
+        let n = block.joints();
         let mut stiffness = Stiffness::None;
         if n > 0 && lambda.iter().all(|lambda| *lambda == 0.0) {
             self.start(block, lambda);
@@ -116,7 +138,7 @@ impl Work {
         let (mut settled, mut last) = (false, f64::INFINITY);
         for _ in 0..most {
             let error = self.error(n);
-            if error <= BALANCED || (settled && error > 0.5 * last && error <= STALLED) {
+            if error <= BALANCED || (settled && error > 0.5 * last && error <= NOISE) {
                 return Outcome::Reached;
             }
             stiffness = self.factor(block, stiffness, settled);
@@ -148,7 +170,7 @@ impl Work {
         }
         // Tensions made of multipliers cost least for the torque they give: it may be the wanted one.
         self.measure(block);
-        if self.error(n) <= REACHED { Outcome::Reached } else { Outcome::Unreached }
+        if self.error(n) <= NOISE { Outcome::Reached } else { Outcome::Unreached }
     }
 
     /// The multipliers that muscles without limits would have.
