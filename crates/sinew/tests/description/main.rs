@@ -266,6 +266,31 @@ fn laws_of_force_survive_every_format_to_the_letter() {
 }
 
 #[test]
+fn a_short_list_leaves_the_rest_to_its_class() {
+    let text = LAWS.replace("dynprm=\"0.017\"", "gainprm=\"1 2 3 4 5\" dynprm=\"0.017\"");
+    let text = text.replace("class=\"strong\"><", "class=\"strong\"><general gainprm=\"9 8\"/><");
+    let text = text.replace("<general tendon=\"t\"", "<general tendon=\"t\" class=\"strong\"");
+    let read = mjcf(&text).unwrap();
+    assert_eq!(read.parts.actuators[1].law["gainprm"], "0.1 -3e-300 7 4 5");
+    // A muscle cannot say what a class says to all actuators.
+    assert!(
+        read.warnings.iter().any(|warning| warning.to_string().contains("dynprm")),
+        "{:?}",
+        read.warnings
+    );
+}
+
+#[test]
+fn of_a_polynomial_only_the_linear_term_is_read_and_that_is_said() {
+    let text = "<mujoco><default><joint damping=\"1 2\"/></default><worldbody><body><joint damping=\"3\"/>\
+        <geom size=\"1\"/></body></worldbody></mujoco>";
+    let read = mjcf(text).unwrap();
+    assert_eq!(read.parts.joints[0].damping.to_bits(), 3.0_f64.to_bits());
+    assert!(read.warnings[0].to_string().contains("polynomial"), "{:?}", read.warnings);
+    assert!(mjcf(&text.replace("1 2", "1 0")).unwrap().warnings.is_empty());
+}
+
+#[test]
 fn shells_weigh_what_mujoco_says() {
     // MuJoCo 4.0: surface in m^2 and principal moments per mass.
     for (shape, surface, moments) in [
@@ -291,8 +316,15 @@ fn shells_weigh_what_mujoco_says() {
 #[test]
 fn a_body_that_weighs_only_its_bound_has_its_centre_where_mujoco_puts_it() {
     let text = "<mujoco><compiler boundmass=\"0.1\"/><worldbody><body pos=\"1 2 3\"/></worldbody></mujoco>";
-    let center = parts(text).bodies[1].center_of_mass;
-    assert_eq!(center.map(f64::to_bits), [1.0_f64, 2.0, 3.0].map(f64::to_bits));
+    let center = |text: &str| parts(text).bodies[1].center_of_mass.map(f64::to_bits);
+    let there = [1.0_f64, 2.0, 3.0].map(f64::to_bits);
+    assert_eq!(center(text), there);
+    // Geoms that weigh nothing, or nothing that counts, change nothing about it.
+    let geom = "pos=\"1 2 3\"><geom size=\"1\" mass=\"1e-15\" pos=\"7 0 0\"/></body>";
+    assert_eq!(center(&text.replace("pos=\"1 2 3\"/>", geom)), there);
+    let geom = "pos=\"1 2 3\"><geom size=\"1\" pos=\"7 0 0\"/></body>";
+    let inertials = text.replace("boundmass", "inertiafromgeom=\"false\" boundmass");
+    assert_eq!(center(&inertials.replace("pos=\"1 2 3\"/>", geom)), there);
 }
 
 #[test]
