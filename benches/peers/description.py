@@ -41,11 +41,11 @@ def difference(a, b):
         if d > 1e-12 * max(1.0, float(np.abs(a[k]).max()) if a[k].size else 1.0): worst[k] = d
     return worst
 
-SCALE = {mj.mjtJoint.mjJNT_FREE: ("x", "y", "z", "qw", "qx", "qy", "qz"), mj.mjtJoint.mjJNT_BALL: ("qw", "qx", "qy", "qz")}
+MANY = {0: ("x", "y", "z", "qw", "qx", "qy", "qz"), 1: ("qw", "qx", "qy", "qz")}
 
 def columns(m, j):
     name = mj.mj_id2name(m, mj.mjtObj.mjOBJ_JOINT, j) or f"joint_{j}"
-    return [f"{name}.{part}" for part in SCALE[m.jnt_type[j]]] if m.jnt_type[j] in SCALE else [name]
+    return [f"{name}.{part}" for part in MANY[int(m.jnt_type[j])]] if int(m.jnt_type[j]) in MANY else [name]
 
 def follow(m, given, q):
     """Joints that no column gives stay at their reference or follow their coupling."""
@@ -73,12 +73,12 @@ def evaluate(sinew, file, m, folder, seed=0):
         open(table, "w").write(",".join(header) + "\n" + ",".join(row) + "\n")
         subprocess.run([sinew, "arm", "evaluate", file, "--poses", table, "--out", out], check=True, capture_output=True)
         names, row = list(csv.reader(open(out)))
-        d.qpos[:] = q; d.qvel[:] = 0; mj.mj_forward(m, d)
+        d.qpos[:] = q; d.qvel[:] = 0; mj.mj_fwdPosition(m, d); mj.mj_fwdVelocity(m, d)
         J = np.zeros((m.ntendon, m.nv)); adr, cnt, ind = m.ten_J_rowadr, m.ten_J_rownnz, m.ten_J_colind
         for t in range(m.ntendon):
             for k in range(cnt[t]): J[t, ind[adr[t] + k]] = d.ten_J.ravel()[adr[t] + k]
         of = lambda kind: np.array([float(x) for n, x in zip(names, row) if n.startswith(kind)])
-        scale = max(1e-9, np.abs(d.qfrc_bias).max(initial=1e-9))
+        scale = max(1e-6, np.abs(d.qfrc_bias).max(initial=1e-6))
         for k, error in enumerate((of("length_m:") - d.ten_length, of("moment_arm_m:") + J.ravel(),
                                    (of("gravity_torque_nm:") - d.qfrc_bias) / scale,
                                    np.stack([of(f"{x}_m:") for x in "xyz"], 1) - d.site_xpos)):

@@ -193,9 +193,9 @@ fn what_mujoco_does_not_know_is_refused_where_it_stands() {
         refused("<mujoco>\n<tendons/></mujoco>"),
         "arm.xml:2: <tendons>: is no element of <mujoco>: expected `tendon`?"
     );
-    // Known there, but not to this import.
     assert!(
-        refused("<mujoco><worldbody><replicate count=\"2\"/></worldbody></mujoco>").contains("written out")
+        refused("<mujoco><worldbody><replicate count=\"2.5\"/></worldbody></mujoco>")
+            .contains("whole number")
     );
 }
 
@@ -263,6 +263,40 @@ fn laws_of_force_survive_every_format_to_the_letter() {
     assert!(bad("kp = \"nan\"").to_string().contains("`nan`"));
     assert!(bad("kq = \"1\"").to_string().contains("`kq`"));
     refused(&LAWS.replace("31.4", "inf"), 8, &["kp", "inf"]);
+}
+
+#[test]
+fn copies_stand_where_mujoco_puts_them() {
+    // MuJoCo 4.0: names and places of three bodies a twelfth of a turn from each other.
+    let copies = "<replicate count=\"3\" sep=\"-\" offset=\".2 0 .1\" euler=\"0 0 30\"><body name=\"r\" pos=\".1 0 0\">\
+        <geom size=\"1\"/><replicate count=\"10\"><site name=\"s\"/></replicate></body></replicate>";
+    let robot = parts(&world(copies));
+    let names: Vec<&str> = robot.bodies.iter().map(|body| body.name.as_str()).collect();
+    assert_eq!(names, ["world", "r-0", "r-1", "r-2"]);
+    assert_eq!((robot.sites.len(), robot.sites[29].name.as_str()), (30, "s09-2"));
+    let expected = [
+        [0.1, 0.0, 0.0],
+        [0.286_602_540_378_443_9, 0.05, 0.1],
+        [0.423_205_080_756_887_8, 0.186_602_540_378_443_9, 0.2],
+    ];
+    for (body, place) in robot.bodies[1..].iter().zip(expected) {
+        assert!(
+            body.position.iter().zip(place).all(|(have, want)| (have - want).abs() < 1e-15),
+            "{:?}",
+            body.position
+        );
+    }
+    let bomb = "<replicate count=\"99999\">".repeat(9) + "<site/>" + &"</replicate>".repeat(9);
+    refused(&world(&bomb), 3, &["<replicate>", "`count`", "99999", "100000 elements"]);
+}
+
+#[test]
+fn gravity_that_is_turned_off_pulls_on_nothing() {
+    let text =
+        "<mujoco><option gravity=\"0 0 -1\"><flag gravity=\"disable\" spring=\"disable\"/></option></mujoco>";
+    let read = mjcf(text).unwrap();
+    assert_eq!(read.parts.gravity.map(f64::to_bits), [0; 3]);
+    assert!(read.warnings[0].to_string().contains("`spring`"), "{:?}", read.warnings);
 }
 
 #[test]

@@ -130,9 +130,6 @@ fn contents<'a>(
             name @ ("plugin" | "composite" | "flexcomp" | "attach") => {
                 import.pass_over(element, name, &format!("<{name}> is not read, what it makes is left out"));
             }
-            "replicate" => {
-                return Err(tree.error(element, "", "is not read: expected its copies written out"));
-            }
             _ => return Err(tree.error(element, "", "is not read within a body")),
         }
     }

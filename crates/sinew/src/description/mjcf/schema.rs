@@ -49,7 +49,7 @@ fn listed(name: &str) -> &str {
 /// Attributes beside those of the list.
 fn more(name: &str) -> &'static [&'static str] {
     match name {
-        "replicate" => &["count", "offset", "sep", "prefix"],
+        "replicate" => &["count", "offset", "sep", "prefix", "childclass", "euler"],
         "composite" | "flexcomp" => &["prefix"],
         _ => &[],
     }
