@@ -100,6 +100,9 @@ impl<'a> Import<'a> {
             children("actuator").into_iter().try_for_each(|e| lists::actuator(self, e))?;
             return children("keyframe").into_iter().try_for_each(|e| lists::key(self, e));
         }
+        for compiler in all("compiler") {
+            self.ignored(Attributes::own(tree, compiler), &["alignfree"]);
+        }
         for option in all("option") {
             let at = Attributes::own(tree, option);
             self.parts.gravity = at.array_or("gravity", self.parts.gravity)?;

@@ -34,10 +34,7 @@ fn copies(tree: &mut Tree, index: usize, most: usize, compiler: &Compiler) -> Re
     };
     let separator = at.text("sep").unwrap_or_default().to_string();
     let angles = at.array_or("euler", [0.0; 3])?.map(|angle| angle * compiler.radians);
-    let step = Place {
-        position: at.array_or("offset", [0.0; 3])?,
-        orientation: turn::euler(angles, compiler.sequence),
-    };
+    let offset = at.array_or("offset", [0.0; 3])?;
     if count.saturating_mul(within(tree, index)) > most - tree.elements.len() {
         return Err(at.error(
             "count",
@@ -54,9 +51,9 @@ fn copies(tree: &mut Tree, index: usize, most: usize, compiler: &Compiler) -> Re
             tree.elements[frame].children.push(child);
         }
         tree.elements[index].children.push(frame);
-        place = place.of(step);
-        // A thousand turns leave the length of a quaternion to rounding.
-        place.orientation = turn::unit(place.orientation).unwrap_or(turn::IDENTITY);
+        // The angles grow, not the turn: that is another where there is more than one angle.
+        let orientation = turn::euler(angles.map(|angle| angle * (copy + 1) as f64), compiler.sequence);
+        place = Place { position: place.point(offset), orientation };
     }
     let all = &mut tree.elements[index];
     all.name = "frame".to_string();
