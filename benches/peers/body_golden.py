@@ -169,6 +169,8 @@ def dense_arms(model, data):
 
 
 def case(model, data, rng):
+    # Springs and dampers of tendons are not the body's.
+    model.tendon_stiffness[:] = model.tendon_damping[:] = 0
     data.qpos[:] = random_pose(model, rng)
     data.qvel[:] = rng.normal(size=model.nv)
     data.qacc[:] = rng.normal(size=model.nv)

@@ -15,6 +15,7 @@ def mat(q):
 
 def describe(m):
     tensor = [mat(m.body_iquat[b]) @ np.diag(m.body_inertia[b]) @ mat(m.body_iquat[b]).T for b in range(m.nbody)]
+    on = m.actuator_trntype == 3
     hinge = np.isin(m.jnt_type, (2, 3))
     out = dict(mass=m.body_mass, com=m.body_ipos * (m.body_mass[:, None] > 0), tensor=np.array(tensor), body_pos=m.body_pos,
                body_rot=np.array([mat(q) for q in m.body_quat]), parent=m.body_parentid, jnt_type=m.jnt_type,
@@ -24,9 +25,12 @@ def describe(m):
                site_body=m.site_bodyid, wrap_type=m.wrap_type, tendon_num=m.tendon_num, gravity=m.opt.gravity,
                tendon_range=m.tendon_range * m.tendon_limited[:, None], tendon_damping=m.tendon_damping,
                tendon_stiffness=m.tendon_stiffness, tendon_spring=m.tendon_lengthspring, length0=m.tendon_length0,
-               eq=m.eq_data[m.eq_type == 2][:, :5], gear=m.actuator_gear[m.actuator_trntype == 3][:, 0],
-               ctrl=(m.actuator_ctrlrange * m.actuator_ctrllimited[:, None])[m.actuator_trntype == 3],
-               force=(m.actuator_forcerange * m.actuator_forcelimited[:, None])[m.actuator_trntype == 3], key=m.key_qpos)
+               eq=m.eq_data[(m.eq_type == 2) & m.eq_active0][:, :5], gear=m.actuator_gear[on][:, 0],
+               gain=m.actuator_gainprm[on], bias=m.actuator_biasprm[on], dyn=m.actuator_dynprm[on],
+               laws=np.stack([m.actuator_gaintype, m.actuator_biastype, m.actuator_dyntype])[:, on],
+               lengths=m.actuator_lengthrange[on],
+               ctrl=(m.actuator_ctrlrange * m.actuator_ctrllimited[:, None])[on],
+               force=(m.actuator_forcerange * m.actuator_forcelimited[:, None])[on], key=m.key_qpos)
     return {k: np.asarray(v, float) for k, v in out.items()}
 
 def difference(a, b):
@@ -37,35 +41,48 @@ def difference(a, b):
         if d > 1e-12 * max(1.0, float(np.abs(a[k]).max()) if a[k].size else 1.0): worst[k] = d
     return worst
 
-def evaluate(sinew, file, m, folder):
-    rng = np.random.default_rng(0); d = mj.MjData(m)
-    single = [j for j in range(m.njnt) if m.jnt_type[j] in (2, 3)]
-    names = {j: mj.mj_id2name(m, mj.mjtObj.mjOBJ_JOINT, j) or f"joint_{j}" for j in single}
-    poses = []
+MANY = {0: ("x", "y", "z", "qw", "qx", "qy", "qz"), 1: ("qw", "qx", "qy", "qz")}
+
+def columns(m, j):
+    name = mj.mj_id2name(m, mj.mjtObj.mjOBJ_JOINT, j) or f"joint_{j}"
+    return [f"{name}.{part}" for part in MANY[int(m.jnt_type[j])]] if int(m.jnt_type[j]) in MANY else [name]
+
+def follow(m, given, q):
+    """Joints that no column gives stay at their reference or follow their coupling."""
+    for _ in range(m.neq):
+        for e in range(m.neq):
+            if m.eq_type[e] != mj.mjtEq.mjEQ_JOINT or not m.eq_active0[e] or m.eq_obj1id[e] in given: continue
+            a, b = m.jnt_qposadr[m.eq_obj1id[e]], m.eq_obj2id[e]
+            x = q[m.jnt_qposadr[b]] - m.qpos0[m.jnt_qposadr[b]] if b >= 0 else 0.0
+            q[a] = m.qpos0[a] + np.polyval(m.eq_data[e][:5][::-1], x)
+
+def evaluate(sinew, file, m, folder, seed=0):
+    """Random poses, quaternions not of unit length, some joints left out."""
+    rng = np.random.default_rng(seed); d = mj.MjData(m); worst = [0.0, 0.0, 0.0, 0.0]
     for _ in range(20):
-        q = m.qpos0.copy()
-        for j in single:
-            lo, hi = m.jnt_range[j] if m.jnt_limited[j] else (-1.5, 1.5)
-            q[m.jnt_qposadr[j]] = rng.uniform(lo, hi)
-        poses.append(q)
-    table = os.path.join(folder, "poses.csv"); out = os.path.join(folder, "out.csv")
-    with open(table, "w") as f:
-        f.write(",".join(names[j] for j in single) + "\n")
-        for q in poses: f.write(",".join(repr(float(q[m.jnt_qposadr[j]])) for j in single) + "\n")
-    subprocess.run([sinew, "arm", "evaluate", file, "--poses", table, "--out", out], check=True, capture_output=True)
-    rows = list(csv.reader(open(out)))[1:]; worst = [0.0, 0.0, 0.0]
-    for q, row in zip(poses, rows):
-        row = np.array(row, float); nt, nv = m.ntendon, m.nv
-        d.qpos[:] = q; d.qvel[:] = 0; mj.mj_forward(m, d)
-        J = np.zeros((nt, nv))
-        mj.mj_tendon(m, d)
-        adr, cnt, ind = m.ten_J_rowadr, m.ten_J_rownnz, m.ten_J_colind
-        for t in range(nt):
+        given = [j for j in range(m.njnt) if rng.random() < 0.8] or [0]; rng.shuffle(given)
+        q = m.qpos0.copy(); header, row = [], []
+        for j in given:
+            at, parts = m.jnt_qposadr[j], columns(m, j)
+            lo, hi = m.jnt_range[j] if m.jnt_limited[j] and len(parts) == 1 else (-1.5, 1.5)
+            value = rng.uniform(lo, hi, len(parts)); q[at:at + len(parts)] = value
+            if len(parts) > 1: q[at + len(parts) - 4:at + len(parts)] /= np.linalg.norm(value[-4:])
+            header += parts; row += [repr(float(x)) for x in value]
+        follow(m, given, q)
+        table = os.path.join(folder, "poses.csv"); out = os.path.join(folder, "out.csv")
+        open(table, "w").write(",".join(header) + "\n" + ",".join(row) + "\n")
+        subprocess.run([sinew, "arm", "evaluate", file, "--poses", table, "--out", out], check=True, capture_output=True)
+        names, row = list(csv.reader(open(out)))
+        d.qpos[:] = q; d.qvel[:] = 0; mj.mj_fwdPosition(m, d); mj.mj_fwdVelocity(m, d)
+        J = np.zeros((m.ntendon, m.nv)); adr, cnt, ind = m.ten_J_rowadr, m.ten_J_rownnz, m.ten_J_colind
+        for t in range(m.ntendon):
             for k in range(cnt[t]): J[t, ind[adr[t] + k]] = d.ten_J.ravel()[adr[t] + k]
-        length, arms = row[:nt], row[nt:nt + nt * nv].reshape(nt, nv); grav = row[2 * nt + nt * nv:2 * nt + nt * nv + nv]
-        worst[0] = max(worst[0], np.abs(length - d.ten_length).max(initial=0))
-        worst[1] = max(worst[1], np.abs(arms + J).max(initial=0))
-        worst[2] = max(worst[2], np.abs(grav - d.qfrc_bias).max(initial=0) / max(1e-9, np.abs(d.qfrc_bias).max(initial=1e-9)))
+        of = lambda kind: np.array([float(x) for n, x in zip(names, row) if n.startswith(kind)])
+        scale = max(1e-6, np.abs(d.qfrc_bias).max(initial=1e-6))
+        for k, error in enumerate((of("length_m:") - d.ten_length, of("moment_arm_m:") + J.ravel(),
+                                   (of("gravity_torque_nm:") - d.qfrc_bias) / scale,
+                                   np.stack([of(f"{x}_m:") for x in "xyz"], 1) - d.site_xpos)):
+            worst[k] = max(worst[k], np.abs(error).max(initial=0))
     return worst
 
 sinew, files = sys.argv[1], sys.argv[2:]
@@ -79,6 +96,6 @@ for file in files:
             a = describe(m)
             print(os.path.basename(file), "differs beyond 1e-12:", difference(a, describe(mj.MjModel.from_xml_path(one))),
                   "by TOML:", difference(a, describe(mj.MjModel.from_xml_path(two))), "same bytes:", open(one).read() == open(two).read())
-            print("   length m, moment arm m, gravity relative:", *evaluate(sinew, file, m, folder))
+            print("   length m, moment arm m, gravity relative, sites m:", *evaluate(sinew, file, m, folder))
         except subprocess.CalledProcessError as e: print(os.path.basename(file), "SINEW:", e.stderr)
         except Exception as e: print(os.path.basename(file), type(e).__name__, e)

@@ -55,6 +55,11 @@ fn poses_are_read_in_every_dialect_of_tables() {
         ("semicolon.csv", "elbow_flexion;\"shoulder_flexion [rad]\"\r\n0.5;0.25\r\n1.5;-0.25\r\n".to_owned()),
         ("tab.csv", "shoulder_flexion\telbow_flexion [rad]\n0.25\t 0.5\n-0.25\t1.5\n".to_owned()),
         (
+            "written.csv",
+            "\u{feff}# by hand\r\n\r\n\"elbow_flexion\" , shoulder_flexion\r\n  # first\r\n \"0.5\" ,\t+2.5e-1 \r\n1.5,-.25"
+                .to_owned(),
+        ),
+        (
             "degrees.csv",
             format!(
                 "elbow_flexion [deg], shoulder_flexion[deg]\n{},{}\n{},{}\n",
@@ -89,10 +94,29 @@ fn a_bad_cell_of_the_poses_is_named_by_line_and_column() {
         ("elbow_flexion [inch]\n0\n", ["line 1", "`inch`"]),
         ("elbow_flexion,elbow_flexion\n0,0\n", ["line 1", "`elbow_flexion`"]),
         ("elbow_flexion\nNaN\n", ["line 2", "`NaN`"]),
+        ("# note\nelbow_flexion,shoulder_flexion\n0,\n", ["line 3", "`shoulder_flexion`: is empty"]),
+        ("elbow_flexion\n0\n\"0\n", ["line 3", "quote"]),
+        ("elbow_flexion,\n0,0\n", ["line 1", "column ``"]),
+        ("elbow_flexion\n0x1\n", ["line 2", "`0x1` is no finite number"]),
+        ("", ["line 1", "is empty: expected a row of joint names"]),
+        ("\n# only a comment\n", ["line 1", "is empty"]),
     ] {
         bench.write("poses.csv", text);
         bench.refuses("arm evaluate lm_arm --poses poses.csv", &words);
     }
+}
+
+#[test]
+fn names_with_commas_quotes_and_brackets_come_back_as_they_went_out() {
+    let bench = Bench::new();
+    let joint = |name: &str| format!("<body><joint name='{name}'/><geom size='1' pos='1 0 0'/>");
+    let bodies = joint("a,b") + &joint("c &quot;d&quot;") + &joint("e[0]") + "</body></body></body>";
+    bench.write("robot.xml", &format!("<mujoco><worldbody>{bodies}</worldbody></mujoco>"));
+    bench.write("poses.csv", "\"a,b\",\"c \"\"d\"\"\",e[0]\n0.1,0.2,0.3\n");
+    let run = bench.run("arm evaluate robot.xml --poses poses.csv");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let head = "\"gravity_torque_nm:a,b\",\"gravity_torque_nm:c \"\"d\"\"\",gravity_torque_nm:e[0]";
+    assert_eq!(run.stdout.lines().next(), Some(head));
 }
 
 #[test]

@@ -14,7 +14,7 @@ const LONGEST: usize = 64 << 20;
 const MOST: usize = 2_000_000;
 
 /// One element.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Element {
     pub(super) name: String,
     pub(super) attributes: Vec<(String, String)>,

@@ -102,6 +102,7 @@ fn spelt(tree: &Tree, warnings: &mut Vec<Warning>) -> Result<(), DescriptionErro
     let mut warned = BTreeSet::new();
     let mut open = tree.elements[0].children.clone();
     open.retain(|&e| matches!(tree.elements[e].name.as_str(), "link" | "joint"));
+    open.reverse();
     while let Some(element) = open.pop() {
         let here = &tree.elements[element];
         let Some(known) = attributes_of(&here.name) else { continue };
@@ -109,6 +110,7 @@ fn spelt(tree: &Tree, warnings: &mut Vec<Warning>) -> Result<(), DescriptionErro
             let problem = format!("is no attribute of it: expected one of {}", known.join(", "));
             return Err(tree.error(element, &shortened(name), problem));
         }
+        let inside = open.len();
         for &child in &here.children {
             let inner = &tree.elements[child];
             if children_of(&here.name).contains(&inner.name.as_str()) {
@@ -119,6 +121,8 @@ fn spelt(tree: &Tree, warnings: &mut Vec<Warning>) -> Result<(), DescriptionErro
                 warnings.push(Warning { file: tree.files[inner.file].clone(), line: inner.line, what });
             }
         }
+        // The top is next: as they stand in the file, so that the first of a kind is the one that is named.
+        open[inside..].reverse();
     }
     Ok(())
 }

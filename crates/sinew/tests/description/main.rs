@@ -129,10 +129,10 @@ fn bad_toml_is_refused_with_its_line() {
         ("a = [", 1, "array"),
         ("[[body]]\nname = \"b\"\nmass_g = 3", 3, "mass_g"),
         ("[[body]]\nname = \"b\"\nmass_kg = nan", 3, "finite"),
-        ("\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"", 2, "`b`"),
+        ("\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"", 4, "`b`"),
         (
             "\n[[body]]\nname = \"b\"\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"\naxis = [1, 0, 0]\nrange_m = [0, 1]",
-            4,
+            9,
             "unit",
         ),
     ] {
@@ -193,9 +193,9 @@ fn what_mujoco_does_not_know_is_refused_where_it_stands() {
         refused("<mujoco>\n<tendons/></mujoco>"),
         "arm.xml:2: <tendons>: is no element of <mujoco>: expected `tendon`?"
     );
-    // Known there, but not to this import.
     assert!(
-        refused("<mujoco><worldbody><replicate count=\"2\"/></worldbody></mujoco>").contains("written out")
+        refused("<mujoco><worldbody><replicate count=\"2.5\"/></worldbody></mujoco>")
+            .contains("whole number")
     );
 }
 
@@ -266,6 +266,65 @@ fn laws_of_force_survive_every_format_to_the_letter() {
 }
 
 #[test]
+fn copies_stand_where_mujoco_puts_them() {
+    // MuJoCo 4.0: names and places of three bodies a twelfth of a turn from each other.
+    let copies = "<replicate count=\"3\" sep=\"-\" offset=\".2 0 .1\" euler=\"0 0 30\"><body name=\"r\" pos=\".1 0 0\">\
+        <geom size=\"1\"/><replicate count=\"10\"><site name=\"s\"/></replicate></body></replicate>";
+    let robot = parts(&world(copies));
+    let names: Vec<&str> = robot.bodies.iter().map(|body| body.name.as_str()).collect();
+    assert_eq!(names, ["world", "r-0", "r-1", "r-2"]);
+    assert_eq!((robot.sites.len(), robot.sites[29].name.as_str()), (30, "s09-2"));
+    let expected = [
+        [0.1, 0.0, 0.0],
+        [0.286_602_540_378_443_9, 0.05, 0.1],
+        [0.423_205_080_756_887_8, 0.186_602_540_378_443_9, 0.2],
+    ];
+    for (body, place) in robot.bodies[1..].iter().zip(expected) {
+        assert!(
+            body.position.iter().zip(place).all(|(have, want)| (have - want).abs() < 1e-15),
+            "{:?}",
+            body.position
+        );
+    }
+    let bomb = "<replicate count=\"99999\">".repeat(9) + "<site/>" + &"</replicate>".repeat(9);
+    refused(&world(&bomb), 3, &["<replicate>", "`count`", "99999", "100000 elements"]);
+}
+
+#[test]
+fn gravity_that_is_turned_off_pulls_on_nothing() {
+    let text =
+        "<mujoco><option gravity=\"0 0 -1\"><flag gravity=\"disable\" spring=\"disable\"/></option></mujoco>";
+    let read = mjcf(text).unwrap();
+    assert_eq!(read.parts.gravity.map(f64::to_bits), [0; 3]);
+    assert!(read.warnings[0].to_string().contains("`spring`"), "{:?}", read.warnings);
+}
+
+#[test]
+fn a_short_list_leaves_the_rest_to_its_class() {
+    let text = LAWS.replace("dynprm=\"0.017\"", "gainprm=\"1 2 3 4 5\" dynprm=\"0.017\"");
+    let text = text.replace("class=\"strong\"><", "class=\"strong\"><general gainprm=\"9 8\"/><");
+    let text = text.replace("<general tendon=\"t\"", "<general tendon=\"t\" class=\"strong\"");
+    let read = mjcf(&text).unwrap();
+    assert_eq!(read.parts.actuators[1].law["gainprm"], "0.1 -3e-300 7 4 5");
+    // A muscle cannot say what a class says to all actuators.
+    assert!(
+        read.warnings.iter().any(|warning| warning.to_string().contains("dynprm")),
+        "{:?}",
+        read.warnings
+    );
+}
+
+#[test]
+fn of_a_polynomial_only_the_linear_term_is_read_and_that_is_said() {
+    let text = "<mujoco><default><joint damping=\"1 2\"/></default><worldbody><body><joint damping=\"3\"/>\
+        <geom size=\"1\"/></body></worldbody></mujoco>";
+    let read = mjcf(text).unwrap();
+    assert_eq!(read.parts.joints[0].damping.to_bits(), 3.0_f64.to_bits());
+    assert!(read.warnings[0].to_string().contains("polynomial"), "{:?}", read.warnings);
+    assert!(mjcf(&text.replace("1 2", "1 0")).unwrap().warnings.is_empty());
+}
+
+#[test]
 fn shells_weigh_what_mujoco_says() {
     // MuJoCo 4.0: surface in m^2 and principal moments per mass.
     for (shape, surface, moments) in [
@@ -291,7 +350,15 @@ fn shells_weigh_what_mujoco_says() {
 #[test]
 fn a_body_that_weighs_only_its_bound_has_its_centre_where_mujoco_puts_it() {
     let text = "<mujoco><compiler boundmass=\"0.1\"/><worldbody><body pos=\"1 2 3\"/></worldbody></mujoco>";
-    assert_eq!(parts(text).bodies[1].center_of_mass, [1.0, 2.0, 3.0]);
+    let center = |text: &str| parts(text).bodies[1].center_of_mass.map(f64::to_bits);
+    let there = [1.0_f64, 2.0, 3.0].map(f64::to_bits);
+    assert_eq!(center(text), there);
+    // Geoms that weigh nothing, or nothing that counts, change nothing about it.
+    let geom = "pos=\"1 2 3\"><geom size=\"1\" mass=\"1e-15\" pos=\"7 0 0\"/></body>";
+    assert_eq!(center(&text.replace("pos=\"1 2 3\"/>", geom)), there);
+    let geom = "pos=\"1 2 3\"><geom size=\"1\" pos=\"7 0 0\"/></body>";
+    let inertials = text.replace("boundmass", "inertiafromgeom=\"false\" boundmass");
+    assert_eq!(center(&inertials.replace("pos=\"1 2 3\"/>", geom)), there);
 }
 
 #[test]
@@ -319,4 +386,14 @@ fn a_bad_field_of_a_toml_is_named_by_its_own_line() {
     let text = "[[body]]\nname = \"b\"\nmass_kg = 1\ninertia_kg_m2 = [1, 1]\n[[body]]\nname = \"c\"\n";
     assert_eq!(from_toml("r.toml", text).unwrap_err().line, 4);
     assert_eq!(from_toml("r.toml", "[[body]]\nname = \"b\"\n  parent = \"x\"\n").unwrap_err().line, 3);
+    let joint =
+        "[[body]]\nname = \"b\"\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"slide\"\naxis = [1, 0, 0]\n";
+    let error =
+        from_toml("r.toml", &format!("{joint}armature_kg = 1\nstiffness_nm_per_rad = 1\n")).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "r.toml:9: [[joint]] `j`: stiffness_nm_per_rad: its unit does not fit a slide: expected stiffness_n_per_m"
+    );
+    let coupling = "[[coupling]]\nfollower = \"j\"\nleader = \"k\"\ncoefficients = [0, 1, 0, 0, 0]\n";
+    assert_eq!(from_toml("r.toml", &format!("{joint}{coupling}")).unwrap_err().line, 10);
 }

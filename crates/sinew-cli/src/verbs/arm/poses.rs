@@ -41,48 +41,20 @@ pub(super) fn read_poses(robot: &Robot, path: &Path) -> Result<Vec<Vec<f64>>, Er
         file: path.to_owned(),
         problem: format!("line {line}: {problem}"),
     };
-    let mut lines =
-        text.lines().enumerate().map(|(i, line)| (i + 1, line)).filter(|(_, line)| !line.trim().is_empty());
+    let names = coordinates(robot);
+    let said = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line)).filter(|(_, line)| said(line));
     let (first, head) =
         lines.next().ok_or_else(|| wrong(1, "is empty: expected a row of joint names".to_owned()))?;
-    let names = coordinates(robot);
-    // What separates the names separates everything.
-    let separator = [';', '\t'].into_iter().find(|&c| head.contains(c)).unwrap_or(',');
-    let head: Vec<(&str, f64)> = cells(head, separator)
-        .into_iter()
-        .map(|cell| named(cell).map_err(|problem| wrong(first, problem)))
-        .collect::<Result<_, _>>()?;
-    let mut columns = Vec::new();
-    for (k, (name, _)) in head.iter().enumerate() {
-        let found = names.iter().position(|known| known == name);
-        let Some(found) = found else {
-            let known = names.join(", ");
-            return Err(wrong(
-                first,
-                format!("column `{name}`: the robot has no such coordinate; it has {known}"),
-            ));
-        };
-        if head[..k].iter().any(|(other, _)| other == name) {
-            return Err(wrong(first, format!("column `{name}` stands twice")));
-        }
-        columns.push(found);
-    }
+    let (separator, columns) = columns(head, &names).map_err(|problem| wrong(first, problem))?;
+    let given: Vec<usize> = columns.iter().map(|column| column.place).collect();
     let reference = robot.reference_pose();
     let mut poses = Vec::new();
     for (line, row) in lines {
-        let cells = cells(row, separator);
-        if cells.len() != columns.len() {
-            return Err(wrong(line, format!("has {} cells: expected {}", cells.len(), columns.len())));
-        }
         let mut q = reference.clone();
-        for ((cell, &column), (name, unit)) in cells.iter().zip(&columns).zip(&head) {
-            let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
-            let value =
-                value.ok_or_else(|| wrong(line, format!("column `{name}`: `{cell}` is no finite number")))?;
-            q[column] = value * unit;
-        }
+        numbers(row, separator, &columns, &mut q).map_err(|problem| wrong(line, problem))?;
         unit_quaternions(robot, &mut q).map_err(|problem| wrong(line, problem))?;
-        follow(robot, &columns, &mut q);
+        follow(robot, &given, &mut q);
         if let Some(place) = q.iter().position(|value| !value.is_finite()) {
             return Err(wrong(line, format!("puts `{}` out of all bounds", names[place])));
         }
@@ -91,8 +63,74 @@ pub(super) fn read_poses(robot: &Robot, path: &Path) -> Result<Vec<Vec<f64>>, Er
     Ok(poses)
 }
 
-fn cells(line: &str, separator: char) -> Vec<&str> {
-    line.split(separator).map(|cell| cell.trim().trim_matches('"')).collect()
+/// A column: its coordinate and what its numbers are multiplied by.
+struct Column {
+    name: String,
+    place: usize,
+    unit: f64,
+}
+
+/// The separator of a table and its columns; what separates the names separates everything.
+fn columns(head: &str, names: &[String]) -> Result<(char, Vec<Column>), String> {
+    let counted = |&separator: &char| cells(head, separator).is_ok_and(|cells| cells.len() > 1);
+    let separator = [';', '\t'].into_iter().find(counted).unwrap_or(',');
+    let mut columns: Vec<Column> = Vec::new();
+    for cell in cells(head, separator)? {
+        let whole = names.iter().position(|name| *name == cell);
+        let (name, unit) = if whole.is_some() { (cell.as_str(), 1.0) } else { named(&cell)? };
+        let Some(place) = names.iter().position(|known| known == name) else {
+            let known = names.join(", ");
+            return Err(format!("column `{name}`: the robot has no such coordinate; it has {known}"));
+        };
+        if columns.iter().any(|other| other.place == place) {
+            return Err(format!("column `{name}` stands twice"));
+        }
+        columns.push(Column { name: name.to_owned(), place, unit });
+    }
+    Ok((separator, columns))
+}
+
+/// The numbers of one row, each put where its column says.
+fn numbers(row: &str, separator: char, columns: &[Column], q: &mut [f64]) -> Result<(), String> {
+    let cells = cells(row, separator)?;
+    if cells.len() != columns.len() {
+        return Err(format!("has {} cells: expected {}, as many as names", cells.len(), columns.len()));
+    }
+    for (cell, Column { name, place, unit }) in cells.iter().zip(columns) {
+        if cell.is_empty() {
+            return Err(format!("column `{name}`: is empty: expected a finite number"));
+        }
+        let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
+        let value = value.ok_or_else(|| {
+            format!("column `{name}`: `{}` is no finite number", crate::output::one_line(cell))
+        })?;
+        q[*place] = value * unit;
+    }
+    Ok(())
+}
+
+/// The cells of a line; in quotes a separator is text, and two quotes are one.
+fn cells(line: &str, separator: char) -> Result<Vec<String>, String> {
+    let mut cells = vec![String::new()];
+    let (mut quoted, mut letters) = (false, line.chars().peekable());
+    while let Some(letter) = letters.next() {
+        let cell = match cells.last_mut() {
+            Some(cell) if letter != separator || quoted => cell,
+            _ => {
+                cells.push(String::new());
+                continue;
+            }
+        };
+        match letter {
+            '"' if quoted && letters.next_if_eq(&'"').is_some() => cell.push('"'),
+            '"' if quoted || cell.trim().is_empty() => quoted = !quoted,
+            letter => cell.push(letter),
+        }
+    }
+    if quoted {
+        return Err("opens a quote that nothing closes: expected cells of one line".to_owned());
+    }
+    Ok(cells.iter().map(|cell| cell.trim().to_owned()).collect())
 }
 
 /// The coordinate of a column and what its numbers are multiplied by: `elbow`, or with its unit `elbow [deg]`.

@@ -130,9 +130,6 @@ fn contents<'a>(
             name @ ("plugin" | "composite" | "flexcomp" | "attach") => {
                 import.pass_over(element, name, &format!("<{name}> is not read, what it makes is left out"));
             }
-            "replicate" => {
-                return Err(tree.error(element, "", "is not read: expected its copies written out"));
-            }
             _ => return Err(tree.error(element, "", "is not read within a body")),
         }
     }
@@ -169,7 +166,7 @@ fn weigh(
         _ => (inertia::NOTHING, element),
     };
     let Inertia { mass, mut center, tensor } = bounded(import, at, given)?;
-    if mass > 0.0 && given == inertia::NOTHING && solids.is_empty() {
+    if mass > 0.0 && given.mass == 0.0 && at == element {
         // MuJoCo's way with a body that weighs only what `boundmass` gives it.
         center = import.parts.bodies[body].position;
     }
@@ -264,14 +261,7 @@ fn joint(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), Des
     } else {
         limits(at, import.compiler.auto_limits, "limited", "range")?
     };
-    let first = |name: &str| -> Result<f64, DescriptionError> {
-        let value = at.list(name, 1, 8)?.map_or(0.0, |list| list[0]);
-        if value < 0.0 {
-            Err(at.error(name, format!("is {value}: expected a number >= 0")))
-        } else {
-            Ok(value)
-        }
-    };
+    let (damping, stiffness) = (linear(import, at, "damping")?, linear(import, at, "stiffness")?);
     let joint = Joint {
         name,
         body,
@@ -285,13 +275,33 @@ fn joint(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), Des
         reference: if only { at.number_or("ref", 0.0)? * unit } else { 0.0 },
         range: range.map(|range| range.map(|x| x * unit)),
         armature: at.not_negative("armature")?,
-        damping: first("damping")?,
+        damping,
         friction: at.not_negative("frictionloss")?,
-        stiffness: first("stiffness")?,
+        stiffness,
         spring_reference: if only { at.number_or("springref", 0.0)? * unit } else { 0.0 },
     };
     import.parts.joints.push(joint);
     Ok(())
+}
+
+/// A stiffness or damping; of a polynomial only its linear term is read.
+pub(super) fn linear(
+    import: &mut Import<'_>,
+    at: Attributes<'_>,
+    name: &'static str,
+) -> Result<f64, DescriptionError> {
+    let own = at.list(name, 1, 8)?.unwrap_or_default();
+    let inherited = at.given.and_then(|given| given.get(name));
+    let rest = inherited.into_iter().flat_map(|text| text.split_ascii_whitespace().skip(own.len().max(1)));
+    if own.iter().skip(1).any(|x| *x != 0.0) || rest.into_iter().any(|word| word.parse() != Ok(0.0)) {
+        let tag = at.tree.elements[at.element].name.as_str();
+        let what = format!("`{name}` of a <{tag}> is a polynomial, all but its linear term is left out");
+        import.pass_over(at.element, &format!("{tag} {name} polynomial"), &what);
+    }
+    match own.first().copied().unwrap_or(0.0) {
+        value if value < 0.0 => Err(at.error(name, format!("is {value}: expected a number >= 0"))),
+        value => Ok(value),
+    }
 }
 
 /// A range that holds: said so, or given at all when limits are automatic.

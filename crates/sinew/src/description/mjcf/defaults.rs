@@ -39,7 +39,17 @@ fn lay_over(given: &mut Given, attributes: &[(String, String)]) {
             given.remove(*name);
         });
     }
-    given.extend(attributes.iter().filter(|(name, _)| name != "class").cloned());
+    for (name, text) in attributes.iter().filter(|(name, _)| name != "class") {
+        let text = completed(text, given.get(name));
+        given.insert(name.clone(), text);
+    }
+}
+
+/// A list with what an inherited one has beyond its end: MuJoCo lets `gainprm="2"` change the first number alone.
+pub(super) fn completed(own: &str, inherited: Option<&String>) -> String {
+    let count = own.split_ascii_whitespace().count();
+    let rest = inherited.into_iter().flat_map(|text| text.split_ascii_whitespace().skip(count));
+    rest.fold(own.to_string(), |text, word| text + " " + word)
 }
 
 impl Defaults {

@@ -149,6 +149,9 @@ pub(super) fn read(
     let (volume, per_mass) = if hollow { shell::inertia(kind, size) } else { unit_inertia(kind, size) };
     let mass = mass.unwrap_or(density * volume);
     let inertia = per_mass.map(|x| x * mass);
+    if mass <= turn::SHORTEST {
+        return Ok(Weight::Nothing);
+    }
     if !mass.is_finite() || diagonal(inertia).iter().any(|x| !x.is_finite()) {
         return Err(at.error("size", "gives a mass or inertia that is not finite"));
     }

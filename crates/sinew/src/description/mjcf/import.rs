@@ -3,7 +3,7 @@
 use super::compiler::Compiler;
 use super::defaults::Defaults;
 use super::geom::Place;
-use super::{body, lists, schema, tendon};
+use super::{body, lists, replicate, schema, tendon};
 use crate::body::{Parts, WrapKind};
 use crate::description::attributes::Attributes;
 use crate::description::error::{DescriptionError, Warning};
@@ -54,11 +54,13 @@ pub fn from_mjcf(
     text: &str,
     resolve: &mut dyn FnMut(&str) -> Result<String, String>,
 ) -> Result<Description, DescriptionError> {
-    let tree = Tree::parse(file, text, resolve)?;
+    let mut tree = Tree::parse(file, text, resolve)?;
     if tree.elements[0].name != "mujoco" {
         return Err(tree.error(0, "", "is the root: expected <mujoco>"));
     }
     schema::check(&tree)?;
+    let compiler = Compiler::read(&tree)?;
+    replicate::expand(&mut tree, &compiler)?;
     let defaults = Defaults::read(&tree)?;
     let parts = Parts {
         name: tree.elements[0].attribute("model").unwrap_or("MuJoCo Model").to_string(),
@@ -67,7 +69,7 @@ pub fn from_mjcf(
     };
     let mut import = Import {
         tree: &tree,
-        compiler: Compiler::read(&tree)?,
+        compiler,
         defaults: &defaults,
         parts,
         surfaces: BTreeMap::new(),
@@ -98,10 +100,16 @@ impl<'a> Import<'a> {
             children("actuator").into_iter().try_for_each(|e| lists::actuator(self, e))?;
             return children("keyframe").into_iter().try_for_each(|e| lists::key(self, e));
         }
+        for compiler in all("compiler") {
+            self.ignored(Attributes::own(tree, compiler), &["alignfree"]);
+        }
         for option in all("option") {
             let at = Attributes::own(tree, option);
             self.parts.gravity = at.array_or("gravity", self.parts.gravity)?;
             self.ignored(at, &["density", "viscosity", "wind"]);
+            for &flag in tree.elements[option].children.iter().filter(|&&e| tree.elements[e].name == "flag") {
+                self.flags(Attributes::own(tree, flag))?;
+            }
         }
         for &element in &tree.elements[0].children {
             match tree.elements[element].name.as_str() {
@@ -118,6 +126,21 @@ impl<'a> Import<'a> {
                         format!("<{name}> is no element of MJCF's outermost level"),
                     ));
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// What MuJoCo is told to leave out.
+    fn flags(&mut self, at: Attributes<'a>) -> Result<(), DescriptionError> {
+        let off = |name: &str| Ok::<_, DescriptionError>(at.word(name, &["disable", "enable"])? == Some(0));
+        if off("gravity")? {
+            self.parts.gravity = [0.0; 3];
+        }
+        for name in ["spring", "damper", "frictionloss", "limit", "equality", "constraint", "actuation"] {
+            if off(name)? {
+                let what = format!("`{name}` of <flag> is not read, what it turns off stays on");
+                self.pass_over(at.element, &format!("flag {name}"), &what);
             }
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! Couplings, actuators and key poses.
 
 use super::body::limits;
+use super::defaults::completed;
 use super::import::Import;
 use super::schema;
 use crate::body::{Actuator, ActuatorKind, Coupling, JointKind, Key};
@@ -63,9 +64,10 @@ pub(super) fn actuator(import: &mut Import<'_>, element: usize) -> Result<(), De
     for name in schema::law(tag) {
         if let Some(text) = at.text(name) {
             finite(text).map_err(|problem| at.error(name, problem))?;
-            law.insert(name.to_string(), text.to_string());
+            law.insert(name.to_string(), completed(text, at.given.and_then(|given| given.get(name))));
         }
     }
+    other_laws(import, at, &law);
     let auto = import.compiler.auto_limits;
     let actuator = Actuator {
         name,
@@ -78,6 +80,17 @@ pub(super) fn actuator(import: &mut Import<'_>, element: usize) -> Result<(), De
     };
     import.parts.actuators.push(actuator);
     Ok(())
+}
+
+/// What the class says in another kind's words, which MuJoCo would translate.
+fn other_laws(import: &mut Import<'_>, at: Attributes<'_>, law: &BTreeMap<String, String>) {
+    let names = at.given.into_iter().flat_map(|given| given.keys());
+    let Some(name) = names.into_iter().find(|name| !law.contains_key(*name) && schema::of_law(name)) else {
+        return;
+    };
+    let tag = &at.tree.elements[at.element].name;
+    let what = format!("`{name}` that its class gives to a <{tag}> is another actuator's, it is left out");
+    import.pass_over(at.element, &format!("{tag} {name}"), &what);
 }
 
 /// Words of a law of force: none of them is an infinite number or none at all.

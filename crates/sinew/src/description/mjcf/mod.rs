@@ -8,6 +8,7 @@ mod geom;
 mod import;
 mod inertia;
 mod lists;
+mod replicate;
 mod schema;
 mod shell;
 mod tendon;

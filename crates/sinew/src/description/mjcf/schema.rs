@@ -49,7 +49,7 @@ fn listed(name: &str) -> &str {
 /// Attributes beside those of the list.
 fn more(name: &str) -> &'static [&'static str] {
     match name {
-        "replicate" => &["count", "offset", "sep", "prefix"],
+        "replicate" => &["count", "offset", "sep", "prefix", "childclass", "euler"],
         "composite" | "flexcomp" => &["prefix"],
         _ => &[],
     }
@@ -110,7 +110,12 @@ pub(in crate::description) fn law(actuator: &str) -> Vec<&'static str> {
     let all = entries.iter().find(|entry| entry.name == "actuator" && !entry.children.is_empty());
     let mut kinds = all.into_iter().flat_map(|all| all.children.iter().map(|&child| &entries[child]));
     let attributes = kinds.find(|entry| entry.name == actuator).map(|entry| &entry.attributes);
-    attributes.into_iter().flatten().copied().filter(|name| !NO_LAW.contains(name)).collect()
+    attributes.into_iter().flatten().copied().filter(|name| of_law(name)).collect()
+}
+
+/// Whether an attribute of an actuator says something about its law of force.
+pub(super) fn of_law(attribute: &str) -> bool {
+    !NO_LAW.contains(&attribute)
 }
 
 /// What may have been meant.

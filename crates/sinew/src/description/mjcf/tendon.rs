@@ -1,6 +1,6 @@
 //! Cables: through space, or as weighted sums of joints.
 
-use super::body::limits;
+use super::body::{limits, linear};
 use super::import::Import;
 use crate::body::{JointKind, Route, Station, Tendon, Wrap};
 use crate::description::attributes::Attributes;
@@ -40,21 +40,14 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
         }
         _ => None,
     };
-    let first = |name: &str| -> Result<f64, DescriptionError> {
-        let value = at.list(name, 1, 8)?.map_or(0.0, |list| list[0]);
-        if value < 0.0 {
-            Err(at.error(name, format!("is {value}: expected a number >= 0")))
-        } else {
-            Ok(value)
-        }
-    };
+    let (damping, stiffness) = (linear(import, at, "damping")?, linear(import, at, "stiffness")?);
     let tendon = Tendon {
         name,
         route,
         sheath: None,
         range: limits(at, import.compiler.auto_limits, "limited", "range")?,
-        damping: first("damping")?,
-        stiffness: first("stiffness")?,
+        damping,
+        stiffness,
         spring_length: spring,
     };
     import.parts.tendons.push(tendon);

@@ -95,11 +95,11 @@ impl Names {
 
     fn take(&mut self, name: &str, place: usize) -> Result<(), String> {
         if name.is_empty() {
-            return Err("its name is empty".to_string());
+            return Err("name is empty".to_string());
         }
         match self.places.insert(name.to_string(), place) {
             None => Ok(()),
-            Some(_) => Err(format!("its name is taken already by another {}", self.kind)),
+            Some(_) => Err(format!("name is taken already by another {}", self.kind)),
         }
     }
 }
@@ -268,15 +268,16 @@ fn joint(parts: &mut Parts, bodies: &Names, joints: &mut Names, j: &w::Joint) ->
     joints.take(&j.name, parts.joints.len())?;
     let slide = j.kind == w::JointKind::Slide;
     // The unit in a key must fit the kind of joint.
-    let one = |key: &str, turning: Option<Finite>, sliding: Option<Finite>| match (slide, turning, sliding) {
-        (true, Some(_), _) | (false, _, Some(_)) => Err(format!(
-            "{key}: its unit does not fit a {}",
-            if slide { "slide" } else { "joint that turns" }
-        )),
+    let misfit = |[turning, sliding]: [&str; 2]| match slide {
+        true => Err(format!("{turning}: its unit does not fit a slide: expected {sliding}")),
+        false => Err(format!("{sliding}: its unit does not fit a joint that turns: expected {turning}")),
+    };
+    let one = |keys, turning: Option<Finite>, sliding: Option<Finite>| match (slide, turning, sliding) {
+        (true, Some(_), _) | (false, _, Some(_)) => misfit(keys),
         (_, turning, sliding) => Ok(number(turning.or(sliding))),
     };
     if if slide { j.range_rad.is_some() } else { j.range_m.is_some() } {
-        return Err("range: its unit does not fit the kind of joint".to_string());
+        misfit(["range_rad", "range_m"])?;
     }
     if j.axis.is_none() && matches!(j.kind, w::JointKind::Hinge | w::JointKind::Slide) {
         return Err("axis is missing".to_string());
@@ -292,20 +293,33 @@ fn joint(parts: &mut Parts, bodies: &Names, joints: &mut Names, j: &w::Joint) ->
         },
         anchor: vector(j.anchor_m, [0.0; 3]),
         axis: vector(j.axis, [0.0, 0.0, 1.0]),
-        reference: one("reference", j.reference_rad, j.reference_m)?,
+        reference: one(["reference_rad", "reference_m"], j.reference_rad, j.reference_m)?,
         range: range(j.range_rad.or(j.range_m)),
-        armature: one("armature", j.armature_kg_m2, j.armature_kg)?,
-        damping: one("damping", j.damping_nm_s_per_rad, j.damping_n_s_per_m)?,
-        friction: one("friction", j.friction_nm, j.friction_n)?,
-        stiffness: one("stiffness", j.stiffness_nm_per_rad, j.stiffness_n_per_m)?,
-        spring_reference: one("spring_reference", j.spring_reference_rad, j.spring_reference_m)?,
+        armature: one(["armature_kg_m2", "armature_kg"], j.armature_kg_m2, j.armature_kg)?,
+        damping: one(
+            ["damping_nm_s_per_rad", "damping_n_s_per_m"],
+            j.damping_nm_s_per_rad,
+            j.damping_n_s_per_m,
+        )?,
+        friction: one(["friction_nm", "friction_n"], j.friction_nm, j.friction_n)?,
+        stiffness: one(
+            ["stiffness_nm_per_rad", "stiffness_n_per_m"],
+            j.stiffness_nm_per_rad,
+            j.stiffness_n_per_m,
+        )?,
+        spring_reference: one(
+            ["spring_reference_rad", "spring_reference_m"],
+            j.spring_reference_rad,
+            j.spring_reference_m,
+        )?,
     });
     Ok(())
 }
 
 fn coupling(parts: &mut Parts, joints: &Names, c: &w::Coupling) -> Result<(), String> {
-    let follower = joints.find(&c.follower)?;
-    let leader = c.leader.as_deref().map(|leader| joints.find(leader)).transpose()?;
+    let find = |key: &str, name: &str| joints.find(name).map_err(|problem| format!("{key} {problem}"));
+    let follower = find("follower", &c.follower)?;
+    let leader = c.leader.as_deref().map(|leader| find("leader", leader)).transpose()?;
     parts.couplings.push(Coupling { follower, leader, coefficients: c.coefficients.map(|x| x.0) });
     Ok(())
 }
@@ -336,23 +350,25 @@ fn wrap(parts: &mut Parts, bodies: &Names, wraps: &mut Names, s: &w::Wrap) -> Re
 }
 
 fn muscle(sites: &Names, wraps: &Names, joints: &Names, m: &w::Muscle) -> Result<Tendon, String> {
-    let station = |s: &w::Station| match (&s.site, &s.wrap, &s.side, s.pulley) {
-        (Some(site), None, None, None) => sites.find(site).map(Station::Site),
-        (None, Some(wrap), side, None) => {
-            let side = side.as_deref().map(|side| sites.find(side)).transpose()?;
-            wraps.find(wrap).map(|wrap| Station::Wrap { wrap, side })
-        }
-        (None, None, None, Some(divisor)) => Ok(Station::Pulley(divisor.0)),
-        _ => Err(
-            "a station of its path is none: expected one of `site`, `wrap` (with `side` or not), `pulley`"
-                .to_string(),
-        ),
-    };
+    let station =
+        |s: &w::Station| match (&s.site, &s.wrap, &s.side, s.pulley) {
+            (Some(site), None, None, None) => sites.find(site).map(Station::Site),
+            (None, Some(wrap), side, None) => {
+                let side = side.as_deref().map(|side| sites.find(side)).transpose()?;
+                wraps.find(wrap).map(|wrap| Station::Wrap { wrap, side })
+            }
+            (None, None, None, Some(divisor)) => Ok(Station::Pulley(divisor.0)),
+            _ => Err("a station is none: expected one of `site`, `wrap` (with `side` or not), `pulley`"
+                .to_string()),
+        };
+    let term = |term: &w::Term| joints.find(&term.joint).map(|joint| (joint, term.coefficient.0));
+    let within = |key: &'static str| move |problem: String| format!("{key}: {problem}");
     let route = match (&m.path, &m.joints) {
-        (Some(path), None) => Route::Spatial(path.iter().map(station).collect::<Result<_, _>>()?),
+        (Some(path), None) => {
+            Route::Spatial(path.iter().map(station).collect::<Result<_, _>>().map_err(within("path"))?)
+        }
         (None, Some(terms)) => {
-            let term = |term: &w::Term| Ok::<_, String>((joints.find(&term.joint)?, term.coefficient.0));
-            Route::Fixed(terms.iter().map(term).collect::<Result<_, _>>()?)
+            Route::Fixed(terms.iter().map(term).collect::<Result<_, _>>().map_err(within("joints"))?)
         }
         _ => return Err("expected either `path` or `joints`".to_string()),
     };
@@ -387,7 +403,7 @@ fn actuator(tendons: &Names, a: &w::Actuator) -> Result<Actuator, String> {
     Ok(Actuator {
         name: a.name.clone(),
         kind,
-        tendon: tendons.find(&a.muscle)?,
+        tendon: tendons.find(&a.muscle).map_err(|problem| format!("muscle {problem}"))?,
         gear: a.gear.0,
         control_range: range(a.control_range),
         force_range: range(a.force_range_n),

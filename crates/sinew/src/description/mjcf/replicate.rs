@@ -1,0 +1,105 @@
+//! `replicate`: copies written out, each in a frame of its own, before anything else is read.
+
+use super::compiler::Compiler;
+use super::geom::{HERE, Place};
+use crate::description::attributes::Attributes;
+use crate::description::error::DescriptionError;
+use crate::description::orientation as turn;
+use crate::description::tree::{Element, Tree};
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// Elements that copies may add: more is no robot, and a few lines could ask for any number.
+const MOST: usize = 100_000;
+
+/// Turns every `replicate` into a frame that holds its copies; copies within copies from the inside out.
+pub(super) fn expand(tree: &mut Tree, compiler: &Compiler) -> Result<(), DescriptionError> {
+    let written = tree.elements.len();
+    // What lies within an element comes after it in the list.
+    for index in (0..written).rev() {
+        if tree.elements[index].name == "replicate" {
+            copies(tree, index, written + MOST, compiler)?;
+        }
+    }
+    Ok(())
+}
+
+fn copies(tree: &mut Tree, index: usize, most: usize, compiler: &Compiler) -> Result<(), DescriptionError> {
+    let at = Attributes::own(tree, index);
+    at.required("count")?;
+    let count = match at.number_or("count", 0.0)? {
+        count if count >= 0.0 && libm::trunc(count) == count && count <= MOST as f64 => count as usize,
+        count => return Err(at.error("count", format!("is {count}: expected a whole number of copies"))),
+    };
+    let separator = at.text("sep").unwrap_or_default().to_string();
+    let angles = at.array_or("euler", [0.0; 3])?.map(|angle| angle * compiler.radians);
+    let offset = at.array_or("offset", [0.0; 3])?;
+    if count.saturating_mul(within(tree, index)) > most - tree.elements.len() {
+        return Err(at.error(
+            "count",
+            format!("is {count}: with all that it holds, copies are more than {MOST} elements"),
+        ));
+    }
+    let inside = core::mem::take(&mut tree.elements[index].children);
+    let digits = count.to_string().len();
+    let mut place = HERE;
+    for copy in 0..count {
+        let frame = blank(tree, index, &place);
+        for &child in &inside {
+            let child = clone(tree, child, &format!("{separator}{copy:0digits$}"));
+            tree.elements[frame].children.push(child);
+        }
+        tree.elements[index].children.push(frame);
+        // The angles grow, not the turn: that is another where there is more than one angle.
+        let orientation = turn::euler(angles.map(|angle| angle * (copy + 1) as f64), compiler.sequence);
+        place = Place { position: place.point(offset), orientation };
+    }
+    let all = &mut tree.elements[index];
+    all.name = "frame".to_string();
+    all.attributes.retain(|(name, _)| name == "childclass");
+    Ok(())
+}
+
+/// Elements of one copy, its frame among them.
+fn within(tree: &Tree, index: usize) -> usize {
+    let (mut count, mut open) = (0, Vec::from([index]));
+    while let Some(at) = open.pop() {
+        count += 1;
+        open.extend(&tree.elements[at].children);
+    }
+    count
+}
+
+/// An empty frame at a place, said to stand where the `replicate` does.
+fn blank(tree: &mut Tree, index: usize, place: &Place) -> usize {
+    let numbers = |values: &[f64]| values.iter().map(|x| format!("{x:?}")).collect::<Vec<String>>().join(" ");
+    let attributes = Vec::from([
+        ("pos".to_string(), numbers(&place.position)),
+        ("quat".to_string(), numbers(&place.orientation)),
+    ]);
+    let Element { file, line, .. } = tree.elements[index];
+    tree.elements.push(Element { name: "frame".to_string(), attributes, children: Vec::new(), file, line });
+    tree.elements.len() - 1
+}
+
+/// A copy of an element and of all within it, its names with something at their end.
+fn clone(tree: &mut Tree, original: usize, suffix: &str) -> usize {
+    let first = tree.elements.len();
+    let mut open = Vec::from([(original, None)]);
+    while let Some((from, parent)) = open.pop() {
+        let (index, source) = (tree.elements.len(), &tree.elements[from]);
+        let mut copy = Element { children: Vec::new(), ..source.clone() };
+        copy.attributes
+            .iter_mut()
+            .filter(|(name, _)| name == "name")
+            .for_each(|(_, own)| own.push_str(suffix));
+        open.extend(source.children.iter().rev().map(|&child| (child, Some(index))));
+        tree.elements.push(copy);
+        if let Some(parent) = parent {
+            let parent: &mut Element = &mut tree.elements[parent];
+            parent.children.push(index);
+        }
+    }
+    first
+}
