@@ -13,7 +13,8 @@ fn a_bench_run_writes_a_log_that_says_it_is_simulated_and_the_same_seed_the_same
     assert!(log.starts_with("# SIMULATED") && log.contains("time_s,trial,tension_in_n"));
     assert_eq!(log.lines().count(), 2 + 8000);
     assert_eq!(log, bench.read("b.csv"));
-    let run = bench.run("bench run --muscle active --speeds 0.08 --duration 8 --compensation none --json --out c.csv");
+    let run = bench
+        .run("bench run --muscle active --speeds 0.08 --duration 8 --compensation none --json --out c.csv");
     assert!(run.stdout.contains("far_rmse_n"), "{}", run.stdout);
     // Active strokes only: none of them goes the other way.
     assert!(bench.read("c.csv").lines().skip(2).all(|line| !line.ends_with(",-1")));
