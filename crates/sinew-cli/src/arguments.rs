@@ -263,6 +263,11 @@ pub(crate) struct TrackArguments {
     /// Mass at the end point that the controller is not told of, kg
     #[arg(long, value_name = "KG", default_value_t = 0.0)]
     pub(crate) payload: f64,
+    /// What fails, and when, in s since the run began (the motion begins at 3 s): cable:MUSCLE@TIME, and for a while
+    /// drive:MUSCLE@TIME+SECONDS, winch:.., motor-encoder:MUSCLE:HOW@.., load-cell:MUSCLE:HOW@.., joint-encoder:JOINT:HOW@..,
+    /// HOW being stuck, lost or nan; may be given again
+    #[arg(long, value_name = "WHAT:NAME@TIME")]
+    pub(crate) fault: Vec<String>,
     /// Seed of how the arm is built and of its sensors' noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,

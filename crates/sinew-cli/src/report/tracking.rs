@@ -20,6 +20,7 @@ struct Section {
     means: Vec<Plot>,
     errors: Vec<Plot>,
     repeats: u32,
+    incidents: Vec<String>,
 }
 
 #[derive(Template)]
@@ -93,6 +94,7 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
         means: means(view),
         errors: errors(&moving, view),
         repeats: view.repeats,
+        incidents: incidents(view),
     };
     Ok(section.render()?)
 }
@@ -121,6 +123,16 @@ pub(crate) fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<St
         section: section(view)?,
     };
     Ok(page.render()?)
+}
+
+/// What was wrong with the run that is drawn, and when.
+fn incidents(view: &TrackView<'_>) -> Vec<String> {
+    let Some(numbers) = view.tracking.get(view.drawn) else { return Vec::new() };
+    let each = numbers.incidents.iter();
+    each.map(|one| {
+        format!("{} to {} s: {}, {}", fixed(one.from_s, 3), fixed(one.until_s, 3), one.what, one.answer)
+    })
+    .collect()
 }
 
 fn rows(view: &TrackView<'_>) -> Vec<Row> {

@@ -141,3 +141,36 @@ fn the_page_draws_cables_along_arcs_and_holds_every_joint() {
     let frames = &sweeps.iter().find(|s| s["joint"] == "elbow_flexion").unwrap()["frames"];
     assert!(frames[20]["cables"][triceps].is_array() && frames[20]["cables"][0].is_null());
 }
+
+#[test]
+fn a_fault_is_asked_for_by_name_and_reported_with_its_time() {
+    let bench = Bench::new();
+    let short = "track --duration 6 --repeats 1";
+    let run = bench.run(&format!(
+        "{short} --fault joint-encoder:elbow_flexion:nan@4+0.005 --fault cable:triceps@6 --report run.html --record run.csv --json"
+    ));
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    for words in [
+        "joint encoder of elbow_flexion",
+        "bridged",
+        "\"stopped_by\": \"cable of triceps\"",
+        "\"stopped_s\": 6.0",
+    ] {
+        assert!(run.stdout.contains(words), "{words}: {}", run.stdout);
+    }
+    assert!(bench.read("run.html").contains("cable of triceps, stopped"));
+    assert_eq!(bench.read("run.csv").lines().count(), 2 + 1200, "recorded to the end");
+    for (fault, words) in [
+        ("cable:biceps@5", "name of a muscle"),
+        ("cable:triceps", "WHAT:NAME@TIME"),
+        ("cable:triceps@-1", "at least 0 s"),
+        ("drive:triceps@5+0", "above 0 s"),
+        ("cable:triceps:stuck@5", "of sensors"),
+        ("load-cell:triceps@5", "stuck, lost or nan"),
+        ("joint-encoder:triceps:nan@5", "name of a joint"),
+        ("gearbox:triceps@5", "cable, drive"),
+        ("load-cell:triceps:nan:nan@5", "before @"),
+    ] {
+        bench.refuses(&format!("{short} --fault {fault}"), &["--fault", fault, words]);
+    }
+}

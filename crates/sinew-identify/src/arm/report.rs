@@ -1,5 +1,7 @@
 use serde::Serialize;
-use sinew::experiment::{Spread, TrackSummary};
+use sinew::body::Robot;
+use sinew::control::arm::Trouble;
+use sinew::experiment::{Incident, Spread, TrackSummary};
 
 /// Errors of the end point, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -21,6 +23,47 @@ pub struct MuscleSpread {
     pub std: f64,
 }
 
+/// Something that was wrong for a while.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrackIncident {
+    /// When the controller first said so, s since the run began.
+    pub from_s: f64,
+    /// And last.
+    pub until_s: f64,
+    /// What, and of which muscle or joint.
+    pub what: String,
+    /// What was done: `bridged` or `stopped`.
+    pub answer: &'static str,
+}
+
+impl TrackIncident {
+    fn new(incident: &Incident, robot: &Robot) -> Self {
+        Self {
+            from_s: incident.from,
+            until_s: incident.until,
+            what: named(incident.trouble, robot),
+            answer: if incident.stopped { "stopped" } else { "bridged" },
+        }
+    }
+}
+
+/// A trouble by the name of its muscle or joint.
+fn named(trouble: Trouble, robot: &Robot) -> String {
+    let muscle = |k: usize| robot.parts().tendons.get(k).map_or("?", |tendon| tendon.name.as_str());
+    let joint = |k| {
+        let joint = robot.joint_of_velocity(k).and_then(|joint| robot.parts().joints.get(joint));
+        joint.map_or("?", |joint| joint.name.as_str())
+    };
+    match trouble {
+        Trouble::JointSensor(k) => format!("joint encoder of {}", joint(k)),
+        Trouble::MotorSensor(k) => format!("motor encoder of {}", muscle(k)),
+        Trouble::TensionSensor(k) => format!("load cell of {}", muscle(k)),
+        Trouble::Drive(k) => format!("drive of {}", muscle(k)),
+        Trouble::Cable(k) => format!("cable of {}", muscle(k)),
+        Trouble::Astray(k) => format!("{} is astray", joint(k)),
+    }
+}
+
 /// What a run is reported by.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackingNumbers {
@@ -38,10 +81,14 @@ pub struct TrackingNumbers {
     pub stopped_s: Option<f64>,
     /// And why.
     pub stopped_by: Option<String>,
+    /// All that was wrong, in the order in which the controller said so.
+    pub incidents: Vec<TrackIncident>,
 }
 
-impl From<&TrackSummary> for TrackingNumbers {
-    fn from(summary: &TrackSummary) -> Self {
+impl TrackingNumbers {
+    /// The numbers of a run of this robot.
+    #[must_use]
+    pub fn new(summary: &TrackSummary, robot: &Robot) -> Self {
         let Spread { mean, std, max, .. } = summary.end_point_error;
         let muscles = summary.length_error.len().max(1) as f64;
         let squares: f64 = summary.length_error.iter().map(|spread| spread.std * spread.std).sum();
@@ -55,7 +102,8 @@ impl From<&TrackSummary> for TrackingNumbers {
             least_anchor_tension_n: summary.least_anchor.0,
             most_drive_tension_n: summary.most_drive.0,
             stopped_s: summary.stopped.map(|(time, _)| time).or(summary.lost),
-            stopped_by: summary.stopped.map(|(_, trouble)| format!("{trouble:?}")),
+            stopped_by: summary.stopped.map(|(_, trouble)| named(trouble, robot)),
+            incidents: summary.incidents.iter().map(|one| TrackIncident::new(one, robot)).collect(),
         }
     }
 }

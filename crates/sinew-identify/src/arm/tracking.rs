@@ -108,7 +108,7 @@ pub fn track_arm(arm: &Prepared, variant: Variant, walk: &Walk<'_>) -> Result<Tr
         }
         count += 1;
     })?;
-    Ok(Tracking { numbers: TrackingNumbers::from(&summary), summary, trace })
+    Ok(Tracking { numbers: TrackingNumbers::new(&summary, &arm.robot), summary, trace })
 }
 
 fn thin(row: &TrackRow<'_>) -> TraceRow {

@@ -4,4 +4,4 @@ pub mod arm;
 pub mod bench;
 mod tally;
 
-pub use tally::{SETTLING, Spread, TrackSummary};
+pub use tally::{Incident, SETTLING, Spread, TrackSummary};

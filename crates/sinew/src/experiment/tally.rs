@@ -34,6 +34,22 @@ impl Spread {
 /// Rest after a motion that does not count as held yet, s.
 pub const SETTLING: f64 = 2.0;
 
+/// Something that was wrong for a while.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Incident {
+    /// When the controller first said so, s.
+    pub from: f64,
+    /// And last.
+    pub until: f64,
+    /// What.
+    pub trouble: Trouble,
+    /// Whether it stopped the arm; else it was bridged.
+    pub stopped: bool,
+}
+
+/// What is said again within this time is said of the same incident, s.
+const SAME_INCIDENT: f64 = 0.1;
+
 /// What became of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackSummary {
@@ -55,6 +71,8 @@ pub struct TrackSummary {
     pub stopped: Option<(f64, Trouble)>,
     /// Milliseconds in which something was missing and bridged, and what it was first.
     pub bridged: (u64, Option<Trouble>),
+    /// All of what was wrong, in the order in which the controller said so.
+    pub incidents: Vec<Incident>,
     /// When the plant itself gave up, s: the arm moved faster than any cable could follow.
     pub lost: Option<f64>,
 }
@@ -71,6 +89,7 @@ impl TrackSummary {
             infeasible: 0,
             stopped: None,
             bridged: (0, None),
+            incidents: Vec::new(),
             lost: None,
         }
     }
@@ -84,6 +103,7 @@ impl TrackSummary {
                 self.most_drive = (cable.tension_in, k);
             }
         }
+        self.note(row.time, row.answer.status);
         match row.answer.status {
             ArmStatus::Stopped(trouble) if self.stopped.is_none() => self.stopped = Some((row.time, trouble)),
             ArmStatus::Bridging(trouble) => {
@@ -105,6 +125,18 @@ impl TrackSummary {
             for (spread, error) in self.length_error.iter_mut().zip(row.length_error) {
                 spread.count(error.abs());
             }
+        }
+    }
+
+    fn note(&mut self, time: f64, status: ArmStatus) {
+        let (trouble, stopped) = match status {
+            ArmStatus::Bridging(trouble) => (trouble, false),
+            ArmStatus::Stopped(trouble) => (trouble, true),
+            ArmStatus::Following | ArmStatus::Holding => return,
+        };
+        match self.incidents.iter_mut().rev().find(|one| one.trouble == trouble && one.stopped == stopped) {
+            Some(one) if time - one.until < SAME_INCIDENT => one.until = time,
+            _ => self.incidents.push(Incident { from: time, until: time, trouble, stopped }),
         }
     }
 

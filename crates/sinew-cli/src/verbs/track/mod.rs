@@ -1,5 +1,6 @@
 //! `sinew track`.
 
+mod fault;
 mod path;
 mod record;
 
@@ -34,6 +35,7 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
     };
     let pose = robot.key("start").ok_or_else(|| missing("key pose `start`"))?.to_vec();
     let site = robot.site("endpoint").ok_or_else(|| missing("site `endpoint`"))?;
+    let faults = fault::wanted(&arguments.fault, &robot)?;
     let wanted = path::wanted(&arguments.path)?;
     let trajectory = journey(&robot, site, &wanted, &pose, arguments.duration)?;
     if let Some(obstacle) = obstacle(&robot, &trajectory)? {
@@ -54,7 +56,7 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
         site,
         repeats: arguments.repeats,
         after: AFTER_S,
-        faults: &[],
+        faults: &faults,
         every,
     };
     let tracked = track_arm(&arm, variant, &walk)?;
@@ -121,6 +123,9 @@ fn finish(
         return print(&(serde_json::to_string_pretty(&all)? + "\n"));
     }
     let mut text = told(&tracking);
+    for one in tracking.values().flat_map(|numbers| &numbers.incidents) {
+        text += &format!("{:.3} to {:.3} s: {}, {}\n", one.from_s, one.until_s, one.what, one.answer);
+    }
     for (path, _) in &files {
         text += &format!("Written: {}\n", path.display());
     }

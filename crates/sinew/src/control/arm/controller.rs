@@ -1,6 +1,6 @@
 use super::cables::{Cables, Knowledge};
 use super::gains::ArmGains;
-use super::guard::{ArmStatus, Guard};
+use super::guard::{ArmStatus, Guard, Known};
 use super::joints::JointObserver;
 use super::mechanics::Mechanics;
 use super::winch::{Pull, Winch};
@@ -181,7 +181,13 @@ impl ArmController {
     ) -> Result<ArmAnswer<'_>, Error> {
         self.check(sample, goal)?;
         self.guard.expect(&goal.now.q);
-        self.guard.take(h, sample, &self.told, &self.cables.tension_in);
+        let known = Known {
+            told: &self.told,
+            near: &self.cables.tension_in,
+            speed: &self.joints.v,
+            wanted: &goal.now.v,
+        };
+        self.guard.take(h, sample, &known);
         if self.guard.stopped() {
             self.brake(h);
         } else {

@@ -1,6 +1,7 @@
 //! The controller of an arm: what its sensors say in, what its drives are to do out, every millisecond.
 
 mod cables;
+mod channel;
 mod controller;
 mod gains;
 mod guard;
