@@ -156,7 +156,7 @@ impl Distribution {
         let group = self.pattern.groups[at].clone();
         let (m, n) = (group.muscles.len(), group.joints.len());
         // Each step settles at least one muscle; a few remove rounding.
-        let most = 20 + 4 * u32::try_from(m + n).unwrap_or(u32::MAX / 8);
+        let most = 10 + u32::try_from((m + n) / 2).unwrap_or(u32::MAX / 2);
         if self.ascend(&group, most, iterations) != Outcome::Reached {
             let block = self.terms.block(&self.pattern, &group);
             let lambda = &mut self.lambda[group.joints.clone()];

@@ -64,9 +64,6 @@ pub(super) const REACHED: f64 = 1e-9;
 /// Energy of the multipliers one by one, relative to that of the tensions, from which on they cancel too much.
 const SHARP: f64 = 1e7 * LEAST_PIVOT * LEAST_PIVOT;
 
-/// What a residual that repeating the last step does not lower may be.
-const STALLED: f64 = 1e-9;
-
 impl Work {
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
         let joints = places(joints);
@@ -116,7 +113,7 @@ impl Work {
     fn is_sharp(&self, lambda: &[f64]) -> bool {
         let energy: f64 = self.floor.iter().zip(lambda).map(|(floor, lambda)| floor * lambda * lambda).sum();
         let mut joints = self.floor.iter().zip(&self.scale[..lambda.len()]);
-        joints.all(|(floor, scale)| floor * energy <= SHARP * scale * scale)
+        joints.all(|(floor, scale)| *scale == 0.0 || floor * energy <= SHARP * scale * scale)
     }
 
     fn ascend<R: Rows>(
@@ -138,8 +135,12 @@ impl Work {
         let (mut settled, mut last) = (false, f64::INFINITY);
         for _ in 0..most {
             let error = self.error(n);
-            if error <= BALANCED || (settled && error > 0.5 * last && error <= NOISE) {
+            if error <= BALANCED {
                 return Outcome::Reached;
+            }
+            // The last step should have ended it, and the one before as well.
+            if settled && error > 0.5 * last {
+                break;
             }
             stiffness = self.factor(block, stiffness, settled);
             *steps += 1;
@@ -164,7 +165,7 @@ impl Work {
                 continue;
             }
             block.residual(&self.tension, &mut self.residual);
-            if self.error(n) <= STALLED {
+            if self.error(n) <= REACHED {
                 self.measure(block);
             }
         }
