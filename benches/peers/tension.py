@@ -1,15 +1,17 @@
 """Tension distribution: `sinew tension` against DAQP, quadprog and a least-squares oracle on random problems.
 
-    tension.py SINEW [PROBLEMS]
+    tension.py SINEW CLARABEL [PROBLEMS]
 
-SINEW is the program. Prints, for every kind of problem, the largest difference of the answers relative to the largest
-tension; then times. DAQP's times are those its C code takes of itself, set-up and solve, the least of several runs.
+SINEW is the program, CLARABEL the one in tension_clarabel. Prints, for every kind of problem, the largest difference of
+the answers relative to the largest tension; where one exceeds 1e-9, who is nearer to the optimum in exact arithmetic; then
+times. DAQP's times are those its C code takes of itself, set-up and solve, the least of several runs.
 """
 
 import json
 import subprocess
 import sys
 import tempfile
+from fractions import Fraction
 
 import daqp
 import numpy as np
@@ -85,16 +87,66 @@ def full_rank(a):
     return a.shape[0] <= a.shape[1] and values[-1] > 1e-10 * values[0]
 
 
-def solve_all(program, problems):
-    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
-        json.dump({"problems": problems}, file)
-        file.flush()
-        runs = [subprocess.run([program, "tension", file.name, "--json"], capture_output=True, check=True)
+def solve_all(program, clarabel, problems):
+    """Solutions with the least time of each over several runs, and what Clarabel's program says to them."""
+    with tempfile.TemporaryDirectory() as folder:
+        asked, answered = folder + "/problems.json", folder + "/solutions.json"
+        with open(asked, "w") as file:
+            json.dump({"problems": problems}, file)
+        runs = [subprocess.run([program, "tension", asked, "--json"], capture_output=True, check=True)
                 for _ in range(REPEATS)]
+        with open(answered, "wb") as file:
+            file.write(runs[0].stdout)
+        said = subprocess.run([clarabel, asked, answered], capture_output=True, check=True, text=True).stdout
     runs = [json.loads(run.stdout)["solutions"] for run in runs]
     for k, solution in enumerate(runs[0]):
         solution["seconds"] = min(run[k]["seconds"] for run in runs)
-    return runs[0]
+    return runs[0], said
+
+
+def exact(p, tension):
+    """The optimum with the same muscles at their limits, in fractions; none where these are not the optimum's."""
+    low, high = p["min_n"], p["max_n"]
+    free = [i for i, t in enumerate(tension) if low[i] < t < high[i]]
+    arms = [[Fraction(a) for a in row] for row in p["moment_arms"]]
+    weight, reference = [Fraction(w) for w in p["weight"]], [Fraction(r) for r in p["reference_n"]]
+    n = len(p["torque_nm"])
+    rows = []
+    for j in range(n):
+        right = Fraction(p["torque_nm"][j])
+        right -= sum(arms[i][j] * (reference[i] if i in free else Fraction(t)) for i, t in enumerate(tension))
+        rows.append([sum(arms[i][j] * arms[i][k] / weight[i] for i in free) for k in range(n)] + [right])
+    for k in range(n):
+        pivot = next((r for r in range(k, n) if rows[r][k] != 0), None)
+        if pivot is None:
+            return None
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        for r in range(n):
+            if r != k and rows[r][k] != 0:
+                rows[r] = [x - rows[r][k] * y for x, y in zip(rows[r], rows[k])]
+    best = []
+    for i, t in enumerate(tension):
+        wanted = reference[i] + sum(a * row[n] for a, row in zip(arms[i], rows)) / weight[i]
+        if (i in free) != (low[i] < wanted < high[i]):
+            return None
+        best.append(float(wanted) if i in free else t)
+    return np.array(best)
+
+
+def judge(p, ours, theirs, name, size):
+    """Says who is right where two differ."""
+    snap = lambda t: np.where(t - p["min_n"] < 1e-7 * size, p["min_n"], np.where(p["max_n"] - t < 1e-7 * size, p["max_n"], t))
+    for start in (ours, snap(theirs)):
+        best = exact(p, start.tolist())
+        if best is not None:
+            off = [np.abs(x - best).max() / size for x in (ours, theirs)]
+            return f"from the exact optimum: Sinew {off[0]:.1e}, {name} {off[1]:.1e}"
+    a, torque, weight, reference = (np.array(p[k], dtype=np.longdouble)
+                                    for k in ("moment_arms", "torque_nm", "weight", "reference_n"))
+    miss = [float(np.abs(a.T @ x - torque).max() / np.abs(torque).max()) for x in (ours, theirs)]
+    cost = [float((weight * (x - reference) ** 2).sum()) for x in (ours, theirs)]
+    return f"joints cannot be told apart: torque missed by {miss[0]:.1e}, {miss[1]:.1e}, cost {cost[0]:.15g}, {cost[1]:.15g}"
 
 
 def compare(p, solution, worst, count):
@@ -118,6 +170,8 @@ def compare(p, solution, worst, count):
         missed = np.abs(a @ other - torque).max() / np.abs(torque).max()
         apart = np.abs(other - tension).max() / size
         count[name + " misses the torque by more than 1e-10"] += int(missed > 1e-10)
+        if apart > 1e-9:
+            print(f"    {len(f)}x{len(torque)}: {name} {apart:.1e} apart; {judge(p, tension, other, name, size)}")
         if missed <= 1e-10:
             worst[name] = max(worst[name], apart)
             worst[name + ", cost"] = max(worst[name + ", cost"], (cost(tension) - cost(other)) / cost(other))
@@ -130,21 +184,25 @@ class Zero(dict):
 
 
 def main():
-    program, total = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 10_000
+    program, clarabel = sys.argv[1:3]
+    total = int(sys.argv[3]) if len(sys.argv) > 3 else 10_000
     rng = np.random.default_rng(20261121)
     each = -(-total // (len(SIZES) * len(KINDS)))
     times = {}
     for kind in KINDS:
-        worst, count = Zero(), Zero()
+        worst, count, clarabels = Zero(), Zero(), []
         for size in SIZES:
             problems = [problem(rng, kind, *size) for _ in range(each)]
-            for p, solution in zip(problems, solve_all(program, problems)):
+            solutions, said = solve_all(program, clarabel, problems)
+            clarabels.append(f"{size[0]}x{size[1]} {said}")
+            for p, solution in zip(problems, solutions):
                 seconds = compare(p, solution, worst, count)
                 if seconds is not None:
                     times.setdefault((kind, size), []).append((solution["seconds"], seconds))
         print(f"{kind}: {each * len(SIZES)} problems; {dict(count)}")
         for name, value in worst.items():
             print(f"    {name}: {value:.1e}")
+        print("    " + "    ".join(clarabels), end="")
     print("times, us: median of Sinew cold from the file's problem, of DAQP's set-up and solve, ratio")
     for (kind, size), pairs in times.items():
         ours, theirs = 1e6 * np.median(np.array(pairs), axis=0)

@@ -30,7 +30,10 @@ const ROOMS: [(&str, &[&str]); 16] = [
     ("body", &["dispatch", "error", "math"]),
     ("predictor", &["error", "math", "transmission"]),
     ("description", &["error", "math", "drive", "transmission", "muscle", "body"]),
-    ("control", &["error", "math", "trajectory", "drive", "transmission", "muscle", "body", "predictor"]),
+    (
+        "control",
+        &["dispatch", "error", "math", "trajectory", "drive", "transmission", "muscle", "body", "predictor"],
+    ),
     ("twin", &["error", "math", "random", "trajectory", "drive", "transmission", "muscle", "body"]),
     // Where plant and controller meet, and the only place.
     (

@@ -98,8 +98,8 @@ fn main() -> Result<(), Failure> {
         apart = apart.max(difference / size);
         compared += 1;
     }
-    println!("clarabel: {compared} compared, {without} without answer");
-    println!("    cost above clarabel's by at most {above:.1e}, below by at most {below:.1e}");
-    println!("    torque missed by at most {our_miss:.1e}, clarabel {their_miss:.1e}; tensions apart {apart:.1e}");
+    print!("clarabel: {compared} compared, {without} without answer; ");
+    print!("cost above clarabel's by at most {above:.1e}, below by at most {below:.1e}; ");
+    println!("torque missed by at most {our_miss:.1e}, clarabel {their_miss:.1e}; tensions apart {apart:.1e}");
     Ok(())
 }

@@ -31,7 +31,7 @@ pub enum Limit {
 
 impl Limit {
     /// Which limit holds a muscle that would have the tension `wanted`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn of(wanted: f64, lower: f64, upper: f64) -> Self {
         if wanted <= lower {
             Self::Lower
@@ -45,29 +45,31 @@ impl Limit {
 
 impl<'a, R: Rows> Block<'a, R> {
     /// The same with its arms kept in another way.
+    #[inline(always)]
     pub(super) fn with<Other>(&self, rows: Other) -> Block<'a, Other> {
         let Self { lower, upper, reference, compliance, torque, .. } = *self;
         Block { rows, lower, upper, reference, compliance, torque }
     }
 
+    #[inline(always)]
     pub(super) fn muscles(&self) -> usize {
         self.lower.len()
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn joints(&self) -> usize {
         self.rows.joints()
     }
 
     /// `residual = tau - R^T F`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn residual(&self, tension: &[f64], residual: &mut [f64]) {
         residual[..self.joints()].copy_from_slice(self.torque);
         self.rows.pull(&tension[..self.muscles()], residual);
     }
 
     /// The residual, and in `scale` the sum of the magnitudes of what it is made of.
-    #[inline]
+    #[inline(always)]
     pub(super) fn measure(&self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
         residual[..self.joints()].copy_from_slice(self.torque);
         for (scale, torque) in scale.iter_mut().zip(self.torque) {

@@ -7,6 +7,7 @@ use super::pattern::{FEW, Group, Pattern, places};
 use super::problem::{Problem, count, is_arm};
 use super::rows::{Dense, Sparse, Wide};
 use crate::Error;
+use crate::dispatch::{self, Arithmetic, InstructionSet};
 use alloc::vec::Vec;
 
 /// Whether the torque is reached, worst last.
@@ -80,6 +81,7 @@ pub struct Solution<'a> {
 pub struct Distribution {
     pattern: Pattern,
     terms: Terms,
+    instructions: InstructionSet,
     lambda: Vec<f64>,
     work: Work,
     exact: Exact,
@@ -115,6 +117,7 @@ impl Distribution {
                 compliance: alloc::vec![0.0; muscles],
                 torque: alloc::vec![0.0; places(joints)],
             },
+            instructions: InstructionSet::detect(),
             lambda: alloc::vec![0.0; places(joints)],
             work: Work::new(muscles, joints),
             exact: Exact::new(muscles, joints),
@@ -156,7 +159,7 @@ impl Distribution {
         let group = self.pattern.groups[at].clone();
         let (m, n) = (group.muscles.len(), group.joints.len());
         // Each step settles at least one muscle; a few remove rounding.
-        let most = 20 + 4 * u32::try_from(m + n).unwrap_or(u32::MAX / 8);
+        let most = 10 + u32::try_from((m + n) / 2).unwrap_or(u32::MAX / 2);
         if self.ascend(&group, most, iterations) != Outcome::Reached {
             let block = self.terms.block(&self.pattern, &group);
             let lambda = &mut self.lambda[group.joints.clone()];
@@ -169,19 +172,22 @@ impl Distribution {
 
     /// Multipliers and tensions of a group whose torque can be reached.
     fn ascend(&mut self, group: &Group, most: u32, iterations: &mut u32) -> Outcome {
-        let Self { pattern, terms, work, lambda, .. } = self;
-        let lambda = &mut lambda[group.joints.clone()];
-        let block = terms.block(pattern, group);
+        let Self { pattern, terms, work, lambda, instructions, .. } = self;
+        let mut outcome = Outcome::Unreached;
         let arms = &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]];
-        match group.joints.len() {
-            1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, most, iterations),
-            2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, most, iterations),
-            FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, most, iterations),
-            joints if group.whole => {
-                work.solve(&block.with(Wide::new(joints, arms)), lambda, most, iterations)
-            }
-            _ => work.solve(&block, lambda, most, iterations),
-        }
+        let (block, lambda) = (terms.block(pattern, group), &mut lambda[group.joints.clone()]);
+        let whole = group.whole;
+        instructions.run(Ascent {
+            work,
+            block,
+            whole,
+            arms,
+            lambda,
+            most,
+            iterations,
+            outcome: &mut outcome,
+        });
+        outcome
     }
 
     /// Puts a group's answer into the order of the problem.
@@ -197,6 +203,32 @@ impl Distribution {
                 self.multiplier[joint] = self.lambda[group.joints.start + k];
             }
         }
+    }
+}
+
+/// [`Work::solve`] on the best instruction set. None of it fuses or reorders: every machine gets the same bits.
+struct Ascent<'a, 'b> {
+    work: &'a mut Work,
+    block: Block<'b, Sparse<'b>>,
+    whole: bool,
+    arms: &'b [f64],
+    lambda: &'a mut [f64],
+    most: u32,
+    iterations: &'a mut u32,
+    outcome: &'a mut Outcome,
+}
+
+impl dispatch::Work for Ascent<'_, '_> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self, _: A) {
+        let Self { work, block, whole, arms, lambda, most, iterations, outcome } = self;
+        *outcome = match block.joints() {
+            1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, most, iterations),
+            2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, most, iterations),
+            FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, most, iterations),
+            joints if whole => work.solve(&block.with(Wide::new(joints, arms)), lambda, most, iterations),
+            _ => work.solve(&block, lambda, most, iterations),
+        };
     }
 }
 

@@ -44,6 +44,7 @@ pub(super) struct Ray {
 /// ```
 ///
 /// `slope` is that at step 0, `torque` is `tau d`. Events are walked in their order; `events` is the room for them.
+#[inline(always)]
 pub(super) fn search(
     rays: impl Iterator<Item = Ray>,
     slope: f64,
@@ -89,6 +90,7 @@ pub(super) fn search(
 }
 
 /// Takes the next event out. Few of them lie before the best step: looking for each is faster than sorting all.
+#[inline(always)]
 fn take_next(events: &mut [Event], count: &mut usize) -> Option<Event> {
     let (mut next, mut at) = (0, f64::INFINITY);
     for (k, event) in events[..*count].iter().enumerate() {
@@ -109,6 +111,7 @@ struct Sum {
 }
 
 impl Sum {
+    #[inline(always)]
     fn add(&mut self, term: f64) {
         let sum = self.high + term;
         let part = sum - self.high;
@@ -116,6 +119,7 @@ impl Sum {
         self.high = sum;
     }
 
+    #[inline(always)]
     fn value(self) -> f64 {
         self.high + self.low
     }

@@ -3,8 +3,10 @@
 //! [`Distribution`] answers a [`Problem`] with a [`Solution`], always: where the torque cannot be reached, with the
 //! closest one. It knows matrices, not robots. One thing per file: what is asked (`problem`), which joints have to
 //! do with each other (`pattern`), the multipliers of one group of joints (`newton` with its `line_search` and
-//! `factor`), and, where rounding or a torque out of reach stop it, the same in `twofold` numbers (`exact`).
+//! `factor`), and, where rounding or a torque out of reach stop it, the same in `twofold` numbers (`exact`,
+//! `anchored`).
 
+mod anchored;
 mod block;
 mod cocontraction;
 mod distribution;

@@ -64,9 +64,6 @@ pub(super) const REACHED: f64 = 1e-9;
 /// Energy of the multipliers one by one, relative to that of the tensions, from which on they cancel too much.
 const SHARP: f64 = 1e7 * LEAST_PIVOT * LEAST_PIVOT;
 
-/// What a residual that repeating the last step does not lower may be.
-const STALLED: f64 = 1e-9;
-
 impl Work {
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
         let joints = places(joints);
@@ -99,6 +96,7 @@ impl Work {
     /// leaves a limit), so every step ascends, a piece is left for good, and a step within a piece ends the search:
     /// what follows it only removes rounding. `H` has full rank only if the free muscles move every joint; elsewhere
     /// its factors send the step along the null space until a muscle comes free, or show that none ever does.
+    #[inline(always)]
     pub(super) fn solve<R: Rows>(
         &mut self,
         block: &Block<R>,
@@ -113,12 +111,14 @@ impl Work {
 
     /// Whether the multipliers are small enough for what is made of them: where joints are hard to tell apart, large
     /// ones cancel, and leave rounding in the tensions.
+    #[inline(always)]
     fn is_sharp(&self, lambda: &[f64]) -> bool {
         let energy: f64 = self.floor.iter().zip(lambda).map(|(floor, lambda)| floor * lambda * lambda).sum();
         let mut joints = self.floor.iter().zip(&self.scale[..lambda.len()]);
-        joints.all(|(floor, scale)| floor * energy <= SHARP * scale * scale)
+        joints.all(|(floor, scale)| *scale == 0.0 || floor * energy <= SHARP * scale * scale)
     }
 
+    #[inline(always)]
     fn ascend<R: Rows>(
         &mut self,
         block: &Block<R>,
@@ -138,8 +138,12 @@ impl Work {
         let (mut settled, mut last) = (false, f64::INFINITY);
         for _ in 0..most {
             let error = self.error(n);
-            if error <= BALANCED || (settled && error > 0.5 * last && error <= NOISE) {
+            if error <= BALANCED {
                 return Outcome::Reached;
+            }
+            // The last step should have ended it, and the one before as well.
+            if settled && error > 0.5 * last {
+                break;
             }
             stiffness = self.factor(block, stiffness, settled);
             *steps += 1;
@@ -164,7 +168,7 @@ impl Work {
                 continue;
             }
             block.residual(&self.tension, &mut self.residual);
-            if self.error(n) <= STALLED {
+            if self.error(n) <= REACHED {
                 self.measure(block);
             }
         }
@@ -174,6 +178,7 @@ impl Work {
     }
 
     /// The multipliers that muscles without limits would have.
+    #[inline(always)]
     fn start<R: Rows>(&mut self, block: &Block<R>, lambda: &mut [f64]) {
         let (m, n) = (block.muscles(), block.joints());
         self.counted[..m].fill(true);
@@ -190,6 +195,7 @@ impl Work {
     }
 
     /// Adds the parts to the stiffness, or to nothing where it is `new`, and factors it.
+    #[inline(always)]
     fn refactor<R: Rows>(&mut self, block: &Block<R>, new: bool) {
         let n = block.joints();
         let (stiffness, factors) = (&mut self.stiffness[..n * n], &mut self.factors[..n * n]);
@@ -202,6 +208,7 @@ impl Work {
     }
 
     /// Smallest pivots: a fraction of the stiffness with every muscle free.
+    #[inline(always)]
     fn set_floor<R: Rows>(&mut self, block: &Block<R>) {
         let floor = &mut self.floor[..block.joints()];
         floor.fill(0.0);
@@ -215,6 +222,7 @@ impl Work {
     }
 
     /// Tensions and limits at `lambda`.
+    #[inline(always)]
     fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) {
         let m = block.muscles();
         let (wanted, tension, limit) = (&mut self.wanted[..m], &mut self.tension[..m], &mut self.limit[..m]);
@@ -228,12 +236,13 @@ impl Work {
     }
 
     /// What the tensions leave of the torque.
+    #[inline(always)]
     pub(super) fn measure<R: Rows>(&mut self, block: &Block<R>) {
         block.measure(&self.tension, &mut self.residual, &mut self.scale);
     }
 
     /// Largest residual relative to what it is made of.
-    #[inline]
+    #[inline(always)]
     pub(super) fn error(&self, joints: usize) -> f64 {
         let (mut residual, mut scale) = (0.0, 1.0);
         for (r, s) in self.residual[..joints].iter().zip(&self.scale) {
@@ -246,6 +255,7 @@ impl Work {
     }
 
     /// Factors of the stiffness that the free muscles give the joints; those that are `known` are brought up to date.
+    #[inline(always)]
     fn factor<R: Rows>(&mut self, block: &Block<R>, known: Stiffness, settled: bool) -> Stiffness {
         let (mut changed, mut free_count) = (0, 0);
         self.parts.clear();
@@ -279,7 +289,7 @@ impl Work {
     }
 
     /// The same for few joints: a muscle is quicker added than asked for.
-    #[inline]
+    #[inline(always)]
     fn factor_few<R: Rows>(&mut self, block: &Block<R>) {
         let n = block.joints();
         let factors = &mut self.factors[..n * n];
@@ -291,6 +301,7 @@ impl Work {
     }
 
     /// What the full step does to every muscle; whether none meets or leaves a limit.
+    #[inline(always)]
     fn look_ahead<R: Rows>(&mut self, block: &Block<R>) -> bool {
         let m = block.muscles();
         let (pull, rate) = (&mut self.pull[..m], &mut self.rate[..m]);
@@ -306,6 +317,7 @@ impl Work {
     }
 
     /// Length of the step that maximises the dual; infinite if it rises for ever.
+    #[inline(always)]
     fn length<R: Rows>(&mut self, block: &Block<R>) -> f64 {
         let (m, n) = (block.muscles(), block.joints());
         let along = |x: &[f64]| -> f64 { x[..n].iter().zip(&self.step).map(|(x, step)| x * step).sum() };

@@ -39,14 +39,14 @@ pub struct Problem<'a> {
 const MOST: f64 = 1e30;
 
 /// Whether a moment arm is one.
-#[inline]
+#[inline(always)]
 pub(super) fn is_arm(arm: f64) -> bool {
     const LEAST_ARM: f64 = 1e-60;
     arm.abs() >= LEAST_ARM
 }
 
 /// How many numbers `hold` something, several at a time.
-#[inline]
+#[inline(always)]
 pub(super) fn count(values: &[f64], holds: impl Fn(f64) -> bool) -> usize {
     const LANES: usize = 4;
     let mut counts = [0_u64; LANES];
@@ -61,7 +61,7 @@ pub(super) fn count(values: &[f64], holds: impl Fn(f64) -> bool) -> usize {
 }
 
 /// An error that names the first number that does not hold what is `expected` of it.
-#[inline]
+#[inline(always)]
 fn all(
     name: &'static str,
     expected: &'static str,

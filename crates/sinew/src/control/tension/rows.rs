@@ -18,6 +18,7 @@ pub(super) trait Rows: Copy {
     fn weigh(self, tension: &[f64], scale: &mut [f64]);
 
     /// Both in one pass.
+    #[inline(always)]
     fn pull_and_weigh(self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
         self.pull(tension, residual);
         self.weigh(tension, scale);
@@ -46,17 +47,17 @@ impl<'a, const N: usize> Dense<'a, N> {
 impl<const N: usize> Rows for Dense<'_, N> {
     const LARGE: bool = false;
 
-    #[inline]
+    #[inline(always)]
     fn joints(self) -> usize {
         N
     }
 
-    #[inline]
+    #[inline(always)]
     fn dot(self, muscle: usize, x: &[f64]) -> f64 {
         self.arms[muscle].iter().zip(&x[..N]).map(|(arm, x)| arm * x).sum()
     }
 
-    #[inline]
+    #[inline(always)]
     fn pull(self, tension: &[f64], residual: &mut [f64]) {
         let residual = &mut residual[..N];
         for (arms, tension) in self.arms.iter().zip(tension) {
@@ -66,7 +67,7 @@ impl<const N: usize> Rows for Dense<'_, N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn weigh(self, tension: &[f64], scale: &mut [f64]) {
         let scale = &mut scale[..N];
         for (arms, tension) in self.arms.iter().zip(tension) {
@@ -76,7 +77,7 @@ impl<const N: usize> Rows for Dense<'_, N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn pull_and_weigh(self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
         let (residual, scale) = (&mut residual[..N], &mut scale[..N]);
         for (arms, tension) in self.arms.iter().zip(tension) {
@@ -88,7 +89,7 @@ impl<const N: usize> Rows for Dense<'_, N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn stiffen(self, parts: &[(usize, f64)], h: &mut [f64]) {
         let h = &mut h[..N * N];
         for &(muscle, f) in parts {
@@ -101,7 +102,7 @@ impl<const N: usize> Rows for Dense<'_, N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn row(self, muscle: usize) -> impl Iterator<Item = (usize, f64)> {
         self.arms[muscle].iter().copied().enumerate()
     }
@@ -124,7 +125,7 @@ impl<'a> Wide<'a> {
         Self { lanes: joints / LANES, arms: arms.as_chunks().0 }
     }
 
-    #[inline]
+    #[inline(always)]
     fn lanes(self, muscle: usize) -> &'a [[f64; LANES]] {
         &self.arms[muscle * self.lanes..][..self.lanes]
     }
@@ -133,12 +134,12 @@ impl<'a> Wide<'a> {
 impl Rows for Wide<'_> {
     const LARGE: bool = true;
 
-    #[inline]
+    #[inline(always)]
     fn joints(self) -> usize {
         self.lanes * LANES
     }
 
-    #[inline]
+    #[inline(always)]
     fn dot(self, muscle: usize, x: &[f64]) -> f64 {
         let mut sum = [0.0; LANES];
         for (arms, x) in self.lanes(muscle).iter().zip(x.as_chunks::<LANES>().0) {
@@ -149,18 +150,18 @@ impl Rows for Wide<'_> {
         (sum[0] + sum[2]) + (sum[1] + sum[3])
     }
 
-    #[inline]
+    #[inline(always)]
     fn pull(self, tension: &[f64], residual: &mut [f64]) {
         self.add_each(tension, residual, |arm, tension| -arm * tension);
     }
 
-    #[inline]
+    #[inline(always)]
     fn weigh(self, tension: &[f64], scale: &mut [f64]) {
         self.add_each(tension, scale, |arm, tension| (arm * tension).abs());
     }
 
     /// Four muscles at a time: what bounds it is reading and writing `h`.
-    #[inline]
+    #[inline(always)]
     fn stiffen(self, parts: &[(usize, f64)], h: &mut [f64]) {
         let (fours, rest) = parts.as_chunks::<4>();
         for four in fours {
@@ -171,7 +172,7 @@ impl Rows for Wide<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn row(self, muscle: usize) -> impl Iterator<Item = (usize, f64)> {
         self.lanes(muscle).as_flattened().iter().copied().enumerate()
     }
@@ -179,7 +180,7 @@ impl Rows for Wide<'_> {
 
 impl Wide<'_> {
     /// Adds `term` of every arm and its muscle's tension to the joint, lane by lane.
-    #[inline]
+    #[inline(always)]
     fn add_each(self, tension: &[f64], to: &mut [f64], term: impl Fn(f64, f64) -> f64) {
         for (at, to) in to.as_chunks_mut::<LANES>().0.iter_mut().take(self.lanes).enumerate() {
             let mut sum = *to;
@@ -193,7 +194,7 @@ impl Wide<'_> {
     }
 
     /// Fills the lanes that the upper triangle touches.
-    #[inline]
+    #[inline(always)]
     fn stiffen_by<const M: usize>(self, parts: &[(usize, f64); M], h: &mut [f64]) {
         let rows = parts.map(|(muscle, _)| self.lanes(muscle));
         for (i, h) in h.chunks_exact_mut(self.joints()).enumerate() {
@@ -229,7 +230,7 @@ pub(super) struct Sparse<'a> {
 }
 
 impl Sparse<'_> {
-    #[inline]
+    #[inline(always)]
     fn entries(&self, muscle: usize) -> (&[usize], &[f64]) {
         let entries = self.start[muscle]..self.start[muscle + 1];
         (&self.column[entries.clone()], &self.value[entries])
@@ -239,17 +240,17 @@ impl Sparse<'_> {
 impl Rows for Sparse<'_> {
     const LARGE: bool = true;
 
-    #[inline]
+    #[inline(always)]
     fn joints(self) -> usize {
         self.joints
     }
 
-    #[inline]
+    #[inline(always)]
     fn dot(self, muscle: usize, x: &[f64]) -> f64 {
         self.row(muscle).map(|(joint, arm)| arm * x[joint]).sum()
     }
 
-    #[inline]
+    #[inline(always)]
     fn pull(self, tension: &[f64], residual: &mut [f64]) {
         for (muscle, tension) in tension.iter().enumerate() {
             for (joint, arm) in self.row(muscle) {
@@ -258,7 +259,7 @@ impl Rows for Sparse<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn weigh(self, tension: &[f64], scale: &mut [f64]) {
         for (muscle, tension) in tension.iter().enumerate() {
             for (joint, arm) in self.row(muscle) {
@@ -267,7 +268,7 @@ impl Rows for Sparse<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn stiffen(self, parts: &[(usize, f64)], h: &mut [f64]) {
         for &(muscle, f) in parts {
             let (columns, arms) = self.entries(muscle);
@@ -280,7 +281,7 @@ impl Rows for Sparse<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn row(self, muscle: usize) -> impl Iterator<Item = (usize, f64)> {
         let entries = self.start[muscle]..self.start[muscle + 1];
         let (columns, arms) = (&self.column[entries.clone()], &self.value[entries]);
