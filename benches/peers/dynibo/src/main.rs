@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         own.inverse_dynamics(&case.q, &case.v, &case.a, &mut scratch, tau).expect("seven numbers each");
     };
     let mut theirs = |case: &Case, tau: &mut [f64]| {
-        other.inverse_dynamics(&case.q, &case.v, &case.a, tau).expect("seven numbers each");
+        other.inverse_dynamics(&case.q, &case.v, &case.a, &[], tau).expect("seven numbers each");
     };
     let mut worst = [0.0_f64; 2];
     for case in &cases {

@@ -22,8 +22,10 @@ pub(crate) fn run(arguments: &InspectArguments) -> Result<(), Error> {
         return print(&(serde_json::to_string(&json(&loaded, &survey))? + "\n"));
     }
     let mut text = told(&loaded.robot, &survey);
-    if !loaded.warnings.is_empty() {
-        text += &format!("\n{} warnings, see above\n", loaded.warnings.len());
+    match loaded.warnings.len() {
+        0 => {}
+        1 => text += "\n1 warning, see above\n",
+        many => text += &format!("\n{many} warnings, see above\n"),
     }
     if let Some(path) = &arguments.report {
         text += &format!("\nwrote {}\n", path.display());

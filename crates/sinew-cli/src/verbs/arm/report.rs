@@ -5,7 +5,7 @@ use super::poses::{follow, velocities};
 use super::survey::{Survey, rest, span};
 use super::view::view;
 use crate::error::Error;
-use sinew::body::Robot;
+use sinew::body::{JointKind, Robot};
 use sinew::muscle::{Geometry, Muscles};
 
 /// Points of a curve.
@@ -74,7 +74,9 @@ fn curves(robot: &Robot) -> Result<Vec<serde_json::Value>, Error> {
             .map(|((i, tendon), arm)| serde_json::json!([called("tendon", &tendon.name, i), arm]))
             .collect();
         if !seen.is_empty() {
-            curves.push(serde_json::json!({"joint": names[velocity], "at": at, "arms": seen}));
+            let slides = robot.parts().joints[joint].kind == JointKind::Slide;
+            let unit = if slides { "m" } else { "rad" };
+            curves.push(serde_json::json!({"joint": names[velocity], "unit": unit, "at": at, "arms": seen}));
         }
     }
     Ok(curves)
