@@ -21,6 +21,9 @@ const JUMP: f64 = 8.0;
 /// Limits of the anchors after a fault, N.
 const ANCHOR: [f64; 2] = [5.0, 445.0];
 
+use End::{Bridged, Stopped, Unseen};
+use SensorFailure::{Lost, NotANumber, Stuck};
+
 struct Arm {
     specimen: ArmSpecimen,
     models: Vec<CableModel>,
@@ -85,8 +88,6 @@ impl Arm {
     }
 }
 
-const ALWAYS: f64 = f64::INFINITY;
-
 /// What became of it: bridged and forgotten, or the end.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum End {
@@ -96,65 +97,79 @@ enum End {
     Stopped,
 }
 
-fn table() -> Vec<(Failure, f64, Trouble, End)> {
-    use End::{Bridged, Stopped, Unseen};
-    use SensorFailure::{Lost, NotANumber, Stuck};
-    let mut table = Vec::new();
-    for how in [Lost, NotANumber, Stuck] {
-        let sensors = [
-            (Sensor::Motor(7), Trouble::MotorSensor(7), Stopped),
-            (Sensor::Joint(3), Trouble::JointSensor(3), Stopped),
-            // The observer of a cable goes on without its load cell.
-            (Sensor::Tension(7), Trouble::TensionSensor(7), Bridged),
-        ];
-        for (sensor, named, end) in sensors {
-            let what = Failure::Sensor(sensor, how);
-            // A joint that repeats itself for 10 ms has moved by some of its counts, as one that sticks.
-            let short = if how == Stuck { Unseen } else { Bridged };
-            let middle = if how == Stuck && end == Stopped { Unseen } else { Bridged };
-            table.extend(
-                [(0.001, short), (0.01, middle), (0.1, end), (ALWAYS, end)].map(|(s, e)| (what, s, named, e)),
-            );
-        }
-    }
-    for what in [Failure::Amplifier(7), Failure::Winch(7)] {
-        let ends = [(0.001, Unseen), (0.01, Unseen), (0.1, Stopped), (ALWAYS, Stopped)];
-        table.extend(ends.map(|(lasting, end)| (what, lasting, Trouble::Drive(7), end)));
-    }
-    for muscle in [0, 7, 8, 12] {
-        table.push((Failure::Cable(muscle), ALWAYS, Trouble::Cable(muscle), Stopped));
-    }
-    table
-}
-
-#[test]
-fn every_fault_has_its_name_and_its_time_and_no_tension_jumps() {
+/// Every duration of every fault.
+fn hold(table: impl IntoIterator<Item = (Failure, f64, Trouble, End)>) {
     let arm = Arm::new();
-    for (what, lasting, named, end) in table() {
+    for (what, lasting, named, end) in table {
         let found = arm.fails(what, lasting);
         let told = format!("{what:?} for {lasting} s: {:?}", found.incidents);
         let said = found.incidents.iter().find(|one| one.trouble == named);
         match end {
-            End::Unseen => assert!(found.incidents.is_empty(), "{told}"),
-            End::Bridged => {
+            Unseen => assert!(found.incidents.is_empty(), "{told}"),
+            Bridged => {
                 let said = said.unwrap_or_else(|| panic!("{told}"));
                 assert!((FROM..FROM + 0.02).contains(&said.from) && found.stopped.is_none(), "{told}");
                 assert!(said.until < FROM + lasting + 0.01, "{told}");
             }
-            End::Stopped => {
+            Stopped => {
                 assert_eq!(found.stopped.map(|(_, trouble)| trouble), Some(named), "{told}");
                 let at = found.stopped.map_or(0.0, |(time, _)| time);
                 assert!((FROM..FROM + 0.2).contains(&at), "{told}");
             }
         }
         // What was bridged or not noticed is not seen in the path either.
-        assert!(end == End::Stopped || found.end_point_error.max < 20e-3, "{told}");
+        assert!(end == Stopped || found.end_point_error.max < 20e-3, "{told}");
+    }
+}
+
+fn durations(what: Failure, named: Trouble, ends: [End; 4]) -> [(Failure, f64, Trouble, End); 4] {
+    let [one, ten, hundred, always] = ends;
+    [(1e-3, one), (0.01, ten), (0.1, hundred), (f64::INFINITY, always)].map(|(s, end)| (what, s, named, end))
+}
+
+use SensorFailure::{Lost, NotANumber, Stuck};
+use {Bridged, Stopped, Unseen};
+
+#[test]
+fn an_encoder_that_says_nothing_is_bridged_and_then_stops_the_arm() {
+    let ends = [Bridged, Bridged, Stopped, Stopped];
+    for how in [Lost, NotANumber] {
+        hold(durations(Failure::Sensor(Sensor::Motor(7), how), Trouble::MotorSensor(7), ends));
+        hold(durations(Failure::Sensor(Sensor::Joint(3), how), Trouble::JointSensor(3), ends));
     }
 }
 
 #[test]
+fn an_encoder_that_is_stuck_is_found_out_when_it_should_have_moved() {
+    // For ten milliseconds it differs from its counts as little as one whose cables stick.
+    let ends = [Unseen, Unseen, Stopped, Stopped];
+    hold(durations(Failure::Sensor(Sensor::Motor(7), Stuck), Trouble::MotorSensor(7), ends));
+    hold(durations(Failure::Sensor(Sensor::Joint(3), Stuck), Trouble::JointSensor(3), ends));
+}
+
+#[test]
+fn an_arm_goes_on_without_a_load_cell() {
+    for (how, one) in [(Lost, Bridged), (NotANumber, Bridged), (Stuck, Unseen)] {
+        let what = Failure::Sensor(Sensor::Tension(7), how);
+        hold(durations(what, Trouble::TensionSensor(7), [one, Bridged, Bridged, Bridged]));
+    }
+}
+
+#[test]
+fn a_drive_that_stops_is_told_from_its_encoder() {
+    let ends = [Unseen, Unseen, Stopped, Stopped];
+    hold(durations(Failure::Amplifier(7), Trouble::Drive(7), ends));
+    hold(durations(Failure::Winch(7), Trouble::Drive(7), ends));
+}
+
+#[test]
+fn a_cable_that_breaks_is_told_from_its_load_cell() {
+    hold([0, 7, 8, 12].map(|k| (Failure::Cable(k), f64::INFINITY, Trouble::Cable(k), Stopped)));
+}
+
+#[test]
 fn an_arm_without_faults_has_no_incidents() {
-    let never = Failure::Sensor(Sensor::Joint(0), SensorFailure::Lost);
+    let never = Failure::Sensor(Sensor::Joint(0), Lost);
     let arm = Arm::new();
     let robot = lm_arm();
     let mut controller =

@@ -95,6 +95,8 @@ pub(super) struct Guard {
     jammed: Vec<bool>,
     /// By how much every load cell says more than was known before, N, smoothed.
     surprise: Vec<f64>,
+    /// The same when its motor's encoder was last heard to move.
+    usual: Vec<f64>,
     /// Since when the tension of every cable is missing, s.
     untaut: Vec<f64>,
     /// What may be believed; a missing tension is not a number, a missing joint neither.
@@ -116,6 +118,7 @@ impl Guard {
             meant: vec![0.0; joints],
             jammed: vec![false; muscles],
             surprise: vec![0.0; muscles],
+            usual: vec![0.0; muscles],
             untaut: vec![0.0; muscles],
             motor: vec![0.0; muscles],
             tension: vec![0.0; muscles],
@@ -184,9 +187,11 @@ impl Guard {
             let moved = if good && !first { said - self.motor[k] } else { meant };
             self.motor[k] = if good { said } else { self.motor[k] + meant };
             // A winch that jams repeats itself as well: but then its load cell feels nothing that was not expected.
-            if good {
-                let felt = self.surprise[k] * self.lag[k] > FELT * self.lag[k].abs();
-                self.jammed[k] = self.motors[k].still > 0.0 && !felt;
+            if self.motors[k].still < 0.5 * h {
+                (self.jammed[k], self.usual[k]) = (false, self.surprise[k]);
+            } else if good {
+                let felt = self.surprise[k] - self.usual[k];
+                self.jammed[k] = felt * self.lag[k] < FELT * self.lag[k].abs();
             }
             let trouble = if self.jammed[k] { Trouble::Drive(k) } else { Trouble::MotorSensor(k) };
             self.report(good, self.motors[k].missing, trouble, true);
