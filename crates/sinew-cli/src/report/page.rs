@@ -12,6 +12,7 @@ use sinew_identify::log::Role;
 #[derive(Template)]
 #[template(path = "report.html")]
 struct Page<'a> {
+    version: &'a str,
     account: &'a Account,
     simulated: bool,
     far_unit: &'static str,
@@ -76,6 +77,7 @@ pub(crate) fn render(account: &Account) -> Result<String, Error> {
     let seconds: f64 = account.logs.iter().map(|l| l.duration_s).sum();
     let drawn = loops::shown(&records).len();
     let page = Page {
+        version: &account.version,
         account,
         simulated: simulated(account),
         far_unit: signals.far_unit,

@@ -3,6 +3,7 @@
 pub(crate) mod adapt;
 pub(crate) mod arm;
 pub(crate) mod bench;
+mod columns;
 pub(crate) mod demo;
 pub(crate) mod drive;
 pub(crate) mod evaluate;

@@ -1,7 +1,7 @@
 //! Which way the end point is to go: a name, or waypoints from a table.
 
 use crate::error::Error;
-use crate::verbs::read_text;
+use crate::verbs::columns;
 use sinew::trajectory::{EndPointPath, Loop, Waypoint};
 use std::path::{Path, PathBuf};
 
@@ -23,31 +23,9 @@ pub(super) fn wanted(path: &str) -> Result<EndPointPath, Error> {
 
 fn waypoints(path: &Path) -> Result<EndPointPath, Error> {
     let wrong = |problem: String| Error::File { file: path.to_owned(), problem };
-    let text = read_text(path)?;
-    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| {
-        let line = line.trim();
-        !line.is_empty() && !line.starts_with('#')
-    });
-    let (first, head) = lines.next().ok_or_else(|| wrong("is empty: expected columns".to_owned()))?;
-    let head: Vec<&str> = head.split(',').map(str::trim).collect();
-    let mut places = [0; 4];
-    for (place, name) in places.iter_mut().zip(COLUMNS) {
-        let found = head.iter().position(|column| *column == name);
-        *place = found
-            .ok_or_else(|| wrong(format!("line {first}: no column `{name}` among `{}`", head.join(", "))))?;
-    }
     let mut points = Vec::new();
     let mut last = f64::NEG_INFINITY;
-    for (line, content) in lines {
-        let cells: Vec<&str> = content.split(',').map(str::trim).collect();
-        let mut row = [0.0; 4];
-        for ((value, place), name) in row.iter_mut().zip(places).zip(COLUMNS) {
-            let cell = cells.get(place).copied().unwrap_or("");
-            *value = cell.parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(|| {
-                wrong(format!("line {line}, column `{name}`: `{cell}`: expected a finite number"))
-            })?;
-        }
-        let [time, x, y, z] = row;
+    for (line, [time, x, y, z]) in columns::read(path, COLUMNS)? {
         if time <= last {
             return Err(wrong(format!("line {line}, column `time_s`: {time}: expected more than {last}")));
         }

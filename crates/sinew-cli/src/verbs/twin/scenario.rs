@@ -1,6 +1,7 @@
 //! What both ends of a cable do: corners in time, even motion between them.
 
 use crate::error::Error;
+use crate::verbs::columns;
 use std::path::Path;
 
 /// Corners: time, s, and position of motor and anchor, m.
@@ -30,33 +31,9 @@ impl Scenario {
     }
 
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
-        let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };
-        let bytes = std::fs::read(path).map_err(unreadable)?;
         let wrong = |problem: String| Error::File { file: path.to_owned(), problem };
-        let text = String::from_utf8(bytes).map_err(|_| wrong("is no text".to_owned()))?;
-        let mut lines = (1..).zip(text.lines()).filter(|(_, line)| {
-            let line = line.trim();
-            !line.is_empty() && !line.starts_with('#')
-        });
-        let (first, head) = lines.next().ok_or_else(|| wrong("is empty: expected columns".to_owned()))?;
-        let head: Vec<&str> = head.split(',').map(str::trim).collect();
-        let mut places = [0; 3];
-        for (place, name) in places.iter_mut().zip(COLUMNS) {
-            *place = head.iter().position(|column| *column == name).ok_or_else(|| {
-                wrong(format!("line {first}: no column `{name}` among `{}`", head.join(", ")))
-            })?;
-        }
         let mut corners: Vec<[f64; 3]> = Vec::new();
-        for (line, content) in lines {
-            let cells: Vec<&str> = content.split(',').map(str::trim).collect();
-            let mut corner = [0.0; 3];
-            for ((value, place), name) in corner.iter_mut().zip(places).zip(COLUMNS) {
-                let cell = cells.get(place).copied().unwrap_or("");
-                let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
-                *value = number.ok_or_else(|| {
-                    wrong(format!("line {line}, column `{name}`: `{cell}`: expected a finite number"))
-                })?;
-            }
+        for (line, corner) in columns::read(path, COLUMNS)? {
             check(&corner, corners.last()).map_err(|problem| wrong(format!("line {line}, {problem}")))?;
             corners.push(corner);
         }
