@@ -161,7 +161,11 @@ impl Work {
                 *lambda += length * step;
             }
             last = error;
-            self.evaluate(block, lambda);
+            if settled {
+                self.move_free(block);
+            } else {
+                self.evaluate(block, lambda);
+            }
             // What the residual is made of changes little, and matters where the residual is small.
             if settled || !R::LARGE {
                 self.measure(block);
@@ -232,6 +236,19 @@ impl Work {
             wanted[i] = reference[i] + compliance[i] * block.rows.dot(i, lambda);
             tension[i] = wanted[i].max(lower[i]).min(upper[i]);
             limit[i] = Limit::of(wanted[i], lower[i], upper[i]);
+        }
+    }
+
+    /// The same after a full step that changes no limit, without another product: what a large multiplier rounds
+    /// away stays in the tensions.
+    #[inline(always)]
+    fn move_free<R: Rows>(&mut self, block: &Block<R>) {
+        let m = block.muscles();
+        let (wanted, tension, rate) = (&mut self.wanted[..m], &mut self.tension[..m], &self.rate[..m]);
+        let (lower, upper) = (&block.lower[..m], &block.upper[..m]);
+        for i in 0..m {
+            wanted[i] += rate[i];
+            tension[i] = wanted[i].max(lower[i]).min(upper[i]);
         }
     }
 
