@@ -4,7 +4,7 @@ use super::block::{Block, Limit};
 use super::exact::Exact;
 use super::newton::{Outcome, REACHED, Work};
 use super::pattern::{FEW, Group, Pattern, places};
-use super::problem::{Problem, count, is_arm};
+use super::problem::{Problem, size_and_arms};
 use super::rows::{Dense, Sparse, Wide};
 use crate::Error;
 use crate::dispatch::{self, Arithmetic, InstructionSet};
@@ -139,8 +139,7 @@ impl Distribution {
     /// As [`Problem::check`]; the last solution is then kept as a start.
     pub fn solve(&mut self, problem: &Problem) -> Result<Solution<'_>, Error> {
         let (muscles, joints) = (self.tension.len(), self.residual.len());
-        problem.check(muscles, joints)?;
-        let arms = count(problem.moment_arms, is_arm);
+        let arms = problem.count_arms(muscles, joints)?;
         if self.terms.gather_arms(&self.pattern, problem) != arms || !self.pattern.found {
             self.pattern.find(muscles, problem.moment_arms);
             self.terms.gather_arms(&self.pattern, problem);
@@ -237,7 +236,7 @@ impl Terms {
         self.value.extend(
             pattern.source.iter().map(|&place| problem.moment_arms.get(place).copied().unwrap_or(0.0)),
         );
-        count(&self.value, is_arm)
+        size_and_arms(&self.value).1
     }
 
     /// Takes the rest of the problem over.
