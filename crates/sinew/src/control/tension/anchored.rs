@@ -184,7 +184,7 @@ impl Anchored {
         let (h, x) = (&self.factors[..n * n], &mut self.step[..n]);
         for k in 0..n {
             for j in k + 1..n {
-                x[j] = x[j] - h[k * n + j] * x[k];
+                x[j] -= h[k * n + j] * x[k];
             }
         }
         for k in (0..n).rev() {

@@ -20,6 +20,7 @@ pub(super) struct Block<'a, R> {
 
 /// Which limit holds a muscle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
 pub enum Limit {
     /// Its least tension.
     Lower,
@@ -33,12 +34,12 @@ impl Limit {
     /// Which limit holds a muscle that would have the tension `wanted`.
     #[inline(always)]
     pub(super) fn of(wanted: f64, lower: f64, upper: f64) -> Self {
-        if wanted <= lower {
-            Self::Lower
-        } else if wanted >= upper {
-            Self::Upper
-        } else {
-            Self::Free
+        // Without a branch: which muscle meets a limit is hard to foretell.
+        let above = u8::from(wanted > lower);
+        match above + (above & u8::from(wanted >= upper)) {
+            0 => Self::Lower,
+            1 => Self::Free,
+            _ => Self::Upper,
         }
     }
 }
@@ -64,15 +65,17 @@ impl<'a, R: Rows> Block<'a, R> {
     /// `residual = tau - R^T F`.
     #[inline(always)]
     pub(super) fn residual(&self, tension: &[f64], residual: &mut [f64]) {
-        residual[..self.joints()].copy_from_slice(self.torque);
+        let n = self.joints();
+        residual[..n].copy_from_slice(&self.torque[..n]);
         self.rows.pull(&tension[..self.muscles()], residual);
     }
 
     /// The residual, and in `scale` the sum of the magnitudes of what it is made of.
     #[inline(always)]
     pub(super) fn measure(&self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
-        residual[..self.joints()].copy_from_slice(self.torque);
-        for (scale, torque) in scale.iter_mut().zip(self.torque) {
+        let n = self.joints();
+        residual[..n].copy_from_slice(&self.torque[..n]);
+        for (scale, torque) in scale[..n].iter_mut().zip(&self.torque[..n]) {
             *scale = torque.abs();
         }
         self.rows.pull_and_weigh(&tension[..self.muscles()], residual, scale);

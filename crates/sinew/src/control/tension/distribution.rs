@@ -4,7 +4,7 @@ use super::block::{Block, Limit};
 use super::exact::Exact;
 use super::newton::{Outcome, REACHED, Work};
 use super::pattern::{FEW, Group, Pattern, places};
-use super::problem::{Problem, count, is_arm};
+use super::problem::{Problem, size_and_arms};
 use super::rows::{Dense, Sparse, Wide};
 use crate::Error;
 use crate::dispatch::{self, Arithmetic, InstructionSet};
@@ -139,8 +139,7 @@ impl Distribution {
     /// As [`Problem::check`]; the last solution is then kept as a start.
     pub fn solve(&mut self, problem: &Problem) -> Result<Solution<'_>, Error> {
         let (muscles, joints) = (self.tension.len(), self.residual.len());
-        problem.check(muscles, joints)?;
-        let arms = count(problem.moment_arms, is_arm);
+        let arms = problem.count_arms(muscles, joints)?;
         if self.terms.gather_arms(&self.pattern, problem) != arms || !self.pattern.found {
             self.pattern.find(muscles, problem.moment_arms);
             self.terms.gather_arms(&self.pattern, problem);
@@ -173,21 +172,20 @@ impl Distribution {
     /// Multipliers and tensions of a group whose torque can be reached.
     fn ascend(&mut self, group: &Group, most: u32, iterations: &mut u32) -> Outcome {
         let Self { pattern, terms, work, lambda, instructions, .. } = self;
-        let mut outcome = Outcome::Unreached;
         let arms = &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]];
         let (block, lambda) = (terms.block(pattern, group), &mut lambda[group.joints.clone()]);
-        let whole = group.whole;
-        instructions.run(Ascent {
-            work,
-            block,
-            whole,
-            arms,
-            lambda,
-            most,
-            iterations,
-            outcome: &mut outcome,
-        });
-        outcome
+        match block.joints() {
+            1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, most, iterations),
+            2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, most, iterations),
+            FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, most, iterations),
+            _ => {
+                let whole = group.whole;
+                let mut outcome = Outcome::Unreached;
+                let told = &mut outcome;
+                instructions.run(Ascent { work, block, whole, arms, lambda, most, iterations, told });
+                outcome
+            }
+        }
     }
 
     /// Puts a group's answer into the order of the problem.
@@ -206,7 +204,8 @@ impl Distribution {
     }
 }
 
-/// [`Work::solve`] on the best instruction set. None of it fuses or reorders: every machine gets the same bits.
+/// [`Work::solve`] for many joints on the best instruction set. None of it fuses or reorders: every machine gets the
+/// same bits.
 struct Ascent<'a, 'b> {
     work: &'a mut Work,
     block: Block<'b, Sparse<'b>>,
@@ -215,19 +214,17 @@ struct Ascent<'a, 'b> {
     lambda: &'a mut [f64],
     most: u32,
     iterations: &'a mut u32,
-    outcome: &'a mut Outcome,
+    told: &'a mut Outcome,
 }
 
 impl dispatch::Work for Ascent<'_, '_> {
     #[inline(always)]
     fn run<A: Arithmetic>(self, _: A) {
-        let Self { work, block, whole, arms, lambda, most, iterations, outcome } = self;
-        *outcome = match block.joints() {
-            1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, most, iterations),
-            2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, most, iterations),
-            FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, most, iterations),
-            joints if whole => work.solve(&block.with(Wide::new(joints, arms)), lambda, most, iterations),
-            _ => work.solve(&block, lambda, most, iterations),
+        let Self { work, block, whole, arms, lambda, most, iterations, told } = self;
+        *told = if whole {
+            work.solve(&block.with(Wide::new(block.joints(), arms)), lambda, most, iterations)
+        } else {
+            work.solve(&block, lambda, most, iterations)
         };
     }
 }
@@ -239,7 +236,7 @@ impl Terms {
         self.value.extend(
             pattern.source.iter().map(|&place| problem.moment_arms.get(place).copied().unwrap_or(0.0)),
         );
-        count(&self.value, is_arm)
+        size_and_arms(&self.value).1
     }
 
     /// Takes the rest of the problem over.

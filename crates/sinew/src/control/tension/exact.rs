@@ -107,7 +107,7 @@ impl Exact {
             if error <= BALANCED || self.stands_still(block) {
                 break;
             }
-            left = (SOFTER * left).max(error).max(SOFTEST).min(1.0);
+            left = (SOFTER * left).max(error).clamp(SOFTEST, 1.0);
             self.last[..n].copy_from_slice(&self.held.residual[..n]);
         }
     }

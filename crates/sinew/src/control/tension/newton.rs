@@ -161,7 +161,11 @@ impl Work {
                 *lambda += length * step;
             }
             last = error;
-            self.evaluate(block, lambda);
+            if settled {
+                self.move_free(block);
+            } else {
+                self.evaluate(block, lambda);
+            }
             // What the residual is made of changes little, and matters where the residual is small.
             if settled || !R::LARGE {
                 self.measure(block);
@@ -212,13 +216,11 @@ impl Work {
     fn set_floor<R: Rows>(&mut self, block: &Block<R>) {
         let floor = &mut self.floor[..block.joints()];
         floor.fill(0.0);
-        for muscle in 0..block.muscles() {
-            for (joint, arm) in block.rows.row(muscle) {
-                floor[joint] += LEAST_PIVOT * block.compliance[muscle] * arm * arm;
-            }
+        block.rows.stiffen_each(block.compliance, floor);
+        for floor in floor {
+            // A joint that no muscle crosses, or whose arms vanished in this pose, has none.
+            *floor = if *floor > 0.0 { LEAST_PIVOT * *floor } else { 1.0 };
         }
-        // A joint that no muscle crosses, or whose arms vanished in this pose.
-        floor.iter_mut().filter(|floor| **floor <= 0.0).for_each(|floor| *floor = 1.0);
     }
 
     /// Tensions and limits at `lambda`.
@@ -232,6 +234,19 @@ impl Work {
             wanted[i] = reference[i] + compliance[i] * block.rows.dot(i, lambda);
             tension[i] = wanted[i].max(lower[i]).min(upper[i]);
             limit[i] = Limit::of(wanted[i], lower[i], upper[i]);
+        }
+    }
+
+    /// The same after a full step that changes no limit, without another product: what a large multiplier rounds
+    /// away stays in the tensions.
+    #[inline(always)]
+    fn move_free<R: Rows>(&mut self, block: &Block<R>) {
+        let m = block.muscles();
+        let (wanted, tension, rate) = (&mut self.wanted[..m], &mut self.tension[..m], &self.rate[..m]);
+        let (lower, upper) = (&block.lower[..m], &block.upper[..m]);
+        for i in 0..m {
+            wanted[i] += rate[i];
+            tension[i] = wanted[i].max(lower[i]).min(upper[i]);
         }
     }
 
@@ -294,9 +309,8 @@ impl Work {
         let n = block.joints();
         let factors = &mut self.factors[..n * n];
         factors.fill(0.0);
-        for (i, (compliance, free)) in block.compliance.iter().zip(&self.counted).enumerate() {
-            block.rows.stiffen(&[(i, if *free { *compliance } else { 0.0 })], factors);
-        }
+        let counted = block.compliance.iter().zip(&self.counted);
+        block.rows.stiffen_all(counted.map(|(f, free)| if *free { *f } else { 0.0 }), factors);
         factor(factors, &self.floor[..n]);
     }
 

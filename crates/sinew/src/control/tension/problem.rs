@@ -45,34 +45,37 @@ pub(super) fn is_arm(arm: f64) -> bool {
     arm.abs() >= LEAST_ARM
 }
 
-/// How many numbers `hold` something, several at a time.
+/// Sum of the magnitudes of arms, and how many of them are some, several at a time.
 #[inline(always)]
-pub(super) fn count(values: &[f64], holds: impl Fn(f64) -> bool) -> usize {
+pub(super) fn size_and_arms(arms: &[f64]) -> (f64, usize) {
     const LANES: usize = 4;
-    let mut counts = [0_u64; LANES];
-    let mut chunks = values.chunks_exact(LANES);
-    for chunk in &mut chunks {
-        for (count, value) in counts.iter_mut().zip(chunk) {
-            *count += u64::from(holds(*value));
+    let (mut sizes, mut counts) = ([0.0; LANES], [0_u64; LANES]);
+    let (chunks, rest) = arms.as_chunks::<LANES>();
+    for chunk in chunks {
+        for k in 0..LANES {
+            sizes[k] += chunk[k].abs();
+            counts[k] += u64::from(is_arm(chunk[k]));
         }
     }
-    let rest = chunks.remainder().iter().filter(|value| holds(**value)).count();
-    counts.iter().map(|count| *count as usize).sum::<usize>() + rest
+    let more: f64 = rest.iter().map(|arm| arm.abs()).sum();
+    let count = rest.iter().filter(|arm| is_arm(**arm)).count();
+    (
+        (sizes[0] + sizes[2]) + (sizes[1] + sizes[3]) + more,
+        counts.iter().map(|count| *count as usize).sum::<usize>() + count,
+    )
 }
 
 /// An error that names the first number that does not hold what is `expected` of it.
-#[inline(always)]
 fn all(
     name: &'static str,
     expected: &'static str,
     values: &[f64],
     holds: impl Fn(f64) -> bool,
 ) -> Result<(), Error> {
-    if count(values, &holds) == values.len() {
-        return Ok(());
+    match values.iter().copied().find(|value| !holds(*value)) {
+        Some(bad) => within(name, expected, bad, false).map(|_| ()),
+        None => Ok(()),
     }
-    let bad = values.iter().copied().find(|value| !holds(*value)).unwrap_or(f64::NAN);
-    within(name, expected, bad, false).map(|_| ())
 }
 
 fn length(name: &'static str, expected: usize, values: &[f64]) -> Result<(), Error> {
@@ -86,12 +89,38 @@ impl Problem<'_> {
     /// # Errors
     /// [`Error::WrongLength`] and [`Error::OutOfDomain`] name the field; the latter holds the first value that is wrong.
     pub fn check(&self, muscles: usize, joints: usize) -> Result<(), Error> {
+        self.count_arms(muscles, joints).map(|_| ())
+    }
+
+    /// [`Problem::check`], and how many moment arms are some.
+    pub(super) fn count_arms(&self, muscles: usize, joints: usize) -> Result<usize, Error> {
         length("moment_arms", muscles * joints, self.moment_arms)?;
         length("torque", joints, self.torque)?;
         length("minimum", muscles, self.minimum)?;
         length("maximum", muscles, self.maximum)?;
         length("reference", muscles, self.reference)?;
         length("weight", muscles, self.weight)?;
+        let (size, arms) = size_and_arms(self.moment_arms);
+        if size + self.size_of_the_rest() <= MOST { Ok(arms) } else { self.find_wrong().map(|()| arms) }
+    }
+
+    /// Sum of all magnitudes but those of the arms, and infinite where limits or weights are wrong: where it is small,
+    /// no term is large or no number.
+    #[inline(always)]
+    fn size_of_the_rest(&self) -> f64 {
+        let mut size: f64 = self.torque.iter().map(|torque| torque.abs()).sum();
+        let mut right = true;
+        let limits = self.minimum.iter().zip(self.maximum);
+        for (((low, high), reference), weight) in limits.zip(self.reference).zip(self.weight) {
+            size += (low.abs() + high.abs()) + reference.abs();
+            right &= (low <= high) & (*weight >= 1.0 / MOST) & (*weight <= MOST);
+        }
+        if right { size } else { f64::INFINITY }
+    }
+
+    /// An error for the first number that is wrong.
+    #[cold]
+    fn find_wrong(&self) -> Result<(), Error> {
         let usual = |x: f64| x.abs() <= MOST;
         let magnitude = "a finite number of magnitude <= 1e30";
         all("moment_arms", magnitude, self.moment_arms, usual)?;
@@ -100,13 +129,7 @@ impl Problem<'_> {
         all("maximum", magnitude, self.maximum, usual)?;
         all("reference", magnitude, self.reference, usual)?;
         all("weight", "within 1e-30 to 1e30", self.weight, |w| (1.0 / MOST..=MOST).contains(&w))?;
-        let crossed =
-            self.minimum.iter().zip(self.maximum).fold(false, |any, (low, high)| any | (low > high));
-        if !crossed {
-            return Ok(());
-        }
-        let pairs = self.minimum.iter().zip(self.maximum);
-        let low = pairs.filter(|(low, high)| low > high).map(|(low, _)| *low).next().unwrap_or(f64::NAN);
-        within("minimum", "<= maximum", low, false).map(|_| ())
+        let mut crossed = self.minimum.iter().zip(self.maximum).filter(|(low, high)| low > high);
+        crossed.next().map_or(Ok(()), |(low, _)| within("minimum", "<= maximum", *low, false).map(|_| ()))
     }
 }

@@ -27,6 +27,24 @@ pub(super) trait Rows: Copy {
     /// Adds `sum f r^T r` over muscles and their `f` to the upper triangle of `h`.
     fn stiffen(self, parts: &[(usize, f64)], h: &mut [f64]);
 
+    /// Adds `sum f r_j^2` over muscles and their `f` to each joint's place.
+    #[inline(always)]
+    fn stiffen_each(self, f: &[f64], diagonal: &mut [f64]) {
+        for (muscle, f) in f.iter().enumerate() {
+            for (joint, arm) in self.row(muscle) {
+                diagonal[joint] += f * arm * arm;
+            }
+        }
+    }
+
+    /// [`Rows::stiffen`] with all muscles: `h` need not be empty.
+    #[inline(always)]
+    fn stiffen_all(self, f: impl Iterator<Item = f64>, h: &mut [f64]) {
+        for part in f.enumerate() {
+            self.stiffen(&[part], h);
+        }
+    }
+
     /// Joints and arms of a muscle.
     fn row(self, muscle: usize) -> impl Iterator<Item = (usize, f64)>;
 }
@@ -59,32 +77,48 @@ impl<const N: usize> Rows for Dense<'_, N> {
 
     #[inline(always)]
     fn pull(self, tension: &[f64], residual: &mut [f64]) {
-        let residual = &mut residual[..N];
-        for (arms, tension) in self.arms.iter().zip(tension) {
-            for j in 0..N {
-                residual[j] -= arms[j] * tension;
-            }
-        }
+        self.add_each(tension, residual, |arm, tension| -arm * tension);
     }
 
     #[inline(always)]
     fn weigh(self, tension: &[f64], scale: &mut [f64]) {
-        let scale = &mut scale[..N];
-        for (arms, tension) in self.arms.iter().zip(tension) {
-            for j in 0..N {
-                scale[j] += (arms[j] * tension).abs();
-            }
-        }
+        self.add_each(tension, scale, |arm, tension| (arm * tension).abs());
     }
 
     #[inline(always)]
     fn pull_and_weigh(self, tension: &[f64], residual: &mut [f64], scale: &mut [f64]) {
-        let (residual, scale) = (&mut residual[..N], &mut scale[..N]);
+        let (mut left, mut size) = ([0.0; N], [0.0; N]);
+        left.copy_from_slice(&residual[..N]);
+        size.copy_from_slice(&scale[..N]);
         for (arms, tension) in self.arms.iter().zip(tension) {
             for j in 0..N {
                 let torque = arms[j] * tension;
-                residual[j] -= torque;
-                scale[j] += torque.abs();
+                left[j] -= torque;
+                size[j] += torque.abs();
+            }
+        }
+        residual[..N].copy_from_slice(&left);
+        scale[..N].copy_from_slice(&size);
+    }
+
+    #[inline(always)]
+    fn stiffen_each(self, f: &[f64], diagonal: &mut [f64]) {
+        self.add_each(f, diagonal, |arm, f| f * arm * arm);
+    }
+
+    #[inline(always)]
+    fn stiffen_all(self, f: impl Iterator<Item = f64>, h: &mut [f64]) {
+        let mut sums = [[0.0; N]; N];
+        for (arms, f) in self.arms.iter().zip(f) {
+            for i in 0..N {
+                for j in i..N {
+                    sums[i][j] += f * arms[i] * arms[j];
+                }
+            }
+        }
+        for (h, sums) in h.chunks_exact_mut(N).zip(&sums) {
+            for (h, sum) in h.iter_mut().zip(sums) {
+                *h += sum;
             }
         }
     }
@@ -105,6 +139,21 @@ impl<const N: usize> Rows for Dense<'_, N> {
     #[inline(always)]
     fn row(self, muscle: usize) -> impl Iterator<Item = (usize, f64)> {
         self.arms[muscle].iter().copied().enumerate()
+    }
+}
+
+impl<const N: usize> Dense<'_, N> {
+    /// Adds `term` of every arm and its muscle's number to the joint. Sums stay in registers.
+    #[inline(always)]
+    fn add_each(self, numbers: &[f64], to: &mut [f64], term: impl Fn(f64, f64) -> f64) {
+        let mut sums = [0.0; N];
+        sums.copy_from_slice(&to[..N]);
+        for (arms, &number) in self.arms.iter().zip(numbers) {
+            for j in 0..N {
+                sums[j] += term(arms[j], number);
+            }
+        }
+        to[..N].copy_from_slice(&sums);
     }
 }
 
