@@ -220,7 +220,13 @@ fn what_is_no_robot_is_refused_with_file_and_line() {
     let error = |read: Result<Description, DescriptionError>| read.unwrap().robot().unwrap_err().to_string();
     let toml = "name = \"a\"\n\n[[body]]\nname = \"b\"\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"\n\
                 axis = [0, 0, 1]\nrange_rad = [1.0, -1.0]\n";
-    assert!(error(from_toml("a.toml", toml)).starts_with("a.toml:5: joint `j`: "));
+    assert!(error(from_toml("a.toml", toml)).starts_with("a.toml:10: joint `j`: its range must be"));
+    let body = |mass: &str| format!("[[body]]\nname = \"b\"\ninertia_kg_m2 = [1, 1, 9]\nmass_kg = {mass}\n");
+    assert!(error(from_toml("a.toml", &body("-1"))).starts_with("a.toml:4: body `b`: its mass must be"));
+    assert!(error(from_toml("a.toml", &body("1"))).starts_with("a.toml:3: body `b`: its inertia must be"));
+    let mut chain = String::from("[[body]]\nname = \"b0\"\n");
+    (1..1000).for_each(|k| chain += &format!("[[body]]\nname = \"b{k}\"\nparent = \"b{}\"\n", k - 1));
+    assert!(error(from_toml("a.toml", &chain)).starts_with("a.toml:2702: body `b900`: stands on 900 bodies"));
     let mjcf = "<mujoco><worldbody>\n<body>\n<joint name=\"a&#10;b\"/></body></worldbody></mujoco>";
     assert!(error(from_mjcf("a.xml", mjcf, &mut |_| Err(String::new()))).starts_with("a.xml:3: joint `a"));
 }

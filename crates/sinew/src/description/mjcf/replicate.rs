@@ -2,7 +2,7 @@
 
 use super::compiler::Compiler;
 use super::geom::{HERE, Place};
-use crate::description::attributes::Attributes;
+use crate::description::attributes::{Attributes, shortened};
 use crate::description::error::DescriptionError;
 use crate::description::orientation as turn;
 use crate::description::tree::{Element, Tree};
@@ -27,11 +27,11 @@ pub(super) fn expand(tree: &mut Tree, compiler: &Compiler) -> Result<(), Descrip
 
 fn copies(tree: &mut Tree, index: usize, most: usize, compiler: &Compiler) -> Result<(), DescriptionError> {
     let at = Attributes::own(tree, index);
-    at.required("count")?;
-    let count = match at.number_or("count", 0.0)? {
-        count if count >= 0.0 && libm::trunc(count) == count && count <= MOST as f64 => count as usize,
-        count => return Err(at.error("count", format!("is {count}: expected a whole number of copies"))),
-    };
+    let text = at.required("count")?;
+    let count = text.trim().parse::<usize>();
+    let count = count.map_err(|_| {
+        at.error("count", format!("is `{}`: expected a whole number of copies", shortened(text)))
+    })?;
     let separator = at.text("sep").unwrap_or_default().to_string();
     let angles = at.array_or("euler", [0.0; 3])?.map(|angle| angle * compiler.radians);
     let offset = at.array_or("offset", [0.0; 3])?;

@@ -9,7 +9,7 @@ use crate::description::Description;
 use crate::description::error::DescriptionError;
 use crate::description::mjcf;
 use crate::description::orientation::IDENTITY;
-use crate::description::origin::Origins;
+use crate::description::origin::{Keys, Origins};
 use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -29,6 +29,7 @@ impl Source<'_> {
 
     /// Where the tables of each kind begin.
     fn describe(&self, written: &w::File, origins: &mut Origins) {
+        origins.set_keys(self.file, self.text);
         let ends: Vec<usize> =
             self.text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at).collect();
         let mut all = |kind: &'static str, first: usize, starts: &mut dyn Iterator<Item = usize>| {
@@ -53,19 +54,8 @@ impl Source<'_> {
 
     /// The line within the table at `at` of the key that a problem begins with, else that of the table.
     fn field(&self, at: usize, problem: &str) -> usize {
-        let table = self.line(at);
         let key: String = problem.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
-        let lines = self.text.lines().enumerate().skip(table);
-        let within = lines.take_while(|(_, line)| !line.trim_start().starts_with("[["));
-        let holds = |line: &str| {
-            line.trim_start()
-                .strip_prefix(key.as_str())
-                .is_some_and(|rest| rest.trim_start().starts_with('='))
-        };
-        within
-            .into_iter()
-            .find(|(_, line)| !key.is_empty() && holds(line))
-            .map_or(table, |(index, _)| index + 1)
+        Keys::of(self.text).line(self.line(at), &key)
     }
 
     fn parse(&self) -> Result<w::File, DescriptionError> {
