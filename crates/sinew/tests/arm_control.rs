@@ -10,10 +10,10 @@ use sinew::control::arm::{ArmController, ArmGains, ArmSample, ArmStatus, Goal, K
 use sinew::control::compensation::Compensation;
 use sinew::drive::DriveCommand;
 use sinew::experiment::TrackSummary;
-use sinew::experiment::arm::{TrackRow, TrackRun, track};
+use sinew::experiment::arm::{TrackRow, TrackRun, resting_tensions, track};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
-use sinew::twin::arm::{ArmSpecimen, Failure, Fault, Sensor, SensorFailure};
+use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault, Sensor, SensorFailure};
 
 const H: f64 = 1e-3;
 
@@ -105,6 +105,44 @@ fn an_arm_at_rest_stays_at_rest_without_hunting() {
     let found = run(Case { after: 20.0, ..Case::default() }, |_| {});
     assert!(found.hold_unrest() < 1.0, "{} N", found.hold_unrest());
     assert!(found.hold_error.max < 5e-3, "{:?}", found.hold_error);
+}
+
+#[test]
+fn while_the_reference_stands_the_controller_gives_the_arm_no_energy() {
+    let robot = lm_arm();
+    let q = start(&robot);
+    let wanted = Reference { q: q.clone(), ..Reference::new(7) };
+    for seed in [1, 2, 3] {
+        let specimen = ArmSpecimen::draw(&robot, &q, seed).unwrap();
+        let way = Way::Winches(Knowledge::Observer);
+        let mut controller =
+            ArmController::new(&robot, &believed(&specimen), ArmGains::lm_arm(), way).unwrap();
+        let mut away = q.clone();
+        away[3] += 0.03;
+        away[0] -= 0.02;
+        let mut arm = ArmTwin::new(&specimen, &away, &resting_tensions(&robot, &q).unwrap(), seed).unwrap();
+        let begin = arm.energy().unwrap();
+        let (mut most, mut given, mut late) = (begin, 0.0, 0.0);
+        for k in 0..8000 {
+            let reading = arm.reading();
+            let sample =
+                ArmSample { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
+            let goal = Goal { now: &wanted, coming: &wanted };
+            let commands = controller.step(H, &sample, &goal, None).unwrap().commands.to_vec();
+            let truth = arm.step(&commands, H).unwrap();
+            let pulls = truth.drives.iter().zip(truth.cables);
+            let work: f64 = pulls.map(|(drive, cable)| drive.moved * cable.tension_in).sum();
+            given += work;
+            late += if k >= 5000 { work } else { 0.0 };
+            most = most.max(arm.energy().unwrap());
+        }
+        let error = arm.truth().q.iter().zip(&q).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
+        let told = format!("seed {seed}: {begin} J, at most {most}, given {given}, late {late}, {error} rad");
+        assert!(most < begin + 1.0 && given < 2.0, "{told}");
+        // Noise and counts cost some 50 mW.
+        assert!(late < 0.5, "{told}");
+        assert!(arm.truth().v.iter().all(|v| v.abs() < 0.05) && error < 6e-3, "{told}");
+    }
 }
 
 #[test]
