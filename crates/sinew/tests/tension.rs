@@ -227,6 +227,45 @@ fn a_torque_made_by_tensions_within_the_limits_is_reached() {
 }
 
 #[test]
+fn joints_told_apart_hardly_fixed_muscles_and_unequal_weights_stop_nothing() {
+    let mut random = Random::new(17);
+    for size in SIZES {
+        for round in 0..60 {
+            let kind = KINDS[round % 5];
+            let mut owned = draw(&mut random, kind, size);
+            let (muscles, joints) = size;
+            // One joint like another, muscles against each other, a quarter at equal limits, weights of six decades.
+            let (one, other) = (below(&mut random, joints), below(&mut random, joints));
+            owned.arms.chunks_exact_mut(joints).for_each(|row| row[one] = row[other]);
+            let first: Vec<f64> = owned.arms[..joints].iter().map(|arm| -arm).collect();
+            owned.arms[(muscles - 1) * joints..].copy_from_slice(&first);
+            for i in (0..muscles).step_by(4) {
+                owned.maximum[i] = owned.minimum[i];
+            }
+            owned.weight.iter_mut().for_each(|weight| *weight = 10.0_f64.powf(6.0 * random.unit() - 3.0));
+            let tension: Vec<f64> = (0..muscles)
+                .map(|i| match below(&mut random, 3) {
+                    0 => owned.minimum[i],
+                    1 => owned.maximum[i],
+                    _ => f64::midpoint(owned.minimum[i], owned.maximum[i]),
+                })
+                .collect();
+            owned.torque = owned.torque_of(&tension);
+            let mut distribution = Distribution::new(muscles, joints);
+            let solution = distribution.solve(&owned.problem()).unwrap();
+            assert_eq!(solution.status, Status::Optimal, "{kind:?} {size:?} {round}: {solution:?}");
+            let scale = |j: usize| -> f64 {
+                let made = |i: usize| (owned.arms[i * joints + j] * solution.tension[i]).abs();
+                (0..muscles).map(made).sum::<f64>() + owned.torque[j].abs()
+            };
+            for (j, residual) in solution.residual.iter().enumerate() {
+                assert!(residual.abs() <= 1e-12 * scale(j), "{kind:?} {size:?} {round}: {residual:e}");
+            }
+        }
+    }
+}
+
+#[test]
 fn the_start_does_not_change_the_answer() {
     let mut random = Random::new(11);
     for_all(10, |name, owned| {
