@@ -3,8 +3,9 @@
     python benches/peers/description.py SINEW FILE.xml ...
 
 Each file is converted to MJCF and to TOML and back to MJCF by SINEW (the program); MuJoCo compiles the original and
-both results. Printed: the largest difference of masses, full inertia tensors, places, joints, sites, tendons, couplings,
-actuators and keys, and of lengths, moment arms and gravity torques of `sinew arm evaluate` at 20 random poses.
+both results. Printed: the largest difference of masses, full inertia tensors, places, joints, sites, tendons, couplings, laws of
+actuators and keys, and of lengths, moment arms, gravity torques and sites of `sinew arm evaluate` at 20 random poses, with some
+joints left out and quaternions of any length.
 """
 import csv, os, subprocess, sys, tempfile
 import mujoco as mj

@@ -111,7 +111,7 @@ fn names_with_commas_quotes_and_brackets_come_back_as_they_went_out() {
     let bench = Bench::new();
     let joint = |name: &str| format!("<body><joint name='{name}'/><geom size='1' pos='1 0 0'/>");
     let bodies = joint("a,b") + &joint("c &quot;d&quot;") + &joint("e[0]") + "</body></body></body>";
-    bench.write("robot.xml", &format!("<mujoco><worldbody>{bodies}</worldbody></mujoco>"));
+    bench.write("robot.xml", format!("<mujoco><worldbody>{bodies}</worldbody></mujoco>"));
     bench.write("poses.csv", "\"a,b\",\"c \"\"d\"\"\",e[0]\n0.1,0.2,0.3\n");
     let run = bench.run("arm evaluate robot.xml --poses poses.csv");
     assert_eq!(run.code, Some(0), "{}", run.stderr);
