@@ -127,9 +127,6 @@ fn durations(what: Failure, named: Trouble, ends: [End; 4]) -> [(Failure, f64, T
     [(1e-3, one), (0.01, ten), (0.1, hundred), (f64::INFINITY, always)].map(|(s, end)| (what, s, named, end))
 }
 
-use SensorFailure::{Lost, NotANumber, Stuck};
-use {Bridged, Stopped, Unseen};
-
 #[test]
 fn an_encoder_that_says_nothing_is_bridged_and_then_stops_the_arm() {
     let ends = [Bridged, Bridged, Stopped, Stopped];
