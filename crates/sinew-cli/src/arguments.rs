@@ -260,7 +260,7 @@ pub(crate) struct TrackArguments {
     /// are told speeds
     #[arg(long, value_name = "NAME", default_value = "observer")]
     pub(crate) compensation: String,
-    /// Mass at the end point that the controller is not told of, kg
+    /// Mass carried at the end point, kg; the controller knows it
     #[arg(long, value_name = "KG", default_value_t = 0.0)]
     pub(crate) payload: f64,
     /// What fails, and when, in s since the run began (the motion begins at 3 s): cable:MUSCLE@TIME, and for a while

@@ -48,6 +48,14 @@ pub(crate) enum Error {
         /// When and why.
         obstacle: String,
     },
+    /// A payload that a robot cannot carry along a path.
+    #[error("--payload {payload} kg: {obstacle}")]
+    Overloaded {
+        /// As given.
+        payload: f64,
+        /// When and why.
+        obstacle: String,
+    },
     /// A file that cannot be read.
     #[error("{}: cannot be read: {source}", file.display())]
     Unreadable {

@@ -12,8 +12,8 @@ use sinew::predictor::CableModel;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, Failure, Fault, Sensor, SensorFailure};
 
-/// When it fails, s: the elbow turns at 0.4 rad/s, brachialis winds in 20 mm/s.
-const FROM: f64 = 2.5;
+/// When it fails, s: elbow and brachialis are on their way.
+const FROM: f64 = 3.0;
 /// Rest, one turn of the circle, rest.
 const ROWS: usize = 1000 + 5750 + 1000;
 /// The most that an anchor's tension changes in a millisecond, N: 0.5 without a fault, 4.3 where the arm falls into its other cables.

@@ -174,3 +174,9 @@ fn a_fault_is_asked_for_by_name_and_reported_with_its_time() {
         bench.refuses(&format!("{short} --fault {fault}"), &["--fault", fault, words]);
     }
 }
+
+#[test]
+fn a_payload_that_no_tensions_carry_is_refused_before_the_start() {
+    Bench::new()
+        .refuses("track --duration 11.5 --repeats 1 --payload 2", &["--payload 2 kg", "elbow_flexion"]);
+}

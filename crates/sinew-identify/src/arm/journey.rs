@@ -1,19 +1,26 @@
 //! From a path of the end point to joints in time that a robot can follow, or the first place where it cannot.
 
+use super::tracking::first_pose;
 use crate::Error;
 use sinew::body::Robot;
+use sinew::control::arm::ArmGains;
 use sinew::control::tension::{Distribution, Problem, Status};
+use sinew::experiment::arm::perfect_models;
+use sinew::predictor::CableModel;
 use sinew::trajectory::{
     Demand, EndPointPath, JointPath, Limits, Obstacle, Redundancy, Shortfall, TimeLaw, Trajectory,
     first_obstacle,
 };
+use sinew::twin::arm::ArmSpecimen;
 
 /// Turns of a closed path, as the paper's two periods.
 const TURNS: f64 = 2.0;
 /// Knots of the joints over a turn.
 const KNOTS: usize = 720;
-/// Tensions that a trajectory may ask of a muscle at rest, N: what drives give at anchors behind the least of friction.
-const TENSIONS_N: [f64; 2] = [20.0, 400.0];
+/// Least tension of a muscle, N.
+const LEAST_N: f64 = 20.0;
+/// Most where nothing is known of its cable, N.
+const MOST_N: f64 = 400.0;
 
 /// Joints in time for a path of a site: closed paths twice round in `duration` seconds from rest to rest, waypoints at their own
 /// times.
@@ -46,7 +53,7 @@ pub fn obstacle(robot: &Robot, trajectory: &Trajectory) -> Result<Option<Obstacl
     let joints = robot.nv();
     let muscles = sinew::muscle::Muscles::new(robot).count();
     let mut distribution = Distribution::new(muscles, joints);
-    let [least, most] = TENSIONS_N.map(|tension| vec![tension; muscles]);
+    let (least, most) = (vec![LEAST_N; muscles], most(robot, trajectory, muscles)?);
     let (reference, weight) = (vec![0.0; muscles], vec![1.0; muscles]);
     let reach = |demand: Demand<'_>| {
         let problem = Problem {
@@ -66,4 +73,17 @@ pub fn obstacle(robot: &Robot, trajectory: &Trajectory) -> Result<Option<Obstacl
         most.map(|(velocity, torque)| Shortfall { velocity, torque: *torque })
     };
     Ok(first_obstacle(robot, trajectory, &Limits::default(), reach)?)
+}
+
+/// What every drive gives at its anchor for ever, N, by the cables as designed.
+fn most(robot: &Robot, trajectory: &Trajectory, muscles: usize) -> Result<Vec<f64>, Error> {
+    let drive = ArmGains::lm_arm().drive_tension;
+    let Ok(design) = ArmSpecimen::nominal(robot, &first_pose(trajectory)?) else {
+        return Ok(vec![MOST_N; muscles]);
+    };
+    let most = |cable: &CableModel| {
+        let law = cable.law()?;
+        Ok(drive * (-law.friction_angle()).exp() + law.pretension())
+    };
+    perfect_models(&design).iter().map(most).collect()
 }

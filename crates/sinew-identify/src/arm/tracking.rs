@@ -54,11 +54,12 @@ impl Prepared {
         Ok(Self { robot: robot.clone(), specimen, models, seed })
     }
 
-    /// The same with a point mass that the controller is not told of, kg, on a body of the robot.
+    /// The same with a point mass, kg, on a body of the robot; the controller knows what it carries.
     ///
     /// # Errors
     /// [`Error::Physics`] for a mass or a place that is none.
     pub fn with_payload(mut self, body: usize, position: [f64; 3], mass: f64) -> Result<Self, Error> {
+        self.robot = self.robot.with_payload(body, position, mass)?;
         self.specimen = self.specimen.with_payload(body, position, mass)?;
         Ok(self)
     }

@@ -70,7 +70,7 @@ pub const STEP: f64 = 1e-3;
 
 /// Moves the arm and hands every row to `see`; what became of it.
 ///
-/// The arm starts at rest in the first pose, cables as after a pull, with tensions that hold its weight as designed.
+/// The arm starts at rest in the first pose, cables as after a pull, with tensions that hold its weight.
 ///
 /// # Errors
 /// As [`ArmTwin::new`], [`ArmController::step`] and [`Trajectory::sample`] where they are made for different robots.
@@ -82,7 +82,7 @@ pub fn track(
     let mut now = Reference::new(run.robot.nv());
     let mut coming = now.clone();
     run.trajectory.sample(0.0, &mut now)?;
-    let tensions = resting_tensions(run.robot, &now.q)?;
+    let tensions = resting_tensions(&run.specimen.robot, &now.q)?;
     let mut arm = ArmTwin::new(run.specimen, &now.q, &tensions, run.seed)?.with_faults(run.faults)?;
     let mut ruler = Ruler::new(run, tensions.len());
     let mut summary = TrackSummary::new(tensions.len());

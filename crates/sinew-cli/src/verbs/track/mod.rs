@@ -41,11 +41,15 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
     if let Some(obstacle) = obstacle(&robot, &trajectory)? {
         return Err(Error::Unreachable { path: arguments.path.clone(), obstacle: obstacle.to_string() });
     }
+    let tip = &robot.parts().sites[site];
+    let loaded = robot.with_payload(tip.body, tip.position, arguments.payload)?;
+    if let Some(obstacle) = obstacle(&loaded, &trajectory)? {
+        return Err(Error::Overloaded { payload: arguments.payload, obstacle: obstacle.to_string() });
+    }
     let progress = Progress::new();
     progress.show("calibrating the arm's cables", 0.0);
     let mut arm = Prepared::new(&robot, &pose, arguments.seed)?;
     if arguments.payload > 0.0 {
-        let tip = &robot.parts().sites[site];
         arm = arm.with_payload(tip.body, tip.position, arguments.payload)?;
     }
     progress.show("tracking", 0.4);

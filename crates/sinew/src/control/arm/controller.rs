@@ -84,6 +84,8 @@ pub struct ArmController {
     distribution: Distribution,
     winches: Vec<Winch>,
     started: bool,
+    /// Whether no disturbance has been looked for yet.
+    fresh: bool,
     holding: bool,
     reached: Status,
     /// `d_u`, rad/s^2.
@@ -144,6 +146,7 @@ impl ArmController {
             distribution: Distribution::new(muscles, joints),
             winches: vec![Winch::default(); muscles],
             started: false,
+            fresh: true,
             holding: false,
             reached: Status::Optimal,
             disturbance: vec![0.0; joints],
@@ -266,6 +269,15 @@ impl ArmController {
     fn observe(&mut self, h: f64) -> Result<(), Error> {
         let Self { mechanics, joints, cables, acceleration, .. } = self;
         mechanics.acceleration(&joints.q, &joints.v, &cables.tension_out, acceleration)?;
+        if core::mem::take(&mut self.fresh) {
+            // At rest: what tensions do not hold is held, or hangs there, unknown.
+            joints.disturbance.iter_mut().zip(&*acceleration).for_each(|(d, a)| *d = -a);
+            let believed = self.gains.disturbance.iter().zip(&joints.disturbance);
+            self.disturbance
+                .iter_mut()
+                .zip(believed)
+                .for_each(|(used, (w, d))| *used = if *w > 0.0 { *d } else { 0.0 });
+        }
         joints.step(h, &self.guard.joint, acceleration);
         if self.holding {
             return Ok(());

@@ -34,6 +34,8 @@ pub struct ArmGains {
     /// `beta`, 1: share of the way across the dead band that is left to the joints' errors, because friction is not known
     /// better.
     pub doubt: f64,
+    /// `beta_c`, 1: the same beside it where an anchor only creeps, because a cable at rest holds more than it then pulls.
+    pub creeping: f64,
     /// s: smoothing of the speed at which a cable is believed to slip.
     pub slip: f64,
     /// `F_min`, N: least tension wanted at an anchor.
@@ -63,6 +65,7 @@ impl ArmGains {
             lead: 3.3,
             integral: 3.8,
             doubt: 0.05,
+            creeping: 0.15,
             slip: 0.018,
             least_tension: 21.0,
             above_pretension: 4.0,
@@ -98,6 +101,7 @@ impl ArmGains {
             ("position", self.position),
             ("lead", self.lead),
             ("doubt", self.doubt),
+            ("creeping", self.creeping),
             ("integral", self.integral),
             ("least_tension", self.least_tension),
             ("above_pretension", self.above_pretension),

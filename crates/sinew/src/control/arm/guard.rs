@@ -52,7 +52,7 @@ const COASTING: f64 = 0.15;
 /// How far a reference may go while a joint says the same, rad, and winches go with it; 0.024 are seen where cables turn round.
 const LEFT_BEHIND: f64 = 0.1;
 /// What a load cell says beyond what is expected, N, smoothed over [`PATIENCE`], where a winch moves and its encoder does not.
-const FELT: f64 = 0.3;
+const FELT: f64 = 0.9;
 /// How far a winch may be from what it was told, m, within [`FORGETTING`] s; 3 mm are seen.
 const LARGEST_LAG: f64 = 0.006;
 const FORGETTING: f64 = 0.2;
@@ -191,7 +191,7 @@ impl Guard {
                 (self.jammed[k], self.usual[k]) = (false, self.surprise[k]);
             } else if good {
                 let felt = self.surprise[k] - self.usual[k];
-                self.jammed[k] = felt * self.lag[k] < FELT * self.lag[k].abs();
+                self.jammed[k] = felt * meant < FELT * meant.abs();
             }
             let trouble = if self.jammed[k] { Trouble::Drive(k) } else { Trouble::MotorSensor(k) };
             self.report(good, self.motors[k].missing, trouble, true);

@@ -32,6 +32,10 @@ pub(super) struct Pull {
 /// | d        | how far the anchor is behind                                                     | m      |
 /// | t_p      | [`FORESIGHT`](crate::control::stretch::FORESIGHT)                                | s      |
 ///
+/// ```text
+/// beta = beta_0 + beta_c/(1 + (v_r(t + t_p)/v_c)^2)
+/// ```
+///
 /// At a reversal of the reference the winch crosses the dead band while the anchor goes `x_t`. The last `beta` of the way
 /// is left to the joints' errors: sent too far, a cable breaks away. Friction weakens with the speed at which the
 /// anchor truly slips, so that a winch lets go of an arm that breaks away.
@@ -49,6 +53,9 @@ pub(super) struct Winch {
     pub(super) correction: f64,
 }
 
+/// `v_c`, m/s: a slower anchor creeps.
+const CREEPING: f64 = 2e-3;
+
 impl Winch {
     /// Wanted stretch, m.
     pub(super) fn stretch(
@@ -65,9 +72,11 @@ impl Winch {
         };
         let (high, low) = (of(1.0), of(-1.0));
         let gap = (high - low).max(1e-3);
-        let most = 1.0 - gains.doubt;
+        let pace = pull.coming / CREEPING;
+        let doubt = gains.doubt + gains.creeping / (1.0 + pace * pace);
+        let most = 1.0 - doubt;
         self.sliding = (self.sliding + h * pull.coming / gains.turning).clamp(-most, most);
-        let end = 1.0 + gains.doubt;
+        let end = 1.0 + doubt;
         let rate = gains.integral * pull.behind / gap;
         self.correction = (self.correction + h * rate).clamp(-end - self.sliding, end - self.sliding);
         let s = (self.sliding + self.correction + gains.lead * pull.behind / gap).clamp(-end, end);
