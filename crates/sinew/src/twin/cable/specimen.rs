@@ -30,7 +30,7 @@ impl Specimen {
     /// The bench as calibrated, every effect at its default size.
     ///
     /// The tables were measured with all effects at work: what sheath and creep add to the stretch is taken off the
-    /// cable's own compliance, [`COMPLIANCE_LEFT`], and what warmth takes off the drag is added, [`COLD_DRAG`].
+    /// cable's own compliance (`COMPLIANCE_LEFT`), and what warmth takes off the drag is added (`COLD_DRAG`).
     #[must_use]
     pub fn bench() -> Self {
         let calibrated = CableParameters::bench();
