@@ -2,20 +2,40 @@
 //! trajectory.
 
 #![allow(clippy::unwrap_used, reason = "a bench that cannot start may panic")]
+#![allow(clippy::print_stdout, reason = "a bench prints")]
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use sinew::body::Robot;
 use sinew::control::arm::{ArmController, ArmGains, ArmSample, ArmStatus, Goal, Knowledge, Way};
 use sinew::control::stretch::FORESIGHT;
 use sinew::drive::DriveCommand;
-use sinew::experiment::arm::resting_tensions;
-use sinew::predictor::CableModel;
+use sinew::experiment::arm::{perfect_models, resting_tensions};
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTwin};
 use sinew::twin::cable::Resolution;
+use std::time::Instant;
 
 fn main() {
     divan::main();
+    tail();
+}
+
+/// Every tick of the controller timed by itself, the clock's own time included.
+fn tail() {
+    let (start, told) = under_way();
+    let mut times: Vec<u128> = Vec::new();
+    for _ in 0..200 {
+        let mut controller = start.clone();
+        for (said, now, coming) in &told {
+            let sample = ArmSample { motor: &said.motor, tension: &said.tension, joint: &said.joint };
+            let begin = Instant::now();
+            black_box(controller.step(1e-3, &sample, &Goal { now, coming }, None).unwrap().commands);
+            times.push(begin.elapsed().as_nanos());
+        }
+    }
+    times.sort_unstable();
+    let at = |part: usize| times[times.len() * part / 10_000] as f64 / 1000.0;
+    println!("a tick: median {:.1} us, p99 {:.1} us, p99.9 {:.1} us", at(5000), at(9900), at(9990));
 }
 
 /// Milliseconds per measured call.
@@ -60,13 +80,7 @@ fn under_way() -> (ArmController, Vec<(ArmReading, Reference, Reference)>) {
     trajectory.sample(0.0, &mut now).unwrap();
     let specimen = ArmSpecimen::draw(&robot, &now.q, 1).unwrap();
     let mut arm = ArmTwin::new(&specimen, &now.q, &resting_tensions(&robot, &now.q).unwrap(), 1).unwrap();
-    let model = |cable: &sinew::twin::cable::Specimen| CableModel {
-        path: cable.path.clone(),
-        parameters: cable.parameters,
-        learning: 3.0,
-        ..CableModel::bench()
-    };
-    let models: Vec<CableModel> = specimen.cables.iter().map(model).collect();
+    let models = perfect_models(&specimen);
     let way = Way::Winches(Knowledge::Observer);
     let mut controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), way).unwrap();
     let (mut coming, mut told, mut start) = (now.clone(), Vec::new(), None);
