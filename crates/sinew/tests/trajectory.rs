@@ -107,7 +107,7 @@ fn velocities_and_accelerations_are_finite_differences_of_the_pose() {
     let points = [[0.66, 0.23, -0.28], [0.60, 0.20, -0.20], [0.62, 0.10, -0.25]];
     let waypoints: Vec<Waypoint> =
         points.iter().zip([0.0, 1.0, 2.5]).map(|(&position, time)| Waypoint { time, position }).collect();
-    let timed = Trajectory::Timed(resolved(&robot, &EndPointPath::through(&waypoints).unwrap()));
+    let timed = through(&robot, &waypoints);
     let jerk = MinimumJerk::new(&[0.0; 7], robot.key("start").unwrap(), 10.0).unwrap();
     for trajectory in [around(&robot, Loop::Saddle, 11.5), timed, Trajectory::PointToPoint(jerk)] {
         let at = |time: f64| {
@@ -129,8 +129,17 @@ fn velocities_and_accelerations_are_finite_differences_of_the_pose() {
             }
         }
         assert!(moved > 0.1, "nothing moved");
-        assert!(worst(&at(0.0).v, &[0.0; 7]) < 1e-9 && worst(&at(99.0).v, &[0.0; 7]) < 1e-9);
+        // At rest before and after, and no torque jumps in between.
+        for time in [0.0, 99.0] {
+            assert!(worst(&at(time).v, &[0.0; 7]) < 1e-9 && worst(&at(time).a, &[0.0; 7]) < 1e-9);
+        }
     }
+}
+
+fn through(robot: &Robot, waypoints: &[Waypoint]) -> Trajectory {
+    let path = EndPointPath::through(waypoints).unwrap();
+    let EndPointPath::Waypoints { law, .. } = &path else { panic!("{path:?}") };
+    Trajectory::AlongPath { joints: resolved(robot, &path), law: *law }
 }
 
 #[test]
@@ -139,9 +148,10 @@ fn waypoints_are_passed_in_time() {
     let points = [(0.0, [0.66, 0.23, -0.28]), (1.5, [0.6, 0.2, -0.2]), (3.0, [0.62, 0.1, -0.25])];
     let waypoints: Vec<Waypoint> =
         points.iter().map(|&(time, position)| Waypoint { time, position }).collect();
-    let joints = resolved(&robot, &EndPointPath::through(&waypoints).unwrap());
+    let (trajectory, mut now) = (through(&robot, &waypoints), Reference::new(7));
     for (time, position) in points {
-        assert!(distance(end_point(&robot, &joints.pose(time)), position) < 1e-6, "{time}");
+        trajectory.sample(time, &mut now).unwrap();
+        assert!(distance(end_point(&robot, &now.q), position) < 1e-6, "{time}");
     }
 }
 

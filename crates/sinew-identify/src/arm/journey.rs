@@ -37,12 +37,11 @@ pub fn journey(
     let redundancy =
         if robot.parts().name == "lm_arm" { Redundancy::lm_arm() } else { Redundancy::near(pose) };
     let joints = JointPath::resolve(robot, site, path, &redundancy, KNOTS)?;
-    if path.closes() {
-        let law = TimeLaw::new(TURNS * path.length(), duration)?;
-        Ok(Trajectory::AlongPath { joints, law })
-    } else {
-        Ok(Trajectory::Timed(joints))
-    }
+    let law = match path {
+        EndPointPath::Loop { .. } => TimeLaw::new(TURNS * path.length(), duration)?,
+        EndPointPath::Waypoints { law, .. } => *law,
+    };
+    Ok(Trajectory::AlongPath { joints, law })
 }
 
 /// The first place where the robot cannot follow: joints, speeds, and torques that no tensions give.

@@ -1,4 +1,3 @@
-use super::joint_path::JointPath;
 use super::motion::{Reference, Trajectory};
 use crate::body::{Robot, Scratch, length};
 use crate::error::{Error, positive};
@@ -205,23 +204,13 @@ fn joint_name(robot: &Robot, velocity: usize) -> String {
 
 /// When the end point leaves the path, by the time law, and how.
 fn first_miss(trajectory: &Trajectory) -> Option<(f64, Reason)> {
-    let of = |joints: &JointPath| joints.missed();
-    let (miss, time) = match trajectory {
-        Trajectory::AlongPath { joints, law } => {
-            let miss = of(joints)?;
-            // The phase only rises: halving finds its time.
-            let (mut early, mut late) = (0.0, law.duration());
-            for _ in 0..60 {
-                let middle = 0.5 * (early + late);
-                if law.at(middle).phase < miss.phase { early = middle } else { late = middle }
-            }
-            (miss, early)
-        }
-        Trajectory::Timed(joints) => {
-            let miss = of(joints)?;
-            (miss, miss.phase)
-        }
-        Trajectory::PointToPoint(_) => return None,
-    };
+    let Trajectory::AlongPath { joints, law } = trajectory else { return None };
+    let miss = joints.missed()?;
+    // The phase only rises: halving finds its time.
+    let (mut time, mut late) = (0.0, law.duration());
+    for _ in 0..60 {
+        let middle = 0.5 * (time + late);
+        if law.at(middle).phase < miss.phase { time = middle } else { late = middle }
+    }
     Some((time, Reason::Unreachable { phase: miss.phase, distance: miss.distance }))
 }

@@ -30,7 +30,7 @@ pub struct JointPath {
 /// A place of the path that the end point does not reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Miss {
-    /// Where on the path: rad, or s of waypoints.
+    /// Where on the path: rad; of waypoints about the time, s.
     pub phase: f64,
     /// How far the end point stays away, m; of a path that closes while the joints do not, 0.
     pub distance: f64,
@@ -80,7 +80,7 @@ impl JointPath {
         let spline = if closes {
             Spline::periodic(&places, &poses, length)?
         } else {
-            Spline::resting(&places, &poses)?
+            Spline::natural(&places, &poses)?
         };
         Ok(Self { spline, missed })
     }

@@ -73,8 +73,6 @@ pub enum Trajectory {
         /// The phase at a time.
         law: TimeLaw,
     },
-    /// Through waypoints, whose times are the phase.
-    Timed(JointPath),
     /// Straight to a pose.
     PointToPoint(MinimumJerk),
 }
@@ -85,7 +83,6 @@ impl Trajectory {
     pub fn duration(&self) -> f64 {
         match self {
             Self::AlongPath { law, .. } => law.duration(),
-            Self::Timed(joints) => joints.spline.end(),
             Self::PointToPoint(way) => way.duration,
         }
     }
@@ -94,7 +91,7 @@ impl Trajectory {
     #[must_use]
     pub fn joints(&self) -> usize {
         match self {
-            Self::AlongPath { joints, .. } | Self::Timed(joints) => joints.spline.width(),
+            Self::AlongPath { joints, .. } => joints.spline.width(),
             Self::PointToPoint(way) => way.from.len(),
         }
     }
@@ -121,13 +118,6 @@ impl Trajectory {
                 for (v, a) in out.v.iter_mut().zip(&mut out.a) {
                     *a = *v * now.growth + *a * now.rate * now.rate;
                     *v *= now.rate;
-                }
-            }
-            Self::Timed(joints) => {
-                joints.spline.at(time, &mut out.q, &mut out.v, &mut out.a);
-                if !(0.0..=joints.spline.end()).contains(&time) {
-                    out.v.fill(0.0);
-                    out.a.fill(0.0);
                 }
             }
             Self::PointToPoint(way) => way.sample(time, out),

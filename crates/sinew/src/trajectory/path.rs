@@ -1,5 +1,7 @@
 use super::spline::Spline;
+use super::time_law::TimeLaw;
 use crate::error::{Error, finite, positive, within};
+use alloc::vec::Vec;
 
 /// Shape of a closed path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,14 +26,14 @@ pub struct Waypoint {
 /// ```text
 /// sine    p(th) = c + A [sin th, sin(th + 2 pi/3), sin(th - 2 pi/3)]
 /// saddle  p(th) = c + A [sin th, cos th, sin 2 th]
-/// points  p(t)  = the cubic spline through the waypoints, at rest at both ends
+/// points  p(th) = the cubic spline through the waypoints at th_i = th(t_i), by the time law of their own
 /// ```
 ///
 /// | symbol | field       | unit | domain | meaning                     |
 /// |--------|-------------|------|--------|-----------------------------|
 /// | c      | `center`    | m    | finite | centre, in the world         |
 /// | A      | `amplitude` | m    | > 0    | of every coordinate          |
-/// | th     | `phase`     | rad  |        | 2 pi per turn; of waypoints the time, s |
+/// | th     | `phase`     | rad  |        | 2 pi per turn; of waypoints about the time, s |
 ///
 /// # Source
 /// `yuan2023` says sine-shaped, 0.15 m, two periods; centre and phases are this project's.
@@ -47,7 +49,12 @@ pub enum EndPointPath {
         amplitude: f64,
     },
     /// Through points, from rest to rest.
-    Waypoints(Spline),
+    Waypoints {
+        /// The points over the phase.
+        points: Spline,
+        /// Passes every point at its time, and begins and ends without a jump of the acceleration.
+        law: TimeLaw,
+    },
 }
 
 impl EndPointPath {
@@ -63,14 +70,18 @@ impl EndPointPath {
     /// [`Error::WrongLength`] below two points, [`Error::OutOfDomain`] for one that is not finite or times that do not
     /// rise.
     pub fn through(points: &[Waypoint]) -> Result<Self, Error> {
-        let mut times = alloc::vec::Vec::with_capacity(points.len());
-        let mut values = alloc::vec::Vec::with_capacity(3 * points.len());
-        let first = points.first().map_or(0.0, |point| point.time);
-        for point in points {
-            times.push(point.time - first);
-            values.extend_from_slice(&point.position);
-        }
-        Ok(Self::Waypoints(Spline::resting(&times, &values)?))
+        let [first, second, before, last] = match points {
+            [a, b] => [a, b, a, b],
+            [a, b, .., c, d] => [a, b, c, d],
+            [a, b, c] => [a, b, b, c],
+            few => return Err(Error::WrongLength { name: "points", expected: 2, got: few.len() }),
+        };
+        let duration = last.time - first.time;
+        let ramp = (second.time - first.time).min(last.time - before.time).min(0.5 * duration);
+        let law = TimeLaw::with_ramp(duration, duration, ramp)?;
+        let phases: Vec<f64> = points.iter().map(|point| law.at(point.time - first.time).phase).collect();
+        let values: Vec<f64> = points.iter().flat_map(|point| point.position).collect();
+        Ok(Self::Waypoints { points: Spline::natural(&phases, &values)?, law })
     }
 
     /// Checks the numbers.
@@ -93,7 +104,7 @@ impl EndPointPath {
     pub fn length(&self) -> f64 {
         match self {
             Self::Loop { .. } => 2.0 * core::f64::consts::PI,
-            Self::Waypoints(spline) => spline.end(),
+            Self::Waypoints { points, .. } => points.end(),
         }
     }
 
@@ -116,10 +127,10 @@ impl EndPointPath {
                 };
                 core::array::from_fn(|k| c[k] + a * unit[k])
             }
-            Self::Waypoints(spline) => {
+            Self::Waypoints { points, .. } => {
                 let mut at = [[0.0; 3]; 3];
                 let [p, v, a] = &mut at;
-                spline.at(phase, p, v, a);
+                points.at(phase, p, v, a);
                 at[0]
             }
         }
@@ -147,7 +158,10 @@ mod tests {
     fn waypoints_are_passed_and_times_that_stand_still_are_refused() {
         let at = |time, x| Waypoint { time, position: [x, 0.0, 1.0] };
         let path = EndPointPath::through(&[at(5.0, 0.0), at(6.0, 0.3), at(8.0, 0.1)]).unwrap();
-        assert!((path.point(1.0)[0] - 0.3).abs() < 1e-12 && (path.point(3.0)[0] - 0.1).abs() < 1e-12);
+        let EndPointPath::Waypoints { law, .. } = &path else { panic!("{path:?}") };
+        for (time, x) in [(0.0, 0.0), (1.0, 0.3), (3.0, 0.1)] {
+            assert!((path.point(law.at(time).phase)[0] - x).abs() < 1e-12, "{time}");
+        }
         assert!(EndPointPath::through(&[at(5.0, 0.0), at(5.0, 0.3)]).is_err());
         assert!(EndPointPath::through(&[at(5.0, 0.0)]).is_err());
         assert!(EndPointPath::through(&[at(5.0, 0.0), at(6.0, f64::NAN)]).is_err());
