@@ -112,8 +112,13 @@ fn finish(
         };
         let title = format!("{} along {}", robot.parts().name, arguments.path);
         let amount = format!(
-            "{} s, {} repeats, seed {}. Everything here is simulated.",
-            arguments.duration, arguments.repeats, arguments.seed
+            "{} s, {}, seed {}. Everything here is simulated.",
+            arguments.duration,
+            match arguments.repeats {
+                1 => "once".to_owned(),
+                n => format!("{n} times"),
+            },
+            arguments.seed
         );
         files.push((path.clone(), page(&view, &title, &amount)?));
     }

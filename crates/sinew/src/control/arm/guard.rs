@@ -42,9 +42,9 @@ const LARGEST_TURN: f64 = 0.01;
 const LARGEST_PULL: f64 = 0.002;
 /// A load cell does not change so much in a millisecond, N, unless its cable breaks; 8 are seen.
 const LARGEST_STEP: f64 = 40.0;
-/// What sensors can say. A joint's encoder may repeat itself until the joint is due to be this far, rad (3.4e-3 are seen where cables
+/// What sensors can say. A joint's encoder may repeat itself until the joint is due to be this far, rad (5e-3 are seen where cables
 /// stick), a motor's until its winch is, m (3e-4 are seen); a load cell has noise, and is due with every sample.
-const JOINT: Bounds = Bounds { step: LARGEST_TURN, stuck: 5e-3 };
+const JOINT: Bounds = Bounds { step: LARGEST_TURN, stuck: 0.012 };
 const MOTOR: Bounds = Bounds { step: LARGEST_PULL, stuck: 8e-4 };
 const TENSION: Bounds = Bounds { step: LARGEST_STEP, stuck: 8.0 };
 /// A joint goes on for this long after its encoder was last heard to move, s.
