@@ -102,10 +102,12 @@ fn usage(blocks: &[Block<'_>], program: &Path) -> Result<(), String> {
     };
     let verbs = verbs(&help(&["--help"])?);
     let usages = usages(&written);
-    let named: BTreeSet<String> = usages.iter().map(|(verb, _)| verb.clone()).collect();
+    let first = |verbs: &str| verbs.split(' ').next().unwrap_or_default().to_owned();
+    let named: BTreeSet<String> = usages.iter().map(|(verb, _)| first(verb)).collect();
     differ("README.md names the verbs", &named, "the program has", &verbs)?;
     for (verb, flags) in &usages {
-        let real = flags_in(&help(&[verb, "--help"])?);
+        let asked: Vec<&str> = verb.split(' ').chain(["--help"]).collect();
+        let real = flags_in(&help(&asked)?);
         differ(&format!("README.md gives `{verb}` the flags"), flags, "the program", &real)?;
     }
     Ok(())
@@ -135,12 +137,15 @@ fn blocks(text: &str) -> Vec<Block<'_>> {
     found
 }
 
-/// Verb and flags of every `sinew verb ...` of a usage text; an indented line goes on with the one before.
+/// Verb, or verb and verb below it, and flags of every `sinew verb ...` of a usage text; an indented line goes on with the one
+/// before.
 fn usages(text: &str) -> Vec<(String, BTreeSet<String>)> {
     let mut found: Vec<(String, BTreeSet<String>)> = Vec::new();
     for line in text.lines() {
-        if let Some(verb) = line.strip_prefix("sinew ").and_then(|rest| rest.split_whitespace().next()) {
-            found.push((verb.to_owned(), flags_in(line)));
+        if let Some(rest) = line.strip_prefix("sinew ") {
+            let plain = |word: &&str| word.bytes().all(|b| b.is_ascii_lowercase());
+            let verbs: Vec<&str> = rest.split_whitespace().take_while(plain).collect();
+            found.push((verbs.join(" "), flags_in(line)));
         } else if let (true, Some((_, flags))) = (line.starts_with(' '), found.last_mut()) {
             flags.extend(flags_in(line));
         }
@@ -200,11 +205,14 @@ mod tests {
     #[test]
     fn a_usage_goes_on_over_indented_lines() {
         let found = usages(
-            "sinew identify LOG... --far COL [--time COL]\n    --out DIR\nsinew predict M --out FILE.csv\n",
+            "sinew identify LOG... --far COL [--time COL]\n    --out DIR\nsinew predict M --out FILE.csv\n\
+             sinew arm inspect|convert M\nsinew bench run [--speeds V] --out LOG\n",
         );
         let flags = |k: usize| found[k].1.iter().map(String::as_str).collect::<Vec<_>>();
         assert_eq!((found[0].0.as_str(), flags(0)), ("identify", vec!["--far", "--out", "--time"]));
         assert_eq!((found[1].0.as_str(), flags(1)), ("predict", vec!["--out"]));
+        assert_eq!((found[2].0.as_str(), flags(2)), ("arm", vec![]));
+        assert_eq!((found[3].0.as_str(), flags(3)), ("bench run", vec!["--out", "--speeds"]));
     }
 
     #[test]
