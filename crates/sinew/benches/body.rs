@@ -27,7 +27,10 @@ struct Case {
     a: Vec<f64>,
 }
 
-const ROBOTS: [&str; 3] = ["lm_arm", "chain7", "myoarm"];
+/// Robots whose files are at hand.
+fn robots() -> impl Iterator<Item = &'static str> {
+    ["lm_arm", "chain7", "myoarm"].into_iter().filter(|name| load(name).is_some())
+}
 
 /// A robot and some of its poses; nothing where its file is not at hand.
 fn load(name: &str) -> Option<(Robot, Vec<Case>)> {
@@ -43,7 +46,7 @@ fn load(name: &str) -> Option<(Robot, Vec<Case>)> {
 
 /// Runs `work` on one pose after the other.
 fn poses(bencher: Bencher, name: &str, mut work: impl FnMut(&Robot, &Case)) {
-    let Some((robot, cases)) = load(name) else { return bencher.bench(|| ()) };
+    let (robot, cases) = load(name).unwrap();
     let mut next = 0;
     bencher.bench_local(|| {
         next = (next + 1) % cases.len();
@@ -51,9 +54,9 @@ fn poses(bencher: Bencher, name: &str, mut work: impl FnMut(&Robot, &Case)) {
     });
 }
 
-#[divan::bench(args = ROBOTS, sample_size = 500)]
+#[divan::bench(args = robots(), sample_size = 500)]
 fn inverse_dynamics(bencher: Bencher, name: &str) {
-    let Some((robot, _)) = load(name) else { return bencher.bench(|| ()) };
+    let (robot, _) = load(name).unwrap();
     let (mut scratch, mut tau) = (Scratch::new(&robot), vec![0.0; robot.nv()]);
     poses(bencher, name, |robot, case| {
         robot.inverse_dynamics(&case.q, &case.v, &case.a, &mut scratch, &mut tau).unwrap();
@@ -61,9 +64,9 @@ fn inverse_dynamics(bencher: Bencher, name: &str) {
     });
 }
 
-#[divan::bench(args = ROBOTS, sample_size = 500)]
+#[divan::bench(args = robots(), sample_size = 500)]
 fn mass_matrix(bencher: Bencher, name: &str) {
-    let Some((robot, _)) = load(name) else { return bencher.bench(|| ()) };
+    let (robot, _) = load(name).unwrap();
     let (mut scratch, mut mass) = (Scratch::new(&robot), vec![0.0; robot.nv() * robot.nv()]);
     poses(bencher, name, |robot, case| {
         robot.mass_matrix(&case.q, &mut scratch, &mut mass).unwrap();
@@ -71,9 +74,9 @@ fn mass_matrix(bencher: Bencher, name: &str) {
     });
 }
 
-#[divan::bench(args = ROBOTS, sample_size = 500)]
+#[divan::bench(args = robots(), sample_size = 500)]
 fn forward_dynamics(bencher: Bencher, name: &str) {
-    let Some((robot, _)) = load(name) else { return bencher.bench(|| ()) };
+    let (robot, _) = load(name).unwrap();
     let (mut scratch, mut a) = (Scratch::new(&robot), vec![0.0; robot.nv()]);
     poses(bencher, name, |robot, case| {
         robot.forward_dynamics(&case.q, &case.v, &case.a, &mut scratch, &mut a).unwrap();
@@ -81,9 +84,9 @@ fn forward_dynamics(bencher: Bencher, name: &str) {
     });
 }
 
-#[divan::bench(args = ROBOTS, sample_size = 500)]
+#[divan::bench(args = robots(), sample_size = 500)]
 fn forward_kinematics(bencher: Bencher, name: &str) {
-    let Some((robot, _)) = load(name) else { return bencher.bench(|| ()) };
+    let (robot, _) = load(name).unwrap();
     let mut poses_found = Poses::new(&robot);
     poses(bencher, name, |robot, case| {
         robot.forward_kinematics(&case.q, &mut poses_found).unwrap();
@@ -94,7 +97,7 @@ fn forward_kinematics(bencher: Bencher, name: &str) {
 /// Lengths and moment arms, kinematics included.
 #[divan::bench(args = ["lm_arm", "myoarm"], sample_size = 100)]
 fn muscles(bencher: Bencher, name: &str) {
-    let Some((robot, _)) = load(name) else { return bencher.bench(|| ()) };
+    let (robot, _) = load(name).unwrap();
     let muscles = Muscles::new(&robot);
     let mut geometry = Geometry::new(&robot, &muscles);
     poses(bencher, name, |_, case| {
