@@ -84,10 +84,25 @@ impl Robot {
         scratch: &mut Scratch,
         tau: &mut [f64],
     ) -> Result<(), Error> {
-        self.check_coordinates(q)?;
-        self.check_velocities("v", v)?;
-        self.check_velocities("a", a)?;
-        self.newton_euler(q, v, a, scale(-1.0, self.parts().gravity), scratch, tau)
+        let checked = || {
+            self.check_coordinates(q)?;
+            self.check_velocities("v", v)?;
+            self.check_velocities("a", a)
+        };
+        // Of hinges alone, what is not finite going in is not finite coming out, and is looked for only then; where a body
+        // floats, forces do not feel all of it.
+        if self.tree.runs.iter().all(|run| run.hinges) {
+            length("q", q.len(), self.nq())?;
+            length("v", v.len(), self.nv())?;
+            length("a", a.len(), self.nv())?;
+        } else {
+            checked()?;
+        }
+        let done = self.newton_euler(q, v, a, scale(-1.0, self.parts().gravity), scratch, tau);
+        if done.is_err() {
+            checked()?;
+        }
+        done
     }
 
     /// Forces that velocities and gravity ask for: `c(q, v) + g(q)`. MuJoCo's `qfrc_bias`.

@@ -162,3 +162,27 @@ fn ten_thousand_nested_bodies_are_no_trouble() {
     robot.inverse_dynamics(&q, &zero, &zero, &mut Scratch::new(&robot), &mut tau).unwrap();
     assert!(tau.iter().all(|tau| tau.is_finite()));
 }
+
+#[test]
+fn inverse_dynamics_names_what_is_not_finite_wherever_it_stands() {
+    for name in ["lm_arm", "finger", "random_0", "random_1", "random_2", "random_3", "random_4"] {
+        names_what_is_not_finite(&robot(name));
+    }
+}
+
+fn names_what_is_not_finite(robot: &Robot) {
+    let mut scratch = Scratch::new(robot);
+    let (nq, nv) = (robot.nq(), robot.nv());
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for (name, place) in (0..nq).map(|k| ("q", k)).chain((0..nv).flat_map(|k| [("v", k), ("a", k)])) {
+            let (mut q, mut v, mut a) = (robot.reference_pose(), vec![0.0; nv], vec![0.0; nv]);
+            match name {
+                "q" => q[place] = bad,
+                "v" => v[place] = bad,
+                _ => a[place] = bad,
+            }
+            let error = robot.inverse_dynamics(&q, &v, &a, &mut scratch, &mut vec![0.0; nv]).unwrap_err();
+            assert!(error.to_string().starts_with(name), "{name}[{place}] = {bad}: {error}");
+        }
+    }
+}
