@@ -5,7 +5,7 @@ use super::effects::{
 };
 use crate::Error;
 use crate::random::Random;
-use crate::transmission::cable::{CableLaw, CableParameters, Path, Segment};
+use crate::transmission::cable::{CableLaw, CableParameters, Path, Segment, Weakening};
 use alloc::vec::Vec;
 
 /// A cable with its path, its numbers and its effects.
@@ -128,14 +128,16 @@ impl Draws {
         // Every number is drawn whether its effect is there or not: leaving one out changes no other.
         let parts: Vec<f64> = (0..6).map(|_| self.half()).collect();
         let [sheath, softening, share, rise] = [self.half(), self.half(), self.half(), self.half()];
+        let [speed, lag] = [self.half(), self.half()];
         Effects {
             curvature: of.curvature.as_ref().map(|_| UnevenCurvature { parts }),
             sheath: of.sheath.map(|s| SheathCompliance { compliance: s.compliance * sheath }),
             heat: of.heat.map(|h| DragHeat { softening: h.softening * softening, ..h }),
             creep: of.creep.map(|c| BraidCreep { share: c.share * share, ..c }),
-            slow: of.slow.map(|mut s| {
-                s.weakening.rise *= rise;
-                SlowFriction { weakening: s.weakening }
+            slow: of.slow.map(|slow| {
+                let Weakening { rise: most, speed: half, lag: memory } = slow.weakening;
+                let weakening = Weakening { rise: most * rise, speed: half * speed, lag: memory * lag };
+                SlowFriction { weakening }
             }),
             breakage: of.breakage.map(|b| Breakage { tension: b.tension }),
         }
