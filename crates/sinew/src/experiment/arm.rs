@@ -10,6 +10,7 @@ use crate::drive::DriveCommand;
 use crate::muscle::{Geometry, Muscles};
 use crate::predictor::CableModel;
 use crate::trajectory::{Reference, Trajectory};
+use crate::transmission::cable::{Path, Segment};
 use crate::twin::arm::{ArmReading, ArmSpecimen, ArmTruth, ArmTwin, Fault};
 use crate::twin::cable::Specimen;
 use alloc::vec;
@@ -208,16 +209,28 @@ impl<'a> Ruler<'a> {
     }
 }
 
-/// Cables as they are, for the yardstick of perfect knowledge: what no identification can find, its laws without what wears.
+/// Cables as they are, for the yardstick of perfect knowledge: what no identification can find. Grease that warms is not in them: it is
+/// told as it goes.
 #[must_use]
 pub fn perfect_models(specimen: &ArmSpecimen) -> Vec<CableModel> {
     let model = |cable: &Specimen| {
         let mut parameters = cable.parameters;
         parameters.weakening = cable.effects.slow.map(|slow| slow.weakening);
         parameters.sheath_compliance += cable.effects.sheath.map_or(0.0, |sheath| sheath.compliance);
-        CableModel { path: cable.path.clone(), parameters, start: 1.0, ..CableModel::bench() }
+        CableModel { path: bent(cable), parameters, start: 1.0, ..CableModel::bench() }
     };
     specimen.cables.iter().map(model).collect()
+}
+
+/// The path of a cable with its sheaths bent as unevenly as they are.
+fn bent(cable: &Specimen) -> Path {
+    let mut segments = cable.path.segments().to_vec();
+    for segment in &mut segments {
+        if let (Segment::Sheath { curvature, .. }, Some(uneven)) = (segment, &cable.effects.curvature) {
+            curvature.clone_from(&uneven.parts);
+        }
+    }
+    Path::new(segments).unwrap_or_else(|_| cable.path.clone())
 }
 
 /// What only an experiment can tell a controller.
@@ -236,6 +249,8 @@ impl Known {
         for (k, cable) in arm.truth().cables.iter().enumerate() {
             self.tension_out[k] = cable.tension_out;
             self.stretch[k] = cable.stretch;
+            let heat = arm.specimen().cables[k].effects.heat;
+            self.drag_factor[k] = heat.map_or(1.0, |heat| libm::exp(-heat.softening * cable.warming));
         }
     }
 

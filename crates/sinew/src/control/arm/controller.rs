@@ -302,11 +302,11 @@ impl ArmController {
         }
         self.mechanics.toward_motor(&self.error, &mut self.behind);
         let moving = goal.now.v.iter().chain(&goal.coming.v).any(|v| v.abs() > 1e-9);
-        let worst = self.error.iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
+        let worst = self.behind.iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
         let speed = self.joints.v.iter().fold(0.0_f64, |worst, v| worst.max(v.abs()));
         let allowed = self.gains.hold[usize::from(self.holding)];
         self.guard.watch(&self.error);
-        self.holding = !moving && worst < allowed && (self.holding || speed < 0.01);
+        self.holding = !moving && worst < allowed && (self.holding || speed < 0.05);
     }
 
     /// `q''_r + w^2 (q_r - q^) + 2 zeta w (q'_r - q'^) - d_u`.

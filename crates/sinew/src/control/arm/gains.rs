@@ -70,7 +70,7 @@ impl ArmGains {
             least_tension: 21.0,
             above_pretension: 4.0,
             drive_tension: 445.0,
-            hold: [1e-3, 3e-3],
+            hold: [6e-5, 1.2e-4],
         }
     }
 

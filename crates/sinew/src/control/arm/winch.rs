@@ -74,7 +74,7 @@ impl Winch {
         let gap = (high - low).max(1e-3);
         let pace = pull.coming / CREEPING;
         let doubt = gains.doubt + gains.creeping / (1.0 + pace * pace);
-        let most = 1.0 - doubt;
+        let most = (1.0 - doubt).max(self.sliding.abs().min(1.0 - gains.doubt));
         self.sliding = (self.sliding + h * pull.coming / gains.turning).clamp(-most, most);
         let end = 1.0 + doubt;
         let rate = gains.integral * pull.behind / gap;
