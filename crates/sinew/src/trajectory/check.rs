@@ -204,7 +204,16 @@ fn joint_name(robot: &Robot, velocity: usize) -> String {
 
 /// When the end point leaves the path, by the time law, and how.
 fn first_miss(trajectory: &Trajectory) -> Option<(f64, Reason)> {
-    let Trajectory::AlongPath { joints, law } = trajectory else { return None };
+    let (joints, law) = match trajectory {
+        Trajectory::AlongPath { joints, law } => (joints, law),
+        Trajectory::PointToPoint(_) => return None,
+        Trajectory::Sequence(motions) => {
+            return motions.motions().find_map(|(start, motion)| {
+                let (time, reason) = first_miss(motion)?;
+                Some((start + time, reason))
+            });
+        }
+    };
     let miss = joints.missed()?;
     // The phase only rises: halving finds its time.
     let (mut time, mut late) = (0.0, law.duration());

@@ -1,4 +1,5 @@
 use super::joint_path::JointPath;
+use super::sequence::Sequence;
 use super::time_law::{TimeLaw, curvature, quintic, slope};
 use crate::error::{Error, finite, positive};
 use alloc::vec;
@@ -75,6 +76,8 @@ pub enum Trajectory {
     },
     /// Straight to a pose.
     PointToPoint(MinimumJerk),
+    /// One motion after the other.
+    Sequence(Sequence),
 }
 
 impl Trajectory {
@@ -84,6 +87,7 @@ impl Trajectory {
         match self {
             Self::AlongPath { law, .. } => law.duration(),
             Self::PointToPoint(way) => way.duration,
+            Self::Sequence(motions) => motions.duration(),
         }
     }
 
@@ -93,6 +97,7 @@ impl Trajectory {
         match self {
             Self::AlongPath { joints, .. } => joints.spline.width(),
             Self::PointToPoint(way) => way.from.len(),
+            Self::Sequence(motions) => motions.joints(),
         }
     }
 
@@ -121,6 +126,7 @@ impl Trajectory {
                 }
             }
             Self::PointToPoint(way) => way.sample(time, out),
+            Self::Sequence(motions) => motions.sample(time, out)?,
         }
         Ok(())
     }
