@@ -101,6 +101,14 @@ impl Trajectory {
         }
     }
 
+    /// Whether it ends in the pose in which it began, within 1e-6 rad or m: what does not cannot be repeated at once.
+    #[must_use]
+    pub fn comes_back(&self) -> bool {
+        let [mut first, mut last] = [self.joints(); 2].map(Reference::new);
+        let sampled = self.sample(0.0, &mut first).and_then(|()| self.sample(self.duration(), &mut last));
+        sampled.is_ok() && first.q.iter().zip(&last.q).all(|(a, b)| (a - b).abs() < 1e-6)
+    }
+
     /// What the joints are to do at a time; at rest before and after. Allocates nothing.
     ///
     /// ```text
