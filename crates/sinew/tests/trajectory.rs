@@ -7,8 +7,8 @@ mod common;
 use common::lm_arm;
 use sinew::body::{Poses, Robot};
 use sinew::trajectory::{
-    EndPointPath, JointPath, Leg, Limits, Loop, MinimumJerk, Reason, Redundancy, Reference, Sequence, Shortfall, TimeLaw,
-    Trajectory, Waypoint, first_obstacle, legs,
+    EndPointPath, JointPath, Leg, Limits, Loop, MinimumJerk, Reason, Redundancy, Reference, Sequence,
+    Shortfall, TimeLaw, Trajectory, Waypoint, first_obstacle, legs,
 };
 use std::f64::consts::PI;
 
@@ -182,7 +182,11 @@ fn what_is_in_the_way_is_named_with_its_place() {
     let obstacle = |trajectory: &Trajectory, limits: Limits, most: f64| {
         let found = first_obstacle(&robot, trajectory, &limits, |demand| {
             let short = demand.torque.iter().position(|tau| tau.abs() > most)?;
-            Some(Shortfall { velocity: short, torque: demand.torque[short].abs() - most })
+            Some(Shortfall {
+                velocity: short,
+                torque: demand.torque[short].abs() - most,
+                muscle: Some((2, 7.0)),
+            })
         });
         found.unwrap().unwrap()
     };
@@ -202,14 +206,22 @@ fn what_is_in_the_way_is_named_with_its_place() {
     assert!(matches!(&found.reason, Reason::CableSpeed { speed, .. } if *speed > 0.005), "{found}");
     assert!(found.time > 0.0);
 
+    let lazy = Limits { cable_acceleration: 0.003, ..Limits::default() };
+    let found = obstacle(&sine, lazy, free);
+    assert!(
+        matches!(&found.reason, Reason::CableAcceleration { acceleration, .. } if *acceleration > 0.003),
+        "{found}"
+    );
+
     let found = obstacle(&sine, Limits { joint_speed: 0.1, ..Limits::default() }, free);
     assert!(matches!(&found.reason, Reason::JointSpeed { .. }), "{found}");
 
     let found = obstacle(&sine, Limits::default(), 1.0);
     assert!(
-        matches!(&found.reason, Reason::Torque { joint, .. } if joint.starts_with("shoulder")),
+        matches!(&found.reason, Reason::Torque { joint, needed, .. } if joint.starts_with("shoulder") && needed.abs() > 1.0),
         "{found}"
     );
+    assert!(found.to_string().contains("`deltoid_posterior` is at its limit of 7 N"), "{found}");
 
     let mut beyond = robot.key("start").unwrap().to_vec();
     beyond[3] = 2.5;
@@ -249,7 +261,8 @@ fn waited(robot: &Robot, waypoints: &[Waypoint]) -> Trajectory {
     let rule = Redundancy { swing: vec![0.0; 7], ..Redundancy::lm_arm() };
     let motion = |leg: &Leg| {
         let EndPointPath::Waypoints { law, .. } = &leg.path else { panic!("{leg:?}") };
-        let joints = JointPath::resolve(robot, robot.site("endpoint").unwrap(), &leg.path, &rule, 720).unwrap();
+        let joints =
+            JointPath::resolve(robot, robot.site("endpoint").unwrap(), &leg.path, &rule, 720).unwrap();
         (leg.start, Trajectory::AlongPath { joints, law: *law })
     };
     let motions = legs(waypoints).unwrap().iter().map(motion).collect();

@@ -6,7 +6,7 @@ use sinew::body::{Poses, Robot};
 use sinew::control::arm::ArmGains;
 use sinew::control::tension::{Distribution, Problem, Status};
 use sinew::experiment::arm::perfect_models;
-use sinew::predictor::CableModel;
+use sinew::muscle::Muscles;
 use sinew::trajectory::{
     Demand, EndPointPath, JointPath, Limits, MinimumJerk, Obstacle, Redundancy, Sequence, Shortfall, TimeLaw,
     Trajectory, Waypoint, first_obstacle, legs,
@@ -17,8 +17,6 @@ use sinew::twin::arm::ArmSpecimen;
 const TURNS: f64 = 2.0;
 /// Knots of the joints over a turn.
 const KNOTS: usize = 720;
-/// Least tension of a muscle, N.
-const LEAST_N: f64 = 20.0;
 /// Most where nothing is known of its cable, N.
 const MOST_N: f64 = 400.0;
 
@@ -104,15 +102,16 @@ fn along(
     Ok(Trajectory::AlongPath { joints, law })
 }
 
-/// The first place where the robot cannot follow: joints, speeds, and torques that no tensions give.
+/// The first place where the robot cannot follow: joints, speeds and accelerations of winches, and torques that no
+/// tensions within the controller's limits give.
 ///
 /// # Errors
 /// [`Error::Physics`] where trajectory and robot do not belong together.
 pub fn obstacle(robot: &Robot, trajectory: &Trajectory) -> Result<Option<Obstacle>, Error> {
-    let joints = robot.nv();
-    let muscles = sinew::muscle::Muscles::new(robot).count();
+    let gains = ArmGains::lm_arm();
+    let (joints, muscles) = (robot.nv(), Muscles::new(robot).count());
     let mut distribution = Distribution::new(muscles, joints);
-    let (least, most) = (vec![LEAST_N; muscles], most(robot, trajectory, muscles)?);
+    let [least, most] = tensions(robot, trajectory, muscles, &gains)?;
     let (reference, weight) = (vec![0.0; muscles], vec![1.0; muscles]);
     let reach = |demand: Demand<'_>| {
         let problem = Problem {
@@ -128,21 +127,47 @@ pub fn obstacle(robot: &Robot, trajectory: &Trajectory) -> Result<Option<Obstacl
         if solution.status == Status::Optimal {
             return None;
         }
-        let most = solution.residual.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        most.map(|(velocity, torque)| Shortfall { velocity, torque: *torque })
+        let largest = solution.residual.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let (velocity, torque) = largest.map(|(velocity, torque)| (velocity, *torque))?;
+        let gives = |muscle: usize| {
+            (demand.moment_arms[muscle * joints + velocity] * demand.torque[velocity]).max(0.0)
+        };
+        let muscle = (0..muscles)
+            .filter(|&m| gives(m) > 0.0 && solution.tension[m] >= most[m])
+            .max_by(|&a, &b| gives(a).total_cmp(&gives(b)))
+            .map(|m| (m, solution.tension[m]));
+        Some(Shortfall { velocity, torque, muscle })
     };
-    Ok(first_obstacle(robot, trajectory, &Limits::default(), reach)?)
+    let limits = Limits { cable_speed: gains.most_speed, every: every(trajectory), ..Limits::default() };
+    Ok(first_obstacle(robot, trajectory, &limits, reach)?)
 }
 
-/// What every drive gives at its anchor for ever, N, by the cables as designed.
-fn most(robot: &Robot, trajectory: &Trajectory, muscles: usize) -> Result<Vec<f64>, Error> {
-    let drive = ArmGains::lm_arm().drive_tension;
+/// Time between the places looked at, s: a short motion is not passed over.
+fn every(trajectory: &Trajectory) -> f64 {
+    let usual = Limits::default().every;
+    match trajectory {
+        Trajectory::Sequence(sequence) => {
+            sequence.motions().map(|(_, motion)| every(motion)).fold(usual, f64::min)
+        }
+        _ => usual.min(0.02 * trajectory.duration()).max(1e-3),
+    }
+}
+
+/// Least and most tension of every muscle, N: what the controller asks of cables that are as designed.
+fn tensions(
+    robot: &Robot,
+    trajectory: &Trajectory,
+    muscles: usize,
+    gains: &ArmGains,
+) -> Result<[Vec<f64>; 2], Error> {
     let Ok(design) = ArmSpecimen::nominal(robot, &first_pose(trajectory)?) else {
-        return Ok(vec![MOST_N; muscles]);
+        return Ok([vec![gains.least_tension; muscles], vec![MOST_N; muscles]]);
     };
-    let most = |cable: &CableModel| {
+    let [mut least, mut most] = [Vec::new(), Vec::new()];
+    for cable in perfect_models(&design) {
         let law = cable.law()?;
-        Ok(drive * (-law.friction_angle()).exp() + law.pretension())
-    };
-    perfect_models(&design).iter().map(most).collect()
+        least.push(gains.least_tension.max(law.pretension() + gains.above_pretension));
+        most.push(gains.drive_tension * (-law.friction_angle()).exp() + law.pretension());
+    }
+    Ok([least, most])
 }

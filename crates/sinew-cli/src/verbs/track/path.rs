@@ -11,6 +11,9 @@ const COLUMNS: [&str; 4] = ["time_s", "x_m", "y_m", "z_m"];
 /// Of a way, s.
 pub(super) const LONGEST_S: f64 = 3600.0;
 
+/// Times closer than this are one, s.
+const CLOSEST_S: f64 = 1e-6;
+
 /// Before the coordinates of a place.
 const TO: &str = "to:";
 
@@ -51,7 +54,7 @@ fn waypoints(path: &Path) -> Result<Way, Error> {
     let mut points = Vec::new();
     let (mut first, mut last) = (None, f64::NEG_INFINITY);
     for (line, [time, x, y, z]) in columns::read(path, COLUMNS)? {
-        if time <= last {
+        if time - last <= CLOSEST_S {
             return Err(wrong(format!("line {line}, column `time_s`: {time}: expected more than {last}")));
         }
         if time - *first.get_or_insert(time) > LONGEST_S {
