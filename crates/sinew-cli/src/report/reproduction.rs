@@ -142,7 +142,7 @@ fn verdict(results: &BenchResults) -> String {
     let worst = ours.map(|side| largest(&side.rmse_n));
     let held = worst.iter().zip(BOUNDS_N).all(|(worst, bound)| *worst <= bound);
     format!(
-        "With the observer the far tension stays within <strong class=\"figure{}\">{} N</strong> (active) and <strong \
+        "With the observer the far tension, on steady strokes, stays within <strong class=\"figure{}\">{} N</strong> (active) and <strong \
          class=\"figure{}\">{} N</strong> (passive) rms of what is wanted at every speed; the paper reports 1.70 and \
          1.23 N on average over the speeds. {}",
         if worst[0] <= BOUNDS_N[0] { "" } else { " bad" },

@@ -14,7 +14,7 @@ use crate::table::{number, table};
 use sinew::body::Robot;
 use sinew::trajectory::Trajectory;
 use sinew_identify::arm::{
-    Prepared, Tracking, TrackingNumbers, Variant, Walk, Way, journey, obstacle, track_arm,
+    BEFORE, Prepared, Tracking, TrackingNumbers, Variant, Walk, Way, journey, obstacle, track_arm,
 };
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -151,15 +151,7 @@ fn finish(
             paper: false,
         };
         let title = format!("{} along {}", robot.parts().name, arguments.path);
-        let amount = format!(
-            "{} s, {}, seed {}. Everything here is simulated.",
-            walk.trajectory.duration(),
-            match walk.repeats {
-                1 => "once".to_owned(),
-                n => format!("{n} times"),
-            },
-            arguments.seed
-        );
+        let amount = amount(arguments, walk, variant);
         files.push((path.clone(), page(&view, &title, &amount)?));
     }
     if let Some(path) = &arguments.record {
@@ -181,14 +173,34 @@ fn finish(
     print(&text)
 }
 
+/// What was done, in a line.
+fn amount(arguments: &TrackArguments, walk: &Walk<'_>, variant: Variant) -> String {
+    let mut text = format!("{} s", (1e3 * walk.trajectory.duration()).round() / 1e3);
+    match walk.repeats {
+        1 => text += ", once",
+        n => text += &format!(", {n} times"),
+    }
+    if arguments.payload > 0.0 {
+        text += &format!(", carrying {} kg", arguments.payload);
+    }
+    text += &format!(", control {}, seed {}.", variant.name(), arguments.seed);
+    if !arguments.fault.is_empty() {
+        text += &format!(" Let fail: {}; the motion begins at {BEFORE} s.", arguments.fault.join(", "));
+    }
+    text + " Everything here is simulated."
+}
+
 /// The table for people.
 pub(crate) fn told(tracking: &BTreeMap<&'static str, TrackingNumbers>) -> String {
     let rows: Vec<Vec<String>> = tracking
         .iter()
         .map(|(name, n)| {
             let e = &n.end_point_error_m;
-            let ended =
-                n.stopped_by.as_ref().map_or("as planned".to_owned(), |why| format!("stopped: {why}"));
+            let ended = match (&n.stopped_by, n.stopped_s) {
+                (Some(why), _) => format!("stopped: {why}"),
+                (None, Some(_)) => "lost".to_owned(),
+                (None, None) => "as planned".to_owned(),
+            };
             let mm = |m: f64| number(Some(1e3 * m));
             vec![
                 (*name).to_owned(),
