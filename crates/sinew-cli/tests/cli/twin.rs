@@ -42,10 +42,10 @@ fn what_the_twin_cannot_do_is_refused_with_its_place() {
     bench.write("bad.csv", "time_s,x_m,y_m,z_m\n0,0.66,here,-0.28\n");
     let way = "time_s,x_m,y_m,z_m\n";
     bench.write("twice.csv", "time_s,x_m,x_m,y_m,z_m\n0,0.6,0.6,0.1,-0.1\n");
-    bench.write("again.csv", &format!("{way}1,0.6,0.1,-0.15\n1,0.6,0.1,-0.15\n"));
-    bench.write("long.csv", &format!("{way}1,0.6,0.1,-0.15\n4000,0.6,0.1,-0.15\n"));
-    bench.write("open.csv", &format!("{way}0,0.6,0.1,-0.15\n2,0.6,0.15,-0.15\n"));
-    bench.write("jolt.csv", &format!("{way}0,0.6,0.1,-0.15\n0.01,0.6,0.102,-0.15\n2,0.6,0.102,-0.15\n"));
+    bench.write("again.csv", format!("{way}1,0.6,0.1,-0.15\n1,0.6,0.1,-0.15\n"));
+    bench.write("long.csv", format!("{way}1,0.6,0.1,-0.15\n4000,0.6,0.1,-0.15\n"));
+    bench.write("open.csv", format!("{way}0,0.6,0.1,-0.15\n2,0.6,0.15,-0.15\n"));
+    bench.write("jolt.csv", format!("{way}0,0.6,0.1,-0.15\n0.01,0.6,0.102,-0.15\n2,0.6,0.102,-0.15\n"));
     for (arguments, words) in [
         ("twin cable fast.csv --out o.csv", ["line 3", "1000.0 m/s"]),
         ("twin cable --specimen steel --out o.csv", ["--specimen steel", "bench, ideal"]),
@@ -63,7 +63,7 @@ fn what_the_twin_cannot_do_is_refused_with_its_place() {
         ("track --path to:0.6,0.2,nan", ["to:0.6,0.2,nan", "three finite numbers"]),
         ("track --path to:3,0,0", ["to:3,0,0", "reach of the end point"]),
         ("track --path to:0.6,0.2,-0.2 --repeats 2", ["--repeats 2", "end where it begins"]),
-        ("track --path jolt.csv", ["jolt.csv", "m/s^2"]),
+        ("track --path jolt.csv", ["jolt.csv", "at its limit of"]),
         ("track --duration 4", ["the winch of `brachialis`", "0.130 m/s"]),
         ("track --report no/where.html", ["no/where.html", "no folder no"]),
         ("track --report t --record t", ["t", "two results"]),
