@@ -174,13 +174,13 @@ pub(crate) fn arm_view(part: &ArmPart) -> TrackView<'_> {
     TrackView {
         heading: "The arm along its path".to_owned(),
         lead: format!(
-            "Seven joints, fifteen muscles, two periods of a sine-shaped path in {seconds} s, {} with the observer, once with \
-             every other way of control. The arm was built with errors of mass (10 %), attachments (1 mm), friction and \
-             sensors that the controller does not know; each cable was calibrated alone.",
+            "Seven joints, fifteen muscles, two periods of a sine-shaped path in {seconds} s, {} with the observer, once {}. \
+             The arm was built with errors of mass (10 %), attachments (1 mm), friction and sensors that the controller does not know; each cable was calibrated alone.",
             match part.options.repeats {
                 1 => "once".to_owned(),
                 n => format!("{n} times"),
-            }
+            },
+            if part.options.all { "with every other way of control" } else { "without compensation" }
         ),
         tracking: &part.tracking,
         trace: &part.trace,

@@ -64,7 +64,7 @@ fn what_the_twin_cannot_do_is_refused_with_its_place() {
         ("track --path to:3,0,0", ["to:3,0,0", "reach of the end point"]),
         ("track --path to:0.6,0.2,-0.2 --repeats 2", ["--repeats 2", "end where it begins"]),
         ("track --path jolt.csv", ["jolt.csv", "at its limit of"]),
-        ("track --duration 4", ["the winch of `brachialis`", "0.130 m/s"]),
+        ("track --duration 2", ["the winch of `brachialis`", "0.130 m/s"]),
         ("track --report no/where.html", ["no/where.html", "no folder no"]),
         ("track --report t --record t", ["t", "two results"]),
         ("track --compensation luck", ["--compensation luck", "observer"]),
