@@ -239,23 +239,27 @@ pub(crate) struct ConvertArguments {
 /// cables is calibrated by a run of its own, then the end point follows the path. A path that the robot cannot follow is
 /// refused before the start, with the first place where it cannot.
 ///
-/// FILE.csv has waypoints: columns time_s, x_m, y_m, z_m.
+/// to:X,Y,Z goes to a place, m, from the pose `start`: every joint with minimum jerk. FILE.csv has waypoints, columns
+/// time_s, x_m, y_m, z_m: two are a straight line with minimum jerk, more a smooth curve from rest to rest that passes
+/// every one in time; where one is given twice in a row the arm waits.
 ///
 /// Example: sinew track --duration 11.5 --repeats 1 --report track.html
+/// Example: sinew track --path to:0.6,0.2,-0.2 --duration 3
 #[derive(Debug, Args)]
 pub(crate) struct TrackArguments {
     /// A robot's file, or the name of an embedded one; it has a key pose `start` and a site `endpoint`
     #[arg(default_value = "lm_arm")]
     pub(crate) model: PathBuf,
-    /// Way of the end point: sine, saddle, or a table of waypoints
-    #[arg(long, value_name = "sine|saddle|FILE.csv", default_value = "sine")]
+    /// Way of the end point: sine, saddle, a place (m) to go to, or a table of waypoints
+    #[arg(long, value_name = "sine|saddle|to:X,Y,Z|FILE.csv", default_value = "sine")]
     pub(crate) path: String,
-    /// Seconds for two turns of a closed path
-    #[arg(long, value_name = "SECONDS", default_value_t = 115.0)]
-    pub(crate) duration: f64,
-    /// How often
-    #[arg(long, value_name = "N", default_value_t = 6)]
-    pub(crate) repeats: u32,
+    /// Seconds for two turns of a closed path [default: 115], or for the way to a place [default: 5]; waypoints have
+    /// times of their own
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) duration: Option<f64>,
+    /// How often [default: 6]; a way that does not end where it begins is gone once
+    #[arg(long, value_name = "N")]
+    pub(crate) repeats: Option<u32>,
     /// none, capstan, paper: drives are told tensions; no_observer, no_disturbance_observer, observer, perfect: winches
     /// are told speeds
     #[arg(long, value_name = "NAME", default_value = "observer")]

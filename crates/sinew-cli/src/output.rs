@@ -65,7 +65,7 @@ impl Drop for Folder {
     }
 }
 
-/// Refuses to write over what is read: a log or a model of this run.
+/// Refuses, before any work, to write over what is read, a log or a model of this run, and where nothing can be written.
 pub(crate) fn spare<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     outputs: &[PathBuf],
@@ -79,7 +79,41 @@ pub(crate) fn spare<'a>(
             }
         }
     }
+    let _whole = lock();
+    for (k, output) in outputs.iter().enumerate() {
+        let unwritable = |source| Error::Unwritable { file: output.clone(), source };
+        once(output, &outputs[..k]).and_then(|()| try_out(output)).map_err(unwritable)?;
+    }
     Ok(())
+}
+
+/// Refuses a place that something else goes to.
+fn once(path: &Path, others: &[PathBuf]) -> io::Result<()> {
+    if others.iter().any(|other| other == path) {
+        return Err(io::Error::other("two results would be written there"));
+    }
+    Ok(())
+}
+
+/// Tries whether a file can be put there; a device or a pipe is left alone.
+fn try_out(path: &Path) -> io::Result<()> {
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(there) if !there.is_file() => Ok(()),
+        _ => NamedTempFile::new_in(folder_of(path)?).map(drop),
+    }
+}
+
+/// The folder that a file is to stand in.
+fn folder_of(path: &Path) -> io::Result<&Path> {
+    match path.parent() {
+        Some(parent) if parent.as_os_str().is_empty() => Ok(Path::new(".")),
+        Some(parent) if !parent.is_dir() => {
+            Err(io::Error::new(io::ErrorKind::NotFound, format!("there is no folder {}", parent.display())))
+        }
+        Some(parent) => Ok(parent),
+        None => Err(io::ErrorKind::IsADirectory.into()),
+    }
 }
 
 /// What stands ready to be put in place.
@@ -94,11 +128,10 @@ enum Prepared {
 pub(crate) fn write_all(files: &[(PathBuf, &[u8])]) -> Result<(), Error> {
     let _whole = lock();
     let mut prepared = Vec::new();
+    let places: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
     for (k, (path, bytes)) in files.iter().enumerate() {
         let unwritable = |source| Error::Unwritable { file: path.clone(), source };
-        if files[..k].iter().any(|(other, _)| other == path) {
-            return Err(unwritable(io::Error::other("two results would be written there")));
-        }
+        once(path, &places[..k]).map_err(unwritable)?;
         prepared.push((prepare(path, bytes).map_err(unwritable)?, path, bytes));
     }
     for (file, path, bytes) in prepared {
@@ -121,14 +154,10 @@ fn prepare(path: &Path, bytes: &[u8]) -> io::Result<Prepared> {
         Ok(_) => path.canonicalize()?,
         Err(_) => path.to_owned(),
     };
-    let folder = match place.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
     let mut temporary = tempfile::Builder::new();
     #[cfg(unix)]
     temporary.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
-    let mut file = temporary.tempfile_in(folder)?;
+    let mut file = temporary.tempfile_in(folder_of(&place)?)?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
     Ok(Prepared::File(file, place))

@@ -7,8 +7,8 @@ mod common;
 use common::lm_arm;
 use sinew::body::{Poses, Robot};
 use sinew::trajectory::{
-    EndPointPath, JointPath, Limits, Loop, MinimumJerk, Reason, Redundancy, Reference, Shortfall, TimeLaw,
-    Trajectory, Waypoint, first_obstacle,
+    EndPointPath, JointPath, Leg, Limits, Loop, MinimumJerk, Reason, Redundancy, Reference, Sequence,
+    Shortfall, TimeLaw, Trajectory, Waypoint, first_obstacle, legs,
 };
 use std::f64::consts::PI;
 
@@ -182,7 +182,11 @@ fn what_is_in_the_way_is_named_with_its_place() {
     let obstacle = |trajectory: &Trajectory, limits: Limits, most: f64| {
         let found = first_obstacle(&robot, trajectory, &limits, |demand| {
             let short = demand.torque.iter().position(|tau| tau.abs() > most)?;
-            Some(Shortfall { velocity: short, torque: demand.torque[short].abs() - most })
+            Some(Shortfall {
+                velocity: short,
+                torque: demand.torque[short].abs() - most,
+                muscle: Some((2, 7.0)),
+            })
         });
         found.unwrap().unwrap()
     };
@@ -202,14 +206,22 @@ fn what_is_in_the_way_is_named_with_its_place() {
     assert!(matches!(&found.reason, Reason::CableSpeed { speed, .. } if *speed > 0.005), "{found}");
     assert!(found.time > 0.0);
 
+    let lazy = Limits { cable_acceleration: 0.003, ..Limits::default() };
+    let found = obstacle(&sine, lazy, free);
+    assert!(
+        matches!(&found.reason, Reason::CableAcceleration { acceleration, .. } if *acceleration > 0.003),
+        "{found}"
+    );
+
     let found = obstacle(&sine, Limits { joint_speed: 0.1, ..Limits::default() }, free);
     assert!(matches!(&found.reason, Reason::JointSpeed { .. }), "{found}");
 
     let found = obstacle(&sine, Limits::default(), 1.0);
     assert!(
-        matches!(&found.reason, Reason::Torque { joint, .. } if joint.starts_with("shoulder")),
+        matches!(&found.reason, Reason::Torque { joint, needed, .. } if joint.starts_with("shoulder") && needed.abs() > 1.0),
         "{found}"
     );
+    assert!(found.to_string().contains("`deltoid_posterior` is at its limit of 7 N"), "{found}");
 
     let mut beyond = robot.key("start").unwrap().to_vec();
     beyond[3] = 2.5;
@@ -242,4 +254,100 @@ fn a_rule_for_another_robot_and_numbers_out_of_domain_are_refused() {
     let of_seven = Trajectory::PointToPoint(MinimumJerk::new(&[0.0; 7], &[0.1; 7], 1.0).unwrap());
     let never = Limits { every: 0.0, ..Limits::default() };
     assert!(first_obstacle(&robot, &of_seven, &never, |_| None).is_err());
+}
+
+/// Legs of a way through waypoints, one after the other.
+fn waited(robot: &Robot, waypoints: &[Waypoint]) -> Trajectory {
+    let rule = Redundancy { swing: vec![0.0; 7], ..Redundancy::lm_arm() };
+    let motion = |leg: &Leg| {
+        let EndPointPath::Waypoints { law, .. } = &leg.path else { panic!("{leg:?}") };
+        let joints =
+            JointPath::resolve(robot, robot.site("endpoint").unwrap(), &leg.path, &rule, 720).unwrap();
+        (leg.start, Trajectory::AlongPath { joints, law: *law })
+    };
+    let motions = legs(waypoints).unwrap().iter().map(motion).collect();
+    let duration = waypoints[waypoints.len() - 1].time - waypoints[0].time;
+    Trajectory::Sequence(Sequence::new(motions, duration).unwrap())
+}
+
+const STOPS: [(f64, [f64; 3]); 7] = [
+    (0.0, [0.60, 0.10, -0.15]),
+    (1.5, [0.66, 0.20, -0.20]),
+    (3.0, [0.62, 0.15, -0.28]),
+    (4.5, [0.62, 0.15, -0.28]),
+    (6.5, [0.60, 0.10, -0.15]),
+    (7.0, [0.60, 0.10, -0.15]),
+    (8.0, [0.60, 0.10, -0.15]),
+];
+
+fn stops() -> Vec<Waypoint> {
+    STOPS.iter().map(|&(time, position)| Waypoint { time, position }).collect()
+}
+
+#[test]
+fn a_waypoint_given_twice_is_waited_at_and_standing_still_is_still() {
+    let robot = lm_arm();
+    let (trajectory, mut now) = (waited(&robot, &stops()), Reference::new(7));
+    assert!((trajectory.duration() - 8.0).abs() < 1e-12 && trajectory.comes_back());
+    for (time, position) in STOPS {
+        trajectory.sample(time, &mut now).unwrap();
+        assert!(distance(end_point(&robot, &now.q), position) < 1e-6, "{time}");
+    }
+    for (from, to) in [(3.0, 4.5), (6.5, 8.0)] {
+        trajectory.sample(from, &mut now).unwrap();
+        let still = now.q.clone();
+        for k in 0..=300 {
+            let time = from + (to - from) * f64::from(k) / 300.0;
+            trajectory.sample(time, &mut now).unwrap();
+            assert!(worst(&now.q, &still) < 1e-9, "{time}");
+            assert!(worst(&now.v, &[0.0; 7]) < 1e-12 && worst(&now.a, &[0.0; 7]) < 1e-9, "{time}");
+        }
+    }
+}
+
+#[test]
+fn neither_velocity_nor_acceleration_jumps_where_a_wait_begins_or_ends() {
+    let robot = lm_arm();
+    let trajectory = waited(&robot, &stops());
+    let (mut before, mut now) = (Reference::new(7), Reference::new(7));
+    trajectory.sample(0.0, &mut before).unwrap();
+    let (mut fastest, mut hardest) = (0.0_f64, 0.0_f64);
+    for k in 1..=80_000 {
+        trajectory.sample(1e-4 * f64::from(k), &mut now).unwrap();
+        fastest = fastest.max(worst(&now.v, &[0.0; 7]));
+        hardest = hardest.max(worst(&now.a, &[0.0; 7]));
+        assert!(worst(&now.v, &before.v) < 1e-3 && worst(&now.a, &before.a) < 0.01, "{k}");
+        core::mem::swap(&mut before, &mut now);
+    }
+    assert!(fastest > 0.1 && hardest > 0.1, "nothing moved");
+}
+
+#[test]
+fn two_waypoints_are_a_straight_line_with_minimum_jerk() {
+    let robot = lm_arm();
+    let ends = [stops()[0], stops()[1]];
+    let (trajectory, mut now) = (waited(&robot, &ends), Reference::new(7));
+    for k in 0..=30 {
+        let x = f64::from(k) / 30.0;
+        trajectory.sample(1.5 * x, &mut now).unwrap();
+        let gone = x * x * x * (10.0 + x * (6.0 * x - 15.0));
+        let [from, to] = [ends[0].position, ends[1].position];
+        let line = std::array::from_fn(|i| from[i] + gone * (to[i] - from[i]));
+        assert!(distance(end_point(&robot, &now.q), line) < 1e-6, "{x}");
+    }
+    assert!(!trajectory.comes_back());
+}
+
+#[test]
+fn motions_that_overlap_or_begin_elsewhere_are_no_sequence() {
+    let robot = lm_arm();
+    let start = robot.key("start").unwrap();
+    let [there, back] = [(&[0.0; 7][..], start), (start, &[0.0; 7][..])]
+        .map(|(from, to)| Trajectory::PointToPoint(MinimumJerk::new(from, to, 2.0).unwrap()));
+    assert!(Sequence::new(vec![(0.0, there.clone()), (2.5, back.clone())], 5.0).is_ok());
+    assert!(Sequence::new(vec![(0.0, there.clone()), (1.9, back.clone())], 5.0).is_err());
+    assert!(Sequence::new(vec![(0.0, there.clone()), (2.5, there.clone())], 5.0).is_err());
+    assert!(Sequence::new(vec![(0.0, there.clone()), (2.5, back)], 4.0).is_err());
+    assert!(Sequence::new(vec![(f64::NAN, there)], 5.0).is_err());
+    assert!(Sequence::new(vec![], 5.0).is_err());
 }

@@ -21,6 +21,7 @@ struct Section {
     errors: Vec<Plot>,
     repeats: u32,
     incidents: Vec<String>,
+    paper: bool,
 }
 
 #[derive(Template)]
@@ -95,6 +96,7 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
         errors: errors(&moving, view),
         repeats: view.repeats,
         incidents: incidents(view),
+        paper: view.paper,
     };
     Ok(section.render()?)
 }
@@ -102,12 +104,16 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
 /// A page of its own.
 pub(crate) fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<String, Error> {
     let numbers = view.tracking.get(view.drawn);
-    let verdict = numbers.map_or_else(String::new, |n| match &n.stopped_by {
-        Some(why) => format!(
+    let verdict = numbers.map_or_else(String::new, |n| match (&n.stopped_by, n.stopped_s) {
+        (Some(why), time) => format!(
             "The controller stopped the arm {} s after the run began: {why}.",
-            fixed(n.stopped_s.unwrap_or(f64::NAN), 2)
+            fixed(time.unwrap_or(f64::NAN), 2)
         ),
-        None => format!(
+        (None, Some(time)) => format!(
+            "The simulation was lost {} s after the run began: the arm was thrown out of all bounds.",
+            fixed(time, 2)
+        ),
+        (None, None) => format!(
             "The end point stayed {} mm from where it was to be on average, {} mm at most.",
             fixed(1e3 * n.end_point_error_m.mean, 2),
             fixed(1e3 * n.end_point_error_m.max, 1)
@@ -191,7 +197,7 @@ fn end_point(rows: &[&TraceRow]) -> Vec<Plot> {
         let mut plot = Plot::new(
             "trace",
             format!("End point {name}"),
-            (&x, "time (s)".to_owned()),
+            (&x, "time of the run (s)".to_owned()),
             (&y, format!("{name} (m)")),
         );
         plot.draw("measured", line(first.iter().map(|row| (row.time_s, row.wanted_m[k])), &x, &y));
@@ -205,7 +211,7 @@ fn end_point(rows: &[&TraceRow]) -> Vec<Plot> {
     let x = time_axis(rows);
     let y = Axis::new((0.0, 1.05 * rows.iter().map(|row| distance(row)).fold(0.1, f64::max)), 5);
     let title = "error, all repeats (mm)".to_owned();
-    let mut plot = Plot::new("trace", title.clone(), (&x, "time (s)".to_owned()), (&y, title));
+    let mut plot = Plot::new("trace", title.clone(), (&x, "time of the run (s)".to_owned()), (&y, title));
     plot.draw("predicted", line(rows.iter().map(|row| (row.time_s, distance(row))), &x, &y));
     plots.push(plot);
     plots
@@ -240,7 +246,8 @@ fn means(view: &TrackView<'_>) -> Vec<Plot> {
     let x = Axis::new((0.0, points.len() as f64 + 1.0), 8);
     let y = Axis::new((0.0, 1.1 * points.iter().map(|p| p.1).fold(0.01, f64::max)), 5);
     let title = "mean length error (mm)".to_owned();
-    let mut plot = Plot::new("trace", title.clone(), (&x, "muscle".to_owned()), (&y, title));
+    let mut plot =
+        Plot::new("trace", title.clone(), (&x, "muscle, in the order above".to_owned()), (&y, title));
     // A bar is a line from nothing; a point that is no number lifts the pen.
     let bars = points.iter().flat_map(|p| [(p.0, 0.0), *p, (f64::NAN, f64::NAN)]);
     plot.draw("bars", line(bars, &x, &y));

@@ -3,7 +3,7 @@
 use super::specimen::specimen;
 use crate::arguments::{BenchArguments, BenchRunArguments, BenchVerb, CompensationKind, Muscle};
 use crate::error::Error;
-use crate::output::{print, write_all};
+use crate::output::{print, spare, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
 use serde::Serialize;
@@ -31,6 +31,7 @@ struct Summary {
 pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Error> {
     let BenchVerb::Run(arguments) = &arguments.verb;
     check(arguments)?;
+    spare([], std::slice::from_ref(&arguments.out))?;
     let specimen = specimen(&arguments.specimen)?;
     let progress = Progress::new();
     progress.show("calibration", 0.0);

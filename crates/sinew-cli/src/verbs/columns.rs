@@ -1,4 +1,5 @@
-//! Small tables of numbers: named columns in any order, comments and empty lines anywhere.
+//! Small tables of numbers: named columns in any order, comments and empty lines anywhere; cells between commas, semicolons
+//! or tabs, quoted or not.
 
 use super::read_text;
 use crate::error::Error;
@@ -13,20 +14,24 @@ pub(super) fn read<const N: usize>(path: &Path, names: [&str; N]) -> Result<Vec<
         !line.is_empty() && !line.starts_with('#')
     });
     let (first, head) = lines.next().ok_or_else(|| wrong("is empty: expected columns".to_owned()))?;
-    let head: Vec<&str> = head.split(',').map(str::trim).collect();
+    let (separator, head) = head_of(head).map_err(|problem| wrong(format!("line {first}: {problem}")))?;
     let mut places = [0; N];
     for (place, name) in places.iter_mut().zip(names) {
-        *place = head
-            .iter()
-            .position(|column| *column == name)
-            .ok_or_else(|| wrong(format!("line {first}: no column `{name}` among `{}`", head.join(", "))))?;
+        let mut found = head.iter().enumerate().filter(|(_, column)| *column == name);
+        *place = found
+            .next()
+            .ok_or_else(|| wrong(format!("line {first}: no column `{name}` among `{}`", head.join(", "))))?
+            .0;
+        if found.next().is_some() {
+            return Err(wrong(format!("line {first}: column `{name}` stands twice")));
+        }
     }
     let mut rows = Vec::new();
     for (line, content) in lines {
-        let cells: Vec<&str> = content.split(',').map(str::trim).collect();
+        let cells = cells(content, separator).map_err(|problem| wrong(format!("line {line}: {problem}")))?;
         let mut row = [0.0; N];
         for ((value, place), name) in row.iter_mut().zip(places).zip(names) {
-            let cell = cells.get(place).copied().unwrap_or("");
+            let cell = cells.get(place).map_or("", String::as_str);
             let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
             *value = number.ok_or_else(|| {
                 wrong(format!("line {line}, column `{name}`: `{cell}`: expected a finite number"))
@@ -35,4 +40,35 @@ pub(super) fn read<const N: usize>(path: &Path, names: [&str; N]) -> Result<Vec<
         rows.push((line, row));
     }
     Ok(rows)
+}
+
+/// What separates the cells of a table's first line, and these: what separates the names separates everything.
+pub(super) fn head_of(head: &str) -> Result<(char, Vec<String>), String> {
+    let counted = |&separator: &char| cells(head, separator).is_ok_and(|cells| cells.len() > 1);
+    let separator = [';', '\t'].into_iter().find(counted).unwrap_or(',');
+    Ok((separator, cells(head, separator)?))
+}
+
+/// The cells of a line; in quotes a separator is text, and two quotes are one.
+pub(super) fn cells(line: &str, separator: char) -> Result<Vec<String>, String> {
+    let mut cells = vec![String::new()];
+    let (mut quoted, mut letters) = (false, line.chars().peekable());
+    while let Some(letter) = letters.next() {
+        let cell = match cells.last_mut() {
+            Some(cell) if letter != separator || quoted => cell,
+            _ => {
+                cells.push(String::new());
+                continue;
+            }
+        };
+        match letter {
+            '"' if quoted && letters.next_if_eq(&'"').is_some() => cell.push('"'),
+            '"' if quoted || cell.trim().is_empty() => quoted = !quoted,
+            letter => cell.push(letter),
+        }
+    }
+    if quoted {
+        return Err("opens a quote that nothing closes: expected cells of one line".to_owned());
+    }
+    Ok(cells.iter().map(|cell| cell.trim().to_owned()).collect())
 }

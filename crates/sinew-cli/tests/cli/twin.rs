@@ -40,14 +40,33 @@ fn what_the_twin_cannot_do_is_refused_with_its_place() {
     bench.write("fast.csv", "time_s,motor_m,anchor_m\n0,0,0\n0.001,1,0\n");
     bench.write("way.csv", "time_s,x_m,y_m,z_m\n0,0.66,0.23,-0.28\n5,3,0,0\n");
     bench.write("bad.csv", "time_s,x_m,y_m,z_m\n0,0.66,here,-0.28\n");
+    let way = "time_s,x_m,y_m,z_m\n";
+    bench.write("twice.csv", "time_s,x_m,x_m,y_m,z_m\n0,0.6,0.6,0.1,-0.1\n");
+    bench.write("again.csv", format!("{way}1,0.6,0.1,-0.15\n1,0.6,0.1,-0.15\n"));
+    bench.write("long.csv", format!("{way}1,0.6,0.1,-0.15\n4000,0.6,0.1,-0.15\n"));
+    bench.write("open.csv", format!("{way}0,0.6,0.1,-0.15\n2,0.6,0.15,-0.15\n"));
+    bench.write("jolt.csv", format!("{way}0,0.6,0.1,-0.15\n0.01,0.6,0.102,-0.15\n2,0.6,0.102,-0.15\n"));
     for (arguments, words) in [
         ("twin cable fast.csv --out o.csv", ["line 3", "1000.0 m/s"]),
         ("twin cable --specimen steel --out o.csv", ["--specimen steel", "bench, ideal"]),
         ("bench run --duration -3 --out o.csv", ["--duration", "-3"]),
         ("drive size --tension -5 --speed 0.1 --acceleration 3 --stroke 0.4", ["--tension", "-5"]),
         ("bench run --speeds 2 --out o.csv", ["--speeds 2", "0.005 to 0.15"]),
-        ("track --path way.csv", ["way.csv", "torque of"]),
+        ("track --path way.csv", ["way.csv", "reach of the end point"]),
         ("track --path bad.csv", ["line 2", "`here`"]),
+        ("track --path twice.csv", ["line 1", "`x_m` stands twice"]),
+        ("track --path again.csv", ["line 3", "expected more than 1"]),
+        ("track --path long.csv", ["line 3", "at most 3600 s"]),
+        ("track --path open.csv --repeats 2", ["--repeats 2", "end where it begins"]),
+        ("track --path open.csv --duration 9", ["--duration 9", "their own times"]),
+        ("track --path to:0.6,0.2", ["to:0.6,0.2", "three finite numbers"]),
+        ("track --path to:0.6,0.2,nan", ["to:0.6,0.2,nan", "three finite numbers"]),
+        ("track --path to:3,0,0", ["to:3,0,0", "reach of the end point"]),
+        ("track --path to:0.6,0.2,-0.2 --repeats 2", ["--repeats 2", "end where it begins"]),
+        ("track --path jolt.csv", ["jolt.csv", "at its limit of"]),
+        ("track --duration 2", ["the winch of `brachialis`", "0.130 m/s"]),
+        ("track --report no/where.html", ["no/where.html", "no folder no"]),
+        ("track --report t --record t", ["t", "two results"]),
         ("track --compensation luck", ["--compensation luck", "observer"]),
         ("track --payload 50", ["--payload 50", "0 to 5 kg"]),
         ("track models.xml", ["models.xml", ""]),
@@ -67,4 +86,37 @@ fn an_arm_follows_a_short_path_and_leaves_report_and_record() {
     assert!(error["max"].as_f64().unwrap() < 25e-3, "{error}");
     assert!(bench.read("t.html").contains("simulated data"));
     assert!(bench.read("t.csv").lines().nth(1).unwrap().contains("anchor_n:brachialis"));
+}
+
+#[test]
+fn an_arm_waits_where_a_waypoint_stands_twice_and_goes_an_open_way_once() {
+    let bench = Bench::new();
+    bench.write(
+        "way.csv",
+        "\u{feff}\"time_s\";x_m;y_m;z_m\r\n0;0.60;0.10;-0.15\r\n1.5;0.64;0.15;-0.20\r\n3;0.64;0.15;-0.20\r\n",
+    );
+    let run = bench.run("track --path way.csv --record way_run.csv --report way.html --json");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let table = bench.read("way_run.csv");
+    let mut rows = table.lines().filter(|line| !line.starts_with('#'));
+    let head: Vec<&str> = rows.next().unwrap().split(',').collect();
+    let at = |name: &str| head.iter().position(|column| *column == name).unwrap();
+    let (time, x, lengths) = (at("time_s"), at("wanted_x_m"), at("length_m:brachialis"));
+    let row = |line: &str| line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect::<Vec<f64>>();
+    let waiting: Vec<Vec<f64>> = rows.map(row).filter(|row| (4.5..6.0).contains(&row[time])).collect();
+    assert_eq!(waiting.len(), 150, "a row per 10 ms");
+    for row in &waiting {
+        assert!((row[x] - 0.64).abs() < 1e-6, "{row:?}");
+        assert!((row[lengths] - waiting[0][lengths]).abs() < 1e-6, "{row:?}");
+    }
+    assert!(bench.read("way.html").contains("3 s, once, control observer"));
+}
+
+#[test]
+fn an_arm_goes_to_a_place_with_a_payload() {
+    let run = Bench::new().run("track --path to:0.6,0.2,-0.2 --duration 3 --payload 0.3 --json");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let numbers: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let tracked = &numbers["tracking"]["observer"];
+    assert!(tracked["stopped_s"].is_null() && tracked["end_point_error_m"]["max"].as_f64().unwrap() < 0.03);
 }

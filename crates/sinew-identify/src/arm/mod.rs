@@ -7,7 +7,7 @@ mod tracking;
 mod variant;
 
 pub use calibrate::{STROKES, Strokes, calibrate_arm, calibrate_networks};
-pub use journey::{journey, obstacle};
+pub use journey::{Way, journey, obstacle};
 pub use report::{ErrorSpread, MuscleSpread, Trace, TraceRow, TrackIncident, TrackingNumbers};
 pub use tracking::{BEFORE, Prepared, Tracking, Walk, first_pose, track_arm};
 pub use variant::Variant;

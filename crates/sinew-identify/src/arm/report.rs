@@ -39,12 +39,17 @@ pub struct TrackIncident {
 impl TrackIncident {
     fn new(incident: &Incident, robot: &Robot) -> Self {
         Self {
-            from_s: incident.from,
-            until_s: incident.until,
+            from_s: to_milliseconds(incident.from),
+            until_s: to_milliseconds(incident.until),
             what: named(incident.trouble, robot),
             answer: if incident.stopped { "stopped" } else { "bridged" },
         }
     }
+}
+
+/// A time of whole milliseconds, s, without what a sum of them leaves.
+fn to_milliseconds(time: f64) -> f64 {
+    (1e3 * time).round() / 1e3
 }
 
 /// A trouble by the name of its muscle or joint.
@@ -101,7 +106,7 @@ impl TrackingNumbers {
             per_muscle: summary.length_error.iter().map(|spread| spread.mean).collect(),
             least_anchor_tension_n: summary.least_anchor.0,
             most_drive_tension_n: summary.most_drive.0,
-            stopped_s: summary.stopped.map(|(time, _)| time).or(summary.lost),
+            stopped_s: summary.stopped.map(|(time, _)| time).or(summary.lost).map(to_milliseconds),
             stopped_by: summary.stopped.map(|(_, trouble)| named(trouble, robot)),
             incidents: summary.incidents.iter().map(|one| TrackIncident::new(one, robot)).collect(),
         }

@@ -4,6 +4,7 @@ use crate::error::{Error, positive};
 use crate::muscle::{Geometry, Muscles};
 use alloc::string::{String, ToString};
 use alloc::vec;
+use alloc::vec::Vec;
 use core::fmt;
 
 /// What the robot can do, for the check before a start.
@@ -13,14 +14,16 @@ pub struct Limits {
     pub joint_speed: f64,
     /// Of every cable: what its winch can wind, m/s, > 0.
     pub cable_speed: f64,
+    /// Of every cable: how fast its winch can change that, m/s^2, > 0.
+    pub cable_acceleration: f64,
     /// Time between the places looked at, s, > 0.
     pub every: f64,
 }
 
 impl Default for Limits {
-    /// 5 rad/s (more than an arm is driven at), 0.14 m/s (the drive's no-load speed), every 10 ms.
+    /// 5 rad/s (more than an arm is driven at), 0.14 m/s (the drive's no-load speed), 5 m/s^2 (its limit), every 10 ms.
     fn default() -> Self {
-        Self { joint_speed: 5.0, cable_speed: 0.14, every: 0.01 }
+        Self { joint_speed: 5.0, cable_speed: 0.14, cable_acceleration: 5.0, every: 0.01 }
     }
 }
 
@@ -40,6 +43,8 @@ pub struct Shortfall {
     pub velocity: usize,
     /// What is missing there, Nm or N.
     pub torque: f64,
+    /// The muscle that would give most of it, and its tension, N, where one is at a limit.
+    pub muscle: Option<(usize, f64)>,
 }
 
 /// Why a robot cannot be where or as fast as it is told.
@@ -80,12 +85,25 @@ pub enum Reason {
         /// m/s.
         most: f64,
     },
+    /// A cable whose speed changes faster than its winch's can.
+    CableAcceleration {
+        /// Its name.
+        muscle: String,
+        /// m/s^2.
+        acceleration: f64,
+        /// m/s^2.
+        most: f64,
+    },
     /// A torque out of the tensions' reach.
     Torque {
         /// Name of the joint.
         joint: String,
-        /// What is missing, Nm or N.
+        /// What is needed, Nm or N.
+        needed: f64,
+        /// What is missing of it, Nm or N.
         missing: f64,
+        /// The muscle that would give most of it, and its tension at its limit, N.
+        muscle: Option<(String, f64)>,
     },
 }
 
@@ -103,13 +121,16 @@ impl fmt::Display for Obstacle {
         write!(f, "at {:.3} s: ", self.time)?;
         match &self.reason {
             Reason::Unreachable { phase, distance } if *distance > 0.0 => {
-                write!(f, "the end point stays {distance:.4} m away from the path (phase {phase:.3})")
+                write!(
+                    f,
+                    "the path leaves the reach of the end point (phase {phase:.3}, {distance:.1e} m away)"
+                )
             }
             Reason::Unreachable { phase, .. } => {
                 write!(f, "the path closes, but the joints do not (phase {phase:.3})")
             }
             Reason::JointRange { joint, position, range: [low, high] } => {
-                write!(f, "joint `{joint}` must be within {low:.3} and {high:.3}, but is told {position:.3}")
+                write!(f, "joint `{joint}` must be within {low:.5} and {high:.5}, but is told {position:.5}")
             }
             Reason::JointSpeed { joint, speed, most } => {
                 write!(f, "joint `{joint}` may move at most {most:.3} per s, but is told {speed:.3}")
@@ -117,14 +138,30 @@ impl fmt::Display for Obstacle {
             Reason::CableSpeed { muscle, speed, most } => {
                 write!(f, "the winch of `{muscle}` winds at most {most:.3} m/s, but is told {speed:.3}")
             }
-            Reason::Torque { joint, missing } => {
-                write!(f, "the tensions within their limits miss {missing:.3} N m of the torque of `{joint}`")
+            Reason::CableAcceleration { muscle, acceleration, most } => {
+                write!(
+                    f,
+                    "the winch of `{muscle}` speeds up by at most {most:.3} m/s^2, but is told {acceleration:.3}"
+                )
+            }
+            Reason::Torque { joint, needed, missing, muscle } => {
+                write!(
+                    f,
+                    "`{joint}` needs {:.3} N m, and the tensions within their limits miss {:.3} of it",
+                    needed.abs(),
+                    missing.abs()
+                )?;
+                match muscle {
+                    Some((muscle, tension)) => write!(f, " (`{muscle}` is at its limit of {tension:.0} N)"),
+                    None => Ok(()),
+                }
             }
         }
     }
 }
 
-/// Looks along a whole trajectory, start and end included, for the first place where the robot cannot follow.
+/// Looks along a whole trajectory, start and end included, for the first place where the robot cannot follow. A path
+/// that the end point leaves is an obstacle at any speed, and told before all others.
 ///
 /// `reach` says whether tensions within their limits give a torque: the caller knows the limits and has the solver.
 ///
@@ -139,44 +176,99 @@ pub fn first_obstacle(
 ) -> Result<Option<Obstacle>, Error> {
     positive("joint_speed", limits.joint_speed)?;
     positive("cable_speed", limits.cable_speed)?;
+    positive("cable_acceleration", limits.cable_acceleration)?;
     positive("every", limits.every)?;
     // Checked here: poses are looked at joint by joint below.
     length("joints of the trajectory", trajectory.joints(), robot.nq())?;
     length("joints of the trajectory", trajectory.joints(), robot.nv())?;
+    if let Some((time, reason)) = first_miss(trajectory) {
+        return Ok(Some(Obstacle { time, reason }));
+    }
     let muscles = Muscles::new(robot);
-    let (mut geometry, mut scratch) = (Geometry::new(robot, &muscles), Scratch::new(robot));
+    let mut cables = Cables::new(robot, &muscles);
+    let mut scratch = Scratch::new(robot);
     let mut now = Reference::new(trajectory.joints());
-    let (mut torque, mut rates) = (vec![0.0; robot.nv()], vec![0.0; muscles.count()]);
+    let (mut torque, mut passive) = (vec![0.0; robot.nv()], vec![0.0; robot.nv()]);
     let mut arms = vec![0.0; muscles.count() * robot.nv()];
-    let missed = first_miss(trajectory);
     // A limit of a million places: a trajectory of hours is looked at more coarsely.
     let places = libm::ceil(trajectory.duration() / limits.every).min(1e6) as usize;
     for k in 0..=places {
         let time = trajectory.duration() * k as f64 / places.max(1) as f64;
         let stop = |reason| Ok(Some(Obstacle { time, reason }));
-        if let Some((when, reason)) = &missed
-            && time >= *when
-        {
-            return Ok(Some(Obstacle { time: *when, reason: reason.clone() }));
-        }
         trajectory.sample(time, &mut now)?;
         if let Some(reason) = joints_cannot(robot, &now, limits) {
             return stop(reason);
         }
-        muscles.evaluate(&now.q, &mut geometry)?;
-        muscles.velocities(&geometry, &now.v, &mut rates)?;
-        if let Some(m) = rates.iter().position(|rate| rate.abs() > limits.cable_speed) {
-            let muscle = robot.parts().tendons[m].name.clone();
-            return stop(Reason::CableSpeed { muscle, speed: rates[m].abs(), most: limits.cable_speed });
+        if let Some(reason) = cables.cannot(robot, &now, limits)? {
+            return stop(reason);
         }
         robot.inverse_dynamics(&now.q, &now.v, &now.a, &mut scratch, &mut torque)?;
-        muscles.dense(&geometry, &mut arms)?;
+        robot.passive_force(&now.q, &now.v, &mut passive)?;
+        torque.iter_mut().zip(&passive).for_each(|(torque, passive)| *torque -= passive);
+        muscles.dense(&cables.geometry, &mut arms)?;
         if let Some(short) = reach(Demand { moment_arms: &arms, torque: &torque }) {
-            let joint = joint_name(robot, short.velocity);
-            return stop(Reason::Torque { joint, missing: short.torque });
+            return stop(Reason::Torque {
+                joint: joint_name(robot, short.velocity),
+                needed: torque.get(short.velocity).copied().unwrap_or(f64::NAN),
+                missing: short.torque,
+                muscle: short.muscle.map(|(muscle, tension)| (muscle_name(robot, muscle), tension)),
+            });
         }
     }
     Ok(None)
+}
+
+/// Looks at what the cables of a robot are told.
+struct Cables<'a> {
+    muscles: &'a Muscles,
+    geometry: Geometry,
+    soon: Reference,
+    speeds: Vec<f64>,
+    later: Vec<f64>,
+}
+
+/// Between two places whose cable speeds give their acceleration, s.
+const SOON: f64 = 1e-5;
+
+impl<'a> Cables<'a> {
+    fn new(robot: &Robot, muscles: &'a Muscles) -> Self {
+        Self {
+            geometry: Geometry::new(robot, muscles),
+            soon: Reference::new(robot.nv()),
+            speeds: vec![0.0; muscles.count()],
+            later: vec![0.0; muscles.count()],
+            muscles,
+        }
+    }
+
+    /// What no winch can follow; leaves the geometry of the pose.
+    fn cannot(&mut self, robot: &Robot, now: &Reference, limits: &Limits) -> Result<Option<Reason>, Error> {
+        for (k, q) in self.soon.q.iter_mut().enumerate() {
+            *q = now.q[k] + SOON * now.v[k];
+            self.soon.v[k] = now.v[k] + SOON * now.a[k];
+        }
+        self.muscles.evaluate(&self.soon.q, &mut self.geometry)?;
+        self.muscles.velocities(&self.geometry, &self.soon.v, &mut self.later)?;
+        self.muscles.evaluate(&now.q, &mut self.geometry)?;
+        self.muscles.velocities(&self.geometry, &now.v, &mut self.speeds)?;
+        for (m, (speed, later)) in self.speeds.iter().zip(&self.later).enumerate() {
+            if speed.abs() > limits.cable_speed {
+                let muscle = muscle_name(robot, m);
+                let (speed, most) = (speed.abs(), limits.cable_speed);
+                return Ok(Some(Reason::CableSpeed { muscle, speed, most }));
+            }
+            let acceleration = (later - speed).abs() / SOON;
+            if acceleration > limits.cable_acceleration {
+                let (muscle, most) = (muscle_name(robot, m), limits.cable_acceleration);
+                return Ok(Some(Reason::CableAcceleration { muscle, acceleration, most }));
+            }
+        }
+        Ok(None)
+    }
+}
+
+fn muscle_name(robot: &Robot, muscle: usize) -> String {
+    robot.parts().tendons.get(muscle).map_or_else(|| muscle.to_string(), |tendon| tendon.name.clone())
 }
 
 /// What a pose at its limit may be beyond it, rad or m.
@@ -204,7 +296,16 @@ fn joint_name(robot: &Robot, velocity: usize) -> String {
 
 /// When the end point leaves the path, by the time law, and how.
 fn first_miss(trajectory: &Trajectory) -> Option<(f64, Reason)> {
-    let Trajectory::AlongPath { joints, law } = trajectory else { return None };
+    let (joints, law) = match trajectory {
+        Trajectory::AlongPath { joints, law } => (joints, law),
+        Trajectory::PointToPoint(_) => return None,
+        Trajectory::Sequence(motions) => {
+            return motions.motions().find_map(|(start, motion)| {
+                let (time, reason) = first_miss(motion)?;
+                Some((start + time, reason))
+            });
+        }
+    };
     let miss = joints.missed()?;
     // The phase only rises: halving finds its time.
     let (mut time, mut late) = (0.0, law.duration());

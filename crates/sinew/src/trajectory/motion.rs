@@ -1,4 +1,5 @@
 use super::joint_path::JointPath;
+use super::sequence::Sequence;
 use super::time_law::{TimeLaw, curvature, quintic, slope};
 use crate::error::{Error, finite, positive};
 use alloc::vec;
@@ -75,6 +76,8 @@ pub enum Trajectory {
     },
     /// Straight to a pose.
     PointToPoint(MinimumJerk),
+    /// One motion after the other.
+    Sequence(Sequence),
 }
 
 impl Trajectory {
@@ -84,6 +87,7 @@ impl Trajectory {
         match self {
             Self::AlongPath { law, .. } => law.duration(),
             Self::PointToPoint(way) => way.duration,
+            Self::Sequence(motions) => motions.duration(),
         }
     }
 
@@ -93,7 +97,16 @@ impl Trajectory {
         match self {
             Self::AlongPath { joints, .. } => joints.spline.width(),
             Self::PointToPoint(way) => way.from.len(),
+            Self::Sequence(motions) => motions.joints(),
         }
+    }
+
+    /// Whether it ends in the pose in which it began, within 1e-6 rad or m: what does not cannot be repeated at once.
+    #[must_use]
+    pub fn comes_back(&self) -> bool {
+        let [mut first, mut last] = [self.joints(); 2].map(Reference::new);
+        let sampled = self.sample(0.0, &mut first).and_then(|()| self.sample(self.duration(), &mut last));
+        sampled.is_ok() && first.q.iter().zip(&last.q).all(|(a, b)| (a - b).abs() < 1e-6)
     }
 
     /// What the joints are to do at a time; at rest before and after. Allocates nothing.
@@ -121,6 +134,7 @@ impl Trajectory {
                 }
             }
             Self::PointToPoint(way) => way.sample(time, out),
+            Self::Sequence(motions) => motions.sample(time, out)?,
         }
         Ok(())
     }

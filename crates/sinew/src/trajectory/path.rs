@@ -1,5 +1,6 @@
 use super::spline::Spline;
 use super::time_law::TimeLaw;
+use super::waypoints::Waypoint;
 use crate::error::{Error, finite, positive, within};
 use alloc::vec::Vec;
 
@@ -10,15 +11,6 @@ pub enum Loop {
     Sine,
     /// `[sin th, cos th, sin 2 th]`: leaves every plane.
     Saddle,
-}
-
-/// A point that has to be passed, and when.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Waypoint {
-    /// s, from the first waypoint's.
-    pub time: f64,
-    /// In the world, m.
-    pub position: [f64; 3],
 }
 
 /// The way of the end point.
@@ -64,7 +56,8 @@ impl EndPointPath {
         Self::Loop { shape, center: [0.66, 0.10, -0.15], amplitude: 0.15 }
     }
 
-    /// Through points in the order of their times.
+    /// Through points in the order of their times, from rest to rest without a wait; through two, straight and with
+    /// minimum jerk.
     ///
     /// # Errors
     /// [`Error::WrongLength`] below two points, [`Error::OutOfDomain`] for one that is not finite or times that do not
@@ -78,7 +71,10 @@ impl EndPointPath {
         };
         let duration = last.time - first.time;
         let ramp = (second.time - first.time).min(last.time - before.time).min(0.5 * duration);
-        let law = TimeLaw::with_ramp(duration, duration, ramp)?;
+        let law = match points {
+            [_, _] => TimeLaw::minimum_jerk(duration, duration)?,
+            _ => TimeLaw::with_ramp(duration, duration, ramp)?,
+        };
         let phases: Vec<f64> = points.iter().map(|point| law.at(point.time - first.time).phase).collect();
         let values: Vec<f64> = points.iter().flat_map(|point| point.position).collect();
         Ok(Self::Waypoints { points: Spline::natural(&phases, &values)?, law })

@@ -11,13 +11,14 @@ pub struct Progress {
     pub growth: f64,
 }
 
-/// From rest to rest with a long stretch of constant rate.
+/// From rest to rest, with a long stretch of constant rate or with minimum jerk.
 ///
 /// ```text
 /// u(x) = 10 x^3 - 15 x^4 + 6 x^5,   U(x) = x^4 (2.5 - 3 x + x^2),   w = Th/(T - Tr)
 /// t < Tr        th = w Tr U(t/Tr),            th' = w u(t/Tr),        th'' =  (w/Tr) u'(t/Tr)
 /// between       th = w (t - Tr/2),            th' = w,                th'' = 0
 /// t > T - Tr    th = Th - w Tr U((T-t)/Tr),   th' = w u((T-t)/Tr),    th'' = -(w/Tr) u'((T-t)/Tr)
+/// minimum jerk  th = Th u(t/T),               th' = (Th/T) u'(t/T),   th'' = (Th/T^2) u''(t/T)
 /// ```
 ///
 /// | symbol | argument   | unit | domain    | meaning                   |
@@ -27,12 +28,13 @@ pub struct Progress {
 /// | Tr     | `ramp`     | s    | (0, T/2]  | of each ramp                |
 ///
 /// # Source
-/// This project's: the quintic of `flash1985` as the rate of the ramps.
+/// `flash1985` for minimum jerk; this project's: its quintic as the rate of the ramps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeLaw {
     length: f64,
     duration: f64,
-    ramp: f64,
+    /// None of minimum jerk.
+    ramp: Option<f64>,
 }
 
 impl TimeLaw {
@@ -57,7 +59,17 @@ impl TimeLaw {
             ramp,
             ramp > 0.0 && 2.0 * ramp <= duration,
         )?;
-        Ok(Self { length, duration, ramp })
+        Ok(Self { length, duration, ramp: Some(ramp) })
+    }
+
+    /// A law of least mean square jerk, nowhere at a constant rate.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn minimum_jerk(length: f64, duration: f64) -> Result<Self, Error> {
+        positive("length of the path", length)?;
+        positive("duration", duration)?;
+        Ok(Self { length, duration, ramp: None })
     }
 
     /// `T`, s.
@@ -70,9 +82,17 @@ impl TimeLaw {
     #[must_use]
     pub fn at(&self, time: f64) -> Progress {
         let Self { length, duration, ramp } = *self;
-        let rate = length / (duration - ramp);
         // A time that is not a number is before the start.
         let t = if time > 0.0 { time.min(duration) } else { 0.0 };
+        let Some(ramp) = ramp else {
+            let (x, rate) = (t / duration, length / duration);
+            return Progress {
+                phase: length * quintic(x),
+                rate: rate * slope(x),
+                growth: rate / duration * curvature(x),
+            };
+        };
+        let rate = length / (duration - ramp);
         let rise = |x: f64| Progress {
             phase: rate * ramp * integral(x),
             rate: rate * quintic(x),
@@ -117,25 +137,29 @@ mod tests {
 
     #[test]
     fn rates_and_growths_are_the_derivatives() {
-        let law = TimeLaw::new(4.0 * core::f64::consts::PI, 11.5).unwrap();
+        let turns = 4.0 * core::f64::consts::PI;
         let h = 1e-4;
-        for k in 1..1149 {
-            let t = 0.01 * f64::from(k);
-            let [before, now, after] = [t - h, t, t + h].map(|t| law.at(t));
-            assert!(((after.phase - before.phase) / (2.0 * h) - now.rate).abs() < 1e-7, "{t}");
-            assert!(((after.rate - before.rate) / (2.0 * h) - now.growth).abs() < 1e-4, "{t}");
+        for law in [TimeLaw::new(turns, 11.5), TimeLaw::minimum_jerk(turns, 11.5)].map(Result::unwrap) {
+            for k in 1..1149 {
+                let t = 0.01 * f64::from(k);
+                let [before, now, after] = [t - h, t, t + h].map(|t| law.at(t));
+                assert!(((after.phase - before.phase) / (2.0 * h) - now.rate).abs() < 1e-7, "{t}");
+                assert!(((after.rate - before.rate) / (2.0 * h) - now.growth).abs() < 1e-4, "{t}");
+            }
         }
     }
 
     #[test]
     fn it_rests_at_both_ends_and_beyond() {
-        let law = TimeLaw::new(2.0, 3.0).unwrap();
         let close = |a: Progress, phase: f64| {
             (a.phase - phase).abs() < 1e-12 && a.rate.abs() < 1e-12 && a.growth.abs() < 1e-12
         };
-        for (time, phase) in [(0.0, 0.0), (-1.0, 0.0), (f64::NAN, 0.0), (3.0, 2.0), (9.0, 2.0)] {
-            assert!(close(law.at(time), phase), "{time}");
+        for law in [TimeLaw::new(2.0, 3.0), TimeLaw::minimum_jerk(2.0, 3.0)].map(Result::unwrap) {
+            for (time, phase) in [(0.0, 0.0), (-1.0, 0.0), (f64::NAN, 0.0), (3.0, 2.0), (9.0, 2.0)] {
+                assert!(close(law.at(time), phase), "{time}");
+            }
         }
         assert!(TimeLaw::new(1.0, 0.0).is_err() && TimeLaw::with_ramp(1.0, 1.0, 0.6).is_err());
+        assert!(TimeLaw::minimum_jerk(1.0, f64::NAN).is_err() && TimeLaw::minimum_jerk(0.0, 1.0).is_err());
     }
 }

@@ -2,6 +2,7 @@
 
 use super::model::called;
 use crate::error::Error;
+use crate::verbs::columns::{cells, head_of};
 use crate::verbs::read_text;
 use sinew::body::{JointKind, Robot};
 use std::path::Path;
@@ -72,10 +73,9 @@ struct Column {
 
 /// The separator of a table and its columns; what separates the names separates everything.
 fn columns(head: &str, names: &[String]) -> Result<(char, Vec<Column>), String> {
-    let counted = |&separator: &char| cells(head, separator).is_ok_and(|cells| cells.len() > 1);
-    let separator = [';', '\t'].into_iter().find(counted).unwrap_or(',');
+    let (separator, cells) = head_of(head)?;
     let mut columns: Vec<Column> = Vec::new();
-    for cell in cells(head, separator)? {
+    for cell in cells {
         let whole = names.iter().position(|name| *name == cell);
         let (name, unit) = if whole.is_some() { (cell.as_str(), 1.0) } else { named(&cell)? };
         let Some(place) = names.iter().position(|known| known == name) else {
@@ -107,30 +107,6 @@ fn numbers(row: &str, separator: char, columns: &[Column], q: &mut [f64]) -> Res
         q[*place] = value * unit;
     }
     Ok(())
-}
-
-/// The cells of a line; in quotes a separator is text, and two quotes are one.
-fn cells(line: &str, separator: char) -> Result<Vec<String>, String> {
-    let mut cells = vec![String::new()];
-    let (mut quoted, mut letters) = (false, line.chars().peekable());
-    while let Some(letter) = letters.next() {
-        let cell = match cells.last_mut() {
-            Some(cell) if letter != separator || quoted => cell,
-            _ => {
-                cells.push(String::new());
-                continue;
-            }
-        };
-        match letter {
-            '"' if quoted && letters.next_if_eq(&'"').is_some() => cell.push('"'),
-            '"' if quoted || cell.trim().is_empty() => quoted = !quoted,
-            letter => cell.push(letter),
-        }
-    }
-    if quoted {
-        return Err("opens a quote that nothing closes: expected cells of one line".to_owned());
-    }
-    Ok(cells.iter().map(|cell| cell.trim().to_owned()).collect())
 }
 
 /// The coordinate of a column and what its numbers are multiplied by: `elbow`, or with its unit `elbow [deg]`.

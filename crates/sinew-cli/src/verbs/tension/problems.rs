@@ -126,6 +126,8 @@ impl Owned {
         let joints = self.torque_nm.len().max(1);
         let at =
             if *name == "moment_arms" { format!("{}][{}", k / joints, k % joints) } else { k.to_string() };
+        // A number of three hundred digits is not read by anybody.
+        let got = if got.abs() < 1e15 { got.to_string() } else { format!("{got:e}") };
         format!(".{field}[{at}]: expected {expected}, got {got}")
     }
 }

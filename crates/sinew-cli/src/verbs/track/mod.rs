@@ -12,13 +12,20 @@ use crate::progress::Progress;
 use crate::report::tracking::{TrackView, page};
 use crate::table::{number, table};
 use sinew::body::Robot;
-use sinew_identify::arm::{Prepared, Tracking, TrackingNumbers, Variant, Walk, journey, obstacle, track_arm};
+use sinew::trajectory::Trajectory;
+use sinew_identify::arm::{
+    BEFORE, Prepared, Tracking, TrackingNumbers, Variant, Walk, Way, journey, obstacle, track_arm,
+};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Rows of a report's trace, and seconds between rows of a record.
 const ROWS: f64 = 3000.0;
 const RECORD_S: f64 = 0.01;
+/// What is meant where nothing is said: s for a closed path, s for the way to a place, and how often.
+const ROUND_S: f64 = 115.0;
+const TO_S: f64 = 5.0;
+const REPEATS: u32 = 6;
 /// Rest after the motion, s.
 const AFTER_S: f64 = 3.0;
 
@@ -36,8 +43,8 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
     let pose = robot.key("start").ok_or_else(|| missing("key pose `start`"))?.to_vec();
     let site = robot.site("endpoint").ok_or_else(|| missing("site `endpoint`"))?;
     let faults = fault::wanted(&arguments.fault, &robot)?;
-    let wanted = path::wanted(&arguments.path)?;
-    let trajectory = journey(&robot, site, &wanted, &pose, arguments.duration)?;
+    let trajectory = trajectory(arguments, &robot, site, &pose)?;
+    let repeats = repeats(arguments, &trajectory)?;
     if let Some(obstacle) = obstacle(&robot, &trajectory)? {
         return Err(Error::Unreachable { path: arguments.path.clone(), obstacle: obstacle.to_string() });
     }
@@ -53,28 +60,60 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
         arm = arm.with_payload(tip.body, tip.position, arguments.payload)?;
     }
     progress.show("tracking", 0.4);
-    let seconds = trajectory.duration() * f64::from(arguments.repeats);
+    let seconds = trajectory.duration() * f64::from(repeats);
     let every = if arguments.record.is_some() { RECORD_S } else { seconds / ROWS };
-    let walk = Walk {
-        trajectory: &trajectory,
-        site,
-        repeats: arguments.repeats,
-        after: AFTER_S,
-        faults: &faults,
-        every,
-    };
+    let walk = Walk { trajectory: &trajectory, site, repeats, after: AFTER_S, faults: &faults, every };
     let tracked = track_arm(&arm, variant, &walk)?;
     drop(progress);
-    finish(arguments, &robot, variant, tracked)
+    finish(arguments, &robot, variant, &walk, tracked)
+}
+
+/// The way that is meant, in joints and time.
+fn trajectory(
+    arguments: &TrackArguments,
+    robot: &Robot,
+    site: usize,
+    pose: &[f64],
+) -> Result<Trajectory, Error> {
+    let wanted = path::wanted(&arguments.path)?;
+    let usual = match wanted {
+        Way::Round(_) => ROUND_S,
+        Way::To(_) => TO_S,
+        Way::Through(_) => {
+            if let Some(given) = arguments.duration {
+                let expected = "none with waypoints, which have their own times";
+                return Err(Error::Argument { flag: "--duration", value: given.to_string(), expected });
+            }
+            path::LONGEST_S
+        }
+    };
+    Ok(journey(robot, site, &wanted, pose, arguments.duration.unwrap_or(usual))?)
+}
+
+/// How often it is gone: what ends elsewhere than it begins, once.
+fn repeats(arguments: &TrackArguments, trajectory: &Trajectory) -> Result<u32, Error> {
+    match arguments.repeats {
+        _ if trajectory.comes_back() => Ok(arguments.repeats.unwrap_or(REPEATS)),
+        None | Some(1) => Ok(1),
+        Some(many) => Err(Error::Argument {
+            flag: "--repeats",
+            value: many.to_string(),
+            expected: "1 for a path that does not end where it begins",
+        }),
+    }
 }
 
 fn checked(arguments: &TrackArguments) -> Result<Variant, Error> {
     let refuse = |flag, value: String, expected| Error::Argument { flag, value, expected };
-    if !(2.0..=3600.0).contains(&arguments.duration) {
-        return Err(refuse("--duration", arguments.duration.to_string(), "2 to 3600 s"));
+    if let Some(duration) = arguments.duration
+        && !(2.0..=path::LONGEST_S).contains(&duration)
+    {
+        return Err(refuse("--duration", duration.to_string(), "2 to 3600 s"));
     }
-    if !(1..=100).contains(&arguments.repeats) {
-        return Err(refuse("--repeats", arguments.repeats.to_string(), "1 to 100"));
+    if let Some(repeats) = arguments.repeats
+        && !(1..=100).contains(&repeats)
+    {
+        return Err(refuse("--repeats", repeats.to_string(), "1 to 100"));
     }
     if !(0.0..=5.0).contains(&arguments.payload) {
         return Err(refuse("--payload", arguments.payload.to_string(), "0 to 5 kg"));
@@ -92,6 +131,7 @@ fn finish(
     arguments: &TrackArguments,
     robot: &Robot,
     variant: Variant,
+    walk: &Walk<'_>,
     tracked: Tracking,
 ) -> Result<(), Error> {
     let names: Vec<String> = robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect();
@@ -107,19 +147,11 @@ fn finish(
             trace: &thinned,
             drawn: variant.name(),
             names: &names,
-            repeats: arguments.repeats,
+            repeats: walk.repeats,
             paper: false,
         };
         let title = format!("{} along {}", robot.parts().name, arguments.path);
-        let amount = format!(
-            "{} s, {}, seed {}. Everything here is simulated.",
-            arguments.duration,
-            match arguments.repeats {
-                1 => "once".to_owned(),
-                n => format!("{n} times"),
-            },
-            arguments.seed
-        );
+        let amount = amount(arguments, walk, variant);
         files.push((path.clone(), page(&view, &title, &amount)?));
     }
     if let Some(path) = &arguments.record {
@@ -141,14 +173,34 @@ fn finish(
     print(&text)
 }
 
+/// What was done, in a line.
+fn amount(arguments: &TrackArguments, walk: &Walk<'_>, variant: Variant) -> String {
+    let mut text = format!("{} s", (1e3 * walk.trajectory.duration()).round() / 1e3);
+    match walk.repeats {
+        1 => text += ", once",
+        n => text += &format!(", {n} times"),
+    }
+    if arguments.payload > 0.0 {
+        text += &format!(", carrying {} kg", arguments.payload);
+    }
+    text += &format!(", control {}, seed {}.", variant.name(), arguments.seed);
+    if !arguments.fault.is_empty() {
+        text += &format!(" Let fail: {}; the motion begins at {BEFORE} s.", arguments.fault.join(", "));
+    }
+    text + " Everything here is simulated."
+}
+
 /// The table for people.
 pub(crate) fn told(tracking: &BTreeMap<&'static str, TrackingNumbers>) -> String {
     let rows: Vec<Vec<String>> = tracking
         .iter()
         .map(|(name, n)| {
             let e = &n.end_point_error_m;
-            let ended =
-                n.stopped_by.as_ref().map_or("as planned".to_owned(), |why| format!("stopped: {why}"));
+            let ended = match (&n.stopped_by, n.stopped_s) {
+                (Some(why), _) => format!("stopped: {why}"),
+                (None, Some(_)) => "lost".to_owned(),
+                (None, None) => "as planned".to_owned(),
+            };
             let mm = |m: f64| number(Some(1e3 * m));
             vec![
                 (*name).to_owned(),

@@ -1,33 +1,65 @@
-//! Which way the end point is to go: a name, or waypoints from a table.
+//! Which way the end point is to go: a name, a place, or waypoints from a table.
 
 use crate::error::Error;
 use crate::verbs::columns;
-use sinew::trajectory::{EndPointPath, Loop, Waypoint};
+use sinew::trajectory::{EndPointPath, Loop, Waypoint, legs};
+use sinew_identify::arm::Way;
 use std::path::{Path, PathBuf};
 
 const COLUMNS: [&str; 4] = ["time_s", "x_m", "y_m", "z_m"];
 
+/// Of a way, s.
+pub(super) const LONGEST_S: f64 = 3600.0;
+
+/// Times closer than this are one, s.
+const CLOSEST_S: f64 = 1e-6;
+
+/// Before the coordinates of a place.
+const TO: &str = "to:";
+
 /// The file behind a path, where it is none of the named ones.
 pub(super) fn file(path: &str) -> Option<PathBuf> {
-    (!matches!(path, "sine" | "saddle")).then(|| PathBuf::from(path))
+    (!matches!(path, "sine" | "saddle") && !path.starts_with(TO)).then(|| PathBuf::from(path))
 }
 
-/// The path that is meant.
-pub(super) fn wanted(path: &str) -> Result<EndPointPath, Error> {
+/// The way that is meant.
+pub(super) fn wanted(path: &str) -> Result<Way, Error> {
     match path {
-        "sine" => Ok(EndPointPath::lm_arm(Loop::Sine)),
-        "saddle" => Ok(EndPointPath::lm_arm(Loop::Saddle)),
-        file => waypoints(Path::new(file)),
+        "sine" => Ok(Way::Round(EndPointPath::lm_arm(Loop::Sine))),
+        "saddle" => Ok(Way::Round(EndPointPath::lm_arm(Loop::Saddle))),
+        _ => match path.strip_prefix(TO) {
+            Some(place) => to(path, place),
+            None => waypoints(Path::new(path)),
+        },
     }
 }
 
-fn waypoints(path: &Path) -> Result<EndPointPath, Error> {
+/// A place as `X,Y,Z`.
+fn to(path: &str, place: &str) -> Result<Way, Error> {
+    let coordinates: Vec<f64> =
+        place.split(',').filter_map(|x| x.trim().parse().ok()).filter(|x: &f64| x.is_finite()).collect();
+    let whole = place.split(',').count() == 3;
+    match coordinates.as_slice() {
+        [x, y, z] if whole => Ok(Way::To([*x, *y, *z])),
+        _ => Err(Error::Argument {
+            flag: "--path",
+            value: path.to_owned(),
+            expected: "to:X,Y,Z, three finite numbers, m",
+        }),
+    }
+}
+
+fn waypoints(path: &Path) -> Result<Way, Error> {
     let wrong = |problem: String| Error::File { file: path.to_owned(), problem };
     let mut points = Vec::new();
-    let mut last = f64::NEG_INFINITY;
+    let (mut first, mut last) = (None, f64::NEG_INFINITY);
     for (line, [time, x, y, z]) in columns::read(path, COLUMNS)? {
-        if time <= last {
+        if time - last <= CLOSEST_S {
             return Err(wrong(format!("line {line}, column `time_s`: {time}: expected more than {last}")));
+        }
+        if time - *first.get_or_insert(time) > LONGEST_S {
+            let most = "at most 3600 s after the first";
+            return Err(wrong(format!("line {line}, column `time_s`: {time}: expected {most}")));
         }
         last = time;
         points.push(Waypoint { time, position: [x, y, z] });
@@ -35,5 +67,6 @@ fn waypoints(path: &Path) -> Result<EndPointPath, Error> {
     if points.len() < 2 {
         return Err(wrong(format!("has {} waypoints: expected at least two", points.len())));
     }
-    EndPointPath::through(&points).map_err(|e| wrong(e.to_string()))
+    legs(&points).map_err(|e| wrong(e.to_string()))?;
+    Ok(Way::Through(points))
 }
