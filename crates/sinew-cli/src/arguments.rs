@@ -260,6 +260,12 @@ pub(crate) struct TrackArguments {
     /// How often [default: 6]; a way that does not end where it begins is gone once
     #[arg(long, value_name = "N")]
     pub(crate) repeats: Option<u32>,
+    /// Repeats do not learn from those before them
+    #[arg(long)]
+    pub(crate) no_learning: bool,
+    /// Seconds for which the arm is held at the end
+    #[arg(long, value_name = "SECONDS", default_value_t = 3.0)]
+    pub(crate) hold: f64,
     /// none, capstan, paper: drives are told tensions; no_observer, no_disturbance_observer, observer, perfect: winches
     /// are told speeds
     #[arg(long, value_name = "NAME", default_value = "observer")]

@@ -27,7 +27,15 @@ fn an_arm_that_was_calibrated_follows_and_what_was_found_is_near_what_was_built(
         assert!((model.parameters.pretension - cable.parameters.pretension).abs() < 0.8);
         assert!((model.parameters.friction - cable.parameters.friction).abs() > 1e-9, "read from the plant");
     }
-    let walk = Walk { trajectory: &trajectory, site, repeats: 1, after: 0.0, faults: &[], every: 0.01 };
+    let walk = Walk {
+        trajectory: &trajectory,
+        site,
+        repeats: 1,
+        learning: true,
+        after: 0.0,
+        faults: &[],
+        every: 0.01,
+    };
     let observed = track_arm(&arm, Variant::Observer, &walk).unwrap();
     let numbers = &observed.numbers;
     assert!(numbers.end_point_error_m.mean < 6e-3 && numbers.end_point_error_m.max < 25e-3, "{numbers:?}");

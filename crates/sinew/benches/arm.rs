@@ -29,7 +29,9 @@ fn tail() {
         for (said, now, coming) in &told {
             let sample = ArmSample { motor: &said.motor, tension: &said.tension, joint: &said.joint };
             let begin = Instant::now();
-            black_box(controller.step(1e-3, &sample, &Goal { now, coming }, None).unwrap().commands);
+            black_box(
+                controller.step(1e-3, &sample, &Goal { now, coming, since: None }, None).unwrap().commands,
+            );
             times.push(begin.elapsed().as_nanos());
         }
     }
@@ -94,7 +96,8 @@ fn under_way() -> (ArmController, Vec<(ArmReading, Reference, Reference)>) {
         }
         let said = arm.reading();
         let sample = ArmSample { motor: &said.motor, tension: &said.tension, joint: &said.joint };
-        let answer = controller.step(1e-3, &sample, &Goal { now: &now, coming: &coming }, None).unwrap();
+        let answer =
+            controller.step(1e-3, &sample, &Goal { now: &now, coming: &coming, since: None }, None).unwrap();
         arm.step(answer.commands, 1e-3).unwrap();
     }
     assert!(!matches!(controller.status(), ArmStatus::Stopped(_)), "{:?}", controller.status());
@@ -109,7 +112,8 @@ fn control(bencher: Bencher) {
     bencher.with_inputs(|| start.clone()).bench_local_refs(|controller| {
         for (said, now, coming) in &told {
             let sample = ArmSample { motor: &said.motor, tension: &said.tension, joint: &said.joint };
-            let answer = controller.step(1e-3, black_box(&sample), &Goal { now, coming }, None).unwrap();
+            let answer =
+                controller.step(1e-3, black_box(&sample), &Goal { now, coming, since: None }, None).unwrap();
             black_box(answer.commands);
         }
     });

@@ -127,7 +127,7 @@ fn while_the_reference_stands_the_controller_gives_the_arm_no_energy() {
             let reading = arm.reading();
             let sample =
                 ArmSample { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
-            let goal = Goal { now: &wanted, coming: &wanted };
+            let goal = Goal { now: &wanted, coming: &wanted, since: None };
             let commands = controller.step(H, &sample, &goal, None).unwrap().commands.to_vec();
             let truth = arm.step(&commands, H).unwrap();
             let pulls = truth.drives.iter().zip(truth.cables);
@@ -273,7 +273,7 @@ fn whatever_sensors_say_commands_stay_finite_and_within_what_a_winch_can_do() {
             let tension: Vec<f64> = (0..15).map(|_| wild(60.0)).collect();
             let joint: Vec<f64> = (0..7).map(|_| wild(0.3)).collect();
             let sample = ArmSample { motor: &motor, tension: &tension, joint: &joint };
-            let goal = Goal { now: &goal, coming: &goal };
+            let goal = Goal { now: &goal, coming: &goal, since: None };
             let answer = controller.step(H, &sample, &goal, None).unwrap();
             for command in answer.commands {
                 assert!(matches!(command, DriveCommand::Velocity(v) if v.abs() <= 0.14), "{command:?}");

@@ -269,7 +269,9 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
             let said = arm.reading();
             let tension = if k == 300 { &lost[..] } else { &said.tension };
             let sample = ArmSample { motor: &said.motor, tension, joint: &said.joint };
-            let answer = controller.step(1e-3, &sample, &Goal { now: &goal, coming: &goal }, None).unwrap();
+            let answer = controller
+                .step(1e-3, &sample, &Goal { now: &goal, coming: &goal, since: None }, None)
+                .unwrap();
             moved += arm.step(answer.commands, 1e-3).unwrap().v[3].abs() * 1e-3;
         }
     };

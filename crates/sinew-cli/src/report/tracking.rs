@@ -20,6 +20,7 @@ struct Section {
     means: Vec<Plot>,
     errors: Vec<Plot>,
     repeats: u32,
+    remarks: Vec<String>,
     incidents: Vec<String>,
     paper: bool,
 }
@@ -95,6 +96,7 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
         means: means(view),
         errors: errors(&moving, view),
         repeats: view.repeats,
+        remarks: remarks(view),
         incidents: incidents(view),
         paper: view.paper,
     };
@@ -132,6 +134,26 @@ pub(crate) fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<St
 }
 
 /// What was wrong with the run that is drawn, and when.
+/// What the table has no room for, of the run that is drawn.
+fn remarks(view: &TrackView<'_>) -> Vec<String> {
+    let Some(numbers) = view.tracking.get(view.drawn) else { return Vec::new() };
+    let mut remarks = Vec::new();
+    let repeats = &numbers.end_point_error_per_repeat_m;
+    if repeats.len() > 1 {
+        let means: Vec<String> = repeats.iter().map(|repeat| fixed(1e3 * repeat.mean, 2)).collect();
+        remarks.push(format!("Mean error repeat by repeat: {} mm.", means.join(", ")));
+    }
+    if let Some(hold) = numbers.hold {
+        let e = hold.end_point_error_m;
+        let [mean, max] = [(e.mean, 2), (e.max, 2)].map(|(m, digits)| fixed(1e3 * m, digits));
+        let unrest = fixed(hold.tension_unrest_n, 2);
+        remarks.push(format!(
+            "Held at the end: {mean} mm off on average, {max} mm at most; tensions at the anchors within {unrest} N rms."
+        ));
+    }
+    remarks
+}
+
 fn incidents(view: &TrackView<'_>) -> Vec<String> {
     let Some(numbers) = view.tracking.get(view.drawn) else { return Vec::new() };
     let each = numbers.incidents.iter();

@@ -8,6 +8,6 @@ mod variant;
 
 pub use calibrate::{STROKES, Strokes, calibrate_arm, calibrate_networks};
 pub use journey::{Way, journey, obstacle};
-pub use report::{ErrorSpread, MuscleSpread, Trace, TraceRow, TrackIncident, TrackingNumbers};
+pub use report::{ErrorSpread, Hold, MuscleSpread, Trace, TraceRow, TrackIncident, TrackingNumbers};
 pub use tracking::{BEFORE, Prepared, Tracking, Walk, first_pose, track_arm};
 pub use variant::Variant;

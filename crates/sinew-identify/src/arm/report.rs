@@ -14,6 +14,21 @@ pub struct ErrorSpread {
     pub max: f64,
 }
 
+impl From<&Spread> for ErrorSpread {
+    fn from(spread: &Spread) -> Self {
+        Self { mean: spread.mean, std: spread.std, max: spread.max }
+    }
+}
+
+/// Rest after the motion, from two seconds on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Hold {
+    /// Of the end point.
+    pub end_point_error_m: ErrorSpread,
+    /// Largest standard deviation of a tension at an anchor, N.
+    pub tension_unrest_n: f64,
+}
+
 /// Errors of the muscles' lengths, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MuscleSpread {
@@ -74,6 +89,10 @@ fn named(trouble: Trouble, robot: &Robot) -> String {
 pub struct TrackingNumbers {
     /// Of the end point.
     pub end_point_error_m: ErrorSpread,
+    /// Of every repeat by itself: what one showed helps the next.
+    pub end_point_error_per_repeat_m: Vec<ErrorSpread>,
+    /// At rest after the last, where the run went on so long.
+    pub hold: Option<Hold>,
     /// Of all muscles.
     pub muscle_length_error_m: MuscleSpread,
     /// Mean magnitude of every muscle's error, m.
@@ -94,11 +113,14 @@ impl TrackingNumbers {
     /// The numbers of a run of this robot.
     #[must_use]
     pub fn new(summary: &TrackSummary, robot: &Robot) -> Self {
-        let Spread { mean, std, max, .. } = summary.end_point_error;
+        let hold =
+            Hold { end_point_error_m: (&summary.hold_error).into(), tension_unrest_n: summary.hold_unrest() };
         let muscles = summary.length_error.len().max(1) as f64;
         let squares: f64 = summary.length_error.iter().map(|spread| spread.std * spread.std).sum();
         Self {
-            end_point_error_m: ErrorSpread { mean, std, max },
+            end_point_error_m: (&summary.end_point_error).into(),
+            end_point_error_per_repeat_m: summary.repeat_error.iter().map(ErrorSpread::from).collect(),
+            hold: summary.hold_error.any().then_some(hold),
             muscle_length_error_m: MuscleSpread {
                 mean: summary.mean_length_error(),
                 std: (squares / muscles).sqrt(),

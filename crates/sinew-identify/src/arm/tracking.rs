@@ -19,6 +19,8 @@ pub struct Walk<'a> {
     pub site: usize,
     /// How often.
     pub repeats: u32,
+    /// Whether what a repeat showed helps the next.
+    pub learning: bool,
     /// Rest after the last, s.
     pub after: f64,
     /// What fails; the motion begins at [`BEFORE`] s.
@@ -90,6 +92,9 @@ pub fn track_arm(arm: &Prepared, variant: Variant, walk: &Walk<'_>) -> Result<Tr
     };
     let way = variant.way(&arm.specimen, models, arm.seed)?;
     let mut controller = ArmController::new(&arm.robot, models, variant.gains(), way)?;
+    if walk.learning && walk.repeats > 1 {
+        controller = controller.with_practice(walk.trajectory.duration())?;
+    }
     let run = TrackRun {
         specimen: &arm.specimen,
         robot: &arm.robot,

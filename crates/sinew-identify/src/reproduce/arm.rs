@@ -79,7 +79,15 @@ pub fn reproduce_arm(
         .map(|variant| {
             let repeats = if *variant == Variant::Observer { options.repeats } else { 1 };
             let every = options.duration * f64::from(repeats) / ROWS;
-            let walk = Walk { trajectory: &trajectory, site, repeats, after: AFTER_S, faults: &[], every };
+            let walk = Walk {
+                trajectory: &trajectory,
+                site,
+                repeats,
+                learning: true,
+                after: AFTER_S,
+                faults: &[],
+                every,
+            };
             let tracked = track_arm(&arm, *variant, &walk)?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             progress("tracking", 0.3 + 0.7 * done as f64 / variants.len() as f64);

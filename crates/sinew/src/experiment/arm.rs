@@ -100,7 +100,7 @@ pub fn track(
         told.look(&arm);
         let reading = arm.reading();
         let sample = ArmSample { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
-        let goal = Goal { now: &now, coming: &coming };
+        let goal = Goal { now: &now, coming: &coming, since: repeat.map(|_| within_repeat(run, since)) };
         let answer = controller.step(STEP, &sample, &goal, Some(&told.told()))?;
         commands.copy_from_slice(answer.commands);
         ruler.measure(&now.q, arm.truth().q)?;

@@ -20,6 +20,12 @@ pub struct Spread {
 }
 
 impl Spread {
+    /// Whether anything was counted.
+    #[must_use]
+    pub fn any(&self) -> bool {
+        self.count > 0.0
+    }
+
     fn count(&mut self, value: f64) {
         // Welford's: the sum of squares about the mean so far.
         self.count += 1.0;
@@ -55,6 +61,8 @@ const SAME_INCIDENT: f64 = 0.1;
 pub struct TrackSummary {
     /// Distance of the end point from where it was to be while it moved, m.
     pub end_point_error: Spread,
+    /// The same of every repeat by itself: what was learned in one shows in the next.
+    pub repeat_error: Vec<Spread>,
     /// Magnitude of the error of every muscle's length while it moved, m: `[muscles]`.
     pub length_error: Vec<Spread>,
     /// The same as [`end_point_error`](Self::end_point_error) at rest after the motion, from [`SETTLING`] s on.
@@ -81,6 +89,7 @@ impl TrackSummary {
     pub(super) fn new(muscles: usize) -> Self {
         Self {
             end_point_error: NOTHING,
+            repeat_error: Vec::new(),
             length_error: vec![NOTHING; muscles],
             hold_error: NOTHING,
             hold_tension: vec![NOTHING; muscles],
@@ -120,8 +129,14 @@ impl TrackSummary {
                 spread.count(cable.tension_out);
             }
         }
-        if row.repeat.is_some() {
-            self.end_point_error.count(distance(row.wanted, row.end_point));
+        if let Some(repeat) = row.repeat {
+            let off = distance(row.wanted, row.end_point);
+            self.end_point_error.count(off);
+            let repeat = repeat as usize;
+            if self.repeat_error.len() <= repeat {
+                self.repeat_error.resize(repeat + 1, NOTHING);
+            }
+            self.repeat_error[repeat].count(off);
             for (spread, error) in self.length_error.iter_mut().zip(row.length_error) {
                 spread.count(error.abs());
             }

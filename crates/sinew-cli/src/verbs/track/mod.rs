@@ -26,8 +26,6 @@ const RECORD_S: f64 = 0.01;
 const ROUND_S: f64 = 115.0;
 const TO_S: f64 = 5.0;
 const REPEATS: u32 = 6;
-/// Rest after the motion, s.
-const AFTER_S: f64 = 3.0;
 
 pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
     let outputs: Vec<PathBuf> =
@@ -61,8 +59,10 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
     }
     progress.show("tracking", 0.4);
     let seconds = trajectory.duration() * f64::from(repeats);
+    let learning = !arguments.no_learning;
     let every = if arguments.record.is_some() { RECORD_S } else { seconds / ROWS };
-    let walk = Walk { trajectory: &trajectory, site, repeats, after: AFTER_S, faults: &faults, every };
+    let after = arguments.hold;
+    let walk = Walk { trajectory: &trajectory, site, repeats, learning, after, faults: &faults, every };
     let tracked = track_arm(&arm, variant, &walk)?;
     drop(progress);
     finish(arguments, &robot, variant, &walk, tracked)
@@ -115,6 +115,9 @@ fn checked(arguments: &TrackArguments) -> Result<Variant, Error> {
     {
         return Err(refuse("--repeats", repeats.to_string(), "1 to 100"));
     }
+    if !(0.0..=path::LONGEST_S).contains(&arguments.hold) {
+        return Err(refuse("--hold", arguments.hold.to_string(), "0 to 3600 s"));
+    }
     if !(0.0..=5.0).contains(&arguments.payload) {
         return Err(refuse("--payload", arguments.payload.to_string(), "0 to 5 kg"));
     }
@@ -164,6 +167,13 @@ fn finish(
         return print(&(serde_json::to_string_pretty(&all)? + "\n"));
     }
     let mut text = told(&tracking);
+    for hold in tracking.values().filter_map(|numbers| numbers.hold) {
+        let e = hold.end_point_error_m;
+        let [mean, max] = [e.mean, e.max].map(|m| number(Some(1e3 * m)));
+        let unrest = number(Some(hold.tension_unrest_n));
+        text +=
+            &format!("Held afterwards: {mean} mm off, {max} mm at most; tensions within {unrest} N rms\n");
+    }
     for one in tracking.values().flat_map(|numbers| &numbers.incidents) {
         text += &format!("{:.3} to {:.3} s: {}, {}\n", one.from_s, one.until_s, one.what, one.answer);
     }
@@ -208,9 +218,14 @@ pub(crate) fn told(tracking: &BTreeMap<&'static str, TrackingNumbers>) -> String
                 mm(e.mean),
                 mm(e.std),
                 mm(e.max),
+                mm(n.end_point_error_per_repeat_m.last().map_or(e.mean, |last| last.mean)),
                 mm(n.muscle_length_error_m.mean),
             ]
         })
         .collect();
-    table(&["SIMULATED arm", "ended", "end point, mm: mean", "std", "max", "muscle length, mm"], &rows, 2)
+    table(
+        &["SIMULATED arm", "ended", "end point, mm: mean", "std", "max", "last repeat", "muscle length, mm"],
+        &rows,
+        2,
+    )
 }

@@ -3,6 +3,7 @@ use super::gains::ArmGains;
 use super::guard::{ArmStatus, Guard, Known};
 use super::joints::JointObserver;
 use super::mechanics::Mechanics;
+use super::practice::Practice;
 use super::winch::{Pull, Winch};
 use crate::Error;
 use crate::body::Robot;
@@ -33,6 +34,8 @@ pub struct Goal<'a> {
     pub now: &'a Reference,
     /// Later.
     pub coming: &'a Reference,
+    /// Since a motion that is repeated began anew, s: what a repeat showed helps the next; none where nothing is repeated.
+    pub since: Option<f64>,
 }
 
 /// What somebody knows of the cables who can look into them: `[muscles]` each.
@@ -83,6 +86,7 @@ pub struct ArmController {
     guard: Guard,
     distribution: Distribution,
     winches: Vec<Winch>,
+    practice: Option<Practice>,
     started: bool,
     /// Whether no disturbance has been looked for yet.
     fresh: bool,
@@ -140,11 +144,12 @@ impl ArmController {
         };
         let limits = (0..muscles).map(limits).collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
-            joints: JointObserver::new(joints, gains.observer),
+            joints: JointObserver::new(joints, &gains),
             cables,
             guard: Guard::new(muscles, joints),
             distribution: Distribution::new(muscles, joints),
             winches: vec![Winch::default(); muscles],
+            practice: None,
             started: false,
             fresh: true,
             holding: false,
@@ -169,6 +174,15 @@ impl ArmController {
             gains,
             way,
         })
+    }
+
+    /// The same that learns from repeat to repeat of a motion of so many seconds.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] outside of (0, 3600].
+    pub fn with_practice(mut self, duration: f64) -> Result<Self, Error> {
+        self.practice = Some(Practice::new(self.told.len(), duration)?);
+        Ok(self)
     }
 
     /// Takes a sample, `h` seconds after the one before, and answers with what the drives are to do until the next.
@@ -221,7 +235,7 @@ impl ArmController {
         self.want_acceleration(goal.now);
         self.mechanics.torque(&self.joints.q, &self.joints.v, &self.acceleration, &mut self.torque)?;
         self.distribute()?;
-        self.command(h);
+        self.command(h, goal.since);
         Ok(())
     }
 
@@ -306,6 +320,12 @@ impl ArmController {
         let speed = self.joints.v.iter().fold(0.0_f64, |worst, v| worst.max(v.abs()));
         let allowed = self.gains.hold[usize::from(self.holding)];
         self.guard.watch(&self.error);
+        if !moving {
+            for (coming, behind) in self.coming.iter_mut().zip(&self.behind) {
+                *coming +=
+                    (behind - behind.clamp(-self.gains.hold[0], self.gains.hold[0])) / self.gains.resting;
+            }
+        }
         self.holding = !moving && worst < allowed && (self.holding || speed < 0.05);
     }
 
@@ -335,7 +355,11 @@ impl ArmController {
         Ok(())
     }
 
-    fn command(&mut self, h: f64) {
+    fn command(&mut self, h: f64, since: Option<f64>) {
+        let mut practice = self.practice.as_mut().zip(since).map(|(practice, since)| {
+            practice.go(since);
+            practice
+        });
         let lengths = self.mechanics.lengths();
         for (k, command) in self.commands.iter_mut().enumerate() {
             let (velocity, coming) = (self.velocity[k], self.coming[k]);
@@ -344,12 +368,18 @@ impl ArmController {
                 velocity,
                 coming,
                 slip: self.slip[k],
+                moving: self.now[k],
                 behind: self.behind[k],
+                known: practice.as_ref().map_or(0.0, |practice| practice.now[k]),
+                standing: self.holding.then_some(self.cables.stretch[k]),
             };
             *command = match &mut self.way {
                 Way::Winches(_) => {
                     let stretch = self.cables.wanted_stretch(h, k, &mut self.winches[k], &pull, &self.gains);
                     let speed = self.winches[k].speed(&pull, stretch, self.cables.stretch[k], &self.gains);
+                    if let Some(practice) = &mut practice {
+                        practice.take(k, self.winches[k].feedback);
+                    }
                     self.told[k] = if self.holding { 0.0 } else { speed };
                     DriveCommand::Velocity(self.told[k])
                 }

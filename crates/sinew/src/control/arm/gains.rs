@@ -17,8 +17,14 @@ pub struct ArmGains {
     pub disturbance: Vec<f64>,
     /// `w_o`, rad/s: bandwidth of the joints' observers.
     pub observer: f64,
+    /// `e_0`, rad: error of an observer from which on it hurries. More than counts of the encoders.
+    pub sudden: f64,
+    /// Most times faster that it then is.
+    pub hurry: f64,
     /// `kappa`, 1: share of the joints' errors that the winches make good as positions. Beyond 2 it swings.
     pub position: f64,
+    /// `t_d`, s: beside it, of the speeds at which the anchors fall behind. It damps what the dead bands make swing.
+    pub velocity: f64,
     /// `t_v`, s: how fast a winch makes good what it is away from where it should be.
     pub settling: f64,
     /// `a`, m/s^2: with which a winch is expected to be braked.
@@ -44,8 +50,10 @@ pub struct ArmGains {
     pub above_pretension: f64,
     /// What a drive can hold for ever, N: bounds the tension at its anchor.
     pub drive_tension: f64,
-    /// Errors of the joints, rad, below which the arm at rest is held, and above which it is held no more.
+    /// Errors of the muscles' lengths, m, below which the arm at rest is held, and above which it is held no more.
     pub hold: [f64; 2],
+    /// s: at rest, what a muscle is off beyond the first of these is to be made good within this time.
+    pub resting: f64,
 }
 
 impl ArmGains {
@@ -57,8 +65,11 @@ impl ArmGains {
             damping: 0.63,
             disturbance: vec![9.0, 9.0, 9.0, 12.0, 8.0, 8.0, 8.0],
             observer: 50.0,
-            position: 0.5,
+            sudden: 1.5e-3,
+            hurry: 4.0,
+            position: 1.0,
             settling: 0.0075,
+            velocity: 0.06,
             braking: 3.4,
             most_speed: 0.13,
             turning: 6e-5,
@@ -71,6 +82,7 @@ impl ArmGains {
             above_pretension: 4.0,
             drive_tension: 445.0,
             hold: [6e-5, 1.2e-4],
+            resting: 0.5,
         }
     }
 
@@ -87,6 +99,8 @@ impl ArmGains {
         }
         for (name, value) in [
             ("observer", self.observer),
+            ("sudden", self.sudden),
+            ("resting", self.resting),
             ("settling", self.settling),
             ("braking", self.braking),
             ("most_speed", self.most_speed),
@@ -99,6 +113,7 @@ impl ArmGains {
         for (name, value) in [
             ("damping", self.damping),
             ("position", self.position),
+            ("velocity", self.velocity),
             ("lead", self.lead),
             ("doubt", self.doubt),
             ("creeping", self.creeping),
@@ -109,6 +124,7 @@ impl ArmGains {
         ] {
             non_negative(name, value)?;
         }
+        within("hurry", "a number >= 1", self.hurry, self.hurry.is_finite() && self.hurry >= 1.0)?;
         within("hold", "two numbers that rise", self.hold[1], self.hold[1] >= self.hold[0])?;
         Ok(())
     }

@@ -1,10 +1,11 @@
+use super::gains::ArmGains;
 use alloc::vec;
 use alloc::vec::Vec;
 
 /// What the joints do and what disturbs them: one extended state observer per joint.
 ///
 /// ```text
-/// e = q_m - q^;   q^ += h (q'^ + 3 w_o e);   q'^ += h (a + d^ + 3 w_o^2 e);   d^ += h w_o^3 e
+/// e = q_m - q^;   w = w_o clip(|e|/e_0, 1, r);   q^ += h (q'^ + 3 w e);   q'^ += h (a + d^ + 3 w^2 e);   d^ += h w^3 e
 /// ```
 ///
 /// | symbol | meaning                                                             | unit    |
@@ -13,12 +14,17 @@ use alloc::vec::Vec;
 /// | a      | acceleration by the model under the tensions that the cables are believed to have | rad/s^2 |
 /// | d^     | what is left: masses, friction, tensions that are believed wrongly      | rad/s^2 |
 /// | w_o    | bandwidth                                                            | rad/s   |
+/// | e_0, r | error from which on it hurries, and how much at most                   | rad, 1  |
+///
+/// Counts of an encoder are passed slowly; a joint that breaks away from its cables' friction is seen at once.
 ///
 /// # Source
 /// Textbook: Luenberger's observer with a disturbance for a third state, all poles at `-w_o`.
 #[derive(Debug, Clone)]
 pub(super) struct JointObserver {
     bandwidth: f64,
+    sudden: f64,
+    hurry: f64,
     /// Pose, rad.
     pub(super) q: Vec<f64>,
     /// Velocity, rad/s.
@@ -28,8 +34,16 @@ pub(super) struct JointObserver {
 }
 
 impl JointObserver {
-    pub(super) fn new(joints: usize, bandwidth: f64) -> Self {
-        Self { bandwidth, q: vec![0.0; joints], v: vec![0.0; joints], disturbance: vec![0.0; joints] }
+    pub(super) fn new(joints: usize, gains: &ArmGains) -> Self {
+        let ArmGains { observer: bandwidth, sudden, hurry, .. } = *gains;
+        Self {
+            bandwidth,
+            sudden,
+            hurry,
+            q: vec![0.0; joints],
+            v: vec![0.0; joints],
+            disturbance: vec![0.0; joints],
+        }
     }
 
     /// Begins at rest.
@@ -40,9 +54,9 @@ impl JointObserver {
     }
 
     pub(super) fn step(&mut self, h: f64, measured: &[f64], acceleration: &[f64]) {
-        let w = self.bandwidth;
         for (k, (measured, a)) in measured.iter().zip(acceleration).enumerate() {
             let e = measured - self.q[k];
+            let w = self.bandwidth * (e.abs() / self.sudden).clamp(1.0, self.hurry);
             self.q[k] += h * (self.v[k] + 3.0 * w * e);
             self.v[k] += h * (a + self.disturbance[k] + 3.0 * w * w * e);
             self.disturbance[k] += h * w * w * w * e;

@@ -7,6 +7,7 @@ mod gains;
 mod guard;
 mod joints;
 mod mechanics;
+mod practice;
 mod winch;
 
 pub use cables::Knowledge;

@@ -12,16 +12,22 @@ pub(super) struct Pull {
     pub(super) coming: f64,
     /// Speed at which it truly slides, m/s.
     pub(super) slip: f64,
+    /// Speed of the anchor as believed, m/s.
+    pub(super) moving: f64,
     /// `R (q_r - q^)`: how far the anchor is behind, m.
     pub(super) behind: f64,
+    /// What earlier repeats have shown to be needed beside the reference, in halves of the dead band.
+    pub(super) known: f64,
+    /// The stretch that the winch stands for, m, while it does.
+    pub(super) standing: Option<f64>,
 }
 
 /// Where a winch should be and how fast it is told to go there.
 ///
 /// ```text
-/// s_r' = v_r(t + t_p)/x_t within +-(1 - beta),    s_i' = lambda_i d/G,    s = s_r + s_i + lambda d/G within +-(1 + beta)
+/// s_r' = v_r(t + t_p)/x_t up to +-(1 - beta),   s_i' = lambda_i d/G,   s = s_r + s_i + s_k + lambda d/G within +-(1 + beta)
 /// e* = (1 + s)/2 e_+(F) + (1 - s)/2 e_-(F),       G = e_+ - e_-,          d = R (q_r - q^)
-/// x = e* - e^ + kappa d,     v = v_r + clip(x/t_v, +-sqrt(2 a |x|))
+/// x = e* - e^ + kappa d + t_d d',     v = v_r + clip(x/t_v, +-sqrt(2 a |x|))
 /// ```
 ///
 /// | symbol   | meaning                                                                        | unit   |
@@ -29,7 +35,8 @@ pub(super) struct Pull {
 /// | e_+, e_- | stretch at the wanted far tension F of the cable that slides toward the motor, or away | m      |
 /// | G        | dead band: what the winch travels to turn the cable round                        | m      |
 /// | s        | where in the dead band the cable is to be: -1 to 1                                | 1      |
-/// | d        | how far the anchor is behind                                                     | m      |
+/// | s_k      | what earlier repeats of the motion have shown to be missing                         | 1      |
+/// | d, d'    | how far the anchor is behind, and how fast it falls behind                        | m, m/s |
 /// | t_p      | [`FORESIGHT`](crate::control::stretch::FORESIGHT)                                | s      |
 ///
 /// ```text
@@ -37,8 +44,9 @@ pub(super) struct Pull {
 /// ```
 ///
 /// At a reversal of the reference the winch crosses the dead band while the anchor goes `x_t`. The last `beta` of the way
-/// is left to the joints' errors: sent too far, a cable breaks away. Friction weakens with the speed at which the
-/// anchor truly slips, so that a winch lets go of an arm that breaks away.
+/// is left to the joints' errors: sent too far, a cable breaks away. One that slides already is not taken back. Friction weakens
+/// with the speed at which the anchor truly slips, and `t_d d'` stands against it, so that a winch lets go of an arm that
+/// breaks away. While the winch stands, `s` is that of the stretch it stands for: nothing jumps when it goes on.
 ///
 /// # Departs
 /// `yuan2023` commands the tension of the drive (8); here it is the speed of its winch.
@@ -51,6 +59,8 @@ pub(super) struct Winch {
     pub(super) sliding: f64,
     /// What the joints' errors add to it.
     pub(super) correction: f64,
+    /// What feedback adds now.
+    pub(super) feedback: f64,
 }
 
 /// `v_c`, m/s: a slower anchor creeps.
@@ -78,14 +88,25 @@ impl Winch {
         self.sliding = (self.sliding + h * pull.coming / gains.turning).clamp(-most, most);
         let end = 1.0 + doubt;
         let rate = gains.integral * pull.behind / gap;
-        self.correction = (self.correction + h * rate).clamp(-end - self.sliding, end - self.sliding);
-        let s = (self.sliding + self.correction + gains.lead * pull.behind / gap).clamp(-end, end);
+        let ahead = self.sliding + pull.known;
+        self.correction = (self.correction + h * rate).clamp((-end - ahead).min(0.0), (end - ahead).max(0.0));
+        let lead = gains.lead * pull.behind / gap;
+        if let Some(stretch) = pull.standing {
+            // What the winch stands for is what it goes on from.
+            let s = (2.0 * (stretch - gains.position * pull.behind) - high - low) / gap;
+            let s = s.clamp(-end, end) - lead - pull.known;
+            self.sliding = s.clamp(-1.0, 1.0);
+            self.correction = s - self.sliding;
+        }
+        self.feedback = self.correction + lead;
+        let s = (self.sliding + pull.known + self.feedback).clamp(-end, end);
         0.5 * ((1.0 + s) * high + (1.0 - s) * low)
     }
 
     /// Speed of the winch, m/s, with the stretch as wanted and as believed.
     pub(super) fn speed(&self, pull: &Pull, wanted: f64, believed: f64, gains: &ArmGains) -> f64 {
-        let missing = wanted - believed + gains.position * pull.behind;
+        let missing =
+            wanted - believed + gains.position * pull.behind + gains.velocity * (pull.velocity - pull.moving);
         let most = libm::sqrt(2.0 * gains.braking * missing.abs());
         let speed = pull.velocity + (missing / gains.settling).clamp(-most, most);
         speed.clamp(-gains.most_speed, gains.most_speed)

@@ -1,0 +1,104 @@
+use crate::Error;
+use crate::error::within;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// What feedback had to add in one repeat of a motion is there from the start in the next.
+///
+/// ```text
+/// u_(n+1)(t) = u_n(t) + gamma f_n(t + t_a)
+/// ```
+///
+/// | symbol | meaning                                                                        | unit |
+/// |--------|--------------------------------------------------------------------------------|------|
+/// | u_n    | what is known beforehand in repeat n, 0 in the first                              | 1    |
+/// | f_n    | what feedback then had to add, mean over [`WIDTH`]                                | 1    |
+/// | gamma  | [`SHARE`]                                                                      | 1    |
+/// | t_a    | [`AHEAD`]: feedback is late by so much                                          | s    |
+///
+/// Friction, bends and masses that are believed wrongly are wrong at the same places of every repeat.
+///
+/// # Source
+/// Kawato, feedback-error learning; as an iterative learning control of type P with a forward shift.
+#[derive(Debug, Clone)]
+pub(super) struct Practice {
+    muscles: usize,
+    bins: usize,
+    /// `u_n` and, as far as it is known, `u_(n+1)`: `[bins x muscles]`.
+    known: Vec<f64>,
+    next: Vec<f64>,
+    /// `f_n` of the present bin: sum, and samples in it. `[muscles]`
+    sum: Vec<f64>,
+    samples: f64,
+    present: usize,
+    /// `u_n` now: `[muscles]`.
+    pub(super) now: Vec<f64>,
+}
+
+/// Of a bin, s.
+const WIDTH: f64 = 0.04;
+/// `t_a`, in bins.
+const AHEAD: usize = 3;
+/// `gamma`.
+const SHARE: f64 = 0.5;
+/// Longest motion that is learned, s.
+const LONGEST: f64 = 3600.0;
+
+impl Practice {
+    pub(super) fn new(muscles: usize, duration: f64) -> Result<Self, Error> {
+        within("duration", "a number in (0, 3600] s", duration, duration > 0.0 && duration <= LONGEST)?;
+        let bins = libm::ceil(duration / WIDTH) as usize + 1;
+        Ok(Self {
+            muscles,
+            bins,
+            known: vec![0.0; bins * muscles],
+            next: vec![0.0; bins * muscles],
+            sum: vec![0.0; muscles],
+            samples: 0.0,
+            present: 0,
+            now: vec![0.0; muscles],
+        })
+    }
+
+    /// Goes to a time in the repeat, s.
+    pub(super) fn go(&mut self, time: f64) {
+        let place = (time / WIDTH).clamp(0.0, (self.bins - 1) as f64);
+        let bin = place as usize;
+        if bin != self.present {
+            self.close();
+            if bin < self.present {
+                core::mem::swap(&mut self.known, &mut self.next);
+                self.next.copy_from_slice(&self.known);
+            }
+            self.present = bin;
+        }
+        // Values stand for the middles of their bins.
+        let from = (place - 0.5).max(0.0);
+        let (first, share) = (from as usize, from - libm::floor(from));
+        let second = (first + 1).min(self.bins - 1);
+        for (k, now) in self.now.iter_mut().enumerate() {
+            let [a, b] = [first, second].map(|bin| self.known[bin * self.muscles + k]);
+            *now = a + share * (b - a);
+        }
+    }
+
+    /// Takes what feedback adds now.
+    pub(super) fn take(&mut self, muscle: usize, feedback: f64) {
+        self.sum[muscle] += feedback;
+        if muscle + 1 == self.muscles {
+            self.samples += 1.0;
+        }
+    }
+
+    /// What feedback added in the present bin was due [`AHEAD`] bins before.
+    fn close(&mut self) {
+        if let (Some(due), true) = (self.present.checked_sub(AHEAD), self.samples > 0.0) {
+            for (k, sum) in self.sum.iter().enumerate() {
+                let place = due * self.muscles + k;
+                self.next[place] = self.known[place] + SHARE * sum / self.samples;
+            }
+        }
+        self.sum.fill(0.0);
+        self.samples = 0.0;
+    }
+}
