@@ -1,7 +1,7 @@
 /// What one sensor says, since when it is not believed, and whether it says the same although it should not.
 ///
 /// ```text
-/// believed:   |y - y_last| <= d_max (1 + t_missing/h)   and   int |v| dt since y was new <= x_stuck
+/// believed:   |y - y_last| <= d_max (1 + t_missing/h)   and   |int v dt| since y was new <= x_stuck
 /// ```
 ///
 /// A value that is not a number is never believed. `v` is what the other side of its loop says of it: a sensor that repeats itself
@@ -20,7 +20,7 @@ pub(super) struct Channel {
 }
 
 impl Channel {
-    /// Whether what it says can be believed; `due` is how far it should have gone since the sample before.
+    /// Whether what it says can be believed; `due` is how far it should have gone since the sample before, there and back.
     pub(super) fn judge(&mut self, h: f64, said: f64, due: f64, bounds: &Bounds) -> bool {
         if said.to_bits() == self.heard.to_bits() {
             (self.still, self.due) = (self.still + h, self.due + due);
@@ -29,7 +29,7 @@ impl Channel {
         }
         self.heard = said;
         let near = (said - self.last).abs() <= bounds.step * (1.0 + self.missing / h);
-        let good = near && self.due <= bounds.stuck;
+        let good = near && self.due.abs() <= bounds.stuck;
         if good {
             (self.last, self.missing) = (said, 0.0);
         } else {

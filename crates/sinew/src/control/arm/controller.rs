@@ -90,6 +90,8 @@ pub struct ArmController {
     started: bool,
     /// Whether no disturbance has been looked for yet.
     fresh: bool,
+    /// Whether the reference is at rest and the arm nearly there, and whether it is all there.
+    resting: bool,
     holding: bool,
     reached: Status,
     /// `d_u`, rad/s^2.
@@ -152,6 +154,7 @@ impl ArmController {
             practice: None,
             started: false,
             fresh: true,
+            resting: false,
             holding: false,
             reached: Status::Optimal,
             disturbance: vec![0.0; joints],
@@ -293,7 +296,7 @@ impl ArmController {
                 .for_each(|(used, (w, d))| *used = if *w > 0.0 { *d } else { 0.0 });
         }
         joints.step(h, &self.guard.joint, acceleration);
-        if self.holding {
+        if self.resting {
             return Ok(());
         }
         let blind = matches!(self.way, Way::Winches(Knowledge::Encoders));
@@ -315,24 +318,24 @@ impl ArmController {
             *error = wanted - q;
         }
         self.mechanics.toward_motor(&self.error, &mut self.behind);
-        let moving = goal.now.v.iter().chain(&goal.coming.v).any(|v| v.abs() > 1e-9);
-        let worst = self.behind.iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
-        let speed = self.joints.v.iter().fold(0.0_f64, |worst, v| worst.max(v.abs()));
-        let allowed = self.gains.hold[usize::from(self.holding)];
         self.guard.watch(&self.error);
-        if !moving {
-            for (coming, behind) in self.coming.iter_mut().zip(&self.behind) {
-                *coming +=
-                    (behind - behind.clamp(-self.gains.hold[0], self.gains.hold[0])) / self.gains.resting;
-            }
-        }
-        self.holding = !moving && worst < allowed && (self.holding || speed < 0.05);
+        let moving = goal.now.v.iter().chain(&goal.coming.v).any(|v| v.abs() > 1e-9);
+        let worst = self.behind.iter().fold(0.0_f64, |worst, d| worst.max(d.abs()));
+        let speed = self.joints.v.iter().fold(0.0_f64, |worst, v| worst.max(v.abs()));
+        let [near, far] = AT_REST;
+        self.resting = !moving && if self.resting { worst < far } else { worst < near && speed < CALM };
+        let content = || self.winches.iter().zip(&self.behind).all(|(winch, d)| winch.is_content(*d));
+        self.holding = self.resting && content();
     }
 
     /// `q''_r + w^2 (q_r - q^) + 2 zeta w (q'_r - q'^) - d_u`.
     fn want_acceleration(&mut self, goal: &Reference) {
         for (k, wanted) in self.acceleration.iter_mut().enumerate() {
             let w = self.gains.bandwidth[k];
+            if self.resting {
+                *wanted = -self.disturbance[k];
+                continue;
+            }
             *wanted = goal.a[k]
                 + w * w * self.error[k]
                 + 2.0 * self.gains.damping * w * (goal.v[k] - self.joints.v[k])
@@ -371,7 +374,7 @@ impl ArmController {
                 moving: self.now[k],
                 behind: self.behind[k],
                 known: practice.as_ref().map_or(0.0, |practice| practice.now[k]),
-                standing: self.holding.then_some(self.cables.stretch[k]),
+                resting: self.resting.then_some(self.cables.stretch[k]),
             };
             *command = match &mut self.way {
                 Way::Winches(_) => {
@@ -406,6 +409,12 @@ impl ArmController {
         }
     }
 }
+
+/// Largest error of a muscle's length with which an arm counts as at rest, m, and beyond which it does no more.
+const AT_REST: [f64; 2] = [5e-4, 1e-3];
+
+/// Fastest joint of an arm that comes to rest, rad/s.
+const CALM: f64 = 0.05;
 
 /// Share of `w^3` with which the error is integrated where no tension is known.
 const BLIND_INTEGRAL: f64 = 0.2;

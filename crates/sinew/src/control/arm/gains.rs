@@ -33,7 +33,7 @@ pub struct ArmGains {
     pub most_speed: f64,
     /// `x_t`, m: how far an anchor goes while its cable changes the direction of sliding.
     pub turning: f64,
-    /// `lambda`, 1: how far across its dead band a cable is sent by the joints' errors. Beyond 10 it swings.
+    /// `lambda`, 1: how far across its dead band a cable is sent by the joints' errors.
     pub lead: f64,
     /// `lambda_i`, 1/s: the same over time.
     pub integral: f64,
@@ -61,28 +61,28 @@ impl ArmGains {
     #[must_use]
     pub fn lm_arm() -> Self {
         Self {
-            bandwidth: vec![7.0, 7.0, 7.0, 10.0, 11.0, 11.0, 11.0],
-            damping: 0.63,
-            disturbance: vec![9.0, 9.0, 9.0, 12.0, 8.0, 8.0, 8.0],
-            observer: 50.0,
-            sudden: 1.5e-3,
-            hurry: 4.0,
-            position: 1.0,
-            settling: 0.0075,
-            velocity: 0.06,
-            braking: 3.4,
+            bandwidth: vec![11.5, 11.5, 11.5, 10.4, 8.8, 8.8, 8.8],
+            damping: 0.53,
+            disturbance: vec![14.9, 14.9, 14.9, 11.5, 12.4, 12.4, 12.4],
+            observer: 58.0,
+            sudden: 3.8e-3,
+            hurry: 5.4,
+            position: 0.94,
+            settling: 0.0056,
+            velocity: 0.15,
+            braking: 1.77,
             most_speed: 0.13,
-            turning: 6e-5,
-            lead: 3.3,
-            integral: 3.8,
+            turning: 1.14e-4,
+            lead: 7.3,
+            integral: 4.4,
             doubt: 0.05,
-            creeping: 0.15,
-            slip: 0.018,
+            creeping: 0.16,
+            slip: 0.009,
             least_tension: 21.0,
             above_pretension: 4.0,
             drive_tension: 445.0,
             hold: [6e-5, 1.2e-4],
-            resting: 0.5,
+            resting: 0.38,
         }
     }
 

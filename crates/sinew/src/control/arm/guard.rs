@@ -183,7 +183,7 @@ impl Guard {
             // Bridged by what it was told.
             let meant = if told[k].is_finite() { h * told[k] } else { 0.0 };
             let due = if blocked(told[k], sample.tension[k]) { 0.0 } else { meant };
-            let good = self.motors[k].judge(h, said, due.abs(), &bounds);
+            let good = self.motors[k].judge(h, said, due, &bounds);
             let moved = if good && !first { said - self.motor[k] } else { meant };
             self.motor[k] = if good { said } else { self.motor[k] + meant };
             // A winch that jams repeats itself as well: but then its load cell feels nothing that was not expected.

@@ -18,8 +18,8 @@ pub(super) struct Pull {
     pub(super) behind: f64,
     /// What earlier repeats have shown to be needed beside the reference, in halves of the dead band.
     pub(super) known: f64,
-    /// The stretch that the winch stands for, m, while it does.
-    pub(super) standing: Option<f64>,
+    /// At rest, stretch of the cable as believed, m.
+    pub(super) resting: Option<f64>,
 }
 
 /// Where a winch should be and how fast it is told to go there.
@@ -61,7 +61,14 @@ pub(super) struct Winch {
     pub(super) correction: f64,
     /// What feedback adds now.
     pub(super) feedback: f64,
+    resting: bool,
+    /// Error with which it is content at rest, m, and the last that was left.
+    content: f64,
+    turned: f64,
 }
+
+/// At rest a muscle is content with so many times more after every turn.
+const LENIENCE: f64 = 1.5;
 
 /// `v_c`, m/s: a slower anchor creeps.
 const CREEPING: f64 = 2e-3;
@@ -84,23 +91,46 @@ impl Winch {
         let gap = (high - low).max(1e-3);
         let pace = pull.coming / CREEPING;
         let doubt = gains.doubt + gains.creeping / (1.0 + pace * pace);
-        let most = (1.0 - doubt).max(self.sliding.abs().min(1.0 - gains.doubt));
-        self.sliding = (self.sliding + h * pull.coming / gains.turning).clamp(-most, most);
-        let end = 1.0 + doubt;
-        let rate = gains.integral * pull.behind / gap;
-        let ahead = self.sliding + pull.known;
-        self.correction = (self.correction + h * rate).clamp((-end - ahead).min(0.0), (end - ahead).max(0.0));
-        let lead = gains.lead * pull.behind / gap;
-        if let Some(stretch) = pull.standing {
-            // What the winch stands for is what it goes on from.
-            let s = (2.0 * (stretch - gains.position * pull.behind) - high - low) / gap;
-            let s = s.clamp(-end, end) - lead - pull.known;
-            self.sliding = s.clamp(-1.0, 1.0);
-            self.correction = s - self.sliding;
+        let (mut coming, mut behind, mut lead) = (pull.coming, pull.behind, gains.lead * pull.behind / gap);
+        if let Some(stretch) = pull.resting {
+            behind = self.left(pull.behind, gains);
+            (coming, lead) = (behind / gains.resting, 0.0);
+            if !self.resting || behind == 0.0 {
+                // It goes on from where it stands.
+                let s = (2.0 * (stretch - pull.behind) - high - low) / gap;
+                self.sliding = s.clamp(-1.0, 1.0);
+                self.correction = s - self.sliding - pull.known;
+            }
+        } else {
+            self.content = gains.hold[0];
         }
+        self.resting = pull.resting.is_some();
+        let most = (1.0 - doubt).max(self.sliding.abs().min(1.0 - gains.doubt));
+        self.sliding = (self.sliding + h * coming / gains.turning).clamp(-most, most);
+        let end = 1.0 + doubt;
+        let ahead = self.sliding + pull.known;
+        let correction = self.correction + h * gains.integral * behind / gap;
+        self.correction = correction.clamp((-end - ahead).min(0.0), (end - ahead).max(0.0));
         self.feedback = self.correction + lead;
-        let s = (self.sliding + pull.known + self.feedback).clamp(-end, end);
+        let s = (ahead + self.feedback).clamp(-end, end);
         0.5 * ((1.0 + s) * high + (1.0 - s) * low)
+    }
+
+    /// What a muscle at rest is off beyond what it is content with: more at every turn, so that it comes to rest.
+    fn left(&mut self, behind: f64, gains: &ArmGains) -> f64 {
+        let left = behind - behind.clamp(-self.content, self.content);
+        if left * self.turned < 0.0 {
+            self.content = (LENIENCE * self.content).min(gains.hold[1]);
+        }
+        if left != 0.0 {
+            self.turned = left;
+        }
+        left
+    }
+
+    /// Whether it need not move at rest.
+    pub(super) fn is_content(&self, behind: f64) -> bool {
+        behind.abs() <= self.content
     }
 
     /// Speed of the winch, m/s, with the stretch as wanted and as believed.
