@@ -6,6 +6,7 @@ use super::newton::{Outcome, REACHED, Work};
 use super::pattern::{FEW, Group, Pattern, places};
 use super::problem::{Problem, size_and_arms};
 use super::rows::{Dense, Sparse, Wide};
+use super::softened::Soft;
 use crate::Error;
 use crate::dispatch::{self, Arithmetic, InstructionSet};
 use alloc::vec::Vec;
@@ -83,6 +84,9 @@ pub struct Distribution {
     terms: Terms,
     instructions: InstructionSet,
     lambda: Vec<f64>,
+    /// Multipliers where the torque was out of reach, and which groups these are.
+    soft: Vec<f64>,
+    beyond: Vec<bool>,
     work: Work,
     exact: Exact,
     // In the order of the problem.
@@ -119,6 +123,8 @@ impl Distribution {
             },
             instructions: InstructionSet::detect(),
             lambda: alloc::vec![0.0; places(joints)],
+            soft: alloc::vec![0.0; places(joints)],
+            beyond: alloc::vec![false; joints + 1],
             work: Work::new(muscles, joints),
             exact: Exact::new(muscles, joints),
             tension: alloc::vec![0.0; muscles],
@@ -131,6 +137,7 @@ impl Distribution {
     /// The next solution starts from nothing.
     pub fn forget(&mut self) {
         self.lambda.fill(0.0);
+        self.beyond.fill(false);
     }
 
     /// The tensions for a torque, or for the closest that can be reached.
@@ -159,7 +166,7 @@ impl Distribution {
         let (m, n) = (group.muscles.len(), group.joints.len());
         // Each step settles at least one muscle; a few remove rounding.
         let most = 10 + u32::try_from((m + n) / 2).unwrap_or(u32::MAX / 2);
-        if self.ascend(&group, most, iterations) != Outcome::Reached {
+        if self.ascend(at, &group, most, iterations) != Outcome::Reached {
             let block = self.terms.block(&self.pattern, &group);
             let lambda = &mut self.lambda[group.joints.clone()];
             self.exact.solve(&block, lambda, &mut self.work.tension[..m], iterations);
@@ -169,20 +176,21 @@ impl Distribution {
         if self.work.error(n) <= REACHED { Status::Optimal } else { Status::Infeasible }
     }
 
-    /// Multipliers and tensions of a group whose torque can be reached.
-    fn ascend(&mut self, group: &Group, most: u32, iterations: &mut u32) -> Outcome {
-        let Self { pattern, terms, work, lambda, instructions, .. } = self;
+    /// Multipliers and tensions of a group, but where they need more digits.
+    fn ascend(&mut self, at: usize, group: &Group, most: u32, iterations: &mut u32) -> Outcome {
+        let Self { pattern, terms, work, lambda, soft, beyond, instructions, .. } = self;
+        let soft = &mut Soft { lambda: &mut soft[group.joints.clone()], known: &mut beyond[at] };
         let arms = &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]];
         let (block, lambda) = (terms.block(pattern, group), &mut lambda[group.joints.clone()]);
         match block.joints() {
-            1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, most, iterations),
-            2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, most, iterations),
-            FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, most, iterations),
+            1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, soft, most, iterations),
+            2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, soft, most, iterations),
+            FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, soft, most, iterations),
             _ => {
                 let whole = group.whole;
                 let mut outcome = Outcome::Unreached;
                 let told = &mut outcome;
-                instructions.run(Ascent { work, block, whole, arms, lambda, most, iterations, told });
+                instructions.run(Ascent { work, block, whole, arms, lambda, soft, most, iterations, told });
                 outcome
             }
         }
@@ -212,6 +220,7 @@ struct Ascent<'a, 'b> {
     whole: bool,
     arms: &'b [f64],
     lambda: &'a mut [f64],
+    soft: &'a mut Soft<'b>,
     most: u32,
     iterations: &'a mut u32,
     told: &'a mut Outcome,
@@ -220,11 +229,11 @@ struct Ascent<'a, 'b> {
 impl dispatch::Work for Ascent<'_, '_> {
     #[inline(always)]
     fn run<A: Arithmetic>(self, _: A) {
-        let Self { work, block, whole, arms, lambda, most, iterations, told } = self;
+        let Self { work, block, whole, arms, lambda, soft, most, iterations, told } = self;
         *told = if whole {
-            work.solve(&block.with(Wide::new(block.joints(), arms)), lambda, most, iterations)
+            work.solve(&block.with(Wide::new(block.joints(), arms)), lambda, soft, most, iterations)
         } else {
-            work.solve(&block, lambda, most, iterations)
+            work.solve(&block, lambda, soft, most, iterations)
         };
     }
 }

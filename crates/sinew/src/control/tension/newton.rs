@@ -1,10 +1,12 @@
 //! Newton's method in the few unknowns of the dual: one multiplier per joint instead of one tension per muscle.
 
 use super::block::{Block, Limit};
+use super::closest::Closest;
 use super::factor::{factor, solve};
 use super::line_search::{Event, Ray, Reach, room, search};
 use super::pattern::places;
 use super::rows::Rows;
+use super::softened::Soft;
 use alloc::vec::Vec;
 
 /// What the steps work in.
@@ -19,7 +21,7 @@ pub(super) struct Work {
     /// Per joint: what is left of the torque, what it is made of, the step, the smallest pivot.
     pub(super) residual: Vec<f64>,
     scale: Vec<f64>,
-    step: Vec<f64>,
+    pub(super) step: Vec<f64>,
     floor: Vec<f64>,
     /// Stiffness that the `counted` muscles give the joints, and its factors.
     stiffness: Vec<f64>,
@@ -28,6 +30,11 @@ pub(super) struct Work {
     /// Muscles to add to the stiffness, with their compliance; those to take have it negative.
     parts: Vec<(usize, f64)>,
     events: Vec<Event>,
+    /// What every joint yields to a multiplier of its own accord: none but where the torque is out of reach.
+    pub(super) softness: f64,
+    /// Greatest stiffness of a joint, every muscle free.
+    pub(super) stiffest: f64,
+    pub(super) closest: Closest,
 }
 
 /// How the method ended.
@@ -41,7 +48,7 @@ pub(super) enum Outcome {
 
 /// What is known of the stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stiffness {
+pub(super) enum Stiffness {
     None,
     Exact,
     /// Muscles were added and taken: it has their rounding.
@@ -66,6 +73,7 @@ const SHARP: f64 = 1e7 * LEAST_PIVOT * LEAST_PIVOT;
 
 impl Work {
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
+        let joints_given = joints;
         let joints = places(joints);
         Self {
             tension: alloc::vec![0.0; muscles],
@@ -82,6 +90,9 @@ impl Work {
             counted: alloc::vec![false; muscles],
             parts: Vec::with_capacity(muscles),
             events: room(muscles),
+            softness: 0.0,
+            stiffest: 0.0,
+            closest: Closest::new(muscles, joints_given),
         }
     }
 
@@ -101,25 +112,37 @@ impl Work {
         &mut self,
         block: &Block<R>,
         lambda: &mut [f64],
+        soft: &mut Soft,
         most: u32,
         steps: &mut u32,
     ) -> Outcome {
         self.set_floor(block);
-        let outcome = self.ascend(block, lambda, most, steps);
-        if outcome == Outcome::Reached && !self.is_sharp(lambda) { Outcome::Unreached } else { outcome }
+        // Where the last torque was out of reach, the next one likely is.
+        if *soft.known && self.approach(block, lambda, soft, steps) == Outcome::Reached {
+            return Outcome::Reached;
+        }
+        *soft.known = false;
+        match self.ascend(block, lambda, most, steps) {
+            Outcome::Reached if self.is_sharp(lambda) => Outcome::Reached,
+            Outcome::Reached => Outcome::Unreached,
+            Outcome::Unreached => {
+                soft.lambda.copy_from_slice(lambda);
+                self.approach(block, lambda, soft, steps)
+            }
+        }
     }
 
     /// Whether the multipliers are small enough for what is made of them: where joints are hard to tell apart, large
     /// ones cancel, and leave rounding in the tensions.
     #[inline(always)]
-    fn is_sharp(&self, lambda: &[f64]) -> bool {
+    pub(super) fn is_sharp(&self, lambda: &[f64]) -> bool {
         let energy: f64 = self.floor.iter().zip(lambda).map(|(floor, lambda)| floor * lambda * lambda).sum();
         let mut joints = self.floor.iter().zip(&self.scale[..lambda.len()]);
         joints.all(|(floor, scale)| *scale == 0.0 || floor * energy <= SHARP * scale * scale)
     }
 
     #[inline(always)]
-    fn ascend<R: Rows>(
+    pub(super) fn ascend<R: Rows>(
         &mut self,
         block: &Block<R>,
         lambda: &mut [f64],
@@ -147,8 +170,7 @@ impl Work {
             }
             stiffness = self.factor(block, stiffness, settled);
             *steps += 1;
-            self.step[..n].copy_from_slice(&self.residual[..n]);
-            solve(&self.factors[..n * n], &mut self.step[..n]);
+            self.newton_step(n);
             settled = self.look_ahead(block);
             let length = if settled { 1.0 } else { self.length(block) };
             if length > FAR && error <= NOISE {
@@ -181,6 +203,13 @@ impl Work {
         if self.error(n) <= NOISE { Outcome::Reached } else { Outcome::Unreached }
     }
 
+    /// The step that makes the residual vanish if no muscle meets or leaves a limit.
+    #[inline(always)]
+    pub(super) fn newton_step(&mut self, joints: usize) {
+        self.step[..joints].copy_from_slice(&self.residual[..joints]);
+        solve(&self.factors[..joints * joints], &mut self.step[..joints]);
+    }
+
     /// The multipliers that muscles without limits would have.
     #[inline(always)]
     fn start<R: Rows>(&mut self, block: &Block<R>, lambda: &mut [f64]) {
@@ -208,6 +237,7 @@ impl Work {
         }
         block.rows.stiffen(&self.parts, stiffness);
         factors.copy_from_slice(stiffness);
+        soften(factors, n, self.softness);
         factor(factors, &self.floor[..n]);
     }
 
@@ -217,6 +247,7 @@ impl Work {
         let floor = &mut self.floor[..block.joints()];
         floor.fill(0.0);
         block.rows.stiffen_each(block.compliance, floor);
+        self.stiffest = floor.iter().copied().fold(0.0, f64::max);
         for floor in floor {
             // A joint that no muscle crosses, or whose arms vanished in this pose, has none.
             *floor = if *floor > 0.0 { LEAST_PIVOT * *floor } else { 1.0 };
@@ -225,7 +256,7 @@ impl Work {
 
     /// Tensions and limits at `lambda`.
     #[inline(always)]
-    fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) {
+    pub(super) fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) {
         let m = block.muscles();
         let (wanted, tension, limit) = (&mut self.wanted[..m], &mut self.tension[..m], &mut self.limit[..m]);
         let (lower, upper) = (&block.lower[..m], &block.upper[..m]);
@@ -271,7 +302,7 @@ impl Work {
 
     /// Factors of the stiffness that the free muscles give the joints; those that are `known` are brought up to date.
     #[inline(always)]
-    fn factor<R: Rows>(&mut self, block: &Block<R>, known: Stiffness, settled: bool) -> Stiffness {
+    pub(super) fn factor<R: Rows>(&mut self, block: &Block<R>, known: Stiffness, settled: bool) -> Stiffness {
         let (mut changed, mut free_count) = (0, 0);
         self.parts.clear();
         let states = self.limit.iter().zip(&mut self.counted).zip(block.compliance).enumerate();
@@ -311,12 +342,13 @@ impl Work {
         factors.fill(0.0);
         let counted = block.compliance.iter().zip(&self.counted);
         block.rows.stiffen_all(counted.map(|(f, free)| if *free { *f } else { 0.0 }), factors);
+        soften(factors, n, self.softness);
         factor(factors, &self.floor[..n]);
     }
 
     /// What the full step does to every muscle; whether none meets or leaves a limit.
     #[inline(always)]
-    fn look_ahead<R: Rows>(&mut self, block: &Block<R>) -> bool {
+    pub(super) fn look_ahead<R: Rows>(&mut self, block: &Block<R>) -> bool {
         let m = block.muscles();
         let (pull, rate) = (&mut self.pull[..m], &mut self.rate[..m]);
         let (wanted, limit) = (&self.wanted[..m], &self.limit[..m]);
@@ -332,7 +364,7 @@ impl Work {
 
     /// Length of the step that maximises the dual; infinite if it rises for ever.
     #[inline(always)]
-    fn length<R: Rows>(&mut self, block: &Block<R>) -> f64 {
+    pub(super) fn length<R: Rows>(&mut self, block: &Block<R>) -> f64 {
         let (m, n) = (block.muscles(), block.joints());
         let along = |x: &[f64]| -> f64 { x[..n].iter().zip(&self.step).map(|(x, step)| x * step).sum() };
         let (slope, torque) = (along(&self.residual), along(block.torque));
@@ -343,9 +375,16 @@ impl Work {
             rate: self.rate[i],
             pull: self.pull[i],
         });
-        match search(rays, slope, torque, &mut self.events) {
+        let softness = self.softness * self.step[..n].iter().map(|step| step * step).sum::<f64>();
+        match search(rays, slope, torque, softness, &mut self.events) {
             Reach::Step(length) => length,
             Reach::Unbounded => f64::INFINITY,
         }
     }
+}
+
+/// Adds to the diagonal.
+#[inline(always)]
+fn soften(stiffness: &mut [f64], joints: usize, softness: f64) {
+    stiffness.iter_mut().step_by(joints + 1).for_each(|pivot| *pivot += softness);
 }
