@@ -2,7 +2,7 @@
 
 use super::block::{Block, Limit};
 use super::pattern::places;
-use super::rows::Rows;
+use super::rows::{LANES, Rows};
 use alloc::vec::Vec;
 
 /// What the search works in.
@@ -15,6 +15,7 @@ pub(super) struct Closest {
     arms: Vec<f64>,
     /// The torque that the free muscles are asked for, in the basis.
     asked: Vec<f64>,
+    along: Vec<f64>,
     /// What stays of the torque.
     pub(super) residual: Vec<f64>,
     /// The question for the muscles that have a choice: the others stay where they are, the torque is the closest.
@@ -45,18 +46,32 @@ const CLEAR: f64 = 1e-7;
 const ROUNDING: f64 = 1e-14;
 const CERTAIN: f64 = 1e-9;
 
+/// Sum of products, several at a time.
 #[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    let mut sum = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..LANES {
+            sum[k] += a[k] * b[k];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    (sum[0] + sum[2]) + (sum[1] + sum[3]) + rest
 }
 
-/// Takes from `x` what the basis has of it, and adds that to `part`; twice, so that rounding leaves nothing.
+/// Takes from `x` what the basis has of it, and adds that to `part`; twice, so that rounding leaves nothing. `along` is
+/// room for as many.
 #[inline(always)]
-fn project(basis: &[f64], x: &mut [f64], part: &mut [f64]) {
+fn project(basis: &[f64], x: &mut [f64], part: &mut [f64], along: &mut [f64]) {
+    let n = x.len();
     for _ in 0..2 {
-        for (row, part) in basis.chunks_exact(x.len()).zip(&mut *part) {
-            let along = dot(row, x);
-            *part += along;
+        // All first, then all taken: they need not wait for each other.
+        for ((along, part), row) in along.iter_mut().zip(&mut *part).zip(basis.chunks_exact(n)) {
+            *along = dot(row, x);
+            *part += *along;
+        }
+        for (along, row) in along.iter().zip(basis.chunks_exact(n)) {
             x.iter_mut().zip(row).for_each(|(x, row)| *x -= along * row);
         }
     }
@@ -70,6 +85,7 @@ impl Closest {
             basis: Vec::with_capacity(joints * joints),
             arms: Vec::with_capacity(joints * joints),
             asked: alloc::vec![0.0; joints],
+            along: alloc::vec![0.0; joints],
             residual: alloc::vec![0.0; joints],
             lower: alloc::vec![0.0; muscles],
             upper: alloc::vec![0.0; muscles],
@@ -90,7 +106,7 @@ impl Closest {
         let Some(mut unique) = self.span(block) else { return Verdict::Doubtful };
         let rank = self.basis.len() / n;
         self.asked[..n].fill(0.0);
-        project(&self.basis, &mut self.residual[..n], &mut self.asked[..rank]);
+        project(&self.basis, &mut self.residual[..n], &mut self.asked[..rank], &mut self.along);
         let residual = &self.residual[..n];
         let left = libm::sqrt(dot(residual, residual));
         if rank == n || left <= CLEAR * size {
@@ -162,7 +178,7 @@ impl Closest {
             let (basis, next) = self.basis.split_at_mut(at);
             block.rows.row(i).for_each(|(joint, arm)| next[joint] = arm);
             let whole = libm::sqrt(dot(next, next));
-            project(basis, next, &mut self.arms[row..row + rank]);
+            project(basis, next, &mut self.arms[row..row + rank], &mut self.along);
             let left = libm::sqrt(dot(next, next));
             if left > INDEPENDENT * whole {
                 next.iter_mut().for_each(|x| *x /= left);

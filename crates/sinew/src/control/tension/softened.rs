@@ -44,7 +44,13 @@ impl Work {
             let verdict = self.closest.judge(block, &self.limit[..m]);
             let found = match verdict {
                 Verdict::Unique => self.closest.solve(block, lambda, &mut self.tension),
-                Verdict::Choice => self.choose(block, lambda, most, steps),
+                Verdict::Choice => {
+                    // What the residual did not pull out of all bounds.
+                    for (k, lambda) in lambda.iter_mut().enumerate() {
+                        *lambda = soft.lambda[k] - self.closest.residual[k] / self.softness;
+                    }
+                    self.choose(block, lambda, most, steps)
+                }
                 Verdict::Doubtful => false,
             };
             if found {
@@ -70,7 +76,6 @@ impl Work {
             ..*block
         };
         let softness = core::mem::replace(&mut self.softness, 0.0);
-        lambda.fill(0.0);
         let outcome = self.ascend(&narrow, lambda, most, steps);
         self.softness = softness;
         self.closest = closest;
