@@ -2,7 +2,7 @@
 
 use super::block::{Block, Limit};
 use super::pattern::places;
-use super::rows::{LANES, Rows};
+use super::rows::{Rows, dot};
 use alloc::vec::Vec;
 
 /// What the search works in.
@@ -10,8 +10,10 @@ use alloc::vec::Vec;
 pub(super) struct Closest {
     /// Muscles between their limits.
     free: Vec<usize>,
-    /// Orthonormal basis of what they can do to the joints, row by row; their arms in it, row by row, lower triangle.
+    /// Orthogonal basis of what they can do to the joints, row by row, with the inverse squares of its rows' lengths;
+    /// their arms in it, row by row, lower triangle with ones on the diagonal.
     basis: Vec<f64>,
+    inverse: Vec<f64>,
     arms: Vec<f64>,
     /// The torque that the free muscles are asked for, in the basis.
     asked: Vec<f64>,
@@ -35,41 +37,29 @@ pub(super) enum Verdict {
     Doubtful,
 }
 
-/// Part of a row of arms that others leave of it: none, and enough to divide by.
-const DEPENDENT: f64 = 1e-12;
-const INDEPENDENT: f64 = 1e-4;
+/// Part of a row of arms that others leave of it: none, and enough to divide by. All lengths are compared by their
+/// squares.
+const DEPENDENT: f64 = 1e-12 * 1e-12;
+const INDEPENDENT: f64 = 1e-4 * 1e-4;
 
 /// Least residual relative to what it is made of.
-const CLEAR: f64 = 1e-7;
+const CLEAR: f64 = 1e-7 * 1e-7;
 
 /// Wish to leave a limit: rounding relative to what the residual is made of, and no rounding, relative to the residual.
-const ROUNDING: f64 = 1e-14;
-const CERTAIN: f64 = 1e-9;
-
-/// Sum of products, several at a time.
-#[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
-    let mut sum = [0.0; LANES];
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..LANES {
-            sum[k] += a[k] * b[k];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    (sum[0] + sum[2]) + (sum[1] + sum[3]) + rest
-}
+const ROUNDING: f64 = 1e-14 * 1e-14;
+const CERTAIN: f64 = 1e-9 * 1e-9;
 
 /// Takes from `x` what the basis has of it, and adds that to `part`; twice, so that rounding leaves nothing. `along` is
 /// room for as many.
 #[inline(always)]
-fn project(basis: &[f64], x: &mut [f64], part: &mut [f64], along: &mut [f64]) {
+fn project(basis: &[f64], inverse: &[f64], x: &mut [f64], part: &mut [f64], along: &mut [f64]) {
     let n = x.len();
+    let along = &mut along[..inverse.len()];
     for _ in 0..2 {
         // All first, then all taken: they need not wait for each other.
-        for ((along, part), row) in along.iter_mut().zip(&mut *part).zip(basis.chunks_exact(n)) {
-            *along = dot(row, x);
-            *part += *along;
+        for (k, row) in basis.chunks_exact(n).enumerate() {
+            along[k] = dot(row, x) * inverse[k];
+            part[k] += along[k];
         }
         for (along, row) in along.iter().zip(basis.chunks_exact(n)) {
             x.iter_mut().zip(row).for_each(|(x, row)| *x -= along * row);
@@ -83,6 +73,7 @@ impl Closest {
         Self {
             free: Vec::with_capacity(muscles),
             basis: Vec::with_capacity(joints * joints),
+            inverse: Vec::with_capacity(joints),
             arms: Vec::with_capacity(joints * joints),
             asked: alloc::vec![0.0; joints],
             along: alloc::vec![0.0; joints],
@@ -96,7 +87,7 @@ impl Closest {
     /// Takes limits for those that hold at the closest torque, and proves it.
     ///
     /// ```text
-    /// r = b - Q Q^T b,   b = tau - sum_held R_i F_i,   Q: basis of the free muscles' arms
+    /// r = b - Q D^-1 Q^T b,   b = tau - sum_held R_i F_i,   Q: orthogonal basis of the free muscles' arms, Q^T Q = D
     /// R_i r >= 0 where F_max holds,   R_i r <= 0 where F_min holds
     /// ```
     #[inline(always)]
@@ -104,12 +95,12 @@ impl Closest {
         let (m, n) = (block.muscles(), block.joints());
         let size = self.ask(block, limit);
         let Some(mut unique) = self.span(block) else { return Verdict::Doubtful };
-        let rank = self.basis.len() / n;
+        let residual = &mut self.residual[..n];
         self.asked[..n].fill(0.0);
-        project(&self.basis, &mut self.residual[..n], &mut self.asked[..rank], &mut self.along);
+        project(&self.basis, &self.inverse, residual, &mut self.asked, &mut self.along);
         let residual = &self.residual[..n];
-        let left = libm::sqrt(dot(residual, residual));
-        if rank == n || left <= CLEAR * size {
+        let (left, size) = (dot(residual, residual), size * size);
+        if self.inverse.len() == n || left <= CLEAR * size {
             return Verdict::Doubtful;
         }
         for (i, limit) in limit[..m].iter().enumerate() {
@@ -117,12 +108,13 @@ impl Closest {
             if *limit == Limit::Free || block.lower[i] >= block.upper[i] {
                 continue;
             }
-            let arm = libm::sqrt(block.rows.row(i).map(|(_, arm)| arm * arm).sum());
-            let wish = block.rows.dot(i, &self.residual);
-            let outwards = if *limit == Limit::Upper { wish } else { -wish };
-            if wish.abs() <= ROUNDING * arm * size {
+            let arm: f64 = block.rows.row(i).map(|(_, arm)| arm * arm).sum();
+            let wish = block.rows.dot(i, residual);
+            if wish * wish <= ROUNDING * arm * size {
                 unique = false;
-            } else if outwards <= arm * (CERTAIN * left + 10.0 * ROUNDING * size) {
+            } else if wish * wish <= arm * (CERTAIN * left + 100.0 * ROUNDING * size)
+                || (wish > 0.0) != (*limit == Limit::Upper)
+            {
                 return Verdict::Doubtful;
             } else if *limit == Limit::Upper {
                 self.lower[i] = self.upper[i];
@@ -166,9 +158,10 @@ impl Closest {
         let n = block.joints();
         let mut unique = true;
         self.basis.clear();
+        self.inverse.clear();
         self.arms.clear();
         for &i in &self.free {
-            let rank = self.basis.len() / n;
+            let rank = self.inverse.len();
             if rank == n {
                 return None;
             }
@@ -177,12 +170,11 @@ impl Closest {
             self.arms.resize(row + n, 0.0);
             let (basis, next) = self.basis.split_at_mut(at);
             block.rows.row(i).for_each(|(joint, arm)| next[joint] = arm);
-            let whole = libm::sqrt(dot(next, next));
-            project(basis, next, &mut self.arms[row..row + rank], &mut self.along);
-            let left = libm::sqrt(dot(next, next));
+            let whole = dot(next, next);
+            project(basis, &self.inverse, next, &mut self.arms[row..row + rank], &mut self.along);
+            let left = dot(next, next);
             if left > INDEPENDENT * whole {
-                next.iter_mut().for_each(|x| *x /= left);
-                self.arms[row + rank] = left;
+                self.inverse.push(1.0 / left);
             } else if left <= DEPENDENT * whole {
                 unique = false;
                 self.basis.truncate(at);
@@ -197,7 +189,7 @@ impl Closest {
     /// Tensions of the free muscles and their multipliers, where the verdict is unique; whether they keep the limits.
     ///
     /// ```text
-    /// R_free = L Q^T        L^T F = Q^T b        L y = W (F - F_ref),   lambda = Q y
+    /// R_free = L Q^T,   Q^T Q = D        L^T F = D^-1 Q^T b        L y = W (F - F_ref),   lambda = Q D^-1 y
     /// ```
     #[inline(always)]
     pub(super) fn solve<R: Rows>(
@@ -209,11 +201,9 @@ impl Closest {
         let (n, rank) = (block.joints(), self.free.len());
         let asked = &mut self.asked[..rank];
         for k in (0..rank).rev() {
-            let row = &self.arms[k * n..k * n + rank];
-            asked[k] /= row[k];
-            for j in 0..k {
-                asked[j] -= row[j] * asked[k];
-            }
+            let (below, from) = asked.split_at_mut(k);
+            let row = &self.arms[k * n..k * n + k];
+            below.iter_mut().zip(row).for_each(|(asked, arm)| *asked -= arm * from[0]);
         }
         for (&i, asked) in self.free.iter().zip(&*asked) {
             if !(block.lower[i] < *asked && *asked < block.upper[i]) {
@@ -226,11 +216,11 @@ impl Closest {
         lambda.fill(0.0);
         for (k, &i) in self.free.iter().enumerate() {
             tension[i] = asked[k];
-            let row = &self.arms[k * n..k * n + rank];
             let wanted = (asked[k] - block.reference[i]) / block.compliance[i];
-            asked[k] = (wanted - dot(&row[..k], &asked[..k])) / row[k];
+            asked[k] = wanted - dot(&self.arms[k * n..k * n + k], &asked[..k]);
+            let along = asked[k] * self.inverse[k];
             let basis = &self.basis[k * n..(k + 1) * n];
-            lambda.iter_mut().zip(basis).for_each(|(lambda, basis)| *lambda += asked[k] * basis);
+            lambda.iter_mut().zip(basis).for_each(|(lambda, basis)| *lambda += along * basis);
         }
         true
     }

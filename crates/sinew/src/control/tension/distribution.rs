@@ -5,7 +5,7 @@ use super::exact::Exact;
 use super::newton::{Outcome, REACHED, Work};
 use super::pattern::{FEW, Group, Pattern, places};
 use super::problem::{Problem, size_and_arms};
-use super::rows::{Dense, Sparse, Wide};
+use super::rows::{Dense, LANES, Sparse, Wide};
 use super::softened::Soft;
 use crate::Error;
 use crate::dispatch::{self, Arithmetic, InstructionSet};
@@ -230,10 +230,16 @@ impl dispatch::Work for Ascent<'_, '_> {
     #[inline(always)]
     fn run<A: Arithmetic>(self, _: A) {
         let Self { work, block, whole, arms, lambda, soft, most, iterations, told } = self;
-        *told = if whole {
-            work.solve(&block.with(Wide::new(block.joints(), arms)), lambda, soft, most, iterations)
-        } else {
-            work.solve(&block, lambda, soft, most, iterations)
+        // As many joints as an arm, a hand or a platform has are worth code of their own.
+        *told = match (whole, block.joints() / LANES) {
+            (false, _) => work.solve(&block, lambda, soft, most, iterations),
+            (true, 1) => work.solve(&block.with(Wide::<1>::new(LANES, arms)), lambda, soft, most, iterations),
+            (true, 2) => {
+                work.solve(&block.with(Wide::<2>::new(2 * LANES, arms)), lambda, soft, most, iterations)
+            }
+            (true, _) => {
+                work.solve(&block.with(Wide::<0>::new(block.joints(), arms)), lambda, soft, most, iterations)
+            }
         };
     }
 }

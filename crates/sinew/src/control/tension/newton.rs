@@ -5,7 +5,7 @@ use super::closest::Closest;
 use super::factor::{factor, solve};
 use super::line_search::{Event, Ray, Reach, room, search};
 use super::pattern::places;
-use super::rows::Rows;
+use super::rows::{Rows, dot};
 use super::softened::Soft;
 use alloc::vec::Vec;
 
