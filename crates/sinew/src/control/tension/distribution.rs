@@ -4,7 +4,7 @@ use super::block::{Block, Limit};
 use super::exact::Exact;
 use super::newton::{Outcome, REACHED, Work};
 use super::pattern::{FEW, Group, Pattern, places};
-use super::problem::{Problem, size_and_arms};
+use super::problem::{Problem, is_arm};
 use super::rows::{Dense, LANES, Sparse, Wide};
 use super::softened::Soft;
 use crate::Error;
@@ -49,12 +49,14 @@ pub struct Solution<'a> {
 /// min  sum_i w_i (F_i - F_ref,i)^2     s.t.   R^T F = tau,   F_min <= F <= F_max
 /// ```
 ///
-/// A torque that no tensions within the limits give is replaced by the closest: least sum of squares of `tau - R^T F`
-/// over the joints, every N m counting the same; among the tensions that give it, those of least cost are returned.
+/// A torque that no tensions within the limits give is replaced by the closest in the Euclidean norm: least
+/// `|tau - R^T F|_2` over the joints, every N m counting the same, weights without a say; among the tensions that give it,
+/// those of least cost are returned.
 ///
 /// The cost is strictly convex, so there is one solution; it is a continuous, piecewise linear function of `tau`,
 /// `F_ref` and the limits. When the active set changes, the tensions bend but do not jump: a smooth torque gives smooth
-/// tensions, and no history is needed for it. The start only decides how many steps are taken.
+/// tensions, and no history is needed for it: their rate is bounded by a constant times that of the torque (Lipschitz), out
+/// of reach as well. The start only decides how many steps are taken.
 ///
 /// # Example
 /// ```
@@ -145,6 +147,20 @@ impl Distribution {
     /// # Errors
     /// As [`Problem::check`]; the last solution is then kept as a start.
     pub fn solve(&mut self, problem: &Problem) -> Result<Solution<'_>, Error> {
+        let mut told = Ok(());
+        self.instructions.run(TakeOver { distribution: self, problem, told: &mut told });
+        told?;
+        let (mut status, mut iterations) = (Status::Optimal, 0);
+        for at in 0..self.pattern.groups.len() {
+            status = status.max(self.solve_group(at, problem, &mut iterations));
+        }
+        let Self { tension, residual, multiplier, limit, .. } = self;
+        Ok(Solution { status, tension, residual, limit, multiplier, iterations })
+    }
+
+    /// Checks the problem and puts it into the pattern's order.
+    #[inline(always)]
+    fn take_over(&mut self, problem: &Problem) -> Result<(), Error> {
         let (muscles, joints) = (self.tension.len(), self.residual.len());
         let arms = problem.count_arms(muscles, joints)?;
         if self.terms.gather_arms(&self.pattern, problem) != arms || !self.pattern.found {
@@ -153,12 +169,7 @@ impl Distribution {
             self.forget();
         }
         self.terms.gather(&self.pattern, problem);
-        let (mut status, mut iterations) = (Status::Optimal, 0);
-        for at in 0..self.pattern.groups.len() {
-            status = status.max(self.solve_group(at, problem, &mut iterations));
-        }
-        let Self { tension, residual, multiplier, limit, .. } = self;
-        Ok(Solution { status, tension, residual, limit, multiplier, iterations })
+        Ok(())
     }
 
     fn solve_group(&mut self, at: usize, problem: &Problem, iterations: &mut u32) -> Status {
@@ -177,6 +188,7 @@ impl Distribution {
     }
 
     /// Multipliers and tensions of a group, but where they need more digits.
+    #[inline(always)]
     fn ascend(&mut self, at: usize, group: &Group, most: u32, iterations: &mut u32) -> Outcome {
         let Self { pattern, terms, work, lambda, soft, beyond, instructions, .. } = self;
         let soft = &mut Soft { lambda: &mut soft[group.joints.clone()], known: &mut beyond[at] };
@@ -197,6 +209,7 @@ impl Distribution {
     }
 
     /// Puts a group's answer into the order of the problem.
+    #[inline(always)]
     fn scatter(&mut self, group: &Group, problem: &Problem) {
         for (k, &muscle) in self.pattern.muscles[group.muscles.clone()].iter().enumerate() {
             self.tension[muscle] = self.work.tension[k];
@@ -209,6 +222,21 @@ impl Distribution {
                 self.multiplier[joint] = self.lambda[group.joints.start + k];
             }
         }
+    }
+}
+
+/// [`Distribution::take_over`] on the best instruction set. Few joints are solved without it: wide registers cost
+/// more there than they give.
+struct TakeOver<'a, 'b> {
+    distribution: &'a mut Distribution,
+    problem: &'a Problem<'b>,
+    told: &'a mut Result<(), Error>,
+}
+
+impl dispatch::Work for TakeOver<'_, '_> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self, _: A) {
+        *self.told = self.distribution.take_over(self.problem);
     }
 }
 
@@ -246,31 +274,36 @@ impl dispatch::Work for Ascent<'_, '_> {
 
 impl Terms {
     /// Takes the moment arms over, in the pattern's order; how many of them are not zero.
+    #[inline(always)]
     fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) -> usize {
         self.value.clear();
         self.value.extend(
             pattern.source.iter().map(|&place| problem.moment_arms.get(place).copied().unwrap_or(0.0)),
         );
-        size_and_arms(&self.value).1
+        self.value.iter().map(|arm| u64::from(is_arm(*arm))).sum::<u64>() as usize
     }
 
     /// Takes the rest of the problem over.
+    #[inline(always)]
     fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
         for (k, &muscle) in pattern.muscles.iter().enumerate() {
             self.lower[k] = problem.minimum[muscle];
             self.upper[k] = problem.maximum[muscle];
             self.reference[k] = problem.reference[muscle];
-            self.compliance[k] = 1.0 / problem.weight[muscle];
+            self.compliance[k] = problem.weight[muscle];
         }
+        self.compliance.iter_mut().for_each(|weight| *weight = 1.0 / *weight);
         self.gather_torque(pattern, problem);
     }
 
+    #[inline(always)]
     fn gather_torque(&mut self, pattern: &Pattern, problem: &Problem) {
         for (torque, &joint) in self.torque.iter_mut().zip(&pattern.joints) {
             *torque = problem.torque.get(joint).copied().unwrap_or(0.0);
         }
     }
 
+    #[inline(always)]
     fn block<'a>(&'a self, pattern: &'a Pattern, group: &Group) -> Block<'a, Sparse<'a>> {
         let muscles = group.muscles.clone();
         Block {

@@ -5,7 +5,7 @@ use super::closest::Closest;
 use super::factor::{factor, solve};
 use super::line_search::{Event, Ray, Reach, room, search};
 use super::pattern::places;
-use super::rows::{Rows, dot};
+use super::rows::Rows;
 use super::softened::Soft;
 use alloc::vec::Vec;
 
@@ -118,7 +118,7 @@ impl Work {
     ) -> Outcome {
         self.set_floor(block);
         // Where the last torque was out of reach, the next one likely is.
-        if *soft.known && self.approach(block, lambda, soft, steps) == Outcome::Reached {
+        if *soft.known && self.find_closest(block, lambda, soft, steps) == Outcome::Reached {
             return Outcome::Reached;
         }
         *soft.known = false;
@@ -127,7 +127,7 @@ impl Work {
             Outcome::Reached => Outcome::Unreached,
             Outcome::Unreached => {
                 soft.lambda.copy_from_slice(lambda);
-                self.approach(block, lambda, soft, steps)
+                self.find_closest(block, lambda, soft, steps)
             }
         }
     }
