@@ -210,9 +210,8 @@ impl Closest {
                 return false;
             }
         }
-        for i in 0..block.muscles() {
-            tension[i] = self.lower[i];
-        }
+        let m = block.muscles();
+        tension[..m].copy_from_slice(&self.lower[..m]);
         lambda.fill(0.0);
         for (k, &i) in self.free.iter().enumerate() {
             tension[i] = asked[k];
