@@ -152,7 +152,7 @@ impl Distribution {
         told?;
         let (mut status, mut iterations) = (Status::Optimal, 0);
         for at in 0..self.pattern.groups.len() {
-            status = status.max(self.solve_group(at, problem, &mut iterations));
+            status = status.max(self.solve_group(at, &mut iterations));
         }
         let Self { tension, residual, multiplier, limit, .. } = self;
         Ok(Solution { status, tension, residual, limit, multiplier, iterations })
@@ -172,7 +172,7 @@ impl Distribution {
         Ok(())
     }
 
-    fn solve_group(&mut self, at: usize, problem: &Problem, iterations: &mut u32) -> Status {
+    fn solve_group(&mut self, at: usize, iterations: &mut u32) -> Status {
         let group = self.pattern.groups[at].clone();
         let (m, n) = (group.muscles.len(), group.joints.len());
         // Each step settles at least one muscle; a few remove rounding.
@@ -183,7 +183,7 @@ impl Distribution {
             self.exact.solve(&block, lambda, &mut self.work.tension[..m], iterations);
             self.work.measure(&block);
         }
-        self.scatter(&group, problem);
+        self.scatter(&group);
         if self.work.error(n) <= REACHED { Status::Optimal } else { Status::Infeasible }
     }
 
@@ -195,9 +195,9 @@ impl Distribution {
         let arms = &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]];
         let (block, lambda) = (terms.block(pattern, group), &mut lambda[group.joints.clone()]);
         match block.joints() {
-            1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, soft, most, iterations),
-            2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, soft, most, iterations),
-            FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, soft, most, iterations),
+            1 => work.solve_few(&block.with(Dense::<1>::new(arms)), lambda, soft, most, iterations),
+            2 => work.solve_few(&block.with(Dense::<2>::new(arms)), lambda, soft, most, iterations),
+            FEW => work.solve_few(&block.with(Dense::<FEW>::new(arms)), lambda, soft, most, iterations),
             _ => {
                 let whole = group.whole;
                 let mut outcome = Outcome::Unreached;
@@ -210,11 +210,13 @@ impl Distribution {
 
     /// Puts a group's answer into the order of the problem.
     #[inline(always)]
-    fn scatter(&mut self, group: &Group, problem: &Problem) {
-        for (k, &muscle) in self.pattern.muscles[group.muscles.clone()].iter().enumerate() {
-            self.tension[muscle] = self.work.tension[k];
-            let limits = (problem.minimum[muscle], problem.maximum[muscle]);
-            self.limit[muscle] = Limit::of(self.tension[muscle], limits.0, limits.1);
+    fn scatter(&mut self, group: &Group) {
+        let limits =
+            self.terms.lower[group.muscles.clone()].iter().zip(&self.terms.upper[group.muscles.clone()]);
+        let muscles = self.pattern.muscles[group.muscles.clone()].iter().zip(&self.work.tension);
+        for ((&muscle, &tension), (&lower, &upper)) in muscles.zip(limits) {
+            self.tension[muscle] = tension;
+            self.limit[muscle] = Limit::of(tension, lower, upper);
         }
         for (k, &joint) in self.pattern.joints[group.joints.clone()].iter().enumerate() {
             if let Some(residual) = self.residual.get_mut(joint) {

@@ -14,15 +14,18 @@ use alloc::vec::Vec;
 pub(super) struct Work {
     /// Per muscle: tension, tension without limits, its change along the step, what the step does to the muscle.
     pub(super) tension: Vec<f64>,
-    wanted: Vec<f64>,
-    rate: Vec<f64>,
-    pull: Vec<f64>,
+    pub(super) wanted: Vec<f64>,
+    pub(super) rate: Vec<f64>,
+    pub(super) pull: Vec<f64>,
+    /// The first two after the step.
+    pub(super) tension_ahead: Vec<f64>,
+    pub(super) wanted_ahead: Vec<f64>,
     pub(super) limit: Vec<Limit>,
     /// Per joint: what is left of the torque, what it is made of, the step, the smallest pivot.
     pub(super) residual: Vec<f64>,
-    scale: Vec<f64>,
+    pub(super) scale: Vec<f64>,
     pub(super) step: Vec<f64>,
-    floor: Vec<f64>,
+    pub(super) floor: Vec<f64>,
     /// Stiffness that the `counted` muscles give the joints, and its factors.
     stiffness: Vec<f64>,
     factors: Vec<f64>,
@@ -62,8 +65,8 @@ const LEAST_PIVOT: f64 = 1e-13;
 pub(super) const BALANCED: f64 = 2e-15;
 
 /// Along a null space, a residual of rounding leads far away: step length and residual that tell it.
-const FAR: f64 = 2.0;
-const NOISE: f64 = 1e-13;
+pub(super) const FAR: f64 = 2.0;
+pub(super) const NOISE: f64 = 1e-13;
 
 /// Residual, relative to what it is made of, up to which a torque counts as reached.
 pub(super) const REACHED: f64 = 1e-9;
@@ -80,6 +83,8 @@ impl Work {
             wanted: alloc::vec![0.0; muscles],
             rate: alloc::vec![0.0; muscles],
             pull: alloc::vec![0.0; muscles],
+            tension_ahead: alloc::vec![0.0; muscles],
+            wanted_ahead: alloc::vec![0.0; muscles],
             limit: alloc::vec![Limit::Free; muscles],
             residual: alloc::vec![0.0; joints],
             scale: alloc::vec![0.0; joints],
@@ -243,14 +248,13 @@ impl Work {
 
     /// Smallest pivots: a fraction of the stiffness with every muscle free.
     #[inline(always)]
-    fn set_floor<R: Rows>(&mut self, block: &Block<R>) {
+    pub(super) fn set_floor<R: Rows>(&mut self, block: &Block<R>) {
         let floor = &mut self.floor[..block.joints()];
         floor.fill(0.0);
         block.rows.stiffen_each(block.compliance, floor);
         self.stiffest = floor.iter().copied().fold(0.0, f64::max);
         for floor in floor {
-            // A joint that no muscle crosses, or whose arms vanished in this pose, has none.
-            *floor = if *floor > 0.0 { LEAST_PIVOT * *floor } else { 1.0 };
+            *floor = least_pivot(*floor);
         }
     }
 
@@ -290,14 +294,7 @@ impl Work {
     /// Largest residual relative to what it is made of.
     #[inline(always)]
     pub(super) fn error(&self, joints: usize) -> f64 {
-        let (mut residual, mut scale) = (0.0, 1.0);
-        for (r, s) in self.residual[..joints].iter().zip(&self.scale) {
-            // A larger ratio, without dividing.
-            if r.abs() * scale > residual * s {
-                (residual, scale) = (r.abs(), *s);
-            }
-        }
-        residual / scale
+        error(&self.residual[..joints], &self.scale[..joints])
     }
 
     /// Factors of the stiffness that the free muscles give the joints; those that are `known` are brought up to date.
@@ -387,4 +384,24 @@ impl Work {
 #[inline(always)]
 fn soften(stiffness: &mut [f64], joints: usize, softness: f64) {
     stiffness.iter_mut().step_by(joints + 1).for_each(|pivot| *pivot += softness);
+}
+
+/// Smallest pivot of a joint to which all muscles together give so much stiffness.
+#[inline(always)]
+pub(super) fn least_pivot(stiffness: f64) -> f64 {
+    // A joint that no muscle crosses, or whose arms vanished in this pose, has none.
+    if stiffness > 0.0 { LEAST_PIVOT * stiffness } else { 1.0 }
+}
+
+/// Largest residual relative to what it is made of.
+#[inline(always)]
+pub(super) fn error(residual: &[f64], scale: &[f64]) -> f64 {
+    let (mut most, mut of) = (0.0, 1.0);
+    for (residual, scale) in residual.iter().zip(scale) {
+        // A larger ratio, without dividing.
+        if residual.abs() * of > most * scale {
+            (most, of) = (residual.abs(), *scale);
+        }
+    }
+    most / of
 }

@@ -60,6 +60,11 @@ impl<'a, const N: usize> Dense<'a, N> {
     pub(super) fn new(arms: &'a [f64]) -> Self {
         Self { arms: arms.as_chunks().0 }
     }
+
+    #[inline(always)]
+    pub(super) fn arms(self) -> &'a [[f64; N]] {
+        self.arms
+    }
 }
 
 impl<const N: usize> Rows for Dense<'_, N> {

@@ -42,6 +42,7 @@ impl Work {
         soft: &mut Soft,
         steps: &mut u32,
     ) -> Outcome {
+        self.set_floor(block);
         self.approach(block, lambda, soft, steps)
     }
 
