@@ -116,7 +116,7 @@ impl Distribution {
         Self {
             pattern: Pattern::new(muscles, joints),
             terms: Terms {
-                value: Vec::with_capacity(muscles * places(joints)),
+                value: alloc::vec![0.0; muscles * places(joints)],
                 lower: alloc::vec![0.0; muscles],
                 upper: alloc::vec![0.0; muscles],
                 reference: alloc::vec![0.0; muscles],
@@ -278,11 +278,12 @@ impl Terms {
     /// Takes the moment arms over, in the pattern's order; how many of them are not zero.
     #[inline(always)]
     fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) -> usize {
-        self.value.clear();
-        self.value.extend(
-            pattern.source.iter().map(|&place| problem.moment_arms.get(place).copied().unwrap_or(0.0)),
-        );
-        self.value.iter().map(|arm| u64::from(is_arm(*arm))).sum::<u64>() as usize
+        let mut count = 0_u64;
+        for (value, &place) in self.value.iter_mut().zip(&pattern.source) {
+            *value = problem.moment_arms.get(place).copied().unwrap_or(0.0);
+            count += u64::from(is_arm(*value));
+        }
+        count as usize
     }
 
     /// Takes the rest of the problem over.
