@@ -28,10 +28,10 @@ impl<const N: usize> Sums<N> {
 
     #[inline(always)]
     fn pull(&mut self, arms: &[f64; N], tension: f64) {
-        for j in 0..N {
-            let torque = arms[j] * tension;
-            self.residual[j] -= torque;
-            self.scale[j] += torque.abs();
+        for ((residual, scale), arm) in self.residual.iter_mut().zip(&mut self.scale).zip(arms) {
+            let torque = arm * tension;
+            *residual -= torque;
+            *scale += torque.abs();
         }
     }
 

@@ -194,7 +194,7 @@ impl Work {
                 self.evaluate(block, lambda);
             }
             // What the residual is made of changes little, and matters where the residual is small.
-            if settled || !R::LARGE {
+            if settled {
                 self.measure(block);
                 continue;
             }
@@ -220,13 +220,9 @@ impl Work {
     fn start<R: Rows>(&mut self, block: &Block<R>, lambda: &mut [f64]) {
         let (m, n) = (block.muscles(), block.joints());
         self.counted[..m].fill(true);
-        if R::LARGE {
-            self.parts.clear();
-            self.parts.extend(block.compliance.iter().copied().enumerate());
-            self.refactor(block, true);
-        } else {
-            self.factor_few(block);
-        }
+        self.parts.clear();
+        self.parts.extend(block.compliance.iter().copied().enumerate());
+        self.refactor(block, true);
         block.residual(block.reference, &mut self.residual);
         lambda.copy_from_slice(&self.residual[..n]);
         solve(&self.factors[..n * n], lambda);
