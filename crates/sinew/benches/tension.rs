@@ -1,4 +1,8 @@
-//! Cost of distributing a torque over muscles: the arm of `models/lm_arm.toml` in random poses, and a large random one.
+//! Cost of distributing a torque over muscles: the arm of `models/lm_arm.toml` in random poses, and a large random one;
+//! torques that can be reached, and such as cannot.
+//!
+//! `warm` is a start from a torque a hundredth away, `ticks` the arm on its way: pose, moment arms and torque of one
+//! millisecond after the other.
 //!
 //! Divan tells medians; the last lines tell the tail, which a control loop cares about.
 
@@ -13,14 +17,23 @@ use std::time::Instant;
 
 fn main() {
     divan::main();
-    for (name, cases) in [("arm_15x7", arm()), ("random_63x20", random_63x20())] {
+    let groups = [
+        ("arm_15x7", arm()),
+        ("random_63x20", random_63x20()),
+        ("arm_15x7_beyond", beyond(arm())),
+        ("dense_15x7_beyond", beyond(dense_15x7())),
+        ("random_63x20_beyond", beyond(random_63x20())),
+    ];
+    for (name, cases) in groups {
         for warm in [false, true] {
-            tail(name, &cases, warm);
+            tail(name, &mut Runner::new(&cases, warm));
         }
     }
+    tail("arm_15x7_ticks", &mut Runner::ticks(&ticks()));
 }
 
 /// A problem with its numbers.
+#[derive(Clone)]
 struct Case {
     muscles: usize,
     arms: Vec<f64>,
@@ -61,25 +74,91 @@ impl Case {
 
 const CASES: usize = 256;
 
-fn arm() -> Vec<Case> {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/lm_arm.toml");
-    let description = sinew::description::from_toml(file, &std::fs::read_to_string(file).unwrap()).unwrap();
-    let robot = sinew::body::Robot::new(description.parts).unwrap();
-    let muscles = Muscles::new(&robot);
-    let mut geometry = Geometry::new(&robot, &muscles);
-    let mut random = Random::new(1);
-    let pose = |random: &mut Random| -> Vec<f64> {
-        let joints = &robot.parts().joints;
+/// The arm's moment arms where each joint is at a part of its range.
+struct Arm {
+    robot: sinew::body::Robot,
+    muscles: Muscles,
+    geometry: Geometry,
+}
+
+impl Arm {
+    fn new() -> Self {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/lm_arm.toml");
+        let description =
+            sinew::description::from_toml(file, &std::fs::read_to_string(file).unwrap()).unwrap();
+        let robot = sinew::body::Robot::new(description.parts).unwrap();
+        let muscles = Muscles::new(&robot);
+        let geometry = Geometry::new(&robot, &muscles);
+        Self { robot, muscles, geometry }
+    }
+
+    fn moment_arms(&mut self, mut part: impl FnMut(usize) -> f64) -> Vec<f64> {
         let range = |joint: &sinew::body::Joint| joint.range.unwrap_or([-1.0, 1.0]);
-        joints.iter().map(range).map(|[low, high]| low + (high - low) * random.unit()).collect()
-    };
+        let ranges = self.robot.parts().joints.iter().map(range).enumerate();
+        let q: Vec<f64> = ranges.map(|(j, [low, high])| low + (high - low) * part(j)).collect();
+        self.muscles.evaluate(&q, &mut self.geometry).unwrap();
+        let mut arms = vec![0.0; self.muscles.count() * self.robot.nv()];
+        self.muscles.dense(&self.geometry, &mut arms).unwrap();
+        arms
+    }
+}
+
+fn arm() -> Vec<Case> {
+    let (mut arm, mut random) = (Arm::new(), Random::new(1));
     let mut cases = Vec::new();
     for _ in 0..CASES {
-        let q = pose(&mut random);
-        muscles.evaluate(&q, &mut geometry).unwrap();
-        let mut arms = vec![0.0; muscles.count() * robot.nv()];
-        muscles.dense(&geometry, &mut arms).unwrap();
-        cases.push(Case::new(&mut random, muscles.count(), robot.nv(), arms));
+        let arms = arm.moment_arms(|_| random.unit());
+        cases.push(Case::new(&mut random, 15, 7, arms));
+    }
+    cases
+}
+
+/// Four seconds of the arm, each joint to and fro across most of its range in two to four seconds; its muscles pull 20
+/// to 400 N, each at its own pace.
+fn ticks() -> Vec<Case> {
+    let (mut arm, mut random) = (Arm::new(), Random::new(4));
+    let mut turn = |count: usize| -> Vec<[f64; 2]> {
+        (0..count).map(|_| [std::f64::consts::TAU * random.unit(), 1.5 + 1.5 * random.unit()]).collect()
+    };
+    let (joints, pulls) = (turn(7), turn(15));
+    let mut cases = Vec::new();
+    for tick in 0..4096 {
+        let swing = |[phase, rate]: [f64; 2]| (phase + 1e-3 * rate * f64::from(tick)).sin();
+        let arms = arm.moment_arms(|j| 0.5 + 0.45 * swing(joints[j]));
+        let mut case = Case::new(&mut Random::new(1), 15, 7, arms);
+        let tension = |i: usize| 210.0 + 190.0 * swing(pulls[i]);
+        case.torque = (0..7).map(|j| (0..15).map(|i| case.arms[7 * i + j] * tension(i)).sum()).collect();
+        cases.push(case);
+    }
+    cases
+}
+
+fn dense_15x7() -> Vec<Case> {
+    let mut random = Random::new(3);
+    let mut cases = Vec::new();
+    for _ in 0..CASES {
+        let arms = (0..15 * 7).map(|_| 0.03 * random.normal()).collect();
+        cases.push(Case::new(&mut random, 15, 7, arms));
+    }
+    cases
+}
+
+/// Asks for more than there is: 5 to 50 N m more at every joint, as often as it takes.
+fn beyond(mut cases: Vec<Case>) -> Vec<Case> {
+    let mut random = Random::new(5);
+    for case in &mut cases {
+        let mut distribution = Distribution::new(case.muscles, case.torque.len());
+        let more: Vec<f64> = case.torque.iter().map(|_| 5.0 * random.normal()).collect();
+        for _ in 0..10 {
+            for torque in [&mut case.torque, &mut case.before] {
+                torque.iter_mut().zip(&more).for_each(|(torque, more)| *torque += more);
+            }
+            let mut reached =
+                |torque: &[f64]| distribution.solve(&case.problem(torque)).unwrap().status == Status::Optimal;
+            if !reached(&case.torque) && !reached(&case.before) {
+                break;
+            }
+        }
     }
     cases
 }
@@ -104,55 +183,106 @@ fn random_63x20() -> Vec<Case> {
 struct Runner<'a> {
     cases: &'a [Case],
     distributions: Vec<Distribution>,
-    warm: bool,
+    /// The millisecond that it is.
+    now: Case,
+    start: Start,
     next: usize,
+}
+
+/// What a case starts from.
+#[derive(Clone, Copy, PartialEq)]
+enum Start {
+    Nothing,
+    /// Its own torque, a hundredth away.
+    Itself,
+    /// The case before it. There is one distribution for all, and the way is gone back at its end. Only moment arms and
+    /// torque are new, and fresh in the cache, as where a controller has just found them.
+    Neighbour,
 }
 
 impl<'a> Runner<'a> {
     fn new(cases: &'a [Case], warm: bool) -> Self {
         let of = |case: &Case| Distribution::new(case.muscles, case.torque.len());
-        Self { cases, distributions: cases.iter().map(of).collect(), warm, next: 0 }
+        let start = if warm { Start::Itself } else { Start::Nothing };
+        Self { cases, distributions: cases.iter().map(of).collect(), now: cases[0].clone(), start, next: 0 }
+    }
+
+    fn ticks(cases: &'a [Case]) -> Self {
+        Self { start: Start::Neighbour, ..Self::new(cases, true) }
     }
 
     fn step(&mut self) -> (Status, u32) {
+        self.prepare();
+        self.solve()
+    }
+
+    /// What comes before the time that counts.
+    fn prepare(&mut self) {
         self.next += 1;
-        let (round, k) = (self.next / self.cases.len(), self.next % self.cases.len());
-        let (case, distribution) = (&self.cases[k], &mut self.distributions[k]);
-        if !self.warm {
-            distribution.forget();
+        let (back, k) = self.at();
+        match self.start {
+            Start::Nothing => self.distributions[k].forget(),
+            Start::Itself => {}
+            Start::Neighbour => {
+                let case = &self.cases[if back { self.cases.len() - 1 - k } else { k }];
+                self.now.arms.copy_from_slice(&case.arms);
+                self.now.torque.copy_from_slice(&case.torque);
+            }
         }
-        let torque = if round % 2 == 0 { &case.torque } else { &case.before };
+    }
+
+    /// Whether on the way back, and the case.
+    fn at(&self) -> (bool, usize) {
+        (self.next / self.cases.len() % 2 == 1, self.next % self.cases.len())
+    }
+
+    fn solve(&mut self) -> (Status, u32) {
+        let (back, k) = self.at();
+        let (case, distribution, back) = match self.start {
+            Start::Neighbour => (&self.now, &mut self.distributions[0], false),
+            _ => (&self.cases[k], &mut self.distributions[k], back),
+        };
+        let torque = if back { &case.before } else { &case.torque };
         let solution = black_box(distribution.solve(black_box(&case.problem(torque))).unwrap());
         (solution.status, solution.iterations)
     }
 }
 
-fn bench(bencher: Bencher, cases: &[Case], warm: bool) {
-    let mut runner = Runner::new(cases, warm);
-    (0..3 * cases.len()).for_each(|_| _ = runner.step());
+fn bench(bencher: Bencher, mut runner: Runner) {
+    (0..3 * runner.cases.len()).for_each(|_| _ = runner.step());
     bencher.bench_local(|| runner.step());
 }
 
 #[divan::bench(args = [false, true], sample_size = 256, sample_count = 400)]
 fn arm_15x7(bencher: Bencher, warm: bool) {
-    bench(bencher, &arm(), warm);
+    bench(bencher, Runner::new(&arm(), warm));
+}
+
+#[divan::bench(args = [false, true], sample_size = 256)]
+fn arm_15x7_beyond(bencher: Bencher, warm: bool) {
+    bench(bencher, Runner::new(&beyond(arm()), warm));
+}
+
+#[divan::bench(args = [false, true], sample_size = 256)]
+fn dense_15x7_beyond(bencher: Bencher, warm: bool) {
+    bench(bencher, Runner::new(&beyond(dense_15x7()), warm));
 }
 
 #[divan::bench(args = [false, true], sample_size = 256)]
 fn random_63x20_sparse(bencher: Bencher, warm: bool) {
-    bench(bencher, &random_63x20(), warm);
+    bench(bencher, Runner::new(&random_63x20(), warm));
 }
 
 /// Every call timed by itself, the clock's own time taken off.
-fn tail(name: &str, cases: &[Case], warm: bool) {
-    const CALLS: usize = 200_000;
-    let mut runner = Runner::new(cases, warm);
-    (0..3 * cases.len()).for_each(|_| _ = runner.step());
+fn tail(name: &str, runner: &mut Runner) {
+    const CALLS: usize = 100_000;
+    (0..3 * runner.cases.len()).for_each(|_| _ = runner.step());
     let (mut infeasible, mut steps) = (0, 0);
     let mut times: Vec<u128> = Vec::with_capacity(CALLS);
     for _ in 0..CALLS {
+        runner.prepare();
         let start = Instant::now();
-        let (status, iterations) = runner.step();
+        let (status, iterations) = runner.solve();
         times.push(start.elapsed().as_nanos());
         infeasible += usize::from(status == Status::Infeasible);
         steps += u64::from(iterations);
@@ -160,9 +290,14 @@ fn tail(name: &str, cases: &[Case], warm: bool) {
     let mut clock: Vec<u128> = (0..10_000).map(|_| Instant::now().elapsed().as_nanos()).collect();
     clock.sort_unstable();
     times.sort_unstable();
+    let start = match runner.start {
+        Start::Nothing => " warm false",
+        Start::Itself => " warm true",
+        Start::Neighbour => "",
+    };
     let at = |part: usize| times[CALLS * part / 10_000].saturating_sub(clock[5000]);
     println!(
-        "{name} warm {warm}: median {} ns, p99 {} ns, p99.9 {} ns, {:.2} steps, {:.1} % infeasible",
+        "{name}{start}: median {} ns, p99 {} ns, p99.9 {} ns, {:.2} steps, {:.1} % infeasible",
         at(5000),
         at(9900),
         at(9990),

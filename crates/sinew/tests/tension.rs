@@ -371,6 +371,46 @@ fn tensions_follow_a_moving_torque_without_a_jump() {
 }
 
 #[test]
+fn a_torque_and_arms_that_move_in_time_move_tensions_in_proportion_to_the_step() {
+    let mut random = Random::new(23);
+    for round in 0..3 {
+        let owned = draw(&mut random, Kind::Plain, (15, 7));
+        let sway: Vec<f64> = (0..15).map(|_| std::f64::consts::TAU * random.unit()).collect();
+        // A second in so many ticks: arms sway, and so do the tensions that make the torque.
+        let walk = |ticks: u32| {
+            let mut distribution = Distribution::new(15, 7);
+            let (mut last, mut bends, mut most) = (None::<(Vec<f64>, Vec<Limit>)>, 0, 0.0_f64);
+            for k in 0..=ticks {
+                let angle = 3.0 * f64::from(k) / f64::from(ticks);
+                let mut now = owned.clone();
+                for (row, sway) in now.arms.chunks_exact_mut(7).zip(&sway) {
+                    row.iter_mut().for_each(|arm| *arm *= 1.0 + 0.1 * (angle + sway).sin());
+                }
+                let pull = |i: usize| {
+                    let half = 0.5 * (owned.maximum[i] - owned.minimum[i]);
+                    owned.minimum[i] + half * (1.0 + (2.0 * angle + sway[i]).sin())
+                };
+                now.torque = now.torque_of(&(0..15).map(pull).collect::<Vec<_>>());
+                let solution = distribution.solve(&now.problem()).unwrap();
+                let next = (solution.tension.to_vec(), solution.limit.to_vec());
+                if let Some((tension, limit)) = &last {
+                    bends += u32::from(*limit != next.1);
+                    let moved = tension.iter().zip(&next.0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                    most = most.max(moved * f64::from(ticks));
+                }
+                last = Some(next);
+            }
+            (bends, most)
+        };
+        // Pieces in which few muscles are free are steep and short: ticks have to be shorter than these.
+        let ((bends, coarse), (_, fine)) = (walk(32_000), walk(128_000));
+        assert!(bends >= 3, "{round}: {bends}");
+        // A jump would make the rate grow with the number of ticks.
+        assert!(fine < 1.5 * coarse, "{round}: {coarse} N/s, then {fine} N/s");
+    }
+}
+
+#[test]
 fn limits_are_named_where_they_hold() {
     for_all(5, |name, owned| {
         let mut distribution = Distribution::new(owned.muscles, owned.joints);

@@ -42,6 +42,13 @@ impl Limit {
             _ => Self::Upper,
         }
     }
+
+    /// The tension it then has: the limit's own bits where one holds.
+    #[inline(always)]
+    pub(super) fn clip(wanted: f64, lower: f64, upper: f64) -> f64 {
+        let tension = if wanted > lower { wanted } else { lower };
+        if tension < upper { tension } else { upper }
+    }
 }
 
 impl<'a, R: Rows> Block<'a, R> {

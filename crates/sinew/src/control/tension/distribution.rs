@@ -4,8 +4,9 @@ use super::block::{Block, Limit};
 use super::exact::Exact;
 use super::newton::{Outcome, REACHED, Work};
 use super::pattern::{FEW, Group, Pattern, places};
-use super::problem::{Problem, size_and_arms};
-use super::rows::{Dense, Sparse, Wide};
+use super::problem::{Problem, is_arm};
+use super::rows::{Dense, LANES, Sparse, Wide};
+use super::softened::Soft;
 use crate::Error;
 use crate::dispatch::{self, Arithmetic, InstructionSet};
 use alloc::vec::Vec;
@@ -48,12 +49,14 @@ pub struct Solution<'a> {
 /// min  sum_i w_i (F_i - F_ref,i)^2     s.t.   R^T F = tau,   F_min <= F <= F_max
 /// ```
 ///
-/// A torque that no tensions within the limits give is replaced by the closest: least sum of squares of `tau - R^T F`
-/// over the joints, every N m counting the same; among the tensions that give it, those of least cost are returned.
+/// A torque that no tensions within the limits give is replaced by the closest in the Euclidean norm: least
+/// `|tau - R^T F|_2` over the joints, every N m counting the same, weights without a say; among the tensions that give it,
+/// those of least cost are returned.
 ///
 /// The cost is strictly convex, so there is one solution; it is a continuous, piecewise linear function of `tau`,
 /// `F_ref` and the limits. When the active set changes, the tensions bend but do not jump: a smooth torque gives smooth
-/// tensions, and no history is needed for it. The start only decides how many steps are taken.
+/// tensions, and no history is needed for it: their rate is bounded by a constant times that of the torque (Lipschitz), out
+/// of reach as well. The start only decides how many steps are taken.
 ///
 /// # Example
 /// ```
@@ -83,6 +86,9 @@ pub struct Distribution {
     terms: Terms,
     instructions: InstructionSet,
     lambda: Vec<f64>,
+    /// Multipliers where the torque was out of reach, and which groups these are.
+    soft: Vec<f64>,
+    beyond: Vec<bool>,
     work: Work,
     exact: Exact,
     // In the order of the problem.
@@ -110,7 +116,7 @@ impl Distribution {
         Self {
             pattern: Pattern::new(muscles, joints),
             terms: Terms {
-                value: Vec::with_capacity(muscles * places(joints)),
+                value: alloc::vec![0.0; muscles * places(joints)],
                 lower: alloc::vec![0.0; muscles],
                 upper: alloc::vec![0.0; muscles],
                 reference: alloc::vec![0.0; muscles],
@@ -119,6 +125,8 @@ impl Distribution {
             },
             instructions: InstructionSet::detect(),
             lambda: alloc::vec![0.0; places(joints)],
+            soft: alloc::vec![0.0; places(joints)],
+            beyond: alloc::vec![false; joints + 1],
             work: Work::new(muscles, joints),
             exact: Exact::new(muscles, joints),
             tension: alloc::vec![0.0; muscles],
@@ -131,6 +139,7 @@ impl Distribution {
     /// The next solution starts from nothing.
     pub fn forget(&mut self) {
         self.lambda.fill(0.0);
+        self.beyond.fill(false);
     }
 
     /// The tensions for a torque, or for the closest that can be reached.
@@ -138,6 +147,20 @@ impl Distribution {
     /// # Errors
     /// As [`Problem::check`]; the last solution is then kept as a start.
     pub fn solve(&mut self, problem: &Problem) -> Result<Solution<'_>, Error> {
+        let mut told = Ok(());
+        self.instructions.run(TakeOver { distribution: self, problem, told: &mut told });
+        told?;
+        let (mut status, mut iterations) = (Status::Optimal, 0);
+        for at in 0..self.pattern.groups.len() {
+            status = status.max(self.solve_group(at, &mut iterations));
+        }
+        let Self { tension, residual, multiplier, limit, .. } = self;
+        Ok(Solution { status, tension, residual, limit, multiplier, iterations })
+    }
+
+    /// Checks the problem and puts it into the pattern's order.
+    #[inline(always)]
+    fn take_over(&mut self, problem: &Problem) -> Result<(), Error> {
         let (muscles, joints) = (self.tension.len(), self.residual.len());
         let arms = problem.count_arms(muscles, joints)?;
         if self.terms.gather_arms(&self.pattern, problem) != arms || !self.pattern.found {
@@ -146,54 +169,54 @@ impl Distribution {
             self.forget();
         }
         self.terms.gather(&self.pattern, problem);
-        let (mut status, mut iterations) = (Status::Optimal, 0);
-        for at in 0..self.pattern.groups.len() {
-            status = status.max(self.solve_group(at, problem, &mut iterations));
-        }
-        let Self { tension, residual, multiplier, limit, .. } = self;
-        Ok(Solution { status, tension, residual, limit, multiplier, iterations })
+        Ok(())
     }
 
-    fn solve_group(&mut self, at: usize, problem: &Problem, iterations: &mut u32) -> Status {
+    fn solve_group(&mut self, at: usize, iterations: &mut u32) -> Status {
         let group = self.pattern.groups[at].clone();
         let (m, n) = (group.muscles.len(), group.joints.len());
         // Each step settles at least one muscle; a few remove rounding.
         let most = 10 + u32::try_from((m + n) / 2).unwrap_or(u32::MAX / 2);
-        if self.ascend(&group, most, iterations) != Outcome::Reached {
+        if self.ascend(at, &group, most, iterations) != Outcome::Reached {
             let block = self.terms.block(&self.pattern, &group);
             let lambda = &mut self.lambda[group.joints.clone()];
             self.exact.solve(&block, lambda, &mut self.work.tension[..m], iterations);
             self.work.measure(&block);
         }
-        self.scatter(&group, problem);
+        self.scatter(&group);
         if self.work.error(n) <= REACHED { Status::Optimal } else { Status::Infeasible }
     }
 
-    /// Multipliers and tensions of a group whose torque can be reached.
-    fn ascend(&mut self, group: &Group, most: u32, iterations: &mut u32) -> Outcome {
-        let Self { pattern, terms, work, lambda, instructions, .. } = self;
+    /// Multipliers and tensions of a group, but where they need more digits.
+    #[inline(always)]
+    fn ascend(&mut self, at: usize, group: &Group, most: u32, iterations: &mut u32) -> Outcome {
+        let Self { pattern, terms, work, lambda, soft, beyond, instructions, .. } = self;
+        let soft = &mut Soft { lambda: &mut soft[group.joints.clone()], known: &mut beyond[at] };
         let arms = &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]];
         let (block, lambda) = (terms.block(pattern, group), &mut lambda[group.joints.clone()]);
         match block.joints() {
-            1 => work.solve(&block.with(Dense::<1>::new(arms)), lambda, most, iterations),
-            2 => work.solve(&block.with(Dense::<2>::new(arms)), lambda, most, iterations),
-            FEW => work.solve(&block.with(Dense::<FEW>::new(arms)), lambda, most, iterations),
+            1 => work.solve_few(&block.with(Dense::<1>::new(arms)), lambda, soft, most, iterations),
+            2 => work.solve_few(&block.with(Dense::<2>::new(arms)), lambda, soft, most, iterations),
+            FEW => work.solve_few(&block.with(Dense::<FEW>::new(arms)), lambda, soft, most, iterations),
             _ => {
                 let whole = group.whole;
                 let mut outcome = Outcome::Unreached;
                 let told = &mut outcome;
-                instructions.run(Ascent { work, block, whole, arms, lambda, most, iterations, told });
+                instructions.run(Ascent { work, block, whole, arms, lambda, soft, most, iterations, told });
                 outcome
             }
         }
     }
 
     /// Puts a group's answer into the order of the problem.
-    fn scatter(&mut self, group: &Group, problem: &Problem) {
-        for (k, &muscle) in self.pattern.muscles[group.muscles.clone()].iter().enumerate() {
-            self.tension[muscle] = self.work.tension[k];
-            let limits = (problem.minimum[muscle], problem.maximum[muscle]);
-            self.limit[muscle] = Limit::of(self.tension[muscle], limits.0, limits.1);
+    #[inline(always)]
+    fn scatter(&mut self, group: &Group) {
+        let limits =
+            self.terms.lower[group.muscles.clone()].iter().zip(&self.terms.upper[group.muscles.clone()]);
+        let muscles = self.pattern.muscles[group.muscles.clone()].iter().zip(&self.work.tension);
+        for ((&muscle, &tension), (&lower, &upper)) in muscles.zip(limits) {
+            self.tension[muscle] = tension;
+            self.limit[muscle] = Limit::of(tension, lower, upper);
         }
         for (k, &joint) in self.pattern.joints[group.joints.clone()].iter().enumerate() {
             if let Some(residual) = self.residual.get_mut(joint) {
@@ -201,6 +224,21 @@ impl Distribution {
                 self.multiplier[joint] = self.lambda[group.joints.start + k];
             }
         }
+    }
+}
+
+/// [`Distribution::take_over`] on the best instruction set. Few joints are solved without it: wide registers cost
+/// more there than they give.
+struct TakeOver<'a, 'b> {
+    distribution: &'a mut Distribution,
+    problem: &'a Problem<'b>,
+    told: &'a mut Result<(), Error>,
+}
+
+impl dispatch::Work for TakeOver<'_, '_> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self, _: A) {
+        *self.told = self.distribution.take_over(self.problem);
     }
 }
 
@@ -212,6 +250,7 @@ struct Ascent<'a, 'b> {
     whole: bool,
     arms: &'b [f64],
     lambda: &'a mut [f64],
+    soft: &'a mut Soft<'b>,
     most: u32,
     iterations: &'a mut u32,
     told: &'a mut Outcome,
@@ -220,42 +259,54 @@ struct Ascent<'a, 'b> {
 impl dispatch::Work for Ascent<'_, '_> {
     #[inline(always)]
     fn run<A: Arithmetic>(self, _: A) {
-        let Self { work, block, whole, arms, lambda, most, iterations, told } = self;
-        *told = if whole {
-            work.solve(&block.with(Wide::new(block.joints(), arms)), lambda, most, iterations)
-        } else {
-            work.solve(&block, lambda, most, iterations)
+        let Self { work, block, whole, arms, lambda, soft, most, iterations, told } = self;
+        // As many joints as an arm, a hand or a platform has are worth code of their own.
+        *told = match (whole, block.joints() / LANES) {
+            (false, _) => work.solve(&block, lambda, soft, most, iterations),
+            (true, 1) => work.solve(&block.with(Wide::<1>::new(LANES, arms)), lambda, soft, most, iterations),
+            (true, 2) => {
+                work.solve(&block.with(Wide::<2>::new(2 * LANES, arms)), lambda, soft, most, iterations)
+            }
+            (true, _) => {
+                work.solve(&block.with(Wide::<0>::new(block.joints(), arms)), lambda, soft, most, iterations)
+            }
         };
     }
 }
 
 impl Terms {
     /// Takes the moment arms over, in the pattern's order; how many of them are not zero.
+    #[inline(always)]
     fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) -> usize {
-        self.value.clear();
-        self.value.extend(
-            pattern.source.iter().map(|&place| problem.moment_arms.get(place).copied().unwrap_or(0.0)),
-        );
-        size_and_arms(&self.value).1
+        let mut count = 0_u64;
+        for (value, &place) in self.value.iter_mut().zip(&pattern.source) {
+            *value = problem.moment_arms.get(place).copied().unwrap_or(0.0);
+            count += u64::from(is_arm(*value));
+        }
+        count as usize
     }
 
     /// Takes the rest of the problem over.
+    #[inline(always)]
     fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
         for (k, &muscle) in pattern.muscles.iter().enumerate() {
             self.lower[k] = problem.minimum[muscle];
             self.upper[k] = problem.maximum[muscle];
             self.reference[k] = problem.reference[muscle];
-            self.compliance[k] = 1.0 / problem.weight[muscle];
+            self.compliance[k] = problem.weight[muscle];
         }
+        self.compliance.iter_mut().for_each(|weight| *weight = 1.0 / *weight);
         self.gather_torque(pattern, problem);
     }
 
+    #[inline(always)]
     fn gather_torque(&mut self, pattern: &Pattern, problem: &Problem) {
         for (torque, &joint) in self.torque.iter_mut().zip(&pattern.joints) {
             *torque = problem.torque.get(joint).copied().unwrap_or(0.0);
         }
     }
 
+    #[inline(always)]
     fn block<'a>(&'a self, pattern: &'a Pattern, group: &Group) -> Block<'a, Sparse<'a>> {
         let muscles = group.muscles.clone();
         Block {

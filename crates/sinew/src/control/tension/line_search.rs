@@ -43,15 +43,17 @@ pub(super) struct Ray {
 /// slope(s) = tau d - sum_i pull_i clip(from_i + s rate_i, lower_i, upper_i)      falls, piecewise linear
 /// ```
 ///
-/// `slope` is that at step 0, `torque` is `tau d`. Events are walked in their order; `events` is the room for them.
+/// `slope` is that at step 0, `torque` is `tau d`; with `softness`, it falls by that much more per step. Events are walked in their order; `events` is the room for them.
 #[inline(always)]
 pub(super) fn search(
     rays: impl Iterator<Item = Ray>,
     slope: f64,
     torque: f64,
+    softness: f64,
     events: &mut [Event],
 ) -> Reach {
     let (mut count, mut curvature, mut scale) = (0, Sum::default(), torque.abs());
+    curvature.add(softness);
     for ray in rays {
         scale += ray.pull.abs() * ray.lower.abs().max(ray.upper.abs());
         if ray.rate == 0.0 || ray.lower >= ray.upper {
@@ -85,6 +87,9 @@ pub(super) fn search(
         if slope <= rounding {
             return Reach::Step(at);
         }
+    }
+    if softness > 0.0 {
+        return Reach::Step(at + slope / curvature.value().max(softness));
     }
     if at > 0.0 && slope <= OUTSIDE * scale { Reach::Step(at) } else { Reach::Unbounded }
 }
@@ -139,16 +144,16 @@ mod tests {
     #[test]
     fn the_slope_vanishes_at_the_step_found() {
         // slope(s) = 1.5 - clip(s - 1, 0, 2)
-        assert_eq!(search([MUSCLE].into_iter(), 1.5, 1.5, &mut room(1)), Reach::Step(2.5));
+        assert_eq!(search([MUSCLE].into_iter(), 1.5, 1.5, 0.0, &mut room(1)), Reach::Step(2.5));
     }
 
     #[test]
     fn a_torque_beyond_the_limits_has_no_best_step() {
-        assert_eq!(search([MUSCLE].into_iter(), 2.5, 2.5, &mut room(1)), Reach::Unbounded);
+        assert_eq!(search([MUSCLE].into_iter(), 2.5, 2.5, 0.0, &mut room(1)), Reach::Unbounded);
     }
 
     #[test]
     fn a_torque_at_the_limit_ends_at_the_last_event() {
-        assert_eq!(search([MUSCLE].into_iter(), 2.0, 2.0, &mut room(1)), Reach::Step(3.0));
+        assert_eq!(search([MUSCLE].into_iter(), 2.0, 2.0, 0.0, &mut room(1)), Reach::Step(3.0));
     }
 }

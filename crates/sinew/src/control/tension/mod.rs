@@ -3,20 +3,23 @@
 //! [`Distribution`] answers a [`Problem`] with a [`Solution`], always: where the torque cannot be reached, with the
 //! closest one. It knows matrices, not robots. One thing per file: what is asked (`problem`), which joints have to
 //! do with each other (`pattern`), the multipliers of one group of joints (`newton` with its `line_search` and
-//! `factor`), and, where rounding or a torque out of reach stop it, the same in `twofold` numbers (`exact`,
-//! `anchored`).
+//! `factor`, `few` where there are few), the same for a torque out of reach (`softened`, `closest`), and, where rounding stops these, in `twofold`
+//! numbers (`exact`, `anchored`).
 
 mod anchored;
 mod block;
+mod closest;
 mod cocontraction;
 mod distribution;
 mod exact;
 mod factor;
+mod few;
 mod line_search;
 mod newton;
 mod pattern;
 mod problem;
 mod rows;
+mod softened;
 mod twofold;
 
 pub use block::Limit;

@@ -1,10 +1,12 @@
 //! Newton's method in the few unknowns of the dual: one multiplier per joint instead of one tension per muscle.
 
 use super::block::{Block, Limit};
+use super::closest::Closest;
 use super::factor::{factor, solve};
 use super::line_search::{Event, Ray, Reach, room, search};
 use super::pattern::places;
 use super::rows::Rows;
+use super::softened::Soft;
 use alloc::vec::Vec;
 
 /// What the steps work in.
@@ -12,15 +14,18 @@ use alloc::vec::Vec;
 pub(super) struct Work {
     /// Per muscle: tension, tension without limits, its change along the step, what the step does to the muscle.
     pub(super) tension: Vec<f64>,
-    wanted: Vec<f64>,
-    rate: Vec<f64>,
-    pull: Vec<f64>,
+    pub(super) wanted: Vec<f64>,
+    pub(super) rate: Vec<f64>,
+    pub(super) pull: Vec<f64>,
+    /// The first two after the step.
+    pub(super) tension_ahead: Vec<f64>,
+    pub(super) wanted_ahead: Vec<f64>,
     pub(super) limit: Vec<Limit>,
     /// Per joint: what is left of the torque, what it is made of, the step, the smallest pivot.
     pub(super) residual: Vec<f64>,
-    scale: Vec<f64>,
-    step: Vec<f64>,
-    floor: Vec<f64>,
+    pub(super) scale: Vec<f64>,
+    pub(super) step: Vec<f64>,
+    pub(super) floor: Vec<f64>,
     /// Stiffness that the `counted` muscles give the joints, and its factors.
     stiffness: Vec<f64>,
     factors: Vec<f64>,
@@ -28,6 +33,11 @@ pub(super) struct Work {
     /// Muscles to add to the stiffness, with their compliance; those to take have it negative.
     parts: Vec<(usize, f64)>,
     events: Vec<Event>,
+    /// What every joint yields to a multiplier of its own accord: none but where the torque is out of reach.
+    pub(super) softness: f64,
+    /// Greatest stiffness of a joint, every muscle free.
+    pub(super) stiffest: f64,
+    pub(super) closest: Closest,
 }
 
 /// How the method ended.
@@ -41,7 +51,7 @@ pub(super) enum Outcome {
 
 /// What is known of the stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stiffness {
+pub(super) enum Stiffness {
     None,
     Exact,
     /// Muscles were added and taken: it has their rounding.
@@ -55,8 +65,8 @@ const LEAST_PIVOT: f64 = 1e-13;
 pub(super) const BALANCED: f64 = 2e-15;
 
 /// Along a null space, a residual of rounding leads far away: step length and residual that tell it.
-const FAR: f64 = 2.0;
-const NOISE: f64 = 1e-13;
+pub(super) const FAR: f64 = 2.0;
+pub(super) const NOISE: f64 = 1e-13;
 
 /// Residual, relative to what it is made of, up to which a torque counts as reached.
 pub(super) const REACHED: f64 = 1e-9;
@@ -66,12 +76,15 @@ const SHARP: f64 = 1e7 * LEAST_PIVOT * LEAST_PIVOT;
 
 impl Work {
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
+        let joints_given = joints;
         let joints = places(joints);
         Self {
             tension: alloc::vec![0.0; muscles],
             wanted: alloc::vec![0.0; muscles],
             rate: alloc::vec![0.0; muscles],
             pull: alloc::vec![0.0; muscles],
+            tension_ahead: alloc::vec![0.0; muscles],
+            wanted_ahead: alloc::vec![0.0; muscles],
             limit: alloc::vec![Limit::Free; muscles],
             residual: alloc::vec![0.0; joints],
             scale: alloc::vec![0.0; joints],
@@ -82,6 +95,9 @@ impl Work {
             counted: alloc::vec![false; muscles],
             parts: Vec::with_capacity(muscles),
             events: room(muscles),
+            softness: 0.0,
+            stiffest: 0.0,
+            closest: Closest::new(muscles, joints_given),
         }
     }
 
@@ -101,25 +117,37 @@ impl Work {
         &mut self,
         block: &Block<R>,
         lambda: &mut [f64],
+        soft: &mut Soft,
         most: u32,
         steps: &mut u32,
     ) -> Outcome {
         self.set_floor(block);
-        let outcome = self.ascend(block, lambda, most, steps);
-        if outcome == Outcome::Reached && !self.is_sharp(lambda) { Outcome::Unreached } else { outcome }
+        // Where the last torque was out of reach, the next one likely is.
+        if *soft.known && self.find_closest(block, lambda, soft, steps) == Outcome::Reached {
+            return Outcome::Reached;
+        }
+        *soft.known = false;
+        match self.ascend(block, lambda, most, steps) {
+            Outcome::Reached if self.is_sharp(lambda) => Outcome::Reached,
+            Outcome::Reached => Outcome::Unreached,
+            Outcome::Unreached => {
+                soft.lambda.copy_from_slice(lambda);
+                self.find_closest(block, lambda, soft, steps)
+            }
+        }
     }
 
     /// Whether the multipliers are small enough for what is made of them: where joints are hard to tell apart, large
     /// ones cancel, and leave rounding in the tensions.
     #[inline(always)]
-    fn is_sharp(&self, lambda: &[f64]) -> bool {
+    pub(super) fn is_sharp(&self, lambda: &[f64]) -> bool {
         let energy: f64 = self.floor.iter().zip(lambda).map(|(floor, lambda)| floor * lambda * lambda).sum();
         let mut joints = self.floor.iter().zip(&self.scale[..lambda.len()]);
         joints.all(|(floor, scale)| *scale == 0.0 || floor * energy <= SHARP * scale * scale)
     }
 
     #[inline(always)]
-    fn ascend<R: Rows>(
+    pub(super) fn ascend<R: Rows>(
         &mut self,
         block: &Block<R>,
         lambda: &mut [f64],
@@ -147,8 +175,7 @@ impl Work {
             }
             stiffness = self.factor(block, stiffness, settled);
             *steps += 1;
-            self.step[..n].copy_from_slice(&self.residual[..n]);
-            solve(&self.factors[..n * n], &mut self.step[..n]);
+            self.newton_step(n);
             settled = self.look_ahead(block);
             let length = if settled { 1.0 } else { self.length(block) };
             if length > FAR && error <= NOISE {
@@ -167,7 +194,7 @@ impl Work {
                 self.evaluate(block, lambda);
             }
             // What the residual is made of changes little, and matters where the residual is small.
-            if settled || !R::LARGE {
+            if settled {
                 self.measure(block);
                 continue;
             }
@@ -181,18 +208,21 @@ impl Work {
         if self.error(n) <= NOISE { Outcome::Reached } else { Outcome::Unreached }
     }
 
+    /// The step that makes the residual vanish if no muscle meets or leaves a limit.
+    #[inline(always)]
+    pub(super) fn newton_step(&mut self, joints: usize) {
+        self.step[..joints].copy_from_slice(&self.residual[..joints]);
+        solve(&self.factors[..joints * joints], &mut self.step[..joints]);
+    }
+
     /// The multipliers that muscles without limits would have.
     #[inline(always)]
     fn start<R: Rows>(&mut self, block: &Block<R>, lambda: &mut [f64]) {
         let (m, n) = (block.muscles(), block.joints());
         self.counted[..m].fill(true);
-        if R::LARGE {
-            self.parts.clear();
-            self.parts.extend(block.compliance.iter().copied().enumerate());
-            self.refactor(block, true);
-        } else {
-            self.factor_few(block);
-        }
+        self.parts.clear();
+        self.parts.extend(block.compliance.iter().copied().enumerate());
+        self.refactor(block, true);
         block.residual(block.reference, &mut self.residual);
         lambda.copy_from_slice(&self.residual[..n]);
         solve(&self.factors[..n * n], lambda);
@@ -208,24 +238,25 @@ impl Work {
         }
         block.rows.stiffen(&self.parts, stiffness);
         factors.copy_from_slice(stiffness);
+        soften(factors, n, self.softness);
         factor(factors, &self.floor[..n]);
     }
 
     /// Smallest pivots: a fraction of the stiffness with every muscle free.
     #[inline(always)]
-    fn set_floor<R: Rows>(&mut self, block: &Block<R>) {
+    pub(super) fn set_floor<R: Rows>(&mut self, block: &Block<R>) {
         let floor = &mut self.floor[..block.joints()];
         floor.fill(0.0);
         block.rows.stiffen_each(block.compliance, floor);
+        self.stiffest = floor.iter().copied().fold(0.0, f64::max);
         for floor in floor {
-            // A joint that no muscle crosses, or whose arms vanished in this pose, has none.
-            *floor = if *floor > 0.0 { LEAST_PIVOT * *floor } else { 1.0 };
+            *floor = least_pivot(*floor);
         }
     }
 
     /// Tensions and limits at `lambda`.
     #[inline(always)]
-    fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) {
+    pub(super) fn evaluate<R: Rows>(&mut self, block: &Block<R>, lambda: &[f64]) {
         let m = block.muscles();
         let (wanted, tension, limit) = (&mut self.wanted[..m], &mut self.tension[..m], &mut self.limit[..m]);
         let (lower, upper) = (&block.lower[..m], &block.upper[..m]);
@@ -259,19 +290,12 @@ impl Work {
     /// Largest residual relative to what it is made of.
     #[inline(always)]
     pub(super) fn error(&self, joints: usize) -> f64 {
-        let (mut residual, mut scale) = (0.0, 1.0);
-        for (r, s) in self.residual[..joints].iter().zip(&self.scale) {
-            // A larger ratio, without dividing.
-            if r.abs() * scale > residual * s {
-                (residual, scale) = (r.abs(), *s);
-            }
-        }
-        residual / scale
+        error(&self.residual[..joints], &self.scale[..joints])
     }
 
     /// Factors of the stiffness that the free muscles give the joints; those that are `known` are brought up to date.
     #[inline(always)]
-    fn factor<R: Rows>(&mut self, block: &Block<R>, known: Stiffness, settled: bool) -> Stiffness {
+    pub(super) fn factor<R: Rows>(&mut self, block: &Block<R>, known: Stiffness, settled: bool) -> Stiffness {
         let (mut changed, mut free_count) = (0, 0);
         self.parts.clear();
         let states = self.limit.iter().zip(&mut self.counted).zip(block.compliance).enumerate();
@@ -311,12 +335,13 @@ impl Work {
         factors.fill(0.0);
         let counted = block.compliance.iter().zip(&self.counted);
         block.rows.stiffen_all(counted.map(|(f, free)| if *free { *f } else { 0.0 }), factors);
+        soften(factors, n, self.softness);
         factor(factors, &self.floor[..n]);
     }
 
     /// What the full step does to every muscle; whether none meets or leaves a limit.
     #[inline(always)]
-    fn look_ahead<R: Rows>(&mut self, block: &Block<R>) -> bool {
+    pub(super) fn look_ahead<R: Rows>(&mut self, block: &Block<R>) -> bool {
         let m = block.muscles();
         let (pull, rate) = (&mut self.pull[..m], &mut self.rate[..m]);
         let (wanted, limit) = (&self.wanted[..m], &self.limit[..m]);
@@ -332,7 +357,7 @@ impl Work {
 
     /// Length of the step that maximises the dual; infinite if it rises for ever.
     #[inline(always)]
-    fn length<R: Rows>(&mut self, block: &Block<R>) -> f64 {
+    pub(super) fn length<R: Rows>(&mut self, block: &Block<R>) -> f64 {
         let (m, n) = (block.muscles(), block.joints());
         let along = |x: &[f64]| -> f64 { x[..n].iter().zip(&self.step).map(|(x, step)| x * step).sum() };
         let (slope, torque) = (along(&self.residual), along(block.torque));
@@ -343,9 +368,36 @@ impl Work {
             rate: self.rate[i],
             pull: self.pull[i],
         });
-        match search(rays, slope, torque, &mut self.events) {
+        let softness = self.softness * self.step[..n].iter().map(|step| step * step).sum::<f64>();
+        match search(rays, slope, torque, softness, &mut self.events) {
             Reach::Step(length) => length,
             Reach::Unbounded => f64::INFINITY,
         }
     }
+}
+
+/// Adds to the diagonal.
+#[inline(always)]
+fn soften(stiffness: &mut [f64], joints: usize, softness: f64) {
+    stiffness.iter_mut().step_by(joints + 1).for_each(|pivot| *pivot += softness);
+}
+
+/// Smallest pivot of a joint to which all muscles together give so much stiffness.
+#[inline(always)]
+pub(super) fn least_pivot(stiffness: f64) -> f64 {
+    // A joint that no muscle crosses, or whose arms vanished in this pose, has none.
+    if stiffness > 0.0 { LEAST_PIVOT * stiffness } else { 1.0 }
+}
+
+/// Largest residual relative to what it is made of.
+#[inline(always)]
+pub(super) fn error(residual: &[f64], scale: &[f64]) -> f64 {
+    let (mut most, mut of) = (0.0, 1.0);
+    for (residual, scale) in residual.iter().zip(scale) {
+        // A larger ratio, without dividing.
+        if residual.abs() * of > most * scale {
+            (most, of) = (residual.abs(), *scale);
+        }
+    }
+    most / of
 }

@@ -45,24 +45,16 @@ pub(super) fn is_arm(arm: f64) -> bool {
     arm.abs() >= LEAST_ARM
 }
 
-/// Sum of the magnitudes of arms, and how many of them are some, several at a time.
+/// How many arms are some, if all are usual numbers.
 #[inline(always)]
-pub(super) fn size_and_arms(arms: &[f64]) -> (f64, usize) {
-    const LANES: usize = 4;
-    let (mut sizes, mut counts) = ([0.0; LANES], [0_u64; LANES]);
-    let (chunks, rest) = arms.as_chunks::<LANES>();
-    for chunk in chunks {
-        for k in 0..LANES {
-            sizes[k] += chunk[k].abs();
-            counts[k] += u64::from(is_arm(chunk[k]));
-        }
+pub(super) fn count_arms(arms: &[f64]) -> Option<usize> {
+    // Neither asks for an order: the compiler takes as many at once as there is room for.
+    let (mut count, mut right) = (0_u64, true);
+    for arm in arms {
+        count += u64::from(is_arm(*arm));
+        right &= arm.abs() <= MOST;
     }
-    let more: f64 = rest.iter().map(|arm| arm.abs()).sum();
-    let count = rest.iter().filter(|arm| is_arm(**arm)).count();
-    (
-        (sizes[0] + sizes[2]) + (sizes[1] + sizes[3]) + more,
-        counts.iter().map(|count| *count as usize).sum::<usize>() + count,
-    )
+    right.then_some(count as usize)
 }
 
 /// An error that names the first number that does not hold what is `expected` of it.
@@ -78,6 +70,7 @@ fn all(
     }
 }
 
+#[inline(always)]
 fn length(name: &'static str, expected: usize, values: &[f64]) -> Result<(), Error> {
     let got = values.len();
     if got == expected { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
@@ -93,6 +86,7 @@ impl Problem<'_> {
     }
 
     /// [`Problem::check`], and how many moment arms are some.
+    #[inline(always)]
     pub(super) fn count_arms(&self, muscles: usize, joints: usize) -> Result<usize, Error> {
         length("moment_arms", muscles * joints, self.moment_arms)?;
         length("torque", joints, self.torque)?;
@@ -100,22 +94,22 @@ impl Problem<'_> {
         length("maximum", muscles, self.maximum)?;
         length("reference", muscles, self.reference)?;
         length("weight", muscles, self.weight)?;
-        let (size, arms) = size_and_arms(self.moment_arms);
-        if size + self.size_of_the_rest() <= MOST { Ok(arms) } else { self.find_wrong().map(|()| arms) }
+        match count_arms(self.moment_arms) {
+            Some(arms) if self.rest_is_right() => Ok(arms),
+            _ => self.find_wrong().map(|()| 0),
+        }
     }
 
-    /// Sum of all magnitudes but those of the arms, and infinite where limits or weights are wrong: where it is small,
-    /// no term is large or no number.
+    /// Whether all but the arms are in their domains.
     #[inline(always)]
-    fn size_of_the_rest(&self) -> f64 {
-        let mut size: f64 = self.torque.iter().map(|torque| torque.abs()).sum();
-        let mut right = true;
+    fn rest_is_right(&self) -> bool {
+        let mut right = self.torque.iter().fold(true, |right, torque| right & (torque.abs() <= MOST));
         let limits = self.minimum.iter().zip(self.maximum);
         for (((low, high), reference), weight) in limits.zip(self.reference).zip(self.weight) {
-            size += (low.abs() + high.abs()) + reference.abs();
-            right &= (low <= high) & (*weight >= 1.0 / MOST) & (*weight <= MOST);
+            right &= (low <= high) & (*low >= -MOST) & (*high <= MOST) & (reference.abs() <= MOST);
+            right &= (*weight >= 1.0 / MOST) & (*weight <= MOST);
         }
-        if right { size } else { f64::INFINITY }
+        right
     }
 
     /// An error for the first number that is wrong.

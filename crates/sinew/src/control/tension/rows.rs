@@ -60,6 +60,11 @@ impl<'a, const N: usize> Dense<'a, N> {
     pub(super) fn new(arms: &'a [f64]) -> Self {
         Self { arms: arms.as_chunks().0 }
     }
+
+    #[inline(always)]
+    pub(super) fn arms(self) -> &'a [[f64; N]] {
+        self.arms
+    }
 }
 
 impl<const N: usize> Rows for Dense<'_, N> {
@@ -160,32 +165,52 @@ impl<const N: usize> Dense<'_, N> {
 /// Numbers handled at once.
 pub(super) const LANES: usize = 4;
 
-/// Many joints, all of whose arms are kept, in whole lanes.
+/// Sum of products, several at a time.
+#[inline(always)]
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    let mut sum = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..LANES {
+            sum[k] += a[k] * b[k];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    (sum[0] + sum[2]) + (sum[1] + sum[3]) + rest
+}
+
+/// Many joints, all of whose arms are kept, in whole lanes: `FIXED` of them per row, for which the compiler unrolls what
+/// is done with them, or, where that is 0, any number.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wide<'a> {
+pub(super) struct Wide<'a, const FIXED: usize> {
     /// Lanes per row.
     lanes: usize,
     arms: &'a [[f64; LANES]],
 }
 
-impl<'a> Wide<'a> {
-    /// `arms`: row by row; `joints` is a multiple of [`LANES`].
+impl<'a, const FIXED: usize> Wide<'a, FIXED> {
+    /// `arms`: row by row; `joints` is a multiple of [`LANES`], and that of the fixed number if there is one.
     pub(super) fn new(joints: usize, arms: &'a [f64]) -> Self {
         Self { lanes: joints / LANES, arms: arms.as_chunks().0 }
     }
 
     #[inline(always)]
+    fn count(self) -> usize {
+        if FIXED > 0 { FIXED } else { self.lanes }
+    }
+
+    #[inline(always)]
     fn lanes(self, muscle: usize) -> &'a [[f64; LANES]] {
-        &self.arms[muscle * self.lanes..][..self.lanes]
+        &self.arms[muscle * self.count()..][..self.count()]
     }
 }
 
-impl Rows for Wide<'_> {
+impl<const FIXED: usize> Rows for Wide<'_, FIXED> {
     const LARGE: bool = true;
 
     #[inline(always)]
     fn joints(self) -> usize {
-        self.lanes * LANES
+        self.count() * LANES
     }
 
     #[inline(always)]
@@ -227,13 +252,13 @@ impl Rows for Wide<'_> {
     }
 }
 
-impl Wide<'_> {
+impl<const FIXED: usize> Wide<'_, FIXED> {
     /// Adds `term` of every arm and its muscle's tension to the joint, lane by lane.
     #[inline(always)]
     fn add_each(self, tension: &[f64], to: &mut [f64], term: impl Fn(f64, f64) -> f64) {
-        for (at, to) in to.as_chunks_mut::<LANES>().0.iter_mut().take(self.lanes).enumerate() {
+        for (at, to) in to.as_chunks_mut::<LANES>().0.iter_mut().take(self.count()).enumerate() {
             let mut sum = *to;
-            for (arms, &tension) in self.arms[at..].iter().step_by(self.lanes).zip(tension) {
+            for (arms, &tension) in self.arms[at..].iter().step_by(self.count()).zip(tension) {
                 for k in 0..LANES {
                     sum[k] += term(arms[k], tension);
                 }

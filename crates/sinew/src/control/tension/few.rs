@@ -1,0 +1,224 @@
+//! Newton's method for few joints: one pass over the muscles does all there is to do at a place, its sums in registers.
+
+use super::block::{Block, Limit};
+use super::factor::{factor, solve};
+use super::newton::{BALANCED, FAR, NOISE, Outcome, Work, error, least_pivot};
+use super::rows::Dense;
+use super::softened::Soft;
+
+/// What one pass over the muscles finds.
+#[derive(Clone, Copy)]
+struct Sums<const N: usize> {
+    /// What is left of the torque, and what it is made of.
+    residual: [f64; N],
+    scale: [f64; N],
+}
+
+/// A symmetric matrix, upper triangle.
+type Square<const N: usize> = [[f64; N]; N];
+
+impl<const N: usize> Sums<N> {
+    /// No muscle pulls.
+    #[inline(always)]
+    fn new(torque: &[f64]) -> Self {
+        let mut residual = [0.0; N];
+        residual.copy_from_slice(&torque[..N]);
+        Self { residual, scale: residual.map(f64::abs) }
+    }
+
+    #[inline(always)]
+    fn pull(&mut self, arms: &[f64; N], tension: f64) {
+        for ((residual, scale), arm) in self.residual.iter_mut().zip(&mut self.scale).zip(arms) {
+            let torque = arm * tension;
+            *residual -= torque;
+            *scale += torque.abs();
+        }
+    }
+
+    #[inline(always)]
+    fn error(&self) -> f64 {
+        error(&self.residual, &self.scale)
+    }
+}
+
+/// Adds `f r^T r`.
+#[inline(always)]
+fn stiffen<const N: usize>(stiffness: &mut Square<N>, arms: &[f64; N], f: f64) {
+    for i in 0..N {
+        for j in i..N {
+            stiffness[i][j] += f * arms[i] * arms[j];
+        }
+    }
+}
+
+impl Work {
+    /// [`Work::solve`] for few joints.
+    #[inline(always)]
+    pub(super) fn solve_few<const N: usize>(
+        &mut self,
+        block: &Block<Dense<N>>,
+        lambda: &mut [f64],
+        soft: &mut Soft,
+        most: u32,
+        steps: &mut u32,
+    ) -> Outcome {
+        // Where the last torque was out of reach, the next one likely is.
+        if *soft.known && self.find_closest(block, lambda, soft, steps) == Outcome::Reached {
+            return Outcome::Reached;
+        }
+        *soft.known = false;
+        match self.ascend_few(block, lambda, most, steps) {
+            Outcome::Reached if self.is_sharp(lambda) => Outcome::Reached,
+            Outcome::Reached => Outcome::Unreached,
+            Outcome::Unreached => {
+                soft.lambda.copy_from_slice(lambda);
+                self.find_closest(block, lambda, soft, steps)
+            }
+        }
+    }
+
+    /// [`Work::ascend`] for few joints.
+    #[inline(always)]
+    fn ascend_few<const N: usize>(
+        &mut self,
+        block: &Block<Dense<N>>,
+        given: &mut [f64],
+        most: u32,
+        steps: &mut u32,
+    ) -> Outcome {
+        let mut lambda = [0.0; N];
+        lambda.copy_from_slice(&given[..N]);
+        if lambda.iter().all(|lambda| *lambda == 0.0) {
+            lambda = start(block);
+            *steps += 1;
+        }
+        let (mut sums, mut factors, floor) = self.sweep(block, &lambda);
+        self.floor[..N].copy_from_slice(&floor);
+        let (mut settled, mut factored, mut last) = (false, false, f64::INFINITY);
+        let mut outcome = None;
+        for _ in 0..most {
+            let error = sums.error();
+            if error <= BALANCED {
+                outcome = Some(Outcome::Reached);
+                break;
+            }
+            // The last step should have ended it, and the one before as well.
+            if settled && error > 0.5 * last {
+                break;
+            }
+            if !factored {
+                factor(factors.as_flattened_mut(), &floor);
+            }
+            *steps += 1;
+            let mut step = sums.residual;
+            solve(factors.as_flattened(), &mut step);
+            let ahead = self.sweep_ahead(block, &step);
+            settled = ahead.is_some();
+            let length = if settled { 1.0 } else { self.length_few(block, &sums, &step) };
+            if length > FAR && error <= NOISE {
+                outcome = Some(Outcome::Reached);
+                break;
+            }
+            if length == f64::INFINITY {
+                break;
+            }
+            for (lambda, step) in lambda.iter_mut().zip(&step) {
+                *lambda += length * step;
+            }
+            last = error;
+            if let Some(ahead) = ahead {
+                core::mem::swap(&mut self.tension, &mut self.tension_ahead);
+                core::mem::swap(&mut self.wanted, &mut self.wanted_ahead);
+                sums = ahead;
+                factored = true;
+            } else {
+                (sums, factors, _) = self.sweep(block, &lambda);
+                factored = false;
+            }
+        }
+        given[..N].copy_from_slice(&lambda);
+        self.residual[..N].copy_from_slice(&sums.residual);
+        self.scale[..N].copy_from_slice(&sums.scale);
+        // Tensions made of multipliers cost least for the torque they give: it may be the wanted one.
+        outcome.unwrap_or(if sums.error() <= NOISE { Outcome::Reached } else { Outcome::Unreached })
+    }
+
+    /// Tensions, limits, what they leave of the torque, the stiffness of the free muscles, and the smallest pivots.
+    #[inline(always)]
+    fn sweep<const N: usize>(
+        &mut self,
+        block: &Block<Dense<N>>,
+        lambda: &[f64; N],
+    ) -> (Sums<N>, Square<N>, [f64; N]) {
+        let m = block.muscles();
+        let (wanted, tension, limit) = (&mut self.wanted[..m], &mut self.tension[..m], &mut self.limit[..m]);
+        let (lower, upper) = (&block.lower[..m], &block.upper[..m]);
+        let (reference, compliance, arms) =
+            (&block.reference[..m], &block.compliance[..m], &block.rows.arms()[..m]);
+        let (mut sums, mut stiffness, mut whole) = (Sums::new(block.torque), [[0.0; N]; N], [0.0; N]);
+        for i in 0..m {
+            let pull: f64 = arms[i].iter().zip(lambda).map(|(arm, x)| arm * x).sum();
+            wanted[i] = reference[i] + compliance[i] * pull;
+            tension[i] = Limit::clip(wanted[i], lower[i], upper[i]);
+            limit[i] = Limit::of(wanted[i], lower[i], upper[i]);
+            sums.pull(&arms[i], tension[i]);
+            stiffen(&mut stiffness, &arms[i], if limit[i] == Limit::Free { compliance[i] } else { 0.0 });
+            for j in 0..N {
+                whole[j] += compliance[i] * arms[i][j] * arms[i][j];
+            }
+        }
+        (sums, stiffness, whole.map(least_pivot))
+    }
+
+    /// What the full step does to every muscle, and where it leads if no muscle meets or leaves a limit.
+    #[inline(always)]
+    fn sweep_ahead<const N: usize>(&mut self, block: &Block<Dense<N>>, step: &[f64; N]) -> Option<Sums<N>> {
+        let m = block.muscles();
+        let (pull, rate) = (&mut self.pull[..m], &mut self.rate[..m]);
+        let (wanted, limit) = (&self.wanted[..m], &self.limit[..m]);
+        let (wanted_ahead, tension_ahead) = (&mut self.wanted_ahead[..m], &mut self.tension_ahead[..m]);
+        let (lower, upper) = (&block.lower[..m], &block.upper[..m]);
+        let (compliance, arms) = (&block.compliance[..m], &block.rows.arms()[..m]);
+        let (mut same, mut sums) = (true, Sums::new(block.torque));
+        for i in 0..m {
+            pull[i] = arms[i].iter().zip(step).map(|(arm, x)| arm * x).sum();
+            rate[i] = compliance[i] * pull[i];
+            wanted_ahead[i] = wanted[i] + rate[i];
+            tension_ahead[i] = Limit::clip(wanted_ahead[i], lower[i], upper[i]);
+            same &= Limit::of(wanted_ahead[i], lower[i], upper[i]) == limit[i];
+            sums.pull(&arms[i], tension_ahead[i]);
+        }
+        same.then_some(sums)
+    }
+
+    #[inline(always)]
+    fn length_few<const N: usize>(
+        &mut self,
+        block: &Block<Dense<N>>,
+        sums: &Sums<N>,
+        step: &[f64; N],
+    ) -> f64 {
+        self.residual[..N].copy_from_slice(&sums.residual);
+        self.step[..N].copy_from_slice(step);
+        self.length(block)
+    }
+}
+
+/// The multipliers that muscles without limits would have.
+#[inline(always)]
+fn start<const N: usize>(block: &Block<Dense<N>>) -> [f64; N] {
+    let (mut sums, mut stiffness) = (Sums::new(block.torque), [[0.0; N]; N]);
+    let muscles = block.rows.arms().iter().zip(block.reference).zip(block.compliance);
+    for ((arms, reference), compliance) in muscles {
+        sums.pull(arms, *reference);
+        stiffen(&mut stiffness, arms, *compliance);
+    }
+    let mut floor = [0.0; N];
+    for j in 0..N {
+        floor[j] = least_pivot(stiffness[j][j]);
+    }
+    factor(stiffness.as_flattened_mut(), &floor);
+    let mut lambda = sums.residual;
+    solve(stiffness.as_flattened(), &mut lambda);
+    lambda
+}
