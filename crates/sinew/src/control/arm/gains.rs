@@ -81,7 +81,7 @@ impl ArmGains {
             least_tension: 21.0,
             above_pretension: 4.0,
             drive_tension: 445.0,
-            hold: [6e-5, 1.2e-4],
+            hold: [9e-5, 1.4e-4],
             resting: 0.38,
         }
     }
