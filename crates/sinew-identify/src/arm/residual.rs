@@ -9,7 +9,7 @@ use crate::observer::{CableLog, run_cable};
 use rayon::prelude::*;
 use sinew::control::arm::{Ends, Residual};
 use sinew::predictor::CableModel;
-use sinew::transmission::Perceptron;
+use sinew::transmission::{Perceptron, PerceptronWeights};
 use sinew::twin::arm::ArmSpecimen;
 
 /// Root mean square of what is left of the far sensor's tension, N.
@@ -26,20 +26,20 @@ pub struct Left {
 pub struct ResidualFit {
     /// For [`Residual`].
     pub network: Perceptron,
-    /// Of the samples it was trained on.
+    /// Of the first half of every run, which it was trained on.
     pub trained: Left,
-    /// Of the end of every run, which it never saw.
+    /// Of the end of every run, which had no part in it.
     pub held_out: Left,
 }
 
-/// Share of every run that is trained on; the rest is held out.
-const TRAINED: f64 = 0.7;
+/// Share of every run that is trained on, and share up to which the training is judged; the rest is held out.
+const PARTS: [f64; 2] = [0.5, 0.7];
 
 /// Hidden nodes: one block of the evaluation.
 const HIDDEN: usize = 8;
 
 /// Puts every transmission on the bench as its calibration did, and trains a network on what the observer of its
-/// model, `[muscles]`, leaves of the far sensor.
+/// model, `[muscles]`, leaves of the far sensor; as much of it counts as samples beside the training speak for.
 ///
 /// # Errors
 /// [`Error::Samples`] for models of another number than cables, or where a run ends early; [`Error::Physics`] for a
@@ -71,31 +71,61 @@ struct Samples {
 }
 
 fn fit_residual(logs: &[CableLog], model: &CableModel, seed: u64) -> Result<ResidualFit, Error> {
-    let (mut trained, mut held_out) = (Samples::default(), Samples::default());
+    let [mut trained, mut judged, mut held_out] = [(); 3].map(|()| Samples::default());
     for log in logs {
-        let (mut ends, kept) = (Ends::default(), TRAINED * log.len() as f64);
+        let (mut ends, length) = (Ends::default(), log.len() as f64);
         for (k, estimate) in run_cable(model, log)?.iter().enumerate() {
             let inputs = ends.inputs(log.interval_s[k], &log.samples[k], estimate);
             // Before it slid, an observer guesses.
             if estimate.known && log.weight[k] > 0.0 {
-                let part = if (k as f64) < kept { &mut trained } else { &mut held_out };
+                let part = match k as f64 / length {
+                    share if share < PARTS[0] => &mut trained,
+                    share if share < PARTS[1] => &mut judged,
+                    _ => &mut held_out,
+                };
                 part.inputs.extend(inputs);
                 part.left.push(log.far[k] - estimate.far);
             }
         }
     }
-    let options = TrainOptions { hidden: HIDDEN, steps: 40, seed, tolerance: 1e-4, held_back: 0.0 };
-    let training = train(&trained.inputs, &trained.left, &options)?;
-    let network = unscaled(&training.network)
-        .ok_or_else(|| Error::samples("network", "weights that are finite", &"others"))?;
+    let network = faded(trained_network(&trained, &judged, seed)?, &judged)?;
     let (trained, held_out) = (trained.judge(&network)?, held_out.judge(&network)?);
     Ok(ResidualFit { network, trained, held_out })
 }
 
+/// Trained until it gets no better on samples that it is only judged by.
+fn trained_network(trained: &Samples, judged: &Samples, seed: u64) -> Result<Perceptron, Error> {
+    let inputs = [&trained.inputs[..], &judged.inputs].concat();
+    let left = [&trained.left[..], &judged.left].concat();
+    let held_back = judged.left.len() as f64 / left.len().max(1) as f64;
+    let options = TrainOptions { hidden: HIDDEN, steps: 40, seed, tolerance: 1e-4, held_back };
+    unscaled(&train(&inputs, &left, &options)?.network)
+        .ok_or_else(|| Error::samples("network", "weights that are finite", &"others"))
+}
+
+/// As much of a network as samples that it was not trained on speak for: the share of it, 0 to 1, that leaves least.
+fn faded(network: Perceptron, judged: &Samples) -> Result<Perceptron, Error> {
+    let (mut together, mut square) = (0.0, 0.0);
+    for (inputs, left) in judged.rows() {
+        let said = network.evaluate(inputs)?;
+        together += said * left;
+        square += said * said;
+    }
+    let share = if square > 0.0 { (together / square).clamp(0.0, 1.0) } else { 0.0 };
+    let mut weights = PerceptronWeights::from(network);
+    weights.output_weights.iter_mut().for_each(|weight| *weight *= share);
+    weights.output_bias *= share;
+    Ok(Perceptron::new(weights)?)
+}
+
 impl Samples {
+    fn rows(&self) -> impl Iterator<Item = (&[f64], &f64)> {
+        self.inputs.chunks_exact(Residual::INPUTS).zip(&self.left)
+    }
+
     fn judge(&self, network: &Perceptron) -> Result<Left, Error> {
         let (mut before, mut after) = (0.0, 0.0);
-        for (inputs, left) in self.inputs.chunks_exact(Residual::INPUTS).zip(&self.left) {
+        for (inputs, left) in self.rows() {
             let said = network.evaluate(inputs)?.clamp(-Residual::MOST_N, Residual::MOST_N);
             before += left * left;
             after += (left - said) * (left - said);
