@@ -28,7 +28,7 @@ pub struct ResidualFit {
     pub network: Perceptron,
     /// Of the first half of every run, which it was trained on.
     pub trained: Left,
-    /// Of the end of every run, which had no part in it.
+    /// Of the end of every run, which had no part in the network; the observer's model was fitted to all of it.
     pub held_out: Left,
 }
 
@@ -113,7 +113,7 @@ fn faded(network: Perceptron, judged: &Samples) -> Result<Perceptron, Error> {
     }
     let share = if square > 0.0 { (together / square).clamp(0.0, 1.0) } else { 0.0 };
     let mut weights = PerceptronWeights::from(network);
-    weights.output_weights.iter_mut().for_each(|weight| *weight *= share);
+    weights.output_weights.iter_mut().chain(&mut weights.skip).for_each(|weight| *weight *= share);
     weights.output_bias *= share;
     Ok(Perceptron::new(weights)?)
 }
