@@ -266,8 +266,8 @@ pub(crate) struct TrackArguments {
     /// Seconds for which the arm is held at the end
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0)]
     pub(crate) hold: f64,
-    /// none, capstan, paper: drives are told tensions; no_observer, no_disturbance_observer, observer, perfect: winches
-    /// are told speeds
+    /// none, capstan, paper: drives are told tensions; no_observer, no_disturbance_observer, observer, observer_network,
+    /// perfect: winches are told speeds
     #[arg(long, value_name = "NAME", default_value = "observer")]
     pub(crate) compensation: String,
     /// Mass carried at the end point, kg; the controller knows it

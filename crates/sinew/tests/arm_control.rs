@@ -6,13 +6,16 @@ mod common;
 
 use common::lm_arm;
 use sinew::body::Robot;
-use sinew::control::arm::{ArmController, ArmGains, ArmSample, ArmStatus, Goal, Knowledge, Trouble, Way};
+use sinew::control::arm::{
+    ArmController, ArmGains, ArmSample, ArmStatus, Goal, Knowledge, Residual, Trouble, Way,
+};
 use sinew::control::compensation::Compensation;
 use sinew::drive::DriveCommand;
 use sinew::experiment::TrackSummary;
 use sinew::experiment::arm::{TrackRow, TrackRun, resting_tensions, track};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
+use sinew::transmission::{Perceptron, PerceptronWeights};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault, Sensor, SensorFailure};
 
 const H: f64 = 1e-3;
@@ -226,6 +229,42 @@ fn what_does_not_come_back_stops_the_arm_by_name_without_a_jump() {
     }
 }
 
+/// A network that always says the same.
+fn constant(inputs: usize, output: f64) -> Perceptron {
+    Perceptron::new(PerceptronWeights {
+        inputs,
+        hidden: 1,
+        input_weights: vec![1e-3; inputs],
+        hidden_bias: vec![0.0],
+        output_weights: vec![0.0],
+        output_bias: output,
+        skip: vec![],
+    })
+    .unwrap()
+}
+
+#[test]
+fn what_a_network_says_is_added_to_what_the_observers_believe_within_its_bound() {
+    let robot = lm_arm();
+    let specimen = ArmSpecimen::nominal(&robot, &start(&robot)).unwrap();
+    let goal = Reference { q: start(&robot), ..Reference::new(7) };
+    let goal = Goal { now: &goal, coming: &goal, since: None };
+    let sample = ArmSample { motor: &[0.5; 15], tension: &[60.0; 15], joint: &start(&robot) };
+    let believed = |said: f64| {
+        let way = Way::Winches(Knowledge::Observer);
+        let controller = ArmController::new(&robot, &believed(&specimen), ArmGains::lm_arm(), way).unwrap();
+        let networks = vec![constant(Residual::INPUTS, said); 15];
+        let mut controller = controller.with_residuals(networks).unwrap();
+        controller.step(1e-3, &sample, &goal, None).unwrap().believed.to_vec()
+    };
+    let without = believed(0.0);
+    for (said, counts) in [(1.5, 1.5), (100.0, Residual::MOST_N), (-100.0, -Residual::MOST_N)] {
+        for (with, without) in believed(said).iter().zip(&without) {
+            assert!((with - without - counts).abs() < 1e-9, "{with} {without}");
+        }
+    }
+}
+
 #[test]
 fn a_controller_is_refused_whose_parts_do_not_fit() {
     let robot = lm_arm();
@@ -236,6 +275,12 @@ fn a_controller_is_refused_whose_parts_do_not_fit() {
     assert!(ArmController::new(&robot, &models, gains.clone(), way()).is_ok());
     assert!(ArmController::new(&robot, &models[..14], gains.clone(), way()).is_err());
     assert!(ArmController::new(&robot, &models, gains.clone(), Way::Tensions(vec![])).is_err());
+    let with = |count: usize, inputs: usize| {
+        let controller = ArmController::new(&robot, &models, gains.clone(), way()).unwrap();
+        controller.with_residuals(vec![constant(inputs, 1.0); count])
+    };
+    assert!(with(15, Residual::INPUTS).is_ok());
+    assert!(with(14, Residual::INPUTS).is_err() && with(15, Residual::INPUTS + 1).is_err());
     for change in [
         |g: &mut ArmGains| g.settling = 0.0,
         |g: &mut ArmGains| g.bandwidth[2] = f64::NAN,
@@ -260,6 +305,7 @@ fn whatever_sensors_say_commands_stay_finite_and_within_what_a_winch_can_do() {
             ArmGains::lm_arm(),
             Way::Winches(Knowledge::Observer),
         )
+        .and_then(|controller| controller.with_residuals(vec![constant(Residual::INPUTS, 1.0); 15]))
         .unwrap();
         let goal = Reference { q: start(&robot), ..Reference::new(7) };
         let mut wild = |usual: f64| match random.bits() % (4 + seed) {

@@ -242,9 +242,10 @@ fn distributing_a_torque_never_allocates_whether_it_can_be_reached_or_not() {
 
 #[test]
 fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
-    use sinew::control::arm::{ArmController, ArmGains, ArmSample, Goal, Knowledge, Way};
+    use sinew::control::arm::{ArmController, ArmGains, ArmSample, Goal, Knowledge, Residual, Way};
     use sinew::predictor::CableModel;
     use sinew::trajectory::Reference;
+    use sinew::transmission::{Perceptron, PerceptronWeights};
     use sinew::twin::arm::{ArmSpecimen, ArmTwin};
     let robot = common::lm_arm();
     let pose = robot.key("start").unwrap();
@@ -257,7 +258,19 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
     };
     let models: Vec<CableModel> = specimen.cables.iter().map(model).collect();
     let way = Way::Winches(Knowledge::Observer);
-    let mut controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), way).unwrap();
+    let network = Perceptron::new(PerceptronWeights {
+        inputs: Residual::INPUTS,
+        hidden: 8,
+        input_weights: vec![1e-3; 8 * Residual::INPUTS],
+        hidden_bias: vec![0.0; 8],
+        output_weights: vec![0.1; 8],
+        output_bias: 0.0,
+        skip: vec![],
+    })
+    .unwrap();
+    let mut controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), way)
+        .and_then(|controller| controller.with_residuals(vec![network; 15]))
+        .unwrap();
     let mut arm = ArmTwin::new(&specimen, pose, &[60.0; 15], 1).unwrap();
     let (mut goal, mut moved) = (Reference::new(7), 0.0);
     goal.q.copy_from_slice(pose);

@@ -66,13 +66,14 @@ pub(crate) struct TrackView<'a> {
 }
 
 /// Names in the order of the table.
-const NAMES: [(&str, &str); 7] = [
+const NAMES: [(&str, &str); 8] = [
     ("none", "tensions, no compensation"),
     ("capstan", "tensions, static capstan"),
     ("paper", "tensions, the paper’s network"),
     ("no_observer", "winch speed, no observer"),
     ("no_disturbance_observer", "observer, no disturbance observer"),
     ("observer", "observer (ours)"),
+    ("observer_network", "observer + network"),
     ("perfect", "perfect knowledge of the cables"),
 ];
 const LABELS: [&str; 6] = [

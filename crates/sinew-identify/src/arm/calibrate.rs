@@ -107,7 +107,8 @@ fn options() -> FitOptions {
     }
 }
 
-fn runs(specimen: &ArmSpecimen, muscle: usize, seed: u64) -> Result<Vec<Vec<BenchRow>>, Error> {
+/// The calibration runs of one transmission, one for each of [`STROKES`].
+pub(super) fn runs(specimen: &ArmSpecimen, muscle: usize, seed: u64) -> Result<Vec<Vec<BenchRow>>, Error> {
     let each = STROKES.iter().enumerate().map(|(n, strokes)| {
         let seed = seed.wrapping_mul(1009).wrapping_add((16 * muscle + n) as u64);
         let wanted = BenchRun {

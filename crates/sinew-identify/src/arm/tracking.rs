@@ -1,5 +1,6 @@
 use super::calibrate::calibrate_arm;
 use super::report::{Trace, TraceRow, TrackingNumbers};
+use super::residual::calibrate_residuals;
 use super::variant::Variant;
 use crate::Error;
 use sinew::body::Robot;
@@ -92,6 +93,10 @@ pub fn track_arm(arm: &Prepared, variant: Variant, walk: &Walk<'_>) -> Result<Tr
     };
     let way = variant.way(&arm.specimen, models, arm.seed)?;
     let mut controller = ArmController::new(&arm.robot, models, variant.gains(), way)?;
+    if variant == Variant::ObserverNetwork {
+        let residuals = calibrate_residuals(&arm.specimen, models, arm.seed)?;
+        controller = controller.with_residuals(residuals.into_iter().map(|fit| fit.network).collect())?;
+    }
     if walk.learning && walk.repeats > 1 {
         controller = controller.with_practice(walk.trajectory.duration())?;
     }

@@ -16,23 +16,26 @@ pub enum Variant {
     Paper,
     /// Winches by encoders and an integral: no tension at the anchors is known.
     NoObserver,
+    /// Winches by the observers of the cables, without the disturbance observer of the joints.
+    NoDisturbance,
     /// Winches by the observers of the cables.
     Observer,
-    /// The same without the disturbance observer of the joints.
-    NoDisturbance,
+    /// The same with a network for every cable that corrects its observer.
+    ObserverNetwork,
     /// Winches by the true state of the cables: the yardstick.
     Perfect,
 }
 
 impl Variant {
     /// All of them, the default in its place.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::None,
         Self::Capstan,
         Self::Paper,
         Self::NoObserver,
         Self::NoDisturbance,
         Self::Observer,
+        Self::ObserverNetwork,
         Self::Perfect,
     ];
 
@@ -45,6 +48,7 @@ impl Variant {
             Self::Paper => "paper",
             Self::NoObserver => "no_observer",
             Self::Observer => "observer",
+            Self::ObserverNetwork => "observer_network",
             Self::NoDisturbance => "no_disturbance_observer",
             Self::Perfect => "perfect",
         }
@@ -85,7 +89,7 @@ impl Variant {
                 return Ok(Way::Tensions(each.collect()));
             }
             Self::NoObserver => Knowledge::Encoders,
-            Self::Observer | Self::NoDisturbance => Knowledge::Observer,
+            Self::Observer | Self::ObserverNetwork | Self::NoDisturbance => Knowledge::Observer,
             Self::Perfect => Knowledge::Told,
         };
         Ok(Way::Winches(knowledge))

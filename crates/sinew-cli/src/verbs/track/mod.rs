@@ -125,7 +125,7 @@ fn checked(arguments: &TrackArguments) -> Result<Variant, Error> {
         refuse(
             "--compensation",
             arguments.compensation.clone(),
-            "none, capstan, paper, no_observer, no_disturbance_observer, observer or perfect",
+            "none, capstan, paper, no_observer, no_disturbance_observer, observer, observer_network or perfect",
         )
     })
 }

@@ -1,9 +1,11 @@
 use super::controller::Told;
 use super::gains::ArmGains;
 use super::mechanics::Mechanics;
+use super::residual::Residual;
 use super::winch::{Pull, Winch};
 use crate::Error;
 use crate::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
+use crate::transmission::Perceptron;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -25,6 +27,8 @@ pub(super) struct Cables {
     observers: CableObservers,
     samples: Vec<CableSample>,
     estimates: Vec<CableEstimate>,
+    /// What the observers leave: `[muscles]`, or none.
+    residuals: Vec<Residual>,
     /// Where the last pulley of every cable is told its wrap: its place and the wrap as told.
     wraps: Vec<(usize, f64)>,
     turn: usize,
@@ -50,6 +54,7 @@ impl Cables {
             observers: CableObservers::new(models)?,
             samples: vec![CableSample::default(); n],
             estimates: vec![CableEstimate::default(); n],
+            residuals: Vec::new(),
             wraps: models.iter().map(|model| (model.path.pulleys().saturating_sub(1), f64::NAN)).collect(),
             turn: 0,
             zero: vec![0.0; n],
@@ -59,6 +64,16 @@ impl Cables {
             tension_in: vec![0.0; n],
             drag: vec![1.0; n],
         })
+    }
+
+    /// Networks for what the observers leave: `[muscles]`.
+    pub(super) fn correct(&mut self, networks: Vec<Perceptron>) -> Result<(), Error> {
+        let (expected, got) = (self.samples.len(), networks.len());
+        if got != expected {
+            return Err(Error::WrongLength { name: "residuals", expected, got });
+        }
+        self.residuals = networks.into_iter().map(Residual::new).collect::<Result<_, _>>()?;
+        Ok(())
     }
 
     /// Takes what motors and load cells say, with the tensions that were wanted.
@@ -75,6 +90,10 @@ impl Cables {
             *seen = CableSample { motor: motor[k], anchor: -length, tension_in: tension[k] };
         }
         self.observers.step(h, &self.samples, &mut self.estimates)?;
+        let seen = self.estimates.iter_mut().zip(&self.samples);
+        for (residual, (estimate, seen)) in self.residuals.iter_mut().zip(seen) {
+            estimate.tension_out += residual.step(h, seen, estimate)?;
+        }
         for (k, (estimate, seen)) in self.estimates.iter().zip(&self.samples).enumerate() {
             self.tension_in[k] = estimate.tension_in;
             let apart = seen.motor - seen.anchor;

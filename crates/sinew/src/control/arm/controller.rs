@@ -13,6 +13,7 @@ use crate::control::tension::{Distribution, Problem, Status};
 use crate::drive::DriveCommand;
 use crate::predictor::{CableModel, CableSample};
 use crate::trajectory::Reference;
+use crate::transmission::Perceptron;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -185,6 +186,17 @@ impl ArmController {
     /// [`Error::OutOfDomain`] outside of (0, 3600].
     pub fn with_practice(mut self, duration: f64) -> Result<Self, Error> {
         self.practice = Some(Practice::new(self.told.len(), duration)?);
+        Ok(self)
+    }
+
+    /// The same with a network for every cable that corrects what its observer believes of the tension at the anchor,
+    /// by at most [`Residual::MOST_N`](super::Residual::MOST_N): `[muscles]`. Without observers it says nothing.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for networks of another number than muscles, or of other inputs than
+    /// [`Residual`](super::Residual)'s.
+    pub fn with_residuals(mut self, networks: Vec<Perceptron>) -> Result<Self, Error> {
+        self.cables.correct(networks)?;
         Ok(self)
     }
 

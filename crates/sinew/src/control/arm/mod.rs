@@ -8,9 +8,11 @@ mod guard;
 mod joints;
 mod mechanics;
 mod practice;
+mod residual;
 mod winch;
 
 pub use cables::Knowledge;
 pub use controller::{ArmAnswer, ArmController, ArmSample, Goal, Told, Way};
 pub use gains::ArmGains;
 pub use guard::{ArmStatus, Trouble};
+pub use residual::{Ends, Residual};
