@@ -159,7 +159,8 @@ fn tensions_alone_lose_the_arm_and_say_so() {
 #[test]
 fn without_tensions_known_the_winches_still_follow_and_knowing_them_is_better() {
     let observed = run(Case::default(), |_| {}).end_point_error.mean;
-    let blind = run(Case { way: Way::Winches(Knowledge::Encoders), ..Case::default() }, |_| {});
+    let gains = ArmGains::lm_arm().without_tensions();
+    let blind = run(Case { way: Way::Winches(Knowledge::Encoders), gains, ..Case::default() }, |_| {});
     assert!(blind.stopped.is_none() && blind.end_point_error.mean < 30e-3);
     assert!(observed < blind.end_point_error.mean, "{observed} {:?}", blind.end_point_error);
 }

@@ -62,6 +62,9 @@ impl Variant {
 
     pub(super) fn gains(self) -> ArmGains {
         let mut gains = ArmGains::lm_arm();
+        if self == Self::NoObserver {
+            gains = gains.without_tensions();
+        }
         if self == Self::NoDisturbance {
             gains.disturbance.fill(0.0);
             // Nor any other integral.

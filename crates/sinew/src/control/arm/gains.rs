@@ -86,6 +86,18 @@ impl ArmGains {
         }
     }
 
+    /// The same for who knows no tension at the anchors: what is known less must be tried less hard.
+    #[must_use]
+    pub fn without_tensions(self) -> Self {
+        Self {
+            bandwidth: self.bandwidth.iter().map(|w| 0.7 * w).collect(),
+            position: 0.5,
+            velocity: 0.06,
+            lead: 3.3,
+            ..self
+        }
+    }
+
     /// Checks them for a robot of so many joints.
     ///
     /// # Errors

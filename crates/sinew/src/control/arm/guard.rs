@@ -52,7 +52,7 @@ const COASTING: f64 = 0.15;
 /// How far a reference may go while a joint says the same, rad, and winches go with it; 0.024 are seen where cables turn round.
 const LEFT_BEHIND: f64 = 0.1;
 /// What a load cell says beyond what is expected, N, smoothed over [`PATIENCE`], where a winch moves and its encoder does not.
-const FELT: f64 = 0.9;
+const FELT: f64 = 1.5;
 /// How far a winch may be from what it was told, m, within [`FORGETTING`] s; 3 mm are seen.
 const LARGEST_LAG: f64 = 0.006;
 const FORGETTING: f64 = 0.2;
