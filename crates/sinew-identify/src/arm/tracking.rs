@@ -42,6 +42,8 @@ pub struct Prepared {
     pub specimen: ArmSpecimen,
     /// What was identified of every cable.
     pub models: Vec<CableModel>,
+    /// kg.
+    payload: f64,
     seed: u64,
 }
 
@@ -54,7 +56,7 @@ impl Prepared {
         let design = ArmSpecimen::nominal(robot, pose)?;
         let specimen = ArmSpecimen::draw(robot, pose, seed)?;
         let models = calibrate_arm(&specimen, &design, seed)?.into_iter().map(|fit| fit.model).collect();
-        Ok(Self { robot: robot.clone(), specimen, models, seed })
+        Ok(Self { robot: robot.clone(), specimen, models, payload: 0.0, seed })
     }
 
     /// The same with a point mass, kg, on a body of the robot; the controller knows what it carries.
@@ -64,6 +66,7 @@ impl Prepared {
     pub fn with_payload(mut self, body: usize, position: [f64; 3], mass: f64) -> Result<Self, Error> {
         self.robot = self.robot.with_payload(body, position, mass)?;
         self.specimen = self.specimen.with_payload(body, position, mass)?;
+        self.payload += mass;
         Ok(self)
     }
 }
@@ -92,7 +95,7 @@ pub fn track_arm(arm: &Prepared, variant: Variant, walk: &Walk<'_>) -> Result<Tr
         &arm.models
     };
     let way = variant.way(&arm.specimen, models, arm.seed)?;
-    let mut controller = ArmController::new(&arm.robot, models, variant.gains(), way)?;
+    let mut controller = ArmController::new(&arm.robot, models, variant.gains(arm.payload), way)?;
     if variant == Variant::ObserverNetwork {
         let residuals = calibrate_residuals(&arm.specimen, models, arm.seed)?;
         controller = controller.with_residuals(residuals.into_iter().map(|fit| fit.network).collect())?;

@@ -6,13 +6,13 @@ use alloc::vec::Vec;
 /// What feedback had to add in one repeat of a motion is there from the start in the next.
 ///
 /// ```text
-/// u_(n+1)(t) = u_n(t) + gamma f_n(t + t_a)
+/// U_(n+1)(t) = U_n(t) + gamma f_n(t),     u_n(t) = U_n(t + t_a)
 /// ```
 ///
 /// | symbol | meaning                                                                        | unit |
 /// |--------|--------------------------------------------------------------------------------|------|
 /// | u_n    | what is known beforehand in repeat n, 0 in the first                              | 1    |
-/// | f_n    | what feedback then had to add, mean over [`WIDTH`]                                | 1    |
+/// | f_n    | what feedback then had to add, mean over one of [`BINS`]                          | 1    |
 /// | gamma  | [`SHARE`]                                                                      | 1    |
 /// | t_a    | [`AHEAD`]: feedback is late by so much                                          | s    |
 ///
@@ -23,7 +23,8 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone)]
 pub(super) struct Practice {
     muscles: usize,
-    bins: usize,
+    /// Of a bin, s.
+    width: f64,
     /// `u_n` and, as far as it is known, `u_(n+1)`: `[bins x muscles]`.
     known: Vec<f64>,
     next: Vec<f64>,
@@ -35,24 +36,23 @@ pub(super) struct Practice {
     pub(super) now: Vec<f64>,
 }
 
-/// Of a bin, s.
-const WIDTH: f64 = 0.04;
-/// `t_a`, in bins.
-const AHEAD: usize = 3;
+/// Bins of a motion: what is finer is not the same twice where cables stick and slip.
+const BINS: usize = 288;
+/// `t_a`, s.
+const AHEAD: f64 = 0.12;
 /// `gamma`.
-const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.4;
 /// Longest motion that is learned, s.
 const LONGEST: f64 = 3600.0;
 
 impl Practice {
     pub(super) fn new(muscles: usize, duration: f64) -> Result<Self, Error> {
         within("duration", "a number in (0, 3600] s", duration, duration > 0.0 && duration <= LONGEST)?;
-        let bins = libm::ceil(duration / WIDTH) as usize + 1;
         Ok(Self {
             muscles,
-            bins,
-            known: vec![0.0; bins * muscles],
-            next: vec![0.0; bins * muscles],
+            width: duration / BINS as f64,
+            known: vec![0.0; BINS * muscles],
+            next: vec![0.0; BINS * muscles],
             sum: vec![0.0; muscles],
             samples: 0.0,
             present: 0,
@@ -62,8 +62,8 @@ impl Practice {
 
     /// Goes to a time in the repeat, s.
     pub(super) fn go(&mut self, time: f64) {
-        let place = (time / WIDTH).clamp(0.0, (self.bins - 1) as f64);
-        let bin = place as usize;
+        let last = (BINS - 1) as f64;
+        let bin = (time / self.width).clamp(0.0, last) as usize;
         if bin != self.present {
             self.close();
             if bin < self.present {
@@ -73,9 +73,9 @@ impl Practice {
             self.present = bin;
         }
         // Values stand for the middles of their bins.
-        let from = (place - 0.5).max(0.0);
+        let from = ((time + AHEAD) / self.width - 0.5).clamp(0.0, last);
         let (first, share) = (from as usize, from - libm::floor(from));
-        let second = (first + 1).min(self.bins - 1);
+        let second = (first + 1).min(BINS - 1);
         for (k, now) in self.now.iter_mut().enumerate() {
             let [a, b] = [first, second].map(|bin| self.known[bin * self.muscles + k]);
             *now = a + share * (b - a);
@@ -90,11 +90,11 @@ impl Practice {
         }
     }
 
-    /// What feedback added in the present bin was due [`AHEAD`] bins before.
+    /// What feedback added in the present bin is known from now on.
     fn close(&mut self) {
-        if let (Some(due), true) = (self.present.checked_sub(AHEAD), self.samples > 0.0) {
+        if self.samples > 0.0 {
             for (k, sum) in self.sum.iter().enumerate() {
-                let place = due * self.muscles + k;
+                let place = self.present * self.muscles + k;
                 self.next[place] = self.known[place] + SHARE * sum / self.samples;
             }
         }
