@@ -102,3 +102,34 @@ impl Practice {
         self.samples = 0.0;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_needed_at_every_repeat_is_known_after_some() {
+        let (duration, h) = (10.0, 1e-3);
+        let needed = |t: f64| libm::sin(core::f64::consts::TAU * t / duration);
+        let mut practice = Practice::new(2, duration).unwrap();
+        let mut added = [0.0_f64; 8];
+        for added in &mut added {
+            for k in 0..10_000 {
+                let t = f64::from(k) * h;
+                practice.go(t);
+                // Feedback finds what is missing, and finds it late.
+                let missing = needed(t - AHEAD) - practice.now[1];
+                practice.take(0, 0.0);
+                practice.take(1, missing);
+                *added = added.max(missing.abs());
+            }
+        }
+        assert!(practice.now[0].abs() < 1e-12, "who needs nothing learns nothing");
+        assert!(added.windows(2).all(|pair| pair[1] < pair[0]) && added[7] < 0.2 * added[0], "{added:?}");
+    }
+
+    #[test]
+    fn a_motion_without_an_end_is_refused() {
+        assert!([0.0, -1.0, f64::NAN, f64::INFINITY].iter().all(|t| Practice::new(1, *t).is_err()));
+    }
+}
