@@ -19,9 +19,10 @@ fn main() {
     divan::main();
     let groups = [
         ("arm_15x7", arm()),
+        ("dense_15x7", dense_15x7_cases()),
         ("random_63x20", random_63x20()),
         ("arm_15x7_beyond", beyond(arm())),
-        ("dense_15x7_beyond", beyond(dense_15x7())),
+        ("dense_15x7_beyond", beyond(dense_15x7_cases())),
         ("random_63x20_beyond", beyond(random_63x20())),
     ];
     for (name, cases) in groups {
@@ -133,7 +134,7 @@ fn ticks() -> Vec<Case> {
     cases
 }
 
-fn dense_15x7() -> Vec<Case> {
+fn dense_15x7_cases() -> Vec<Case> {
     let mut random = Random::new(3);
     let mut cases = Vec::new();
     for _ in 0..CASES {
@@ -264,8 +265,13 @@ fn arm_15x7_beyond(bencher: Bencher, warm: bool) {
 }
 
 #[divan::bench(args = [false, true], sample_size = 256)]
+fn dense_15x7(bencher: Bencher, warm: bool) {
+    bench(bencher, Runner::new(&dense_15x7_cases(), warm));
+}
+
+#[divan::bench(args = [false, true], sample_size = 256)]
 fn dense_15x7_beyond(bencher: Bencher, warm: bool) {
-    bench(bencher, Runner::new(&beyond(dense_15x7()), warm));
+    bench(bencher, Runner::new(&beyond(dense_15x7_cases()), warm));
 }
 
 #[divan::bench(args = [false, true], sample_size = 256)]
