@@ -134,11 +134,15 @@ pub(crate) fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<St
     Ok(page.render()?)
 }
 
-/// What was wrong with the run that is drawn, and when.
 /// What the table has no room for, of the run that is drawn.
 fn remarks(view: &TrackView<'_>) -> Vec<String> {
     let Some(numbers) = view.tracking.get(view.drawn) else { return Vec::new() };
     let mut remarks = Vec::new();
+    let unseen = numbers.unseen_error_m;
+    let [mean, max] = [(unseen.mean, 2), (unseen.max, 1)].map(|(m, digits)| fixed(1e3 * m, digits));
+    remarks.push(format!(
+        "Joint encoders that all read what is wanted would leave {mean} mm on average, {max} mm at most: their zeros are off, and without a sensor at the end point nobody knows."
+    ));
     let repeats = &numbers.end_point_error_per_repeat_m;
     if repeats.len() > 1 {
         let means: Vec<String> = repeats.iter().map(|repeat| fixed(1e3 * repeat.mean, 2)).collect();
@@ -147,14 +151,15 @@ fn remarks(view: &TrackView<'_>) -> Vec<String> {
     if let Some(hold) = numbers.hold {
         let e = hold.end_point_error_m;
         let [mean, max] = [(e.mean, 2), (e.max, 2)].map(|(m, digits)| fixed(1e3 * m, digits));
-        let unrest = fixed(hold.tension_unrest_n, 2);
+        let [unrest, unseen] = [hold.tension_unrest_n, 1e3 * hold.unseen_error_m].map(|x| fixed(x, 2));
         remarks.push(format!(
-            "Held at the end: {mean} mm off on average, {max} mm at most; tensions at the anchors within {unrest} N rms."
+            "Held at the end: {mean} mm off on average, {max} mm at most ({unseen} mm are the encoders' zeros); tensions at the anchors within {unrest} N rms."
         ));
     }
     remarks
 }
 
+/// What was wrong with the run that is drawn, and when.
 fn incidents(view: &TrackView<'_>) -> Vec<String> {
     let Some(numbers) = view.tracking.get(view.drawn) else { return Vec::new() };
     let each = numbers.incidents.iter();

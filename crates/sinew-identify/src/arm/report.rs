@@ -25,6 +25,8 @@ impl From<&Spread> for ErrorSpread {
 pub struct Hold {
     /// Of the end point.
     pub end_point_error_m: ErrorSpread,
+    /// What the zeros of the joints' encoders alone put it off, m.
+    pub unseen_error_m: f64,
     /// Largest standard deviation of a tension at an anchor, N.
     pub tension_unrest_n: f64,
 }
@@ -89,6 +91,8 @@ fn named(trouble: Trouble, robot: &Robot) -> String {
 pub struct TrackingNumbers {
     /// Of the end point.
     pub end_point_error_m: ErrorSpread,
+    /// What the zeros of the joints' encoders alone put it off: no controller without a sensor there can do better.
+    pub unseen_error_m: ErrorSpread,
     /// Of every repeat by itself: what one showed helps the next.
     pub end_point_error_per_repeat_m: Vec<ErrorSpread>,
     /// At rest after the last, where the run went on so long.
@@ -113,12 +117,16 @@ impl TrackingNumbers {
     /// The numbers of a run of this robot.
     #[must_use]
     pub fn new(summary: &TrackSummary, robot: &Robot) -> Self {
-        let hold =
-            Hold { end_point_error_m: (&summary.hold_error).into(), tension_unrest_n: summary.hold_unrest() };
+        let hold = Hold {
+            end_point_error_m: (&summary.hold_error).into(),
+            unseen_error_m: summary.hold_unseen.mean,
+            tension_unrest_n: summary.hold_unrest(),
+        };
         let muscles = summary.length_error.len().max(1) as f64;
         let squares: f64 = summary.length_error.iter().map(|spread| spread.std * spread.std).sum();
         Self {
             end_point_error_m: (&summary.end_point_error).into(),
+            unseen_error_m: (&summary.unseen_error).into(),
             end_point_error_per_repeat_m: summary.repeat_error.iter().map(ErrorSpread::from).collect(),
             hold: summary.hold_error.any().then_some(hold),
             muscle_length_error_m: MuscleSpread {

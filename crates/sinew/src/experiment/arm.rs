@@ -54,6 +54,9 @@ pub struct TrackRow<'a> {
     pub wanted: [f64; 3],
     /// Where it truly is, m.
     pub end_point: [f64; 3],
+    /// Where it would be if every joint's encoder read what was wanted, m: their zeros are off, and no controller
+    /// without a sensor at the end point knows.
+    pub read_as_wanted: [f64; 3],
     /// How long every muscle was to be, m: `[muscles]`.
     pub length: &'a [f64],
     /// By how much every muscle is truly longer than it was to be, m: `[muscles]`.
@@ -111,6 +114,7 @@ pub fn track(
             goal: &now,
             wanted: ruler.wanted,
             end_point: ruler.end_point,
+            read_as_wanted: ruler.read_as_wanted,
             length: &ruler.length,
             length_error: &ruler.length_error,
             answer: &answer,
@@ -169,6 +173,9 @@ struct Ruler<'a> {
     position: [f64; 3],
     wanted: [f64; 3],
     end_point: [f64; 3],
+    read_as_wanted: [f64; 3],
+    /// Pose in which every encoder reads what is wanted.
+    misread: Vec<f64>,
     length: Vec<f64>,
     length_error: Vec<f64>,
 }
@@ -186,6 +193,8 @@ impl<'a> Ruler<'a> {
             position: site.position,
             wanted: [0.0; 3],
             end_point: [0.0; 3],
+            read_as_wanted: [0.0; 3],
+            misread: vec![0.0; built.nv()],
             length: vec![0.0; muscles],
             length_error: vec![0.0; muscles],
             run,
@@ -194,7 +203,17 @@ impl<'a> Ruler<'a> {
 
     fn measure(&mut self, wanted: &[f64], q: &[f64]) -> Result<(), Error> {
         let built = &self.run.specimen.robot;
-        for (q, point) in [(wanted, &mut self.wanted), (q, &mut self.end_point)] {
+        for ((misread, wanted), encoder) in
+            self.misread.iter_mut().zip(wanted).zip(&self.run.specimen.encoders)
+        {
+            *misread = wanted - encoder.zero;
+        }
+        let poses = [
+            (wanted, &mut self.wanted),
+            (q, &mut self.end_point),
+            (self.misread.as_slice(), &mut self.read_as_wanted),
+        ];
+        for (q, point) in poses {
             built.forward_kinematics(q, &mut self.poses)?;
             *point = built.body_pose(&self.poses, self.body).point(self.position);
         }

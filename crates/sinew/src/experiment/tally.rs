@@ -67,6 +67,11 @@ pub struct TrackSummary {
     pub length_error: Vec<Spread>,
     /// The same as [`end_point_error`](Self::end_point_error) at rest after the motion, from [`SETTLING`] s on.
     pub hold_error: Spread,
+    /// The same where every joint's encoder reads what is wanted: the share of the encoders' zeros, which no controller
+    /// without a sensor at the end point can take away.
+    pub unseen_error: Spread,
+    /// And at rest.
+    pub hold_unseen: Spread,
     /// Tension at every anchor in that time, N: `[muscles]`.
     pub hold_tension: Vec<Spread>,
     /// Least tension at an anchor, N, and of which muscle.
@@ -92,6 +97,8 @@ impl TrackSummary {
             repeat_error: Vec::new(),
             length_error: vec![NOTHING; muscles],
             hold_error: NOTHING,
+            unseen_error: NOTHING,
+            hold_unseen: NOTHING,
             hold_tension: vec![NOTHING; muscles],
             least_anchor: (f64::INFINITY, 0),
             most_drive: (0.0, 0),
@@ -125,6 +132,7 @@ impl TrackSummary {
         }
         if row.rested > SETTLING {
             self.hold_error.count(distance(row.wanted, row.end_point));
+            self.hold_unseen.count(distance(row.wanted, row.read_as_wanted));
             for (spread, cable) in self.hold_tension.iter_mut().zip(row.truth.cables) {
                 spread.count(cable.tension_out);
             }
@@ -132,6 +140,7 @@ impl TrackSummary {
         if let Some(repeat) = row.repeat {
             let off = distance(row.wanted, row.end_point);
             self.end_point_error.count(off);
+            self.unseen_error.count(distance(row.wanted, row.read_as_wanted));
             let repeat = repeat as usize;
             if self.repeat_error.len() <= repeat {
                 self.repeat_error.resize(repeat + 1, NOTHING);

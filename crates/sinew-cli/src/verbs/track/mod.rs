@@ -170,9 +170,10 @@ fn finish(
     for hold in tracking.values().filter_map(|numbers| numbers.hold) {
         let e = hold.end_point_error_m;
         let [mean, max] = [e.mean, e.max].map(|m| number(Some(1e3 * m)));
-        let unrest = number(Some(hold.tension_unrest_n));
-        text +=
-            &format!("Held afterwards: {mean} mm off, {max} mm at most; tensions within {unrest} N rms\n");
+        let [unseen, unrest] = [1e3 * hold.unseen_error_m, hold.tension_unrest_n].map(|x| number(Some(x)));
+        text += &format!(
+            "Held afterwards: {mean} mm off, {max} mm at most; {unseen} mm are the encoders' zeros; tensions within {unrest} N rms\n"
+        );
     }
     for one in tracking.values().flat_map(|numbers| &numbers.incidents) {
         text += &format!("{:.3} to {:.3} s: {}, {}\n", one.from_s, one.until_s, one.what, one.answer);
@@ -223,9 +224,16 @@ pub(crate) fn told(tracking: &BTreeMap<&'static str, TrackingNumbers>) -> String
             ]
         })
         .collect();
-    table(
+    let mut text = table(
         &["SIMULATED arm", "ended", "end point, mm: mean", "std", "max", "last repeat", "muscle length, mm"],
         &rows,
         2,
-    )
+    );
+    if let Some(unseen) = tracking.values().map(|n| n.unseen_error_m).next() {
+        let [mean, max] = [unseen.mean, unseen.max].map(|m| number(Some(1e3 * m)));
+        text += &format!(
+            "Joint encoders reading what is wanted, their zeros off, would leave {mean} mm, {max} mm at most.\n"
+        );
+    }
+    text
 }
