@@ -14,7 +14,9 @@ use sinew::drive::DriveCommand;
 use sinew::experiment::TrackSummary;
 use sinew::experiment::arm::{TrackRow, TrackRun, resting_tensions, track};
 use sinew::predictor::CableModel;
-use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
+use sinew::trajectory::{
+    EndPointPath, JointPath, Loop, MinimumJerk, Redundancy, Reference, TimeLaw, Trajectory,
+};
 use sinew::transmission::{Perceptron, PerceptronWeights};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault, Sensor, SensorFailure};
 
@@ -101,6 +103,45 @@ fn an_arm_that_is_not_the_one_on_paper_follows_a_circle_within_millimetres() {
         assert!(found.least_anchor.0 > 5.0 && found.most_drive.0 < 600.0);
         assert!(found.stopped.is_none() && found.lost.is_none());
     }
+}
+
+#[test]
+fn what_the_encoders_zeros_hide_goes_with_them_and_a_way_that_does_not_come_back_goes_once() {
+    let robot = lm_arm();
+    let q = start(&robot);
+    let mut specimen = ArmSpecimen::draw(&robot, &q, 1).unwrap();
+    let zeros: Vec<f64> = specimen.encoders.iter().map(|encoder| encoder.zero).collect();
+    let mut there = q.clone();
+    there[3] += 0.2;
+    let away = Trajectory::PointToPoint(MinimumJerk::new(&q, &there, 1.5).unwrap());
+    let mut hidden = |share: f64, repeats: u32| {
+        for (encoder, zero) in specimen.encoders.iter_mut().zip(&zeros) {
+            encoder.zero = share * zero;
+        }
+        let way = Way::Winches(Knowledge::Observer);
+        let mut controller =
+            ArmController::new(&robot, &believed(&specimen), ArmGains::lm_arm(), way).unwrap();
+        let run = TrackRun {
+            specimen: &specimen,
+            robot: &robot,
+            site: robot.site("endpoint").unwrap(),
+            trajectory: &away,
+            repeats,
+            before: 0.5,
+            after: 2.5,
+            faults: &[],
+            seed: 1,
+        };
+        track(&run, &mut controller, |_| {}).map(|found| (found.unseen_error.mean, found.hold_unseen.mean))
+    };
+    let (once, twice) = (hidden(1.0, 1).unwrap(), hidden(2.0, 1).unwrap());
+    assert_eq!(hidden(0.0, 1).unwrap(), (0.0, 0.0));
+    assert!((0.1e-3..3e-3).contains(&once.0), "{once:?}");
+    for (one, two) in [(once.0, twice.0), (once.1, twice.1)] {
+        assert!((two / one - 2.0).abs() < 0.01, "{one} {two}");
+    }
+    let refused = hidden(1.0, 2).unwrap_err().to_string();
+    assert!(refused.contains("repeats") && refused.contains("does not come back"), "{refused}");
 }
 
 #[test]

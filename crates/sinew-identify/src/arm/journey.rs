@@ -22,7 +22,7 @@ const MOST_N: f64 = 400.0;
 
 /// Where an end point is to go.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Way {
+pub enum Route {
     /// Twice round a closed path.
     Round(EndPointPath),
     /// Through places at their own times; a place given twice in a row is waited at.
@@ -31,26 +31,26 @@ pub enum Way {
     To([f64; 3]),
 }
 
-/// Joints in time for a way of a site from rest to rest, in `duration` seconds where the way has no times of its own.
+/// Joints in time for a route of a site from rest to rest, in `duration` seconds where the route has no times of its own.
 ///
 /// # Errors
 /// [`Error::Physics`] where the robot has joints other than hinges and slides or the numbers are none.
 pub fn journey(
     robot: &Robot,
     site: usize,
-    way: &Way,
+    route: &Route,
     pose: &[f64],
     duration: f64,
 ) -> Result<Trajectory, Error> {
     let rule = if robot.parts().name == "lm_arm" { Redundancy::lm_arm() } else { Redundancy::near(pose) };
-    match way {
-        Way::Round(path) => along(robot, site, path, &rule, duration),
-        Way::Through(points) => {
+    match route {
+        Route::Round(path) => along(robot, site, path, &rule, duration),
+        Route::Through(points) => {
             // What swings once per turn does not where nothing turns: places alone say where the joints are.
             let swing = vec![0.0; rule.swing.len()];
             through(robot, site, points, &Redundancy { swing, ..rule })
         }
-        Way::To(place) => to(robot, site, *place, pose, duration),
+        Route::To(place) => to(robot, site, *place, pose, duration),
     }
 }
 
@@ -71,7 +71,7 @@ fn through(robot: &Robot, site: usize, points: &[Waypoint], rule: &Redundancy) -
     Ok(Trajectory::Sequence(Sequence::new(motions, end)?))
 }
 
-/// Straight in the joints: what the end point's straight way is for is the pose at its end.
+/// Straight in the joints: what the end point's straight route is for is the pose at its end.
 fn to(robot: &Robot, site: usize, place: [f64; 3], pose: &[f64], duration: f64) -> Result<Trajectory, Error> {
     let mut poses = Poses::new(robot);
     robot.forward_kinematics(pose, &mut poses)?;

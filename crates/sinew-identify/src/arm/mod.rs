@@ -8,7 +8,7 @@ mod tracking;
 mod variant;
 
 pub use calibrate::{STROKES, Strokes, calibrate_arm, calibrate_networks};
-pub use journey::{Way, journey, obstacle};
+pub use journey::{Route, journey, obstacle};
 pub use report::{ErrorSpread, Hold, MuscleSpread, Trace, TraceRow, TrackIncident, TrackingNumbers};
 pub use residual::{Left, ResidualFit, calibrate_residuals};
 pub use tracking::{BEFORE, Prepared, Tracking, Walk, first_pose, track_arm};

@@ -1,7 +1,7 @@
 //! The arm's part of the paper: a trajectory tracked by every variant, on an arm that was built with errors.
 
 use crate::Error;
-use crate::arm::{Prepared, Trace, TrackingNumbers, Variant, Walk, Way, journey, track_arm};
+use crate::arm::{Prepared, Route, Trace, TrackingNumbers, Variant, Walk, journey, track_arm};
 use rayon::prelude::*;
 use sinew::body::Robot;
 use sinew::trajectory::{EndPointPath, Loop};
@@ -65,8 +65,8 @@ pub fn reproduce_arm(
     let nothing = |what: &str| Error::samples("robot", what, &"none");
     let pose = robot.key("start").ok_or_else(|| nothing("a key pose `start`"))?;
     let site = robot.site("endpoint").ok_or_else(|| nothing("a site `endpoint`"))?;
-    let way = Way::Round(EndPointPath::lm_arm(Loop::Sine));
-    let trajectory = journey(robot, site, &way, pose, options.duration)?;
+    let route = Route::Round(EndPointPath::lm_arm(Loop::Sine));
+    let trajectory = journey(robot, site, &route, pose, options.duration)?;
     progress("calibrating the arm's cables", 0.0);
     let arm = Prepared::new(robot, pose, options.seed)?;
     let variants: Vec<Variant> = Variant::ALL

@@ -7,6 +7,7 @@ use crate::control::arm::{ArmAnswer, ArmController, ArmSample, Goal, Told};
 use crate::control::stretch::FORESIGHT;
 use crate::control::tension::{Distribution, Problem};
 use crate::drive::DriveCommand;
+use crate::error::within;
 use crate::muscle::{Geometry, Muscles};
 use crate::predictor::CableModel;
 use crate::trajectory::{Reference, Trajectory};
@@ -77,12 +78,15 @@ pub const STEP: f64 = 1e-3;
 /// The arm starts at rest in the first pose, cables as after a pull, with tensions that hold its weight.
 ///
 /// # Errors
-/// As [`ArmTwin::new`], [`ArmController::step`] and [`Trajectory::sample`] where they are made for different robots.
+/// As [`ArmTwin::new`], [`ArmController::step`] and [`Trajectory::sample`] where they are made for different robots;
+/// [`Error::OutOfDomain`] where a trajectory that does not come back is to be repeated.
 pub fn track(
     run: &TrackRun<'_>,
     controller: &mut ArmController,
     mut see: impl FnMut(&TrackRow<'_>),
 ) -> Result<TrackSummary, Error> {
+    let repeatable = run.repeats <= 1 || run.trajectory.comes_back();
+    within("repeats", "1 for a trajectory that does not come back", f64::from(run.repeats), repeatable)?;
     let mut now = Reference::new(run.robot.nv());
     let mut coming = now.clone();
     run.trajectory.sample(0.0, &mut now)?;

@@ -14,7 +14,7 @@ use crate::table::{number, table};
 use sinew::body::Robot;
 use sinew::trajectory::Trajectory;
 use sinew_identify::arm::{
-    BEFORE, Prepared, Tracking, TrackingNumbers, Variant, Walk, Way, journey, obstacle, track_arm,
+    BEFORE, Prepared, Route, Tracking, TrackingNumbers, Variant, Walk, journey, obstacle, track_arm,
 };
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
     finish(arguments, &robot, variant, &walk, tracked)
 }
 
-/// The way that is meant, in joints and time.
+/// The route that is meant, in joints and time.
 fn trajectory(
     arguments: &TrackArguments,
     robot: &Robot,
@@ -77,9 +77,9 @@ fn trajectory(
 ) -> Result<Trajectory, Error> {
     let wanted = path::wanted(&arguments.path)?;
     let usual = match wanted {
-        Way::Round(_) => ROUND_S,
-        Way::To(_) => TO_S,
-        Way::Through(_) => {
+        Route::Round(_) => ROUND_S,
+        Route::To(_) => TO_S,
+        Route::Through(_) => {
             if let Some(given) = arguments.duration {
                 let expected = "none with waypoints, which have their own times";
                 return Err(Error::Argument { flag: "--duration", value: given.to_string(), expected });

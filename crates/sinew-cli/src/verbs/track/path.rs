@@ -1,14 +1,14 @@
-//! Which way the end point is to go: a name, a place, or waypoints from a table.
+//! Which route the end point is to take: a name, a place, or waypoints from a table.
 
 use crate::error::Error;
 use crate::verbs::columns;
 use sinew::trajectory::{EndPointPath, Loop, Waypoint, legs};
-use sinew_identify::arm::Way;
+use sinew_identify::arm::Route;
 use std::path::{Path, PathBuf};
 
 const COLUMNS: [&str; 4] = ["time_s", "x_m", "y_m", "z_m"];
 
-/// Of a way, s.
+/// Of a route, s.
 pub(super) const LONGEST_S: f64 = 3600.0;
 
 /// Times closer than this are one, s.
@@ -22,11 +22,11 @@ pub(super) fn file(path: &str) -> Option<PathBuf> {
     (!matches!(path, "sine" | "saddle") && !path.starts_with(TO)).then(|| PathBuf::from(path))
 }
 
-/// The way that is meant.
-pub(super) fn wanted(path: &str) -> Result<Way, Error> {
+/// The route that is meant.
+pub(super) fn wanted(path: &str) -> Result<Route, Error> {
     match path {
-        "sine" => Ok(Way::Round(EndPointPath::lm_arm(Loop::Sine))),
-        "saddle" => Ok(Way::Round(EndPointPath::lm_arm(Loop::Saddle))),
+        "sine" => Ok(Route::Round(EndPointPath::lm_arm(Loop::Sine))),
+        "saddle" => Ok(Route::Round(EndPointPath::lm_arm(Loop::Saddle))),
         _ => match path.strip_prefix(TO) {
             Some(place) => to(path, place),
             None => waypoints(Path::new(path)),
@@ -35,12 +35,12 @@ pub(super) fn wanted(path: &str) -> Result<Way, Error> {
 }
 
 /// A place as `X,Y,Z`.
-fn to(path: &str, place: &str) -> Result<Way, Error> {
+fn to(path: &str, place: &str) -> Result<Route, Error> {
     let coordinates: Vec<f64> =
         place.split(',').filter_map(|x| x.trim().parse().ok()).filter(|x: &f64| x.is_finite()).collect();
     let whole = place.split(',').count() == 3;
     match coordinates.as_slice() {
-        [x, y, z] if whole => Ok(Way::To([*x, *y, *z])),
+        [x, y, z] if whole => Ok(Route::To([*x, *y, *z])),
         _ => Err(Error::Argument {
             flag: "--path",
             value: path.to_owned(),
@@ -49,7 +49,7 @@ fn to(path: &str, place: &str) -> Result<Way, Error> {
     }
 }
 
-fn waypoints(path: &Path) -> Result<Way, Error> {
+fn waypoints(path: &Path) -> Result<Route, Error> {
     let wrong = |problem: String| Error::File { file: path.to_owned(), problem };
     let mut points = Vec::new();
     let (mut first, mut last) = (None, f64::NEG_INFINITY);
@@ -68,5 +68,5 @@ fn waypoints(path: &Path) -> Result<Way, Error> {
         return Err(wrong(format!("has {} waypoints: expected at least two", points.len())));
     }
     legs(&points).map_err(|e| wrong(e.to_string()))?;
-    Ok(Way::Through(points))
+    Ok(Route::Through(points))
 }
