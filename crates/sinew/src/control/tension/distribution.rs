@@ -263,13 +263,9 @@ impl dispatch::Work for Ascent<'_, '_> {
         // As many joints as an arm, a hand or a platform has are worth code of their own.
         *told = match (whole, block.joints() / LANES) {
             (false, _) => work.solve(&block, lambda, soft, most, iterations),
-            (true, 1) => work.solve(&block.with(Wide::<1>::new(LANES, arms)), lambda, soft, most, iterations),
-            (true, 2) => {
-                work.solve(&block.with(Wide::<2>::new(2 * LANES, arms)), lambda, soft, most, iterations)
-            }
-            (true, _) => {
-                work.solve(&block.with(Wide::<0>::new(block.joints(), arms)), lambda, soft, most, iterations)
-            }
+            (true, 1) => work.solve_few(&block.with(Dense::<4>::new(arms)), lambda, soft, most, iterations),
+            (true, 2) => work.solve_few(&block.with(Dense::<8>::new(arms)), lambda, soft, most, iterations),
+            (true, _) => work.solve(&block.with(Wide::new(block.joints(), arms)), lambda, soft, most, iterations),
         };
     }
 }

@@ -1,5 +1,7 @@
 //! Triangular factors of a positive semidefinite matrix, with a floor under its pivots.
 
+use super::rows::LANES;
+
 /// Factors `h = U^T D^-1 U` in place: rows of `U` right of the diagonal, `1 / D` on it.
 ///
 /// `h` is `n x n`, row-major; only its upper triangle is read. A pivot below its `floor` becomes the floor, so that the
@@ -47,6 +49,67 @@ pub(super) fn solve(h: &[f64], x: &mut [f64]) {
     for (k, row) in h.chunks_exact(n).enumerate().take(n).rev() {
         let sum: f64 = x[k + 1..].iter().zip(&row[k + 1..]).map(|(x, u)| x * u).sum();
         x[k] = (x[k] - sum) * row[k];
+    }
+}
+
+/// Places right of the diagonal, or whole rows where there are lanes for them.
+#[inline(always)]
+fn right_of<const N: usize>(k: usize) -> core::ops::Range<usize> {
+    if N < LANES { k + 1..N } else { 0..N }
+}
+
+/// [`factor`]'s answer in whole rows: `h = L D L^T`, zeros where a triangle has nothing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Factors<const N: usize> {
+    /// `L` and its transpose, without their diagonals, and `1 / D`.
+    lower: [[f64; N]; N],
+    upper: [[f64; N]; N],
+    inverse: [f64; N],
+}
+
+impl<const N: usize> Factors<N> {
+    #[inline(always)]
+    pub(super) fn new(mut h: [[f64; N]; N], floor: &[f64; N]) -> Self {
+        let (mut lower, mut upper, mut inverse) = ([[0.0; N]; N], [[0.0; N]; N], [0.0; N]);
+        for k in 0..N {
+            let row = h[k];
+            inverse[k] = 1.0 / if row[k] < floor[k] { floor[k] } else { row[k] };
+            // What stands beside a pivot that is rounding is rounding, too.
+            if row[k] < floor[k] {
+                continue;
+            }
+            for j in right_of::<N>(k) {
+                upper[k][j] = if j > k { row[j] * inverse[k] } else { 0.0 };
+            }
+            for i in k + 1..N {
+                let f = upper[k][i];
+                lower[i][k] = f;
+                for j in right_of::<N>(k) {
+                    h[i][j] -= f * row[j];
+                }
+            }
+        }
+        Self { lower, upper, inverse }
+    }
+
+    #[inline(always)]
+    pub(super) fn solve(&self, mut x: [f64; N]) -> [f64; N] {
+        for k in 0..N {
+            let f = x[k];
+            for j in right_of::<N>(k) {
+                x[j] -= f * self.upper[k][j];
+            }
+        }
+        for k in 0..N {
+            x[k] *= self.inverse[k];
+        }
+        for k in (0..N).rev() {
+            let f = x[k];
+            for j in if N < LANES { 0..k } else { 0..N } {
+                x[j] -= f * self.lower[k][j];
+            }
+        }
+        x
     }
 }
 

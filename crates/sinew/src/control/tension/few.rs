@@ -1,9 +1,9 @@
 //! Newton's method for few joints: one pass over the muscles does all there is to do at a place, its sums in registers.
 
 use super::block::{Block, Limit};
-use super::factor::{factor, solve};
+use super::factor::Factors;
 use super::newton::{BALANCED, FAR, NOISE, Outcome, Work, error, least_pivot};
-use super::rows::Dense;
+use super::rows::{Dense, LANES, dot_few};
 use super::softened::Soft;
 
 /// What one pass over the muscles finds.
@@ -45,8 +45,10 @@ impl<const N: usize> Sums<N> {
 #[inline(always)]
 fn stiffen<const N: usize>(stiffness: &mut Square<N>, arms: &[f64; N], f: f64) {
     for i in 0..N {
-        for j in i..N {
-            stiffness[i][j] += f * arms[i] * arms[j];
+        let f = f * arms[i];
+        // Whole rows where there are lanes for them.
+        for j in if N < LANES { i..N } else { 0..N } {
+            stiffness[i][j] += f * arms[j];
         }
     }
 }
@@ -92,9 +94,9 @@ impl Work {
             lambda = start(block);
             *steps += 1;
         }
-        let (mut sums, mut factors, floor) = self.sweep(block, &lambda);
+        let (mut sums, mut stiffness, floor) = self.sweep(block, &lambda);
         self.floor[..N].copy_from_slice(&floor);
-        let (mut settled, mut factored, mut last) = (false, false, f64::INFINITY);
+        let (mut settled, mut factors, mut last) = (false, None, f64::INFINITY);
         let mut outcome = None;
         for _ in 0..most {
             let error = sums.error();
@@ -106,12 +108,9 @@ impl Work {
             if settled && error > 0.5 * last {
                 break;
             }
-            if !factored {
-                factor(factors.as_flattened_mut(), &floor);
-            }
+            let known = factors.unwrap_or_else(|| Factors::new(stiffness, &floor));
             *steps += 1;
-            let mut step = sums.residual;
-            solve(factors.as_flattened(), &mut step);
+            let step = known.solve(sums.residual);
             let ahead = self.sweep_ahead(block, &step);
             settled = ahead.is_some();
             let length = if settled { 1.0 } else { self.length_few(block, &sums, &step) };
@@ -130,10 +129,10 @@ impl Work {
                 core::mem::swap(&mut self.tension, &mut self.tension_ahead);
                 core::mem::swap(&mut self.wanted, &mut self.wanted_ahead);
                 sums = ahead;
-                factored = true;
+                factors = Some(known);
             } else {
-                (sums, factors, _) = self.sweep(block, &lambda);
-                factored = false;
+                (sums, stiffness, _) = self.sweep(block, &lambda);
+                factors = None;
             }
         }
         given[..N].copy_from_slice(&lambda);
@@ -157,7 +156,7 @@ impl Work {
             (&block.reference[..m], &block.compliance[..m], &block.rows.arms()[..m]);
         let (mut sums, mut stiffness, mut whole) = (Sums::new(block.torque), [[0.0; N]; N], [0.0; N]);
         for i in 0..m {
-            let pull: f64 = arms[i].iter().zip(lambda).map(|(arm, x)| arm * x).sum();
+            let pull = dot_few(&arms[i], lambda);
             wanted[i] = reference[i] + compliance[i] * pull;
             tension[i] = Limit::clip(wanted[i], lower[i], upper[i]);
             limit[i] = Limit::of(wanted[i], lower[i], upper[i]);
@@ -181,7 +180,7 @@ impl Work {
         let (compliance, arms) = (&block.compliance[..m], &block.rows.arms()[..m]);
         let (mut same, mut sums) = (true, Sums::new(block.torque));
         for i in 0..m {
-            pull[i] = arms[i].iter().zip(step).map(|(arm, x)| arm * x).sum();
+            pull[i] = dot_few(&arms[i], step);
             rate[i] = compliance[i] * pull[i];
             wanted_ahead[i] = wanted[i] + rate[i];
             tension_ahead[i] = Limit::clip(wanted_ahead[i], lower[i], upper[i]);
@@ -217,8 +216,5 @@ fn start<const N: usize>(block: &Block<Dense<N>>) -> [f64; N] {
     for j in 0..N {
         floor[j] = least_pivot(stiffness[j][j]);
     }
-    factor(stiffness.as_flattened_mut(), &floor);
-    let mut lambda = sums.residual;
-    solve(stiffness.as_flattened(), &mut lambda);
-    lambda
+    Factors::new(stiffness, &floor).solve(sums.residual)
 }
