@@ -1,6 +1,7 @@
 //! Triangular factors of a positive semidefinite matrix, with a floor under its pivots.
 
 use super::rows::LANES;
+use core::ops::Range;
 
 /// Factors `h = U^T D^-1 U` in place: rows of `U` right of the diagonal, `1 / D` on it.
 ///
@@ -52,13 +53,8 @@ pub(super) fn solve(h: &[f64], x: &mut [f64]) {
     }
 }
 
-/// Places right of the diagonal, or whole rows where there are lanes for them.
-#[inline(always)]
-fn right_of<const N: usize>(k: usize) -> core::ops::Range<usize> {
-    if N < LANES { k + 1..N } else { 0..N }
-}
-
-/// [`factor`]'s answer in whole rows: `h = L D L^T`, zeros where a triangle has nothing.
+/// [`factor`]'s answer for so many joints: `h = L D L^T`, in whole rows where there are lanes for them. What a row holds
+/// on the wrong side of the diagonal is never read.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Factors<const N: usize> {
     /// `L` and its transpose, without their diagonals, and `1 / D`.
@@ -67,24 +63,32 @@ pub(super) struct Factors<const N: usize> {
     inverse: [f64; N],
 }
 
+/// Places left of the diagonal, and right of it, or whole rows.
+#[inline(always)]
+fn sides<const N: usize>(k: usize) -> (Range<usize>, Range<usize>) {
+    if N < LANES { (0..k, k + 1..N) } else { (0..N, 0..N) }
+}
+
 impl<const N: usize> Factors<N> {
     #[inline(always)]
     pub(super) fn new(mut h: [[f64; N]; N], floor: &[f64; N]) -> Self {
         let (mut lower, mut upper, mut inverse) = ([[0.0; N]; N], [[0.0; N]; N], [0.0; N]);
         for k in 0..N {
-            let row = h[k];
-            inverse[k] = 1.0 / if row[k] < floor[k] { floor[k] } else { row[k] };
             // What stands beside a pivot that is rounding is rounding, too.
-            if row[k] < floor[k] {
+            if h[k][k] < floor[k] {
+                inverse[k] = 1.0 / floor[k];
                 continue;
             }
-            for j in right_of::<N>(k) {
-                upper[k][j] = if j > k { row[j] * inverse[k] } else { 0.0 };
+            inverse[k] = 1.0 / h[k][k];
+            let (_, right) = sides::<N>(k);
+            for j in right.clone() {
+                upper[k][j] = h[k][j] * inverse[k];
             }
+            let row = h[k];
             for i in k + 1..N {
                 let f = upper[k][i];
                 lower[i][k] = f;
-                for j in right_of::<N>(k) {
+                for j in right.clone() {
                     h[i][j] -= f * row[j];
                 }
             }
@@ -92,24 +96,26 @@ impl<const N: usize> Factors<N> {
         Self { lower, upper, inverse }
     }
 
+    /// `h^-1 x`.
     #[inline(always)]
     pub(super) fn solve(&self, mut x: [f64; N]) -> [f64; N] {
+        let mut kept = [0.0; N];
         for k in 0..N {
-            let f = x[k];
-            for j in right_of::<N>(k) {
-                x[j] -= f * self.upper[k][j];
+            kept[k] = x[k];
+            for j in sides::<N>(k).1 {
+                x[j] -= kept[k] * self.upper[k][j];
             }
         }
         for k in 0..N {
-            x[k] *= self.inverse[k];
+            x[k] = kept[k] * self.inverse[k];
         }
         for k in (0..N).rev() {
-            let f = x[k];
-            for j in if N < LANES { 0..k } else { 0..N } {
-                x[j] -= f * self.lower[k][j];
+            kept[k] = x[k];
+            for j in sides::<N>(k).0 {
+                x[j] -= kept[k] * self.lower[k][j];
             }
         }
-        x
+        kept
     }
 }
 
