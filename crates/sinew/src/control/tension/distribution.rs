@@ -163,7 +163,7 @@ impl Distribution {
     fn take_over(&mut self, problem: &Problem) -> Result<(), Error> {
         let (muscles, joints) = (self.tension.len(), self.residual.len());
         let arms = problem.count_arms(muscles, joints)?;
-        if self.terms.gather_arms(&self.pattern, problem) != arms || !self.pattern.found {
+        if !self.pattern.found || self.terms.gather_arms(&self.pattern, problem) != arms {
             self.pattern.find(muscles, problem.moment_arms);
             self.terms.gather_arms(&self.pattern, problem);
             self.forget();
@@ -274,24 +274,41 @@ impl Terms {
     /// Takes the moment arms over, in the pattern's order; how many of them are not zero.
     #[inline(always)]
     fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) -> usize {
-        let mut count = 0_u64;
-        for (value, &place) in self.value.iter_mut().zip(&pattern.source) {
-            *value = problem.moment_arms.get(place).copied().unwrap_or(0.0);
-            count += u64::from(is_arm(*value));
+        let (arms, joints) = (problem.moment_arms, problem.torque.len());
+        for group in &pattern.groups {
+            let entries = pattern.start[group.muscles.start]..pattern.start[group.muscles.end];
+            let values = &mut self.value[entries.clone()];
+            if let Some((first, count)) = group.beside {
+                let muscles = &pattern.muscles[group.muscles.clone()];
+                for (row, &muscle) in values.chunks_exact_mut(group.joints.len()).zip(muscles) {
+                    fill(row, arms.get(muscle * joints + first..).unwrap_or_default(), count);
+                }
+            } else {
+                for (value, &place) in values.iter_mut().zip(&pattern.source[entries]) {
+                    *value = arms.get(place).copied().unwrap_or(0.0);
+                }
+            }
         }
-        count as usize
+        let count = |sum: u64, value: &f64| sum + u64::from(is_arm(*value));
+        self.value[..pattern.source.len()].iter().fold(0, count) as usize
     }
 
     /// Takes the rest of the problem over.
     #[inline(always)]
     fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
+        let count = pattern.muscles.len();
+        let Self { lower, upper, reference, compliance, .. } = self;
+        let (lower, upper) = (&mut lower[..count], &mut upper[..count]);
+        let (reference, compliance) = (&mut reference[..count], &mut compliance[..count]);
+        let (minimum, maximum) = (&problem.minimum[..count], &problem.maximum[..count]);
+        let (wanted, weight) = (&problem.reference[..count], &problem.weight[..count]);
         for (k, &muscle) in pattern.muscles.iter().enumerate() {
-            self.lower[k] = problem.minimum[muscle];
-            self.upper[k] = problem.maximum[muscle];
-            self.reference[k] = problem.reference[muscle];
-            self.compliance[k] = problem.weight[muscle];
+            lower[k] = minimum[muscle];
+            upper[k] = maximum[muscle];
+            reference[k] = wanted[muscle];
+            compliance[k] = weight[muscle];
         }
-        self.compliance.iter_mut().for_each(|weight| *weight = 1.0 / *weight);
+        compliance.iter_mut().for_each(|weight| *weight = 1.0 / *weight);
         self.gather_torque(pattern, problem);
     }
 
@@ -317,6 +334,24 @@ impl Terms {
             reference: &self.reference[muscles.clone()],
             compliance: &self.compliance[muscles],
             torque: &self.torque[group.joints.clone()],
+        }
+    }
+}
+
+/// The first `count` of `from`, and zeros after them, in whole lanes.
+#[inline(always)]
+fn fill(row: &mut [f64], from: &[f64], count: usize) {
+    for (at, lanes) in row.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+        let from = from.get(at * LANES..).unwrap_or_default();
+        let count = count - (at * LANES).min(count);
+        if let Some(from) = from.first_chunk::<LANES>() {
+            for k in 0..LANES {
+                lanes[k] = if k < count { from[k] } else { 0.0 };
+            }
+        } else {
+            // The matrix ends before the lanes do.
+            *lanes = [0.0; LANES];
+            lanes.iter_mut().zip(&from[..count.min(from.len())]).for_each(|(lane, from)| *lane = *from);
         }
     }
 }

@@ -12,6 +12,8 @@ pub(super) struct Group {
     pub(super) joints: Range<usize>,
     /// Whether every arm is kept, zero or not.
     pub(super) whole: bool,
+    /// Where rows are filled up and the joints stand side by side in the matrix: the first joint, and how many.
+    pub(super) beside: Option<(usize, usize)>,
 }
 
 /// Groups of at most so many joints keep every arm, and have kernels of their own.
@@ -122,7 +124,10 @@ impl Pattern {
         let count = self.muscles[from_muscle..].iter().map(arms).sum::<usize>();
         let all = (self.muscles.len() - from_muscle) * joints.len();
         let whole = joints.len() <= SMALL || count as f64 >= DENSE * all as f64;
-        if whole && joints.len() > FEW {
+        let filled = whole && joints.len() > FEW;
+        let beside = filled && joints.last() == Some(&(first + joints.len() - 1));
+        let beside = beside.then_some((first, joints.len()));
+        if filled {
             let filled = joints.len().next_multiple_of(LANES);
             self.joints.resize(from_joint + filled, NONE);
         }
@@ -136,7 +141,7 @@ impl Pattern {
             self.start.push(self.column.len());
         }
         let (muscles, joints) = (from_muscle..self.muscles.len(), from_joint..self.joints.len());
-        self.groups.push(Group { muscles, joints, whole });
+        self.groups.push(Group { muscles, joints, whole, beside });
     }
 
     /// Muscles that cross no joint are a group without joints.
@@ -150,7 +155,7 @@ impl Pattern {
         }
         if self.muscles.len() > from {
             let end = self.joints.len();
-            self.groups.push(Group { muscles: from..self.muscles.len(), joints: end..end, whole: false });
+            self.groups.push(Group { muscles: from..self.muscles.len(), joints: end..end, whole: false, beside: None });
         }
     }
 }
