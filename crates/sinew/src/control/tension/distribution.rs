@@ -163,7 +163,8 @@ impl Distribution {
     fn take_over(&mut self, problem: &Problem) -> Result<(), Error> {
         let (muscles, joints) = (self.tension.len(), self.residual.len());
         let arms = problem.count_arms(muscles, joints)?;
-        if !self.pattern.found || self.terms.gather_arms(&self.pattern, problem) != arms {
+        self.terms.gather_arms(&self.pattern, problem);
+        if !self.pattern.found || !self.terms.has(arms, &self.pattern) {
             self.pattern.find(muscles, problem.moment_arms);
             self.terms.gather_arms(&self.pattern, problem);
             self.forget();
@@ -271,26 +272,30 @@ impl dispatch::Work for Ascent<'_, '_> {
 }
 
 impl Terms {
-    /// Takes the moment arms over, in the pattern's order; how many of them are not zero.
+    /// Takes the moment arms over, in the pattern's order.
     #[inline(always)]
-    fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) -> usize {
+    fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) {
         let (arms, joints) = (problem.moment_arms, problem.torque.len());
         for group in &pattern.groups {
             let entries = pattern.start[group.muscles.start]..pattern.start[group.muscles.end];
             let values = &mut self.value[entries.clone()];
             if let Some((first, count)) = group.beside {
                 let muscles = &pattern.muscles[group.muscles.clone()];
-                for (row, &muscle) in values.chunks_exact_mut(group.joints.len()).zip(muscles) {
-                    fill(row, arms.get(muscle * joints + first..).unwrap_or_default(), count);
-                }
+                let starts = muscles.iter().map(|muscle| muscle * joints + first);
+                fill(values, group.joints.len(), count, starts, arms);
             } else {
                 for (value, &place) in values.iter_mut().zip(&pattern.source[entries]) {
                     *value = arms.get(place).copied().unwrap_or(0.0);
                 }
             }
         }
+    }
+
+    /// Whether all of so many arms were taken over.
+    #[inline(always)]
+    fn has(&self, arms: usize, pattern: &Pattern) -> bool {
         let count = |sum: u64, value: &f64| sum + u64::from(is_arm(*value));
-        self.value[..pattern.source.len()].iter().fold(0, count) as usize
+        pattern.complete || self.value[..pattern.source.len()].iter().fold(0, count) as usize == arms
     }
 
     /// Takes the rest of the problem over.
@@ -306,9 +311,8 @@ impl Terms {
             lower[k] = minimum[muscle];
             upper[k] = maximum[muscle];
             reference[k] = wanted[muscle];
-            compliance[k] = weight[muscle];
+            compliance[k] = 1.0 / weight[muscle];
         }
-        compliance.iter_mut().for_each(|weight| *weight = 1.0 / *weight);
         self.gather_torque(pattern, problem);
     }
 
@@ -338,20 +342,30 @@ impl Terms {
     }
 }
 
-/// The first `count` of `from`, and zeros after them, in whole lanes.
+/// Rows of `count` arms, filled up to `width` with zeros, from where each starts in `arms`.
 #[inline(always)]
-fn fill(row: &mut [f64], from: &[f64], count: usize) {
-    for (at, lanes) in row.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
-        let from = from.get(at * LANES..).unwrap_or_default();
-        let count = count - (at * LANES).min(count);
-        if let Some(from) = from.first_chunk::<LANES>() {
-            for k in 0..LANES {
-                lanes[k] = if k < count { from[k] } else { 0.0 };
+fn fill(
+    rows: &mut [f64],
+    width: usize,
+    count: usize,
+    starts: impl Iterator<Item = usize> + Clone,
+    arms: &[f64],
+) {
+    for at in (0..width).step_by(LANES) {
+        let mut keep = [0; LANES];
+        keep.iter_mut().take(count - at).for_each(|keep| *keep = u64::MAX);
+        for (row, start) in rows.chunks_exact_mut(width).zip(starts.clone()) {
+            let from = arms.get(start + at..).unwrap_or_default();
+            let to = &mut row[at..at + LANES];
+            // What follows the row is read as well, but at the end of the matrix.
+            if let Some(from) = from.first_chunk::<LANES>() {
+                for k in 0..LANES {
+                    to[k] = f64::from_bits(from[k].to_bits() & keep[k]);
+                }
+            } else {
+                to[from.len()..].fill(0.0);
+                to[..from.len()].copy_from_slice(from);
             }
-        } else {
-            // The matrix ends before the lanes do.
-            *lanes = [0.0; LANES];
-            lanes.iter_mut().zip(&from[..count.min(from.len())]).for_each(|(lane, from)| *lane = *from);
         }
     }
 }

@@ -85,11 +85,14 @@ impl<const N: usize> Factors<N> {
                 upper[k][j] = h[k][j] * inverse[k];
             }
             let row = h[k];
-            for i in k + 1..N {
-                let f = upper[k][i];
-                lower[i][k] = f;
-                for j in right.clone() {
-                    h[i][j] -= f * row[j];
+            for i in 0..N {
+                // As many turns for every `k`: the compiler unrolls them.
+                if i > k {
+                    let f = upper[k][i];
+                    lower[i][k] = f;
+                    for j in right.clone() {
+                        h[i][j] -= f * row[j];
+                    }
                 }
             }
         }

@@ -50,6 +50,8 @@ pub(super) struct Pattern {
     pub(super) source: Vec<usize>,
     /// Group of each joint while groups are being found; the joint itself where it is the first of its group.
     parent: Vec<usize>,
+    /// Whether every place of the matrix is one of them.
+    pub(super) complete: bool,
     /// Whether it holds one. Arms that became zero keep their places; one that came makes another pattern.
     pub(super) found: bool,
 }
@@ -68,6 +70,7 @@ impl Pattern {
             column: Vec::with_capacity(muscles * places(joints)),
             source: Vec::with_capacity(muscles * places(joints)),
             parent: alloc::vec![0; joints],
+            complete: false,
             found: false,
         }
     }
@@ -90,6 +93,7 @@ impl Pattern {
             }
         }
         self.gather_idle(muscles, &crosses);
+        self.complete = self.source.iter().filter(|place| **place != NONE).count() == muscles * n;
     }
 
     /// Joints that a muscle crosses together get one parent: the first of them.

@@ -182,7 +182,20 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// The same where there may be fewer than lanes.
 #[inline(always)]
 pub(super) fn dot_few<const N: usize>(a: &[f64; N], b: &[f64]) -> f64 {
-    if N < LANES { a.iter().zip(&b[..N]).map(|(a, b)| a * b).sum() } else { dot(a, &b[..N]) }
+    if N < LANES {
+        return a.iter().zip(&b[..N]).map(|(a, b)| a * b).sum();
+    }
+    let mut products = [0.0; N];
+    for k in 0..N {
+        products[k] = a[k] * b[k];
+    }
+    let (mut sum, (lanes, _)) = ([0.0; LANES], products.as_chunks::<LANES>());
+    for lane in lanes {
+        for k in 0..LANES {
+            sum[k] += lane[k];
+        }
+    }
+    (sum[0] + sum[2]) + (sum[1] + sum[3])
 }
 
 /// Many joints, all of whose arms are kept, in whole lanes.
