@@ -80,18 +80,17 @@ impl<const N: usize> Factors<N> {
                 continue;
             }
             inverse[k] = 1.0 / h[k][k];
-            let (_, right) = sides::<N>(k);
+            let (row, (_, right)) = (h[k], sides::<N>(k));
             for j in right.clone() {
-                upper[k][j] = h[k][j] * inverse[k];
+                upper[k][j] = row[j] * inverse[k];
             }
-            let row = h[k];
+            // As many turns for every `k`: the compiler unrolls them.
             for i in 0..N {
-                // As many turns for every `k`: the compiler unrolls them.
                 if i > k {
-                    let f = upper[k][i];
-                    lower[i][k] = f;
+                    lower[i][k] = upper[k][i];
                     for j in right.clone() {
-                        h[i][j] -= f * row[j];
+                        // The product need not wait for the division.
+                        h[i][j] -= (row[i] * row[j]) * inverse[k];
                     }
                 }
             }
