@@ -49,12 +49,13 @@ pub(super) fn search(
     let (mut count, mut curvature, mut scale) = (0, Sum::default(), torque.abs());
     curvature.add(softness);
     for ray in rays {
-        scale += ray.pull.abs() * ray.lower.abs().max(ray.upper.abs());
+        // Without a branch: where the limits of a muscle lie is hard to foretell.
+        let (near, far) = if ray.rate > 0.0 { (ray.lower, ray.upper) } else { (ray.upper, ray.lower) };
+        let most = if near.abs() > far.abs() { near.abs() } else { far.abs() };
+        scale += ray.pull.abs() * most;
         let inverse = 1.0 / ray.rate;
-        let (to_lower, to_upper) = ((ray.lower - ray.from) * inverse, (ray.upper - ray.from) * inverse);
-        let (enter, leave) = (to_lower.min(to_upper), to_lower.max(to_upper));
+        let (enter, leave) = ((near - ray.from) * inverse, (far - ray.from) * inverse);
         let gain = ray.pull * ray.rate;
-        // Without a branch: which of its limits lie ahead of a muscle is hard to foretell.
         let moves = (ray.rate != 0.0) & (ray.lower < ray.upper);
         let leaves = moves & (leave > 0.0);
         events[count] = Event { at: leave, curvature: -gain };
