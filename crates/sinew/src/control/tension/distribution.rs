@@ -266,7 +266,9 @@ impl dispatch::Work for Ascent<'_, '_> {
             (false, _) => work.solve(&block, lambda, soft, most, iterations),
             (true, 1) => work.solve_few(&block.with(Dense::<4>::new(arms)), lambda, soft, most, iterations),
             (true, 2) => work.solve_few(&block.with(Dense::<8>::new(arms)), lambda, soft, most, iterations),
-            (true, _) => work.solve(&block.with(Wide::new(block.joints(), arms)), lambda, soft, most, iterations),
+            (true, _) => {
+                work.solve(&block.with(Wide::new(block.joints(), arms)), lambda, soft, most, iterations)
+            }
         };
     }
 }
@@ -282,7 +284,7 @@ impl Terms {
             if let Some((first, count)) = group.beside {
                 let muscles = &pattern.muscles[group.muscles.clone()];
                 let starts = muscles.iter().map(|muscle| muscle * joints + first);
-                fill(values, group.joints.len(), count, starts, arms);
+                fill(values, group.joints.len(), count, &starts, arms);
             } else {
                 for (value, &place) in values.iter_mut().zip(&pattern.source[entries]) {
                     *value = arms.get(place).copied().unwrap_or(0.0);
@@ -348,7 +350,7 @@ fn fill(
     rows: &mut [f64],
     width: usize,
     count: usize,
-    starts: impl Iterator<Item = usize> + Clone,
+    starts: &(impl Iterator<Item = usize> + Clone),
     arms: &[f64],
 ) {
     for at in (0..width).step_by(LANES) {

@@ -178,9 +178,9 @@ impl Work {
             return stiffness;
         }
         let mut count = 0;
-        for i in 0..m {
+        for (i, limit) in limit.iter().enumerate() {
             free[count] = i;
-            count += usize::from(limit[i] == Limit::Free);
+            count += usize::from(*limit == Limit::Free);
         }
         for &i in &free[..count] {
             stiffen(&mut stiffness, &arms[i], compliance[i]);

@@ -159,7 +159,12 @@ impl Pattern {
         }
         if self.muscles.len() > from {
             let end = self.joints.len();
-            self.groups.push(Group { muscles: from..self.muscles.len(), joints: end..end, whole: false, beside: None });
+            self.groups.push(Group {
+                muscles: from..self.muscles.len(),
+                joints: end..end,
+                whole: false,
+                beside: None,
+            });
         }
     }
 }

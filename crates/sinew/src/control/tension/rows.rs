@@ -189,10 +189,11 @@ pub(super) fn dot_few<const N: usize>(a: &[f64; N], b: &[f64]) -> f64 {
     for k in 0..N {
         products[k] = a[k] * b[k];
     }
-    let (mut sum, (lanes, _)) = ([0.0; LANES], products.as_chunks::<LANES>());
-    for lane in lanes {
+    let mut sum = [0.0; LANES];
+    sum.copy_from_slice(&products[..LANES]);
+    for lanes in products[LANES..].as_chunks::<LANES>().0 {
         for k in 0..LANES {
-            sum[k] += lane[k];
+            sum[k] += lanes[k];
         }
     }
     (sum[0] + sum[2]) + (sum[1] + sum[3])
