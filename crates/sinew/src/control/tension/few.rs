@@ -1,8 +1,9 @@
-//! Newton's method for few joints: one pass over the muscles does all there is to do at a place, its sums in registers.
+//! Newton's method for few joints, eight at most: one pass over the muscles does all there is to do at a place, its sums
+//! in registers.
 
 use super::block::{Block, Limit};
 use super::factor::Factors;
-use super::line_search::search;
+use super::line_search::{OUTSIDE, search};
 use super::newton::{BALANCED, FAR, NOISE, Outcome, Work, along, error, least_pivot, rays};
 use super::rows::{Dense, LANES, Rows, dot_few};
 use super::softened::Soft;
@@ -220,7 +221,8 @@ impl Work {
     ) -> f64 {
         let torque = along(&block.torque[..N], step);
         let slope = along(&ahead.residual, step);
-        if slope > 0.0 {
+        // A slope of rounding counts as none: the last event may lie before.
+        if slope > OUTSIDE * along(&ahead.scale, &step.map(f64::abs)) {
             let rays = rays(block, &self.wanted_ahead, &self.rate, &self.pull);
             return 1.0 + search(rays, slope, torque, 0.0, f64::INFINITY, &mut self.events);
         }

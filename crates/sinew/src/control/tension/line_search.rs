@@ -13,7 +13,7 @@ pub(super) struct Event {
 const ROUNDING: f64 = 1e-13;
 
 /// Slope beyond the last event that tells a torque out of reach.
-const OUTSIDE: f64 = 1e-11;
+pub(super) const OUTSIDE: f64 = 1e-11;
 
 /// One muscle along a direction.
 #[derive(Debug, Clone, Copy)]

@@ -33,7 +33,7 @@ pub(super) struct Work {
     /// Muscles to add to the stiffness, with their compliance; those to take have it negative.
     parts: Vec<(usize, f64)>,
     pub(super) events: Vec<Event>,
-    /// The free muscles.
+    /// Room for the places of the free muscles.
     pub(super) free: Vec<usize>,
     /// What every joint yields to a multiplier of its own accord: none but where the torque is out of reach.
     pub(super) softness: f64,
