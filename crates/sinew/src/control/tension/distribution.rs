@@ -261,7 +261,7 @@ impl dispatch::Work for Ascent<'_, '_> {
     #[inline(always)]
     fn run<A: Arithmetic>(self, _: A) {
         let Self { work, block, whole, arms, lambda, soft, most, iterations, told } = self;
-        // As many joints as an arm, a hand or a platform has are worth code of their own.
+        // As many joints as an arm, a hand or a platform has are worth code of their own; rows are filled up with zeros.
         *told = match (whole, block.joints() / LANES) {
             (false, _) => work.solve(&block, lambda, soft, most, iterations),
             (true, 1) => work.solve_few(&block.with(Dense::<4>::new(arms)), lambda, soft, most, iterations),

@@ -53,8 +53,8 @@ pub(super) fn solve(h: &[f64], x: &mut [f64]) {
     }
 }
 
-/// [`factor`]'s answer for so many joints: `h = L D L^T`, in whole rows where there are lanes for them. What a row holds
-/// on the wrong side of the diagonal is never read.
+/// The same for a known number of joints: `h = L D L^T` in registers, in whole rows where there are lanes for them. What
+/// such a row holds on the wrong side of the diagonal is never read.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Factors<const N: usize> {
     /// `L` and its transpose, without their diagonals, and `1 / D`.
@@ -123,7 +123,7 @@ impl<const N: usize> Factors<N> {
 
 #[cfg(test)]
 mod tests {
-    use super::{factor, solve};
+    use super::{Factors, factor, solve};
 
     #[test]
     fn a_positive_definite_system_is_solved() {
@@ -148,5 +148,18 @@ mod tests {
         let mut x = [1.0, -1.0];
         solve(&h, &mut x);
         assert!((x[0] + x[1]).abs() < 1e-3 * x[0].abs() && x[0] > 1e12, "{x:?}");
+    }
+
+    #[test]
+    fn whole_rows_give_what_rows_give() {
+        // The third joint only repeats the first.
+        let h = [[4.0, 1.0, 4.0, 0.5], [1.0, 3.0, 1.0, -1.0], [4.0, 1.0, 4.0, 0.5], [0.5, -1.0, 0.5, 2.0]];
+        let (floor, x) = ([1e-12; 4], [1.0, -2.0, 1.0, 0.5]);
+        let (mut factors, mut exact) = (h, x);
+        factor(factors.as_flattened_mut(), &floor);
+        solve(factors.as_flattened(), &mut exact);
+        for (x, exact) in Factors::new(h, &floor).solve(x).iter().zip(&exact) {
+            assert!((x - exact).abs() < 1e-14, "{x} {exact}");
+        }
     }
 }

@@ -16,7 +16,7 @@ pub(super) struct Group {
     pub(super) beside: Option<(usize, usize)>,
 }
 
-/// Groups of at most so many joints keep every arm, and have kernels of their own.
+/// Groups of at most so many joints keep every arm, and are not filled up to whole lanes.
 pub(super) const FEW: usize = 3;
 
 /// A group of at most so many joints, or with at least so large a part of arms that are not zero, keeps every arm.

@@ -18,7 +18,7 @@ pub(super) struct Soft<'a> {
 }
 
 impl Work {
-    /// [`Work::approach`], which for few joints stands aside from the usual way.
+    /// [`Work::approach`], which for fewer joints than lanes stands aside from the usual way.
     #[inline(always)]
     pub(super) fn find_closest<R: Rows>(
         &mut self,
