@@ -163,7 +163,8 @@ impl Distribution {
     fn take_over(&mut self, problem: &Problem) -> Result<(), Error> {
         let (muscles, joints) = (self.tension.len(), self.residual.len());
         let arms = problem.count_arms(muscles, joints)?;
-        if self.terms.gather_arms(&self.pattern, problem) != arms || !self.pattern.found {
+        self.terms.gather_arms(&self.pattern, problem);
+        if !self.pattern.found || !self.terms.has(arms, &self.pattern) {
             self.pattern.find(muscles, problem.moment_arms);
             self.terms.gather_arms(&self.pattern, problem);
             self.forget();
@@ -260,42 +261,60 @@ impl dispatch::Work for Ascent<'_, '_> {
     #[inline(always)]
     fn run<A: Arithmetic>(self, _: A) {
         let Self { work, block, whole, arms, lambda, soft, most, iterations, told } = self;
-        // As many joints as an arm, a hand or a platform has are worth code of their own.
+        // As many joints as an arm, a hand or a platform has are worth code of their own; rows are filled up with zeros.
         *told = match (whole, block.joints() / LANES) {
             (false, _) => work.solve(&block, lambda, soft, most, iterations),
-            (true, 1) => work.solve(&block.with(Wide::<1>::new(LANES, arms)), lambda, soft, most, iterations),
-            (true, 2) => {
-                work.solve(&block.with(Wide::<2>::new(2 * LANES, arms)), lambda, soft, most, iterations)
-            }
+            (true, 1) => work.solve_few(&block.with(Dense::<4>::new(arms)), lambda, soft, most, iterations),
+            (true, 2) => work.solve_few(&block.with(Dense::<8>::new(arms)), lambda, soft, most, iterations),
             (true, _) => {
-                work.solve(&block.with(Wide::<0>::new(block.joints(), arms)), lambda, soft, most, iterations)
+                work.solve(&block.with(Wide::new(block.joints(), arms)), lambda, soft, most, iterations)
             }
         };
     }
 }
 
 impl Terms {
-    /// Takes the moment arms over, in the pattern's order; how many of them are not zero.
+    /// Takes the moment arms over, in the pattern's order.
     #[inline(always)]
-    fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) -> usize {
-        let mut count = 0_u64;
-        for (value, &place) in self.value.iter_mut().zip(&pattern.source) {
-            *value = problem.moment_arms.get(place).copied().unwrap_or(0.0);
-            count += u64::from(is_arm(*value));
+    fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) {
+        let (arms, joints) = (problem.moment_arms, problem.torque.len());
+        for group in &pattern.groups {
+            let entries = pattern.start[group.muscles.start]..pattern.start[group.muscles.end];
+            let values = &mut self.value[entries.clone()];
+            if let Some((first, count)) = group.beside {
+                let muscles = &pattern.muscles[group.muscles.clone()];
+                let starts = muscles.iter().map(|muscle| muscle * joints + first);
+                fill(values, group.joints.len(), count, &starts, arms);
+            } else {
+                for (value, &place) in values.iter_mut().zip(&pattern.source[entries]) {
+                    *value = arms.get(place).copied().unwrap_or(0.0);
+                }
+            }
         }
-        count as usize
+    }
+
+    /// Whether all of so many arms were taken over.
+    #[inline(always)]
+    fn has(&self, arms: usize, pattern: &Pattern) -> bool {
+        let count = |sum: u64, value: &f64| sum + u64::from(is_arm(*value));
+        pattern.complete || self.value[..pattern.source.len()].iter().fold(0, count) as usize == arms
     }
 
     /// Takes the rest of the problem over.
     #[inline(always)]
     fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
+        let count = pattern.muscles.len();
+        let Self { lower, upper, reference, compliance, .. } = self;
+        let (lower, upper) = (&mut lower[..count], &mut upper[..count]);
+        let (reference, compliance) = (&mut reference[..count], &mut compliance[..count]);
+        let (minimum, maximum) = (&problem.minimum[..count], &problem.maximum[..count]);
+        let (wanted, weight) = (&problem.reference[..count], &problem.weight[..count]);
         for (k, &muscle) in pattern.muscles.iter().enumerate() {
-            self.lower[k] = problem.minimum[muscle];
-            self.upper[k] = problem.maximum[muscle];
-            self.reference[k] = problem.reference[muscle];
-            self.compliance[k] = problem.weight[muscle];
+            lower[k] = minimum[muscle];
+            upper[k] = maximum[muscle];
+            reference[k] = wanted[muscle];
+            compliance[k] = 1.0 / weight[muscle];
         }
-        self.compliance.iter_mut().for_each(|weight| *weight = 1.0 / *weight);
         self.gather_torque(pattern, problem);
     }
 
@@ -321,6 +340,34 @@ impl Terms {
             reference: &self.reference[muscles.clone()],
             compliance: &self.compliance[muscles],
             torque: &self.torque[group.joints.clone()],
+        }
+    }
+}
+
+/// Rows of `count` arms, filled up to `width` with zeros, from where each starts in `arms`.
+#[inline(always)]
+fn fill(
+    rows: &mut [f64],
+    width: usize,
+    count: usize,
+    starts: &(impl Iterator<Item = usize> + Clone),
+    arms: &[f64],
+) {
+    for at in (0..width).step_by(LANES) {
+        let mut keep = [0; LANES];
+        keep.iter_mut().take(count - at).for_each(|keep| *keep = u64::MAX);
+        for (row, start) in rows.chunks_exact_mut(width).zip(starts.clone()) {
+            let from = arms.get(start + at..).unwrap_or_default();
+            let to = &mut row[at..at + LANES];
+            // What follows the row is read as well, but at the end of the matrix.
+            if let Some(from) = from.first_chunk::<LANES>() {
+                for k in 0..LANES {
+                    to[k] = f64::from_bits(from[k].to_bits() & keep[k]);
+                }
+            } else {
+                to[from.len()..].fill(0.0);
+                to[..from.len()].copy_from_slice(from);
+            }
         }
     }
 }

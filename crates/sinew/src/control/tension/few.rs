@@ -1,9 +1,11 @@
-//! Newton's method for few joints: one pass over the muscles does all there is to do at a place, its sums in registers.
+//! Newton's method for few joints, eight at most: one pass over the muscles does all there is to do at a place, its sums
+//! in registers.
 
 use super::block::{Block, Limit};
-use super::factor::{factor, solve};
-use super::newton::{BALANCED, FAR, NOISE, Outcome, Work, error, least_pivot};
-use super::rows::Dense;
+use super::factor::Factors;
+use super::line_search::{OUTSIDE, search};
+use super::newton::{BALANCED, FAR, NOISE, Outcome, Work, along, error, least_pivot, rays};
+use super::rows::{Dense, LANES, Rows, dot_few};
 use super::softened::Soft;
 
 /// What one pass over the muscles finds.
@@ -45,8 +47,10 @@ impl<const N: usize> Sums<N> {
 #[inline(always)]
 fn stiffen<const N: usize>(stiffness: &mut Square<N>, arms: &[f64; N], f: f64) {
     for i in 0..N {
-        for j in i..N {
-            stiffness[i][j] += f * arms[i] * arms[j];
+        let f = f * arms[i];
+        // Whole rows where there are lanes for them.
+        for j in if N < LANES { i..N } else { 0..N } {
+            stiffness[i][j] += f * arms[j];
         }
     }
 }
@@ -88,13 +92,14 @@ impl Work {
     ) -> Outcome {
         let mut lambda = [0.0; N];
         lambda.copy_from_slice(&given[..N]);
+        let floor = least_pivots(block);
+        self.floor[..N].copy_from_slice(&floor);
         if lambda.iter().all(|lambda| *lambda == 0.0) {
-            lambda = start(block);
+            lambda = start(block, &floor);
             *steps += 1;
         }
-        let (mut sums, mut factors, floor) = self.sweep(block, &lambda);
-        self.floor[..N].copy_from_slice(&floor);
-        let (mut settled, mut factored, mut last) = (false, false, f64::INFINITY);
+        let mut sums = self.sweep(block, &lambda);
+        let (mut settled, mut factors, mut last) = (false, None, f64::INFINITY);
         let mut outcome = None;
         for _ in 0..most {
             let error = sums.error();
@@ -106,15 +111,12 @@ impl Work {
             if settled && error > 0.5 * last {
                 break;
             }
-            if !factored {
-                factor(factors.as_flattened_mut(), &floor);
-            }
+            let known = factors.unwrap_or_else(|| Factors::new(self.stiffness(block), &floor));
             *steps += 1;
-            let mut step = sums.residual;
-            solve(factors.as_flattened(), &mut step);
-            let ahead = self.sweep_ahead(block, &step);
-            settled = ahead.is_some();
-            let length = if settled { 1.0 } else { self.length_few(block, &sums, &step) };
+            let step = known.solve(sums.residual);
+            let ahead;
+            (ahead, settled) = self.sweep_ahead(block, &step);
+            let length = if settled { 1.0 } else { self.length_few(block, &sums, &ahead, &step) };
             if length > FAR && error <= NOISE {
                 outcome = Some(Outcome::Reached);
                 break;
@@ -126,14 +128,14 @@ impl Work {
                 *lambda += length * step;
             }
             last = error;
-            if let Some(ahead) = ahead {
+            if settled {
                 core::mem::swap(&mut self.tension, &mut self.tension_ahead);
                 core::mem::swap(&mut self.wanted, &mut self.wanted_ahead);
                 sums = ahead;
-                factored = true;
+                factors = Some(known);
             } else {
-                (sums, factors, _) = self.sweep(block, &lambda);
-                factored = false;
+                sums = self.sweep(block, &lambda);
+                factors = None;
             }
         }
         given[..N].copy_from_slice(&lambda);
@@ -143,36 +145,53 @@ impl Work {
         outcome.unwrap_or(if sums.error() <= NOISE { Outcome::Reached } else { Outcome::Unreached })
     }
 
-    /// Tensions, limits, what they leave of the torque, the stiffness of the free muscles, and the smallest pivots.
+    /// Tensions, limits, and what they leave of the torque.
     #[inline(always)]
-    fn sweep<const N: usize>(
-        &mut self,
-        block: &Block<Dense<N>>,
-        lambda: &[f64; N],
-    ) -> (Sums<N>, Square<N>, [f64; N]) {
+    fn sweep<const N: usize>(&mut self, block: &Block<Dense<N>>, lambda: &[f64; N]) -> Sums<N> {
         let m = block.muscles();
         let (wanted, tension, limit) = (&mut self.wanted[..m], &mut self.tension[..m], &mut self.limit[..m]);
         let (lower, upper) = (&block.lower[..m], &block.upper[..m]);
         let (reference, compliance, arms) =
             (&block.reference[..m], &block.compliance[..m], &block.rows.arms()[..m]);
-        let (mut sums, mut stiffness, mut whole) = (Sums::new(block.torque), [[0.0; N]; N], [0.0; N]);
+        let mut sums = Sums::new(block.torque);
         for i in 0..m {
-            let pull: f64 = arms[i].iter().zip(lambda).map(|(arm, x)| arm * x).sum();
+            let pull = dot_few(&arms[i], lambda);
             wanted[i] = reference[i] + compliance[i] * pull;
             tension[i] = Limit::clip(wanted[i], lower[i], upper[i]);
             limit[i] = Limit::of(wanted[i], lower[i], upper[i]);
             sums.pull(&arms[i], tension[i]);
-            stiffen(&mut stiffness, &arms[i], if limit[i] == Limit::Free { compliance[i] } else { 0.0 });
-            for j in 0..N {
-                whole[j] += compliance[i] * arms[i][j] * arms[i][j];
-            }
         }
-        (sums, stiffness, whole.map(least_pivot))
+        sums
+    }
+
+    /// What the free muscles give the joints.
+    #[inline(always)]
+    fn stiffness<const N: usize>(&mut self, block: &Block<Dense<N>>) -> Square<N> {
+        let m = block.muscles();
+        let (limit, free) = (&self.limit[..m], &mut self.free[..m]);
+        let (compliance, arms) = (&block.compliance[..m], &block.rows.arms()[..m]);
+        let mut stiffness = [[0.0; N]; N];
+        // A muscle is quicker added to few joints than asked for.
+        if N < LANES {
+            for i in 0..m {
+                stiffen(&mut stiffness, &arms[i], if limit[i] == Limit::Free { compliance[i] } else { 0.0 });
+            }
+            return stiffness;
+        }
+        let mut count = 0;
+        for (i, limit) in limit.iter().enumerate() {
+            free[count] = i;
+            count += usize::from(*limit == Limit::Free);
+        }
+        for &i in &free[..count] {
+            stiffen(&mut stiffness, &arms[i], compliance[i]);
+        }
+        stiffness
     }
 
     /// What the full step does to every muscle, and where it leads if no muscle meets or leaves a limit.
     #[inline(always)]
-    fn sweep_ahead<const N: usize>(&mut self, block: &Block<Dense<N>>, step: &[f64; N]) -> Option<Sums<N>> {
+    fn sweep_ahead<const N: usize>(&mut self, block: &Block<Dense<N>>, step: &[f64; N]) -> (Sums<N>, bool) {
         let m = block.muscles();
         let (pull, rate) = (&mut self.pull[..m], &mut self.rate[..m]);
         let (wanted, limit) = (&self.wanted[..m], &self.limit[..m]);
@@ -181,44 +200,53 @@ impl Work {
         let (compliance, arms) = (&block.compliance[..m], &block.rows.arms()[..m]);
         let (mut same, mut sums) = (true, Sums::new(block.torque));
         for i in 0..m {
-            pull[i] = arms[i].iter().zip(step).map(|(arm, x)| arm * x).sum();
+            pull[i] = dot_few(&arms[i], step);
             rate[i] = compliance[i] * pull[i];
             wanted_ahead[i] = wanted[i] + rate[i];
             tension_ahead[i] = Limit::clip(wanted_ahead[i], lower[i], upper[i]);
             same &= Limit::of(wanted_ahead[i], lower[i], upper[i]) == limit[i];
             sums.pull(&arms[i], tension_ahead[i]);
         }
-        same.then_some(sums)
+        (sums, same)
     }
 
+    /// [`Work::length`], given where the full step leads.
     #[inline(always)]
     fn length_few<const N: usize>(
         &mut self,
         block: &Block<Dense<N>>,
-        sums: &Sums<N>,
+        here: &Sums<N>,
+        ahead: &Sums<N>,
         step: &[f64; N],
     ) -> f64 {
-        self.residual[..N].copy_from_slice(&sums.residual);
-        self.step[..N].copy_from_slice(step);
-        self.length(block)
+        let torque = along(&block.torque[..N], step);
+        let slope = along(&ahead.residual, step);
+        // A slope of rounding counts as none: the last event may lie before.
+        if slope > OUTSIDE * along(&ahead.scale, &step.map(f64::abs)) {
+            let rays = rays(block, &self.wanted_ahead, &self.rate, &self.pull);
+            return 1.0 + search(rays, slope, torque, 0.0, f64::INFINITY, &mut self.events);
+        }
+        let rays = rays(block, &self.wanted, &self.rate, &self.pull);
+        search(rays, along(&here.residual, step), torque, 0.0, 1.0, &mut self.events)
     }
+}
+
+/// The smallest pivots.
+#[inline(always)]
+fn least_pivots<const N: usize>(block: &Block<Dense<N>>) -> [f64; N] {
+    let mut whole = [0.0; N];
+    block.rows.stiffen_each(block.compliance, &mut whole);
+    whole.map(least_pivot)
 }
 
 /// The multipliers that muscles without limits would have.
 #[inline(always)]
-fn start<const N: usize>(block: &Block<Dense<N>>) -> [f64; N] {
+fn start<const N: usize>(block: &Block<Dense<N>>, floor: &[f64; N]) -> [f64; N] {
     let (mut sums, mut stiffness) = (Sums::new(block.torque), [[0.0; N]; N]);
     let muscles = block.rows.arms().iter().zip(block.reference).zip(block.compliance);
     for ((arms, reference), compliance) in muscles {
         sums.pull(arms, *reference);
         stiffen(&mut stiffness, arms, *compliance);
     }
-    let mut floor = [0.0; N];
-    for j in 0..N {
-        floor[j] = least_pivot(stiffness[j][j]);
-    }
-    factor(stiffness.as_flattened_mut(), &floor);
-    let mut lambda = sums.residual;
-    solve(stiffness.as_flattened(), &mut lambda);
-    lambda
+    Factors::new(stiffness, floor).solve(sums.residual)
 }

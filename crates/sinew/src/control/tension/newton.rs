@@ -3,9 +3,9 @@
 use super::block::{Block, Limit};
 use super::closest::Closest;
 use super::factor::{factor, solve};
-use super::line_search::{Event, Ray, Reach, room, search};
+use super::line_search::{Event, Ray, room, search};
 use super::pattern::places;
-use super::rows::Rows;
+use super::rows::{LANES, Rows};
 use super::softened::Soft;
 use alloc::vec::Vec;
 
@@ -32,7 +32,9 @@ pub(super) struct Work {
     counted: Vec<bool>,
     /// Muscles to add to the stiffness, with their compliance; those to take have it negative.
     parts: Vec<(usize, f64)>,
-    events: Vec<Event>,
+    pub(super) events: Vec<Event>,
+    /// Room for the places of the free muscles.
+    pub(super) free: Vec<usize>,
     /// What every joint yields to a multiplier of its own accord: none but where the torque is out of reach.
     pub(super) softness: f64,
     /// Greatest stiffness of a joint, every muscle free.
@@ -95,6 +97,7 @@ impl Work {
             counted: alloc::vec![false; muscles],
             parts: Vec::with_capacity(muscles),
             events: room(muscles),
+            free: alloc::vec![0; muscles],
             softness: 0.0,
             stiffest: 0.0,
             closest: Closest::new(muscles, joints_given),
@@ -358,22 +361,33 @@ impl Work {
     /// Length of the step that maximises the dual; infinite if it rises for ever.
     #[inline(always)]
     pub(super) fn length<R: Rows>(&mut self, block: &Block<R>) -> f64 {
-        let (m, n) = (block.muscles(), block.joints());
-        let along = |x: &[f64]| -> f64 { x[..n].iter().zip(&self.step).map(|(x, step)| x * step).sum() };
-        let (slope, torque) = (along(&self.residual), along(block.torque));
-        let rays = (0..m).map(|i| Ray {
-            from: self.wanted[i],
-            lower: block.lower[i],
-            upper: block.upper[i],
-            rate: self.rate[i],
-            pull: self.pull[i],
-        });
-        let softness = self.softness * self.step[..n].iter().map(|step| step * step).sum::<f64>();
-        match search(rays, slope, torque, softness, &mut self.events) {
-            Reach::Step(length) => length,
-            Reach::Unbounded => f64::INFINITY,
-        }
+        let n = block.joints();
+        let slope = along(&self.residual[..n], &self.step);
+        let softness = self.softness * along(&self.step[..n], &self.step);
+        let torque = along(&block.torque[..n], &self.step);
+        let rays = rays(block, &self.wanted, &self.rate, &self.pull);
+        search(rays, slope, torque, softness, f64::INFINITY, &mut self.events)
     }
+}
+
+/// How the muscles meet the step.
+#[inline(always)]
+pub(super) fn rays<'a, R: Rows>(
+    block: &Block<'a, R>,
+    from: &'a [f64],
+    rate: &'a [f64],
+    pull: &'a [f64],
+) -> impl Iterator<Item = Ray> {
+    let m = block.muscles();
+    let (lower, upper) = (&block.lower[..m], &block.upper[..m]);
+    let (from, rate, pull) = (&from[..m], &rate[..m], &pull[..m]);
+    (0..m).map(move |i| Ray { from: from[i], lower: lower[i], upper: upper[i], rate: rate[i], pull: pull[i] })
+}
+
+/// How fast something of the joints changes along the step.
+#[inline(always)]
+pub(super) fn along(x: &[f64], step: &[f64]) -> f64 {
+    x.iter().zip(step).map(|(x, step)| x * step).sum()
 }
 
 /// Adds to the diagonal.
@@ -392,12 +406,18 @@ pub(super) fn least_pivot(stiffness: f64) -> f64 {
 /// Largest residual relative to what it is made of.
 #[inline(always)]
 pub(super) fn error(residual: &[f64], scale: &[f64]) -> f64 {
-    let (mut most, mut of) = (0.0, 1.0);
-    for (residual, scale) in residual.iter().zip(scale) {
-        // A larger ratio, without dividing.
-        if residual.abs() * of > most * scale {
-            (most, of) = (residual.abs(), *scale);
+    // Where nothing pulls, nothing is left: 0 / 0 is no larger than any.
+    let mut most = [0.0; LANES];
+    let ((residuals, more), (scales, rest)) = (residual.as_chunks::<LANES>(), scale.as_chunks::<LANES>());
+    for (residual, scale) in residuals.iter().zip(scales) {
+        for k in 0..LANES {
+            let ratio = residual[k].abs() / scale[k];
+            most[k] = if ratio > most[k] { ratio } else { most[k] };
         }
     }
-    most / of
+    for (residual, scale) in more.iter().zip(rest) {
+        let ratio = residual.abs() / scale;
+        most[0] = if ratio > most[0] { ratio } else { most[0] };
+    }
+    most.into_iter().fold(0.0, |a, b| if b > a { b } else { a })
 }

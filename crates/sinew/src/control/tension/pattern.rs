@@ -12,9 +12,11 @@ pub(super) struct Group {
     pub(super) joints: Range<usize>,
     /// Whether every arm is kept, zero or not.
     pub(super) whole: bool,
+    /// Where rows are filled up and the joints stand side by side in the matrix: the first joint, and how many.
+    pub(super) beside: Option<(usize, usize)>,
 }
 
-/// Groups of at most so many joints keep every arm, and have kernels of their own.
+/// Groups of at most so many joints keep every arm, and are not filled up to whole lanes.
 pub(super) const FEW: usize = 3;
 
 /// A group of at most so many joints, or with at least so large a part of arms that are not zero, keeps every arm.
@@ -48,6 +50,8 @@ pub(super) struct Pattern {
     pub(super) source: Vec<usize>,
     /// Group of each joint while groups are being found; the joint itself where it is the first of its group.
     parent: Vec<usize>,
+    /// Whether every place of the matrix is one of them.
+    pub(super) complete: bool,
     /// Whether it holds one. Arms that became zero keep their places; one that came makes another pattern.
     pub(super) found: bool,
 }
@@ -66,6 +70,7 @@ impl Pattern {
             column: Vec::with_capacity(muscles * places(joints)),
             source: Vec::with_capacity(muscles * places(joints)),
             parent: alloc::vec![0; joints],
+            complete: false,
             found: false,
         }
     }
@@ -88,6 +93,7 @@ impl Pattern {
             }
         }
         self.gather_idle(muscles, &crosses);
+        self.complete = self.source.iter().filter(|place| **place != NONE).count() == muscles * n;
     }
 
     /// Joints that a muscle crosses together get one parent: the first of them.
@@ -122,7 +128,10 @@ impl Pattern {
         let count = self.muscles[from_muscle..].iter().map(arms).sum::<usize>();
         let all = (self.muscles.len() - from_muscle) * joints.len();
         let whole = joints.len() <= SMALL || count as f64 >= DENSE * all as f64;
-        if whole && joints.len() > FEW {
+        let filled = whole && joints.len() > FEW;
+        let beside = filled && joints.last() == Some(&(first + joints.len() - 1));
+        let beside = beside.then_some((first, joints.len()));
+        if filled {
             let filled = joints.len().next_multiple_of(LANES);
             self.joints.resize(from_joint + filled, NONE);
         }
@@ -136,7 +145,7 @@ impl Pattern {
             self.start.push(self.column.len());
         }
         let (muscles, joints) = (from_muscle..self.muscles.len(), from_joint..self.joints.len());
-        self.groups.push(Group { muscles, joints, whole });
+        self.groups.push(Group { muscles, joints, whole, beside });
     }
 
     /// Muscles that cross no joint are a group without joints.
@@ -150,7 +159,12 @@ impl Pattern {
         }
         if self.muscles.len() > from {
             let end = self.joints.len();
-            self.groups.push(Group { muscles: from..self.muscles.len(), joints: end..end, whole: false });
+            self.groups.push(Group {
+                muscles: from..self.muscles.len(),
+                joints: end..end,
+                whole: false,
+                beside: None,
+            });
         }
     }
 }

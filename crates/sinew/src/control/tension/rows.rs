@@ -68,7 +68,7 @@ impl<'a, const N: usize> Dense<'a, N> {
 }
 
 impl<const N: usize> Rows for Dense<'_, N> {
-    const LARGE: bool = false;
+    const LARGE: bool = N >= LANES;
 
     #[inline(always)]
     fn joints(self) -> usize {
@@ -77,7 +77,7 @@ impl<const N: usize> Rows for Dense<'_, N> {
 
     #[inline(always)]
     fn dot(self, muscle: usize, x: &[f64]) -> f64 {
-        self.arms[muscle].iter().zip(&x[..N]).map(|(arm, x)| arm * x).sum()
+        dot_few(&self.arms[muscle], x)
     }
 
     #[inline(always)]
@@ -179,38 +179,52 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sum[0] + sum[2]) + (sum[1] + sum[3]) + rest
 }
 
-/// Many joints, all of whose arms are kept, in whole lanes: `FIXED` of them per row, for which the compiler unrolls what
-/// is done with them, or, where that is 0, any number.
+/// The same where there may be fewer than lanes.
+#[inline(always)]
+pub(super) fn dot_few<const N: usize>(a: &[f64; N], b: &[f64]) -> f64 {
+    if N < LANES {
+        return a.iter().zip(&b[..N]).map(|(a, b)| a * b).sum();
+    }
+    let mut products = [0.0; N];
+    for k in 0..N {
+        products[k] = a[k] * b[k];
+    }
+    let mut sum = [0.0; LANES];
+    sum.copy_from_slice(&products[..LANES]);
+    for lanes in products[LANES..].as_chunks::<LANES>().0 {
+        for k in 0..LANES {
+            sum[k] += lanes[k];
+        }
+    }
+    (sum[0] + sum[2]) + (sum[1] + sum[3])
+}
+
+/// Many joints, all of whose arms are kept, in whole lanes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wide<'a, const FIXED: usize> {
+pub(super) struct Wide<'a> {
     /// Lanes per row.
     lanes: usize,
     arms: &'a [[f64; LANES]],
 }
 
-impl<'a, const FIXED: usize> Wide<'a, FIXED> {
-    /// `arms`: row by row; `joints` is a multiple of [`LANES`], and that of the fixed number if there is one.
+impl<'a> Wide<'a> {
+    /// `arms`: row by row; `joints` is a multiple of [`LANES`].
     pub(super) fn new(joints: usize, arms: &'a [f64]) -> Self {
         Self { lanes: joints / LANES, arms: arms.as_chunks().0 }
     }
 
     #[inline(always)]
-    fn count(self) -> usize {
-        if FIXED > 0 { FIXED } else { self.lanes }
-    }
-
-    #[inline(always)]
     fn lanes(self, muscle: usize) -> &'a [[f64; LANES]] {
-        &self.arms[muscle * self.count()..][..self.count()]
+        &self.arms[muscle * self.lanes..][..self.lanes]
     }
 }
 
-impl<const FIXED: usize> Rows for Wide<'_, FIXED> {
+impl Rows for Wide<'_> {
     const LARGE: bool = true;
 
     #[inline(always)]
     fn joints(self) -> usize {
-        self.count() * LANES
+        self.lanes * LANES
     }
 
     #[inline(always)]
@@ -252,13 +266,13 @@ impl<const FIXED: usize> Rows for Wide<'_, FIXED> {
     }
 }
 
-impl<const FIXED: usize> Wide<'_, FIXED> {
+impl Wide<'_> {
     /// Adds `term` of every arm and its muscle's tension to the joint, lane by lane.
     #[inline(always)]
     fn add_each(self, tension: &[f64], to: &mut [f64], term: impl Fn(f64, f64) -> f64) {
-        for (at, to) in to.as_chunks_mut::<LANES>().0.iter_mut().take(self.count()).enumerate() {
+        for (at, to) in to.as_chunks_mut::<LANES>().0.iter_mut().take(self.lanes).enumerate() {
             let mut sum = *to;
-            for (arms, &tension) in self.arms[at..].iter().step_by(self.count()).zip(tension) {
+            for (arms, &tension) in self.arms[at..].iter().step_by(self.lanes).zip(tension) {
                 for k in 0..LANES {
                     sum[k] += term(arms[k], tension);
                 }

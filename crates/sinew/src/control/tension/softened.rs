@@ -18,7 +18,7 @@ pub(super) struct Soft<'a> {
 }
 
 impl Work {
-    /// [`Work::approach`], which for few joints stands aside from the usual way.
+    /// [`Work::approach`], which for fewer joints than lanes stands aside from the usual way.
     #[inline(always)]
     pub(super) fn find_closest<R: Rows>(
         &mut self,
@@ -42,7 +42,6 @@ impl Work {
         soft: &mut Soft,
         steps: &mut u32,
     ) -> Outcome {
-        self.set_floor(block);
         self.approach(block, lambda, soft, steps)
     }
 
@@ -64,6 +63,7 @@ impl Work {
     ) -> Outcome {
         let (m, n) = (block.muscles(), block.joints());
         let most = 10 + u32::try_from(m + n).unwrap_or(u32::MAX / 2);
+        self.set_floor(block);
         for softness in SOFTNESS {
             self.softness = softness * self.stiffest;
             if !self.ascend_softened(block, soft.lambda, most, steps) {
