@@ -3,9 +3,10 @@
 use super::block::{Block, Limit};
 use super::exact::Exact;
 use super::newton::{Outcome, REACHED, Work};
-use super::pattern::{FEW, Group, Pattern, places};
+use super::pattern::{Group, Pattern, places};
 use super::problem::{Problem, is_arm};
-use super::rows::{Dense, LANES, Sparse, Wide};
+use super::rows::{LANES, Sparse};
+use super::search::Search;
 use super::softened::Soft;
 use crate::Error;
 use crate::dispatch::{self, Arithmetic, InstructionSet};
@@ -178,7 +179,7 @@ impl Distribution {
         let (m, n) = (group.muscles.len(), group.joints.len());
         // Each step settles at least one muscle; a few remove rounding.
         let most = 10 + u32::try_from((m + n) / 2).unwrap_or(u32::MAX / 2);
-        if self.ascend(at, &group, most, iterations) != Outcome::Reached {
+        if self.search(at, &group, most, iterations) != Outcome::Reached {
             let block = self.terms.block(&self.pattern, &group);
             let lambda = &mut self.lambda[group.joints.clone()];
             self.exact.solve(&block, lambda, &mut self.work.tension[..m], iterations);
@@ -190,23 +191,19 @@ impl Distribution {
 
     /// Multipliers and tensions of a group, but where they need more digits.
     #[inline(always)]
-    fn ascend(&mut self, at: usize, group: &Group, most: u32, iterations: &mut u32) -> Outcome {
+    fn search(&mut self, at: usize, group: &Group, most: u32, steps: &mut u32) -> Outcome {
         let Self { pattern, terms, work, lambda, soft, beyond, instructions, .. } = self;
-        let soft = &mut Soft { lambda: &mut soft[group.joints.clone()], known: &mut beyond[at] };
-        let arms = &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]];
-        let (block, lambda) = (terms.block(pattern, group), &mut lambda[group.joints.clone()]);
-        match block.joints() {
-            1 => work.solve_few(&block.with(Dense::<1>::new(arms)), lambda, soft, most, iterations),
-            2 => work.solve_few(&block.with(Dense::<2>::new(arms)), lambda, soft, most, iterations),
-            FEW => work.solve_few(&block.with(Dense::<FEW>::new(arms)), lambda, soft, most, iterations),
-            _ => {
-                let whole = group.whole;
-                let mut outcome = Outcome::Unreached;
-                let told = &mut outcome;
-                instructions.run(Ascent { work, block, whole, arms, lambda, soft, most, iterations, told });
-                outcome
-            }
-        }
+        let search = Search {
+            work,
+            block: terms.block(pattern, group),
+            arms: &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]],
+            whole: group.whole,
+            lambda: &mut lambda[group.joints.clone()],
+            soft: Soft { lambda: &mut soft[group.joints.clone()], known: &mut beyond[at] },
+            most,
+            steps,
+        };
+        search.run(*instructions)
     }
 
     /// Puts a group's answer into the order of the problem.
@@ -228,8 +225,7 @@ impl Distribution {
     }
 }
 
-/// [`Distribution::take_over`] on the best instruction set. Few joints are solved without it: wide registers cost
-/// more there than they give.
+/// [`Distribution::take_over`] on the best instruction set.
 struct TakeOver<'a, 'b> {
     distribution: &'a mut Distribution,
     problem: &'a Problem<'b>,
@@ -240,36 +236,6 @@ impl dispatch::Work for TakeOver<'_, '_> {
     #[inline(always)]
     fn run<A: Arithmetic>(self, _: A) {
         *self.told = self.distribution.take_over(self.problem);
-    }
-}
-
-/// [`Work::solve`] for many joints on the best instruction set. None of it fuses or reorders: every machine gets the
-/// same bits.
-struct Ascent<'a, 'b> {
-    work: &'a mut Work,
-    block: Block<'b, Sparse<'b>>,
-    whole: bool,
-    arms: &'b [f64],
-    lambda: &'a mut [f64],
-    soft: &'a mut Soft<'b>,
-    most: u32,
-    iterations: &'a mut u32,
-    told: &'a mut Outcome,
-}
-
-impl dispatch::Work for Ascent<'_, '_> {
-    #[inline(always)]
-    fn run<A: Arithmetic>(self, _: A) {
-        let Self { work, block, whole, arms, lambda, soft, most, iterations, told } = self;
-        // As many joints as an arm, a hand or a platform has are worth code of their own; rows are filled up with zeros.
-        *told = match (whole, block.joints() / LANES) {
-            (false, _) => work.solve(&block, lambda, soft, most, iterations),
-            (true, 1) => work.solve_few(&block.with(Dense::<4>::new(arms)), lambda, soft, most, iterations),
-            (true, 2) => work.solve_few(&block.with(Dense::<8>::new(arms)), lambda, soft, most, iterations),
-            (true, _) => {
-                work.solve(&block.with(Wide::new(block.joints(), arms)), lambda, soft, most, iterations)
-            }
-        };
     }
 }
 

@@ -6,7 +6,6 @@ use super::factor::Factors;
 use super::line_search::{OUTSIDE, search};
 use super::newton::{BALANCED, FAR, NOISE, Outcome, Work, along, error, least_pivot, rays};
 use super::rows::{Dense, LANES, Rows, dot_few};
-use super::softened::Soft;
 
 /// What one pass over the muscles finds.
 #[derive(Clone, Copy)]
@@ -56,34 +55,9 @@ fn stiffen<const N: usize>(stiffness: &mut Square<N>, arms: &[f64; N], f: f64) {
 }
 
 impl Work {
-    /// [`Work::solve`] for few joints.
-    #[inline(always)]
-    pub(super) fn solve_few<const N: usize>(
-        &mut self,
-        block: &Block<Dense<N>>,
-        lambda: &mut [f64],
-        soft: &mut Soft,
-        most: u32,
-        steps: &mut u32,
-    ) -> Outcome {
-        // Where the last torque was out of reach, the next one likely is.
-        if *soft.known && self.find_closest(block, lambda, soft, steps) == Outcome::Reached {
-            return Outcome::Reached;
-        }
-        *soft.known = false;
-        match self.ascend_few(block, lambda, most, steps) {
-            Outcome::Reached if self.is_sharp(lambda) => Outcome::Reached,
-            Outcome::Reached => Outcome::Unreached,
-            Outcome::Unreached => {
-                soft.lambda.copy_from_slice(lambda);
-                self.find_closest(block, lambda, soft, steps)
-            }
-        }
-    }
-
     /// [`Work::ascend`] for few joints.
     #[inline(always)]
-    fn ascend_few<const N: usize>(
+    pub(super) fn ascend_few<const N: usize>(
         &mut self,
         block: &Block<Dense<N>>,
         given: &mut [f64],

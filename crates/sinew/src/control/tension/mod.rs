@@ -19,6 +19,7 @@ mod newton;
 mod pattern;
 mod problem;
 mod rows;
+mod search;
 mod softened;
 mod twofold;
 

@@ -6,7 +6,6 @@ use super::factor::{factor, solve};
 use super::line_search::{Event, Ray, room, search};
 use super::pattern::places;
 use super::rows::{LANES, Rows};
-use super::softened::Soft;
 use alloc::vec::Vec;
 
 /// What the steps work in.
@@ -104,6 +103,15 @@ impl Work {
         }
     }
 
+    /// Whether the multipliers are small enough for what is made of them: where joints are hard to tell apart, large
+    /// ones cancel, and leave rounding in the tensions.
+    #[inline(always)]
+    pub(super) fn is_sharp(&self, lambda: &[f64]) -> bool {
+        let energy: f64 = self.floor.iter().zip(lambda).map(|(floor, lambda)| floor * lambda * lambda).sum();
+        let mut joints = self.floor.iter().zip(&self.scale[..lambda.len()]);
+        joints.all(|(floor, scale)| *scale == 0.0 || floor * energy <= SHARP * scale * scale)
+    }
+
     /// Maximises the dual from `lambda` on; adds the number of steps to `steps`.
     ///
     /// ```text
@@ -116,40 +124,6 @@ impl Work {
     /// what follows it only removes rounding. `H` has full rank only if the free muscles move every joint; elsewhere
     /// its factors send the step along the null space until a muscle comes free, or show that none ever does.
     #[inline(always)]
-    pub(super) fn solve<R: Rows>(
-        &mut self,
-        block: &Block<R>,
-        lambda: &mut [f64],
-        soft: &mut Soft,
-        most: u32,
-        steps: &mut u32,
-    ) -> Outcome {
-        self.set_floor(block);
-        // Where the last torque was out of reach, the next one likely is.
-        if *soft.known && self.find_closest(block, lambda, soft, steps) == Outcome::Reached {
-            return Outcome::Reached;
-        }
-        *soft.known = false;
-        match self.ascend(block, lambda, most, steps) {
-            Outcome::Reached if self.is_sharp(lambda) => Outcome::Reached,
-            Outcome::Reached => Outcome::Unreached,
-            Outcome::Unreached => {
-                soft.lambda.copy_from_slice(lambda);
-                self.find_closest(block, lambda, soft, steps)
-            }
-        }
-    }
-
-    /// Whether the multipliers are small enough for what is made of them: where joints are hard to tell apart, large
-    /// ones cancel, and leave rounding in the tensions.
-    #[inline(always)]
-    pub(super) fn is_sharp(&self, lambda: &[f64]) -> bool {
-        let energy: f64 = self.floor.iter().zip(lambda).map(|(floor, lambda)| floor * lambda * lambda).sum();
-        let mut joints = self.floor.iter().zip(&self.scale[..lambda.len()]);
-        joints.all(|(floor, scale)| *scale == 0.0 || floor * energy <= SHARP * scale * scale)
-    }
-
-    #[inline(always)]
     pub(super) fn ascend<R: Rows>(
         &mut self,
         block: &Block<R>,
@@ -157,6 +131,7 @@ impl Work {
         most: u32,
         steps: &mut u32,
     ) -> Outcome {
+        self.set_floor(block);
         let n = block.joints();
         let mut stiffness = Stiffness::None;
         if n > 0 && lambda.iter().all(|lambda| *lambda == 0.0) {

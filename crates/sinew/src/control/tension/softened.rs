@@ -18,33 +18,6 @@ pub(super) struct Soft<'a> {
 }
 
 impl Work {
-    /// [`Work::approach`], which for fewer joints than lanes stands aside from the usual way.
-    #[inline(always)]
-    pub(super) fn find_closest<R: Rows>(
-        &mut self,
-        block: &Block<R>,
-        lambda: &mut [f64],
-        soft: &mut Soft,
-        steps: &mut u32,
-    ) -> Outcome {
-        if R::LARGE {
-            self.approach(block, lambda, soft, steps)
-        } else {
-            self.approach_aside(block, lambda, soft, steps)
-        }
-    }
-
-    #[inline(never)]
-    fn approach_aside<R: Rows>(
-        &mut self,
-        block: &Block<R>,
-        lambda: &mut [f64],
-        soft: &mut Soft,
-        steps: &mut u32,
-    ) -> Outcome {
-        self.approach(block, lambda, soft, steps)
-    }
-
     /// Tensions for the closest torque, those of least cost, if they can be found without more digits.
     ///
     /// ```text
@@ -54,7 +27,7 @@ impl Work {
     /// Its optimum is that of `cost + |tau - R^T F|^2 / 2 eps`. Only the limits that hold there are believed;
     /// [`Closest`](super::closest::Closest) proves them and finds the tensions.
     #[inline(always)]
-    fn approach<R: Rows>(
+    pub(super) fn approach<R: Rows>(
         &mut self,
         block: &Block<R>,
         lambda: &mut [f64],
