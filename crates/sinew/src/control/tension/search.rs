@@ -113,8 +113,6 @@ impl Approach<'_, '_> {
             (true, 1) => search.approach_with(Dense::<1>::new(arms)),
             (true, 2) => search.approach_with(Dense::<2>::new(arms)),
             (true, FEW) => search.approach_with(Dense::<FEW>::new(arms)),
-            (true, 4) => search.approach_with(Dense::<4>::new(arms)),
-            (true, 8) => search.approach_with(Dense::<8>::new(arms)),
             (true, _) => search.approach_with(Wide::new(joints, arms)),
             (false, _) => search.approach_with(search.block.rows),
         };
