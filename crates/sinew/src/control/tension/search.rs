@@ -26,7 +26,7 @@ impl Search<'_> {
     #[inline(always)]
     pub(super) fn run(mut self, instructions: InstructionSet) -> Outcome {
         // Where the last torque was out of reach, the next one likely is.
-        if *self.soft.known && self.approach(instructions) == Outcome::Reached {
+        if *self.soft.known && self.approach() == Outcome::Reached {
             return Outcome::Reached;
         }
         *self.soft.known = false;
@@ -35,7 +35,7 @@ impl Search<'_> {
             Outcome::Reached => Outcome::Unreached,
             Outcome::Unreached => {
                 self.soft.lambda.copy_from_slice(self.lambda);
-                self.approach(instructions)
+                self.approach()
             }
         }
     }
@@ -66,15 +66,17 @@ impl Search<'_> {
         self.work.ascend(&self.block.with(rows), self.lambda, self.most, self.steps)
     }
 
-    /// The closest torque. It stands aside from the usual way.
+    /// The closest torque, aside from the usual way and on plain instructions: it is rare, and its code is long.
     #[inline(never)]
-    fn approach(&mut self, instructions: InstructionSet) -> Outcome {
-        let mut outcome = Outcome::Unreached;
-        match self.block.joints() {
-            1..=FEW => Approach(self, &mut outcome).go(),
-            _ => instructions.run(Approach(self, &mut outcome)),
+    fn approach(&mut self) -> Outcome {
+        let (joints, arms) = (self.block.joints(), self.arms);
+        match (self.whole, joints) {
+            (true, 1) => self.approach_with(Dense::<1>::new(arms)),
+            (true, 2) => self.approach_with(Dense::<2>::new(arms)),
+            (true, FEW) => self.approach_with(Dense::<FEW>::new(arms)),
+            (true, _) => self.approach_with(Wide::new(joints, arms)),
+            (false, _) => self.approach_with(self.block.rows),
         }
-        outcome
     }
 
     #[inline(always)]
@@ -98,30 +100,5 @@ impl dispatch::Work for Ascent<'_, '_> {
             (true, 2) => search.ascend_few::<8>(),
             (true, _) => search.ascend_many(Wide::new(joints, arms)),
         };
-    }
-}
-
-/// [`Search::approach`] likewise.
-struct Approach<'a, 'b>(&'a mut Search<'b>, &'a mut Outcome);
-
-impl Approach<'_, '_> {
-    #[inline(always)]
-    fn go(self) {
-        let Self(search, outcome) = self;
-        let (joints, arms) = (search.block.joints(), search.arms);
-        *outcome = match (search.whole, joints) {
-            (true, 1) => search.approach_with(Dense::<1>::new(arms)),
-            (true, 2) => search.approach_with(Dense::<2>::new(arms)),
-            (true, FEW) => search.approach_with(Dense::<FEW>::new(arms)),
-            (true, _) => search.approach_with(Wide::new(joints, arms)),
-            (false, _) => search.approach_with(search.block.rows),
-        };
-    }
-}
-
-impl dispatch::Work for Approach<'_, '_> {
-    #[inline(always)]
-    fn run<A: Arithmetic>(self, _: A) {
-        self.go();
     }
 }
