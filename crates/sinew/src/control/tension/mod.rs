@@ -2,9 +2,9 @@
 //!
 //! [`Distribution`] answers a [`Problem`] with a [`Solution`], always: where the torque cannot be reached, with the
 //! closest one. It knows matrices, not robots. One thing per file: what is asked (`problem`), which joints have to
-//! do with each other (`pattern`), the multipliers of one group of joints (`newton` with its `line_search` and
-//! `factor`, `few` where there are eight at most), the same for a torque out of reach (`softened`, `closest`), and,
-//! where rounding stops these, in `twofold` numbers (`exact`, `anchored`).
+//! do with each other (`pattern`), what is tried for one group of joints (`search`): its multipliers (`newton` with its
+//! `line_search` and `factor`, `few` where there are eight at most), the same for a torque out of reach (`softened`,
+//! `closest`), and, where rounding stops these, in `twofold` numbers (`exact`, `anchored`).
 
 mod anchored;
 mod block;
