@@ -7,17 +7,19 @@ use std::path::Path;
 
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
-const CRATES: [(&str, &[&str]); 5] = [
+const CRATES: [(&str, &[&str]); 7] = [
     ("sinew", &[]),
     ("sinew-identify", &["sinew"]),
+    ("sinew-lab", &["sinew", "sinew-identify"]),
     ("sinew-runtime", &["sinew"]),
-    ("sinew-cli", &["sinew", "sinew-identify", "sinew-runtime"]),
-    ("sinew-py", &["sinew", "sinew-identify"]),
+    ("sinew-mujoco", &["sinew"]),
+    ("sinew-cli", &["sinew", "sinew-identify", "sinew-lab", "sinew-runtime"]),
+    ("sinew-py", &["sinew", "sinew-identify", "sinew-lab", "sinew-runtime", "sinew-mujoco"]),
 ];
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,
 /// so that plant and controller cannot share a secret.
-const ROOMS: [(&str, &[&str]); 16] = [
+const ROOMS: [(&str, &[&str]); 15] = [
     ("dispatch", &[]),
     ("error", &[]),
     ("math", &["error"]),
@@ -35,24 +37,6 @@ const ROOMS: [(&str, &[&str]); 16] = [
         &["dispatch", "error", "math", "trajectory", "drive", "transmission", "muscle", "body", "predictor"],
     ),
     ("twin", &["error", "math", "random", "trajectory", "drive", "transmission", "muscle", "body"]),
-    // Where plant and controller meet, and the only place.
-    (
-        "experiment",
-        &[
-            "error",
-            "math",
-            "metrics",
-            "random",
-            "trajectory",
-            "drive",
-            "muscle",
-            "body",
-            "transmission",
-            "predictor",
-            "control",
-            "twin",
-        ],
-    ),
     (
         "lib",
         &[
@@ -70,7 +54,6 @@ const ROOMS: [(&str, &[&str]); 16] = [
             "description",
             "control",
             "twin",
-            "experiment",
         ],
     ),
 ];

@@ -8,6 +8,9 @@ pub(crate) enum Error {
     /// Between a log and a model.
     #[error(transparent)]
     Identify(#[from] sinew_identify::Error),
+    /// An experiment on the twin.
+    #[error(transparent)]
+    Experiment(#[from] sinew_lab::Error),
     /// A model file that cannot be used.
     #[error("{}: {source}", file.display())]
     Model {

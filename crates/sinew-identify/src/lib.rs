@@ -10,16 +10,11 @@ pub mod log;
 pub mod member;
 
 pub mod adapt;
-pub mod arm;
-pub mod calibrate;
-
 pub mod evaluate;
 pub mod identify;
 pub mod observer;
-pub mod reproduce;
 mod runs;
 mod select;
-pub mod simulated;
 
 mod error;
 pub use error::Error;

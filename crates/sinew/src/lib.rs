@@ -15,7 +15,6 @@ pub mod description;
 mod dispatch;
 pub mod drive;
 mod error;
-pub mod experiment;
 pub mod math;
 pub mod metrics;
 pub mod muscle;

@@ -7,8 +7,8 @@ use super::plot::Plot;
 use super::scale::{Axis, padded};
 use super::tracking::{self, TrackView};
 use askama::Template;
-use sinew_identify::reproduce::paper::{self, SPEEDS};
-use sinew_identify::reproduce::{ArmPart, BenchPart, BenchResults, Indices, Methods, Point, Sides, Trace};
+use sinew_lab::reproduce::paper::{self, SPEEDS};
+use sinew_lab::reproduce::{ArmPart, BenchPart, BenchResults, Indices, Methods, Point, Sides, Trace};
 
 #[derive(Template)]
 #[template(path = "reproduce.html")]

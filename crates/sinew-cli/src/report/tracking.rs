@@ -6,7 +6,7 @@ use super::path::line;
 use super::plot::Plot;
 use super::scale::{Axis, padded};
 use askama::Template;
-use sinew_identify::arm::{TraceRow, TrackingNumbers};
+use sinew_lab::arm::{TraceRow, TrackingNumbers};
 use std::collections::BTreeMap;
 
 #[derive(Template)]

@@ -8,10 +8,10 @@ use crate::progress::Progress;
 use crate::table::{number, table};
 use serde::Serialize;
 use sinew::control::compensation::Compensation;
-use sinew::experiment::bench::{BenchRow, BenchRun, Programme, Steering, Stop, run as run_bench};
 use sinew::metrics::Comparison;
 use sinew::twin::cable::Specimen;
-use sinew_identify::calibrate::{Kind, calibrate, calibration_runs};
+use sinew_lab::calibrate::{Kind, calibrate, calibration_runs};
+use sinew_lab::experiment::bench::{BenchRow, BenchRun, Programme, Steering, Stop, run as run_bench};
 use std::fmt::Write;
 
 /// Strokes at each speed that a compensation is calibrated by.

@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use sinew_identify::evaluate::{evaluate, roles_of};
 use sinew_identify::identify::{Options, identify};
 use sinew_identify::log::{ReadOptions, RoleFlags, read_bytes, read_bytes_with_roles};
-use sinew_identify::simulated::demo_logs;
+use sinew_lab::simulated::demo_logs;
 
 pub(crate) fn run(arguments: &DemoArguments) -> Result<(), Error> {
     let folder = Folder::open(&arguments.write.out)?;

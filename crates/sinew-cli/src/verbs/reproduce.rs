@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use crate::report::{reproduction, tracking};
 use crate::table::{number, table};
 use serde_json::Value;
-use sinew_identify::reproduce::{
+use sinew_lab::reproduce::{
     ArmOptions, ArmPart, BenchOptions, BenchPart, Indices, Sides, reproduce_arm, reproduce_bench,
 };
 use std::path::Path;

@@ -5,7 +5,7 @@ use super::perceptron::{self, TrainOptions};
 use crate::member::{Learner, Recipe, Run, quantiles};
 use rayon::prelude::*;
 use sinew::predictor::{Ensemble, Lanes, MEMBERS, Memory, MemoryLaw};
-use sinew::transmission::{Perceptron, PerceptronWeights};
+use sinew::transmission::Perceptron;
 
 /// Trains an old ensemble on: each network is drawn to what it was, in the units of the old standardisation.
 pub(crate) fn retrain(rows: &Rows, old: &Ensemble, correlation: f64) -> Option<Ensemble> {
@@ -161,27 +161,7 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
 pub(crate) fn train_paper(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Perceptron> {
     let options =
         TrainOptions { hidden: recipe.hidden, steps: recipe.steps, seed, ..TrainOptions::default() };
-    unscaled(&perceptron::train(&rows.features, &rows.targets, &options).ok()?.network)
-}
-
-/// A trained network as it runs.
-pub(crate) fn unscaled(w: &perceptron::Weights) -> Option<Perceptron> {
-    // Standardisation moves into the weights: the network then reads and answers in the units of the log.
-    let slope = |k: usize| w.hidden_weights[k] / w.input_scale[k % w.inputs];
-    let bias = |j: usize| {
-        let shift = (0..w.inputs).map(|i| slope(j * w.inputs + i) * w.input_mean[i]).sum::<f64>();
-        w.hidden_bias[j] - shift
-    };
-    Perceptron::new(PerceptronWeights {
-        inputs: w.inputs,
-        hidden: w.hidden,
-        input_weights: (0..w.hidden_weights.len()).map(slope).collect(),
-        hidden_bias: (0..w.hidden).map(bias).collect(),
-        output_weights: w.output_weights.iter().map(|v| v * w.output_scale).collect(),
-        output_bias: w.output_bias * w.output_scale + w.output_mean,
-        skip: Vec::new(),
-    })
-    .ok()
+    perceptron::train(&rows.features, &rows.targets, &options).ok()?.network.to_perceptron()
 }
 
 /// The features of the cell stand last: its state first among them.

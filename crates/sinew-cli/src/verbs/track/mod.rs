@@ -13,7 +13,7 @@ use crate::report::tracking::{TrackView, page};
 use crate::table::{number, table};
 use sinew::body::Robot;
 use sinew::trajectory::Trajectory;
-use sinew_identify::arm::{
+use sinew_lab::arm::{
     BEFORE, Prepared, Route, Tracking, TrackingNumbers, Variant, Walk, journey, obstacle, track_arm,
 };
 use std::collections::BTreeMap;

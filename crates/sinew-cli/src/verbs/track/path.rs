@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::verbs::columns;
 use sinew::trajectory::{EndPointPath, Loop, Waypoint, legs};
-use sinew_identify::arm::Route;
+use sinew_lab::arm::Route;
 use std::path::{Path, PathBuf};
 
 const COLUMNS: [&str; 4] = ["time_s", "x_m", "y_m", "z_m"];

@@ -1,6 +1,6 @@
 //! A run as a table that other tools open.
 
-use sinew_identify::arm::TraceRow;
+use sinew_lab::arm::TraceRow;
 use std::fmt::Write;
 
 /// CSV, a row per sample; columns named after muscles. Writing into a string cannot fail.

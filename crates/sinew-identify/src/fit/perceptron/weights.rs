@@ -1,5 +1,7 @@
 //! The numbers of one network.
 
+use sinew::transmission::{Perceptron, PerceptronWeights};
+
 /// A network of one hidden layer and the scaling around it.
 ///
 /// ```text
@@ -50,5 +52,27 @@ impl Weights {
             sum += self.output_weights[j] * (net + self.hidden_bias[j]).tanh();
         }
         self.output_mean + self.output_scale * sum
+    }
+
+    /// The network with the scaling moved into its weights, so that it reads and answers in the units of the log;
+    /// none where a weight is not finite.
+    #[must_use]
+    pub fn to_perceptron(&self) -> Option<Perceptron> {
+        let slope = |k: usize| self.hidden_weights[k] / self.input_scale[k % self.inputs];
+        let bias = |j: usize| {
+            let shift =
+                (0..self.inputs).map(|i| slope(j * self.inputs + i) * self.input_mean[i]).sum::<f64>();
+            self.hidden_bias[j] - shift
+        };
+        Perceptron::new(PerceptronWeights {
+            inputs: self.inputs,
+            hidden: self.hidden,
+            input_weights: (0..self.hidden_weights.len()).map(slope).collect(),
+            hidden_bias: (0..self.hidden).map(bias).collect(),
+            output_weights: self.output_weights.iter().map(|v| v * self.output_scale).collect(),
+            output_bias: self.output_bias * self.output_scale + self.output_mean,
+            skip: Vec::new(),
+        })
+        .ok()
     }
 }

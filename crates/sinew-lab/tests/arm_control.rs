@@ -11,14 +11,14 @@ use sinew::control::arm::{
 };
 use sinew::control::compensation::Compensation;
 use sinew::drive::DriveCommand;
-use sinew::experiment::TrackSummary;
-use sinew::experiment::arm::{TrackRow, TrackRun, resting_tensions, track};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{
     EndPointPath, JointPath, Loop, MinimumJerk, Redundancy, Reference, TimeLaw, Trajectory,
 };
 use sinew::transmission::{Perceptron, PerceptronWeights};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault, Sensor, SensorFailure};
+use sinew_lab::experiment::TrackSummary;
+use sinew_lab::experiment::arm::{TrackRow, TrackRun, resting_tensions, track};
 
 const H: f64 = 1e-3;
 

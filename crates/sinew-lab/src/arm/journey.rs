@@ -2,10 +2,10 @@
 
 use super::tracking::first_pose;
 use crate::Error;
+use crate::experiment::arm::perfect_models;
 use sinew::body::{Poses, Robot};
 use sinew::control::arm::ArmGains;
 use sinew::control::tension::{Distribution, Problem, Status};
-use sinew::experiment::arm::perfect_models;
 use sinew::muscle::Muscles;
 use sinew::trajectory::{
     Demand, EndPointPath, JointPath, Limits, MinimumJerk, Obstacle, Redundancy, Sequence, Shortfall, TimeLaw,

@@ -9,9 +9,9 @@ use super::results::{
 use super::trial::{TraceRow, Trial, on_trial};
 use crate::Error;
 use crate::calibrate::{Kind, calibrate, calibrated_cable, calibration_runs, capstan, observer};
+use crate::experiment::bench::{BenchRun, Programme, Steering};
 use rayon::prelude::*;
 use sinew::control::compensation::Compensation;
-use sinew::experiment::bench::{BenchRun, Programme, Steering};
 use sinew::metrics::Comparison;
 use sinew::twin::cable::Specimen;
 use std::collections::BTreeMap;
@@ -81,7 +81,7 @@ pub struct BenchPart {
 /// Runs the programme; `progress` is told the stage and how much is done, 0 to 1.
 ///
 /// # Errors
-/// [`Error::Samples`] where a run ends early.
+/// [`Error::Experiment`] where a run ends early.
 pub fn reproduce_bench(
     options: &BenchOptions,
     progress: &(dyn Fn(&str, f64) + Sync),

@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use sinew::control::compensation::{Compensation, ObserverCompensation};
-use sinew::experiment::bench::{BenchRow, BenchRun, Programme, Steering, Stop, run};
 use sinew::predictor::CableModel;
 use sinew::twin::cable::Specimen;
+use sinew_lab::experiment::bench::{BenchRow, BenchRun, Programme, Steering, Stop, run};
 
 /// Root mean square error of the far tension in the windows of active and passive strokes, N.
 fn errors(specimen: Specimen, speed: f64, mut compensation: Compensation) -> [f64; 2] {

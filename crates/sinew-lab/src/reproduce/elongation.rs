@@ -1,15 +1,14 @@
 //! Equations 10 and 18: how long the cable has become, told in three ways, with and without the joint's sensor.
 
 use crate::Error;
-use crate::fit::ensemble::unscaled;
-use crate::fit::perceptron::{TrainOptions, train};
+use crate::experiment::bench::{BenchRow, STEP};
+use crate::experiment::bench::{BenchRun, Programme, Steering, run};
 use rayon::prelude::*;
 use sinew::control::compensation::{Compensation, ObserverCompensation};
-use sinew::experiment::bench::{BenchRow, STEP};
-use sinew::experiment::bench::{BenchRun, Programme, Steering, run};
 use sinew::predictor::CableModel;
 use sinew::transmission::{Elongation, Perceptron, Sliding};
 use sinew::twin::cable::Specimen;
+use sinew_identify::fit::perceptron::{TrainOptions, train};
 
 /// Which end's motion a prediction may know beside the near tension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -187,5 +186,8 @@ fn learned(
     }
     let options = TrainOptions { hidden: 30, steps: 60, seed, tolerance: 1e-4, ..TrainOptions::default() };
     let trained = train(&inputs, &targets, &options)?;
-    unscaled(&trained.network).ok_or_else(|| Error::samples("network", "weights that are finite", &"others"))
+    trained
+        .network
+        .to_perceptron()
+        .ok_or_else(|| Error::experiment("network", "weights that are finite", &"others"))
 }

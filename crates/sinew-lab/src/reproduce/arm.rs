@@ -62,7 +62,7 @@ pub fn reproduce_arm(
     options: &ArmOptions,
     progress: &(dyn Fn(&str, f64) + Sync),
 ) -> Result<ArmPart, Error> {
-    let nothing = |what: &str| Error::samples("robot", what, &"none");
+    let nothing = |what: &'static str| Error::experiment("robot", what, &"none");
     let pose = robot.key("start").ok_or_else(|| nothing("a key pose `start`"))?;
     let site = robot.site("endpoint").ok_or_else(|| nothing("a site `endpoint`"))?;
     let route = Route::Round(EndPointPath::lm_arm(Loop::Sine));

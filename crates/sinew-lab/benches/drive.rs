@@ -5,11 +5,11 @@
 use divan::{Bencher, black_box, counter::ItemsCount};
 use sinew::control::compensation::{Compensation, ObserverCompensation};
 use sinew::drive::{Drive, DriveCommand, DriveParameters};
-use sinew::experiment::bench::{BenchRun, Programme, Steering, run};
 use sinew::predictor::CableModel;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::{CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path};
 use sinew::twin::cable::Specimen;
+use sinew_lab::experiment::bench::{BenchRun, Programme, Steering, run};
 
 fn main() {
     divan::main();

@@ -1,7 +1,7 @@
 //! A compensation on trial: Table I in its three readings, from one run at one speed.
 
 use crate::Error;
-use sinew::experiment::bench::{BenchRow, BenchRun, STEP, Steering, run};
+use crate::experiment::bench::{BenchRow, BenchRun, STEP, Steering, run};
 use sinew::metrics::Comparison;
 
 /// Active strokes (toward the muscle's motor) and passive ones, in this order, compared in three ways.
@@ -64,7 +64,7 @@ pub struct Trial {
 /// Runs for `seconds`; samples between the two times of `drawn`, s, are kept for a picture.
 ///
 /// # Errors
-/// [`Error::Samples`] where the run ends early; [`Error::Physics`] for a specimen that is none.
+/// [`Error::Experiment`] where the run ends early; [`Error::Physics`] for a specimen that is none.
 pub fn on_trial(
     wanted: &BenchRun,
     steering: Steering<'_>,
@@ -97,7 +97,7 @@ pub fn on_trial(
         watch.see(row, &mut trial.recovery);
     })?;
     if let Some(stop) = stop {
-        return Err(Error::samples("bench run", "no cable or drive that gives up", &format!("{stop:?}")));
+        return Err(Error::experiment("bench run", "no cable or drive that gives up", &format!("{stop:?}")));
     }
     for side in 0..2 {
         trial.lost[side] /= (trial.scores.achieved[side].count() as f64).max(1.0);

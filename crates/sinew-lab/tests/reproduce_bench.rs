@@ -1,11 +1,11 @@
 //! The bench of the paper, as a user of the library runs it: calibrated through the sensors, judged against the truth.
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
-use sinew::experiment::bench::{BenchRun, Programme, Steering};
 use sinew::metrics::Comparison;
 use sinew::twin::cable::Specimen;
-use sinew_identify::calibrate::{Kind, calibrate, calibrated_cable, calibration_runs, observer};
-use sinew_identify::reproduce::{Mechanism, Trial, on_trial};
+use sinew_lab::calibrate::{Kind, calibrate, calibrated_cable, calibration_runs, observer};
+use sinew_lab::experiment::bench::{BenchRun, Programme, Steering};
+use sinew_lab::reproduce::{Mechanism, Trial, on_trial};
 
 fn rmse(sides: &[Comparison; 2]) -> [f64; 2] {
     [sides[0].rmse().unwrap(), sides[1].rmse().unwrap()]

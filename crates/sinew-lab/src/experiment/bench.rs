@@ -1,13 +1,13 @@
 //! Runs on the bench: the load moves the cable, the muscle follows a tension, or the other way round.
 
-use crate::Error;
-use crate::control::compensation::{Answer, Compensation};
-use crate::control::stretch::{FORESIGHT, StretchFollower, Wish};
-use crate::drive::{DriveCommand, DriveFault, DriveParameters};
-use crate::predictor::CableSample;
-use crate::transmission::cable::{CableLaw, CableParameters, Path};
-use crate::twin::bench::Bench;
-use crate::twin::cable::{Broken, CableReading, Resolution, Specimen};
+use sinew::Error;
+use sinew::control::compensation::{Answer, Compensation};
+use sinew::control::stretch::{FORESIGHT, StretchFollower, Wish};
+use sinew::drive::{DriveCommand, DriveFault, DriveParameters};
+use sinew::predictor::CableSample;
+use sinew::transmission::cable::{CableLaw, CableParameters, Path};
+use sinew::twin::bench::Bench;
+use sinew::twin::cable::{Broken, CableReading, Resolution, Specimen};
 
 /// Who moves the cable and who holds the tension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

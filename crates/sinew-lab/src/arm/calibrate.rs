@@ -2,13 +2,13 @@
 
 use crate::Error;
 use crate::calibrate::{cable_log, networks};
-use crate::observer::{CableFit, CableLog, FitOptions, Quantity, fit_cable};
+use crate::experiment::bench::{BenchRow, BenchRun, Programme, Steering, run};
 use rayon::prelude::*;
 use sinew::control::compensation::{Compensation, NetworkCompensation};
-use sinew::experiment::bench::{BenchRow, BenchRun, Programme, Steering, run};
 use sinew::predictor::CableModel;
 use sinew::transmission::cable::Weakening;
 use sinew::twin::arm::ArmSpecimen;
+use sinew_identify::observer::{CableFit, CableLog, FitOptions, Quantity, fit_cable};
 
 /// One part of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +44,7 @@ const SLOW: Weakening = Weakening { rise: 0.05, speed: 3e-3, lag: 0.05 };
 /// The start of every fit is the arm as drawn on paper, `design`.
 ///
 /// # Errors
-/// [`Error::Samples`] where a run ends early or shows too little, or where the arms are not of one kind;
+/// [`Error::Experiment`] where a run ends early or shows too little, or where the arms are not of one kind;
 /// [`Error::Physics`] for a specimen that is none.
 pub fn calibrate_arm(
     specimen: &ArmSpecimen,
@@ -52,7 +52,7 @@ pub fn calibrate_arm(
     seed: u64,
 ) -> Result<Vec<CableFit>, Error> {
     if specimen.cables.len() != design.cables.len() || specimen.drives.len() != design.cables.len() {
-        return Err(Error::samples("muscles", "as many as in the design", &specimen.cables.len()));
+        return Err(Error::experiment("muscles", "as many as in the design", &specimen.cables.len()));
     }
     design
         .cables
@@ -125,7 +125,7 @@ pub(super) fn runs(specimen: &ArmSpecimen, muscle: usize, seed: u64) -> Result<V
             None => Ok(rows),
             Some(stop) => {
                 let expected = "no cable or drive that gives up";
-                Err(Error::samples("calibration run", expected, &format!("{stop:?}")))
+                Err(Error::experiment("calibration run", expected, &format!("{stop:?}")))
             }
         }
     });

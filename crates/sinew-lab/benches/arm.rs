@@ -9,10 +9,10 @@ use sinew::body::Robot;
 use sinew::control::arm::{ArmController, ArmGains, ArmSample, ArmStatus, Goal, Knowledge, Way};
 use sinew::control::stretch::FORESIGHT;
 use sinew::drive::DriveCommand;
-use sinew::experiment::arm::{perfect_models, resting_tensions};
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTwin};
 use sinew::twin::cable::Resolution;
+use sinew_lab::experiment::arm::{perfect_models, resting_tensions};
 use std::time::Instant;
 
 fn main() {

@@ -4,7 +4,7 @@
 
 use sinew::body::Robot;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, TimeLaw, Trajectory};
-use sinew_identify::arm::{Prepared, Variant, Walk, first_pose, track_arm};
+use sinew_lab::arm::{Prepared, Variant, Walk, first_pose, track_arm};
 
 fn lm_arm() -> Robot {
     let text = include_str!("../../../models/lm_arm.toml");

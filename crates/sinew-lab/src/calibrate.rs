@@ -1,14 +1,13 @@
 //! A muscle's compensation from its own calibration runs on the bench: nothing is read from the plant.
 
 use crate::Error;
-use crate::fit::ensemble::unscaled;
-use crate::fit::perceptron::{TrainOptions, train};
-use crate::observer::{CableFit, CableLog, FitOptions, fit_cable};
+use crate::experiment::bench::{BenchRow, BenchRun, Programme, Steering, Stop, run};
 use rayon::prelude::*;
 use sinew::control::compensation::{Compensation, NetworkCompensation, ObserverCompensation};
-use sinew::experiment::bench::{BenchRow, BenchRun, Programme, Steering, Stop, run};
 use sinew::predictor::CableModel;
 use sinew::twin::cable::Specimen;
+use sinew_identify::fit::perceptron::{TrainOptions, train};
+use sinew_identify::observer::{CableFit, CableLog, FitOptions, fit_cable};
 
 /// Ways to compensate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,7 +35,7 @@ const EVERY: usize = 6;
 /// sensors.
 ///
 /// # Errors
-/// [`Error::Samples`] where a run ends early; [`Error::Physics`] for a specimen that is none.
+/// [`Error::Experiment`] where a run ends early; [`Error::Physics`] for a specimen that is none.
 pub fn calibration_runs(specimen: &Specimen, strokes: f64, seed: u64) -> Result<Vec<Vec<BenchRow>>, Error> {
     let of = |(k, speed): (usize, &f64)| {
         rows(specimen, *speed, strokes, seed.wrapping_mul(31).wrapping_add(k as u64))
@@ -47,7 +46,7 @@ pub fn calibration_runs(specimen: &Specimen, strokes: f64, seed: u64) -> Result<
 /// The compensation of a kind, by [`calibration_runs`].
 ///
 /// # Errors
-/// [`Error::Samples`] where they show too little.
+/// [`Error::Experiment`] where they show too little.
 pub fn calibrate(kind: Kind, logs: &[Vec<BenchRow>], seed: u64) -> Result<Compensation, Error> {
     match kind {
         Kind::None => Ok(Compensation::None),
@@ -95,7 +94,7 @@ fn rows(specimen: &Specimen, speed: f64, strokes: f64, seed: u64) -> Result<Vec<
     match stop {
         None => Ok(rows),
         Some(stop) => {
-            Err(Error::samples("calibration run", "no cable or drive that gives up", &format!("{stop:?}")))
+            Err(Error::experiment("calibration run", "no cable or drive that gives up", &format!("{stop:?}")))
         }
     }
 }
@@ -125,8 +124,10 @@ pub(crate) fn networks(logs: &[Vec<BenchRow>], seed: u64) -> Result<NetworkCompe
         let options =
             TrainOptions { hidden: 30, steps: 60, seed, tolerance: 1e-4, ..TrainOptions::default() };
         let trained = train(&inputs, &targets, &options)?;
-        unscaled(&trained.network)
-            .ok_or_else(|| Error::samples("network", "weights that are finite", &"others"))
+        trained
+            .network
+            .to_perceptron()
+            .ok_or_else(|| Error::experiment("network", "weights that are finite", &"others"))
     };
     Ok(NetworkCompensation { friction: network(|row| row.far)?, loss: network(|row| row.sample.tension_in)? })
 }

@@ -1,7 +1,7 @@
 //! Tables II and III, figures 9 and 10: the mechanism itself, from the calibration runs.
 
 use super::paper::{LENGTH_M, SPEEDS};
-use sinew::experiment::bench::BenchRow;
+use crate::experiment::bench::BenchRow;
 
 /// One sample of figures 9 and 10.
 #[derive(Debug, Clone, Copy, PartialEq)]

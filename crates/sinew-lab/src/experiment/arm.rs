@@ -1,21 +1,18 @@
 //! An arm along a trajectory: the twin on one side, a controller on the other, and what became of it.
 
 use super::tally::{Spread, TrackSummary};
-use crate::Error;
-use crate::body::{Poses, Robot, Scratch};
-use crate::control::arm::{ArmAnswer, ArmController, ArmSample, Goal, Told};
-use crate::control::stretch::FORESIGHT;
-use crate::control::tension::{Distribution, Problem};
-use crate::drive::DriveCommand;
-use crate::error::within;
-use crate::muscle::{Geometry, Muscles};
-use crate::predictor::CableModel;
-use crate::trajectory::{Reference, Trajectory};
-use crate::transmission::cable::{Path, Segment};
-use crate::twin::arm::{ArmReading, ArmSpecimen, ArmTruth, ArmTwin, Fault};
-use crate::twin::cable::Specimen;
-use alloc::vec;
-use alloc::vec::Vec;
+use sinew::Error;
+use sinew::body::{Poses, Robot, Scratch};
+use sinew::control::arm::{ArmAnswer, ArmController, ArmSample, Goal, Told};
+use sinew::control::stretch::FORESIGHT;
+use sinew::control::tension::{Distribution, Problem};
+use sinew::drive::DriveCommand;
+use sinew::muscle::{Geometry, Muscles};
+use sinew::predictor::CableModel;
+use sinew::trajectory::{Reference, Trajectory};
+use sinew::transmission::cable::{Path, Segment};
+use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTruth, ArmTwin, Fault};
+use sinew::twin::cable::Specimen;
 
 /// One run of an arm.
 #[derive(Debug, Clone)]
@@ -86,7 +83,10 @@ pub fn track(
     mut see: impl FnMut(&TrackRow<'_>),
 ) -> Result<TrackSummary, Error> {
     let repeatable = run.repeats <= 1 || run.trajectory.comes_back();
-    within("repeats", "1 for a trajectory that does not come back", f64::from(run.repeats), repeatable)?;
+    if !repeatable {
+        let (name, expected) = ("repeats", "1 for a trajectory that does not come back");
+        return Err(Error::OutOfDomain { name, expected, got: f64::from(run.repeats) });
+    }
     let mut now = Reference::new(run.robot.nv());
     let mut coming = now.clone();
     run.trajectory.sample(0.0, &mut now)?;

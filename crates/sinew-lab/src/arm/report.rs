@@ -1,7 +1,7 @@
+use crate::experiment::{Incident, Spread, TrackSummary};
 use serde::Serialize;
 use sinew::body::Robot;
 use sinew::control::arm::Trouble;
-use sinew::experiment::{Incident, Spread, TrackSummary};
 
 /// Errors of the end point, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

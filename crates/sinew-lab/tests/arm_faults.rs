@@ -6,11 +6,11 @@ mod common;
 
 use common::lm_arm;
 use sinew::control::arm::{ArmController, ArmGains, Knowledge, Trouble, Way};
-use sinew::experiment::TrackSummary;
-use sinew::experiment::arm::{TrackRun, perfect_models, track};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, Failure, Fault, Sensor, SensorFailure};
+use sinew_lab::experiment::TrackSummary;
+use sinew_lab::experiment::arm::{TrackRun, perfect_models, track};
 
 /// When it fails, s: elbow and brachialis are on their way.
 const FROM: f64 = 3.0;

@@ -70,7 +70,7 @@ impl SimulatedLog {
 ///
 /// # Example
 /// ```
-/// use sinew_identify::simulated::{SimulatedLog, simulated_log};
+/// use sinew_lab::simulated::{SimulatedLog, simulated_log};
 /// let text = simulated_log(&SimulatedLog { duration_s: 2.0, ..SimulatedLog::default() });
 /// assert!(text.starts_with("# SIMULATED"));
 /// assert_eq!(text.lines().filter(|line| !line.starts_with('#')).count(), 1 + 200);
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn the_log_reader_finds_every_role_by_name() {
-        use crate::log::{ReadOptions, RoleFlags, read_bytes};
+        use sinew_identify::log::{ReadOptions, RoleFlags, read_bytes};
         let text = simulated_log(&short(1));
         let logs = [("simulated_day_1.csv", text.as_bytes())];
         let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };

@@ -3,14 +3,13 @@
 use super::calibrate::{STROKES, runs};
 use crate::Error;
 use crate::calibrate::cable_log;
-use crate::fit::ensemble::unscaled;
-use crate::fit::perceptron::{TrainOptions, train};
-use crate::observer::{CableLog, run_cable};
 use rayon::prelude::*;
 use sinew::control::arm::{Ends, Residual};
 use sinew::predictor::CableModel;
 use sinew::transmission::{Perceptron, PerceptronWeights};
 use sinew::twin::arm::ArmSpecimen;
+use sinew_identify::fit::perceptron::{TrainOptions, train};
+use sinew_identify::observer::{CableLog, run_cable};
 
 /// Root mean square of what is left of the far sensor's tension, N.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +41,7 @@ const HIDDEN: usize = 8;
 /// model, `[muscles]`, leaves of the far sensor; as much of it counts as samples beside the training speak for.
 ///
 /// # Errors
-/// [`Error::Samples`] for models of another number than cables, or where a run ends early; [`Error::Physics`] for a
+/// [`Error::Experiment`] for models of another number than cables, or where a run ends early; [`Error::Physics`] for a
 /// specimen or a model that is none.
 pub fn calibrate_residuals(
     specimen: &ArmSpecimen,
@@ -50,7 +49,7 @@ pub fn calibrate_residuals(
     seed: u64,
 ) -> Result<Vec<ResidualFit>, Error> {
     if models.len() != specimen.cables.len() || models.len() != specimen.drives.len() {
-        return Err(Error::samples("models", "as many as cables and drives", &models.len()));
+        return Err(Error::experiment("models", "as many as cables and drives", &models.len()));
     }
     let each = models.par_iter().enumerate();
     each.map(|(muscle, model)| {
@@ -99,8 +98,10 @@ fn trained_network(trained: &Samples, judged: &Samples, seed: u64) -> Result<Per
     let left = [&trained.left[..], &judged.left].concat();
     let held_back = judged.left.len() as f64 / left.len().max(1) as f64;
     let options = TrainOptions { hidden: HIDDEN, steps: 40, seed, tolerance: 1e-4, held_back };
-    unscaled(&train(&inputs, &left, &options)?.network)
-        .ok_or_else(|| Error::samples("network", "weights that are finite", &"others"))
+    train(&inputs, &left, &options)?
+        .network
+        .to_perceptron()
+        .ok_or_else(|| Error::experiment("network", "weights that are finite", &"others"))
 }
 
 /// As much of a network as samples that it was not trained on speak for: the share of it, 0 to 1, that leaves least.

@@ -1,10 +1,8 @@
 //! What is counted of a run: errors of the end point and of every muscle, tensions at their extremes.
 
 use super::arm::{NOTHING, TrackRow, distance};
-use crate::control::arm::{ArmStatus, Trouble};
-use crate::control::tension::Status;
-use alloc::vec;
-use alloc::vec::Vec;
+use sinew::control::arm::{ArmStatus, Trouble};
+use sinew::control::tension::Status;
 
 /// Mean, standard deviation and largest of a magnitude.
 #[derive(Debug, Clone, Copy, PartialEq)]

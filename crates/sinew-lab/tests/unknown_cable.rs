@@ -1,0 +1,74 @@
+//! The observer identified from logs of a simulated cable that is of another family than its own.
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+use sinew::predictor::CableColumns;
+use sinew_identify::log::{ReadOptions, RoleFlags, read_bytes};
+use sinew_identify::observer::{CableLog, FitOptions, cable_logs, fit_cable, run_cable, start_from};
+use sinew_lab::simulated::demo_logs;
+
+/// The demo's three days, read as a user's logs are; `rewrite` changes every row.
+fn days(rewrite: impl Fn(&str) -> String) -> (CableColumns, Vec<CableLog>) {
+    let texts: Vec<(String, String)> =
+        demo_logs(1).into_iter().map(|(name, text)| (name, text.lines().map(&rewrite).collect())).collect();
+    let logs: Vec<(&str, &[u8])> = texts.iter().map(|(n, t)| (n.as_str(), t.as_bytes())).collect();
+    let options = ReadOptions { skip_s: 0.0, far_required: true, paths: vec![] };
+    cable_logs(&read_bytes(&logs, &RoleFlags::default(), &options).unwrap()).unwrap()
+}
+
+fn same(line: &str) -> String {
+    format!("{line}\n")
+}
+
+#[test]
+fn a_cable_of_another_family_is_followed_to_another_day_from_its_logs_alone() {
+    let (_, logs) = days(same);
+    let start = start_from(&logs[..2]).unwrap();
+    let fit = fit_cable(&logs[..2], &start, &FitOptions::default()).unwrap();
+    let unseen = run_cable(&fit.model, &logs[2]).unwrap();
+    let (mut squares, mut count) = (0.0, 0.0);
+    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+    for (estimate, far) in unseen.iter().zip(&logs[2].far) {
+        squares += (estimate.far - far) * (estimate.far - far);
+        count += 1.0;
+        (low, high) = (low.min(*far), high.max(*far));
+    }
+    let percent = 100.0 * f64::sqrt(squares / count) / (high - low);
+    // The zeros of the demo's encoders stay where they are, so the first sample is no guess.
+    let first = (unseen[0].far - logs[2].far[0]).abs();
+    assert!(fit.model.zero_stretch.is_some() && first < 0.1 * (high - low), "{first} N at first");
+    eprintln!(
+        "{} of {} samples, {percent:.2} % of {:.1} N; fit {:.3} from {:.3} N, condition {:.0}",
+        count,
+        unseen.len(),
+        high - low,
+        fit.rmse,
+        fit.rmse_start,
+        fit.condition
+    );
+    for q in &fit.quantities {
+        eprintln!("{} {:.4} in {:.4} to {:.4}", q.quantity.name(), q.value, q.low, q.high);
+    }
+    assert!(percent < 1.5, "{percent} % of the range");
+}
+
+#[test]
+fn directions_and_units_of_the_columns_do_not_matter() {
+    let (columns, logs) = days(same);
+    let (turned, other) = days(|line| {
+        if line.starts_with('#') {
+            return format!("{line}\n");
+        }
+        let cells: Vec<&str> = line.split(',').collect();
+        if cells[0].starts_with("time") {
+            return "time_s,tension_in_n,position_in_mm,tension_out_n,anchor_m\n".to_owned();
+        }
+        let number = |i: usize| cells[i].parse::<f64>().unwrap();
+        format!("{},{},{:.3},{},{:.6}\n", cells[0], cells[1], -1e3 * number(2), cells[3], -number(4))
+    });
+    assert!((turned.motor_scale + 1e-3 * columns.motor_scale).abs() < 1e-12);
+    assert!((turned.anchor_scale + columns.anchor_scale).abs() < 1e-12);
+    for (a, b) in logs.iter().flat_map(|l| &l.samples).zip(other.iter().flat_map(|l| &l.samples)) {
+        let same = |x: f64, y: f64| (x.is_nan() && y.is_nan()) || (x - y).abs() < 1e-9;
+        assert!(same(a.motor, b.motor) && same(a.anchor, b.anchor), "{a:?} {b:?}");
+    }
+}
