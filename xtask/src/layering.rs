@@ -1,5 +1,6 @@
 //! Which room may know which: read from the sources and manifests, held against two tables.
 
+mod circles;
 mod paths;
 
 use crate::tree;
@@ -103,6 +104,13 @@ fn arrows(root: &Path) -> Result<(usize, Vec<String>), String> {
         if allowed(&ROOMS, room).is_none() {
             wrong.push(format!("{place}: `{room}` is not in the table of rooms"));
         }
+    }
+    for (manifest, _) in manifests(root)? {
+        let folder = manifest.replace("Cargo.toml", "src/");
+        let inside = |file: &Path| file.to_string_lossy().replace('\\', "/").replace(&folder, "");
+        let sources = tree::sources(root, &folder)?;
+        let sources: Vec<_> = sources.into_iter().map(|(file, text)| (inside(&file), text)).collect();
+        wrong.extend(circles::circles(&sources).into_iter().map(|circle| format!("{folder}: {circle}")));
     }
     Ok((count, wrong))
 }

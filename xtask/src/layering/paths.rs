@@ -47,6 +47,106 @@ pub(super) fn from_root(source: &str, depth: usize) -> Vec<(usize, String)> {
     found
 }
 
+/// A path that a file names, in a `use` or in its code.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Import {
+    /// Its parts, with `crate`, `self` and `super` as written.
+    pub(super) path: Vec<String>,
+    /// The name it has in the file: the last part, or what stands after `as`.
+    pub(super) alias: String,
+    /// Whether it stands in a `use`.
+    pub(super) in_use: bool,
+    /// Whether that `use` re-exports it.
+    pub(super) public: bool,
+}
+
+/// Every path of two parts and more, test modules left out; a `use` of a tree becomes one import a leaf.
+pub(super) fn imports(source: &str) -> Vec<Import> {
+    let tokens = without_tests(tokens(source));
+    let (mut found, mut i) = (Vec::new(), 0);
+    while i < tokens.len() {
+        if tokens[i].text == "use" {
+            let public = i > 0 && (tokens[i - 1].text == "pub" || tokens[i - 1].text == ")");
+            i = leaves(&tokens, i + 1, &[], public, &mut found);
+        } else if word(&tokens, i) && is(&tokens, i + 1, "::") && !(i > 0 && tokens[i - 1].text == "::") {
+            let mut path = vec![tokens[i].text.clone()];
+            while is(&tokens, i + 1, "::") && word(&tokens, i + 2) {
+                path.push(tokens[i + 2].text.clone());
+                i += 2;
+            }
+            let alias = path.last().cloned().unwrap_or_default();
+            found.push(Import { path, alias, in_use: false, public: false });
+            i += 1;
+        } else {
+            i += 1;
+        }
+    }
+    found
+}
+
+/// Reads one branch of a `use` tree into its leaves; the place after it.
+fn leaves(tokens: &[Token], from: usize, before: &[String], public: bool, found: &mut Vec<Import>) -> usize {
+    let (mut path, mut i) = (before.to_vec(), from);
+    loop {
+        if is(tokens, i, "{") {
+            i += 1;
+            while i < tokens.len() && !is(tokens, i, "}") {
+                i = leaves(tokens, i, &path, public, found);
+                i += usize::from(is(tokens, i, ","));
+            }
+            return i + 1;
+        }
+        let Some(token) = tokens.get(i) else { return i };
+        if word(tokens, i) && !(token.text == "self" && !path.is_empty()) {
+            path.push(token.text.clone());
+        }
+        i += 1;
+        if !is(tokens, i, "::") {
+            break;
+        }
+        i += 1;
+    }
+    let mut alias = path.last().cloned().unwrap_or_default();
+    if is(tokens, i, "as") {
+        alias = tokens.get(i + 1).map_or_else(String::new, |token| token.text.clone());
+        i += 2;
+    }
+    found.push(Import { path, alias, in_use: true, public });
+    // A `;` ends the statement, what else stands here belongs to the tree around this branch.
+    i
+}
+
+fn word(tokens: &[Token], at: usize) -> bool {
+    tokens.get(at).is_some_and(|t| t.text.starts_with(|c: char| c.is_alphabetic() || c == '_'))
+}
+
+/// The tokens outside of modules and other items that only tests are compiled with.
+fn without_tests(tokens: Vec<Token>) -> Vec<Token> {
+    let mut kept: Vec<Token> = Vec::new();
+    let mut i = 0;
+    while i < tokens.len() {
+        let marked = ["#", "[", "cfg", "(", "test", ")", "]"];
+        if !marked.iter().enumerate().all(|(k, text)| is(&tokens, i + k, text)) {
+            kept.push(Token { line: tokens[i].line, text: tokens[i].text.clone() });
+            i += 1;
+            continue;
+        }
+        let mut open = 0_usize;
+        i += marked.len();
+        while let Some(token) = tokens.get(i) {
+            i += 1;
+            match token.text.as_str() {
+                "{" => open += 1,
+                "}" if open == 1 => break,
+                "}" => open = open.saturating_sub(1),
+                ";" if open == 0 => break,
+                _ => {}
+            }
+        }
+    }
+    kept
+}
+
 /// The name after every `start::`.
 pub(super) fn after(source: &str, start: &str) -> Vec<(usize, String)> {
     let tokens = tokens(source);
