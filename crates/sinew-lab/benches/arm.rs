@@ -6,13 +6,15 @@
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use sinew::body::Robot;
-use sinew::control::arm::{ArmController, ArmGains, ArmSample, ArmStatus, Goal, Knowledge, Way};
-use sinew::control::stretch::FORESIGHT;
+use sinew::control::arm::{
+    ActuationMode, ArmController, ArmGains, ArmMeasurement, ArmStatus, CableStateSource, PreviewedReference,
+};
+use sinew::control::stretch::PREVIEW_HORIZON;
 use sinew::drive::DriveCommand;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTwin};
 use sinew::twin::cable::Resolution;
-use sinew_lab::experiment::arm::{perfect_models, resting_tensions};
+use sinew_lab::experiment::arm::{oracle_models, resting_tensions};
 use std::time::Instant;
 
 fn main() {
@@ -27,10 +29,18 @@ fn tail() {
     for _ in 0..200 {
         let mut controller = start.clone();
         for (said, now, coming) in &told {
-            let sample = ArmSample { motor: &said.motor, tension: &said.tension, joint: &said.joint };
+            let sample = ArmMeasurement { motor: &said.motor, tension: &said.tension, joint: &said.joint };
             let begin = Instant::now();
             black_box(
-                controller.step(1e-3, &sample, &Goal { now, coming, since: None }, None).unwrap().commands,
+                controller
+                    .step(
+                        1e-3,
+                        &sample,
+                        &PreviewedReference { current: now, previewed: coming, repeat_time: None },
+                        None,
+                    )
+                    .unwrap()
+                    .drives,
             );
             times.push(begin.elapsed().as_nanos());
         }
@@ -82,23 +92,29 @@ fn under_way() -> (ArmController, Vec<(ArmReading, Reference, Reference)>) {
     trajectory.sample(0.0, &mut now).unwrap();
     let specimen = ArmSpecimen::draw(&robot, &now.q, 1).unwrap();
     let mut arm = ArmTwin::new(&specimen, &now.q, &resting_tensions(&robot, &now.q).unwrap(), 1).unwrap();
-    let models = perfect_models(&specimen);
-    let way = Way::Winches(Knowledge::Observer);
+    let models = oracle_models(&specimen);
+    let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
     let mut controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), way).unwrap();
     let (mut coming, mut told, mut start) = (now.clone(), Vec::new(), None);
     for k in 0..3000 + STEPS {
         let time = f64::from(k) * 1e-3;
         trajectory.sample(time, &mut now).unwrap();
-        trajectory.sample(time + FORESIGHT, &mut coming).unwrap();
+        trajectory.sample(time + PREVIEW_HORIZON, &mut coming).unwrap();
         if k >= 3000 {
             start.get_or_insert_with(|| controller.clone());
             told.push((arm.reading().clone(), now.clone(), coming.clone()));
         }
         let said = arm.reading();
-        let sample = ArmSample { motor: &said.motor, tension: &said.tension, joint: &said.joint };
-        let answer =
-            controller.step(1e-3, &sample, &Goal { now: &now, coming: &coming, since: None }, None).unwrap();
-        arm.step(answer.commands, 1e-3).unwrap();
+        let sample = ArmMeasurement { motor: &said.motor, tension: &said.tension, joint: &said.joint };
+        let answer = controller
+            .step(
+                1e-3,
+                &sample,
+                &PreviewedReference { current: &now, previewed: &coming, repeat_time: None },
+                None,
+            )
+            .unwrap();
+        arm.step(answer.drives, 1e-3).unwrap();
     }
     assert!(!matches!(controller.status(), ArmStatus::Stopped(_)), "{:?}", controller.status());
     (start.unwrap(), told)
@@ -111,10 +127,16 @@ fn control(bencher: Bencher) {
     let bencher = bencher.counter(ItemsCount::new(STEPS));
     bencher.with_inputs(|| start.clone()).bench_local_refs(|controller| {
         for (said, now, coming) in &told {
-            let sample = ArmSample { motor: &said.motor, tension: &said.tension, joint: &said.joint };
-            let answer =
-                controller.step(1e-3, black_box(&sample), &Goal { now, coming, since: None }, None).unwrap();
-            black_box(answer.commands);
+            let sample = ArmMeasurement { motor: &said.motor, tension: &said.tension, joint: &said.joint };
+            let answer = controller
+                .step(
+                    1e-3,
+                    black_box(&sample),
+                    &PreviewedReference { current: now, previewed: coming, repeat_time: None },
+                    None,
+                )
+                .unwrap();
+            black_box(answer.drives);
         }
     });
 }

@@ -9,7 +9,7 @@ use sinew::predictor::CableModel;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::{CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path};
 use sinew::twin::cable::Specimen;
-use sinew_lab::experiment::bench::{BenchRun, Programme, Steering, run};
+use sinew_lab::experiment::bench::{BenchRun, MuscleControl, Programme, run};
 
 fn main() {
     divan::main();
@@ -82,7 +82,9 @@ fn bench_run(bencher: Bencher) {
     bencher.counter(ItemsCount::new(1000 * SECONDS as usize)).bench_local(|| {
         let mut compensation = Compensation::Observer(Box::new(observer.clone()));
         let mut sum = 0.0;
-        let stop = run(&wanted, Steering::By(&mut compensation), SECONDS, |row| sum += row.far).unwrap();
+        let stop =
+            run(&wanted, MuscleControl::Compensation(&mut compensation), SECONDS, |row| sum += row.far)
+                .unwrap();
         assert!(stop.is_none());
         sum
     });

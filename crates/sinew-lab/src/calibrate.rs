@@ -1,7 +1,7 @@
 //! A muscle's compensation from its own calibration runs on the bench: nothing is read from the plant.
 
 use crate::Error;
-use crate::experiment::bench::{BenchRow, BenchRun, Programme, Steering, Stop, run};
+use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, Stop, run};
 use rayon::prelude::*;
 use sinew::control::compensation::{Compensation, NetworkCompensation, ObserverCompensation};
 use sinew::predictor::CableModel;
@@ -90,7 +90,7 @@ fn rows(specimen: &Specimen, speed: f64, strokes: f64, seed: u64) -> Result<Vec<
     let seconds = strokes * wanted.stroke / speed;
     let mut rows = Vec::new();
     let stop: Option<Stop> =
-        run(&wanted, Steering::By(&mut Compensation::None), seconds, |row| rows.push(*row))?;
+        run(&wanted, MuscleControl::Compensation(&mut Compensation::None), seconds, |row| rows.push(*row))?;
     match stop {
         None => Ok(rows),
         Some(stop) => {

@@ -7,7 +7,8 @@ mod common;
 use common::lm_arm;
 use sinew::body::Robot;
 use sinew::control::arm::{
-    ArmController, ArmGains, ArmSample, ArmStatus, Goal, Knowledge, Residual, Trouble, Way,
+    ActuationMode, ArmController, ArmGains, ArmMeasurement, ArmStatus, CableStateSource, Fault,
+    PreviewedReference, ResidualNetwork,
 };
 use sinew::control::compensation::Compensation;
 use sinew::drive::DriveCommand;
@@ -16,7 +17,7 @@ use sinew::trajectory::{
     EndPointPath, JointPath, Loop, MinimumJerk, Redundancy, Reference, TimeLaw, Trajectory,
 };
 use sinew::transmission::{Perceptron, PerceptronWeights};
-use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault, Sensor, SensorFailure};
+use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault as InjectedFault, Sensor, SensorFailure};
 use sinew_lab::experiment::TrackSummary;
 use sinew_lab::experiment::arm::{TrackRow, TrackRun, resting_tensions, track};
 
@@ -51,9 +52,9 @@ fn believed(specimen: &ArmSpecimen) -> Vec<CableModel> {
 /// One turn of the circle in `seconds` by an arm of this seed, with these faults.
 struct Case<'a> {
     seed: u64,
-    way: Way,
+    way: ActuationMode,
     gains: ArmGains,
-    faults: &'a [Fault],
+    faults: &'a [InjectedFault],
     seconds: f64,
     after: f64,
 }
@@ -62,7 +63,7 @@ impl Default for Case<'_> {
     fn default() -> Self {
         Self {
             seed: 1,
-            way: Way::Winches(Knowledge::Observer),
+            way: ActuationMode::WinchSpeed(CableStateSource::Observer),
             gains: ArmGains::lm_arm(),
             faults: &[],
             seconds: 5.75,
@@ -95,7 +96,7 @@ fn an_arm_that_is_not_the_one_on_paper_follows_a_circle_within_millimetres() {
     for seed in [1, 2] {
         let mut inside = true;
         let found = run(Case { seed, ..Case::default() }, |row| {
-            inside &= row.answer.wanted.iter().all(|f| (20.0..=445.0).contains(f));
+            inside &= row.command.desired_tension.iter().all(|f| (20.0..=445.0).contains(f));
         });
         let error = found.end_point_error;
         assert!(error.mean < 8e-3 && error.max < 40e-3, "{error:?}");
@@ -118,7 +119,7 @@ fn what_the_encoders_zeros_hide_goes_with_them_and_a_way_that_does_not_come_back
         for (encoder, zero) in specimen.encoders.iter_mut().zip(&zeros) {
             encoder.zero = share * zero;
         }
-        let way = Way::Winches(Knowledge::Observer);
+        let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
         let mut controller =
             ArmController::new(&robot, &believed(&specimen), ArmGains::lm_arm(), way).unwrap();
         let run = TrackRun {
@@ -158,7 +159,7 @@ fn while_the_reference_stands_the_controller_gives_the_arm_no_energy() {
     let wanted = Reference { q: q.clone(), ..Reference::new(7) };
     for seed in [1, 2, 3] {
         let specimen = ArmSpecimen::draw(&robot, &q, seed).unwrap();
-        let way = Way::Winches(Knowledge::Observer);
+        let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
         let mut controller =
             ArmController::new(&robot, &believed(&specimen), ArmGains::lm_arm(), way).unwrap();
         let mut away = q.clone();
@@ -170,9 +171,9 @@ fn while_the_reference_stands_the_controller_gives_the_arm_no_energy() {
         for k in 0..8000 {
             let reading = arm.reading();
             let sample =
-                ArmSample { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
-            let goal = Goal { now: &wanted, coming: &wanted, since: None };
-            let commands = controller.step(H, &sample, &goal, None).unwrap().commands.to_vec();
+                ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
+            let goal = PreviewedReference { current: &wanted, previewed: &wanted, repeat_time: None };
+            let commands = controller.step(H, &sample, &goal, None).unwrap().drives.to_vec();
             let truth = arm.step(&commands, H).unwrap();
             let pulls = truth.drives.iter().zip(truth.cables);
             let work: f64 = pulls.map(|(drive, cable)| drive.moved * cable.tension_in).sum();
@@ -191,17 +192,20 @@ fn while_the_reference_stands_the_controller_gives_the_arm_no_energy() {
 
 #[test]
 fn tensions_alone_lose_the_arm_and_say_so() {
-    let way = Way::Tensions(vec![Compensation::None; 15]);
+    let way = ActuationMode::DriveTension(vec![Compensation::None; 15]);
     let found = run(Case { way, ..Case::default() }, |_| {});
-    assert!(matches!(found.stopped, Some((_, Trouble::Astray(_)))), "{:?}", found.stopped);
+    assert!(matches!(found.stopped, Some((_, Fault::TrackingError(_)))), "{:?}", found.stopped);
     assert!(found.end_point_error.mean > 20e-3);
 }
 
 #[test]
 fn without_tensions_known_the_winches_still_follow_and_knowing_them_is_better() {
     let observed = run(Case::default(), |_| {}).end_point_error.mean;
-    let gains = ArmGains::lm_arm().without_tensions();
-    let blind = run(Case { way: Way::Winches(Knowledge::Encoders), gains, ..Case::default() }, |_| {});
+    let gains = ArmGains::lm_arm().without_tension_estimates();
+    let blind = run(
+        Case { way: ActuationMode::WinchSpeed(CableStateSource::Encoders), gains, ..Case::default() },
+        |_| {},
+    );
     assert!(blind.stopped.is_none() && blind.end_point_error.mean < 30e-3);
     assert!(observed < blind.end_point_error.mean, "{observed} {:?}", blind.end_point_error);
 }
@@ -211,31 +215,31 @@ fn the_same_seed_gives_the_same_bits() {
     let bits = || {
         let mut bits = Vec::new();
         run(Case { seconds: 2.9, ..Case::default() }, |row| {
-            bits.extend(row.truth.q.iter().chain(row.answer.wanted).map(|x| x.to_bits()));
+            bits.extend(row.truth.q.iter().chain(row.command.desired_tension).map(|x| x.to_bits()));
         });
         bits
     };
     assert!(bits() == bits());
 }
 
-fn fault(lasting: f64, what: Failure) -> [Fault; 1] {
-    [Fault { from: 2.5, lasting, what }]
+fn fault(lasting: f64, what: Failure) -> [InjectedFault; 1] {
+    [InjectedFault { from: 2.5, lasting, what }]
 }
 
 #[test]
 fn a_sensor_that_is_gone_for_milliseconds_is_bridged() {
     use SensorFailure::{Lost, NotANumber};
     for (lasting, sensor, how, named) in [
-        (0.001, Sensor::Joint(3), NotANumber, Trouble::JointSensor(3)),
-        (0.010, Sensor::Joint(3), Lost, Trouble::JointSensor(3)),
-        (0.010, Sensor::Motor(7), NotANumber, Trouble::MotorSensor(7)),
-        (0.100, Sensor::Tension(7), Lost, Trouble::TensionSensor(7)),
-        (0.100, Sensor::Tension(8), NotANumber, Trouble::TensionSensor(8)),
+        (0.001, Sensor::Joint(3), NotANumber, Fault::JointSensor(3)),
+        (0.010, Sensor::Joint(3), Lost, Fault::JointSensor(3)),
+        (0.010, Sensor::Motor(7), NotANumber, Fault::MotorSensor(7)),
+        (0.100, Sensor::Tension(7), Lost, Fault::TensionSensor(7)),
+        (0.100, Sensor::Tension(8), NotANumber, Fault::TensionSensor(8)),
     ] {
         let faults = fault(lasting, Failure::Sensor(sensor, how));
         let found = run(Case { faults: &faults, ..Case::default() }, |_| {});
-        assert_eq!(found.bridged.1, Some(named));
-        assert!(found.bridged.0 as f64 <= 1e3 * lasting + 1.0 && found.stopped.is_none(), "{found:?}");
+        assert_eq!(found.degraded.1, Some(named));
+        assert!(found.degraded.0 as f64 <= 1e3 * lasting + 1.0 && found.stopped.is_none(), "{found:?}");
         assert!(found.end_point_error.max < 50e-3, "{:?}", found.end_point_error);
     }
 }
@@ -244,26 +248,26 @@ fn a_sensor_that_is_gone_for_milliseconds_is_bridged() {
 fn what_does_not_come_back_stops_the_arm_by_name_without_a_jump() {
     use SensorFailure::NotANumber;
     for (what, named) in [
-        (Failure::Sensor(Sensor::Joint(3), NotANumber), Trouble::JointSensor(3)),
-        (Failure::Sensor(Sensor::Motor(7), NotANumber), Trouble::MotorSensor(7)),
-        (Failure::Amplifier(7), Trouble::Drive(7)),
-        (Failure::Winch(7), Trouble::Drive(7)),
-        (Failure::Cable(7), Trouble::Cable(7)),
+        (Failure::Sensor(Sensor::Joint(3), NotANumber), Fault::JointSensor(3)),
+        (Failure::Sensor(Sensor::Motor(7), NotANumber), Fault::MotorSensor(7)),
+        (Failure::Amplifier(7), Fault::Drive(7)),
+        (Failure::Winch(7), Fault::Drive(7)),
+        (Failure::Cable(7), Fault::Cable(7)),
     ] {
         let faults = fault(f64::INFINITY, what);
         let (mut last, mut jump, mut rows) = ([0.0_f64; 15], 0.0_f64, 0);
         let found = run(Case { faults: &faults, ..Case::default() }, |row| {
             rows += 1;
-            for (last, command) in last.iter_mut().zip(row.answer.commands) {
+            for (last, command) in last.iter_mut().zip(row.command.drives) {
                 let DriveCommand::Velocity(speed) = *command else { panic!("{command:?}") };
-                if matches!(row.answer.status, ArmStatus::Stopped(_)) {
+                if matches!(row.command.status, ArmStatus::Stopped(_)) {
                     jump = jump.max((speed - *last).abs());
                 }
                 *last = speed;
             }
         });
-        let (when, trouble) = found.stopped.unwrap();
-        assert_eq!(trouble, named);
+        let (when, fault) = found.stopped.unwrap();
+        assert_eq!(fault, named);
         assert!((2.5..3.5).contains(&when), "{named:?} {when}");
         assert!(jump < 0.01 && last.iter().all(|speed| speed.abs() < 1e-9), "{named:?} {jump} {last:?}");
         assert_eq!(rows, 6750, "recorded to the end");
@@ -290,17 +294,18 @@ fn what_a_network_says_is_added_to_what_the_observers_believe_within_its_bound()
     let robot = lm_arm();
     let specimen = ArmSpecimen::nominal(&robot, &start(&robot)).unwrap();
     let goal = Reference { q: start(&robot), ..Reference::new(7) };
-    let goal = Goal { now: &goal, coming: &goal, since: None };
-    let sample = ArmSample { motor: &[0.5; 15], tension: &[60.0; 15], joint: &start(&robot) };
+    let goal = PreviewedReference { current: &goal, previewed: &goal, repeat_time: None };
+    let sample = ArmMeasurement { motor: &[0.5; 15], tension: &[60.0; 15], joint: &start(&robot) };
     let believed = |said: f64| {
-        let way = Way::Winches(Knowledge::Observer);
+        let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
         let controller = ArmController::new(&robot, &believed(&specimen), ArmGains::lm_arm(), way).unwrap();
-        let networks = vec![constant(Residual::INPUTS, said); 15];
+        let networks = vec![constant(ResidualNetwork::INPUTS, said); 15];
         let mut controller = controller.with_residuals(networks).unwrap();
-        controller.step(1e-3, &sample, &goal, None).unwrap().believed.to_vec()
+        controller.step(1e-3, &sample, &goal, None).unwrap().estimated_tension.to_vec()
     };
     let without = believed(0.0);
-    for (said, counts) in [(1.5, 1.5), (100.0, Residual::MOST_N), (-100.0, -Residual::MOST_N)] {
+    for (said, counts) in [(1.5, 1.5), (100.0, ResidualNetwork::LIMIT_N), (-100.0, -ResidualNetwork::LIMIT_N)]
+    {
         for (with, without) in believed(said).iter().zip(&without) {
             assert!((with - without - counts).abs() < 1e-9, "{with} {without}");
         }
@@ -312,22 +317,22 @@ fn a_controller_is_refused_whose_parts_do_not_fit() {
     let robot = lm_arm();
     let specimen = ArmSpecimen::nominal(&robot, &start(&robot)).unwrap();
     let models = believed(&specimen);
-    let way = || Way::Winches(Knowledge::Observer);
+    let way = || ActuationMode::WinchSpeed(CableStateSource::Observer);
     let gains = ArmGains::lm_arm();
     assert!(ArmController::new(&robot, &models, gains.clone(), way()).is_ok());
     assert!(ArmController::new(&robot, &models[..14], gains.clone(), way()).is_err());
-    assert!(ArmController::new(&robot, &models, gains.clone(), Way::Tensions(vec![])).is_err());
+    assert!(ArmController::new(&robot, &models, gains.clone(), ActuationMode::DriveTension(vec![])).is_err());
     let with = |count: usize, inputs: usize| {
         let controller = ArmController::new(&robot, &models, gains.clone(), way()).unwrap();
         controller.with_residuals(vec![constant(inputs, 1.0); count])
     };
-    assert!(with(15, Residual::INPUTS).is_ok());
-    assert!(with(14, Residual::INPUTS).is_err() && with(15, Residual::INPUTS + 1).is_err());
+    assert!(with(15, ResidualNetwork::INPUTS).is_ok());
+    assert!(with(14, ResidualNetwork::INPUTS).is_err() && with(15, ResidualNetwork::INPUTS + 1).is_err());
     for change in [
-        |g: &mut ArmGains| g.settling = 0.0,
+        |g: &mut ArmGains| g.stretch_time_constant = 0.0,
         |g: &mut ArmGains| g.bandwidth[2] = f64::NAN,
-        |g: &mut ArmGains| g.disturbance.truncate(3),
-        |g: &mut ArmGains| g.hold = [1.0, 0.5],
+        |g: &mut ArmGains| g.disturbance_bandwidth.truncate(3),
+        |g: &mut ArmGains| g.rest_tolerance = [1.0, 0.5],
     ] {
         let mut bad = gains.clone();
         change(&mut bad);
@@ -345,9 +350,9 @@ fn whatever_sensors_say_commands_stay_finite_and_within_what_a_winch_can_do() {
             &robot,
             &believed(&specimen),
             ArmGains::lm_arm(),
-            Way::Winches(Knowledge::Observer),
+            ActuationMode::WinchSpeed(CableStateSource::Observer),
         )
-        .and_then(|controller| controller.with_residuals(vec![constant(Residual::INPUTS, 1.0); 15]))
+        .and_then(|controller| controller.with_residuals(vec![constant(ResidualNetwork::INPUTS, 1.0); 15]))
         .unwrap();
         let goal = Reference { q: start(&robot), ..Reference::new(7) };
         let mut wild = |usual: f64| match random.bits() % (4 + seed) {
@@ -360,10 +365,10 @@ fn whatever_sensors_say_commands_stay_finite_and_within_what_a_winch_can_do() {
             let motor: Vec<f64> = (0..15).map(|_| wild(0.5)).collect();
             let tension: Vec<f64> = (0..15).map(|_| wild(60.0)).collect();
             let joint: Vec<f64> = (0..7).map(|_| wild(0.3)).collect();
-            let sample = ArmSample { motor: &motor, tension: &tension, joint: &joint };
-            let goal = Goal { now: &goal, coming: &goal, since: None };
+            let sample = ArmMeasurement { motor: &motor, tension: &tension, joint: &joint };
+            let goal = PreviewedReference { current: &goal, previewed: &goal, repeat_time: None };
             let answer = controller.step(H, &sample, &goal, None).unwrap();
-            for command in answer.commands {
+            for command in answer.drives {
                 assert!(matches!(command, DriveCommand::Velocity(v) if v.abs() <= 0.14), "{command:?}");
             }
         }

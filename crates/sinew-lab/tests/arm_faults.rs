@@ -5,12 +5,12 @@
 mod common;
 
 use common::lm_arm;
-use sinew::control::arm::{ArmController, ArmGains, Knowledge, Trouble, Way};
+use sinew::control::arm::{ActuationMode, ArmController, ArmGains, CableStateSource, Fault};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, TimeLaw, Trajectory};
-use sinew::twin::arm::{ArmSpecimen, Failure, Fault, Sensor, SensorFailure};
+use sinew::twin::arm::{ArmSpecimen, Failure, Fault as InjectedFault, Sensor, SensorFailure};
 use sinew_lab::experiment::TrackSummary;
-use sinew_lab::experiment::arm::{TrackRun, perfect_models, track};
+use sinew_lab::experiment::arm::{TrackRun, oracle_models, track};
 
 /// When it fails, s: elbow and brachialis are on their way.
 const FROM: f64 = 3.0;
@@ -39,14 +39,14 @@ impl Arm {
         let joints = JointPath::resolve(&robot, site, &path, &Redundancy::lm_arm(), 720).unwrap();
         let law = TimeLaw::new(2.0 * std::f64::consts::PI, 5.75).unwrap();
         let specimen = ArmSpecimen::draw(&robot, robot.key("start").unwrap(), 1).unwrap();
-        let models = perfect_models(&specimen);
+        let models = oracle_models(&specimen);
         Self { models, specimen, trajectory: Trajectory::AlongPath { joints, law }, site }
     }
 
     /// Runs with one fault; holds what must hold whatever fails.
     fn fails(&self, what: Failure, lasting: f64) -> TrackSummary {
         let robot = lm_arm();
-        let way = Way::Winches(Knowledge::Observer);
+        let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
         let mut controller = ArmController::new(&robot, &self.models, ArmGains::lm_arm(), way).unwrap();
         let run = TrackRun {
             specimen: &self.specimen,
@@ -56,7 +56,7 @@ impl Arm {
             repeats: 1,
             before: 1.0,
             after: 1.0,
-            faults: &[Fault { from: FROM, lasting, what }],
+            faults: &[InjectedFault { from: FROM, lasting, what }],
             seed: 1,
         };
         let broken = if let Failure::Cable(k) = what { k } else { usize::MAX };
@@ -74,7 +74,7 @@ impl Arm {
                 assert!(cable.tension_in < 600.0, "{told}");
                 *last = cable.tension_out;
             }
-            let commands = row.answer.commands.iter();
+            let commands = row.command.drives.iter();
             commands.for_each(|told| {
                 assert!(
                     matches!(told, sinew::drive::DriveCommand::Velocity(v) if v.abs() <= 0.14),
@@ -98,12 +98,12 @@ enum End {
 }
 
 /// Every duration of every fault.
-fn hold(table: impl IntoIterator<Item = (Failure, f64, Trouble, End)>) {
+fn hold(table: impl IntoIterator<Item = (Failure, f64, Fault, End)>) {
     let arm = Arm::new();
     for (what, lasting, named, end) in table {
         let found = arm.fails(what, lasting);
         let told = format!("{what:?} for {lasting} s: {:?}", found.incidents);
-        let said = found.incidents.iter().find(|one| one.trouble == named);
+        let said = found.incidents.iter().find(|one| one.fault == named);
         match end {
             Unseen => assert!(found.incidents.is_empty(), "{told}"),
             Bridged => {
@@ -112,7 +112,7 @@ fn hold(table: impl IntoIterator<Item = (Failure, f64, Trouble, End)>) {
                 assert!(said.until < FROM + lasting + 0.01, "{told}");
             }
             Stopped => {
-                assert_eq!(found.stopped.map(|(_, trouble)| trouble), Some(named), "{told}");
+                assert_eq!(found.stopped.map(|(_, fault)| fault), Some(named), "{told}");
                 let at = found.stopped.map_or(0.0, |(time, _)| time);
                 assert!((FROM..FROM + 0.2).contains(&at), "{told}");
             }
@@ -122,7 +122,7 @@ fn hold(table: impl IntoIterator<Item = (Failure, f64, Trouble, End)>) {
     }
 }
 
-fn durations(what: Failure, named: Trouble, ends: [End; 4]) -> [(Failure, f64, Trouble, End); 4] {
+fn durations(what: Failure, named: Fault, ends: [End; 4]) -> [(Failure, f64, Fault, End); 4] {
     let [one, ten, hundred, always] = ends;
     [(1e-3, one), (0.01, ten), (0.1, hundred), (f64::INFINITY, always)].map(|(s, end)| (what, s, named, end))
 }
@@ -131,8 +131,8 @@ fn durations(what: Failure, named: Trouble, ends: [End; 4]) -> [(Failure, f64, T
 fn an_encoder_that_says_nothing_is_bridged_and_then_stops_the_arm() {
     let ends = [Bridged, Bridged, Stopped, Stopped];
     for how in [Lost, NotANumber] {
-        hold(durations(Failure::Sensor(Sensor::Motor(7), how), Trouble::MotorSensor(7), ends));
-        hold(durations(Failure::Sensor(Sensor::Joint(3), how), Trouble::JointSensor(3), ends));
+        hold(durations(Failure::Sensor(Sensor::Motor(7), how), Fault::MotorSensor(7), ends));
+        hold(durations(Failure::Sensor(Sensor::Joint(3), how), Fault::JointSensor(3), ends));
     }
 }
 
@@ -140,28 +140,28 @@ fn an_encoder_that_says_nothing_is_bridged_and_then_stops_the_arm() {
 fn an_encoder_that_is_stuck_is_found_out_when_it_should_have_moved() {
     // For ten milliseconds it differs from its counts as little as one whose cables stick.
     let ends = [Unseen, Unseen, Stopped, Stopped];
-    hold(durations(Failure::Sensor(Sensor::Motor(7), Stuck), Trouble::MotorSensor(7), ends));
-    hold(durations(Failure::Sensor(Sensor::Joint(3), Stuck), Trouble::JointSensor(3), ends));
+    hold(durations(Failure::Sensor(Sensor::Motor(7), Stuck), Fault::MotorSensor(7), ends));
+    hold(durations(Failure::Sensor(Sensor::Joint(3), Stuck), Fault::JointSensor(3), ends));
 }
 
 #[test]
 fn an_arm_goes_on_without_a_load_cell() {
     for (how, one) in [(Lost, Bridged), (NotANumber, Bridged), (Stuck, Unseen)] {
         let what = Failure::Sensor(Sensor::Tension(7), how);
-        hold(durations(what, Trouble::TensionSensor(7), [one, Bridged, Bridged, Bridged]));
+        hold(durations(what, Fault::TensionSensor(7), [one, Bridged, Bridged, Bridged]));
     }
 }
 
 #[test]
 fn a_drive_that_stops_is_told_from_its_encoder() {
     let ends = [Unseen, Unseen, Stopped, Stopped];
-    hold(durations(Failure::Amplifier(7), Trouble::Drive(7), ends));
-    hold(durations(Failure::Winch(7), Trouble::Drive(7), ends));
+    hold(durations(Failure::Amplifier(7), Fault::Drive(7), ends));
+    hold(durations(Failure::Winch(7), Fault::Drive(7), ends));
 }
 
 #[test]
 fn a_cable_that_breaks_is_told_from_its_load_cell() {
-    hold([0, 7, 8, 12].map(|k| (Failure::Cable(k), f64::INFINITY, Trouble::Cable(k), Stopped)));
+    hold([0, 7, 8, 12].map(|k| (Failure::Cable(k), f64::INFINITY, Fault::Cable(k), Stopped)));
 }
 
 #[test]
@@ -169,9 +169,13 @@ fn an_arm_without_faults_has_no_incidents() {
     let never = Failure::Sensor(Sensor::Joint(0), Lost);
     let arm = Arm::new();
     let robot = lm_arm();
-    let mut controller =
-        ArmController::new(&robot, &arm.models, ArmGains::lm_arm(), Way::Winches(Knowledge::Observer))
-            .unwrap();
+    let mut controller = ArmController::new(
+        &robot,
+        &arm.models,
+        ArmGains::lm_arm(),
+        ActuationMode::WinchSpeed(CableStateSource::Observer),
+    )
+    .unwrap();
     let run = TrackRun {
         specimen: &arm.specimen,
         robot: &robot,
@@ -180,7 +184,7 @@ fn an_arm_without_faults_has_no_incidents() {
         repeats: 2,
         before: 1.0,
         after: 3.0,
-        faults: &[Fault { from: 1e6, lasting: 1.0, what: never }],
+        faults: &[InjectedFault { from: 1e6, lasting: 1.0, what: never }],
         seed: 1,
     };
     let found = track(&run, &mut controller, |_| {}).unwrap();

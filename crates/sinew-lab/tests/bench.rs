@@ -4,13 +4,13 @@
 use sinew::control::compensation::{Compensation, ObserverCompensation};
 use sinew::predictor::CableModel;
 use sinew::twin::cable::Specimen;
-use sinew_lab::experiment::bench::{BenchRow, BenchRun, Programme, Steering, Stop, run};
+use sinew_lab::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, Stop, run};
 
 /// Root mean square error of the far tension in the windows of active and passive strokes, N.
 fn errors(specimen: Specimen, speed: f64, mut compensation: Compensation) -> [f64; 2] {
     let wanted = BenchRun::paper(specimen, Programme::Track, speed, 1);
     let mut sums = [[0.0; 2]; 2];
-    let stop = run(&wanted, Steering::By(&mut compensation), 30.0, |row| {
+    let stop = run(&wanted, MuscleControl::Compensation(&mut compensation), 30.0, |row| {
         if row.window.abs() > 0.0 && row.time > 3.0 {
             let sum = &mut sums[usize::from(row.window < 0.0)];
             sum[0] += (row.truth[1] - row.wanted).powi(2);
@@ -47,7 +47,10 @@ fn the_same_seed_gives_the_same_run() {
         let mut bits = Vec::new();
         let see =
             |row: &BenchRow| bits.push([row.far, row.sample.tension_in, row.truth[1]].map(f64::to_bits));
-        assert_eq!(run(&wanted, Steering::By(&mut Compensation::None), 3.0, see).unwrap(), None);
+        assert_eq!(
+            run(&wanted, MuscleControl::Compensation(&mut Compensation::None), 3.0, see).unwrap(),
+            None
+        );
         bits
     };
     assert_eq!(rows(3), rows(3));
@@ -60,7 +63,8 @@ fn a_cable_that_breaks_says_when_and_ends_the_run() {
     specimen.effects.breakage.as_mut().unwrap().tension = 250.0;
     let wanted = BenchRun::paper(specimen, Programme::Track, 0.06, 1);
     let mut last = 0.0;
-    let stop = run(&wanted, Steering::By(&mut observer()), 30.0, |row| last = row.time).unwrap();
+    let stop =
+        run(&wanted, MuscleControl::Compensation(&mut observer()), 30.0, |row| last = row.time).unwrap();
     assert!(matches!(stop, Some(Stop::Broken(broken)) if broken.tension > 250.0), "{stop:?}");
     assert!(last < 29.0);
 }

@@ -4,14 +4,14 @@
 use sinew::metrics::Comparison;
 use sinew::twin::cable::Specimen;
 use sinew_lab::calibrate::{Kind, calibrate, calibrated_cable, calibration_runs, observer};
-use sinew_lab::experiment::bench::{BenchRun, Programme, Steering};
+use sinew_lab::experiment::bench::{BenchRun, MuscleControl, Programme};
 use sinew_lab::reproduce::{Mechanism, Trial, on_trial};
 
 fn rmse(sides: &[Comparison; 2]) -> [f64; 2] {
     [sides[0].rmse().unwrap(), sides[1].rmse().unwrap()]
 }
 
-fn trial(specimen: &Specimen, speed: f64, steering: Steering<'_>) -> Trial {
+fn trial(specimen: &Specimen, speed: f64, steering: MuscleControl<'_>) -> Trial {
     let wanted = BenchRun::paper(specimen.clone(), Programme::Track, speed, 77);
     on_trial(&wanted, steering, 3.0 + 3.2 * wanted.stroke / speed, [0.0, 0.0]).unwrap()
 }
@@ -22,8 +22,8 @@ fn a_calibrated_observer_reaches_the_far_tension_on_a_cable_it_has_never_seen() 
     let logs = calibration_runs(&specimen, 3.0, 5).unwrap();
     let compensation = observer(&calibrated_cable(&logs).unwrap()).unwrap();
     for speed in [0.04, 0.12] {
-        let ours = trial(&specimen, speed, Steering::By(&mut compensation.clone()));
-        let perfect = trial(&specimen, speed, Steering::PerfectKnowledge);
+        let ours = trial(&specimen, speed, MuscleControl::Compensation(&mut compensation.clone()));
+        let perfect = trial(&specimen, speed, MuscleControl::Oracle);
         let (achieved, estimated) = (rmse(&ours.scores.achieved), rmse(&ours.scores.estimated));
         assert!(achieved[0] < 1.7 && achieved[1] < 1.2, "{speed}: achieved {achieved:?}");
         assert!(estimated[0] < 1.7 && estimated[1] < 1.2, "{speed}: estimated {estimated:?}");
@@ -50,7 +50,7 @@ fn compensations_rank_as_they_should() {
     let logs = calibration_runs(&specimen, 2.0, 1).unwrap();
     let active = |kind| {
         let mut compensation = calibrate(kind, &logs, 1).unwrap();
-        rmse(&trial(&specimen, 0.08, Steering::By(&mut compensation)).scores.achieved)[0]
+        rmse(&trial(&specimen, 0.08, MuscleControl::Compensation(&mut compensation)).scores.achieved)[0]
     };
     let [none, capstan, observer] = [Kind::None, Kind::Capstan, Kind::Observer].map(active);
     assert!(none > 50.0 && capstan < 0.2 * none && observer < 0.2 * capstan, "{none} {capstan} {observer}");

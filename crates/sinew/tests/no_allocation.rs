@@ -242,7 +242,10 @@ fn distributing_a_torque_never_allocates_whether_it_can_be_reached_or_not() {
 
 #[test]
 fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
-    use sinew::control::arm::{ArmController, ArmGains, ArmSample, Goal, Knowledge, Residual, Way};
+    use sinew::control::arm::{
+        ActuationMode, ArmController, ArmGains, ArmMeasurement, CableStateSource, PreviewedReference,
+        ResidualNetwork,
+    };
     use sinew::predictor::CableModel;
     use sinew::trajectory::Reference;
     use sinew::transmission::{Perceptron, PerceptronWeights};
@@ -257,11 +260,11 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
         ..CableModel::bench()
     };
     let models: Vec<CableModel> = specimen.cables.iter().map(model).collect();
-    let way = Way::Winches(Knowledge::Observer);
+    let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
     let network = Perceptron::new(PerceptronWeights {
-        inputs: Residual::INPUTS,
+        inputs: ResidualNetwork::INPUTS,
         hidden: 8,
-        input_weights: vec![1e-3; 8 * Residual::INPUTS],
+        input_weights: vec![1e-3; 8 * ResidualNetwork::INPUTS],
         hidden_bias: vec![0.0; 8],
         output_weights: vec![0.1; 8],
         output_bias: 0.0,
@@ -281,11 +284,16 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
             let lost = [f64::NAN; 15];
             let said = arm.reading();
             let tension = if k == 300 { &lost[..] } else { &said.tension };
-            let sample = ArmSample { motor: &said.motor, tension, joint: &said.joint };
+            let sample = ArmMeasurement { motor: &said.motor, tension, joint: &said.joint };
             let answer = controller
-                .step(1e-3, &sample, &Goal { now: &goal, coming: &goal, since: None }, None)
+                .step(
+                    1e-3,
+                    &sample,
+                    &PreviewedReference { current: &goal, previewed: &goal, repeat_time: None },
+                    None,
+                )
                 .unwrap();
-            moved += arm.step(answer.commands, 1e-3).unwrap().v[3].abs() * 1e-3;
+            moved += arm.step(answer.drives, 1e-3).unwrap().v[3].abs() * 1e-3;
         }
     };
     assert_eq!(calls(&mut work), 0);

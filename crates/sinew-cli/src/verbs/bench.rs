@@ -11,7 +11,7 @@ use sinew::control::compensation::Compensation;
 use sinew::metrics::Comparison;
 use sinew::twin::cable::Specimen;
 use sinew_lab::calibrate::{Kind, calibrate, calibration_runs};
-use sinew_lab::experiment::bench::{BenchRow, BenchRun, Programme, Steering, Stop, run as run_bench};
+use sinew_lab::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, Stop, run as run_bench};
 use std::fmt::Write;
 
 /// Strokes at each speed that a compensation is calibrated by.
@@ -93,22 +93,23 @@ fn at_speed(
     let (mut reached, mut believed) = (Comparison::new(), Comparison::new());
     let (mut rows, mut last_kept) = (0, false);
     let known = programme == Programme::Track;
-    let stop = run_bench(&wanted, Steering::By(&mut compensation), arguments.duration, |row| {
-        let kept = match arguments.muscle {
-            Muscle::Both => true,
-            Muscle::Active => row.velocity > 0.0,
-            Muscle::Passive => row.velocity < 0.0,
-        };
-        *trial += u32::from(kept && !last_kept);
-        last_kept = kept;
-        if kept {
-            rows += 1;
-            // A simulated tension is finite; what were not would be left out of the mean, and the count would tell.
-            let _ = reached.push(row.wanted, row.truth[1]);
-            let _ = believed.push(row.truth[1], row.estimate);
-            write_row(log, row, *trial, known);
-        }
-    })?;
+    let stop =
+        run_bench(&wanted, MuscleControl::Compensation(&mut compensation), arguments.duration, |row| {
+            let kept = match arguments.muscle {
+                Muscle::Both => true,
+                Muscle::Active => row.velocity > 0.0,
+                Muscle::Passive => row.velocity < 0.0,
+            };
+            *trial += u32::from(kept && !last_kept);
+            last_kept = kept;
+            if kept {
+                rows += 1;
+                // A simulated tension is finite; what were not would be left out of the mean, and the count would tell.
+                let _ = reached.push(row.wanted, row.truth[1]);
+                let _ = believed.push(row.truth[1], row.estimate);
+                write_row(log, row, *trial, known);
+            }
+        })?;
     Ok(Summary {
         simulated: true,
         speed_m_per_s: speed,

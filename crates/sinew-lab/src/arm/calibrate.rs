@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::calibrate::{cable_log, networks};
-use crate::experiment::bench::{BenchRow, BenchRun, Programme, Steering, run};
+use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, run};
 use rayon::prelude::*;
 use sinew::control::compensation::{Compensation, NetworkCompensation};
 use sinew::predictor::CableModel;
@@ -121,7 +121,7 @@ pub(super) fn runs(specimen: &ArmSpecimen, muscle: usize, seed: u64) -> Result<V
         };
         let mut rows: Vec<BenchRow> = Vec::new();
         let nothing = &mut Compensation::None;
-        match run(&wanted, Steering::By(nothing), strokes.seconds, |row| rows.push(*row))? {
+        match run(&wanted, MuscleControl::Compensation(nothing), strokes.seconds, |row| rows.push(*row))? {
             None => Ok(rows),
             Some(stop) => {
                 let expected = "no cable or drive that gives up";

@@ -2,7 +2,7 @@
 
 use super::tracking::first_pose;
 use crate::Error;
-use crate::experiment::arm::perfect_models;
+use crate::experiment::arm::oracle_models;
 use sinew::body::{Poses, Robot};
 use sinew::control::arm::ArmGains;
 use sinew::control::tension::{Distribution, Problem, Status};
@@ -138,7 +138,7 @@ pub fn obstacle(robot: &Robot, trajectory: &Trajectory) -> Result<Option<Obstacl
             .map(|m| (m, solution.tension[m]));
         Some(Shortfall { velocity, torque, muscle })
     };
-    let limits = Limits { cable_speed: gains.most_speed, every: every(trajectory), ..Limits::default() };
+    let limits = Limits { cable_speed: gains.max_winch_speed, every: every(trajectory), ..Limits::default() };
     Ok(first_obstacle(robot, trajectory, &limits, reach)?)
 }
 
@@ -161,13 +161,13 @@ fn tensions(
     gains: &ArmGains,
 ) -> Result<[Vec<f64>; 2], Error> {
     let Ok(design) = ArmSpecimen::nominal(robot, &first_pose(trajectory)?) else {
-        return Ok([vec![gains.least_tension; muscles], vec![MOST_N; muscles]]);
+        return Ok([vec![gains.min_tension; muscles], vec![MOST_N; muscles]]);
     };
     let [mut least, mut most] = [Vec::new(), Vec::new()];
-    for cable in perfect_models(&design) {
+    for cable in oracle_models(&design) {
         let law = cable.law()?;
-        least.push(gains.least_tension.max(law.pretension() + gains.above_pretension));
-        most.push(gains.drive_tension * (-law.friction_angle()).exp() + law.pretension());
+        least.push(gains.min_tension.max(law.pretension() + gains.pretension_margin));
+        most.push(gains.max_drive_tension * (-law.friction_angle()).exp() + law.pretension());
     }
     Ok([least, most])
 }

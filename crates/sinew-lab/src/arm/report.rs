@@ -1,7 +1,7 @@
 use crate::experiment::{Incident, Spread, TrackSummary};
 use serde::Serialize;
 use sinew::body::Robot;
-use sinew::control::arm::Trouble;
+use sinew::control::arm::Fault;
 
 /// Errors of the end point, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -58,7 +58,7 @@ impl TrackIncident {
         Self {
             from_s: to_milliseconds(incident.from),
             until_s: to_milliseconds(incident.until),
-            what: named(incident.trouble, robot),
+            what: named(incident.fault, robot),
             answer: if incident.stopped { "stopped" } else { "bridged" },
         }
     }
@@ -69,20 +69,20 @@ fn to_milliseconds(time: f64) -> f64 {
     (1e3 * time).round() / 1e3
 }
 
-/// A trouble by the name of its muscle or joint.
-fn named(trouble: Trouble, robot: &Robot) -> String {
+/// A fault by the name of its muscle or joint.
+fn named(fault: Fault, robot: &Robot) -> String {
     let muscle = |k: usize| robot.parts().tendons.get(k).map_or("?", |tendon| tendon.name.as_str());
     let joint = |k| {
         let joint = robot.joint_of_velocity(k).and_then(|joint| robot.parts().joints.get(joint));
         joint.map_or("?", |joint| joint.name.as_str())
     };
-    match trouble {
-        Trouble::JointSensor(k) => format!("joint encoder of {}", joint(k)),
-        Trouble::MotorSensor(k) => format!("motor encoder of {}", muscle(k)),
-        Trouble::TensionSensor(k) => format!("load cell of {}", muscle(k)),
-        Trouble::Drive(k) => format!("drive of {}", muscle(k)),
-        Trouble::Cable(k) => format!("cable of {}", muscle(k)),
-        Trouble::Astray(k) => format!("{} is astray", joint(k)),
+    match fault {
+        Fault::JointSensor(k) => format!("joint encoder of {}", joint(k)),
+        Fault::MotorSensor(k) => format!("motor encoder of {}", muscle(k)),
+        Fault::TensionSensor(k) => format!("load cell of {}", muscle(k)),
+        Fault::Drive(k) => format!("drive of {}", muscle(k)),
+        Fault::Cable(k) => format!("cable of {}", muscle(k)),
+        Fault::TrackingError(k) => format!("{} is beyond the largest tracking error", joint(k)),
     }
 }
 
@@ -137,7 +137,7 @@ impl TrackingNumbers {
             least_anchor_tension_n: summary.least_anchor.0,
             most_drive_tension_n: summary.most_drive.0,
             stopped_s: summary.stopped.map(|(time, _)| time).or(summary.lost).map(to_milliseconds),
-            stopped_by: summary.stopped.map(|(_, trouble)| named(trouble, robot)),
+            stopped_by: summary.stopped.map(|(_, fault)| named(fault, robot)),
             incidents: summary.incidents.iter().map(|one| TrackIncident::new(one, robot)).collect(),
         }
     }

@@ -4,7 +4,7 @@ use super::calibrate::{STROKES, runs};
 use crate::Error;
 use crate::calibrate::cable_log;
 use rayon::prelude::*;
-use sinew::control::arm::{Ends, Residual};
+use sinew::control::arm::{ResidualInputs, ResidualNetwork};
 use sinew::predictor::CableModel;
 use sinew::transmission::{Perceptron, PerceptronWeights};
 use sinew::twin::arm::ArmSpecimen;
@@ -23,7 +23,7 @@ pub struct Left {
 /// A network for the residual of a cable's observer, and what it was worth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResidualFit {
-    /// For [`Residual`].
+    /// For [`ResidualNetwork`].
     pub network: Perceptron,
     /// Of the first half of every run, which it was trained on.
     pub trained: Left,
@@ -63,7 +63,7 @@ pub fn calibrate_residuals(
 /// Samples of some runs.
 #[derive(Default)]
 struct Samples {
-    /// Rows of [`Residual::INPUTS`].
+    /// Rows of [`ResidualNetwork::INPUTS`].
     inputs: Vec<f64>,
     /// What the observer leaves, N.
     left: Vec<f64>,
@@ -72,7 +72,7 @@ struct Samples {
 fn fit_residual(logs: &[CableLog], model: &CableModel, seed: u64) -> Result<ResidualFit, Error> {
     let [mut trained, mut judged, mut held_out] = [(); 3].map(|()| Samples::default());
     for log in logs {
-        let (mut ends, length) = (Ends::default(), log.len() as f64);
+        let (mut ends, length) = (ResidualInputs::default(), log.len() as f64);
         for (k, estimate) in run_cable(model, log)?.iter().enumerate() {
             let inputs = ends.inputs(log.interval_s[k], &log.samples[k], estimate);
             // Before it slid, an observer guesses.
@@ -121,13 +121,13 @@ fn faded(network: Perceptron, judged: &Samples) -> Result<Perceptron, Error> {
 
 impl Samples {
     fn rows(&self) -> impl Iterator<Item = (&[f64], &f64)> {
-        self.inputs.chunks_exact(Residual::INPUTS).zip(&self.left)
+        self.inputs.chunks_exact(ResidualNetwork::INPUTS).zip(&self.left)
     }
 
     fn judge(&self, network: &Perceptron) -> Result<Left, Error> {
         let (mut before, mut after) = (0.0, 0.0);
         for (inputs, left) in self.rows() {
-            let said = network.evaluate(inputs)?.clamp(-Residual::MOST_N, Residual::MOST_N);
+            let said = network.evaluate(inputs)?.clamp(-ResidualNetwork::LIMIT_N, ResidualNetwork::LIMIT_N);
             before += left * left;
             after += (left - said) * (left - said);
         }

@@ -4,7 +4,7 @@ use super::residual::calibrate_residuals;
 use super::variant::Variant;
 use crate::Error;
 use crate::experiment::TrackSummary;
-use crate::experiment::arm::{TrackRow, TrackRun, perfect_models, track};
+use crate::experiment::arm::{TrackRow, TrackRun, oracle_models, track};
 use sinew::body::Robot;
 use sinew::control::arm::ArmController;
 use sinew::predictor::CableModel;
@@ -89,7 +89,7 @@ pub struct Tracking {
 pub fn track_arm(arm: &Prepared, variant: Variant, walk: &Walk<'_>) -> Result<Tracking, Error> {
     let perfect;
     let models = if variant == Variant::Perfect {
-        perfect = perfect_models(&arm.specimen);
+        perfect = oracle_models(&arm.specimen);
         &perfect
     } else {
         &arm.models
@@ -101,7 +101,7 @@ pub fn track_arm(arm: &Prepared, variant: Variant, walk: &Walk<'_>) -> Result<Tr
         controller = controller.with_residuals(residuals.into_iter().map(|fit| fit.network).collect())?;
     }
     if walk.learning && walk.repeats > 1 {
-        controller = controller.with_practice(walk.trajectory.duration())?;
+        controller = controller.with_iterative_learning(walk.trajectory.duration())?;
     }
     let run = TrackRun {
         specimen: &arm.specimen,
@@ -133,7 +133,7 @@ fn thin(row: &TrackRow<'_>) -> TraceRow {
         end_point_m: row.end_point,
         length_m: row.length.to_vec(),
         length_error_m: row.length_error.to_vec(),
-        wanted_n: row.answer.wanted.to_vec(),
+        wanted_n: row.command.desired_tension.to_vec(),
         anchor_n: row.truth.cables.iter().map(|cable| cable.tension_out).collect(),
         drive_n: row.truth.cables.iter().map(|cable| cable.tension_in).collect(),
     }

@@ -1,6 +1,6 @@
 use super::calibrate::calibrate_networks;
 use crate::Error;
-use sinew::control::arm::{ArmGains, Knowledge, Way};
+use sinew::control::arm::{ActuationMode, ArmGains, CableStateSource};
 use sinew::control::compensation::Compensation;
 use sinew::predictor::CableModel;
 use sinew::twin::arm::ArmSpecimen;
@@ -70,20 +70,25 @@ impl Variant {
         let share = payload / CALMED_KG;
         gains.bandwidth.iter_mut().for_each(|bandwidth| *bandwidth /= 1.0 + share * share);
         if self == Self::NoObserver {
-            gains = gains.without_tensions();
+            gains = gains.without_tension_estimates();
         }
         if self == Self::NoDisturbance {
-            gains.disturbance.fill(0.0);
+            gains.disturbance_bandwidth.fill(0.0);
             // Nor any other integral.
-            gains.integral = 0.0;
+            gains.pre_travel_integral = 0.0;
         }
         gains
     }
 
     /// How tensions are brought to the anchors, with what was identified.
-    pub(super) fn way(self, specimen: &ArmSpecimen, models: &[CableModel], seed: u64) -> Result<Way, Error> {
+    pub(super) fn way(
+        self,
+        specimen: &ArmSpecimen,
+        models: &[CableModel],
+        seed: u64,
+    ) -> Result<ActuationMode, Error> {
         let knowledge = match self {
-            Self::None => return Ok(Way::Tensions(vec![Compensation::None; models.len()])),
+            Self::None => return Ok(ActuationMode::DriveTension(vec![Compensation::None; models.len()])),
             Self::Capstan => {
                 let capstan = |model: &CableModel| {
                     Ok(Compensation::Capstan {
@@ -91,17 +96,19 @@ impl Variant {
                         pretension: model.parameters.pretension,
                     })
                 };
-                return Ok(Way::Tensions(models.iter().map(capstan).collect::<Result<_, Error>>()?));
+                return Ok(ActuationMode::DriveTension(
+                    models.iter().map(capstan).collect::<Result<_, Error>>()?,
+                ));
             }
             Self::Paper => {
                 let networks = calibrate_networks(specimen, seed)?;
                 let each = networks.into_iter().map(|network| Compensation::Network(Box::new(network)));
-                return Ok(Way::Tensions(each.collect()));
+                return Ok(ActuationMode::DriveTension(each.collect()));
             }
-            Self::NoObserver => Knowledge::Encoders,
-            Self::Observer | Self::ObserverNetwork | Self::NoDisturbance => Knowledge::Observer,
-            Self::Perfect => Knowledge::Told,
+            Self::NoObserver => CableStateSource::Encoders,
+            Self::Observer | Self::ObserverNetwork | Self::NoDisturbance => CableStateSource::Observer,
+            Self::Perfect => CableStateSource::Oracle,
         };
-        Ok(Way::Winches(knowledge))
+        Ok(ActuationMode::WinchSpeed(knowledge))
     }
 }

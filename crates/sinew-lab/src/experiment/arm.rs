@@ -3,8 +3,8 @@
 use super::tally::{Spread, TrackSummary};
 use sinew::Error;
 use sinew::body::{Poses, Robot, Scratch};
-use sinew::control::arm::{ArmAnswer, ArmController, ArmSample, Goal, Told};
-use sinew::control::stretch::FORESIGHT;
+use sinew::control::arm::{ArmCommand, ArmController, ArmMeasurement, GroundTruth, PreviewedReference};
+use sinew::control::stretch::PREVIEW_HORIZON;
 use sinew::control::tension::{Distribution, Problem};
 use sinew::drive::DriveCommand;
 use sinew::muscle::{Geometry, Muscles};
@@ -60,7 +60,7 @@ pub struct TrackRow<'a> {
     /// By how much every muscle is truly longer than it was to be, m: `[muscles]`.
     pub length_error: &'a [f64],
     /// What the controller said.
-    pub answer: &'a ArmAnswer<'a>,
+    pub command: &'a ArmCommand<'a>,
     /// What sensors said.
     pub reading: &'a ArmReading,
     /// What no controller knows.
@@ -102,14 +102,19 @@ pub fn track(
         let time = k as f64 * STEP;
         let since = time - run.before;
         run.trajectory.sample(within_repeat(run, since), &mut now)?;
-        run.trajectory.sample(within_repeat(run, since + FORESIGHT), &mut coming)?;
+        run.trajectory.sample(within_repeat(run, since + PREVIEW_HORIZON), &mut coming)?;
         let repeat = (since >= 0.0 && since < moving).then(|| (since / run.trajectory.duration()) as u32);
         told.look(&arm);
         let reading = arm.reading();
-        let sample = ArmSample { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
-        let goal = Goal { now: &now, coming: &coming, since: repeat.map(|_| within_repeat(run, since)) };
+        let sample =
+            ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
+        let goal = PreviewedReference {
+            current: &now,
+            previewed: &coming,
+            repeat_time: repeat.map(|_| within_repeat(run, since)),
+        };
         let answer = controller.step(STEP, &sample, &goal, Some(&told.told()))?;
-        commands.copy_from_slice(answer.commands);
+        commands.copy_from_slice(answer.drives);
         ruler.measure(&now.q, arm.truth().q)?;
         let row = TrackRow {
             time,
@@ -121,7 +126,7 @@ pub fn track(
             read_as_wanted: ruler.read_as_wanted,
             length: &ruler.length,
             length_error: &ruler.length_error,
-            answer: &answer,
+            command: &answer,
             reading,
             truth: &arm.truth(),
         };
@@ -235,7 +240,7 @@ impl<'a> Ruler<'a> {
 /// Cables as they are, for the yardstick of perfect knowledge: what no identification can find. Grease that warms is not in them: it is
 /// told as it goes.
 #[must_use]
-pub fn perfect_models(specimen: &ArmSpecimen) -> Vec<CableModel> {
+pub fn oracle_models(specimen: &ArmSpecimen) -> Vec<CableModel> {
     let model = |cable: &Specimen| {
         let mut parameters = cable.parameters;
         parameters.weakening = cable.effects.slow.map(|slow| slow.weakening);
@@ -277,8 +282,8 @@ impl Known {
         }
     }
 
-    fn told(&self) -> Told<'_> {
-        Told { tension_out: &self.tension_out, stretch: &self.stretch, drag_factor: &self.drag_factor }
+    fn told(&self) -> GroundTruth<'_> {
+        GroundTruth { tension_out: &self.tension_out, stretch: &self.stretch, drag_factor: &self.drag_factor }
     }
 }
 

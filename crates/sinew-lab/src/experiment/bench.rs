@@ -2,7 +2,7 @@
 
 use sinew::Error;
 use sinew::control::compensation::{Answer, Compensation};
-use sinew::control::stretch::{FORESIGHT, StretchFollower, Wish};
+use sinew::control::stretch::{FarEndReference, PREVIEW_HORIZON, StretchController};
 use sinew::drive::{DriveCommand, DriveFault, DriveParameters};
 use sinew::predictor::CableSample;
 use sinew::transmission::cable::{CableLaw, CableParameters, Path};
@@ -71,7 +71,7 @@ pub struct BenchRow {
     /// Wanted far tension, N.
     pub wanted: f64,
     /// What the muscle's drive was told.
-    pub told: DriveCommand,
+    pub command: DriveCommand,
     /// What the muscle's sensors and the joint's say.
     pub sample: CableSample,
     /// What the far sensor says, N.
@@ -99,11 +99,11 @@ pub enum Stop {
 
 /// Who tells the muscle's drive what to do.
 #[derive(Debug)]
-pub enum Steering<'a> {
+pub enum MuscleControl<'a> {
     /// A compensation, by what sensors say.
-    By(&'a mut Compensation),
+    Compensation(&'a mut Compensation),
     /// Nobody has it: the plant's own law and its true stretch, without noise and delay. The yardstick.
-    PerfectKnowledge,
+    Oracle,
 }
 
 /// Length of the paper's strokes here, m; it does not tell it.
@@ -121,17 +121,17 @@ const TURNING: f64 = 1.0;
 /// As [`Bench::new`]; the plant's own errors mid-run.
 pub fn run(
     run: &BenchRun,
-    mut steering: Steering<'_>,
+    mut steering: MuscleControl<'_>,
     seconds: f64,
     mut see: impl FnMut(&BenchRow),
 ) -> Result<Option<Stop>, Error> {
     let mut bench = Bench::new(&run.specimen, run.resolution, run.drives, run.seed)?;
     bench.settle(0.5 * (run.tension[0] + run.tension[1]))?;
-    let mut perfect = StretchFollower::new(bench.cable().law().clone());
+    let mut perfect = StretchController::new(bench.cable().law().clone());
     let mut load = LoadFeed::new()?;
     let mut stroke = Stroke::new(run.speed, run.stroke);
     let mut ahead = stroke.clone();
-    for _ in 0..(FORESIGHT / STEP) as u64 {
+    for _ in 0..(PREVIEW_HORIZON / STEP) as u64 {
         ahead.next();
     }
     let steps = (seconds / STEP) as u64;
@@ -145,10 +145,10 @@ pub fn run(
             anchor: reading.anchor(),
             tension_in: reading.muscle.tension,
         };
-        let wish = Wish { tension_out: wanted, velocity, coming };
+        let wish = FarEndReference { tension_out: wanted, velocity, previewed_velocity: coming };
         let answer = match &mut steering {
-            Steering::By(compensation) => compensation.answer(STEP, &wish, &sample),
-            Steering::PerfectKnowledge => {
+            MuscleControl::Compensation(compensation) => compensation.answer(STEP, &wish, &sample),
+            MuscleControl::Oracle => {
                 let CableReading { tension_out, stretch, .. } = bench.truth();
                 let speed = perfect.speed(STEP, &wish, stretch, bench.cable().drag_factor());
                 Answer { command: DriveCommand::Velocity(speed), far: tension_out, stretch }
@@ -166,7 +166,7 @@ pub fn run(
             time,
             window: stroke.window(),
             wanted,
-            told: muscle,
+            command: muscle,
             sample,
             far: reading.load.tension,
             estimate: answer.far,

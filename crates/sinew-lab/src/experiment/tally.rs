@@ -1,7 +1,7 @@
 //! What is counted of a run: errors of the end point and of every muscle, tensions at their extremes.
 
 use super::arm::{NOTHING, TrackRow, distance};
-use sinew::control::arm::{ArmStatus, Trouble};
+use sinew::control::arm::{ArmStatus, Fault};
 use sinew::control::tension::Status;
 
 /// Mean, standard deviation and largest of a magnitude.
@@ -46,8 +46,8 @@ pub struct Incident {
     /// And last.
     pub until: f64,
     /// What.
-    pub trouble: Trouble,
-    /// Whether it stopped the arm; else it was bridged.
+    pub fault: Fault,
+    /// Whether it stopped the arm; else it was degraded.
     pub stopped: bool,
 }
 
@@ -79,9 +79,9 @@ pub struct TrackSummary {
     /// Milliseconds in which no tensions within limits gave the torque.
     pub infeasible: u64,
     /// When the controller stopped the arm, s, and why.
-    pub stopped: Option<(f64, Trouble)>,
-    /// Milliseconds in which something was missing and bridged, and what it was first.
-    pub bridged: (u64, Option<Trouble>),
+    pub stopped: Option<(f64, Fault)>,
+    /// Milliseconds in which something was missing and degraded, and what it was first.
+    pub degraded: (u64, Option<Fault>),
     /// All of what was wrong, in the order in which the controller said so.
     pub incidents: Vec<Incident>,
     /// When the plant itself gave up, s: the arm moved faster than any cable could follow.
@@ -102,7 +102,7 @@ impl TrackSummary {
             most_drive: (0.0, 0),
             infeasible: 0,
             stopped: None,
-            bridged: (0, None),
+            degraded: (0, None),
             incidents: Vec::new(),
             lost: None,
         }
@@ -117,15 +117,15 @@ impl TrackSummary {
                 self.most_drive = (cable.tension_in, k);
             }
         }
-        self.note(row.time, row.answer.status);
-        match row.answer.status {
-            ArmStatus::Stopped(trouble) if self.stopped.is_none() => self.stopped = Some((row.time, trouble)),
-            ArmStatus::Bridging(trouble) => {
-                self.bridged = (self.bridged.0 + 1, self.bridged.1.or(Some(trouble)));
+        self.note(row.time, row.command.status);
+        match row.command.status {
+            ArmStatus::Stopped(fault) if self.stopped.is_none() => self.stopped = Some((row.time, fault)),
+            ArmStatus::Degraded(fault) => {
+                self.degraded = (self.degraded.0 + 1, self.degraded.1.or(Some(fault)));
             }
             _ => {}
         }
-        if row.answer.reached == Status::Infeasible {
+        if row.command.distribution == Status::Infeasible {
             self.infeasible += 1;
         }
         if row.rested > SETTLING {
@@ -151,14 +151,14 @@ impl TrackSummary {
     }
 
     fn note(&mut self, time: f64, status: ArmStatus) {
-        let (trouble, stopped) = match status {
-            ArmStatus::Bridging(trouble) => (trouble, false),
-            ArmStatus::Stopped(trouble) => (trouble, true),
+        let (fault, stopped) = match status {
+            ArmStatus::Degraded(fault) => (fault, false),
+            ArmStatus::Stopped(fault) => (fault, true),
             ArmStatus::Following | ArmStatus::Holding => return,
         };
-        match self.incidents.iter_mut().rev().find(|one| one.trouble == trouble && one.stopped == stopped) {
+        match self.incidents.iter_mut().rev().find(|one| one.fault == fault && one.stopped == stopped) {
             Some(one) if time - one.until < SAME_INCIDENT => one.until = time,
-            _ => self.incidents.push(Incident { from: time, until: time, trouble, stopped }),
+            _ => self.incidents.push(Incident { from: time, until: time, fault, stopped }),
         }
     }
 

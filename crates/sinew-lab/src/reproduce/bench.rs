@@ -9,7 +9,7 @@ use super::results::{
 use super::trial::{TraceRow, Trial, on_trial};
 use crate::Error;
 use crate::calibrate::{Kind, calibrate, calibrated_cable, calibration_runs, capstan, observer};
-use crate::experiment::bench::{BenchRun, Programme, Steering};
+use crate::experiment::bench::{BenchRun, MuscleControl, Programme};
 use rayon::prelude::*;
 use sinew::control::compensation::Compensation;
 use sinew::metrics::Comparison;
@@ -170,9 +170,9 @@ fn all_speeds<'a>(
             let drawn = [0.0, 3.0 + 2.0 * stroke];
             match steerings[k].1 {
                 Some(compensation) => {
-                    on_trial(&wanted, Steering::By(&mut compensation.clone()), seconds, drawn)
+                    on_trial(&wanted, MuscleControl::Compensation(&mut compensation.clone()), seconds, drawn)
                 }
-                None => on_trial(&wanted, Steering::PerfectKnowledge, seconds, drawn),
+                None => on_trial(&wanted, MuscleControl::Oracle, seconds, drawn),
             }
         })
         .collect::<Result<Vec<_>, Error>>()?;

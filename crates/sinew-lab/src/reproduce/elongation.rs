@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::experiment::bench::{BenchRow, STEP};
-use crate::experiment::bench::{BenchRun, Programme, Steering, run};
+use crate::experiment::bench::{BenchRun, MuscleControl, Programme, run};
 use rayon::prelude::*;
 use sinew::control::compensation::{Compensation, ObserverCompensation};
 use sinew::predictor::CableModel;
@@ -117,7 +117,7 @@ fn other_run(
     let mut observer = Compensation::Observer(Box::new(ObserverCompensation::new(model)?));
     let mut rows = Vec::new();
     let seconds = 3.0 + cycles * 2.0 * wanted.stroke / speed;
-    run(&wanted, Steering::By(&mut observer), seconds, |row| rows.push(*row))?;
+    run(&wanted, MuscleControl::Compensation(&mut observer), seconds, |row| rows.push(*row))?;
     Ok(rows)
 }
 

@@ -1,7 +1,7 @@
 //! A compensation on trial: Table I in its three readings, from one run at one speed.
 
 use crate::Error;
-use crate::experiment::bench::{BenchRow, BenchRun, STEP, Steering, run};
+use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, STEP, run};
 use sinew::metrics::Comparison;
 
 /// Active strokes (toward the muscle's motor) and passive ones, in this order, compared in three ways.
@@ -67,7 +67,7 @@ pub struct Trial {
 /// [`Error::Experiment`] where the run ends early; [`Error::Physics`] for a specimen that is none.
 pub fn on_trial(
     wanted: &BenchRun,
-    steering: Steering<'_>,
+    steering: MuscleControl<'_>,
     seconds: f64,
     drawn: [f64; 2],
 ) -> Result<Trial, Error> {

@@ -1,13 +1,13 @@
 //! From the tension wanted at the anchor to what the drive is told.
 
-use super::stretch::{StretchFollower, Wish, direction};
+use super::stretch::{FarEndReference, StretchController, direction};
 use crate::Error;
 use crate::drive::DriveCommand;
 use crate::predictor::{CableModel, CableObserver, CableSample};
 use crate::transmission::Perceptron;
 use alloc::boxed::Box;
 
-/// A way from a [`Wish`] to the drive, and from what the drive feels to the far end.
+/// A way from a [`FarEndReference`] to the drive, and from what the drive feels to the far end.
 #[derive(Debug, Clone)]
 pub enum Compensation {
     /// None: the drive pulls with what is wanted at the anchor.
@@ -38,7 +38,7 @@ pub struct Answer {
 
 impl Compensation {
     /// Takes a sample, `interval` seconds after the one before, and answers.
-    pub fn answer(&mut self, interval: f64, wish: &Wish, sample: &CableSample) -> Answer {
+    pub fn answer(&mut self, interval: f64, wish: &FarEndReference, sample: &CableSample) -> Answer {
         let (near, velocity) = (sample.tension_in, wish.velocity);
         let (tension, far) = match self {
             Self::Observer(observer) => return observer.answer(interval, wish, sample),
@@ -65,11 +65,11 @@ pub struct NetworkCompensation {
     pub loss: Perceptron,
 }
 
-/// The observer tells the stretch, the winch follows the wanted one: [`StretchFollower`].
+/// The observer tells the stretch, the winch follows the wanted one: [`StretchController`].
 #[derive(Debug, Clone)]
 pub struct ObserverCompensation {
     observer: CableObserver,
-    follower: StretchFollower,
+    follower: StretchController,
 }
 
 impl ObserverCompensation {
@@ -78,10 +78,10 @@ impl ObserverCompensation {
     /// # Errors
     /// As [`CableModel::law`].
     pub fn new(model: &CableModel) -> Result<Self, Error> {
-        Ok(Self { observer: CableObserver::new(model)?, follower: StretchFollower::new(model.law()?) })
+        Ok(Self { observer: CableObserver::new(model)?, follower: StretchController::new(model.law()?) })
     }
 
-    fn answer(&mut self, interval: f64, wish: &Wish, sample: &CableSample) -> Answer {
+    fn answer(&mut self, interval: f64, wish: &FarEndReference, sample: &CableSample) -> Answer {
         let estimate = self.observer.step(interval, sample);
         let speed = self.follower.speed(interval, wish, estimate.stretch, estimate.drag_factor);
         Answer { command: DriveCommand::Velocity(speed), far: estimate.far, stretch: estimate.stretch }

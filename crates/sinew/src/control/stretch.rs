@@ -4,17 +4,17 @@ use crate::transmission::cable::CableLaw;
 
 /// What is wanted of the far end in the next millisecond.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wish {
+pub struct FarEndReference {
     /// Tension wanted at the anchor, N.
     pub tension_out: f64,
     /// Speed at which the anchor is known to be going to move, m/s, + toward the motor: its sign says which way it slides.
     pub velocity: f64,
-    /// The same [`FORESIGHT`] later.
-    pub coming: f64,
+    /// The same [`PREVIEW_HORIZON`] later.
+    pub previewed_velocity: f64,
 }
 
-/// How far ahead [`Wish::coming`] looks, s: a winch that turns round takes its time.
-pub const FORESIGHT: f64 = 0.12;
+/// How far ahead [`FarEndReference::previewed_velocity`] looks, s: a winch that turns round takes its time.
+pub const PREVIEW_HORIZON: f64 = 0.12;
 
 /// The winch gives the cable the stretch that it has while it slides as wanted, at the wanted far tension.
 ///
@@ -40,7 +40,7 @@ pub const FORESIGHT: f64 = 0.12;
 /// # Source
 /// Our own.
 #[derive(Debug, Clone)]
-pub struct StretchFollower {
+pub struct StretchController {
     law: CableLaw,
     last: Option<(f64, f64)>,
 }
@@ -53,7 +53,7 @@ const SETTLING: f64 = 0.02;
 /// `a`, m/s^2.
 const BRAKING: f64 = 4.0;
 
-impl StretchFollower {
+impl StretchController {
     /// A follower of this law, as identified.
     #[must_use]
     pub fn new(law: CableLaw) -> Self {
@@ -62,8 +62,8 @@ impl StretchFollower {
 
     /// Speed of the winch, m/s, + toward the motor, for the `interval` seconds to come, with the stretch as it is
     /// believed to be, m, and the drag times that of the law.
-    pub fn speed(&mut self, interval: f64, wish: &Wish, stretch: f64, drag_factor: f64) -> f64 {
-        let s = direction(wish.coming);
+    pub fn speed(&mut self, interval: f64, wish: &FarEndReference, stretch: f64, drag_factor: f64) -> f64 {
+        let s = direction(wish.previewed_velocity);
         // Drag is that of now where the cable already slides as it is going to, and none yet where it turns.
         let sliding = if s * wish.velocity > 0.0 { wish.velocity } else { s * BARELY };
         let Ok(steady) = self.law.steady(wish.tension_out, sliding, drag_factor) else {

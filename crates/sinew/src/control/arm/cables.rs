@@ -1,8 +1,8 @@
-use super::controller::Told;
+use super::controller::GroundTruth;
 use super::gains::ArmGains;
 use super::mechanics::Mechanics;
-use super::residual::Residual;
-use super::winch::{Pull, Winch};
+use super::residual::ResidualNetwork;
+use super::winch::{MuscleReference, Winch};
 use crate::Error;
 use crate::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
 use crate::transmission::Perceptron;
@@ -11,24 +11,24 @@ use alloc::vec::Vec;
 
 /// Where tension at the anchors and stretch are known from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Knowledge {
+pub enum CableStateSource {
     /// The cables' observers.
     Observer,
     /// The encoders alone: stretch is what motors and joints have moved apart since the start; tensions are believed to be as wanted.
     Encoders,
     /// Somebody who looks into the cables: the yardstick.
-    Told,
+    Oracle,
 }
 
 /// What is believed of all cables: `[muscles]` each.
 #[derive(Debug, Clone)]
 pub(super) struct Cables {
-    knowledge: Knowledge,
+    knowledge: CableStateSource,
     observers: CableObservers,
     samples: Vec<CableSample>,
     estimates: Vec<CableEstimate>,
     /// What the observers leave: `[muscles]`, or none.
-    residuals: Vec<Residual>,
+    residuals: Vec<ResidualNetwork>,
     /// Where the last pulley of every cable is told its wrap: its place and the wrap as told.
     wraps: Vec<(usize, f64)>,
     turn: usize,
@@ -47,7 +47,7 @@ const WORTH_TELLING: f64 = 1e-3;
 const MOST_WRAP: f64 = 4.0;
 
 impl Cables {
-    pub(super) fn new(models: &[CableModel], knowledge: Knowledge) -> Result<Self, Error> {
+    pub(super) fn new(models: &[CableModel], knowledge: CableStateSource) -> Result<Self, Error> {
         let n = models.len();
         Ok(Self {
             knowledge,
@@ -72,7 +72,7 @@ impl Cables {
         if got != expected {
             return Err(Error::WrongLength { name: "residuals", expected, got });
         }
-        self.residuals = networks.into_iter().map(Residual::new).collect::<Result<_, _>>()?;
+        self.residuals = networks.into_iter().map(ResidualNetwork::new).collect::<Result<_, _>>()?;
         Ok(())
     }
 
@@ -83,7 +83,7 @@ impl Cables {
         (motor, tension): (&[f64], &[f64]),
         mechanics: &Mechanics,
         wanted: &[f64],
-        told: Option<&Told<'_>>,
+        told: Option<&GroundTruth<'_>>,
     ) -> Result<(), Error> {
         self.wrap(&mechanics.bends)?;
         for (k, (seen, length)) in self.samples.iter_mut().zip(mechanics.lengths()).enumerate() {
@@ -101,12 +101,12 @@ impl Cables {
                 self.zero[k] = estimate.stretch - apart;
             }
             (self.tension_out[k], self.stretch[k], self.drag[k]) = match self.knowledge {
-                Knowledge::Encoders if self.started => (wanted[k], self.zero[k] + apart, 1.0),
+                CableStateSource::Encoders if self.started => (wanted[k], self.zero[k] + apart, 1.0),
                 _ => (estimate.tension_out, estimate.stretch, estimate.drag_factor),
             };
         }
         self.started = true;
-        if let (Knowledge::Told, Some(told)) = (self.knowledge, told) {
+        if let (CableStateSource::Oracle, Some(told)) = (self.knowledge, told) {
             self.tension_out.copy_from_slice(told.tension_out);
             self.stretch.copy_from_slice(told.stretch);
             self.drag.copy_from_slice(told.drag_factor);
@@ -120,7 +120,7 @@ impl Cables {
         h: f64,
         k: usize,
         winch: &mut Winch,
-        pull: &Pull,
+        pull: &MuscleReference,
         gains: &ArmGains,
     ) -> f64 {
         let law = self.observers.cables().law(k);

@@ -1,14 +1,14 @@
-use super::cables::{Cables, Knowledge};
+use super::cables::{CableStateSource, Cables};
+use super::fault_detector::{ArmStatus, FaultDetector, Known};
 use super::gains::ArmGains;
-use super::guard::{ArmStatus, Guard, Known};
+use super::iterative_learning::IterativeLearning;
 use super::joints::JointObserver;
 use super::mechanics::Mechanics;
-use super::practice::Practice;
-use super::winch::{Pull, Winch};
+use super::winch::{MuscleReference, Winch};
 use crate::Error;
 use crate::body::Robot;
 use crate::control::compensation::Compensation;
-use crate::control::stretch::Wish;
+use crate::control::stretch::FarEndReference;
 use crate::control::tension::{Distribution, Problem, Status};
 use crate::drive::DriveCommand;
 use crate::predictor::{CableModel, CableSample};
@@ -19,7 +19,7 @@ use alloc::vec::Vec;
 
 /// What the sensors of an arm say.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ArmSample<'a> {
+pub struct ArmMeasurement<'a> {
     /// Position of every cable by its motor's encoder, m, + toward the motor: `[muscles]`.
     pub motor: &'a [f64],
     /// Tension at every drive's outlet, N: `[muscles]`.
@@ -28,20 +28,20 @@ pub struct ArmSample<'a> {
     pub joint: &'a [f64],
 }
 
-/// What the joints are to do now and [`FORESIGHT`](crate::control::stretch::FORESIGHT) later.
+/// What the joints are to do now and [`PREVIEW_HORIZON`](crate::control::stretch::PREVIEW_HORIZON) later.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Goal<'a> {
+pub struct PreviewedReference<'a> {
     /// Now.
-    pub now: &'a Reference,
+    pub current: &'a Reference,
     /// Later.
-    pub coming: &'a Reference,
+    pub previewed: &'a Reference,
     /// Since a motion that is repeated began anew, s: what a repeat showed helps the next; none where nothing is repeated.
-    pub since: Option<f64>,
+    pub repeat_time: Option<f64>,
 }
 
 /// What somebody knows of the cables who can look into them: `[muscles]` each.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Told<'a> {
+pub struct GroundTruth<'a> {
     /// Tension at every anchor, N.
     pub tension_out: &'a [f64],
     /// Elongation of every cable, m.
@@ -52,26 +52,26 @@ pub struct Told<'a> {
 
 /// How tensions are brought to the anchors.
 #[derive(Debug, Clone)]
-pub enum Way {
+pub enum ActuationMode {
     /// The winches follow the stretch of the wanted tensions, which is known by this.
-    Winches(Knowledge),
+    WinchSpeed(CableStateSource),
     /// The drives are told tensions, each through its compensation: `[muscles]`. What the paper does.
-    Tensions(Vec<Compensation>),
+    DriveTension(Vec<Compensation>),
 }
 
 /// What the controller answers to a sample; all of it stays until the next.
 #[derive(Debug, Clone, Copy)]
-pub struct ArmAnswer<'a> {
+pub struct ArmCommand<'a> {
     /// For the drives, `[muscles]`.
-    pub commands: &'a [DriveCommand],
+    pub drives: &'a [DriveCommand],
     /// Tension wanted at every anchor, N: `[muscles]`.
-    pub wanted: &'a [f64],
+    pub desired_tension: &'a [f64],
     /// What it is believed to be, N: `[muscles]`.
-    pub believed: &'a [f64],
+    pub estimated_tension: &'a [f64],
     /// Pose as believed, `[joints]`.
     pub q: &'a [f64],
     /// Whether the tensions wanted give the torque wanted.
-    pub reached: Status,
+    pub distribution: Status,
     /// Whether it follows, rests, or was stopped, and why.
     pub status: ArmStatus,
 }
@@ -80,14 +80,14 @@ pub struct ArmAnswer<'a> {
 #[derive(Debug, Clone)]
 pub struct ArmController {
     gains: ArmGains,
-    way: Way,
+    way: ActuationMode,
     mechanics: Mechanics,
     joints: JointObserver,
     cables: Cables,
-    guard: Guard,
+    guard: FaultDetector,
     distribution: Distribution,
     winches: Vec<Winch>,
-    practice: Option<Practice>,
+    practice: Option<IterativeLearning>,
     started: bool,
     /// Whether no disturbance has been looked for yet.
     fresh: bool,
@@ -123,33 +123,38 @@ impl ArmController {
     /// # Errors
     /// [`Error::WrongLength`] for models or compensations of another number than muscles; as [`ArmGains::validate`] and
     /// [`CableModel::law`].
-    pub fn new(robot: &Robot, models: &[CableModel], gains: ArmGains, way: Way) -> Result<Self, Error> {
+    pub fn new(
+        robot: &Robot,
+        models: &[CableModel],
+        gains: ArmGains,
+        way: ActuationMode,
+    ) -> Result<Self, Error> {
         let mechanics = Mechanics::new(robot);
         let (muscles, joints) = (mechanics.muscles(), mechanics.joints());
         gains.validate(joints)?;
         let knowledge = match &way {
-            Way::Winches(knowledge) => *knowledge,
-            Way::Tensions(_) => Knowledge::Observer,
+            ActuationMode::WinchSpeed(knowledge) => *knowledge,
+            ActuationMode::DriveTension(_) => CableStateSource::Observer,
         };
         let of = |name, got| {
             if got == muscles { Ok(()) } else { Err(Error::WrongLength { name, expected: muscles, got }) }
         };
         of("models", models.len())?;
-        if let Way::Tensions(list) = &way {
+        if let ActuationMode::DriveTension(list) = &way {
             of("compensations", list.len())?;
         }
         let cables = Cables::new(models, knowledge)?;
         let limits = |k: usize| -> Result<[f64; 2], Error> {
             let law = models[k].law()?;
-            let least = gains.least_tension.max(law.pretension() + gains.above_pretension);
-            let most = gains.drive_tension * libm::exp(-law.friction_angle()) + law.pretension();
+            let least = gains.min_tension.max(law.pretension() + gains.pretension_margin);
+            let most = gains.max_drive_tension * libm::exp(-law.friction_angle()) + law.pretension();
             Ok([least, most.max(least)])
         };
         let limits = (0..muscles).map(limits).collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
             joints: JointObserver::new(joints, &gains),
             cables,
-            guard: Guard::new(muscles, joints),
+            guard: FaultDetector::new(muscles, joints),
             distribution: Distribution::new(muscles, joints),
             winches: vec![Winch::default(); muscles],
             practice: None,
@@ -184,17 +189,17 @@ impl ArmController {
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] outside of (0, 3600].
-    pub fn with_practice(mut self, duration: f64) -> Result<Self, Error> {
-        self.practice = Some(Practice::new(self.told.len(), duration)?);
+    pub fn with_iterative_learning(mut self, duration: f64) -> Result<Self, Error> {
+        self.practice = Some(IterativeLearning::new(self.told.len(), duration)?);
         Ok(self)
     }
 
     /// The same with a network for every cable that corrects what its observer believes of the tension at the anchor,
-    /// by at most [`Residual::MOST_N`](super::Residual::MOST_N): `[muscles]`. Without observers it says nothing.
+    /// by at most [`ResidualNetwork::LIMIT_N`](super::ResidualNetwork::LIMIT_N): `[muscles]`. Without observers it says nothing.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for networks of another number than muscles, or of other inputs than
-    /// [`Residual`](super::Residual)'s.
+    /// [`ResidualNetwork`](super::ResidualNetwork)'s.
     pub fn with_residuals(mut self, networks: Vec<Perceptron>) -> Result<Self, Error> {
         self.cables.correct(networks)?;
         Ok(self)
@@ -207,17 +212,17 @@ impl ArmController {
     pub fn step(
         &mut self,
         h: f64,
-        sample: &ArmSample<'_>,
-        goal: &Goal<'_>,
-        told: Option<&Told<'_>>,
-    ) -> Result<ArmAnswer<'_>, Error> {
+        sample: &ArmMeasurement<'_>,
+        goal: &PreviewedReference<'_>,
+        told: Option<&GroundTruth<'_>>,
+    ) -> Result<ArmCommand<'_>, Error> {
         self.check(sample, goal)?;
-        self.guard.expect(&goal.now.q);
+        self.guard.expect(&goal.current.q);
         let known = Known {
             told: &self.told,
             near: &self.cables.tension_in,
             speed: &self.joints.v,
-            wanted: &goal.now.v,
+            wanted: &goal.current.v,
         };
         self.guard.take(h, sample, &known);
         if self.guard.stopped() {
@@ -225,44 +230,49 @@ impl ArmController {
         } else {
             self.follow(h, goal, told)?;
         }
-        Ok(ArmAnswer {
-            commands: &self.commands,
-            wanted: &self.wanted,
-            believed: &self.cables.tension_out,
+        Ok(ArmCommand {
+            drives: &self.commands,
+            desired_tension: &self.wanted,
+            estimated_tension: &self.cables.tension_out,
             q: &self.joints.q,
-            reached: self.reached,
+            distribution: self.reached,
             status: self.status(),
         })
     }
 
-    fn follow(&mut self, h: f64, goal: &Goal<'_>, told: Option<&Told<'_>>) -> Result<(), Error> {
-        self.bridge(h, goal.now);
+    fn follow(
+        &mut self,
+        h: f64,
+        goal: &PreviewedReference<'_>,
+        told: Option<&GroundTruth<'_>>,
+    ) -> Result<(), Error> {
+        self.bridge(h, goal.current);
         self.mechanics.look(&self.joints.q)?;
         let seen = (&self.guard.motor[..], &self.guard.tension[..]);
         self.cables.look(h, seen, &self.mechanics, &self.wanted, told)?;
         self.observe(h)?;
-        self.mechanics.toward_motor(&goal.now.v, &mut self.velocity);
-        self.mechanics.toward_motor(&goal.coming.v, &mut self.coming);
+        self.mechanics.toward_motor(&goal.current.v, &mut self.velocity);
+        self.mechanics.toward_motor(&goal.previewed.v, &mut self.coming);
         self.mechanics.toward_motor(&self.joints.v, &mut self.now);
-        let share = (h / self.gains.slip).min(1.0);
+        let share = (h / self.gains.slip_filter_time).min(1.0);
         self.slip.iter_mut().zip(&self.now).for_each(|(slip, now)| *slip += share * (now - *slip));
         self.hold(goal);
-        self.want_acceleration(goal.now);
+        self.want_acceleration(goal.current);
         self.mechanics.torque(&self.joints.q, &self.joints.v, &self.acceleration, &mut self.torque)?;
         self.distribute()?;
-        self.command(h, goal.since);
+        self.command(h, goal.repeat_time);
         Ok(())
     }
 
     /// Whether sample and goal are of this arm.
-    fn check(&self, sample: &ArmSample<'_>, goal: &Goal<'_>) -> Result<(), Error> {
+    fn check(&self, sample: &ArmMeasurement<'_>, goal: &PreviewedReference<'_>) -> Result<(), Error> {
         let (muscles, joints) = (self.told.len(), self.error.len());
         for (name, expected, got) in [
             ("motor", muscles, sample.motor.len()),
             ("tension", muscles, sample.tension.len()),
             ("joint", joints, sample.joint.len()),
-            ("goal", joints, goal.now.q.len().min(goal.now.v.len()).min(goal.now.a.len())),
-            ("coming goal", joints, goal.coming.v.len()),
+            ("goal", joints, goal.current.q.len().min(goal.current.v.len()).min(goal.current.a.len())),
+            ("coming goal", joints, goal.previewed.v.len()),
         ] {
             if got != expected {
                 return Err(Error::WrongLength { name, expected, got });
@@ -301,7 +311,7 @@ impl ArmController {
         if core::mem::take(&mut self.fresh) {
             // At rest: what tensions do not hold is held, or hangs there, unknown.
             joints.disturbance.iter_mut().zip(&*acceleration).for_each(|(d, a)| *d = -a);
-            let believed = self.gains.disturbance.iter().zip(&joints.disturbance);
+            let believed = self.gains.disturbance_bandwidth.iter().zip(&joints.disturbance);
             self.disturbance
                 .iter_mut()
                 .zip(believed)
@@ -311,27 +321,27 @@ impl ArmController {
         if self.resting {
             return Ok(());
         }
-        let blind = matches!(self.way, Way::Winches(Knowledge::Encoders));
+        let blind = matches!(self.way, ActuationMode::WinchSpeed(CableStateSource::Encoders));
         for (k, used) in self.disturbance.iter_mut().enumerate() {
             let w = self.gains.bandwidth[k];
             // Who knows no tension integrates the error of the last millisecond.
             *used += if blind {
                 -h * BLIND_INTEGRAL * w * w * w * self.error[k]
             } else {
-                h * self.gains.disturbance[k] * (self.joints.disturbance[k] - *used)
+                h * self.gains.disturbance_bandwidth[k] * (self.joints.disturbance[k] - *used)
             };
         }
         Ok(())
     }
 
     /// At rest, and where it is to be: winches stand, nothing hunts.
-    fn hold(&mut self, goal: &Goal<'_>) {
-        for (error, (wanted, q)) in self.error.iter_mut().zip(goal.now.q.iter().zip(&self.joints.q)) {
+    fn hold(&mut self, goal: &PreviewedReference<'_>) {
+        for (error, (wanted, q)) in self.error.iter_mut().zip(goal.current.q.iter().zip(&self.joints.q)) {
             *error = wanted - q;
         }
         self.mechanics.toward_motor(&self.error, &mut self.behind);
         self.guard.watch(&self.error);
-        let moving = goal.now.v.iter().chain(&goal.coming.v).any(|v| v.abs() > 1e-9);
+        let moving = goal.current.v.iter().chain(&goal.previewed.v).any(|v| v.abs() > 1e-9);
         let worst = self.behind.iter().fold(0.0_f64, |worst, d| worst.max(d.abs()));
         let speed = self.joints.v.iter().fold(0.0_f64, |worst, v| worst.max(v.abs()));
         let [near, far] = AT_REST;
@@ -378,7 +388,7 @@ impl ArmController {
         let lengths = self.mechanics.lengths();
         for (k, command) in self.commands.iter_mut().enumerate() {
             let (velocity, coming) = (self.velocity[k], self.coming[k]);
-            let pull = Pull {
+            let pull = MuscleReference {
                 tension: self.wanted[k],
                 velocity,
                 coming,
@@ -389,7 +399,7 @@ impl ArmController {
                 resting: self.resting.then_some(self.cables.stretch[k]),
             };
             *command = match &mut self.way {
-                Way::Winches(_) => {
+                ActuationMode::WinchSpeed(_) => {
                     let stretch = self.cables.wanted_stretch(h, k, &mut self.winches[k], &pull, &self.gains);
                     let speed = self.winches[k].speed(&pull, stretch, self.cables.stretch[k], &self.gains);
                     if let Some(practice) = &mut practice {
@@ -398,8 +408,9 @@ impl ArmController {
                     self.told[k] = if self.holding { 0.0 } else { speed };
                     DriveCommand::Velocity(self.told[k])
                 }
-                Way::Tensions(list) => {
-                    let wish = Wish { tension_out: pull.tension, velocity, coming };
+                ActuationMode::DriveTension(list) => {
+                    let wish =
+                        FarEndReference { tension_out: pull.tension, velocity, previewed_velocity: coming };
                     let seen = CableSample {
                         motor: self.guard.motor[k],
                         anchor: -lengths[k],

@@ -23,8 +23,8 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone)]
 pub(super) struct JointObserver {
     bandwidth: f64,
-    sudden: f64,
-    hurry: f64,
+    innovation_threshold: f64,
+    max_bandwidth_ratio: f64,
     /// Pose, rad.
     pub(super) q: Vec<f64>,
     /// Velocity, rad/s.
@@ -35,11 +35,12 @@ pub(super) struct JointObserver {
 
 impl JointObserver {
     pub(super) fn new(joints: usize, gains: &ArmGains) -> Self {
-        let ArmGains { observer: bandwidth, sudden, hurry, .. } = *gains;
+        let ArmGains { observer_bandwidth: bandwidth, innovation_threshold, max_bandwidth_ratio, .. } =
+            *gains;
         Self {
             bandwidth,
-            sudden,
-            hurry,
+            innovation_threshold,
+            max_bandwidth_ratio,
             q: vec![0.0; joints],
             v: vec![0.0; joints],
             disturbance: vec![0.0; joints],
@@ -56,7 +57,8 @@ impl JointObserver {
     pub(super) fn step(&mut self, h: f64, measured: &[f64], acceleration: &[f64]) {
         for (k, (measured, a)) in measured.iter().zip(acceleration).enumerate() {
             let e = measured - self.q[k];
-            let w = self.bandwidth * (e.abs() / self.sudden).clamp(1.0, self.hurry);
+            let w =
+                self.bandwidth * (e.abs() / self.innovation_threshold).clamp(1.0, self.max_bandwidth_ratio);
             self.q[k] += h * (self.v[k] + 3.0 * w * e);
             self.v[k] += h * (a + self.disturbance[k] + 3.0 * w * w * e);
             self.disturbance[k] += h * w * w * w * e;

@@ -3,16 +3,18 @@
 mod cables;
 mod channel;
 mod controller;
+mod fault_detector;
 mod gains;
-mod guard;
+mod iterative_learning;
 mod joints;
 mod mechanics;
-mod practice;
 mod residual;
 mod winch;
 
-pub use cables::Knowledge;
-pub use controller::{ArmAnswer, ArmController, ArmSample, Goal, Told, Way};
+pub use cables::CableStateSource;
+pub use controller::{
+    ActuationMode, ArmCommand, ArmController, ArmMeasurement, GroundTruth, PreviewedReference,
+};
+pub use fault_detector::{ArmStatus, Fault};
 pub use gains::ArmGains;
-pub use guard::{ArmStatus, Trouble};
-pub use residual::{Ends, Residual};
+pub use residual::{ResidualInputs, ResidualNetwork};

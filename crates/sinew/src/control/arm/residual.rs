@@ -24,36 +24,36 @@ use crate::transmission::Perceptron;
 ///
 /// # Example
 /// ```
-/// use sinew::control::arm::Residual;
+/// use sinew::control::arm::ResidualNetwork;
 /// use sinew::predictor::{CableEstimate, CableSample};
 /// use sinew::transmission::{Perceptron, PerceptronWeights};
 /// let network = Perceptron::new(PerceptronWeights {
-///     inputs: Residual::INPUTS,
+///     inputs: ResidualNetwork::INPUTS,
 ///     hidden: 1,
-///     input_weights: vec![0.0; Residual::INPUTS],
+///     input_weights: vec![0.0; ResidualNetwork::INPUTS],
 ///     hidden_bias: vec![0.0],
 ///     output_weights: vec![0.0],
 ///     output_bias: 1e3,
 ///     skip: vec![],
 /// })?;
 /// let (seen, believed) = (CableSample::default(), CableEstimate::default());
-/// assert!((Residual::new(network)?.step(1e-3, &seen, &believed)? - 4.0).abs() < 1e-12);
+/// assert!((ResidualNetwork::new(network)?.step(1e-3, &seen, &believed)? - 4.0).abs() < 1e-12);
 /// # Ok::<(), sinew::Error>(())
 /// ```
 ///
 /// # Source
 /// None: the residual of a physical observer left to a network, as usual.
 #[derive(Debug, Clone)]
-pub struct Residual {
+pub struct ResidualNetwork {
     network: Perceptron,
-    ends: Ends,
+    ends: ResidualInputs,
 }
 
-impl Residual {
+impl ResidualNetwork {
     /// Inputs of the network.
     pub const INPUTS: usize = 4;
     /// Largest correction, N: what an observer may err by before it is another cable.
-    pub const MOST_N: f64 = 4.0;
+    pub const LIMIT_N: f64 = 4.0;
 
     /// A network that has seen nothing.
     ///
@@ -62,7 +62,7 @@ impl Residual {
     pub fn new(network: Perceptron) -> Result<Self, Error> {
         let (expected, got) = (Self::INPUTS, network.inputs());
         if got == expected {
-            Ok(Self { network, ends: Ends::default() })
+            Ok(Self { network, ends: ResidualInputs::default() })
         } else {
             Err(Error::WrongLength { name: "residual inputs", expected, got })
         }
@@ -74,13 +74,13 @@ impl Residual {
     /// [`Error::OutOfDomain`] for what is not finite.
     pub fn step(&mut self, h: f64, seen: &CableSample, believed: &CableEstimate) -> Result<f64, Error> {
         let inputs = self.ends.inputs(h, seen, believed);
-        Ok(self.network.evaluate(&inputs)?.clamp(-Self::MOST_N, Self::MOST_N))
+        Ok(self.network.evaluate(&inputs)?.clamp(-Self::LIMIT_N, Self::LIMIT_N))
     }
 }
 
-/// The ends of a cable, followed to make the inputs of a [`Residual`]'s network.
+/// The ends of a cable, followed to make the inputs of a [`ResidualNetwork`]'s network.
 #[derive(Debug, Clone, Copy)]
-pub struct Ends {
+pub struct ResidualInputs {
     /// Position of either end where it was last seen, m; not a number before.
     last: [f64; 2],
     /// Its speed, m/s.
@@ -94,20 +94,20 @@ const SPEED: f64 = 5e-3;
 /// Speed beyond which an end jumped, m/s.
 const FASTEST: f64 = 2.0;
 
-impl Default for Ends {
+impl Default for ResidualInputs {
     fn default() -> Self {
         Self { last: [f64::NAN; 2], speed: [0.0; 2] }
     }
 }
 
-impl Ends {
+impl ResidualInputs {
     /// The inputs, `h` s after the sample before; `h` not above zero starts afresh, an end that is not seen goes on as before.
     pub fn inputs(
         &mut self,
         h: f64,
         seen: &CableSample,
         believed: &CableEstimate,
-    ) -> [f64; Residual::INPUTS] {
+    ) -> [f64; ResidualNetwork::INPUTS] {
         let share = if h > 0.0 { 1.0 - libm::exp(-h / LAG) } else { 1.0 };
         for ((now, last), speed) in
             [seen.motor, seen.anchor].into_iter().zip(&mut self.last).zip(&mut self.speed)

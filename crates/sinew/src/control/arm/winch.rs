@@ -4,7 +4,7 @@ use crate::transmission::cable::CableLaw;
 
 /// What is wanted of one muscle in the next millisecond.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pull {
+pub(super) struct MuscleReference {
     /// `F`, N, at the anchor.
     pub(super) tension: f64,
     /// Speed of the anchor in the reference, now and a little later, m/s, + toward the motor.
@@ -37,7 +37,7 @@ pub(super) struct Pull {
 /// | s        | where in the dead band the cable is to be: -1 to 1                                | 1      |
 /// | s_k      | what earlier repeats of the motion have shown to be missing                         | 1      |
 /// | d, d'    | how far the anchor is behind, and how fast it falls behind                        | m, m/s |
-/// | t_p      | [`FORESIGHT`](crate::control::stretch::FORESIGHT)                                | s      |
+/// | t_p      | [`PREVIEW_HORIZON`](crate::control::stretch::PREVIEW_HORIZON)                                | s      |
 ///
 /// ```text
 /// beta = beta_0 + beta_c/(1 + (v_r(t + t_p)/v_c)^2)
@@ -79,7 +79,7 @@ impl Winch {
         &mut self,
         h: f64,
         law: &CableLaw,
-        pull: &Pull,
+        pull: &MuscleReference,
         drag: f64,
         gains: &ArmGains,
     ) -> f64 {
@@ -90,11 +90,12 @@ impl Winch {
         let (high, low) = (of(1.0), of(-1.0));
         let gap = (high - low).max(1e-3);
         let pace = pull.coming / CREEPING;
-        let doubt = gains.doubt + gains.creeping / (1.0 + pace * pace);
-        let (mut coming, mut behind, mut lead) = (pull.coming, pull.behind, gains.lead * pull.behind / gap);
+        let doubt = gains.feedback_share + gains.creep_feedback_share / (1.0 + pace * pace);
+        let (mut coming, mut behind, mut lead) =
+            (pull.coming, pull.behind, gains.pre_travel_gain * pull.behind / gap);
         if let Some(stretch) = pull.resting {
             behind = self.left(pull.behind, gains);
-            (coming, lead) = (behind / gains.resting, 0.0);
+            (coming, lead) = (behind / gains.rest_time_constant, 0.0);
             if !self.resting || behind == 0.0 {
                 // It goes on from where it stands.
                 let s = (2.0 * (stretch - pull.behind) - high - low) / gap;
@@ -102,14 +103,14 @@ impl Winch {
                 self.correction = s - self.sliding - pull.known;
             }
         } else {
-            self.content = gains.hold[0];
+            self.content = gains.rest_tolerance[0];
         }
         self.resting = pull.resting.is_some();
-        let most = (1.0 - doubt).max(self.sliding.abs().min(1.0 - gains.doubt));
-        self.sliding = (self.sliding + h * coming / gains.turning).clamp(-most, most);
+        let most = (1.0 - doubt).max(self.sliding.abs().min(1.0 - gains.feedback_share));
+        self.sliding = (self.sliding + h * coming / gains.presliding_distance).clamp(-most, most);
         let end = 1.0 + doubt;
         let ahead = self.sliding + pull.known;
-        let correction = self.correction + h * gains.integral * behind / gap;
+        let correction = self.correction + h * gains.pre_travel_integral * behind / gap;
         self.correction = correction.clamp((-end - ahead).min(0.0), (end - ahead).max(0.0));
         self.feedback = self.correction + lead;
         let s = (ahead + self.feedback).clamp(-end, end);
@@ -120,7 +121,7 @@ impl Winch {
     fn left(&mut self, behind: f64, gains: &ArmGains) -> f64 {
         let left = behind - behind.clamp(-self.content, self.content);
         if left * self.turned < 0.0 {
-            self.content = (LENIENCE * self.content).min(gains.hold[1]);
+            self.content = (LENIENCE * self.content).min(gains.rest_tolerance[1]);
         }
         if left != 0.0 {
             self.turned = left;
@@ -134,11 +135,12 @@ impl Winch {
     }
 
     /// Speed of the winch, m/s, with the stretch as wanted and as believed.
-    pub(super) fn speed(&self, pull: &Pull, wanted: f64, believed: f64, gains: &ArmGains) -> f64 {
-        let missing =
-            wanted - believed + gains.position * pull.behind + gains.velocity * (pull.velocity - pull.moving);
-        let most = libm::sqrt(2.0 * gains.braking * missing.abs());
-        let speed = pull.velocity + (missing / gains.settling).clamp(-most, most);
-        speed.clamp(-gains.most_speed, gains.most_speed)
+    pub(super) fn speed(&self, pull: &MuscleReference, wanted: f64, believed: f64, gains: &ArmGains) -> f64 {
+        let missing = wanted - believed
+            + gains.position_gain * pull.behind
+            + gains.rate_gain * (pull.velocity - pull.moving);
+        let most = libm::sqrt(2.0 * gains.winch_deceleration * missing.abs());
+        let speed = pull.velocity + (missing / gains.stretch_time_constant).clamp(-most, most);
+        speed.clamp(-gains.max_winch_speed, gains.max_winch_speed)
     }
 }

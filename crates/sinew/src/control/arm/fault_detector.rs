@@ -1,11 +1,11 @@
 use super::channel::{Bounds, Channel};
-use super::controller::ArmSample;
+use super::controller::ArmMeasurement;
 use alloc::vec;
 use alloc::vec::Vec;
 
 /// What is wrong with an arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Trouble {
+pub enum Fault {
     /// The encoder of a joint says nothing that can be believed.
     JointSensor(usize),
     /// The motor's encoder of a muscle.
@@ -17,7 +17,7 @@ pub enum Trouble {
     /// The cable of a muscle has no tension where it should have some.
     Cable(usize),
     /// A joint is far from where it is to be.
-    Astray(usize),
+    TrackingError(usize),
 }
 
 /// Whether the arm does what it is told.
@@ -29,9 +29,9 @@ pub enum ArmStatus {
     /// It is at rest where it is to be, winches stand.
     Holding,
     /// Something is missing, and it follows by what it believes meanwhile.
-    Bridging(Trouble),
+    Degraded(Fault),
     /// Winches were brought to a stop, for good.
-    Stopped(Trouble),
+    Stopped(Fault),
 }
 
 /// How long something may be missing, s.
@@ -81,7 +81,7 @@ pub(super) struct Known<'a> {
 
 /// Keeps what cannot be true from the controller, and says when to stop.
 #[derive(Debug, Clone)]
-pub(super) struct Guard {
+pub(super) struct FaultDetector {
     motors: Vec<Channel>,
     tensions: Vec<Channel>,
     joints: Vec<Channel>,
@@ -107,7 +107,7 @@ pub(super) struct Guard {
     started: bool,
 }
 
-impl Guard {
+impl FaultDetector {
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
         Self {
             motors: vec![Channel::default(); muscles],
@@ -139,14 +139,14 @@ impl Guard {
         matches!(self.status, ArmStatus::Stopped(_))
     }
 
-    pub(super) fn stop(&mut self, trouble: Trouble) {
+    pub(super) fn stop(&mut self, trouble: Fault) {
         if !self.stopped() {
             self.status = ArmStatus::Stopped(trouble);
         }
     }
 
     /// Takes a sample and what was known before it.
-    pub(super) fn take(&mut self, h: f64, sample: &ArmSample<'_>, known: &Known<'_>) {
+    pub(super) fn take(&mut self, h: f64, sample: &ArmMeasurement<'_>, known: &Known<'_>) {
         let first = !self.started;
         self.started = true;
         if !self.stopped() {
@@ -173,11 +173,11 @@ impl Guard {
             let due = if winches && self.meant[k].abs() > LEFT_BEHIND { JOINT.stuck } else { due };
             let good = channel.judge(h, said, due, &bounds);
             self.joint[k] = if good { said } else { f64::NAN };
-            self.report(good, self.joints[k].missing, Trouble::JointSensor(k), true);
+            self.report(good, self.joints[k].missing, Fault::JointSensor(k), true);
         }
     }
 
-    fn take_motors(&mut self, h: f64, sample: &ArmSample<'_>, told: &[f64], first: bool) {
+    fn take_motors(&mut self, h: f64, sample: &ArmMeasurement<'_>, told: &[f64], first: bool) {
         let bounds = if first { Bounds { step: ANYWHERE, ..MOTOR } } else { MOTOR };
         for (k, &said) in sample.motor.iter().enumerate() {
             // Bridged by what it was told.
@@ -193,7 +193,7 @@ impl Guard {
                 let felt = self.surprise[k] - self.usual[k];
                 self.jammed[k] = felt * meant < FELT * meant.abs();
             }
-            let trouble = if self.jammed[k] { Trouble::Drive(k) } else { Trouble::MotorSensor(k) };
+            let trouble = if self.jammed[k] { Fault::Drive(k) } else { Fault::MotorSensor(k) };
             self.report(good, self.motors[k].missing, trouble, true);
             self.follow(h, k, told[k], moved, sample.tension[k]);
         }
@@ -204,12 +204,12 @@ impl Guard {
             let good = self.tensions[k].judge(h, said, 1.0, if first { &AT_FIRST } else { &TENSION });
             let loose = good && said < (1.0 - MISSING.1) * near[k] && near[k] - said > MISSING.0 && !first;
             self.tension[k] = if good && !loose { said } else { f64::NAN };
-            self.report(good && !loose, 0.0, Trouble::TensionSensor(k), false);
+            self.report(good && !loose, 0.0, Fault::TensionSensor(k), false);
             let surprise = if self.tension[k].is_finite() { self.tension[k] - near[k] } else { 0.0 };
             self.surprise[k] += (h / PATIENCE).min(1.0) * (surprise - self.surprise[k]);
             self.untaut[k] = if loose { self.untaut[k] + h } else { 0.0 };
             if self.untaut[k] > PATIENCE {
-                self.stop(Trouble::Cable(k));
+                self.stop(Fault::Cable(k));
             }
         }
     }
@@ -217,13 +217,13 @@ impl Guard {
     /// Stops an arm that has gone astray.
     pub(super) fn watch(&mut self, error: &[f64]) {
         if let Some(joint) = error.iter().position(|e| e.is_nan() || e.abs() >= ASTRAY) {
-            self.stop(Trouble::Astray(joint));
+            self.stop(Fault::TrackingError(joint));
         }
     }
 
-    fn report(&mut self, good: bool, missing: f64, trouble: Trouble, vital: bool) {
+    fn report(&mut self, good: bool, missing: f64, trouble: Fault, vital: bool) {
         if !good && self.status == ArmStatus::Following {
-            self.status = ArmStatus::Bridging(trouble);
+            self.status = ArmStatus::Degraded(trouble);
         }
         if vital && missing > PATIENCE {
             self.stop(trouble);
@@ -235,7 +235,7 @@ impl Guard {
         let off = if blocked(told, tension) { 0.0 } else { h * told - moved };
         self.lag[k] = (self.lag[k] + off) * (1.0 - h / FORGETTING);
         if self.lag[k].abs() > LARGEST_LAG {
-            self.stop(Trouble::Drive(k));
+            self.stop(Fault::Drive(k));
         }
     }
 }

@@ -21,7 +21,7 @@ use alloc::vec::Vec;
 /// # Source
 /// Kawato, feedback-error learning; as an iterative learning control of type P with a forward shift.
 #[derive(Debug, Clone)]
-pub(super) struct Practice {
+pub(super) struct IterativeLearning {
     muscles: usize,
     /// Of a bin, s.
     width: f64,
@@ -45,7 +45,7 @@ const SHARE: f64 = 0.4;
 /// Longest motion that is learned, s.
 const LONGEST: f64 = 3600.0;
 
-impl Practice {
+impl IterativeLearning {
     pub(super) fn new(muscles: usize, duration: f64) -> Result<Self, Error> {
         within("duration", "a number in (0, 3600] s", duration, duration > 0.0 && duration <= LONGEST)?;
         Ok(Self {
@@ -111,7 +111,7 @@ mod tests {
     fn what_is_needed_at_every_repeat_is_known_after_some() {
         let (duration, h) = (10.0, 1e-3);
         let needed = |t: f64| libm::sin(core::f64::consts::TAU * t / duration);
-        let mut practice = Practice::new(2, duration).unwrap();
+        let mut practice = IterativeLearning::new(2, duration).unwrap();
         let mut added = [0.0_f64; 8];
         for added in &mut added {
             for k in 0..10_000 {
@@ -130,6 +130,6 @@ mod tests {
 
     #[test]
     fn a_motion_without_an_end_is_refused() {
-        assert!([0.0, -1.0, f64::NAN, f64::INFINITY].iter().all(|t| Practice::new(1, *t).is_err()));
+        assert!([0.0, -1.0, f64::NAN, f64::INFINITY].iter().all(|t| IterativeLearning::new(1, *t).is_err()));
     }
 }
