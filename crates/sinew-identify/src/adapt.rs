@@ -10,14 +10,17 @@
 //! | fresh    | everything but the structure                                                        |
 
 use crate::Error;
+use crate::fit::cell::CellPlan;
 use crate::fit::ensemble::{self, Rows};
+use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
+use crate::fit::run::Run;
 use crate::identify::{Identification, Options, Progress, Work, counting, finish};
 use crate::log::Dataset;
-use crate::member::{CellPlan, FeaturePlan, Learner, Recipe, Run, fit_networks, refit_cell, rmse, run};
+use crate::member::{fit_networks, refit_cell, rmse, run};
 use crate::runs;
 use crate::select::folds::Folds;
 use crate::select::judge::{Fit, Tried, judge};
-use sinew::predictor::{Cell, Estimator, Feature, Guard, MEMBERS, Model, Term};
+use sinew::predictor::{Cell, Estimator, Feature, InputLimits, MEMBERS, Model, Term};
 
 /// Another way must beat the transfer by this factor to be preferred.
 const MARGIN: f64 = 0.95;
@@ -78,8 +81,8 @@ fn choose(tried: &[Tried]) -> Option<usize> {
 }
 
 /// Both ranges count as known.
-fn widened(old: &[Guard], new: &[Guard]) -> Vec<Guard> {
-    let union = |(a, b): (&Guard, &Guard)| Guard {
+fn widened(old: &[InputLimits], new: &[InputLimits]) -> Vec<InputLimits> {
+    let union = |(a, b): (&InputLimits, &InputLimits)| InputLimits {
         jump: a.jump.max(b.jump),
         low: a.low.min(b.low),
         high: a.high.max(b.high),

@@ -3,15 +3,18 @@
 use crate::Error;
 use crate::account::build::{self, Found};
 use crate::account::{Account, InfluenceRow};
+use crate::fit::recipe::{Learner, Recipe};
+use crate::fit::run::Run;
+use crate::fit::statistics::quantiles;
 use crate::log::Dataset;
-use crate::member::{Learner, Recipe, Run, fit, quantiles};
+use crate::member::fit;
 use crate::runs;
 use crate::select::folds::Folds;
 use crate::select::influence;
 use crate::select::judge::{Tried, judge};
 use crate::select::zoo::{Entry, Standing, zoo};
 use rayon::prelude::*;
-use sinew::predictor::{Estimator, Guard, Model, Provenance};
+use sinew::predictor::{Estimator, InputLimits, Model, Provenance};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What the user may choose.
@@ -86,7 +89,7 @@ pub(crate) struct Work<'a> {
     pub(crate) data: &'a Dataset,
     pub(crate) runs: &'a [Run],
     pub(crate) folds: &'a Folds,
-    pub(crate) guards: Vec<Guard>,
+    pub(crate) guards: Vec<InputLimits>,
     pub(crate) gap_s: f64,
     pub(crate) seed: u64,
 }

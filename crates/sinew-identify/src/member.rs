@@ -1,102 +1,12 @@
 //! One member of the comparison: from its recipe to a fitted model.
 
-pub use crate::fit::cell::CellPlan;
-use crate::fit::cell::{CellData, fit_cell};
+use crate::fit::cell::{CellData, CellPlan, fit_cell};
 use crate::fit::ensemble::{self, Rows};
+use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
+use crate::fit::run::Run;
+use crate::fit::statistics::quantiles;
 use crate::observer::fit_observed;
-use sinew::predictor::{CableColumns, Cell, Estimate, Estimator, Feature, Memory, MemoryLaw, Signal};
-
-/// One sequence ready for fitting: finite, conditioned as the predictor would have.
-#[derive(Debug, Clone)]
-pub struct Run {
-    /// Which log it is from.
-    pub log: usize,
-    /// Labels that grouped folds may use.
-    pub group: Vec<usize>,
-    /// Seconds since the sample before, 0 at the first: `[n]`.
-    pub dt_s: Vec<f64>,
-    /// `[n x width]` row-major.
-    pub inputs: Vec<f64>,
-    /// Far side to fit: `[n]`.
-    pub far: Vec<f64>,
-    /// 1 where a sample counts: `[n]`.
-    pub weight: Vec<f64>,
-    /// Inputs per row.
-    pub width: usize,
-}
-
-impl Run {
-    /// Number of samples.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.far.len()
-    }
-
-    /// Whether there is no sample.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.far.is_empty()
-    }
-
-    /// Inputs of one sample.
-    pub(crate) fn row(&self, i: usize) -> &[f64] {
-        &self.inputs[i * self.width..][..self.width]
-    }
-}
-
-/// Which signals get which memory.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FeaturePlan {
-    /// Signals whose memory the network sees.
-    pub signals: Vec<usize>,
-    /// Signals it sees only as they are.
-    pub plain: Vec<usize>,
-    /// Radii of the stop operators as fractions of the signal's range.
-    pub radii: Vec<f64>,
-    /// Time constants of low-pass differences, s.
-    pub taus: Vec<f64>,
-}
-
-/// What a member is made of.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Recipe {
-    /// What the report calls it.
-    pub name: String,
-    /// The signals it thinks in; every other index counts in this list.
-    pub signals: Vec<Signal>,
-    /// Its physics; none in a pure network.
-    pub cell: Option<CellPlan>,
-    /// The cable observer in place of the cell, and the columns it reads.
-    pub cable: Option<CableColumns>,
-    /// What its networks see; none in pure physics.
-    pub features: Option<FeaturePlan>,
-    /// Hidden tanh nodes of each network.
-    pub hidden: usize,
-    /// Samples per independent sample, counted before thinning.
-    pub correlation: f64,
-    /// Most rows the networks are trained on.
-    pub rows: usize,
-    /// Most Levenberg-Marquardt steps.
-    pub steps: usize,
-    /// Networks trained, 2 to [`MEMBERS`](sinew::predictor::MEMBERS): all for a model that is kept, half of
-    /// them to compare recipes.
-    pub networks: usize,
-    /// What learns.
-    pub learner: Learner,
-    /// How often cell and networks are fitted again, each to what the other leaves over.
-    pub rounds: usize,
-}
-
-/// What learns the part that is not physics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Learner {
-    /// Networks that agree or are not believed.
-    Ensemble,
-    /// The same, every other one without the cell; no gate.
-    Mixed,
-    /// One plain network without memory, full batch: the paper's way.
-    Paper,
-}
+use sinew::predictor::{Cell, Estimate, Estimator, Feature, Memory, MemoryLaw};
 
 /// Runs an estimator over one sequence as at run time.
 #[must_use]
@@ -224,14 +134,6 @@ impl Columns {
     }
 }
 
-/// Values at the fractions `at` of the sorted `values`; zeros where there are none.
-#[must_use]
-pub fn quantiles(mut values: Vec<f64>, at: &[f64]) -> Vec<f64> {
-    values.sort_unstable_by(f64::total_cmp);
-    let last = values.len().saturating_sub(1) as f64;
-    at.iter().map(|q| values.get((q * last).round() as usize).copied().unwrap_or(0.0)).collect()
-}
-
 fn features(plan: &FeaturePlan, columns: &Columns, law: &MemoryLaw) -> Option<Vec<Feature>> {
     if plan.signals.iter().chain(&plan.plain).any(|&signal| signal >= columns.stride) {
         return None;
@@ -247,7 +149,7 @@ fn features(plan: &FeaturePlan, columns: &Columns, law: &MemoryLaw) -> Option<Ve
     }
     features.extend(plan.plain.iter().map(|&signal| Feature::Signal(signal)));
     if law.cell.is_some() {
-        features.extend([Feature::CellState, Feature::CellWidth, Feature::CellPlace]);
+        features.extend([Feature::CellState, Feature::CellWidth, Feature::CellPosition]);
     } else if law.cable.is_some() {
         features.extend([Feature::CellState, Feature::Innovation]);
     }

@@ -1,14 +1,15 @@
 //! Sequences as the predictor will see them: spikes held, gaps cut, nothing missing.
 
+use crate::fit::run::Run;
+use crate::fit::statistics::quantiles;
 use crate::log::{Dataset, GAP_INTERVALS, Sequence};
-use crate::member::{Run, quantiles};
-use sinew::predictor::{Conditioner, Guard, Step};
+use sinew::predictor::{Conditioner, InputLimits, SampleKind};
 
 /// A change that exceeds the usual ones by this factor (99.9 % quantile) and a quarter of the range is a spike.
 const SPIKE_FACTOR: f64 = 8.0;
 
 /// What the conditioner may believe of every input, learned from the logs.
-pub(crate) fn guards(data: &Dataset) -> Vec<Guard> {
+pub(crate) fn guards(data: &Dataset) -> Vec<InputLimits> {
     let width = data.roles.inputs.len();
     (0..width)
         .map(|i| {
@@ -24,7 +25,7 @@ pub(crate) fn guards(data: &Dataset) -> Vec<Guard> {
                 values.extend(column.into_iter().filter(|v| v.is_finite()));
             }
             if values.is_empty() {
-                return Guard { jump: f64::MAX, low: 0.0, high: 0.0, typical: 0.0 };
+                return InputLimits { jump: f64::MAX, low: 0.0, high: 0.0, typical: 0.0 };
             }
             let edge = quantiles(values, &[0.0, 0.005, 0.5, 0.995, 1.0]);
             let usual = if changes.is_empty() { 0.0 } else { quantiles(changes, &[0.999])[0] };
@@ -32,7 +33,7 @@ pub(crate) fn guards(data: &Dataset) -> Vec<Guard> {
             let jump = if jump > 0.0 { jump } else { f64::MAX };
             // Spikes must not widen the range that counts as known.
             let margin = edge[3] - edge[1];
-            Guard {
+            InputLimits {
                 jump,
                 low: edge[0].max(edge[1] - margin),
                 high: edge[4].min(edge[3] + margin),
@@ -52,11 +53,11 @@ pub(crate) fn gap_s(data: &Dataset) -> f64 {
 }
 
 /// Every sequence, conditioned. Samples whose far side is missing keep the last far value at weight zero.
-pub(crate) fn runs(data: &Dataset, guards: &[Guard], gap_s: f64) -> Vec<Run> {
+pub(crate) fn runs(data: &Dataset, guards: &[InputLimits], gap_s: f64) -> Vec<Run> {
     data.sequences.iter().map(|sequence| run(sequence, guards, gap_s)).collect()
 }
 
-fn run(sequence: &Sequence, guards: &[Guard], gap_s: f64) -> Run {
+fn run(sequence: &Sequence, guards: &[InputLimits], gap_s: f64) -> Run {
     let width = guards.len();
     let mut conditioner = Conditioner::new(width);
     let n = sequence.time_s.len();
@@ -72,8 +73,8 @@ fn run(sequence: &Sequence, guards: &[Guard], gap_s: f64) -> Run {
     };
     for row in 0..n {
         let inputs = &sequence.inputs[row * width..][..width];
-        let step = conditioner.accept(guards, gap_s, sequence.time_s[row], inputs);
-        run.dt_s.push(if step == Step::Next { conditioner.dt_s() } else { 0.0 });
+        let step = conditioner.update(guards, gap_s, sequence.time_s[row], inputs);
+        run.dt_s.push(if step == SampleKind::Next { conditioner.dt_s() } else { 0.0 });
         run.inputs.extend_from_slice(conditioner.values());
         let fitted = sequence.far_clean[row];
         far = if fitted.is_finite() { fitted } else { far };

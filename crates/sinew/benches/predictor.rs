@@ -1,7 +1,9 @@
 //! Cost of one prediction, by part: memory, networks.
 
 use divan::{Bencher, black_box};
-use sinew::predictor::{Branch, Cell, Ensemble, Feature, Lanes, MEMBERS, Memory, MemoryLaw, Signal, Term};
+use sinew::predictor::{
+    Branch, Cell, Ensemble, Feature, MEMBERS, Memory, MemoryLaw, PerNetwork, Signal, Term,
+};
 
 fn main() {
     divan::main();
@@ -17,7 +19,7 @@ fn law(taus: usize) -> MemoryLaw {
             (0..taus).map(|k| Feature::LowPassDifference { signal, tau_s: 0.05 * 4_f64.powi(k as i32) }),
         );
     }
-    features.extend([Feature::CellState, Feature::CellWidth, Feature::CellPlace]);
+    features.extend([Feature::CellState, Feature::CellWidth, Feature::CellPosition]);
     let branch = |(width, share)| Branch { width, share };
     MemoryLaw {
         signals: vec![Signal::Input(0), Signal::Input(1)],
@@ -37,7 +39,7 @@ fn law(taus: usize) -> MemoryLaw {
 
 fn ensemble(features: usize, hidden: usize) -> Ensemble {
     let mut k = 0.0_f32;
-    let mut lanes = || -> Lanes {
+    let mut lanes = || -> PerNetwork {
         core::array::from_fn(|_| {
             k += 1.0;
             0.3 * k.sin()
@@ -75,11 +77,11 @@ fn memory_step(bencher: Bencher, taus: usize) {
 }
 
 #[divan::bench(args = [(8, 6), (11, 6), (13, 8), (17, 6), (17, 10)])]
-fn opinion(bencher: Bencher, (features, hidden): (usize, usize)) {
+fn evaluate(bencher: Bencher, (features, hidden): (usize, usize)) {
     let ensemble = ensemble(features, hidden);
     let x: Vec<f64> = (0..features).map(|i| (i as f64).sin()).collect();
     let mut scratch = vec![0.0; features];
-    bencher.bench_local(|| ensemble.opinion(black_box(&x), &mut scratch));
+    bencher.bench_local(|| ensemble.evaluate(black_box(&x), &mut scratch));
 }
 
 /// Memory and networks: the whole of a prediction but its account.
@@ -94,6 +96,6 @@ fn prediction(bencher: Bencher, (taus, hidden): (usize, usize)) {
     bencher.bench_local(|| {
         i = (i + 1) % inputs.len();
         memory.step(&law, 0.01, black_box(&inputs[i]));
-        ensemble.opinion(memory.features(), &mut scratch).median
+        ensemble.evaluate(memory.features(), &mut scratch).median
     });
 }

@@ -6,7 +6,9 @@ mod common;
 
 use common::{EASED, PULLED, SIGMA_0, capstan, complete};
 use proptest::prelude::*;
-use sinew::predictor::{Guard, LARGEST, Model, Prediction, Predictor, Sample, Signal, Term, VERSION};
+use sinew::predictor::{
+    InputLimits, MAX_MAGNITUDE, Model, Prediction, Predictor, Sample, Signal, Term, VERSION,
+};
 
 /// Number, number, number, flags: predictions are compared to the bit.
 fn bits(p: &Prediction) -> (u64, u64, u64, String) {
@@ -92,7 +94,7 @@ proptest! {
     fn guards_that_believe_everything_leave_predictions_finite(samples in any_samples()) {
         let mut model = complete();
         for guard in &mut model.guards {
-            *guard = Guard { jump: f64::MAX, ..*guard };
+            *guard = InputLimits { jump: f64::MAX, ..*guard };
         }
         run(&mut Predictor::new(model).unwrap(), &samples).iter().for_each(sound);
     }
@@ -314,22 +316,23 @@ fn a_model_that_could_fail_later_is_refused_at_once() {
 fn the_largest_numbers_that_are_accepted_give_finite_predictions() {
     let mut model = complete();
     for guard in &mut model.guards {
-        *guard = Guard { jump: f64::MAX, low: -LARGEST, high: LARGEST, typical: LARGEST };
+        *guard =
+            InputLimits { jump: f64::MAX, low: -MAX_MAGNITUDE, high: MAX_MAGNITUDE, typical: MAX_MAGNITUDE };
     }
     let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
     let law = &mut model.estimator.law;
     let cell = law.cell.as_mut().unwrap();
-    cell.low.iter_mut().enumerate().for_each(|(k, c)| *c = -LARGEST * sign(k));
-    cell.high.iter_mut().enumerate().for_each(|(k, c)| *c = LARGEST * sign(k));
-    cell.kappa.fill(LARGEST);
-    cell.branches.iter_mut().for_each(|branch| branch.share = LARGEST);
+    cell.low.iter_mut().enumerate().for_each(|(k, c)| *c = -MAX_MAGNITUDE * sign(k));
+    cell.high.iter_mut().enumerate().for_each(|(k, c)| *c = MAX_MAGNITUDE * sign(k));
+    cell.kappa.fill(MAX_MAGNITUDE);
+    cell.branches.iter_mut().for_each(|branch| branch.share = MAX_MAGNITUDE);
     law.signals[3] = Signal::LogTension { input: 0, offset: 1e-30 };
     law.signals[4] = Signal::LogRatio { first: 0, second: 1, offset: 1e-30 };
-    model.estimator.sigma0 = LARGEST;
-    model.band_factor = LARGEST;
+    model.estimator.sigma0 = MAX_MAGNITUDE;
+    model.band_factor = MAX_MAGNITUDE;
     let ensemble = model.estimator.ensemble.as_mut().unwrap();
-    ensemble.clip_low.fill(-LARGEST);
-    ensemble.clip_high.fill(LARGEST);
+    ensemble.clip_low.fill(-MAX_MAGNITUDE);
+    ensemble.clip_high.fill(MAX_MAGNITUDE);
     ensemble.mean.fill(0.0);
     ensemble.inverse_scale.fill(0.99e-25);
     let lanes = [&mut ensemble.hidden_weights, &mut ensemble.output_weights, &mut ensemble.skip];
@@ -337,7 +340,8 @@ fn the_largest_numbers_that_are_accepted_give_finite_predictions() {
         lane.iter_mut().enumerate().for_each(|(k, weight)| *weight = 1e10 * sign(k) as f32);
     }
     model.validate().unwrap();
-    let extremes = [LARGEST, -LARGEST, 0.0, -LARGEST, LARGEST, 1.0, f64::MAX, LARGEST];
+    let extremes =
+        [MAX_MAGNITUDE, -MAX_MAGNITUDE, 0.0, -MAX_MAGNITUDE, MAX_MAGNITUDE, 1.0, f64::MAX, MAX_MAGNITUDE];
     let samples: Vec<(f64, [f64; 3])> = (0_u32..400)
         .map(|k| {
             let input = |step: u32| extremes[(k * step % 8) as usize];

@@ -3,8 +3,8 @@
 use super::advice::{advice, warnings};
 use super::traces::traces;
 use super::{Account, Candidate, ChosenSummary, InfluenceRow, Parameter};
+use crate::fit::run::Run;
 use crate::log::Dataset;
-use crate::member::Run;
 use crate::select::folds::Folds;
 use crate::select::judge::{Judgement, Tried};
 use sinew::metrics::Comparison;

@@ -1,8 +1,9 @@
 //! Out-of-fold traces with what residuals are drawn against: speed and time since reversal.
 
 use super::Trace;
+use crate::fit::run::Run;
+use crate::fit::statistics::quantiles;
 use crate::log::Dataset;
-use crate::member::{Run, quantiles};
 use crate::select::judge::Judgement;
 use sinew::predictor::{Estimate, Model, Role};
 

@@ -40,7 +40,7 @@ impl CellPlan {
 const FIRST_SHARE: f64 = 0.05;
 
 /// Sequences that must start alike before their start is believed as much as the middle of the band.
-pub(crate) const DOUBT: f64 = 3.0;
+pub(crate) const START_PRIOR_SEQUENCES: f64 = 3.0;
 
 /// Fits the bounds, elasticities and branch shares of a cell.
 ///
@@ -308,10 +308,10 @@ impl Scaled {
         rows.windows(2).filter(counts).map(|pair| pair[0]).collect()
     }
 
-    /// Where in the band the sequences start, on average; the middle counts as [`DOUBT`] more sequences.
+    /// Where in the band the sequences start, on average; the middle counts as [`START_PRIOR_SEQUENCES`] more sequences.
     fn start(&self, bounds: &[f64]) -> f64 {
         let (low, high) = bounds.split_at(self.b);
-        let (mut sum, mut count) = (0.5 * DOUBT, DOUBT);
+        let (mut sum, mut count) = (0.5 * START_PRIOR_SEQUENCES, START_PRIOR_SEQUENCES);
         for row in self.beginnings() {
             let x = &self.basis[row * self.b..][..self.b];
             let (low, high) = (dot(low, x), dot(high, x));

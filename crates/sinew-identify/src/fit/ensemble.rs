@@ -2,9 +2,11 @@
 
 use super::network::{self, Network, NetworkData, NetworkOptions};
 use super::perceptron::{self, TrainOptions};
-use crate::member::{Learner, Recipe, Run, quantiles};
+use super::recipe::{Learner, Recipe};
+use super::run::Run;
+use super::statistics::{mean_and_deviation, quantiles};
 use rayon::prelude::*;
-use sinew::predictor::{Ensemble, Lanes, MEMBERS, Memory, MemoryLaw};
+use sinew::predictor::{Ensemble, MEMBERS, Memory, MemoryLaw, PerNetwork};
 use sinew::transmission::Perceptron;
 
 /// Trains an old ensemble on: each network is drawn to what it was, in the units of the old standardisation.
@@ -20,22 +22,23 @@ pub(crate) fn retrain(rows: &Rows, old: &Ensemble, correlation: f64) -> Option<E
         mean: old.mean.clone(),
         scale: old.inverse_scale.iter().map(|s| 1.0 / s).collect(),
     };
-    let lesson = Lesson::new(standard.apply(&rows.features), f, &rows.targets);
+    let training_set = TrainingSet::new(standard.apply(&rows.features), f, &rows.targets);
     let networks: Vec<Network> = (0..MEMBERS)
         .into_par_iter()
         .map(|lane| {
-            let at = |v: &Lanes| f64::from(v[lane]);
+            let at = |v: &PerNetwork| f64::from(v[lane]);
             let mut theta: Vec<f64> = old.hidden_weights.iter().map(at).collect();
             theta.extend(old.hidden_bias.iter().map(at));
-            theta.extend(old.output_weights.iter().chain(&old.skip).map(|v| at(v) / lesson.spread));
-            theta.push((at(&old.bias) - lesson.centre) / lesson.spread);
-            let data = NetworkData { inputs: &lesson.inputs, targets: &lesson.targets, features: f };
+            theta.extend(old.output_weights.iter().chain(&old.skip).map(|v| at(v) / training_set.spread));
+            theta.push((at(&old.bias) - training_set.centre) / training_set.spread);
+            let data =
+                NetworkData { inputs: &training_set.inputs, targets: &training_set.targets, features: f };
             let correlation = correlation / rows.stride as f64;
             let options = NetworkOptions { hidden: h, correlation, steps: RETRAIN_STEPS, seed: 0 };
             network::retrain(&data, &options, &theta)
         })
         .collect();
-    Some(packed(&networks, &|_| &lesson, standard, h))
+    Some(packed(&networks, &|_| &training_set, standard, h))
 }
 
 /// Most steps of a [`retrain`]: it starts near its end.
@@ -95,7 +98,7 @@ impl Standard {
             let mut column: Vec<f64> = rows.features.iter().skip(i).step_by(rows.width).copied().collect();
             let edge = quantiles(column.clone(), &[0.0005, 0.9995]);
             column.iter_mut().for_each(|v| *v = v.max(edge[0]).min(edge[1]));
-            let (mean, spread) = mean_and_spread(&column);
+            let (mean, spread) = mean_and_deviation(&column);
             standard.low.push(edge[0]);
             standard.high.push(edge[1]);
             standard.mean.push(mean);
@@ -115,12 +118,6 @@ impl Standard {
     }
 }
 
-fn mean_and_spread(values: &[f64]) -> (f64, f64) {
-    let n = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (mean, (values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n).sqrt())
-}
-
 /// Trains the networks of a recipe side by side, each from its own start.
 ///
 /// In a mixed ensemble every other network never sees the cell and learns the far side itself; what it says is
@@ -133,15 +130,15 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
     }
     let standard = Standard::of(rows);
     let inputs = standard.apply(&rows.features);
-    let correction = Lesson::new(inputs.clone(), f, &rows.targets);
+    let correction = TrainingSet::new(inputs.clone(), f, &rows.targets);
     let direct = mixed.then(|| {
         let seen = f - CELL_FEATURES;
         let narrow = inputs.chunks_exact(f).flat_map(|row| &row[..seen]).copied().collect();
         let states = rows.features.iter().skip(seen).step_by(f);
         let far: Vec<f64> = rows.targets.iter().zip(states).map(|(t, s)| t + s).collect();
-        Lesson::new(narrow, seen, &far)
+        TrainingSet::new(narrow, seen, &far)
     });
-    let lesson = |k: usize| direct.as_ref().filter(|_| k % 2 == 1).unwrap_or(&correction);
+    let training_set = |k: usize| direct.as_ref().filter(|_| k % 2 == 1).unwrap_or(&correction);
     let networks: Vec<Network> = (0..recipe.networks.clamp(2, MEMBERS))
         .into_par_iter()
         .map(|k| {
@@ -151,10 +148,10 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
                 steps: recipe.steps,
                 seed: seed.wrapping_mul(1_000_003).wrapping_add(k as u64),
             };
-            lesson(k).learn(&options)
+            training_set(k).train(&options)
         })
         .collect();
-    Some(packed(&networks, &lesson, standard, h))
+    Some(packed(&networks, &training_set, standard, h))
 }
 
 /// The paper's network on the same rows: one hidden layer, full batch, no memory but what the rows hold.
@@ -168,7 +165,7 @@ pub(crate) fn train_paper(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Per
 const CELL_FEATURES: usize = 3;
 
 /// Standardised inputs and targets of some networks.
-struct Lesson {
+struct TrainingSet {
     inputs: Vec<f64>,
     width: usize,
     targets: Vec<f64>,
@@ -176,15 +173,15 @@ struct Lesson {
     spread: f64,
 }
 
-impl Lesson {
+impl TrainingSet {
     fn new(inputs: Vec<f64>, width: usize, targets: &[f64]) -> Self {
-        let (centre, spread) = mean_and_spread(targets);
+        let (centre, spread) = mean_and_deviation(targets);
         let spread = spread.max(1e-12);
         let targets = targets.iter().map(|t| (t - centre) / spread).collect();
         Self { inputs, width, targets, centre, spread }
     }
 
-    fn learn(&self, options: &NetworkOptions) -> Network {
+    fn train(&self, options: &NetworkOptions) -> Network {
         let data = NetworkData { inputs: &self.inputs, targets: &self.targets, features: self.width };
         network::train(&data, options)
     }
@@ -193,19 +190,19 @@ impl Lesson {
 /// One network per lane, in far units. Fewer networks than lanes repeat: median and, nearly, variance stay.
 fn packed<'a>(
     networks: &[Network],
-    lesson: &dyn Fn(usize) -> &'a Lesson,
+    training_set: &dyn Fn(usize) -> &'a TrainingSet,
     standard: Standard,
     hidden: usize,
 ) -> Ensemble {
     let width = standard.mean.len();
-    let lanes = |pick: &dyn Fn(&network::Parts<'_>, &Lesson) -> f64| -> Lanes {
+    let lanes = |pick: &dyn Fn(&network::Parts<'_>, &TrainingSet) -> f64| -> PerNetwork {
         core::array::from_fn(|lane| {
             let k = lane % networks.len();
-            pick(&networks[k].parts(), lesson(k)) as f32
+            pick(&networks[k].parts(), training_set(k)) as f32
         })
     };
     // A network that learned the far side itself corrects the cell by what the cell says, taken away.
-    let is_direct = |l: &Lesson| l.width < width;
+    let is_direct = |l: &TrainingSet| l.width < width;
     let hidden_weights = (0..hidden * width).map(|i| {
         let (node, feature) = (i / width, i % width);
         lanes(&|p, l| if feature < l.width { p.weights[node * l.width + feature] } else { 0.0 })
@@ -238,7 +235,7 @@ fn packed<'a>(
 pub(crate) fn power(ensemble: &Ensemble, rows: &Rows) -> f64 {
     let mut scratch = vec![0.0; rows.width];
     let squares = rows.features.chunks_exact(rows.width).map(|features| {
-        let correction = ensemble.opinion(features, &mut scratch).median;
+        let correction = ensemble.evaluate(features, &mut scratch).median;
         correction * correction
     });
     squares.sum::<f64>() / rows.targets.len().max(1) as f64

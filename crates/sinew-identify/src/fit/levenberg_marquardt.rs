@@ -164,12 +164,12 @@ pub fn minimise_from_many(
 
 /// What the data say about each parameter: the inverse of `J^T J`, taken apart by its eigenvalues.
 #[derive(Debug, Clone)]
-pub struct Certainty {
+pub struct Covariance {
     /// Diagonal of the inverse, `[p]`, to be multiplied by the variance of the residuals;
     /// infinite where the data do not determine the parameter.
     pub variance: Vec<f64>,
     /// The whole inverse, `[p x p]`; directions that the data do not determine are left out of it.
-    pub covariance: Vec<f64>,
+    pub matrix: Vec<f64>,
     /// Condition number of `J^T J` scaled to a unit diagonal; infinite where a parameter has no effect.
     pub condition: f64,
 }
@@ -177,12 +177,12 @@ pub struct Certainty {
 impl Solution {
     /// Conditioning and inverse of the normal matrix at the solution.
     #[must_use]
-    pub fn certainty(&self) -> Certainty {
-        certainty(&self.normal, self.theta.len())
+    pub fn covariance(&self) -> Covariance {
+        covariance(&self.normal, self.theta.len())
     }
 }
 
-fn certainty(normal: &[f64], p: usize) -> Certainty {
+fn covariance(normal: &[f64], p: usize) -> Covariance {
     /// Relative size below which an eigenvalue of the scaled matrix is rounding (finite differences).
     const NOISE: f64 = 1e-11;
     let largest = (0..p).map(|i| normal[i * p + i]).fold(0.0, f64::max);
@@ -217,7 +217,7 @@ fn certainty(normal: &[f64], p: usize) -> Certainty {
     for i in 0..p {
         variance[i] += covariance[i * p + i];
     }
-    Certainty { variance, covariance, condition }
+    Covariance { variance, matrix: covariance, condition }
 }
 
 fn finite_squares(residuals: &[f64]) -> Option<f64> {
@@ -374,10 +374,10 @@ mod tests {
         let found = minimise(&decay(false), &[1.0, 0.2], Options::default()).unwrap();
         assert_eq!(found.status, Status::Converged);
         assert!((found.theta[0] - 3.0).abs() < 1e-6 && (found.theta[1] - 1.2).abs() < 1e-6, "{found:?}");
-        let certainty = found.certainty();
-        assert!(certainty.condition > 1.0 && certainty.condition < 100.0);
+        let covariance = found.covariance();
+        assert!(covariance.condition > 1.0 && covariance.condition < 100.0);
         // The inverse is an inverse.
-        let product: f64 = (0..2).map(|k| found.normal[k] * certainty.covariance[2 * k]).sum();
+        let product: f64 = (0..2).map(|k| found.normal[k] * covariance.matrix[2 * k]).sum();
         assert!((product - 1.0).abs() < 1e-9);
     }
 
@@ -385,9 +385,9 @@ mod tests {
     fn a_parameter_without_effect_is_infinitely_uncertain_and_disturbs_nothing() {
         let found = minimise(&decay(true), &[1.0, 0.2, 7.0], Options::default()).unwrap();
         assert!((found.theta[1] - 1.2).abs() < 1e-6);
-        let certainty = found.certainty();
-        assert!(certainty.variance[2].is_infinite() && certainty.condition.is_infinite());
-        assert!(certainty.variance[0].is_finite());
+        let covariance = found.covariance();
+        assert!(covariance.variance[2].is_infinite() && covariance.condition.is_infinite());
+        assert!(covariance.variance[0].is_finite());
     }
 
     #[test]

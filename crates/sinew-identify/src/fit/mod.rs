@@ -8,3 +8,6 @@ pub mod gram;
 pub mod levenberg_marquardt;
 pub(crate) mod network;
 pub mod perceptron;
+pub(crate) mod recipe;
+pub(crate) mod run;
+pub(crate) mod statistics;

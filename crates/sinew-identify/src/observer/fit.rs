@@ -180,12 +180,12 @@ impl Problem<'_> {
     fn account(&self, found: &Solution, rmse_start: f64) -> Result<CableFit, Error> {
         let n = self.rows.len();
         let far = &found.residuals[..n];
-        let certainty = found.certainty();
+        let covariance = found.covariance();
         let correlation = correlation(far);
         let free = (n as f64 / correlation - found.theta.len() as f64).max(1.0) * correlation;
         let spread = (found.squares / free * correlation).sqrt();
         let interval = |(i, quantity): (usize, &Quantity)| {
-            let half = 1.96 * spread * certainty.variance[i].sqrt();
+            let half = 1.96 * spread * covariance.variance[i].sqrt();
             FittedQuantity {
                 quantity: *quantity,
                 value: quantity.outward(found.theta[i]),
@@ -201,7 +201,7 @@ impl Problem<'_> {
             rmse: rms(far),
             rmse_start,
             quantities: self.options.free.iter().enumerate().map(interval).collect(),
-            condition: certainty.condition,
+            condition: covariance.condition,
             correlation,
             compared: n,
         })

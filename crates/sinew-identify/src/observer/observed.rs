@@ -3,8 +3,8 @@
 use super::fit::FitOptions;
 use super::run::CableLog;
 use super::start::find_cable;
-use crate::fit::cell::DOUBT;
-use crate::member::Run;
+use crate::fit::cell::START_PRIOR_SEQUENCES;
+use crate::fit::run::Run;
 use sinew::predictor::{CableColumns, CableModel, ObservedCable};
 
 /// Shortest interval between the samples that are fitted, s: the law does not care, and the fit is as much faster.
@@ -18,10 +18,10 @@ pub(crate) fn fit_observed(runs: &[&Run], columns: CableColumns) -> Option<Obser
     Some(ObservedCable { model, columns })
 }
 
-/// Where in their dead band the logs begin, on average; the middle counts as [`DOUBT`] more logs.
+/// Where in their dead band the logs begin, on average; the middle counts as [`START_PRIOR_SEQUENCES`] more logs.
 fn beginning(model: &CableModel, logs: &[CableLog]) -> Option<f64> {
     let whole = model.law().ok()?.friction_angle();
-    let (mut sum, mut count) = (0.0, DOUBT);
+    let (mut sum, mut count) = (0.0, START_PRIOR_SEQUENCES);
     for log in logs.iter().filter(|log| !log.is_empty() && log.weight[0] > 0.0) {
         let far = log.far[0] / model.far_gain - model.parameters.pretension;
         let share = (log.samples[0].tension_in / far).ln() / whole;

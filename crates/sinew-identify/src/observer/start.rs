@@ -3,7 +3,7 @@
 use super::fit::{CableFit, FitOptions, fit_cable};
 use super::run::CableLog;
 use crate::Error;
-use crate::member::quantiles;
+use crate::fit::statistics::quantiles;
 use sinew::predictor::CableModel;
 use sinew::transmission::cable::{CableParameters, Path, Segment};
 

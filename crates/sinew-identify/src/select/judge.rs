@@ -1,7 +1,8 @@
 //! Out-of-fold judgement of a model.
 
 use super::folds::Folds;
-use crate::member::{Run, run as run_over};
+use crate::fit::run::Run;
+use crate::member::run as run_over;
 use sinew::metrics::Comparison;
 use sinew::predictor::{Estimate, Estimator, MemoryLaw};
 
@@ -100,7 +101,7 @@ pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgem
         }
         if count > 0.0 {
             fold_rmse.push((sum / count).sqrt());
-            fold_factor.push(crate::member::quantiles(ratios, &[0.95])[0]);
+            fold_factor.push(crate::fit::statistics::quantiles(ratios, &[0.95])[0]);
         }
     }
     if fold_rmse.is_empty() {

@@ -1,7 +1,9 @@
 //! The members that are tried, made from the roles of the columns and the sampling alone.
 
+use crate::fit::cell::CellPlan;
+use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
+use crate::fit::run::Run;
 use crate::log::Dataset;
-use crate::member::{CellPlan, FeaturePlan, Learner, Recipe, Run};
 use crate::observer::cable_logs;
 use sinew::metrics::Comparison;
 use sinew::predictor::{CableColumns, MEMBERS, Role, Signal, Term};
@@ -307,7 +309,7 @@ fn correlation(runs: &[Run], first: usize, second: usize) -> f64 {
 fn log_offset(runs: &[Run], input: usize) -> Option<f64> {
     let values: Vec<f64> =
         runs.iter().flat_map(|r| r.inputs.iter().skip(input).step_by(r.width)).copied().collect();
-    let edge = crate::member::quantiles(values, &[0.01, 0.99]);
+    let edge = crate::fit::statistics::quantiles(values, &[0.01, 0.99]);
     let range = edge[1] - edge[0];
     (range > 0.0 && edge[0] > -0.02 * range).then_some(0.015 * range)
 }

@@ -10,7 +10,7 @@ pub const MEMBERS: usize = 8;
 
 /// One number for each network. Single precision: its rounding, 1e-7 of a correction, is far below any
 /// sensor's, and eight lanes fill two plain SSE2 registers instead of four.
-pub type Lanes = [f32; MEMBERS];
+pub type PerNetwork = [f32; MEMBERS];
 
 /// Eight networks with one hidden layer of tanh nodes and a linear skip, trained from different starts.
 ///
@@ -33,20 +33,20 @@ pub struct Ensemble {
     /// Multiplied by after that, one over the standard deviation: `[features]`.
     pub inverse_scale: Vec<f64>,
     /// `W`, one row of features per hidden node: `[hidden x features]`.
-    pub hidden_weights: Vec<Lanes>,
+    pub hidden_weights: Vec<PerNetwork>,
     /// `d`: `[hidden]`.
-    pub hidden_bias: Vec<Lanes>,
+    pub hidden_bias: Vec<PerNetwork>,
     /// `v`, far unit: `[hidden]`.
-    pub output_weights: Vec<Lanes>,
+    pub output_weights: Vec<PerNetwork>,
     /// Linear part, far unit: `[features]`.
-    pub skip: Vec<Lanes>,
+    pub skip: Vec<PerNetwork>,
     /// Offset, far unit.
-    pub bias: Lanes,
+    pub bias: PerNetwork,
 }
 
 /// What the networks say of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Opinion {
+pub struct EnsembleOutput {
     /// Median over the networks, far unit.
     pub median: f64,
     /// Variance over the networks, far unit squared.
@@ -56,9 +56,9 @@ pub struct Opinion {
 }
 
 impl Ensemble {
-    /// The opinion on one sample; `features` and `scratch`: `[features]`.
+    /// The output on one sample; `features` and `scratch`: `[features]`.
     #[must_use]
-    pub fn opinion(&self, features: &[f64], scratch: &mut [f32]) -> Opinion {
+    pub fn evaluate(&self, features: &[f64], scratch: &mut [f32]) -> EnsembleOutput {
         let mut clipped = 0;
         let box_edges = self.clip_low.iter().zip(&self.clip_high);
         let standard = self.mean.iter().zip(&self.inverse_scale);
@@ -74,7 +74,11 @@ impl Ensemble {
         let outputs = self.outputs(scratch);
         let deviation = outputs - f32x8::splat(sum(outputs.to_array()) / MEMBERS as f32);
         let variance = sum((deviation * deviation).to_array()) / (MEMBERS - 1) as f32;
-        Opinion { median: f64::from(median(outputs.to_array())), variance: f64::from(variance), clipped }
+        EnsembleOutput {
+            median: f64::from(median(outputs.to_array())),
+            variance: f64::from(variance),
+            clipped,
+        }
     }
 
     #[inline]
@@ -113,13 +117,13 @@ impl Ensemble {
 
 /// A tree rather than a chain: three additions deep.
 #[inline]
-fn sum(v: Lanes) -> f32 {
+fn sum(v: PerNetwork) -> f32 {
     ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]))
 }
 
 /// Median of eight: the mean of the middle two, after Batcher's sorting network.
 #[inline]
-fn median(mut v: Lanes) -> f32 {
+fn median(mut v: PerNetwork) -> f32 {
     const PAIRS: [(usize, usize); 19] = [
         (0, 1),
         (2, 3),
@@ -156,7 +160,7 @@ mod tests {
 
     fn ensemble() -> Ensemble {
         let mut k = 0.0_f32;
-        let mut lanes = || -> Lanes {
+        let mut lanes = || -> PerNetwork {
             core::array::from_fn(|_| {
                 k += 1.0;
                 k.sin()
@@ -177,11 +181,11 @@ mod tests {
 
     /// The same sums in double precision with an exact tanh.
     fn slow(e: &Ensemble, x: [f64; 2], lane: usize) -> f64 {
-        let at = |v: &Lanes| f64::from(v[lane]);
+        let at = |v: &PerNetwork| f64::from(v[lane]);
         let z: Vec<f64> = (0..2)
             .map(|i| (x[i].clamp(e.clip_low[i], e.clip_high[i]) - e.mean[i]) * e.inverse_scale[i])
             .collect();
-        let dot = |rows: &[Lanes]| rows.iter().zip(&z).map(|(w, z)| at(w) * z).sum::<f64>();
+        let dot = |rows: &[PerNetwork]| rows.iter().zip(&z).map(|(w, z)| at(w) * z).sum::<f64>();
         let node = |j: usize| (at(&e.hidden_bias[j]) + dot(&e.hidden_weights[2 * j..])).tanh();
         at(&e.bias) + dot(&e.skip) + (0..3).map(|j| at(&e.output_weights[j]) * node(j)).sum::<f64>()
     }
@@ -195,17 +199,17 @@ mod tests {
             each.sort_by(f64::total_cmp);
             let mean = each.iter().sum::<f64>() / 8.0;
             let variance = each.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / 7.0;
-            let opinion = e.opinion(&x, &mut [0.0; 2]);
-            assert!((opinion.median - 0.5 * (each[3] + each[4])).abs() < 5e-4, "{opinion:?}");
-            assert!((opinion.variance - variance).abs() < 2e-3 * (1.0 + variance), "{opinion:?}");
+            let output = e.evaluate(&x, &mut [0.0; 2]);
+            assert!((output.median - 0.5 * (each[3] + each[4])).abs() < 5e-4, "{output:?}");
+            assert!((output.variance - variance).abs() < 2e-3 * (1.0 + variance), "{output:?}");
         }
     }
 
     #[test]
     fn outside_the_box_the_networks_keep_their_value_and_say_so() {
         let e = ensemble();
-        let edge = e.opinion(&[1.0, 2.0], &mut [0.0; 2]);
-        let far = e.opinion(&[50.0, 1e9], &mut [0.0; 2]);
+        let edge = e.evaluate(&[1.0, 2.0], &mut [0.0; 2]);
+        let far = e.evaluate(&[50.0, 1e9], &mut [0.0; 2]);
         assert_eq!(edge.median.to_bits(), far.median.to_bits());
         assert_eq!((edge.clipped, far.clipped), (0, 2));
     }

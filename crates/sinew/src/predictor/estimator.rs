@@ -67,16 +67,15 @@ impl Estimator {
             let mean = cell.state + plain.unwrap_or(0.0);
             return Estimate { mean, variance: physics, gate: 1.0, known, clipped: 0 };
         };
-        let opinion = ensemble.opinion(memory.features(), scratch);
-        let gate = self
-            .gate_power
-            .map_or(1.0, |p| p / (p + GATE_STRENGTH * opinion.variance).max(f64::MIN_POSITIVE));
+        let output = ensemble.evaluate(memory.features(), scratch);
+        let gate =
+            self.gate_power.map_or(1.0, |p| p / (p + GATE_STRENGTH * output.variance).max(f64::MIN_POSITIVE));
         Estimate {
-            mean: cell.state + gate * opinion.median,
-            variance: physics + opinion.variance,
+            mean: cell.state + gate * output.median,
+            variance: physics + output.variance,
             gate,
             known,
-            clipped: opinion.clipped,
+            clipped: output.clipped,
         }
     }
 }

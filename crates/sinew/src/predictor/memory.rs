@@ -102,7 +102,7 @@ pub enum Feature {
     /// Width of the cell's band, far unit.
     CellWidth,
     /// Place of the state inside the band, 0 at the lower bound, 1 at the upper.
-    CellPlace,
+    CellPosition,
     /// Measured minus believed near tension of the cable's observer, N.
     Innovation,
 }
@@ -272,7 +272,7 @@ impl Memory {
                 Feature::CellState => self.cell.state,
                 Feature::CellWidth => width,
                 Feature::Innovation => self.watch.as_ref().map_or(0.0, |watch| watch.innovation),
-                Feature::CellPlace => (self.cell.state - self.cell.low) / width.max(1e-12),
+                Feature::CellPosition => (self.cell.state - self.cell.low) / width.max(1e-12),
             };
         }
     }

@@ -20,8 +20,8 @@ mod step;
 pub use cable::{
     CableColumns, CableEstimate, CableModel, CableObserver, CableObservers, CableSample, ObservedCable,
 };
-pub use conditioner::{Conditioner, Guard, LARGEST, MOST_HELD, Step};
-pub use ensemble::{Ensemble, Lanes, MEMBERS, Opinion};
+pub use conditioner::{Conditioner, InputLimits, MAX_HELD_SAMPLES, MAX_MAGNITUDE, SampleKind};
+pub use ensemble::{Ensemble, EnsembleOutput, MEMBERS, PerNetwork};
 pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
 pub use file::VERSION;
 pub use memory::{Branch, Cell, CellOutput, Feature, Memory, MemoryLaw, Term};

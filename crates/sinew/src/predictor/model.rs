@@ -1,7 +1,7 @@
 //! A model of one transmission: what it reads, how it predicts, how far it can be trusted.
 
-use super::conditioner::{Guard, LARGEST};
-use super::ensemble::{Ensemble, Lanes};
+use super::conditioner::{InputLimits, MAX_MAGNITUDE};
+use super::ensemble::{Ensemble, PerNetwork};
 use super::estimator::Estimator;
 use super::memory::{Cell, Feature, MemoryLaw, Term};
 use crate::Error;
@@ -69,7 +69,7 @@ pub struct Model {
     /// The trial column of its logs.
     pub trial: Option<String>,
     /// One per input.
-    pub guards: Vec<Guard>,
+    pub guards: Vec<InputLimits>,
     /// Pause after which all states are forgotten, s.
     pub gap_s: f64,
     /// The prediction.
@@ -98,7 +98,7 @@ impl Model {
         positive("gap_s", self.gap_s)?;
         positive("band_factor", self.band_factor)?;
         let sigma0 = self.estimator.sigma0;
-        require("estimator.sigma0", ">= 0 and <= 1e30", (0.0..=LARGEST).contains(&sigma0), sigma0)?;
+        require("estimator.sigma0", ">= 0 and <= 1e30", (0.0..=MAX_MAGNITUDE).contains(&sigma0), sigma0)?;
         if let Some(power) = self.estimator.gate_power {
             require("estimator.gate_power", "finite and >= 0", power >= 0.0 && power.is_finite(), power)?;
         }
@@ -150,12 +150,12 @@ impl MemoryLaw {
                 Feature::Signal(signal) => (signal, 1.0),
                 Feature::Stop { signal, radius } => (signal, radius),
                 Feature::LowPassDifference { signal, tau_s } => (signal, tau_s),
-                Feature::CellState | Feature::CellWidth | Feature::CellPlace | Feature::Innovation => {
+                Feature::CellState | Feature::CellWidth | Feature::CellPosition | Feature::Innovation => {
                     continue;
                 }
             };
             require("law.features", &format!("signal below {signals}"), signal < signals, signal)?;
-            let inside = constant > 0.0 && constant <= LARGEST;
+            let inside = constant > 0.0 && constant <= MAX_MAGNITUDE;
             require("law.features", "radius and tau_s > 0 and <= 1e30", inside, constant)?;
         }
         Ok(())
@@ -197,7 +197,7 @@ impl Cell {
 
 impl Ensemble {
     fn validate(&self, features: usize) -> Result<(), Error> {
-        require("ensemble", "1 to 1000 features", (1..=MOST_NODES).contains(&features), features)?;
+        require("ensemble", "1 to 1000 features", (1..=MAX_NODES).contains(&features), features)?;
         let lists = [
             ("ensemble.clip_low", &self.clip_low),
             ("ensemble.clip_high", &self.clip_high),
@@ -214,10 +214,10 @@ impl Ensemble {
             require("ensemble.clip_low", "at most clip_high", low <= high, format!("{low} and {high}"))?;
             let farthest = ((low - mean) * inverse).abs().max(((high - mean) * inverse).abs());
             let expected = "so small that the clip box is within 1e5 scales";
-            require("ensemble.inverse_scale", expected, farthest <= LARGEST_STANDARD, inverse)?;
+            require("ensemble.inverse_scale", expected, farthest <= MAX_STANDARDISED_INPUT, inverse)?;
         }
         let hidden = self.hidden_bias.len();
-        require("ensemble.hidden_bias", "at most 1000 rows", hidden <= MOST_NODES, hidden)?;
+        require("ensemble.hidden_bias", "at most 1000 rows", hidden <= MAX_NODES, hidden)?;
         let shapes = [
             ("ensemble.hidden_weights", &self.hidden_weights, hidden * features),
             ("ensemble.hidden_bias", &self.hidden_bias, hidden),
@@ -233,22 +233,22 @@ impl Ensemble {
 }
 
 /// Largest weight of a network, far unit.
-const LARGEST_WEIGHT: f64 = 1e10;
+const MAX_WEIGHT: f64 = 1e10;
 /// Largest input of a network: no training set reaches that many standard deviations.
-const LARGEST_STANDARD: f64 = 1e5;
+const MAX_STANDARDISED_INPUT: f64 = 1e5;
 /// Most features or nodes of a network. With the two above, its variance fits single precision.
-const MOST_NODES: usize = 1000;
+const MAX_NODES: usize = 1000;
 
 fn positive(name: &str, value: f64) -> Result<(), Error> {
-    require(name, "> 0 and <= 1e30", value > 0.0 && value <= LARGEST, value)
+    require(name, "> 0 and <= 1e30", value > 0.0 && value <= MAX_MAGNITUDE, value)
 }
 
 fn all_moderate(name: &str, values: &[f64]) -> Result<(), Error> {
-    all_within(name, "numbers within +-1e30", values, LARGEST)
+    all_within(name, "numbers within +-1e30", values, MAX_MAGNITUDE)
 }
 
-fn all_weights(name: &str, lanes: &Lanes) -> Result<(), Error> {
-    all_within(name, "numbers within +-1e10", &lanes.map(f64::from), LARGEST_WEIGHT)
+fn all_weights(name: &str, lanes: &PerNetwork) -> Result<(), Error> {
+    all_within(name, "numbers within +-1e10", &lanes.map(f64::from), MAX_WEIGHT)
 }
 
 fn all_within(name: &str, expected: &str, values: &[f64], largest: f64) -> Result<(), Error> {

@@ -1,6 +1,6 @@
 //! The signals a model thinks in, made from the columns of a log.
 
-use super::conditioner::LARGEST;
+use super::conditioner::MAX_MAGNITUDE;
 use serde::{Deserialize, Serialize};
 
 /// One signal, computed from the present sample alone.
@@ -56,7 +56,7 @@ impl Signal {
     pub(super) fn is_valid(&self) -> bool {
         match *self {
             Self::LogTension { offset, .. } | Self::LogRatio { offset, .. } => {
-                (1.0 / LARGEST..=LARGEST).contains(&offset)
+                (1.0 / MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(&offset)
             }
             Self::Input(_) | Self::Difference(..) => true,
         }

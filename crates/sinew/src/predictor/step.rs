@@ -1,6 +1,6 @@
 //! The predictor: one sample in, one prediction out.
 
-use super::conditioner::{Conditioner, Step};
+use super::conditioner::{Conditioner, SampleKind};
 use super::memory::Memory;
 use super::model::Model;
 use crate::Error;
@@ -64,7 +64,7 @@ impl Prediction {
 /// # Example
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// # use sinew::predictor::{Branch, Cell, Estimator, Guard, Input, MemoryLaw, Provenance, Role, Signal, Term};
+/// # use sinew::predictor::{Branch, Cell, Estimator, InputLimits, Input, MemoryLaw, Provenance, Role, Signal, Term};
 /// # let cell = Cell {
 /// #     basis: vec![Term::Signal(0)], low: vec![0.8], high: vec![1.25], elastic: vec![], kappa: vec![],
 /// #     start: 0.5,
@@ -74,7 +74,7 @@ impl Prediction {
 /// # let text = Model {
 /// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0,
 /// #     inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],
-/// #     guards: vec![Guard { jump: 1e3, low: 0.0, high: 300.0, typical: 100.0 }],
+/// #     guards: vec![InputLimits { jump: 1e3, low: 0.0, high: 300.0, typical: 100.0 }],
 /// #     estimator: Estimator { law, ensemble: None, gate_power: None, perceptron: None, sigma0: 1.0 },
 /// #     provenance: Provenance {
 /// #         member: "cell".into(), description: "by hand".into(), program: "none".into(), seed: 1,
@@ -134,13 +134,13 @@ impl Predictor {
     #[inline]
     pub fn step(&mut self, sample: &Sample<'_>) -> Prediction {
         let model = &self.model;
-        let step = self.conditioner.accept(&model.guards, model.gap_s, sample.time_s, sample.inputs);
-        if step == Step::Repeated {
+        let step = self.conditioner.update(&model.guards, model.gap_s, sample.time_s, sample.inputs);
+        if step == SampleKind::Repeated {
             self.last.flags.repeated = true;
             self.last.flags.reset = false;
             return self.last;
         }
-        if step == Step::First {
+        if step == SampleKind::First {
             self.memory.reset();
         }
         let inputs = self.conditioner.values();
@@ -155,7 +155,7 @@ impl Predictor {
                 state_unknown: !estimate.known,
                 out_of_range: outside || estimate.clipped > 0,
                 input_held: self.conditioner.any_held(),
-                reset: step == Step::First,
+                reset: step == SampleKind::First,
                 repeated: false,
             },
         };

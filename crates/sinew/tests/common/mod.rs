@@ -4,8 +4,8 @@
 
 use sinew::body::Robot;
 use sinew::predictor::{
-    Branch, Cell, Ensemble, Estimator, Feature, Guard, Input, Lanes, MEMBERS, MemoryLaw, Model, Provenance,
-    Role, Signal, Term,
+    Branch, Cell, Ensemble, Estimator, Feature, Input, InputLimits, MEMBERS, MemoryLaw, Model, PerNetwork,
+    Provenance, Role, Signal, Term,
 };
 
 /// The arm of `models/`.
@@ -28,7 +28,7 @@ pub(crate) fn capstan() -> Model {
         inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],
         time: Some("time_s".into()),
         trial: None,
-        guards: vec![Guard { jump: 1e6, low: 0.0, high: 500.0, typical: 50.0 }],
+        guards: vec![InputLimits { jump: 1e6, low: 0.0, high: 500.0, typical: 50.0 }],
         gap_s: 0.5,
         estimator: Estimator {
             law: MemoryLaw {
@@ -72,7 +72,7 @@ pub(crate) fn complete() -> Model {
         Feature::LowPassDifference { signal: 0, tau_s: 0.05 },
         Feature::CellState,
         Feature::CellWidth,
-        Feature::CellPlace,
+        Feature::CellPosition,
     ];
     let ensemble = ensemble(features.len(), 3);
     let mut model = capstan();
@@ -82,8 +82,8 @@ pub(crate) fn complete() -> Model {
         input("tension_back_n", Role::Effort),
         input("position_in_m", Role::Motion),
     ];
-    let tension = Guard { jump: 60.0, low: 0.0, high: 200.0, typical: 50.0 };
-    model.guards = vec![tension, tension, Guard { jump: 0.05, low: -0.1, high: 0.1, typical: 0.0 }];
+    let tension = InputLimits { jump: 60.0, low: 0.0, high: 200.0, typical: 50.0 };
+    model.guards = vec![tension, tension, InputLimits { jump: 0.05, low: -0.1, high: 0.1, typical: 0.0 }];
     model.estimator = Estimator {
         law: MemoryLaw {
             signals: vec![
@@ -115,7 +115,7 @@ pub(crate) fn complete() -> Model {
 
 /// Networks that agree in the large and differ in the small.
 fn ensemble(features: usize, hidden: usize) -> Ensemble {
-    let lanes = |k: usize, size: f32| -> Lanes {
+    let lanes = |k: usize, size: f32| -> PerNetwork {
         std::array::from_fn(|member| size * ((k * MEMBERS + member) as f32 * 0.7 + (k as f32)).sin())
     };
     let list = |first: usize, n: usize, size: f32| (first..first + n).map(|k| lanes(k, size)).collect();

@@ -1,8 +1,8 @@
 //! What all classical laws share: transformed parameters, fit, intervals, remarks.
 
+use super::result::{ClassicalFit, Parameter};
 use super::samples::{Samples, Signals};
-use crate::account::{ClassicalFit, Parameter};
-use crate::fit::levenberg_marquardt::{Certainty, LeastSquares, Options, Solution, minimise_from_many};
+use crate::fit::levenberg_marquardt::{Covariance, LeastSquares, Options, Solution, minimise_from_many};
 use sinew::metrics::Comparison;
 
 /// How a parameter is searched for.
@@ -155,15 +155,15 @@ impl Law {
         let solution = minimise_from_many(&problem, &starts, options)?;
         let natural = self.outward(&solution.theta);
         let rmse = self.rmse(all, &natural)?;
-        let certainty = solution.certainty();
+        let covariance = solution.covariance();
         let tau = autocorrelation_time(samples, &solution.residuals);
         let free = (solution.residuals.len() as f64 / tau - natural.len() as f64).max(1.0) * tau;
         // |r|^2 / free is the variance of a residual, tau what its correlation costs.
         let spread = (solution.squares / free * tau).sqrt();
         let mut parameters: Vec<Parameter> =
-            (0..natural.len()).map(|i| self.parameter(i, &solution, &certainty, spread, signals)).collect();
+            (0..natural.len()).map(|i| self.parameter(i, &solution, &covariance, spread, signals)).collect();
         for derived in &self.derived {
-            let parameter = self.derived_parameter(derived, &solution, &certainty, spread, signals);
+            let parameter = self.derived_parameter(derived, &solution, &covariance, spread, signals);
             // Lines of either sign have no friction angle.
             if parameter.value.is_finite() {
                 parameters.push(parameter);
@@ -176,7 +176,7 @@ impl Law {
             rmse,
             percent_of_range: 100.0 * rmse / signals.far_range,
             parameters,
-            condition: certainty.condition,
+            condition: covariance.condition,
             remark,
         })
     }
@@ -197,12 +197,12 @@ impl Law {
         &self,
         i: usize,
         solution: &Solution,
-        certainty: &Certainty,
+        covariance: &Covariance,
         spread: f64,
         signals: &Signals,
     ) -> Parameter {
         let spec = &self.specs[i];
-        let seen = if self.unseen.contains(&i) { f64::INFINITY } else { certainty.variance[i] };
+        let seen = if self.unseen.contains(&i) { f64::INFINITY } else { covariance.variance[i] };
         let half = 1.96 * spread * seen.sqrt();
         let at = |theta: f64| spec.scale.outward(theta);
         let theta = self.held(i, solution.theta[i]);
@@ -214,7 +214,7 @@ impl Law {
         &self,
         (spec, of): &Derived,
         solution: &Solution,
-        certainty: &Certainty,
+        covariance: &Covariance,
         spread: f64,
         signals: &Signals,
     ) -> Parameter {
@@ -230,11 +230,11 @@ impl Law {
             .collect();
         let mut variance = 0.0;
         for i in 0..p {
-            if gradient[i].abs() > 0.0 && certainty.variance[i].is_infinite() {
+            if gradient[i].abs() > 0.0 && covariance.variance[i].is_infinite() {
                 variance = f64::INFINITY;
             }
             for j in 0..p {
-                variance += gradient[i] * certainty.covariance[i * p + j] * gradient[j];
+                variance += gradient[i] * covariance.matrix[i * p + j] * gradient[j];
             }
         }
         let half = 1.96 * spread * variance.max(0.0).sqrt();

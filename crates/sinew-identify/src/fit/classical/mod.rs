@@ -20,11 +20,13 @@ mod capstan;
 mod law;
 mod memory;
 mod play;
+mod result;
 mod samples;
 #[cfg(test)]
 mod tests;
 
-use crate::account::ClassicalFit;
+pub use result::{ClassicalFit, Parameter};
+
 use crate::log::Dataset;
 use rayon::prelude::*;
 

@@ -2,8 +2,8 @@
 
 use super::fit_classical;
 use super::play::play;
+use super::result::{ClassicalFit, Parameter};
 use super::samples::gather;
-use crate::account::{ClassicalFit, Parameter};
 use crate::log::{Dataset, Input, Role, Roles, Sequence};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

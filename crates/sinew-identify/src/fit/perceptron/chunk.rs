@@ -16,9 +16,9 @@
 //! Nodes, residuals and gradient are f64. The sums of products are f64 too, or f32 within a few hundred
 //! samples and f64 beyond: rounding then is random from sample to sample and averages out over many of them.
 
-use super::lanes::{Real, load, padded, store};
 use super::network::Net;
 use super::product::{BLOCK, View, add_pairs, add_product};
+use super::simd::{Real, load, padded, store};
 use pulp::{Simd, WithSimd};
 use std::marker::PhantomData;
 
@@ -259,13 +259,13 @@ impl<R: Real> Rows<R> {
                     place += 1;
                 }
                 let x = R::splat(simd, R::of(*x));
-                for at in (0..net.hidden).step_by(R::lanes::<S>()) {
+                for at in (0..net.hidden).step_by(R::width::<S>()) {
                     let [s] = load::<S, R, 1>(simd, rotating, at);
                     store::<S, R, 1>(jacobian, i * net.hidden + at, [R::mul(simd, x, s)]);
                 }
             }
             let first = (net.inputs + 1) * net.hidden;
-            for at in (0..net.hidden).step_by(R::lanes::<S>()) {
+            for at in (0..net.hidden).step_by(R::width::<S>()) {
                 store::<S, R, 1>(jacobian, first + at, load::<S, R, 1>(simd, right, at));
             }
             jacobian[first + net.hidden] = R::ONE;

@@ -7,15 +7,15 @@
 //! ```
 //!
 //! [`train`] is the algorithm, `normal` the normal equations in parallel over fixed chunks of samples,
-//! `chunk` what one thread does with one chunk, `product` its inner loops, `lanes` the arithmetic on vectors.
+//! `chunk` what one thread does with one chunk, `product` its inner loops, `simd` the arithmetic on vectors.
 
 mod chunk;
-mod lanes;
 mod network;
 mod normal;
 mod options;
 mod product;
 mod scale;
+mod simd;
 mod training;
 mod weights;
 

@@ -1,7 +1,7 @@
 //! The network laid out for vectors over nodes, and what it makes of a block of samples.
 
-use super::lanes::{Real, load, padded, store, tanh};
 use super::product::BLOCK;
+use super::simd::{Real, load, padded, store, tanh};
 use pulp::{Simd, WithSimd};
 
 /// A network; also the meaning of the parameter vector.

@@ -1,8 +1,8 @@
 //! The normal equations over all samples, in parallel, the same to the bit for any number of threads.
 
 use super::chunk::{Normal, Sums};
-use super::lanes::Real;
 use super::network::{Net, SquaredError};
+use super::simd::Real;
 use faer::Mat;
 use pulp::Arch;
 use rayon::prelude::*;

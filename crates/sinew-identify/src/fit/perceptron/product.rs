@@ -1,6 +1,6 @@
 //! Sums over the samples of a block, in tiles of accumulators that stay in registers.
 
-use super::lanes::{Real, load, store};
+use super::simd::{Real, load, store};
 use pulp::Simd;
 
 /// Samples whose rows lie in the first level cache together.
@@ -33,11 +33,11 @@ pub(super) fn add_pairs<S: Simd, R: Real, const TALL: usize>(
     out: &mut [R],
     width: usize,
 ) {
-    let doubles = width / (2 * R::lanes::<S>()) * (2 * R::lanes::<S>());
-    for at in (0..doubles).step_by(2 * R::lanes::<S>()) {
+    let doubles = width / (2 * R::width::<S>()) * (2 * R::width::<S>());
+    for at in (0..doubles).step_by(2 * R::width::<S>()) {
         add_pairs_at::<S, R, TALL, 2>(simd, left, slopes, [at, at + rotation], out, width);
     }
-    for at in (doubles..width).step_by(R::lanes::<S>()) {
+    for at in (doubles..width).step_by(R::width::<S>()) {
         add_pairs_at::<S, R, TALL, 1>(simd, left, slopes, [at, at + rotation], out, width);
     }
 }
@@ -79,13 +79,13 @@ pub(super) fn add_product<S: Simd, R: Real, const TALL: usize>(
     out: &mut [R],
 ) {
     let width = right.width;
-    let doubles = width / (2 * R::lanes::<S>()) * (2 * R::lanes::<S>());
+    let doubles = width / (2 * R::width::<S>()) * (2 * R::width::<S>());
     for (tile, out) in out.chunks_exact_mut(TALL * width).enumerate() {
-        for at in (0..doubles).step_by(2 * R::lanes::<S>()) {
+        for at in (0..doubles).step_by(2 * R::width::<S>()) {
             let sums = tile_sums::<S, R, TALL, 2>(simd, left, tile * TALL, right, at);
             add_tile(simd, &sums, out, width, at);
         }
-        for at in (doubles..width).step_by(R::lanes::<S>()) {
+        for at in (doubles..width).step_by(R::width::<S>()) {
             let sums = tile_sums::<S, R, TALL, 1>(simd, left, tile * TALL, right, at);
             add_tile(simd, &sums, out, width, at);
         }
@@ -99,7 +99,7 @@ fn tile_sums<S: Simd, R: Real, const TALL: usize, const WIDE: usize>(
     top: usize,
     right: View<'_, R>,
     at: usize,
-) -> [[R::Lanes<S>; WIDE]; TALL] {
+) -> [[R::Vector<S>; WIDE]; TALL] {
     let mut sums = [[R::splat(simd, R::ZERO); WIDE]; TALL];
     for (left, right) in left.iter().zip(right.iter()) {
         if let Some(left) = left.get(top..).and_then(|rest| rest.first_chunk::<TALL>()) {
@@ -112,9 +112,9 @@ fn tile_sums<S: Simd, R: Real, const TALL: usize, const WIDE: usize>(
 #[inline(always)]
 fn multiply_add<S: Simd, R: Real, const TALL: usize, const WIDE: usize>(
     simd: S,
-    sums: &mut [[R::Lanes<S>; WIDE]; TALL],
+    sums: &mut [[R::Vector<S>; WIDE]; TALL],
     left: &[R; TALL],
-    lanes: &[R::Lanes<S>; WIDE],
+    lanes: &[R::Vector<S>; WIDE],
 ) {
     for (sums, left) in sums.iter_mut().zip(left) {
         let left = R::splat(simd, *left);
@@ -127,7 +127,7 @@ fn multiply_add<S: Simd, R: Real, const TALL: usize, const WIDE: usize>(
 #[inline(always)]
 fn add_tile<S: Simd, R: Real, const TALL: usize, const WIDE: usize>(
     simd: S,
-    sums: &[[R::Lanes<S>; WIDE]; TALL],
+    sums: &[[R::Vector<S>; WIDE]; TALL],
     out: &mut [R],
     width: usize,
     at: usize,

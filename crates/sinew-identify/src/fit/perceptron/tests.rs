@@ -1,9 +1,9 @@
 //! Laws of the training.
 
 use super::chunk::Normal;
-use super::lanes::Real;
 use super::network::Net;
 use super::normal::{normal_equations, squared_error};
+use super::simd::Real;
 use super::*;
 use proptest::prelude::*;
 use pulp::Simd;

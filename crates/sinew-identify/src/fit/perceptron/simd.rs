@@ -10,27 +10,32 @@ pub(super) const fn padded(count: usize, of: usize) -> usize {
 /// The two kinds of number that products may be summed in.
 pub(super) trait Real: Copy + Send + 'static {
     /// A vector of them.
-    type Lanes<S: Simd>: Copy;
+    type Vector<S: Simd>: Copy;
     /// Widest vector of any machine: rows are padded to it so that every machine walks them whole.
     const WIDEST: usize;
     const ZERO: Self;
     const ONE: Self;
     fn of(value: f64) -> Self;
     fn to_f64(self) -> f64;
-    fn splat<S: Simd>(simd: S, value: Self) -> Self::Lanes<S>;
-    fn add<S: Simd>(simd: S, a: Self::Lanes<S>, b: Self::Lanes<S>) -> Self::Lanes<S>;
-    fn mul<S: Simd>(simd: S, a: Self::Lanes<S>, b: Self::Lanes<S>) -> Self::Lanes<S>;
-    fn mul_add<S: Simd>(simd: S, a: Self::Lanes<S>, b: Self::Lanes<S>, c: Self::Lanes<S>) -> Self::Lanes<S>;
-    fn lanes<S: Simd>() -> usize;
-    fn vectors<S: Simd>(slice: &[Self]) -> &[Self::Lanes<S>];
-    fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [Self::Lanes<S>];
+    fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S>;
+    fn add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    fn mul<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    fn mul_add<S: Simd>(
+        simd: S,
+        a: Self::Vector<S>,
+        b: Self::Vector<S>,
+        c: Self::Vector<S>,
+    ) -> Self::Vector<S>;
+    fn width<S: Simd>() -> usize;
+    fn vectors<S: Simd>(slice: &[Self]) -> &[Self::Vector<S>];
+    fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [Self::Vector<S>];
 }
 
 macro_rules! real {
     ($real:ident, $lanes:ident, $widest:literal, $count:ident, $splat:ident, $add:ident, $mul:ident,
      $mul_add:ident, $vectors:ident, $vectors_mut:ident) => {
         impl Real for $real {
-            type Lanes<S: Simd> = S::$lanes;
+            type Vector<S: Simd> = S::$lanes;
             const WIDEST: usize = $widest;
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -59,7 +64,7 @@ macro_rules! real {
                 simd.$mul_add(a, b, c)
             }
             #[inline(always)]
-            fn lanes<S: Simd>() -> usize {
+            fn width<S: Simd>() -> usize {
                 S::$count
             }
             #[inline(always)]
@@ -101,15 +106,15 @@ real!(
 
 /// `N` consecutive vectors from `row[at..]`; zeros if the row is too short.
 #[inline(always)]
-pub(super) fn load<S: Simd, R: Real, const N: usize>(simd: S, row: &[R], at: usize) -> [R::Lanes<S>; N] {
-    let from = row.get(at..at + N * R::lanes::<S>()).unwrap_or_default();
+pub(super) fn load<S: Simd, R: Real, const N: usize>(simd: S, row: &[R], at: usize) -> [R::Vector<S>; N] {
+    let from = row.get(at..at + N * R::width::<S>()).unwrap_or_default();
     R::vectors::<S>(from).first_chunk::<N>().copied().unwrap_or([R::splat(simd, R::ZERO); N])
 }
 
 /// Writes `N` consecutive vectors to `row[at..]`; nothing if the row is too short.
 #[inline(always)]
-pub(super) fn store<S: Simd, R: Real, const N: usize>(row: &mut [R], at: usize, vectors: [R::Lanes<S>; N]) {
-    let to = row.get_mut(at..at + N * R::lanes::<S>()).unwrap_or_default();
+pub(super) fn store<S: Simd, R: Real, const N: usize>(row: &mut [R], at: usize, vectors: [R::Vector<S>; N]) {
+    let to = row.get_mut(at..at + N * R::width::<S>()).unwrap_or_default();
     if let Some(to) = R::vectors_mut::<S>(to).first_chunk_mut::<N>() {
         *to = vectors;
     }

@@ -1,0 +1,58 @@
+//! What a candidate model consists of, before it is fitted.
+
+use super::cell::CellPlan;
+use sinew::predictor::{CableColumns, Signal};
+
+/// The inputs of the networks: which signals, and which memory operators of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeaturePlan {
+    /// Signals that enter with their stop operators and low-pass differences.
+    pub signals: Vec<usize>,
+    /// Signals that enter with their present value alone.
+    pub plain: Vec<usize>,
+    /// Radii of the stop operators as fractions of the signal's range.
+    pub radii: Vec<f64>,
+    /// Time constants of low-pass differences, s.
+    pub taus: Vec<f64>,
+}
+
+/// Everything that determines the fit of one candidate model, apart from the data and the seed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recipe {
+    /// Its name in reports.
+    pub name: String,
+    /// The signals computed from the inputs; every other index refers to this list.
+    pub signals: Vec<Signal>,
+    /// Structure of its clamp cell; none in a pure network.
+    pub cell: Option<CellPlan>,
+    /// The cable observer in place of the cell, and the columns it reads.
+    pub cable: Option<CableColumns>,
+    /// Inputs of its networks; none in a purely physical model.
+    pub features: Option<FeaturePlan>,
+    /// Hidden tanh nodes of each network.
+    pub hidden: usize,
+    /// Samples per independent sample, counted before thinning.
+    pub correlation: f64,
+    /// Most rows the networks are trained on.
+    pub rows: usize,
+    /// Most Levenberg-Marquardt steps.
+    pub steps: usize,
+    /// Networks trained, 2 to [`MEMBERS`](sinew::predictor::MEMBERS): all of them for the final model, half of
+    /// them while recipes are compared.
+    pub networks: usize,
+    /// How the part that is not physical is learned.
+    pub learner: Learner,
+    /// How often cell and networks are refitted in turn, each to the residual of the other.
+    pub rounds: usize,
+}
+
+/// How the part that is not physical is learned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Learner {
+    /// An ensemble whose correction is gated by the variance over its networks.
+    Ensemble,
+    /// An ensemble in which every other network is trained without the features of the cell; no gate.
+    Mixed,
+    /// One network without memory, trained on all rows at once, as in `yuan2023`.
+    Paper,
+}
