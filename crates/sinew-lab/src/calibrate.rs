@@ -1,29 +1,14 @@
 //! A muscle's compensation from its own calibration runs on the bench: nothing is read from the plant.
 
-use crate::Error;
 use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, Stop, run};
+use crate::paper::SPEEDS;
+use crate::{CompensationVariant, Error};
 use rayon::prelude::*;
 use sinew::control::compensation::{Compensation, NetworkCompensation, ObserverCompensation};
 use sinew::predictor::CableModel;
 use sinew::twin::cable::Specimen;
 use sinew_identify::fit::perceptron::{TrainOptions, train};
 use sinew_identify::observer::{CableFit, CableLog, FitOptions, fit_cable};
-
-/// Ways to compensate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// None: the drive pulls with what is wanted at the anchor.
-    None,
-    /// One friction angle and a pretension (7, 8).
-    Capstan,
-    /// The paper's network (17).
-    Paper,
-    /// The observer and the inverse of its law.
-    Observer,
-}
-
-/// Speeds of the calibration, m/s: those of the paper.
-pub const SPEEDS: [f64; 6] = [0.02, 0.04, 0.06, 0.08, 0.10, 0.12];
 
 /// How fast the drag is learned after the calibration, 1/(N m): what half a minute of friction warms is followed in as long.
 const LEARNING: f64 = 1.0;
@@ -43,16 +28,21 @@ pub fn calibration_runs(specimen: &Specimen, strokes: f64, seed: u64) -> Result<
     SPEEDS.par_iter().enumerate().map(of).collect()
 }
 
-/// The compensation of a kind, by [`calibration_runs`].
+/// The compensation of a variant of [`CompensationVariant::BENCH`], identified from [`calibration_runs`].
 ///
 /// # Errors
-/// [`Error::Experiment`] where they show too little.
-pub fn calibrate(kind: Kind, logs: &[Vec<BenchRow>], seed: u64) -> Result<Compensation, Error> {
-    match kind {
-        Kind::None => Ok(Compensation::None),
-        Kind::Paper => Ok(Compensation::Network(Box::new(networks(logs, seed)?))),
-        Kind::Capstan => capstan(&calibrated_cable(logs)?),
-        Kind::Observer => observer(&calibrated_cable(logs)?),
+/// [`Error::Experiment`] for another variant, and where the runs do not determine it.
+pub fn calibrate(
+    variant: CompensationVariant,
+    logs: &[Vec<BenchRow>],
+    seed: u64,
+) -> Result<Compensation, Error> {
+    match variant {
+        CompensationVariant::None => Ok(Compensation::None),
+        CompensationVariant::Paper => Ok(Compensation::Network(Box::new(networks(logs, seed)?))),
+        CompensationVariant::Capstan => capstan(&calibrated_cable(logs)?),
+        CompensationVariant::Observer => observer(&calibrated_cable(logs)?),
+        other => Err(Error::experiment("compensation variant", "one that a bench supports", &other)),
     }
 }
 

@@ -6,8 +6,12 @@
 pub mod arm;
 pub mod calibrate;
 pub mod experiment;
+pub mod paper;
 pub mod reproduce;
 pub mod simulated;
 
 mod error;
+mod variant;
+
 pub use error::Error;
+pub use variant::CompensationVariant;

@@ -4,7 +4,8 @@
 
 use sinew::body::Robot;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, TimeLaw, Trajectory};
-use sinew_lab::arm::{Prepared, Variant, Walk, first_pose, track_arm};
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::{CalibratedArm, TrackingTask, initial_pose, track_arm};
 
 fn lm_arm() -> Robot {
     let text = include_str!("../../../models/lm_arm.toml");
@@ -19,7 +20,7 @@ fn an_arm_that_was_calibrated_follows_and_what_was_found_is_near_what_was_built(
     let joints = JointPath::resolve(&robot, site, &path, &Redundancy::lm_arm(), 720).unwrap();
     let law = TimeLaw::new(2.0 * std::f64::consts::PI, 5.75).unwrap();
     let trajectory = Trajectory::AlongPath { joints, law };
-    let arm = Prepared::new(&robot, &first_pose(&trajectory).unwrap(), 1).unwrap();
+    let arm = CalibratedArm::new(&robot, &initial_pose(&trajectory).unwrap(), 1).unwrap();
     for (model, cable) in arm.models.iter().zip(&arm.specimen.cables) {
         let truth = cable.parameters.friction * cable.path.angle() - cable.parameters.efficiency.ln();
         let angle = model.law().unwrap().friction_angle();
@@ -27,24 +28,21 @@ fn an_arm_that_was_calibrated_follows_and_what_was_found_is_near_what_was_built(
         assert!((model.parameters.pretension - cable.parameters.pretension).abs() < 0.8);
         assert!((model.parameters.friction - cable.parameters.friction).abs() > 1e-9, "read from the plant");
     }
-    let walk = Walk {
+    let task = TrackingTask {
         trajectory: &trajectory,
         site,
         repeats: 1,
         learning: true,
-        after: 0.0,
+        final_rest: 0.0,
         faults: &[],
-        every: 0.01,
+        trace_interval: 0.01,
     };
-    let observed = track_arm(&arm, Variant::Observer, &walk).unwrap();
+    let observed = track_arm(&arm, CompensationVariant::Observer, &task).unwrap();
     let numbers = &observed.numbers;
     assert!(numbers.end_point_error_m.mean < 6e-3 && numbers.end_point_error_m.max < 25e-3, "{numbers:?}");
     assert!(numbers.muscle_length_error_m.mean < 0.15e-3 && numbers.per_muscle.len() == 15);
     assert_eq!(observed.trace.len(), 875);
-    let lost = track_arm(&arm, Variant::None, &walk).unwrap().numbers;
+    let lost = track_arm(&arm, CompensationVariant::None, &task).unwrap().numbers;
     assert!(lost.end_point_error_m.mean > 5.0 * numbers.end_point_error_m.mean && lost.stopped_s.is_some());
     assert!(serde_json::to_string(&lost).unwrap().contains("\"per_muscle\":["));
-    for variant in Variant::ALL {
-        assert_eq!(Variant::named(variant.name()), Some(variant));
-    }
 }

@@ -17,7 +17,7 @@ use sinew::trajectory::{
     EndPointPath, JointPath, Loop, MinimumJerk, Redundancy, Reference, TimeLaw, Trajectory,
 };
 use sinew::transmission::{Perceptron, PerceptronWeights};
-use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault as InjectedFault, Sensor, SensorFailure};
+use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Sensor, SensorFailure};
 use sinew_lab::experiment::TrackSummary;
 use sinew_lab::experiment::arm::{TrackRow, TrackRun, resting_tensions, track};
 
@@ -222,8 +222,8 @@ fn the_same_seed_gives_the_same_bits() {
     assert!(bits() == bits());
 }
 
-fn fault(lasting: f64, what: Failure) -> [InjectedFault; 1] {
-    [InjectedFault { from: 2.5, lasting, what }]
+fn fault(duration: f64, failure: Failure) -> [InjectedFault; 1] {
+    [InjectedFault { start: 2.5, duration, failure }]
 }
 
 #[test]

@@ -8,7 +8,7 @@ use common::lm_arm;
 use sinew::control::arm::{ActuationMode, ArmController, ArmGains, CableStateSource, Fault};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, TimeLaw, Trajectory};
-use sinew::twin::arm::{ArmSpecimen, Failure, Fault as InjectedFault, Sensor, SensorFailure};
+use sinew::twin::arm::{ArmSpecimen, Failure, InjectedFault, Sensor, SensorFailure};
 use sinew_lab::experiment::TrackSummary;
 use sinew_lab::experiment::arm::{TrackRun, oracle_models, track};
 
@@ -56,7 +56,7 @@ impl Arm {
             repeats: 1,
             before: 1.0,
             after: 1.0,
-            faults: &[InjectedFault { from: FROM, lasting, what }],
+            faults: &[InjectedFault { start: FROM, duration: lasting, failure: what }],
             seed: 1,
         };
         let broken = if let Failure::Cable(k) = what { k } else { usize::MAX };
@@ -184,7 +184,7 @@ fn an_arm_without_faults_has_no_incidents() {
         repeats: 2,
         before: 1.0,
         after: 3.0,
-        faults: &[InjectedFault { from: 1e6, lasting: 1.0, what: never }],
+        faults: &[InjectedFault { start: 1e6, duration: 1.0, failure: never }],
         seed: 1,
     };
     let found = track(&run, &mut controller, |_| {}).unwrap();

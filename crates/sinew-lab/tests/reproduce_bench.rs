@@ -3,7 +3,8 @@
 
 use sinew::metrics::Comparison;
 use sinew::twin::cable::Specimen;
-use sinew_lab::calibrate::{Kind, calibrate, calibrated_cable, calibration_runs, observer};
+use sinew_lab::CompensationVariant::{self, Capstan, None, Observer};
+use sinew_lab::calibrate::{calibrate, calibrated_cable, calibration_runs, observer};
 use sinew_lab::experiment::bench::{BenchRun, MuscleControl, Programme};
 use sinew_lab::reproduce::{Mechanism, Trial, on_trial};
 
@@ -48,10 +49,10 @@ fn the_dynamic_bench_shows_the_mechanism_of_the_tables() {
 fn compensations_rank_as_they_should() {
     let specimen = Specimen::bench();
     let logs = calibration_runs(&specimen, 2.0, 1).unwrap();
-    let active = |kind| {
-        let mut compensation = calibrate(kind, &logs, 1).unwrap();
+    let active = |variant: CompensationVariant| {
+        let mut compensation = calibrate(variant, &logs, 1).unwrap();
         rmse(&trial(&specimen, 0.08, MuscleControl::Compensation(&mut compensation)).scores.achieved)[0]
     };
-    let [none, capstan, observer] = [Kind::None, Kind::Capstan, Kind::Observer].map(active);
+    let [none, capstan, observer] = [None, Capstan, Observer].map(active);
     assert!(none > 50.0 && capstan < 0.2 * none && observer < 0.2 * capstan, "{none} {capstan} {observer}");
 }

@@ -9,7 +9,7 @@ use sinew::body::{Robot, Scratch};
 use sinew::drive::{Drive, DriveCommand, DriveParameters};
 use sinew::muscle::{Geometry, Muscles};
 use sinew::random::Random;
-use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault, Scatter, Sensor, SensorFailure};
+use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Scatter, Sensor, SensorFailure};
 use sinew::twin::bench::Bench;
 use sinew::twin::cable::{Effects, Resolution, Specimen};
 
@@ -88,8 +88,9 @@ fn an_arm_whose_tensions_balance_gravity_stays_where_it_is() {
 fn with_all_winches_jammed_no_energy_is_ever_created() {
     let specimen = bare();
     let q = start(&specimen.robot);
-    let jammed: Vec<Fault> =
-        (0..15).map(|k| Fault { from: 0.0, lasting: f64::INFINITY, what: Failure::Winch(k) }).collect();
+    let jammed: Vec<InjectedFault> = (0..15)
+        .map(|k| InjectedFault { start: 0.0, duration: f64::INFINITY, failure: Failure::Winch(k) })
+        .collect();
     for tension in [30.0, 120.0, 250.0] {
         let mut arm = ArmTwin::new(&specimen, &q, &[tension; 15], 1).unwrap().with_faults(&jammed).unwrap();
         let begin = arm.energy().unwrap();
@@ -217,7 +218,7 @@ fn a_cable_that_breaks_in_flight_lets_go_and_its_arm_falls_to_a_stop() {
     let specimen = nominal();
     let q = start(&specimen.robot);
     let tensions = holding(&specimen.robot, &q, 30.0);
-    let fault = Fault { from: 0.5, lasting: H, what: Failure::Cable(7) };
+    let fault = InjectedFault { start: 0.5, duration: H, failure: Failure::Cable(7) };
     let mut arm = ArmTwin::new(&specimen, &q, &tensions, 1).unwrap().with_faults(&[fault]).unwrap();
     for k in 0..3000 {
         let truth = arm.step(&STAND, H).unwrap();
@@ -236,7 +237,7 @@ fn a_winch_that_jams_stands_and_an_amplifier_that_is_off_does_not_obey() {
     let specimen = nominal();
     let q = start(&specimen.robot);
     let wound = |what| {
-        let fault = Fault { from: 0.1, lasting: f64::INFINITY, what };
+        let fault = InjectedFault { start: 0.1, duration: f64::INFINITY, failure: what };
         let mut arm = ArmTwin::new(&specimen, &q, &[60.0; 15], 1).unwrap().with_faults(&[fault]).unwrap();
         let mut told = STAND;
         told[8] = DriveCommand::Velocity(0.05);
@@ -258,7 +259,8 @@ fn a_winch_that_jams_stands_and_an_amplifier_that_is_off_does_not_obey() {
 fn sensors_fail_for_their_time_and_the_plant_does_not_notice() {
     let specimen = nominal();
     let q = start(&specimen.robot);
-    let fault = |sensor, how| Fault { from: 0.05, lasting: 0.01, what: Failure::Sensor(sensor, how) };
+    let fault =
+        |sensor, how| InjectedFault { start: 0.05, duration: 0.01, failure: Failure::Sensor(sensor, how) };
     let faults = [
         fault(Sensor::Tension(2), SensorFailure::Lost),
         fault(Sensor::Motor(4), SensorFailure::Stuck),
@@ -283,9 +285,9 @@ fn sensors_fail_for_their_time_and_the_plant_does_not_notice() {
         }
         assert!(worst(sound.truth().q, failing.truth().q) < 1e-15);
     }
-    let nobody = Fault { from: 0.0, lasting: 1.0, what: Failure::Winch(15) };
+    let nobody = InjectedFault { start: 0.0, duration: 1.0, failure: Failure::Winch(15) };
     assert!(sound.clone().with_faults(&[nobody]).is_err());
-    assert!(sound.with_faults(&[Fault { from: f64::NAN, ..faults[0] }]).is_err());
+    assert!(sound.with_faults(&[InjectedFault { start: f64::NAN, ..faults[0] }]).is_err());
 }
 
 #[test]
@@ -360,7 +362,7 @@ fn the_drive_has_three_metres_per_second_squared_at_250_newtons() {
     for tension in [100.0, 250.0, 445.0] {
         for (parameters, least) in [(DriveParameters::mc_am(), 3.0), (free, 3.0)] {
             let mut drive = Drive::new(parameters, 1).unwrap();
-            drive.look(tension);
+            drive.settle(tension);
             for _ in 0..300 {
                 drive.step(DriveCommand::Velocity(0.0), tension, H);
             }

@@ -176,7 +176,7 @@ fn mechanics_and_muscles_never_allocate_once_built() {
 fn the_arm_and_its_trajectory_never_allocate_not_even_in_failing() {
     use sinew::drive::DriveCommand;
     use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
-    use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, Fault, Sensor, SensorFailure};
+    use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Sensor, SensorFailure};
     let robot = common::lm_arm();
     let pose = robot.key("start").unwrap();
     let joints = JointPath::resolve(
@@ -189,7 +189,7 @@ fn the_arm_and_its_trajectory_never_allocate_not_even_in_failing() {
     .unwrap();
     let trajectory = Trajectory::AlongPath { joints, law: TimeLaw::new(12.0, 2.0).unwrap() };
     let specimen = ArmSpecimen::draw(&robot, pose, 1).unwrap();
-    let fault = |from, what| Fault { from, lasting: 0.1, what };
+    let fault = |from, what| InjectedFault { start: from, duration: 0.1, failure: what };
     let faults = [
         fault(0.2, Failure::Cable(4)),
         fault(0.3, Failure::Amplifier(5)),

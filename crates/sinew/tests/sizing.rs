@@ -20,7 +20,7 @@ fn mc_am() -> Design {
 fn reaches(design: &Design, speed: f64, tension: f64) -> bool {
     let parameters = DriveParameters { most_tension: 2000.0, ..design.drive() };
     let mut drive = Drive::new(parameters, 1).unwrap();
-    drive.look(tension);
+    drive.settle(tension);
     let run = (0..2000).map(|_| drive.step(DriveCommand::Velocity(speed), tension, H).speed);
     run.skip(1500).all(|v| v > 0.95 * speed)
 }

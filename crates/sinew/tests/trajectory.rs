@@ -7,8 +7,8 @@ mod common;
 use common::lm_arm;
 use sinew::body::{Poses, Robot};
 use sinew::trajectory::{
-    EndPointPath, JointPath, Leg, Limits, Loop, MinimumJerk, Reason, Redundancy, Reference, Sequence,
-    Shortfall, TimeLaw, Trajectory, Waypoint, first_obstacle, legs,
+    EndPointPath, JointPath, Limits, Loop, MinimumJerk, PathSegment, Redundancy, Reference, Sequence,
+    TimeLaw, TorqueDeficit, Trajectory, Violation, Waypoint, first_infeasibility, split_at_rests,
 };
 use std::f64::consts::PI;
 
@@ -41,7 +41,7 @@ fn the_end_point_is_on_the_path_at_every_knot_and_the_joints_close() {
     for shape in [Loop::Sine, Loop::Saddle] {
         let path = EndPointPath::lm_arm(shape);
         let joints = resolved(&robot, &path);
-        assert!(joints.missed().is_none());
+        assert!(joints.first_unreached().is_none());
         for k in 0..720 {
             let phase = 2.0 * PI * f64::from(k) / 720.0;
             let off = distance(end_point(&robot, &joints.pose(phase)), path.point(phase));
@@ -167,7 +167,7 @@ fn both_paths_and_the_way_to_them_are_within_every_limit_of_the_arm() {
         Trajectory::PointToPoint(way),
     ] {
         let mut asked = 0.0_f64;
-        let found = first_obstacle(&robot, &trajectory, &Limits::default(), |demand| {
+        let found = first_infeasibility(&robot, &trajectory, &Limits::default(), |demand| {
             asked = demand.torque.iter().fold(asked, |most, tau| most.max(tau.abs()));
             None
         });
@@ -180,9 +180,9 @@ fn both_paths_and_the_way_to_them_are_within_every_limit_of_the_arm() {
 fn what_is_in_the_way_is_named_with_its_place() {
     let robot = lm_arm();
     let obstacle = |trajectory: &Trajectory, limits: Limits, most: f64| {
-        let found = first_obstacle(&robot, trajectory, &limits, |demand| {
+        let found = first_infeasibility(&robot, trajectory, &limits, |demand| {
             let short = demand.torque.iter().position(|tau| tau.abs() > most)?;
-            Some(Shortfall {
+            Some(TorqueDeficit {
                 velocity: short,
                 torque: demand.torque[short].abs() - most,
                 muscle: Some((2, 7.0)),
@@ -198,27 +198,27 @@ fn what_is_in_the_way_is_named_with_its_place() {
     let law = TimeLaw::new(4.0 * PI, 115.0).unwrap();
     let far = Trajectory::AlongPath { joints: resolved(&robot, &far), law };
     let found = obstacle(&far, Limits::default(), free);
-    assert!(matches!(found.reason, Reason::Unreachable { distance, .. } if distance > 1e-3), "{found}");
+    assert!(matches!(found.violation, Violation::Unreachable { distance, .. } if distance > 1e-3), "{found}");
     assert!((0.0..115.0).contains(&found.time) && found.to_string().contains("end point"), "{found}");
 
     let slow = Limits { cable_speed: 0.005, ..Limits::default() };
     let found = obstacle(&sine, slow, free);
-    assert!(matches!(&found.reason, Reason::CableSpeed { speed, .. } if *speed > 0.005), "{found}");
+    assert!(matches!(&found.violation, Violation::CableSpeed { speed, .. } if *speed > 0.005), "{found}");
     assert!(found.time > 0.0);
 
     let lazy = Limits { cable_acceleration: 0.003, ..Limits::default() };
     let found = obstacle(&sine, lazy, free);
     assert!(
-        matches!(&found.reason, Reason::CableAcceleration { acceleration, .. } if *acceleration > 0.003),
+        matches!(&found.violation, Violation::CableAcceleration { acceleration, .. } if *acceleration > 0.003),
         "{found}"
     );
 
     let found = obstacle(&sine, Limits { joint_speed: 0.1, ..Limits::default() }, free);
-    assert!(matches!(&found.reason, Reason::JointSpeed { .. }), "{found}");
+    assert!(matches!(&found.violation, Violation::JointSpeed { .. }), "{found}");
 
     let found = obstacle(&sine, Limits::default(), 1.0);
     assert!(
-        matches!(&found.reason, Reason::Torque { joint, needed, .. } if joint.starts_with("shoulder") && needed.abs() > 1.0),
+        matches!(&found.violation, Violation::Torque { joint, needed, .. } if joint.starts_with("shoulder") && needed.abs() > 1.0),
         "{found}"
     );
     assert!(found.to_string().contains("`deltoid_posterior` is at its limit of 7 N"), "{found}");
@@ -228,7 +228,7 @@ fn what_is_in_the_way_is_named_with_its_place() {
     let way = MinimumJerk::new(robot.key("start").unwrap(), &beyond, 10.0).unwrap();
     let found = obstacle(&Trajectory::PointToPoint(way), Limits::default(), free);
     assert!(
-        matches!(&found.reason, Reason::JointRange { joint, position, .. } if joint == "elbow_flexion" && *position > 2.26),
+        matches!(&found.violation, Violation::JointRange { joint, position, .. } if joint == "elbow_flexion" && *position > 2.26),
         "{found}"
     );
 }
@@ -250,22 +250,22 @@ fn a_rule_for_another_robot_and_numbers_out_of_domain_are_refused() {
     assert!(MinimumJerk::new(&[0.0; 7], &[0.0; 6], 1.0).is_err());
     let of_six = Trajectory::PointToPoint(MinimumJerk::new(&[0.0; 6], &[0.1; 6], 1.0).unwrap());
     assert!(of_six.sample(0.5, &mut Reference::new(7)).is_err());
-    assert!(first_obstacle(&robot, &of_six, &Limits::default(), |_| None).is_err());
+    assert!(first_infeasibility(&robot, &of_six, &Limits::default(), |_| None).is_err());
     let of_seven = Trajectory::PointToPoint(MinimumJerk::new(&[0.0; 7], &[0.1; 7], 1.0).unwrap());
-    let never = Limits { every: 0.0, ..Limits::default() };
-    assert!(first_obstacle(&robot, &of_seven, &never, |_| None).is_err());
+    let never = Limits { interval: 0.0, ..Limits::default() };
+    assert!(first_infeasibility(&robot, &of_seven, &never, |_| None).is_err());
 }
 
 /// Legs of a way through waypoints, one after the other.
 fn waited(robot: &Robot, waypoints: &[Waypoint]) -> Trajectory {
     let rule = Redundancy { swing: vec![0.0; 7], ..Redundancy::lm_arm() };
-    let motion = |leg: &Leg| {
+    let motion = |leg: &PathSegment| {
         let EndPointPath::Waypoints { law, .. } = &leg.path else { panic!("{leg:?}") };
         let joints =
             JointPath::resolve(robot, robot.site("endpoint").unwrap(), &leg.path, &rule, 720).unwrap();
         (leg.start, Trajectory::AlongPath { joints, law: *law })
     };
-    let motions = legs(waypoints).unwrap().iter().map(motion).collect();
+    let motions = split_at_rests(waypoints).unwrap().iter().map(motion).collect();
     let duration = waypoints[waypoints.len() - 1].time - waypoints[0].time;
     Trajectory::Sequence(Sequence::new(motions, duration).unwrap())
 }
@@ -288,7 +288,7 @@ fn stops() -> Vec<Waypoint> {
 fn a_waypoint_given_twice_is_waited_at_and_standing_still_is_still() {
     let robot = lm_arm();
     let (trajectory, mut now) = (waited(&robot, &stops()), Reference::new(7));
-    assert!((trajectory.duration() - 8.0).abs() < 1e-12 && trajectory.comes_back());
+    assert!((trajectory.duration() - 8.0).abs() < 1e-12 && trajectory.is_closed());
     for (time, position) in STOPS {
         trajectory.sample(time, &mut now).unwrap();
         assert!(distance(end_point(&robot, &now.q), position) < 1e-6, "{time}");
@@ -335,7 +335,7 @@ fn two_waypoints_are_a_straight_line_with_minimum_jerk() {
         let line = std::array::from_fn(|i| from[i] + gone * (to[i] - from[i]));
         assert!(distance(end_point(&robot, &now.q), line) < 1e-6, "{x}");
     }
-    assert!(!trajectory.comes_back());
+    assert!(!trajectory.is_closed());
 }
 
 #[test]

@@ -7,8 +7,9 @@ use super::plot::Plot;
 use super::scale::{Axis, padded};
 use super::tracking::{self, TrackView};
 use askama::Template;
-use sinew_lab::reproduce::paper::{self, SPEEDS};
-use sinew_lab::reproduce::{ArmPart, BenchPart, BenchResults, Indices, Methods, Point, Sides, Trace};
+use sinew_lab::CompensationVariant;
+use sinew_lab::paper::{self, SPEEDS};
+use sinew_lab::reproduce::{ArmPart, BenchPart, BenchResults, ByVariant, Indices, Point, Sides, Trace};
 
 #[derive(Template)]
 #[template(path = "reproduce.html")]
@@ -70,12 +71,12 @@ const MUSCLES: [&str; 2] = ["active", "passive"];
 /// Bounds of this project on the observer's errors, N.
 const BOUNDS_N: [f64; 2] = [1.7, 1.2];
 /// Name in files and on the page.
-const NAMES: [(&str, &str); 5] = [
-    ("none", "none"),
-    ("capstan", "capstan, static"),
-    ("paper", "the paper’s network"),
-    ("observer", "observer (ours)"),
-    ("perfect", "perfect knowledge"),
+const NAMES: [(CompensationVariant, &str); 5] = [
+    (CompensationVariant::None, "none"),
+    (CompensationVariant::Capstan, "capstan, static"),
+    (CompensationVariant::Paper, "the paper’s network"),
+    (CompensationVariant::Observer, "observer (ours)"),
+    (CompensationVariant::Perfect, "perfect knowledge"),
 ];
 
 /// The whole page, with the arm's sections where it was tracked.
@@ -104,11 +105,16 @@ pub(crate) fn render(
             fixed(results.uncompensated_mean_error_n.active, 1),
             fixed(results.uncompensated_mean_error_n.passive, 1)
         ),
-        figure7: [1, 5].into_iter().filter_map(|speed| strokes(part, "none", speed, true)).collect(),
+        figure7: [1, 5]
+            .into_iter()
+            .filter_map(|speed| strokes(part, CompensationVariant::None, speed, true))
+            .collect(),
         figure8: [0, 2, 5]
             .into_iter()
-            .flat_map(|speed| ["paper", "observer"].map(|method| (method, speed)))
-            .filter_map(|(method, speed)| strokes(part, method, speed, false))
+            .flat_map(|speed| {
+                [CompensationVariant::Paper, CompensationVariant::Observer].map(|variant| (variant, speed))
+            })
+            .filter_map(|(variant, speed)| strokes(part, variant, speed, false))
             .collect(),
         mechanism: format!(
             "Means over the steady windows of the calibration runs. Over the 24 means the twin is {} % rms from the \
@@ -138,7 +144,9 @@ fn sides(indices: &Sides<Indices>) -> [&Indices; 2] {
 }
 
 fn verdict(results: &BenchResults) -> String {
-    let Some(ours) = results.table1.get("observer").map(sides) else { return String::new() };
+    let Some(ours) = results.table1.get(&CompensationVariant::Observer).map(sides) else {
+        return String::new();
+    };
     let worst = ours.map(|side| largest(&side.rmse_n));
     let held = worst.iter().zip(BOUNDS_N).all(|(worst, bound)| *worst <= bound);
     format!(
@@ -158,7 +166,7 @@ fn verdict(results: &BenchResults) -> String {
 }
 
 fn arm_verdict(part: &ArmPart) -> String {
-    let Some(numbers) = part.tracking.get("observer") else { return String::new() };
+    let Some(numbers) = part.tracking.get(&CompensationVariant::Observer) else { return String::new() };
     let error = &numbers.end_point_error_m;
     format!(
         " The arm’s end point stays within <strong class=\"figure\">{} mm</strong> of its path on average, {} mm at most; \
@@ -184,7 +192,7 @@ pub(crate) fn arm_view(part: &ArmPart) -> TrackView<'_> {
         ),
         tracking: &part.tracking,
         trace: &part.trace,
-        drawn: "observer",
+        drawn: CompensationVariant::Observer,
         names: &part.muscles,
         repeats: part.options.repeats,
         paper: true,
@@ -196,14 +204,16 @@ fn arm_sections(part: &ArmPart) -> Result<String, Error> {
 }
 
 fn figures(results: &BenchResults, rms: f64) -> Vec<(&'static str, String, bool)> {
-    let worst = |table: &Methods, side: usize| {
-        table.get("observer").map_or(f64::NAN, |found| largest(&sides(found)[side].rmse_n))
+    let worst = |table: &ByVariant, side: usize| {
+        table
+            .get(&CompensationVariant::Observer)
+            .map_or(f64::NAN, |found| largest(&sides(found)[side].rmse_n))
     };
     let estimate = [0, 1].map(|side| worst(&results.table1_estimate, side));
     let ratio = results
         .table1_cycles
-        .get("observer")
-        .zip(results.table1_cycles.get("perfect"))
+        .get(&CompensationVariant::Observer)
+        .zip(results.table1_cycles.get(&CompensationVariant::Perfect))
         .map_or(f64::NAN, |(ours, perfect)| largest_ratio(ours, perfect));
     let joint = results.elongation_mm.joint_sensor.get("observer").copied().unwrap_or(f64::NAN);
     vec![
@@ -241,15 +251,15 @@ fn cells(row: &[f64; 6], decimals: usize) -> Vec<(String, String)> {
 }
 
 fn table1(results: &BenchResults) -> Vec<Table> {
-    let rows = |table: &Methods| {
+    let rows = |table: &ByVariant| {
         let mut rows = Vec::new();
         for (key, name) in NAMES {
-            let Some(found) = table.get(key) else { continue };
+            let Some(found) = table.get(&key) else { continue };
             for (side, muscle) in sides(found).into_iter().zip(MUSCLES) {
                 rows.push(Row {
                     name: name.to_owned(),
                     muscle,
-                    ours: key == "observer",
+                    ours: key == CompensationVariant::Observer,
                     cells: cells(&side.rmse_n, 2),
                     pearson: fixed(side.pearson.iter().copied().fold(f64::NAN, f64::min), 4),
                     recovery: side.recovery_s.map_or(NONE.to_owned(), |seconds| {
@@ -363,14 +373,14 @@ fn beyond(part: &BenchPart) -> String {
     }
 }
 
-/// One cycle of a method at a speed.
-fn strokes(part: &BenchPart, method: &str, speed: usize, near: bool) -> Option<Plot> {
-    let trace: &Trace = part.traces.iter().find(|trace| trace.method == method && trace.speed == speed)?;
+/// One cycle of a variant at a speed.
+fn strokes(part: &BenchPart, variant: CompensationVariant, speed: usize, near: bool) -> Option<Plot> {
+    let trace: &Trace = part.traces.iter().find(|trace| trace.variant == variant && trace.speed == speed)?;
     let rows: Vec<_> = trace.rows.iter().filter(|row| row.time > 3.0).collect();
     let (first, last) = (rows.first()?.time, rows.last()?.time);
     let most = rows.iter().map(|row| row.far.max(row.wanted)).fold(220.0, f64::max);
     let (x, y) = (Axis::new((first, last), 5), Axis::new(padded((0.0, most.min(700.0)), 0.03), 5));
-    let name = NAMES.iter().find(|(key, _)| *key == method).map_or(method, |(_, name)| name);
+    let name = NAMES.iter().find(|(key, _)| *key == variant).map_or(variant.name(), |(_, name)| name);
     let title = format!("{name}, {} m/s", fixed(SPEEDS[speed], 2));
     let mut plot =
         Plot::new("trace", title.clone(), (&x, "time (s)".to_owned()), (&y, format!("{title}: tension (N)")));

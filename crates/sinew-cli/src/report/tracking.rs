@@ -6,6 +6,7 @@ use super::path::line;
 use super::plot::Plot;
 use super::scale::{Axis, padded};
 use askama::Template;
+use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{TraceRow, TrackingNumbers};
 use std::collections::BTreeMap;
 
@@ -52,11 +53,11 @@ pub(crate) struct TrackView<'a> {
     /// Below the heading.
     pub(crate) lead: String,
     /// By variant.
-    pub(crate) tracking: &'a BTreeMap<&'static str, TrackingNumbers>,
+    pub(crate) tracking: &'a BTreeMap<CompensationVariant, TrackingNumbers>,
     /// The run that is drawn, and the variant it is of.
     pub(crate) trace: &'a [TraceRow],
     /// See [`trace`](Self::trace).
-    pub(crate) drawn: &'static str,
+    pub(crate) drawn: CompensationVariant,
     /// Of the muscles.
     pub(crate) names: &'a [String],
     /// Of the run that is drawn.
@@ -66,15 +67,15 @@ pub(crate) struct TrackView<'a> {
 }
 
 /// Names in the order of the table.
-const NAMES: [(&str, &str); 8] = [
-    ("none", "tensions, no compensation"),
-    ("capstan", "tensions, static capstan"),
-    ("paper", "tensions, the paper’s network"),
-    ("no_observer", "winch speed, no observer"),
-    ("no_disturbance_observer", "observer, no disturbance observer"),
-    ("observer", "observer (ours)"),
-    ("observer_network", "observer + network"),
-    ("perfect", "perfect knowledge of the cables"),
+const NAMES: [(CompensationVariant, &str); 8] = [
+    (CompensationVariant::None, "tensions, no compensation"),
+    (CompensationVariant::Capstan, "tensions, static capstan"),
+    (CompensationVariant::Paper, "tensions, the paper’s network"),
+    (CompensationVariant::NoObserver, "winch speed, no observer"),
+    (CompensationVariant::NoDisturbanceObserver, "observer, no disturbance observer"),
+    (CompensationVariant::Observer, "observer (ours)"),
+    (CompensationVariant::ObserverNetwork, "observer + network"),
+    (CompensationVariant::Perfect, "perfect knowledge of the cables"),
 ];
 const LABELS: [&str; 6] = [
     "mean, mm",
@@ -106,7 +107,7 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
 
 /// A page of its own.
 pub(crate) fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<String, Error> {
-    let numbers = view.tracking.get(view.drawn);
+    let numbers = view.tracking.get(&view.drawn);
     let verdict = numbers.map_or_else(String::new, |n| match (&n.stopped_by, n.stopped_s) {
         (Some(why), time) => format!(
             "The controller stopped the arm {} s after the run began: {why}.",
@@ -136,7 +137,7 @@ pub(crate) fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<St
 
 /// What the table has no room for, of the run that is drawn.
 fn remarks(view: &TrackView<'_>) -> Vec<String> {
-    let Some(numbers) = view.tracking.get(view.drawn) else { return Vec::new() };
+    let Some(numbers) = view.tracking.get(&view.drawn) else { return Vec::new() };
     let mut remarks = Vec::new();
     let unseen = numbers.unseen_error_m;
     let [mean, max] = [(unseen.mean, 2), (unseen.max, 1)].map(|(m, digits)| fixed(1e3 * m, digits));
@@ -161,7 +162,7 @@ fn remarks(view: &TrackView<'_>) -> Vec<String> {
 
 /// What was wrong with the run that is drawn, and when.
 fn incidents(view: &TrackView<'_>) -> Vec<String> {
-    let Some(numbers) = view.tracking.get(view.drawn) else { return Vec::new() };
+    let Some(numbers) = view.tracking.get(&view.drawn) else { return Vec::new() };
     let each = numbers.incidents.iter();
     each.map(|one| {
         format!("{} to {} s: {}, {}", fixed(one.from_s, 3), fixed(one.until_s, 3), one.what, one.answer)
@@ -172,7 +173,7 @@ fn incidents(view: &TrackView<'_>) -> Vec<String> {
 fn rows(view: &TrackView<'_>) -> Vec<Row> {
     let mut rows = Vec::new();
     for (key, name) in NAMES {
-        let Some(n) = view.tracking.get(key) else { continue };
+        let Some(n) = view.tracking.get(&key) else { continue };
         let e = &n.end_point_error_m;
         let cells = [
             fixed(1e3 * e.mean, 2),
@@ -189,7 +190,7 @@ fn rows(view: &TrackView<'_>) -> Vec<Row> {
         };
         rows.push(Row {
             name,
-            ours: key == "observer",
+            ours: key == CompensationVariant::Observer,
             cells: LABELS.into_iter().zip(cells).collect(),
             ended,
         });
@@ -266,7 +267,7 @@ fn lengths(rows: &[&TraceRow], names: &[String], repeats: u32) -> Vec<Plot> {
 
 /// Figure 13: the mean of every muscle.
 fn means(view: &TrackView<'_>) -> Vec<Plot> {
-    let Some(numbers) = view.tracking.get(view.drawn) else { return Vec::new() };
+    let Some(numbers) = view.tracking.get(&view.drawn) else { return Vec::new() };
     #[expect(clippy::cast_precision_loss, reason = "a few dozen muscles")]
     let points: Vec<(f64, f64)> =
         numbers.per_muscle.iter().enumerate().map(|(k, mean)| (k as f64 + 1.0, 1e3 * mean)).collect();

@@ -10,7 +10,8 @@ use serde::Serialize;
 use sinew::control::compensation::Compensation;
 use sinew::metrics::Comparison;
 use sinew::twin::cable::Specimen;
-use sinew_lab::calibrate::{Kind, calibrate, calibration_runs};
+use sinew_lab::CompensationVariant;
+use sinew_lab::calibrate::{calibrate, calibration_runs};
 use sinew_lab::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, Stop, run as run_bench};
 use std::fmt::Write;
 
@@ -69,13 +70,13 @@ fn check(arguments: &BenchRunArguments) -> Result<(), Error> {
 }
 
 fn prepared(kind: CompensationKind, specimen: &Specimen, seed: u64) -> Result<Compensation, Error> {
-    let kind = match kind {
+    let variant = match kind {
         CompensationKind::None => return Ok(Compensation::None),
-        CompensationKind::Capstan => Kind::Capstan,
-        CompensationKind::Paper => Kind::Paper,
-        CompensationKind::Observer => Kind::Observer,
+        CompensationKind::Capstan => CompensationVariant::Capstan,
+        CompensationKind::Paper => CompensationVariant::Paper,
+        CompensationKind::Observer => CompensationVariant::Observer,
     };
-    Ok(calibrate(kind, &calibration_runs(specimen, STROKES, seed)?, seed)?)
+    Ok(calibrate(variant, &calibration_runs(specimen, STROKES, seed)?, seed)?)
 }
 
 /// One run; its rows go to the log, each kept stroke or whole run as a trial of its own.

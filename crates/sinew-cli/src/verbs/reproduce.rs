@@ -86,7 +86,7 @@ fn told(part: &BenchPart) -> String {
                 number(indices.map(|i| i.rmse_n.iter().copied().fold(f64::NAN, f64::max)))
             };
             vec![
-                (*name).to_owned(),
+                name.to_string(),
                 muscle.to_owned(),
                 worst(Some(side(sides))),
                 worst(estimate.map(side)),

@@ -12,7 +12,7 @@ use sinew_identify::observer::{CableFit, CableLog, FitOptions, Quantity, fit_cab
 
 /// One part of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Strokes {
+pub struct CalibrationStroke {
     /// m/s.
     pub speed: f64,
     /// Length of a stroke, m.
@@ -24,10 +24,10 @@ pub struct Strokes {
 }
 
 /// What a transmission is put through: creeping, because an arm creeps, and as fast as it gets.
-pub const STROKES: [Strokes; 3] = [
-    Strokes { speed: 0.003, length: 0.06, seconds: 50.0, every: 12 },
-    Strokes { speed: 0.02, length: 0.2, seconds: 20.0, every: 4 },
-    Strokes { speed: 0.1, length: 0.35, seconds: 15.0, every: 4 },
+pub const CALIBRATION_STROKES: [CalibrationStroke; 3] = [
+    CalibrationStroke { speed: 0.003, length: 0.06, seconds: 50.0, every: 12 },
+    CalibrationStroke { speed: 0.02, length: 0.2, seconds: 20.0, every: 4 },
+    CalibrationStroke { speed: 0.1, length: 0.35, seconds: 15.0, every: 4 },
 ];
 
 /// Swing of the far tension, N: what the arm works with.
@@ -60,8 +60,11 @@ pub fn calibrate_arm(
         .enumerate()
         .map(|(muscle, designed)| {
             let logs = runs(specimen, muscle, seed)?;
-            let logs: Vec<CableLog> =
-                logs.iter().zip(&STROKES).map(|(rows, strokes)| cable_log(rows, strokes.every)).collect();
+            let logs: Vec<CableLog> = logs
+                .iter()
+                .zip(&CALIBRATION_STROKES)
+                .map(|(rows, strokes)| cable_log(rows, strokes.every))
+                .collect();
             let parameters =
                 sinew::transmission::cable::CableParameters { weakening: Some(SLOW), ..designed.parameters };
             // An arm is switched on with its cables pulled taut.
@@ -107,9 +110,9 @@ fn options() -> FitOptions {
     }
 }
 
-/// The calibration runs of one transmission, one for each of [`STROKES`].
+/// The calibration runs of one transmission, one for each of [`CALIBRATION_STROKES`].
 pub(super) fn runs(specimen: &ArmSpecimen, muscle: usize, seed: u64) -> Result<Vec<Vec<BenchRow>>, Error> {
-    let each = STROKES.iter().enumerate().map(|(n, strokes)| {
+    let each = CALIBRATION_STROKES.iter().enumerate().map(|(n, strokes)| {
         let seed = seed.wrapping_mul(1009).wrapping_add((16 * muscle + n) as u64);
         let wanted = BenchRun {
             resolution: specimen.resolution,

@@ -1,15 +1,14 @@
-//! An arm from its calibration to its tracking: what is identified, how it is then controlled, and what came of it.
+//! Experiments on the arm: planning, calibration of its cables, tracking, and the numbers of a run.
 
 mod calibrate;
-mod journey;
+mod controller;
+mod plan;
 mod report;
-mod residual;
+mod residual_network;
 mod tracking;
-mod variant;
 
-pub use calibrate::{STROKES, Strokes, calibrate_arm, calibrate_networks};
-pub use journey::{Route, journey, obstacle};
+pub use calibrate::{CALIBRATION_STROKES, CalibrationStroke, calibrate_arm, calibrate_networks};
+pub use plan::{EndPointMotion, first_infeasibility, initial_pose, plan};
 pub use report::{ErrorSpread, Hold, MuscleSpread, Trace, TraceRow, TrackIncident, TrackingNumbers};
-pub use residual::{Left, ResidualFit, calibrate_residuals};
-pub use tracking::{BEFORE, Prepared, Tracking, Walk, first_pose, track_arm};
-pub use variant::Variant;
+pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
+pub use tracking::{CalibratedArm, INITIAL_REST_S, TrackingResult, TrackingTask, track_arm};

@@ -1,57 +1,57 @@
-use super::calibrate::calibrate_arm;
-use super::report::{Trace, TraceRow, TrackingNumbers};
-use super::residual::calibrate_residuals;
-use super::variant::Variant;
-use crate::Error;
-use crate::experiment::TrackSummary;
-use crate::experiment::arm::{TrackRow, TrackRun, oracle_models, track};
-use sinew::body::Robot;
-use sinew::control::arm::ArmController;
-use sinew::predictor::CableModel;
-use sinew::trajectory::{Reference, Trajectory};
-use sinew::twin::arm::{ArmSpecimen, Fault};
+//! One tracking run: an arm drawn from a seed, calibrated cable by cable, and controlled along a trajectory.
 
-/// What is to be walked.
+use super::calibrate::calibrate_arm;
+use super::controller::controller;
+use super::report::{Trace, TraceRow, TrackingNumbers};
+use crate::experiment::TrackSummary;
+use crate::experiment::arm::{TrackRow, TrackRun, track};
+use crate::{CompensationVariant, Error};
+use sinew::body::Robot;
+use sinew::predictor::CableModel;
+use sinew::trajectory::Trajectory;
+use sinew::twin::arm::{ArmSpecimen, InjectedFault};
+
+/// A trajectory with the conditions under which it is tracked.
 #[derive(Debug, Clone)]
-pub struct Walk<'a> {
-    /// Where the joints are to be.
+pub struct TrackingTask<'a> {
+    /// Reference of the joints.
     pub trajectory: &'a Trajectory,
-    /// The site that follows the path.
+    /// Index of the site whose position error is measured.
     pub site: usize,
-    /// How often.
+    /// Number of repeats, one after the other.
     pub repeats: u32,
-    /// Whether what a repeat showed helps the next.
+    /// Whether iterative learning carries over from repeat to repeat.
     pub learning: bool,
-    /// Rest after the last, s.
-    pub after: f64,
-    /// What fails; the motion begins at [`BEFORE`] s.
-    pub faults: &'a [Fault],
-    /// Seconds between the rows of the trace, at least a millisecond.
-    pub every: f64,
+    /// Rest after the last repeat, s.
+    pub final_rest: f64,
+    /// Failures that the plant is subjected to; the motion begins at [`INITIAL_REST_S`] s.
+    pub faults: &'a [InjectedFault],
+    /// Sampling interval of the trace, s, at least a millisecond.
+    pub trace_interval: f64,
 }
 
 /// Rest before a motion, s.
-pub const BEFORE: f64 = 3.0;
+pub const INITIAL_REST_S: f64 = 3.0;
 
-/// An arm that was built, and what was found out about it.
+/// An arm as built, with the cable models that its calibration identified.
 #[derive(Debug, Clone)]
-pub struct Prepared {
-    /// As designed: what the controller believes of the body.
+pub struct CalibratedArm {
+    /// As designed: the body model of the controller.
     pub robot: Robot,
-    /// As built.
+    /// As built: the plant.
     pub specimen: ArmSpecimen,
-    /// What was identified of every cable.
+    /// Identified model of every cable: `[muscles]`.
     pub models: Vec<CableModel>,
     /// kg.
     payload: f64,
     seed: u64,
 }
 
-impl Prepared {
-    /// Draws an arm around the design and calibrates it; `pose` is the one that free cables are as long as in.
+impl CalibratedArm {
+    /// Draws an arm around the design and calibrates it; `pose` sets the free lengths of the cables.
     ///
     /// # Errors
-    /// As [`calibrate_arm`]; [`Error::Physics`] where the robot is no arm on cables.
+    /// As [`calibrate_arm`]; [`Error::Physics`] where the robot has no cables in sheaths.
     pub fn new(robot: &Robot, pose: &[f64], seed: u64) -> Result<Self, Error> {
         let design = ArmSpecimen::nominal(robot, pose)?;
         let specimen = ArmSpecimen::draw(robot, pose, seed)?;
@@ -59,10 +59,10 @@ impl Prepared {
         Ok(Self { robot: robot.clone(), specimen, models, payload: 0.0, seed })
     }
 
-    /// The same with a point mass, kg, on a body of the robot; the controller knows what it carries.
+    /// The same with a point mass, kg, on a body of the robot; plant and controller have the same payload.
     ///
     /// # Errors
-    /// [`Error::Physics`] for a mass or a place that is none.
+    /// [`Error::Physics`] for an invalid mass, position or body.
     pub fn with_payload(mut self, body: usize, position: [f64; 3], mass: f64) -> Result<Self, Error> {
         self.robot = self.robot.with_payload(body, position, mass)?;
         self.specimen = self.specimen.with_payload(body, position, mass)?;
@@ -71,61 +71,54 @@ impl Prepared {
     }
 }
 
-/// What became of a walk.
+/// Result of a tracking run.
 #[derive(Debug, Clone)]
-pub struct Tracking {
+pub struct TrackingResult {
     /// In full.
     pub summary: TrackSummary,
-    /// For a report.
+    /// For reports and files.
     pub numbers: TrackingNumbers,
-    /// For figures.
+    /// Sampled at the task's interval.
     pub trace: Trace,
 }
 
-/// Walks an arm.
+/// Runs a tracking task with the controller of a variant.
 ///
 /// # Errors
 /// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where networks are trained.
-pub fn track_arm(arm: &Prepared, variant: Variant, walk: &Walk<'_>) -> Result<Tracking, Error> {
-    let perfect;
-    let models = if variant == Variant::Perfect {
-        perfect = oracle_models(&arm.specimen);
-        &perfect
-    } else {
-        &arm.models
-    };
-    let way = variant.way(&arm.specimen, models, arm.seed)?;
-    let mut controller = ArmController::new(&arm.robot, models, variant.gains(arm.payload), way)?;
-    if variant == Variant::ObserverNetwork {
-        let residuals = calibrate_residuals(&arm.specimen, models, arm.seed)?;
-        controller = controller.with_residuals(residuals.into_iter().map(|fit| fit.network).collect())?;
-    }
-    if walk.learning && walk.repeats > 1 {
-        controller = controller.with_iterative_learning(walk.trajectory.duration())?;
+pub fn track_arm(
+    arm: &CalibratedArm,
+    variant: CompensationVariant,
+    task: &TrackingTask<'_>,
+) -> Result<TrackingResult, Error> {
+    let CalibratedArm { robot, specimen, models, payload, seed } = arm;
+    let mut controller = controller(variant, robot, specimen, models, *payload, *seed)?;
+    if task.learning && task.repeats > 1 {
+        controller = controller.with_iterative_learning(task.trajectory.duration())?;
     }
     let run = TrackRun {
-        specimen: &arm.specimen,
-        robot: &arm.robot,
-        site: walk.site,
-        trajectory: walk.trajectory,
-        repeats: walk.repeats,
-        before: BEFORE,
-        after: walk.after,
-        faults: walk.faults,
-        seed: arm.seed,
+        specimen,
+        robot,
+        site: task.site,
+        trajectory: task.trajectory,
+        repeats: task.repeats,
+        before: INITIAL_REST_S,
+        after: task.final_rest,
+        faults: task.faults,
+        seed: *seed,
     };
-    let every = (walk.every * 1e3).round().clamp(1.0, 1e9) as u64;
+    let stride = (task.trace_interval * 1e3).round().clamp(1.0, 1e9) as u64;
     let (mut trace, mut count) = (Vec::new(), 0_u64);
     let summary = track(&run, &mut controller, |row| {
-        if count.is_multiple_of(every) {
-            trace.push(thin(row));
+        if count.is_multiple_of(stride) {
+            trace.push(trace_row(row));
         }
         count += 1;
     })?;
-    Ok(Tracking { numbers: TrackingNumbers::new(&summary, &arm.robot), summary, trace })
+    Ok(TrackingResult { numbers: TrackingNumbers::new(&summary, robot), summary, trace })
 }
 
-fn thin(row: &TrackRow<'_>) -> TraceRow {
+fn trace_row(row: &TrackRow<'_>) -> TraceRow {
     TraceRow {
         time_s: row.time,
         repeat: row.repeat,
@@ -137,14 +130,4 @@ fn thin(row: &TrackRow<'_>) -> TraceRow {
         anchor_n: row.truth.cables.iter().map(|cable| cable.tension_out).collect(),
         drive_n: row.truth.cables.iter().map(|cable| cable.tension_in).collect(),
     }
-}
-
-/// The pose in which a trajectory begins.
-///
-/// # Errors
-/// None for a trajectory that was made.
-pub fn first_pose(trajectory: &Trajectory) -> Result<Vec<f64>, Error> {
-    let mut first = Reference::new(trajectory.joints());
-    trajectory.sample(0.0, &mut first)?;
-    Ok(first.q)
 }

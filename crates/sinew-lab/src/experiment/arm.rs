@@ -11,7 +11,7 @@ use sinew::muscle::{Geometry, Muscles};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{Reference, Trajectory};
 use sinew::transmission::cable::{Path, Segment};
-use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTruth, ArmTwin, Fault};
+use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTruth, ArmTwin, InjectedFault};
 use sinew::twin::cable::Specimen;
 
 /// One run of an arm.
@@ -32,7 +32,7 @@ pub struct TrackRun<'a> {
     /// Rest after the end, s.
     pub after: f64,
     /// What fails; times are those of the rows.
-    pub faults: &'a [Fault],
+    pub faults: &'a [InjectedFault],
     /// Of the sensors' noise.
     pub seed: u64,
 }
@@ -82,7 +82,7 @@ pub fn track(
     controller: &mut ArmController,
     mut see: impl FnMut(&TrackRow<'_>),
 ) -> Result<TrackSummary, Error> {
-    let repeatable = run.repeats <= 1 || run.trajectory.comes_back();
+    let repeatable = run.repeats <= 1 || run.trajectory.is_closed();
     if !repeatable {
         let (name, expected) = ("repeats", "1 for a trajectory that does not come back");
         return Err(Error::OutOfDomain { name, expected, got: f64::from(run.repeats) });
@@ -92,7 +92,7 @@ pub fn track(
     run.trajectory.sample(0.0, &mut now)?;
     let tensions = resting_tensions(&run.specimen.robot, &now.q)?;
     let mut arm = ArmTwin::new(run.specimen, &now.q, &tensions, run.seed)?.with_faults(run.faults)?;
-    let mut ruler = Ruler::new(run, tensions.len());
+    let mut errors = TrackingErrors::new(run, tensions.len());
     let mut summary = TrackSummary::new(tensions.len());
     let mut told = Known::new(tensions.len());
     let mut commands = vec![DriveCommand::Velocity(0.0); tensions.len()];
@@ -115,17 +115,17 @@ pub fn track(
         };
         let answer = controller.step(STEP, &sample, &goal, Some(&told.told()))?;
         commands.copy_from_slice(answer.drives);
-        ruler.measure(&now.q, arm.truth().q)?;
+        errors.evaluate(&now.q, arm.truth().q)?;
         let row = TrackRow {
             time,
             repeat,
             rested: (since - moving).max(0.0),
             goal: &now,
-            wanted: ruler.wanted,
-            end_point: ruler.end_point,
-            read_as_wanted: ruler.read_as_wanted,
-            length: &ruler.length,
-            length_error: &ruler.length_error,
+            wanted: errors.wanted,
+            end_point: errors.end_point,
+            read_as_wanted: errors.read_as_wanted,
+            length: &errors.length,
+            length_error: &errors.length_error,
             command: &answer,
             reading,
             truth: &arm.truth(),
@@ -173,7 +173,7 @@ pub fn resting_tensions(robot: &Robot, q: &[f64]) -> Result<Vec<f64>, Error> {
 const RESTING: f64 = 25.0;
 
 /// Measures end point and lengths, on what was built.
-struct Ruler<'a> {
+struct TrackingErrors<'a> {
     run: &'a TrackRun<'a>,
     poses: Poses,
     muscles: Muscles,
@@ -189,7 +189,7 @@ struct Ruler<'a> {
     length_error: Vec<f64>,
 }
 
-impl<'a> Ruler<'a> {
+impl<'a> TrackingErrors<'a> {
     fn new(run: &'a TrackRun<'a>, muscles: usize) -> Self {
         let built = &run.specimen.robot;
         let of = Muscles::new(built);
@@ -210,7 +210,7 @@ impl<'a> Ruler<'a> {
         }
     }
 
-    fn measure(&mut self, wanted: &[f64], q: &[f64]) -> Result<(), Error> {
+    fn evaluate(&mut self, wanted: &[f64], q: &[f64]) -> Result<(), Error> {
         let built = &self.run.specimen.robot;
         for ((misread, wanted), encoder) in
             self.misread.iter_mut().zip(wanted).zip(&self.run.specimen.encoders)

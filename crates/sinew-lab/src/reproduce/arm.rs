@@ -1,7 +1,7 @@
 //! The arm's part of the paper: a trajectory tracked by every variant, on an arm that was built with errors.
 
-use crate::Error;
-use crate::arm::{Prepared, Route, Trace, TrackingNumbers, Variant, Walk, journey, track_arm};
+use crate::arm::{CalibratedArm, EndPointMotion, Trace, TrackingNumbers, TrackingTask, plan, track_arm};
+use crate::{CompensationVariant, Error};
 use rayon::prelude::*;
 use sinew::body::Robot;
 use sinew::trajectory::{EndPointPath, Loop};
@@ -41,7 +41,7 @@ pub struct ArmPart {
     /// What was asked for.
     pub options: ArmOptions,
     /// By variant.
-    pub tracking: BTreeMap<&'static str, TrackingNumbers>,
+    pub tracking: BTreeMap<CompensationVariant, TrackingNumbers>,
     /// The default's run, thinned.
     pub trace: Trace,
     /// Names of the muscles.
@@ -51,7 +51,7 @@ pub struct ArmPart {
 /// Rows of a trace over one run.
 const ROWS: f64 = 3000.0;
 /// Rest after the motion, s.
-const AFTER_S: f64 = 3.0;
+const FINAL_REST_S: f64 = 3.0;
 
 /// Draws an arm, calibrates each of its cables and tracks the paper's path.
 ///
@@ -65,30 +65,32 @@ pub fn reproduce_arm(
     let nothing = |what: &'static str| Error::experiment("robot", what, &"none");
     let pose = robot.key("start").ok_or_else(|| nothing("a key pose `start`"))?;
     let site = robot.site("endpoint").ok_or_else(|| nothing("a site `endpoint`"))?;
-    let route = Route::Round(EndPointPath::lm_arm(Loop::Sine));
-    let trajectory = journey(robot, site, &route, pose, options.duration)?;
+    let motion = EndPointMotion::ClosedPath(EndPointPath::lm_arm(Loop::Sine));
+    let trajectory = plan(robot, site, &motion, pose, options.duration)?;
     progress("calibrating the arm's cables", 0.0);
-    let arm = Prepared::new(robot, pose, options.seed)?;
-    let variants: Vec<Variant> = Variant::ALL
+    let arm = CalibratedArm::new(robot, pose, options.seed)?;
+    let variants: Vec<CompensationVariant> = CompensationVariant::ALL
         .into_iter()
-        .filter(|variant| options.all || matches!(variant, Variant::None | Variant::Observer))
+        .filter(|variant| {
+            options.all || matches!(variant, CompensationVariant::None | CompensationVariant::Observer)
+        })
         .collect();
     let done = AtomicUsize::new(0);
     let runs = variants
         .par_iter()
         .map(|variant| {
-            let repeats = if *variant == Variant::Observer { options.repeats } else { 1 };
-            let every = options.duration * f64::from(repeats) / ROWS;
-            let walk = Walk {
+            let repeats = if *variant == CompensationVariant::Observer { options.repeats } else { 1 };
+            let trace_interval = options.duration * f64::from(repeats) / ROWS;
+            let task = TrackingTask {
                 trajectory: &trajectory,
                 site,
                 repeats,
                 learning: true,
-                after: AFTER_S,
+                final_rest: FINAL_REST_S,
                 faults: &[],
-                every,
+                trace_interval,
             };
-            let tracked = track_arm(&arm, *variant, &walk)?;
+            let tracked = track_arm(&arm, *variant, &task)?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             progress("tracking", 0.3 + 0.7 * done as f64 / variants.len() as f64);
             Ok((*variant, tracked))
@@ -101,8 +103,8 @@ pub fn reproduce_arm(
         muscles: robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect(),
     };
     for (variant, tracked) in runs {
-        part.tracking.insert(variant.name(), tracked.numbers);
-        if variant == Variant::Observer {
+        part.tracking.insert(variant, tracked.numbers);
+        if variant == CompensationVariant::Observer {
             part.trace = tracked.trace;
         }
     }

@@ -2,14 +2,14 @@
 
 use super::elongation::{self, ElongationTable};
 use super::mechanism::Mechanism;
-use super::paper::SPEEDS;
 use super::results::{
-    BenchResults, Efficiency, ElongationMillimetres, Indices, Methods, OtherSpecimen, Sides, Stretching,
+    BenchResults, ByVariant, Efficiency, ElongationMillimetres, Indices, OtherSpecimen, Sides, Stretching,
 };
 use super::trial::{TraceRow, Trial, on_trial};
-use crate::Error;
-use crate::calibrate::{Kind, calibrate, calibrated_cable, calibration_runs, capstan, observer};
+use crate::calibrate::{calibrate, calibrated_cable, calibration_runs, capstan, observer};
 use crate::experiment::bench::{BenchRun, MuscleControl, Programme};
+use crate::paper::SPEEDS;
+use crate::{CompensationVariant, Error};
 use rayon::prelude::*;
 use sinew::control::compensation::Compensation;
 use sinew::metrics::Comparison;
@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 pub struct BenchOptions {
     /// Of everything random.
     pub seed: u64,
-    /// Strokes of the calibration at each of the six speeds.
+    /// CalibrationStroke of the calibration at each of the six speeds.
     pub strokes: f64,
     /// Whole cycles of every trial.
     pub cycles: f64,
@@ -49,14 +49,11 @@ impl BenchOptions {
     }
 }
 
-/// Name of the yardstick among the methods.
-const PERFECT: &str = "perfect";
-
 /// A trace for figures 7 and 8.
 #[derive(Debug, Clone)]
 pub struct Trace {
-    /// Method of compensation.
-    pub method: &'static str,
+    /// Compensation variant.
+    pub variant: CompensationVariant,
     /// Index into [`SPEEDS`].
     pub speed: usize,
     /// Two strokes.
@@ -91,22 +88,24 @@ pub fn reproduce_bench(
     let logs = calibration_runs(&specimen, options.strokes, options.seed)?;
     let mechanism = Mechanism::of(&logs);
     progress("identification", 0.05);
-    let (fit, paper) =
-        rayon::join(|| calibrated_cable(&logs), || calibrate(Kind::Paper, &logs, options.seed));
+    let (fit, paper) = rayon::join(
+        || calibrated_cable(&logs),
+        || calibrate(CompensationVariant::Paper, &logs, options.seed),
+    );
     let fit = fit?;
-    let methods = [
-        ("none", Compensation::None),
-        ("capstan", capstan(&fit)?),
-        ("paper", paper?),
-        ("observer", observer(&fit)?),
+    let compensations = [
+        (CompensationVariant::None, Compensation::None),
+        (CompensationVariant::Capstan, capstan(&fit)?),
+        (CompensationVariant::Paper, paper?),
+        (CompensationVariant::Observer, observer(&fit)?),
     ];
     progress("elongation", 0.25);
     let elongation = elongation::table(&specimen, &logs, &fit.model, options.cycles, options.seed)?;
     drop(logs);
     progress("trials", 0.4);
-    let mut steerings: Vec<(&str, Option<&Compensation>)> =
-        methods.iter().map(|(name, compensation)| (*name, Some(compensation))).collect();
-    steerings.push((PERFECT, None));
+    let mut steerings: Vec<(CompensationVariant, Option<&Compensation>)> =
+        compensations.iter().map(|(variant, compensation)| (*variant, Some(compensation))).collect();
+    steerings.push((CompensationVariant::Perfect, None));
     let trials = all_speeds(&specimen, &steerings, options)?;
     let done = AtomicUsize::new(0);
     let others = (1..=options.specimens)
@@ -118,14 +117,15 @@ pub fn reproduce_bench(
             other
         })
         .collect::<Result<Vec<_>, Error>>()?;
-    let traces = trials.iter().flat_map(|(method, trials)| {
+    let traces = trials.iter().flat_map(|(variant, trials)| {
         let traces = trials.iter().enumerate();
-        traces.map(|(speed, trial)| Trace { method, speed, rows: trial.trace.clone() })
+        traces.map(|(speed, trial)| Trace { variant: *variant, speed, rows: trial.trace.clone() })
     });
-    let table = |of: fn(&Trial) -> &[Comparison; 2], recovery| -> Methods {
-        trials.iter().map(|(name, trials)| (*name, indices(trials, of, recovery))).collect()
+    let table = |of: fn(&Trial) -> &[Comparison; 2], recovery| -> ByVariant {
+        trials.iter().map(|(variant, trials)| (*variant, indices(trials, of, recovery))).collect()
     };
-    let without = trials.iter().find(|(name, _)| *name == "none").map(|(_, trials)| trials);
+    let without =
+        trials.iter().find(|(variant, _)| *variant == CompensationVariant::None).map(|(_, trials)| trials);
     let results = BenchResults {
         simulated: true,
         seed: options.seed,
@@ -151,12 +151,12 @@ pub fn reproduce_bench(
     Ok(BenchPart { options: *options, results, mechanism, traces, fit_rmse_n })
 }
 
-/// Every method at every speed.
-fn all_speeds<'a>(
+/// Every variant at every speed.
+fn all_speeds(
     specimen: &Specimen,
-    steerings: &[(&'a str, Option<&Compensation>)],
+    steerings: &[(CompensationVariant, Option<&Compensation>)],
     options: &BenchOptions,
-) -> Result<Vec<(&'a str, Vec<Trial>)>, Error> {
+) -> Result<Vec<(CompensationVariant, Vec<Trial>)>, Error> {
     let jobs: Vec<(usize, f64)> =
         steerings.iter().enumerate().flat_map(|(k, _)| SPEEDS.map(|speed| (k, speed))).collect();
     let trials = jobs
@@ -177,7 +177,10 @@ fn all_speeds<'a>(
         })
         .collect::<Result<Vec<_>, Error>>()?;
     let mut trials = trials.into_iter();
-    Ok(steerings.iter().map(|(name, _)| (*name, trials.by_ref().take(SPEEDS.len()).collect())).collect())
+    Ok(steerings
+        .iter()
+        .map(|(variant, _)| (*variant, trials.by_ref().take(SPEEDS.len()).collect()))
+        .collect())
 }
 
 fn other_specimen(seed: u64, options: &BenchOptions) -> Result<OtherSpecimen, Error> {
@@ -185,7 +188,8 @@ fn other_specimen(seed: u64, options: &BenchOptions) -> Result<OtherSpecimen, Er
     let logs = calibration_runs(&specimen, options.strokes, seed)?;
     let found = observer(&calibrated_cable(&logs)?)?;
     drop(logs);
-    let trials = all_speeds(&specimen, &[("observer", Some(&found)), (PERFECT, None)], options)?;
+    let steerings = [(CompensationVariant::Observer, Some(&found)), (CompensationVariant::Perfect, None)];
+    let trials = all_speeds(&specimen, &steerings, options)?;
     let (ours, perfect) = (&trials[0].1, &trials[1].1);
     Ok(OtherSpecimen {
         seed,

@@ -1,7 +1,7 @@
 //! Tables II and III, figures 9 and 10: the mechanism itself, from the calibration runs.
 
-use super::paper::{LENGTH_M, SPEEDS};
 use crate::experiment::bench::BenchRow;
+use crate::paper::{self, LENGTH_M, SPEEDS};
 
 /// One sample of figures 9 and 10.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,11 +64,11 @@ impl Mechanism {
     #[must_use]
     pub fn differences(&self) -> [f64; 2] {
         let (mut squares, mut largest) = (0.0, 0.0_f64);
-        for (found, told) in
-            [(&self.efficiency, &super::paper::EFFICIENCY), (&self.elongation, &super::paper::ELONGATION)]
+        for (found, reported) in
+            [(&self.efficiency, &paper::EFFICIENCY), (&self.elongation, &paper::ELONGATION)]
         {
-            for (found, told) in found.iter().flatten().zip(told.iter().flatten()) {
-                let difference = found[0] / told - 1.0;
+            for (found, reported) in found.iter().flatten().zip(reported.iter().flatten()) {
+                let difference = found[0] / reported - 1.0;
                 squares += difference * difference / 24.0;
                 largest = largest.max(difference.abs());
             }

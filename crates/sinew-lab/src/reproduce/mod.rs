@@ -4,7 +4,6 @@ mod arm;
 mod bench;
 mod elongation;
 mod mechanism;
-pub mod paper;
 mod results;
 mod trial;
 
@@ -13,6 +12,6 @@ pub use bench::{BenchOptions, BenchPart, Trace, reproduce_bench};
 pub use elongation::{ElongationTable, Reach};
 pub use mechanism::{Mechanism, Point};
 pub use results::{
-    BenchResults, Efficiency, ElongationMillimetres, Indices, Methods, OtherSpecimen, Sides, Stretching,
+    BenchResults, ByVariant, Efficiency, ElongationMillimetres, Indices, OtherSpecimen, Sides, Stretching,
 };
 pub use trial::{Recovery, Scores, TraceRow, Trial, on_trial};

@@ -1,5 +1,6 @@
 //! The numbers as programs read them: `results.json`.
 
+use crate::CompensationVariant;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -50,8 +51,8 @@ pub struct Stretching {
     pub std: [f64; 6],
 }
 
-/// Table I of the methods of compensation, by name.
-pub type Methods = BTreeMap<&'static str, Sides<Indices>>;
+/// Table I of several compensation variants.
+pub type ByVariant = BTreeMap<CompensationVariant, Sides<Indices>>;
 
 /// Errors of the predicted elongation, root mean square over whole cycles, mm.
 #[derive(Debug, Clone, Serialize)]
@@ -87,11 +88,11 @@ pub struct BenchResults {
     /// Of everything random.
     pub seed: u64,
     /// (a) Achieved in steady windows.
-    pub table1: Methods,
+    pub table1: ByVariant,
     /// (b) Estimated over whole cycles.
-    pub table1_estimate: Methods,
+    pub table1_estimate: ByVariant,
     /// (c) Achieved over whole cycles.
-    pub table1_cycles: Methods,
+    pub table1_cycles: ByVariant,
     /// Table II.
     pub table2: Sides<Efficiency>,
     /// Table III.

@@ -278,7 +278,7 @@ impl Drive {
     }
 
     /// Sensors settle on a cable that pulls with `tension` N, as if it had always done so.
-    pub fn look(&mut self, tension: f64) {
+    pub fn settle(&mut self, tension: f64) {
         let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
         self.delays[1].fill(self.parameters.load_cell.read(tension, &mut self.random));
         self.sense(tension);

@@ -17,19 +17,19 @@ pub struct Limits {
     /// Of every cable: how fast its winch can change that, m/s^2, > 0.
     pub cable_acceleration: f64,
     /// Time between the places looked at, s, > 0.
-    pub every: f64,
+    pub interval: f64,
 }
 
 impl Default for Limits {
     /// 5 rad/s (more than an arm is driven at), 0.14 m/s (the drive's no-load speed), 5 m/s^2 (its limit), every 10 ms.
     fn default() -> Self {
-        Self { joint_speed: 5.0, cable_speed: 0.14, cable_acceleration: 5.0, every: 0.01 }
+        Self { joint_speed: 5.0, cable_speed: 0.14, cable_acceleration: 5.0, interval: 0.01 }
     }
 }
 
 /// What tensions are asked for at one place of a trajectory.
 #[derive(Debug, Clone, Copy)]
-pub struct Demand<'a> {
+pub struct TorqueDemand<'a> {
     /// `R`, `[muscles x nv]`, row by row, m.
     pub moment_arms: &'a [f64],
     /// What gravity and motion need, `[nv]`, Nm.
@@ -38,7 +38,7 @@ pub struct Demand<'a> {
 
 /// A joint torque that no tensions within their limits give.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shortfall {
+pub struct TorqueDeficit {
     /// The velocity of the robot with the most missing.
     pub velocity: usize,
     /// What is missing there, Nm or N.
@@ -50,7 +50,7 @@ pub struct Shortfall {
 /// Why a robot cannot be where or as fast as it is told.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub enum Reason {
+pub enum Violation {
     /// The end point stays away from the path.
     Unreachable {
         /// Phase of the path, rad, or s of waypoints.
@@ -109,42 +109,42 @@ pub enum Reason {
 
 /// The first place of a trajectory where the robot cannot follow.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Obstacle {
+pub struct Infeasibility {
     /// From the start, s.
     pub time: f64,
     /// What is in the way.
-    pub reason: Reason,
+    pub violation: Violation,
 }
 
-impl fmt::Display for Obstacle {
+impl fmt::Display for Infeasibility {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "at {:.3} s: ", self.time)?;
-        match &self.reason {
-            Reason::Unreachable { phase, distance } if *distance > 0.0 => {
+        match &self.violation {
+            Violation::Unreachable { phase, distance } if *distance > 0.0 => {
                 write!(
                     f,
                     "the path leaves the reach of the end point (phase {phase:.3}, {distance:.1e} m away)"
                 )
             }
-            Reason::Unreachable { phase, .. } => {
+            Violation::Unreachable { phase, .. } => {
                 write!(f, "the path closes, but the joints do not (phase {phase:.3})")
             }
-            Reason::JointRange { joint, position, range: [low, high] } => {
+            Violation::JointRange { joint, position, range: [low, high] } => {
                 write!(f, "joint `{joint}` must be within {low:.5} and {high:.5}, but is told {position:.5}")
             }
-            Reason::JointSpeed { joint, speed, most } => {
+            Violation::JointSpeed { joint, speed, most } => {
                 write!(f, "joint `{joint}` may move at most {most:.3} per s, but is told {speed:.3}")
             }
-            Reason::CableSpeed { muscle, speed, most } => {
+            Violation::CableSpeed { muscle, speed, most } => {
                 write!(f, "the winch of `{muscle}` winds at most {most:.3} m/s, but is told {speed:.3}")
             }
-            Reason::CableAcceleration { muscle, acceleration, most } => {
+            Violation::CableAcceleration { muscle, acceleration, most } => {
                 write!(
                     f,
                     "the winch of `{muscle}` speeds up by at most {most:.3} m/s^2, but is told {acceleration:.3}"
                 )
             }
-            Reason::Torque { joint, needed, missing, muscle } => {
+            Violation::Torque { joint, needed, missing, muscle } => {
                 write!(
                     f,
                     "`{joint}` needs {:.3} N m, and the tensions within their limits miss {:.3} of it",
@@ -168,21 +168,21 @@ impl fmt::Display for Obstacle {
 /// # Errors
 /// [`Error::WrongLength`] where the trajectory is another robot's; [`Error::OutOfDomain`] for a limit that is not above
 /// zero.
-pub fn first_obstacle(
+pub fn first_infeasibility(
     robot: &Robot,
     trajectory: &Trajectory,
     limits: &Limits,
-    mut reach: impl FnMut(Demand<'_>) -> Option<Shortfall>,
-) -> Result<Option<Obstacle>, Error> {
+    mut reach: impl FnMut(TorqueDemand<'_>) -> Option<TorqueDeficit>,
+) -> Result<Option<Infeasibility>, Error> {
     positive("joint_speed", limits.joint_speed)?;
     positive("cable_speed", limits.cable_speed)?;
     positive("cable_acceleration", limits.cable_acceleration)?;
-    positive("every", limits.every)?;
+    positive("interval", limits.interval)?;
     // Checked here: poses are looked at joint by joint below.
     length("joints of the trajectory", trajectory.joints(), robot.nq())?;
     length("joints of the trajectory", trajectory.joints(), robot.nv())?;
-    if let Some((time, reason)) = first_miss(trajectory) {
-        return Ok(Some(Obstacle { time, reason }));
+    if let Some((time, violation)) = first_miss(trajectory) {
+        return Ok(Some(Infeasibility { time, violation }));
     }
     let muscles = Muscles::new(robot);
     let mut cables = Cables::new(robot, &muscles);
@@ -191,23 +191,23 @@ pub fn first_obstacle(
     let (mut torque, mut passive) = (vec![0.0; robot.nv()], vec![0.0; robot.nv()]);
     let mut arms = vec![0.0; muscles.count() * robot.nv()];
     // A limit of a million places: a trajectory of hours is looked at more coarsely.
-    let places = libm::ceil(trajectory.duration() / limits.every).min(1e6) as usize;
+    let places = libm::ceil(trajectory.duration() / limits.interval).min(1e6) as usize;
     for k in 0..=places {
         let time = trajectory.duration() * k as f64 / places.max(1) as f64;
-        let stop = |reason| Ok(Some(Obstacle { time, reason }));
+        let stop = |violation| Ok(Some(Infeasibility { time, violation }));
         trajectory.sample(time, &mut now)?;
-        if let Some(reason) = joints_cannot(robot, &now, limits) {
-            return stop(reason);
+        if let Some(violation) = joints_cannot(robot, &now, limits) {
+            return stop(violation);
         }
-        if let Some(reason) = cables.cannot(robot, &now, limits)? {
-            return stop(reason);
+        if let Some(violation) = cables.cannot(robot, &now, limits)? {
+            return stop(violation);
         }
         robot.inverse_dynamics(&now.q, &now.v, &now.a, &mut scratch, &mut torque)?;
         robot.passive_force(&now.q, &now.v, &mut passive)?;
         torque.iter_mut().zip(&passive).for_each(|(torque, passive)| *torque -= passive);
         muscles.dense(&cables.geometry, &mut arms)?;
-        if let Some(short) = reach(Demand { moment_arms: &arms, torque: &torque }) {
-            return stop(Reason::Torque {
+        if let Some(short) = reach(TorqueDemand { moment_arms: &arms, torque: &torque }) {
+            return stop(Violation::Torque {
                 joint: joint_name(robot, short.velocity),
                 needed: torque.get(short.velocity).copied().unwrap_or(f64::NAN),
                 missing: short.torque,
@@ -242,7 +242,12 @@ impl<'a> Cables<'a> {
     }
 
     /// What no winch can follow; leaves the geometry of the pose.
-    fn cannot(&mut self, robot: &Robot, now: &Reference, limits: &Limits) -> Result<Option<Reason>, Error> {
+    fn cannot(
+        &mut self,
+        robot: &Robot,
+        now: &Reference,
+        limits: &Limits,
+    ) -> Result<Option<Violation>, Error> {
         for (k, q) in self.soon.q.iter_mut().enumerate() {
             *q = now.q[k] + SOON * now.v[k];
             self.soon.v[k] = now.v[k] + SOON * now.a[k];
@@ -255,12 +260,12 @@ impl<'a> Cables<'a> {
             if speed.abs() > limits.cable_speed {
                 let muscle = muscle_name(robot, m);
                 let (speed, most) = (speed.abs(), limits.cable_speed);
-                return Ok(Some(Reason::CableSpeed { muscle, speed, most }));
+                return Ok(Some(Violation::CableSpeed { muscle, speed, most }));
             }
             let acceleration = (later - speed).abs() / SOON;
             if acceleration > limits.cable_acceleration {
                 let (muscle, most) = (muscle_name(robot, m), limits.cable_acceleration);
-                return Ok(Some(Reason::CableAcceleration { muscle, acceleration, most }));
+                return Ok(Some(Violation::CableAcceleration { muscle, acceleration, most }));
             }
         }
         Ok(None)
@@ -274,19 +279,19 @@ fn muscle_name(robot: &Robot, muscle: usize) -> String {
 /// What a pose at its limit may be beyond it, rad or m.
 const ROUNDING: f64 = 1e-9;
 
-fn joints_cannot(robot: &Robot, now: &Reference, limits: &Limits) -> Option<Reason> {
+fn joints_cannot(robot: &Robot, now: &Reference, limits: &Limits) -> Option<Violation> {
     for (index, joint) in robot.parts().joints.iter().enumerate() {
         let coordinates = robot.coordinates_of(index);
         if let (Some(range), 1) = (joint.range, coordinates.len()) {
             let position = now.q[coordinates.start];
             if position < range[0] - ROUNDING || position > range[1] + ROUNDING {
-                return Some(Reason::JointRange { joint: joint.name.clone(), position, range });
+                return Some(Violation::JointRange { joint: joint.name.clone(), position, range });
             }
         }
     }
     let fast = now.v.iter().position(|v| v.abs() > limits.joint_speed)?;
     let joint = joint_name(robot, fast);
-    Some(Reason::JointSpeed { joint, speed: now.v[fast].abs(), most: limits.joint_speed })
+    Some(Violation::JointSpeed { joint, speed: now.v[fast].abs(), most: limits.joint_speed })
 }
 
 fn joint_name(robot: &Robot, velocity: usize) -> String {
@@ -295,23 +300,23 @@ fn joint_name(robot: &Robot, velocity: usize) -> String {
 }
 
 /// When the end point leaves the path, by the time law, and how.
-fn first_miss(trajectory: &Trajectory) -> Option<(f64, Reason)> {
+fn first_miss(trajectory: &Trajectory) -> Option<(f64, Violation)> {
     let (joints, law) = match trajectory {
         Trajectory::AlongPath { joints, law } => (joints, law),
         Trajectory::PointToPoint(_) => return None,
         Trajectory::Sequence(motions) => {
             return motions.motions().find_map(|(start, motion)| {
-                let (time, reason) = first_miss(motion)?;
-                Some((start + time, reason))
+                let (time, violation) = first_miss(motion)?;
+                Some((start + time, violation))
             });
         }
     };
-    let miss = joints.missed()?;
+    let miss = joints.first_unreached()?;
     // The phase only rises: halving finds its time.
     let (mut time, mut late) = (0.0, law.duration());
     for _ in 0..60 {
         let middle = 0.5 * (time + late);
         if law.at(middle).phase < miss.phase { time = middle } else { late = middle }
     }
-    Some((time, Reason::Unreachable { phase: miss.phase, distance: miss.distance }))
+    Some((time, Violation::Unreachable { phase: miss.phase, distance: miss.distance }))
 }

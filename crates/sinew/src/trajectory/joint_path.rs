@@ -18,18 +18,18 @@ use alloc::vec::Vec;
 /// let hand = arm.site("endpoint").expect("a site of the model");
 /// let path = EndPointPath::lm_arm(Loop::Saddle);
 /// let joints = JointPath::resolve(&arm, hand, &path, &Redundancy::lm_arm(), 720)?;
-/// assert!(joints.missed().is_none());
+/// assert!(joints.first_unreached().is_none());
 /// # Ok::<(), sinew::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointPath {
     pub(super) spline: Spline,
-    missed: Option<Miss>,
+    first_unreached: Option<UnreachedPoint>,
 }
 
 /// A place of the path that the end point does not reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Miss {
+pub struct UnreachedPoint {
     /// Where on the path: rad; of waypoints about the time, s.
     pub phase: f64,
     /// How far the end point stays away, m; of a path that closes while the joints do not, 0.
@@ -43,7 +43,7 @@ impl JointPath {
     /// Finds the joints at `knots` places, the same distance apart, each from its neighbour.
     ///
     /// Where the path cannot be followed further, the rest of the joints stay as they are and
-    /// [`missed`](Self::missed) says where that was.
+    /// [`first_unreached`](Self::first_unreached) says where that was.
     ///
     /// # Errors
     /// As [`EndPointPath::validate`] and [`Redundancy::validate`]; [`Error::OutOfDomain`] for a `site` that is not there
@@ -63,18 +63,19 @@ impl JointPath {
         let place = |k: usize| length * k as f64 / pieces as f64;
         let mut q: Vec<f64> = rule.rest.clone();
         let mut poses = Vec::with_capacity(knots * q.len());
-        let mut missed = None;
+        let mut first_unreached = None;
         for k in 0..knots {
-            if missed.is_none() {
+            if first_unreached.is_none() {
                 let distance = solver.solve(place(k), path.point(place(k)), &mut q)?;
-                missed = (distance > ON_THE_PATH).then_some(Miss { phase: place(k), distance });
+                first_unreached =
+                    (distance > ON_THE_PATH).then_some(UnreachedPoint { phase: place(k), distance });
             }
             poses.extend_from_slice(&q);
         }
-        if closes && missed.is_none() {
+        if closes && first_unreached.is_none() {
             solver.solve(length, path.point(length), &mut q)?;
             let gap = q.iter().zip(&poses).fold(0.0_f64, |gap, (a, b)| gap.max((a - b).abs()));
-            missed = (gap > 1e-6).then_some(Miss { phase: length, distance: 0.0 });
+            first_unreached = (gap > 1e-6).then_some(UnreachedPoint { phase: length, distance: 0.0 });
         }
         let places: Vec<f64> = (0..knots).map(place).collect();
         let spline = if closes {
@@ -82,13 +83,13 @@ impl JointPath {
         } else {
             Spline::natural(&places, &poses)?
         };
-        Ok(Self { spline, missed })
+        Ok(Self { spline, first_unreached })
     }
 
     /// The first place that the end point does not reach.
     #[must_use]
-    pub fn missed(&self) -> Option<Miss> {
-        self.missed
+    pub fn first_unreached(&self) -> Option<UnreachedPoint> {
+        self.first_unreached
     }
 
     /// The pose at a phase.

@@ -16,12 +16,12 @@ mod spline;
 mod time_law;
 mod waypoints;
 
-pub use check::{Demand, Limits, Obstacle, Reason, Shortfall, first_obstacle};
-pub use joint_path::{JointPath, Miss};
+pub use check::{Infeasibility, Limits, TorqueDeficit, TorqueDemand, Violation, first_infeasibility};
+pub use joint_path::{JointPath, UnreachedPoint};
 pub use motion::{MinimumJerk, Reference, Trajectory};
 pub use path::{EndPointPath, Loop};
 pub use redundancy::Redundancy;
 pub use sequence::Sequence;
 pub use spline::Spline;
-pub use time_law::{Progress, TimeLaw};
-pub use waypoints::{Leg, Waypoint, legs};
+pub use time_law::{PhaseState, TimeLaw};
+pub use waypoints::{PathSegment, Waypoint, split_at_rests};

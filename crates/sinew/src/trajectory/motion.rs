@@ -103,7 +103,7 @@ impl Trajectory {
 
     /// Whether it ends in the pose in which it began, within 1e-6 rad or m: what does not cannot be repeated at once.
     #[must_use]
-    pub fn comes_back(&self) -> bool {
+    pub fn is_closed(&self) -> bool {
         let [mut first, mut last] = [self.joints(); 2].map(Reference::new);
         let sampled = self.sample(0.0, &mut first).and_then(|()| self.sample(self.duration(), &mut last));
         sampled.is_ok() && first.q.iter().zip(&last.q).all(|(a, b)| (a - b).abs() < 1e-6)
@@ -129,7 +129,7 @@ impl Trajectory {
                 let now = law.at(time);
                 joints.spline.at(now.phase, &mut out.q, &mut out.v, &mut out.a);
                 for (v, a) in out.v.iter_mut().zip(&mut out.a) {
-                    *a = *v * now.growth + *a * now.rate * now.rate;
+                    *a = *v * now.acceleration + *a * now.rate * now.rate;
                     *v *= now.rate;
                 }
             }

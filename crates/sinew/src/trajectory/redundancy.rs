@@ -114,18 +114,18 @@ impl<'a> Solver<'a> {
     pub(super) fn solve(&mut self, phase: f64, target: [f64; 3], q: &mut [f64]) -> Result<f64, Error> {
         let sine = libm::sin(phase);
         for _ in 0..MOST_STEPS {
-            let missing = self.look(target, q)?;
+            let missing = self.position_error(target, q)?;
             let largest = self.step(sine, missing, q);
             if largest < CONVERGED {
                 break;
             }
         }
-        let missing = self.look(target, q)?;
+        let missing = self.position_error(target, q)?;
         Ok(norm(missing))
     }
 
-    /// What the end point is away from the target, m.
-    fn look(&mut self, target: [f64; 3], q: &[f64]) -> Result<[f64; 3], Error> {
+    /// Position error of the end point, m; updates the Jacobian.
+    fn position_error(&mut self, target: [f64; 3], q: &[f64]) -> Result<[f64; 3], Error> {
         self.robot.forward_kinematics(q, &mut self.poses)?;
         let point = self.robot.site_pose(&self.poses, self.site).origin;
         let body = self.robot.parts().sites[self.site].body;

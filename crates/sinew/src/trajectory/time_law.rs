@@ -2,13 +2,13 @@ use crate::error::{Error, positive, within};
 
 /// How far along a path, how fast and how fast growing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Progress {
+pub struct PhaseState {
     /// `th`.
     pub phase: f64,
     /// `th'`, 1/s.
     pub rate: f64,
     /// `th''`, 1/s^2.
-    pub growth: f64,
+    pub acceleration: f64,
 }
 
 /// From rest to rest, with a long stretch of constant rate or with minimum jerk.
@@ -80,31 +80,31 @@ impl TimeLaw {
 
     /// The progress at a time; at rest before and after.
     #[must_use]
-    pub fn at(&self, time: f64) -> Progress {
+    pub fn at(&self, time: f64) -> PhaseState {
         let Self { length, duration, ramp } = *self;
         // A time that is not a number is before the start.
         let t = if time > 0.0 { time.min(duration) } else { 0.0 };
         let Some(ramp) = ramp else {
             let (x, rate) = (t / duration, length / duration);
-            return Progress {
+            return PhaseState {
                 phase: length * quintic(x),
                 rate: rate * slope(x),
-                growth: rate / duration * curvature(x),
+                acceleration: rate / duration * curvature(x),
             };
         };
         let rate = length / (duration - ramp);
-        let rise = |x: f64| Progress {
+        let rise = |x: f64| PhaseState {
             phase: rate * ramp * integral(x),
             rate: rate * quintic(x),
-            growth: rate / ramp * slope(x),
+            acceleration: rate / ramp * slope(x),
         };
         if t < ramp {
             rise(t / ramp)
         } else if t > duration - ramp {
             let left = rise((duration - t) / ramp);
-            Progress { phase: length - left.phase, rate: left.rate, growth: -left.growth }
+            PhaseState { phase: length - left.phase, rate: left.rate, acceleration: -left.acceleration }
         } else {
-            Progress { phase: rate * (t - 0.5 * ramp), rate, growth: 0.0 }
+            PhaseState { phase: rate * (t - 0.5 * ramp), rate, acceleration: 0.0 }
         }
     }
 }
@@ -144,15 +144,15 @@ mod tests {
                 let t = 0.01 * f64::from(k);
                 let [before, now, after] = [t - h, t, t + h].map(|t| law.at(t));
                 assert!(((after.phase - before.phase) / (2.0 * h) - now.rate).abs() < 1e-7, "{t}");
-                assert!(((after.rate - before.rate) / (2.0 * h) - now.growth).abs() < 1e-4, "{t}");
+                assert!(((after.rate - before.rate) / (2.0 * h) - now.acceleration).abs() < 1e-4, "{t}");
             }
         }
     }
 
     #[test]
     fn it_rests_at_both_ends_and_beyond() {
-        let close = |a: Progress, phase: f64| {
-            (a.phase - phase).abs() < 1e-12 && a.rate.abs() < 1e-12 && a.growth.abs() < 1e-12
+        let close = |a: PhaseState, phase: f64| {
+            (a.phase - phase).abs() < 1e-12 && a.rate.abs() < 1e-12 && a.acceleration.abs() < 1e-12
         };
         for law in [TimeLaw::new(2.0, 3.0), TimeLaw::minimum_jerk(2.0, 3.0)].map(Result::unwrap) {
             for (time, phase) in [(0.0, 0.0), (-1.0, 0.0), (f64::NAN, 0.0), (3.0, 2.0), (9.0, 2.0)] {

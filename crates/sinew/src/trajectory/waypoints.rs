@@ -13,7 +13,7 @@ pub struct Waypoint {
 
 /// A part of the way through waypoints that is gone without a rest.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Leg {
+pub struct PathSegment {
     /// Since the first waypoint, s.
     pub start: f64,
     /// From rest to rest.
@@ -23,19 +23,19 @@ pub struct Leg {
 /// Waypoints this close together are one place, m.
 const SAME_PLACE: f64 = 1e-9;
 
-/// The legs of a way through points in the order of their times: a place given twice in a row is waited at.
+/// The split_at_rests of a way through points in the order of their times: a place given twice in a row is waited at.
 ///
 /// Where every point is the same place there is one leg, which stands there.
 ///
 /// # Errors
 /// As [`EndPointPath::through`].
-pub fn legs(points: &[Waypoint]) -> Result<Vec<Leg>, Error> {
+pub fn split_at_rests(points: &[Waypoint]) -> Result<Vec<PathSegment>, Error> {
     let whole = EndPointPath::through(points)?;
     let wait = |pair: &[Waypoint]| {
         pair[0].position.iter().zip(pair[1].position).all(|(a, b)| (a - b).abs() < SAME_PLACE)
     };
     let begin = points[0].time;
-    let mut legs = Vec::new();
+    let mut split_at_rests = Vec::new();
     let mut from = 0;
     for to in 1..=points.len() {
         if to < points.len() && !wait(&points[to - 1..=to]) {
@@ -43,14 +43,14 @@ pub fn legs(points: &[Waypoint]) -> Result<Vec<Leg>, Error> {
         }
         if to - from > 1 {
             let path = EndPointPath::through(&points[from..to])?;
-            legs.push(Leg { start: points[from].time - begin, path });
+            split_at_rests.push(PathSegment { start: points[from].time - begin, path });
         }
         from = to;
     }
-    if legs.is_empty() {
-        legs.push(Leg { start: 0.0, path: whole });
+    if split_at_rests.is_empty() {
+        split_at_rests.push(PathSegment { start: 0.0, path: whole });
     }
-    Ok(legs)
+    Ok(split_at_rests)
 }
 
 #[cfg(test)]
@@ -62,11 +62,11 @@ mod tests {
     }
 
     fn starts_and_ends(points: &[Waypoint]) -> Vec<(f64, f64)> {
-        let length = |leg: &Leg| match &leg.path {
+        let length = |leg: &PathSegment| match &leg.path {
             EndPointPath::Waypoints { law, .. } => law.duration(),
             EndPointPath::Loop { .. } => f64::NAN,
         };
-        legs(points).unwrap().iter().map(|leg| (leg.start, leg.start + length(leg))).collect()
+        split_at_rests(points).unwrap().iter().map(|leg| (leg.start, leg.start + length(leg))).collect()
     }
 
     #[test]
@@ -85,9 +85,9 @@ mod tests {
 
     #[test]
     fn what_no_way_goes_through_is_refused() {
-        assert!(legs(&[]).is_err() && legs(&[at(0.0, 0.0)]).is_err());
-        assert!(legs(&[at(0.0, 0.0), at(0.0, 0.0)]).is_err());
-        assert!(legs(&[at(0.0, 0.0), at(1.0, 0.0), at(0.5, 1.0)]).is_err());
-        assert!(legs(&[at(0.0, 0.0), at(1.0, 0.0), at(2.0, f64::NAN)]).is_err());
+        assert!(split_at_rests(&[]).is_err() && split_at_rests(&[at(0.0, 0.0)]).is_err());
+        assert!(split_at_rests(&[at(0.0, 0.0), at(0.0, 0.0)]).is_err());
+        assert!(split_at_rests(&[at(0.0, 0.0), at(1.0, 0.0), at(0.5, 1.0)]).is_err());
+        assert!(split_at_rests(&[at(0.0, 0.0), at(1.0, 0.0), at(2.0, f64::NAN)]).is_err());
     }
 }

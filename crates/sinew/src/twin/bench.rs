@@ -85,8 +85,8 @@ impl Bench {
     pub fn settle(&mut self, tension_out: f64) -> Result<(), Error> {
         self.cable.settle(tension_out, Sliding::TowardMotor)?;
         self.truth = self.cable.step(1e-6, EndMotion::default())?;
-        self.muscle.look(self.truth.tension_in);
-        self.load.look(self.truth.tension_out);
+        self.muscle.settle(self.truth.tension_in);
+        self.load.settle(self.truth.tension_out);
         Ok(())
     }
 

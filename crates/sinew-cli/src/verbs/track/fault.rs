@@ -2,14 +2,14 @@
 
 use crate::error::Error;
 use sinew::body::Robot;
-use sinew::twin::arm::{Failure, Fault, Sensor, SensorFailure};
+use sinew::twin::arm::{Failure, InjectedFault, Sensor, SensorFailure};
 
 /// All of them, checked against the robot.
-pub(super) fn wanted(given: &[String], robot: &Robot) -> Result<Vec<Fault>, Error> {
+pub(super) fn wanted(given: &[String], robot: &Robot) -> Result<Vec<InjectedFault>, Error> {
     given.iter().map(|text| one(text, robot)).collect()
 }
 
-fn one(text: &str, robot: &Robot) -> Result<Fault, Error> {
+fn one(text: &str, robot: &Robot) -> Result<InjectedFault, Error> {
     let refuse = |expected| Error::Argument { flag: "--fault", value: text.to_owned(), expected };
     let (what, when) = text.split_once('@').ok_or_else(|| refuse("WHAT:NAME@TIME, as cable:brachialis@5"))?;
     let (from, lasting) = when.split_once('+').map_or((when, None), |(from, lasting)| (from, Some(lasting)));
@@ -57,7 +57,7 @@ fn one(text: &str, robot: &Robot) -> Result<Fault, Error> {
         "joint-encoder" => sensor(Sensor::Joint(joint()?)),
         _ => Err(refuse("cable, drive, winch, motor-encoder, load-cell or joint-encoder")),
     }?;
-    Ok(Fault { from, lasting, what })
+    Ok(InjectedFault { start: from, duration: lasting, failure: what })
 }
 
 fn seconds(text: &str) -> Option<f64> {

@@ -13,8 +13,10 @@ use crate::report::tracking::{TrackView, page};
 use crate::table::{number, table};
 use sinew::body::Robot;
 use sinew::trajectory::Trajectory;
+use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
-    BEFORE, Prepared, Route, Tracking, TrackingNumbers, Variant, Walk, journey, obstacle, track_arm,
+    CalibratedArm, EndPointMotion, INITIAL_REST_S, TrackingNumbers, TrackingResult, TrackingTask,
+    first_infeasibility, plan, track_arm,
 };
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -43,29 +45,36 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
     let faults = fault::wanted(&arguments.fault, &robot)?;
     let trajectory = trajectory(arguments, &robot, site, &pose)?;
     let repeats = repeats(arguments, &trajectory)?;
-    if let Some(obstacle) = obstacle(&robot, &trajectory)? {
+    if let Some(obstacle) = first_infeasibility(&robot, &trajectory)? {
         return Err(Error::Unreachable { path: arguments.path.clone(), obstacle: obstacle.to_string() });
     }
     let tip = &robot.parts().sites[site];
     let loaded = robot.with_payload(tip.body, tip.position, arguments.payload)?;
-    if let Some(obstacle) = obstacle(&loaded, &trajectory)? {
+    if let Some(obstacle) = first_infeasibility(&loaded, &trajectory)? {
         return Err(Error::Overloaded { payload: arguments.payload, obstacle: obstacle.to_string() });
     }
     let progress = Progress::new();
     progress.show("calibrating the arm's cables", 0.0);
-    let mut arm = Prepared::new(&robot, &pose, arguments.seed)?;
+    let mut arm = CalibratedArm::new(&robot, &pose, arguments.seed)?;
     if arguments.payload > 0.0 {
         arm = arm.with_payload(tip.body, tip.position, arguments.payload)?;
     }
     progress.show("tracking", 0.4);
     let seconds = trajectory.duration() * f64::from(repeats);
     let learning = !arguments.no_learning;
-    let every = if arguments.record.is_some() { RECORD_S } else { seconds / ROWS };
-    let after = arguments.hold;
-    let walk = Walk { trajectory: &trajectory, site, repeats, learning, after, faults: &faults, every };
-    let tracked = track_arm(&arm, variant, &walk)?;
+    let trace_interval = if arguments.record.is_some() { RECORD_S } else { seconds / ROWS };
+    let task = TrackingTask {
+        trajectory: &trajectory,
+        site,
+        repeats,
+        learning,
+        final_rest: arguments.hold,
+        faults: &faults,
+        trace_interval,
+    };
+    let tracked = track_arm(&arm, variant, &task)?;
     drop(progress);
-    finish(arguments, &robot, variant, &walk, tracked)
+    finish(arguments, &robot, variant, &task, tracked)
 }
 
 /// The route that is meant, in joints and time.
@@ -77,9 +86,9 @@ fn trajectory(
 ) -> Result<Trajectory, Error> {
     let wanted = path::wanted(&arguments.path)?;
     let usual = match wanted {
-        Route::Round(_) => ROUND_S,
-        Route::To(_) => TO_S,
-        Route::Through(_) => {
+        EndPointMotion::ClosedPath(_) => ROUND_S,
+        EndPointMotion::PointToPoint(_) => TO_S,
+        EndPointMotion::Waypoints(_) => {
             if let Some(given) = arguments.duration {
                 let expected = "none with waypoints, which have their own times";
                 return Err(Error::Argument { flag: "--duration", value: given.to_string(), expected });
@@ -87,13 +96,13 @@ fn trajectory(
             path::LONGEST_S
         }
     };
-    Ok(journey(robot, site, &wanted, pose, arguments.duration.unwrap_or(usual))?)
+    Ok(plan(robot, site, &wanted, pose, arguments.duration.unwrap_or(usual))?)
 }
 
 /// How often it is gone: what ends elsewhere than it begins, once.
 fn repeats(arguments: &TrackArguments, trajectory: &Trajectory) -> Result<u32, Error> {
     match arguments.repeats {
-        _ if trajectory.comes_back() => Ok(arguments.repeats.unwrap_or(REPEATS)),
+        _ if trajectory.is_closed() => Ok(arguments.repeats.unwrap_or(REPEATS)),
         None | Some(1) => Ok(1),
         Some(many) => Err(Error::Argument {
             flag: "--repeats",
@@ -103,7 +112,7 @@ fn repeats(arguments: &TrackArguments, trajectory: &Trajectory) -> Result<u32, E
     }
 }
 
-fn checked(arguments: &TrackArguments) -> Result<Variant, Error> {
+fn checked(arguments: &TrackArguments) -> Result<CompensationVariant, Error> {
     let refuse = |flag, value: String, expected| Error::Argument { flag, value, expected };
     if let Some(duration) = arguments.duration
         && !(2.0..=path::LONGEST_S).contains(&duration)
@@ -121,7 +130,7 @@ fn checked(arguments: &TrackArguments) -> Result<Variant, Error> {
     if !(0.0..=5.0).contains(&arguments.payload) {
         return Err(refuse("--payload", arguments.payload.to_string(), "0 to 5 kg"));
     }
-    Variant::named(&arguments.compensation).ok_or_else(|| {
+    arguments.compensation.parse().map_err(|_| {
         refuse(
             "--compensation",
             arguments.compensation.clone(),
@@ -133,12 +142,12 @@ fn checked(arguments: &TrackArguments) -> Result<Variant, Error> {
 fn finish(
     arguments: &TrackArguments,
     robot: &Robot,
-    variant: Variant,
-    walk: &Walk<'_>,
-    tracked: Tracking,
+    variant: CompensationVariant,
+    task: &TrackingTask<'_>,
+    tracked: TrackingResult,
 ) -> Result<(), Error> {
     let names: Vec<String> = robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect();
-    let tracking = BTreeMap::from([(variant.name(), tracked.numbers)]);
+    let tracking = BTreeMap::from([(variant, tracked.numbers)]);
     let mut files: Vec<(PathBuf, String)> = Vec::new();
     if let Some(path) = &arguments.report {
         let many = tracked.trace.len() as f64 / ROWS;
@@ -148,13 +157,13 @@ fn finish(
             lead: "The arm was built with errors that the controller does not know; each cable was calibrated alone.".to_owned(),
             tracking: &tracking,
             trace: &thinned,
-            drawn: variant.name(),
+            drawn: variant,
             names: &names,
-            repeats: walk.repeats,
+            repeats: task.repeats,
             paper: false,
         };
         let title = format!("{} along {}", robot.parts().name, arguments.path);
-        let amount = amount(arguments, walk, variant);
+        let amount = amount(arguments, task, variant);
         files.push((path.clone(), page(&view, &title, &amount)?));
     }
     if let Some(path) = &arguments.record {
@@ -185,9 +194,9 @@ fn finish(
 }
 
 /// What was done, in a line.
-fn amount(arguments: &TrackArguments, walk: &Walk<'_>, variant: Variant) -> String {
-    let mut text = format!("{} s", (1e3 * walk.trajectory.duration()).round() / 1e3);
-    match walk.repeats {
+fn amount(arguments: &TrackArguments, task: &TrackingTask<'_>, variant: CompensationVariant) -> String {
+    let mut text = format!("{} s", (1e3 * task.trajectory.duration()).round() / 1e3);
+    match task.repeats {
         1 => text += ", once",
         n => text += &format!(", {n} times"),
     }
@@ -196,13 +205,14 @@ fn amount(arguments: &TrackArguments, walk: &Walk<'_>, variant: Variant) -> Stri
     }
     text += &format!(", control {}, seed {}.", variant.name(), arguments.seed);
     if !arguments.fault.is_empty() {
-        text += &format!(" Let fail: {}; the motion begins at {BEFORE} s.", arguments.fault.join(", "));
+        text +=
+            &format!(" Let fail: {}; the motion begins at {INITIAL_REST_S} s.", arguments.fault.join(", "));
     }
     text + " Everything here is simulated."
 }
 
 /// The table for people.
-pub(crate) fn told(tracking: &BTreeMap<&'static str, TrackingNumbers>) -> String {
+pub(crate) fn told(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> String {
     let rows: Vec<Vec<String>> = tracking
         .iter()
         .map(|(name, n)| {
@@ -214,7 +224,7 @@ pub(crate) fn told(tracking: &BTreeMap<&'static str, TrackingNumbers>) -> String
             };
             let mm = |m: f64| number(Some(1e3 * m));
             vec![
-                (*name).to_owned(),
+                name.to_string(),
                 ended,
                 mm(e.mean),
                 mm(e.std),

@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use crate::verbs::columns;
-use sinew::trajectory::{EndPointPath, Loop, Waypoint, legs};
-use sinew_lab::arm::Route;
+use sinew::trajectory::{EndPointPath, Loop, Waypoint, split_at_rests};
+use sinew_lab::arm::EndPointMotion;
 use std::path::{Path, PathBuf};
 
 const COLUMNS: [&str; 4] = ["time_s", "x_m", "y_m", "z_m"];
@@ -23,10 +23,10 @@ pub(super) fn file(path: &str) -> Option<PathBuf> {
 }
 
 /// The route that is meant.
-pub(super) fn wanted(path: &str) -> Result<Route, Error> {
+pub(super) fn wanted(path: &str) -> Result<EndPointMotion, Error> {
     match path {
-        "sine" => Ok(Route::Round(EndPointPath::lm_arm(Loop::Sine))),
-        "saddle" => Ok(Route::Round(EndPointPath::lm_arm(Loop::Saddle))),
+        "sine" => Ok(EndPointMotion::ClosedPath(EndPointPath::lm_arm(Loop::Sine))),
+        "saddle" => Ok(EndPointMotion::ClosedPath(EndPointPath::lm_arm(Loop::Saddle))),
         _ => match path.strip_prefix(TO) {
             Some(place) => to(path, place),
             None => waypoints(Path::new(path)),
@@ -35,12 +35,12 @@ pub(super) fn wanted(path: &str) -> Result<Route, Error> {
 }
 
 /// A place as `X,Y,Z`.
-fn to(path: &str, place: &str) -> Result<Route, Error> {
+fn to(path: &str, place: &str) -> Result<EndPointMotion, Error> {
     let coordinates: Vec<f64> =
         place.split(',').filter_map(|x| x.trim().parse().ok()).filter(|x: &f64| x.is_finite()).collect();
     let whole = place.split(',').count() == 3;
     match coordinates.as_slice() {
-        [x, y, z] if whole => Ok(Route::To([*x, *y, *z])),
+        [x, y, z] if whole => Ok(EndPointMotion::PointToPoint([*x, *y, *z])),
         _ => Err(Error::Argument {
             flag: "--path",
             value: path.to_owned(),
@@ -49,7 +49,7 @@ fn to(path: &str, place: &str) -> Result<Route, Error> {
     }
 }
 
-fn waypoints(path: &Path) -> Result<Route, Error> {
+fn waypoints(path: &Path) -> Result<EndPointMotion, Error> {
     let wrong = |problem: String| Error::File { file: path.to_owned(), problem };
     let mut points = Vec::new();
     let (mut first, mut last) = (None, f64::NEG_INFINITY);
@@ -67,6 +67,6 @@ fn waypoints(path: &Path) -> Result<Route, Error> {
     if points.len() < 2 {
         return Err(wrong(format!("has {} waypoints: expected at least two", points.len())));
     }
-    legs(&points).map_err(|e| wrong(e.to_string()))?;
-    Ok(Route::Through(points))
+    split_at_rests(&points).map_err(|e| wrong(e.to_string()))?;
+    Ok(EndPointMotion::Waypoints(points))
 }

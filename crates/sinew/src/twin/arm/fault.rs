@@ -1,34 +1,34 @@
 use crate::Error;
 use crate::error::{non_negative, positive, within};
 
-/// Which sensor.
+/// A sensor of the arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sensor {
     /// Load cell of a muscle.
     Tension(usize),
-    /// Motor's encoder of a muscle.
+    /// Motor encoder of a muscle.
     Motor(usize),
     /// Encoder of a joint.
     Joint(usize),
 }
 
-/// What is wrong with its reading.
+/// Failure mode of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensorFailure {
-    /// It stays what it was.
+    /// The reading stays at its last value.
     Stuck,
-    /// Nothing comes, and nothing is read as 0.
+    /// The signal is lost, and the reading is 0.
     Lost,
-    /// Not a number.
+    /// The reading is not a number.
     NotANumber,
 }
 
-/// What fails.
+/// Failure of one component.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Failure {
-    /// The cable of a muscle breaks, and stays broken.
+    /// The cable of a muscle breaks; a broken cable stays broken.
     Cable(usize),
-    /// The amplifier of a muscle is off, whatever it is told; its reducer still brakes.
+    /// The amplifier of a muscle is off whatever the command; friction of its reducer still acts.
     Amplifier(usize),
     /// The winch of a muscle is jammed.
     Winch(usize),
@@ -36,28 +36,28 @@ pub enum Failure {
     Sensor(Sensor, SensorFailure),
 }
 
-/// Something that fails for a while.
+/// A failure that the plant is subjected to over an interval of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fault {
-    /// Since the start of the run, s, >= 0.
-    pub from: f64,
-    /// s, > 0; infinite for good.
-    pub lasting: f64,
-    /// What.
-    pub what: Failure,
+pub struct InjectedFault {
+    /// Time since the start of the run, s, >= 0.
+    pub start: f64,
+    /// s, > 0; infinite for a permanent failure.
+    pub duration: f64,
+    /// The component and its failure.
+    pub failure: Failure,
 }
 
-impl Fault {
+impl InjectedFault {
     /// Checks it for an arm.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a muscle or a joint that is not there, and for times that make no sense.
+    /// [`Error::OutOfDomain`] for a muscle or joint index out of range, a negative start or a duration that is not positive.
     pub fn validate(&self, muscles: usize, joints: usize) -> Result<(), Error> {
-        non_negative("from", self.from)?;
-        if self.lasting < f64::INFINITY || self.lasting.is_nan() {
-            positive("lasting", self.lasting)?;
+        non_negative("start of a fault", self.start)?;
+        if self.duration < f64::INFINITY || self.duration.is_nan() {
+            positive("duration of a fault", self.duration)?;
         }
-        let (name, expected, index, count) = match self.what {
+        let (name, expected, index, count) = match self.failure {
             Failure::Sensor(Sensor::Joint(joint), _) => {
                 ("joint of a fault", "below the number of joints", joint, joints)
             }
@@ -71,11 +71,11 @@ impl Fault {
         within(name, expected, index as f64, index < count).map(drop)
     }
 
-    /// Whether it is there at a time, s.
+    /// Whether the failure is present at a time, s.
     #[must_use]
-    pub fn present(&self, time: f64) -> bool {
-        // Half a nanosecond for times that are sums of milliseconds.
-        let since = time - self.from + 5e-10;
-        since >= 0.0 && since < self.lasting
+    pub fn is_active(&self, time: f64) -> bool {
+        // Half a nanosecond of tolerance for times that are sums of milliseconds.
+        let elapsed = time - self.start + 5e-10;
+        elapsed >= 0.0 && elapsed < self.duration
     }
 }

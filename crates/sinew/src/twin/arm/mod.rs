@@ -5,7 +5,7 @@
 //! ```
 //!
 //! An [`ArmSpecimen`] says what is built, as designed or drawn from a seed; an [`ArmTwin`] moves it; a list of
-//! [`Fault`]s says what fails and when.
+//! [`InjectedFault`]s says what fails and when.
 
 mod body;
 mod fault;
@@ -14,7 +14,7 @@ mod specimen;
 mod state;
 
 pub use body::STOP_STIFFNESS;
-pub use fault::{Failure, Fault, Sensor, SensorFailure};
+pub use fault::{Failure, InjectedFault, Sensor, SensorFailure};
 pub use sensors::ArmReading;
 pub use specimen::{ArmSpecimen, Scatter};
 pub use state::{ArmTruth, ArmTwin};

@@ -1,4 +1,4 @@
-use super::fault::{Failure, Fault, Sensor, SensorFailure};
+use super::fault::{Failure, InjectedFault, Sensor, SensorFailure};
 use crate::drive::{Drive, Encoder};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -20,16 +20,16 @@ impl ArmReading {
     }
 
     /// Takes what every sensor says at `time`, then what faults make of it; a stuck one keeps what it said.
-    pub(super) fn take(
+    pub(super) fn update(
         &mut self,
         time: f64,
         drives: &[Drive],
         encoders: &[Encoder],
         q: &[f64],
-        faults: &[Fault],
+        faults: &[InjectedFault],
     ) {
         let failing = |sensor: Sensor| {
-            faults.iter().filter(|fault| fault.present(time)).find_map(|fault| match fault.what {
+            faults.iter().filter(|fault| fault.is_active(time)).find_map(|fault| match fault.failure {
                 Failure::Sensor(which, how) if which == sensor => Some(how),
                 _ => None,
             })

@@ -1,5 +1,5 @@
 use super::body::Limb;
-use super::fault::{Failure, Fault};
+use super::fault::{Failure, InjectedFault};
 use super::sensors::ArmReading;
 use super::specimen::ArmSpecimen;
 use crate::Error;
@@ -40,7 +40,7 @@ pub struct ArmTwin {
     limb: Limb,
     cables: CablePlants,
     drives: Vec<Drive>,
-    faults: Vec<Fault>,
+    faults: Vec<InjectedFault>,
     time: f64,
     reading: ArmReading,
     /// Of every muscle: cable, drive, and what the step needs.
@@ -118,8 +118,8 @@ impl ArmTwin {
     /// The same with what will fail.
     ///
     /// # Errors
-    /// As [`Fault::validate`].
-    pub fn with_faults(mut self, faults: &[Fault]) -> Result<Self, Error> {
+    /// As [`InjectedFault::validate`].
+    pub fn with_faults(mut self, faults: &[InjectedFault]) -> Result<Self, Error> {
         let (muscles, joints) = (self.drives.len(), self.limb.q.len());
         faults.iter().try_for_each(|fault| fault.validate(muscles, joints))?;
         self.faults = faults.to_vec();
@@ -211,7 +211,7 @@ impl ArmTwin {
         }
         self.cables.step(1e-6, &self.motions, &mut self.felt)?;
         for (drive, felt) in self.drives.iter_mut().zip(&self.felt) {
-            drive.look(felt.tension_in);
+            drive.settle(felt.tension_in);
         }
         self.sense();
         Ok(())
@@ -222,8 +222,8 @@ impl ArmTwin {
         for (k, (drive, &command)) in self.drives.iter_mut().zip(commands).enumerate() {
             let mut command = command;
             let mut jammed = false;
-            for fault in self.faults.iter().filter(|fault| fault.present(self.time)) {
-                match fault.what {
+            for fault in self.faults.iter().filter(|fault| fault.is_active(self.time)) {
+                match fault.failure {
                     Failure::Cable(muscle) if muscle == k => self.cables.snap(k),
                     Failure::Amplifier(muscle) if muscle == k => command = DriveCommand::Off,
                     Failure::Winch(muscle) if muscle == k => jammed = true,
@@ -232,7 +232,7 @@ impl ArmTwin {
             }
             let tension = self.felt[k].tension_in;
             self.steps[k] = if jammed {
-                drive.look(tension);
+                drive.settle(tension);
                 STANDING
             } else {
                 drive.step(command, tension, h)
@@ -242,7 +242,7 @@ impl ArmTwin {
 
     fn sense(&mut self) {
         let Self { time, drives, specimen, limb, faults, .. } = self;
-        self.reading.take(*time, drives, &specimen.encoders, &limb.q, faults);
+        self.reading.update(*time, drives, &specimen.encoders, &limb.q, faults);
     }
 
     /// The posture turns every cable at its joint.

@@ -1,6 +1,6 @@
 //! What the observers of an arm's cables leave, learned from the calibration runs: nothing is read from the plant.
 
-use super::calibrate::{STROKES, runs};
+use super::calibrate::{CALIBRATION_STROKES, runs};
 use crate::Error;
 use crate::calibrate::cable_log;
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ use sinew_identify::observer::{CableLog, run_cable};
 
 /// Root mean square of what is left of the far sensor's tension, N.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Left {
+pub struct FarTensionError {
     /// By the observer alone.
     pub observer_n: f64,
     /// By the observer and the network.
@@ -26,9 +26,9 @@ pub struct ResidualFit {
     /// For [`ResidualNetwork`].
     pub network: Perceptron,
     /// Of the first half of every run, which it was trained on.
-    pub trained: Left,
+    pub trained: FarTensionError,
     /// Of the end of every run, which had no part in the network; the observer's model was fitted to all of it.
-    pub held_out: Left,
+    pub held_out: FarTensionError,
 }
 
 /// Share of every run that is trained on, and share up to which the training is judged; the rest is held out.
@@ -54,7 +54,8 @@ pub fn calibrate_residuals(
     let each = models.par_iter().enumerate();
     each.map(|(muscle, model)| {
         let rows = runs(specimen, muscle, seed)?;
-        let logs = rows.iter().zip(&STROKES).map(|(rows, strokes)| cable_log(rows, strokes.every));
+        let logs =
+            rows.iter().zip(&CALIBRATION_STROKES).map(|(rows, strokes)| cable_log(rows, strokes.every));
         fit_residual(&logs.collect::<Vec<_>>(), model, seed.wrapping_add(muscle as u64))
     })
     .collect()
@@ -124,7 +125,7 @@ impl Samples {
         self.inputs.chunks_exact(ResidualNetwork::INPUTS).zip(&self.left)
     }
 
-    fn judge(&self, network: &Perceptron) -> Result<Left, Error> {
+    fn judge(&self, network: &Perceptron) -> Result<FarTensionError, Error> {
         let (mut before, mut after) = (0.0, 0.0);
         for (inputs, left) in self.rows() {
             let said = network.evaluate(inputs)?.clamp(-ResidualNetwork::LIMIT_N, ResidualNetwork::LIMIT_N);
@@ -132,7 +133,7 @@ impl Samples {
             after += (left - said) * (left - said);
         }
         let rms = |sum: f64| (sum / self.left.len().max(1) as f64).sqrt();
-        Ok(Left { observer_n: rms(before), network_n: rms(after) })
+        Ok(FarTensionError { observer_n: rms(before), network_n: rms(after) })
     }
 }
 
@@ -151,8 +152,11 @@ mod tests {
         parameters.friction *= 1.05;
         let model = CableModel { path: cable.path.clone(), parameters, start: 1.0, ..CableModel::bench() };
         let rows = runs(&specimen, 0, 1).unwrap();
-        let logs: Vec<CableLog> =
-            rows.iter().zip(&STROKES).map(|(rows, strokes)| cable_log(rows, strokes.every)).collect();
+        let logs: Vec<CableLog> = rows
+            .iter()
+            .zip(&CALIBRATION_STROKES)
+            .map(|(rows, strokes)| cable_log(rows, strokes.every))
+            .collect();
         let fit = fit_residual(&logs, &model, 1).unwrap();
         assert!(fit.trained.network_n < 0.7 * fit.trained.observer_n, "{fit:?}");
         assert!(fit.held_out.observer_n > 0.1 && fit.held_out.network_n.is_finite(), "{fit:?}");
