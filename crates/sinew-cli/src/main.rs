@@ -17,7 +17,7 @@ const BAD_INPUT: u8 = 2;
 
 fn main() -> ExitCode {
     let arguments = arguments();
-    let outcome = output::leave_nothing_half_written().and_then(|()| match &arguments.verb {
+    let outcome = output::install_interrupt_handler().and_then(|()| match &arguments.verb {
         Verb::Identify(arguments) => verbs::identify::run(arguments),
         Verb::Evaluate(arguments) => verbs::evaluate::run(arguments),
         Verb::Predict(arguments) => verbs::predict::run(arguments),

@@ -1,4 +1,4 @@
-//! Output that is whole or not there.
+//! Output files that appear complete or not at all.
 
 use crate::error::Error;
 use std::fs::OpenOptions;
@@ -9,13 +9,13 @@ use tempfile::NamedTempFile;
 
 /// Folders that this run made, innermost first. Locked while files are put in place, so that Ctrl-C waits for that
 /// moment to pass.
-static MADE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+static CREATED_FOLDERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// From here on Ctrl-C ends the program between writes, never within one.
-pub(crate) fn leave_nothing_half_written() -> Result<(), Error> {
+pub(crate) fn install_interrupt_handler() -> Result<(), Error> {
     ctrlc::set_handler(|| {
-        let mut made = lock();
-        remove_empty(&mut made);
+        let mut created = lock();
+        remove_empty_folders(&mut created);
         eprintln!("\ninterrupted: nothing was left half written");
         std::process::exit(130);
     })?;
@@ -23,11 +23,11 @@ pub(crate) fn leave_nothing_half_written() -> Result<(), Error> {
 }
 
 fn lock() -> MutexGuard<'static, Vec<PathBuf>> {
-    MADE.lock().unwrap_or_else(PoisonError::into_inner)
+    CREATED_FOLDERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn remove_empty(made: &mut Vec<PathBuf>) {
-    for folder in made.drain(..) {
+fn remove_empty_folders(created: &mut Vec<PathBuf>) {
+    for folder in created.drain(..) {
         // Fails, as it should, where the folder holds results.
         let _ = std::fs::remove_dir(folder);
     }
@@ -44,12 +44,12 @@ impl Folder {
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
         // Made first, so that its end also cleans up after a failure below.
         let folder = Self { path: path.to_owned() };
-        let mut made = lock();
+        let mut created = lock();
         let missing = path.ancestors().filter(|p| !p.as_os_str().is_empty() && !p.exists());
-        made.extend(missing.map(Path::to_owned));
-        let tried = std::fs::create_dir_all(path).and_then(|()| NamedTempFile::new_in(path).map(drop));
-        drop(made);
-        tried.map_err(|source| Error::Unwritable { file: path.to_owned(), source })?;
+        created.extend(missing.map(Path::to_owned));
+        let result = std::fs::create_dir_all(path).and_then(|()| NamedTempFile::new_in(path).map(drop));
+        drop(created);
+        result.map_err(|source| Error::Unwritable { file: path.to_owned(), source })?;
         Ok(folder)
     }
 
@@ -61,12 +61,12 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        remove_empty(&mut lock());
+        remove_empty_folders(&mut lock());
     }
 }
 
 /// Refuses, before any work, to write over what is read, a log or a model of this run, and where nothing can be written.
-pub(crate) fn spare<'a>(
+pub(crate) fn refuse_overwrite<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     outputs: &[PathBuf],
 ) -> Result<(), Error> {
@@ -79,16 +79,16 @@ pub(crate) fn spare<'a>(
             }
         }
     }
-    let _whole = lock();
+    let _guard = lock();
     for (k, output) in outputs.iter().enumerate() {
         let unwritable = |source| Error::Unwritable { file: output.clone(), source };
-        once(output, &outputs[..k]).and_then(|()| try_out(output)).map_err(unwritable)?;
+        refuse_duplicate(output, &outputs[..k]).and_then(|()| check_writable(output)).map_err(unwritable)?;
     }
     Ok(())
 }
 
 /// Refuses a place that something else goes to.
-fn once(path: &Path, others: &[PathBuf]) -> io::Result<()> {
+fn refuse_duplicate(path: &Path, others: &[PathBuf]) -> io::Result<()> {
     if others.iter().any(|other| other == path) {
         return Err(io::Error::other("two results would be written there"));
     }
@@ -96,16 +96,16 @@ fn once(path: &Path, others: &[PathBuf]) -> io::Result<()> {
 }
 
 /// Tries whether a file can be put there; a device or a pipe is left alone.
-fn try_out(path: &Path) -> io::Result<()> {
+fn check_writable(path: &Path) -> io::Result<()> {
     match std::fs::metadata(path) {
-        Ok(there) if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
-        Ok(there) if !there.is_file() => Ok(()),
-        _ => NamedTempFile::new_in(folder_of(path)?).map(drop),
+        Ok(metadata) if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(metadata) if !metadata.is_file() => Ok(()),
+        _ => NamedTempFile::new_in(parent_folder(path)?).map(drop),
     }
 }
 
 /// The folder that a file is to stand in.
-fn folder_of(path: &Path) -> io::Result<&Path> {
+fn parent_folder(path: &Path) -> io::Result<&Path> {
     match path.parent() {
         Some(parent) if parent.as_os_str().is_empty() => Ok(Path::new(".")),
         Some(parent) if !parent.is_dir() => {
@@ -117,7 +117,7 @@ fn folder_of(path: &Path) -> io::Result<&Path> {
 }
 
 /// What stands ready to be put in place.
-enum Prepared {
+enum Staged {
     /// A whole file beside its place.
     File(NamedTempFile, PathBuf),
     /// A device or a pipe, which cannot be replaced, only written to.
@@ -126,29 +126,29 @@ enum Prepared {
 
 /// Writes files so that all of them appear whole or none does.
 pub(crate) fn write_all(files: &[(PathBuf, &[u8])]) -> Result<(), Error> {
-    let _whole = lock();
-    let mut prepared = Vec::new();
-    let places: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
+    let _guard = lock();
+    let mut staged = Vec::new();
+    let targets: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
     for (k, (path, bytes)) in files.iter().enumerate() {
         let unwritable = |source| Error::Unwritable { file: path.clone(), source };
-        once(path, &places[..k]).map_err(unwritable)?;
-        prepared.push((prepare(path, bytes).map_err(unwritable)?, path, bytes));
+        refuse_duplicate(path, &targets[..k]).map_err(unwritable)?;
+        staged.push((stage(path, bytes).map_err(unwritable)?, path, bytes));
     }
-    for (file, path, bytes) in prepared {
-        let placed = match file {
-            Prepared::File(file, place) => file.persist(place).map(drop).map_err(|e| e.error),
-            Prepared::Stream(mut stream) => stream.write_all(bytes).and_then(|()| stream.flush()),
+    for (file, path, bytes) in staged {
+        let written = match file {
+            Staged::File(file, place) => file.persist(place).map(drop).map_err(|e| e.error),
+            Staged::Stream(mut stream) => stream.write_all(bytes).and_then(|()| stream.flush()),
         };
-        placed.map_err(|source| Error::Unwritable { file: path.clone(), source })?;
+        written.map_err(|source| Error::Unwritable { file: path.clone(), source })?;
     }
     Ok(())
 }
 
-fn prepare(path: &Path, bytes: &[u8]) -> io::Result<Prepared> {
+fn stage(path: &Path, bytes: &[u8]) -> io::Result<Staged> {
     let place = match std::fs::metadata(path) {
-        Ok(there) if there.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-        Ok(there) if !there.is_file() => {
-            return OpenOptions::new().write(true).open(path).map(Prepared::Stream);
+        Ok(metadata) if metadata.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+        Ok(metadata) if !metadata.is_file() => {
+            return OpenOptions::new().write(true).open(path).map(Staged::Stream);
         }
         // A link stays a link: the file that it leads to is replaced.
         Ok(_) => path.canonicalize()?,
@@ -157,10 +157,10 @@ fn prepare(path: &Path, bytes: &[u8]) -> io::Result<Prepared> {
     let mut temporary = tempfile::Builder::new();
     #[cfg(unix)]
     temporary.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
-    let mut file = temporary.tempfile_in(folder_of(&place)?)?;
+    let mut file = temporary.tempfile_in(parent_folder(&place)?)?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
-    Ok(Prepared::File(file, place))
+    Ok(Staged::File(file, place))
 }
 
 /// Prints to standard output.
@@ -182,7 +182,7 @@ pub(crate) fn one_line(text: &str) -> String {
 }
 
 /// Whether a person looks at standard output.
-pub(crate) fn colours() -> bool {
+pub(crate) fn stdout_is_coloured() -> bool {
     io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none()
 }
 
@@ -194,5 +194,5 @@ pub(crate) fn red(text: &str) -> String {
 
 /// Bold on a terminal.
 pub(crate) fn bold(text: &str) -> String {
-    if colours() { format!("\x1b[1m{text}\x1b[0m") } else { text.to_string() }
+    if stdout_is_coloured() { format!("\x1b[1m{text}\x1b[0m") } else { text.to_string() }
 }

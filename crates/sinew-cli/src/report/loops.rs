@@ -1,9 +1,9 @@
 //! The near/far parallelogram: what the cable did and what the model thought it would do.
 
-use super::path::{keep, line};
 use super::plot::Plot;
 use super::record::{Record, Signals};
 use super::scale::{Axis, padded, robust_range};
+use super::svg_path::{decimate, line};
 
 /// Points drawn in all; more would only blacken the picture.
 const POINTS: usize = 9000;
@@ -28,7 +28,7 @@ pub(super) fn axes(records: &[&Record], ticks: usize) -> (Axis, Axis) {
 pub(super) fn paths(records: &[&Record], points: usize, x: &Axis, y: &Axis) -> (String, String) {
     let (mut measured, mut predicted) = (String::new(), String::new());
     for record in records {
-        let kept = keep(record, points / records.len().max(1));
+        let kept = decimate(record, points / records.len().max(1));
         measured.push_str(&line(kept.iter().map(|&i| (record.near[i], record.far[i])), x, y));
         predicted.push_str(&line(kept.iter().map(|&i| (record.near[i], record.predicted[i])), x, y));
     }

@@ -16,17 +16,18 @@ mod loops;
 mod models;
 mod pack;
 mod page;
-mod path;
 mod picture;
 mod plot;
 mod record;
 pub(crate) mod reproduction;
 mod residuals;
 mod scale;
+mod svg_path;
 #[cfg(test)]
 mod tests;
 mod traces;
 pub(crate) mod tracking;
+mod view;
 
 pub(crate) use page::render;
 pub(crate) use picture::picture_svg;

@@ -2,10 +2,10 @@
 
 use super::error::Error;
 use super::format::{axis_label, percent};
-use super::path::keep;
 use super::record::{Record, Signals};
 use super::scale::{padded, robust_range};
-use super::traces::{error_view, far_view};
+use super::svg_path::decimate;
+use super::view::{error_view, far_view};
 use base64::Engine as _;
 use serde::Serialize;
 
@@ -64,7 +64,7 @@ pub(super) fn pack(
     let total = records.iter().map(|r| r.len()).sum::<usize>().max(1);
     let packed = records.iter().enumerate().map(|(index, record)| {
         let budget = (SAMPLES * record.len() / total).max(160).min(record.len());
-        let kept = keep(record, budget);
+        let kept = decimate(record, budget);
         let start_s = record.time_s.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
         let column =
             |values: &[f64], range: [f64; 2]| words(kept.iter().map(|&i| quantise(values[i], range)));

@@ -3,9 +3,9 @@
 use super::error::Error;
 use super::format::{percent, percent_of_range};
 use super::page::{chosen, simulated};
-use super::path::{WIDTH, keep};
 use super::record::{Record, Signals, records};
 use super::scale::Axis;
+use super::svg_path::{WIDTH, decimate};
 use super::{loops, traces};
 use askama::Template;
 use sinew_identify::account::Account;
@@ -77,7 +77,7 @@ fn loop_panel(record: &Record, signals: &Signals) -> Panel {
 
 fn trace_panel(record: &Record, signals: &Signals) -> Panel {
     let (x, y) = traces::far_axes(record, 6);
-    let paths = traces::paths(record, &keep(record, 1600), &x, &y);
+    let paths = traces::paths(record, &decimate(record, 1600), &x, &y);
     panel((486.0, 684.0), (&x, "time (s)".to_owned()), (&y, signals.far_label()), paths)
 }
 
@@ -95,7 +95,7 @@ fn panel(
         width,
         height,
         x_scale: format!("{:.4}", width / WIDTH),
-        y_scale: format!("{:.4}", height / super::path::HEIGHT),
+        y_scale: format!("{:.4}", height / super::svg_path::HEIGHT),
         x_ticks: x.ticks().into_iter().map(|(v, l)| (place(left + x.at(v) * width), l)).collect(),
         y_ticks: y.ticks().into_iter().map(|(v, l)| (place(top + (1.0 - y.at(v)) * height), l)).collect(),
         x_label,

@@ -1,8 +1,8 @@
 //! One picture with axes, as HTML around a stretched SVG: text keeps its size whatever the screen.
 
 use super::format::NONE;
-use super::path::{level_lines, upright_lines};
 use super::scale::Axis;
+use super::svg_path::{level_lines, upright_lines};
 use askama::Template;
 
 /// A picture with axes.

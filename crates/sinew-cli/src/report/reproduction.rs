@@ -2,9 +2,9 @@
 
 use super::error::Error;
 use super::format::{NONE, fixed};
-use super::path::{Pen, line};
 use super::plot::Plot;
 use super::scale::{Axis, padded};
+use super::svg_path::{Pen, line};
 use super::tracking::{self, TrackView};
 use askama::Template;
 use sinew_lab::CompensationVariant;
@@ -412,7 +412,7 @@ fn scatters(part: &BenchPart) -> Vec<Plot> {
                 let mut pen = Pen::default();
                 for point in points {
                     pen.lift();
-                    pen.to(x.at(point.near), y.at(of(point)));
+                    pen.line_to(x.at(point.near), y.at(of(point)));
                 }
                 plot.draw(class, pen.finish());
             }

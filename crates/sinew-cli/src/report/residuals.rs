@@ -1,10 +1,10 @@
 //! Errors of the chosen model against what a physicist suspects first: speed, tension, time since reversal.
 
 use super::format::{significant, with_unit};
-use super::path::{Pen, line, ribbon};
 use super::plot::Plot;
 use super::record::{Record, Signals};
 use super::scale::{Axis, padded, quantile};
+use super::svg_path::{Pen, line, ribbon};
 
 /// One picture with a sentence on what it shows.
 #[derive(Debug)]
@@ -160,7 +160,7 @@ fn draw(bins: &[Bin], y: &Axis, against: Against, signals: &Signals) -> Plot {
     plot.draw("median", line(bins.iter().map(|b| (b.x, b.median)), &x, y));
     let mut dots = Pen::default();
     for bin in bins {
-        dots.to(x.at(bin.x), y.at(bin.median));
+        dots.line_to(x.at(bin.x), y.at(bin.median));
         dots.lift();
     }
     plot.draw("dots", dots.finish());

@@ -3,10 +3,11 @@
 use super::error::Error;
 use super::format::{percent, percent_of_range};
 use super::pack::{SAMPLES, pack};
-use super::path::{Pen, keep, line, ribbon};
 use super::plot::Plot;
 use super::record::{Record, Signals};
-use super::scale::{Axis, padded, robust_range, robust_reach};
+use super::scale::{Axis, padded, robust_range};
+use super::svg_path::{Pen, decimate, line, ribbon};
+use super::view::{error_view, far_view};
 
 /// Points of a still picture.
 const STILL_POINTS: usize = 2200;
@@ -92,22 +93,6 @@ pub(super) fn far_axes(record: &Record, ticks: usize) -> (Axis, Axis) {
     (time, Axis::new(far_view(record), 5))
 }
 
-/// The range of the far side to look at first.
-pub(super) fn far_view(record: &Record) -> (f64, f64) {
-    let signal = robust_range(record.far.iter().chain(&record.predicted).copied());
-    let band =
-        (0..record.len()).flat_map(|i| [-1.0, 1.0].map(|s| record.predicted[i] + s * record.half_width[i]));
-    let (low, high) = robust_range(band);
-    let most = padded(signal, 0.3);
-    padded((signal.0.min(low.max(most.0)), signal.1.max(high.min(most.1))), 0.04)
-}
-
-/// The range of the error to look at first.
-pub(super) fn error_view(record: &Record) -> (f64, f64) {
-    let reach = 1.05 * robust_reach((0..record.len()).map(|i| record.scored_error(i)));
-    (-reach, reach)
-}
-
 fn robust_ends(time_s: &[f64]) -> (f64, f64) {
     let finite = || time_s.iter().copied().filter(|t| t.is_finite());
     (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max))
@@ -129,7 +114,7 @@ pub(super) fn paths(record: &Record, kept: &[usize], x: &Axis, y: &Axis) -> [Str
 
 /// Far, error and near of one record, one above the other.
 fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
-    let kept = keep(record, STILL_POINTS);
+    let kept = decimate(record, STILL_POINTS);
     let (x, y) = far_axes(record, 8);
     let title = format!("Measured and predicted {} of {} over time", signals.far, record.label);
     let mut far = Plot::new("trace", title, (&x, String::new()), (&y, signals.far_label()));
@@ -137,7 +122,7 @@ fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
     let mut shade = Pen::default();
     for (from, to) in skipped(record) {
         let (from, to) = (x.at(from), x.at(to));
-        [(from, 0.0), (from, 1.0), (to, 1.0), (to, 0.0)].into_iter().for_each(|(a, b)| shade.to(a, b));
+        [(from, 0.0), (from, 1.0), (to, 1.0), (to, 0.0)].into_iter().for_each(|(a, b)| shade.line_to(a, b));
         shade.close();
     }
     far.draw("skipped", shade.finish());
@@ -178,7 +163,7 @@ fn skipped(record: &Record) -> Vec<(f64, f64)> {
 }
 
 fn thumbnail(record: &Record, points: usize) -> (String, String) {
-    let kept = keep(record, points);
+    let kept = decimate(record, points);
     let x = Axis::new(robust_ends(&record.time_s), 2);
     let view = padded(robust_range(record.far.iter().chain(&record.predicted).copied()), 0.06);
     let [measured, predicted, _] = paths(record, &kept, &x, &Axis::new(view, 2));

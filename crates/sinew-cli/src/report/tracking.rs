@@ -2,9 +2,9 @@
 
 use super::error::Error;
 use super::format::{NONE, fixed};
-use super::path::line;
 use super::plot::Plot;
 use super::scale::{Axis, padded};
+use super::svg_path::line;
 use askama::Template;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{TraceRow, TrackingNumbers};

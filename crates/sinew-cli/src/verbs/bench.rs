@@ -3,7 +3,7 @@
 use super::specimen::specimen;
 use crate::arguments::{BenchArguments, BenchRunArguments, BenchVerb, CompensationKind, Muscle};
 use crate::error::Error;
-use crate::output::{print, spare, write_all};
+use crate::output::{print, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
 use serde::Serialize;
@@ -32,7 +32,7 @@ struct Summary {
 pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Error> {
     let BenchVerb::Run(arguments) = &arguments.verb;
     check(arguments)?;
-    spare([], std::slice::from_ref(&arguments.out))?;
+    refuse_overwrite([], std::slice::from_ref(&arguments.out))?;
     let specimen = specimen(&arguments.specimen)?;
     let progress = Progress::new();
     progress.show("calibration", 0.0);
@@ -53,7 +53,7 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Error> {
     if arguments.json {
         return print(&(serde_json::to_string_pretty(&summaries)? + "\n"));
     }
-    print(&format!("{}\nWritten: {}\n", told(&summaries), arguments.out.display()))
+    print(&format!("{}\nWritten: {}\n", summary_text(&summaries), arguments.out.display()))
 }
 
 fn check(arguments: &BenchRunArguments) -> Result<(), Error> {
@@ -135,7 +135,7 @@ fn write_row(log: &mut String, row: &BenchRow, trial: u32, known: bool) {
     );
 }
 
-fn told(summaries: &[Summary]) -> String {
+fn summary_text(summaries: &[Summary]) -> String {
     let rows: Vec<_> = summaries
         .iter()
         .map(|s| {

@@ -1,7 +1,7 @@
 //! `sinew demo`.
 
-use super::evaluate::told as scores;
-use super::identify::finish;
+use super::evaluate::scores_table;
+use super::identify::write_results;
 use crate::arguments::DemoArguments;
 use crate::error::Error;
 use crate::output::{Folder, print, write_all};
@@ -28,12 +28,12 @@ pub(crate) fn run(arguments: &DemoArguments) -> Result<(), Error> {
     drop(progress);
     let files: Vec<_> = bytes.iter().map(|(name, text)| (folder.file(name), *text)).collect();
     write_all(&files)?;
-    finish(&folder, &arguments.write, &identification)?;
+    write_results(&folder, &arguments.write, &identification)?;
     if arguments.write.json {
         return Ok(());
     }
     let model = &identification.model;
     let fresh = read_bytes_with_roles(&[*kept_back], &roles_of(model), &reading)?;
     let evaluation = evaluate(model, &fresh)?;
-    print(&format!("\nOn a third SIMULATED day that was kept back:\n\n{}", scores(model, &evaluation)))
+    print(&format!("\nOn a third SIMULATED day that was kept back:\n\n{}", scores_table(model, &evaluation)))
 }

@@ -29,7 +29,7 @@ fn size(arguments: &DriveSizeArguments) -> Result<(), Error> {
     }
     let able = answers.iter().filter(|answer| answer.meets).count();
     let mut text = format!("{able} of {} pairs of motor and reducer can do it\n", answers.len());
-    text += &told(&answers);
+    text += &summary_text(&answers);
     if let Some(first) = answers.first() {
         text += &format!(
             "\nenvelope of {} with {} {} and {}\n",
@@ -138,7 +138,7 @@ impl<'a> Answer<'a> {
     }
 }
 
-fn told(answers: &[Answer<'_>]) -> String {
+fn summary_text(answers: &[Answer<'_>]) -> String {
     let end = |end: Option<f64>| end.map_or_else(|| "any".to_owned(), |end| format!("{end:.1}"));
     let row = |answer: &Answer<'_>| {
         vec![

@@ -26,11 +26,11 @@ pub(crate) fn run(arguments: &EvaluateArguments) -> Result<(), Error> {
     if !text.is_empty() {
         text.push('\n');
     }
-    print(&(text + &told(&model, &evaluation)))
+    print(&(text + &scores_table(&model, &evaluation)))
 }
 
 /// Scores as a table.
-pub(crate) fn told(model: &Model, evaluation: &Evaluation) -> String {
+pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
     let row = |name: &str, scores: &Scores| {
         vec![
             name.to_owned(),

@@ -2,7 +2,7 @@
 
 use crate::arguments::{IdentifyArguments, RoleArguments, WriteArguments};
 use crate::error::Error;
-use crate::output::{Folder, bold, print, spare, write_all};
+use crate::output::{Folder, bold, print, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::report::{picture_svg, render};
 use crate::table::{number, percent, table};
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 pub(crate) fn run(arguments: &IdentifyArguments) -> Result<(), Error> {
     let folder = Folder::open(&arguments.write.out)?;
-    spare(&arguments.logs, &places(&folder, &arguments.write))?;
+    refuse_overwrite(&arguments.logs, &output_files(&folder, &arguments.write))?;
     let progress = Progress::new();
     progress.show("reading logs", 0.0);
     let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
@@ -24,7 +24,7 @@ pub(crate) fn run(arguments: &IdentifyArguments) -> Result<(), Error> {
     let options = Options { seed: arguments.write.seed, models };
     let identification = identify(&data, &options, &|stage, done| progress.show(stage, done))?;
     drop(progress);
-    finish(&folder, &arguments.write, &identification)
+    write_results(&folder, &arguments.write, &identification)
 }
 
 fn role_flags(roles: &RoleArguments) -> RoleFlags {
@@ -40,14 +40,14 @@ fn role_flags(roles: &RoleArguments) -> RoleFlags {
     }
 }
 
-/// Every file that [`finish`] writes.
-pub(crate) fn places(folder: &Folder, write: &WriteArguments) -> Vec<PathBuf> {
+/// Every file that [`write_results`] writes.
+pub(crate) fn output_files(folder: &Folder, write: &WriteArguments) -> Vec<PathBuf> {
     let files = [folder.file("model.json"), folder.file("report.html")];
     files.into_iter().chain(write.picture.clone()).collect()
 }
 
 /// Writes model, report and picture, all or none, and says what came out.
-pub(crate) fn finish(
+pub(crate) fn write_results(
     folder: &Folder,
     write: &WriteArguments,
     identification: &Identification,
@@ -66,7 +66,7 @@ pub(crate) fn finish(
     if write.json {
         return print(&(serde_json::to_string(&summary(account, &files[0].0))? + "\n"));
     }
-    print(&told(account, &files[0].0, &files[1].0))
+    print(&summary_text(account, &files[0].0, &files[1].0))
 }
 
 /// The account without its traces, for programs.
@@ -86,7 +86,7 @@ fn summary(account: &Account, model: &std::path::Path) -> serde_json::Value {
 }
 
 /// What a person wants to know at once.
-fn told(account: &Account, model: &std::path::Path, report: &std::path::Path) -> String {
+fn summary_text(account: &Account, model: &std::path::Path, report: &std::path::Path) -> String {
     let mut text = String::new();
     for log in &account.logs {
         for finding in &log.findings {

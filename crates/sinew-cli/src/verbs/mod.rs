@@ -3,11 +3,11 @@
 pub(crate) mod adapt;
 pub(crate) mod arm;
 pub(crate) mod bench;
-mod columns;
 pub(crate) mod demo;
 pub(crate) mod drive;
 pub(crate) mod evaluate;
 pub(crate) mod identify;
+mod numeric_table;
 pub(crate) mod predict;
 pub(crate) mod reproduce;
 mod specimen;
@@ -20,7 +20,7 @@ use sinew::predictor::Model;
 use std::path::Path;
 
 /// Largest file of a model, a robot or problems that is read; real ones have some ten thousand bytes.
-const MOST_BYTES: u64 = 64 << 20;
+const MAX_FILE_BYTES: u64 = 64 << 20;
 
 /// Reads a model file.
 pub(crate) fn read_model(path: &Path) -> Result<Model, Error> {
@@ -30,7 +30,7 @@ pub(crate) fn read_model(path: &Path) -> Result<Model, Error> {
         source: Box::new(sinew::Error::ModelFile { name: name.into(), expected: expected.into(), got }),
     };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
-    if size > MOST_BYTES {
+    if size > MAX_FILE_BYTES {
         return Err(refused("file", "at most 64 MB", format!("{} MB", size >> 20)));
     }
     let bytes = std::fs::read(path).map_err(unreadable)?;
@@ -44,7 +44,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, Error> {
     let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
     let refused = |problem: String| Error::File { file: path.to_owned(), problem };
-    if size > MOST_BYTES {
+    if size > MAX_FILE_BYTES {
         return Err(refused(format!("has {} MB: expected at most 64 MB", size >> 20)));
     }
     let bytes = std::fs::read(path).map_err(unreadable)?;

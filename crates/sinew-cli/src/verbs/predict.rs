@@ -3,14 +3,14 @@
 use super::read_model;
 use crate::arguments::PredictArguments;
 use crate::error::Error;
-use crate::output::{print, spare, write_all};
+use crate::output::{print, refuse_overwrite, write_all};
 use sinew::predictor::{Flags, Prediction};
 use sinew_identify::evaluate::{predict, read_for};
 use sinew_identify::log::{Dataset, ReadOptions};
 use std::fmt::Write;
 
 pub(crate) fn run(arguments: &PredictArguments) -> Result<(), Error> {
-    spare(arguments.logs.iter().chain([&arguments.model]), std::slice::from_ref(&arguments.out))?;
+    refuse_overwrite(arguments.logs.iter().chain([&arguments.model]), std::slice::from_ref(&arguments.out))?;
     let model = read_model(&arguments.model)?;
     let options = ReadOptions { skip_s: 0.0, far_required: false, paths: arguments.logs.clone() };
     let data = read_for(&model, &options)?;

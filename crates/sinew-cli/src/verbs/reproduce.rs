@@ -1,6 +1,6 @@
 //! `sinew reproduce`.
 
-use super::arm::model::load;
+use super::arm::model::load_robot;
 use super::{track, twin};
 use crate::arguments::{Part, ReproduceArguments};
 use crate::error::Error;
@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {
         .transpose()?;
     let arm = (both || arguments.part == Part::Arm)
         .then(|| {
-            let robot = load(Path::new("lm_arm"), None)?.robot;
+            let robot = load_robot(Path::new("lm_arm"), None)?.robot;
             let options = if quick { ArmOptions::quick(seed) } else { ArmOptions::full(seed) };
             let begin = if both { 0.6 } else { 0.0 };
             let part = reproduce_arm(&robot, &options, &|stage, done| {
@@ -45,9 +45,10 @@ pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {
     if arguments.json {
         return print(&json);
     }
-    let mut text = bench.as_ref().map_or_else(String::new, |part| told(part) + "\n");
+    let mut text = bench.as_ref().map_or_else(String::new, |part| summary_text(part) + "\n");
     if let Some(part) = &arm {
-        text += &(track::told(&part.tracking) + "The paper reports 15.8 mm on average, 39 mm at most.\n\n");
+        text += &(track::tracking_table(&part.tracking)
+            + "The paper reports 15.8 mm on average, 39 mm at most.\n\n");
     }
     print(&format!("{text}Written: {}, {}\n", report.display(), results.display()))
 }
@@ -66,7 +67,7 @@ fn numbers(bench: Option<&BenchPart>, arm: Option<&ArmPart>, seed: u64) -> Resul
 
 fn page(bench: Option<&BenchPart>, arm: Option<&ArmPart>, quick: bool) -> Result<String, Error> {
     match (bench, arm) {
-        (Some(part), arm) => Ok(reproduction::render(part, arm, &twin::to_and_fro()?, quick)?),
+        (Some(part), arm) => Ok(reproduction::render(part, arm, &twin::two_pulls()?, quick)?),
         (None, Some(part)) => {
             let amount = format!("Seed {}. Everything here is simulated.", part.options.seed);
             Ok(tracking::page(&reproduction::arm_view(part), "The paper’s arm, on a twin", &amount)?)
@@ -76,7 +77,7 @@ fn page(bench: Option<&BenchPart>, arm: Option<&ArmPart>, quick: bool) -> Result
 }
 
 /// Table I as people read it.
-fn told(part: &BenchPart) -> String {
+fn summary_text(part: &BenchPart) -> String {
     let results = &part.results;
     let mut rows = Vec::new();
     for (name, sides) in &results.table1 {

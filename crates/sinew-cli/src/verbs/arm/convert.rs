@@ -1,21 +1,21 @@
 //! `sinew arm convert`.
 
-use super::model::{extension, load, warn};
+use super::model::{extension, load_robot, print_warnings};
 use crate::arguments::ConvertArguments;
 use crate::error::Error;
-use crate::output::{print, spare, write_all};
+use crate::output::{print, refuse_overwrite, write_all};
 use sinew::description::{to_mjcf, to_toml};
 
 pub(crate) fn run(arguments: &ConvertArguments) -> Result<(), Error> {
     let output = &arguments.output;
-    spare([&arguments.input].into_iter().chain(&arguments.muscles), std::slice::from_ref(output))?;
+    refuse_overwrite([&arguments.input].into_iter().chain(&arguments.muscles), std::slice::from_ref(output))?;
     let kind = extension(output)?;
     if kind == "urdf" {
         let problem = "URDF knows no cables and is not written: expected .toml or .xml".to_owned();
         return Err(Error::File { file: output.clone(), problem });
     }
-    let loaded = load(&arguments.input, arguments.muscles.as_deref())?;
-    warn(&loaded.warnings);
+    let loaded = load_robot(&arguments.input, arguments.muscles.as_deref())?;
+    print_warnings(&loaded.warnings);
     let parts = loaded.robot.parts();
     let text = if kind == "toml" { to_toml(parts) } else { to_mjcf(parts) };
     write_all(&[(output.clone(), text.as_bytes())])?;

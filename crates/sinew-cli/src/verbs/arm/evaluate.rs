@@ -1,18 +1,18 @@
 //! `sinew arm evaluate`.
 
-use super::model::{called, load, warn};
-use super::poses::{read_poses, velocities};
+use super::model::{display_name, load_robot, print_warnings};
+use super::poses::{read_poses, velocity_names};
 use crate::arguments::ArmEvaluateArguments;
 use crate::error::Error;
-use crate::output::{print, spare, write_all};
+use crate::output::{print, refuse_overwrite, write_all};
 use sinew::body::{Poses, Robot, Scratch};
 use sinew::muscle::{Geometry, Muscles};
 
 pub(crate) fn run(arguments: &ArmEvaluateArguments) -> Result<(), Error> {
     let inputs = [&arguments.model, &arguments.poses].into_iter().chain(&arguments.muscles);
-    spare(inputs, arguments.out.as_slice())?;
-    let loaded = load(&arguments.model, arguments.muscles.as_deref())?;
-    warn(&loaded.warnings);
+    refuse_overwrite(inputs, arguments.out.as_slice())?;
+    let loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;
+    print_warnings(&loaded.warnings);
     let poses = read_poses(&loaded.robot, &arguments.poses)?;
     let names = columns(&loaded.robot);
     let rows = rows(&loaded.robot, &poses)?;
@@ -40,8 +40,8 @@ fn quoted(name: &str) -> String {
 fn columns(robot: &Robot) -> Vec<String> {
     let parts = robot.parts();
     let muscles: Vec<String> =
-        parts.tendons.iter().enumerate().map(|(i, tendon)| called("tendon", &tendon.name, i)).collect();
-    let joints = velocities(robot);
+        parts.tendons.iter().enumerate().map(|(i, tendon)| display_name("tendon", &tendon.name, i)).collect();
+    let joints = velocity_names(robot);
     let mut names: Vec<String> = muscles.iter().map(|muscle| format!("length_m:{muscle}")).collect();
     for muscle in &muscles {
         names.extend(joints.iter().map(|joint| format!("moment_arm_m:{muscle}:{joint}")));
@@ -49,7 +49,7 @@ fn columns(robot: &Robot) -> Vec<String> {
     names.extend(muscles.iter().map(|muscle| format!("wrap_rad:{muscle}")));
     names.extend(joints.iter().map(|joint| format!("gravity_torque_nm:{joint}")));
     for (index, site) in parts.sites.iter().enumerate() {
-        let site = called("site", &site.name, index);
+        let site = display_name("site", &site.name, index);
         names.extend(["x", "y", "z"].map(|axis| format!("{axis}_m:{site}")));
     }
     names

@@ -1,27 +1,27 @@
 //! `sinew arm inspect`.
 
-use super::model::{Loaded, called, load, warn};
+use super::model::{Loaded, display_name, load_robot, print_warnings};
 use super::report;
 use super::survey::{Survey, survey};
 use crate::arguments::InspectArguments;
 use crate::error::Error;
-use crate::output::{one_line, print, spare, write_all};
+use crate::output::{one_line, print, refuse_overwrite, write_all};
 use crate::table::{number, table};
 use sinew::body::{JointKind, Robot};
 
 pub(crate) fn run(arguments: &InspectArguments) -> Result<(), Error> {
-    spare([&arguments.model].into_iter().chain(&arguments.muscles), arguments.report.as_slice())?;
-    let loaded = load(&arguments.model, arguments.muscles.as_deref())?;
+    refuse_overwrite([&arguments.model].into_iter().chain(&arguments.muscles), arguments.report.as_slice())?;
+    let loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;
     let survey = survey(&loaded.robot)?;
     if let Some(path) = &arguments.report {
         let page = report::page(&loaded.robot, &survey)?;
         write_all(&[(path.clone(), page.as_bytes())])?;
     }
-    warn(&loaded.warnings);
+    print_warnings(&loaded.warnings);
     if arguments.json {
         return print(&(serde_json::to_string(&json(&loaded, &survey))? + "\n"));
     }
-    let mut text = told(&loaded.robot, &survey);
+    let mut text = summary_text(&loaded.robot, &survey);
     match loaded.warnings.len() {
         0 => {}
         1 => text += "\n1 warning, see above\n",
@@ -42,7 +42,7 @@ fn kind(kind: JointKind) -> &'static str {
     }
 }
 
-fn told(robot: &Robot, survey: &Survey) -> String {
+fn summary_text(robot: &Robot, survey: &Survey) -> String {
     let parts = robot.parts();
     let mut text = format!(
         "{}: {} bodies of {} kg ({} kg move), {} joints, {} muscles, {} couplings, {} key poses\n\n",
@@ -64,10 +64,10 @@ fn told(robot: &Robot, survey: &Survey) -> String {
             let turns = joint.kind == JointKind::Hinge || joint.kind == JointKind::Ball;
             let follows = parts.couplings.iter().find(|c| c.follower == i);
             let leader = follows.map_or(String::new(), |c| {
-                c.leader.map_or("fixed".to_owned(), |l| called("joint", &parts.joints[l].name, l))
+                c.leader.map_or("fixed".to_owned(), |l| display_name("joint", &parts.joints[l].name, l))
             });
             vec![
-                one_line(&called("joint", &joint.name, i)),
+                one_line(&display_name("joint", &joint.name, i)),
                 kind(joint.kind).to_owned(),
                 if turns { "rad" } else { "m" }.to_owned(),
                 one_line(&leader),
@@ -111,7 +111,7 @@ fn json(loaded: &Loaded, survey: &Survey) -> serde_json::Value {
         .joints
         .iter()
         .enumerate()
-        .map(|(i, joint)| serde_json::json!({"name": called("joint", &joint.name, i), "kind": kind(joint.kind), "range": joint.range}))
+        .map(|(i, joint)| serde_json::json!({"name": display_name("joint", &joint.name, i), "kind": kind(joint.kind), "range": joint.range}))
         .collect();
     let muscles: Vec<_> = survey
         .muscles

@@ -17,7 +17,7 @@ pub(in crate::verbs) struct Loaded {
 }
 
 /// Reads a robot; files win over embedded names.
-pub(in crate::verbs) fn load(path: &Path, muscles: Option<&Path>) -> Result<Loaded, Error> {
+pub(in crate::verbs) fn load_robot(path: &Path, muscles: Option<&Path>) -> Result<Loaded, Error> {
     let (robot, warnings) = description(path, muscles)?.robot()?;
     Ok(Loaded { robot, warnings })
 }
@@ -84,13 +84,13 @@ fn include(folder: &Path, file: &str) -> Result<String, String> {
 }
 
 /// Warnings on standard error, one per line.
-pub(super) fn warn(warnings: &[Warning]) {
+pub(super) fn print_warnings(warnings: &[Warning]) {
     for warning in warnings {
         eprintln!("warning: {}", one_line(&warning.to_string()));
     }
 }
 
 /// A name to show and to refer to, also for what has none.
-pub(super) fn called(kind: &str, name: &str, index: usize) -> String {
+pub(super) fn display_name(kind: &str, name: &str, index: usize) -> String {
     if name.is_empty() { format!("{kind}_{index}") } else { name.to_owned() }
 }

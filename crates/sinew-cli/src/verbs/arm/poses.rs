@@ -1,17 +1,17 @@
 //! Poses from a table with a column per coordinate.
 
-use super::model::called;
+use super::model::display_name;
 use crate::error::Error;
-use crate::verbs::columns::{cells, head_of};
+use crate::verbs::numeric_table::{parse_header, split_cells};
 use crate::verbs::read_text;
 use sinew::body::{JointKind, Robot};
 use std::path::Path;
 
 /// Names of all coordinates, in order.
-pub(super) fn coordinates(robot: &Robot) -> Vec<String> {
+pub(super) fn coordinate_names(robot: &Robot) -> Vec<String> {
     let mut names = Vec::new();
     for (index, joint) in robot.parts().joints.iter().enumerate() {
-        let name = called("joint", &joint.name, index);
+        let name = display_name("joint", &joint.name, index);
         let parts: &[&str] = match joint.kind {
             JointKind::Hinge | JointKind::Slide => &[""],
             JointKind::Ball => &[".qw", ".qx", ".qy", ".qz"],
@@ -23,10 +23,10 @@ pub(super) fn coordinates(robot: &Robot) -> Vec<String> {
 }
 
 /// Names of all velocities, in order.
-pub(super) fn velocities(robot: &Robot) -> Vec<String> {
+pub(super) fn velocity_names(robot: &Robot) -> Vec<String> {
     let mut names = Vec::new();
     for (index, joint) in robot.parts().joints.iter().enumerate() {
-        let name = called("joint", &joint.name, index);
+        let name = display_name("joint", &joint.name, index);
         match robot.velocities_of(index).len() {
             1 => names.push(name),
             many => names.extend((0..many).map(|k| format!("{name}.{k}"))),
@@ -38,26 +38,26 @@ pub(super) fn velocities(robot: &Robot) -> Vec<String> {
 /// All poses of a file.
 pub(super) fn read_poses(robot: &Robot, path: &Path) -> Result<Vec<Vec<f64>>, Error> {
     let text = read_text(path)?;
-    let wrong = |line: usize, problem: String| Error::File {
+    let refuse = |line: usize, problem: String| Error::File {
         file: path.to_owned(),
         problem: format!("line {line}: {problem}"),
     };
-    let names = coordinates(robot);
-    let said = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
-    let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line)).filter(|(_, line)| said(line));
+    let names = coordinate_names(robot);
+    let is_data = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line)).filter(|(_, line)| is_data(line));
     let (first, head) =
-        lines.next().ok_or_else(|| wrong(1, "is empty: expected a row of joint names".to_owned()))?;
-    let (separator, columns) = columns(head, &names).map_err(|problem| wrong(first, problem))?;
+        lines.next().ok_or_else(|| refuse(1, "is empty: expected a row of joint names".to_owned()))?;
+    let (separator, columns) = columns(head, &names).map_err(|problem| refuse(first, problem))?;
     let given: Vec<usize> = columns.iter().map(|column| column.place).collect();
     let reference = robot.reference_pose();
     let mut poses = Vec::new();
     for (line, row) in lines {
         let mut q = reference.clone();
-        numbers(row, separator, &columns, &mut q).map_err(|problem| wrong(line, problem))?;
-        unit_quaternions(robot, &mut q).map_err(|problem| wrong(line, problem))?;
-        follow(robot, &given, &mut q);
+        numbers(row, separator, &columns, &mut q).map_err(|problem| refuse(line, problem))?;
+        unit_quaternions(robot, &mut q).map_err(|problem| refuse(line, problem))?;
+        apply_couplings(robot, &given, &mut q);
         if let Some(place) = q.iter().position(|value| !value.is_finite()) {
-            return Err(wrong(line, format!("puts `{}` out of all bounds", names[place])));
+            return Err(refuse(line, format!("puts `{}` out of all bounds", names[place])));
         }
         poses.push(q);
     }
@@ -73,11 +73,11 @@ struct Column {
 
 /// The separator of a table and its columns; what separates the names separates everything.
 fn columns(head: &str, names: &[String]) -> Result<(char, Vec<Column>), String> {
-    let (separator, cells) = head_of(head)?;
+    let (separator, cells) = parse_header(head)?;
     let mut columns: Vec<Column> = Vec::new();
     for cell in cells {
         let whole = names.iter().position(|name| *name == cell);
-        let (name, unit) = if whole.is_some() { (cell.as_str(), 1.0) } else { named(&cell)? };
+        let (name, unit) = if whole.is_some() { (cell.as_str(), 1.0) } else { parse_column_name(&cell)? };
         let Some(place) = names.iter().position(|known| known == name) else {
             let known = names.join(", ");
             return Err(format!("column `{name}`: the robot has no such coordinate; it has {known}"));
@@ -92,7 +92,7 @@ fn columns(head: &str, names: &[String]) -> Result<(char, Vec<Column>), String> 
 
 /// The numbers of one row, each put where its column says.
 fn numbers(row: &str, separator: char, columns: &[Column], q: &mut [f64]) -> Result<(), String> {
-    let cells = cells(row, separator)?;
+    let cells = split_cells(row, separator)?;
     if cells.len() != columns.len() {
         return Err(format!("has {} cells: expected {}, as many as names", cells.len(), columns.len()));
     }
@@ -110,7 +110,7 @@ fn numbers(row: &str, separator: char, columns: &[Column], q: &mut [f64]) -> Res
 }
 
 /// The coordinate of a column and what its numbers are multiplied by: `elbow`, or with its unit `elbow [deg]`.
-fn named(cell: &str) -> Result<(&str, f64), String> {
+fn parse_column_name(cell: &str) -> Result<(&str, f64), String> {
     let Some((name, unit)) = cell.strip_suffix(']').and_then(|cell| cell.split_once('[')) else {
         return Ok((cell, 1.0));
     };
@@ -142,7 +142,7 @@ fn unit_quaternions(robot: &Robot, q: &mut [f64]) -> Result<(), String> {
 }
 
 /// Joints that are not given follow their coupling; chains of couplings settle after as many rounds as links.
-pub(super) fn follow(robot: &Robot, given: &[usize], q: &mut [f64]) {
+pub(super) fn apply_couplings(robot: &Robot, given: &[usize], q: &mut [f64]) {
     let parts = robot.parts();
     for _ in 0..parts.couplings.len() {
         let mut moved = false;

@@ -1,8 +1,8 @@
 //! One self-contained page: moment arms over each joint's range, and the robot to be turned by hand.
 
-use super::model::called;
-use super::poses::{follow, velocities};
-use super::survey::{Survey, rest, span};
+use super::model::display_name;
+use super::poses::{apply_couplings, velocity_names};
+use super::survey::{Survey, coupled_reference_pose, joint_range};
 use super::view::view;
 use crate::error::Error;
 use sinew::body::{JointKind, Robot};
@@ -45,11 +45,11 @@ fn curves(robot: &Robot) -> Result<Vec<serde_json::Value>, Error> {
     let mut geometry = Geometry::new(robot, &muscles);
     let (count, nv) = (muscles.count(), robot.nv());
     let mut dense = vec![0.0; count * nv];
-    let (rest, names) = (rest(robot), velocities(robot));
+    let (rest, names) = (coupled_reference_pose(robot), velocity_names(robot));
     let mut curves = Vec::new();
     for joint in 0..robot.parts().joints.len() {
         let follows = robot.parts().couplings.iter().any(|coupling| coupling.follower == joint);
-        let Some([low, high]) = span(robot, joint).filter(|_| !follows) else { continue };
+        let Some([low, high]) = joint_range(robot, joint).filter(|_| !follows) else { continue };
         let (coordinate, velocity) = (robot.coordinates_of(joint).start, robot.velocities_of(joint).start);
         let mut at = Vec::new();
         let mut arms = vec![Vec::new(); count];
@@ -58,7 +58,7 @@ fn curves(robot: &Robot) -> Result<Vec<serde_json::Value>, Error> {
             #[expect(clippy::cast_precision_loss, reason = "a few dozen points")]
             let part = k as f64 / (POINTS - 1) as f64;
             q[coordinate] = low + part * (high - low);
-            follow(robot, &[], &mut q);
+            apply_couplings(robot, &[], &mut q);
             at.push(q[coordinate]);
             muscles.evaluate(&q, &mut geometry)?;
             muscles.dense(&geometry, &mut dense)?;
@@ -71,7 +71,7 @@ fn curves(robot: &Robot) -> Result<Vec<serde_json::Value>, Error> {
             .enumerate()
             .zip(arms)
             .filter(|(_, arm)| arm.iter().any(|x| x.abs() > VISIBLE_M))
-            .map(|((i, tendon), arm)| serde_json::json!([called("tendon", &tendon.name, i), arm]))
+            .map(|((i, tendon), arm)| serde_json::json!([display_name("tendon", &tendon.name, i), arm]))
             .collect();
         if !seen.is_empty() {
             let slides = robot.parts().joints[joint].kind == JointKind::Slide;

@@ -1,7 +1,7 @@
 //! What the muscles do over the whole range of the joints.
 
-use super::model::called;
-use super::poses::{follow, velocities};
+use super::model::display_name;
+use super::poses::{apply_couplings, velocity_names};
 use crate::error::Error;
 use sinew::body::{JointKind, Robot};
 use sinew::muscle::{Geometry, Muscles};
@@ -41,14 +41,14 @@ fn include(range: &mut [f64; 2], value: f64) {
 }
 
 /// The reference pose, couplings obeyed.
-pub(super) fn rest(robot: &Robot) -> Vec<f64> {
+pub(super) fn coupled_reference_pose(robot: &Robot) -> Vec<f64> {
     let mut q = robot.reference_pose();
-    follow(robot, &[], &mut q);
+    apply_couplings(robot, &[], &mut q);
     q
 }
 
 /// Where a joint of one coordinate may be.
-pub(super) fn span(robot: &Robot, joint: usize) -> Option<[f64; 2]> {
+pub(super) fn joint_range(robot: &Robot, joint: usize) -> Option<[f64; 2]> {
     let joint = &robot.parts().joints[joint];
     let wide = match joint.kind {
         JointKind::Hinge => UNLIMITED[0],
@@ -65,7 +65,7 @@ pub(super) fn survey(robot: &Robot) -> Result<Survey, Error> {
     let (mut lengths, mut wraps) = (vec![NOTHING; count], vec![NOTHING; count]);
     let mut arms = vec![NOTHING; count * nv];
     let (mut dense, mut angles) = (vec![0.0; count * nv], vec![0.0; count]);
-    let mut q = rest(robot);
+    let mut q = coupled_reference_pose(robot);
     muscles.evaluate(&q, &mut geometry)?;
     let first = geometry.lengths().to_vec();
     // Additive recurrence by square roots of primes: even, and the same every time.
@@ -74,11 +74,11 @@ pub(super) fn survey(robot: &Robot) -> Result<Survey, Error> {
         #[expect(clippy::cast_precision_loss, reason = "a few hundred poses")]
         let turn = pose as f64 + 0.5;
         for (joint, step) in steps.iter().enumerate() {
-            if let Some([low, high]) = span(robot, joint) {
+            if let Some([low, high]) = joint_range(robot, joint) {
                 q[robot.coordinates_of(joint).start] = low + (turn * step).fract() * (high - low);
             }
         }
-        follow(robot, &[], &mut q);
+        apply_couplings(robot, &[], &mut q);
         muscles.evaluate(&q, &mut geometry)?;
         muscles.dense(&geometry, &mut dense)?;
         muscles.wrap_angles(&geometry, &mut angles)?;
@@ -86,13 +86,13 @@ pub(super) fn survey(robot: &Robot) -> Result<Survey, Error> {
         wraps.iter_mut().zip(&angles).for_each(|(range, &value)| include(range, value));
         arms.iter_mut().zip(&dense).for_each(|(range, &value)| include(range, value));
     }
-    let joints = velocities(robot);
+    let joints = velocity_names(robot);
     let muscles = robot.parts().tendons.iter().enumerate().map(|(i, tendon)| {
         let row = &arms[i * nv..(i + 1) * nv];
         let size = |range: &[f64; 2]| range[0].abs().max(range[1].abs());
         let most = (0..nv).max_by(|&a, &b| size(&row[a]).total_cmp(&size(&row[b])));
         MuscleSurvey {
-            name: called("tendon", &tendon.name, i),
+            name: display_name("tendon", &tendon.name, i),
             length_m: first[i],
             lengths_m: lengths[i],
             strongest: most.map_or(String::new(), |joint| joints[joint].clone()),

@@ -1,8 +1,8 @@
 //! What the page draws in space: bones, cables along their true way, wrapping surfaces, for each pose that can be shown.
 
-use super::model::called;
-use super::poses::follow;
-use super::survey::{rest, span};
+use super::model::display_name;
+use super::poses::apply_couplings;
+use super::survey::{coupled_reference_pose, joint_range};
 use crate::error::Error;
 use serde_json::{Value, json};
 use sinew::body::{Poses, Robot, WrapKind};
@@ -36,12 +36,12 @@ pub(super) fn view(robot: &Robot) -> Result<Value, Error> {
     let muscles = Muscles::new(robot);
     let geometry = Geometry::new(robot, &muscles);
     let mut stage = Stage { robot, muscles, geometry, frames: Poses::new(robot) };
-    let rest = rest(robot);
+    let rest = coupled_reference_pose(robot);
     let base = stage.scene(&rest)?;
     let mut poses = vec![json!({"name": "reference", "scene": base.json(None)})];
     for (index, key) in robot.parts().keys.iter().enumerate() {
         let scene = stage.scene(&key.q)?;
-        poses.push(json!({"name": called("key", &key.name, index), "scene": scene.json(None)}));
+        poses.push(json!({"name": display_name("key", &key.name, index), "scene": scene.json(None)}));
     }
     let joints = robot.parts().joints.len();
     let points: usize = base.cables.iter().flatten().map(Vec::len).sum();
@@ -49,18 +49,18 @@ pub(super) fn view(robot: &Robot) -> Result<Value, Error> {
     let mut sweeps = Vec::new();
     for joint in 0..joints {
         let follows = robot.parts().couplings.iter().any(|coupling| coupling.follower == joint);
-        let Some([low, high]) = span(robot, joint).filter(|_| !follows) else { continue };
+        let Some([low, high]) = joint_range(robot, joint).filter(|_| !follows) else { continue };
         let (mut at, mut frames) = (Vec::new(), Vec::new());
         for k in 0..count {
             let mut q = rest.clone();
             #[expect(clippy::cast_precision_loss, reason = "a few dozen frames")]
             let value = low + k as f64 / (count - 1) as f64 * (high - low);
             q[robot.coordinates_of(joint).start] = value;
-            follow(robot, &[], &mut q);
+            apply_couplings(robot, &[], &mut q);
             at.push(value);
             frames.push(stage.scene(&q)?.json(Some(&base)));
         }
-        let name = called("joint", &robot.parts().joints[joint].name, joint);
+        let name = display_name("joint", &robot.parts().joints[joint].name, joint);
         sweeps.push(json!({"joint": name, "at": at, "frames": frames}));
     }
     Ok(json!({"poses": poses, "sweeps": sweeps}))

@@ -4,10 +4,10 @@ mod fault;
 mod path;
 mod record;
 
-use super::arm::model::load;
+use super::arm::model::load_robot;
 use crate::arguments::TrackArguments;
 use crate::error::Error;
-use crate::output::{print, spare, write_all};
+use crate::output::{print, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::report::tracking::{TrackView, page};
 use crate::table::{number, table};
@@ -33,9 +33,9 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
     let outputs: Vec<PathBuf> =
         [&arguments.report, &arguments.record].into_iter().flatten().cloned().collect();
     let inputs = [Some(arguments.model.clone()), path::file(&arguments.path)];
-    spare(inputs.iter().flatten(), &outputs)?;
+    refuse_overwrite(inputs.iter().flatten(), &outputs)?;
     let variant = checked(arguments)?;
-    let robot = load(&arguments.model, None)?.robot;
+    let robot = load_robot(&arguments.model, None)?.robot;
     let missing = |what: &str| Error::File {
         file: arguments.model.clone(),
         problem: format!("has no {what}: tracking starts and ends there"),
@@ -74,7 +74,7 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
     };
     let tracked = track_arm(&arm, variant, &task)?;
     drop(progress);
-    finish(arguments, &robot, variant, &task, tracked)
+    write_results(arguments, &robot, variant, &task, tracked)
 }
 
 /// The route that is meant, in joints and time.
@@ -139,7 +139,7 @@ fn checked(arguments: &TrackArguments) -> Result<CompensationVariant, Error> {
     })
 }
 
-fn finish(
+fn write_results(
     arguments: &TrackArguments,
     robot: &Robot,
     variant: CompensationVariant,
@@ -175,7 +175,7 @@ fn finish(
         let all = serde_json::json!({"simulated": true, "seed": arguments.seed, "tracking": tracking});
         return print(&(serde_json::to_string_pretty(&all)? + "\n"));
     }
-    let mut text = told(&tracking);
+    let mut text = tracking_table(&tracking);
     for hold in tracking.values().filter_map(|numbers| numbers.hold) {
         let e = hold.end_point_error_m;
         let [mean, max] = [e.mean, e.max].map(|m| number(Some(1e3 * m)));
@@ -212,7 +212,7 @@ fn amount(arguments: &TrackArguments, task: &TrackingTask<'_>, variant: Compensa
 }
 
 /// The table for people.
-pub(crate) fn told(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> String {
+pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> String {
     let rows: Vec<Vec<String>> = tracking
         .iter()
         .map(|(name, n)| {

@@ -1,7 +1,7 @@
 //! Which route the end point is to take: a name, a place, or waypoints from a table.
 
 use crate::error::Error;
-use crate::verbs::columns;
+use crate::verbs::numeric_table;
 use sinew::trajectory::{EndPointPath, Loop, Waypoint, split_at_rests};
 use sinew_lab::arm::EndPointMotion;
 use std::path::{Path, PathBuf};
@@ -53,7 +53,7 @@ fn waypoints(path: &Path) -> Result<EndPointMotion, Error> {
     let wrong = |problem: String| Error::File { file: path.to_owned(), problem };
     let mut points = Vec::new();
     let (mut first, mut last) = (None, f64::NEG_INFINITY);
-    for (line, [time, x, y, z]) in columns::read(path, COLUMNS)? {
+    for (line, [time, x, y, z]) in numeric_table::read(path, COLUMNS)? {
         if time - last <= CLOSEST_S {
             return Err(wrong(format!("line {line}, column `time_s`: {time}: expected more than {last}")));
         }

@@ -5,7 +5,7 @@ mod scenario;
 use super::specimen::specimen;
 use crate::arguments::{TwinArguments, TwinVerb};
 use crate::error::Error;
-use crate::output::{print, spare, write_all};
+use crate::output::{print, refuse_overwrite, write_all};
 use crate::report::cable::{self, Frame};
 use scenario::Scenario;
 use sinew::transmission::Sliding;
@@ -23,10 +23,10 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
     let TwinVerb::Cable(arguments) = &arguments.verb;
     let outputs: Vec<_> =
         [Some(arguments.out.clone()), arguments.picture.clone()].into_iter().flatten().collect();
-    spare(arguments.scenario.iter(), &outputs)?;
+    refuse_overwrite(arguments.scenario.iter(), &outputs)?;
     let scenario = match &arguments.scenario {
         Some(path) => Scenario::read(path)?,
-        None => Scenario::pull_and_yield(),
+        None => Scenario::default_scenario(),
     };
     let (log, frames, most, broken) = simulate(&specimen(&arguments.specimen)?, arguments.start, &scenario)?;
     let mut files = vec![(arguments.out.clone(), log.into_bytes())];
@@ -49,8 +49,8 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
 }
 
 /// The calibrated cable pulled and yielded twice, for the report.
-pub(super) fn to_and_fro() -> Result<String, Error> {
-    let (_, frames, ..) = simulate(&Specimen::bench(), 60.0, &Scenario::to_and_fro())?;
+pub(super) fn two_pulls() -> Result<String, Error> {
+    let (_, frames, ..) = simulate(&Specimen::bench(), 60.0, &Scenario::two_pulls())?;
     Ok(cable::draw(&frames, "Pulled and yielded, anchor held", &cable::PAGE))
 }
 

@@ -1,7 +1,7 @@
 //! What both ends of a cable do: corners in time, even motion between them.
 
 use crate::error::Error;
-use crate::verbs::columns;
+use crate::verbs::numeric_table;
 use std::path::Path;
 
 /// Corners: time, s, and position of motor and anchor, m.
@@ -17,7 +17,7 @@ const FASTEST_M_PER_S: f64 = 5.0;
 
 impl Scenario {
     /// Pull, hold, yield until slack, pull again; the anchor stands.
-    pub(super) fn pull_and_yield() -> Self {
+    pub(super) fn default_scenario() -> Self {
         let corner = |time, motor| [time, motor, 0.0];
         let corners =
             [(0.0, 0.0), (1.0, 0.06), (2.0, 0.06), (5.0, -0.06), (5.5, -0.06), (8.0, 0.05), (9.0, 0.05)];
@@ -25,7 +25,7 @@ impl Scenario {
     }
 
     /// Two pulls of different reach with the anchor held, slow enough to see every front; never slack.
-    pub(super) fn to_and_fro() -> Self {
+    pub(super) fn two_pulls() -> Self {
         let corners = [(0.0, 0.0), (2.0, 0.06), (5.0, -0.03), (8.0, 0.06), (10.0, 0.0), (12.0, 0.06)];
         Self { corners: corners.map(|(time, motor)| [time, motor, 0.0]).to_vec() }
     }
@@ -33,7 +33,7 @@ impl Scenario {
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
         let wrong = |problem: String| Error::File { file: path.to_owned(), problem };
         let mut corners: Vec<[f64; 3]> = Vec::new();
-        for (line, corner) in columns::read(path, COLUMNS)? {
+        for (line, corner) in numeric_table::read(path, COLUMNS)? {
             check(&corner, corners.last()).map_err(|problem| wrong(format!("line {line}, {problem}")))?;
             corners.push(corner);
         }

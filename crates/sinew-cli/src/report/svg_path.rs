@@ -23,7 +23,7 @@ impl Pen {
     }
 
     /// Goes to a point given in fractions of the box, y upwards; a point that is no number lifts the pen.
-    pub(super) fn to(&mut self, x: f64, y: f64) {
+    pub(super) fn line_to(&mut self, x: f64, y: f64) {
         if !(x.is_finite() && y.is_finite()) {
             self.lift();
             return;
@@ -60,7 +60,7 @@ impl Pen {
 /// A line through points; breaks where one is no number.
 pub(super) fn line(points: impl Iterator<Item = (f64, f64)>, x: &Axis, y: &Axis) -> String {
     let mut pen = Pen::default();
-    points.for_each(|(a, b)| pen.to(x.at(a), y.at(b)));
+    points.for_each(|(a, b)| pen.line_to(x.at(a), y.at(b)));
     pen.finish()
 }
 
@@ -69,8 +69,8 @@ pub(super) fn ribbon(points: impl Iterator<Item = (f64, f64, f64)>, x: &Axis, y:
     let mut pen = Pen::default();
     let mut piece: Vec<(f64, f64, f64)> = Vec::new();
     let mut flush = |piece: &mut Vec<(f64, f64, f64)>| {
-        piece.iter().for_each(|(a, _, high)| pen.to(x.at(*a), y.at(*high)));
-        piece.iter().rev().for_each(|(a, low, _)| pen.to(x.at(*a), y.at(*low)));
+        piece.iter().for_each(|(a, _, high)| pen.line_to(x.at(*a), y.at(*high)));
+        piece.iter().rev().for_each(|(a, low, _)| pen.line_to(x.at(*a), y.at(*low)));
         pen.close();
         piece.clear();
     };
@@ -102,7 +102,7 @@ pub(super) fn upright_lines(at: impl Iterator<Item = f64>) -> String {
 
 /// The samples worth keeping of a record, in order: per bucket the first, the lowest and highest far value, the
 /// largest error and a break, so that neither an extreme nor a gap is lost. About `budget` of them.
-pub(super) fn keep(record: &Record, budget: usize) -> Vec<usize> {
+pub(super) fn decimate(record: &Record, budget: usize) -> Vec<usize> {
     let n = record.len();
     if n <= budget {
         return (0..n).collect();
@@ -142,7 +142,7 @@ mod tests {
         account.traces[1].far[1234] = -99.0;
         account.traces[1].predicted[2000] = 50.0;
         let record = &records(&account)[1];
-        let kept = keep(record, 200);
+        let kept = decimate(record, 200);
         assert!(kept.len() < 300 && record.len() > 4900, "{}", kept.len());
         assert!(kept.windows(2).all(|w| w[0] < w[1]), "in order, none twice");
         let has = |wanted: &dyn Fn(usize) -> bool| kept.iter().any(|&i| wanted(i));
