@@ -7,7 +7,7 @@ use sinew::control::compensation::{Compensation, ObserverCompensation};
 use sinew::drive::{Drive, DriveCommand, DriveParameters};
 use sinew::predictor::CableModel;
 use sinew::transmission::Sliding;
-use sinew::transmission::cable::{CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path};
+use sinew::transmission::cable::{CableBatch, CableLaw, CableParameters, CablePath, EndMotion, EndTensions};
 use sinew::twin::cable::Specimen;
 use sinew_lab::experiment::bench::{BenchRun, MuscleControl, Programme, run};
 
@@ -51,8 +51,8 @@ fn drive(bencher: Bencher, kind: Kind) {
 /// Items are steps of one muscle: drive with its sensors, and a cable of twelve cells, in lanes of eight.
 #[divan::bench(args = [8, 15, 16])]
 fn muscle(bencher: Bencher, count: usize) {
-    let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12).unwrap();
-    let mut cables = Cables::new(&vec![law; count]).unwrap();
+    let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
+    let mut cables = CableBatch::new(&vec![law; count]).unwrap();
     let mut ends = vec![EndTensions::default(); count];
     let mut drives: Vec<Drive> = Vec::new();
     for (k, end) in ends.iter_mut().enumerate() {

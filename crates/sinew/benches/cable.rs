@@ -6,7 +6,7 @@ use divan::{Bencher, black_box, counter::ItemsCount};
 use sinew::predictor::{CableModel, CableObserver, CableSample};
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::{
-    Cable, CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path, Weakening,
+    Cable, CableBatch, CableLaw, CableParameters, CablePath, EndMotion, EndTensions, Weakening,
 };
 use sinew::twin::cable::{CablePlant, CablePlants, CableReading, Resolution, Specimen};
 
@@ -27,11 +27,11 @@ fn motions(count: usize) -> Vec<Vec<EndMotion>> {
 }
 
 fn law(cells: usize, parameters: &CableParameters) -> CableLaw {
-    CableLaw::new(&Path::bench(), parameters, cells).unwrap()
+    CableLaw::new(&CablePath::bench(), parameters, cells).unwrap()
 }
 
 fn lanes(bencher: Bencher, cells: usize, count: usize, parameters: &CableParameters) {
-    let mut cables = Cables::new(&vec![law(cells, parameters); count]).unwrap();
+    let mut cables = CableBatch::new(&vec![law(cells, parameters); count]).unwrap();
     for cable in 0..count {
         cables.settle(cable, 60.0 + cable as f64, Sliding::TowardMotor).unwrap();
     }

@@ -3,7 +3,7 @@
 
 use sinew::Error;
 use sinew::transmission::Sliding;
-use sinew::transmission::cable::{Cable, CableLaw, CableParameters, EndMotion, Path};
+use sinew::transmission::cable::{Cable, CableLaw, CableParameters, CablePath, EndMotion};
 use sinew::twin::cable::{
     BraidCreep, Breakage, CablePlant, CablePlants, CableReading, DragHeat, Effects, Resolution,
     SheathCompliance, SlowFriction, Specimen, UnevenCurvature,
@@ -43,7 +43,7 @@ fn work(t: f64) -> EndMotion {
 #[test]
 fn without_effects_the_plant_is_the_law() {
     let mut plant = CablePlant::new(&Specimen::ideal(), Resolution { cells: 12, substeps: 1 }).unwrap();
-    let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12).unwrap();
+    let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
     let mut cable = Cable::new(law);
     plant.settle(70.0, Sliding::TowardMotor).unwrap();
     cable.settle(70.0, Sliding::TowardMotor).unwrap();

@@ -6,7 +6,9 @@
 mod common;
 
 use sinew::predictor::{Model, Predictor, Sample};
-use sinew::transmission::cable::{Cable, CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path};
+use sinew::transmission::cable::{
+    Cable, CableBatch, CableLaw, CableParameters, CablePath, EndMotion, EndTensions,
+};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -106,8 +108,8 @@ fn a_step_with_an_ensemble_never_allocates() {
 
 #[test]
 fn a_step_of_cables_never_allocates_in_whatever_state_they_are() {
-    let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12).unwrap();
-    let mut cables = Cables::new(&vec![law.clone(); 15]).unwrap();
+    let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
+    let mut cables = CableBatch::new(&vec![law.clone(); 15]).unwrap();
     let mut alone = Cable::new(law);
     let mut ends = [EndTensions::default(); 15];
     let mut sum = 0.0;
@@ -142,7 +144,7 @@ fn mechanics_and_muscles_never_allocate_once_built() {
     let mut scratch = sinew::body::Scratch::new(&robot);
     let mut reduction = sinew::body::Reduction::new(&robot);
     let mut geometry = sinew::muscle::Geometry::new(&robot, &muscles);
-    let mut rates = sinew::muscle::ArmRates::new(&robot, &muscles);
+    let mut rates = sinew::muscle::MomentArmRates::new(&robot, &muscles);
     let (nv, count, n) = (robot.nv(), muscles.count(), reduction.independent().len());
     let (mut q, v) = (robot.reference_pose(), vec![0.3; nv]);
     let (mut tau, mut a, mut mass) = (vec![0.0; nv], vec![0.0; nv], vec![0.0; nv * nv]);
@@ -151,7 +153,7 @@ fn mechanics_and_muscles_never_allocate_once_built() {
     let mut work = || -> Result<(), sinew::Error> {
         for _ in 0..100 {
             robot.integrate(&mut q, &v, 1e-3)?;
-            robot.follow(&mut q)?;
+            robot.apply_couplings(&mut q)?;
             robot.forward_kinematics(&q, &mut poses)?;
             robot.jacobian(&poses, 1, [0.1; 3], &mut linear, &mut angular)?;
             robot.bias_force(&q, &v, &mut scratch, &mut tau)?;

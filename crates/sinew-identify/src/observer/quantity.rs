@@ -1,7 +1,7 @@
 //! What can be fitted: each quantity, how it is found in a model and how it moves in the search.
 
 use sinew::predictor::CableModel;
-use sinew::transmission::cable::{Path, Segment, Weakening};
+use sinew::transmission::cable::{CablePath, Segment, Weakening};
 
 /// A number of the model that a log can tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -154,7 +154,7 @@ impl Quantity {
 const SLOW: Weakening = Weakening { rise: 0.0, speed: 3e-3, lag: 0.05 };
 
 /// Tilt of the first sheath, as [`tilted`] writes it.
-fn tilt(path: &Path) -> f64 {
+fn tilt(path: &CablePath) -> f64 {
     let sheath = path.segments().iter().find_map(|segment| match segment {
         Segment::Sheath { curvature, .. } => Some(curvature),
         _ => None,
@@ -166,14 +166,14 @@ fn tilt(path: &Path) -> f64 {
 }
 
 /// The path with its first sheath bent by `1 + tilt`, 1 and `1 - tilt` in its thirds.
-fn tilted(path: &Path, tilt: f64) -> Option<Path> {
+fn tilted(path: &CablePath, tilt: f64) -> Option<CablePath> {
     let mut segments = path.segments().to_vec();
     let sheath = segments.iter_mut().find_map(|segment| match segment {
         Segment::Sheath { curvature, .. } => Some(curvature),
         _ => None,
     })?;
     *sheath = vec![1.0 + tilt, 1.0, 1.0 - tilt];
-    Path::new(segments).ok()
+    CablePath::new(segments).ok()
 }
 
 fn free_length(segment: Option<&Segment>) -> f64 {
@@ -183,10 +183,10 @@ fn free_length(segment: Option<&Segment>) -> f64 {
     }
 }
 
-fn with_free_length(path: &Path, place: usize, value: f64) -> Option<Path> {
+fn with_free_length(path: &CablePath, place: usize, value: f64) -> Option<CablePath> {
     let mut segments = path.segments().to_vec();
     if let Some(Segment::Free { length }) = segments.get_mut(place) {
         *length = value;
     }
-    Path::new(segments).ok()
+    CablePath::new(segments).ok()
 }

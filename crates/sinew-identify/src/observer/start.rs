@@ -5,7 +5,7 @@ use super::run::CableLog;
 use crate::Error;
 use crate::fit::statistics::quantiles;
 use sinew::predictor::CableModel;
-use sinew::transmission::cable::{CableParameters, Path, Segment};
+use sinew::transmission::cable::{CableParameters, CablePath, Segment};
 
 /// Length over which displacements and tensions are compared, s.
 const WINDOW_S: f64 = 0.05;
@@ -81,7 +81,7 @@ pub fn start_from(logs: &[CableLog]) -> Result<CableModel, Error> {
     let speed = quantiles(seen.iter().map(|c| (c.motor / c.seconds).abs()).collect(), &[0.9])[0];
     let sheath = whole - near - far;
     let turn = 2.0 * std::f64::consts::PI;
-    let path = Path::new(vec![
+    let path = CablePath::new(vec![
         Segment::Free { length: near / sheath },
         Segment::Sheath { length: 1.0, bend: turn, curvature: vec![] },
         Segment::Free { length: far / sheath },

@@ -10,7 +10,7 @@ use sinew::drive::DriveCommand;
 use sinew::muscle::{Geometry, Muscles};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{Reference, Trajectory};
-use sinew::transmission::cable::{Path, Segment};
+use sinew::transmission::cable::{CablePath, Segment};
 use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTruth, ArmTwin, InjectedFault};
 use sinew::twin::cable::Specimen;
 
@@ -251,14 +251,14 @@ pub fn oracle_models(specimen: &ArmSpecimen) -> Vec<CableModel> {
 }
 
 /// The path of a cable with its sheaths bent as unevenly as they are.
-fn bent(cable: &Specimen) -> Path {
+fn bent(cable: &Specimen) -> CablePath {
     let mut segments = cable.path.segments().to_vec();
     for segment in &mut segments {
         if let (Segment::Sheath { curvature, .. }, Some(uneven)) = (segment, &cable.effects.curvature) {
             curvature.clone_from(&uneven.parts);
         }
     }
-    Path::new(segments).unwrap_or_else(|_| cable.path.clone())
+    CablePath::new(segments).unwrap_or_else(|_| cable.path.clone())
 }
 
 /// What only an experiment can tell a controller.

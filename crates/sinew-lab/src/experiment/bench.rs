@@ -5,7 +5,7 @@ use sinew::control::compensation::{Answer, Compensation};
 use sinew::control::stretch::{FarEndReference, PREVIEW_HORIZON, StretchController};
 use sinew::drive::{DriveCommand, DriveFault, DriveParameters};
 use sinew::predictor::CableSample;
-use sinew::transmission::cable::{CableLaw, CableParameters, Path};
+use sinew::transmission::cable::{CableLaw, CableParameters, CablePath};
 use sinew::twin::bench::Bench;
 use sinew::twin::cable::{Broken, CableReading, Resolution, Specimen};
 
@@ -201,7 +201,7 @@ struct LoadFeed {
 
 impl LoadFeed {
     fn new() -> Result<Self, Error> {
-        Ok(Self { nominal: CableLaw::new(&Path::bench(), &CableParameters::bench(), 12)?, last: None })
+        Ok(Self { nominal: CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12)?, last: None })
     }
 
     /// Speed of the load's winch, m/s, + where it pulls.

@@ -1,6 +1,6 @@
 //! What makes a description a robot: every number finite and physical, every index in its list, every name once.
 
-use super::parts::{Actuator, Coupling, Joint, JointKind, Parts, Route, Station, Tendon};
+use super::parts::{Actuator, Coupling, Joint, JointKind, Parts, PathElement, Tendon, TendonPath};
 use super::vector::Vector;
 use crate::error::Error;
 use alloc::collections::BTreeSet;
@@ -261,9 +261,9 @@ fn check_tendon(
     joints: &[Joint],
 ) -> Result<(), Error> {
     let part = Part { kind: "tendon", index, name: &tendon.name };
-    match &tendon.route {
-        Route::Spatial(stations) => check_route(&part, stations, sites, wraps)?,
-        Route::Fixed(terms) => check_sum(&part, terms, joints)?,
+    match &tendon.path {
+        TendonPath::Spatial(elements) => check_path(&part, elements, sites, wraps)?,
+        TendonPath::Fixed(terms) => check_sum(&part, terms, joints)?,
     }
     if let Some(sheath) = &mut tendon.sheath {
         part.not_negative("the length of its sheath", sheath.length)?;
@@ -278,53 +278,53 @@ fn check_tendon(
     part.not_negative("its stiffness", tendon.stiffness)
 }
 
-fn check_route(part: &Part, stations: &[Station], sites: usize, wraps: usize) -> Result<(), Error> {
-    let route = "its route";
-    for (at, station) in stations.iter().enumerate() {
-        match *station {
-            Station::Site(site) => part.below("a site of its route", site, sites)?,
-            Station::Pulley(divisor) => part.positive("the divisor of its pulley", divisor)?,
-            Station::Wrap { wrap, side } => {
-                part.below("a wrap of its route", wrap, wraps)?;
-                part.below("a side site of its route", side.unwrap_or(0), sites.max(1))?;
+fn check_path(part: &Part, elements: &[PathElement], sites: usize, wraps: usize) -> Result<(), Error> {
+    let field = "its path";
+    for (at, element) in elements.iter().enumerate() {
+        match *element {
+            PathElement::Site(site) => part.below("a site of its path", site, sites)?,
+            PathElement::Pulley(divisor) => part.positive("the divisor of its pulley", divisor)?,
+            PathElement::Wrap { wrap, side } => {
+                part.below("a wrap of its path", wrap, wraps)?;
+                part.below("a side site of its path", side.unwrap_or(0), sites.max(1))?;
                 let site = |at: Option<usize>| {
-                    at.and_then(|at| stations.get(at)).is_some_and(|s| matches!(s, Station::Site(_)))
+                    at.and_then(|at| elements.get(at)).is_some_and(|s| matches!(s, PathElement::Site(_)))
                 };
                 if !site(at.checked_sub(1)) || !site(at.checked_add(1)) {
-                    let got = format!("not so at station {at}");
-                    return Err(part.wrong(route, "with a site before and after every wrap", got));
+                    let got = format!("not so at element {at}");
+                    return Err(part.wrong(field, "with a site before and after every wrap", got));
                 }
             }
         }
     }
-    for branch in stations.split(|station| matches!(station, Station::Pulley(_))) {
-        let count = branch.iter().filter(|station| matches!(station, Station::Site(_))).count();
+    for branch in elements.split(|element| matches!(element, PathElement::Pulley(_))) {
+        let count = branch.iter().filter(|element| matches!(element, PathElement::Site(_))).count();
         // A tackle may come first.
-        let nothing = branch.is_empty() && matches!(stations.first(), Some(Station::Pulley(_)));
+        let nothing = branch.is_empty() && matches!(elements.first(), Some(PathElement::Pulley(_)));
         if count < 2 && !nothing {
             let expected = "through at least two sites, in each branch of a tackle";
-            return Err(part.wrong(route, expected, format!("through {count}")));
+            return Err(part.wrong(field, expected, format!("through {count}")));
         }
     }
-    if stations.is_empty() || stations.iter().all(|station| matches!(station, Station::Pulley(_))) {
-        return Err(part.wrong(route, "through at least two sites", "through none"));
+    if elements.is_empty() || elements.iter().all(|element| matches!(element, PathElement::Pulley(_))) {
+        return Err(part.wrong(field, "through at least two sites", "through none"));
     }
     Ok(())
 }
 
 fn check_sum(part: &Part, terms: &[(usize, f64)], joints: &[Joint]) -> Result<(), Error> {
     if terms.is_empty() {
-        return Err(part.wrong("its route", "a sum of at least one joint", "empty"));
+        return Err(part.wrong("its path", "a sum of at least one joint", "empty"));
     }
     let mut seen = BTreeSet::new();
     for &(joint, coefficient) in terms {
-        part.below("a joint of its route", joint, joints.len())?;
-        part.finite("a coefficient of its route", &[coefficient])?;
+        part.below("a joint of its path", joint, joints.len())?;
+        part.finite("a coefficient of its path", &[coefficient])?;
         if !matches!(joints[joint].kind, JointKind::Hinge | JointKind::Slide) {
-            return Err(part.wrong("a joint of its route", "a hinge or a slide", &joints[joint].name));
+            return Err(part.wrong("a joint of its path", "a hinge or a slide", &joints[joint].name));
         }
         if !seen.insert(joint) {
-            return Err(part.wrong("a joint of its route", "named once", &joints[joint].name));
+            return Err(part.wrong("a joint of its path", "named once", &joints[joint].name));
         }
     }
     Ok(())

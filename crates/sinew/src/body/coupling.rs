@@ -48,7 +48,7 @@ impl Robot {
     ///
     /// # Errors
     /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a coordinate is not finite.
-    pub fn follow(&self, q: &mut [f64]) -> Result<(), Error> {
+    pub fn apply_couplings(&self, q: &mut [f64]) -> Result<(), Error> {
         self.check_coordinates(q)?;
         for coupling in self.followers() {
             let follower = self.coordinates_of(coupling.follower).start;
@@ -109,7 +109,7 @@ impl Reduction {
     /// Finds slopes and curvatures in a pose.
     ///
     /// # Shapes
-    /// `q: [nq]`, leaders and followers in agreement ([`Robot::follow`]).
+    /// `q: [nq]`, leaders and followers in agreement ([`Robot::apply_couplings`]).
     ///
     /// # Errors
     /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a coordinate is not finite.

@@ -25,7 +25,7 @@ pub(super) struct Motion {
 
 /// Moment about the origin and force on a link, in its frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Load {
+pub(super) struct Wrench {
     moment: Vector,
     force: Vector,
 }
@@ -165,7 +165,7 @@ impl Robot {
         scratch: &mut Scratch,
         tau: &mut [f64],
     ) -> Result<(), Error> {
-        length("scratch", scratch.loads.len(), self.tree.links.len())?;
+        length("scratch", scratch.wrenches.len(), self.tree.links.len())?;
         length("tau", tau.len(), self.nv())?;
         let passes = Passes { tree: &self.tree, q, v, a, ground, scratch, tau: &mut *tau };
         InstructionSet::detect_narrow().run(passes);
@@ -173,7 +173,7 @@ impl Robot {
     }
 }
 
-/// Newton-Euler: motion from the ground outward, loads from the ends inward.
+/// Newton-Euler: motion from the ground outward, wrenches from the ends inward.
 struct Passes<'a> {
     tree: &'a Tree,
     q: &'a [f64],
@@ -205,7 +205,7 @@ impl Passes<'_> {
     #[inline(always)]
     fn outward<A: Arithmetic>(&mut self, by: A) {
         let Tree { links, stages, runs, .. } = self.tree;
-        let Scratch { turned, motions, loads, .. } = &mut *self.scratch;
+        let Scratch { turned, motions, wrenches, .. } = &mut *self.scratch;
         for run in runs {
             let mut motion = if run.parent == 0 {
                 Motion { a: self.ground, ..Motion::default() }
@@ -215,7 +215,7 @@ impl Passes<'_> {
             if run.hinges {
                 let all = run.first..run.last + 1;
                 let rates = self.v[run.v..].iter().zip(&self.a[run.v..]);
-                let chain = stages[all.clone()].iter().zip(&mut loads[all.clone()]).zip(rates);
+                let chain = stages[all.clone()].iter().zip(&mut wrenches[all.clone()]).zip(rates);
                 for (((stage, load), (v, a)), index) in chain.zip(all) {
                     motion = behind_hinge(
                         by,
@@ -225,14 +225,14 @@ impl Passes<'_> {
                         *v,
                         *a,
                     );
-                    *load = flat_load(by, stage, &motion);
+                    *load = flat_wrench(by, stage, &motion);
                 }
             } else {
                 let link = &links[run.first];
                 let (axes, origin) = link.pose_in_parent(self.q);
                 set_axes(&mut turned[run.first / 4], run.first % 4, &axes);
                 motion = behind(link, &motion, &axes, origin, &self.v[link.v..], &self.a[link.v..]);
-                loads[run.first] = whole_load(&stages[run.first], &motion);
+                wrenches[run.first] = full_wrench(&stages[run.first], &motion);
             }
             if run.carries {
                 motions[run.last] = motion;
@@ -243,14 +243,14 @@ impl Passes<'_> {
     #[inline(always)]
     fn inward<A: Arithmetic>(&mut self, by: A) {
         let Tree { links, stages, runs, .. } = self.tree;
-        let Scratch { turned, loads, .. } = &mut *self.scratch;
+        let Scratch { turned, wrenches, .. } = &mut *self.scratch;
         for run in runs.iter().rev() {
-            let mut carried = Load::default();
+            let mut carried = Wrench::default();
             if run.hinges {
                 let all = run.first..run.last + 1;
                 let felt = run.v..run.v + all.len();
                 let felt = self.a[felt.clone()].iter().zip(&mut self.tau[felt]);
-                let chain = stages[all.clone()].iter().zip(&loads[all.clone()]).zip(felt);
+                let chain = stages[all.clone()].iter().zip(&wrenches[all.clone()]).zip(felt);
                 for (((stage, load), (a, tau)), index) in chain.zip(all).rev() {
                     let load = load.plus(&carried);
                     *tau = by.mul_add(stage.armature, *a, load.moment[2]);
@@ -258,12 +258,12 @@ impl Passes<'_> {
                 }
             } else {
                 let (link, load, axes) =
-                    (&links[run.first], loads[run.first], axes_of(&turned[run.first / 4], run.first % 4));
-                load.hand_out(link, &axes, self.a, self.tau);
+                    (&links[run.first], wrenches[run.first], axes_of(&turned[run.first / 4], run.first % 4));
+                load.project_to_joint(link, &axes, self.a, self.tau);
                 carried = load.on_parent(Plain, &axes, link.pose_in_parent(self.q).1);
             }
             if run.parent != 0 {
-                loads[run.parent] = loads[run.parent].plus(&carried);
+                wrenches[run.parent] = wrenches[run.parent].plus(&carried);
             }
         }
     }
@@ -348,7 +348,7 @@ fn behind(link: &Link, parent: &Motion, axes: &Frame, origin: Vector, v: &[f64],
 
 /// Moment and force that the motion asks for, with first moments `h` and second moments `s` of the mass:
 /// the sums over it of `r x (a + U r)` and of `a + U r`.
-fn whole_load(stage: &Stage, Motion { a, field: [x, y, z], .. }: &Motion) -> Load {
+fn full_wrench(stage: &Stage, Motion { a, field: [x, y, z], .. }: &Motion) -> Wrench {
     let h = stage.moment;
     let [sxx, syy, szz, sxy, sxz, syz] = stage.second;
     let rows = [[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]];
@@ -358,12 +358,12 @@ fn whole_load(stage: &Stage, Motion { a, field: [x, y, z], .. }: &Motion) -> Loa
         dot(*y, rows[0]) - dot(*x, rows[1]),
     ];
     let force = [dot(*x, h), dot(*y, h), dot(*z, h)];
-    Load { moment: add(moment, cross(h, *a)), force: add_scaled(force, stage.mass, *a) }
+    Wrench { moment: add(moment, cross(h, *a)), force: add_scaled(force, stage.mass, *a) }
 }
 
 /// The same where a hinge's link keeps nothing along its axis.
 #[inline(always)]
-fn flat_load<A: Arithmetic>(by: A, stage: &Stage, Motion { a, field: [x, y, z], .. }: &Motion) -> Load {
+fn flat_wrench<A: Arithmetic>(by: A, stage: &Stage, Motion { a, field: [x, y, z], .. }: &Motion) -> Wrench {
     let [hx, hy, _] = stage.moment;
     let [sxx, syy, _, sxy, sxz, syz] = stage.second;
     let zy = product(by, *z, [sxy, syy, syz]);
@@ -372,7 +372,7 @@ fn flat_load<A: Arithmetic>(by: A, stage: &Stage, Motion { a, field: [x, y, z], 
     let zx = product(by, *z, [sxx, sxy, sxz]);
     let yx = product(by, *y, [sxx, sxy, sxz]);
     let xy = product(by, *x, [sxy, syy, syz]);
-    Load {
+    Wrench {
         moment: [
             by.mul_add(hy, a[2], zy - yz),
             by.mul_add(-hx, a[2], xz - zx),
@@ -386,15 +386,15 @@ fn flat_load<A: Arithmetic>(by: A, stage: &Stage, Motion { a, field: [x, y, z], 
     }
 }
 
-impl Load {
+impl Wrench {
     #[inline(always)]
-    fn plus(&self, other: &Load) -> Load {
-        Load { moment: add(self.moment, other.moment), force: add(self.force, other.force) }
+    fn plus(&self, other: &Wrench) -> Wrench {
+        Wrench { moment: add(self.moment, other.moment), force: add(self.force, other.force) }
     }
 
     /// As what carries the link feels it.
     #[inline(always)]
-    fn on_parent<A: Arithmetic>(&self, by: A, axes: &Frame, [x, y, z]: Vector) -> Load {
+    fn on_parent<A: Arithmetic>(&self, by: A, axes: &Frame, [x, y, z]: Vector) -> Wrench {
         let force = rotate_by(by, axes, self.force);
         let [fx, fy, fz] = force;
         // Forces run ahead, so that a moment waits for nothing but the moment before.
@@ -406,13 +406,13 @@ impl Load {
             product_onto(by, ly, [ex[1], ey[1], ez[1]], self.moment),
             product_onto(by, lz, [ex[2], ey[2], ez[2]], self.moment),
         ];
-        Load { moment, force }
+        Wrench { moment, force }
     }
 
     /// The part that the link's joint feels.
-    fn hand_out(&self, link: &Link, axes: &Frame, a: &[f64], tau: &mut [f64]) {
+    fn project_to_joint(&self, link: &Link, axes: &Frame, a: &[f64], tau: &mut [f64]) {
         let ([mx, my, mz], force) = (self.moment, self.force);
-        let loads = match link.kind {
+        let wrenches = match link.kind {
             JointKind::Hinge => [mz, 0.0, 0.0, 0.0, 0.0, 0.0],
             JointKind::Slide => [force[2], 0.0, 0.0, 0.0, 0.0, 0.0],
             JointKind::Ball => [mx, my, mz, 0.0, 0.0, 0.0],
@@ -421,7 +421,7 @@ impl Load {
                 [x, y, z, mx, my, mz]
             }
         };
-        for (k, load) in loads.into_iter().enumerate().take(link.kind.velocities()) {
+        for (k, load) in wrenches.into_iter().enumerate().take(link.kind.velocities()) {
             tau[link.v + k] = load + link.armature * a[link.v + k];
         }
     }

@@ -34,21 +34,21 @@ impl Pose {
     }
 }
 
-/// Motion per unit of one velocity: a point at `x` moves with `turn x x + shift`.
+/// Motion per unit of one velocity: a point at `x` moves with `angular x x + linear`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Screw {
+pub struct MotionAxis {
     /// Angular velocity in the world.
-    pub turn: [f64; 3],
+    pub angular: [f64; 3],
     /// Velocity of the point that passes the world's origin.
-    pub shift: [f64; 3],
+    pub linear: [f64; 3],
 }
 
-impl Screw {
+impl MotionAxis {
     /// Velocity of a point.
     #[inline]
     #[must_use]
     pub fn at(&self, point: [f64; 3]) -> [f64; 3] {
-        add(cross(self.turn, point), self.shift)
+        add(cross(self.angular, point), self.linear)
     }
 }
 
@@ -56,20 +56,23 @@ impl Screw {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Poses {
     pub(crate) links: Vec<Pose>,
-    pub(crate) screws: Vec<Screw>,
+    pub(crate) motion_axes: Vec<MotionAxis>,
 }
 
 impl Poses {
     /// Room for the poses of a robot; everything at the origin.
     #[must_use]
     pub fn new(robot: &Robot) -> Poses {
-        Poses { links: vec![Pose::WORLD; robot.tree.links.len()], screws: vec![Screw::default(); robot.nv()] }
+        Poses {
+            links: vec![Pose::WORLD; robot.tree.links.len()],
+            motion_axes: vec![MotionAxis::default(); robot.nv()],
+        }
     }
 
     /// Motion of the robot per unit of each velocity, `[nv]`; each moves what its joint carries.
     #[must_use]
-    pub fn screws(&self) -> &[Screw] {
-        &self.screws
+    pub fn motion_axes(&self) -> &[MotionAxis] {
+        &self.motion_axes
     }
 
     #[inline]
@@ -100,15 +103,16 @@ impl Poses {
             },
         };
         self.links[index] = pose;
-        let screws = &mut self.screws[link.v..link.v + link.kind.velocities()];
-        let about = |axis: Vector| Screw { turn: axis, shift: cross(pose.origin, axis) };
+        let motion_axes = &mut self.motion_axes[link.v..link.v + link.kind.velocities()];
+        let about = |axis: Vector| MotionAxis { angular: axis, linear: cross(pose.origin, axis) };
         match link.kind {
-            JointKind::Hinge => screws[0] = about(pose.axes[2]),
-            JointKind::Slide => screws[0] = Screw { turn: [0.0; 3], shift: pose.axes[2] },
-            JointKind::Ball => screws.copy_from_slice(&pose.axes.map(about)),
+            JointKind::Hinge => motion_axes[0] = about(pose.axes[2]),
+            JointKind::Slide => motion_axes[0] = MotionAxis { angular: [0.0; 3], linear: pose.axes[2] },
+            JointKind::Ball => motion_axes.copy_from_slice(&pose.axes.map(about)),
             JointKind::Free => {
-                screws[..3].copy_from_slice(&IDENTITY.map(|shift| Screw { turn: [0.0; 3], shift }));
-                screws[3..].copy_from_slice(&pose.axes.map(about));
+                motion_axes[..3]
+                    .copy_from_slice(&IDENTITY.map(|linear| MotionAxis { angular: [0.0; 3], linear }));
+                motion_axes[3..].copy_from_slice(&pose.axes.map(about));
             }
         }
     }
@@ -186,8 +190,8 @@ impl Robot {
         while at != 0 {
             let link = &self.tree.links[at];
             for v in link.v..link.v + link.kind.velocities() {
-                let screw = &poses.screws[v];
-                for (row, (x, w)) in screw.at(point).into_iter().zip(screw.turn).enumerate() {
+                let axis = &poses.motion_axes[v];
+                for (row, (x, w)) in axis.at(point).into_iter().zip(axis.angular).enumerate() {
                     linear[row * nv + v] = x;
                     angular[row * nv + v] = w;
                 }
@@ -199,6 +203,6 @@ impl Robot {
 
     fn check_poses(&self, poses: &Poses) -> Result<(), Error> {
         length("poses", poses.links.len(), self.tree.links.len())?;
-        length("poses", poses.screws.len(), self.nv())
+        length("poses", poses.motion_axes.len(), self.nv())
     }
 }

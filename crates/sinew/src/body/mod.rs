@@ -22,10 +22,10 @@ pub(crate) mod vector;
 
 pub use chain::{DhRow, DhTable};
 pub use coupling::Reduction;
-pub use kinematics::{Pose, Poses, Screw};
+pub use kinematics::{MotionAxis, Pose, Poses};
 pub use parts::{
-    Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, Route, Sheath, Site, Station,
-    Tendon, Wrap, WrapKind,
+    Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, PathElement, SheathGeometry, Site,
+    Tendon, TendonPath, Wrap, WrapKind,
 };
 pub use robot::Robot;
 pub(crate) use robot::{length, numbers};

@@ -135,9 +135,9 @@ pub struct Wrap {
     pub orientation: [f64; 4],
 }
 
-/// One station of a cable.
+/// One element of a tendon's path.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Station {
+pub enum PathElement {
     /// Through a site.
     Site(usize),
     /// Around a surface, if it is in the way; `side` is the site that says on which side, or that the cable
@@ -152,18 +152,18 @@ pub enum Station {
     Pulley(f64),
 }
 
-/// The way of a cable.
+/// The path of a tendon.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Route {
+pub enum TendonPath {
     /// Through space.
-    Spatial(Vec<Station>),
+    Spatial(Vec<PathElement>),
     /// A weighted sum of joint coordinates: joint, coefficient.
     Fixed(Vec<(usize, f64)>),
 }
 
-/// The sheath that brings a cable from its drive to the first station.
+/// The sheath that brings a cable from its drive to the first site.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Sheath {
+pub struct SheathGeometry {
     /// Length, m.
     pub length: f64,
     /// Bend, rad.
@@ -178,9 +178,10 @@ pub struct Tendon {
     /// Its name.
     pub name: String,
     /// Its way.
-    pub route: Route,
+    #[serde(rename = "route")]
+    pub path: TendonPath,
     /// Its sheath, if the file knows one.
-    pub sheath: Option<Sheath>,
+    pub sheath: Option<SheathGeometry>,
     /// Limits of length, m.
     pub range: Option<[f64; 2]>,
     /// Damping, N s/m.

@@ -1,5 +1,5 @@
 use super::forward_dynamics::Articulated;
-use super::inverse_dynamics::{Load, Motion};
+use super::inverse_dynamics::{Motion, Wrench};
 use super::lumped::Axes;
 use super::robot::Robot;
 use super::tree::Inertia;
@@ -26,7 +26,7 @@ pub struct Scratch {
     pub(super) turned: Vec<Axes>,
     /// Of the links that others than the next one stand on.
     pub(super) motions: Vec<Motion>,
-    pub(super) loads: Vec<Load>,
+    pub(super) wrenches: Vec<Wrench>,
     pub(super) composite: Vec<Inertia>,
     pub(super) articulated: Vec<Articulated>,
     /// Zeros, one for each velocity.
@@ -46,7 +46,7 @@ impl Scratch {
             links: vec![Moving::default(); links],
             turned: vec![Axes::default(); links.div_ceil(4)],
             motions: vec![Motion::default(); links],
-            loads: vec![Load::default(); links],
+            wrenches: vec![Wrench::default(); links],
             composite: vec![Inertia::default(); links],
             articulated: vec![Articulated::default(); links],
             rest: vec![0.0; nv],

@@ -14,7 +14,7 @@ impl Muscles {
     pub fn wrap_angles(&self, geometry: &Geometry, angles: &mut [f64]) -> Result<(), Error> {
         self.check(geometry)?;
         length("angles", angles.len(), self.count())?;
-        for (cable, angle) in self.plan.cables.iter().zip(angles.iter_mut()) {
+        for (cable, angle) in self.topology.cables.iter().zip(angles.iter_mut()) {
             *angle = geometry.strands[cable.spans.clone()].iter().map(|strand| strand.angle).sum();
         }
         Ok(())
@@ -40,11 +40,11 @@ impl Muscles {
     pub fn bends(&self, geometry: &Geometry, bends: &mut [f64]) -> Result<(), Error> {
         self.check(geometry)?;
         length("bends", bends.len(), self.count())?;
-        for (cable, bend) in self.plan.cables.iter().zip(bends.iter_mut()) {
+        for (cable, bend) in self.topology.cables.iter().zip(bends.iter_mut()) {
             let mut before =
                 cable.sheath_end.map(|end| rotate(&geometry.poses.links[end.link].axes, end.position));
             *bend = 0.0;
-            for (index, span) in cable.spans.clone().zip(&self.plan.spans[cable.spans.clone()]) {
+            for (index, span) in cable.spans.clone().zip(&self.topology.spans[cable.spans.clone()]) {
                 let strand = &geometry.strands[index];
                 if span.begins && index != cable.spans.start {
                     before = None;

@@ -1,5 +1,5 @@
-use super::route::{Around, Plan, Span, Surface};
 use super::surface::{Contact, cylinder, sphere};
+use super::topology::{Around, Span, Surface, Topology};
 use crate::body::vector::{Vector, cross, dot, norm, rotate, scale, sub, unrotate};
 use crate::body::{Pose, Poses, Robot, WrapKind, length, numbers};
 use crate::error::Error;
@@ -37,7 +37,7 @@ pub(super) struct Strand {
 /// `mujoco2012`, whose rules decide where a cable wraps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Muscles {
-    pub(super) plan: Plan,
+    pub(super) topology: Topology,
     nq: usize,
     pub(super) nv: usize,
 }
@@ -57,16 +57,16 @@ impl Geometry {
     /// Room for the muscles of a robot; nothing found yet.
     #[must_use]
     pub fn new(robot: &Robot, muscles: &Muscles) -> Geometry {
-        let plan = &muscles.plan;
+        let topology = &muscles.topology;
         let poses = Poses::new(robot);
-        let surfaces = plan.surfaces.iter().map(|_| robot.body_pose(&poses, 0)).collect();
+        let surfaces = topology.surfaces.iter().map(|_| robot.body_pose(&poses, 0)).collect();
         Geometry {
             poses,
-            points: vec![[0.0; 3]; plan.anchors.len()],
+            points: vec![[0.0; 3]; topology.anchors.len()],
             surfaces,
-            strands: vec![Strand::default(); plan.spans.len()],
-            lengths: vec![0.0; plan.cables.len()],
-            arms: vec![0.0; plan.columns.len()],
+            strands: vec![Strand::default(); topology.spans.len()],
+            lengths: vec![0.0; topology.cables.len()],
+            arms: vec![0.0; topology.columns.len()],
         }
     }
 
@@ -88,26 +88,26 @@ impl Muscles {
     /// The muscles of a robot.
     #[must_use]
     pub fn new(robot: &Robot) -> Muscles {
-        Muscles { plan: Plan::new(robot), nq: robot.nq(), nv: robot.nv() }
+        Muscles { topology: Topology::new(robot), nq: robot.nq(), nv: robot.nv() }
     }
 
     /// How many.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.plan.cables.len()
+        self.topology.cables.len()
     }
 
     /// The velocities that a muscle's moment arms are about, in rising order for spatial tendons; nothing for
     /// a muscle that is not there.
     #[must_use]
     pub fn columns(&self, muscle: usize) -> &[usize] {
-        self.plan.cables.get(muscle).map_or(&[], |cable| &self.plan.columns[cable.slots.clone()])
+        self.topology.cables.get(muscle).map_or(&[], |cable| &self.topology.columns[cable.slots.clone()])
     }
 
     /// A muscle's moment arms, `R = -dl/dq`, in the order of [`columns`](Muscles::columns).
     #[must_use]
     pub fn arms<'a>(&self, geometry: &'a Geometry, muscle: usize) -> &'a [f64] {
-        let slots = self.plan.cables.get(muscle).map(|cable| cable.slots.clone());
+        let slots = self.topology.cables.get(muscle).map(|cable| cable.slots.clone());
         slots.and_then(|slots| geometry.arms.get(slots)).unwrap_or_default()
     }
 
@@ -121,19 +121,19 @@ impl Muscles {
     pub fn evaluate(&self, q: &[f64], geometry: &mut Geometry) -> Result<(), Error> {
         numbers("q", q, self.nq)?;
         self.check(geometry)?;
-        let plan = &self.plan;
-        for (index, link) in &plan.links {
+        let topology = &self.topology;
+        for (index, link) in &topology.links {
             geometry.poses.place(*index, link, q);
         }
-        for (point, anchor) in geometry.points.iter_mut().zip(&plan.anchors) {
+        for (point, anchor) in geometry.points.iter_mut().zip(&topology.anchors) {
             *point = geometry.poses.links[anchor.link].point(anchor.position);
         }
-        for (pose, surface) in geometry.surfaces.iter_mut().zip(&plan.surfaces) {
+        for (pose, surface) in geometry.surfaces.iter_mut().zip(&topology.surfaces) {
             let Surface { place, .. } = surface;
             *pose = geometry.poses.of(place);
         }
         geometry.arms.fill(0.0);
-        for (muscle, cable) in plan.cables.iter().enumerate() {
+        for (muscle, cable) in topology.cables.iter().enumerate() {
             let mut total = 0.0;
             for &(coordinate, slot, coefficient) in &cable.terms {
                 total += coefficient * q[coordinate];
@@ -144,21 +144,21 @@ impl Muscles {
             }
             geometry.lengths[muscle] = total;
         }
-        numbers("lengths", &geometry.lengths, plan.cables.len())?;
-        numbers("moment arms", &geometry.arms, plan.columns.len())
+        numbers("lengths", &geometry.lengths, topology.cables.len())?;
+        numbers("moment arms", &geometry.arms, topology.columns.len())
     }
 
     /// One piece of cable: its share of the muscle's length; its moment arms are added.
     #[inline]
     fn span(&self, index: usize, geometry: &mut Geometry) -> f64 {
-        let span = &self.plan.spans[index];
+        let span = &self.topology.spans[index];
         let (start, end) = (geometry.points[span.from], geometry.points[span.to]);
         let contact = span.around.as_ref().and_then(|around| self.wrap(span, around, geometry));
         let strand = match (&span.around, contact) {
             (Some(around), Some(contact)) => {
                 let Contact { into, out, length, angle, .. } = contact;
-                self.feel(around.before.clone(), span.share, start, into, geometry);
-                self.feel(around.after.clone(), span.share, end, out, geometry);
+                self.accumulate_moment_arms(around.before.clone(), span.share, start, into, geometry);
+                self.accumulate_moment_arms(around.after.clone(), span.share, end, out, geometry);
                 Strand { out: into, into: out, length, contact: Some(contact), angle }
             }
             _ => {
@@ -166,7 +166,7 @@ impl Muscles {
                 let length = norm(way);
                 // MuJoCo's direction of nothing.
                 let u = if length < super::circle::TINY { [1.0, 0.0, 0.0] } else { scale(1.0 / length, way) };
-                self.feel(span.direct.clone(), span.share, start, u, geometry);
+                self.accumulate_moment_arms(span.direct.clone(), span.share, start, u, geometry);
                 Strand { out: u, into: u, length, contact: None, angle: 0.0 }
             }
         };
@@ -176,7 +176,7 @@ impl Muscles {
 
     #[inline]
     fn wrap(&self, span: &Span, around: &Around, geometry: &Geometry) -> Option<Contact> {
-        let surface = &self.plan.surfaces[around.surface];
+        let surface = &self.topology.surfaces[around.surface];
         let pose = &geometry.surfaces[around.surface];
         let seen = |anchor: usize| sub(geometry.points[anchor], pose.origin);
         let (ends, side) = ([seen(span.from), seen(span.to)], around.side.map(seen));
@@ -193,7 +193,7 @@ impl Muscles {
 
     /// Adds what a straight piece along `u` through `x` gives to the moment arms of the joints it crosses.
     #[inline]
-    fn feel(
+    fn accumulate_moment_arms(
         &self,
         crossings: core::ops::Range<usize>,
         share: f64,
@@ -202,9 +202,9 @@ impl Muscles {
         geometry: &mut Geometry,
     ) {
         let moment = cross(x, u);
-        for crossing in &self.plan.crossings[crossings] {
-            let screw = &geometry.poses.screws[crossing.velocity];
-            let along = dot(screw.turn, moment) + dot(screw.shift, u);
+        for crossing in &self.topology.crossings[crossings] {
+            let axis = &geometry.poses.motion_axes[crossing.velocity];
+            let along = dot(axis.angular, moment) + dot(axis.linear, u);
             geometry.arms[crossing.slot] -= share * crossing.sign * along;
         }
     }
@@ -225,9 +225,9 @@ impl Muscles {
     pub(super) fn spread(&self, sparse: &[f64], dense: &mut [f64]) -> Result<(), Error> {
         length("dense", dense.len(), self.count() * self.nv)?;
         dense.fill(0.0);
-        for (muscle, cable) in self.plan.cables.iter().enumerate() {
+        for (muscle, cable) in self.topology.cables.iter().enumerate() {
             for slot in cable.slots.clone() {
-                dense[muscle * self.nv + self.plan.columns[slot]] = sparse[slot];
+                dense[muscle * self.nv + self.topology.columns[slot]] = sparse[slot];
             }
         }
         Ok(())
@@ -244,11 +244,11 @@ impl Muscles {
         self.check(geometry)?;
         numbers("v", v, self.nv)?;
         length("rates", rates.len(), self.count())?;
-        for (cable, rate) in self.plan.cables.iter().zip(rates.iter_mut()) {
+        for (cable, rate) in self.topology.cables.iter().zip(rates.iter_mut()) {
             *rate = -cable
                 .slots
                 .clone()
-                .map(|slot| geometry.arms[slot] * v[self.plan.columns[slot]])
+                .map(|slot| geometry.arms[slot] * v[self.topology.columns[slot]])
                 .sum::<f64>();
         }
         Ok(())
@@ -266,9 +266,9 @@ impl Muscles {
         numbers("tensions", tensions, self.count())?;
         length("tau", tau.len(), self.nv)?;
         tau.fill(0.0);
-        for (cable, tension) in self.plan.cables.iter().zip(tensions) {
+        for (cable, tension) in self.topology.cables.iter().zip(tensions) {
             for slot in cable.slots.clone() {
-                tau[self.plan.columns[slot]] += geometry.arms[slot] * tension;
+                tau[self.topology.columns[slot]] += geometry.arms[slot] * tension;
             }
         }
         Ok(())
@@ -276,14 +276,14 @@ impl Muscles {
 
     /// Whether this room was made for these muscles.
     pub(super) fn check(&self, geometry: &Geometry) -> Result<(), Error> {
-        let plan = &self.plan;
-        length("geometry", geometry.lengths.len(), plan.cables.len())?;
-        length("geometry", geometry.arms.len(), plan.columns.len())?;
-        length("geometry", geometry.strands.len(), plan.spans.len())?;
-        length("geometry", geometry.points.len(), plan.anchors.len())?;
-        length("geometry", geometry.surfaces.len(), plan.surfaces.len())?;
-        length("geometry", geometry.poses.screws.len(), self.nv)?;
-        let last = plan.links.last().map_or(0, |(index, _)| *index);
+        let topology = &self.topology;
+        length("geometry", geometry.lengths.len(), topology.cables.len())?;
+        length("geometry", geometry.arms.len(), topology.columns.len())?;
+        length("geometry", geometry.strands.len(), topology.spans.len())?;
+        length("geometry", geometry.points.len(), topology.anchors.len())?;
+        length("geometry", geometry.surfaces.len(), topology.surfaces.len())?;
+        length("geometry", geometry.poses.motion_axes.len(), self.nv)?;
+        let last = topology.links.last().map_or(0, |(index, _)| *index);
         length("geometry", geometry.poses.links.len().max(last + 1), geometry.poses.links.len())
     }
 }

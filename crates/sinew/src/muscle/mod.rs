@@ -7,8 +7,8 @@ mod circle;
 mod geometry;
 mod path;
 mod rate;
-mod route;
 mod surface;
+mod topology;
 
 pub use geometry::{Geometry, Muscles};
-pub use rate::ArmRates;
+pub use rate::MomentArmRates;

@@ -15,10 +15,10 @@ impl Muscles {
         self.check(geometry)?;
         // Enough for any picture, and no room for a million points.
         let step = positive("step", step)?.max(1e-3);
-        let spans = self.plan.cables.get(muscle).map_or(0..0, |cable| cable.spans.clone());
+        let spans = self.topology.cables.get(muscle).map_or(0..0, |cable| cable.spans.clone());
         let mut branches: Vec<Vec<[f64; 3]>> = Vec::new();
         for index in spans {
-            let span = &self.plan.spans[index];
+            let span = &self.topology.spans[index];
             if span.begins || branches.is_empty() {
                 branches.push(vec![geometry.points[span.from]]);
             }
@@ -32,9 +32,9 @@ impl Muscles {
 
     /// Points on the surface of a span, from where the cable arrives to where it leaves.
     fn arc(&self, index: usize, geometry: &Geometry, step: f64, branch: &mut Vec<Vector>) {
-        let (span, strand) = (&self.plan.spans[index], &geometry.strands[index]);
+        let (span, strand) = (&self.topology.spans[index], &geometry.strands[index]);
         let (Some(around), Some(contact)) = (&span.around, strand.contact) else { return };
-        let (surface, pose) = (&self.plan.surfaces[around.surface], &geometry.surfaces[around.surface]);
+        let (surface, pose) = (&self.topology.surfaces[around.surface], &geometry.surfaces[around.surface]);
         let arrival = add_scaled(geometry.points[span.from], contact.free[0], strand.out);
         if contact.touch.1 < core::f64::consts::FRAC_PI_2 {
             branch.push(arrival);

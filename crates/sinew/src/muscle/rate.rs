@@ -1,8 +1,8 @@
 use super::circle::turning;
 use super::geometry::{Geometry, Muscles, Strand};
-use super::route::{Around, Crossing, Span};
+use super::topology::{Around, Crossing, Span};
 use crate::body::vector::{Vector, add, add_scaled, cross, dot, norm, rotate, scale, sub, unrotate};
-use crate::body::{JointKind, Robot, Screw, WrapKind, numbers};
+use crate::body::{JointKind, MotionAxis, Robot, WrapKind, numbers};
 use crate::error::Error;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -14,11 +14,11 @@ use core::ops::Range;
 /// R' = sum_k dR/dq_k v_k;    l'' = -R a - R' v
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct ArmRates {
+pub struct MomentArmRates {
     /// Motion of each link.
-    links: Vec<Screw>,
-    /// Change of each joint's screw.
-    screws: Vec<Screw>,
+    links: Vec<MotionAxis>,
+    /// Change of each joint's axis.
+    motion_axes: Vec<MotionAxis>,
     rates: Vec<f64>,
 }
 
@@ -31,14 +31,14 @@ struct Line {
     turning: Vector,
 }
 
-impl ArmRates {
+impl MomentArmRates {
     /// Room for the muscles of a robot.
     #[must_use]
-    pub fn new(robot: &Robot, muscles: &Muscles) -> ArmRates {
-        ArmRates {
-            links: vec![Screw::default(); robot.tree.links.len()],
-            screws: vec![Screw::default(); robot.nv()],
-            rates: vec![0.0; muscles.plan.columns.len()],
+    pub fn new(robot: &Robot, muscles: &Muscles) -> MomentArmRates {
+        MomentArmRates {
+            links: vec![MotionAxis::default(); robot.tree.links.len()],
+            motion_axes: vec![MotionAxis::default(); robot.nv()],
+            rates: vec![0.0; muscles.topology.columns.len()],
         }
     }
 
@@ -65,16 +65,16 @@ impl Muscles {
         &self,
         geometry: &Geometry,
         v: &[f64],
-        found: &mut ArmRates,
+        found: &mut MomentArmRates,
     ) -> Result<(), Error> {
         self.check(geometry)?;
         numbers("v", v, self.nv)?;
-        crate::body::length("arm rates", found.screws.len(), self.nv)?;
+        crate::body::length("arm rates", found.motion_axes.len(), self.nv)?;
         crate::body::length("arm rates", found.links.len(), geometry.poses.links.len())?;
-        crate::body::length("arm rates", found.rates.len(), self.plan.columns.len())?;
+        crate::body::length("arm rates", found.rates.len(), self.topology.columns.len())?;
         self.move_links(geometry, v, found);
         found.rates.fill(0.0);
-        for (index, span) in self.plan.spans.iter().enumerate() {
+        for (index, span) in self.topology.spans.iter().enumerate() {
             let strand = &geometry.strands[index];
             match (&span.around, strand.contact) {
                 (Some(around), Some(_)) => {
@@ -88,7 +88,7 @@ impl Muscles {
                 }
             }
         }
-        numbers("moment arm rates", &found.rates, self.plan.columns.len())
+        numbers("moment arm rates", &found.rates, self.topology.columns.len())
     }
 
     /// Rates of moment arms as a whole matrix.
@@ -98,31 +98,31 @@ impl Muscles {
     ///
     /// # Errors
     /// [`Error::WrongLength`] names the slice.
-    pub fn dense_rates(&self, found: &ArmRates, dense: &mut [f64]) -> Result<(), Error> {
-        crate::body::length("arm rates", found.rates.len(), self.plan.columns.len())?;
+    pub fn dense_rates(&self, found: &MomentArmRates, dense: &mut [f64]) -> Result<(), Error> {
+        crate::body::length("arm rates", found.rates.len(), self.topology.columns.len())?;
         self.spread(&found.rates, dense)
     }
 
-    fn move_links(&self, geometry: &Geometry, v: &[f64], found: &mut ArmRates) {
-        for (index, link) in &self.plan.links {
-            let mut motion = if link.parent == 0 { Screw::default() } else { found.links[link.parent] };
+    fn move_links(&self, geometry: &Geometry, v: &[f64], found: &mut MomentArmRates) {
+        for (index, link) in &self.topology.links {
+            let mut motion = if link.parent == 0 { MotionAxis::default() } else { found.links[link.parent] };
             let own = link.v..link.v + link.kind.velocities();
             for k in own.clone() {
-                let screw = &geometry.poses.screws[k];
-                motion.turn = add_scaled(motion.turn, v[k], screw.turn);
-                motion.shift = add_scaled(motion.shift, v[k], screw.shift);
+                let axis = &geometry.poses.motion_axes[k];
+                motion.angular = add_scaled(motion.angular, v[k], axis.angular);
+                motion.linear = add_scaled(motion.linear, v[k], axis.linear);
             }
             found.links[*index] = motion;
             for k in own {
-                let screw = &geometry.poses.screws[k];
+                let axis = &geometry.poses.motion_axes[k];
                 // A free joint's shifts are the world's axes.
                 let fixed = link.kind == JointKind::Free && k < link.v + 3;
-                found.screws[k] = if fixed { Screw::default() } else { carried(&motion, screw) };
+                found.motion_axes[k] = if fixed { MotionAxis::default() } else { carried(&motion, axis) };
             }
         }
     }
 
-    fn straight(&self, span: &Span, strand: &Strand, geometry: &Geometry, found: &ArmRates) -> Line {
+    fn straight(&self, span: &Span, strand: &Strand, geometry: &Geometry, found: &MomentArmRates) -> Line {
         let (point, moving) = self.end(span.from, geometry, found);
         let (_, far) = self.end(span.to, geometry, found);
         let way = sub(far, moving);
@@ -138,11 +138,11 @@ impl Muscles {
         around: &Around,
         strand: &Strand,
         geometry: &Geometry,
-        found: &ArmRates,
+        found: &MomentArmRates,
     ) -> [Line; 2] {
-        let (surface, pose) = (&self.plan.surfaces[around.surface], &geometry.surfaces[around.surface]);
+        let (surface, pose) = (&self.topology.surfaces[around.surface], &geometry.surfaces[around.surface]);
         let carrier = match surface.place.link {
-            0 => Screw::default(),
+            0 => MotionAxis::default(),
             link => found.links[link],
         };
         let sites = [span.from, span.to].map(|anchor| self.end(anchor, geometry, found));
@@ -169,14 +169,14 @@ impl Muscles {
             point: sites[i].0,
             moving: sites[i].1,
             direction: directions[i],
-            turning: add(turned[i], cross(carrier.turn, directions[i])),
+            turning: add(turned[i], cross(carrier.angular, directions[i])),
         })
     }
 
     /// Place and velocity of a site.
-    fn end(&self, anchor: usize, geometry: &Geometry, found: &ArmRates) -> (Vector, Vector) {
+    fn end(&self, anchor: usize, geometry: &Geometry, found: &MomentArmRates) -> (Vector, Vector) {
         let point = geometry.points[anchor];
-        let moving = match self.plan.anchors[anchor].link {
+        let moving = match self.topology.anchors[anchor].link {
             0 => [0.0; 3],
             link => found.links[link].at(point),
         };
@@ -190,26 +190,26 @@ impl Muscles {
         share: f64,
         line: Line,
         geometry: &Geometry,
-        found: &mut ArmRates,
+        found: &mut MomentArmRates,
     ) {
         let moment = cross(line.point, line.direction);
         let change = add(cross(line.moving, line.direction), cross(line.point, line.turning));
-        for &Crossing { velocity, slot, sign } in &self.plan.crossings[crossings] {
-            let (screw, rate) = (&geometry.poses.screws[velocity], &found.screws[velocity]);
-            let along = dot(rate.turn, moment)
-                + dot(screw.turn, change)
-                + dot(rate.shift, line.direction)
-                + dot(screw.shift, line.turning);
+        for &Crossing { velocity, slot, sign } in &self.topology.crossings[crossings] {
+            let (axis, rate) = (&geometry.poses.motion_axes[velocity], &found.motion_axes[velocity]);
+            let along = dot(rate.angular, moment)
+                + dot(axis.angular, change)
+                + dot(rate.linear, line.direction)
+                + dot(axis.linear, line.turning);
             found.rates[slot] -= share * sign * along;
         }
     }
 }
 
-/// Change of a screw that moves with a body.
-fn carried(motion: &Screw, screw: &Screw) -> Screw {
-    Screw {
-        turn: cross(motion.turn, screw.turn),
-        shift: add(cross(motion.shift, screw.turn), cross(motion.turn, screw.shift)),
+/// Change of a axis that moves with a body.
+fn carried(motion: &MotionAxis, axis: &MotionAxis) -> MotionAxis {
+    MotionAxis {
+        angular: cross(motion.angular, axis.angular),
+        linear: add(cross(motion.linear, axis.angular), cross(motion.angular, axis.linear)),
     }
 }
 

@@ -11,7 +11,7 @@ use crate::error::{Error, finite, non_negative, positive, within};
 /// | symbol | argument     | unit | domain | meaning                                          |
 /// |--------|--------------|------|--------|--------------------------------------------------|
 /// | rho    | `compliance` | 1/N  | > 0    | strain per tension, `1/(E A)`                     |
-/// | eta    | `efficiency` | 1    | (0, 1] | as in [`Sheath`](super::Sheath)                   |
+/// | eta    | `efficiency` | 1    | (0, 1] | as in [`SheathLaw`](super::SheathLaw)                   |
 /// | mu     | `friction`   | 1    | >= 0   | friction coefficient                              |
 /// | 1/R    | `curvature`  | 1/m  | >= 0   | mean curvature of the sheath, 0 when straight     |
 /// | l_c    | `length`     | m    | >= 0   | length of the cable in the sheath                 |

@@ -30,6 +30,6 @@ pub use maxwell_slip::{MaxwellSlip, SlipElement, SlipState};
 pub use network::{Perceptron, PerceptronWeights};
 pub use play::Play;
 pub use pulley::{Pulley, total_wrap_angle};
-pub use sheath::Sheath;
+pub use sheath::SheathLaw;
 pub use sliding::Sliding;
 pub use stribeck::Stribeck;

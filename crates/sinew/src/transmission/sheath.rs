@@ -28,14 +28,14 @@ use crate::error::{Error, finite, non_negative, within};
 ///
 /// # Example
 /// ```
-/// use sinew::transmission::{Sheath, Sliding};
-/// let sheath = Sheath::new(0.93, 0.156, 15.5)?;
+/// use sinew::transmission::{SheathLaw, Sliding};
+/// let sheath = SheathLaw::new(0.93, 0.156, 15.5)?;
 /// let wanted = 80.0;
 /// let needed = sheath.tension_in(wanted, 6.28, Sliding::TowardMotor)?;
 /// let reached = sheath.tension_out(needed, 6.28, Sliding::TowardMotor)?;
 /// assert!((reached - wanted).abs() < 1e-10);
 /// // No bend, no loss, no pretension: the far end is the near end.
-/// assert_eq!(Sheath::new(1.0, 0.2, 0.0)?.tension_out(50.0, 0.0, Sliding::TowardMotor)?, 50.0);
+/// assert_eq!(SheathLaw::new(1.0, 0.2, 0.0)?.tension_out(50.0, 0.0, Sliding::TowardMotor)?, 50.0);
 /// # Ok::<(), sinew::Error>(())
 /// ```
 ///
@@ -43,13 +43,13 @@ use crate::error::{Error, finite, non_negative, within};
 /// `yuan2023`, eqs. 7 and 8, corrected. The example's numbers are fitted to the tables of `yuan2023`;
 /// there only `mu phi - ln(eta)` is identified, not its parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sheath {
+pub struct SheathLaw {
     efficiency: f64,
     friction: f64,
     pretension: f64,
 }
 
-impl Sheath {
+impl SheathLaw {
     /// A sheath of checked parameters.
     ///
     /// # Errors
@@ -96,7 +96,7 @@ impl Sheath {
     /// What to add to the wanted tension so that it arrives, N: `T_r = T_in - T_out`.
     ///
     /// # Errors
-    /// As [`Sheath::tension_in`].
+    /// As [`SheathLaw::tension_in`].
     pub fn compensation(&self, tension_out: f64, wrap_angle: f64, sliding: Sliding) -> Result<f64, Error> {
         Ok(self.tension_in(tension_out, wrap_angle, sliding)? - tension_out)
     }
@@ -128,7 +128,7 @@ mod tests {
             wrap in edge_or(0.0..12.0, &[0.0, 1e-300]),
             tension in edge_or(0.0..500.0, &[0.0, 1e-9, 500.0]),
         ) {
-            let sheath = Sheath::new(efficiency, friction, pretension).unwrap();
+            let sheath = SheathLaw::new(efficiency, friction, pretension).unwrap();
             for sliding in BOTH {
                 let out = sheath.tension_out(tension, wrap, sliding).unwrap();
                 let back = sheath.tension_in(out, wrap, sliding).unwrap();
@@ -148,7 +148,7 @@ mod tests {
             there in edge_or(0.0..300.0, &[0.0]),
             back in edge_or(0.0..300.0, &[0.0]),
         ) {
-            let sheath = Sheath::new(efficiency, friction, pretension).unwrap();
+            let sheath = SheathLaw::new(efficiency, friction, pretension).unwrap();
             // One metre toward the motor at one tension, one metre back at another.
             let out = sheath.tension_out(there, wrap, BOTH[0]).unwrap();
             prop_assert!(out <= there + pretension);
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn compensation_is_what_the_friction_takes() {
-        let sheath = Sheath::new(0.9, 0.2, 10.0).unwrap();
+        let sheath = SheathLaw::new(0.9, 0.2, 10.0).unwrap();
         let added = sheath.compensation(60.0, 3.0, Sliding::TowardMotor).unwrap();
         let reached = sheath.tension_out(60.0 + added, 3.0, Sliding::TowardMotor).unwrap();
         assert!((reached - 60.0).abs() < 1e-10);
@@ -168,8 +168,8 @@ mod tests {
 
     #[test]
     fn a_tension_below_the_pretension_has_no_inverse() {
-        let sheath = Sheath::new(0.9, 0.2, 10.0).unwrap();
+        let sheath = SheathLaw::new(0.9, 0.2, 10.0).unwrap();
         assert!(sheath.tension_in(9.9, 3.0, Sliding::TowardMotor).is_err());
-        assert!(Sheath::new(0.0, 0.2, 0.0).is_err() && Sheath::new(1.1, 0.2, 0.0).is_err());
+        assert!(SheathLaw::new(0.0, 0.2, 0.0).is_err() && SheathLaw::new(1.1, 0.2, 0.0).is_err());
     }
 }

@@ -100,7 +100,7 @@ impl Stribeck {
 
     /// Tension at the anchor, N, of a sheath of the given efficiency and pretension.
     ///
-    /// `efficiency` in (0, 1], `wrap_angle` >= 0 rad, `pretension` >= 0 N as in [`Sheath`](super::Sheath).
+    /// `efficiency` in (0, 1], `wrap_angle` >= 0 rad, `pretension` >= 0 N as in [`SheathLaw`](super::SheathLaw).
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] for an argument outside its domain, or a velocity of exactly zero,
@@ -120,7 +120,7 @@ impl Stribeck {
                 got: velocity,
             });
         };
-        let sheath = super::Sheath::new(efficiency, self.coefficient(velocity)?, 0.0)?;
+        let sheath = super::SheathLaw::new(efficiency, self.coefficient(velocity)?, 0.0)?;
         let sliding_only = sheath.tension_out(tension_in, wrap_angle, sliding)?;
         let dragged = (sliding_only - self.drag_force(velocity)?).max(0.0);
         finite("tension_out", dragged + non_negative("pretension", pretension)?)
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn without_speed_terms_it_is_the_plain_sheath() {
         let law = Stribeck::coulomb(0.2).unwrap();
-        let sheath = super::super::Sheath::new(0.9, 0.2, 12.0).unwrap();
+        let sheath = super::super::SheathLaw::new(0.9, 0.2, 12.0).unwrap();
         for velocity in [-0.3, -1e-9, 1e-9, 0.3] {
             let sliding = Sliding::from_velocity(velocity).unwrap();
             let difference = law.tension_out(70.0, velocity, 2.0, 0.9, 12.0).unwrap()

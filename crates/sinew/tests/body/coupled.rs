@@ -19,7 +19,7 @@ fn arm() -> Robot {
 fn followers_follow_through_a_chain() {
     let robot = arm();
     let mut q = Random(21).pose(&robot);
-    robot.follow(&mut q).unwrap();
+    robot.apply_couplings(&mut q).unwrap();
     let polynomial = |c: [f64; 5], x: f64| c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * c[4])));
     assert!((q[2] - polynomial([0.1, -0.8, 0.2, 0.0, 0.1], q[1])).abs() < 1e-15);
     assert!((q[4] - polynomial([0.2, 0.5, -0.3, 0.1, 0.05], q[2])).abs() < 1e-15);
@@ -38,7 +38,7 @@ fn velocities_and_accelerations_are_derivatives_of_the_coupled_pose() {
         for (k, &v) in [0, 1, 3, 6].iter().enumerate() {
             q[v] += u[k] * t + 0.5 * du[k] * t * t;
         }
-        robot.follow(&mut q).unwrap();
+        robot.apply_couplings(&mut q).unwrap();
         q
     };
     let (before, now, after) = (pose(-1e-4), pose(0.0), pose(1e-4));
@@ -57,7 +57,7 @@ fn coupled_dynamics_need_no_force_of_the_couplings_on_what_is_free() {
     let robot = arm();
     let (mut reduction, mut scratch) = (Reduction::new(&robot), Scratch::new(&robot));
     let mut q = Random(25).pose(&robot);
-    robot.follow(&mut q).unwrap();
+    robot.apply_couplings(&mut q).unwrap();
     let (u, tau) = (Random(26).vector(4), Random(27).vector(7));
     let (mut du, mut v, mut a) = (vec![0.0; 4], vec![0.0; 7], vec![0.0; 7]);
     reduction.forward_dynamics(&robot, &q, &u, &tau, &mut scratch, &mut du).unwrap();
@@ -90,7 +90,7 @@ fn a_coupled_swing_keeps_its_energy() {
     let (mut reduction, mut scratch, mut poses) =
         (Reduction::new(&robot), Scratch::new(&robot), Poses::new(&robot));
     let mut q = Random(31).pose(&robot);
-    robot.follow(&mut q).unwrap();
+    robot.apply_couplings(&mut q).unwrap();
     let (mut u, mut du, mut v) = (vec![0.0; 4], vec![0.0; 4], vec![0.0; 7]);
     let mut energies = Vec::new();
     for _ in 0..3000 {
@@ -98,7 +98,7 @@ fn a_coupled_swing_keeps_its_energy() {
         u.iter_mut().zip(&du).for_each(|(u, du)| *u += 1e-4 * du);
         reduction.velocities(&u, &mut v).unwrap();
         robot.integrate(&mut q, &v, 1e-4).unwrap();
-        robot.follow(&mut q).unwrap();
+        robot.apply_couplings(&mut q).unwrap();
         reduction.update(&robot, &q).unwrap();
         reduction.velocities(&u, &mut v).unwrap();
         robot.forward_kinematics(&q, &mut poses).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::robots::{Golden, difference, files, read, text};
 use serde::Deserialize;
-use sinew::body::{Parts, Poses, Robot, Route, Scratch, Station};
+use sinew::body::{Parts, PathElement, Poses, Robot, Scratch, TendonPath};
 use sinew::muscle::{Geometry, Muscles};
 
 #[derive(Deserialize)]
@@ -34,9 +34,9 @@ fn each(mut check: impl FnMut(&str, &Robot, &Case)) {
 
 /// Whether a tendon has a side site within the surface it belongs to.
 fn runs_inside(parts: &Parts, tendon: usize) -> bool {
-    let Route::Spatial(stations) = &parts.tendons[tendon].route else { return false };
-    stations.iter().any(|station| match *station {
-        Station::Wrap { wrap, side: Some(side) } => {
+    let TendonPath::Spatial(elements) = &parts.tendons[tendon].path else { return false };
+    elements.iter().any(|element| match *element {
+        PathElement::Wrap { wrap, side: Some(side) } => {
             let (wrap, site) = (&parts.wraps[wrap], &parts.sites[side]);
             let square = |k: usize| (wrap.position[k] - site.position[k]).powi(2);
             wrap.body == site.body && (0..3).map(square).sum::<f64>().sqrt() < wrap.radius

@@ -1,8 +1,8 @@
 //! Laws of muscles' lengths and moment arms.
 
 use crate::robots::{Random, robot, text};
-use sinew::body::{Robot, Sheath};
-use sinew::muscle::{ArmRates, Geometry, Muscles};
+use sinew::body::{Robot, SheathGeometry};
+use sinew::muscle::{Geometry, MomentArmRates, Muscles};
 
 const MUSCULAR: [&str; 7] = ["lm_arm", "finger", "random_0", "random_1", "random_2", "random_3", "random_4"];
 
@@ -64,7 +64,7 @@ fn moment_arms_change_as_their_rates_say() {
     for name in MUSCULAR {
         let mut body = Body::new(robot(name));
         let nv = body.robot.nv();
-        let mut found = ArmRates::new(&body.robot, &body.muscles);
+        let mut found = MomentArmRates::new(&body.robot, &body.muscles);
         let mut checked = 0;
         for _ in 0..100 {
             let (q, v) = (random.pose(&body.robot), random.vector(nv));
@@ -140,7 +140,7 @@ fn bends_are_those_of_the_arms_design() {
         let end = parts.sites.iter().find(|site| site.name == format!("{}_o", tendon.name)).unwrap();
         let [w, x, y, z] = end.orientation;
         let axis = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z];
-        tendon.sheath = Some(Sheath { length: 1.0, bend: 1.0, end_axis: Some(axis) });
+        tendon.sheath = Some(SheathGeometry { length: 1.0, bend: 1.0, end_axis: Some(axis) });
     }
     let mut body = Body::new(Robot::new(parts).unwrap());
     let (mut bends, mut wraps) = (vec![0.0; 15], vec![0.0; 15]);

@@ -2,8 +2,10 @@
 
 use crate::robots::{parts, robot};
 use sinew::Error;
-use sinew::body::{Coupling, JointKind, Key, Parts, Poses, Reduction, Robot, Route, Scratch, Station};
-use sinew::muscle::{ArmRates, Geometry, Muscles};
+use sinew::body::{
+    Coupling, JointKind, Key, Parts, PathElement, Poses, Reduction, Robot, Scratch, TendonPath,
+};
+use sinew::muscle::{Geometry, MomentArmRates, Muscles};
 
 /// What `Robot::new` says to the arm after `change`.
 fn told(change: impl FnOnce(&mut Parts)) -> String {
@@ -15,9 +17,9 @@ fn told(change: impl FnOnce(&mut Parts)) -> String {
 #[test]
 fn every_part_that_makes_no_sense_is_named_with_what_was_expected() {
     let spatial =
-        |parts: &mut Parts, stations: Vec<Station>| parts.tendons[2].route = Route::Spatial(stations);
+        |parts: &mut Parts, elements: Vec<PathElement>| parts.tendons[2].path = TendonPath::Spatial(elements);
     let couple = |follower, leader| Coupling { follower, leader, coefficients: [0.0, 1.0, 0.0, 0.0, 0.0] };
-    let (site, wrap) = (Station::Site, |wrap| Station::Wrap { wrap, side: None });
+    let (site, wrap) = (PathElement::Site, |wrap| PathElement::Wrap { wrap, side: None });
     type Change<'a> = Box<dyn FnOnce(&mut Parts) + 'a>;
     let cases: Vec<(Change, &str)> = vec![
         (Box::new(|p| p.gravity[1] = f64::NAN), "robot `golden`: gravity must be finite, but is NaN"),
@@ -56,23 +58,23 @@ fn every_part_that_makes_no_sense_is_named_with_what_was_expected() {
         (Box::new(|p| p.sites[4].body = 9), "its body must be below 6"),
         (
             Box::new(|p| spatial(p, vec![site(0)])),
-            "tendon `deltoid_posterior`: its route must be through at least two",
+            "tendon `deltoid_posterior`: its path must be through at least two",
         ),
         (Box::new(|p| spatial(p, vec![])), "through at least two sites, in each branch"),
         (Box::new(|p| spatial(p, vec![site(0), wrap(0)])), "a site before and after every wrap"),
         (Box::new(|p| spatial(p, vec![wrap(0), site(0), site(1)])), "a site before and after every wrap"),
-        (Box::new(|p| spatial(p, vec![site(0), wrap(99), site(1)])), "a wrap of its route must be below"),
-        (Box::new(|p| spatial(p, vec![site(0), site(999)])), "a site of its route must be below"),
+        (Box::new(|p| spatial(p, vec![site(0), wrap(99), site(1)])), "a wrap of its path must be below"),
+        (Box::new(|p| spatial(p, vec![site(0), site(999)])), "a site of its path must be below"),
         (
-            Box::new(|p| spatial(p, vec![site(0), site(1), Station::Pulley(0.0), site(2), site(3)])),
+            Box::new(|p| spatial(p, vec![site(0), site(1), PathElement::Pulley(0.0), site(2), site(3)])),
             "the divisor of its pulley must be a finite number > 0",
         ),
         (
-            Box::new(|p| spatial(p, vec![site(0), site(1), Station::Pulley(2.0), site(2)])),
-            "its route must be through at least two sites",
+            Box::new(|p| spatial(p, vec![site(0), site(1), PathElement::Pulley(2.0), site(2)])),
+            "its path must be through at least two sites",
         ),
-        (Box::new(|p| p.tendons[2].route = Route::Fixed(vec![])), "a sum of at least one joint"),
-        (Box::new(|p| p.tendons[2].route = Route::Fixed(vec![(1, 1.0), (1, 1.0)])), "named once"),
+        (Box::new(|p| p.tendons[2].path = TendonPath::Fixed(vec![])), "a sum of at least one joint"),
+        (Box::new(|p| p.tendons[2].path = TendonPath::Fixed(vec![(1, 1.0), (1, 1.0)])), "named once"),
         (
             Box::new(|p| p.couplings = vec![couple(1, Some(2)), couple(2, Some(1))]),
             "independent of its follower",
@@ -112,7 +114,7 @@ fn wrong_lengths_and_numbers_that_are_not_finite_pass_no_boundary() {
     let (q, mut out) = ([0.0; 7], [0.0; 7]);
     let muscles = Muscles::new(&arm);
     let mut geometry = Geometry::new(&arm, &muscles);
-    let mut rates = ArmRates::new(&arm, &muscles);
+    let mut rates = MomentArmRates::new(&arm, &muscles);
     let wrong =
         |result: Result<(), Error>| assert!(matches!(result, Err(Error::WrongLength { .. })), "{result:?}");
     let outside =

@@ -2,7 +2,7 @@
 
 use crate::reference::{Reference, SUBSTEPS};
 use sinew::transmission::Sliding;
-use sinew::transmission::cable::{Cable, CableLaw, CableParameters, EndMotion, Path};
+use sinew::transmission::cable::{Cable, CableLaw, CableParameters, CablePath, EndMotion};
 
 /// Cells that the table of the documentation calls the plant's.
 const CELLS: usize = 12;
@@ -26,7 +26,7 @@ struct Errors {
 }
 
 fn compare(scenario: &Scenario, cells: usize) -> Errors {
-    let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), cells).unwrap();
+    let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), cells).unwrap();
     let (mut cable, mut reference) = (Cable::new(law), Reference::new(95.0));
     let (tension, sliding) = scenario.start;
     cable.settle(tension, sliding).unwrap();

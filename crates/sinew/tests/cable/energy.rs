@@ -4,20 +4,20 @@ use crate::laws::Random;
 use proptest::prelude::*;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::{
-    Cable, CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path, Segment, Weakening,
+    Cable, CableBatch, CableLaw, CableParameters, CablePath, EndMotion, EndTensions, Segment, Weakening,
 };
 
 fn law(parameters: &CableParameters, cells: usize) -> CableLaw {
-    CableLaw::new(&Path::bench(), parameters, cells).unwrap()
+    CableLaw::new(&CablePath::bench(), parameters, cells).unwrap()
 }
 
 /// Random motion of both ends, `rms` m per step, pulled back to a stretch of about 30 mm.
 fn shake(rms: f64, steps: usize, parameters: &CableParameters) {
-    let mut cables = Cables::new(&vec![law(parameters, 12); 8]).unwrap();
+    let mut cables = CableBatch::new(&vec![law(parameters, 12); 8]).unwrap();
     for cable in 0..8 {
         cables.settle(cable, 80.0, Sliding::TowardMotor).unwrap();
     }
-    let energy = |cables: &Cables, k: usize| -> f64 {
+    let energy = |cables: &CableBatch, k: usize| -> f64 {
         let compliance = law(parameters, 12);
         cables.tensions(k).zip(compliance.compliance()).map(|(t, c)| 0.5 * c * t * t).sum()
     };
@@ -131,7 +131,7 @@ fn parameters() -> impl Strategy<Value = CableParameters> {
     })
 }
 
-fn path() -> impl Strategy<Value = Path> {
+fn path() -> impl Strategy<Value = CablePath> {
     let free = || edgy(0.05..1.0, &[1e-3]).prop_map(|length| Segment::Free { length });
     let sheath =
         (edgy(0.1..2.0, &[1e-3]), edgy(0.0..5.0, &[0.0]), proptest::collection::vec(0.1..1.0_f64, 0..4))
@@ -141,7 +141,7 @@ fn path() -> impl Strategy<Value = Path> {
     (free(), proptest::collection::vec(middle, 1..6), free()).prop_filter_map(
         "a path",
         |(first, middle, last)| {
-            Path::new(std::iter::once(first).chain(middle).chain(std::iter::once(last)).collect()).ok()
+            CablePath::new(std::iter::once(first).chain(middle).chain(std::iter::once(last)).collect()).ok()
         },
     )
 }

@@ -2,7 +2,7 @@
 
 use sinew::Error;
 use sinew::transmission::cable::{
-    Cable, CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path, Segment, Weakening,
+    Cable, CableBatch, CableLaw, CableParameters, CablePath, EndMotion, EndTensions, Segment, Weakening,
 };
 use sinew::transmission::{Elongation, Sliding};
 
@@ -11,7 +11,7 @@ fn without_drag() -> CableParameters {
 }
 
 fn cable(parameters: &CableParameters, cells: usize) -> Cable {
-    Cable::new(CableLaw::new(&Path::bench(), parameters, cells).unwrap())
+    Cable::new(CableLaw::new(&CablePath::bench(), parameters, cells).unwrap())
 }
 
 fn both(speed: f64) -> EndMotion {
@@ -41,7 +41,7 @@ fn sliding_is_the_capstan_law_exactly_whatever_came_before() {
 
 #[test]
 fn the_stretch_of_sliding_converges_with_order_two_to_the_integral_of_tension() {
-    let path = Path::new(vec![
+    let path = CablePath::new(vec![
         Segment::Free { length: 1e-6 },
         Segment::Sheath { length: 0.8, bend: 5.0, curvature: vec![] },
         Segment::Free { length: 1e-6 },
@@ -170,10 +170,10 @@ fn a_lane_and_a_lone_cable_agree_to_the_bit() {
             .map(|k| {
                 let friction = 0.1 + 0.005 * f64::from(k);
                 let parameters = CableParameters { friction, weakening, ..CableParameters::bench() };
-                CableLaw::new(&Path::bench(), &parameters, 10).unwrap()
+                CableLaw::new(&CablePath::bench(), &parameters, 10).unwrap()
             })
             .collect();
-        let mut lanes = Cables::new(&laws).unwrap();
+        let mut lanes = CableBatch::new(&laws).unwrap();
         let mut alone: Vec<Cable> = laws.into_iter().map(Cable::new).collect();
         let mut random = Random(3);
         let mut ends = [EndTensions::default(); 19];
@@ -281,7 +281,7 @@ fn what_is_not_physical_is_refused_by_name() {
     let refused = |change: fn(&mut CableParameters), name: &str| {
         let mut parameters = CableParameters::bench();
         change(&mut parameters);
-        let error = CableLaw::new(&Path::bench(), &parameters, 12).unwrap_err();
+        let error = CableLaw::new(&CablePath::bench(), &parameters, 12).unwrap_err();
         assert!(error.to_string().contains(name), "{error}");
     };
     refused(|p| p.friction = -0.1, "friction");
@@ -304,7 +304,7 @@ fn what_is_not_physical_is_refused_by_name() {
 fn a_step_that_cannot_be_taken_leaves_everything_as_it_was() {
     let mut one = cable(&CableParameters::bench(), 8);
     one.settle(70.0, Sliding::TowardMotor).unwrap();
-    let mut many = Cables::new(&[one.law().clone(), one.law().clone()]).unwrap();
+    let mut many = CableBatch::new(&[one.law().clone(), one.law().clone()]).unwrap();
     many.settle(1, 70.0, Sliding::TowardMotor).unwrap();
     let before: Vec<f64> = one.tensions().collect();
     let still = EndMotion::default();
@@ -330,9 +330,9 @@ fn a_step_that_cannot_be_taken_leaves_everything_as_it_was() {
     assert!(one.travel_to(f64::NAN, Sliding::TowardMotor).is_err() && one.scale_drag(-1.0).is_err());
     assert!(many.settle(2, 70.0, Sliding::TowardMotor).is_err());
     assert!(one.tensions().eq(before.iter().copied()) && many.tensions(1).eq(before.iter().copied()));
-    assert!(Cables::new(&[]).is_err());
-    let other = CableLaw::new(&Path::bench(), &CableParameters::bench(), 9).unwrap();
-    assert!(Cables::new(&[other, one.law().clone()]).is_err());
+    assert!(CableBatch::new(&[]).is_err());
+    let other = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 9).unwrap();
+    assert!(CableBatch::new(&[other, one.law().clone()]).is_err());
 }
 
 /// Numbers in [-1, 1) that are the same everywhere (splitmix64).

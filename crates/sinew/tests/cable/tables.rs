@@ -1,7 +1,7 @@
 //! The calibrated cable on the bench of `yuan2023`: what its Tables II and III report, from the dynamic law.
 
 use sinew::transmission::Sliding;
-use sinew::transmission::cable::{Cable, CableLaw, CableParameters, EndMotion, Path};
+use sinew::transmission::cable::{Cable, CableLaw, CableParameters, CablePath, EndMotion};
 
 const SPEEDS: [f64; 6] = [0.02, 0.04, 0.06, 0.08, 0.10, 0.12];
 /// Means of `T_out/T_in`, Table II.
@@ -13,7 +13,7 @@ const ELONGATION: [[f64; 6]; 2] =
 
 /// Means over one pass of 0.4 m while the load swings the far tension twice between 40 and 200 N.
 fn pass(speed: f64, sliding: Sliding) -> (f64, f64) {
-    let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 16).unwrap();
+    let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 16).unwrap();
     let mut cable = Cable::new(law);
     cable.settle(120.0, sliding).unwrap();
     let v = sliding.sign() * speed;
@@ -28,7 +28,7 @@ fn pass(speed: f64, sliding: Sliding) -> (f64, f64) {
         far = ends.tension_out;
         if step >= steps / 2 {
             efficiency += ends.tension_out / ends.tension_in;
-            elongation += 1e3 * cable.stretch() / (ends.tension_in * Path::bench().length());
+            elongation += 1e3 * cable.stretch() / (ends.tension_in * CablePath::bench().length());
             count += 1.0;
         }
     }

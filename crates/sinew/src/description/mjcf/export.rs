@@ -1,6 +1,6 @@
 //! From parts to MJCF that MuJoCo loads.
 
-use crate::body::{JointKind, Parts, Route, Station, WrapKind};
+use crate::body::{JointKind, Parts, PathElement, TendonPath, WrapKind};
 use crate::description::names::named;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -174,15 +174,15 @@ fn tendons(out: &mut String, parts: &Parts) {
             nonzero("damping", tendon.damping),
             nonzero("stiffness", tendon.stiffness)
         );
-        match &tendon.route {
-            Route::Spatial(stations) => {
+        match &tendon.path {
+            TendonPath::Spatial(elements) => {
                 let _ = writeln!(out, "    <spatial{attributes}>");
-                for station in stations {
-                    let _ = writeln!(out, "      {}", self::station(parts, station));
+                for element in elements {
+                    let _ = writeln!(out, "      {}", path_element(parts, element));
                 }
                 out.push_str("    </spatial>\n");
             }
-            Route::Fixed(terms) => {
+            TendonPath::Fixed(terms) => {
                 let _ = writeln!(out, "    <fixed{attributes}>");
                 for (joint, coefficient) in terms {
                     let _ = writeln!(
@@ -202,12 +202,12 @@ fn joint_name(parts: &Parts, joint: usize) -> String {
     escape(parts.joints.get(joint).map_or("", |joint| &joint.name))
 }
 
-fn station(parts: &Parts, station: &Station) -> String {
+fn path_element(parts: &Parts, element: &PathElement) -> String {
     let site = |index: usize| escape(parts.sites.get(index).map_or("", |site| &site.name));
-    match *station {
-        Station::Site(index) => format!("<site site=\"{}\"/>", site(index)),
-        Station::Pulley(divisor) => format!("<pulley divisor=\"{divisor:?}\"/>"),
-        Station::Wrap { wrap, side } => {
+    match *element {
+        PathElement::Site(index) => format!("<site site=\"{}\"/>", site(index)),
+        PathElement::Pulley(divisor) => format!("<pulley divisor=\"{divisor:?}\"/>"),
+        PathElement::Wrap { wrap, side } => {
             let side = side.map_or(String::new(), |side| format!(" sidesite=\"{}\"", site(side)));
             let name = parts.wraps.get(wrap).map_or("", |wrap| &wrap.name);
             format!("<geom geom=\"{}\"{side}/>", escape(name))

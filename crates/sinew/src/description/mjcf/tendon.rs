@@ -2,7 +2,7 @@
 
 use super::body::{limits, linear};
 use super::import::Import;
-use crate::body::{JointKind, Route, Station, Tendon, Wrap};
+use crate::body::{JointKind, PathElement, Tendon, TendonPath, Wrap};
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use alloc::format;
@@ -15,14 +15,14 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
     let name = import.name_as("tendon", at, import.parts.tendons.len())?.unwrap_or_default();
     import.ignored(at, &["armature", "frictionloss"]);
     let children = &tree.elements[element].children;
-    let route = match tree.elements[element].name.as_str() {
+    let path = match tree.elements[element].name.as_str() {
         "spatial" => {
-            let stations = children.iter().map(|&child| station(import, Attributes::own(tree, child)));
-            Route::Spatial(stations.collect::<Result<Vec<_>, _>>()?)
+            let elements = children.iter().map(|&child| path_element(import, Attributes::own(tree, child)));
+            TendonPath::Spatial(elements.collect::<Result<Vec<_>, _>>()?)
         }
         "fixed" => {
             let terms = children.iter().map(|&child| term(import, Attributes::own(tree, child)));
-            Route::Fixed(terms.collect::<Result<Vec<_>, _>>()?)
+            TendonPath::Fixed(terms.collect::<Result<Vec<_>, _>>()?)
         }
         _ => return Err(at.error("", "is no tendon: expected <spatial> or <fixed>")),
     };
@@ -43,7 +43,7 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
     let (damping, stiffness) = (linear(import, at, "damping")?, linear(import, at, "stiffness")?);
     let tendon = Tendon {
         name,
-        route,
+        path,
         sheath: None,
         range: limits(at, import.compiler.auto_limits, "limited", "range")?,
         damping,
@@ -54,22 +54,22 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
     Ok(())
 }
 
-fn station(import: &mut Import<'_>, at: Attributes<'_>) -> Result<Station, DescriptionError> {
+fn path_element(import: &mut Import<'_>, at: Attributes<'_>) -> Result<PathElement, DescriptionError> {
     match at.tree.elements[at.element].name.as_str() {
-        "site" => Ok(Station::Site(import.find("site", at, "site")?)),
+        "site" => Ok(PathElement::Site(import.find("site", at, "site")?)),
         "pulley" => {
             at.required("divisor")?;
             match at.number_or("divisor", 0.0)? {
-                divisor if divisor > 0.0 => Ok(Station::Pulley(divisor)),
+                divisor if divisor > 0.0 => Ok(PathElement::Pulley(divisor)),
                 divisor => Err(at.error("divisor", format!("is {divisor}: expected a number > 0"))),
             }
         }
         "geom" => {
             let wrap = surface(import, at)?;
             let side = at.text("sidesite").map(|_| import.find("site", at, "sidesite")).transpose()?;
-            Ok(Station::Wrap { wrap, side })
+            Ok(PathElement::Wrap { wrap, side })
         }
-        _ => Err(at.error("", "is no station of a cable: expected <site>, <geom> or <pulley>")),
+        _ => Err(at.error("", "is no element of a path: expected <site>, <geom> or <pulley>")),
     }
 }
 

@@ -1,6 +1,6 @@
 //! From parts to this project's TOML, laid out for people.
 
-use crate::body::{Joint, JointKind, Parts, Route, Station, WrapKind};
+use crate::body::{Joint, JointKind, Parts, PathElement, TendonPath, WrapKind};
 use crate::description::names::named;
 use alloc::format;
 use alloc::string::String;
@@ -147,15 +147,15 @@ fn sites(out: &mut String, parts: &Parts) {
 fn muscles(out: &mut String, parts: &Parts) {
     for tendon in &parts.tendons {
         head(out, "muscle", &tendon.name);
-        match &tendon.route {
-            Route::Spatial(stations) => {
+        match &tendon.path {
+            TendonPath::Spatial(elements) => {
                 out.push_str("path = [\n");
-                for station in stations {
-                    let _ = writeln!(out, "    {},", self::station(parts, station));
+                for element in elements {
+                    let _ = writeln!(out, "    {},", path_element(parts, element));
                 }
                 out.push_str("]\n");
             }
-            Route::Fixed(terms) => {
+            TendonPath::Fixed(terms) => {
                 out.push_str("joints = [\n");
                 for &(joint, coefficient) in terms {
                     let joint = text(joint_name(parts, joint));
@@ -184,12 +184,12 @@ fn muscles(out: &mut String, parts: &Parts) {
     }
 }
 
-fn station(parts: &Parts, station: &Station) -> String {
+fn path_element(parts: &Parts, element: &PathElement) -> String {
     let site = |index: usize| text(parts.sites.get(index).map_or("", |site| &site.name));
-    match *station {
-        Station::Site(index) => format!("{{ site = {} }}", site(index)),
-        Station::Pulley(divisor) => format!("{{ pulley = {divisor:?} }}"),
-        Station::Wrap { wrap, side } => {
+    match *element {
+        PathElement::Site(index) => format!("{{ site = {} }}", site(index)),
+        PathElement::Pulley(divisor) => format!("{{ pulley = {divisor:?} }}"),
+        PathElement::Wrap { wrap, side } => {
             let side = side.map_or(String::new(), |side| format!(", side = {}", site(side)));
             let wrap = text(parts.wraps.get(wrap).map_or("", |wrap| &wrap.name));
             format!("{{ wrap = {wrap}{side} }}")

@@ -2,8 +2,8 @@
 
 use super::written::{self as w, Finite, Vector};
 use crate::body::{
-    Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, Route, Sheath, Site, Station,
-    Tendon, Wrap, WrapKind,
+    Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, PathElement, SheathGeometry, Site,
+    Tendon, TendonPath, Wrap, WrapKind,
 };
 use crate::description::Description;
 use crate::description::error::DescriptionError;
@@ -340,36 +340,35 @@ fn wrap(parts: &mut Parts, bodies: &Names, wraps: &mut Names, s: &w::Wrap) -> Re
 }
 
 fn muscle(sites: &Names, wraps: &Names, joints: &Names, m: &w::Muscle) -> Result<Tendon, String> {
-    let station =
-        |s: &w::Station| match (&s.site, &s.wrap, &s.side, s.pulley) {
-            (Some(site), None, None, None) => sites.find(site).map(Station::Site),
-            (None, Some(wrap), side, None) => {
-                let side = side.as_deref().map(|side| sites.find(side)).transpose()?;
-                wraps.find(wrap).map(|wrap| Station::Wrap { wrap, side })
-            }
-            (None, None, None, Some(divisor)) => Ok(Station::Pulley(divisor.0)),
-            _ => Err("a station is none: expected one of `site`, `wrap` (with `side` or not), `pulley`"
-                .to_string()),
-        };
+    let path_element = |s: &w::PathElement| match (&s.site, &s.wrap, &s.side, s.pulley) {
+        (Some(site), None, None, None) => sites.find(site).map(PathElement::Site),
+        (None, Some(wrap), side, None) => {
+            let side = side.as_deref().map(|side| sites.find(side)).transpose()?;
+            wraps.find(wrap).map(|wrap| PathElement::Wrap { wrap, side })
+        }
+        (None, None, None, Some(divisor)) => Ok(PathElement::Pulley(divisor.0)),
+        _ => Err("not an element of a path: expected one of `site`, `wrap` (with `side` or not), `pulley`"
+            .to_string()),
+    };
     let term = |term: &w::Term| joints.find(&term.joint).map(|joint| (joint, term.coefficient.0));
     let within = |key: &'static str| move |problem: String| format!("{key}: {problem}");
-    let route = match (&m.path, &m.joints) {
-        (Some(path), None) => {
-            Route::Spatial(path.iter().map(station).collect::<Result<_, _>>().map_err(within("path"))?)
-        }
+    let path = match (&m.path, &m.joints) {
+        (Some(path), None) => TendonPath::Spatial(
+            path.iter().map(path_element).collect::<Result<_, _>>().map_err(within("path"))?,
+        ),
         (None, Some(terms)) => {
-            Route::Fixed(terms.iter().map(term).collect::<Result<_, _>>().map_err(within("joints"))?)
+            TendonPath::Fixed(terms.iter().map(term).collect::<Result<_, _>>().map_err(within("joints"))?)
         }
         _ => return Err("expected either `path` or `joints`".to_string()),
     };
-    let sheath = m.sheath.as_ref().map(|sheath| Sheath {
+    let sheath = m.sheath.as_ref().map(|sheath| SheathGeometry {
         length: sheath.length_m.0,
         bend: sheath.bend_rad.0,
         end_axis: sheath.end_axis.map(|axis| axis.map(|x| x.0)),
     });
     Ok(Tendon {
         name: m.name.clone(),
-        route,
+        path,
         sheath,
         range: range(m.length_range_m),
         damping: number(m.damping_n_s_per_m),

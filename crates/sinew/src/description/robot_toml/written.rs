@@ -122,7 +122,7 @@ pub(super) struct Wrap {
 /// One of `site`, `wrap` (with `side`, if the side matters), `pulley`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Station {
+pub(super) struct PathElement {
     pub(super) site: Option<String>,
     pub(super) wrap: Option<String>,
     pub(super) side: Option<String>,
@@ -149,7 +149,7 @@ pub(super) struct Sheath {
 #[serde(deny_unknown_fields)]
 pub(super) struct Muscle {
     pub(super) name: String,
-    pub(super) path: Option<Vec<Station>>,
+    pub(super) path: Option<Vec<PathElement>>,
     pub(super) joints: Option<Vec<Term>>,
     pub(super) sheath: Option<Sheath>,
     pub(super) length_range_m: Vector<2>,

@@ -4,7 +4,7 @@ use super::model::{CableModel, CableSample};
 use super::track::{CableEstimate, Track, parts};
 use crate::Error;
 use crate::transmission::Sliding;
-use crate::transmission::cable::{CableLaw, Cables, EndMotion, EndTensions};
+use crate::transmission::cable::{CableBatch, CableLaw, EndMotion, EndTensions};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -24,7 +24,7 @@ use alloc::vec::Vec;
 /// ```
 #[derive(Debug, Clone)]
 pub struct CableObservers {
-    cables: Cables,
+    cables: CableBatch,
     tracks: Vec<Track>,
     motions: Vec<EndMotion>,
     ends: Vec<EndTensions>,
@@ -34,11 +34,11 @@ impl CableObservers {
     /// Observers that have seen nothing, one per model; all models have the same number of cells.
     ///
     /// # Errors
-    /// As [`CableModel::law`] and [`Cables::new`].
+    /// As [`CableModel::law`] and [`CableBatch::new`].
     pub fn new(models: &[CableModel]) -> Result<Self, Error> {
         let laws = models.iter().map(CableModel::law).collect::<Result<Vec<CableLaw>, _>>()?;
         Ok(Self {
-            cables: Cables::new(&laws)?,
+            cables: CableBatch::new(&laws)?,
             tracks: models.iter().zip(&laws).map(|(model, law)| Track::new(model, law)).collect(),
             motions: vec![EndMotion::default(); models.len()],
             ends: vec![EndTensions::default(); models.len()],
@@ -75,7 +75,7 @@ impl CableObservers {
                 }
                 None => {
                     let (tension, share, stretch) = track.start(sample);
-                    self.ends[k] = self.cables.lay(k, tension, share, stretch)?;
+                    self.ends[k] = self.cables.set_profile(k, tension, share, stretch)?;
                     EndMotion::default()
                 }
             };
@@ -88,7 +88,7 @@ impl CableObservers {
         for (k, ((track, sample), estimate)) in self.tracks.iter_mut().zip(samples).zip(estimates).enumerate()
         {
             *estimate = track.compare(sample, self.ends[k], self.cables.stretch(k).unwrap_or(0.0));
-            track.learn(self.cables.slides_whole(k));
+            track.learn(self.cables.slides_everywhere(k));
             if let Some(factor) = track.news_of_drag() {
                 self.cables.scale_drag(k, factor)?;
             }
@@ -98,14 +98,14 @@ impl CableObservers {
 
     /// What they believe, profiles included.
     #[must_use]
-    pub fn cables(&self) -> &Cables {
+    pub fn cables(&self) -> &CableBatch {
         &self.cables
     }
 
     /// As [`CableObserver::travel_to`](super::CableObserver::travel_to) for one cable.
     ///
     /// # Errors
-    /// As [`Cables::travel_to`].
+    /// As [`CableBatch::travel_to`].
     pub fn travel_to(&self, cable: usize, tension_out: f64, sliding: Sliding) -> Result<f64, Error> {
         self.cables.travel_to(cable, tension_out, sliding)
     }
@@ -113,7 +113,7 @@ impl CableObservers {
     /// As [`CableObserver::set_wrap`](super::CableObserver::set_wrap) for one cable.
     ///
     /// # Errors
-    /// As [`Cables::set_wrap`].
+    /// As [`CableBatch::set_wrap`].
     pub fn set_wrap(&mut self, cable: usize, pulley: usize, wrap: f64) -> Result<(), Error> {
         self.cables.set_wrap(cable, pulley, wrap)?;
         if let Some(law) = self.cables.law(cable) {
@@ -132,7 +132,7 @@ impl CableObservers {
                 return;
             }
             for (k, track) in self.tracks.iter_mut().enumerate().filter(|(_, track)| !track.known) {
-                track.slid(self.cables.slides_whole(k), interval / n);
+                track.slid(self.cables.slides_everywhere(k), interval / n);
             }
         }
     }

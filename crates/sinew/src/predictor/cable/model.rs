@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::error::{finite, positive, within};
-use crate::transmission::cable::{CableLaw, CableParameters, Path};
+use crate::transmission::cable::{CableLaw, CableParameters, CablePath};
 use serde::{Deserialize, Serialize};
 
 /// What an observer believes of a cable; identified from a log, never taken from a plant.
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct CableModel {
     /// The way of the cable.
-    pub path: Path,
+    pub path: CablePath,
     /// Friction and elasticity.
     pub parameters: CableParameters,
     /// Cells; 8 serve.
@@ -38,7 +38,7 @@ impl CableModel {
     #[must_use]
     pub fn bench() -> Self {
         Self {
-            path: Path::bench(),
+            path: CablePath::bench(),
             parameters: CableParameters::bench(),
             cells: 8,
             far_gain: 1.0,

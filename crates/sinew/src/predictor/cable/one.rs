@@ -72,11 +72,11 @@ impl CableObserver {
             Some(_) => {}
             None => {
                 let (tension, share, stretch) = self.track.start(sample);
-                self.cable.lay(tension, share, stretch);
+                self.cable.set_profile(tension, share, stretch);
             }
         }
         let estimate = self.track.compare(sample, self.cable.ends(), self.cable.stretch());
-        self.track.learn(self.cable.slides_whole());
+        self.track.learn(self.cable.slides_everywhere());
         if let Some(factor) = self.track.news_of_drag() {
             // Never refused: the factor is held within bounds.
             let _ = self.cable.scale_drag(factor);
@@ -118,7 +118,7 @@ impl CableObserver {
                 return;
             }
             if !self.track.known {
-                self.track.slid(self.cable.slides_whole(), interval / n);
+                self.track.slid(self.cable.slides_everywhere(), interval / n);
             }
         }
     }
@@ -128,11 +128,11 @@ impl CableObserver {
 mod tests {
     use super::super::model::{CableColumns, ObservedCable};
     use super::*;
-    use crate::transmission::cable::{CableLaw, CableParameters, Path};
+    use crate::transmission::cable::{CableLaw, CableParameters, CablePath};
 
     /// A finer cable with other numbers, pulled and eased; what the observer sees of it, and the truth.
     fn watch(mut see: impl FnMut(u32, &mut CableSample), model: &CableModel) -> (f64, CableEstimate) {
-        let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 24).unwrap();
+        let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 24).unwrap();
         let mut plant = Cable::new(law);
         plant.settle(80.0, Sliding::TowardMotor).unwrap();
         let mut observer = CableObserver::new(model).unwrap();

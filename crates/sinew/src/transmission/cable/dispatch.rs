@@ -3,7 +3,7 @@
 //! No instruction set may round differently: the step uses no fused multiply-add and no approximate
 //! reciprocal, so every machine computes the same bits.
 
-use super::lanes::{Ends, Lanes, Motion};
+use super::lane_group::{Ends, LaneGroup, Motion};
 use super::step::advance;
 use crate::dispatch::{Arithmetic, InstructionSet, Work};
 
@@ -14,7 +14,7 @@ pub(super) const LANES: usize = 8;
 #[inline]
 pub(super) fn advance_on(
     instructions: InstructionSet,
-    lanes: &mut Lanes<LANES>,
+    lanes: &mut LaneGroup<LANES>,
     interval: f64,
     motion: &Motion<LANES>,
     ends: &mut Ends<LANES>,
@@ -23,7 +23,7 @@ pub(super) fn advance_on(
 }
 
 struct Step<'a> {
-    lanes: &'a mut Lanes<LANES>,
+    lanes: &'a mut LaneGroup<LANES>,
     interval: f64,
     motion: &'a Motion<LANES>,
     ends: &'a mut Ends<LANES>,
@@ -38,8 +38,8 @@ impl Work for Step<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::Row;
-    use super::super::{CableLaw, CableParameters, Path, Weakening};
+    use super::super::lane_group::Row;
+    use super::super::{CableLaw, CableParameters, CablePath, Weakening};
     use super::*;
     use std::vec::Vec;
 
@@ -48,9 +48,9 @@ mod tests {
         let weakening = Some(Weakening { rise: 0.4, speed: 4e-3, lag: 0.04 });
         for weakening in [None, weakening] {
             let parameters = CableParameters { weakening, ..CableParameters::bench() };
-            let law = CableLaw::new(&Path::bench(), &parameters, 11).unwrap();
+            let law = CableLaw::new(&CablePath::bench(), &parameters, 11).unwrap();
             let run = |set: InstructionSet| -> Vec<u64> {
-                let mut lanes = Lanes::<LANES>::new(std::slice::from_ref(&law));
+                let mut lanes = LaneGroup::<LANES>::new(std::slice::from_ref(&law));
                 let mut bits = Vec::new();
                 for step in 0..4000 {
                     let t = f64::from(step) * 1e-3;

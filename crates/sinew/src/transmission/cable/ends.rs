@@ -1,6 +1,6 @@
 //! What goes into a step and what comes out of it, and what is refused.
 
-use super::lanes::{Ends, Lanes};
+use super::lane_group::{Ends, LaneGroup};
 use super::law::CableLaw;
 use crate::Error;
 use crate::error::{finite, non_negative, within};
@@ -55,9 +55,9 @@ impl<const N: usize> Ends<N> {
     }
 }
 
-impl<const N: usize> Lanes<N> {
+impl<const N: usize> LaneGroup<N> {
     /// What the ends feel while nothing moves.
-    pub(super) fn standing(&self, k: usize) -> EndTensions {
+    pub(super) fn ends_at_rest(&self, k: usize) -> EndTensions {
         let last = self.tension.len() - 1;
         let tension_out = self.tension[last].0[k] + self.laws[k].pretension();
         EndTensions { tension_in: self.tension[0].0[k], tension_out, dissipated: 0.0 }

@@ -1,12 +1,12 @@
 //! What is done to one lane between steps: placing it, asking it, changing a wrap.
 
-use super::lanes::Lanes;
+use super::lane_group::LaneGroup;
 use super::repair::across;
 use super::travel::{Seen, travel};
 use crate::error::{Error, non_negative, within};
 use crate::transmission::Sliding;
 
-impl<const N: usize> Lanes<N> {
+impl<const N: usize> LaneGroup<N> {
     /// Sliding everywhere in one direction, with this tension at the anchor's end of the cable.
     pub(super) fn settle(&mut self, k: usize, far: f64, sliding: Sliding) {
         let mut tension = far;
@@ -24,23 +24,23 @@ impl<const N: usize> Lanes<N> {
 
     /// This tension at the drive's end and a share of the friction at every node: 1 as after sliding toward the
     /// motor, -1 away from it, 0 the middle of the dead band. Where a stretch is wanted, the share that gives it.
-    pub(super) fn lay(&mut self, k: usize, near: f64, share: f64, stretch: Option<f64>) {
+    pub(super) fn set_profile(&mut self, k: usize, near: f64, share: f64, stretch: Option<f64>) {
         let mut share = share;
         if let Some(stretch) = stretch {
             // Stretch falls with the share: thirty halvings leave 1e-9 of it.
             let (mut low, mut high) = (-1.0, 1.0);
             for _ in 0..30 {
                 share = 0.5 * (low + high);
-                let longer = self.lay_out(k, near, share) > stretch;
+                let longer = self.write_profile(k, near, share) > stretch;
                 *(if longer { &mut low } else { &mut high }) = share;
             }
         }
-        self.lay_out(k, near, share);
+        self.write_profile(k, near, share);
         self.rest(k);
     }
 
-    /// Tensions of [`lay`](Self::lay); returns their stretch.
-    fn lay_out(&mut self, k: usize, near: f64, share: f64) -> f64 {
+    /// Tensions of [`set_profile`](Self::lay); returns their stretch.
+    fn write_profile(&mut self, k: usize, near: f64, share: f64) -> f64 {
         let (mut tension, mut stretch) = (near, 0.0);
         for j in 0..self.tension.len() {
             self.tension[j].0[k] = tension;
@@ -53,7 +53,7 @@ impl<const N: usize> Lanes<N> {
     }
 
     /// Whether every node slid in the same direction in the last step.
-    pub(super) fn slides_whole(&self, k: usize) -> bool {
+    pub(super) fn slides_everywhere(&self, k: usize) -> bool {
         let mut slips = self.slip[1..self.tension.len()].iter().map(|row| row.0[k]);
         let first = slips.next().unwrap_or(0.0);
         first != 0.0 && slips.all(|slip| slip * first > 0.0)

@@ -1,7 +1,7 @@
 //! A cable as numbers per cell and per node: what a lane is filled with.
 
 use super::parameters::{CableParameters, Weakening};
-use super::path::Path;
+use super::path::CablePath;
 use crate::error::{Error, within};
 use alloc::vec::Vec;
 
@@ -32,8 +32,8 @@ pub(super) struct PulleyPlace {
 ///
 /// # Example
 /// ```
-/// use sinew::transmission::cable::{CableLaw, CableParameters, Path};
-/// let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12)?;
+/// use sinew::transmission::cable::{CableLaw, CableParameters, CablePath};
+/// let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12)?;
 /// assert_eq!(law.cells(), 12);
 /// assert!((law.friction_angle() - 1.054).abs() < 2e-3); // the number that the tables identify
 /// # Ok::<(), sinew::Error>(())
@@ -58,7 +58,7 @@ impl CableLaw {
     /// # Errors
     /// [`Error::OutOfDomain`] names a parameter outside its domain, a number of cells the path does not
     /// allow, or a friction angle that is too large for one node.
-    pub fn new(path: &Path, parameters: &CableParameters, cells: usize) -> Result<Self, Error> {
+    pub fn new(path: &CablePath, parameters: &CableParameters, cells: usize) -> Result<Self, Error> {
         parameters.validate()?;
         let layout = path.layout(cells)?;
         let compliance = layout.cells.iter().map(|cell| {

@@ -4,7 +4,7 @@ use super::dispatch::{LANES, advance_on};
 use super::ends::{
     EndMotion, EndTensions, LARGEST_MOTION, above_pretension, check_interval, check_motion, same_length,
 };
-use super::lanes::{Ends, Lanes, Motion, Row};
+use super::lane_group::{Ends, LaneGroup, Motion, Row};
 use super::law::CableLaw;
 use crate::Error;
 use crate::dispatch::InstructionSet;
@@ -23,9 +23,9 @@ use super::Cable;
 ///
 /// # Example
 /// ```
-/// use sinew::transmission::cable::{CableLaw, CableParameters, Cables, EndMotion, EndTensions, Path};
-/// let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12)?;
-/// let mut cables = Cables::new(&vec![law; 15])?;
+/// use sinew::transmission::cable::{CableLaw, CableParameters, CableBatch, EndMotion, EndTensions, CablePath};
+/// let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12)?;
+/// let mut cables = CableBatch::new(&vec![law; 15])?;
 /// let mut ends = [EndTensions::default(); 15];
 /// let pull = [EndMotion { motor: 1e-4, anchor: 0.0 }; 15];
 /// for _ in 0..200 {
@@ -35,13 +35,13 @@ use super::Cable;
 /// # Ok::<(), sinew::Error>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Cables {
-    groups: Vec<Lanes<LANES>>,
+pub struct CableBatch {
+    groups: Vec<LaneGroup<LANES>>,
     instructions: InstructionSet,
     count: usize,
 }
 
-impl Cables {
+impl CableBatch {
     /// Cables without slack and without tension.
     ///
     /// # Errors
@@ -53,7 +53,7 @@ impl Cables {
         for law in laws {
             same_length("cells of every law", first.cells(), law.cells())?;
         }
-        let groups = laws.chunks(LANES).map(Lanes::new).collect();
+        let groups = laws.chunks(LANES).map(LaneGroup::new).collect();
         Ok(Self { groups, instructions: InstructionSet::detect(), count: laws.len() })
     }
 
@@ -120,8 +120,8 @@ impl Cables {
         Ok(())
     }
 
-    /// Places one cable as [`Cable::lay`] does; what its ends then feel.
-    pub(crate) fn lay(
+    /// Places one cable as [`Cable::set_profile`] does; what its ends then feel.
+    pub(crate) fn set_profile(
         &mut self,
         cable: usize,
         tension_in: f64,
@@ -129,13 +129,13 @@ impl Cables {
         stretch: Option<f64>,
     ) -> Result<EndTensions, Error> {
         let (group, k) = self.place(cable)?;
-        self.groups[group].lay(k, tension_in, share, stretch);
-        Ok(self.groups[group].standing(k))
+        self.groups[group].set_profile(k, tension_in, share, stretch);
+        Ok(self.groups[group].ends_at_rest(k))
     }
 
     /// Whether the whole of one cable slid one way in the last step.
-    pub(crate) fn slides_whole(&self, cable: usize) -> bool {
-        self.place(cable).is_ok_and(|(group, k)| self.groups[group].slides_whole(k))
+    pub(crate) fn slides_everywhere(&self, cable: usize) -> bool {
+        self.place(cable).is_ok_and(|(group, k)| self.groups[group].slides_everywhere(k))
     }
 
     /// As [`Cable::travel_to`] for one cable.

@@ -40,7 +40,7 @@
 mod dispatch;
 mod ends;
 mod lane;
-mod lanes;
+mod lane_group;
 mod law;
 mod many;
 mod one;
@@ -53,8 +53,8 @@ mod travel;
 
 pub use ends::{EndMotion, EndTensions};
 pub use law::CableLaw;
-pub use many::Cables;
+pub use many::CableBatch;
 pub use one::Cable;
 pub use parameters::{CableParameters, Weakening};
-pub use path::{Path, Segment};
+pub use path::{CablePath, Segment};
 pub use steady::SteadySliding;

@@ -1,7 +1,7 @@
 //! One cable with its state.
 
 use super::ends::{EndMotion, EndTensions, above_pretension, check_interval, check_motion};
-use super::lanes::{Ends, Lanes, Motion, Row};
+use super::lane_group::{Ends, LaneGroup, Motion, Row};
 use super::law::CableLaw;
 use super::step::advance;
 use crate::Error;
@@ -9,17 +9,17 @@ use crate::error::finite;
 use crate::transmission::Sliding;
 
 #[cfg(doc)]
-use super::Cables;
+use super::CableBatch;
 
 /// One cable in its sheath: a law and the tensions along it.
 ///
-/// The same arithmetic as a lane of [`Cables`], to the bit. Equations, assumptions and source: [`cable`](super).
+/// The same arithmetic as a lane of [`CableBatch`], to the bit. Equations, assumptions and source: [`cable`](super).
 ///
 /// # Example
 /// ```
 /// use sinew::transmission::Sliding;
-/// use sinew::transmission::cable::{Cable, CableLaw, CableParameters, EndMotion, Path};
-/// let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12)?;
+/// use sinew::transmission::cable::{Cable, CableLaw, CableParameters, EndMotion, CablePath};
+/// let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12)?;
 /// let mut cable = Cable::new(law);
 /// cable.settle(100.0, Sliding::TowardMotor)?;
 /// let pulled = cable.ends();
@@ -35,7 +35,7 @@ use super::Cables;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Cable {
-    lanes: Lanes<1>,
+    lanes: LaneGroup<1>,
     ends: EndTensions,
 }
 
@@ -44,7 +44,7 @@ impl Cable {
     #[must_use]
     pub fn new(law: CableLaw) -> Self {
         let ends = EndTensions { tension_in: 0.0, tension_out: law.pretension(), dissipated: 0.0 };
-        Self { lanes: Lanes::new(&[law]), ends }
+        Self { lanes: LaneGroup::new(&[law]), ends }
     }
 
     /// The same with `count` Newton steps per time step instead of one, at least one.
@@ -85,20 +85,20 @@ impl Cable {
     pub fn settle(&mut self, tension_out: f64, sliding: Sliding) -> Result<(), Error> {
         let far = above_pretension(&self.lanes.laws[0], tension_out)?;
         self.lanes.settle(0, far, sliding);
-        self.ends = self.lanes.standing(0);
+        self.ends = self.lanes.ends_at_rest(0);
         Ok(())
     }
 
     /// Places the cable by its tension at the drive, N, with a share of the friction at work: 1 as after sliding
     /// toward the motor, -1 away from it, 0 the same tension everywhere; or with the share that gives a stretch, m.
-    pub(crate) fn lay(&mut self, tension_in: f64, share: f64, stretch: Option<f64>) {
-        self.lanes.lay(0, tension_in, share, stretch);
-        self.ends = self.lanes.standing(0);
+    pub(crate) fn set_profile(&mut self, tension_in: f64, share: f64, stretch: Option<f64>) {
+        self.lanes.set_profile(0, tension_in, share, stretch);
+        self.ends = self.lanes.ends_at_rest(0);
     }
 
     /// Whether the whole cable slid one way in the last step.
-    pub(crate) fn slides_whole(&self) -> bool {
-        self.lanes.slides_whole(0)
+    pub(crate) fn slides_everywhere(&self) -> bool {
+        self.lanes.slides_everywhere(0)
     }
 
     /// Travel of the winch, m, that brings the anchor to a tension, N, while the anchor stands still.

@@ -44,7 +44,7 @@ impl Weakening {
     }
 }
 
-/// Friction, drag and elasticity of a cable on its [`Path`](super::Path).
+/// Friction, drag and elasticity of a cable on its [`CablePath`](super::CablePath).
 ///
 /// | symbol | field               | unit  | domain | meaning                                              |
 /// |--------|---------------------|-------|--------|------------------------------------------------------|

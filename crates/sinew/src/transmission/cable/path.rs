@@ -50,8 +50,8 @@ pub enum Segment {
 ///
 /// # Example
 /// ```
-/// use sinew::transmission::cable::{Path, Segment};
-/// let path = Path::new(vec![
+/// use sinew::transmission::cable::{CablePath, Segment};
+/// let path = CablePath::new(vec![
 ///     Segment::Free { length: 0.2 },
 ///     Segment::Sheath { length: 0.8, bend: 4.7, curvature: vec![] },
 ///     Segment::Pulley { wrap: 1.5 },
@@ -63,11 +63,11 @@ pub enum Segment {
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Segment>", into = "Vec<Segment>")]
-pub struct Path {
+pub struct CablePath {
     segments: Vec<Segment>,
 }
 
-impl Path {
+impl CablePath {
     /// A path of checked segments.
     ///
     /// # Errors
@@ -142,10 +142,10 @@ impl Path {
     /// [`Error::OutOfDomain`] where there are too few cells for the segments, or more than 1024.
     pub(super) fn layout(&self, cells: usize) -> Result<Layout, Error> {
         let least = self.fewest_cells();
-        let expected = "a number between Path::fewest_cells() and 1024";
+        let expected = "a number between CablePath::fewest_cells() and 1024";
         within("cells", expected, cells as f64, (least..=MOST_CELLS).contains(&cells))?;
         let sheaths: Vec<f64> = self.sheaths().map(|(length, bend)| bend.max(1e-6 * length)).collect();
-        let exact = "Path::fewest_cells(), because the path has no sheath";
+        let exact = "CablePath::fewest_cells(), because the path has no sheath";
         within("cells", exact, cells as f64, cells == least || !sheaths.is_empty())?;
         let mut counts = vec![1; sheaths.len()];
         for _ in least..cells {
@@ -157,7 +157,7 @@ impl Path {
     }
 }
 
-impl TryFrom<Vec<Segment>> for Path {
+impl TryFrom<Vec<Segment>> for CablePath {
     type Error = Error;
 
     fn try_from(segments: Vec<Segment>) -> Result<Self, Error> {
@@ -165,8 +165,8 @@ impl TryFrom<Vec<Segment>> for Path {
     }
 }
 
-impl From<Path> for Vec<Segment> {
-    fn from(path: Path) -> Self {
+impl From<CablePath> for Vec<Segment> {
+    fn from(path: CablePath) -> Self {
         path.segments
     }
 }
@@ -231,7 +231,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    fn new(path: &Path, counts: &[usize]) -> Self {
+    fn new(path: &CablePath, counts: &[usize]) -> Self {
         let mut layout = Self::default();
         let mut counts = counts.iter();
         for segment in &path.segments {
@@ -303,7 +303,7 @@ mod tests {
 
     #[test]
     fn lengths_and_angles_are_all_there_however_it_is_cut() {
-        let path = Path::new(vec![
+        let path = CablePath::new(vec![
             free(0.1),
             sheath(0.5, 2.0, &[1.0, 3.0, 0.0]),
             Segment::Pulley { wrap: 0.4 },
@@ -334,7 +334,7 @@ mod tests {
 
     #[test]
     fn an_uneven_bend_lies_where_its_profile_says() {
-        let path = Path::new(vec![free(0.1), sheath(1.0, 2.0, &[0.0, 1.0]), free(0.1)]).unwrap();
+        let path = CablePath::new(vec![free(0.1), sheath(1.0, 2.0, &[0.0, 1.0]), free(0.1)]).unwrap();
         let layout = path.layout(12).unwrap();
         let (near, far) = layout.nodes.split_at(5);
         assert!(near.iter().all(|node| node.bend.abs() < 1e-12));
@@ -344,7 +344,7 @@ mod tests {
     #[test]
     fn what_is_no_path_is_refused_by_name() {
         let named = |segments: Vec<Segment>, name: &str| {
-            let message = std::string::ToString::to_string(&Path::new(segments).unwrap_err());
+            let message = std::string::ToString::to_string(&CablePath::new(segments).unwrap_err());
             assert!(message.contains(name), "{message}");
         };
         named(vec![], "segments");
@@ -357,9 +357,9 @@ mod tests {
         named(vec![free(1.0), sheath(1.0, 1.0, &[0.0, 0.0]), free(1.0)], "curvature");
         named(vec![free(1.0), sheath(1.0, 1.0, &[1.0, -1.0]), free(1.0)], "curvature");
         named(vec![free(1.0), Segment::Pulley { wrap: f64::INFINITY }, free(1.0)], "pulley wrap");
-        let path = Path::bench();
+        let path = CablePath::bench();
         assert!(path.layout(2).is_err() && path.layout(3).is_ok() && path.layout(2000).is_err());
-        let pulley = Path::new(vec![free(1.0), Segment::Pulley { wrap: 1.0 }, free(1.0)]).unwrap();
+        let pulley = CablePath::new(vec![free(1.0), Segment::Pulley { wrap: 1.0 }, free(1.0)]).unwrap();
         assert!(pulley.layout(2).is_ok() && pulley.layout(3).is_err());
     }
 }

@@ -1,6 +1,6 @@
 //! What a step does in the rare lane that it cannot solve: taking tension up again, and the exact play sweeps.
 
-use super::lanes::Lanes;
+use super::lane_group::LaneGroup;
 use super::travel::{Seen, move_end};
 
 /// A cable that was slack and is not any more slides everywhere: the profile of sliding, with the stretch it has.
@@ -9,7 +9,7 @@ use super::travel::{Seen, move_end};
 #[cold]
 #[inline(never)]
 pub(super) fn re_tension<const N: usize>(
-    lanes: &mut Lanes<N>,
+    lanes: &mut LaneGroup<N>,
     k: usize,
     motor: f64,
     anchor: f64,
@@ -42,7 +42,7 @@ pub(super) fn re_tension<const N: usize>(
 #[cold]
 #[inline(never)]
 pub(super) fn sweep_both_ends<const N: usize>(
-    lanes: &mut Lanes<N>,
+    lanes: &mut LaneGroup<N>,
     k: usize,
     motor: f64,
     anchor: f64,
@@ -71,7 +71,7 @@ pub(super) fn sweep_both_ends<const N: usize>(
 }
 
 /// Moves the drive's end; its tension, or none where it stands still.
-fn sweep_near<const N: usize>(lanes: &mut Lanes<N>, k: usize, distance: f64) -> Option<f64> {
+fn sweep_near<const N: usize>(lanes: &mut LaneGroup<N>, k: usize, distance: f64) -> Option<f64> {
     let s = if distance > 0.0 { 1.0 } else { -1.0 };
     let mut ratio = 1.0;
     for j in 0..lanes.next.len() {
@@ -89,7 +89,7 @@ fn sweep_near<const N: usize>(lanes: &mut Lanes<N>, k: usize, distance: f64) -> 
 }
 
 /// Moves the anchor's end away from the motor by `distance`; its tension, or none where it stands still.
-fn sweep_far<const N: usize>(lanes: &mut Lanes<N>, k: usize, distance: f64) -> Option<f64> {
+fn sweep_far<const N: usize>(lanes: &mut LaneGroup<N>, k: usize, distance: f64) -> Option<f64> {
     let m = lanes.next.len();
     let s = if distance > 0.0 { 1.0 } else { -1.0 };
     let mut ratio = 1.0;

@@ -36,8 +36,8 @@ impl CableLaw {
     ///
     /// # Example
     /// ```
-    /// use sinew::transmission::cable::{CableLaw, CableParameters, Path};
-    /// let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12)?;
+    /// use sinew::transmission::cable::{CableLaw, CableParameters, CablePath};
+    /// let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12)?;
     /// let [pulled, yielded] = [0.06, -0.06].map(|v| law.steady(100.0, v, 1.0));
     /// assert!(pulled?.tension_in > 240.0 && yielded?.tension_in < 30.0);
     /// # Ok::<(), sinew::Error>(())
@@ -91,11 +91,11 @@ impl CableLaw {
 
 #[cfg(test)]
 mod tests {
-    use crate::transmission::cable::{Cable, CableLaw, CableParameters, EndMotion, Path};
+    use crate::transmission::cable::{Cable, CableLaw, CableParameters, CablePath, EndMotion};
 
     #[test]
     fn a_cable_that_has_slid_long_enough_looks_as_foretold() {
-        let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12).unwrap();
+        let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
         for velocity in [0.12, 0.02, -0.02, -0.12] {
             let mut cable = Cable::new(law.clone());
             cable.settle(100.0, crate::transmission::Sliding::TowardMotor).unwrap();
@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn below_the_pretension_nothing_is_pulled() {
-        let law = CableLaw::new(&Path::bench(), &CableParameters::bench(), 12).unwrap();
+        let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
         let steady = law.steady(3.0, 0.1, 1.0).unwrap();
         assert!(steady.tension_in == 0.0 && steady.stretch == 0.0);
         assert!(law.steady(f64::NAN, 0.1, 1.0).is_err() && law.steady(3.0, 0.1, -1.0).is_err());

@@ -1,6 +1,6 @@
 //! One step of the law: balance at every node, linearised where the last step left it, solved in one pass.
 
-use super::lanes::{Ends, Lanes, Motion, Row};
+use super::lane_group::{Ends, LaneGroup, Motion, Row};
 use super::repair::{re_tension, sweep_both_ends};
 
 /// Friction bound, N, below which a node is free: no wrap, or no tension.
@@ -34,7 +34,7 @@ fn at_most(x: f64, most: f64) -> f64 {
 /// Moves all lanes by one step of `interval` seconds.
 #[inline(always)]
 pub(super) fn advance<const N: usize>(
-    lanes: &mut Lanes<N>,
+    lanes: &mut LaneGroup<N>,
     interval: f64,
     motion: &Motion<N>,
     ends: &mut Ends<N>,
@@ -62,7 +62,7 @@ pub(super) fn advance<const N: usize>(
 
 /// Friction coefficients from the lagged speed of every node.
 #[inline(always)]
-fn weaken<const N: usize>(lanes: &mut Lanes<N>, interval: f64) {
+fn weaken<const N: usize>(lanes: &mut LaneGroup<N>, interval: f64) {
     let Some(law) = lanes.weakening else { return };
     for (i, (memory, node)) in lanes.memory.iter_mut().zip(&mut lanes.nodes).enumerate() {
         let (friction, loss, mut z, w) = (memory.friction, memory.loss, memory.speed, lanes.slip[i + 1]);
@@ -81,7 +81,7 @@ fn weaken<const N: usize>(lanes: &mut Lanes<N>, interval: f64) {
 
 /// Forward: the balance of every node around the last displacements, eliminated at once.
 #[inline(always)]
-fn eliminate<const N: usize>(lanes: &mut Lanes<N>, rate: f64, motion: &Motion<N>) {
+fn eliminate<const N: usize>(lanes: &mut LaneGroup<N>, rate: f64, motion: &Motion<N>) {
     let m = lanes.tension.len();
     let (tension, stiffness) = (&lanes.tension[..m], &lanes.stiffness[..m]);
     let (nodes, slip) = (&lanes.nodes[..m - 1], &lanes.slip[..=m]);
@@ -132,7 +132,7 @@ fn eliminate<const N: usize>(lanes: &mut Lanes<N>, rate: f64, motion: &Motion<N>
 
 /// Backward without tensions: a Newton step that is not the last one.
 #[inline(always)]
-fn correct<const N: usize>(lanes: &mut Lanes<N>) {
+fn correct<const N: usize>(lanes: &mut LaneGroup<N>) {
     let m = lanes.tension.len();
     let (up, known, slip) = (&lanes.up[..m], &lanes.known[..m], &mut lanes.slip[..m]);
     let mut x = Row::<N>::ZERO;
@@ -149,7 +149,7 @@ fn correct<const N: usize>(lanes: &mut Lanes<N>) {
 /// Backward: displacements, the guard, tensions before scaling. Returns the scale that makes the total
 /// stretch exact, and twice the elastic energy after it.
 #[inline(always)]
-fn substitute<const N: usize>(lanes: &mut Lanes<N>) -> (Row<N>, Row<N>) {
+fn substitute<const N: usize>(lanes: &mut LaneGroup<N>) -> (Row<N>, Row<N>) {
     let m = lanes.tension.len();
     let (tension, stiffness) = (&lanes.tension[..m], &lanes.stiffness[..m]);
     let (compliance, next) = (&lanes.compliance[..m], &mut lanes.next[..m]);
@@ -203,7 +203,7 @@ fn substitute<const N: usize>(lanes: &mut Lanes<N>) -> (Row<N>, Row<N>) {
 /// Accepts what created no energy, repairs what did, and re-tensions what was slack.
 #[inline(always)]
 fn certify<const N: usize>(
-    lanes: &mut Lanes<N>,
+    lanes: &mut LaneGroup<N>,
     motion: &Motion<N>,
     before: Row<N>,
     mut scale: Row<N>,
@@ -251,7 +251,7 @@ fn certify<const N: usize>(
 
 /// A slack cable has no displacements to start the next step from.
 #[inline(always)]
-fn rest_where_slack<const N: usize>(lanes: &mut Lanes<N>) {
+fn rest_where_slack<const N: usize>(lanes: &mut LaneGroup<N>) {
     if lanes.stretch.0.iter().any(|stretch| *stretch <= 0.0) {
         for slip in &mut lanes.slip {
             for k in 0..N {

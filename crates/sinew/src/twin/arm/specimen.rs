@@ -1,9 +1,9 @@
 use crate::Error;
-use crate::body::{Parts, Robot, Route, Station};
+use crate::body::{Parts, PathElement, Robot, TendonPath};
 use crate::drive::{DriveParameters, Encoder, LoadCell};
 use crate::muscle::{Geometry, Muscles};
 use crate::random::Random;
-use crate::transmission::cable::{CableParameters, Path, Segment};
+use crate::transmission::cable::{CableParameters, CablePath, Segment};
 use crate::twin::cable::{Resolution, Specimen};
 use alloc::string::ToString;
 use alloc::vec;
@@ -148,7 +148,7 @@ fn cable(parts: &Parts, muscle: usize, free: f64, wrap: f64) -> Result<Specimen,
             got: "none".to_string(),
         });
     };
-    let path = Path::new(vec![
+    let path = CablePath::new(vec![
         Segment::Free { length: NEAR },
         Segment::Sheath { length: sheath.length, bend: sheath.bend, curvature: vec![] },
         Segment::Pulley { wrap },
@@ -161,13 +161,13 @@ fn cable(parts: &Parts, muscle: usize, free: f64, wrap: f64) -> Result<Specimen,
 
 /// Sites that cables pass or end at, each once.
 fn led_through(parts: &Parts) -> Vec<usize> {
-    let stations = parts.tendons.iter().filter_map(|tendon| match &tendon.route {
-        Route::Spatial(stations) => Some(stations),
-        Route::Fixed(_) => None,
+    let elements = parts.tendons.iter().filter_map(|tendon| match &tendon.path {
+        TendonPath::Spatial(elements) => Some(elements),
+        TendonPath::Fixed(_) => None,
     });
-    let mut sites: Vec<usize> = stations
+    let mut sites: Vec<usize> = elements
         .flatten()
-        .filter_map(|station| if let Station::Site(site) = station { Some(*site) } else { None })
+        .filter_map(|element| if let PathElement::Site(site) = element { Some(*site) } else { None })
         .collect();
     sites.sort_unstable();
     sites.dedup();

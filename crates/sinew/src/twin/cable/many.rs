@@ -6,14 +6,14 @@ use super::wear::{CableReading, Wear};
 use crate::Error;
 use crate::error::within;
 use crate::transmission::Sliding;
-use crate::transmission::cable::{Cables, EndMotion, EndTensions};
+use crate::transmission::cable::{CableBatch, EndMotion, EndTensions};
 use alloc::vec;
 use alloc::vec::Vec;
 
 /// Cables of the plant side by side: the same as so many [`CablePlant`](super::CablePlant)s, to the bit, and faster.
 #[derive(Debug, Clone)]
 pub struct CablePlants {
-    cables: Cables,
+    cables: CableBatch,
     wear: Vec<Wear>,
     compliance: Vec<Vec<f64>>,
     substeps: usize,
@@ -32,7 +32,7 @@ impl CablePlants {
         let laws = specimens.iter().map(|s| s.law(resolution.cells)).collect::<Result<Vec<_>, _>>()?;
         let n = specimens.len();
         Ok(Self {
-            cables: Cables::new(&laws)?,
+            cables: CableBatch::new(&laws)?,
             wear: specimens.iter().map(|s| Wear::new(&s.effects, resolution.cells)).collect(),
             compliance: laws.iter().map(|law| law.compliance().to_vec()).collect(),
             substeps: resolution.substeps,
@@ -45,7 +45,7 @@ impl CablePlants {
     /// As [`CablePlant::settle`](super::CablePlant::settle) for one cable.
     ///
     /// # Errors
-    /// As [`Cables::settle`].
+    /// As [`CableBatch::settle`].
     pub fn settle(&mut self, cable: usize, tension_out: f64, sliding: Sliding) -> Result<(), Error> {
         self.cables.settle(cable, tension_out, sliding)
     }
@@ -53,7 +53,7 @@ impl CablePlants {
     /// As [`CablePlant::set_wrap`](super::CablePlant::set_wrap) for one cable.
     ///
     /// # Errors
-    /// As [`Cables::set_wrap`].
+    /// As [`CableBatch::set_wrap`].
     pub fn set_wrap(&mut self, cable: usize, pulley: usize, wrap: f64) -> Result<(), Error> {
         self.cables.set_wrap(cable, pulley, wrap)
     }
@@ -61,7 +61,7 @@ impl CablePlants {
     /// Moves all cables: `motions: [cables]` in, `readings: [cables]` out.
     ///
     /// # Errors
-    /// As [`Cables::step`]; no cable has then moved.
+    /// As [`CableBatch::step`]; no cable has then moved.
     pub fn step(
         &mut self,
         interval: f64,

@@ -5,14 +5,14 @@ use super::effects::{
 };
 use crate::Error;
 use crate::random::Random;
-use crate::transmission::cable::{CableLaw, CableParameters, Path, Segment, Weakening};
+use crate::transmission::cable::{CableLaw, CableParameters, CablePath, Segment, Weakening};
 use alloc::vec::Vec;
 
 /// A cable with its path, its numbers and its effects.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Specimen {
     /// The way of the cable.
-    pub path: Path,
+    pub path: CablePath,
     /// Friction and elasticity, without the effects.
     pub parameters: CableParameters,
     /// What else it does.
@@ -39,13 +39,13 @@ impl Specimen {
             drag: COLD_DRAG * calibrated.drag,
             ..calibrated
         };
-        Self { path: Path::bench(), parameters, effects: Effects::default() }
+        Self { path: CablePath::bench(), parameters, effects: Effects::default() }
     }
 
     /// The bare law with calibrated numbers: for comparisons.
     #[must_use]
     pub fn ideal() -> Self {
-        Self { path: Path::bench(), parameters: CableParameters::bench(), effects: Effects::none() }
+        Self { path: CablePath::bench(), parameters: CableParameters::bench(), effects: Effects::none() }
     }
 
     /// Another specimen of the same construction: every number drawn, the same for the same seed.
@@ -80,7 +80,7 @@ impl Specimen {
                 *length -= gained;
             }
         }
-        let path = Path::new(segments).unwrap_or_else(|_| of.path.clone());
+        let path = CablePath::new(segments).unwrap_or_else(|_| of.path.clone());
         Self { path, parameters, effects: draw.effects(&of.effects) }
     }
 
@@ -105,7 +105,7 @@ impl Specimen {
                 }
             }
         }
-        CableLaw::new(&Path::new(segments)?, &parameters, cells)
+        CableLaw::new(&CablePath::new(segments)?, &parameters, cells)
     }
 }
 
@@ -163,7 +163,7 @@ mod tests {
         for seed in 0..400 {
             let specimen = Specimen::draw(seed);
             assert!(specimen.law(24).is_ok());
-            assert!((specimen.path.length() - Path::bench().length()).abs() < 1e-12);
+            assert!((specimen.path.length() - CablePath::bench().length()).abs() < 1e-12);
             let relative = specimen.parameters.drag / Specimen::bench().parameters.drag - 1.0;
             sum += relative;
             squares += relative * relative;

@@ -2,7 +2,7 @@
 
 use crate::body::tree::{Link, Place};
 use crate::body::vector::Vector;
-use crate::body::{Robot, Route, Station, WrapKind};
+use crate::body::{PathElement, Robot, TendonPath, WrapKind};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -73,7 +73,7 @@ pub(super) struct Cable {
 
 /// Everything that is the same in every pose.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Plan {
+pub(super) struct Topology {
     /// Links that muscles touch, and what carries them; each with its place in the list of all.
     pub(super) links: Vec<(usize, Link)>,
     pub(super) anchors: Vec<Anchor>,
@@ -85,100 +85,100 @@ pub(super) struct Plan {
     pub(super) columns: Vec<usize>,
 }
 
-/// A plan being made.
-struct Planner<'a> {
+/// A topology being made.
+struct TopologyBuilder<'a> {
     robot: &'a Robot,
-    plan: Plan,
+    topology: Topology,
     anchor_of: BTreeMap<usize, usize>,
     surface_of: BTreeMap<usize, usize>,
 }
 
-impl Plan {
-    pub(super) fn new(robot: &Robot) -> Plan {
-        let plan = Plan::default();
+impl Topology {
+    pub(super) fn new(robot: &Robot) -> Topology {
+        let topology = Topology::default();
         let (anchor_of, surface_of) = (BTreeMap::new(), BTreeMap::new());
-        let mut planner = Planner { robot, plan, anchor_of, surface_of };
+        let mut builder = TopologyBuilder { robot, topology, anchor_of, surface_of };
         for tendon in &robot.parts().tendons {
-            let first = planner.plan.columns.len();
-            let mut cable = match &tendon.route {
-                Route::Fixed(terms) => planner.sum(terms),
-                Route::Spatial(stations) => planner.route(stations),
+            let first = builder.topology.columns.len();
+            let mut cable = match &tendon.path {
+                TendonPath::Fixed(terms) => builder.sum(terms),
+                TendonPath::Spatial(elements) => builder.spatial(elements),
             };
-            cable.slots = first..planner.plan.columns.len();
+            cable.slots = first..builder.topology.columns.len();
             let axis = tendon.sheath.as_ref().and_then(|sheath| sheath.end_axis);
             cable.sheath_end =
-                axis.zip(planner.plan.spans.get(cable.spans.start)).and_then(|(axis, span)| {
-                    let Route::Spatial(stations) = &tendon.route else { return None };
-                    let first = stations.iter().find_map(|station| match station {
-                        Station::Site(site) => Some(*site),
+                axis.zip(builder.topology.spans.get(cable.spans.start)).and_then(|(axis, span)| {
+                    let TendonPath::Spatial(elements) = &tendon.path else { return None };
+                    let first = elements.iter().find_map(|element| match element {
+                        PathElement::Site(site) => Some(*site),
                         _ => None,
                     })?;
                     let body = &robot.tree.bodies[robot.parts().sites[first].body];
                     let position = crate::body::vector::rotate(&body.axes, axis);
-                    Some(Anchor { link: planner.plan.anchors[span.from].link, position })
+                    Some(Anchor { link: builder.topology.anchors[span.from].link, position })
                 });
-            planner.plan.cables.push(cable);
+            builder.topology.cables.push(cable);
         }
-        planner.touched();
-        planner.plan
+        builder.touched();
+        builder.topology
     }
 }
 
-impl Planner<'_> {
+impl TopologyBuilder<'_> {
     fn sum(&mut self, terms: &[(usize, f64)]) -> Cable {
-        let start = self.plan.spans.len();
+        let start = self.topology.spans.len();
         let mut cable = Cable { spans: start..start, slots: 0..0, terms: Vec::new(), sheath_end: None };
         for &(joint, coefficient) in terms {
             let (q, v) = (self.robot.coordinates_of(joint).start, self.robot.velocities_of(joint).start);
-            cable.terms.push((q, self.plan.columns.len(), coefficient));
-            self.plan.columns.push(v);
+            cable.terms.push((q, self.topology.columns.len(), coefficient));
+            self.topology.columns.push(v);
         }
         cable
     }
 
-    fn route(&mut self, stations: &[Station]) -> Cable {
-        let start = self.plan.spans.len();
-        let pieces = self.pieces(stations);
-        let first = self.plan.columns.len();
+    fn spatial(&mut self, elements: &[PathElement]) -> Cable {
+        let start = self.topology.spans.len();
+        let pieces = self.pieces(elements);
+        let first = self.topology.columns.len();
         let mut columns = BTreeSet::new();
         for piece in &pieces {
-            let (from, to) = (self.plan.anchors[piece.from].link, self.plan.anchors[piece.to].link);
+            let (from, to) = (self.topology.anchors[piece.from].link, self.topology.anchors[piece.to].link);
             let mut stops = [Some(from), None, Some(to)];
             if let Some((surface, _)) = piece.around {
-                stops[1] = Some(self.plan.surfaces[surface].place.link);
+                stops[1] = Some(self.topology.surfaces[surface].place.link);
             }
             let stops: Vec<usize> = stops.into_iter().flatten().collect();
             for pair in stops.windows(2) {
                 columns.extend(self.between(pair[0], pair[1]).into_iter().map(|(velocity, _)| velocity));
             }
         }
-        self.plan.columns.extend(columns);
+        self.topology.columns.extend(columns);
         for piece in pieces {
-            let (from, to) = (self.plan.anchors[piece.from].link, self.plan.anchors[piece.to].link);
+            let (from, to) = (self.topology.anchors[piece.from].link, self.topology.anchors[piece.to].link);
             let direct = self.cross(from, to, first);
             let around = piece.around.map(|(surface, side)| {
-                let link = self.plan.surfaces[surface].place.link;
+                let link = self.topology.surfaces[surface].place.link;
                 let (before, after) = (self.cross(from, link, first), self.cross(link, to, first));
                 Around { surface, side, before, after }
             });
             let Piece { from, to, share, begins, .. } = piece;
-            self.plan.spans.push(Span { from, to, share, begins, direct, around });
+            self.topology.spans.push(Span { from, to, share, begins, direct, around });
         }
-        let spans = start..self.plan.spans.len();
+        let spans = start..self.topology.spans.len();
         Cable { spans, slots: 0..0, terms: Vec::new(), sheath_end: None }
     }
 
     /// Sites in pairs, with what stands between them.
-    fn pieces(&mut self, stations: &[Station]) -> Vec<Piece> {
+    fn pieces(&mut self, elements: &[PathElement]) -> Vec<Piece> {
         let (mut pieces, mut share, mut begins) = (Vec::new(), 1.0, true);
         let (mut last, mut around) = (None, None);
-        for station in stations {
-            match *station {
-                Station::Pulley(divisor) => (last, share, begins) = (None, 1.0 / divisor, true),
-                Station::Wrap { wrap, side } => {
+        for element in elements {
+            match *element {
+                PathElement::Pulley(divisor) => (last, share, begins) = (None, 1.0 / divisor, true),
+                PathElement::Wrap { wrap, side } => {
                     around = Some((self.surface(wrap), side.map(|side| self.anchor(side))));
                 }
-                Station::Site(site) => {
+                PathElement::Site(site) => {
                     let to = self.anchor(site);
                     if let Some(from) = last {
                         pieces.push(Piece { from, to, share, begins, around: around.take() });
@@ -193,7 +193,7 @@ impl Planner<'_> {
 
     fn anchor(&mut self, site: usize) -> usize {
         let place = self.robot.site_place(site);
-        let anchors = &mut self.plan.anchors;
+        let anchors = &mut self.topology.anchors;
         *self.anchor_of.entry(site).or_insert_with(|| {
             anchors.push(Anchor { link: place.link, position: place.origin });
             anchors.len() - 1
@@ -203,7 +203,7 @@ impl Planner<'_> {
     fn surface(&mut self, wrap: usize) -> usize {
         let place = self.robot.wrap_place(wrap);
         let part = &self.robot.parts().wraps[wrap];
-        let surfaces = &mut self.plan.surfaces;
+        let surfaces = &mut self.topology.surfaces;
         *self.surface_of.entry(wrap).or_insert_with(|| {
             surfaces.push(Surface { kind: part.kind, radius: part.radius, place });
             surfaces.len() - 1
@@ -225,28 +225,28 @@ impl Planner<'_> {
     }
 
     fn cross(&mut self, first: usize, second: usize, slots: usize) -> Range<usize> {
-        let start = self.plan.crossings.len();
+        let start = self.topology.crossings.len();
         for (velocity, sign) in self.between(first, second) {
-            let mine = &self.plan.columns[slots..];
+            let mine = &self.topology.columns[slots..];
             let slot = slots + mine.iter().position(|&column| column == velocity).unwrap_or_default();
-            self.plan.crossings.push(Crossing { velocity, slot, sign });
+            self.topology.crossings.push(Crossing { velocity, slot, sign });
         }
-        start..self.plan.crossings.len()
+        start..self.topology.crossings.len()
     }
 
-    /// Links that the plan needs, parents first.
+    /// Links that the topology needs, parents first.
     fn touched(&mut self) {
         let links = &self.robot.tree.links;
-        let plan = &mut self.plan;
-        let ends = plan.anchors.iter().map(|anchor| anchor.link);
+        let topology = &mut self.topology;
+        let ends = topology.anchors.iter().map(|anchor| anchor.link);
         let mut needed = BTreeSet::new();
-        for link in ends.chain(plan.surfaces.iter().map(|surface| surface.place.link)) {
+        for link in ends.chain(topology.surfaces.iter().map(|surface| surface.place.link)) {
             let mut at = link;
             while at != 0 && needed.insert(at) {
                 at = links[at].parent;
             }
         }
-        plan.links = needed.into_iter().map(|index| (index, links[index].clone())).collect();
+        topology.links = needed.into_iter().map(|index| (index, links[index].clone())).collect();
     }
 }
 

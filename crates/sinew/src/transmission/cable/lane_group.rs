@@ -65,7 +65,7 @@ pub(super) struct Ends<const N: usize> {
 
 /// `N` cables with the same number of cells; everything else may differ from lane to lane.
 #[derive(Debug, Clone)]
-pub(super) struct Lanes<const N: usize> {
+pub(super) struct LaneGroup<const N: usize> {
     /// As built; wraps are kept up to date.
     pub(super) laws: Vec<CableLaw>,
     pub(super) compliance: Vec<Row<N>>,
@@ -97,7 +97,7 @@ pub(super) struct Lanes<const N: usize> {
     pub(super) column: Vec<Seen>,
 }
 
-impl<const N: usize> Lanes<N> {
+impl<const N: usize> LaneGroup<N> {
     /// Slack cables of these laws, at most `N`, all with as many cells as the first; idle lanes copy the last law.
     pub(super) fn new(laws: &[CableLaw]) -> Self {
         let of = |lane: usize| &laws[lane.min(laws.len() - 1)];
