@@ -1,17 +1,17 @@
 //! What every target does with a log, and what must hold of whatever is accepted.
 
-use sinew_identify::log::{Dataset, ReadOptions, RoleFlags, read_bytes};
+use sinew_identify::log::{Dataset, ReadOptions, RequestedRoles, read_bytes};
 
 /// Reads `bytes` as a log by canonical names, by numbered names and with a group; checks what is accepted.
 pub fn read_log(bytes: &[u8]) {
-    let numbered = RoleFlags {
+    let numbered = RequestedRoles {
         far: Some("col3".into()),
         effort: vec!["col2".into()],
         time: Some("col1".into()),
-        ..RoleFlags::default()
+        ..RequestedRoles::default()
     };
-    let grouped = RoleFlags { group: Some("load".into()), ..RoleFlags::default() };
-    for flags in [RoleFlags::default(), numbered, grouped] {
+    let grouped = RequestedRoles { group: Some("load".into()), ..RequestedRoles::default() };
+    for flags in [RequestedRoles::default(), numbered, grouped] {
         for (skip_s, far_required) in [(0.0, true), (0.1, false)] {
             let options = ReadOptions { skip_s, far_required, paths: Vec::new() };
             let twice = [("a", bytes), ("b", bytes)];

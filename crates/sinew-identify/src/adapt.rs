@@ -1,6 +1,6 @@
 //! Adaptation: a short calibration of another specimen, the old model as prior.
 //!
-//! Four ways are judged on what each has not seen of the calibration log, and the best is kept:
+//! Four variants are judged on what each has not seen of the calibration log, and the best is kept:
 //!
 //! | name     | what it changes                                                                     |
 //! |----------|-------------------------------------------------------------------------------------|
@@ -10,16 +10,16 @@
 //! | fresh    | everything but the structure                                                        |
 
 use crate::Error;
+use crate::conditioning;
 use crate::fit::cell::CellPlan;
 use crate::fit::ensemble::{self, Rows};
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
 use crate::fit::run::Run;
 use crate::identify::{Identification, Options, Progress, Work, counting, finish};
 use crate::log::Dataset;
-use crate::member::{fit_networks, refit_cell, rmse, run};
-use crate::runs;
+use crate::select::cross_validation::{Fit, ScoredCandidate, cross_validate};
 use crate::select::folds::Folds;
-use crate::select::judge::{Fit, Tried, judge};
+use crate::training::{estimate_sequence, fit_networks, refit_cell, rmse};
 use sinew::predictor::{Cell, Estimator, Feature, InputLimits, MEMBERS, Model, Term};
 
 /// Another way must beat the transfer by this factor to be preferred.
@@ -41,13 +41,13 @@ pub fn adapt(
     options: &Options,
     progress: &Progress<'_>,
 ) -> Result<Identification, Error> {
-    let guards = widened(&old.guards, &runs::guards(data));
-    let gap_s = old.gap_s.max(runs::gap_s(data));
-    let runs = runs::runs(data, &guards, gap_s);
+    let guards = widened(&old.guards, &conditioning::guards(data));
+    let gap_s = old.gap_s.max(conditioning::gap_s(data));
+    let runs = conditioning::condition(data, &guards, gap_s);
     let folds = Folds::of(data);
     let was = &old.estimator;
     let fresh = |training: &[&Run]| fresh(was, training, options.seed);
-    let ways: [(&str, &str, &Fit<'_>); 4] = [
+    let variants: [(&str, &str, &Fit<'_>); 4] = [
         ("old", "the old model as it was", &|training| Some(remeasured(was.clone(), training))),
         ("scaled", "the old model with a new gain and offset", &|training| scaled(was, training)),
         (
@@ -58,21 +58,25 @@ pub fn adapt(
         ("fresh", "the structure of the old model, fitted anew", &fresh),
     ];
     let mut tried = Vec::new();
-    for (k, (name, description, fit)) in ways.iter().enumerate() {
-        progress("judging ways to adapt on data they do not see", 0.1 + 0.2 * k as f64);
-        let judgement = judge(*fit, &runs, &folds);
-        tried.push(Tried { name: (*name).to_string(), description: (*description).to_string(), judgement });
+    for (k, (name, description, fit)) in variants.iter().enumerate() {
+        progress("judging variants to adapt on data they do not see", 0.1 + 0.2 * k as f64);
+        let validation = cross_validate(*fit, &runs, &folds);
+        tried.push(ScoredCandidate {
+            name: (*name).to_string(),
+            description: (*description).to_string(),
+            validation,
+        });
     }
     let chosen = choose(&tried)
         .ok_or_else(|| Error::samples("calibration log", "enough to judge a model", &data.logs.len()))?;
-    let estimator = ways[chosen].2(&counting(&runs))
+    let estimator = variants[chosen].2(&counting(&runs))
         .ok_or_else(|| Error::samples("calibration log", "enough to fit a model", &tried[chosen].name))?;
     let work = Work { data, runs: &runs, folds: &folds, guards, gap_s, seed: options.seed };
     finish(&work, &tried, chosen, estimator, Vec::new())
 }
 
 /// The best way; the transfer unless another is clearly better.
-fn choose(tried: &[Tried]) -> Option<usize> {
+fn choose(tried: &[ScoredCandidate]) -> Option<usize> {
     let score = |k: usize| tried[k].score();
     let best =
         (0..tried.len()).filter(|&k| score(k).is_finite()).min_by(|&a, &b| score(a).total_cmp(&score(b)))?;
@@ -102,7 +106,9 @@ fn scaled(old: &Estimator, runs: &[&Run]) -> Option<Estimator> {
     let (mut n, mut sx, mut sy) = (0.0, 0.0, 0.0);
     let mut pairs = Vec::new();
     for sequence in runs {
-        for ((estimate, far), weight) in run(old, sequence).iter().zip(&sequence.far).zip(&sequence.weight) {
+        for ((estimate, far), weight) in
+            estimate_sequence(old, sequence).iter().zip(&sequence.far).zip(&sequence.weight)
+        {
             if *weight > 0.0 {
                 pairs.push((estimate.mean, *far));
                 (n, sx, sy) = (n + 1.0, sx + estimate.mean, sy + far);

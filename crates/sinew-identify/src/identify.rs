@@ -1,18 +1,18 @@
 //! The whole identification: logs in, a model and its honest account out.
 
 use crate::Error;
-use crate::account::build::{self, Found};
-use crate::account::{Account, InfluenceRow};
+use crate::conditioning;
 use crate::fit::recipe::{Learner, Recipe};
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
 use crate::log::Dataset;
-use crate::member::fit;
-use crate::runs;
+use crate::report::build::{self, Found};
+use crate::report::{IdentificationReport, InfluenceRow};
+use crate::select::candidates::{CandidateRecipe, PhysicsPrior, candidates};
+use crate::select::cross_validation::{ScoredCandidate, cross_validate};
 use crate::select::folds::Folds;
 use crate::select::influence;
-use crate::select::judge::{Tried, judge};
-use crate::select::zoo::{Entry, Standing, zoo};
+use crate::training::fit;
 use rayon::prelude::*;
 use sinew::predictor::{Estimator, InputLimits, Model, Provenance};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -35,7 +35,7 @@ pub struct Identification {
     /// The chosen model, ready to run.
     pub model: Model,
     /// What was tried, how it did, what to do next.
-    pub account: Account,
+    pub report: IdentificationReport,
 }
 
 /// What stands on less physics must beat what stands on more by this factor on unseen data to be believed.
@@ -49,27 +49,31 @@ const CHANCE: f64 = 1.0;
 /// # Errors
 /// [`Error::Samples`] where a wanted member does not exist or nothing could be fitted.
 pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> Result<Identification, Error> {
-    let guards = runs::guards(data);
-    let gap_s = runs::gap_s(data);
-    let all_runs = runs::runs(data, &guards, gap_s);
-    let entries = wanted(zoo(data, &all_runs), &options.models)?;
+    let guards = conditioning::guards(data);
+    let gap_s = conditioning::gap_s(data);
+    let all_runs = conditioning::condition(data, &guards, gap_s);
+    let entries = wanted(candidates(data, &all_runs), &options.models)?;
 
     progress("looking for foreign logs", 0.05);
     let (keep, influence) = influence::check(data, &all_runs, &influence_recipe(data, &all_runs));
     let data = &without(data, &keep);
-    let runs = runs::runs(data, &guards, gap_s);
+    let runs = conditioning::condition(data, &guards, gap_s);
 
     let folds = Folds::of(data);
     let finished = AtomicUsize::new(0);
-    let tried: Vec<Tried> = entries
+    let tried: Vec<ScoredCandidate> = entries
         .par_iter()
         .map(|entry| {
-            let recipe = thrifty(&entry.recipe);
-            let judgement = judge(&|training| fit(&recipe, training, options.seed), &runs, &folds);
+            let recipe = screening_recipe(&entry.recipe);
+            let validation = cross_validate(&|training| fit(&recipe, training, options.seed), &runs, &folds);
             let done = 1 + finished.fetch_add(1, Ordering::Relaxed);
             let done = 0.1 + 0.7 * done as f64 / entries.len() as f64;
             progress("judging models on data they do not see", done);
-            Tried { name: entry.recipe.name.clone(), description: entry.description.clone(), judgement }
+            ScoredCandidate {
+                name: entry.recipe.name.clone(),
+                description: entry.description.clone(),
+                validation,
+            }
         })
         .collect();
     let chosen = choose(&entries, &tried, &folds)
@@ -102,14 +106,14 @@ pub(crate) fn counting(runs: &[Run]) -> Vec<&Run> {
 /// Model and account of the chosen estimator.
 pub(crate) fn finish(
     work: &Work<'_>,
-    tried: &[Tried],
+    tried: &[ScoredCandidate],
     chosen: usize,
     estimator: Estimator,
     influence: Vec<InfluenceRow>,
 ) -> Result<Identification, Error> {
     let Work { data, runs, folds, .. } = *work;
-    let Some(judgement) = &tried[chosen].judgement else {
-        return Err(Error::samples("model", "a judgement", &"none"));
+    let Some(validation) = &tried[chosen].validation else {
+        return Err(Error::samples("model", "a validation", &"none"));
     };
     let model = Model {
         far: data.roles.far.clone().unwrap_or_default(),
@@ -119,7 +123,7 @@ pub(crate) fn finish(
         guards: work.guards.clone(),
         gap_s: work.gap_s,
         estimator,
-        band_factor: band_factor(&judgement.fold_factor),
+        band_factor: band_factor(&validation.fold_factor),
         provenance: Provenance {
             member: tried[chosen].name.clone(),
             description: tried[chosen].description.clone(),
@@ -127,14 +131,14 @@ pub(crate) fn finish(
             seed: work.seed,
             logs: data.logs.iter().map(|l| l.name.clone()).collect(),
             samples: runs.iter().map(Run::len).sum(),
-            rmse_unseen: judgement.comparison.rmse().unwrap_or(f64::MAX),
+            rmse_unseen: validation.comparison.rmse().unwrap_or(f64::MAX),
             far_range: far_range(runs),
         },
     };
     model.validate()?;
     let found = Found { data, runs, tried, chosen, model: &model, folds };
-    let account = build::account(&found, influence);
-    Ok(Identification { model, account })
+    let report = build::report(&found, influence);
+    Ok(Identification { model, report })
 }
 
 /// Largest factor that any fold asked for, stretched as the largest of `n` draws must be to reach what the next
@@ -145,7 +149,7 @@ fn band_factor(of_folds: &[f64]) -> f64 {
 }
 
 /// A recipe as it is compared: half the networks, trained for half as long, rank recipes as the whole would.
-fn thrifty(recipe: &Recipe) -> Recipe {
+fn screening_recipe(recipe: &Recipe) -> Recipe {
     if recipe.learner == Learner::Paper {
         return Recipe { rows: 10_000, steps: 40, ..recipe.clone() };
     }
@@ -154,7 +158,7 @@ fn thrifty(recipe: &Recipe) -> Recipe {
 
 /// A quick hybrid: the cell alone is too stiff to be spoiled visibly.
 fn influence_recipe(data: &Dataset, runs: &[Run]) -> Recipe {
-    let mut recipe = zoo(data, runs).swap_remove(2).recipe;
+    let mut recipe = candidates(data, runs).swap_remove(2).recipe;
     recipe.rows = 1500;
     recipe.steps = 25;
     recipe.hidden = 4;
@@ -162,7 +166,7 @@ fn influence_recipe(data: &Dataset, runs: &[Run]) -> Recipe {
     recipe
 }
 
-fn wanted(entries: Vec<Entry>, names: &[String]) -> Result<Vec<Entry>, Error> {
+fn wanted(entries: Vec<CandidateRecipe>, names: &[String]) -> Result<Vec<CandidateRecipe>, Error> {
     if names.is_empty() {
         // Turns are tried where they are asked for: better on one rig, worse on another, and the folds cannot tell.
         return Ok(entries.into_iter().filter(|entry| entry.recipe.rounds == 0).collect());
@@ -195,12 +199,12 @@ fn without(data: &Dataset, keep: &[bool]) -> Dataset {
 }
 
 /// The best geometric mean over folds; what stands on less physics must be clearly better.
-fn choose(entries: &[Entry], tried: &[Tried], folds: &Folds) -> Option<usize> {
+fn choose(entries: &[CandidateRecipe], tried: &[ScoredCandidate], folds: &Folds) -> Option<usize> {
     let score = |k: usize| tried[k].score();
     let mut chosen = None;
-    for standing in Standing::ALL {
+    for prior in PhysicsPrior::ALL {
         let best = (0..entries.len())
-            .filter(|&k| entries[k].standing == standing && score(k).is_finite())
+            .filter(|&k| entries[k].prior == prior && score(k).is_finite())
             .min_by(|&a, &b| score(a).total_cmp(&score(b)));
         chosen = match (chosen, best) {
             (Some(old), Some(new)) => {
@@ -216,8 +220,8 @@ fn choose(entries: &[Entry], tried: &[Tried], folds: &Folds) -> Option<usize> {
 }
 
 /// Whether the error is smaller sequence by sequence, beyond the chance of these few.
-fn clearly_better(one: &Tried, other: &Tried) -> bool {
-    let (Some(one), Some(other)) = (&one.judgement, &other.judgement) else { return false };
+fn clearly_better(one: &ScoredCandidate, other: &ScoredCandidate) -> bool {
+    let (Some(one), Some(other)) = (&one.validation, &other.validation) else { return false };
     let pairs = one.sequence_rmse.iter().zip(&other.sequence_rmse);
     let ratios: Vec<f64> = pairs.map(|(a, b)| (a.max(1e-300) / b.max(1e-300)).ln()).collect();
     let n = ratios.len() as f64;
@@ -241,11 +245,11 @@ fn far_range(runs: &[Run]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::select::judge::Judgement;
+    use crate::select::cross_validation::CrossValidation;
     use sinew::metrics::Comparison;
 
-    fn tried(sequence_rmse: &[f64]) -> Tried {
-        let judgement = Judgement {
+    fn tried(sequence_rmse: &[f64]) -> ScoredCandidate {
+        let validation = CrossValidation {
             outputs: vec![],
             fold_rmse: sequence_rmse.to_vec(),
             sequence_rmse: sequence_rmse.to_vec(),
@@ -255,7 +259,7 @@ mod tests {
             laws: vec![],
             score: 0.0,
         };
-        Tried { name: String::new(), description: String::new(), judgement: Some(judgement) }
+        ScoredCandidate { name: String::new(), description: String::new(), validation: Some(validation) }
     }
 
     #[test]

@@ -3,17 +3,17 @@
 //! Offline code: it may read files, use threads and allocate. The model it makes is a
 //! [`sinew::predictor`], which does none of that.
 
-pub mod account;
 pub mod fit;
 pub mod log;
+pub mod report;
 #[doc(hidden)]
-pub mod member;
+pub mod training;
 
 pub mod adapt;
+pub mod cable;
+mod conditioning;
 pub mod evaluate;
 pub mod identify;
-pub mod observer;
-mod runs;
 mod select;
 
 mod error;

@@ -6,10 +6,12 @@ mod common;
 
 use common::{csv, message, options, read, read_all, samples};
 use sinew_identify::Error;
-use sinew_identify::log::{Input, ReadOptions, Role, RoleFlags, Roles, read_bytes_with_roles, read_dataset};
+use sinew_identify::log::{
+    Input, ReadOptions, RequestedRoles, Role, Roles, read_bytes_with_roles, read_dataset,
+};
 
-fn plain() -> RoleFlags {
-    RoleFlags::default()
+fn plain() -> RequestedRoles {
+    RequestedRoles::default()
 }
 
 /// The good log with line `number` (from 1, the header is line 1) replaced.
@@ -36,14 +38,14 @@ fn the_good_log_is_good() {
 
 #[test]
 fn a_misnamed_column_is_answered_with_the_nearest_name() {
-    let flags = RoleFlags { far: Some("Tension_Uot_n".into()), ..plain() };
+    let flags = RequestedRoles { far: Some("Tension_Uot_n".into()), ..plain() };
     let got = message(&csv(&samples(100, 0.0)), &flags);
     says(&got, &["log.csv", "`Tension_Uot_n`", "did you mean `tension_out_n`", "`t_s`, `tension_in_n`"]);
 }
 
 #[test]
 fn a_missing_column_is_answered_with_the_list_of_columns() {
-    let flags = RoleFlags { effort: vec!["current_a".into()], ..plain() };
+    let flags = RequestedRoles { effort: vec!["current_a".into()], ..plain() };
     let got = message(&csv(&samples(100, 0.0)), &flags);
     says(&got, &["`current_a`", "columns are `t_s`, `tension_in_n`, `tension_out_n`"]);
     assert!(!got.contains("did you mean"), "{got}");
@@ -60,16 +62,19 @@ fn no_far_column_asks_for_the_flag() {
 #[test]
 fn no_inputs_lists_the_columns_and_the_flags() {
     let text = csv(&samples(100, 0.0)).replace("tension_in_n", "x");
-    let flags = RoleFlags { far: Some("tension_out_n".into()), ..plain() };
+    let flags = RequestedRoles { far: Some("tension_out_n".into()), ..plain() };
     says(&message(&text, &flags), &["--effort", "--motion", "--anchor", "--given", "`t_s`, `x`"]);
 }
 
 #[test]
 fn a_column_has_one_role() {
-    let flags =
-        RoleFlags { effort: vec!["tension_in_n".into()], motion: vec!["tension_in_n".into()], ..plain() };
+    let flags = RequestedRoles {
+        effort: vec!["tension_in_n".into()],
+        motion: vec!["tension_in_n".into()],
+        ..plain()
+    };
     says(&message(&csv(&samples(100, 0.0)), &flags), &["`tension_in_n`", "--effort", "--motion"]);
-    let flags = RoleFlags { far: Some("t_s".into()), time: Some("t_s".into()), ..plain() };
+    let flags = RequestedRoles { far: Some("t_s".into()), time: Some("t_s".into()), ..plain() };
     says(&message(&csv(&samples(100, 0.0)), &flags), &["`t_s`", "--far", "--time"]);
 }
 
@@ -191,7 +196,7 @@ fn logs_with_different_columns_are_named_both() {
 
 #[test]
 fn a_group_must_exist_separate_and_hold_within_trials() {
-    let group = |text: &str| message(text, &RoleFlags { group: Some("load".into()), ..plain() });
+    let group = |text: &str| message(text, &RequestedRoles { group: Some("load".into()), ..plain() });
     says(&group(&csv(&samples(100, 0.0))), &["`load`"]);
     let table = |load: fn(usize) -> usize| {
         let mut text = String::from("t_s,tension_in_n,tension_out_n,load,trial\n");
@@ -202,13 +207,13 @@ fn a_group_must_exist_separate_and_hold_within_trials() {
     };
     says(&group(&table(|_| 3)), &["`load`", "same value `3`"]);
     says(&group(&table(|i| i / 30)), &["`load`", "line 32", "`0` to `1`", "within a trial"]);
-    assert!(read(&table(|i| i / 50), &RoleFlags { group: Some("load".into()), ..plain() }).is_ok());
+    assert!(read(&table(|i| i / 50), &RequestedRoles { group: Some("load".into()), ..plain() }).is_ok());
 }
 
 #[test]
 fn two_time_columns_are_the_users_choice() {
     let text = csv(&samples(100, 0.0)).replace("t_s,tension_in_n", "t_s,time_s");
-    let flags = RoleFlags { far: Some("tension_out_n".into()), ..plain() };
+    let flags = RequestedRoles { far: Some("tension_out_n".into()), ..plain() };
     says(&message(&text, &flags), &["--time", "`t_s`, `time_s`"]);
 }
 

@@ -8,7 +8,7 @@ use common::{Sample, csv, read_all};
 use sinew_identify::adapt::adapt;
 use sinew_identify::evaluate::{evaluate, roles_of};
 use sinew_identify::identify::{Identification, Options, identify};
-use sinew_identify::log::{Dataset, ReadOptions, RoleFlags, read_bytes_with_roles};
+use sinew_identify::log::{Dataset, ReadOptions, RequestedRoles, read_bytes_with_roles};
 
 /// A cable with play between `low` and `high` times the near tension, seen by a noisy far sensor.
 fn cable(n: usize, phase: f64, [low, high]: [f64; 2], noise: f64) -> Vec<Sample> {
@@ -28,7 +28,7 @@ fn cable(n: usize, phase: f64, [low, high]: [f64; 2], noise: f64) -> Vec<Sample>
 fn logs(all: &[(&str, Vec<Sample>)]) -> Dataset {
     let texts: Vec<(&str, String)> = all.iter().map(|(name, samples)| (*name, csv(samples))).collect();
     let texts: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (*name, text.as_str())).collect();
-    read_all(&texts, &RoleFlags::default()).unwrap()
+    read_all(&texts, &RequestedRoles::default()).unwrap()
 }
 
 fn identified(data: &Dataset, models: &[&str]) -> Identification {
@@ -61,11 +61,11 @@ fn a_foreign_log_is_left_out_and_named() {
     let mut all =
         vec![("a.csv", ours(0.0)), ("b.csv", ours(0.9)), ("c.csv", ours(1.8)), ("d.csv", ours(2.7))];
     let clean = identified(&logs(&all), &["cell"]);
-    assert!(clean.account.influence.iter().all(|row| !row.dropped));
+    assert!(clean.report.influence.iter().all(|row| !row.dropped));
     all.insert(2, ("other.csv", cable(900, 0.4, [0.3, 0.45], 0.02)));
     let found = identified(&logs(&all), &["cell"]);
     let dropped: Vec<&str> =
-        found.account.influence.iter().filter(|row| row.dropped).map(|row| row.log.as_str()).collect();
+        found.report.influence.iter().filter(|row| row.dropped).map(|row| row.log.as_str()).collect();
     assert_eq!(dropped, ["other.csv"]);
     assert!(!found.model.provenance.logs.contains(&"other.csv".to_string()));
     // Without it the fit is that of the others alone.
@@ -76,10 +76,10 @@ fn a_foreign_log_is_left_out_and_named() {
 #[test]
 fn a_law_without_memory_says_that_its_structure_is_wrong() {
     let data = logs(&[("a.csv", cable(1500, 0.0, BAND, 0.02)), ("b.csv", cable(1500, 1.0, BAND, 0.02))]);
-    let account = identified(&data, &["cell"]).account;
-    let capstan = account.classical.iter().find(|law| law.law.starts_with("static capstan")).unwrap();
+    let report = identified(&data, &["cell"]).report;
+    let capstan = report.classical.iter().find(|law| law.law.starts_with("static capstan")).unwrap();
     assert!(capstan.remark.contains("structure"), "{}", capstan.remark);
-    let play = account.classical.iter().find(|law| law.law == "capstan play").unwrap();
+    let play = report.classical.iter().find(|law| law.law == "capstan play").unwrap();
     assert!(!play.remark.contains("structure"), "{}", play.remark);
 }
 
@@ -104,7 +104,7 @@ fn a_short_calibration_reaches_another_specimen() {
     let (before, after) = (error(&old), error(&new.model));
     assert!(before > 12.0, "the other tool is another one: {before} %");
     assert!(after < 3.0, "{before} % -> {after} % by {}", new.model.provenance.member);
-    let names: Vec<&str> = new.account.candidates.iter().map(|m| m.name.as_str()).collect();
+    let names: Vec<&str> = new.report.candidates.iter().map(|m| m.name.as_str()).collect();
     assert!(["old", "scaled", "transfer", "fresh"].iter().all(|way| names.contains(way)), "{names:?}");
 }
 

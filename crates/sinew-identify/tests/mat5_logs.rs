@@ -7,7 +7,7 @@ mod common;
 use common::{Sample, options, samples};
 use proptest::prelude::*;
 use sinew_identify::Error;
-use sinew_identify::log::{Dataset, RoleFlags, read_bytes};
+use sinew_identify::log::{Dataset, RequestedRoles, read_bytes};
 use std::io::Write;
 
 /// Writes elements in one byte order.
@@ -101,7 +101,7 @@ fn vectors(writer: Writer, samples: &[Sample]) -> Vec<Vec<u8>> {
     ]
 }
 
-fn read(bytes: &[u8], flags: &RoleFlags) -> Result<Dataset, Error> {
+fn read(bytes: &[u8], flags: &RequestedRoles) -> Result<Dataset, Error> {
     read_bytes(&[("log.mat", bytes)], flags, &options())
 }
 
@@ -118,9 +118,9 @@ fn vectors_of_equal_length_are_columns_in_either_byte_order_packed_or_not() {
     let samples = samples(80, 0.0);
     for writer in [LITTLE, Writer { little: false }] {
         let plain = vectors(writer, &samples);
-        holds(&read(&writer.file(&plain), &RoleFlags::default()).unwrap(), &samples);
+        holds(&read(&writer.file(&plain), &RequestedRoles::default()).unwrap(), &samples);
         let packed: Vec<_> = plain.iter().map(|e| writer.compressed(e)).collect();
-        holds(&read(&writer.file(&packed), &RoleFlags::default()).unwrap(), &samples);
+        holds(&read(&writer.file(&packed), &RequestedRoles::default()).unwrap(), &samples);
     }
 }
 
@@ -133,7 +133,7 @@ fn fields_of_a_struct_are_columns_by_their_own_names() {
         "log",
         &[field("t_s", 0), field("tension_in_n", 1), ("far", inner), ("who", LITTLE.text("", "me"))],
     );
-    holds(&read(&LITTLE.file(&[log]), &RoleFlags::default()).unwrap(), &samples);
+    holds(&read(&LITTLE.file(&[log]), &RequestedRoles::default()).unwrap(), &samples);
 }
 
 #[test]
@@ -141,11 +141,11 @@ fn a_matrix_gives_numbered_columns_either_way_round() {
     let samples = samples(80, 0.0);
     let upright: Vec<f64> = (0..3).flat_map(|k| column(&samples, k)).collect();
     let lying: Vec<f64> = samples.iter().flatten().copied().collect();
-    let flags = RoleFlags {
+    let flags = RequestedRoles {
         time: Some("data_1".into()),
         effort: vec!["data_2".into()],
         far: Some("data_3".into()),
-        ..RoleFlags::default()
+        ..RequestedRoles::default()
     };
     let upright = LITTLE.file(&[LITTLE.doubles("data", 80, &upright)]);
     holds(&read(&upright, &flags).unwrap(), &samples);
@@ -170,7 +170,7 @@ fn single_numbers_are_constant_columns_and_other_sizes_are_told() {
         .collect();
     let logs: Vec<(&str, &[u8])> =
         ["a.mat", "b.mat", "c.mat"].into_iter().zip(logs.iter().map(Vec::as_slice)).collect();
-    let dataset = read_bytes(&logs, &RoleFlags::default(), &options()).unwrap();
+    let dataset = read_bytes(&logs, &RequestedRoles::default(), &options()).unwrap();
     assert_eq!(dataset.conditions[0].values, ["30", "60", "90"]);
     let told = &dataset.logs[0].findings[0];
     assert!(told.contains("1 array ") && told.contains("`calibration`"), "{told}");
@@ -179,7 +179,7 @@ fn single_numbers_are_constant_columns_and_other_sizes_are_told() {
 #[test]
 fn a_file_without_vectors_says_what_is_not_read() {
     let file = LITTLE.file(&[LITTLE.text("notes", "no numbers here")]);
-    let got = read(&file, &RoleFlags::default()).unwrap_err().to_string();
+    let got = read(&file, &RequestedRoles::default()).unwrap_err().to_string();
     assert!(got.contains("log.mat") && got.contains("no numeric vector"), "{got}");
 }
 
@@ -189,7 +189,7 @@ fn a_file_that_is_cut_off_is_refused_wherever_it_is_cut() {
     let whole = LITTLE.file(&vectors(LITTLE, &samples));
     for length in (130..whole.len() - 8).step_by(7) {
         // A cut between two variables leaves a whole file with a column less.
-        assert!(read(&whole[..length], &RoleFlags::default()).is_err(), "{length} bytes");
+        assert!(read(&whole[..length], &RequestedRoles::default()).is_err(), "{length} bytes");
     }
 }
 
@@ -197,7 +197,7 @@ fn a_file_that_is_cut_off_is_refused_wherever_it_is_cut() {
 fn an_infinity_is_placed() {
     let mut bad = samples(80, 0.0);
     bad[41][1] = f64::INFINITY;
-    let got = read(&LITTLE.file(&vectors(LITTLE, &bad)), &RoleFlags::default()).unwrap_err().to_string();
+    let got = read(&LITTLE.file(&vectors(LITTLE, &bad)), &RequestedRoles::default()).unwrap_err().to_string();
     assert!(got.contains("line 42") && got.contains("`tension_in_n`"), "{got}");
 }
 
@@ -221,6 +221,6 @@ proptest! {
                 file[at] = byte;
             }
         }
-        let _ = read(&file, &RoleFlags::default());
+        let _ = read(&file, &RequestedRoles::default());
     }
 }

@@ -7,7 +7,7 @@ mod common;
 use common::options;
 #[cfg(any(feature = "parquet", feature = "mat73"))]
 use common::{Sample, samples};
-use sinew_identify::log::{RoleFlags, read_bytes};
+use sinew_identify::log::{RequestedRoles, read_bytes};
 
 /// Changes bytes here and there, reproducibly, and reads: any outcome but a panic is right.
 #[cfg(any(feature = "parquet", feature = "mat73"))]
@@ -25,12 +25,12 @@ fn survives_damage(whole: &[u8]) {
             let at = next() % file.len();
             file[at] = next() as u8;
         }
-        let _ = read_bytes(&[("log", &file)], &RoleFlags::default(), &options());
+        let _ = read_bytes(&[("log", &file)], &RequestedRoles::default(), &options());
     }
 }
 
 fn refusal(bytes: &[u8]) -> String {
-    read_bytes(&[("log", bytes)], &RoleFlags::default(), &options()).unwrap_err().to_string()
+    read_bytes(&[("log", bytes)], &RequestedRoles::default(), &options()).unwrap_err().to_string()
 }
 
 #[cfg(any(feature = "parquet", feature = "mat73"))]
@@ -84,7 +84,7 @@ mod mat73 {
         let samples = samples(80, 0.0);
         for in_struct in [false, true] {
             let bytes = file(&samples, in_struct);
-            let dataset = read_bytes(&[("log.mat", &bytes)], &RoleFlags::default(), &options()).unwrap();
+            let dataset = read_bytes(&[("log.mat", &bytes)], &RequestedRoles::default(), &options()).unwrap();
             let sequence = &dataset.sequences[0];
             assert_eq!(sequence.time_s, column(&samples, 0));
             assert_eq!(sequence.inputs, column(&samples, 1));
@@ -153,7 +153,8 @@ mod parquet_logs {
             [Compression::UNCOMPRESSED, Compression::SNAPPY, Compression::GZIP(GzipLevel::default())]
         {
             let bytes = file(&samples, packing);
-            let dataset = read_bytes(&[("log.parquet", &bytes)], &RoleFlags::default(), &options()).unwrap();
+            let dataset =
+                read_bytes(&[("log.parquet", &bytes)], &RequestedRoles::default(), &options()).unwrap();
             let trials: Vec<&str> = dataset.sequences.iter().map(|s| s.trial.as_str()).collect();
             assert_eq!(trials, ["slow", "fast"]);
             assert_eq!(dataset.sequences[0].far, column(&samples[..40], 2));
@@ -166,7 +167,7 @@ mod parquet_logs {
     #[test]
     fn text_in_a_number_is_placed() {
         let bytes = file(&samples(80, 0.0), parquet::basic::Compression::UNCOMPRESSED);
-        let flags = RoleFlags { effort: vec!["trial".into()], ..RoleFlags::default() };
+        let flags = RequestedRoles { effort: vec!["trial".into()], ..RequestedRoles::default() };
         let got = read_bytes(&[("log.parquet", &bytes)], &flags, &options()).unwrap_err().to_string();
         assert!(got.contains("line 1") && got.contains("`trial`") && got.contains("slow"), "{got}");
     }

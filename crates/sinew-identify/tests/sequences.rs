@@ -6,11 +6,11 @@ mod common;
 
 use common::{Sample, csv, options, read, read_all, samples};
 use sinew_identify::log::{
-    Dataset, Input, ReadOptions, Role, RoleFlags, Roles, read_bytes, read_bytes_with_roles, read_dataset,
+    Dataset, Input, ReadOptions, RequestedRoles, Role, Roles, read_bytes, read_bytes_with_roles, read_dataset,
 };
 
-fn plain() -> RoleFlags {
-    RoleFlags::default()
+fn plain() -> RequestedRoles {
+    RequestedRoles::default()
 }
 
 fn findings(dataset: &Dataset) -> String {
@@ -174,9 +174,9 @@ fn conditions_are_what_is_constant_within_trials_and_varies_between_them() {
     assert_eq!(found, [("freq_hz", 3), ("load_pct", 4), ("serial", 12)]);
     assert_eq!(dataset.conditions[0].values, ["0.1", "1.1", "2.1"]);
     assert_eq!(dataset.sequences[4].condition_values, ["1.1", "10", "104"]);
-    let group = RoleFlags { group: Some("trial".into()), ..plain() };
+    let group = RequestedRoles { group: Some("trial".into()), ..plain() };
     assert_eq!(read(&text, &group).unwrap().conditions[0].values.len(), 12, "one fold per trial");
-    let group = RoleFlags { group: Some("two".into()), ..plain() };
+    let group = RequestedRoles { group: Some("two".into()), ..plain() };
     let dataset = read(&text, &group).unwrap();
     assert_eq!(dataset.conditions[0].column, "two", "the group comes first, even with two values");
     assert_eq!(dataset.sequences[3].condition_values[0], "1");
@@ -199,7 +199,7 @@ fn a_column_that_is_constant_in_every_log_is_a_condition() {
 #[test]
 fn without_trials_a_group_cuts_where_it_changes() {
     let text = with_columns("load", &samples(90, 0.0), |i| ["a", "b", "a"][i / 30].into());
-    let dataset = read(&text, &RoleFlags { group: Some("load".into()), ..plain() }).unwrap();
+    let dataset = read(&text, &RequestedRoles { group: Some("load".into()), ..plain() }).unwrap();
     let values: Vec<&str> = dataset.sequences.iter().map(|s| s.condition_values[0].as_str()).collect();
     assert_eq!(values, ["a", "b", "a"]);
 }

@@ -6,11 +6,11 @@ mod common;
 
 use common::{Sample, csv, options, read, samples};
 use proptest::prelude::*;
-use sinew_identify::log::{Dataset, RoleFlags, read_bytes};
+use sinew_identify::log::{Dataset, RequestedRoles, read_bytes};
 use std::fmt::Write as _;
 
-fn plain() -> RoleFlags {
-    RoleFlags::default()
+fn plain() -> RequestedRoles {
+    RequestedRoles::default()
 }
 
 fn table(header: &str, samples: &[Sample], delimiter: &str, end: &str) -> String {
@@ -132,7 +132,7 @@ fn time_is_in_seconds_whatever_its_suffix_says() {
 fn quoted_names_and_cells_are_plain() {
     let samples = samples(60, 0.3);
     let text = table("\"t_s\",\"tension, in (N)\",\"Tension out (N)\"\n", &samples, ",", "\n");
-    let flags = RoleFlags { effort: vec!["tension, in (N)".into()], ..plain() };
+    let flags = RequestedRoles { effort: vec!["tension, in (N)".into()], ..plain() };
     let dataset = read(&text, &flags).unwrap();
     same_samples(&dataset, &samples);
     assert_eq!(dataset.roles.far.as_deref(), Some("Tension out (N)"));
@@ -142,7 +142,7 @@ fn quoted_names_and_cells_are_plain() {
 fn a_table_without_header_is_numbered() {
     let samples = samples(60, 0.3);
     let text = table("", &samples, "\t", "\n");
-    let flags = RoleFlags {
+    let flags = RequestedRoles {
         far: Some("col3".into()),
         effort: vec!["col2".into()],
         time: Some("col1".into()),
@@ -212,7 +212,7 @@ proptest! {
         text in "(t_s[,; \t]tension_in_n[,; \t]tension_out_n\r?\n)?([-+0-9.,;eEna# \t\"|%]{0,12}\r?\n){0,40}"
     ) {
         let _ = read(&text, &plain());
-        let flags = RoleFlags {
+        let flags = RequestedRoles {
             far: Some("col1".into()),
             effort: vec!["col2".into()],
             group: Some("col3".into()),

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use sinew::control::compensation::{Compensation, NetworkCompensation, ObserverCompensation};
 use sinew::predictor::CableModel;
 use sinew::twin::cable::Specimen;
+use sinew_identify::cable::{CableFit, CableLog, FitOptions, fit_cable};
 use sinew_identify::fit::perceptron::{TrainOptions, train};
-use sinew_identify::observer::{CableFit, CableLog, FitOptions, fit_cable};
 
 /// How fast the drag is learned after the calibration, 1/(N m): what half a minute of friction warms is followed in as long.
 const LEARNING: f64 = 1.0;

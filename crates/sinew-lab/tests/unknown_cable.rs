@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use sinew::predictor::CableColumns;
-use sinew_identify::log::{ReadOptions, RoleFlags, read_bytes};
-use sinew_identify::observer::{CableLog, FitOptions, cable_logs, fit_cable, run_cable, start_from};
+use sinew_identify::cable::{CableLog, FitOptions, cable_logs, fit_cable, initial_cable, observe_log};
+use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
 use sinew_lab::simulated::demo_logs;
 
 /// The demo's three days, read as a user's logs are; `rewrite` changes every row.
@@ -12,7 +12,7 @@ fn days(rewrite: impl Fn(&str) -> String) -> (CableColumns, Vec<CableLog>) {
         demo_logs(1).into_iter().map(|(name, text)| (name, text.lines().map(&rewrite).collect())).collect();
     let logs: Vec<(&str, &[u8])> = texts.iter().map(|(n, t)| (n.as_str(), t.as_bytes())).collect();
     let options = ReadOptions { skip_s: 0.0, far_required: true, paths: vec![] };
-    cable_logs(&read_bytes(&logs, &RoleFlags::default(), &options).unwrap()).unwrap()
+    cable_logs(&read_bytes(&logs, &RequestedRoles::default(), &options).unwrap()).unwrap()
 }
 
 fn same(line: &str) -> String {
@@ -22,9 +22,9 @@ fn same(line: &str) -> String {
 #[test]
 fn a_cable_of_another_family_is_followed_to_another_day_from_its_logs_alone() {
     let (_, logs) = days(same);
-    let start = start_from(&logs[..2]).unwrap();
+    let start = initial_cable(&logs[..2]).unwrap();
     let fit = fit_cable(&logs[..2], &start, &FitOptions::default()).unwrap();
-    let unseen = run_cable(&fit.model, &logs[2]).unwrap();
+    let unseen = observe_log(&fit.model, &logs[2]).unwrap();
     let (mut squares, mut count) = (0.0, 0.0);
     let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
     for (estimate, far) in unseen.iter().zip(&logs[2].far) {

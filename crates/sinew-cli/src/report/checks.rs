@@ -3,7 +3,7 @@
 use super::format::{fixed, percent, percent_of_range, significant, with_unit};
 use super::plot::css_percent;
 use super::record::{Record, Score, Signals};
-use sinew_identify::account::Account;
+use sinew_identify::report::IdentificationReport;
 
 /// Rows shown at once; the rest is folded away.
 const ROWS: usize = 12;
@@ -90,7 +90,7 @@ pub(super) struct InfluenceBar {
 }
 
 /// The influence check as bars from "no influence"; largest first.
-pub(super) fn influence(account: &Account) -> Vec<InfluenceBar> {
+pub(super) fn influence(account: &IdentificationReport) -> Vec<InfluenceBar> {
     let mut rows: Vec<_> = account.influence.iter().collect();
     rows.sort_by(|a, b| b.dropped.cmp(&a.dropped).then(b.influence.total_cmp(&a.influence)));
     let values = || rows.iter().map(|r| r.influence).filter(|v| v.is_finite());

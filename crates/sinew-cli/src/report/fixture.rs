@@ -1,9 +1,9 @@
 //! Simulated accounts for looking at the report and for testing it: capstan play with noise.
 
-use sinew_identify::account::{
-    Account, Candidate, ChosenSummary, ClassicalFit, InfluenceRow, Parameter, Trace,
-};
 use sinew_identify::log::{Condition, Input, LogInfo, Role};
+use sinew_identify::report::{
+    Candidate, ChosenSummary, ClassicalFit, IdentificationReport, InfluenceRow, Parameter, Trace,
+};
 
 /// Numbers that look random and are the same everywhere.
 struct Noise(u64);
@@ -73,7 +73,7 @@ fn trace(
 }
 
 /// Five simulated logs with about `rows` samples each, one of them foreign, one with a gap.
-pub(super) fn simulated(rows: usize) -> Account {
+pub(super) fn simulated(rows: usize) -> IdentificationReport {
     let names =
         ["simulated_a.csv", "simulated_b.csv", "simulated_c.csv", "simulated_d.csv", "simulated_foreign.csv"];
     let mut traces = Vec::new();
@@ -95,7 +95,7 @@ pub(super) fn simulated(rows: usize) -> Account {
 }
 
 /// One simulated file with `trials` trials, as a tool bench makes them.
-pub(super) fn many_trials(trials: usize, rows: usize) -> Account {
+pub(super) fn many_trials(trials: usize, rows: usize) -> IdentificationReport {
     let dt = 0.01;
     let make = |k: usize| {
         let trial = format!("load {} %, {:.1} Hz", 10 + 10 * (k % 10), 0.1 * (1 + k / 10) as f64);
@@ -123,7 +123,7 @@ pub(super) fn many_trials(trials: usize, rows: usize) -> Account {
     account
 }
 
-fn account(names: &[&str], rows: usize, traces: Vec<Trace>) -> Account {
+fn account(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationReport {
     let log = |name: &&str| LogInfo {
         name: (*name).to_owned(),
         samples: rows,
@@ -139,7 +139,7 @@ fn account(names: &[&str], rows: usize, traces: Vec<Trace>) -> Account {
             _ => Vec::new(),
         },
     };
-    Account {
+    IdentificationReport {
         version: "0.1.0".to_owned(),
         seed: 42,
         far: "tension_out_n".to_owned(),

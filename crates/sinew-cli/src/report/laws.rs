@@ -3,7 +3,7 @@
 use super::format::{NONE, percent_of_range, significant, with_unit};
 use super::plot::css_percent;
 use super::record::Signals;
-use sinew_identify::account::{ClassicalFit, Parameter};
+use sinew_identify::report::{ClassicalFit, Parameter};
 
 /// One law, ready to show.
 #[derive(Debug)]

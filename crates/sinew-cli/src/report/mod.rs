@@ -1,4 +1,4 @@
-//! The report: an [`Account`](sinew_identify::account::Account) as one HTML file, and as one picture.
+//! The report: an [`IdentificationReport`](sinew_identify::report::IdentificationReport) as one HTML file, and as one picture.
 //!
 //! Pictures are inline SVG without text, stretched by the page, with labels set by the page beside them: own code,
 //! because `plotters` and `kuva` put text into the SVG, where it shrinks with the picture until nobody can read it on

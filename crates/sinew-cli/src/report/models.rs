@@ -2,7 +2,7 @@
 
 use super::format::{percent, percent_of_range, significant};
 use super::plot::css_percent;
-use sinew_identify::account::{Account, Candidate};
+use sinew_identify::report::{Candidate, IdentificationReport};
 
 /// The table.
 #[derive(Debug)]
@@ -41,7 +41,7 @@ pub(super) struct Dot {
 }
 
 /// Best first, failed ones last.
-pub(super) fn table(account: &Account) -> Models {
+pub(super) fn table(account: &IdentificationReport) -> Models {
     let mut sorted: Vec<&Candidate> = account.candidates.iter().collect();
     let place = |c: &Candidate| if c.failed.is_none() && c.rmse.is_finite() { c.rmse } else { f64::INFINITY };
     sorted.sort_by(|a, b| place(a).total_cmp(&place(b)));

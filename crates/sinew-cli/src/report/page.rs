@@ -6,14 +6,14 @@ use super::plot::Plot;
 use super::record::{Signals, records};
 use super::{checks, laws, loops, models, residuals, traces};
 use askama::Template;
-use sinew_identify::account::{Account, Candidate};
 use sinew_identify::log::Role;
+use sinew_identify::report::{Candidate, IdentificationReport};
 
 #[derive(Template)]
 #[template(path = "report.html")]
 struct Page<'a> {
     version: &'a str,
-    account: &'a Account,
+    account: &'a IdentificationReport,
     simulated: bool,
     far_unit: &'static str,
     inputs: Vec<InputView>,
@@ -70,7 +70,7 @@ struct LogRow<'a> {
 ///
 /// # Errors
 /// [`Error`] where the page could not be written; no content of an account makes that happen.
-pub(crate) fn render(account: &Account) -> Result<String, Error> {
+pub(crate) fn render(account: &IdentificationReport) -> Result<String, Error> {
     let signals = Signals::of(account);
     let records = records(account);
     let samples: usize = account.logs.iter().map(|l| l.samples).sum();
@@ -122,12 +122,12 @@ pub(crate) fn render(account: &Account) -> Result<String, Error> {
 }
 
 /// The chosen model among those judged.
-pub(super) fn chosen(account: &Account) -> Option<&Candidate> {
+pub(super) fn chosen(account: &IdentificationReport) -> Option<&Candidate> {
     account.candidates.iter().find(|c| c.chosen).filter(|c| c.failed.is_none())
 }
 
 /// Whether any log says of itself that it was simulated.
-pub(super) fn simulated(account: &Account) -> bool {
+pub(super) fn simulated(account: &IdentificationReport) -> bool {
     let says = |text: &str| text.to_lowercase().contains("simulated");
     account.logs.iter().any(|l| says(&l.name) || l.findings.iter().any(|f| says(f)))
 }

@@ -8,7 +8,7 @@ use super::scale::Axis;
 use super::svg_path::{WIDTH, decimate};
 use super::{loops, traces};
 use askama::Template;
-use sinew_identify::account::Account;
+use sinew_identify::report::IdentificationReport;
 
 #[derive(Template)]
 #[template(path = "picture.svg")]
@@ -40,7 +40,7 @@ struct Panel {
 ///
 /// # Errors
 /// [`Error`] where the picture could not be written; no content of an account makes that happen.
-pub(crate) fn picture_svg(account: &Account) -> Result<String, Error> {
+pub(crate) fn picture_svg(account: &IdentificationReport) -> Result<String, Error> {
     let signals = Signals::of(account);
     let records = records(account);
     let subtitle = match chosen(account) {

@@ -1,7 +1,7 @@
 //! One log or trial as a reader sees it: its sequences joined, with breaks where they were cut.
 
 use super::format::{axis_label, bare, unit_of};
-use sinew_identify::account::{Account, Trace};
+use sinew_identify::report::{IdentificationReport, Trace};
 
 /// The out-of-fold prediction over one log or trial. All vectors have one length; a break is a row of NaN.
 #[derive(Debug, Default)]
@@ -156,7 +156,7 @@ fn median_step(time_s: &[f64]) -> f64 {
 }
 
 /// The account's traces, the sequences of one log and trial joined in order of time.
-pub(super) fn records(account: &Account) -> Vec<Record> {
+pub(super) fn records(account: &IdentificationReport) -> Vec<Record> {
     let mut records: Vec<Record> = Vec::new();
     let one_log = account.traces.windows(2).all(|w| w[0].log == w[1].log);
     for trace in &account.traces {
@@ -200,7 +200,7 @@ pub(super) struct Signals {
 }
 
 impl Signals {
-    pub(super) fn of(account: &Account) -> Self {
+    pub(super) fn of(account: &IdentificationReport) -> Self {
         let near = match account.traces.first().map(|t| t.near_name.as_str()) {
             Some(name) if !name.is_empty() => name.to_owned(),
             _ => account.inputs.first().map_or_else(|| "near side".to_owned(), |i| i.column.clone()),

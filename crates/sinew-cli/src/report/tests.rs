@@ -2,7 +2,7 @@
 
 use super::fixture::{many_trials, simulated};
 use super::{picture_svg, render};
-use sinew_identify::account::Account;
+use sinew_identify::report::IdentificationReport;
 
 #[test]
 #[ignore = "writes pictures for a person to look at"]
@@ -23,7 +23,7 @@ fn write_the_reports_to_look_at() {
 }
 
 /// An account of nothing at all.
-fn bare() -> Account {
+fn bare() -> IdentificationReport {
     let mut account = simulated(10);
     account.traces.clear();
     account.logs.clear();
@@ -40,7 +40,7 @@ fn bare() -> Account {
 }
 
 /// An account in which every text tries to leave its place; and what it tries with.
-fn hostile() -> (Account, &'static str) {
+fn hostile() -> (IdentificationReport, &'static str) {
     let evil =
         "\"'><script>alert(1)</script></title></style><img src=x onerror=alert(1)>{{7*7}}&amp;\u{2028}";
     let mut account = simulated(200);

@@ -8,7 +8,7 @@ use crate::output::{Folder, print, write_all};
 use crate::progress::Progress;
 use sinew_identify::evaluate::{evaluate, roles_of};
 use sinew_identify::identify::{Options, identify};
-use sinew_identify::log::{ReadOptions, RoleFlags, read_bytes, read_bytes_with_roles};
+use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes, read_bytes_with_roles};
 use sinew_lab::simulated::demo_logs;
 
 pub(crate) fn run(arguments: &DemoArguments) -> Result<(), Error> {
@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: &DemoArguments) -> Result<(), Error> {
         return Err(Error::Nothing("the simulation made no log".to_owned()));
     };
     let reading = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
-    let data = read_bytes(training, &RoleFlags::default(), &reading)?;
+    let data = read_bytes(training, &RequestedRoles::default(), &reading)?;
     let options = Options { seed: arguments.write.seed, models: Vec::new() };
     let identification = identify(&data, &options, &|stage, done| progress.show(stage, done))?;
     drop(progress);

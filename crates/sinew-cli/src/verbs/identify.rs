@@ -6,9 +6,9 @@ use crate::output::{Folder, bold, print, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::report::{picture_svg, render};
 use crate::table::{number, percent, table};
-use sinew_identify::account::Account;
 use sinew_identify::identify::{Identification, Options, identify};
-use sinew_identify::log::{ReadOptions, RoleFlags, read_dataset};
+use sinew_identify::log::{ReadOptions, RequestedRoles, read_dataset};
+use sinew_identify::report::IdentificationReport;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -27,8 +27,8 @@ pub(crate) fn run(arguments: &IdentifyArguments) -> Result<(), Error> {
     write_results(&folder, &arguments.write, &identification)
 }
 
-fn role_flags(roles: &RoleArguments) -> RoleFlags {
-    RoleFlags {
+fn role_flags(roles: &RoleArguments) -> RequestedRoles {
+    RequestedRoles {
         far: roles.far.clone(),
         effort: roles.effort.clone(),
         motion: roles.motion.clone(),
@@ -52,7 +52,7 @@ pub(crate) fn write_results(
     write: &WriteArguments,
     identification: &Identification,
 ) -> Result<(), Error> {
-    let account = &identification.account;
+    let account = &identification.report;
     let model = identification.model.to_json()?;
     let report = render(account)?;
     let picture =
@@ -70,7 +70,7 @@ pub(crate) fn write_results(
 }
 
 /// The account without its traces, for programs.
-fn summary(account: &Account, model: &std::path::Path) -> serde_json::Value {
+fn summary(account: &IdentificationReport, model: &std::path::Path) -> serde_json::Value {
     serde_json::json!({
         "model": model.display().to_string(),
         "chosen": account.chosen,
@@ -86,7 +86,7 @@ fn summary(account: &Account, model: &std::path::Path) -> serde_json::Value {
 }
 
 /// What a person wants to know at once.
-fn summary_text(account: &Account, model: &std::path::Path, report: &std::path::Path) -> String {
+fn summary_text(account: &IdentificationReport, model: &std::path::Path, report: &std::path::Path) -> String {
     let mut text = String::new();
     for log in &account.logs {
         for finding in &log.findings {

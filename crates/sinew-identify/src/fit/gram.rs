@@ -114,7 +114,7 @@ impl Gram {
         Ok(())
     }
 
-    /// Entry `(row, column)` of the symmetric matrix; NaN outside it.
+    /// CandidateRecipe `(row, column)` of the symmetric matrix; NaN outside it.
     #[must_use]
     pub fn get(&self, row: usize, column: usize) -> f64 {
         let (row, column) = (row.max(column), row.min(column));

@@ -2,11 +2,11 @@
 
 use super::conditions;
 use super::duplicates;
-use super::find::{Columns, one_column};
-use super::judge::judge_signals;
-use super::noted::counted;
+use super::occurrences::counted;
 use super::one_log::{ReadLog, read_log};
 use super::open::{MEMORY_LIMIT_BYTES, OpenLog};
+use super::roles::{Columns, one_column};
+use super::signal_checks::check_signals;
 use super::types::{Dataset, LogInfo, Roles, Sequence};
 use crate::Error;
 
@@ -35,7 +35,7 @@ pub(super) fn assemble(
     if far_required {
         drop_duplicates(&mut dataset);
     }
-    judge_signals(&mut dataset, far_required)?;
+    check_signals(&mut dataset, far_required)?;
     for sequence in &dataset.sequences {
         let info = &mut dataset.logs[sequence.log];
         info.samples += sequence.row.len();

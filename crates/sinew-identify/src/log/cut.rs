@@ -1,6 +1,6 @@
 //! A table cut into sequences: at trials, at gaps, without repeated rows.
 
-use super::noted::Noted;
+use super::occurrences::Occurrences;
 use super::table::Table;
 use super::times::{Times, separating};
 use super::types::Sequence;
@@ -61,10 +61,10 @@ struct Cutter<'a> {
     next_start: usize,
     trial_start_s: f64,
     last_row: Option<usize>,
-    gaps: Noted,
-    repeated: Noted,
-    simultaneous: Noted,
-    without_time: Noted,
+    gaps: Occurrences,
+    repeated: Occurrences,
+    simultaneous: Occurrences,
+    without_time: Occurrences,
     skipped: usize,
 }
 
@@ -81,10 +81,10 @@ impl<'a> Cutter<'a> {
             next_start: 0,
             trial_start_s: 0.0,
             last_row: None,
-            gaps: Noted::default(),
-            repeated: Noted::default(),
-            simultaneous: Noted::default(),
-            without_time: Noted::default(),
+            gaps: Occurrences::default(),
+            repeated: Occurrences::default(),
+            simultaneous: Occurrences::default(),
+            without_time: Occurrences::default(),
             skipped: 0,
         }
     }
@@ -96,7 +96,7 @@ impl<'a> Cutter<'a> {
             self.last_row = None;
         }
         if time.is_nan() {
-            self.without_time.note(|| format!("line {line}"));
+            self.without_time.record(|| format!("line {line}"));
             return;
         }
         let before = self.sequences.last().and_then(|s| s.time_s.last()).copied();
@@ -104,13 +104,13 @@ impl<'a> Cutter<'a> {
             (Some(last), Some(before)) => {
                 let step = time - before;
                 if step <= 0.0 {
-                    let noted =
+                    let occurrences =
                         if self.same(last, row) { &mut self.repeated } else { &mut self.simultaneous };
-                    noted.note(|| format!("line {line}"));
+                    occurrences.record(|| format!("line {line}"));
                     return;
                 }
                 if step > self.gap_s {
-                    self.gaps.note(|| format!("{step:.2} s after {before:.2} s (line {line})"));
+                    self.gaps.record(|| format!("{step:.2} s after {before:.2} s (line {line})"));
                     self.start(row);
                 }
             }
@@ -170,10 +170,10 @@ impl<'a> Cutter<'a> {
     }
 
     fn findings(&self, findings: &mut Vec<String>) {
-        let mut say = |noted: &Noted, one: &str, many: &str| {
-            if noted.count > 0 {
-                let what = if noted.count == 1 { one } else { many };
-                findings.push(format!("{} {what}: {}", noted.count, noted.places()));
+        let mut say = |occurrences: &Occurrences, one: &str, many: &str| {
+            if occurrences.count > 0 {
+                let what = if occurrences.count == 1 { one } else { many };
+                findings.push(format!("{} {what}: {}", occurrences.count, occurrences.places()));
             }
         };
         say(&self.gaps, "gap, states start anew after it", "gaps, states start anew after each");

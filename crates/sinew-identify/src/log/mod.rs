@@ -9,12 +9,12 @@
 //! | open      | `open`       | the format, by content and then by extension                          |
 //! | text      | `text`       | delimiter, decimal comma, comments, header, units row                 |
 //! | binary    | `binary`     | which arrays are columns: MATLAB v5, v7.3, Parquet                    |
-//! | roles     | `find`       | what each column means, by flags or by the names in `names`           |
+//! | roles     | `roles`      | what each column means, by flags or by the names in `names`           |
 //! | table     | `table`      | numbers, labels, and columns that are constant within trials          |
 //! | sequences | `cut`        | trials, gaps, repeated rows, skipped seconds                          |
 //! | spikes    | `spikes`     | single samples that no cable can have produced                        |
 //! | dataset   | `assemble`   | conditions, duplicated logs                                           |
-//! | judgement | `judge`      | what is too little, or too constant, to learn from                    |
+//! | judgement | `signal_checks`      | what is too little, or too constant, to learn from                    |
 //!
 //! Nothing is repaired in silence: whatever was skipped, dropped or cut is a sentence in
 //! [`LogInfo::findings`], and whatever cannot be used is an [`Error`](crate::Error) that names its place.
@@ -24,13 +24,13 @@ mod binary;
 mod conditions;
 mod cut;
 mod duplicates;
-mod find;
-mod judge;
 mod names;
-mod noted;
+mod occurrences;
 mod one_log;
 mod open;
 mod read;
+mod roles;
+mod signal_checks;
 mod spikes;
 mod table;
 mod text;
@@ -40,4 +40,4 @@ mod types;
 pub use open::MEMORY_LIMIT_BYTES;
 pub use read::{MIN_SCORED, read_bytes, read_bytes_with_roles, read_dataset, read_with_roles};
 pub use times::{GAP_INTERVALS, GAP_TYPICAL};
-pub use types::{Condition, Dataset, Input, LogInfo, ReadOptions, Role, RoleFlags, Roles, Sequence};
+pub use types::{Condition, Dataset, Input, LogInfo, ReadOptions, RequestedRoles, Role, Roles, Sequence};

@@ -2,7 +2,7 @@
 
 use super::conditions::LogConstants;
 use super::cut::{self, CutLog, Layout};
-use super::noted::{Noted, counted};
+use super::occurrences::{Occurrences, counted};
 use super::open::OpenLog;
 use super::table::{Table, Wanted};
 use super::types::{Roles, Sequence};
@@ -104,16 +104,16 @@ fn missing_cells(
     findings: &mut Vec<String>,
 ) {
     for (k, numbers) in table.numbers.iter().enumerate() {
-        let mut noted = Noted::default();
+        let mut occurrences = Occurrences::default();
         for (row, _) in numbers.iter().enumerate().filter(|(_, x)| x.is_nan()) {
-            noted.note(|| format!("line {}", table.lines[row]));
+            occurrences.record(|| format!("line {}", table.lines[row]));
         }
-        if noted.count > 0 && layout.time != Some(k) {
+        if occurrences.count > 0 && layout.time != Some(k) {
             let name = &columns[wanted.numbers[k]];
             findings.push(format!(
                 "{} without a number in `{name}`: {}",
-                counted(noted.count, "cell"),
-                noted.places()
+                counted(occurrences.count, "cell"),
+                occurrences.places()
             ));
         }
     }
@@ -152,10 +152,10 @@ fn clean(roles: &Roles, cut: &mut CutLog) {
 }
 
 fn spike_places(cut: &CutLog, found: &[(usize, usize)]) -> String {
-    let mut noted = Noted::default();
+    let mut occurrences = Occurrences::default();
     for &(s, i) in found {
         let sequence = &cut.sequences[s];
-        noted.note(|| format!("{:.3} s (line {})", sequence.time_s[i], sequence.row[i]));
+        occurrences.record(|| format!("{:.3} s (line {})", sequence.time_s[i], sequence.row[i]));
     }
-    noted.places()
+    occurrences.places()
 }

@@ -1,10 +1,10 @@
 //! The entry points: logs and roles in, a dataset out.
 
 use super::assemble::{assemble, complete};
-use super::find::{self, Columns};
 use super::names::{Meaning, meaning};
 use super::open::{OpenLog, open_bytes, open_paths};
-use super::types::{Dataset, ReadOptions, RoleFlags, Roles};
+use super::roles::{self, Columns};
+use super::types::{Dataset, ReadOptions, RequestedRoles, Roles};
 use crate::Error;
 
 /// Fewer samples that can be scored than this are no log to learn from.
@@ -16,7 +16,7 @@ pub const MIN_SCORED: usize = 20;
 ///
 /// # Errors
 /// Every way in which a log can be unusable is an [`Error`] of its own that names file, line and column.
-pub fn read_dataset(flags: &RoleFlags, options: &ReadOptions) -> Result<Dataset, Error> {
+pub fn read_dataset(flags: &RequestedRoles, options: &ReadOptions) -> Result<Dataset, Error> {
     with_flags(flags, options, open_paths(&options.paths)?)
 }
 
@@ -26,7 +26,7 @@ pub fn read_dataset(flags: &RoleFlags, options: &ReadOptions) -> Result<Dataset,
 /// As [`read_dataset`].
 pub fn read_bytes(
     logs: &[(&str, &[u8])],
-    flags: &RoleFlags,
+    flags: &RequestedRoles,
     options: &ReadOptions,
 ) -> Result<Dataset, Error> {
     with_flags(flags, options, open_bytes(logs)?)
@@ -55,9 +55,9 @@ pub fn read_bytes_with_roles(
     with_roles(roles, options, open_bytes(logs)?)
 }
 
-fn with_flags(flags: &RoleFlags, options: &ReadOptions, logs: Vec<OpenLog>) -> Result<Dataset, Error> {
+fn with_flags(flags: &RequestedRoles, options: &ReadOptions, logs: Vec<OpenLog>) -> Result<Dataset, Error> {
     check_skip(options.skip_s)?;
-    let roles = find::roles(flags, &columns(&logs), options.far_required)?;
+    let roles = roles::find(flags, &columns(&logs), options.far_required)?;
     let dataset = assemble(roles, logs, options.skip_s, options.far_required)?;
     match dataset.conditions.first() {
         Some(first) if flags.group.as_ref() == Some(&first.column) && first.values.len() < 2 => {

@@ -9,7 +9,7 @@ pub use sinew::predictor::{Input, Role};
 /// Inputs are all or nothing: where any of `effort`, `motion`, `anchor` and `given` is set, these are the
 /// inputs and no other is added.
 #[derive(Debug, Clone, Default)]
-pub struct RoleFlags {
+pub struct RequestedRoles {
     /// What to predict.
     pub far: Option<String>,
     /// Near-side tensions or torques.

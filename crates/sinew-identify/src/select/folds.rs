@@ -143,7 +143,7 @@ fn natural(a: &str, b: &str) -> std::cmp::Ordering {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::{ReadOptions, RoleFlags, read_bytes};
+    use crate::log::{ReadOptions, RequestedRoles, read_bytes};
     use std::fmt::Write as _;
 
     /// Trials of 40 samples; each has a load and a speed.
@@ -158,7 +158,7 @@ mod tests {
             }
         }
         let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
-        read_bytes(&[("log.csv", text.as_bytes())], &RoleFlags::default(), &options).unwrap()
+        read_bytes(&[("log.csv", text.as_bytes())], &RequestedRoles::default(), &options).unwrap()
     }
 
     /// Every sequence is held out by some fold, and no fold holds out all.

@@ -1,10 +1,10 @@
 //! The influence check: does a log spoil the prediction of all others?
 
-use crate::account::InfluenceRow;
 use crate::fit::recipe::Recipe;
 use crate::fit::run::Run;
 use crate::log::Dataset;
-use crate::member::{fit, rmse};
+use crate::report::InfluenceRow;
+use crate::training::{fit, rmse};
 use rayon::prelude::*;
 
 /// A log that raises the others' error by more than exp(0.4), one and a half times, is foreign. On real recordings a

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use sinew_identify::Error;
-use sinew_identify::log::{Dataset, ReadOptions, RoleFlags, read_bytes};
+use sinew_identify::log::{Dataset, ReadOptions, RequestedRoles, read_bytes};
 use std::fmt::Write as _;
 
 /// One sample: time, near tension, far tension.
@@ -33,12 +33,12 @@ pub(crate) fn csv(samples: &[Sample]) -> String {
 }
 
 /// Reads one log with options as `identify` has them.
-pub(crate) fn read(text: &str, flags: &RoleFlags) -> Result<Dataset, Error> {
+pub(crate) fn read(text: &str, flags: &RequestedRoles) -> Result<Dataset, Error> {
     read_all(&[("log.csv", text)], flags)
 }
 
 /// Reads several logs.
-pub(crate) fn read_all(logs: &[(&str, &str)], flags: &RoleFlags) -> Result<Dataset, Error> {
+pub(crate) fn read_all(logs: &[(&str, &str)], flags: &RequestedRoles) -> Result<Dataset, Error> {
     let logs: Vec<(&str, &[u8])> = logs.iter().map(|(n, t)| (*n, t.as_bytes())).collect();
     read_bytes(&logs, flags, &options())
 }
@@ -49,6 +49,6 @@ pub(crate) fn options() -> ReadOptions {
 }
 
 /// The message of the error that reading `text` must give.
-pub(crate) fn message(text: &str, flags: &RoleFlags) -> String {
+pub(crate) fn message(text: &str, flags: &RequestedRoles) -> String {
     read(text, flags).expect_err("must be refused").to_string()
 }

@@ -8,7 +8,7 @@ use sinew::control::compensation::{Compensation, NetworkCompensation};
 use sinew::predictor::CableModel;
 use sinew::transmission::cable::Weakening;
 use sinew::twin::arm::ArmSpecimen;
-use sinew_identify::observer::{CableFit, CableLog, FitOptions, Quantity, fit_cable};
+use sinew_identify::cable::{CableFit, CableLog, FitOptions, Quantity, fit_cable};
 
 /// One part of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]

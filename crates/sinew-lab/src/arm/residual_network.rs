@@ -8,8 +8,8 @@ use sinew::control::arm::{ResidualInputs, ResidualNetwork};
 use sinew::predictor::CableModel;
 use sinew::transmission::{Perceptron, PerceptronWeights};
 use sinew::twin::arm::ArmSpecimen;
+use sinew_identify::cable::{CableLog, observe_log};
 use sinew_identify::fit::perceptron::{TrainOptions, train};
-use sinew_identify::observer::{CableLog, run_cable};
 
 /// Root mean square of what is left of the far sensor's tension, N.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,7 +74,7 @@ fn fit_residual(logs: &[CableLog], model: &CableModel, seed: u64) -> Result<Resi
     let [mut trained, mut judged, mut held_out] = [(); 3].map(|()| Samples::default());
     for log in logs {
         let (mut ends, length) = (ResidualInputs::default(), log.len() as f64);
-        for (k, estimate) in run_cable(model, log)?.iter().enumerate() {
+        for (k, estimate) in observe_log(model, log)?.iter().enumerate() {
             let inputs = ends.inputs(log.interval_s[k], &log.samples[k], estimate);
             // Before it slid, an observer guesses.
             if estimate.known && log.weight[k] > 0.0 {

@@ -223,11 +223,11 @@ mod tests {
 
     #[test]
     fn the_log_reader_finds_every_role_by_name() {
-        use sinew_identify::log::{ReadOptions, RoleFlags, read_bytes};
+        use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
         let text = simulated_log(&short(1));
         let logs = [("simulated_day_1.csv", text.as_bytes())];
         let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
-        let data = read_bytes(&logs, &RoleFlags::default(), &options).unwrap();
+        let data = read_bytes(&logs, &RequestedRoles::default(), &options).unwrap();
         let inputs: Vec<&str> = data.roles.inputs.iter().map(|input| input.column.as_str()).collect();
         assert_eq!(inputs, ["tension_in_n", "position_in_m", "anchor_m"]);
         assert_eq!(data.roles.far.as_deref(), Some("tension_out_n"));

@@ -66,7 +66,7 @@ impl Sums {
         }
     }
 
-    /// Entry `(row, column)` of `J^T J`, `row >= column`.
+    /// CandidateRecipe `(row, column)` of `J^T J`, `row >= column`.
     pub(super) fn normal(&self, net: &Net, row: usize, column: usize) -> f64 {
         let hidden = net.hidden;
         let first = (net.inputs + 1) * hidden;
@@ -81,7 +81,7 @@ impl Sums {
         self.pairs[(rotation * self.monomials + monomial) * self.pair_width + node]
     }
 
-    /// Entry of `J^T e`.
+    /// CandidateRecipe of `J^T e`.
     pub(super) fn gradient(&self, net: &Net, row: usize) -> f64 {
         let (block, node) = (row / net.hidden, row % net.hidden);
         match block {

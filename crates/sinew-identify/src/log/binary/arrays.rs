@@ -1,7 +1,7 @@
 //! Named arrays, as MATLAB keeps them, to columns of one table.
 
 use crate::Error;
-use crate::log::noted::counted;
+use crate::log::occurrences::counted;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -7,7 +7,7 @@ mod mat73;
 #[cfg(feature = "parquet")]
 mod parquet;
 #[cfg(feature = "parquet")]
-mod parquet_promises;
+mod parquet_bounds;
 #[cfg(feature = "parquet")]
 mod thrift;
 

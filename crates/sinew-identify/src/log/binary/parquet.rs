@@ -1,6 +1,6 @@
 //! Parquet: streamed row by row, only the columns that are needed.
 
-use super::{guarded, parquet_promises};
+use super::{guarded, parquet_bounds};
 use crate::Error;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use bytes::Bytes;
@@ -40,9 +40,9 @@ impl ParquetLog {
     fn checked<R: ChunkReader + 'static>(file: &str, source: &R, again: R) -> Result<Self, Error> {
         let refused =
             |got| Error::Malformed { file: file.into(), line: None, expected: EXPECTED.into(), got };
-        parquet_promises::footer(source).map_err(refused)?;
+        parquet_bounds::footer(source).map_err(refused)?;
         let reader = SerializedFileReader::new(again).map_err(|e| damaged(file, &e))?;
-        parquet_promises::pages(source, reader.metadata()).map_err(refused)?;
+        parquet_bounds::pages(source, reader.metadata()).map_err(refused)?;
         let metadata = reader.metadata().file_metadata();
         let fields = metadata.schema_descr().root_schema().get_fields();
         let columns = fields.iter().map(|f| f.name().to_owned()).collect();

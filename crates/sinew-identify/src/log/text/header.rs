@@ -4,7 +4,7 @@ use super::cell::{Cell, Delimiter, missing, parse, split, text};
 use super::dialect::{DELIMITERS, Dialect, HeadLine, drop_trailing_empty, malformed};
 use crate::Error;
 use crate::log::names::is_unit;
-use crate::log::noted::counted;
+use crate::log::occurrences::counted;
 use std::ops::Range;
 
 /// Fields of a line as text.

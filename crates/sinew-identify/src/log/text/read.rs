@@ -4,7 +4,7 @@ use super::cell::{Cell, parse, split};
 use super::dialect::{Dialect, drop_trailing_empty, find, is_comment};
 use super::lines::{Line, Lines, MAX_LINE_BYTES};
 use crate::Error;
-use crate::log::noted::counted;
+use crate::log::occurrences::counted;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use std::borrow::Cow;
 use std::fs::File;

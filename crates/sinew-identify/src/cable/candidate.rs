@@ -1,8 +1,8 @@
 //! The observer fitted to runs, as a member of the comparison.
 
 use super::fit::FitOptions;
-use super::run::CableLog;
-use super::start::find_cable;
+use super::initial::identify_cable;
+use super::log::CableLog;
 use crate::fit::cell::START_PRIOR_SEQUENCES;
 use crate::fit::run::Run;
 use sinew::predictor::{CableColumns, CableModel, ObservedCable};
@@ -13,7 +13,7 @@ const INTERVAL_S: f64 = 4e-3;
 /// Fits a cable to runs; `None` where they do not show one.
 pub(crate) fn fit_observed(runs: &[&Run], columns: CableColumns) -> Option<ObservedCable> {
     let logs: Vec<CableLog> = runs.iter().map(|run| thinned(run, &columns)).collect();
-    let mut model = find_cable(&logs, &FitOptions::default()).ok()?.model;
+    let mut model = identify_cable(&logs, &FitOptions::default()).ok()?.model;
     model.start = beginning(&model, &logs)?;
     Some(ObservedCable { model, columns })
 }

@@ -53,11 +53,11 @@ pub(crate) fn gap_s(data: &Dataset) -> f64 {
 }
 
 /// Every sequence, conditioned. Samples whose far side is missing keep the last far value at weight zero.
-pub(crate) fn runs(data: &Dataset, guards: &[InputLimits], gap_s: f64) -> Vec<Run> {
-    data.sequences.iter().map(|sequence| run(sequence, guards, gap_s)).collect()
+pub(crate) fn condition(data: &Dataset, guards: &[InputLimits], gap_s: f64) -> Vec<Run> {
+    data.sequences.iter().map(|sequence| condition_sequence(sequence, guards, gap_s)).collect()
 }
 
-fn run(sequence: &Sequence, guards: &[InputLimits], gap_s: f64) -> Run {
+fn condition_sequence(sequence: &Sequence, guards: &[InputLimits], gap_s: f64) -> Run {
     let width = guards.len();
     let mut conditioner = Conditioner::new(width);
     let n = sequence.time_s.len();

@@ -1,8 +1,8 @@
-//! Out-of-fold judgement of a model.
+//! Out-of-fold validation of a model.
 
 use super::folds::Folds;
 use crate::fit::run::Run;
-use crate::member::run as run_over;
+use crate::training::estimate_sequence;
 use sinew::metrics::Comparison;
 use sinew::predictor::{Estimate, Estimator, MemoryLaw};
 
@@ -11,7 +11,7 @@ pub(crate) type Fit<'a> = dyn Fn(&[&Run]) -> Option<Estimator> + Sync + 'a;
 
 /// How one model did on data it had not seen.
 #[derive(Debug, Clone)]
-pub(crate) struct Judgement {
+pub(crate) struct CrossValidation {
     /// Out-of-fold outputs, `[sequence][row]`; `None` where no fold held the row out.
     pub(crate) outputs: Vec<Vec<Option<(Estimate, usize)>>>,
     /// RMSE per fold.
@@ -47,24 +47,24 @@ pub(crate) fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -
 
 /// A model that was tried: what it is called and how it did.
 #[derive(Debug, Clone)]
-pub(crate) struct Tried {
+pub(crate) struct ScoredCandidate {
     /// Short name, as `--model` takes it.
     pub(crate) name: String,
     /// What it is, in a sentence.
     pub(crate) description: String,
     /// How it did; `None` where it could not be fitted.
-    pub(crate) judgement: Option<Judgement>,
+    pub(crate) validation: Option<CrossValidation>,
 }
 
-impl Tried {
+impl ScoredCandidate {
     /// What models are ranked by; infinite where it could not be fitted.
     pub(crate) fn score(&self) -> f64 {
-        self.judgement.as_ref().map_or(f64::INFINITY, |j| j.score)
+        self.validation.as_ref().map_or(f64::INFINITY, |j| j.score)
     }
 }
 
 /// Fits without each fold and predicts what was held out; `None` where a fit fails.
-pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgement> {
+pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<CrossValidation> {
     let mut outputs: Vec<Vec<Option<(Estimate, usize)>>> = runs.iter().map(|r| vec![None; r.len()]).collect();
     let mut fold_rmse = Vec::new();
     let mut fold_factor = Vec::new();
@@ -82,7 +82,7 @@ pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgem
         for (index, (run, range)) in runs.iter().zip(held_out).enumerate() {
             let Some((from, to)) = *range else { continue };
             let before = (sum, count);
-            for (row, output) in run_over(&member, run).into_iter().enumerate() {
+            for (row, output) in estimate_sequence(&member, run).into_iter().enumerate() {
                 if row < from || row >= to {
                     continue;
                 }
@@ -108,7 +108,7 @@ pub(crate) fn judge(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<Judgem
         return None;
     }
     let score = (fold_rmse.iter().map(|r| r.max(1e-300).ln()).sum::<f64>() / fold_rmse.len() as f64).exp();
-    Some(Judgement {
+    Some(CrossValidation {
         outputs,
         fold_rmse,
         sequence_rmse,

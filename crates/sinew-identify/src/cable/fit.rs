@@ -1,7 +1,7 @@
 //! Least squares of the far tension over the numbers of a cable.
 
+use super::log::{CableLog, observe_log, shortened};
 use super::quantity::{FittedQuantity, Quantity};
-use super::run::{CableLog, run_cable, shortened};
 use crate::Error;
 use crate::fit::levenberg_marquardt::{LeastSquares, Options, Solution, minimise};
 use rayon::prelude::*;
@@ -80,14 +80,14 @@ pub fn fit_cable(logs: &[CableLog], start: &CableModel, options: &FitOptions) ->
         .search(&theta)
         .ok_or_else(|| Error::samples("start", "a cable that can follow the logs", &"one that cannot"))?;
     let rmse_start = problem.far_rmse(&theta).unwrap_or(f64::NAN);
-    problem.account(&found, rmse_start)
+    problem.summarise(&found, rmse_start)
 }
 
 /// Rows `(log, sample)` whose far side counts and whose estimate is no guess, thinned evenly.
 fn rows_to_compare(logs: &[CableLog], start: &CableModel, most: usize) -> Result<Vec<(usize, usize)>, Error> {
     let mut rows = Vec::new();
     for (place, log) in logs.iter().enumerate() {
-        let estimates = run_cable(start, log)?;
+        let estimates = observe_log(start, log)?;
         let known = estimates.iter().zip(&log.weight).enumerate();
         rows.extend(known.filter(|(_, (e, w))| e.known && **w > 0.0).map(|(row, _)| (place, row)));
     }
@@ -157,7 +157,7 @@ impl Problem<'_> {
     fn zero_stretch(&self, model: &CableModel) -> Result<Option<f64>, Error> {
         let (mut zeros, mut stretches) = (Vec::new(), Vec::new());
         for (place, log) in self.logs.iter().enumerate() {
-            let estimates = run_cable(model, log)?;
+            let estimates = observe_log(model, log)?;
             for (_, row) in self.rows.iter().filter(|(of, _)| *of == place) {
                 let (sample, stretch) = (&log.samples[*row], estimates[*row].stretch);
                 let zero = stretch - sample.motor + sample.anchor;
@@ -177,7 +177,7 @@ impl Problem<'_> {
         self.evaluate(theta, &mut residuals).then(|| rms(&residuals[..self.rows.len()]))
     }
 
-    fn account(&self, found: &Solution, rmse_start: f64) -> Result<CableFit, Error> {
+    fn summarise(&self, found: &Solution, rmse_start: f64) -> Result<CableFit, Error> {
         let n = self.rows.len();
         let far = &found.residuals[..n];
         let covariance = found.covariance();

@@ -4,16 +4,21 @@ use super::Trace;
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
 use crate::log::Dataset;
-use crate::select::judge::Judgement;
+use crate::select::cross_validation::CrossValidation;
 use sinew::predictor::{Estimate, Model, Role};
 
 /// One trace per sequence, predicted by models that had not seen it.
-pub(super) fn traces(data: &Dataset, runs: &[Run], judgement: &Judgement, model: &Model) -> Vec<Trace> {
+pub(super) fn traces(
+    data: &Dataset,
+    runs: &[Run],
+    validation: &CrossValidation,
+    model: &Model,
+) -> Vec<Trace> {
     let near = model.inputs.iter().position(|i| i.role == Role::Effort).unwrap_or(0);
     data.sequences
         .iter()
         .zip(runs)
-        .zip(&judgement.outputs)
+        .zip(&validation.outputs)
         .map(|((sequence, run), outputs)| {
             let column: Vec<f64> = run.inputs.iter().skip(near).step_by(run.width).copied().collect();
             let pick = |f: &dyn Fn(&Estimate) -> f64| -> Vec<f64> {

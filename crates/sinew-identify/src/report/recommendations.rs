@@ -1,6 +1,6 @@
 //! What the user should know, and do next.
 
-use super::Account;
+use super::IdentificationReport;
 use super::build::Found;
 use sinew::predictor::Role;
 
@@ -8,12 +8,12 @@ use sinew::predictor::Role;
 const UNEVEN: f64 = 1.8;
 
 /// Things the user should know, most important first.
-pub(super) fn warnings(found: &Found<'_>, account: &Account) -> Vec<String> {
+pub(super) fn warnings(found: &Found<'_>, report: &IdentificationReport) -> Vec<String> {
     let mut warnings = Vec::new();
-    for row in account.influence.iter().filter(|row| row.dropped) {
+    for row in report.influence.iter().filter(|row| row.dropped) {
         warnings.push(format!("{} was left out. {}", row.log, row.remark));
     }
-    let Some(chosen) = account.candidates.iter().find(|c| c.chosen) else { return warnings };
+    let Some(chosen) = report.candidates.iter().find(|c| c.chosen) else { return warnings };
     if chosen.coverage95 < 0.85 {
         warnings.push(format!(
             "Only {:.0} % of the unseen samples lie inside the 95 % band: some conditions surprise the model.",
@@ -25,13 +25,13 @@ pub(super) fn warnings(found: &Found<'_>, account: &Account) -> Vec<String> {
     if 2 * unscored > all {
         warnings.push(format!("{unscored} of {all} samples do not count: skipped, missing or spikes."));
     }
-    for (input, name) in account.inputs.iter().enumerate().map(|(i, input)| (i, &input.column)) {
+    for (input, name) in report.inputs.iter().enumerate().map(|(i, input)| (i, &input.column)) {
         let guard = &found.model.guards[input];
         if guard.high - guard.low <= 1e-9 * guard.high.abs().max(1e-9) {
             warnings.push(format!("`{name}` is constant in these logs: nothing could be learned from it."));
         }
     }
-    if !account.inputs.iter().any(|i| matches!(i.role, Role::Motion | Role::Anchor)) {
+    if !report.inputs.iter().any(|i| matches!(i.role, Role::Motion | Role::Anchor)) {
         warnings.push(
             "No position was given: the direction of sliding comes from the tension alone, which is right only \
              while the far end stands still or moves little."
@@ -47,8 +47,8 @@ pub(super) fn warnings(found: &Found<'_>, account: &Account) -> Vec<String> {
 }
 
 /// Two sentences: what the model is good for, and what to do next.
-pub(super) fn advice(found: &Found<'_>, account: &Account) -> [String; 2] {
-    let Some(chosen) = account.candidates.iter().find(|c| c.chosen) else {
+pub(super) fn advice(found: &Found<'_>, report: &IdentificationReport) -> [String; 2] {
+    let Some(chosen) = report.candidates.iter().find(|c| c.chosen) else {
         return [String::new(), String::new()];
     };
     let use_it = format!(
@@ -60,7 +60,7 @@ pub(super) fn advice(found: &Found<'_>, account: &Account) -> [String; 2] {
     sorted.sort_by(f64::total_cmp);
     let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
     let worst = chosen.fold_rmse.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-    let next = if let Some(row) = account.influence.iter().find(|row| row.dropped) {
+    let next = if let Some(row) = report.influence.iter().find(|row| row.dropped) {
         format!(
             "Find out what was different when {} was recorded, and record it again if it matters.",
             row.log

@@ -1,16 +1,16 @@
 //! One member of the comparison: from its recipe to a fitted model.
 
+use crate::cable::fit_observed;
 use crate::fit::cell::{CellData, CellPlan, fit_cell};
 use crate::fit::ensemble::{self, Rows};
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
-use crate::observer::fit_observed;
 use sinew::predictor::{Cell, Estimate, Estimator, Feature, Memory, MemoryLaw};
 
 /// Runs an estimator over one sequence as at run time.
 #[must_use]
-pub fn run(estimator: &Estimator, run: &Run) -> Vec<Estimate> {
+pub fn estimate_sequence(estimator: &Estimator, run: &Run) -> Vec<Estimate> {
     let mut memory = Memory::new(&estimator.law);
     let mut scratch = vec![0.0; estimator.law.features.len()];
     (0..run.len())
@@ -25,7 +25,9 @@ pub fn run(estimator: &Estimator, run: &Run) -> Vec<Estimate> {
 pub(crate) fn rmse(estimator: &Estimator, runs: &[&Run]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for sequence in runs {
-        for ((o, y), w) in run(estimator, sequence).iter().zip(&sequence.far).zip(&sequence.weight) {
+        for ((o, y), w) in
+            estimate_sequence(estimator, sequence).iter().zip(&sequence.far).zip(&sequence.weight)
+        {
             sum += w * (o.mean - y) * (o.mean - y);
             count += w;
         }

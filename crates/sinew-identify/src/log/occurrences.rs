@@ -10,15 +10,15 @@ pub(super) fn counted(count: usize, one: &str) -> String {
 
 /// Something that happens again and again: counted, and the first few placed.
 #[derive(Default)]
-pub(super) struct Noted {
+pub(super) struct Occurrences {
     /// How often it happened.
     pub(super) count: usize,
     places: Vec<String>,
 }
 
-impl Noted {
+impl Occurrences {
     /// Counts one more, and keeps its place if it is among the first.
-    pub(super) fn note(&mut self, place: impl FnOnce() -> String) {
+    pub(super) fn record(&mut self, place: impl FnOnce() -> String) {
         self.count += 1;
         if self.places.len() < PLACES {
             self.places.push(place());

@@ -1,7 +1,7 @@
 //! The honest account of an identification: everything a report shows, as plain data.
 
-mod advice;
 pub(crate) mod build;
+mod recommendations;
 mod traces;
 
 pub use crate::fit::classical::{ClassicalFit, Parameter};
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 /// What was done, what came out, and how far it can be trusted.
 #[derive(Debug, Clone, Serialize)]
-pub struct Account {
+pub struct IdentificationReport {
     /// Version of the program that made it.
     pub version: String,
     /// The seed of every random draw.
@@ -48,7 +48,7 @@ pub struct Account {
 /// The chosen model as a person wants it described.
 #[derive(Debug, Clone, Serialize)]
 pub struct ChosenSummary {
-    /// Its name in [`Account::candidates`].
+    /// Its name in [`IdentificationReport::candidates`].
     pub name: String,
     /// What it is, in a sentence.
     pub description: String,
@@ -71,7 +71,7 @@ pub struct Candidate {
     pub chosen: bool,
     /// Root mean square error over all folds, far unit.
     pub rmse: f64,
-    /// The same as % of [`Account::far_range`].
+    /// The same as % of [`IdentificationReport::far_range`].
     pub percent_of_range: f64,
     /// Pearson correlation over all folds.
     pub pearson: f64,

@@ -73,7 +73,7 @@ impl CableLog {
 ///
 /// # Errors
 /// [`Error::Physics`] where the model is none.
-pub fn run_cable(model: &CableModel, log: &CableLog) -> Result<Vec<CableEstimate>, Error> {
+pub fn observe_log(model: &CableModel, log: &CableLog) -> Result<Vec<CableEstimate>, Error> {
     let mut observer = CableObserver::new(model)?;
     Ok(log
         .interval_s

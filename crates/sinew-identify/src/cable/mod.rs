@@ -3,19 +3,19 @@
 //! The far tension is needed here and nowhere else: once identified, a [`CableObserver`] runs on
 //! motor position, anchor displacement and near tension.
 
+mod candidate;
 mod dataset;
 mod fit;
-mod observed;
+mod initial;
+mod log;
 mod quantity;
-mod run;
-mod start;
 
+pub(crate) use candidate::fit_observed;
 pub use dataset::cable_logs;
 pub use fit::{CableFit, FitOptions, fit_cable};
-pub(crate) use observed::fit_observed;
+pub use initial::{identify_cable, initial_cable};
+pub use log::{CableLog, observe_log};
 pub use quantity::{FittedQuantity, Quantity};
-pub use run::{CableLog, run_cable};
-pub use start::{find_cable, start_from};
 
 #[cfg(doc)]
 use sinew::predictor::CableObserver;

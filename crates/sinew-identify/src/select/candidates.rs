@@ -1,25 +1,25 @@
 //! The members that are tried, made from the roles of the columns and the sampling alone.
 
+use crate::cable::cable_logs;
 use crate::fit::cell::CellPlan;
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
 use crate::fit::run::Run;
 use crate::log::Dataset;
-use crate::observer::cable_logs;
 use sinew::metrics::Comparison;
 use sinew::predictor::{CableColumns, MEMBERS, Role, Signal, Term};
 
 /// A recipe with its words.
 #[derive(Debug, Clone)]
-pub(crate) struct Entry {
+pub(crate) struct CandidateRecipe {
     pub(crate) recipe: Recipe,
     pub(crate) description: String,
-    /// How much it must prove: a later standing is believed only where it is clearly better than every earlier one.
-    pub(crate) standing: Standing,
+    /// How much it must prove: a later prior is believed only where it is clearly better than every earlier one.
+    pub(crate) prior: PhysicsPrior,
 }
 
 /// What a member stands on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Standing {
+pub(crate) enum PhysicsPrior {
     /// The physics of what the roles describe: the capstan's ratio where two cables pull against each other.
     Physics,
     /// Physics that takes every signal for itself although two belong together.
@@ -28,7 +28,7 @@ pub(crate) enum Standing {
     Learned,
 }
 
-impl Standing {
+impl PhysicsPrior {
     pub(crate) const ALL: [Self; 3] = [Self::Physics, Self::Loose, Self::Learned];
 }
 
@@ -36,7 +36,7 @@ impl Standing {
 const RADII: [f64; 3] = [0.02, 0.08, 0.25];
 
 /// Everything that is tried on these logs.
-pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
+pub(crate) fn candidates(data: &Dataset, runs: &[Run]) -> Vec<CandidateRecipe> {
     let roles = Indices::of(data);
     let mut entries = Vec::new();
     let interval = data.logs.iter().map(|l| l.interval_s).fold(0.0, f64::max).max(1e-4);
@@ -45,7 +45,7 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
     let plain = Layout::plain(&roles, runs);
     let mut layouts = vec![("", plain)];
     let pair = Layout::pair(&roles, runs);
-    let physics_of_plain = if pair.is_some() { Standing::Loose } else { Standing::Physics };
+    let physics_of_plain = if pair.is_some() { PhysicsPrior::Loose } else { PhysicsPrior::Physics };
     layouts.extend(pair.map(|pair| ("-pair", pair)));
     let correlation = if plentiful {
         50.0
@@ -59,38 +59,40 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
     let short = vec![4.0 * interval];
     let slow = vec![5.0 * interval, 20.0 * interval, 80.0 * interval];
     for (suffix, layout) in &layouts {
-        let make =
-            |name: &str, cell: Option<&[f64]>, features: Option<(&[f64], &[f64])>, description: &str| Entry {
-                recipe: Recipe {
-                    name: format!("{name}{suffix}"),
-                    signals: layout.signals.clone(),
-                    cell: cell.map(|branches| CellPlan {
-                        basis: layout.basis.clone(),
-                        elastic: layout.elastic.clone(),
-                        branches: branches.to_vec(),
-                    }),
-                    cable: None,
-                    features: features.map(|(radii, taus)| FeaturePlan {
-                        signals: layout.memory.clone(),
-                        plain: if cell.is_some() { Vec::new() } else { layout.given.clone() },
-                        radii: radii.to_vec(),
-                        taus: taus.to_vec(),
-                    }),
-                    hidden,
-                    correlation,
-                    rows: 5000,
-                    steps: 50,
-                    networks: MEMBERS,
-                    learner: Learner::Ensemble,
-                    rounds: 0,
-                },
-                description: description.to_string(),
-                standing: match cell {
-                    None => Standing::Learned,
-                    Some(_) if suffix.is_empty() => physics_of_plain,
-                    Some(_) => Standing::Physics,
-                },
-            };
+        let make = |name: &str,
+                    cell: Option<&[f64]>,
+                    features: Option<(&[f64], &[f64])>,
+                    description: &str| CandidateRecipe {
+            recipe: Recipe {
+                name: format!("{name}{suffix}"),
+                signals: layout.signals.clone(),
+                cell: cell.map(|branches| CellPlan {
+                    basis: layout.basis.clone(),
+                    elastic: layout.elastic.clone(),
+                    branches: branches.to_vec(),
+                }),
+                cable: None,
+                features: features.map(|(radii, taus)| FeaturePlan {
+                    signals: layout.memory.clone(),
+                    plain: if cell.is_some() { Vec::new() } else { layout.given.clone() },
+                    radii: radii.to_vec(),
+                    taus: taus.to_vec(),
+                }),
+                hidden,
+                correlation,
+                rows: 5000,
+                steps: 50,
+                networks: MEMBERS,
+                learner: Learner::Ensemble,
+                rounds: 0,
+            },
+            description: description.to_string(),
+            prior: match cell {
+                None => PhysicsPrior::Learned,
+                Some(_) if suffix.is_empty() => physics_of_plain,
+                Some(_) => PhysicsPrior::Physics,
+            },
+        };
         let rigid: &[f64] = &[1.0];
         let yielding: &[f64] = &CellPlan::DISTRIBUTED;
         entries.push(make(
@@ -151,7 +153,7 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
                 let words = "hybrids and networks without physics side by side";
                 let mut mixed = make(name, Some(yielding), Some((&RADII, taus)), words);
                 mixed.recipe.learner = Learner::Mixed;
-                mixed.standing = Standing::Learned;
+                mixed.prior = PhysicsPrior::Learned;
                 entries.push(mixed);
             }
             entries.push(make(
@@ -175,7 +177,12 @@ pub(crate) fn zoo(data: &Dataset, runs: &[Run]) -> Vec<Entry> {
 }
 
 /// Members that observe the cable at both of its ends.
-fn observers(like: &Entry, columns: CableColumns, roles: &Indices, interval: f64) -> [Entry; 2] {
+fn observers(
+    like: &CandidateRecipe,
+    columns: CableColumns,
+    roles: &Indices,
+    interval: f64,
+) -> [CandidateRecipe; 2] {
     let alone = Recipe {
         name: "observer".into(),
         cell: None,
@@ -192,8 +199,11 @@ fn observers(like: &Entry, columns: CableColumns, roles: &Indices, interval: f64
         features: Some(FeaturePlan { signals, plain: Vec::new(), radii: Vec::new(), taus }),
         ..alone.clone()
     };
-    let entry =
-        |recipe, words: &str| Entry { recipe, description: words.to_string(), standing: Standing::Physics };
+    let entry = |recipe, words: &str| CandidateRecipe {
+        recipe,
+        description: words.to_string(),
+        prior: PhysicsPrior::Physics,
+    };
     [
         entry(
             alone,

@@ -1,7 +1,7 @@
 //! Which column has which role: by flags, then by the names of `names`.
 
 use super::names::{Meaning, meaning, nearest};
-use super::types::{Input, Role, RoleFlags, Roles};
+use super::types::{Input, RequestedRoles, Role, Roles};
 use crate::Error;
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ pub(super) struct Columns<'a> {
 }
 
 /// Finds the roles in logs that should all have the same columns.
-pub(super) fn roles(flags: &RoleFlags, logs: &[Columns<'_>], far_required: bool) -> Result<Roles, Error> {
+pub(super) fn find(flags: &RequestedRoles, logs: &[Columns<'_>], far_required: bool) -> Result<Roles, Error> {
     let Some(first) = logs.first() else { return Err(Error::NoLogs) };
     refuse_two_roles(flags)?;
     // Sorted, so that the order of columns in a file changes nothing.
@@ -50,7 +50,7 @@ pub(super) fn roles(flags: &RoleFlags, logs: &[Columns<'_>], far_required: bool)
     Ok(roles)
 }
 
-fn flagged_inputs(flags: &RoleFlags) -> Vec<Input> {
+fn flagged_inputs(flags: &RequestedRoles) -> Vec<Input> {
     let of = |names: &[String], role: Role| -> Vec<Input> {
         names.iter().map(|column| Input { column: column.clone(), role }).collect()
     };
@@ -92,7 +92,7 @@ fn at_most_one(
 }
 
 /// A column can have one role, but the group may be a column that is used otherwise too.
-fn refuse_two_roles(flags: &RoleFlags) -> Result<(), Error> {
+fn refuse_two_roles(flags: &RequestedRoles) -> Result<(), Error> {
     let mut given: Vec<(&str, &'static str)> = Vec::new();
     given.extend(flags.far.iter().map(|c| (c.as_str(), "--far")));
     given.extend(flags.effort.iter().map(|c| (c.as_str(), "--effort")));

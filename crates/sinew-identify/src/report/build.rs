@@ -1,12 +1,12 @@
-//! From what an identification found to its account.
+//! From what an identification found to its report.
 
-use super::advice::{advice, warnings};
+use super::recommendations::{advice, warnings};
 use super::traces::traces;
-use super::{Account, Candidate, ChosenSummary, InfluenceRow, Parameter};
+use super::{Candidate, ChosenSummary, IdentificationReport, InfluenceRow, Parameter};
 use crate::fit::run::Run;
 use crate::log::Dataset;
+use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
 use crate::select::folds::Folds;
-use crate::select::judge::{Judgement, Tried};
 use sinew::metrics::Comparison;
 use sinew::predictor::{CableModel, Cell, MemoryLaw, Model, Signal, Term};
 
@@ -14,21 +14,21 @@ use sinew::predictor::{CableModel, Cell, MemoryLaw, Model, Signal, Term};
 pub(crate) struct Found<'a> {
     pub(crate) data: &'a Dataset,
     pub(crate) runs: &'a [Run],
-    pub(crate) tried: &'a [Tried],
+    pub(crate) tried: &'a [ScoredCandidate],
     pub(crate) chosen: usize,
     pub(crate) model: &'a Model,
     pub(crate) folds: &'a Folds,
 }
 
-/// The account of an identification.
-pub(crate) fn account(found: &Found<'_>, influence: Vec<InfluenceRow>) -> Account {
+/// The report of an identification.
+pub(crate) fn report(found: &Found<'_>, influence: Vec<InfluenceRow>) -> IdentificationReport {
     let Found { data, runs, tried, chosen, model, folds } = *found;
     let range = model.provenance.far_range;
     let mut candidates: Vec<Candidate> =
         tried.iter().enumerate().map(|(k, tried)| candidate(tried, range, k == chosen, runs)).collect();
     candidates.sort_by(|a, b| a.rmse.total_cmp(&b.rmse));
-    let judgement = tried[chosen].judgement.as_ref();
-    let mut account = Account {
+    let validation = tried[chosen].validation.as_ref();
+    let mut report = IdentificationReport {
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed: model.provenance.seed,
         far: model.far.clone(),
@@ -41,25 +41,25 @@ pub(crate) fn account(found: &Found<'_>, influence: Vec<InfluenceRow>) -> Accoun
         candidates,
         influence,
         classical: crate::fit::classical::fit_classical(data),
-        traces: judgement.map_or_else(Vec::new, |j| traces(data, runs, j, model)),
+        traces: validation.map_or_else(Vec::new, |j| traces(data, runs, j, model)),
         warnings: Vec::new(),
         advice: [String::new(), String::new()],
         chosen: ChosenSummary {
             name: model.provenance.member.clone(),
             description: model.provenance.description.clone(),
-            parameters: judgement.map_or_else(Vec::new, |j| parameters(model, &j.laws)),
+            parameters: validation.map_or_else(Vec::new, |j| parameters(model, &j.laws)),
             band_factor: model.band_factor,
             size: size(model),
         },
     };
-    account.warnings = warnings(found, &account);
-    account.advice = advice(found, &account);
-    account
+    report.warnings = warnings(found, &report);
+    report.advice = advice(found, &report);
+    report
 }
 
-fn candidate(tried: &Tried, range: f64, chosen: bool, runs: &[Run]) -> Candidate {
-    let judgement = tried.judgement.as_ref();
-    let comparison = judgement.map(|j| j.comparison).unwrap_or_default();
+fn candidate(tried: &ScoredCandidate, range: f64, chosen: bool, runs: &[Run]) -> Candidate {
+    let validation = tried.validation.as_ref();
+    let comparison = validation.map(|j| j.comparison).unwrap_or_default();
     let rmse = comparison.rmse().unwrap_or(f64::NAN);
     Candidate {
         name: tried.name.clone(),
@@ -68,25 +68,25 @@ fn candidate(tried: &Tried, range: f64, chosen: bool, runs: &[Run]) -> Candidate
         rmse,
         percent_of_range: 100.0 * rmse / range,
         pearson: comparison.pearson().unwrap_or(f64::NAN),
-        coverage95: judgement.map_or(f64::NAN, |j| coverage(j, runs)),
-        fold_rmse: judgement.map_or_else(Vec::new, |j| j.fold_rmse.clone()),
-        rmse_in_sample: judgement.map_or(f64::NAN, |j| j.rmse_in_sample),
-        failed: judgement.is_none().then(|| "could not be fitted to these logs".to_string()),
+        coverage95: validation.map_or(f64::NAN, |j| coverage(j, runs)),
+        fold_rmse: validation.map_or_else(Vec::new, |j| j.fold_rmse.clone()),
+        rmse_in_sample: validation.map_or(f64::NAN, |j| j.rmse_in_sample),
+        failed: validation.is_none().then(|| "could not be fitted to these logs".to_string()),
     }
 }
 
 /// Coverage of the band, each fold with the worst factor of the other folds.
-fn coverage(judgement: &Judgement, runs: &[Run]) -> f64 {
+fn coverage(validation: &CrossValidation, runs: &[Run]) -> f64 {
     let factor = |fold: usize| {
-        let others = judgement
+        let others = validation
             .fold_factor
             .iter()
             .enumerate()
-            .filter(|(f, _)| *f != fold || judgement.fold_factor.len() == 1);
+            .filter(|(f, _)| *f != fold || validation.fold_factor.len() == 1);
         others.map(|(_, factor)| *factor).fold(0.0, f64::max)
     };
     let mut band = Comparison::new();
-    for (run, outputs) in runs.iter().zip(&judgement.outputs) {
+    for (run, outputs) in runs.iter().zip(&validation.outputs) {
         for (row, output) in outputs.iter().enumerate() {
             if let (Some((output, fold)), true) = (output, run.weight[row] > 0.0) {
                 let half = factor(*fold) * output.variance.sqrt();

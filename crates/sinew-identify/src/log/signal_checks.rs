@@ -13,7 +13,7 @@ fn place(dataset: &Dataset) -> String {
 }
 
 /// Refuses signals from which nothing can be learned, and reports weak ones.
-pub(super) fn judge_signals(dataset: &mut Dataset, far_required: bool) -> Result<(), Error> {
+pub(super) fn check_signals(dataset: &mut Dataset, far_required: bool) -> Result<(), Error> {
     let place = place(dataset);
     let samples: usize = dataset.sequences.iter().map(|s| s.row.len()).sum();
     let needed = if far_required { MIN_SCORED } else { 2 };
@@ -21,12 +21,12 @@ pub(super) fn judge_signals(dataset: &mut Dataset, far_required: bool) -> Result
         return Err(Error::TooFew { place, what: "samples", expected: needed, got: samples });
     }
     if far_required {
-        judge_far(dataset, &place)?;
+        check_far(dataset, &place)?;
     }
-    judge_inputs(dataset, &place)
+    check_inputs(dataset, &place)
 }
 
-fn judge_far(dataset: &Dataset, place: &str) -> Result<(), Error> {
+fn check_far(dataset: &Dataset, place: &str) -> Result<(), Error> {
     let place = place.to_owned();
     let far = || dataset.sequences.iter().flat_map(|s| s.far.iter().copied());
     let column = dataset.roles.far.clone().unwrap_or_default();
@@ -53,7 +53,7 @@ fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
         .fold(None, |span, x| Some(span.map_or((x, x), |(low, high): (f64, f64)| (low.min(x), high.max(x)))))
 }
 
-fn judge_inputs(dataset: &mut Dataset, place: &str) -> Result<(), Error> {
+fn check_inputs(dataset: &mut Dataset, place: &str) -> Result<(), Error> {
     let inputs = dataset.roles.inputs.clone();
     let n = inputs.len();
     let mut constant = Vec::new();

@@ -1,7 +1,7 @@
 //! A first guess of a cable about which nothing is known but its logs.
 
 use super::fit::{CableFit, FitOptions, fit_cable};
-use super::run::CableLog;
+use super::log::CableLog;
 use crate::Error;
 use crate::fit::statistics::quantiles;
 use sinew::predictor::CableModel;
@@ -59,7 +59,7 @@ pub(super) fn windows(log: &CableLog, mut see: impl FnMut(Change)) {
 ///
 /// # Errors
 /// [`Error::Samples`] where the logs hold fewer than 50 windows of motion, or a tension that never changes.
-pub fn start_from(logs: &[CableLog]) -> Result<CableModel, Error> {
+pub fn initial_cable(logs: &[CableLog]) -> Result<CableModel, Error> {
     let mut seen = Vec::new();
     logs.iter().for_each(|log| windows(log, |change| seen.push(change)));
     let moving = |of: fn(&Change) -> f64| quantiles(seen.iter().map(|c| of(c).abs()).collect(), &[0.5])[0];
@@ -105,13 +105,13 @@ fn correction(near: f64) -> f64 {
     (47.0 * near).min(1.0)
 }
 
-/// A cable about which nothing is known but its logs: fitted from [`start_from`], then once more with the correction that
+/// A cable about which nothing is known but its logs: fitted from [`initial_cable`], then once more with the correction that
 /// suits the near compliance that was found, because both shape each other.
 ///
 /// # Errors
-/// As [`start_from`] and [`fit_cable`].
-pub fn find_cable(logs: &[CableLog], options: &FitOptions) -> Result<CableFit, Error> {
-    let first = fit_cable(logs, &start_from(logs)?, options)?;
+/// As [`initial_cable`] and [`fit_cable`].
+pub fn identify_cable(logs: &[CableLog], options: &FitOptions) -> Result<CableFit, Error> {
+    let first = fit_cable(logs, &initial_cable(logs)?, options)?;
     let mut start = first.model.clone();
     if let Some(Segment::Free { length }) = start.path.segments().first() {
         start.correction = correction(length * start.parameters.compliance);

@@ -7,7 +7,7 @@ use sinew::predictor::{CableModel, CableSample};
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::EndMotion;
 use sinew::twin::cable::{CablePlant, Resolution, Specimen};
-use sinew_identify::observer::{CableLog, FitOptions, fit_cable, run_cable};
+use sinew_identify::cable::{CableLog, FitOptions, fit_cable, observe_log};
 
 /// Standard deviation of both load cells, N.
 const NOISE: f64 = 0.4;
@@ -59,7 +59,7 @@ fn part(log: &CableLog, range: std::ops::Range<usize>) -> CableLog {
 
 /// Root mean square errors of far tension, N, and stretch, m, from a row on, the observer having run from the start.
 fn errors(model: &CableModel, log: &CableLog, truth: &[[f64; 2]], from: usize) -> [f64; 2] {
-    let estimates = run_cable(model, log).unwrap();
+    let estimates = observe_log(model, log).unwrap();
     let mut squares = [0.0; 2];
     for (estimate, truth) in estimates[from..].iter().zip(&truth[from..]) {
         squares[0] += (estimate.tension_out - truth[0]).powi(2);

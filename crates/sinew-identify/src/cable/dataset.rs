@@ -1,6 +1,6 @@
 //! From a dataset with roles to what the observer takes: metres, newtons, positive toward the motor.
 
-use super::run::CableLog;
+use super::log::CableLog;
 use crate::Error;
 use crate::log::{Dataset, Role, Sequence};
 use sinew::predictor::CableColumns;
@@ -76,7 +76,7 @@ fn log(sequence: &Sequence, columns: &CableColumns, width: usize) -> CableLog {
 fn directions(logs: &[CableLog]) -> Result<(f64, f64), Error> {
     let (mut near, mut far) = (Regression::default(), Regression::default());
     for log in logs {
-        super::start::windows(log, |change| {
+        super::initial::windows(log, |change| {
             near.push(change.motor, -change.anchor, change.tension_in);
             far.push(change.motor, -change.anchor, change.far);
         });
