@@ -20,7 +20,8 @@ use crate::log::Dataset;
 use crate::select::cross_validation::{Fit, ScoredCandidate, cross_validate};
 use crate::select::folds::Folds;
 use crate::training::{estimate_sequence, fit_networks, refit_cell, rmse};
-use sinew::predictor::{Cell, Estimator, Feature, InputLimits, MEMBERS, Model, Term};
+use sinew::predictor::{Estimator, Feature, InputLimits, MEMBERS, Model};
+use sinew::transmission::{BasisTerm, ClampCell};
 
 /// Another way must beat the transfer by this factor to be preferred.
 const MARGIN: f64 = 0.95;
@@ -160,9 +161,9 @@ fn affine(old: &Estimator, gain: f64, offset: f64) -> Estimator {
     new
 }
 
-fn affine_cell(cell: &mut Cell, gain: f64, offset: f64) {
+fn affine_cell(cell: &mut ClampCell, gain: f64, offset: f64) {
     for (k, term) in cell.basis.iter().enumerate() {
-        let shift = if matches!(term, Term::One) { offset } else { 0.0 };
+        let shift = if matches!(term, BasisTerm::One) { offset } else { 0.0 };
         cell.low[k] = cell.low[k] * gain + shift;
         cell.high[k] = cell.high[k] * gain + shift;
     }

@@ -6,7 +6,8 @@ use crate::fit::ensemble::{self, Rows};
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
-use sinew::predictor::{Cell, Estimate, Estimator, Feature, Memory, MemoryLaw};
+use sinew::predictor::{Estimate, Estimator, Feature, Memory, MemoryLaw};
+use sinew::transmission::ClampCell;
 
 /// Runs an estimator over one sequence as at run time.
 #[must_use]
@@ -82,7 +83,7 @@ fn without_correction(estimator: &Estimator, sequence: &Run) -> Run {
 }
 
 /// Fits the cell of a law that is there already.
-pub(crate) fn refit_cell(law: &MemoryLaw, plan: &CellPlan, runs: &[&Run]) -> Option<Cell> {
+pub(crate) fn refit_cell(law: &MemoryLaw, plan: &CellPlan, runs: &[&Run]) -> Option<ClampCell> {
     fit_cell(&Columns::new(law, runs).data(), plan)
 }
 

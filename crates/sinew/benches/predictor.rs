@@ -1,9 +1,8 @@
 //! Cost of one prediction, by part: memory, networks.
 
 use divan::{Bencher, black_box};
-use sinew::predictor::{
-    Branch, Cell, Ensemble, Feature, MEMBERS, Memory, MemoryLaw, PerNetwork, Signal, Term,
-};
+use sinew::predictor::{Ensemble, Feature, MEMBERS, Memory, MemoryLaw, PerNetwork, Signal};
+use sinew::transmission::{BasisTerm, Branch, ClampCell};
 
 fn main() {
     divan::main();
@@ -23,8 +22,8 @@ fn law(taus: usize) -> MemoryLaw {
     let branch = |(width, share)| Branch { width, share };
     MemoryLaw {
         signals: vec![Signal::Input(0), Signal::Input(1)],
-        cell: Some(Cell {
-            basis: vec![Term::Signal(0), Term::Signal(1), Term::One],
+        cell: Some(ClampCell {
+            basis: vec![BasisTerm::Signal(0), BasisTerm::Signal(1), BasisTerm::One],
             low: vec![0.5, 0.1, -0.2],
             high: vec![0.6, 0.1, 0.2],
             elastic: vec![0, 1],

@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use sinew::transmission::{
-    BoucWen, ClampCell, Dahl, LuGre, MaxwellSlip, Play, Sliding, SlipElement, Stribeck, capstan_tension_out,
+    BasisTerm, BoucWen, Branch, ClampCell, Dahl, LuGre, MaxwellSlip, Play, Sliding, SlipElement, Stribeck,
+    capstan_tension_out,
 };
 
 /// A value of a range, or one of its edges one time in four.
@@ -177,13 +178,21 @@ proptest! {
     #[test]
     fn a_clamp_cell_with_constant_bounds_never_creates_energy(
         cycle in closed_cycle(), force in edgy(0.0..20.0, &[0.0]), stiffness in edgy(0.0..1e6, &[0.0, 1e9]),
+        narrow in edgy(0.01..1.0, &[1.0]), share in edgy(0.0..1.0, &[0.0, 1.0]),
     ) {
-        let cell = ClampCell::new(vec![-force], vec![force], vec![stiffness]).unwrap();
-        let mut state = 0.0;
-        let result = work(&cycle, |_, slide| {
-            state = cell.step(state, &[1.0], &[slide]).unwrap().value;
-            state
-        });
+        let cell = ClampCell {
+            basis: vec![BasisTerm::One],
+            low: vec![-force],
+            high: vec![force],
+            elastic: vec![0],
+            kappa: vec![stiffness],
+            branches: vec![Branch { width: 1.0, share: 1.0 - share }, Branch { width: narrow, share }],
+            start: 0.5,
+        };
+        let mut states = [0.0; 2];
+        cell.start(&mut states, &[0.0], None);
+        // The bounds are constant, so only the change of the displacement matters.
+        let result = work(&cycle, |_, slide| cell.step(&mut states, &[slide], &[0.0]).state);
         assert_passive(&cycle, if stiffness > 0.0 { force / stiffness } else { 0.0 }, result);
     }
 

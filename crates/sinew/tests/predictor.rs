@@ -6,9 +6,8 @@ mod common;
 
 use common::{EASED, PULLED, SIGMA_0, capstan, complete};
 use proptest::prelude::*;
-use sinew::predictor::{
-    InputLimits, MAX_MAGNITUDE, Model, Prediction, Predictor, Sample, Signal, Term, VERSION,
-};
+use sinew::predictor::{InputLimits, MAX_MAGNITUDE, Model, Prediction, Predictor, Sample, Signal, VERSION};
+use sinew::transmission::BasisTerm;
 
 /// Number, number, number, flags: predictions are compared to the bit.
 fn bits(p: &Prediction) -> (u64, u64, u64, String) {
@@ -282,7 +281,7 @@ fn invalid(change: impl FnOnce(&mut Model)) -> String {
 
 #[test]
 fn a_model_that_could_fail_later_is_refused_at_once() {
-    let cell = |m: &mut Model, change: fn(&mut sinew::predictor::Cell)| {
+    let cell = |m: &mut Model, change: fn(&mut sinew::transmission::ClampCell)| {
         change(m.estimator.law.cell.as_mut().unwrap());
     };
     assert!(invalid(|m| m.inputs.clear()).contains("inputs"));
@@ -294,7 +293,7 @@ fn a_model_that_could_fail_later_is_refused_at_once() {
     assert!(invalid(|m| m.provenance.rmse_unseen = f64::NAN).contains("provenance.rmse_unseen"));
     assert!(invalid(|m| m.provenance.far_range = f64::INFINITY).contains("provenance.far_range"));
     assert!(invalid(|m| m.estimator.law.signals[0] = Signal::Input(3)).contains("law.signals"));
-    assert!(invalid(|m| cell(m, |c| c.basis[1] = Term::Product(0, 5))).contains("cell.basis"));
+    assert!(invalid(|m| cell(m, |c| c.basis[1] = BasisTerm::Product(0, 5))).contains("cell.basis"));
     assert!(invalid(|m| cell(m, |c| c.low[1] = f64::NAN)).contains("cell.low"));
     assert!(invalid(|m| cell(m, |c| c.high.truncate(1))).contains("cell.high"));
     assert!(invalid(|m| cell(m, |c| c.branches.clear())).contains("cell.branches"));

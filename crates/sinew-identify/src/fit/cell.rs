@@ -1,6 +1,6 @@
 //! The clamp cell by Levenberg-Marquardt with exact forward sensitivities.
 
-use sinew::predictor::{Branch, Cell, Term};
+use sinew::transmission::{Band, BasisTerm, Branch, ClampCell};
 
 /// What the cell is fitted to: signals and far side of several sequences, one after the other.
 ///
@@ -22,7 +22,7 @@ pub(crate) struct CellData<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellPlan {
     /// Factors of the bounds; the last one is the constant.
-    pub basis: Vec<Term>,
+    pub basis: Vec<BasisTerm>,
     /// Signals that move the state inside the band.
     pub elastic: Vec<usize>,
     /// Widths of the branches as fractions of the band, the first of them 1: where friction gives way piece by
@@ -48,7 +48,7 @@ pub(crate) const START_PRIOR_SEQUENCES: f64 = 3.0;
 /// coefficients, rigid and elastic, with one branch; each start is improved on a thinned copy, the best two on
 /// all rows. The other branches join the best of these with small shares. `None` where there are too few
 /// samples, or the basis is empty.
-pub(crate) fn fit_cell(data: &CellData<'_>, plan: &CellPlan) -> Option<Cell> {
+pub(crate) fn fit_cell(data: &CellData<'_>, plan: &CellPlan) -> Option<ClampCell> {
     if plan.basis.is_empty() {
         return None;
     }
@@ -278,7 +278,7 @@ impl Scaled {
         sum / total + ridge * theta.iter().map(|t| t * t).sum::<f64>()
     }
 
-    fn cell(&self, theta: &[f64], plan: &CellPlan) -> Cell {
+    fn cell(&self, theta: &[f64], plan: &CellPlan) -> ClampCell {
         let (bounds, rest) = theta.split_at(2 * self.b);
         let (kappa, shares) = rest.split_at(self.e);
         let unscale = |part: &[f64], scale: &[f64]| -> Vec<f64> {
@@ -286,7 +286,7 @@ impl Scaled {
         };
         let first = 1.0 - shares.iter().sum::<f64>();
         let shares = core::iter::once(first).chain(shares.iter().copied());
-        Cell {
+        ClampCell {
             basis: plan.basis.clone(),
             low: unscale(&bounds[..self.b], &self.basis_scale),
             high: unscale(&bounds[self.b..], &self.basis_scale),
@@ -362,27 +362,18 @@ impl<'a> Motion<'a> {
         let (b, e) = (data.b, data.e);
         let x = &data.basis[row * b..][..b];
         let du = &data.step[row * e..][..e];
-        let (low, high, elastic) = (dot(self.low, x), dot(self.high, x), dot(self.kappa, du));
+        let band = Band::new(dot(self.low, x), dot(self.high, x));
+        let increment = dot(self.kappa, du);
         let start = data.first[row].then_some(data.far[row]);
         let rows = self.sensitivities.chunks_exact_mut(2 * b + e);
         for ((state, g), width) in self.states.iter_mut().zip(rows).zip(&data.scales) {
-            // Where the bounds have crossed there is no band, and the state is their mean.
-            let near = if high < low { 0.5 } else { 0.5 * (1.0 + width) };
-            let lower = near * low + (1.0 - near) * high;
-            let upper = near * high + (1.0 - near) * low;
-            let moved = start.unwrap_or(*state + elastic);
-            *state = if moved < lower {
-                lower
-            } else if moved > upper {
-                upper
-            } else {
-                moved
-            };
+            let (projected, active) = band.project(start.unwrap_or(*state + increment), *width);
+            *state = projected;
             if !differentiate {
                 continue;
             }
-            if moved < lower || moved > upper {
-                let of_low = if moved < lower { near } else { 1.0 - near };
+            if let Some(bound) = active {
+                let of_low = band.weight_of_low(bound, *width);
                 g[..b].iter_mut().zip(x).for_each(|(g, x)| *g = of_low * x);
                 g[b..2 * b].iter_mut().zip(x).for_each(|(g, x)| *g = (1.0 - of_low) * x);
                 g[2 * b..].fill(0.0);
@@ -445,15 +436,15 @@ mod tests {
 
     fn plan() -> CellPlan {
         CellPlan {
-            basis: vec![Term::Signal(0), Term::Signal(1), Term::One],
+            basis: vec![BasisTerm::Signal(0), BasisTerm::Signal(1), BasisTerm::One],
             elastic: vec![0],
             branches: CellPlan::DISTRIBUTED.to_vec(),
         }
     }
 
-    fn truth() -> Cell {
+    fn truth() -> ClampCell {
         let branches = [(1.0, 0.5), (0.8, 0.2), (0.5, 0.3)];
-        Cell {
+        ClampCell {
             start: 0.5,
             basis: plan().basis,
             low: vec![0.6, 0.05, -0.1],

@@ -8,7 +8,8 @@ use crate::log::Dataset;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
 use crate::select::folds::Folds;
 use sinew::metrics::Comparison;
-use sinew::predictor::{CableModel, Cell, MemoryLaw, Model, Signal, Term};
+use sinew::predictor::{CableModel, MemoryLaw, Model, Signal};
+use sinew::transmission::{BasisTerm, ClampCell};
 
 /// What the stages of an identification found.
 pub(crate) struct Found<'a> {
@@ -105,7 +106,7 @@ fn parameters(model: &Model, folds: &[MemoryLaw]) -> Vec<Parameter> {
         return cable_parameters(&cable.model, &folds);
     }
     let Some(cell) = &law.cell else { return Vec::new() };
-    let folds: Vec<&Cell> = folds.iter().filter_map(|f| f.cell.as_ref()).collect();
+    let folds: Vec<&ClampCell> = folds.iter().filter_map(|f| f.cell.as_ref()).collect();
     cell_parameters(model, cell, &folds)
 }
 
@@ -145,13 +146,13 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
     numbers.into_iter().map(one).collect()
 }
 
-fn cell_parameters(model: &Model, cell: &Cell, folds: &[&Cell]) -> Vec<Parameter> {
+fn cell_parameters(model: &Model, cell: &ClampCell, folds: &[&ClampCell]) -> Vec<Parameter> {
     let law = &model.estimator.law;
     let name_of = |signal: usize| signal_name(&law.signals[signal], model);
-    let term_name = |term: &Term| match *term {
-        Term::One => "constant".to_owned(),
-        Term::Signal(i) => name_of(i),
-        Term::Product(i, j) => format!("{} x {}", name_of(i), name_of(j)),
+    let term_name = |term: &BasisTerm| match *term {
+        BasisTerm::One => "constant".to_owned(),
+        BasisTerm::Signal(i) => name_of(i),
+        BasisTerm::Product(i, j) => format!("{} x {}", name_of(i), name_of(j)),
     };
     let parameter = |name: String, value: f64, others: Vec<f64>| {
         let (low, high) = jackknife(value, &others);

@@ -6,7 +6,8 @@ use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
 use crate::fit::run::Run;
 use crate::log::Dataset;
 use sinew::metrics::Comparison;
-use sinew::predictor::{CableColumns, MEMBERS, Role, Signal, Term};
+use sinew::predictor::{CableColumns, MEMBERS, Role, Signal};
+use sinew::transmission::BasisTerm;
 
 /// A recipe with its words.
 #[derive(Debug, Clone)]
@@ -236,7 +237,7 @@ impl Indices {
 /// Signals and what is made of them.
 struct Layout {
     signals: Vec<Signal>,
-    basis: Vec<Term>,
+    basis: Vec<BasisTerm>,
     elastic: Vec<usize>,
     memory: Vec<usize>,
     given: Vec<usize>,
@@ -286,16 +287,16 @@ impl Layout {
         memory: Vec<usize>,
         givens: &[usize],
     ) -> Self {
-        let mut basis: Vec<Term> = main.iter().map(|&s| Term::Signal(s)).collect();
+        let mut basis: Vec<BasisTerm> = main.iter().map(|&s| BasisTerm::Signal(s)).collect();
         let mut given = Vec::new();
         for &g in givens {
             signals.push(Signal::Input(g));
             let g = signals.len() - 1;
             given.push(g);
-            basis.push(Term::Signal(g));
-            basis.extend(main.iter().map(|&s| Term::Product(s, g)));
+            basis.push(BasisTerm::Signal(g));
+            basis.extend(main.iter().map(|&s| BasisTerm::Product(s, g)));
         }
-        basis.push(Term::One);
+        basis.push(BasisTerm::One);
         Self { signals, basis, elastic: elastic.to_vec(), memory, given }
     }
 }

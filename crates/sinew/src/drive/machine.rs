@@ -11,7 +11,7 @@ use super::winch::{Drum, Winch};
 use crate::Error;
 use crate::error::{positive, within};
 use crate::random::Random;
-use crate::transmission::hold;
+use crate::transmission::saturate;
 
 /// What a drive is built of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -364,7 +364,7 @@ impl Drive {
             }
             DriveCommand::Tension { tension, feed } if (tension + feed).is_finite() => {
                 self.enter(Mode::Tension);
-                let wanted = hold(tension, self.parameters.least_tension, self.parameters.most_tension);
+                let wanted = saturate(tension, self.parameters.least_tension, self.parameters.most_tension);
                 self.tension_loop.speed(wanted, self.reading.tension, feed, h)
             }
             _ => {
@@ -412,7 +412,7 @@ impl Drive {
         let half = 0.5 * p.reducer.backlash;
         // A cable under tension pulls the winch onto one flank.
         let winch =
-            if tension > 0.0 { behind - half } else { hold(self.winch, behind - half, behind + half) };
+            if tension > 0.0 { behind - half } else { saturate(self.winch, behind - half, behind + half) };
         let wound = self.drum.wound(winch);
         let moved = wound - self.wound;
         (self.winch, self.wound) = (winch, wound);

@@ -2,80 +2,10 @@
 
 use super::cable::{ObservedCable, Watch};
 use super::signal::Signal;
-use crate::transmission::hold;
+use crate::transmission::{ClampCell, ClampStep, saturate};
 use alloc::vec;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
-
-/// One factor of the bounds of the clamp cell.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Term {
-    /// The constant 1.
-    One,
-    /// A signal.
-    Signal(usize),
-    /// The product of two signals.
-    Product(usize, usize),
-}
-
-impl Term {
-    /// Its value, given the signals of one sample.
-    #[inline]
-    #[must_use]
-    pub fn value(&self, signals: &[f64]) -> f64 {
-        match *self {
-            Self::One => 1.0,
-            Self::Signal(i) => signals[i],
-            Self::Product(i, j) => signals[i] * signals[j],
-        }
-    }
-}
-
-/// The elastic clamp cell: the far end stays where it is until a bound drags it along.
-///
-/// ```text
-/// lo = l . b(x),  hi = h . b(x),  m = (lo + hi) / 2,  w = hi - lo
-/// s_j <- clamp(s_j + kappa . (u - u_prev), m - r_j w / 2, m + r_j w / 2),    s = sum_j p_j s_j
-/// ```
-///
-/// One operator covers capstan play (`b = [T, 1]`), backlash (`b = [q, 1]`, equal slopes), elastic friction
-/// (`kappa > 0`) and their dependence on load and bend. Several branches `r_j <= 1` with shares `p_j` let the far
-/// end follow before all of the friction has given way (generalised Maxwell slip): a loop with round corners.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Cell {
-    /// The basis `b`.
-    pub basis: Vec<Term>,
-    /// Coefficients of the lower bound, one per basis term.
-    pub low: Vec<f64>,
-    /// Coefficients of the upper bound.
-    pub high: Vec<f64>,
-    /// Which signals move the state inside the band.
-    pub elastic: Vec<usize>,
-    /// How far they move it, far unit per signal unit.
-    pub kappa: Vec<f64>,
-    /// Friction that gives way piece by piece; one branch of width 1 and share 1 is a rigid piece.
-    pub branches: Vec<Branch>,
-    /// Where in its band the state of a new sequence starts, 0 at the lower bound, 1 at the upper: nobody knows, but
-    /// logs of one rig often start from the same rest.
-    #[serde(default = "middle")]
-    pub start: f64,
-}
-
-fn middle() -> f64 {
-    0.5
-}
-
-/// One piece of a friction that gives way piece by piece: the same cell with a narrower band.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Branch {
-    /// Width of its band as a fraction of the cell's, in (0, 1].
-    pub width: f64,
-    /// What its state contributes to the cell's; the shares sum to 1.
-    pub share: f64,
-}
 
 /// One number handed to the network.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -114,7 +44,7 @@ pub struct MemoryLaw {
     /// The signals.
     pub signals: Vec<Signal>,
     /// The physics; none in a pure network.
-    pub cell: Option<Cell>,
+    pub cell: Option<ClampCell>,
     /// Physics where both ends' displacements are known, in place of the cell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cable: Option<ObservedCable>,
@@ -178,7 +108,7 @@ impl Memory {
     }
 
     /// Places the cell at a known far-end value, inside its band, before the first sample of a sequence is taken.
-    /// Training does this; at run time nobody knows the far end and the cell starts at [`Cell::start`].
+    /// Training does this; at run time nobody knows the far end and the cell starts at [`ClampCell::start`].
     pub fn step_from(&mut self, law: &MemoryLaw, dt_s: f64, inputs: &[f64], far: Option<f64>) {
         for (value, signal) in self.signals.iter_mut().zip(&law.signals) {
             *value = signal.value(inputs);
@@ -221,34 +151,15 @@ impl Memory {
     }
 
     #[inline]
-    fn step_cell(&mut self, cell: &Cell, far: Option<f64>) {
-        let (mut low, mut high) = (0.0, 0.0);
-        for ((term, l), h) in cell.basis.iter().zip(&cell.low).zip(&cell.high) {
-            let b = term.value(&self.signals);
-            low += l * b;
-            high += h * b;
-        }
-        if high < low {
-            low = 0.5 * (low + high);
-            high = low;
-        }
-        let mut elastic = 0.0;
-        for (&signal, kappa) in cell.elastic.iter().zip(&cell.kappa) {
-            elastic += kappa * (self.signals[signal] - self.previous[signal]);
-        }
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        let mut known = if self.started { self.cell.known } else { far.is_some() };
-        let mut state = 0.0;
-        for (own, branch) in self.branches.iter_mut().zip(&cell.branches) {
-            let (lower, upper) = (middle - branch.width * half, middle + branch.width * half);
-            let guess = || lower + cell.start * (upper - lower);
-            let moved = if self.started { *own + elastic } else { far.unwrap_or_else(guess) };
-            *own = hold(moved, lower, upper);
-            // A narrow branch says nothing of the widest one, which touches last.
-            known |= branch.width >= 1.0 && (moved < lower || moved > upper);
-            state += branch.share * *own;
-        }
-        self.cell = CellOutput { state, low, high, known };
+    fn step_cell(&mut self, cell: &ClampCell, far: Option<f64>) {
+        let step = if self.started {
+            cell.step(&mut self.branches, &self.signals, &self.previous)
+        } else {
+            cell.start(&mut self.branches, &self.signals, far)
+        };
+        let known = if self.started { self.cell.known } else { far.is_some() };
+        let ClampStep { state, low, high, bound_active } = step;
+        self.cell = CellOutput { state, low, high, known: known || bound_active };
     }
 
     #[inline]
@@ -260,7 +171,7 @@ impl Memory {
                 Feature::Stop { signal, radius } => {
                     let u = self.signals[signal];
                     let play = if self.started { *state } else { u };
-                    *state = hold(play, u - radius, u + radius);
+                    *state = saturate(play, u - radius, u + radius);
                     (u - *state) / radius
                 }
                 Feature::LowPassDifference { signal, tau_s } => {
@@ -275,57 +186,5 @@ impl Memory {
                 Feature::CellPosition => (self.cell.state - self.cell.low) / width.max(1e-12),
             };
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn law(branches: &[(f64, f64)]) -> MemoryLaw {
-        let cell = Cell {
-            start: 0.5,
-            basis: vec![Term::Signal(0), Term::One],
-            low: vec![1.0, -1.0],
-            high: vec![1.0, 1.0],
-            elastic: vec![],
-            kappa: vec![],
-            branches: branches.iter().map(|&(width, share)| Branch { width, share }).collect(),
-        };
-        MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, features: vec![] }
-    }
-
-    fn path(law: &MemoryLaw, inputs: &[f64]) -> Vec<CellOutput> {
-        let mut memory = Memory::new(law);
-        let mut one = |&u: &f64| {
-            memory.step(law, 0.01, &[u]);
-            memory.cell()
-        };
-        inputs.iter().map(&mut one).collect()
-    }
-
-    #[test]
-    fn one_branch_is_play() {
-        let outputs = path(&law(&[(1.0, 1.0)]), &[0.0, 0.5, 3.0, 2.0, 1.5, 0.0]);
-        let states: Vec<f64> = outputs.iter().map(|o| o.state).collect();
-        for (state, play) in states.iter().zip([0.0, 0.0, 2.0, 2.0, 2.0, 1.0]) {
-            assert!((state - play).abs() < 1e-12, "{states:?}");
-        }
-        assert_eq!(
-            outputs.iter().map(|o| o.known).collect::<Vec<_>>(),
-            [false, false, true, true, true, true]
-        );
-    }
-
-    #[test]
-    fn narrow_branches_follow_before_the_whole_friction_gives_way() {
-        let (rigid, spread) = (law(&[(1.0, 1.0)]), law(&[(1.0, 0.5), (0.5, 0.5)]));
-        let mut turned = vec![0.0];
-        turned.extend((0..40).map(|i| 5.0 - 0.05 * f64::from(i)));
-        let (rigid, spread) = (path(&rigid, &turned), path(&spread, &turned));
-        // 1.2 below the reversal the narrow half slides and the wide half sticks.
-        assert!(spread[25].state < spread[1].state - 0.05);
-        assert!((rigid[25].state - rigid[1].state).abs() < 1e-12);
-        assert!(spread.iter().all(|o| o.low - 1e-12 <= o.state && o.state <= o.high + 1e-12));
     }
 }

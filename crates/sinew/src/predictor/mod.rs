@@ -24,7 +24,7 @@ pub use conditioner::{Conditioner, InputLimits, MAX_HELD_SAMPLES, MAX_MAGNITUDE,
 pub use ensemble::{Ensemble, EnsembleOutput, MEMBERS, PerNetwork};
 pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
 pub use file::VERSION;
-pub use memory::{Branch, Cell, CellOutput, Feature, Memory, MemoryLaw, Term};
+pub use memory::{CellOutput, Feature, Memory, MemoryLaw};
 pub use model::{Input, Model, Provenance, Role};
 pub use signal::Signal;
 pub use step::{Flags, Prediction, Predictor, Sample};

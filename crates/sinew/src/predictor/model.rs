@@ -3,8 +3,9 @@
 use super::conditioner::{InputLimits, MAX_MAGNITUDE};
 use super::ensemble::{Ensemble, PerNetwork};
 use super::estimator::Estimator;
-use super::memory::{Cell, Feature, MemoryLaw, Term};
+use super::memory::{Feature, MemoryLaw};
 use crate::Error;
+use crate::transmission::{BasisTerm, ClampCell};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -162,14 +163,14 @@ impl MemoryLaw {
     }
 }
 
-impl Cell {
+impl ClampCell {
     fn validate(&self, signals: usize) -> Result<(), Error> {
         let b = self.basis.len();
         for term in &self.basis {
             let last = match *term {
-                Term::One => continue,
-                Term::Signal(i) => i,
-                Term::Product(i, j) => i.max(j),
+                BasisTerm::One => continue,
+                BasisTerm::Signal(i) => i,
+                BasisTerm::Product(i, j) => i.max(j),
             };
             require("cell.basis", &format!("signal below {signals}"), last < signals, last)?;
         }

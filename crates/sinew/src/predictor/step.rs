@@ -64,9 +64,10 @@ impl Prediction {
 /// # Example
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// # use sinew::predictor::{Branch, Cell, Estimator, InputLimits, Input, MemoryLaw, Provenance, Role, Signal, Term};
-/// # let cell = Cell {
-/// #     basis: vec![Term::Signal(0)], low: vec![0.8], high: vec![1.25], elastic: vec![], kappa: vec![],
+/// # use sinew::predictor::{Estimator, InputLimits, Input, MemoryLaw, Provenance, Role, Signal};
+/// # use sinew::transmission::{Branch, ClampCell, BasisTerm};
+/// # let cell = ClampCell {
+/// #     basis: vec![BasisTerm::Signal(0)], low: vec![0.8], high: vec![1.25], elastic: vec![], kappa: vec![],
 /// #     start: 0.5,
 /// #     branches: vec![Branch { width: 1.0, share: 1.0 }],
 /// # };

@@ -1,334 +1,332 @@
-use crate::error::{Error, finite};
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Elastic clamp cell: a state carried along by the near side and held between two moving bounds.
+/// Elastic clamp cell with branches: the state follows the near side elastically and is held between two bounds.
 ///
 /// ```text
-/// lo = l . b(x),   hi = h . b(x)
-/// s <- clamp(s + kappa . (u - u_prev), lo, hi);     where hi < lo, s = (lo + hi)/2
+/// lo = l . b(u),   hi = h . b(u),   m = (lo + hi)/2,   w = hi - lo;     where hi < lo: m as before, w = 0
+/// z_j <- clamp(z_j + kappa . (u - u_prev), m - r_j w/2, m + r_j w/2),   z = sum_j p_j z_j
 /// ```
 ///
-/// | symbol | argument       | unit          | domain | meaning                                        |
-/// |--------|----------------|---------------|--------|------------------------------------------------|
-/// | l      | `low`          | far unit / b  | finite | weights of the lower bound                      |
-/// | h      | `high`         | far unit / b  | finite | weights of the upper bound                      |
-/// | kappa  | `elasticity`   | far unit / u  | finite | how the state moves between the bounds           |
-/// | b(x)   | `basis`        | any           | finite | functions of the near side, one of them 1        |
-/// | u - u_prev | `drive_change` | as the signals | finite | change of the near-side signals in this step |
-/// | s      | `state`        | far unit      | finite | state and prediction                             |
+/// | symbol     | field                    | unit                 | shape, domain         | meaning                              |
+/// |------------|--------------------------|----------------------|-----------------------|--------------------------------------|
+/// | u          | `signals` of a step      | of the signals       | `[signals]`, finite   | near-side signals of the sample       |
+/// | b(u)       | `basis`                  | products of signals  | `[b]`                 | functions the bounds are linear in    |
+/// | l, h       | `low`, `high`            | far unit per b       | `[b]`, finite         | coefficients of the bounds            |
+/// | kappa      | `kappa`, `elastic`       | far unit per signal  | `[e]`, finite         | elasticity, and the signals it is for |
+/// | r_j, p_j   | `branches`               | 1                    | `[branches]`, 1 to 8  | relative width and share of a branch  |
+/// | lambda_0   | `start`                  | 1                    | [0, 1]                | position in the band at the start     |
+/// | z          | [`ClampStep::state`]     | far unit             |                       | state, the prediction of the far side |
 ///
-/// One operator covers capstan play (`b = [T, 1]`, `kappa = 0`), backlash (`b = [q, 1]` with equal slopes),
-/// an elastic-plastic element (`b = [1]`, `kappa > 0`) and bounds that depend on load or bend.
-///
-/// # Shapes
-/// `low, high, basis: [b]`, `elasticity, drive_change: [u]`; `u` may be 0.
+/// One law covers capstan play (`b = [T, 1]`, `kappa = 0`), backlash (`b = [q, 1]`, equal slopes), an
+/// elastic-plastic element (`b = [1]`, `kappa > 0`) and bounds that depend on load or bend. Branches with
+/// `r_j < 1` yield before the widest one does (generalised Maxwell slip), which rounds the corners of the loop.
 ///
 /// # Assumes
-/// Rate-independent. Until the state first touches a bound it is the caller's guess.
-/// A map of signals, not a force: only with constant bounds and `kappa >= 0` on one displacement
-/// is it a friction force, and then it is passive.
+/// Rate-independent. Until a bound of a branch with `r_j = 1` is active the state depends on its start.
+/// The cell maps signals to a signal. It is a friction force only with constant bounds, `kappa >= 0` on one
+/// displacement and shares `>= 0`; it is then passive.
 ///
-/// # Errors
-/// [`Error::WrongLength`] names the slice, [`Error::OutOfDomain`] what is not finite.
+/// Shapes agree and indices exist in `signals`: [`Model::validate`](crate::predictor::Model::validate) checks both,
+/// the step does not. Signals that the constants keep finite give a finite state.
 ///
 /// # Example
 /// ```
-/// use sinew::transmission::ClampCell;
+/// use sinew::transmission::{BasisTerm, Branch, ClampCell};
 /// // Capstan play: the far tension stays between 0.5 and 2 times the near one.
-/// let cell = ClampCell::new(vec![0.5, 0.0], vec![2.0, 0.0], vec![])?;
-/// let first = cell.step(10.0, &[8.0, 1.0], &[])?;
-/// assert_eq!((first.value, first.touched), (10.0, false));
-/// let pulled = cell.step(first.value, &[30.0, 1.0], &[])?;
-/// assert_eq!((pulled.value, pulled.touched), (15.0, true));
-/// # Ok::<(), sinew::Error>(())
+/// let cell = ClampCell {
+///     basis: vec![BasisTerm::Signal(0)],
+///     low: vec![0.5],
+///     high: vec![2.0],
+///     elastic: vec![],
+///     kappa: vec![],
+///     branches: vec![Branch { width: 1.0, share: 1.0 }],
+///     start: 0.5,
+/// };
+/// let mut states = [0.0];
+/// assert_eq!(cell.start(&mut states, &[8.0], Some(10.0)).state, 10.0);
+/// let pulled = cell.step(&mut states, &[30.0], &[8.0]);
+/// assert_eq!((pulled.state, pulled.bound_active), (15.0, true));
 /// ```
 ///
 /// # Source
-/// Own combination; its parts are the generalised play of `brokate1996` and the elastic-plastic element of `albender2005`.
+/// Own combination of the generalised play of `brokate1996` and the elastic-plastic elements of `albender2005`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "WrittenClampCell", into = "WrittenClampCell")]
-pub struct ClampCell {
-    low: Vec<f64>,
-    high: Vec<f64>,
-    elasticity: Vec<f64>,
-}
-
-/// The cell as a model file holds it.
-#[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenClampCell {
-    low: Vec<f64>,
-    high: Vec<f64>,
-    elasticity: Vec<f64>,
+pub struct ClampCell {
+    /// The basis `b`.
+    pub basis: Vec<BasisTerm>,
+    /// `l`, coefficients of the lower bound: `[b]`.
+    pub low: Vec<f64>,
+    /// `h`, coefficients of the upper bound: `[b]`.
+    pub high: Vec<f64>,
+    /// Indices of the signals that move the state between the bounds: `[e]`.
+    pub elastic: Vec<usize>,
+    /// Change of the state per change of each of them, far unit per signal unit: `[e]`.
+    pub kappa: Vec<f64>,
+    /// Branches; one of width 1 and share 1 is the plain cell.
+    pub branches: Vec<Branch>,
+    /// Position in the band at which a sequence starts whose far end is not measured: 0 at the lower bound, 1 at
+    /// the upper. Estimated from the starts of the training sequences.
+    #[serde(default = "middle")]
+    pub start: f64,
 }
 
-impl TryFrom<WrittenClampCell> for ClampCell {
-    type Error = Error;
+fn middle() -> f64 {
+    0.5
+}
 
-    fn try_from(written: WrittenClampCell) -> Result<Self, Error> {
-        Self::new(written.low, written.high, written.elasticity)
+/// One function of the signals in which the bounds of a [`ClampCell`] are linear.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum BasisTerm {
+    /// The constant 1.
+    One,
+    /// A signal.
+    Signal(usize),
+    /// The product of two signals.
+    Product(usize, usize),
+}
+
+impl BasisTerm {
+    /// Its value at the signals of one sample.
+    #[inline]
+    #[must_use]
+    pub fn value(&self, signals: &[f64]) -> f64 {
+        match *self {
+            Self::One => 1.0,
+            Self::Signal(i) => signals[i],
+            Self::Product(i, j) => signals[i] * signals[j],
+        }
     }
 }
 
-impl From<ClampCell> for WrittenClampCell {
-    fn from(cell: ClampCell) -> Self {
-        Self { low: cell.low, high: cell.high, elasticity: cell.elasticity }
-    }
+/// One branch of a [`ClampCell`]: the same law with a narrower band around the same middle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Branch {
+    /// `r_j`, width of its band relative to that of the cell, in (0, 1].
+    pub width: f64,
+    /// `p_j`, its share in the state of the cell; the shares sum to 1.
+    pub share: f64,
 }
 
-/// What a step of [`ClampCell`] leaves.
+/// Result of one step of a [`ClampCell`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClampStep {
-    /// The state to hand to the next step, and the prediction, in the unit of the far side.
-    pub value: f64,
-    /// Lower bound of this step.
+    /// `z`, the weighted sum of the branches, far unit.
+    pub state: f64,
+    /// `lo`, far unit; `m` where the bounds cross.
     pub low: f64,
-    /// Upper bound of this step.
+    /// `hi`, far unit; `m` where the bounds cross.
     pub high: f64,
-    /// Whether a bound was touched: from then on the state no longer depends on its start.
-    pub touched: bool,
+    /// Whether a branch of full width was at a bound: from then on the state no longer depends on its start.
+    pub bound_active: bool,
 }
 
 impl ClampCell {
-    /// A cell of checked weights: `low: [b]`, `high: [b]`, `elasticity: [u]`.
-    ///
-    /// # Errors
-    /// [`Error::WrongLength`] without a basis or with `high` of another length, [`Error::OutOfDomain`]
-    /// for a weight that is not finite.
-    pub fn new(low: Vec<f64>, high: Vec<f64>, elasticity: Vec<f64>) -> Result<Self, Error> {
-        if low.is_empty() {
-            return Err(Error::WrongLength { name: "low", expected: 1, got: 0 });
-        }
-        of_length("high", &high, low.len())?;
-        for (name, weights) in [("low", &low), ("high", &high), ("elasticity", &elasticity)] {
-            for &weight in weights {
-                finite(name, weight)?;
-            }
-        }
-        Ok(Self { low, high, elasticity })
-    }
-
-    /// Weights of the lower bound, `[b]`.
-    #[must_use]
-    pub fn low(&self) -> &[f64] {
-        &self.low
-    }
-
-    /// Weights of the upper bound, `[b]`.
-    #[must_use]
-    pub fn high(&self) -> &[f64] {
-        &self.high
-    }
-
-    /// How the state follows every drive signal between the bounds, `[u]`.
-    #[must_use]
-    pub fn elasticity(&self) -> &[f64] {
-        &self.elasticity
-    }
-
-    /// The bounds at a basis: `(lo, hi)`, `hi < lo` where they have crossed.
-    ///
-    /// # Errors
-    /// As [`ClampCell::step`].
-    pub fn bounds(&self, basis: &[f64]) -> Result<(f64, f64), Error> {
-        of_length("basis", basis, self.low.len())?;
-        Ok((finite("lower bound", dot(&self.low, basis))?, finite("upper bound", dot(&self.high, basis))?))
-    }
-
-    /// One step; on an error the caller's state is what it was. `basis: [b]`, `drive_change: [u]`.
-    ///
-    /// # Errors
-    /// [`Error::WrongLength`] names the slice, [`Error::OutOfDomain`] the bound or state that is not finite.
+    /// The band at the signals of one sample.
     #[inline]
-    pub fn step(&self, state: f64, basis: &[f64], drive_change: &[f64]) -> Result<ClampStep, Error> {
-        of_length("drive_change", drive_change, self.elasticity.len())?;
-        let (low, high) = self.bounds(basis)?;
-        let free = finite("state", state + dot(&self.elasticity, drive_change))?;
-        let value = clamp_or_mean(free, low, high);
-        Ok(ClampStep { value, low, high, touched: !(free > low && free < high) })
+    #[must_use]
+    pub fn band(&self, signals: &[f64]) -> Band {
+        let (mut low, mut high) = (0.0, 0.0);
+        for ((term, l), h) in self.basis.iter().zip(&self.low).zip(&self.high) {
+            let b = term.value(signals);
+            low += l * b;
+            high += h * b;
+        }
+        Band::new(low, high)
+    }
+
+    /// First sample of a sequence: every branch starts at `far`, projected onto its band, or at
+    /// [`start`](Self::start) where the far end is not measured. `states: [branches]`, `signals: [signals]`.
+    #[inline]
+    pub fn start(&self, states: &mut [f64], signals: &[f64], far: Option<f64>) -> ClampStep {
+        let band = self.band(signals);
+        self.project(states, band, |_, branch| far.unwrap_or_else(|| band.at(branch.width, self.start)))
+    }
+
+    /// One step from the signals `previous` to `signals`; `states: [branches]`, `signals, previous: [signals]`.
+    #[inline]
+    pub fn step(&self, states: &mut [f64], signals: &[f64], previous: &[f64]) -> ClampStep {
+        let mut increment = 0.0;
+        for (&signal, kappa) in self.elastic.iter().zip(&self.kappa) {
+            increment += kappa * (signals[signal] - previous[signal]);
+        }
+        self.project(states, self.band(signals), |state, _| state + increment)
+    }
+
+    #[inline]
+    fn project(&self, states: &mut [f64], band: Band, trial: impl Fn(f64, &Branch) -> f64) -> ClampStep {
+        let (mut sum, mut bound_active) = (0.0, false);
+        for (state, branch) in states.iter_mut().zip(&self.branches) {
+            let (projected, active) = band.project(trial(*state, branch), branch.width);
+            *state = projected;
+            // A narrower branch reaches its bound first and does not determine the others.
+            bound_active |= branch.width >= 1.0 && active.is_some();
+            sum += branch.share * projected;
+        }
+        ClampStep { state: sum, low: band.low, high: band.high, bound_active }
     }
 }
 
-/// `value` between `low` and `high`; their mean where they have crossed.
-#[inline]
-#[must_use]
-pub fn clamp_or_mean(value: f64, low: f64, high: f64) -> f64 {
-    if high < low { 0.5 * (low + high) } else { hold(value, low, high) }
-}
-
-/// `value` moved to the nearest of `low <= high` where it is outside: what every law with a dead band does.
-#[inline]
-#[must_use]
-pub fn hold(value: f64, low: f64, high: f64) -> f64 {
-    value.max(low).min(high)
-}
-
-/// One step of [`ClampCell`] together with the derivative of its state to every parameter.
+/// The interval `lo <= z <= hi` of a [`ClampCell`] at one sample, and the projection onto that of a branch.
 ///
 /// ```text
-/// theta = [l, h, kappa],   g = ds/dtheta
-/// g[kappa] += u - u_prev;   s < lo: g = 0, g[l] = b;   s > hi: g = 0, g[h] = b;
-/// hi < lo: g = 0, g[l] = g[h] = b/2
+/// lower = n lo + (1 - n) hi,   upper = (1 - n) lo + n hi,   n = (1 + r)/2;   n = 1/2 where hi < lo
 /// ```
-///
-/// The state is piecewise linear in `theta`, so the recursion is exact wherever the derivative exists.
-/// Start with `g = 0`: the first state does not depend on `theta`.
-///
-/// # Shapes
-/// `theta, sensitivity: [2 b + u]`, `basis: [b]`, `drive_change: [u]`. Nothing is allocated.
-///
-/// # Errors
-/// [`Error::WrongLength`] names the slice, [`Error::OutOfDomain`] the state that is not finite; then neither
-/// the state nor the sensitivity has moved.
-///
-/// # Source
-/// As [`ClampCell`].
-pub fn step_with_sensitivity(
-    theta: &[f64],
-    state: f64,
-    basis: &[f64],
-    drive_change: &[f64],
-    sensitivity: &mut [f64],
-) -> Result<f64, Error> {
-    let (bases, drives) = (basis.len(), drive_change.len());
-    of_length("theta", theta, 2 * bases + drives)?;
-    of_length("sensitivity", sensitivity, 2 * bases + drives)?;
-    let (low, high) = (dot(&theta[..bases], basis), dot(&theta[bases..2 * bases], basis));
-    let free = state + dot(&theta[2 * bases..], drive_change);
-    let value = finite("state", clamp_or_mean(finite("state", free)?, low, high))?;
-    // How much of the new state comes from the old one, the lower and the upper bound.
-    let (kept, from_low, from_high) = if high < low {
-        (false, 0.5, 0.5)
-    } else if free < low {
-        (false, 1.0, 0.0)
-    } else if free > high {
-        (false, 0.0, 1.0)
-    } else {
-        (true, 0.0, 0.0)
-    };
-    if kept {
-        for (g, &change) in sensitivity[2 * bases..].iter_mut().zip(drive_change) {
-            *g += change;
-        }
-    } else {
-        sensitivity.fill(0.0);
-        for (i, &b) in basis.iter().enumerate() {
-            sensitivity[i] = from_low * b;
-            sensitivity[bases + i] = from_high * b;
-        }
-    }
-    Ok(value)
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    low: f64,
+    high: f64,
+    crossed: bool,
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+/// A bound of a [`Band`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bound {
+    /// The lower one.
+    Lower,
+    /// The upper one.
+    Upper,
 }
 
-fn of_length(name: &'static str, slice: &[f64], expected: usize) -> Result<(), Error> {
-    if slice.len() == expected {
-        Ok(())
-    } else {
-        Err(Error::WrongLength { name, expected, got: slice.len() })
+impl Band {
+    /// The band between two bounds; bounds that cross are replaced by their mean.
+    #[inline]
+    #[must_use]
+    pub fn new(low: f64, high: f64) -> Self {
+        if high < low {
+            let mean = 0.5 * (low + high);
+            return Self { low: mean, high: mean, crossed: true };
+        }
+        Self { low, high, crossed: false }
     }
+
+    /// Projects a trial state onto the band of a branch of relative width `width`; the bound that was active, if any.
+    #[inline]
+    #[must_use]
+    pub fn project(&self, trial: f64, width: f64) -> (f64, Option<Bound>) {
+        let (lower, upper) = self.bounds_of(width);
+        let active = if trial < lower {
+            Some(Bound::Lower)
+        } else if trial > upper {
+            Some(Bound::Upper)
+        } else {
+            None
+        };
+        (saturate(trial, lower, upper), active)
+    }
+
+    /// Derivative of a state at an active bound by `lo`; that by `hi` is one less this. A state between the bounds
+    /// depends on neither.
+    #[inline]
+    #[must_use]
+    pub fn weight_of_low(&self, active: Bound, width: f64) -> f64 {
+        let near = if self.crossed { 0.5 } else { 0.5 * (1.0 + width) };
+        match active {
+            Bound::Lower => near,
+            Bound::Upper => 1.0 - near,
+        }
+    }
+
+    /// The state at a position in the band of a branch, 0 at its lower bound, 1 at its upper.
+    #[inline]
+    fn at(&self, width: f64, position: f64) -> f64 {
+        let (lower, upper) = self.bounds_of(width);
+        lower + position * (upper - lower)
+    }
+
+    #[inline]
+    fn bounds_of(&self, width: f64) -> (f64, f64) {
+        let (middle, half) = (0.5 * (self.low + self.high), 0.5 * (self.high - self.low));
+        (middle - width * half, middle + width * half)
+    }
+}
+
+/// `value` limited to `low <= high`.
+#[inline]
+#[must_use]
+pub fn saturate(value: f64, low: f64, high: f64) -> f64 {
+    value.max(low).min(high)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
     use std::vec;
 
-    /// State after a path, from `theta`, with and without the recursion.
-    fn run(theta: &[f64], path: &[[f64; 2]], g: &mut [f64]) -> (f64, f64) {
-        let cell = ClampCell::new(theta[..3].to_vec(), theta[3..6].to_vec(), theta[6..].to_vec()).unwrap();
-        let (mut plain, mut with) = (0.3, 0.3);
-        let mut last = path[0];
-        g.fill(0.0);
-        for x in path {
-            let basis = [x[0], x[1], 1.0];
-            let change = [x[0] - last[0], x[1] - last[1]];
-            plain = cell.step(plain, &basis, &change).unwrap().value;
-            with = step_with_sensitivity(theta, with, &basis, &change, g).unwrap();
-            last = *x;
-        }
-        (plain, with)
-    }
-
-    proptest! {
-        #[test]
-        fn sensitivities_equal_finite_differences(
-            theta in proptest::collection::vec(-1.0..1.0_f64, 8),
-            gap in -0.3..1.5_f64,
-            path in proptest::collection::vec([-2.0..2.0_f64, -1.0..1.0_f64], 3..30),
-        ) {
-            // Mostly open bounds, sometimes crossed ones.
-            let mut theta = theta;
-            theta[5] = theta[2] + gap;
-            let (mut g, mut scratch) = (vec![0.0; 8], vec![0.0; 8]);
-            let (plain, with) = run(&theta, &path, &mut g);
-            prop_assert_eq!(plain.to_bits(), with.to_bits());
-            let step = 1e-6;
-            for i in 0..8 {
-                let mut moved = |by: f64| {
-                    let mut other = theta.clone();
-                    other[i] += by;
-                    run(&other, &path, &mut scratch).0
-                };
-                let (up, down) = ((moved(step) - plain) / step, (plain - moved(-step)) / step);
-                // On a kink the two sides differ and there is no derivative to compare with.
-                if (up - down).abs() < 1e-7 {
-                    prop_assert!((0.5 * (up + down) - g[i]).abs() < 1e-6, "{i}: {up} {down} {}", g[i]);
-                }
-            }
+    /// Play of radius 1 with the given branches `(r_j, p_j)`.
+    fn cell(branches: &[(f64, f64)]) -> ClampCell {
+        ClampCell {
+            basis: vec![BasisTerm::Signal(0), BasisTerm::One],
+            low: vec![1.0, -1.0],
+            high: vec![1.0, 1.0],
+            elastic: vec![],
+            kappa: vec![],
+            branches: branches.iter().map(|&(width, share)| Branch { width, share }).collect(),
+            start: 0.5,
         }
     }
 
-    #[test]
-    fn crossed_bounds_give_their_mean_and_halve_the_sensitivity() {
-        let theta = [2.0, 1.0, 0.7];
-        let mut g = [9.0; 3];
-        let value = step_with_sensitivity(&theta, 5.0, &[1.0], &[0.1], &mut g).unwrap();
-        assert!((value - 1.5).abs() < 1e-15);
-        assert_eq!(g.map(f64::to_bits), [0.5, 0.5, 0.0].map(f64::to_bits));
+    fn along(cell: &ClampCell, path: &[f64], far: Option<f64>) -> Vec<ClampStep> {
+        let mut states = vec![0.0; cell.branches.len()];
+        let mut steps = vec![cell.start(&mut states, &path[..1], far)];
+        steps.extend((1..path.len()).map(|i| cell.step(&mut states, &[path[i]], &[path[i - 1]])));
+        steps
     }
 
     #[test]
-    fn a_bound_that_was_touched_wipes_out_the_start() {
-        let cell = ClampCell::new(vec![1.0, -0.2], vec![1.0, 0.2], vec![0.5]).unwrap();
-        let end = |start: f64| {
-            let (mut state, mut last) = (start, 0.0);
-            for q in [3.0, -3.0, 0.5] {
-                state = cell.step(state, &[q, 1.0], &[q - last]).unwrap().value;
-                last = q;
-            }
-            state
-        };
+    fn one_branch_is_the_play_operator() {
+        let steps = along(&cell(&[(1.0, 1.0)]), &[0.0, 0.5, 3.0, 2.0, 1.5, 0.0], None);
+        for (step, play) in steps.iter().zip([0.0, 0.0, 2.0, 2.0, 2.0, 1.0]) {
+            assert!((step.state - play).abs() < 1e-12, "{steps:?}");
+        }
+        let active: Vec<bool> = steps.iter().map(|step| step.bound_active).collect();
+        assert_eq!(active, [false, false, true, false, false, true]);
+    }
+
+    #[test]
+    fn narrow_branches_yield_before_the_widest_does() {
+        let (single, spread) = (cell(&[(1.0, 1.0)]), cell(&[(1.0, 0.5), (0.5, 0.5)]));
+        let mut path = vec![0.0];
+        path.extend((0..40).map(|i| 5.0 - 0.05 * f64::from(i)));
+        let (single, spread) = (along(&single, &path, None), along(&spread, &path, None));
+        // 1.2 below the reversal the narrow branch slides and the wide one sticks.
+        assert!(spread[25].state < spread[1].state - 0.05);
+        assert!((single[25].state - single[1].state).abs() < 1e-12);
+        assert!(spread.iter().all(|step| step.low - 1e-12 <= step.state && step.state <= step.high + 1e-12));
+    }
+
+    #[test]
+    fn an_active_bound_removes_the_dependence_on_the_start() {
+        let mut cell = cell(&[(1.0, 1.0)]);
+        (cell.elastic, cell.kappa) = (vec![0], vec![0.5]);
+        let end = |far: f64| along(&cell, &[0.0, 3.0, -3.0, 0.5], Some(far))[3].state;
         assert!((end(-7.0) - end(11.0)).abs() < 1e-15);
     }
 
     #[test]
-    fn wrong_lengths_and_non_finite_numbers_are_refused() {
-        let cell = ClampCell::new(vec![1.0, 0.0], vec![1.0, 1.0], vec![0.5]).unwrap();
-        assert!(cell.step(0.0, &[1.0], &[0.0]).is_err());
-        assert!(cell.step(0.0, &[1.0, 1.0], &[]).is_err());
-        assert!(cell.step(0.0, &[f64::NAN, 1.0], &[0.0]).is_err());
-        assert!(cell.step(f64::INFINITY, &[1.0, 1.0], &[0.0]).is_err());
-        assert!(ClampCell::new(vec![], vec![], vec![]).is_err());
-        assert!(ClampCell::new(vec![1.0], vec![f64::NAN], vec![]).is_err());
-        let mut g = [0.0; 2];
-        assert!(step_with_sensitivity(&[1.0, 2.0, 3.0], 0.0, &[1.0], &[0.0], &mut g).is_err());
+    fn crossed_bounds_give_their_mean_and_share_its_derivative() {
+        let band = Band::new(2.0, 1.0);
+        for (trial, bound) in [(5.0, Bound::Upper), (-5.0, Bound::Lower)] {
+            let (state, active) = band.project(trial, 0.7);
+            assert!((state - 1.5).abs() < 1e-15);
+            assert_eq!(active, Some(bound));
+            assert!((band.weight_of_low(bound, 0.7) - 0.5).abs() < 1e-15);
+        }
     }
 
     #[test]
-    fn a_written_cell_is_checked_when_read() {
-        let cell = ClampCell::new(vec![1.0], vec![2.0], vec![0.5]).unwrap();
-        let text = serde_json::to_string(&cell).unwrap();
-        assert_eq!(serde_json::from_str::<ClampCell>(&text).unwrap(), cell);
-        for bad in
-            [r#"{"low":[1],"high":[1,2],"elasticity":[]}"#, r#"{"low":[1],"high":[1],"elasticity":[],"x":1}"#]
-        {
-            assert!(serde_json::from_str::<ClampCell>(bad).is_err());
+    fn the_weight_of_a_bound_is_its_derivative() {
+        for (low, high, width) in [(-1.0, 2.0, 1.0), (0.3, 0.9, 0.5), (2.0, 1.0, 0.8)] {
+            for (trial, bound) in [(9.0, Bound::Upper), (-9.0, Bound::Lower)] {
+                let at = |low: f64, high: f64| Band::new(low, high).project(trial, width).0;
+                let by_low = (at(low + 1e-6, high) - at(low - 1e-6, high)) / 2e-6;
+                let by_high = (at(low, high + 1e-6) - at(low, high - 1e-6)) / 2e-6;
+                let weight = Band::new(low, high).weight_of_low(bound, width);
+                assert!((by_low - weight).abs() < 1e-8 && (by_high - 1.0 + weight).abs() < 1e-8);
+            }
         }
     }
 }

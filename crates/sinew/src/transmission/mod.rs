@@ -22,7 +22,7 @@ mod stribeck;
 
 pub use bouc_wen::BoucWen;
 pub use capstan::capstan_tension_out;
-pub use clamp_cell::{ClampCell, ClampStep, clamp_or_mean, hold, step_with_sensitivity};
+pub use clamp_cell::{Band, BasisTerm, Bound, Branch, ClampCell, ClampStep, saturate};
 pub use dahl::Dahl;
 pub use elongation::{Elongation, transmission_length};
 pub use lugre::{LuGre, LuGreStep};

@@ -1,4 +1,4 @@
-use super::clamp_cell::hold;
+use super::clamp_cell::saturate;
 use crate::error::{Error, non_negative};
 
 /// Play and stop operators: the rate-independent memory of backlash and of dry friction.
@@ -61,7 +61,7 @@ impl Play {
     #[inline]
     #[must_use]
     pub fn step(&self, play: f64, input: f64) -> f64 {
-        if input.is_finite() { hold(play, input - self.radius, input + self.radius) } else { play }
+        if input.is_finite() { saturate(play, input - self.radius, input + self.radius) } else { play }
     }
 
     /// The stop that belongs to a play: `input - play`, within +-radius after a [`Play::step`].

@@ -4,9 +4,10 @@
 
 use sinew::body::Robot;
 use sinew::predictor::{
-    Branch, Cell, Ensemble, Estimator, Feature, Input, InputLimits, MEMBERS, MemoryLaw, Model, PerNetwork,
-    Provenance, Role, Signal, Term,
+    Ensemble, Estimator, Feature, Input, InputLimits, MEMBERS, MemoryLaw, Model, PerNetwork, Provenance,
+    Role, Signal,
 };
+use sinew::transmission::{BasisTerm, Branch, ClampCell};
 
 /// The arm of `models/`.
 pub(crate) fn lm_arm() -> Robot {
@@ -33,8 +34,8 @@ pub(crate) fn capstan() -> Model {
         estimator: Estimator {
             law: MemoryLaw {
                 signals: vec![Signal::Input(0)],
-                cell: Some(Cell {
-                    basis: vec![Term::Signal(0)],
+                cell: Some(ClampCell {
+                    basis: vec![BasisTerm::Signal(0)],
                     low: vec![PULLED],
                     high: vec![EASED],
                     elastic: vec![],
@@ -93,8 +94,8 @@ pub(crate) fn complete() -> Model {
                 Signal::LogTension { input: 0, offset: 1.0 },
                 Signal::LogRatio { first: 0, second: 1, offset: 1.0 },
             ],
-            cell: Some(Cell {
-                basis: vec![Term::One, Term::Signal(0), Term::Product(0, 2)],
+            cell: Some(ClampCell {
+                basis: vec![BasisTerm::One, BasisTerm::Signal(0), BasisTerm::Product(0, 2)],
                 low: vec![-1.0, 0.7, 0.5],
                 high: vec![1.0, 1.2, -0.5],
                 elastic: vec![0, 2],

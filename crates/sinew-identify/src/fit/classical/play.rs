@@ -2,7 +2,7 @@
 
 use super::law::{Law, Scale, Spec, linear_fit};
 use super::samples::{Samples, Signals};
-use sinew::transmission::clamp_or_mean;
+use sinew::transmission::Band;
 
 /// `y <- clamp(y, a1 x + b1, a2 x + b2)`, started at the measured far side.
 pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
@@ -55,7 +55,8 @@ fn predict(samples: &Samples, p: &[f64], out: &mut [f64]) -> bool {
         for row in run.clone() {
             let (low, high) = (p[0] * samples.near[row] + p[1], p[2] * samples.near[row] + p[3]);
             crossed += usize::from(high < low);
-            state = if state.is_finite() { clamp_or_mean(state, low, high) } else { 0.5 * (low + high) };
+            let trial = if state.is_finite() { state } else { 0.5 * (low + high) };
+            (state, _) = Band::new(low, high).project(trial, 1.0);
             out[row] = state;
         }
     }

@@ -7,7 +7,7 @@ use super::samples::gather;
 use crate::log::{Dataset, Input, Role, Roles, Sequence};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew::transmission::{BoucWen, Dahl, LuGre, Play, Stribeck, clamp_or_mean};
+use sinew::transmission::{Band, BoucWen, Dahl, LuGre, Play, Stribeck};
 
 /// Roughly normal numbers of standard deviation one.
 struct Noise(ChaCha8Rng);
@@ -90,7 +90,7 @@ fn played(near: &[f64]) -> Vec<f64> {
     let mut y = 20.0;
     near.iter()
         .map(|t| {
-            y = clamp_or_mean(y, (-0.4_f64).exp() * t - 0.5, 0.4_f64.exp() * t + 0.8);
+            y = Band::new((-0.4_f64).exp() * t - 0.5, 0.4_f64.exp() * t + 0.8).project(y, 1.0).0;
             y
         })
         .collect()
