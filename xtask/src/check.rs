@@ -12,67 +12,86 @@ pub(crate) struct Step {
     run: fn(&Path) -> Result<(), String>,
 }
 
-/// All steps. Every build uses the dev profile and, except for one pass of clippy, all features, so that each
-/// dependency is compiled once.
-const STEPS: [Step; 11] = [
+/// All steps. Every build uses the dev profile and all features, so that each dependency is compiled once.
+const STEPS: [Step; 12] = [
     Step { name: "fmt", purpose: "the code is formatted", run: fmt },
     Step {
         name: "hygiene",
-        purpose: "no huge files, stubs, conflict markers or private paths",
+        purpose: "no huge files, stubs, conflict markers, private paths or retired words",
         run: hygiene::check,
     },
-    Step { name: "layering", purpose: "no room imports what it must not know", run: layering::check },
-    Step { name: "clippy", purpose: "no warning with default features", run: clippy },
-    Step { name: "clippy-all", purpose: "no warning with all features", run: clippy_all },
+    Step {
+        name: "layering",
+        purpose: "no room imports what it must not know, no circle between files",
+        run: layering::check,
+    },
+    Step { name: "clippy", purpose: "no warning with all features", run: clippy },
+    Step { name: "features", purpose: "no warning without optional features", run: features },
+    Step { name: "fuzz", purpose: "the fuzz targets compile", run: fuzz },
     Step { name: "test", purpose: "unit and integration tests (nextest where installed)", run: test },
     Step { name: "doctest", purpose: "the examples in the documentation", run: doctest },
     Step { name: "doc", purpose: "the documentation builds without a warning", run: doc },
-    Step { name: "build", purpose: "examples and benches build", run: build },
+    Step { name: "build", purpose: "benches build", run: build },
+    Step { name: "examples", purpose: "the examples run to their end", run: examples },
     Step {
         name: "readme",
         purpose: "the README's commands run, its usage is the program's",
         run: readme::check,
     },
-    Step { name: "fuzz", purpose: "the fuzz targets build", run: fuzz },
 ];
+
+/// Left to `cargo xtask check --long`: statistics over many seeds, minutes of them.
+const LONG: Step = Step { name: "long", purpose: "statistical tests over many seeds", run: long };
 
 /// The steps with their purpose, one a line.
 pub(crate) fn list() -> String {
-    let lines: Vec<String> = STEPS.iter().map(|s| format!("{:<12}{}", s.name, s.purpose)).collect();
-    lines.join("\n")
+    let lines = STEPS.iter().chain([&LONG]).map(|s| format!("{:<12}{}", s.name, s.purpose));
+    lines.collect::<Vec<_>>().join("\n")
 }
 
-/// The named steps in the order of [`STEPS`]; all of them where none is named.
+/// The named steps in the order of [`STEPS`]; all of them, and [`LONG`] if `--long` stands there, where none is named.
 pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
-    if let Some(unknown) = names.iter().find(|name| STEPS.iter().all(|step| step.name != **name)) {
-        let known: Vec<&str> = STEPS.iter().map(|step| step.name).collect();
+    let (flags, names): (Vec<&str>, Vec<&str>) = names.iter().partition(|name| **name == "--long");
+    let all = || STEPS.iter().chain([&LONG]);
+    if let Some(unknown) = names.iter().find(|name| all().all(|step| step.name != **name)) {
+        let known: Vec<&str> = all().map(|step| step.name).collect();
         return Err(format!("`{unknown}` is not a step; expected one of {}", known.join(", ")));
     }
-    Ok(STEPS.iter().filter(|step| names.is_empty() || names.contains(&step.name)).collect())
+    let wanted = |step: &&Step| match step.name {
+        name if names.contains(&name) => true,
+        "long" => !flags.is_empty(),
+        _ => names.is_empty(),
+    };
+    Ok(all().filter(wanted).collect())
 }
 
-/// Runs the steps up to the first that fails.
+/// Runs the steps up to the first that fails, and prints how long each took.
 pub(crate) fn run(steps: &[&Step]) -> ExitCode {
-    let start = Instant::now();
+    let mut times: Vec<(&str, f64)> = Vec::new();
+    let mut failed = false;
     for (done, step) in steps.iter().enumerate() {
         println!("[{}/{}] {}: {}", done + 1, steps.len(), step.name, step.purpose);
         let began = Instant::now();
         let outcome = (step.run)(&tree::root());
-        let seconds = began.elapsed().as_secs_f64();
+        times.push((step.name, began.elapsed().as_secs_f64()));
         if let Err(message) = outcome {
             eprintln!("error: {message}");
-            println!(
-                "{} FAILED after {seconds:.1} s; again with: cargo xtask check {}",
-                step.name, step.name
-            );
-            println!("{done} passed, 1 failed");
-            return ExitCode::FAILURE;
+            println!("{0} FAILED; again with: cargo xtask check {0}", step.name);
+            failed = true;
+            break;
         }
-        println!("{} ok in {seconds:.1} s", step.name);
     }
-    println!("all in {:.1} s", start.elapsed().as_secs_f64());
-    println!("{} passed, 0 failed", steps.len());
-    ExitCode::SUCCESS
+    println!("{}", table(&times));
+    let passed = times.len() - usize::from(failed);
+    println!("{passed} passed, {} failed", usize::from(failed));
+    if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+}
+
+/// Seconds of every step and of all.
+fn table(times: &[(&str, f64)]) -> String {
+    let all = ("all", times.iter().map(|(_, seconds)| seconds).sum());
+    let row = |(name, seconds): &(&str, f64)| format!("{name:<12}{seconds:>8.1} s");
+    times.iter().chain([&all]).map(row).collect::<Vec<_>>().join("\n")
 }
 
 /// The cargo that runs this program, in the root of the workspace.
@@ -104,13 +123,21 @@ fn fmt(root: &Path) -> Result<(), String> {
 }
 
 fn clippy(root: &Path) -> Result<(), String> {
-    succeed(&mut cargo(root, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
-}
-
-fn clippy_all(root: &Path) -> Result<(), String> {
     let arguments = ["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"];
     succeed(&mut cargo(root, &arguments))
 }
+
+/// Only the crates that have optional features, and of them only what is shipped: the rest was seen with all features.
+fn features(root: &Path) -> Result<(), String> {
+    for (package, features) in FEATURE_SETS {
+        let mut command = cargo(root, &["clippy", "--package", package]);
+        succeed(command.args(features).args(["--", "-D", "warnings"]))?;
+    }
+    Ok(())
+}
+
+/// What is built without optional features: the program as it is installed, the core as a microcontroller takes it.
+const FEATURE_SETS: [(&str, &[&str]); 2] = [("sinew-cli", &[]), ("sinew", &["--no-default-features"])];
 
 fn test(root: &Path) -> Result<(), String> {
     let nextest = cargo(root, &["nextest", "--version"]).output().is_ok_and(|output| output.status.success());
@@ -132,6 +159,27 @@ fn doc(root: &Path) -> Result<(), String> {
 
 fn build(root: &Path) -> Result<(), String> {
     succeed(&mut cargo(root, &["build", "--workspace", "--all-features", "--examples", "--bench", "*"]))
+}
+
+/// Runs every example of `crates/sinew` and `crates/sinew-lab`: the files there are the list.
+fn examples(root: &Path) -> Result<(), String> {
+    for package in ["sinew", "sinew-lab"] {
+        let folder = root.join("crates").join(package).join("examples");
+        for (file, _) in tree::sources(root, &format!("crates/{package}/examples"))? {
+            let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let arguments = ["run", "--quiet", "--all-features", "--package", package, "--example", &name];
+            let mut command = cargo(root, &arguments);
+            succeed(command.current_dir(&folder).stdout(std::process::Stdio::null()))?;
+        }
+    }
+    Ok(())
+}
+
+/// Tests whose names begin with `long_` do their work only where `SINEW_LONG` is set.
+fn long(root: &Path) -> Result<(), String> {
+    let arguments =
+        ["test", "--workspace", "--all-features", "--tests", "--", "--nocapture", "--test-threads", "2", "long_"];
+    succeed(cargo(root, &arguments).env("SINEW_LONG", "1"))
 }
 
 fn fuzz(root: &Path) -> Result<(), String> {
@@ -158,6 +206,8 @@ mod tests {
         let steps = chosen(&["clippy", "fmt"]).unwrap();
         assert_eq!(steps.iter().map(|s| s.name).collect::<Vec<_>>(), ["fmt", "clippy"]);
         assert_eq!(chosen(&[]).unwrap().len(), STEPS.len());
+        assert_eq!(chosen(&["--long"]).unwrap().len(), STEPS.len() + 1);
+        assert_eq!(chosen(&["long"]).unwrap().len(), 1);
         let refused = chosen(&["fmt", "clipy"]).err().unwrap();
         assert!(refused.contains("`clipy`") && refused.contains("clippy"), "{refused}");
     }

@@ -21,6 +21,16 @@ const MERGE: [&str; 2] = [concat!("<<<<", "<<< "), concat!(">>>>", ">>> ")];
 const PRIVATE: [&str; 4] =
     [concat!("/ho", "me/"), concat!("/ro", "ot/"), concat!("/Us", "ers/"), concat!("C:\\Us", "ers")];
 
+/// Words of earlier versions and what replaced them, one pair a line.
+const RETIRED: &str = include_str!("../retired_words.txt");
+/// Where they may stand: their list, and the history.
+const MAY_NAME_RETIRED: [&str; 2] = ["xtask/retired_words.txt", "CHANGELOG.md"];
+
+/// Pairs of a retired word and its replacement.
+fn retired() -> impl Iterator<Item = (&'static str, &'static str)> {
+    RETIRED.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = "))
+}
+
 /// Checks every file and reports all findings at once.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
     let mut findings = Vec::new();
@@ -66,6 +76,11 @@ fn findings_in(name: &str, text: &str) -> Vec<String> {
         if let Some(marker) = MERGE.iter().find(|marker| line.starts_with(**marker)) {
             report("a merge left", marker);
         }
+        if !MAY_NAME_RETIRED.contains(&name)
+            && let Some((word, term)) = retired().find(|(word, _)| has_word(line, word))
+        {
+            report(&format!("a retired word, the term is `{term}`:"), word);
+        }
         if let Some(path) = PRIVATE.iter().find(|path| line.contains(**path)) {
             report("a path of one machine", path);
         }
@@ -103,6 +118,16 @@ mod tests {
         assert_eq!(findings_in("a.rs", &long).len(), 1);
         assert!(findings_in("a.csv", &long).is_empty());
         assert!(findings_in("a.rs", &"\n".repeat(MOST_LINES)).is_empty());
+    }
+
+    #[test]
+    fn a_retired_word_is_refused_with_its_replacement_and_may_stand_in_the_list_itself() {
+        let (word, term) = retired().next().unwrap();
+        let found = findings_in("a.rs", &format!("struct {word};"));
+        assert_eq!(found.len(), 1);
+        assert!(found[0].contains(term), "{}", found[0]);
+        assert!(findings_in("xtask/retired_words.txt", word).is_empty());
+        assert!(retired().count() > 20);
     }
 
     #[test]

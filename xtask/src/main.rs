@@ -13,6 +13,7 @@ const HELP: &str = "\
 The project's own checks.
 
 usage: cargo xtask check [STEP...]     run every step, or only those named, in the order of the list
+       cargo xtask check --long        the same, and the statistical tests over many seeds
        cargo xtask check --list        the steps and what each is for
        cargo xtask --help              this text
 
