@@ -188,12 +188,11 @@ fn fuzz(root: &Path) -> Result<(), String> {
         return Ok(());
     }
     // A check, not a build: linking needs a nightly toolchain's instrumentation. Naming a libFuzzer that is never
-    // linked spares compiling it, and with it the need for a C++ compiler; the folder of its own keeps
-    // `cargo fuzz` from noticing.
+    // linked spares compiling it, and with it the need for a C++ compiler. The folder is that of clippy, whose
+    // dependencies serve here as well.
     let mut command = cargo(root, &["check", "--manifest-path", "fuzz/Cargo.toml", "--all"]);
-    let command = command
-        .args(["--target-dir", "target/fuzz-check"])
-        .env("CUSTOM_LIBFUZZER_PATH", "unused/libfuzzer.a");
+    let command =
+        command.args(["--target-dir", "target"]).env("CUSTOM_LIBFUZZER_PATH", "unused/libfuzzer.a");
     succeed(command)
 }
 
