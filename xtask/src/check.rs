@@ -177,8 +177,17 @@ fn examples(root: &Path) -> Result<(), String> {
 
 /// Tests whose names begin with `long_` do their work only where `SINEW_LONG` is set.
 fn long(root: &Path) -> Result<(), String> {
-    let arguments =
-        ["test", "--workspace", "--all-features", "--tests", "--", "--nocapture", "--test-threads", "2", "long_"];
+    let arguments = [
+        "test",
+        "--workspace",
+        "--all-features",
+        "--tests",
+        "--",
+        "--nocapture",
+        "--test-threads",
+        "2",
+        "long_",
+    ];
     succeed(cargo(root, &arguments).env("SINEW_LONG", "1"))
 }
 
@@ -191,8 +200,7 @@ fn fuzz(root: &Path) -> Result<(), String> {
     // linked spares compiling it, and with it the need for a C++ compiler. The folder is that of clippy, whose
     // dependencies serve here as well.
     let mut command = cargo(root, &["check", "--manifest-path", "fuzz/Cargo.toml", "--all"]);
-    let command =
-        command.args(["--target-dir", "target"]).env("CUSTOM_LIBFUZZER_PATH", "unused/libfuzzer.a");
+    let command = command.args(["--target-dir", "target"]).env("CUSTOM_LIBFUZZER_PATH", "unused/libfuzzer.a");
     succeed(command)
 }
 

@@ -17,7 +17,7 @@ pub(crate) enum Error {
         /// The file.
         file: PathBuf,
         /// Why.
-        source: Box<sinew::Error>,
+        source: Box<sinew::predictor::ModelFileError>,
     },
     /// A model that cannot be written or scored.
     #[error(transparent)]

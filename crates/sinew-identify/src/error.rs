@@ -9,6 +9,9 @@ pub enum Error {
     /// A value refused by the physics.
     #[error(transparent)]
     Physics(#[from] sinew::Error),
+    /// A model that cannot be used.
+    #[error(transparent)]
+    Model(#[from] sinew::predictor::ModelFileError),
     /// Samples, or an option about them, that cannot be fitted.
     #[error("{name}: expected {expected}, got {got}")]
     Samples {

@@ -1,10 +1,10 @@
-use alloc::format;
-use alloc::string::String;
-
-/// What can be wrong with a value handed to this crate.
+/// Why a value given to this crate was refused.
 ///
-/// Every variant names the thing, what was expected of it and what it was.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+/// Every variant gives the name of the quantity, what was expected and what was given. The type is `Copy` and holds no
+/// text of its own, so that a control loop can return it without allocation; errors of files and of robot descriptions,
+/// which quote the file, are types of their own: [`PartError`](crate::body::PartError),
+/// [`ModelFileError`](crate::predictor::ModelFileError), `description::DescriptionError`.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A number outside the domain of a law; NaN and infinities are outside every domain.
@@ -13,6 +13,18 @@ pub enum Error {
         /// The argument or parameter.
         name: &'static str,
         /// Its domain in words, for example `">= 0 N"`.
+        expected: &'static str,
+        /// The value that was given.
+        got: f64,
+    },
+    /// An entry of a slice outside its domain.
+    #[error("{name}[{index}] must be {expected}, but is {got}")]
+    EntryOutOfDomain {
+        /// The argument or parameter.
+        name: &'static str,
+        /// Index of the entry, from 0.
+        index: usize,
+        /// Domain of the entry in words.
         expected: &'static str,
         /// The value that was given.
         got: f64,
@@ -27,40 +39,21 @@ pub enum Error {
         /// Entries given.
         got: usize,
     },
-    /// A model file that cannot be used.
-    #[error("model file: {name}: expected {expected}, got {got}")]
-    ModelFile {
-        /// The field, or `file` for the whole.
-        name: String,
-        /// What was expected there.
-        expected: String,
-        /// What stands there.
-        got: String,
-    },
-    /// A robot's part that makes no sense.
-    #[error("{kind} {}: {field} must be {expected}, but is {got}", called(name, *index))]
+    /// A part of a valid robot that the computation cannot use.
+    #[error("{kind} number {index}: {field} must be {expected}")]
     Part {
-        /// What kind of part: `body`, `joint`, `tendon`...
+        /// Kind of part: `body`, `joint`, `muscle`.
         kind: &'static str,
-        /// Its place in the list of its kind, from 0.
+        /// Index in the list of its kind, from 0.
         index: usize,
-        /// Its name, if it has one.
-        name: String,
-        /// What about it is wrong.
+        /// The property that cannot be used.
         field: &'static str,
-        /// What was expected there.
-        expected: String,
-        /// What stands there.
-        got: String,
+        /// What the computation requires of it.
+        expected: &'static str,
     },
 }
 
-/// A part by its name, or by its place when it has none.
-fn called(name: &str, index: usize) -> String {
-    if name.is_empty() { format!("number {index}") } else { format!("`{name}`") }
-}
-
-/// `value` if it is finite, an error that names it otherwise.
+/// `value` if it is finite.
 pub(crate) fn finite(name: &'static str, value: f64) -> Result<f64, Error> {
     within(name, "a finite number", value, value.is_finite())
 }
@@ -75,7 +68,7 @@ pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, Error> {
     within(name, "a finite number > 0", value, value.is_finite() && value > 0.0)
 }
 
-/// `value` if it `holds` what is `expected` of it.
+/// `value` if the condition `holds`, which `expected` states in words.
 pub(crate) fn within(
     name: &'static str,
     expected: &'static str,
@@ -83,4 +76,39 @@ pub(crate) fn within(
     holds: bool,
 ) -> Result<f64, Error> {
     if holds { Ok(value) } else { Err(Error::OutOfDomain { name, expected, got: value }) }
+}
+
+/// Checks the number of entries of a slice.
+#[inline]
+pub(crate) fn check_length(name: &'static str, got: usize, expected: usize) -> Result<(), Error> {
+    if got == expected { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
+}
+
+/// Checks that a slice has `count` entries, all finite.
+#[inline]
+pub(crate) fn check_entries(name: &'static str, values: &[f64], count: usize) -> Result<(), Error> {
+    check_length(name, values.len(), count)?;
+    if all_finite(values) {
+        return Ok(());
+    }
+    let index = values.iter().position(|value| !value.is_finite()).unwrap_or(0);
+    let got = values.get(index).copied().unwrap_or(f64::NAN);
+    Err(Error::EntryOutOfDomain { name, index, expected: "finite", got })
+}
+
+/// Whether every entry is finite: `0 x` is 0 for a finite `x` and NaN otherwise, and NaN stays in a sum.
+#[inline]
+fn all_finite(values: &[f64]) -> bool {
+    // Independent partial sums shorten the chain of dependent additions.
+    let fours = values.chunks_exact(4);
+    let mut rest = 0.0;
+    for value in fours.remainder() {
+        rest += value * 0.0;
+    }
+    let [mut a, mut b] = [0.0, 0.0];
+    for four in fours {
+        a += four[0] * 0.0 + four[1] * 0.0;
+        b += four[2] * 0.0 + four[3] * 0.0;
+    }
+    (a + b + rest).abs() < 1.0
 }

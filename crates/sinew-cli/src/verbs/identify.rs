@@ -53,7 +53,7 @@ pub(crate) fn write_results(
     identification: &Identification,
 ) -> Result<(), Error> {
     let account = &identification.report;
-    let model = identification.model.to_json()?;
+    let model = identification.model.to_json().map_err(sinew_identify::Error::from)?;
     let report = render(account)?;
     let picture =
         write.picture.as_ref().map(|path| Ok::<_, Error>((path, picture_svg(account)?))).transpose()?;

@@ -16,7 +16,7 @@ pub(crate) mod track;
 pub(crate) mod twin;
 
 use crate::error::Error;
-use sinew::predictor::Model;
+use sinew::predictor::{Model, ModelFileError};
 use std::path::Path;
 
 /// Largest file of a model, a robot or problems that is read; real ones have some ten thousand bytes.
@@ -27,7 +27,7 @@ pub(crate) fn read_model(path: &Path) -> Result<Model, Error> {
     let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };
     let refused = |name: &str, expected: &str, got: String| Error::Model {
         file: path.to_owned(),
-        source: Box::new(sinew::Error::ModelFile { name: name.into(), expected: expected.into(), got }),
+        source: Box::new(ModelFileError { name: name.into(), expected: expected.into(), got }),
     };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
     if size > MAX_FILE_BYTES {

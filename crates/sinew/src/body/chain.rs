@@ -125,14 +125,8 @@ impl Robot {
         while at != 0 {
             let link = &self.tree.links[at];
             if link.kind.velocities() != 1 {
-                return Err(Error::Part {
-                    kind: "joint",
-                    index: link.joint,
-                    name: self.parts().joints[link.joint].name.clone(),
-                    field: "its kind",
-                    expected: "a hinge or a slide".to_string(),
-                    got: format!("{:?}", link.kind),
-                });
+                let expected = "a hinge or a slide";
+                return Err(Error::Part { kind: "joint", index: link.joint, field: "its kind", expected });
             }
             chain.push((poses.links[at].axes[2], poses.links[at].origin, link.kind, link.reference));
             at = link.parent;

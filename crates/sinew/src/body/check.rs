@@ -1,8 +1,7 @@
 //! What makes a description a robot: every number finite and physical, every index in its list, every name once.
 
+use super::part_error::PartError;
 use super::parts::{Actuator, Coupling, Joint, JointKind, Parts, PathElement, Tendon, TendonPath};
-use super::vector::Vector;
-use crate::error::Error;
 use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -21,8 +20,8 @@ struct Part<'a> {
 
 impl Part<'_> {
     #[expect(clippy::needless_pass_by_value, reason = "literals, numbers and fresh text come alike")]
-    fn wrong(&self, field: &'static str, expected: impl ToString, got: impl ToString) -> Error {
-        Error::Part {
+    fn wrong(&self, field: &'static str, expected: impl ToString, got: impl ToString) -> PartError {
+        PartError {
             kind: self.kind,
             index: self.index,
             name: self.name.to_string(),
@@ -32,28 +31,28 @@ impl Part<'_> {
         }
     }
 
-    fn finite(&self, field: &'static str, values: &[f64]) -> Result<(), Error> {
+    fn finite(&self, field: &'static str, values: &[f64]) -> Result<(), PartError> {
         match values.iter().find(|value| !value.is_finite()) {
             Some(value) => Err(self.wrong(field, "finite", value)),
             None => Ok(()),
         }
     }
 
-    fn not_negative(&self, field: &'static str, value: f64) -> Result<(), Error> {
+    fn not_negative(&self, field: &'static str, value: f64) -> Result<(), PartError> {
         if value.is_finite() && value >= 0.0 {
             return Ok(());
         }
         Err(self.wrong(field, "a finite number >= 0", value))
     }
 
-    fn positive(&self, field: &'static str, value: f64) -> Result<(), Error> {
+    fn positive(&self, field: &'static str, value: f64) -> Result<(), PartError> {
         if value.is_finite() && value > 0.0 {
             return Ok(());
         }
         Err(self.wrong(field, "a finite number > 0", value))
     }
 
-    fn below(&self, field: &'static str, index: usize, count: usize) -> Result<(), Error> {
+    fn below(&self, field: &'static str, index: usize, count: usize) -> Result<(), PartError> {
         if index < count {
             return Ok(());
         }
@@ -61,7 +60,7 @@ impl Part<'_> {
     }
 
     /// A direction or orientation: made exactly unit when it is so but for rounding.
-    fn unit(&self, field: &'static str, vector: &mut [f64]) -> Result<(), Error> {
+    fn unit(&self, field: &'static str, vector: &mut [f64]) -> Result<(), PartError> {
         self.finite(field, vector)?;
         let length = libm::sqrt(vector.iter().map(|x| x * x).sum());
         if (length - 1.0).abs() > ROUNDED {
@@ -73,7 +72,7 @@ impl Part<'_> {
         Ok(())
     }
 
-    fn range(&self, field: &'static str, range: Option<[f64; 2]>) -> Result<(), Error> {
+    fn range(&self, field: &'static str, range: Option<[f64; 2]>) -> Result<(), PartError> {
         let Some([low, high]) = range else { return Ok(()) };
         // NaN fails this; one-sided limits are infinite.
         if low <= high {
@@ -84,7 +83,7 @@ impl Part<'_> {
 }
 
 /// Fails on the first thing that is wrong; makes directions exactly unit.
-pub(super) fn check(parts: &mut Parts) -> Result<(), Error> {
+pub(super) fn check(parts: &mut Parts) -> Result<(), PartError> {
     let robot = Part { kind: "robot", index: 0, name: &parts.name };
     robot.finite("gravity", &parts.gravity)?;
     if parts.bodies.is_empty() {
@@ -103,12 +102,12 @@ pub(super) fn check(parts: &mut Parts) -> Result<(), Error> {
     keys(parts)
 }
 
-fn names(parts: &Parts) -> Result<(), Error> {
+fn names(parts: &Parts) -> Result<(), PartError> {
     /// What every file can hold: XML knows neither control characters nor these two.
     fn printable(c: char) -> bool {
         !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')
     }
-    fn once<'a>(kind: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), Error> {
+    fn once<'a>(kind: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), PartError> {
         let mut seen = BTreeSet::new();
         for (index, name) in names.enumerate() {
             if !name.chars().all(printable) {
@@ -131,7 +130,7 @@ fn names(parts: &Parts) -> Result<(), Error> {
     once("key", parts.keys.iter().map(|part| &part.name))
 }
 
-fn bodies(parts: &mut Parts) -> Result<(), Error> {
+fn bodies(parts: &mut Parts) -> Result<(), PartError> {
     for (index, body) in parts.bodies.iter_mut().enumerate() {
         let part = Part { kind: "body", index, name: &body.name };
         if index > 0 && body.parent >= index || index == 0 && body.parent != 0 {
@@ -148,7 +147,7 @@ fn bodies(parts: &mut Parts) -> Result<(), Error> {
 }
 
 /// No distribution of mass has a principal moment above the sum of the two others, or below zero.
-fn physical(part: &Part, inertia: &[f64; 6]) -> Result<(), Error> {
+fn physical(part: &Part, inertia: &[f64; 6]) -> Result<(), PartError> {
     let [a, b, c] = principal_moments(inertia);
     let slack = 1e-8 * (a.abs() + b.abs() + c.abs());
     let shown = format!("[{a}, {b}, {c}]");
@@ -186,7 +185,7 @@ fn principal_moments(inertia: &[f64; 6]) -> [f64; 3] {
     moments
 }
 
-fn joints(parts: &mut Parts) -> Result<(), Error> {
+fn joints(parts: &mut Parts) -> Result<(), PartError> {
     let mut last = 0;
     let count = parts.bodies.len();
     for index in 0..parts.joints.len() {
@@ -215,7 +214,7 @@ fn joints(parts: &mut Parts) -> Result<(), Error> {
 }
 
 /// Which joints may act on one body.
-fn together(part: &Part, joint: &Joint, before: &[Joint], parent: usize) -> Result<(), Error> {
+fn together(part: &Part, joint: &Joint, before: &[Joint], parent: usize) -> Result<(), PartError> {
     let mut others = before.iter().rev().take_while(|other| other.body == joint.body).map(|other| other.kind);
     let free = joint.kind == JointKind::Free;
     if free && parent != 0 {
@@ -235,7 +234,7 @@ fn together(part: &Part, joint: &Joint, before: &[Joint], parent: usize) -> Resu
     Ok(())
 }
 
-fn surfaces(parts: &mut Parts) -> Result<(), Error> {
+fn surfaces(parts: &mut Parts) -> Result<(), PartError> {
     let bodies = parts.bodies.len();
     for (index, site) in parts.sites.iter_mut().enumerate() {
         let part = Part { kind: "site", index, name: &site.name };
@@ -259,7 +258,7 @@ fn check_tendon(
     sites: usize,
     wraps: usize,
     joints: &[Joint],
-) -> Result<(), Error> {
+) -> Result<(), PartError> {
     let part = Part { kind: "tendon", index, name: &tendon.name };
     match &tendon.path {
         TendonPath::Spatial(elements) => check_path(&part, elements, sites, wraps)?,
@@ -278,7 +277,7 @@ fn check_tendon(
     part.not_negative("its stiffness", tendon.stiffness)
 }
 
-fn check_path(part: &Part, elements: &[PathElement], sites: usize, wraps: usize) -> Result<(), Error> {
+fn check_path(part: &Part, elements: &[PathElement], sites: usize, wraps: usize) -> Result<(), PartError> {
     let field = "its path";
     for (at, element) in elements.iter().enumerate() {
         match *element {
@@ -312,7 +311,7 @@ fn check_path(part: &Part, elements: &[PathElement], sites: usize, wraps: usize)
     Ok(())
 }
 
-fn check_sum(part: &Part, terms: &[(usize, f64)], joints: &[Joint]) -> Result<(), Error> {
+fn check_sum(part: &Part, terms: &[(usize, f64)], joints: &[Joint]) -> Result<(), PartError> {
     if terms.is_empty() {
         return Err(part.wrong("its path", "a sum of at least one joint", "empty"));
     }
@@ -330,7 +329,7 @@ fn check_sum(part: &Part, terms: &[(usize, f64)], joints: &[Joint]) -> Result<()
     Ok(())
 }
 
-fn couplings(parts: &Parts) -> Result<(), Error> {
+fn couplings(parts: &Parts) -> Result<(), PartError> {
     let mut leader_of: Vec<Option<usize>> = vec![None; parts.joints.len()];
     let mut follows = vec![false; parts.joints.len()];
     let joint = |index: usize, field: &'static str, which: usize| {
@@ -363,7 +362,7 @@ fn couplings(parts: &Parts) -> Result<(), Error> {
 }
 
 /// A joint may follow one that follows another, but not in a circle.
-fn circles(parts: &Parts, leader_of: &[Option<usize>]) -> Result<(), Error> {
+fn circles(parts: &Parts, leader_of: &[Option<usize>]) -> Result<(), PartError> {
     // 0 not seen, 1 on this walk, 2 known to end.
     let mut state = vec![0_u8; leader_of.len()];
     for (index, coupling) in parts.couplings.iter().enumerate() {
@@ -384,7 +383,7 @@ fn circles(parts: &Parts, leader_of: &[Option<usize>]) -> Result<(), Error> {
     Ok(())
 }
 
-fn actuators(parts: &Parts) -> Result<(), Error> {
+fn actuators(parts: &Parts) -> Result<(), PartError> {
     for (index, actuator) in parts.actuators.iter().enumerate() {
         let part = Part { kind: "actuator", index, name: &actuator.name };
         part.below("its tendon", actuator.tendon, parts.tendons.len())?;
@@ -397,7 +396,7 @@ fn actuators(parts: &Parts) -> Result<(), Error> {
 }
 
 /// What another file format is to carry must fit into it.
-fn law(part: &Part<'_>, actuator: &Actuator) -> Result<(), Error> {
+fn law(part: &Part<'_>, actuator: &Actuator) -> Result<(), PartError> {
     for (name, value) in &actuator.law {
         if name.is_empty() || !name.bytes().all(|byte| byte.is_ascii_lowercase()) {
             return Err(part.wrong("a name in its law", "small letters", name));
@@ -409,7 +408,7 @@ fn law(part: &Part<'_>, actuator: &Actuator) -> Result<(), Error> {
     Ok(())
 }
 
-fn keys(parts: &mut Parts) -> Result<(), Error> {
+fn keys(parts: &mut Parts) -> Result<(), PartError> {
     let kinds: Vec<JointKind> = parts.joints.iter().map(|joint| joint.kind).collect();
     let nq: usize = kinds.iter().map(|kind| kind.coordinates()).sum();
     for (index, key) in parts.keys.iter_mut().enumerate() {
@@ -428,29 +427,4 @@ fn keys(parts: &mut Parts) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// Whether every entry is finite: one sum tells, as nothing brings a NaN or an infinity back.
-#[inline]
-pub(crate) fn all_finite(values: &[f64]) -> bool {
-    // Several sums, so that none waits for the other.
-    let fours = values.chunks_exact(4);
-    let mut rest = 0.0;
-    for value in fours.remainder() {
-        rest += value * 0.0;
-    }
-    let [mut a, mut b] = [0.0, 0.0];
-    for four in fours {
-        a += four[0] * 0.0 + four[1] * 0.0;
-        b += four[2] * 0.0 + four[3] * 0.0;
-    }
-    (a + b + rest).abs() < 1.0
-}
-
-/// A vector of three finite numbers.
-pub(super) fn finite_vector(name: &'static str, vector: Vector) -> Result<Vector, Error> {
-    for value in vector {
-        crate::error::finite(name, value)?;
-    }
-    Ok(vector)
 }

@@ -1,7 +1,7 @@
 use super::parts::Coupling;
-use super::robot::{Robot, length, numbers};
+use super::robot::Robot;
 use super::scratch::Scratch;
-use crate::error::Error;
+use crate::error::{Error, check_entries, check_length};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -47,7 +47,7 @@ impl Robot {
     /// `q: [nq]`; followers are overwritten.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a coordinate is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a coordinate is not finite.
     pub fn apply_couplings(&self, q: &mut [f64]) -> Result<(), Error> {
         self.check_coordinates(q)?;
         for coupling in self.followers() {
@@ -112,10 +112,10 @@ impl Reduction {
     /// `q: [nq]`, leaders and followers in agreement ([`Robot::apply_couplings`]).
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a coordinate is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a coordinate is not finite.
     pub fn update(&mut self, robot: &Robot, q: &[f64]) -> Result<(), Error> {
         robot.check_coordinates(q)?;
-        length("reduction", self.slope.len(), robot.nv())?;
+        check_length("reduction", self.slope.len(), robot.nv())?;
         for coupling in robot.followers() {
             let follower = robot.velocities_of(coupling.follower).start;
             let [_, slope, curvature] = polynomial(&coupling.coefficients, robot.lead(coupling, q));
@@ -126,7 +126,7 @@ impl Reduction {
             self.slope[follower] = slope * first;
             self.curvature[follower] = curvature * first * first + slope * second;
         }
-        numbers("slopes of couplings", &self.slope, robot.nv())
+        check_entries("slopes of couplings", &self.slope, robot.nv())
     }
 
     /// All velocities from the independent ones: `v = J u`.
@@ -135,10 +135,10 @@ impl Reduction {
     /// `u: [n]`, `v: [nv]`.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
     pub fn velocities(&self, u: &[f64], v: &mut [f64]) -> Result<(), Error> {
-        numbers("u", u, self.independent.len())?;
-        length("v", v.len(), self.leader.len())?;
+        check_entries("u", u, self.independent.len())?;
+        check_length("v", v.len(), self.leader.len())?;
         for (k, v) in v.iter_mut().enumerate() {
             *v = self.leader[k].map_or(0.0, |leader| self.slope[k] * u[leader]);
         }
@@ -151,11 +151,11 @@ impl Reduction {
     /// `u` and `du: [n]`, `a: [nv]`.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
     pub fn accelerations(&self, u: &[f64], du: &[f64], a: &mut [f64]) -> Result<(), Error> {
-        numbers("u", u, self.independent.len())?;
-        numbers("du", du, self.independent.len())?;
-        length("a", a.len(), self.leader.len())?;
+        check_entries("u", u, self.independent.len())?;
+        check_entries("du", du, self.independent.len())?;
+        check_length("a", a.len(), self.leader.len())?;
         for (k, a) in a.iter_mut().enumerate() {
             *a = self.leader[k]
                 .map_or(0.0, |leader| self.slope[k] * du[leader] + self.curvature[k] * u[leader] * u[leader]);
@@ -169,10 +169,10 @@ impl Reduction {
     /// `tau: [nv]`, `reduced: [n]`.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
     pub fn forces(&self, tau: &[f64], reduced: &mut [f64]) -> Result<(), Error> {
-        numbers("tau", tau, self.leader.len())?;
-        length("reduced", reduced.len(), self.independent.len())?;
+        check_entries("tau", tau, self.leader.len())?;
+        check_length("reduced", reduced.len(), self.independent.len())?;
         reduced.fill(0.0);
         for (k, tau) in tau.iter().enumerate() {
             if let Some(leader) = self.leader[k] {
@@ -197,7 +197,7 @@ impl Reduction {
         mass: &mut [f64],
     ) -> Result<(), Error> {
         let (n, nv) = (self.independent.len(), self.leader.len());
-        length("mass", mass.len(), n * n)?;
+        check_length("mass", mass.len(), n * n)?;
         self.update(robot, q)?;
         robot.mass_matrix(q, scratch, &mut self.mass)?;
         mass.fill(0.0);
@@ -234,7 +234,7 @@ impl Reduction {
     ) -> Result<(), Error> {
         let (n, nv) = (self.independent.len(), self.leader.len());
         robot.check_velocities("tau", tau)?;
-        length("du", du.len(), n)?;
+        check_length("du", du.len(), n)?;
         let mut reduced = core::mem::take(&mut self.reduced);
         let mut full = core::mem::take(&mut self.full);
         let (v, rest) = full.split_at_mut(nv);

@@ -1,22 +1,22 @@
 use super::Poses;
 use super::parts::JointKind;
-use super::robot::{Robot, length, numbers};
+use super::robot::Robot;
 use super::scratch::Scratch;
 use super::vector::{
     add, add_scaled, cross, dot, product, quaternion_product, rotation_of, symmetric, unit_quaternion,
 };
-use crate::error::Error;
+use crate::error::{Error, check_entries, check_length};
 use crate::math::tanh;
 
 impl Robot {
     /// Kinetic energy `v^T M v / 2`, rotors' share included, J.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
     pub fn kinetic_energy(&self, q: &[f64], v: &[f64], scratch: &mut Scratch) -> Result<f64, Error> {
         self.check_coordinates(q)?;
         self.check_velocities("v", v)?;
-        length("scratch", scratch.links.len(), self.tree.links.len())?;
+        check_length("scratch", scratch.links.len(), self.tree.links.len())?;
         self.velocities(q, v, scratch);
         let mut twice = 0.0;
         for (index, link) in self.tree.links.iter().enumerate().skip(1) {
@@ -36,7 +36,7 @@ impl Robot {
     /// [`Error::WrongLength`] where poses of another robot are given.
     pub fn potential_energy(&self, q: &[f64], poses: &Poses) -> Result<f64, Error> {
         self.check_coordinates(q)?;
-        length("poses", poses.links.len(), self.tree.links.len())?;
+        check_length("poses", poses.links.len(), self.tree.links.len())?;
         let gravity = self.parts().gravity;
         let mut energy = 0.0;
         for (index, link) in self.tree.links.iter().enumerate().skip(1) {
@@ -63,11 +63,11 @@ impl Robot {
     /// `q: [nq]`, `v` and `tau: [nv]`.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
     pub fn passive_force(&self, q: &[f64], v: &[f64], tau: &mut [f64]) -> Result<(), Error> {
         self.check_coordinates(q)?;
         self.check_velocities("v", v)?;
-        length("tau", tau.len(), self.nv())?;
+        check_length("tau", tau.len(), self.nv())?;
         for link in self.moving_links() {
             let joint = &self.parts().joints[link.joint];
             let mut stretch = [0.0; 6];
@@ -76,7 +76,7 @@ impl Robot {
                 tau[link.v + k] = -joint.stiffness * stretch - joint.damping * v[link.v + k];
             }
         }
-        numbers("tau", tau, self.nv())
+        check_entries("tau", tau, self.nv())
     }
 
     /// Dry friction of the joints, smooth within `width` of rest.
@@ -89,11 +89,11 @@ impl Robot {
     /// `v` and `tau: [nv]`; `width` in the unit of the velocities, above zero.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite or the width not above zero.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite or the width not above zero.
     pub fn dry_friction(&self, v: &[f64], width: f64, tau: &mut [f64]) -> Result<(), Error> {
         self.check_velocities("v", v)?;
         crate::error::positive("width", width)?;
-        length("tau", tau.len(), self.nv())?;
+        check_length("tau", tau.len(), self.nv())?;
         for link in self.moving_links() {
             let friction = self.parts().joints[link.joint].friction;
             for k in link.v..link.v + link.kind.velocities() {

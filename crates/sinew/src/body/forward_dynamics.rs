@@ -1,14 +1,12 @@
 use super::parts::JointKind;
-use super::robot::{Robot, length, numbers};
+use super::robot::Robot;
 use super::scratch::Scratch;
 use super::tree::{Inertia, Link};
 use super::vector::{
     Frame, IDENTITY, Vector, add, add_scaled, compose, cross, dot, rotate, scale, sub, symmetric, transpose,
     unrotate,
 };
-use crate::error::Error;
-use alloc::format;
-use alloc::string::ToString;
+use crate::error::{Error, check_entries, check_length};
 
 /// What a link and everything it carries resists with, seen at its origin: moment and force are
 /// `angular turn + coupling shift + moment` and `coupling^T turn + linear shift + force`.
@@ -92,7 +90,7 @@ impl Robot {
     /// As [`inverse_dynamics`](Robot::inverse_dynamics): passive forces are part of `tau`, couplings are not held.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], [`Error::OutOfDomain`] where an entry is not finite, and [`Error::Part`] naming a
+    /// [`Error::WrongLength`], [`Error::EntryOutOfDomain`] where an entry is not finite, and [`Error::Part`] naming a
     /// joint that moves nothing with mass, so that `M` is singular.
     ///
     /// # Source
@@ -110,8 +108,8 @@ impl Robot {
         self.check_velocities("v", v)?;
         self.check_velocities("tau", tau)?;
         let links = &self.tree.links;
-        length("scratch", scratch.links.len(), links.len())?;
-        length("a", a.len(), self.nv())?;
+        check_length("scratch", scratch.links.len(), links.len())?;
+        check_length("a", a.len(), self.nv())?;
         self.velocities(q, v, scratch);
         for (index, link) in links.iter().enumerate().skip(1) {
             let moving = &scratch.links[index];
@@ -130,7 +128,7 @@ impl Robot {
             };
             outward(link, parent, scratch, index, a);
         }
-        numbers("a", a, self.nv())
+        check_entries("a", a, self.nv())
     }
 
     /// Poses and velocities of all links, each in its own frame.
@@ -167,7 +165,9 @@ impl Robot {
             // Rounding leaves this much of what the link itself weighs.
             let whole = own.linear[0][0].abs() + own.angular.iter().flatten().map(|x| x.abs()).sum::<f64>();
             if felt.is_nan() || felt <= 1e-14 * whole || felt <= 0.0 {
-                return Err(self.weightless(link, felt));
+                let expected = "above zero (mass on the bodies it moves, or armature)";
+                let field = "the inertia it moves";
+                return Err(Error::Part { kind: "joint", index: link.joint, field, expected });
             }
             scratch.pivots[link.v + k] = [left, felt];
             scratch.columns[link.v + k] = [moment[0], moment[1], moment[2], force[0], force[1], force[2]];
@@ -177,17 +177,6 @@ impl Robot {
             before[link.parent].carry(own, &axes, origin);
         }
         Ok(())
-    }
-
-    fn weightless(&self, link: &Link, felt: f64) -> Error {
-        Error::Part {
-            kind: "joint",
-            index: link.joint,
-            name: self.parts().joints[link.joint].name.clone(),
-            field: "the inertia it moves",
-            expected: "above zero (mass on what it carries, or armature)".to_string(),
-            got: format!("{felt:e}"),
-        }
     }
 }
 

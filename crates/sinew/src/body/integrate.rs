@@ -1,7 +1,7 @@
 use super::parts::JointKind;
-use super::robot::{Robot, length};
+use super::robot::Robot;
 use super::vector::{quaternion_of, quaternion_product, rotation_of, scale, unit_quaternion};
-use crate::error::{Error, finite};
+use crate::error::{Error, check_length, finite};
 
 impl Robot {
     /// Moves coordinates along velocities for a time; quaternions turn about the body's own axes.
@@ -47,7 +47,7 @@ impl Robot {
     pub fn difference(&self, from: &[f64], to: &[f64], v: &mut [f64]) -> Result<(), Error> {
         self.check_coordinates(from)?;
         self.check_coordinates(to)?;
-        length("v", v.len(), self.nv())?;
+        check_length("v", v.len(), self.nv())?;
         for link in self.moving_links() {
             let range = link.q..link.q + link.kind.coordinates();
             let (from, to) = (&from[range.clone()], &to[range]);

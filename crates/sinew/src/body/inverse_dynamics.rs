@@ -1,14 +1,14 @@
 use super::kinematics::orientation;
 use super::lumped::{Stage, axes_of, set_axes};
 use super::parts::JointKind;
-use super::robot::{Robot, length, numbers};
+use super::robot::Robot;
 use super::scratch::Scratch;
 use super::tree::{Link, Tree};
 use super::vector::{
     Frame, Vector, add, add_scaled, compose, cross, dot, rotate, scale, turn_about_z, unrotate,
 };
 use crate::dispatch::{Arithmetic, InstructionSet, Plain, Work};
-use crate::error::Error;
+use crate::error::{Error, check_entries, check_length};
 
 /// Motion of a link in its own frame: places in it accelerate, against free fall, by `a + U r`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -70,7 +70,7 @@ impl Robot {
     /// (see [`passive_force`](Robot::passive_force)), couplings neither.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
     ///
     /// # Source
     /// `featherstone2008`, table 5.1, with accelerations of points instead of spatial ones.
@@ -92,9 +92,9 @@ impl Robot {
         // Of hinges alone, what is not finite going in is not finite coming out, and is looked for only then; where a body
         // floats, forces do not feel all of it.
         if self.tree.runs.iter().all(|run| run.hinges) {
-            length("q", q.len(), self.nq())?;
-            length("v", v.len(), self.nv())?;
-            length("a", a.len(), self.nv())?;
+            check_length("q", q.len(), self.nq())?;
+            check_length("v", v.len(), self.nv())?;
+            check_length("a", a.len(), self.nv())?;
         } else {
             checked()?;
         }
@@ -165,11 +165,11 @@ impl Robot {
         scratch: &mut Scratch,
         tau: &mut [f64],
     ) -> Result<(), Error> {
-        length("scratch", scratch.wrenches.len(), self.tree.links.len())?;
-        length("tau", tau.len(), self.nv())?;
+        check_length("scratch", scratch.wrenches.len(), self.tree.links.len())?;
+        check_length("tau", tau.len(), self.nv())?;
         let passes = Passes { tree: &self.tree, q, v, a, ground, scratch, tau: &mut *tau };
         InstructionSet::detect_narrow().run(passes);
-        numbers("tau", tau, self.nv())
+        check_entries("tau", tau, self.nv())
     }
 }
 

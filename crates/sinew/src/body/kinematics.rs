@@ -1,10 +1,10 @@
 use super::parts::JointKind;
-use super::robot::{Robot, length};
+use super::robot::Robot;
 use super::tree::{Link, Place};
 use super::vector::{
     Frame, IDENTITY, Vector, add, add_scaled, compose, cross, frame_of, rotate, turn_about_z, unit_quaternion,
 };
-use crate::error::Error;
+use crate::error::{Error, check_length};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -131,7 +131,7 @@ impl Robot {
     /// `q: [nq]`; quaternions in it may have any length but zero.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a coordinate is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a coordinate is not finite.
     #[doc(alias = "fk")]
     pub fn forward_kinematics(&self, q: &[f64], poses: &mut Poses) -> Result<(), Error> {
         self.check_coordinates(q)?;
@@ -175,8 +175,8 @@ impl Robot {
     ) -> Result<(), Error> {
         let nv = self.nv();
         self.check_poses(poses)?;
-        length("linear", linear.len(), 3 * nv)?;
-        length("angular", angular.len(), 3 * nv)?;
+        check_length("linear", linear.len(), 3 * nv)?;
+        check_length("angular", angular.len(), 3 * nv)?;
         let Some(place) = self.tree.bodies.get(body) else {
             return Err(Error::OutOfDomain {
                 name: "body",
@@ -202,7 +202,7 @@ impl Robot {
     }
 
     fn check_poses(&self, poses: &Poses) -> Result<(), Error> {
-        length("poses", poses.links.len(), self.tree.links.len())?;
-        length("poses", poses.motion_axes.len(), self.nv())
+        check_length("poses", poses.links.len(), self.tree.links.len())?;
+        check_length("poses", poses.motion_axes.len(), self.nv())
     }
 }

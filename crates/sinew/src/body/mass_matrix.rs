@@ -1,12 +1,12 @@
 use super::parts::JointKind;
-use super::robot::{Robot, length, numbers};
+use super::robot::Robot;
 use super::scratch::Scratch;
 use super::tree::{Inertia, Link};
 use super::vector::{
     Frame, IDENTITY, Vector, add, add_scaled, cross, dot, point_inertia, rotate, rotate_symmetric, symmetric,
     unrotate,
 };
-use crate::error::Error;
+use crate::error::{Error, check_entries, check_length};
 
 impl Link {
     /// Motion per unit of the link's `k`th velocity, in its own frame: turn and shift of its origin.
@@ -65,7 +65,7 @@ impl Robot {
     /// `q: [nq]`, `mass: [nv x nv]`, row by row, symmetric.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where an entry is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
     ///
     /// # Source
     /// `featherstone2008`, table 6.2.
@@ -73,8 +73,8 @@ impl Robot {
     pub fn mass_matrix(&self, q: &[f64], scratch: &mut Scratch, mass: &mut [f64]) -> Result<(), Error> {
         self.check_coordinates(q)?;
         let (links, nv) = (&self.tree.links, self.nv());
-        length("scratch", scratch.links.len(), links.len())?;
-        length("mass", mass.len(), nv * nv)?;
+        check_length("scratch", scratch.links.len(), links.len())?;
+        check_length("mass", mass.len(), nv * nv)?;
         mass.fill(0.0);
         for (index, link) in links.iter().enumerate().skip(1) {
             let moving = &mut scratch.links[index];
@@ -92,7 +92,7 @@ impl Robot {
                 self.column(index, k, &composite, scratch, mass);
             }
         }
-        numbers("mass", mass, nv * nv)
+        check_entries("mass", mass, nv * nv)
     }
 
     /// Row and column of one velocity: what everything it carries resists with, felt on the way to the ground.

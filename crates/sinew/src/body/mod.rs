@@ -14,6 +14,7 @@ mod inverse_dynamics;
 mod kinematics;
 mod lumped;
 mod mass_matrix;
+mod part_error;
 mod parts;
 mod robot;
 mod scratch;
@@ -23,10 +24,10 @@ pub(crate) mod vector;
 pub use chain::{DhRow, DhTable};
 pub use coupling::Reduction;
 pub use kinematics::{MotionAxis, Pose, Poses};
+pub use part_error::PartError;
 pub use parts::{
     Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, PathElement, SheathGeometry, Site,
     Tendon, TendonPath, Wrap, WrapKind,
 };
 pub use robot::Robot;
-pub(crate) use robot::{length, numbers};
 pub use scratch::Scratch;

@@ -1,8 +1,9 @@
-use super::check::{all_finite, check, finite_vector};
+use super::check::check;
+use super::part_error::PartError;
 use super::parts::{Body, JointKind, Parts};
 use super::tree::{Link, Place, Tree};
 use super::vector::{add_scaled, frame_of, point_inertia, scale, sub};
-use crate::error::{Error, non_negative};
+use crate::error::{Error, check_entries, non_negative};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -24,8 +25,8 @@ impl Robot {
     /// (1e-3) are made so.
     ///
     /// # Errors
-    /// [`Error::Part`] names the first part that makes no sense, what about it, and what was expected.
-    pub fn new(mut parts: Parts) -> Result<Robot, Error> {
+    /// [`PartError`] names the first invalid part, the property, what is required of it and what it is.
+    pub fn new(mut parts: Parts) -> Result<Robot, PartError> {
         check(&mut parts)?;
         let tree = Tree::new(&parts);
         let followers = in_order(&parts);
@@ -43,7 +44,7 @@ impl Robot {
     /// [`Error::OutOfDomain`] for a mass below zero, a place that is not finite or a body that is not there.
     pub fn with_payload(&self, body: usize, position: [f64; 3], mass: f64) -> Result<Robot, Error> {
         non_negative("mass of the payload", mass)?;
-        finite_vector("position of the payload", position)?;
+        check_entries("position of the payload", &position, 3)?;
         let mut parts = self.parts.clone();
         let Some(carrier) = parts.bodies.get_mut(body) else {
             return Err(Error::OutOfDomain {
@@ -53,7 +54,7 @@ impl Robot {
             });
         };
         load(carrier, position, mass);
-        Robot::new(parts)
+        Ok(Robot::new(parts)?)
     }
 
     /// The description, as checked.
@@ -174,30 +175,13 @@ impl Robot {
 
     /// The number of coordinates, and finite ones.
     pub(crate) fn check_coordinates(&self, q: &[f64]) -> Result<(), Error> {
-        numbers("q", q, self.nq())
+        check_entries("q", q, self.nq())
     }
 
     /// Values for every velocity, finite.
     pub(crate) fn check_velocities(&self, name: &'static str, v: &[f64]) -> Result<(), Error> {
-        numbers(name, v, self.nv())
+        check_entries(name, v, self.nv())
     }
-}
-
-/// `values` has `count` finite entries.
-#[inline]
-pub(crate) fn numbers(name: &'static str, values: &[f64], count: usize) -> Result<(), Error> {
-    length(name, values.len(), count)?;
-    if all_finite(values) {
-        return Ok(());
-    }
-    let got = values.iter().copied().find(|value| !value.is_finite()).unwrap_or(f64::NAN);
-    Err(Error::OutOfDomain { name, expected: "finite in every entry", got })
-}
-
-/// `got` entries are as many as `expected`.
-#[inline]
-pub(crate) fn length(name: &'static str, got: usize, expected: usize) -> Result<(), Error> {
-    if got == expected { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
 }
 
 /// Adds a point mass to a body: inertia about the common centre, by Steiner's theorem.

@@ -2,8 +2,7 @@
 
 use super::Description;
 use super::error::{DescriptionError, Warning};
-use crate::body::{Parts, Robot};
-use crate::error::Error;
+use crate::body::{PartError, Parts, Robot};
 use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -75,15 +74,7 @@ impl Description {
         let Description { parts, warnings, origins } = self;
         shallow(&parts, &origins)?;
         let robot = Robot::new(parts).map_err(|error| {
-            let Error::Part { kind, index, name, field, expected, got } = error else {
-                let place = "robot".to_string();
-                return DescriptionError {
-                    file: origins.file.clone(),
-                    line: 1,
-                    place,
-                    problem: error.to_string(),
-                };
-            };
+            let PartError { kind, index, name, field, expected, got } = error;
             let (file, line) = origins.of(kind, index, field);
             let place =
                 if name.is_empty() { format!("{kind} number {index}") } else { format!("{kind} `{name}`") };

@@ -1,7 +1,6 @@
 use super::geometry::{Geometry, Muscles};
-use crate::body::length;
 use crate::body::vector::{Vector, cross, dot, norm, rotate};
-use crate::error::Error;
+use crate::error::{Error, check_length};
 
 impl Muscles {
     /// By how much each muscle turns where it wraps: the sum over its surfaces, rad.
@@ -13,7 +12,7 @@ impl Muscles {
     /// [`Error::WrongLength`] names the slice.
     pub fn wrap_angles(&self, geometry: &Geometry, angles: &mut [f64]) -> Result<(), Error> {
         self.check(geometry)?;
-        length("angles", angles.len(), self.count())?;
+        check_length("angles", angles.len(), self.count())?;
         for (cable, angle) in self.topology.cables.iter().zip(angles.iter_mut()) {
             *angle = geometry.strands[cable.spans.clone()].iter().map(|strand| strand.angle).sum();
         }
@@ -39,7 +38,7 @@ impl Muscles {
     /// `yuan2023`, eq. 6.
     pub fn bends(&self, geometry: &Geometry, bends: &mut [f64]) -> Result<(), Error> {
         self.check(geometry)?;
-        length("bends", bends.len(), self.count())?;
+        check_length("bends", bends.len(), self.count())?;
         for (cable, bend) in self.topology.cables.iter().zip(bends.iter_mut()) {
             let mut before =
                 cable.sheath_end.map(|end| rotate(&geometry.poses.links[end.link].axes, end.position));

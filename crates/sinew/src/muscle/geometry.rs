@@ -1,8 +1,8 @@
 use super::surface::{Contact, cylinder, sphere};
 use super::topology::{Around, Span, Surface, Topology};
 use crate::body::vector::{Vector, cross, dot, norm, rotate, scale, sub, unrotate};
-use crate::body::{Pose, Poses, Robot, WrapKind, length, numbers};
-use crate::error::Error;
+use crate::body::{Pose, Poses, Robot, WrapKind};
+use crate::error::{Error, check_entries, check_length};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -117,9 +117,9 @@ impl Muscles {
     /// `q: [nq]`, as [`Robot`] has it.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a coordinate is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a coordinate is not finite.
     pub fn evaluate(&self, q: &[f64], geometry: &mut Geometry) -> Result<(), Error> {
-        numbers("q", q, self.nq)?;
+        check_entries("q", q, self.nq)?;
         self.check(geometry)?;
         let topology = &self.topology;
         for (index, link) in &topology.links {
@@ -144,8 +144,8 @@ impl Muscles {
             }
             geometry.lengths[muscle] = total;
         }
-        numbers("lengths", &geometry.lengths, topology.cables.len())?;
-        numbers("moment arms", &geometry.arms, topology.columns.len())
+        check_entries("lengths", &geometry.lengths, topology.cables.len())?;
+        check_entries("moment arms", &geometry.arms, topology.columns.len())
     }
 
     /// One piece of cable: its share of the muscle's length; its moment arms are added.
@@ -223,7 +223,7 @@ impl Muscles {
 
     /// Sparse rows to a whole matrix.
     pub(super) fn spread(&self, sparse: &[f64], dense: &mut [f64]) -> Result<(), Error> {
-        length("dense", dense.len(), self.count() * self.nv)?;
+        check_length("dense", dense.len(), self.count() * self.nv)?;
         dense.fill(0.0);
         for (muscle, cable) in self.topology.cables.iter().enumerate() {
             for slot in cable.slots.clone() {
@@ -239,11 +239,11 @@ impl Muscles {
     /// `v: [nv]`, `rates: [muscles]`.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a velocity is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a velocity is not finite.
     pub fn velocities(&self, geometry: &Geometry, v: &[f64], rates: &mut [f64]) -> Result<(), Error> {
         self.check(geometry)?;
-        numbers("v", v, self.nv)?;
-        length("rates", rates.len(), self.count())?;
+        check_entries("v", v, self.nv)?;
+        check_length("rates", rates.len(), self.count())?;
         for (cable, rate) in self.topology.cables.iter().zip(rates.iter_mut()) {
             *rate = -cable
                 .slots
@@ -260,11 +260,11 @@ impl Muscles {
     /// `tensions: [muscles]`, N; `tau: [nv]`, Nm or N.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a tension is not finite.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a tension is not finite.
     pub fn torque(&self, geometry: &Geometry, tensions: &[f64], tau: &mut [f64]) -> Result<(), Error> {
         self.check(geometry)?;
-        numbers("tensions", tensions, self.count())?;
-        length("tau", tau.len(), self.nv)?;
+        check_entries("tensions", tensions, self.count())?;
+        check_length("tau", tau.len(), self.nv)?;
         tau.fill(0.0);
         for (cable, tension) in self.topology.cables.iter().zip(tensions) {
             for slot in cable.slots.clone() {
@@ -277,13 +277,13 @@ impl Muscles {
     /// Whether this room was made for these muscles.
     pub(super) fn check(&self, geometry: &Geometry) -> Result<(), Error> {
         let topology = &self.topology;
-        length("geometry", geometry.lengths.len(), topology.cables.len())?;
-        length("geometry", geometry.arms.len(), topology.columns.len())?;
-        length("geometry", geometry.strands.len(), topology.spans.len())?;
-        length("geometry", geometry.points.len(), topology.anchors.len())?;
-        length("geometry", geometry.surfaces.len(), topology.surfaces.len())?;
-        length("geometry", geometry.poses.motion_axes.len(), self.nv)?;
+        check_length("geometry", geometry.lengths.len(), topology.cables.len())?;
+        check_length("geometry", geometry.arms.len(), topology.columns.len())?;
+        check_length("geometry", geometry.strands.len(), topology.spans.len())?;
+        check_length("geometry", geometry.points.len(), topology.anchors.len())?;
+        check_length("geometry", geometry.surfaces.len(), topology.surfaces.len())?;
+        check_length("geometry", geometry.poses.motion_axes.len(), self.nv)?;
         let last = topology.links.last().map_or(0, |(index, _)| *index);
-        length("geometry", geometry.poses.links.len().max(last + 1), geometry.poses.links.len())
+        check_length("geometry", geometry.poses.links.len().max(last + 1), geometry.poses.links.len())
     }
 }

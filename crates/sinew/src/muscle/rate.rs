@@ -2,8 +2,8 @@ use super::circle::turning;
 use super::geometry::{Geometry, Muscles, Strand};
 use super::topology::{Around, Crossing, Span};
 use crate::body::vector::{Vector, add, add_scaled, cross, dot, norm, rotate, scale, sub, unrotate};
-use crate::body::{JointKind, MotionAxis, Robot, WrapKind, numbers};
-use crate::error::Error;
+use crate::body::{JointKind, MotionAxis, Robot, WrapKind};
+use crate::error::{Error, check_entries, check_length};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -59,7 +59,7 @@ impl Muscles {
     /// No cable begins or ceases to touch a surface; there moment arms have a kink.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] where a velocity is not finite, or where a cable
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a velocity is not finite, or where a cable
     /// ends on a surface it wraps, so that its direction turns without bound.
     pub fn moment_arm_rates(
         &self,
@@ -68,10 +68,10 @@ impl Muscles {
         found: &mut MomentArmRates,
     ) -> Result<(), Error> {
         self.check(geometry)?;
-        numbers("v", v, self.nv)?;
-        crate::body::length("arm rates", found.motion_axes.len(), self.nv)?;
-        crate::body::length("arm rates", found.links.len(), geometry.poses.links.len())?;
-        crate::body::length("arm rates", found.rates.len(), self.topology.columns.len())?;
+        check_entries("v", v, self.nv)?;
+        check_length("arm rates", found.motion_axes.len(), self.nv)?;
+        check_length("arm rates", found.links.len(), geometry.poses.links.len())?;
+        check_length("arm rates", found.rates.len(), self.topology.columns.len())?;
         self.move_links(geometry, v, found);
         found.rates.fill(0.0);
         for (index, span) in self.topology.spans.iter().enumerate() {
@@ -88,7 +88,7 @@ impl Muscles {
                 }
             }
         }
-        numbers("moment arm rates", &found.rates, self.topology.columns.len())
+        check_entries("moment arm rates", &found.rates, self.topology.columns.len())
     }
 
     /// Rates of moment arms as a whole matrix.
@@ -99,7 +99,7 @@ impl Muscles {
     /// # Errors
     /// [`Error::WrongLength`] names the slice.
     pub fn dense_rates(&self, found: &MomentArmRates, dense: &mut [f64]) -> Result<(), Error> {
-        crate::body::length("arm rates", found.rates.len(), self.topology.columns.len())?;
+        check_length("arm rates", found.rates.len(), self.topology.columns.len())?;
         self.spread(&found.rates, dense)
     }
 

@@ -1,7 +1,7 @@
 //! The model file: versioned, checked, refused with a reason.
 
 use super::model::Model;
-use crate::Error;
+use super::model_file_error::ModelFileError;
 use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -36,7 +36,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::validate`]: what could not be read back is not written.
-    pub fn to_json(&self) -> Result<String, Error> {
+    pub fn to_json(&self) -> Result<String, ModelFileError> {
         self.validate()?;
         let refuse = |e: serde_json::Error| refusal("model", "numbers and names", e.to_string());
         let model = serde_json::value::to_raw_value(self).map_err(refuse)?;
@@ -48,8 +48,8 @@ impl Model {
     /// Reads the text of a model file.
     ///
     /// # Errors
-    /// [`Error::ModelFile`]: no model file, of a newer version, damaged, or with a value out of its domain.
-    pub fn from_json(text: &str) -> Result<Self, Error> {
+    /// [`ModelFileError`]: no model file, of a newer version, damaged, or with a value out of its domain.
+    pub fn from_json(text: &str) -> Result<Self, ModelFileError> {
         let head: Head = serde_json::from_str(text).map_err(|e| {
             refusal("file", "a model made by `sinew identify`", format!("text that is no JSON object ({e})"))
         })?;
@@ -80,8 +80,8 @@ impl Model {
     }
 }
 
-fn refusal(name: &str, expected: &str, got: impl Into<String>) -> Error {
-    Error::ModelFile { name: name.to_string(), expected: expected.to_string(), got: got.into() }
+fn refusal(name: &str, expected: &str, got: impl Into<String>) -> ModelFileError {
+    ModelFileError { name: name.to_string(), expected: expected.to_string(), got: got.into() }
 }
 
 fn checksum(text: &str) -> String {

@@ -14,6 +14,7 @@ mod estimator;
 mod file;
 mod memory;
 mod model;
+mod model_file_error;
 mod signal;
 mod step;
 
@@ -26,5 +27,6 @@ pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
 pub use file::VERSION;
 pub use memory::{CellOutput, Feature, Memory, MemoryLaw};
 pub use model::{Input, Model, Provenance, Role};
+pub use model_file_error::ModelFileError;
 pub use signal::Signal;
 pub use step::{Flags, Prediction, Predictor, Sample};

@@ -4,7 +4,7 @@ use super::conditioner::{InputLimits, MAX_MAGNITUDE};
 use super::ensemble::{Ensemble, PerNetwork};
 use super::estimator::Estimator;
 use super::memory::{Feature, MemoryLaw};
-use crate::Error;
+use super::model_file_error::ModelFileError;
 use crate::transmission::{BasisTerm, ClampCell};
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -86,8 +86,8 @@ impl Model {
     /// Checks everything that [`Predictor`](super::Predictor) relies on.
     ///
     /// # Errors
-    /// [`Error::ModelFile`] names the field, what was expected of it and what it is.
-    pub fn validate(&self) -> Result<(), Error> {
+    /// [`ModelFileError`] names the field, what was expected of it and what it is.
+    pub fn validate(&self) -> Result<(), ModelFileError> {
         let n = self.inputs.len();
         require("inputs", "at least one column", n > 0, n)?;
         require("guards", &format!("one per input ({n})"), self.guards.len() == n, self.guards.len())?;
@@ -132,7 +132,7 @@ impl Model {
 }
 
 impl MemoryLaw {
-    fn validate(&self, inputs: usize) -> Result<(), Error> {
+    fn validate(&self, inputs: usize) -> Result<(), ModelFileError> {
         for signal in &self.signals {
             let last = signal.last_input();
             require("law.signals", &format!("input below {inputs}"), last < inputs, last)?;
@@ -144,7 +144,7 @@ impl MemoryLaw {
         }
         if let Some(cable) = &self.cable {
             require("law.cable", "no cell beside it", self.cell.is_none(), "both")?;
-            cable.validate(inputs)?;
+            cable.validate(inputs).map_err(|error| ModelFileError::in_field("law.cable", error))?;
         }
         for feature in &self.features {
             let (signal, constant) = match *feature {
@@ -164,7 +164,7 @@ impl MemoryLaw {
 }
 
 impl ClampCell {
-    fn validate(&self, signals: usize) -> Result<(), Error> {
+    fn validate(&self, signals: usize) -> Result<(), ModelFileError> {
         let b = self.basis.len();
         for term in &self.basis {
             let last = match *term {
@@ -197,7 +197,7 @@ impl ClampCell {
 }
 
 impl Ensemble {
-    fn validate(&self, features: usize) -> Result<(), Error> {
+    fn validate(&self, features: usize) -> Result<(), ModelFileError> {
         require("ensemble", "1 to 1000 features", (1..=MAX_NODES).contains(&features), features)?;
         let lists = [
             ("ensemble.clip_low", &self.clip_low),
@@ -240,19 +240,19 @@ const MAX_STANDARDISED_INPUT: f64 = 1e5;
 /// Most features or nodes of a network. With the two above, its variance fits single precision.
 const MAX_NODES: usize = 1000;
 
-fn positive(name: &str, value: f64) -> Result<(), Error> {
+fn positive(name: &str, value: f64) -> Result<(), ModelFileError> {
     require(name, "> 0 and <= 1e30", value > 0.0 && value <= MAX_MAGNITUDE, value)
 }
 
-fn all_moderate(name: &str, values: &[f64]) -> Result<(), Error> {
+fn all_moderate(name: &str, values: &[f64]) -> Result<(), ModelFileError> {
     all_within(name, "numbers within +-1e30", values, MAX_MAGNITUDE)
 }
 
-fn all_weights(name: &str, lanes: &PerNetwork) -> Result<(), Error> {
+fn all_weights(name: &str, lanes: &PerNetwork) -> Result<(), ModelFileError> {
     all_within(name, "numbers within +-1e10", &lanes.map(f64::from), MAX_WEIGHT)
 }
 
-fn all_within(name: &str, expected: &str, values: &[f64], largest: f64) -> Result<(), Error> {
+fn all_within(name: &str, expected: &str, values: &[f64], largest: f64) -> Result<(), ModelFileError> {
     match values.iter().find(|v| v.is_nan() || v.abs() > largest) {
         None => Ok(()),
         Some(bad) => require(name, expected, false, bad),
@@ -260,9 +260,14 @@ fn all_within(name: &str, expected: &str, values: &[f64], largest: f64) -> Resul
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "callers hand over numbers and texts as they come")]
-pub(super) fn require(name: &str, expected: &str, holds: bool, got: impl ToString) -> Result<(), Error> {
+pub(super) fn require(
+    name: &str,
+    expected: &str,
+    holds: bool,
+    got: impl ToString,
+) -> Result<(), ModelFileError> {
     if holds {
         return Ok(());
     }
-    Err(Error::ModelFile { name: name.to_string(), expected: expected.to_string(), got: got.to_string() })
+    Err(ModelFileError { name: name.to_string(), expected: expected.to_string(), got: got.to_string() })
 }

@@ -3,7 +3,7 @@
 use super::conditioner::{Conditioner, SampleKind};
 use super::memory::Memory;
 use super::model::Model;
-use crate::Error;
+use super::model_file_error::ModelFileError;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -108,7 +108,7 @@ impl Predictor {
     ///
     /// # Errors
     /// As [`Model::validate`].
-    pub fn new(model: Model) -> Result<Self, Error> {
+    pub fn new(model: Model) -> Result<Self, ModelFileError> {
         model.validate()?;
         Ok(Self {
             conditioner: Conditioner::new(model.inputs.len()),

@@ -1,6 +1,6 @@
 use super::motion::{Reference, Trajectory};
-use crate::body::{Robot, Scratch, length};
-use crate::error::{Error, positive};
+use crate::body::{Robot, Scratch};
+use crate::error::{Error, check_length, positive};
 use crate::muscle::{Geometry, Muscles};
 use alloc::string::{String, ToString};
 use alloc::vec;
@@ -179,8 +179,8 @@ pub fn first_infeasibility(
     positive("cable_acceleration", limits.cable_acceleration)?;
     positive("interval", limits.interval)?;
     // Checked here: poses are looked at joint by joint below.
-    length("joints of the trajectory", trajectory.joints(), robot.nq())?;
-    length("joints of the trajectory", trajectory.joints(), robot.nv())?;
+    check_length("joints of the trajectory", trajectory.joints(), robot.nq())?;
+    check_length("joints of the trajectory", trajectory.joints(), robot.nv())?;
     if let Some((time, violation)) = first_miss(trajectory) {
         return Ok(Some(Infeasibility { time, violation }));
     }

@@ -5,7 +5,6 @@ use crate::muscle::{Geometry, Muscles};
 use crate::random::Random;
 use crate::transmission::cable::{CableParameters, CablePath, Segment};
 use crate::twin::cable::{Resolution, Specimen};
-use alloc::string::ToString;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -139,14 +138,8 @@ impl ArmSpecimen {
 fn cable(parts: &Parts, muscle: usize, free: f64, wrap: f64) -> Result<Specimen, Error> {
     let tendon = &parts.tendons[muscle];
     let Some(sheath) = &tendon.sheath else {
-        return Err(Error::Part {
-            kind: "muscle",
-            index: muscle,
-            name: tendon.name.clone(),
-            field: "sheath",
-            expected: "a length and a bend".to_string(),
-            got: "none".to_string(),
-        });
+        let expected = "given by its length and bend";
+        return Err(Error::Part { kind: "muscle", index: muscle, field: "its sheath", expected });
     };
     let path = CablePath::new(vec![
         Segment::Free { length: NEAR },
