@@ -166,27 +166,27 @@ fn both_paths_and_the_way_to_them_are_within_every_limit_of_the_arm() {
         around(&robot, Loop::Saddle, 11.5),
         Trajectory::PointToPoint(way),
     ] {
-        let mut asked = 0.0_f64;
+        let mut largest = 0.0_f64;
         let found = first_infeasibility(&robot, &trajectory, &Limits::default(), |demand| {
-            asked = demand.torque.iter().fold(asked, |most, tau| most.max(tau.abs()));
-            None
+            largest = demand.torque.iter().fold(largest, |largest, tau| largest.max(tau.abs()));
+            Ok(None)
         });
         assert_eq!(found.unwrap(), None);
-        assert!(asked > 3.0, "gravity was not asked for: {asked}");
+        assert!(largest > 3.0, "without gravity: {largest}");
     }
 }
 
 #[test]
-fn what_is_in_the_way_is_named_with_its_place() {
+fn the_first_violated_limit_is_reported_with_its_time() {
     let robot = lm_arm();
-    let obstacle = |trajectory: &Trajectory, limits: Limits, most: f64| {
+    let violated = |trajectory: &Trajectory, limits: Limits, largest: f64| {
         let found = first_infeasibility(&robot, trajectory, &limits, |demand| {
-            let short = demand.torque.iter().position(|tau| tau.abs() > most)?;
-            Some(TorqueDeficit {
-                velocity: short,
-                torque: demand.torque[short].abs() - most,
+            let beyond = demand.torque.iter().position(|tau| tau.abs() > largest);
+            Ok(beyond.map(|velocity| TorqueDeficit {
+                velocity,
+                torque: demand.torque[velocity].abs() - largest,
                 muscle: Some((2, 7.0)),
-            })
+            }))
         });
         found.unwrap().unwrap()
     };
@@ -197,26 +197,26 @@ fn what_is_in_the_way_is_named_with_its_place() {
     let far = EndPointPath::Loop { shape: Loop::Sine, center: [0.9, 0.1, -0.15], amplitude: 0.15 };
     let law = TimeLaw::new(4.0 * PI, 115.0).unwrap();
     let far = Trajectory::AlongPath { joints: resolved(&robot, &far), law };
-    let found = obstacle(&far, Limits::default(), free);
+    let found = violated(&far, Limits::default(), free);
     assert!(matches!(found.violation, Violation::Unreachable { distance, .. } if distance > 1e-3), "{found}");
     assert!((0.0..115.0).contains(&found.time) && found.to_string().contains("end point"), "{found}");
 
     let slow = Limits { cable_speed: 0.005, ..Limits::default() };
-    let found = obstacle(&sine, slow, free);
+    let found = violated(&sine, slow, free);
     assert!(matches!(&found.violation, Violation::CableSpeed { speed, .. } if *speed > 0.005), "{found}");
     assert!(found.time > 0.0);
 
     let lazy = Limits { cable_acceleration: 0.003, ..Limits::default() };
-    let found = obstacle(&sine, lazy, free);
+    let found = violated(&sine, lazy, free);
     assert!(
         matches!(&found.violation, Violation::CableAcceleration { acceleration, .. } if *acceleration > 0.003),
         "{found}"
     );
 
-    let found = obstacle(&sine, Limits { joint_speed: 0.1, ..Limits::default() }, free);
+    let found = violated(&sine, Limits { joint_speed: 0.1, ..Limits::default() }, free);
     assert!(matches!(&found.violation, Violation::JointSpeed { .. }), "{found}");
 
-    let found = obstacle(&sine, Limits::default(), 1.0);
+    let found = violated(&sine, Limits::default(), 1.0);
     assert!(
         matches!(&found.violation, Violation::Torque { joint, needed, .. } if joint.starts_with("shoulder") && needed.abs() > 1.0),
         "{found}"
@@ -226,7 +226,7 @@ fn what_is_in_the_way_is_named_with_its_place() {
     let mut beyond = robot.key("start").unwrap().to_vec();
     beyond[3] = 2.5;
     let way = MinimumJerk::new(robot.key("start").unwrap(), &beyond, 10.0).unwrap();
-    let found = obstacle(&Trajectory::PointToPoint(way), Limits::default(), free);
+    let found = violated(&Trajectory::PointToPoint(way), Limits::default(), free);
     assert!(
         matches!(&found.violation, Violation::JointRange { joint, position, .. } if joint == "elbow_flexion" && *position > 2.26),
         "{found}"
@@ -250,10 +250,10 @@ fn a_rule_for_another_robot_and_numbers_out_of_domain_are_refused() {
     assert!(MinimumJerk::new(&[0.0; 7], &[0.0; 6], 1.0).is_err());
     let of_six = Trajectory::PointToPoint(MinimumJerk::new(&[0.0; 6], &[0.1; 6], 1.0).unwrap());
     assert!(of_six.sample(0.5, &mut Reference::new(7)).is_err());
-    assert!(first_infeasibility(&robot, &of_six, &Limits::default(), |_| None).is_err());
+    assert!(first_infeasibility(&robot, &of_six, &Limits::default(), |_| Ok(None)).is_err());
     let of_seven = Trajectory::PointToPoint(MinimumJerk::new(&[0.0; 7], &[0.1; 7], 1.0).unwrap());
     let never = Limits { interval: 0.0, ..Limits::default() };
-    assert!(first_infeasibility(&robot, &of_seven, &never, |_| None).is_err());
+    assert!(first_infeasibility(&robot, &of_seven, &never, |_| Ok(None)).is_err());
 }
 
 /// Legs of a way through waypoints, one after the other.

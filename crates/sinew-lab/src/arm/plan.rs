@@ -5,7 +5,6 @@ use crate::experiment::arm::oracle_models;
 use sinew::body::{Poses, Robot};
 use sinew::control::arm::ArmGains;
 use sinew::control::tension::{Distribution, Problem, Status};
-use sinew::muscle::Muscles;
 use sinew::trajectory::{
     self, EndPointPath, Infeasibility, JointPath, Limits, MinimumJerk, Redundancy, Reference, Sequence,
     TimeLaw, TorqueDeficit, TorqueDemand, Trajectory, Waypoint, split_at_rests,
@@ -16,9 +15,6 @@ use sinew::twin::arm::ArmSpecimen;
 const TURNS: f64 = 2.0;
 /// Knots of the joint path over a turn or over a path through waypoints.
 const KNOTS: usize = 720;
-/// Upper tension limit of a muscle without a sheath, N.
-const MAXIMUM_TENSION_N: f64 = 400.0;
-
 /// A desired motion of the end point.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EndPointMotion {
@@ -117,78 +113,94 @@ fn along_path(
     Ok(Trajectory::AlongPath { joints, law })
 }
 
-/// The first place where the robot cannot follow: joints, speeds and accelerations of winches, and torques that no
-/// tensions within the controller's limits give.
+/// The first time at which a limit is violated: of the joints, of speed or acceleration of a winch, or of the tensions
+/// that the controller may ask for, where they cannot produce the torque.
 ///
 /// # Errors
-/// [`Error::Physics`] where trajectory and robot do not belong together.
+/// [`Error::Physics`] where trajectory and robot do not belong together, and for a robot with a muscle without a sheath:
+/// its tension limits are unknown.
 pub fn first_infeasibility(robot: &Robot, trajectory: &Trajectory) -> Result<Option<Infeasibility>, Error> {
     let gains = ArmGains::lm_arm();
-    let (joints, muscles) = (robot.nv(), Muscles::new(robot).count());
-    let mut distribution = Distribution::new(muscles, joints);
-    let [least, most] = tensions(robot, trajectory, muscles, &gains)?;
-    let (reference, weight) = (vec![0.0; muscles], vec![1.0; muscles]);
-    let reach = |demand: TorqueDemand<'_>| {
-        let problem = Problem {
-            moment_arms: demand.moment_arms,
-            torque: demand.torque,
-            minimum: &least,
-            maximum: &most,
-            reference: &reference,
-            weight: &weight,
-        };
-        // What is no problem is no torque that can be given.
-        let solution = distribution.solve(&problem).ok()?;
-        if solution.status == Status::Optimal {
-            return None;
-        }
-        let largest = solution.residual.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        let (velocity, torque) = largest.map(|(velocity, torque)| (velocity, *torque))?;
-        let gives = |muscle: usize| {
-            (demand.moment_arms[muscle * joints + velocity] * demand.torque[velocity]).max(0.0)
-        };
-        let muscle = (0..muscles)
-            .filter(|&m| gives(m) > 0.0 && solution.tension[m] >= most[m])
-            .max_by(|&a, &b| gives(a).total_cmp(&gives(b)))
-            .map(|m| (m, solution.tension[m]));
-        Some(TorqueDeficit { velocity, torque, muscle })
-    };
+    let mut torques = TorqueCheck::new(robot, tension_limits(robot, trajectory, &gains)?);
     let limits = Limits {
         cable_speed: gains.max_winch_speed,
         interval: check_interval(trajectory),
         ..Limits::default()
     };
-    Ok(trajectory::first_infeasibility(robot, trajectory, &limits, reach)?)
+    let check = |demand: TorqueDemand<'_>| torques.deficit(demand);
+    Ok(trajectory::first_infeasibility(robot, trajectory, &limits, check)?)
 }
 
-/// Time between the places looked at, s: a short motion is not passed over.
+/// Lower and upper tension limit of every muscle, N, by the controller's gains and cables as designed.
+fn tension_limits(robot: &Robot, trajectory: &Trajectory, gains: &ArmGains) -> Result<Vec<[f64; 2]>, Error> {
+    let design = ArmSpecimen::nominal(robot, &initial_pose(trajectory)?)?;
+    oracle_models(&design).iter().map(|cable| Ok(gains.tension_limits(&cable.law()?))).collect()
+}
+
+/// Tension distribution within the limits of the muscles.
+struct TorqueCheck {
+    distribution: Distribution,
+    joints: usize,
+    minimum: Vec<f64>,
+    maximum: Vec<f64>,
+    zeros: Vec<f64>,
+    ones: Vec<f64>,
+}
+
+impl TorqueCheck {
+    fn new(robot: &Robot, limits: Vec<[f64; 2]>) -> Self {
+        let (joints, muscles) = (robot.nv(), limits.len());
+        let (minimum, maximum) = limits.into_iter().map(|[lower, upper]| (lower, upper)).unzip();
+        Self {
+            distribution: Distribution::new(muscles, joints),
+            joints,
+            minimum,
+            maximum,
+            zeros: vec![0.0; muscles],
+            ones: vec![1.0; muscles],
+        }
+    }
+
+    /// The part of a torque that no admissible tensions produce.
+    ///
+    /// # Errors
+    /// As [`Distribution::solve`]: an invalid problem is not a feasible one.
+    fn deficit(&mut self, demand: TorqueDemand<'_>) -> Result<Option<TorqueDeficit>, sinew::Error> {
+        let Self { distribution, joints, minimum, maximum, zeros, ones } = self;
+        let solution = distribution.solve(&Problem {
+            moment_arms: demand.moment_arms,
+            torque: demand.torque,
+            minimum,
+            maximum,
+            reference: zeros,
+            weight: ones,
+        })?;
+        if solution.status == Status::Optimal {
+            return Ok(None);
+        }
+        let residual = solution.residual.iter().copied().enumerate();
+        let (velocity, torque) =
+            residual.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, f64::NAN));
+        // The saturated muscle with the largest moment arm in the direction of the torque.
+        let leverage =
+            |muscle: usize| demand.moment_arms[muscle * *joints + velocity] * demand.torque[velocity];
+        let muscle = (0..maximum.len())
+            .filter(|&m| leverage(m) > 0.0 && solution.tension[m] >= maximum[m])
+            .max_by(|&a, &b| leverage(a).total_cmp(&leverage(b)))
+            .map(|m| (m, solution.tension[m]));
+        Ok(Some(TorqueDeficit { velocity, torque, muscle }))
+    }
+}
+
+/// Time between checked instants, s: at least fifty within each motion.
 fn check_interval(trajectory: &Trajectory) -> f64 {
-    let usual = Limits::default().interval;
+    let default = Limits::default().interval;
     match trajectory {
         Trajectory::Sequence(sequence) => {
-            sequence.motions().map(|(_, motion)| check_interval(motion)).fold(usual, f64::min)
+            sequence.motions().map(|(_, motion)| check_interval(motion)).fold(default, f64::min)
         }
-        _ => usual.min(0.02 * trajectory.duration()).max(1e-3),
+        _ => default.min(0.02 * trajectory.duration()).max(1e-3),
     }
-}
-
-/// Least and most tension of every muscle, N: what the controller asks of cables that are as designed.
-fn tensions(
-    robot: &Robot,
-    trajectory: &Trajectory,
-    muscles: usize,
-    gains: &ArmGains,
-) -> Result<[Vec<f64>; 2], Error> {
-    let Ok(design) = ArmSpecimen::nominal(robot, &initial_pose(trajectory)?) else {
-        return Ok([vec![gains.min_tension; muscles], vec![MAXIMUM_TENSION_N; muscles]]);
-    };
-    let [mut least, mut most] = [Vec::new(), Vec::new()];
-    for cable in oracle_models(&design) {
-        let law = cable.law()?;
-        least.push(gains.min_tension.max(law.pretension() + gains.pretension_margin));
-        most.push(gains.max_drive_tension * (-law.friction_angle()).exp() + law.pretension());
-    }
-    Ok([least, most])
 }
 
 /// The pose in which a trajectory begins.
@@ -199,4 +211,47 @@ pub fn initial_pose(trajectory: &Trajectory) -> Result<Vec<f64>, Error> {
     let mut first = Reference::new(trajectory.joints());
     trajectory.sample(0.0, &mut first)?;
     Ok(first.q)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew::trajectory::{Loop, Violation};
+
+    fn lm_arm() -> Robot {
+        let text = include_str!("../../../../models/lm_arm.toml");
+        Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
+    }
+
+    fn sine(robot: &Robot) -> Trajectory {
+        let motion = EndPointMotion::ClosedPath(EndPointPath::lm_arm(Loop::Sine));
+        plan(robot, robot.site("endpoint").unwrap(), &motion, robot.key("start").unwrap(), 11.5).unwrap()
+    }
+
+    #[test]
+    fn a_distribution_problem_that_is_invalid_is_an_error_and_not_feasible() {
+        let robot = lm_arm();
+        let mut check = TorqueCheck::new(&robot, vec![[25.0, 150.0]; 15]);
+        let mut torque = vec![0.0; 7];
+        let arms = vec![0.01; 15 * 7];
+        torque[2] = f64::NAN;
+        assert!(check.deficit(TorqueDemand { moment_arms: &arms, torque: &torque }).is_err());
+        assert!(check.deficit(TorqueDemand { moment_arms: &arms[1..], torque: &[0.0; 7] }).is_err());
+    }
+
+    #[test]
+    fn tension_limits_never_cross_and_a_payload_beyond_them_is_reported() {
+        let robot = lm_arm();
+        let trajectory = sine(&robot);
+        let mut weak = ArmGains::lm_arm();
+        weak.max_drive_tension = 1.0;
+        for [lower, upper] in tension_limits(&robot, &trajectory, &weak).unwrap() {
+            assert!(lower <= upper);
+        }
+        assert_eq!(first_infeasibility(&robot, &trajectory).unwrap(), None);
+        let site = &robot.parts().sites[robot.site("endpoint").unwrap()];
+        let loaded = robot.with_payload(site.body, site.position, 5.0).unwrap();
+        let found = first_infeasibility(&loaded, &trajectory).unwrap().unwrap();
+        assert!(matches!(found.violation, Violation::Torque { .. }), "{found}");
+    }
 }

@@ -172,7 +172,7 @@ pub fn first_infeasibility(
     robot: &Robot,
     trajectory: &Trajectory,
     limits: &Limits,
-    mut reach: impl FnMut(TorqueDemand<'_>) -> Option<TorqueDeficit>,
+    mut reach: impl FnMut(TorqueDemand<'_>) -> Result<Option<TorqueDeficit>, Error>,
 ) -> Result<Option<Infeasibility>, Error> {
     positive("joint_speed", limits.joint_speed)?;
     positive("cable_speed", limits.cable_speed)?;
@@ -206,7 +206,7 @@ pub fn first_infeasibility(
         robot.passive_force(&now.q, &now.v, &mut passive)?;
         torque.iter_mut().zip(&passive).for_each(|(torque, passive)| *torque -= passive);
         muscles.dense(&cables.geometry, &mut arms)?;
-        if let Some(short) = reach(TorqueDemand { moment_arms: &arms, torque: &torque }) {
+        if let Some(short) = reach(TorqueDemand { moment_arms: &arms, torque: &torque })? {
             return stop(Violation::Torque {
                 joint: joint_name(robot, short.velocity),
                 needed: torque.get(short.velocity).copied().unwrap_or(f64::NAN),

@@ -144,13 +144,8 @@ impl ArmController {
             of("compensations", list.len())?;
         }
         let cables = Cables::new(models, knowledge)?;
-        let limits = |k: usize| -> Result<[f64; 2], Error> {
-            let law = models[k].law()?;
-            let least = gains.min_tension.max(law.pretension() + gains.pretension_margin);
-            let most = gains.max_drive_tension * libm::exp(-law.friction_angle()) + law.pretension();
-            Ok([least, most.max(least)])
-        };
-        let limits = (0..muscles).map(limits).collect::<Result<Vec<_>, _>>()?;
+        let limits = models.iter().map(|model| Ok(gains.tension_limits(&model.law()?)));
+        let limits = limits.collect::<Result<Vec<_>, Error>>()?;
         Ok(Self {
             joints: JointObserver::new(joints, &gains),
             cables,

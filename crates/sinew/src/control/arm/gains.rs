@@ -1,5 +1,6 @@
 use crate::Error;
 use crate::error::{non_negative, positive, within};
+use crate::transmission::cable::CableLaw;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -96,6 +97,19 @@ impl ArmGains {
             pre_travel_gain: 3.3,
             ..self
         }
+    }
+
+    /// Lower and upper limit of the tension at the anchor of a cable, N.
+    ///
+    /// ```text
+    /// F_min = max(min_tension, T_0 + pretension_margin)
+    /// F_max = max(F_min, max_drive_tension exp(-lambda) + T_0)        lambda the friction angle
+    /// ```
+    #[must_use]
+    pub fn tension_limits(&self, law: &CableLaw) -> [f64; 2] {
+        let lower = self.min_tension.max(law.pretension() + self.pretension_margin);
+        let upper = self.max_drive_tension * libm::exp(-law.friction_angle()) + law.pretension();
+        [lower, upper.max(lower)]
     }
 
     /// Checks them for a robot of so many joints.
