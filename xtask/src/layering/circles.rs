@@ -25,11 +25,11 @@ pub(super) fn circles(sources: &[(String, String)]) -> Vec<String> {
         .collect();
     let arrows = arrows(&files);
     let reached: Vec<BTreeSet<usize>> = (0..files.len()).map(|i| reach(&arrows, i)).collect();
-    let mut told = BTreeSet::new();
+    let mut seen = BTreeSet::new();
     let mut found = Vec::new();
     for i in 0..files.len() {
         let circle: Vec<usize> = reached[i].iter().copied().filter(|j| reached[*j].contains(&i)).collect();
-        if circle.is_empty() || !told.insert(circle.clone()) {
+        if circle.is_empty() || !seen.insert(circle.clone()) {
             continue;
         }
         let ties = circle.iter().flat_map(|from| {
