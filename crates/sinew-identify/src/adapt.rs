@@ -1,32 +1,37 @@
-//! Adaptation: a short calibration of another specimen, the old model as prior.
+//! Adaptation: a short calibration of another specimen, with the old model as prior.
 //!
-//! Four variants are judged on what each has not seen of the calibration log, and the best is kept:
+//! Four variants are cross-validated on the calibration log, and the best is chosen:
 //!
-//! | name     | what it changes                                                                     |
-//! |----------|-------------------------------------------------------------------------------------|
-//! | old      | nothing                                                                             |
-//! | scaled   | gain and offset of the old prediction                                               |
-//! | transfer | gain and offset, then the networks, drawn to what they were (the safe default)      |
-//! | fresh    | everything but the structure                                                        |
+//! | name     | what it changes                                                                          |
+//! |----------|------------------------------------------------------------------------------------------|
+//! | old      | nothing                                                                                  |
+//! | scaled   | gain and offset of the old prediction                                                    |
+//! | transfer | gain and offset, then the networks with their old weights as prior mean (the default)    |
+//! | fresh    | everything but the structure                                                             |
 
 use crate::Error;
-use crate::conditioning;
+use crate::calibration::calibrate;
+use crate::conditioning::{ConditionedLogs, gap_s, input_limits};
+use crate::estimation::{estimate_sequence, rmse};
 use crate::fit::cell::CellPlan;
 use crate::fit::ensemble::{self, Rows};
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
 use crate::fit::run::Run;
-use crate::identify::{Identification, Options, Progress, Work, counting, finish};
+use crate::identify::{Identification, Options, Progress};
 use crate::log::Dataset;
+use crate::report::Evidence;
+use crate::report::build::report;
+use crate::select::choice::selection_rmse;
 use crate::select::cross_validation::{Fit, ScoredCandidate, cross_validate};
 use crate::select::folds::Folds;
-use crate::training::{estimate_sequence, fit_networks, refit_cell, rmse};
+use crate::training::{fit_networks, refit_cell};
 use sinew::predictor::{Estimator, Feature, InputLimits, MEMBERS, Model};
 use sinew::transmission::{BasisTerm, ClampCell};
 
-/// Another way must beat the transfer by this factor to be preferred.
+/// Another variant is chosen only where its error is below this fraction of the transfer's.
 const MARGIN: f64 = 0.95;
 
-/// Rows the networks are trained on.
+/// Most rows the networks are trained on.
 const ROWS: usize = 5000;
 
 /// Samples per independent sample in a calibration log.
@@ -35,65 +40,63 @@ const CORRELATION: f64 = 20.0;
 /// Adapts `old` to the specimen of `data`, which was read with the columns of `old`.
 ///
 /// # Errors
-/// [`Error::Samples`] where nothing could be fitted.
+/// [`Error::NothingFitted`] where no variant could be fitted.
 pub fn adapt(
     old: &Model,
     data: &Dataset,
     options: &Options,
     progress: &Progress<'_>,
 ) -> Result<Identification, Error> {
-    let guards = widened(&old.guards, &conditioning::guards(data));
-    let gap_s = old.gap_s.max(conditioning::gap_s(data));
-    let runs = conditioning::condition(data, &guards, gap_s);
+    let limits = union(&old.guards, &input_limits(data));
+    let logs = ConditionedLogs::with_limits(data.clone(), limits, old.gap_s.max(gap_s(data)));
     let folds = Folds::of(data);
-    let was = &old.estimator;
-    let fresh = |training: &[&Run]| fresh(was, training, options.seed);
+    let prior = &old.estimator;
+    let fresh = |training: &[&Run]| fresh(prior, training, options.seed);
     let variants: [(&str, &str, &Fit<'_>); 4] = [
-        ("old", "the old model as it was", &|training| Some(remeasured(was.clone(), training))),
-        ("scaled", "the old model with a new gain and offset", &|training| scaled(was, training)),
+        ("old", "the old model as it was", &|training| Some(remeasured(prior.clone(), training))),
+        ("scaled", "the old model with a new gain and offset", &|training| scaled(prior, training)),
         (
             "transfer",
-            "the old model as prior: what the calibration cannot tell stays as it was",
-            &|training| transfer(was, training),
+            "the old model as prior: what the calibration does not determine stays as it was",
+            &|training| transfer(prior, training),
         ),
         ("fresh", "the structure of the old model, fitted anew", &fresh),
     ];
-    let mut tried = Vec::new();
+    let mut scored = Vec::new();
     for (k, (name, description, fit)) in variants.iter().enumerate() {
-        progress("judging variants to adapt on data they do not see", 0.1 + 0.2 * k as f64);
-        let validation = cross_validate(*fit, &runs, &folds);
-        tried.push(ScoredCandidate {
-            name: (*name).to_string(),
-            description: (*description).to_string(),
-            validation,
-        });
+        progress("comparing adaptations on data they do not see", 0.1 + 0.2 * k as f64);
+        let validation = cross_validate(*fit, &logs.runs, &folds);
+        scored.push(ScoredCandidate { name: (*name).into(), description: (*description).into(), validation });
     }
-    let chosen = choose(&tried)
-        .ok_or_else(|| Error::samples("calibration log", "enough to judge a model", &data.logs.len()))?;
-    let estimator = variants[chosen].2(&counting(&runs))
-        .ok_or_else(|| Error::samples("calibration log", "enough to fit a model", &tried[chosen].name))?;
-    let work = Work { data, runs: &runs, folds: &folds, guards, gap_s, seed: options.seed };
-    finish(&work, &tried, chosen, estimator, Vec::new())
+    let choose = |without| choose(&scored, without);
+    let chosen = choose(None).ok_or(Error::NothingFitted { what: "any adaptation" })?;
+    let rmse = selection_rmse(&scored, chosen, &choose);
+    let estimator =
+        variants[chosen].2(&logs.counted()).ok_or(Error::NothingFitted { what: "the chosen adaptation" })?;
+    let model = calibrate(estimator, &scored[chosen], rmse, &logs, options.seed)?;
+    let evidence = Evidence { logs: &logs, scored: &scored, chosen, model: &model, folds: &folds };
+    let report = report(&evidence, Vec::new());
+    Ok(Identification { model, report })
 }
 
-/// The best way; the transfer unless another is clearly better.
-fn choose(tried: &[ScoredCandidate]) -> Option<usize> {
-    let score = |k: usize| tried[k].score();
+/// The variant with the least error over all folds but `without`; the transfer unless another is clearly better.
+fn choose(scored: &[ScoredCandidate], without: Option<usize>) -> Option<usize> {
+    let score = |k: usize| scored[k].score(without);
     let best =
-        (0..tried.len()).filter(|&k| score(k).is_finite()).min_by(|&a, &b| score(a).total_cmp(&score(b)))?;
-    let transfer = tried.iter().position(|t| t.name == "transfer").filter(|&k| score(k).is_finite());
+        (0..scored.len()).filter(|&k| score(k).is_finite()).min_by(|&a, &b| score(a).total_cmp(&score(b)))?;
+    let transfer = scored.iter().position(|t| t.name == "transfer").filter(|&k| score(k).is_finite());
     Some(transfer.filter(|&k| score(best) > MARGIN * score(k)).unwrap_or(best))
 }
 
-/// Both ranges count as known.
-fn widened(old: &[InputLimits], new: &[InputLimits]) -> Vec<InputLimits> {
-    let union = |(a, b): (&InputLimits, &InputLimits)| InputLimits {
+/// Limits that allow what either allows.
+fn union(old: &[InputLimits], new: &[InputLimits]) -> Vec<InputLimits> {
+    let either = |(a, b): (&InputLimits, &InputLimits)| InputLimits {
         jump: a.jump.max(b.jump),
         low: a.low.min(b.low),
         high: a.high.max(b.high),
         typical: b.typical,
     };
-    old.iter().zip(new).map(union).collect()
+    old.iter().zip(new).map(either).collect()
 }
 
 /// With the training error it has on these runs.

@@ -1,8 +1,44 @@
 use std::fmt;
 
+/// What a column of a log stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ColumnRole {
+    /// The signal to predict.
+    Far,
+    /// Near-side tensions or torques.
+    Effort,
+    /// Near-side positions or strokes.
+    Motion,
+    /// Displacement of the far end.
+    Anchor,
+    /// Slow quantities.
+    Given,
+    /// Time.
+    Time,
+    /// Trial label.
+    Trial,
+    /// Condition label.
+    Group,
+}
+
+impl fmt::Display for ColumnRole {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Far => "far-end",
+            Self::Effort => "effort",
+            Self::Motion => "motion",
+            Self::Anchor => "anchor",
+            Self::Given => "given",
+            Self::Time => "time",
+            Self::Trial => "trial",
+            Self::Group => "group",
+        })
+    }
+}
+
 /// What can be wrong between a log and a model.
 ///
-/// Every variant names the place, what was expected there and what stands there.
+/// Every variant names the place, what was expected there and what was found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -21,6 +57,28 @@ pub enum Error {
         expected: String,
         /// What stands there.
         got: String,
+    },
+    /// A name that no candidate model has.
+    #[error("no candidate model is named `{name}`; these logs have {}", list(.known))]
+    UnknownModel {
+        /// The name asked for.
+        name: String,
+        /// The candidates for these logs.
+        known: Vec<String>,
+    },
+    /// Data that hold too little for a fit.
+    #[error("the logs hold too little to fit {what}")]
+    NothingFitted {
+        /// What was to be fitted.
+        what: &'static str,
+    },
+    /// A role that a computation needs and no column has.
+    #[error("no column has the {role} role, expected {expected}")]
+    MissingRole {
+        /// The role.
+        role: ColumnRole,
+        /// What its column holds.
+        expected: &'static str,
     },
     /// No log was given.
     #[error("no log was given: name at least one file")]
@@ -45,8 +103,10 @@ pub enum Error {
         /// What stands there.
         got: String,
     },
-    /// The format is read by a part of the program that was not built.
-    #[error("{file} is a {format} file, which this build cannot read: build with `--features {feature}`")]
+    /// A format whose reader is not part of this build.
+    #[error(
+        "{file} is a {format} file: this build has no reader for it, the cargo feature `{feature}` adds it"
+    )]
     FormatNotBuilt {
         /// The log.
         file: String,
@@ -128,31 +188,31 @@ pub enum Error {
         column: String,
     },
     /// A column with two roles.
-    #[error("column `{column}` was given two roles, {first} and {second}: it can have one")]
+    #[error("column `{column}` was given two roles, {first} and {second}, expected one")]
     TwoRoles {
         /// The column.
         column: String,
         /// Its first role.
-        first: &'static str,
+        first: ColumnRole,
         /// Its second role.
-        second: &'static str,
+        second: ColumnRole,
     },
-    /// Nothing to predict.
-    #[error("{file}: which column is to be predicted? {}; name it with --far COL; the columns are {}",
-        which_far(.candidates), list(.columns))]
+    /// No single column to predict.
+    #[error("{file}: expected one far-end column, {}; the columns are {}",
+        found(.candidates), list(.columns))]
     NoFar {
         /// The log.
         file: String,
-        /// Columns whose names fit, if there were several.
+        /// Columns whose names fit.
         candidates: Vec<String>,
         /// The columns of the log.
         columns: Vec<String>,
     },
     /// Nothing to predict from.
     #[error(
-        "{file}: no near-side column was given and none was found by name; name them with --effort COL,.. \
-         (tensions or torques), --motion COL,.. (positions or strokes), --anchor COL (far-end displacement) \
-         or --given COL,.. (slow quantities); the columns are {}", list(.columns)
+        "{file}: expected near-side columns, none was given and no name has the form of one: effort (tensions or \
+         torques), motion (positions or strokes), anchor (far-end displacement) or given (slow quantities); \
+         the columns are {}", list(.columns)
     )]
     NoInputs {
         /// The log.
@@ -160,15 +220,13 @@ pub enum Error {
         /// The columns of the log.
         columns: Vec<String>,
     },
-    /// Two columns that could both be it.
-    #[error("{file}: {} could each be the {role} column: choose with {flag} COL", list(.candidates))]
+    /// Several columns that could have a role.
+    #[error("{file}: expected one {role} column, {} could each be it", list(.candidates))]
     Ambiguous {
         /// The log.
         file: String,
         /// The role in question.
-        role: &'static str,
-        /// The flag that decides.
-        flag: &'static str,
+        role: ColumnRole,
         /// The columns whose names fit.
         candidates: Vec<String>,
     },
@@ -193,7 +251,7 @@ pub enum Error {
         column: String,
     },
     /// A signal that never changes where it must.
-    #[error("{place}: {what} {} constant at {value}: there is nothing to learn from it", list(.columns))]
+    #[error("{place}: {what} {} constant at {value}: no effect can be identified from it", list(.columns))]
     Constant {
         /// The log, or the logs.
         place: String,
@@ -216,10 +274,10 @@ pub enum Error {
         /// Time at the line, s.
         after: f64,
     },
-    /// Several trials under each other and nothing that tells them apart.
+    /// Several trials in one file without a label that distinguishes them.
     #[error(
         "{file}, line {line}: time starts again, from {before} s to {after} s, so several trials seem to be \
-         stacked; name the column that tells them apart with --trial COL, or split the file"
+         stacked; expected a trial column that distinguishes them, or one file per trial"
     )]
     StackedTrials {
         /// The log.
@@ -280,11 +338,15 @@ fn list(names: &[String]) -> impl fmt::Display + '_ {
     Names(names)
 }
 
-fn which_far(names: &[String]) -> String {
-    if names.is_empty() { "no name tells".to_owned() } else { format!("{} could each be it", Names(names)) }
+fn found(candidates: &[String]) -> String {
+    if candidates.is_empty() {
+        "no name has the form of one".to_owned()
+    } else {
+        format!("{} could each be it", Names(candidates))
+    }
 }
 
-/// Names in backquotes; a long list is cut, because a terminal has an end.
+/// Names in backquotes; a long list is cut to what fits on a terminal.
 struct Names<'a>(&'a [String]);
 
 impl fmt::Display for Names<'_> {

@@ -1,4 +1,4 @@
-//! From the logs of a cable transmission to a model of its far end, with an honest account of the fit.
+//! From the logs of a cable transmission to a model of its far end, with errors on data it has not seen.
 //!
 //! Offline code: it may read files, use threads and allocate. The model it makes is a
 //! [`sinew::predictor`], which does none of that.
@@ -6,15 +6,16 @@
 pub mod fit;
 pub mod log;
 pub mod report;
-#[doc(hidden)]
-pub mod training;
 
 pub mod adapt;
 pub mod cable;
+mod calibration;
 mod conditioning;
+mod estimation;
 pub mod evaluate;
 pub mod identify;
 mod select;
+mod training;
 
 mod error;
-pub use error::Error;
+pub use error::{ColumnRole, Error};

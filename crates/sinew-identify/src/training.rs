@@ -1,44 +1,18 @@
-//! One member of the comparison: from its recipe to a fitted model.
+//! Training: from the recipe of a candidate and its data to a fitted estimator.
 
 use crate::cable::fit_observed;
+use crate::estimation::rmse;
 use crate::fit::cell::{CellData, CellPlan, fit_cell};
 use crate::fit::ensemble::{self, Rows};
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
-use sinew::predictor::{Estimate, Estimator, Feature, Memory, MemoryLaw};
+use sinew::predictor::{Estimator, Feature, Memory, MemoryLaw};
 use sinew::transmission::ClampCell;
-
-/// Runs an estimator over one sequence as at run time.
-#[must_use]
-pub fn estimate_sequence(estimator: &Estimator, run: &Run) -> Vec<Estimate> {
-    let mut memory = Memory::new(&estimator.law);
-    let mut scratch = vec![0.0; estimator.law.features.len()];
-    (0..run.len())
-        .map(|i| {
-            memory.step(&estimator.law, run.dt_s[i], run.row(i));
-            estimator.estimate(&memory, &mut scratch)
-        })
-        .collect()
-}
-
-/// Root mean square error of an estimator on runs; NaN where no sample counts.
-pub(crate) fn rmse(estimator: &Estimator, runs: &[&Run]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for sequence in runs {
-        for ((o, y), w) in
-            estimate_sequence(estimator, sequence).iter().zip(&sequence.far).zip(&sequence.weight)
-        {
-            sum += w * (o.mean - y) * (o.mean - y);
-            count += w;
-        }
-    }
-    (sum / count).sqrt()
-}
 
 /// Fits a recipe to runs; `None` where they hold too little to fit.
 #[must_use]
-pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
+pub(crate) fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
     let mut law =
         MemoryLaw { signals: recipe.signals.clone(), cell: None, cable: None, features: Vec::new() };
     let columns = Columns::new(&law, runs);
@@ -53,41 +27,40 @@ pub fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
     }
     let mut estimator = fit_networks(law, recipe, runs, seed)?;
     for _ in 0..recipe.rounds {
-        estimator = refined(estimator, recipe, runs, seed)?;
+        estimator = refit_in_turn(estimator, recipe, runs, seed)?;
     }
     Some(estimator)
 }
 
-/// Cell and networks take turns: the cell is fitted to what the networks leave over, then they to what it leaves.
-///
-/// A cell that was fitted alone bends its bounds to explain what a network explains better.
-fn refined(estimator: Estimator, recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
+/// Refits the cell to the residual of the networks, then the networks to the residual of the cell: a cell fitted alone
+/// distorts its bounds to explain what a network explains better.
+fn refit_in_turn(estimator: Estimator, recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
     let (Some(plan), Some(_)) = (&recipe.cell, &estimator.ensemble) else { return Some(estimator) };
-    let rest: Vec<Run> = runs.iter().map(|sequence| without_correction(&estimator, sequence)).collect();
-    let rest: Vec<&Run> = rest.iter().collect();
+    let residuals: Vec<Run> = runs.iter().map(|run| without_correction(&estimator, run)).collect();
+    let residuals: Vec<&Run> = residuals.iter().collect();
     let mut law = estimator.law;
-    law.cell = Some(refit_cell(&law, plan, &rest)?);
+    law.cell = Some(refit_cell(&law, plan, &residuals)?);
     fit_networks(law, recipe, runs, seed)
 }
 
-/// The sequence with the gated correction taken from its far side.
-fn without_correction(estimator: &Estimator, sequence: &Run) -> Run {
+/// The run with the gated correction subtracted from its far side.
+fn without_correction(estimator: &Estimator, run: &Run) -> Run {
     let mut memory = Memory::new(&estimator.law);
     let mut scratch = vec![0.0; estimator.law.features.len()];
-    let mut rest = sequence.clone();
-    for i in 0..rest.len() {
-        memory.step(&estimator.law, rest.dt_s[i], sequence.row(i));
-        rest.far[i] -= estimator.estimate(&memory, &mut scratch).mean - memory.cell().state;
+    let mut residual = run.clone();
+    for i in 0..run.len() {
+        memory.step(&estimator.law, run.dt_s[i], run.row(i));
+        residual.far[i] -= estimator.estimate(&memory, &mut scratch).mean - memory.cell().state;
     }
-    rest
+    residual
 }
 
-/// Fits the cell of a law that is there already.
+/// Fits the cell of a given law.
 pub(crate) fn refit_cell(law: &MemoryLaw, plan: &CellPlan, runs: &[&Run]) -> Option<ClampCell> {
     fit_cell(&Columns::new(law, runs).data(), plan)
 }
 
-/// Trains the networks of a recipe on a law that is there already.
+/// Trains the networks of a recipe on the residual of a given law.
 pub(crate) fn fit_networks(law: MemoryLaw, recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
     let mut estimator = Estimator { law, ensemble: None, gate_power: None, perceptron: None, sigma0: 0.0 };
     if recipe.features.is_some() {

@@ -54,16 +54,16 @@ fn a_missing_column_is_answered_with_the_list_of_columns() {
 #[test]
 fn no_far_column_asks_for_the_flag() {
     let text = csv(&samples(100, 0.0)).replace("tension_out_n", "y");
-    says(&message(&text, &plain()), &["--far", "`y`"]);
+    says(&message(&text, &plain()), &["far-end column", "`y`"]);
     let text = csv(&samples(100, 0.0)).replace("tension_in_n", "torque_out_nm");
-    says(&message(&text, &plain()), &["--far", "`tension_out_n`, `torque_out_nm` could each be it"]);
+    says(&message(&text, &plain()), &["far-end column", "`tension_out_n`, `torque_out_nm` could each be it"]);
 }
 
 #[test]
 fn no_inputs_lists_the_columns_and_the_flags() {
     let text = csv(&samples(100, 0.0)).replace("tension_in_n", "x");
     let flags = RequestedRoles { far: Some("tension_out_n".into()), ..plain() };
-    says(&message(&text, &flags), &["--effort", "--motion", "--anchor", "--given", "`t_s`, `x`"]);
+    says(&message(&text, &flags), &["effort", "motion", "anchor", "given", "`t_s`, `x`"]);
 }
 
 #[test]
@@ -73,9 +73,9 @@ fn a_column_has_one_role() {
         motion: vec!["tension_in_n".into()],
         ..plain()
     };
-    says(&message(&csv(&samples(100, 0.0)), &flags), &["`tension_in_n`", "--effort", "--motion"]);
+    says(&message(&csv(&samples(100, 0.0)), &flags), &["`tension_in_n`", "effort", "motion"]);
     let flags = RequestedRoles { far: Some("t_s".into()), time: Some("t_s".into()), ..plain() };
-    says(&message(&csv(&samples(100, 0.0)), &flags), &["`t_s`", "--far", "--time"]);
+    says(&message(&csv(&samples(100, 0.0)), &flags), &["`t_s`", "far-end", "time"]);
 }
 
 #[test]
@@ -182,7 +182,7 @@ fn stacked_trials_without_a_trial_column_ask_for_one() {
     let one = csv(&samples(100, 0.0));
     let (_, rows) =
         csv(&samples(100, 1.0)).split_once('\n').map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
-    says(&message(&(one + &rows), &plain()), &["--trial", "line 102", "0.99", "0 s"]);
+    says(&message(&(one + &rows), &plain()), &["trial column", "line 102", "0.99", "0 s"]);
 }
 
 #[test]
@@ -214,7 +214,7 @@ fn a_group_must_exist_separate_and_hold_within_trials() {
 fn two_time_columns_are_the_users_choice() {
     let text = csv(&samples(100, 0.0)).replace("t_s,tension_in_n", "t_s,time_s");
     let flags = RequestedRoles { far: Some("tension_out_n".into()), ..plain() };
-    says(&message(&text, &flags), &["--time", "`t_s`, `time_s`"]);
+    says(&message(&text, &flags), &["time column", "`t_s`, `time_s`"]);
 }
 
 #[test]

@@ -87,7 +87,7 @@ pub(crate) fn render(account: &IdentificationReport) -> Result<String, Error> {
             .map(|i| InputView { column: i.column.clone(), role: role(i.role) })
             .collect(),
         verdict: chosen(account).map(|c| verdict(c, &signals)),
-        advice: account.advice.iter().map(String::as_str).filter(|a| !a.is_empty()).collect(),
+        advice: account.recommendations.iter().map(String::as_str).filter(|a| !a.is_empty()).collect(),
         amount: format!(
             "{}, {}, {}",
             plural(account.logs.len(), "log", "logs"),

@@ -35,7 +35,7 @@ fn bare() -> IdentificationReport {
     account.inputs.clear();
     account.folds = 0;
     account.far_range = f64::NAN;
-    account.advice = [String::new(), String::new()];
+    account.recommendations = [String::new(), String::new()];
     account
 }
 
@@ -58,7 +58,7 @@ fn hostile() -> (IdentificationReport, &'static str) {
     }
     account.classical.iter_mut().for_each(|c| (c.law, c.equation, c.remark) = (name(), name(), name()));
     (account.far, account.question, account.version) = (name(), name(), name());
-    (account.warnings, account.advice) = (vec![name()], [name(), name()]);
+    (account.warnings, account.recommendations) = (vec![name()], [name(), name()]);
     (account.chosen.name, account.chosen.description) = (name(), name());
     (account, evil)
 }

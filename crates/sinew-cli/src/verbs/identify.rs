@@ -80,7 +80,7 @@ fn summary(account: &IdentificationReport, model: &std::path::Path) -> serde_jso
         "logs": account.logs,
         "question": account.question,
         "warnings": account.warnings,
-        "advice": account.advice,
+        "advice": account.recommendations,
         "seed": account.seed,
     })
 }
@@ -124,7 +124,7 @@ fn summary_text(account: &IdentificationReport, model: &std::path::Path, report:
     for warning in &account.warnings {
         let _ = writeln!(text, "Note: {warning}");
     }
-    let _ = writeln!(text, "{} {}", account.advice[0], account.advice[1]);
+    let _ = writeln!(text, "{} {}", account.recommendations[0], account.recommendations[1]);
     let _ = writeln!(text, "\nwrote {} and {}", model.display(), report.display());
     text
 }

@@ -1,21 +1,21 @@
 //! From a dataset with roles to what the observer takes: metres, newtons, positive toward the motor.
 
 use super::log::CableLog;
-use crate::Error;
 use crate::log::{Dataset, Role, Sequence};
+use crate::{ColumnRole, Error};
 use sinew::predictor::CableColumns;
 
 /// The sequences of a dataset as logs of a cable. Directions are found from the data: winding in raises the near
 /// tension, an anchor that moves away raises the far one.
 ///
 /// # Errors
-/// [`Error::Samples`] where there is no near tension, motor position or anchor displacement, where a
-/// column is an angle or a torque, or where a direction cannot be told because nothing moves.
+/// [`Error::MissingRole`] without a near tension, a motor position or an anchor displacement; [`Error::Samples`] where
+/// a column is an angle or a torque, or where nothing moves, so that a direction is not defined.
 pub fn cable_logs(data: &Dataset) -> Result<(CableColumns, Vec<CableLog>), Error> {
     let mut columns = CableColumns {
-        tension: first(data, Role::Effort, "a near tension, N (--effort)")?,
-        motor: first(data, Role::Motion, "a position of the motor's cable, m (--motion)")?,
-        anchor: first(data, Role::Anchor, "a displacement of the anchor, m (--anchor)")?,
+        tension: first(data, Role::Effort, ColumnRole::Effort, "a near tension, N")?,
+        motor: first(data, Role::Motion, ColumnRole::Motion, "a position of the cable at the drive, m")?,
+        anchor: first(data, Role::Anchor, ColumnRole::Anchor, "a displacement of the anchor, m")?,
         motor_scale: 1.0,
         anchor_scale: 1.0,
     };
@@ -35,9 +35,9 @@ pub fn cable_logs(data: &Dataset) -> Result<(CableColumns, Vec<CableLog>), Error
     Ok((columns, logs))
 }
 
-fn first(data: &Dataset, role: Role, expected: &str) -> Result<usize, Error> {
-    let place = data.roles.inputs.iter().position(|input| input.role == role);
-    place.ok_or_else(|| Error::samples("columns of the cable observer", expected, &"none"))
+fn first(data: &Dataset, of: Role, role: ColumnRole, expected: &'static str) -> Result<usize, Error> {
+    let place = data.roles.inputs.iter().position(|input| input.role == of);
+    place.ok_or(Error::MissingRole { role, expected })
 }
 
 fn unit(column: &str) -> Option<String> {

@@ -20,7 +20,7 @@ pub(crate) struct CellData<'a> {
 
 /// What a clamp cell is made of.
 #[derive(Debug, Clone, PartialEq)]
-pub struct CellPlan {
+pub(crate) struct CellPlan {
     /// Factors of the bounds; the last one is the constant.
     pub basis: Vec<BasisTerm>,
     /// Signals that move the state inside the band.
@@ -33,7 +33,7 @@ pub struct CellPlan {
 
 impl CellPlan {
     /// Branches that bend the corners of the loop without a spread of parameters.
-    pub const DISTRIBUTED: [f64; 3] = [1.0, 0.8, 0.5];
+    pub(crate) const DISTRIBUTED: [f64; 3] = [1.0, 0.8, 0.5];
 }
 
 /// Share of a branch at the start of its fit: enough to be felt, little enough to be taken back.

@@ -5,7 +5,7 @@ use sinew::predictor::{CableColumns, Signal};
 
 /// The inputs of the networks: which signals, and which memory operators of them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FeaturePlan {
+pub(crate) struct FeaturePlan {
     /// Signals that enter with their stop operators and low-pass differences.
     pub signals: Vec<usize>,
     /// Signals that enter with their present value alone.
@@ -18,7 +18,7 @@ pub struct FeaturePlan {
 
 /// Everything that determines the fit of one candidate model, apart from the data and the seed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Recipe {
+pub(crate) struct Recipe {
     /// Its name in reports.
     pub name: String,
     /// The signals computed from the inputs; every other index refers to this list.
@@ -48,7 +48,7 @@ pub struct Recipe {
 
 /// How the part that is not physical is learned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Learner {
+pub(crate) enum Learner {
     /// An ensemble whose correction is gated by the variance over its networks.
     Ensemble,
     /// An ensemble in which every other network is trained without the features of the cell; no gate.

@@ -2,11 +2,9 @@
 
 /// One sequence ready for fitting: finite, conditioned as the predictor conditions its samples.
 #[derive(Debug, Clone)]
-pub struct Run {
+pub(crate) struct Run {
     /// Which log it is from.
     pub log: usize,
-    /// Labels that grouped folds may use.
-    pub group: Vec<usize>,
     /// Seconds since the sample before, 0 at the first: `[n]`.
     pub dt_s: Vec<f64>,
     /// `[n x width]` row-major.
@@ -22,14 +20,8 @@ pub struct Run {
 impl Run {
     /// Number of samples.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.far.len()
-    }
-
-    /// Whether there is no sample.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.far.is_empty()
     }
 
     /// Inputs of one sample.

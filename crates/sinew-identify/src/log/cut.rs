@@ -1,21 +1,10 @@
 //! A table cut into sequences: at trials, at gaps, without repeated rows.
 
 use super::occurrences::Occurrences;
-use super::table::Table;
+use super::table::{ColumnLayout, Table};
 use super::times::{Times, separating};
 use super::types::Sequence;
 use crate::Error;
-
-/// Where the columns of the roles stand in [`Table::numbers`].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Layout {
-    /// The inputs are columns `0..inputs`.
-    pub(super) inputs: usize,
-    /// The far side.
-    pub(super) far: Option<usize>,
-    /// Time.
-    pub(super) time: Option<usize>,
-}
 
 /// What was cut from one log.
 pub(super) struct CutLog {
@@ -32,7 +21,7 @@ pub(super) struct CutLog {
 }
 
 /// Cuts a table whose time is scaled to seconds.
-pub(super) fn cut(file: &str, table: &Table, layout: Layout, skip_s: f64) -> Result<CutLog, Error> {
+pub(super) fn cut(file: &str, table: &Table, layout: ColumnLayout, skip_s: f64) -> Result<CutLog, Error> {
     let times = Times::new(file, table, layout)?;
     let mut cutter = Cutter::new(table, layout, skip_s, times.gap_s);
     for row in 0..table.lines.len() {
@@ -52,7 +41,7 @@ pub(super) fn cut(file: &str, table: &Table, layout: Layout, skip_s: f64) -> Res
 /// Walks the rows and cuts.
 struct Cutter<'a> {
     table: &'a Table,
-    layout: Layout,
+    layout: ColumnLayout,
     skip_s: f64,
     gap_s: f64,
     sequences: Vec<Sequence>,
@@ -69,7 +58,7 @@ struct Cutter<'a> {
 }
 
 impl<'a> Cutter<'a> {
-    fn new(table: &'a Table, layout: Layout, skip_s: f64, gap_s: f64) -> Self {
+    fn new(table: &'a Table, layout: ColumnLayout, skip_s: f64, gap_s: f64) -> Self {
         Self {
             table,
             layout,

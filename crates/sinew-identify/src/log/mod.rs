@@ -38,6 +38,7 @@ mod times;
 mod types;
 
 pub use open::MEMORY_LIMIT_BYTES;
-pub use read::{MIN_SCORED, read_bytes, read_bytes_with_roles, read_dataset, read_with_roles};
+pub use read::{read_bytes, read_bytes_with_roles, read_dataset, read_with_roles};
+pub use signal_checks::MIN_SCORED;
 pub use times::{GAP_INTERVALS, GAP_TYPICAL};
 pub use types::{Condition, Dataset, Input, LogInfo, ReadOptions, RequestedRoles, Role, Roles, Sequence};

@@ -1,10 +1,10 @@
 //! One log: read, scaled, cut, and told what was found in it.
 
 use super::conditions::LogConstants;
-use super::cut::{self, CutLog, Layout};
+use super::cut::{self, CutLog};
 use super::occurrences::{Occurrences, counted};
 use super::open::OpenLog;
-use super::table::{Table, Wanted};
+use super::table::{ColumnLayout, Table, Wanted};
 use super::types::{Roles, Sequence};
 use super::{names, spikes};
 use crate::Error;
@@ -34,7 +34,7 @@ pub(super) fn read_log(roles: &Roles, log: OpenLog, skip_s: f64) -> Result<ReadL
             numbers.len() - 1
         })
     };
-    let layout = Layout { inputs, far: place(far), time: place(time) };
+    let layout = ColumnLayout { inputs, far: place(far), time: place(time) };
     let trial = roles.trial.as_ref().and_then(at);
     let group = roles.group.as_ref().and_then(at);
     // A group may be the trial column itself.
@@ -70,7 +70,7 @@ pub(super) fn read_log(roles: &Roles, log: OpenLog, skip_s: f64) -> Result<ReadL
 
 /// Time to seconds.
 #[expect(clippy::float_cmp, reason = "1.0 is the literal of a table of units, not a result")]
-fn rescale(table: &mut Table, layout: Layout, scale: f64, findings: &mut Vec<String>) {
+fn rescale(table: &mut Table, layout: ColumnLayout, scale: f64, findings: &mut Vec<String>) {
     if let Some(k) = layout.time.filter(|_| scale != 1.0) {
         table.numbers[k].iter_mut().for_each(|t| *t *= scale);
         findings.push(format!("time was multiplied by {scale} to have seconds"));
@@ -100,7 +100,7 @@ fn missing_cells(
     table: &Table,
     wanted: &Wanted,
     columns: &[String],
-    layout: Layout,
+    layout: ColumnLayout,
     findings: &mut Vec<String>,
 ) {
     for (k, numbers) in table.numbers.iter().enumerate() {

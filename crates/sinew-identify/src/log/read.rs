@@ -7,9 +7,6 @@ use super::roles::{self, Columns};
 use super::types::{Dataset, ReadOptions, RequestedRoles, Roles};
 use crate::Error;
 
-/// Fewer samples that can be scored than this are no log to learn from.
-pub const MIN_SCORED: usize = 20;
-
 /// Reads logs whose columns are found by flags and by name.
 ///
 /// The order in which files are given and the order of their columns change nothing.

@@ -1,8 +1,8 @@
-//! Which column has which role: by flags, then by the names of `names`.
+//! Which column has which role: as requested, then by the names of `names`.
 
 use super::names::{Meaning, meaning, nearest};
 use super::types::{Input, RequestedRoles, Role, Roles};
-use crate::Error;
+use crate::{ColumnRole, Error};
 use std::collections::BTreeSet;
 
 /// A log of which only the columns are known yet.
@@ -14,35 +14,39 @@ pub(super) struct Columns<'a> {
 }
 
 /// Finds the roles in logs that should all have the same columns.
-pub(super) fn find(flags: &RequestedRoles, logs: &[Columns<'_>], far_required: bool) -> Result<Roles, Error> {
+pub(super) fn find(
+    requested: &RequestedRoles,
+    logs: &[Columns<'_>],
+    far_required: bool,
+) -> Result<Roles, Error> {
     let Some(first) = logs.first() else { return Err(Error::NoLogs) };
-    refuse_two_roles(flags)?;
+    refuse_two_roles(requested)?;
     // Sorted, so that the order of columns in a file changes nothing.
     let all: BTreeSet<&str> = logs.iter().flat_map(|l| l.names).map(String::as_str).collect();
-    let flagged = flagged_inputs(flags);
-    let taken: BTreeSet<&str> = flagged
+    let given_inputs = requested_inputs(requested);
+    let taken: BTreeSet<&str> = given_inputs
         .iter()
         .map(|input| input.column.as_str())
-        .chain([&flags.far, &flags.time, &flags.trial].into_iter().flatten().map(String::as_str))
+        .chain([&requested.far, &requested.time, &requested.trial].into_iter().flatten().map(String::as_str))
         .collect();
     let named = |wanted: fn(Meaning) -> bool| -> Vec<String> {
         let fits = |name: &&&str| !taken.contains(**name) && meaning(name).is_some_and(wanted);
         all.iter().filter(fits).map(|name| (*name).to_owned()).collect()
     };
-    let far = match &flags.far {
+    let far = match &requested.far {
         Some(far) => Some(far.clone()),
         None => one_far(named(|m| m == Meaning::Far), first, far_required)?,
     };
-    let time = match &flags.time {
+    let time = match &requested.time {
         Some(time) => Some(time.clone()),
-        None => at_most_one(named(|m| m == Meaning::Time), first, "time", "--time")?,
+        None => at_most_one(named(|m| m == Meaning::Time), first, ColumnRole::Time)?,
     };
-    let trial = match &flags.trial {
+    let trial = match &requested.trial {
         Some(trial) => Some(trial.clone()),
-        None => at_most_one(named(|m| m == Meaning::Trial), first, "trial", "--trial")?,
+        None => at_most_one(named(|m| m == Meaning::Trial), first, ColumnRole::Trial)?,
     };
-    let inputs = if flagged.is_empty() { named_inputs(&named) } else { flagged };
-    let roles = Roles { far, inputs, time, trial, group: flags.group.clone() };
+    let inputs = if given_inputs.is_empty() { named_inputs(&named) } else { given_inputs };
+    let roles = Roles { far, inputs, time, trial, group: requested.group.clone() };
     present(&roles, logs, far_required)?;
     if roles.inputs.is_empty() {
         return Err(Error::NoInputs { file: first.file.into(), columns: first.names.to_vec() });
@@ -50,14 +54,14 @@ pub(super) fn find(flags: &RequestedRoles, logs: &[Columns<'_>], far_required: b
     Ok(roles)
 }
 
-fn flagged_inputs(flags: &RequestedRoles) -> Vec<Input> {
+fn requested_inputs(requested: &RequestedRoles) -> Vec<Input> {
     let of = |names: &[String], role: Role| -> Vec<Input> {
         names.iter().map(|column| Input { column: column.clone(), role }).collect()
     };
-    let mut inputs = of(&flags.effort, Role::Effort);
-    inputs.extend(of(&flags.motion, Role::Motion));
-    inputs.extend(of(flags.anchor.as_slice(), Role::Anchor));
-    inputs.extend(of(&flags.given, Role::Given));
+    let mut inputs = of(&requested.effort, Role::Effort);
+    inputs.extend(of(&requested.motion, Role::Motion));
+    inputs.extend(of(requested.anchor.as_slice(), Role::Anchor));
+    inputs.extend(of(&requested.given, Role::Given));
     inputs
 }
 
@@ -79,39 +83,34 @@ fn one_far(mut named: Vec<String>, log: &Columns<'_>, required: bool) -> Result<
     Ok(named.pop())
 }
 
-fn at_most_one(
-    mut named: Vec<String>,
-    log: &Columns<'_>,
-    role: &'static str,
-    flag: &'static str,
-) -> Result<Option<String>, Error> {
+fn at_most_one(mut named: Vec<String>, log: &Columns<'_>, role: ColumnRole) -> Result<Option<String>, Error> {
     if named.len() > 1 {
-        return Err(Error::Ambiguous { file: log.file.into(), role, flag, candidates: named });
+        return Err(Error::Ambiguous { file: log.file.into(), role, candidates: named });
     }
     Ok(named.pop())
 }
 
 /// A column can have one role, but the group may be a column that is used otherwise too.
-fn refuse_two_roles(flags: &RequestedRoles) -> Result<(), Error> {
-    let mut given: Vec<(&str, &'static str)> = Vec::new();
-    given.extend(flags.far.iter().map(|c| (c.as_str(), "--far")));
-    given.extend(flags.effort.iter().map(|c| (c.as_str(), "--effort")));
-    given.extend(flags.motion.iter().map(|c| (c.as_str(), "--motion")));
-    given.extend(flags.anchor.iter().map(|c| (c.as_str(), "--anchor")));
-    given.extend(flags.given.iter().map(|c| (c.as_str(), "--given")));
-    given.extend(flags.time.iter().map(|c| (c.as_str(), "--time")));
-    given.extend(flags.trial.iter().map(|c| (c.as_str(), "--trial")));
+fn refuse_two_roles(requested: &RequestedRoles) -> Result<(), Error> {
+    let mut given: Vec<(&str, ColumnRole)> = Vec::new();
+    given.extend(requested.far.iter().map(|c| (c.as_str(), ColumnRole::Far)));
+    given.extend(requested.effort.iter().map(|c| (c.as_str(), ColumnRole::Effort)));
+    given.extend(requested.motion.iter().map(|c| (c.as_str(), ColumnRole::Motion)));
+    given.extend(requested.anchor.iter().map(|c| (c.as_str(), ColumnRole::Anchor)));
+    given.extend(requested.given.iter().map(|c| (c.as_str(), ColumnRole::Given)));
+    given.extend(requested.time.iter().map(|c| (c.as_str(), ColumnRole::Time)));
+    given.extend(requested.trial.iter().map(|c| (c.as_str(), ColumnRole::Trial)));
     for (i, &(column, second)) in given.iter().enumerate() {
         if let Some(&(_, first)) = given[..i].iter().find(|&&(other, _)| other == column) {
             return Err(Error::TwoRoles { column: column.into(), first, second });
         }
     }
-    match &flags.group {
-        Some(group) if flags.far.as_ref() == Some(group) => {
-            Err(Error::TwoRoles { column: group.clone(), first: "--far", second: "--group" })
+    match &requested.group {
+        Some(group) if requested.far.as_ref() == Some(group) => {
+            Err(Error::TwoRoles { column: group.clone(), first: ColumnRole::Far, second: ColumnRole::Group })
         }
-        Some(group) if flags.time.as_ref() == Some(group) => {
-            Err(Error::TwoRoles { column: group.clone(), first: "--time", second: "--group" })
+        Some(group) if requested.time.as_ref() == Some(group) => {
+            Err(Error::TwoRoles { column: group.clone(), first: ColumnRole::Time, second: ColumnRole::Group })
         }
         _ => Ok(()),
     }

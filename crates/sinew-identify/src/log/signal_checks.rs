@@ -1,10 +1,12 @@
-//! Signals from which nothing can be learned: refused, or told where something is left.
+//! Signals that identify nothing: refused, or reported where something is left.
 
-use super::read::MIN_SCORED;
 use super::types::{Dataset, Role, Sequence};
 use crate::Error;
 
-/// Where all logs together are meant in a message.
+/// Fewest samples with a far side that a model is fitted to.
+pub const MIN_SCORED: usize = 20;
+
+/// The name of all logs together in a message.
 fn place(dataset: &Dataset) -> String {
     match dataset.logs.as_slice() {
         [only] => only.name.clone(),
@@ -12,7 +14,7 @@ fn place(dataset: &Dataset) -> String {
     }
 }
 
-/// Refuses signals from which nothing can be learned, and reports weak ones.
+/// Refuses data without enough samples or without a signal that changes, and reports constant signals.
 pub(super) fn check_signals(dataset: &mut Dataset, far_required: bool) -> Result<(), Error> {
     let place = place(dataset);
     let samples: usize = dataset.sequences.iter().map(|s| s.row.len()).sum();
@@ -94,7 +96,7 @@ fn check_inputs(dataset: &mut Dataset, place: &str) -> Result<(), Error> {
     }
 }
 
-/// A handful of samples to predict may well be at rest.
+/// Whether there are so many samples that all inputs at rest cannot be a short prediction.
 fn samples_enough(dataset: &Dataset) -> bool {
     dataset.sequences.iter().map(|s| s.row.len()).sum::<usize>() >= MIN_SCORED
 }

@@ -73,6 +73,17 @@ pub(super) struct Table {
     pub(super) findings: Vec<String>,
 }
 
+/// Where the columns of the roles stand in [`Table::numbers`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ColumnLayout {
+    /// The inputs are columns `0..inputs`.
+    pub(super) inputs: usize,
+    /// The far side.
+    pub(super) far: Option<usize>,
+    /// Time.
+    pub(super) time: Option<usize>,
+}
+
 /// Fills a [`Table`] row by row.
 ///
 /// Per row: [`begin`](Self::begin), then `trial`, `group`, numbers and candidates in this order.

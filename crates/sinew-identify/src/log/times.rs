@@ -1,7 +1,6 @@
 //! Time of every row, checked to run forward, and how regular it is.
 
-use super::cut::Layout;
-use super::table::{Runs, Table};
+use super::table::{ColumnLayout, Runs, Table};
 use crate::Error;
 
 /// A pause longer than this many median sampling intervals, and longer than [`GAP_TYPICAL`] times the
@@ -30,7 +29,7 @@ pub(super) struct Times<'a> {
 
 impl<'a> Times<'a> {
     /// Checks the time column.
-    pub(super) fn new(file: &str, table: &'a Table, layout: Layout) -> Result<Self, Error> {
+    pub(super) fn new(file: &str, table: &'a Table, layout: ColumnLayout) -> Result<Self, Error> {
         let Some(column) = layout.time else {
             let one = 1.0;
             return Ok(Self { time: None, interval_s: one, slow_s: one, fast_s: one, gap_s: f64::INFINITY });

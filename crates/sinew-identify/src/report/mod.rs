@@ -1,128 +1,13 @@
-//! The honest account of an identification: everything a report shows, as plain data.
+//! The report of an identification as plain data: what was fitted, with which error, how far it can be trusted.
 
 pub(crate) mod build;
+mod evidence;
+mod parameters;
 mod recommendations;
 mod traces;
+mod types;
 
 pub use crate::fit::classical::{ClassicalFit, Parameter};
-use crate::log::{Condition, Input, LogInfo};
-use serde::Serialize;
-
-/// What was done, what came out, and how far it can be trusted.
-#[derive(Debug, Clone, Serialize)]
-pub struct IdentificationReport {
-    /// Version of the program that made it.
-    pub version: String,
-    /// The seed of every random draw.
-    pub seed: u64,
-    /// The far-side column.
-    pub far: String,
-    /// The near-side columns.
-    pub inputs: Vec<Input>,
-    /// The logs and what was found in them.
-    pub logs: Vec<LogInfo>,
-    /// Conditions found along which the logs could be split.
-    pub conditions: Vec<Condition>,
-    /// How the folds were formed, in one sentence: the question the scores answer.
-    pub question: String,
-    /// Number of folds.
-    pub folds: usize,
-    /// Range of the far signal over the data that were used (q99.95 - q0.05), in its unit.
-    pub far_range: f64,
-    /// Every model tried, best first.
-    pub candidates: Vec<Candidate>,
-    /// The influence check, one row per log; empty with fewer than four logs.
-    pub influence: Vec<InfluenceRow>,
-    /// Classical laws fitted to the same data.
-    pub classical: Vec<ClassicalFit>,
-    /// Out-of-fold traces of the chosen model: no sample was predicted by a model that saw its fold.
-    pub traces: Vec<Trace>,
-    /// Things the user should know, most important first.
-    pub warnings: Vec<String>,
-    /// What to do next, two sentences.
-    pub advice: [String; 2],
-    /// The chosen model, in words and numbers.
-    pub chosen: ChosenSummary,
-}
-
-/// The chosen model as a person wants it described.
-#[derive(Debug, Clone, Serialize)]
-pub struct ChosenSummary {
-    /// Its name in [`IdentificationReport::candidates`].
-    pub name: String,
-    /// What it is, in a sentence.
-    pub description: String,
-    /// Its physical parameters.
-    pub parameters: Vec<Parameter>,
-    /// Factor from standard deviation to half width of the 95 % band (conformal, worst fold).
-    pub band_factor: f64,
-    /// Numbers stored in the model.
-    pub size: usize,
-}
-
-/// One model of the comparison, judged on data it did not see.
-#[derive(Debug, Clone, Serialize)]
-pub struct Candidate {
-    /// Short name, as accepted by `--model`.
-    pub name: String,
-    /// What it is, in a sentence.
-    pub description: String,
-    /// Whether it was chosen.
-    pub chosen: bool,
-    /// Root mean square error over all folds, far unit.
-    pub rmse: f64,
-    /// The same as % of [`IdentificationReport::far_range`].
-    pub percent_of_range: f64,
-    /// Pearson correlation over all folds.
-    pub pearson: f64,
-    /// Fraction of samples within the 95 % band, each fold with the factor of the others.
-    pub coverage95: f64,
-    /// RMSE fold by fold.
-    pub fold_rmse: Vec<f64>,
-    /// RMSE on the data it was fitted to, for comparison.
-    pub rmse_in_sample: f64,
-    /// Why it could not be fitted, if so; then the numbers are NaN.
-    pub failed: Option<String>,
-}
-
-/// One row of the influence check.
-#[derive(Debug, Clone, Serialize)]
-pub struct InfluenceRow {
-    /// Log name.
-    pub log: String,
-    /// Mean over the other logs of ln(error with it in training / error without it).
-    pub influence: f64,
-    /// Whether it was left out of the final fit.
-    pub dropped: bool,
-    /// Why, in words; empty for an ordinary log.
-    pub remark: String,
-}
-
-/// Out-of-fold prediction over one sequence, as long as the sequence. Not scored samples are kept and marked.
-#[derive(Debug, Clone, Serialize)]
-pub struct Trace {
-    /// Log name.
-    pub log: String,
-    /// Trial label or empty.
-    pub trial: String,
-    /// Time, s.
-    pub time_s: Vec<f64>,
-    /// The near-side signal that tells most (first effort, or first motion).
-    pub near: Vec<f64>,
-    /// Name of that signal.
-    pub near_name: String,
-    /// Measured far side.
-    pub far: Vec<f64>,
-    /// Predicted far side.
-    pub predicted: Vec<f64>,
-    /// Half width of the 95 % band.
-    pub half_width: Vec<f64>,
-    /// How far the learned correction is trusted, 0 to 1 (1 where the model has no gate).
-    pub gate: Vec<f64>,
-    /// Speed of the near-side signal, unit/s, causally smoothed.
-    pub near_rate: Vec<f64>,
-    /// Seconds since the near-side signal last reversed.
-    pub since_reversal_s: Vec<f64>,
-    /// Whether the sample counted.
-    pub scored: Vec<bool>,
-}
+pub use crate::select::influence::InfluenceRow;
+pub(crate) use evidence::Evidence;
+pub use types::{Candidate, ChosenSummary, ExpectedError, IdentificationReport, Trace};

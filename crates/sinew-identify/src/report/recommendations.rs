@@ -1,34 +1,38 @@
-//! What the user should know, and do next.
+//! Limits of an identification, and what to do next.
 
-use super::IdentificationReport;
-use super::build::Found;
+use super::evidence::Evidence;
+use super::types::IdentificationReport;
+use crate::select::cross_validation::FoldScore;
 use sinew::predictor::Role;
 
-/// Ratio of the worst fold's error to the median's from which the worst is worth a log of its own.
+/// Ratio of the largest fold error to the median from which that fold's conditions deserve a log of their own.
 const UNEVEN: f64 = 1.8;
 
-/// Things the user should know, most important first.
-pub(super) fn warnings(found: &Found<'_>, report: &IdentificationReport) -> Vec<String> {
+/// Coverage of the 95 % band on held-out samples below which it is reported as too narrow.
+const LEAST_COVERAGE: f64 = 0.85;
+
+/// Limits of the identification, most important first.
+pub(super) fn warnings(evidence: &Evidence<'_>, report: &IdentificationReport) -> Vec<String> {
     let mut warnings = Vec::new();
     for row in report.influence.iter().filter(|row| row.dropped) {
         warnings.push(format!("{} was left out. {}", row.log, row.remark));
     }
     let Some(chosen) = report.candidates.iter().find(|c| c.chosen) else { return warnings };
-    if chosen.coverage95 < 0.85 {
+    if chosen.coverage95 < LEAST_COVERAGE {
         warnings.push(format!(
-            "Only {:.0} % of the unseen samples lie inside the 95 % band: some conditions surprise the model.",
+            "Only {:.0} % of the unseen samples lie inside the 95 % band: it is too narrow for some conditions.",
             100.0 * chosen.coverage95
         ));
     }
-    let unscored = found.runs.iter().flat_map(|r| &r.weight).filter(|w| **w == 0.0).count();
-    let all: usize = found.runs.iter().map(|r| r.weight.len()).sum();
+    let weights = || evidence.logs.runs.iter().flat_map(|run| &run.weight);
+    let (unscored, all) = (weights().filter(|w| **w == 0.0).count(), weights().count());
     if 2 * unscored > all {
         warnings.push(format!("{unscored} of {all} samples do not count: skipped, missing or spikes."));
     }
-    for (input, name) in report.inputs.iter().enumerate().map(|(i, input)| (i, &input.column)) {
-        let guard = &found.model.guards[input];
-        if guard.high - guard.low <= 1e-9 * guard.high.abs().max(1e-9) {
-            warnings.push(format!("`{name}` is constant in these logs: nothing could be learned from it."));
+    for (input, limits) in report.inputs.iter().zip(&evidence.model.guards) {
+        if limits.high - limits.low <= 1e-9 * limits.high.abs().max(1e-9) {
+            let name = &input.column;
+            warnings.push(format!("`{name}` is constant in these logs: its effect is not identified."));
         }
     }
     if !report.inputs.iter().any(|i| matches!(i.role, Role::Motion | Role::Anchor)) {
@@ -39,54 +43,67 @@ pub(super) fn warnings(found: &Found<'_>, report: &IdentificationReport) -> Vec<
         );
     }
     warnings.push(
-        "Another specimen looks the same from the near side: after a change of tool, cable or sheath the band means \
-         nothing until `sinew adapt` has seen a short log with the far side measured."
+        "The near side does not show a change of specimen: after a change of tool, cable or sheath the band is not \
+         valid until the model has been adapted to a short log with the far side measured."
             .to_owned(),
     );
     warnings
 }
 
-/// Two sentences: what the model is good for, and what to do next.
-pub(super) fn advice(found: &Found<'_>, report: &IdentificationReport) -> [String; 2] {
-    let Some(chosen) = report.candidates.iter().find(|c| c.chosen) else {
-        return [String::new(), String::new()];
-    };
-    let use_it = format!(
-        "Use the model inside the ranges of these logs and expect an error of about {:.1} % of the range where \
-         it has not been before.",
-        chosen.percent_of_range
-    );
-    let mut sorted = chosen.fold_rmse.clone();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
-    let worst = chosen.fold_rmse.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-    let next = if let Some(row) = report.influence.iter().find(|row| row.dropped) {
+/// Two sentences: where the model can be used with which error, and what to do next.
+pub(super) fn recommendations(evidence: &Evidence<'_>, report: &IdentificationReport) -> [String; 2] {
+    let expected = report.expected.percent_of_range;
+    let validity = if evidence.folds.grouped {
         format!(
-            "Find out what was different when {} was recorded, and record it again if it matters.",
-            row.log
-        )
-    } else if !found.folds.grouped {
-        "Record a second log on another day: one log cannot say how much the transmission changes between days."
-            .to_owned()
-    } else if let Some((fold, error)) = worst.filter(|(_, error)| **error > UNEVEN * median) {
-        format!(
-            "Record more like {}: predicted without it, it is {:.1} times worse than the median.",
-            held_out(found, fold),
-            error / median
+            "Use the model inside the ranges of these logs and expect an error of about {expected:.1} % of the \
+             range on a new log."
         )
     } else {
-        "Run `sinew adapt` with a few trials whenever the specimen changes, and `sinew evaluate` on a fresh log now \
-         and then."
-            .to_owned()
+        format!(
+            "Use the model inside the ranges of this log and expect an error of about {expected:.1} % of the range \
+             on the same day."
+        )
     };
-    [use_it, next]
+    [validity, next_step(evidence, report)]
+}
+
+fn next_step(evidence: &Evidence<'_>, report: &IdentificationReport) -> String {
+    if let Some(row) = report.influence.iter().find(|row| row.dropped) {
+        return format!(
+            "Find out what was different when {} was recorded, and record it again if it matters.",
+            row.log
+        );
+    }
+    if !evidence.folds.grouped {
+        return "Record a second log on another day: one log does not show the change between days."
+            .to_owned();
+    }
+    let validation = evidence.scored[evidence.chosen].validation.as_ref();
+    let folds = validation.map_or(&[][..], |validation| validation.folds.as_slice());
+    if let Some((fold, ratio)) = uneven_fold(folds) {
+        let held_out = held_out(evidence, fold);
+        return format!(
+            "Record more like {held_out}: predicted without it, the error is {ratio:.1} times the median."
+        );
+    }
+    "Adapt the model with a few trials whenever the specimen changes, and evaluate it on a fresh log now and then."
+        .to_owned()
+}
+
+/// The fold of the largest error, and its ratio to the median, where that is above [`UNEVEN`].
+fn uneven_fold(folds: &[FoldScore]) -> Option<(usize, f64)> {
+    let mut sorted: Vec<&FoldScore> = folds.iter().collect();
+    sorted.sort_by(|a, b| a.rmse.total_cmp(&b.rmse));
+    let (median, worst) = (sorted.get(sorted.len() / 2)?, sorted.last()?);
+    (worst.rmse > UNEVEN * median.rmse).then(|| (worst.fold, worst.rmse / median.rmse))
 }
 
 /// The logs or conditions of a fold, in words.
-fn held_out(found: &Found<'_>, fold: usize) -> String {
-    let sequences = found.data.sequences.iter().zip(&found.folds.held_out[fold]);
+fn held_out(evidence: &Evidence<'_>, fold: usize) -> String {
+    let data = &evidence.logs.data;
+    let sequences = data.sequences.iter().zip(&evidence.folds.held_out[fold]);
     let held: Vec<_> = sequences.filter(|(_, range)| range.is_some()).map(|(s, _)| s).collect();
-    for (c, condition) in found.data.conditions.iter().enumerate() {
+    for (c, condition) in data.conditions.iter().enumerate() {
         let mut values: Vec<&str> = held.iter().map(|s| s.condition_values[c].as_str()).collect();
         values.sort_unstable();
         values.dedup();
@@ -94,7 +111,7 @@ fn held_out(found: &Found<'_>, fold: usize) -> String {
             return format!("`{}` {}", condition.column, values.join(", "));
         }
     }
-    let mut logs: Vec<&str> = held.iter().map(|s| found.data.logs[s.log].name.as_str()).collect();
+    let mut logs: Vec<&str> = held.iter().map(|s| data.logs[s.log].name.as_str()).collect();
     logs.dedup();
     logs.join(", ")
 }

@@ -1,19 +1,14 @@
 //! Out-of-fold traces with what residuals are drawn against: speed and time since reversal.
 
-use super::Trace;
-use crate::fit::run::Run;
+use super::types::Trace;
+use crate::conditioning::ConditionedLogs;
 use crate::fit::statistics::quantiles;
-use crate::log::Dataset;
 use crate::select::cross_validation::CrossValidation;
 use sinew::predictor::{Estimate, Model, Role};
 
 /// One trace per sequence, predicted by models that had not seen it.
-pub(super) fn traces(
-    data: &Dataset,
-    runs: &[Run],
-    validation: &CrossValidation,
-    model: &Model,
-) -> Vec<Trace> {
+pub(super) fn traces(logs: &ConditionedLogs, validation: &CrossValidation, model: &Model) -> Vec<Trace> {
+    let ConditionedLogs { data, runs, .. } = logs;
     let near = model.inputs.iter().position(|i| i.role == Role::Effort).unwrap_or(0);
     data.sequences
         .iter()

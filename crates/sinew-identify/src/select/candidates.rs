@@ -1,326 +1,282 @@
-//! The members that are tried, made from the roles of the columns and the sampling alone.
+//! The candidate models of a comparison, made from the roles of the columns and the sampling alone.
 
+use super::signals::{RoleIndices, SignalSet};
+use crate::Error;
 use crate::cable::cable_logs;
+use crate::conditioning::ConditionedLogs;
 use crate::fit::cell::CellPlan;
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
 use crate::fit::run::Run;
-use crate::log::Dataset;
-use sinew::metrics::Comparison;
-use sinew::predictor::{CableColumns, MEMBERS, Role, Signal};
-use sinew::transmission::BasisTerm;
+use sinew::predictor::{CableColumns, MEMBERS, Signal};
 
-/// A recipe with its words.
+/// A recipe with its description and the physical structure it is built on.
 #[derive(Debug, Clone)]
 pub(crate) struct CandidateRecipe {
     pub(crate) recipe: Recipe,
     pub(crate) description: String,
-    /// How much it must prove: a later prior is believed only where it is clearly better than every earlier one.
     pub(crate) prior: PhysicsPrior,
 }
 
-/// What a member stands on.
+/// The physical structure of a candidate. A later one is chosen only where it is clearly better than all earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum PhysicsPrior {
-    /// The physics of what the roles describe: the capstan's ratio where two cables pull against each other.
-    Physics,
-    /// Physics that takes every signal for itself although two belong together.
-    Loose,
-    /// Networks that work without physics, all or some.
+    /// The physics of what the roles describe: the capstan's ratio where two tensions are antagonistic.
+    Matched,
+    /// Physics on every signal separately although two of them are antagonistic.
+    Separate,
+    /// Networks without a physical part, all or some.
     Learned,
 }
 
 impl PhysicsPrior {
-    pub(crate) const ALL: [Self; 3] = [Self::Physics, Self::Loose, Self::Learned];
+    pub(crate) const ALL: [Self; 3] = [Self::Matched, Self::Separate, Self::Learned];
 }
 
 /// Radii of the stop operators as fractions of a signal's range.
 const RADII: [f64; 3] = [0.02, 0.08, 0.25];
 
-/// Everything that is tried on these logs.
-pub(crate) fn candidates(data: &Dataset, runs: &[Run]) -> Vec<CandidateRecipe> {
-    let roles = Indices::of(data);
-    let mut entries = Vec::new();
-    let interval = data.logs.iter().map(|l| l.interval_s).fold(0.0, f64::max).max(1e-4);
-    let rows: usize = runs.iter().map(Run::len).sum();
-    let plentiful = rows > 20_000;
-    let plain = Layout::plain(&roles, runs);
-    let mut layouts = vec![("", plain)];
-    let pair = Layout::pair(&roles, runs);
-    let physics_of_plain = if pair.is_some() { PhysicsPrior::Loose } else { PhysicsPrior::Physics };
-    layouts.extend(pair.map(|pair| ("-pair", pair)));
-    let correlation = if plentiful {
-        50.0
-    } else if roles.efforts.len() == 2 {
-        20.0
-    } else {
-        5.0
-    };
-    // More nodes pay where data are plentiful; eight keep a prediction below 200 ns.
-    let hidden = if plentiful { 8 } else { 6 };
-    let short = vec![4.0 * interval];
-    let slow = vec![5.0 * interval, 20.0 * interval, 80.0 * interval];
-    for (suffix, layout) in &layouts {
-        let make = |name: &str,
-                    cell: Option<&[f64]>,
-                    features: Option<(&[f64], &[f64])>,
-                    description: &str| CandidateRecipe {
-            recipe: Recipe {
-                name: format!("{name}{suffix}"),
-                signals: layout.signals.clone(),
-                cell: cell.map(|branches| CellPlan {
-                    basis: layout.basis.clone(),
-                    elastic: layout.elastic.clone(),
-                    branches: branches.to_vec(),
-                }),
-                cable: None,
-                features: features.map(|(radii, taus)| FeaturePlan {
-                    signals: layout.memory.clone(),
-                    plain: if cell.is_some() { Vec::new() } else { layout.given.clone() },
-                    radii: radii.to_vec(),
-                    taus: taus.to_vec(),
-                }),
-                hidden,
-                correlation,
-                rows: 5000,
-                steps: 50,
-                networks: MEMBERS,
-                learner: Learner::Ensemble,
-                rounds: 0,
-            },
-            description: description.to_string(),
-            prior: match cell {
-                None => PhysicsPrior::Learned,
-                Some(_) if suffix.is_empty() => physics_of_plain,
-                Some(_) => PhysicsPrior::Physics,
-            },
-        };
-        let rigid: &[f64] = &[1.0];
-        let yielding: &[f64] = &CellPlan::DISTRIBUTED;
-        entries.push(make(
-            "cell",
-            Some(rigid),
-            None,
-            "elastic clamp cell: friction and stretch with memory, nothing learned",
-        ));
-        entries.push(make(
-            "cells",
-            Some(yielding),
-            None,
-            "the same, with friction that gives way piece by piece",
-        ));
-        entries.push(make(
-            "hybrid",
-            Some(yielding),
-            Some((&RADII, &[])),
-            "clamp cells plus gated networks on stop operators",
-        ));
-        entries.push(make(
-            "hybrid-rigid",
-            Some(rigid),
-            Some((&RADII, &[])),
-            "one rigid clamp cell plus gated networks on stop operators",
-        ));
-        entries.push(make(
-            "hybrid-short",
-            Some(yielding),
-            Some((&RADII, &short)),
-            "hybrid that also sees what moved in the last instants",
-        ));
-        entries.push(make(
-            "hybrid-slow",
-            Some(yielding),
-            Some((&RADII, &slow)),
-            "hybrid that also sees what moved in the last seconds",
-        ));
-        // Where data are plentiful the networks carry the model, and turns only cost time.
-        let turns = [
-            ("joint", &[][..], "hybrid whose cell and networks were fitted to each other in turns"),
-            ("joint-short", &short, "the same, also seeing what moved in the last instants"),
-        ];
-        for (name, taus, words) in turns.into_iter().filter(|_| !plentiful) {
-            let mut joint = make(name, Some(yielding), Some((&RADII, taus)), words);
-            joint.recipe.rounds = 2;
-            entries.push(joint);
-        }
-        if suffix.is_empty() {
-            // Eq. 17: present inputs and the cable's velocity, here as what moved in the last instants.
-            let words =
-                "the paper's network: 30 nodes on present values and velocities, no memory, full batch";
-            let mut paper = make("paper", None, Some((&[], &short)), words);
-            let (hidden, rows, steps) = (30, 500_000, 60);
-            paper.recipe = Recipe { learner: Learner::Paper, hidden, rows, steps, ..paper.recipe };
-            entries.push(paper);
-            for (name, taus) in [("mixed", &[][..]), ("mixed-slow", &slow)] {
-                let words = "hybrids and networks without physics side by side";
-                let mut mixed = make(name, Some(yielding), Some((&RADII, taus)), words);
-                mixed.recipe.learner = Learner::Mixed;
-                mixed.prior = PhysicsPrior::Learned;
-                entries.push(mixed);
-            }
-            entries.push(make(
-                "network",
-                None,
-                Some((&RADII, &[])),
-                "networks on stop operators alone, no physics",
-            ));
-            entries.push(make(
-                "network-slow",
-                None,
-                Some((&RADII, &slow)),
-                "the same, with what moved in the last seconds",
-            ));
-        }
+/// Branch widths of a clamp cell with one element.
+const RIGID: [f64; 1] = [1.0];
+
+/// Every candidate for these logs.
+pub(crate) fn all_candidates(logs: &ConditionedLogs) -> Vec<CandidateRecipe> {
+    let roles = RoleIndices::of(&logs.data);
+    let separate = SignalSet::separate(logs, &roles);
+    let antagonists = SignalSet::antagonists(logs, &roles);
+    let prior = if antagonists.is_some() { PhysicsPrior::Separate } else { PhysicsPrior::Matched };
+    let family = Family::new(logs, &roles, &separate, "", prior);
+    let mut candidates = family.with_cells();
+    candidates.extend(family.learned());
+    if let Some(pair) = &antagonists {
+        candidates.extend(Family::new(logs, &roles, pair, "-pair", PhysicsPrior::Matched).with_cells());
     }
-    if let Ok((columns, _)) = cable_logs(data) {
-        entries.extend(observers(&entries[0], columns, &roles, interval));
+    if let Ok((columns, _)) = cable_logs(&logs.data) {
+        candidates.extend(family.observers(columns, &roles));
     }
-    entries
+    candidates
 }
 
-/// Members that observe the cable at both of its ends.
-fn observers(
-    like: &CandidateRecipe,
-    columns: CableColumns,
-    roles: &Indices,
-    interval: f64,
-) -> [CandidateRecipe; 2] {
-    let alone = Recipe {
-        name: "observer".into(),
-        cell: None,
-        cable: Some(columns),
-        features: None,
-        ..like.recipe.clone()
-    };
-    // Tension, both displacements and what moved in the last instants: speeds, in effect.
-    let seen = |input: &usize| like.recipe.signals.iter().position(|s| *s == Signal::Input(*input));
-    let signals = roles.efforts.iter().chain(&roles.motions).filter_map(seen).collect();
-    let taus = vec![5.0 * interval, 50.0 * interval];
-    let with_networks = Recipe {
-        name: "observer-network".into(),
-        features: Some(FeaturePlan { signals, plain: Vec::new(), radii: Vec::new(), taus }),
-        ..alone.clone()
-    };
-    let entry = |recipe, words: &str| CandidateRecipe {
-        recipe,
-        description: words.to_string(),
-        prior: PhysicsPrior::Physics,
-    };
-    [
-        entry(
-            alone,
-            "the cable's own law, driven by both ends' displacements and corrected by the near tension",
-        ),
-        entry(with_networks, "the same plus gated networks on what it leaves over"),
-    ]
+/// The candidates named, or without a name all but those whose cell and networks are refitted in turn: on one rig
+/// these are 10 % better and on another a fifth worse, and cross-validation does not predict which.
+///
+/// # Errors
+/// [`Error::UnknownModel`] for a name that no candidate has.
+pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec<CandidateRecipe>, Error> {
+    let all = all_candidates(logs);
+    if names.is_empty() {
+        return Ok(all.into_iter().filter(|candidate| candidate.recipe.rounds == 0).collect());
+    }
+    let known: Vec<String> = all.iter().map(|candidate| candidate.recipe.name.clone()).collect();
+    if let Some(name) = names.iter().find(|name| !known.contains(name)) {
+        return Err(Error::UnknownModel { name: name.clone(), known });
+    }
+    Ok(all.into_iter().filter(|candidate| names.contains(&candidate.recipe.name)).collect())
 }
 
-struct Indices {
-    efforts: Vec<usize>,
-    motions: Vec<usize>,
-    givens: Vec<usize>,
+/// A recipe as candidates are compared: with half the networks, trained for half as long, the ranks stay the same.
+pub(crate) fn screening_recipe(recipe: &Recipe) -> Recipe {
+    if recipe.learner == Learner::Paper {
+        return Recipe { rows: 10_000, steps: 40, ..recipe.clone() };
+    }
+    Recipe { rows: 3000, steps: 25, networks: 4, ..recipe.clone() }
 }
 
-impl Indices {
-    fn of(data: &Dataset) -> Self {
-        let with = |wanted: &[Role]| -> Vec<usize> {
-            let inputs = data.roles.inputs.iter().enumerate();
-            inputs.filter(|(_, input)| wanted.contains(&input.role)).map(|(i, _)| i).collect()
+/// The recipe of the influence check: a small hybrid, because a foreign log changes a cell alone too little.
+pub(crate) fn influence_recipe(logs: &ConditionedLogs) -> Recipe {
+    let roles = RoleIndices::of(&logs.data);
+    let separate = SignalSet::separate(logs, &roles);
+    let hybrid = Family::new(logs, &roles, &separate, "", PhysicsPrior::Matched).hybrid();
+    Recipe { rows: 1500, steps: 25, hidden: 4, networks: 4, ..hybrid.recipe }
+}
+
+/// Candidates on one set of signals.
+struct Family<'a> {
+    signals: &'a SignalSet,
+    /// Appended to the names.
+    suffix: &'static str,
+    /// What candidates with a cell are built on.
+    prior: PhysicsPrior,
+    /// Whether there are so many rows that refitting in turn only costs time.
+    plentiful: bool,
+    hidden: usize,
+    correlation: f64,
+    interval_s: f64,
+}
+
+impl<'a> Family<'a> {
+    fn new(
+        logs: &ConditionedLogs,
+        roles: &RoleIndices,
+        signals: &'a SignalSet,
+        suffix: &'static str,
+        prior: PhysicsPrior,
+    ) -> Self {
+        let plentiful = logs.runs.iter().map(Run::len).sum::<usize>() > 20_000;
+        let correlation = match (plentiful, roles.efforts.len()) {
+            (true, _) => 50.0,
+            (false, 2) => 20.0,
+            (false, _) => 5.0,
         };
         Self {
-            efforts: with(&[Role::Effort]),
-            motions: with(&[Role::Motion, Role::Anchor]),
-            givens: with(&[Role::Given]),
+            signals,
+            suffix,
+            prior,
+            plentiful,
+            // More nodes pay where data are plentiful; eight keep a prediction below 200 ns.
+            hidden: if plentiful { 8 } else { 6 },
+            correlation,
+            interval_s: logs.interval_s().max(1e-4),
         }
     }
-}
 
-/// Signals and what is made of them.
-struct Layout {
-    signals: Vec<Signal>,
-    basis: Vec<BasisTerm>,
-    elastic: Vec<usize>,
-    memory: Vec<usize>,
-    given: Vec<usize>,
-}
-
-impl Layout {
-    /// Every input by itself; tensions that never push get a logarithm for their memory.
-    fn plain(roles: &Indices, runs: &[Run]) -> Self {
-        let mut signals = Vec::new();
-        let mut main = Vec::new();
-        let mut memory = Vec::new();
-        for &i in roles.motions.iter().chain(&roles.efforts) {
-            signals.push(Signal::Input(i));
-            main.push(signals.len() - 1);
-            memory.push(signals.len() - 1);
-        }
-        for (place, &i) in roles.efforts.iter().enumerate() {
-            if let Some(offset) = log_offset(runs, i) {
-                signals.push(Signal::LogTension { input: i, offset });
-                memory[roles.motions.len() + place] = signals.len() - 1;
-            }
-        }
-        Self::finish(signals, &main, &main, memory, &roles.givens)
+    /// Time constants that show the last instants: speeds, in effect.
+    fn short(&self) -> [f64; 1] {
+        [4.0 * self.interval_s]
     }
 
-    /// Two antagonists: their difference turns the joint, the logarithm of their ratio is the capstan's.
-    fn pair(roles: &Indices, runs: &[Run]) -> Option<Self> {
-        let [first, second] = roles.efforts[..] else { return None };
-        if correlation(runs, first, second) > OPPOSED {
-            return None;
-        }
-        let mut signals: Vec<Signal> = roles.motions.iter().map(|&i| Signal::Input(i)).collect();
-        let motions: Vec<usize> = (0..signals.len()).collect();
-        signals.push(Signal::Difference(first, second));
-        let difference = signals.len() - 1;
-        signals.push(Signal::LogRatio { first, second, offset: 1.0 });
-        let ratio = signals.len() - 1;
-        let main: Vec<usize> = motions.iter().copied().chain([ratio]).collect();
-        let memory = motions.iter().copied().chain([difference]).collect();
-        Some(Self::finish(signals, &main, &motions, memory, &roles.givens))
+    /// Time constants that show the last seconds.
+    fn slow(&self) -> [f64; 3] {
+        [5.0, 20.0, 80.0].map(|intervals| intervals * self.interval_s)
     }
 
-    fn finish(
-        mut signals: Vec<Signal>,
-        main: &[usize],
-        elastic: &[usize],
-        memory: Vec<usize>,
-        givens: &[usize],
-    ) -> Self {
-        let mut basis: Vec<BasisTerm> = main.iter().map(|&s| BasisTerm::Signal(s)).collect();
-        let mut given = Vec::new();
-        for &g in givens {
-            signals.push(Signal::Input(g));
-            let g = signals.len() - 1;
-            given.push(g);
-            basis.push(BasisTerm::Signal(g));
-            basis.extend(main.iter().map(|&s| BasisTerm::Product(s, g)));
-        }
-        basis.push(BasisTerm::One);
-        Self { signals, basis, elastic: elastic.to_vec(), memory, given }
-    }
-}
-
-/// Two efforts pull against each other where their correlation is below this.
-const OPPOSED: f64 = -0.3;
-
-/// Pearson correlation of two inputs over all runs.
-fn correlation(runs: &[Run], first: usize, second: usize) -> f64 {
-    let mut comparison = Comparison::new();
-    for run in runs {
-        for row in run.inputs.chunks_exact(run.width) {
-            // A run holds nothing that is not finite.
-            let _ = comparison.push(row[first], row[second]);
+    /// A recipe without physics and without networks.
+    fn recipe(&self, name: &str) -> Recipe {
+        Recipe {
+            name: format!("{name}{}", self.suffix),
+            signals: self.signals.signals.clone(),
+            cell: None,
+            cable: None,
+            features: None,
+            hidden: self.hidden,
+            correlation: self.correlation,
+            rows: 5000,
+            steps: 50,
+            networks: MEMBERS,
+            learner: Learner::Ensemble,
+            rounds: 0,
         }
     }
-    comparison.pearson().unwrap_or(0.0)
-}
 
-/// The offset of a logarithm, 1.5 % of the range, for an input that is a tension: hardly ever negative.
-fn log_offset(runs: &[Run], input: usize) -> Option<f64> {
-    let values: Vec<f64> =
-        runs.iter().flat_map(|r| r.inputs.iter().skip(input).step_by(r.width)).copied().collect();
-    let edge = crate::fit::statistics::quantiles(values, &[0.01, 0.99]);
-    let range = edge[1] - edge[0];
-    (range > 0.0 && edge[0] > -0.02 * range).then_some(0.015 * range)
+    fn cell(&self, branches: &[f64]) -> Option<CellPlan> {
+        let SignalSet { basis, elastic, .. } = self.signals;
+        Some(CellPlan { basis: basis.clone(), elastic: elastic.clone(), branches: branches.to_vec() })
+    }
+
+    fn features(&self, radii: &[f64], taus: &[f64], plain: &[usize]) -> Option<FeaturePlan> {
+        let signals = self.signals.memory.clone();
+        Some(FeaturePlan { signals, plain: plain.to_vec(), radii: radii.to_vec(), taus: taus.to_vec() })
+    }
+
+    fn physical(&self, recipe: Recipe, description: &str) -> CandidateRecipe {
+        CandidateRecipe { recipe, description: description.to_owned(), prior: self.prior }
+    }
+
+    /// A clamp cell alone.
+    fn cell_alone(&self, name: &str, branches: &[f64], description: &str) -> CandidateRecipe {
+        self.physical(Recipe { cell: self.cell(branches), ..self.recipe(name) }, description)
+    }
+
+    /// A clamp cell and networks on stop operators and low-pass differences.
+    fn hybrid_with(&self, name: &str, branches: &[f64], taus: &[f64], description: &str) -> CandidateRecipe {
+        let (cell, features) = (self.cell(branches), self.features(&RADII, taus, &[]));
+        self.physical(Recipe { cell, features, ..self.recipe(name) }, description)
+    }
+
+    fn hybrid(&self) -> CandidateRecipe {
+        let description = "clamp cells plus gated networks on stop operators";
+        self.hybrid_with("hybrid", &CellPlan::DISTRIBUTED, &[], description)
+    }
+
+    /// A hybrid whose cell and networks are refitted in turn.
+    fn joint(&self, name: &str, taus: &[f64], description: &str) -> CandidateRecipe {
+        let mut joint = self.hybrid_with(name, &CellPlan::DISTRIBUTED, taus, description);
+        joint.recipe.rounds = 2;
+        joint
+    }
+
+    /// Candidates with a clamp cell.
+    fn with_cells(&self) -> Vec<CandidateRecipe> {
+        let distributed = &CellPlan::DISTRIBUTED;
+        let elastic = "elastic clamp cell: friction and stretch with memory, nothing learned";
+        let rigid = "one rigid clamp cell plus gated networks on stop operators";
+        let short = "hybrid that also sees what moved in the last instants";
+        let slow = "hybrid that also sees what moved in the last seconds";
+        let mut candidates = vec![
+            self.cell_alone("cell", &RIGID, elastic),
+            self.cell_alone("cells", distributed, "the same, with friction that gives way piece by piece"),
+            self.hybrid(),
+            self.hybrid_with("hybrid-rigid", &RIGID, &[], rigid),
+            self.hybrid_with("hybrid-short", distributed, &self.short(), short),
+            self.hybrid_with("hybrid-slow", distributed, &self.slow(), slow),
+        ];
+        if !self.plentiful {
+            let joint = "hybrid whose cell and networks were fitted to each other in turns";
+            let joint_short = "the same, also seeing what moved in the last instants";
+            candidates.push(self.joint("joint", &[], joint));
+            candidates.push(self.joint("joint-short", &self.short(), joint_short));
+        }
+        candidates
+    }
+
+    /// Candidates that learn the far side, all or in part, without physics.
+    fn learned(&self) -> Vec<CandidateRecipe> {
+        let mixed = "hybrids and networks without physics side by side";
+        let network = "networks on stop operators alone, no physics";
+        let network_slow = "the same, with what moved in the last seconds";
+        vec![
+            self.paper(),
+            self.mixed("mixed", &[], mixed),
+            self.mixed("mixed-slow", &self.slow(), mixed),
+            self.network("network", &[], network),
+            self.network("network-slow", &self.slow(), network_slow),
+        ]
+    }
+
+    /// `yuan2023`, eq. 17: present inputs and the cable's velocity, here as the change over the last instants.
+    fn paper(&self) -> CandidateRecipe {
+        let words = "the paper's network: 30 nodes on present values and velocities, no memory, full batch";
+        let recipe = Recipe {
+            features: self.features(&[], &self.short(), &self.signals.given),
+            learner: Learner::Paper,
+            hidden: 30,
+            rows: 500_000,
+            steps: 60,
+            ..self.recipe("paper")
+        };
+        CandidateRecipe { recipe, description: words.to_owned(), prior: PhysicsPrior::Learned }
+    }
+
+    fn mixed(&self, name: &str, taus: &[f64], description: &str) -> CandidateRecipe {
+        let mut mixed = self.hybrid_with(name, &CellPlan::DISTRIBUTED, taus, description);
+        mixed.recipe.learner = Learner::Mixed;
+        mixed.prior = PhysicsPrior::Learned;
+        mixed
+    }
+
+    fn network(&self, name: &str, taus: &[f64], description: &str) -> CandidateRecipe {
+        let features = self.features(&RADII, taus, &self.signals.given);
+        let recipe = Recipe { features, ..self.recipe(name) };
+        CandidateRecipe { recipe, description: description.to_owned(), prior: PhysicsPrior::Learned }
+    }
+
+    /// The cable observer, which reads both displacements, alone and with networks on its residual.
+    fn observers(&self, columns: CableColumns, roles: &RoleIndices) -> [CandidateRecipe; 2] {
+        let alone = Recipe { cable: Some(columns), ..self.recipe("observer") };
+        let index_of = |input: &usize| {
+            let signals = &self.signals.signals;
+            signals.iter().position(|signal| *signal == Signal::Input(*input))
+        };
+        let signals = roles.efforts.iter().chain(&roles.motions).filter_map(index_of).collect();
+        let taus = [5.0, 50.0].map(|intervals| intervals * self.interval_s).to_vec();
+        let features = FeaturePlan { signals, plain: Vec::new(), radii: Vec::new(), taus };
+        let name = "observer-network".to_owned();
+        let with_networks = Recipe { name, features: Some(features), ..alone.clone() };
+        let law = "the cable's own law, driven by both ends' displacements and corrected by the near tension";
+        let residual = "the same plus gated networks on what it leaves over";
+        [(alone, law), (with_networks, residual)].map(|(recipe, description)| CandidateRecipe {
+            recipe,
+            description: description.to_owned(),
+            prior: PhysicsPrior::Matched,
+        })
+    }
 }

@@ -1,37 +1,158 @@
-//! Out-of-fold validation of a model.
+//! Cross-validation: every candidate is fitted without each fold and compared with what was held out.
 
+use super::candidates::{CandidateRecipe, screening_recipe};
 use super::folds::Folds;
+use crate::conditioning::ConditionedLogs;
+use crate::estimation::estimate_sequence;
 use crate::fit::run::Run;
-use crate::training::estimate_sequence;
+use crate::fit::statistics::quantiles;
+use crate::training::fit;
+use rayon::prelude::*;
 use sinew::metrics::Comparison;
 use sinew::predictor::{Estimate, Estimator, MemoryLaw};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Makes a model from runs.
 pub(crate) type Fit<'a> = dyn Fn(&[&Run]) -> Option<Estimator> + Sync + 'a;
 
-/// How one model did on data it had not seen.
+/// Errors of one model on the data held out by one fold.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct FoldScore {
+    /// Index of the fold in [`Folds::held_out`].
+    pub(crate) fold: usize,
+    /// Samples that counted.
+    pub(crate) samples: f64,
+    /// Root mean square error over them.
+    pub(crate) rmse: f64,
+    /// Root mean square error of every sequence: two models are compared pair by pair.
+    pub(crate) sequence_rmse: Vec<f64>,
+    /// 95 % quantile of |error| / standard deviation.
+    pub(crate) band_factor: f64,
+}
+
+/// How one model predicts data it was not fitted to.
 #[derive(Debug, Clone)]
 pub(crate) struct CrossValidation {
     /// Out-of-fold outputs, `[sequence][row]`; `None` where no fold held the row out.
     pub(crate) outputs: Vec<Vec<Option<(Estimate, usize)>>>,
-    /// RMSE per fold.
-    pub(crate) fold_rmse: Vec<f64>,
-    /// RMSE of every sequence in every fold that held it out: what two models are compared on pair by pair.
-    pub(crate) sequence_rmse: Vec<f64>,
-    /// 95 % quantile of |error| / sigma per fold.
-    pub(crate) fold_factor: Vec<f64>,
+    /// Folds in which a sample counted.
+    pub(crate) folds: Vec<FoldScore>,
     /// All folds together.
     pub(crate) comparison: Comparison,
     /// Mean over the folds of the RMSE on the data each was fitted to.
     pub(crate) rmse_in_sample: f64,
-    /// What was fitted in each fold before its networks.
+    /// Physical laws fitted in each fold.
     pub(crate) laws: Vec<MemoryLaw>,
-    /// Geometric mean of the fold RMSEs: what members are ranked by.
-    pub(crate) score: f64,
+}
+
+impl CrossValidation {
+    /// Geometric mean of the RMSEs of all folds but `without`, by which candidates are ranked.
+    pub(crate) fn score(&self, without: Option<usize>) -> f64 {
+        let folds = self.folds.iter().enumerate().filter(|(place, _)| Some(*place) != without);
+        let logarithms: Vec<f64> = folds.map(|(_, fold)| fold.rmse.max(1e-300).ln()).collect();
+        (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp()
+    }
+}
+
+/// A candidate with its cross-validation.
+#[derive(Debug, Clone)]
+pub(crate) struct ScoredCandidate {
+    /// Short name.
+    pub(crate) name: String,
+    /// What it is, in a sentence.
+    pub(crate) description: String,
+    /// Its errors; `None` where it could not be fitted.
+    pub(crate) validation: Option<CrossValidation>,
+}
+
+impl ScoredCandidate {
+    /// [`CrossValidation::score`]; infinite where it could not be fitted, or no fold is left.
+    pub(crate) fn score(&self, without: Option<usize>) -> f64 {
+        let score = self.validation.as_ref().map_or(f64::INFINITY, |v| v.score(without));
+        if score.is_nan() { f64::INFINITY } else { score }
+    }
+}
+
+/// Cross-validates the screening recipe of every candidate; `finished` is called with the share that is done.
+pub(crate) fn cross_validate_all(
+    candidates: &[CandidateRecipe],
+    logs: &ConditionedLogs,
+    folds: &Folds,
+    seed: u64,
+    finished: &(dyn Fn(f64) + Sync),
+) -> Vec<ScoredCandidate> {
+    let done = AtomicUsize::new(0);
+    let score = |candidate: &CandidateRecipe| {
+        let recipe = screening_recipe(&candidate.recipe);
+        let validation = cross_validate(&|training| fit(&recipe, training, seed), &logs.runs, folds);
+        finished((1 + done.fetch_add(1, Ordering::Relaxed)) as f64 / candidates.len() as f64);
+        let (name, description) = (recipe.name, candidate.description.clone());
+        ScoredCandidate { name, description, validation }
+    };
+    candidates.par_iter().map(score).collect()
+}
+
+/// Fits without each fold and predicts what was held out; `None` where a fit fails.
+pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<CrossValidation> {
+    let mut validation = CrossValidation {
+        outputs: runs.iter().map(|run| vec![None; run.len()]).collect(),
+        folds: Vec::new(),
+        comparison: Comparison::new(),
+        rmse_in_sample: 0.0,
+        laws: Vec::new(),
+    };
+    for (fold, held_out) in folds.held_out.iter().enumerate() {
+        let training = training_runs(runs, held_out);
+        let estimator = fit(&training.iter().collect::<Vec<&Run>>())?;
+        validation.rmse_in_sample += estimator.sigma0 / folds.held_out.len() as f64;
+        validation.laws.push(estimator.law.clone());
+        let score = validation.score_fold(fold, &estimator, runs, held_out)?;
+        validation.folds.extend(score);
+    }
+    (!validation.folds.is_empty()).then_some(validation)
+}
+
+impl CrossValidation {
+    /// Predicts the rows that a fold held out; `Some(None)` where none of them counts, `None` for an estimate that is
+    /// not finite.
+    fn score_fold(
+        &mut self,
+        fold: usize,
+        estimator: &Estimator,
+        runs: &[Run],
+        held_out: &[Option<(usize, usize)>],
+    ) -> Option<Option<FoldScore>> {
+        let mut ratios = Vec::new();
+        let mut sequence_rmse = Vec::new();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (index, (run, range)) in runs.iter().zip(held_out).enumerate() {
+            let Some((from, to)) = *range else { continue };
+            let before = (sum, count);
+            let outputs = estimate_sequence(estimator, run).into_iter().enumerate();
+            for (row, output) in outputs.filter(|(row, _)| (from..to).contains(row)) {
+                self.outputs[index][row] = Some((output, fold));
+                if run.weight[row] > 0.0 {
+                    let error = output.mean - run.far[row];
+                    sum += error * error;
+                    count += 1.0;
+                    ratios.push(error.abs() / output.variance.sqrt().max(1e-300));
+                    self.comparison.push(run.far[row], output.mean).ok()?;
+                }
+            }
+            if count > before.1 {
+                sequence_rmse.push(f64::sqrt((sum - before.0) / (count - before.1)));
+            }
+        }
+        if count <= 0.0 {
+            return Some(None);
+        }
+        let band_factor = quantiles(ratios, &[0.95])[0];
+        Some(Some(FoldScore { fold, samples: count, rmse: (sum / count).sqrt(), sequence_rmse, band_factor }))
+    }
 }
 
 /// Runs of one fold with the held-out rows at weight zero; runs without weight are left out.
-pub(crate) fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -> Vec<Run> {
+fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -> Vec<Run> {
     runs.iter()
         .zip(held_out)
         .filter_map(|(run, range)| {
@@ -43,79 +164,4 @@ pub(crate) fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -
             run.weight.iter().any(|w| *w > 0.0).then_some(run)
         })
         .collect()
-}
-
-/// A model that was tried: what it is called and how it did.
-#[derive(Debug, Clone)]
-pub(crate) struct ScoredCandidate {
-    /// Short name, as `--model` takes it.
-    pub(crate) name: String,
-    /// What it is, in a sentence.
-    pub(crate) description: String,
-    /// How it did; `None` where it could not be fitted.
-    pub(crate) validation: Option<CrossValidation>,
-}
-
-impl ScoredCandidate {
-    /// What models are ranked by; infinite where it could not be fitted.
-    pub(crate) fn score(&self) -> f64 {
-        self.validation.as_ref().map_or(f64::INFINITY, |j| j.score)
-    }
-}
-
-/// Fits without each fold and predicts what was held out; `None` where a fit fails.
-pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<CrossValidation> {
-    let mut outputs: Vec<Vec<Option<(Estimate, usize)>>> = runs.iter().map(|r| vec![None; r.len()]).collect();
-    let mut fold_rmse = Vec::new();
-    let mut fold_factor = Vec::new();
-    let mut sequence_rmse = Vec::new();
-    let (mut rmse_in_sample, mut laws) = (0.0, Vec::new());
-    let mut comparison = Comparison::new();
-    for (fold, held_out) in folds.held_out.iter().enumerate() {
-        let training = training_runs(runs, held_out);
-        let references: Vec<&Run> = training.iter().collect();
-        let member = fit(&references)?;
-        rmse_in_sample += member.sigma0 / folds.held_out.len() as f64;
-        laws.push(member.law.clone());
-        let mut ratios = Vec::new();
-        let (mut sum, mut count) = (0.0, 0.0);
-        for (index, (run, range)) in runs.iter().zip(held_out).enumerate() {
-            let Some((from, to)) = *range else { continue };
-            let before = (sum, count);
-            for (row, output) in estimate_sequence(&member, run).into_iter().enumerate() {
-                if row < from || row >= to {
-                    continue;
-                }
-                outputs[index][row] = Some((output, fold));
-                if run.weight[row] > 0.0 {
-                    let error = output.mean - run.far[row];
-                    sum += error * error;
-                    count += 1.0;
-                    ratios.push(error.abs() / output.variance.sqrt().max(1e-300));
-                    comparison.push(run.far[row], output.mean).ok()?;
-                }
-            }
-            if count > before.1 {
-                sequence_rmse.push(f64::sqrt((sum - before.0) / (count - before.1)));
-            }
-        }
-        if count > 0.0 {
-            fold_rmse.push((sum / count).sqrt());
-            fold_factor.push(crate::fit::statistics::quantiles(ratios, &[0.95])[0]);
-        }
-    }
-    if fold_rmse.is_empty() {
-        return None;
-    }
-    let score = (fold_rmse.iter().map(|r| r.max(1e-300).ln()).sum::<f64>() / fold_rmse.len() as f64).exp();
-    Some(CrossValidation {
-        outputs,
-        fold_rmse,
-        sequence_rmse,
-        fold_factor,
-        comparison,
-        rmse_in_sample,
-        laws,
-        score,
-    })
 }

@@ -1,6 +1,8 @@
-//! Which model to believe: folds that mimic the question, members that answer it, logs that spoil it.
+//! Model selection: candidates, the influence of each log, folds, cross-validation, choice.
 
 pub(crate) mod candidates;
+pub(crate) mod choice;
 pub(crate) mod cross_validation;
 pub(crate) mod folds;
 pub(crate) mod influence;
+mod signals;

@@ -1,23 +1,11 @@
 //! Named arrays, as MATLAB keeps them, to columns of one table.
 
+use super::array::Array;
 use crate::Error;
 use crate::log::occurrences::counted;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-
-/// A numeric array with its place in the file.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Array {
-    /// Its name, with the structs it is in: `log.tension_in_n`.
-    pub(super) path: String,
-    /// Rows.
-    pub(super) rows: usize,
-    /// Columns (the product of all dimensions but the first).
-    pub(super) columns: usize,
-    /// Column by column.
-    pub(super) data: Vec<f64>,
-}
 
 /// A log whose columns are in memory.
 pub(in crate::log) struct ArrayLog {

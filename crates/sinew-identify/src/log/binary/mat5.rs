@@ -4,7 +4,7 @@
 //! of type matrix, which holds elements for its class, dimensions, name and numbers; `-v7` wraps each into a
 //! zlib stream. Source: MathWorks, "MAT-File Format", chapter 1.
 
-use super::arrays::Array;
+use super::array::Array;
 use crate::Error;
 use crate::log::open::MEMORY_LIMIT_BYTES;
 use std::io::Read;

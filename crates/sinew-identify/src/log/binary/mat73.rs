@@ -1,7 +1,7 @@
 //! MATLAB files of version 7.3: HDF5 with MATLAB's habits.
 
-use super::arrays::Array;
-use super::guarded;
+use super::array::Array;
+use super::panics::catch_panic;
 use crate::Error;
 use crate::log::open::MEMORY_LIMIT_BYTES;
 use hdf5_pure::{AttrValue, File, Group};
@@ -13,7 +13,7 @@ const MAX_DEPTH: usize = 8;
 /// All real numeric arrays of a file, also inside structs.
 pub(super) fn arrays(file: &str, bytes: Vec<u8>) -> Result<Vec<Array>, Error> {
     let size = bytes.len() as u64;
-    guarded(file, EXPECTED, || {
+    catch_panic(file, EXPECTED, || {
         let hdf = File::from_bytes(bytes).map_err(|e| damaged(file, &e))?;
         let mut found = Found { file, budget: MEMORY_LIMIT_BYTES / 8, size, arrays: Vec::new() };
         found.group(&hdf.root(), "", 0)?;

@@ -1,6 +1,7 @@
 //! Parquet: streamed row by row, only the columns that are needed.
 
-use super::{guarded, parquet_bounds};
+use super::panics::catch_panic;
+use super::parquet_bounds;
 use crate::Error;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use bytes::Bytes;
@@ -27,13 +28,13 @@ impl ParquetLog {
         let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
         let handle = std::fs::File::open(path).map_err(unreadable)?;
         let again = handle.try_clone().map_err(unreadable)?;
-        guarded(file, EXPECTED, || Self::checked(file, &handle, again))
+        catch_panic(file, EXPECTED, || Self::checked(file, &handle, again))
     }
 
     /// Reads the footer of a file in memory.
     pub(in crate::log) fn from_bytes(file: &str, bytes: Vec<u8>) -> Result<Self, Error> {
         let bytes = Bytes::from(bytes);
-        guarded(file, EXPECTED, || Self::checked(file, &bytes.clone(), bytes))
+        catch_panic(file, EXPECTED, || Self::checked(file, &bytes.clone(), bytes))
     }
 
     /// `source` and `again` are the same file: one to check its promises, one for the reader to keep.
@@ -62,7 +63,7 @@ impl ParquetLog {
 
     /// Reads what is `wanted`.
     pub(in crate::log) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
-        guarded(&self.file, EXPECTED, || self.rows_of(wanted))
+        catch_panic(&self.file, EXPECTED, || self.rows_of(wanted))
     }
 
     fn rows_of(&self, wanted: &Wanted) -> Result<Table, Error> {

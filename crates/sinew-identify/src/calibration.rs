@@ -1,0 +1,75 @@
+//! From a chosen and fitted estimator to a model: prediction band, provenance, validation.
+
+use crate::Error;
+use crate::conditioning::ConditionedLogs;
+use crate::fit::run::Run;
+use crate::fit::statistics::quantiles;
+use crate::select::cross_validation::{FoldScore, ScoredCandidate};
+use sinew::predictor::{Estimator, Model, Provenance};
+
+/// The model of an estimator fitted to all logs, with the band that its cross-validation asks for.
+///
+/// # Errors
+/// [`Error::Physics`] where the model is not valid.
+pub(crate) fn calibrate(
+    estimator: Estimator,
+    chosen: &ScoredCandidate,
+    rmse_unseen: f64,
+    logs: &ConditionedLogs,
+    seed: u64,
+) -> Result<Model, Error> {
+    let roles = &logs.data.roles;
+    let folds = chosen.validation.as_ref().map_or(&[][..], |validation| validation.folds.as_slice());
+    let model = Model {
+        far: roles.far.clone().unwrap_or_default(),
+        inputs: roles.inputs.clone(),
+        time: roles.time.clone(),
+        trial: roles.trial.clone(),
+        guards: logs.limits.clone(),
+        gap_s: logs.gap_s,
+        estimator,
+        band_factor: band_factor(folds),
+        provenance: Provenance {
+            member: chosen.name.clone(),
+            description: chosen.description.clone(),
+            program: env!("CARGO_PKG_VERSION").to_string(),
+            seed,
+            logs: logs.data.logs.iter().map(|log| log.name.clone()).collect(),
+            samples: logs.runs.iter().map(Run::len).sum(),
+            rmse_unseen,
+            far_range: far_range(&logs.runs),
+        },
+    };
+    model.validate()?;
+    Ok(model)
+}
+
+/// Largest factor of `n` folds times `(n + 1)/n`: the next draw exceeds the largest of `n` once in `n + 1` times.
+fn band_factor(folds: &[FoldScore]) -> f64 {
+    let n = folds.len().max(1) as f64;
+    (folds.iter().map(|fold| fold.band_factor).fold(0.0, f64::max) * (n + 1.0) / n).max(1e-6)
+}
+
+/// Range of the far side over the samples that count, from its 0.05 % to its 99.95 % quantile.
+fn far_range(runs: &[Run]) -> f64 {
+    let counted = |run: &Run| -> Vec<f64> {
+        run.far.iter().zip(&run.weight).filter(|(_, w)| **w > 0.0).map(|(y, _)| *y).collect()
+    };
+    let edge = quantiles(runs.iter().flat_map(counted).collect(), &[0.0005, 0.9995]);
+    edge[1] - edge[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_band_of_few_folds_is_stretched_most() {
+        let folds = |factors: &[f64]| -> Vec<FoldScore> {
+            factors.iter().map(|f| FoldScore { band_factor: *f, ..FoldScore::default() }).collect()
+        };
+        assert!((band_factor(&folds(&[2.0, 1.0])) - 3.0).abs() < 1e-12);
+        assert!((band_factor(&folds(&[2.0, 1.0, 1.5, 1.2, 1.9])) - 2.4).abs() < 1e-12);
+        assert!(band_factor(&[]) > 0.0);
+    }
+}

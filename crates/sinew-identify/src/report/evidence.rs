@@ -1,0 +1,20 @@
+//! Everything that a report is made from.
+
+use crate::conditioning::ConditionedLogs;
+use crate::select::cross_validation::ScoredCandidate;
+use crate::select::folds::Folds;
+use sinew::predictor::Model;
+
+/// Results of the stages of an identification.
+pub(crate) struct Evidence<'a> {
+    /// The logs that were fitted.
+    pub(crate) logs: &'a ConditionedLogs,
+    /// Every candidate with its cross-validation.
+    pub(crate) scored: &'a [ScoredCandidate],
+    /// Index of the chosen one.
+    pub(crate) chosen: usize,
+    /// The chosen candidate fitted to all logs.
+    pub(crate) model: &'a Model,
+    /// What was held out.
+    pub(crate) folds: &'a Folds,
+}
