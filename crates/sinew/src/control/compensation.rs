@@ -1,89 +1,212 @@
-//! From the tension wanted at the anchor to what the drive is told.
+//! From the desired tension at the anchor to the command of the drive.
 
 use super::stretch::{FarEndReference, StretchController, direction};
 use crate::Error;
 use crate::drive::DriveCommand;
 use crate::predictor::{CableModel, CableObserver, CableSample};
-use crate::transmission::Perceptron;
+use crate::transmission::{Perceptron, Sheath};
 use alloc::boxed::Box;
 
-/// A way from a [`FarEndReference`] to the drive, and from what the drive feels to the far end.
+/// A method of compensation: from a [`FarEndReference`] to the drive's command, and from the near end's measurements to
+/// an estimate of the far end.
 #[derive(Debug, Clone)]
 pub enum Compensation {
-    /// None: the drive pulls with what is wanted at the anchor.
+    /// No compensation: the drive's tension is the tension desired at the anchor.
     None,
-    /// Eqs. 7 and 8 with the sign of the reference: one angle and the pretension.
-    Capstan {
-        /// `mu phi - ln eta`.
-        friction_angle: f64,
-        /// N.
-        pretension: f64,
-    },
-    /// The paper's networks (17).
+    /// The sheath's law (7) and its inverse (8), in the direction of the reference.
+    Capstan(CapstanCompensation),
+    /// The networks of (17).
     Network(Box<NetworkCompensation>),
-    /// The observer, and the stretch of its law.
+    /// The cable's observer with the stretch controller of its law.
     Observer(Box<ObserverCompensation>),
 }
 
-/// What a compensation says after a sample.
+/// Command and estimates of a compensation after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer {
-    /// For the drive.
+pub struct CompensationOutput {
+    /// Command for the drive.
     pub command: DriveCommand,
-    /// What it believes of the tension at the anchor, N.
-    pub far: f64,
-    /// What it believes of the elongation, m; NaN where it believes nothing.
+    /// Estimated tension at the anchor as a sensor there reads it, N; NaN where it needs a tension that was not measured.
+    pub tension_out: f64,
+    /// Estimated elongation, m; NaN where the method has no estimate.
     pub stretch: f64,
 }
 
 impl Compensation {
-    /// Takes a sample, `interval` seconds after the one before, and answers.
-    pub fn answer(&mut self, interval: f64, wish: &FarEndReference, sample: &CableSample) -> Answer {
-        let (near, velocity) = (sample.tension_in, wish.velocity);
-        let (tension, far) = match self {
-            Self::Observer(observer) => return observer.answer(interval, wish, sample),
-            Self::None => (wish.tension_out, near),
-            Self::Capstan { friction_angle, pretension } => {
-                let factor = libm::exp(direction(velocity) * *friction_angle);
-                (((wish.tension_out - *pretension) * factor).max(0.0), near / factor + *pretension)
-            }
+    /// One control cycle with a sample `interval` seconds after the one before.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for references that are not finite.
+    pub fn step(
+        &mut self,
+        interval: f64,
+        reference: &FarEndReference,
+        sample: &CableSample,
+    ) -> Result<CompensationOutput, Error> {
+        let near = sample.tension_in;
+        let (tension, tension_out) = match self {
+            Self::Observer(observer) => return observer.step(interval, reference, sample),
+            Self::None => (reference.tension_out, near),
+            Self::Capstan(capstan) => (
+                capstan.drive_tension(reference)?,
+                measured(near, |near| capstan.far_tension(near, reference.velocity))?,
+            ),
             Self::Network(networks) => (
-                wish.tension_out + networks.friction.evaluate(&[wish.tension_out, velocity]).unwrap_or(0.0),
-                near - networks.loss.evaluate(&[near, velocity]).unwrap_or(0.0),
+                networks.drive_tension(reference)?,
+                measured(near, |near| networks.far_tension(near, reference.velocity))?,
             ),
         };
-        Answer { command: DriveCommand::Tension { tension, feed: velocity }, far, stretch: f64::NAN }
+        let command = DriveCommand::Tension { tension, feed: reference.velocity };
+        Ok(CompensationOutput { command, tension_out, stretch: f64::NAN })
     }
 }
 
-/// The paper's network (17), once for the command and once for the estimate; bend and length of the sheath are constant.
-#[derive(Debug, Clone)]
-pub struct NetworkCompensation {
-    /// From far tension, N, and speed, m/s, to what friction takes on the way, N.
-    pub friction: Perceptron,
-    /// From near tension, N, and speed, m/s, to the same.
-    pub loss: Perceptron,
+/// An estimate from the near tension, N; NaN where it was not measured.
+fn measured(near: f64, estimate: impl FnOnce(f64) -> Result<f64, Error>) -> Result<f64, Error> {
+    if near.is_finite() { estimate(near) } else { Ok(f64::NAN) }
 }
 
-/// The observer tells the stretch, the winch follows the wanted one: [`StretchController`].
+/// Compensation by a [`Sheath`] of constant wrap angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CapstanCompensation {
+    sheath: Sheath,
+    wrap_angle: f64,
+    pretension: f64,
+}
+
+impl CapstanCompensation {
+    /// From the identified friction angle `mu phi - ln(eta)`, 1, and pretension `T_0`, N.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] unless both are finite and >= 0.
+    pub fn new(friction_angle: f64, pretension: f64) -> Result<Self, Error> {
+        // Only the sum of friction and efficiency is identified: mu = 1 and eta = 1 over an angle of its value.
+        let sheath = Sheath::new(1.0, 1.0, pretension)?;
+        let capstan = Self { sheath, wrap_angle: friction_angle, pretension };
+        capstan.far_tension(0.0, 0.0)?;
+        Ok(capstan)
+    }
+
+    /// (8); below `T_0` the drive's tension is zero.
+    fn drive_tension(&self, reference: &FarEndReference) -> Result<f64, Error> {
+        let reachable = reference.tension_out.max(self.pretension);
+        self.sheath.tension_in(reachable, self.wrap_angle, direction(reference.velocity))
+    }
+
+    /// (7); noise below zero tension counts as zero.
+    fn far_tension(&self, near: f64, velocity: f64) -> Result<f64, Error> {
+        self.sheath.tension_out(near.max(0.0), self.wrap_angle, direction(velocity))
+    }
+}
+
+/// The network of (17), once for the command and once for the estimate; bend and length of the sheath are constant.
+#[derive(Debug, Clone)]
+pub struct NetworkCompensation {
+    friction_from_far: Perceptron,
+    friction_from_near: Perceptron,
+}
+
+impl NetworkCompensation {
+    /// Inputs of both networks: tension, N, and speed of the cable, m/s, + toward the motor.
+    pub const INPUTS: usize = 2;
+
+    /// Two networks of the friction force `T_in - T_out`, N: from the far tension and from the near tension.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] unless both have [`INPUTS`](Self::INPUTS).
+    pub fn new(friction_from_far: Perceptron, friction_from_near: Perceptron) -> Result<Self, Error> {
+        for network in [&friction_from_far, &friction_from_near] {
+            let (expected, got) = (Self::INPUTS, network.inputs());
+            if got != expected {
+                return Err(Error::WrongLength { name: "inputs of a friction network", expected, got });
+            }
+        }
+        Ok(Self { friction_from_far, friction_from_near })
+    }
+
+    fn drive_tension(&self, reference: &FarEndReference) -> Result<f64, Error> {
+        let far = reference.tension_out;
+        Ok(far + self.friction_from_far.evaluate(&[far, reference.velocity])?)
+    }
+
+    fn far_tension(&self, near: f64, velocity: f64) -> Result<f64, Error> {
+        Ok(near - self.friction_from_near.evaluate(&[near, velocity])?)
+    }
+}
+
+/// The cable's observer estimates the stretch, a [`StretchController`] controls it.
 #[derive(Debug, Clone)]
 pub struct ObserverCompensation {
     observer: CableObserver,
-    follower: StretchController,
+    controller: StretchController,
 }
 
 impl ObserverCompensation {
-    /// A compensation by what was identified.
+    /// From an identified model.
     ///
     /// # Errors
     /// As [`CableModel::law`].
     pub fn new(model: &CableModel) -> Result<Self, Error> {
-        Ok(Self { observer: CableObserver::new(model)?, follower: StretchController::new(model.law()?) })
+        Ok(Self { observer: CableObserver::new(model)?, controller: StretchController::new(model.law()?) })
     }
 
-    fn answer(&mut self, interval: f64, wish: &FarEndReference, sample: &CableSample) -> Answer {
+    fn step(
+        &mut self,
+        interval: f64,
+        reference: &FarEndReference,
+        sample: &CableSample,
+    ) -> Result<CompensationOutput, Error> {
         let estimate = self.observer.step(interval, sample);
-        let speed = self.follower.speed(interval, wish, estimate.stretch, estimate.drag_factor);
-        Answer { command: DriveCommand::Velocity(speed), far: estimate.far, stretch: estimate.stretch }
+        let speed =
+            self.controller.winch_speed(interval, reference, estimate.stretch, estimate.drag_factor)?;
+        let command = DriveCommand::Velocity(speed);
+        Ok(CompensationOutput { command, tension_out: estimate.far, stretch: estimate.stretch })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transmission::PerceptronWeights;
+
+    #[test]
+    fn the_capstan_command_and_estimate_are_inverse_above_the_pretension_and_zero_below() {
+        let capstan = CapstanCompensation::new(1.1, 15.5).unwrap();
+        for velocity in [0.05, -0.05] {
+            let at = |tension_out| FarEndReference { tension_out, velocity, previewed_velocity: velocity };
+            let near = capstan.drive_tension(&at(80.0)).unwrap();
+            assert!((capstan.far_tension(near, velocity).unwrap() - 80.0).abs() < 1e-12);
+            assert!(if velocity > 0.0 { near > 64.5 } else { near < 64.5 });
+            assert!(capstan.drive_tension(&at(3.0)).unwrap().abs() < 1e-300);
+        }
+        for (angle, pretension) in [(-0.1, 15.5), (f64::NAN, 15.5), (1.1, -1.0), (1.1, f64::INFINITY)] {
+            assert!(CapstanCompensation::new(angle, pretension).is_err());
+        }
+    }
+
+    #[test]
+    fn networks_of_other_inputs_are_refused_when_the_compensation_is_built() {
+        let network = |inputs: usize| {
+            Perceptron::new(PerceptronWeights {
+                inputs,
+                hidden: 1,
+                input_weights: alloc::vec![0.1; inputs],
+                hidden_bias: alloc::vec![0.0],
+                output_weights: alloc::vec![1.0],
+                output_bias: 5.0,
+                skip: alloc::vec![],
+            })
+            .unwrap()
+        };
+        assert!(NetworkCompensation::new(network(3), network(2)).is_err());
+        assert!(NetworkCompensation::new(network(2), network(1)).is_err());
+        let networks = NetworkCompensation::new(network(2), network(2)).unwrap();
+        let mut compensation = Compensation::Network(Box::new(networks));
+        let reference = FarEndReference { tension_out: f64::NAN, velocity: 0.1, previewed_velocity: 0.1 };
+        let sample = CableSample { motor: 0.0, anchor: 0.0, tension_in: f64::NAN };
+        assert!(compensation.step(1e-3, &reference, &sample).is_err());
+        let reference = FarEndReference { tension_out: 50.0, ..reference };
+        let output = compensation.step(1e-3, &reference, &sample).unwrap();
+        assert!(output.tension_out.is_nan() && matches!(output.command, DriveCommand::Tension { .. }));
     }
 }

@@ -1,6 +1,6 @@
-//! What a drive is told: tensions for a torque, compensation of friction and stretch.
+//! Commands of the drives: distribution of tensions for a torque, compensation of friction and stretch, control of an arm.
 //!
-//! Nothing here may look into the plant: it knows what sensors say and what was identified.
+//! The controller has measurements, references and identified models; it does not import the plant.
 
 pub mod arm;
 pub mod compensation;

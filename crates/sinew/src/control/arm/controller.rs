@@ -1,124 +1,90 @@
-use super::cables::{CableStateSource, Cables};
-use super::fault_detector::{ArmStatus, FaultDetector, Known};
+use super::acceleration_law::AccelerationLaw;
+use super::actuation::{Actuation, ActuationInputs, ActuationMode};
+use super::anchor_motion::AnchorMotion;
+use super::body_model::BodyModel;
+use super::cable_states::{CableStateSource, CableStates};
+use super::fault_detector::{FaultDetector, Prediction};
 use super::gains::ArmGains;
-use super::iterative_learning::IterativeLearning;
-use super::joints::JointObserver;
-use super::mechanics::Mechanics;
-use super::winch::{MuscleReference, Winch};
+use super::joint_observer::JointObserver;
+use super::signals::{
+    ArmCommand, ArmMeasurement, Dimensions, GroundTruth, PreviewedReference, require_length,
+};
+use super::status::ArmStatus;
 use crate::Error;
 use crate::body::Robot;
-use crate::control::compensation::Compensation;
-use crate::control::stretch::FarEndReference;
 use crate::control::tension::{Distribution, Problem, Status};
-use crate::drive::DriveCommand;
-use crate::predictor::{CableModel, CableSample};
+use crate::predictor::CableModel;
 use crate::trajectory::Reference;
 use crate::transmission::Perceptron;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// What the sensors of an arm say.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ArmMeasurement<'a> {
-    /// Position of every cable by its motor's encoder, m, + toward the motor: `[muscles]`.
-    pub motor: &'a [f64],
-    /// Tension at every drive's outlet, N: `[muscles]`.
-    pub tension: &'a [f64],
-    /// Angle of every joint, rad: `[joints]`.
-    pub joint: &'a [f64],
-}
-
-/// What the joints are to do now and [`PREVIEW_HORIZON`](crate::control::stretch::PREVIEW_HORIZON) later.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PreviewedReference<'a> {
-    /// Now.
-    pub current: &'a Reference,
-    /// Later.
-    pub previewed: &'a Reference,
-    /// Since a motion that is repeated began anew, s: what a repeat showed helps the next; none where nothing is repeated.
-    pub repeat_time: Option<f64>,
-}
-
-/// What somebody knows of the cables who can look into them: `[muscles]` each.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GroundTruth<'a> {
-    /// Tension at every anchor, N.
-    pub tension_out: &'a [f64],
-    /// Elongation of every cable, m.
-    pub stretch: &'a [f64],
-    /// Drag of every cable, times that of its model.
-    pub drag_factor: &'a [f64],
-}
-
-/// How tensions are brought to the anchors.
-#[derive(Debug, Clone)]
-pub enum ActuationMode {
-    /// The winches follow the stretch of the wanted tensions, which is known by this.
-    WinchSpeed(CableStateSource),
-    /// The drives are told tensions, each through its compensation: `[muscles]`. What the paper does.
-    DriveTension(Vec<Compensation>),
-}
-
-/// What the controller answers to a sample; all of it stays until the next.
-#[derive(Debug, Clone, Copy)]
-pub struct ArmCommand<'a> {
-    /// For the drives, `[muscles]`.
-    pub drives: &'a [DriveCommand],
-    /// Tension wanted at every anchor, N: `[muscles]`.
-    pub desired_tension: &'a [f64],
-    /// What it is believed to be, N: `[muscles]`.
-    pub estimated_tension: &'a [f64],
-    /// Pose as believed, `[joints]`.
-    pub q: &'a [f64],
-    /// Whether the tensions wanted give the torque wanted.
-    pub distribution: Status,
-    /// Whether it follows, rests, or was stopped, and why.
-    pub status: ArmStatus,
-}
-
-/// Moves an arm on cables along a reference.
+/// Tracks a reference of the joints with an arm on cables: computed muscle force with observers.
+///
+/// ```text
+/// measurement -> fault detection -> cable observers (7, 10) -> joint observers (19, 20, 23)
+///   q''_d = q''_r + w^2 (q_r - q^) + 2 zeta w (q'_r - q'^) - d_u                     (24) to (26)
+///   tau   = M q''_d + c + g                                                         (23)
+///   F_d   = argmin |F|^2   subject to   R^T F = tau,  F_min <= F <= F_max            (21, 22)
+/// -> winch speeds, or drive tensions (8)
+/// ```
+///
+/// | symbol            | meaning                                         | unit         |
+/// |-------------------|-------------------------------------------------|--------------|
+/// | q_r, q^           | reference and estimated joint angles              | rad          |
+/// | d_u               | compensated disturbance                           | rad/s^2      |
+/// | w, zeta           | [`ArmGains`]                                      | rad/s, 1     |
+/// | tau, M, c, g      | torque, inertia, velocity and gravity terms        | Nm, kg m^2, Nm, Nm |
+/// | F, R              | tensions at the anchors, moment arms `-dl/dq`       | N, m         |
+///
+/// # Departs
+/// `yuan2023` commands the drives' tensions without knowing the far ones; see [`ActuationMode`] for both.
+///
+/// # Source
+/// `yuan2023`, eqs. 19 to 26, corrected; observers and the law of the winches are our own.
 #[derive(Debug, Clone)]
 pub struct ArmController {
     gains: ArmGains,
-    way: ActuationMode,
-    mechanics: Mechanics,
+    source: CableStateSource,
+    dimensions: Dimensions,
+    faults: FaultDetector,
+    body: BodyModel,
+    cables: CableStates,
     joints: JointObserver,
-    cables: Cables,
-    guard: FaultDetector,
+    law: AccelerationLaw,
+    anchors: AnchorMotion,
     distribution: Distribution,
-    winches: Vec<Winch>,
-    practice: Option<IterativeLearning>,
+    actuation: Actuation,
     started: bool,
-    /// Whether no disturbance has been looked for yet.
-    fresh: bool,
-    /// Whether the reference is at rest and the arm nearly there, and whether it is all there.
-    resting: bool,
+    disturbance_initialized: bool,
+    /// Whether the reference is at rest and the arm near it.
+    at_rest: bool,
+    /// Whether, beside that, all errors are within their tolerances.
     holding: bool,
     reached: Status,
-    /// `d_u`, rad/s^2.
-    disturbance: Vec<f64>,
-    commands: Vec<DriveCommand>,
-    /// Speed that every winch was told, m/s; not a number where it was told a tension.
-    told: Vec<f64>,
-    // Of every joint.
-    acceleration: Vec<f64>,
+    /// Acceleration of the model under the estimated tensions, rad/s^2: `[joints]`.
+    model_acceleration: Vec<f64>,
+    /// `tau`, Nm: `[joints]`.
     torque: Vec<f64>,
-    error: Vec<f64>,
-    // Of every muscle.
-    velocity: Vec<f64>,
-    coming: Vec<f64>,
-    behind: Vec<f64>,
-    slip: Vec<f64>,
-    now: Vec<f64>,
-    wanted: Vec<f64>,
-    least: Vec<f64>,
-    most: Vec<f64>,
+    /// `F_d`, `F_min`, `F_max`, N: `[muscles]`.
+    desired_tension: Vec<f64>,
+    min_tension: Vec<f64>,
+    max_tension: Vec<f64>,
     ones: Vec<f64>,
     zeros: Vec<f64>,
 }
 
+/// Largest position error of an anchor at which an arm comes to rest, and up to which it is at rest, m.
+const REST_ERROR: [f64; 2] = [5e-4, 1e-3];
+
+/// Largest speed of a joint at which an arm comes to rest, rad/s.
+const REST_SPEED: f64 = 0.05;
+
+/// Largest speed of a reference at rest, rad/s or m/s.
+const REST_REFERENCE_SPEED: f64 = 1e-9;
+
 impl ArmController {
-    /// A controller that has seen nothing, from what is believed of the body and was identified of every cable.
+    /// A controller in its initial state, from the nominal body and the identified model of every cable.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for models or compensations of another number than muscles; as [`ArmGains::validate`] and
@@ -127,107 +93,107 @@ impl ArmController {
         robot: &Robot,
         models: &[CableModel],
         gains: ArmGains,
-        way: ActuationMode,
+        mode: ActuationMode,
     ) -> Result<Self, Error> {
-        let mechanics = Mechanics::new(robot);
-        let (muscles, joints) = (mechanics.muscles(), mechanics.joints());
+        let body = BodyModel::new(robot);
+        let (muscles, joints) = (body.muscles(), body.joints());
         gains.validate(joints)?;
-        let knowledge = match &way {
-            ActuationMode::WinchSpeed(knowledge) => *knowledge,
-            ActuationMode::DriveTension(_) => CableStateSource::Observer,
-        };
-        let of = |name, got| {
-            if got == muscles { Ok(()) } else { Err(Error::WrongLength { name, expected: muscles, got }) }
-        };
-        of("models", models.len())?;
-        if let ActuationMode::DriveTension(list) = &way {
-            of("compensations", list.len())?;
-        }
-        let cables = Cables::new(models, knowledge)?;
-        let limits = models.iter().map(|model| Ok(gains.tension_limits(&model.law()?)));
-        let limits = limits.collect::<Result<Vec<_>, Error>>()?;
+        require_length("models", muscles, models.len())?;
+        let source = mode.cable_state_source();
+        let limits = |model: &CableModel| Ok(gains.tension_limits(&model.law()?));
+        let limits = models.iter().map(limits).collect::<Result<Vec<_>, Error>>()?;
         Ok(Self {
+            source,
+            dimensions: Dimensions { muscles, joints },
+            faults: FaultDetector::new(muscles, joints),
+            cables: CableStates::new(models, source)?,
             joints: JointObserver::new(joints, &gains),
-            cables,
-            guard: FaultDetector::new(muscles, joints),
+            law: AccelerationLaw::new(joints),
+            anchors: AnchorMotion::new(muscles),
             distribution: Distribution::new(muscles, joints),
-            winches: vec![Winch::default(); muscles],
-            practice: None,
+            actuation: Actuation::new(muscles, mode)?,
             started: false,
-            fresh: true,
-            resting: false,
+            disturbance_initialized: false,
+            at_rest: false,
             holding: false,
             reached: Status::Optimal,
-            disturbance: vec![0.0; joints],
-            commands: vec![DriveCommand::Off; muscles],
-            told: vec![0.0; muscles],
-            acceleration: vec![0.0; joints],
+            model_acceleration: vec![0.0; joints],
             torque: vec![0.0; joints],
-            error: vec![0.0; joints],
-            velocity: vec![0.0; muscles],
-            coming: vec![0.0; muscles],
-            behind: vec![0.0; muscles],
-            slip: vec![0.0; muscles],
-            now: vec![0.0; muscles],
-            wanted: vec![0.0; muscles],
-            least: limits.iter().map(|limit| limit[0]).collect(),
-            most: limits.iter().map(|limit| limit[1]).collect(),
+            desired_tension: vec![0.0; muscles],
+            min_tension: limits.iter().map(|limit| limit[0]).collect(),
+            max_tension: limits.iter().map(|limit| limit[1]).collect(),
             ones: vec![1.0; muscles],
             zeros: vec![0.0; muscles],
-            mechanics,
+            body,
             gains,
-            way,
         })
     }
 
-    /// The same that learns from repeat to repeat of a motion of so many seconds.
+    /// Adds iterative learning control over the repeats of a motion of this duration, s.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] outside of (0, 3600].
     pub fn with_iterative_learning(mut self, duration: f64) -> Result<Self, Error> {
-        self.practice = Some(IterativeLearning::new(self.told.len(), duration)?);
+        self.actuation.set_learning(duration)?;
         Ok(self)
     }
 
-    /// The same with a network for every cable that corrects what its observer believes of the tension at the anchor,
-    /// by at most [`ResidualNetwork::LIMIT_N`](super::ResidualNetwork::LIMIT_N): `[muscles]`. Without observers it says nothing.
+    /// Adds a network to every cable's observer that corrects its far tension by at most
+    /// [`ResidualNetwork::LIMIT_N`](super::ResidualNetwork::LIMIT_N): `[muscles]`. Without observers it has no effect.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for networks of another number than muscles, or of other inputs than
     /// [`ResidualNetwork`](super::ResidualNetwork)'s.
     pub fn with_residuals(mut self, networks: Vec<Perceptron>) -> Result<Self, Error> {
-        self.cables.correct(networks)?;
+        self.cables.set_residuals(networks)?;
         Ok(self)
     }
 
-    /// Takes a sample, `h` seconds after the one before, and answers with what the drives are to do until the next.
+    /// Whether every [`step`](Self::step) takes the true state of the cables.
+    #[must_use]
+    pub fn requires_ground_truth(&self) -> bool {
+        self.source == CableStateSource::Oracle
+    }
+
+    /// Operating state of the arm.
+    #[must_use]
+    pub fn status(&self) -> ArmStatus {
+        match self.faults.status {
+            ArmStatus::Following if self.holding => ArmStatus::Holding,
+            status => status,
+        }
+    }
+
+    /// One control cycle: the commands for the `h` s to come, from measurements and references at their beginning.
+    /// Nothing is allocated.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for another robot's; [`Error::OutOfDomain`] for what is not finite.
+    /// [`Error::WrongLength`] for slices of another robot, for an oracle without ground truth, and for ground truth
+    /// without an oracle; [`Error::OutOfDomain`] for references that are not finite.
     pub fn step(
         &mut self,
         h: f64,
-        sample: &ArmMeasurement<'_>,
-        goal: &PreviewedReference<'_>,
-        told: Option<&GroundTruth<'_>>,
+        measurement: &ArmMeasurement<'_>,
+        reference: &PreviewedReference<'_>,
+        truth: Option<&GroundTruth<'_>>,
     ) -> Result<ArmCommand<'_>, Error> {
-        self.check(sample, goal)?;
-        self.guard.expect(&goal.current.q);
-        let known = Known {
-            told: &self.told,
-            near: &self.cables.tension_in,
-            speed: &self.joints.v,
-            wanted: &goal.current.v,
-        };
-        self.guard.take(h, sample, &known);
-        if self.guard.stopped() {
-            self.brake(h);
+        self.dimensions.check(measurement, reference)?;
+        self.detect_faults(h, measurement, reference.current);
+        if self.faults.is_stopped() {
+            self.actuation.brake(h);
         } else {
-            self.follow(h, goal, told)?;
+            self.estimate_cables(h, reference.current, truth)?; // (7), (10) at the lengths of (19)
+            self.estimate_joints(h)?; // (21), (23)
+            self.evaluate_errors(h, reference); // (24), and (20)
+            self.detect_rest(reference);
+            self.law.evaluate(&self.gains, reference.current, &self.joints.v, self.at_rest); // (25), (26)
+            self.evaluate_torque()?; // (23)
+            self.distribute_tensions()?; // (22)
+            self.command_drives(h, reference.repeat_time)?; // (8), or the law of the winches
         }
         Ok(ArmCommand {
-            drives: &self.commands,
-            desired_tension: &self.wanted,
+            drives: &self.actuation.drives,
+            desired_tension: &self.desired_tension,
             estimated_tension: &self.cables.tension_out,
             q: &self.joints.q,
             distribution: self.reached,
@@ -235,207 +201,106 @@ impl ArmController {
         })
     }
 
-    fn follow(
+    fn detect_faults(&mut self, h: f64, measurement: &ArmMeasurement<'_>, reference: &Reference) {
+        let prediction = Prediction {
+            winch_speed: &self.actuation.winch_speed,
+            tension_in: &self.cables.tension_in,
+            joint_speed: &self.joints.v,
+            reference,
+        };
+        self.faults.update(h, measurement, &prediction);
+    }
+
+    /// Far tensions and stretches, in the pose estimated last. A rejected joint angle is predicted from the reference's
+    /// speed.
+    fn estimate_cables(
         &mut self,
         h: f64,
-        goal: &PreviewedReference<'_>,
-        told: Option<&GroundTruth<'_>>,
+        reference: &Reference,
+        truth: Option<&GroundTruth<'_>>,
     ) -> Result<(), Error> {
-        self.bridge(h, goal.current);
-        self.mechanics.look(&self.joints.q)?;
-        let seen = (&self.guard.motor[..], &self.guard.tension[..]);
-        self.cables.look(h, seen, &self.mechanics, &self.wanted, told)?;
-        self.observe(h)?;
-        self.mechanics.toward_motor(&goal.current.v, &mut self.velocity);
-        self.mechanics.toward_motor(&goal.previewed.v, &mut self.coming);
-        self.mechanics.toward_motor(&self.joints.v, &mut self.now);
-        let share = (h / self.gains.slip_filter_time).min(1.0);
-        self.slip.iter_mut().zip(&self.now).for_each(|(slip, now)| *slip += share * (now - *slip));
-        self.hold(goal);
-        self.want_acceleration(goal.current);
-        self.mechanics.torque(&self.joints.q, &self.joints.v, &self.acceleration, &mut self.torque)?;
-        self.distribute()?;
-        self.command(h, goal.repeat_time);
-        Ok(())
-    }
-
-    /// Whether sample and goal are of this arm.
-    fn check(&self, sample: &ArmMeasurement<'_>, goal: &PreviewedReference<'_>) -> Result<(), Error> {
-        let (muscles, joints) = (self.told.len(), self.error.len());
-        for (name, expected, got) in [
-            ("motor", muscles, sample.motor.len()),
-            ("tension", muscles, sample.tension.len()),
-            ("joint", joints, sample.joint.len()),
-            ("goal", joints, goal.current.q.len().min(goal.current.v.len()).min(goal.current.a.len())),
-            ("coming goal", joints, goal.previewed.v.len()),
-        ] {
-            if got != expected {
-                return Err(Error::WrongLength { name, expected, got });
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether the arm follows, rests, or was stopped, and why.
-    #[must_use]
-    pub fn status(&self) -> ArmStatus {
-        match self.guard.status {
-            ArmStatus::Following if self.holding => ArmStatus::Holding,
-            status => status,
-        }
-    }
-
-    /// A joint whose encoder says nothing is believed to follow its reference.
-    fn bridge(&mut self, h: f64, goal: &Reference) {
-        for (k, joint) in self.guard.joint.iter_mut().enumerate() {
-            let believed = if self.started { self.joints.q[k] + h * goal.v[k] } else { goal.q[k] };
-            if !joint.is_finite() {
-                *joint = believed;
+        for (k, angle) in self.faults.joint.iter_mut().enumerate() {
+            let predicted = if self.started { self.joints.q[k] + h * reference.v[k] } else { reference.q[k] };
+            if !angle.is_finite() {
+                *angle = predicted;
             }
         }
         if !self.started {
             self.started = true;
-            self.joints.start(&self.guard.joint);
+            self.joints.initialize(&self.faults.joint);
         }
+        self.body.evaluate_geometry(&self.joints.q)?;
+        let accepted = (&self.faults.motor[..], &self.faults.tension[..]);
+        self.cables.update(h, accepted, &self.body, &self.desired_tension, truth)
     }
 
-    /// What the joints do, and what moves them beside the tensions that are known.
-    fn observe(&mut self, h: f64) -> Result<(), Error> {
-        let Self { mechanics, joints, cables, acceleration, .. } = self;
-        mechanics.acceleration(&joints.q, &joints.v, &cables.tension_out, acceleration)?;
-        if core::mem::take(&mut self.fresh) {
-            // At rest: what tensions do not hold is held, or hangs there, unknown.
-            joints.disturbance.iter_mut().zip(&*acceleration).for_each(|(d, a)| *d = -a);
-            let believed = self.gains.disturbance_bandwidth.iter().zip(&joints.disturbance);
-            self.disturbance
-                .iter_mut()
-                .zip(believed)
-                .for_each(|(used, (w, d))| *used = if *w > 0.0 { *d } else { 0.0 });
+    /// Angles, velocities and disturbances of the joints under the estimated tensions.
+    fn estimate_joints(&mut self, h: f64) -> Result<(), Error> {
+        let Self { body, joints, cables, model_acceleration, .. } = self;
+        body.forward_dynamics(&joints.q, &joints.v, &cables.tension_out, model_acceleration)?;
+        if !self.disturbance_initialized {
+            self.disturbance_initialized = true;
+            // The arm starts at rest: the disturbance balances the model's acceleration.
+            joints.disturbance.iter_mut().zip(&*model_acceleration).for_each(|(d, a)| *d = -a);
+            self.law.initialize(&self.gains, &joints.disturbance);
         }
-        joints.step(h, &self.guard.joint, acceleration);
-        if self.resting {
-            return Ok(());
-        }
-        let blind = matches!(self.way, ActuationMode::WinchSpeed(CableStateSource::Encoders));
-        for (k, used) in self.disturbance.iter_mut().enumerate() {
-            let w = self.gains.bandwidth[k];
-            // Who knows no tension integrates the error of the last millisecond.
-            *used += if blind {
-                -h * BLIND_INTEGRAL * w * w * w * self.error[k]
-            } else {
-                h * self.gains.disturbance_bandwidth[k] * (self.joints.disturbance[k] - *used)
-            };
+        joints.update(h, &self.faults.joint, model_acceleration);
+        if !self.at_rest {
+            let known = self.source != CableStateSource::Encoders;
+            self.law.update_disturbance(h, &self.gains, known.then_some(&joints.disturbance[..]));
         }
         Ok(())
     }
 
-    /// At rest, and where it is to be: winches stand, nothing hunts.
-    fn hold(&mut self, goal: &PreviewedReference<'_>) {
-        for (error, (wanted, q)) in self.error.iter_mut().zip(goal.current.q.iter().zip(&self.joints.q)) {
-            *error = wanted - q;
-        }
-        self.mechanics.toward_motor(&self.error, &mut self.behind);
-        self.guard.watch(&self.error);
-        let moving = goal.current.v.iter().chain(&goal.previewed.v).any(|v| v.abs() > 1e-9);
-        let worst = self.behind.iter().fold(0.0_f64, |worst, d| worst.max(d.abs()));
-        let speed = self.joints.v.iter().fold(0.0_f64, |worst, v| worst.max(v.abs()));
-        let [near, far] = AT_REST;
-        self.resting = !moving && if self.resting { worst < far } else { worst < near && speed < CALM };
-        let content = || self.winches.iter().zip(&self.behind).all(|(winch, d)| winch.is_content(*d));
-        self.holding = self.resting && content();
+    /// Errors of the joints and of the anchors.
+    fn evaluate_errors(&mut self, h: f64, reference: &PreviewedReference<'_>) {
+        self.law.update_error(reference.current, &self.joints.q);
+        self.faults.check_tracking(&self.law.error);
+        let filter_share = (h / self.gains.slip_filter_time).min(1.0);
+        self.anchors.update(&self.body, reference, &self.joints, &self.law.error, filter_share);
     }
 
-    /// `q''_r + w^2 (q_r - q^) + 2 zeta w (q'_r - q'^) - d_u`.
-    fn want_acceleration(&mut self, goal: &Reference) {
-        for (k, wanted) in self.acceleration.iter_mut().enumerate() {
-            let w = self.gains.bandwidth[k];
-            if self.resting {
-                *wanted = -self.disturbance[k];
-                continue;
-            }
-            *wanted = goal.a[k]
-                + w * w * self.error[k]
-                + 2.0 * self.gains.damping * w * (goal.v[k] - self.joints.v[k])
-                - self.disturbance[k];
-        }
+    /// Rest begins with small errors and speeds and ends with larger errors, so that it does not toggle.
+    fn detect_rest(&mut self, reference: &PreviewedReference<'_>) {
+        let speeds = reference.current.v.iter().chain(&reference.previewed.v);
+        let reference_rests = speeds.fold(0.0_f64, |most, v| most.max(v.abs())) <= REST_REFERENCE_SPEED;
+        let error = self.anchors.largest_error();
+        let speed = self.joints.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let [begins, ends] = REST_ERROR;
+        let near = if self.at_rest { error < ends } else { error < begins && speed < REST_SPEED };
+        self.at_rest = reference_rests && near;
+        self.holding = self.at_rest && self.actuation.is_within_tolerance(&self.anchors);
     }
 
-    /// `min |F|^2`, `R^T F = tau`, `F_min <= F <= F_max`.
-    fn distribute(&mut self) -> Result<(), Error> {
+    fn evaluate_torque(&mut self) -> Result<(), Error> {
+        self.body.inverse_dynamics(&self.joints.q, &self.joints.v, &self.law.output, &mut self.torque)
+    }
+
+    fn distribute_tensions(&mut self) -> Result<(), Error> {
         let solution = self.distribution.solve(&Problem {
-            moment_arms: &self.mechanics.arms,
+            moment_arms: &self.body.moment_arms,
             torque: &self.torque,
-            minimum: &self.least,
-            maximum: &self.most,
+            minimum: &self.min_tension,
+            maximum: &self.max_tension,
             reference: &self.zeros,
             weight: &self.ones,
         })?;
-        self.wanted.copy_from_slice(solution.tension);
+        self.desired_tension.copy_from_slice(solution.tension);
         self.reached = solution.status;
         Ok(())
     }
 
-    fn command(&mut self, h: f64, since: Option<f64>) {
-        let mut practice = self.practice.as_mut().zip(since).map(|(practice, since)| {
-            practice.go(since);
-            practice
-        });
-        let lengths = self.mechanics.lengths();
-        for (k, command) in self.commands.iter_mut().enumerate() {
-            let (velocity, coming) = (self.velocity[k], self.coming[k]);
-            let pull = MuscleReference {
-                tension: self.wanted[k],
-                velocity,
-                coming,
-                slip: self.slip[k],
-                moving: self.now[k],
-                behind: self.behind[k],
-                known: practice.as_ref().map_or(0.0, |practice| practice.now[k]),
-                resting: self.resting.then_some(self.cables.stretch[k]),
-            };
-            *command = match &mut self.way {
-                ActuationMode::WinchSpeed(_) => {
-                    let stretch = self.cables.wanted_stretch(h, k, &mut self.winches[k], &pull, &self.gains);
-                    let speed = self.winches[k].speed(&pull, stretch, self.cables.stretch[k], &self.gains);
-                    if let Some(practice) = &mut practice {
-                        practice.take(k, self.winches[k].feedback);
-                    }
-                    self.told[k] = if self.holding { 0.0 } else { speed };
-                    DriveCommand::Velocity(self.told[k])
-                }
-                ActuationMode::DriveTension(list) => {
-                    let wish =
-                        FarEndReference { tension_out: pull.tension, velocity, previewed_velocity: coming };
-                    let seen = CableSample {
-                        motor: self.guard.motor[k],
-                        anchor: -lengths[k],
-                        tension_in: self.guard.tension[k],
-                    };
-                    self.told[k] = f64::NAN;
-                    list[k].answer(h, &wish, &seen).command
-                }
-            };
-        }
-    }
-
-    /// All winches to rest: tensions stay about what they are.
-    fn brake(&mut self, h: f64) {
-        for (told, command) in self.told.iter_mut().zip(&mut self.commands) {
-            let speed = if told.is_finite() { *told } else { 0.0 };
-            *told = speed - speed.clamp(-h * BRAKING, h * BRAKING);
-            *command = DriveCommand::Velocity(*told);
-        }
+    fn command_drives(&mut self, h: f64, repeat_time: Option<f64>) -> Result<(), Error> {
+        let inputs = ActuationInputs {
+            tension: &self.desired_tension,
+            anchors: &self.anchors,
+            cables: &self.cables,
+            lengths: self.body.lengths(),
+            faults: &self.faults,
+            repeat_time,
+            at_rest: self.at_rest,
+            holding: self.holding,
+        };
+        self.actuation.command(h, &self.gains, &inputs)
     }
 }
-
-/// Largest error of a muscle's length with which an arm counts as at rest, m, and beyond which it does no more.
-const AT_REST: [f64; 2] = [5e-4, 1e-3];
-
-/// Fastest joint of an arm that comes to rest, rad/s.
-const CALM: f64 = 0.05;
-
-/// Share of `w^3` with which the error is integrated where no tension is known.
-const BLIND_INTEGRAL: f64 = 0.2;
-
-/// With which winches are brought to rest, m/s^2.
-const BRAKING: f64 = 2.0;

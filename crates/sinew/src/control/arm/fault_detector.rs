@@ -1,107 +1,102 @@
-use super::channel::{Bounds, Channel};
-use super::controller::ArmMeasurement;
+use super::sensor_monitor::{SensorLimits, SensorMonitor};
+use super::signals::ArmMeasurement;
+use super::status::{ArmStatus, Fault};
+use crate::trajectory::Reference;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// What is wrong with an arm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fault {
-    /// The encoder of a joint says nothing that can be believed.
-    JointSensor(usize),
-    /// The motor's encoder of a muscle.
-    MotorSensor(usize),
-    /// The load cell of a muscle: its cable's observer goes on without.
-    TensionSensor(usize),
-    /// The drive of a muscle does not do what it is told.
-    Drive(usize),
-    /// The cable of a muscle has no tension where it should have some.
-    Cable(usize),
-    /// A joint is far from where it is to be.
-    TrackingError(usize),
-}
-
-/// Whether the arm does what it is told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ArmStatus {
-    /// It follows its reference.
-    #[default]
-    Following,
-    /// It is at rest where it is to be, winches stand.
-    Holding,
-    /// Something is missing, and it follows by what it believes meanwhile.
-    Degraded(Fault),
-    /// Winches were brought to a stop, for good.
-    Stopped(Fault),
-}
-
-/// How long something may be missing, s.
-const PATIENCE: f64 = 0.03;
-/// A joint does not turn this far in a millisecond, rad.
-const LARGEST_TURN: f64 = 0.01;
-/// Nor a winch, m.
-const LARGEST_PULL: f64 = 0.002;
-/// A load cell does not change so much in a millisecond, N, unless its cable breaks; 8 are seen.
-const LARGEST_STEP: f64 = 40.0;
-/// What sensors can say. A joint's encoder may repeat itself until the joint is due to be this far, rad (5e-3 are seen where cables
-/// stick), a motor's until its winch is, m (3e-4 are seen); a load cell has noise, and is due with every sample.
-const JOINT: Bounds = Bounds { step: LARGEST_TURN, stuck: 0.012 };
-const MOTOR: Bounds = Bounds { step: LARGEST_PULL, stuck: 8e-4 };
-const TENSION: Bounds = Bounds { step: LARGEST_STEP, stuck: 8.0 };
-/// A joint goes on for this long after its encoder was last heard to move, s.
-const COASTING: f64 = 0.15;
-/// How far a reference may go while a joint says the same, rad, and winches go with it; 0.024 are seen where cables turn round.
-const LEFT_BEHIND: f64 = 0.1;
-/// What a load cell says beyond what is expected, N, smoothed over [`PATIENCE`], where a winch moves and its encoder does not.
-const FELT: f64 = 1.5;
-/// How far a winch may be from what it was told, m, within [`FORGETTING`] s; 3 mm are seen.
-const LARGEST_LAG: f64 = 0.006;
-const FORGETTING: f64 = 0.2;
-/// Near tension that is missing from a cable that is whole, N and share of what is believed.
-const MISSING: (f64, f64) = (8.0, 0.8);
-/// At the start a motor's encoder may say anything, m, and a load cell always, N.
-const ANYWHERE: f64 = 1e3;
-const AT_FIRST: Bounds = Bounds { step: 1e4, ..TENSION };
-/// rad.
-const ASTRAY: f64 = 0.5;
-/// Below this a drive does not pay out, N.
-const SLACK: f64 = 4.0;
-
-/// What was known before a sample.
+/// Estimates and commands from before a measurement, with which it is compared.
 #[derive(Debug)]
-pub(super) struct Known<'a> {
-    /// What every winch was told, m/s; not a number where it was told a tension.
-    pub(super) told: &'a [f64],
-    /// Tension at every drive, N.
-    pub(super) near: &'a [f64],
-    /// Speed of every joint, rad/s.
-    pub(super) speed: &'a [f64],
-    /// What it was to be.
-    pub(super) wanted: &'a [f64],
+pub(super) struct Prediction<'a> {
+    /// Commanded speed of every winch, m/s; NaN where the drive was given a tension.
+    pub(super) winch_speed: &'a [f64],
+    /// Estimated tension at every drive's outlet, N.
+    pub(super) tension_in: &'a [f64],
+    /// Estimated speed of every joint, rad/s.
+    pub(super) joint_speed: &'a [f64],
+    /// Reference of the joints.
+    pub(super) reference: &'a Reference,
 }
 
-/// Keeps what cannot be true from the controller, and says when to stop.
+/// Time for which a fault has to persist before it stops the arm, s.
+const PERSISTENCE_TIME: f64 = 0.03;
+/// Error of a joint that stops the arm, rad; also the largest deviation of its first measurement from the reference.
+const MAX_TRACKING_ERROR: f64 = 0.5;
+
+/// Joint encoder, rad: 10 rad/s; unchanged over 0.012 rad of expected motion (5e-3 occur where cables stick).
+const JOINT: SensorLimits =
+    SensorLimits { initial_deviation: MAX_TRACKING_ERROR, max_rate: 10.0, max_unchanged: 0.012 };
+/// Motor encoder, m of cable: any origin; 2 m/s; unchanged over 0.8 mm of commanded travel (0.3 mm occur).
+const MOTOR: SensorLimits = SensorLimits { initial_deviation: 1e3, max_rate: 2.0, max_unchanged: 8e-4 };
+/// Load cell, N: 40 kN/s, exceeded only by a cable that breaks (8 kN/s occur); noise changes every sample, so that
+/// the expected change counts samples, of which eight may be equal.
+const LOAD_CELL: SensorLimits = SensorLimits { initial_deviation: 1e4, max_rate: 4e4, max_unchanged: 8.0 };
+
+/// Time constant with which the expected speed of a joint decays while its encoder's output is unchanged, s.
+const EXPECTED_SPEED_DECAY: f64 = 0.15;
+/// Travel of a joint's reference while its encoder's output is unchanged that is a fault, rad; 0.024 occur at reversals.
+const MAX_REFERENCE_TRAVEL: f64 = 0.1;
+/// Change of the tension residual that proves motion of a winch whose encoder's output is unchanged, N.
+const MOTION_RESIDUAL: f64 = 1.5;
+/// Residual between commanded and measured travel of a winch that is a fault, m; 3 mm occur.
+const MAX_WINCH_RESIDUAL: f64 = 0.006;
+/// Time constant with which that residual is forgotten, s.
+const WINCH_RESIDUAL_DECAY: f64 = 0.2;
+/// Tension below its estimate that is a fault: in N, and as a share of the estimate. Both must be exceeded.
+const MISSING_TENSION: (f64, f64) = (8.0, 0.8);
+/// Tension below which a drive does not pay out cable, N.
+const SLACK_TENSION: f64 = 4.0;
+
+/// Detects faults from residuals between measurements and predictions; replaces or withholds what it rejects.
+///
+/// ```text
+/// sensors       accepted as in SensorMonitor
+///                 joint encoder   e = h min(|q'^_0|, |q'_r|) exp(-t_u/t_d) while both have one sign, else 0
+///                 motor encoder   e = h v_c
+/// drive         r_v = (r_v + h v_c - dx)(1 - h/t_f);                    fault at |r_v| > r_v,max
+/// load          r_T <- r_T + (h/t_p)(T - T^ - r_T);   an encoder that is unchanged over e_max is a fault of the
+///                 drive where r_T has changed by less than r_T,min in the commanded direction, else of the encoder
+/// cable         T < T^ - max(dT, c T^) for longer than t_p
+/// tracking      |q_r - q^| >= e_q
+/// ```
+///
+/// | symbol        | meaning                                                               | unit      |
+/// |---------------|-----------------------------------------------------------------------|-----------|
+/// | q'^_0, t_u    | estimated speed when the output last changed, time since then           | rad/s, s  |
+/// | v_c, dx       | commanded speed and measured displacement of a winch                    | m/s, m    |
+/// | T, T^         | measured and estimated tension at the drive's outlet                    | N         |
+/// | t_d, t_f, t_p | decay of the expected speed and of `r_v`, persistence time               | s         |
+///
+/// A fault of a vital sensor degrades the arm at once and stops it after the persistence time; a fault of a load cell
+/// only degrades. A rejected motor position is continued by `h v_c`; a rejected joint angle or tension becomes NaN.
+/// Stopping is final.
+///
+/// # Source
+/// Residual evaluation with thresholds and persistence times, as usual; thresholds from fault-free runs of the twin.
 #[derive(Debug, Clone)]
 pub(super) struct FaultDetector {
-    motors: Vec<Channel>,
-    tensions: Vec<Channel>,
-    joints: Vec<Channel>,
-    /// How far every winch is from what it was told, m.
-    lag: Vec<f64>,
-    /// Speed of every joint when its encoder was last heard to move, rad/s.
-    pace: Vec<f64>,
-    /// How far the reference of every joint has gone since then, rad.
-    meant: Vec<f64>,
-    /// Of every winch: whether it is the winch that stands, where its encoder does.
-    jammed: Vec<bool>,
-    /// By how much every load cell says more than was known before, N, smoothed.
-    surprise: Vec<f64>,
-    /// The same when its motor's encoder was last heard to move.
-    usual: Vec<f64>,
-    /// Since when the tension of every cable is missing, s.
-    untaut: Vec<f64>,
-    /// What may be believed; a missing tension is not a number, a missing joint neither.
+    motors: Vec<SensorMonitor>,
+    load_cells: Vec<SensorMonitor>,
+    encoders: Vec<SensorMonitor>,
+    /// `r_v` of every winch, m.
+    winch_residual: Vec<f64>,
+    /// `q'^_0` of every joint, rad/s.
+    speed_at_change: Vec<f64>,
+    /// Travel of every joint's reference since the encoder's output last changed, rad.
+    reference_travel: Vec<f64>,
+    /// Whether an unchanged motor encoder is attributed to its drive.
+    drive_standing: Vec<bool>,
+    /// `r_T` of every load cell, N.
+    tension_residual: Vec<f64>,
+    /// `r_T` when the motor encoder's output last changed, N.
+    residual_at_change: Vec<f64>,
+    /// Time for which every cable has lacked its tension, s.
+    missing_for: Vec<f64>,
+    /// Accepted or continued motor positions, m: `[muscles]`.
     pub(super) motor: Vec<f64>,
+    /// Accepted tensions, N, NaN where rejected: `[muscles]`.
     pub(super) tension: Vec<f64>,
+    /// Accepted joint angles, rad, NaN where rejected: `[joints]`.
     pub(super) joint: Vec<f64>,
     pub(super) status: ArmStatus,
     started: bool,
@@ -110,16 +105,16 @@ pub(super) struct FaultDetector {
 impl FaultDetector {
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
         Self {
-            motors: vec![Channel::default(); muscles],
-            tensions: vec![Channel::default(); muscles],
-            joints: vec![Channel::default(); joints],
-            lag: vec![0.0; muscles],
-            pace: vec![0.0; joints],
-            meant: vec![0.0; joints],
-            jammed: vec![false; muscles],
-            surprise: vec![0.0; muscles],
-            usual: vec![0.0; muscles],
-            untaut: vec![0.0; muscles],
+            motors: vec![SensorMonitor::new(MOTOR); muscles],
+            load_cells: vec![SensorMonitor::new(LOAD_CELL); muscles],
+            encoders: vec![SensorMonitor::new(JOINT); joints],
+            winch_residual: vec![0.0; muscles],
+            speed_at_change: vec![0.0; joints],
+            reference_travel: vec![0.0; joints],
+            drive_standing: vec![false; muscles],
+            tension_residual: vec![0.0; muscles],
+            residual_at_change: vec![0.0; muscles],
+            missing_for: vec![0.0; muscles],
             motor: vec![0.0; muscles],
             tension: vec![0.0; muscles],
             joint: vec![0.0; joints],
@@ -128,119 +123,126 @@ impl FaultDetector {
         }
     }
 
-    /// Expects the joints where they are to be.
-    pub(super) fn expect(&mut self, q: &[f64]) {
-        if !self.started {
-            self.joints.iter_mut().zip(q).for_each(|(channel, q)| channel.last = *q);
+    /// Compares a measurement, `h` s after the one before, with what was predicted for it.
+    pub(super) fn update(&mut self, h: f64, measurement: &ArmMeasurement<'_>, prediction: &Prediction<'_>) {
+        if !self.is_stopped() {
+            self.status = ArmStatus::Following;
+        }
+        self.check_joints(h, measurement.joint, prediction);
+        self.check_motors(h, measurement, prediction.winch_speed);
+        self.check_tensions(h, measurement.tension, prediction.tension_in);
+        self.started = true;
+    }
+
+    /// Stops the arm where the error of a joint, rad, is beyond its threshold or no number.
+    pub(super) fn check_tracking(&mut self, error: &[f64]) {
+        if let Some(joint) = error.iter().position(|e| e.is_nan() || e.abs() >= MAX_TRACKING_ERROR) {
+            self.stop(Fault::TrackingError(joint));
         }
     }
 
-    pub(super) fn stopped(&self) -> bool {
+    pub(super) fn is_stopped(&self) -> bool {
         matches!(self.status, ArmStatus::Stopped(_))
     }
 
-    pub(super) fn stop(&mut self, trouble: Fault) {
-        if !self.stopped() {
-            self.status = ArmStatus::Stopped(trouble);
-        }
-    }
-
-    /// Takes a sample and what was known before it.
-    pub(super) fn take(&mut self, h: f64, sample: &ArmMeasurement<'_>, known: &Known<'_>) {
-        let first = !self.started;
-        self.started = true;
-        if !self.stopped() {
-            self.status = ArmStatus::Following;
-        }
-        self.take_joints(h, sample.joint, known, first);
-        self.take_motors(h, sample, known.told, first);
-        self.take_tensions(h, sample.tension, known.near, first);
-    }
-
-    fn take_joints(&mut self, h: f64, said: &[f64], known: &Known<'_>, first: bool) {
-        let bounds = if first { Bounds { step: ASTRAY, ..JOINT } } else { JOINT };
-        let winches = known.told.iter().all(|told| told.is_finite());
-        for (k, &said) in said.iter().enumerate() {
-            let channel = &mut self.joints[k];
-            if channel.still < 0.5 * h {
-                self.pace[k] = known.speed[k];
+    fn check_joints(&mut self, h: f64, measured: &[f64], prediction: &Prediction<'_>) {
+        let winches_move = prediction.winch_speed.iter().all(|speed| speed.is_finite());
+        for (k, &measured) in measured.iter().enumerate() {
+            let encoder = &mut self.encoders[k];
+            let reference_speed = prediction.reference.v[k];
+            if !self.started {
+                encoder.accepted = prediction.reference.q[k];
             }
-            // As it was going, as long as it was to go there, and no faster.
-            let (pace, wanted) = (self.pace[k], known.wanted[k]);
-            let going = if pace * wanted > 0.0 { pace.abs().min(wanted.abs()) } else { 0.0 };
-            let due = h * going * libm::exp(-channel.still / COASTING);
-            self.meant[k] = if channel.still < 0.5 * h { 0.0 } else { self.meant[k] + h * wanted };
-            let due = if winches && self.meant[k].abs() > LEFT_BEHIND { JOINT.stuck } else { due };
-            let good = channel.judge(h, said, due, &bounds);
-            self.joint[k] = if good { said } else { f64::NAN };
-            self.report(good, self.joints[k].missing, Fault::JointSensor(k), true);
-        }
-    }
-
-    fn take_motors(&mut self, h: f64, sample: &ArmMeasurement<'_>, told: &[f64], first: bool) {
-        let bounds = if first { Bounds { step: ANYWHERE, ..MOTOR } } else { MOTOR };
-        for (k, &said) in sample.motor.iter().enumerate() {
-            // Bridged by what it was told.
-            let meant = if told[k].is_finite() { h * told[k] } else { 0.0 };
-            let due = if blocked(told[k], sample.tension[k]) { 0.0 } else { meant };
-            let good = self.motors[k].judge(h, said, due, &bounds);
-            let moved = if good && !first { said - self.motor[k] } else { meant };
-            self.motor[k] = if good { said } else { self.motor[k] + meant };
-            // A winch that jams repeats itself as well: but then its load cell feels nothing that was not expected.
-            if self.motors[k].still < 0.5 * h {
-                (self.jammed[k], self.usual[k]) = (false, self.surprise[k]);
-            } else if good {
-                let felt = self.surprise[k] - self.usual[k];
-                self.jammed[k] = felt * meant < FELT * meant.abs();
+            if encoder.has_changed(h) {
+                self.speed_at_change[k] = prediction.joint_speed[k];
+                self.reference_travel[k] = 0.0;
+            } else {
+                self.reference_travel[k] += h * reference_speed;
             }
-            let trouble = if self.jammed[k] { Fault::Drive(k) } else { Fault::MotorSensor(k) };
-            self.report(good, self.motors[k].missing, trouble, true);
-            self.follow(h, k, told[k], moved, sample.tension[k]);
+            let speed = self.speed_at_change[k];
+            let speed =
+                if speed * reference_speed > 0.0 { speed.abs().min(reference_speed.abs()) } else { 0.0 };
+            let mut expected = h * speed * libm::exp(-encoder.unchanged_for() / EXPECTED_SPEED_DECAY);
+            if winches_move && self.reference_travel[k].abs() > MAX_REFERENCE_TRAVEL {
+                expected = encoder.max_unchanged();
+            }
+            let accepted = encoder.update(h, measured, expected);
+            let rejected_for = encoder.rejected_for;
+            self.joint[k] = if accepted { measured } else { f64::NAN };
+            self.report_vital(accepted, rejected_for, Fault::JointSensor(k));
         }
     }
 
-    fn take_tensions(&mut self, h: f64, said: &[f64], near: &[f64], first: bool) {
-        for (k, &said) in said.iter().enumerate() {
-            let good = self.tensions[k].judge(h, said, 1.0, if first { &AT_FIRST } else { &TENSION });
-            let loose = good && said < (1.0 - MISSING.1) * near[k] && near[k] - said > MISSING.0 && !first;
-            self.tension[k] = if good && !loose { said } else { f64::NAN };
-            self.report(good && !loose, 0.0, Fault::TensionSensor(k), false);
-            let surprise = if self.tension[k].is_finite() { self.tension[k] - near[k] } else { 0.0 };
-            self.surprise[k] += (h / PATIENCE).min(1.0) * (surprise - self.surprise[k]);
-            self.untaut[k] = if loose { self.untaut[k] + h } else { 0.0 };
-            if self.untaut[k] > PATIENCE {
+    fn check_motors(&mut self, h: f64, measurement: &ArmMeasurement<'_>, winch_speed: &[f64]) {
+        for (k, &measured) in measurement.motor.iter().enumerate() {
+            let blocked = may_ignore_command(winch_speed[k], measurement.tension[k]);
+            let commanded = if winch_speed[k].is_finite() { h * winch_speed[k] } else { 0.0 };
+            let motor = &mut self.motors[k];
+            let accepted = motor.update(h, measured, if blocked { 0.0 } else { commanded });
+            let moved = if accepted && self.started { measured - self.motor[k] } else { commanded };
+            self.motor[k] = if accepted { measured } else { self.motor[k] + commanded };
+            // A standing winch and a frozen encoder repeat the same output: only moving cable changes the tension.
+            if motor.has_changed(h) {
+                (self.drive_standing[k], self.residual_at_change[k]) = (false, self.tension_residual[k]);
+            } else if accepted {
+                let change = self.tension_residual[k] - self.residual_at_change[k];
+                self.drive_standing[k] = change * commanded < MOTION_RESIDUAL * commanded.abs();
+            }
+            let fault = if self.drive_standing[k] { Fault::Drive(k) } else { Fault::MotorSensor(k) };
+            let rejected_for = motor.rejected_for;
+            self.report_vital(accepted, rejected_for, fault);
+            let residual = if blocked { 0.0 } else { h * winch_speed[k] - moved };
+            self.winch_residual[k] = (self.winch_residual[k] + residual) * (1.0 - h / WINCH_RESIDUAL_DECAY);
+            if self.winch_residual[k].abs() > MAX_WINCH_RESIDUAL {
+                self.stop(Fault::Drive(k));
+            }
+        }
+    }
+
+    fn check_tensions(&mut self, h: f64, measured: &[f64], estimated: &[f64]) {
+        let (least_difference, share) = MISSING_TENSION;
+        for (k, (&measured, &estimated)) in measured.iter().zip(estimated).enumerate() {
+            let plausible = self.load_cells[k].update(h, measured, 1.0);
+            let missing = plausible
+                && self.started
+                && measured < (1.0 - share) * estimated
+                && estimated - measured > least_difference;
+            let accepted = plausible && !missing;
+            self.tension[k] = if accepted { measured } else { f64::NAN };
+            self.report(accepted, Fault::TensionSensor(k));
+            let residual = if accepted { measured - estimated } else { 0.0 };
+            self.tension_residual[k] +=
+                (h / PERSISTENCE_TIME).min(1.0) * (residual - self.tension_residual[k]);
+            self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
+            if self.missing_for[k] > PERSISTENCE_TIME {
                 self.stop(Fault::Cable(k));
             }
         }
     }
 
-    /// Stops an arm that has gone astray.
-    pub(super) fn watch(&mut self, error: &[f64]) {
-        if let Some(joint) = error.iter().position(|e| e.is_nan() || e.abs() >= ASTRAY) {
-            self.stop(Fault::TrackingError(joint));
+    /// Degrades the arm where a measurement was rejected.
+    fn report(&mut self, accepted: bool, fault: Fault) {
+        if !accepted && self.status == ArmStatus::Following {
+            self.status = ArmStatus::Degraded(fault);
         }
     }
 
-    fn report(&mut self, good: bool, missing: f64, trouble: Fault, vital: bool) {
-        if !good && self.status == ArmStatus::Following {
-            self.status = ArmStatus::Degraded(trouble);
-        }
-        if vital && missing > PATIENCE {
-            self.stop(trouble);
+    /// The same for a sensor without which the arm stops after the persistence time.
+    fn report_vital(&mut self, accepted: bool, rejected_for: f64, fault: Fault) {
+        self.report(accepted, fault);
+        if rejected_for > PERSISTENCE_TIME {
+            self.stop(fault);
         }
     }
 
-    /// How far a winch is from where it was told to be.
-    fn follow(&mut self, h: f64, k: usize, told: f64, moved: f64, tension: f64) {
-        let off = if blocked(told, tension) { 0.0 } else { h * told - moved };
-        self.lag[k] = (self.lag[k] + off) * (1.0 - h / FORGETTING);
-        if self.lag[k].abs() > LARGEST_LAG {
-            self.stop(Fault::Drive(k));
+    fn stop(&mut self, fault: Fault) {
+        if !self.is_stopped() {
+            self.status = ArmStatus::Stopped(fault);
         }
     }
 }
 
-/// Whether a drive need not do what it is told: a tension, or to pay out what is slack.
-fn blocked(told: f64, tension: f64) -> bool {
-    !told.is_finite() || (told < 0.0 && (tension.is_nan() || tension <= SLACK))
+/// Whether a drive need not follow a speed: it was given a tension, or is to pay out cable that is slack.
+fn may_ignore_command(winch_speed: f64, tension: f64) -> bool {
+    !winch_speed.is_finite() || (winch_speed < 0.0 && (tension.is_nan() || tension <= SLACK_TENSION))
 }

@@ -4,56 +4,65 @@ use crate::transmission::cable::CableLaw;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// How hard the controller of an arm tries.
+/// Gains and limits of the arm's controller.
+///
+/// Each field names the term of the control law in which it stands. The laws are written in full at the controller
+/// ([`ArmController`](super::ArmController), `q''_d`), the joints' observer (`joint_observer.rs`) and the winches
+/// (`winch.rs`).
 ///
 /// # Source
-/// A random search on two arms of the twin, drawn and calibrated; others of the same kind follow as well.
+/// A random search on two arms of the twin, drawn and calibrated; checked on other arms of the same kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmGains {
-    /// `w` of every joint, rad/s: bandwidth of the wanted acceleration. `[joints]`
+    /// `w` of every joint in `q''_d = .. + w^2 (q_r - q^) + 2 zeta w (q'_r - q'^)`, rad/s, >= 0: bandwidth. `[joints]`
     pub bandwidth: Vec<f64>,
-    /// `zeta`, 1.
+    /// `zeta` of the same, 1, >= 0: damping ratio.
     pub damping: f64,
-    /// `w_d` of every joint, rad/s: how fast the disturbance that it shows is believed; 0 for never. `[joints]`
+    /// `w_d` of every joint in `d_u' = w_d (d^ - d_u)`, rad/s, >= 0: bandwidth of the disturbance compensation `d_u`, 0
+    /// for none. `[joints]`
     pub disturbance_bandwidth: Vec<f64>,
-    /// `w_o`, rad/s: bandwidth of the joints' observers.
+    /// `w_o` in `w = w_o clip(|e|/e_0, 1, r)`, rad/s, > 0: bandwidth of the joints' observers at small innovations `e`.
     pub observer_bandwidth: f64,
-    /// `e_0`, rad: error of an observer from which on it hurries. More than counts of the encoders.
+    /// `e_0` of the same, rad, > 0: innovation above which the bandwidth grows; larger than the encoders' quantisation.
     pub innovation_threshold: f64,
-    /// Most times faster that it then is.
+    /// `r` of the same, 1, >= 1: largest ratio by which it grows.
     pub max_bandwidth_ratio: f64,
-    /// `kappa`, 1: share of the joints' errors that the winches make good as positions. Beyond 2 it swings.
+    /// `kappa` in `x = e* - e^ + kappa d + t_d (v_r - v^)`, 1, >= 0: share of an anchor's position error `d` in the travel
+    /// `x` of its winch; oscillates beyond 2.
     pub position_gain: f64,
-    /// `t_d`, s: beside it, of the speeds at which the anchors fall behind. It damps what the dead bands make swing.
+    /// `t_d` of the same, s, >= 0: gain of the anchor's speed error; damps limit cycles of the dead band.
     pub rate_gain: f64,
-    /// `t_v`, s: how fast a winch makes good what it is away from where it should be.
+    /// `t_v` in `v = v_r + clip(x/t_v, +-sqrt(2 a |x|))`, s, > 0: time constant of a winch's travel.
     pub stretch_time_constant: f64,
-    /// `a`, m/s^2: with which a winch is expected to be braked.
+    /// `a` of the same, m/s^2, > 0: deceleration that a winch is assumed capable of.
     pub winch_deceleration: f64,
-    /// Fastest that a winch is told to turn, m/s.
+    /// `v_max` in `|v| <= v_max`, m/s, > 0: largest commanded speed of a winch.
     pub max_winch_speed: f64,
-    /// `x_t`, m: how far an anchor goes while its cable changes the direction of sliding.
+    /// `x_t` in `s_r' = v_r/x_t`, m, > 0: presliding distance, travel of an anchor over which its cable crosses half of
+    /// the dead band.
     pub presliding_distance: f64,
-    /// `lambda`, 1: how far across its dead band a cable is sent by the joints' errors.
+    /// `lambda` in `s = .. + lambda d/G`, 1, >= 0: pre-travel across the dead band `G`, proportional to the anchor's
+    /// position error.
     pub pre_travel_gain: f64,
-    /// `lambda_i`, 1/s: the same over time.
+    /// `lambda_i` in `s_i' = lambda_i d/G`, 1/s, >= 0: the same, integrated.
     pub pre_travel_integral: f64,
-    /// `beta`, 1: share of the way across the dead band that is left to the joints' errors, because friction is not known
-    /// better.
+    /// `beta_0` in `beta = beta_0 + beta_c/(1 + (v_r/v_c)^2)`, 1, >= 0: share of the dead band that feedforward leaves to
+    /// feedback, the uncertainty of friction.
     pub feedback_share: f64,
-    /// `beta_c`, 1: the same beside it where an anchor only creeps, because a cable at rest holds more than it then pulls.
+    /// `beta_c` of the same, 1, >= 0: additional share at creep speed, where static friction exceeds sliding friction.
     pub creep_feedback_share: f64,
-    /// s: smoothing of the speed at which a cable is believed to slip.
+    /// `t_s` in `t_s v_s' = v^ - v_s`, s, > 0: filter of the anchor's speed at which friction is evaluated.
     pub slip_filter_time: f64,
-    /// `F_min`, N: least tension wanted at an anchor.
+    /// `F_min` of (22), N, >= 0: least desired tension at an anchor.
     pub min_tension: f64,
-    /// N: but at least so much above its `T_0`, below which no wish can be met.
+    /// N, >= 0: least difference of `F_min` to the cable's `T_0`, below which no tension can be reached.
     pub pretension_margin: f64,
-    /// What a drive can hold for ever, N: bounds the tension at its anchor.
+    /// N, > 0: continuous tension of a drive; with the friction of its cable it gives `F_max` of (22).
     pub max_drive_tension: f64,
-    /// Errors of the muscles' lengths, m, below which the arm at rest is held, and above which it is held no more.
+    /// `delta_min`, `delta_max` in `d_0 = d - clip(d, +-delta)`, m, >= 0 and rising: dead zone of the anchors' position
+    /// errors at rest, and its limit.
     pub rest_tolerance: [f64; 2],
-    /// s: at rest, what a muscle is off beyond the first of these is to be made good within this time.
+    /// `t_r` in `s_r' = d_0/(t_r x_t)`, s, > 0: time constant with which errors beyond the dead zone are corrected at rest.
     pub rest_time_constant: f64,
 }
 
@@ -69,8 +78,8 @@ impl ArmGains {
             innovation_threshold: 3.8e-3,
             max_bandwidth_ratio: 5.4,
             position_gain: 0.94,
-            stretch_time_constant: 0.0056,
             rate_gain: 0.15,
+            stretch_time_constant: 0.0056,
             winch_deceleration: 1.77,
             max_winch_speed: 0.13,
             presliding_distance: 1.14e-4,
@@ -87,7 +96,8 @@ impl ArmGains {
         }
     }
 
-    /// The same for who knows no tension at the anchors: what is known less must be tried less hard.
+    /// The same with lower gains, for [`CableStateSource::Encoders`](super::CableStateSource::Encoders): without
+    /// estimated tensions the phase margin is smaller.
     #[must_use]
     pub fn without_tension_estimates(self) -> Self {
         Self {
@@ -99,20 +109,19 @@ impl ArmGains {
         }
     }
 
-    /// Lower and upper limit of the tension at the anchor of a cable, N.
+    /// `F_min` and `F_max` of (22), N, at the anchor of a cable; the first is never above the second.
     ///
     /// ```text
-    /// F_min = max(min_tension, T_0 + pretension_margin)
-    /// F_max = max(F_min, max_drive_tension exp(-lambda) + T_0)        lambda the friction angle
+    /// F_min = max(F_min,0, T_0 + margin),     F_max = F_drive exp(-A) + T_0,   A the friction angle
     /// ```
     #[must_use]
-    pub fn tension_limits(&self, law: &CableLaw) -> [f64; 2] {
-        let lower = self.min_tension.max(law.pretension() + self.pretension_margin);
-        let upper = self.max_drive_tension * libm::exp(-law.friction_angle()) + law.pretension();
-        [lower, upper.max(lower)]
+    pub fn tension_limits(&self, cable: &CableLaw) -> [f64; 2] {
+        let least = self.min_tension.max(cable.pretension() + self.pretension_margin);
+        let most = self.max_drive_tension * libm::exp(-cable.friction_angle()) + cable.pretension();
+        [least, most.max(least)]
     }
 
-    /// Checks them for a robot of so many joints.
+    /// Checks them for a robot with this number of joints.
     ///
     /// # Errors
     /// [`Error::WrongLength`] and [`Error::OutOfDomain`] name the field.
@@ -128,13 +137,13 @@ impl ArmGains {
         for (name, value) in [
             ("observer_bandwidth", self.observer_bandwidth),
             ("innovation_threshold", self.innovation_threshold),
-            ("rest_time_constant", self.rest_time_constant),
             ("stretch_time_constant", self.stretch_time_constant),
             ("winch_deceleration", self.winch_deceleration),
             ("max_winch_speed", self.max_winch_speed),
             ("presliding_distance", self.presliding_distance),
             ("slip_filter_time", self.slip_filter_time),
             ("max_drive_tension", self.max_drive_tension),
+            ("rest_time_constant", self.rest_time_constant),
         ] {
             positive(name, value)?;
         }
@@ -143,27 +152,19 @@ impl ArmGains {
             ("position_gain", self.position_gain),
             ("rate_gain", self.rate_gain),
             ("pre_travel_gain", self.pre_travel_gain),
+            ("pre_travel_integral", self.pre_travel_integral),
             ("feedback_share", self.feedback_share),
             ("creep_feedback_share", self.creep_feedback_share),
-            ("pre_travel_integral", self.pre_travel_integral),
             ("min_tension", self.min_tension),
             ("pretension_margin", self.pretension_margin),
             ("rest_tolerance", self.rest_tolerance[0]),
         ] {
             non_negative(name, value)?;
         }
-        within(
-            "max_bandwidth_ratio",
-            "a number >= 1",
-            self.max_bandwidth_ratio,
-            self.max_bandwidth_ratio.is_finite() && self.max_bandwidth_ratio >= 1.0,
-        )?;
-        within(
-            "rest_tolerance",
-            "two numbers that rise",
-            self.rest_tolerance[1],
-            self.rest_tolerance[1] >= self.rest_tolerance[0],
-        )?;
+        let ratio = self.max_bandwidth_ratio;
+        within("max_bandwidth_ratio", "a number >= 1", ratio, ratio.is_finite() && ratio >= 1.0)?;
+        let [least, most] = self.rest_tolerance;
+        within("rest_tolerance", "two numbers that rise", most, most >= least)?;
         Ok(())
     }
 }

@@ -1,20 +1,25 @@
-//! The controller of an arm: what its sensors say in, what its drives are to do out, every millisecond.
+//! The controller of an arm: measurements of its sensors in, commands of its drives out, once per millisecond.
 
-mod cables;
-mod channel;
+mod acceleration_law;
+mod actuation;
+mod anchor_motion;
+mod body_model;
+mod cable_states;
 mod controller;
 mod fault_detector;
 mod gains;
 mod iterative_learning;
-mod joints;
-mod mechanics;
-mod residual;
+mod joint_observer;
+mod residual_network;
+mod sensor_monitor;
+mod signals;
+mod status;
 mod winch;
 
-pub use cables::CableStateSource;
-pub use controller::{
-    ActuationMode, ArmCommand, ArmController, ArmMeasurement, GroundTruth, PreviewedReference,
-};
-pub use fault_detector::{ArmStatus, Fault};
+pub use actuation::ActuationMode;
+pub use cable_states::CableStateSource;
+pub use controller::ArmController;
 pub use gains::ArmGains;
-pub use residual::{ResidualInputs, ResidualNetwork};
+pub use residual_network::{ResidualInputs, ResidualNetwork};
+pub use signals::{ArmCommand, ArmMeasurement, GroundTruth, PreviewedReference};
+pub use status::{ArmStatus, Fault};

@@ -1,146 +1,175 @@
 use super::gains::ArmGains;
-use crate::control::stretch::BARELY;
+use crate::Error;
+use crate::control::stretch::VANISHING_SPEED;
 use crate::transmission::cable::CableLaw;
 
-/// What is wanted of one muscle in the next millisecond.
+/// Reference of one muscle for the next control cycle, with the estimates that its winch feeds back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MuscleReference {
-    /// `F`, N, at the anchor.
+    /// `F_d`, desired tension at the anchor, N.
     pub(super) tension: f64,
-    /// Speed of the anchor in the reference, now and a little later, m/s, + toward the motor.
+    /// `v_r(t)`, reference speed of the anchor, m/s, + toward the motor.
     pub(super) velocity: f64,
-    pub(super) coming: f64,
-    /// Speed at which it truly slides, m/s.
-    pub(super) slip: f64,
-    /// Speed of the anchor as believed, m/s.
-    pub(super) moving: f64,
-    /// `R (q_r - q^)`: how far the anchor is behind, m.
-    pub(super) behind: f64,
-    /// What earlier repeats have shown to be needed beside the reference, in halves of the dead band.
-    pub(super) known: f64,
-    /// At rest, stretch of the cable as believed, m.
-    pub(super) resting: Option<f64>,
+    /// `v_r(t + t_p)`, m/s.
+    pub(super) previewed_velocity: f64,
+    /// `v_s`, filtered estimate of the anchor's speed that friction is evaluated at, m/s.
+    pub(super) slip_velocity: f64,
+    /// `v^`, estimated speed of the anchor, m/s.
+    pub(super) estimated_velocity: f64,
+    /// `d = R (q_r - q^)`, position error of the anchor, m.
+    pub(super) error: f64,
+    /// `s_k`, contribution of iterative learning, 1.
+    pub(super) learned: f64,
+    /// `e^` while the reference is at rest, m; none while it moves.
+    pub(super) rest_stretch: Option<f64>,
 }
 
-/// Where a winch should be and how fast it is told to go there.
+/// Speed of a winch from the desired far tension of its cable and the position error of its anchor.
+///
+/// While the reference moves:
 ///
 /// ```text
-/// s_r' = v_r(t + t_p)/x_t up to +-(1 - beta),   s_i' = lambda_i d/G,   s = s_r + s_i + s_k + lambda d/G within +-(1 + beta)
-/// e* = (1 + s)/2 e_+(F) + (1 - s)/2 e_-(F),       G = e_+ - e_-,          d = R (q_r - q^)
-/// x = e* - e^ + kappa d + t_d d',     v = v_r + clip(x/t_v, +-sqrt(2 a |x|))
-/// ```
-///
-/// | symbol   | meaning                                                                        | unit   |
-/// |----------|--------------------------------------------------------------------------------|--------|
-/// | e_+, e_- | stretch at the wanted far tension F of the cable that slides toward the motor, or away | m      |
-/// | G        | dead band: what the winch travels to turn the cable round                        | m      |
-/// | s        | where in the dead band the cable is to be: -1 to 1                                | 1      |
-/// | s_k      | what earlier repeats of the motion have shown to be missing                         | 1      |
-/// | d, d'    | how far the anchor is behind, and how fast it falls behind                        | m, m/s |
-/// | t_p      | [`PREVIEW_HORIZON`](crate::control::stretch::PREVIEW_HORIZON)                                | s      |
-///
-/// ```text
+/// s_r' = v_r(t + t_p)/x_t                       |s_r| <= 1 - beta
+/// s_i' = lambda_i d/G                           |s_r + s_k + s_i| <= 1 + beta
+/// s  = s_r + s_k + s_i + lambda d/G             |s| <= 1 + beta
+/// e* = (1 + s)/2 e_+ + (1 - s)/2 e_-,           G = e_+ - e_-
+/// x  = e* - e^ + kappa d + t_d (v_r - v^)
+/// v  = v_r + clip(x/t_v, +-sqrt(2 a |x|))       |v| <= v_max
 /// beta = beta_0 + beta_c/(1 + (v_r(t + t_p)/v_c)^2)
 /// ```
 ///
-/// At a reversal of the reference the winch crosses the dead band while the anchor goes `x_t`. The last `beta` of the way
-/// is left to the joints' errors: sent too far, a cable breaks away. One that slides already is not taken back. Friction weakens
-/// with the speed at which the anchor truly slips, and `t_d d'` stands against it, so that a winch lets go of an arm that
-/// breaks away. While the winch stands, `s` is that of the stretch it stands for: nothing jumps when it goes on.
+/// At rest `d` is passed through a dead zone, `d_0 = d - clip(d, +-delta)`, and
+///
+/// ```text
+/// s_r' = d_0/(t_r x_t),   s_i' = lambda_i d_0/G,   s = s_r + s_k + s_i
+/// s_r + s_k + s_i = (2 (e^ - d) - e_+ - e_-)/G  at the beginning of rest and while d_0 = 0: the winch's stretch
+/// delta <- min(3/2 delta, delta_max)            whenever d_0 changes sign, from delta_min
+/// ```
+///
+/// | symbol    | meaning                                                                      | unit   |
+/// |-----------|------------------------------------------------------------------------------|--------|
+/// | v_r, v^, d | reference and estimated speed of the anchor, its position error (24), (25)    | m/s, m |
+/// | e_+, e_-  | stretch at the desired far tension `F_d`, sliding toward the motor or away (7), (10) | m |
+/// | e^        | estimated stretch                                                            | m      |
+/// | G         | dead band: travel of the winch that reverses the sliding of the whole cable    | m      |
+/// | s         | place in the dead band, -1 to 1: feedforward `s_r`, learned `s_k`, integral `s_i` | 1    |
+/// | t_p       | [`PREVIEW_HORIZON`](crate::control::stretch::PREVIEW_HORIZON)                  | s      |
+/// | v_c       | [`CREEP_SPEED`]                                                              | m/s    |
+///
+/// The other symbols are the [`ArmGains`]. At a reversal of the reference the winch crosses the dead band while the
+/// anchor travels `x_t`; the last share `beta` of the crossing is left to feedback, because a cable that is driven across
+/// too far breaks away. `e_+` and `e_-` take the friction at the speed of slip. The term `t_d` damps break-away.
+/// At rest the growing dead zone `delta` ends limit cycles between stiction and integral.
 ///
 /// # Departs
-/// `yuan2023` commands the tension of the drive (8); here it is the speed of its winch.
+/// `yuan2023` commands the tension of the drive (8); this law commands the speed of its winch.
 ///
 /// # Source
 /// Our own.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Winch {
-    /// Which way the cable slides, or is about to: -1 to 1.
-    pub(super) sliding: f64,
-    /// What the joints' errors add to it.
-    pub(super) correction: f64,
-    /// What feedback adds now.
+pub(super) struct WinchController {
+    /// `s_r`, 1.
+    feedforward: f64,
+    /// `s_i`, 1.
+    integral: f64,
+    /// `s_i + lambda d/G`, contribution of feedback to `s`, 1: input of iterative learning.
     pub(super) feedback: f64,
-    resting: bool,
-    /// Error with which it is content at rest, m, and the last that was left.
-    content: f64,
-    turned: f64,
+    at_rest: bool,
+    /// `delta`, m.
+    tolerance: f64,
+    /// Last `d_0` other than zero, m.
+    last_excess: f64,
 }
 
-/// At rest a muscle is content with so many times more after every turn.
-const LENIENCE: f64 = 1.5;
+/// Growth of the dead zone at rest with every change of sign.
+const TOLERANCE_GROWTH: f64 = 1.5;
 
-/// `v_c`, m/s: a slower anchor creeps.
-const CREEPING: f64 = 2e-3;
+/// `v_c`, m/s: below it static friction exceeds sliding friction.
+const CREEP_SPEED: f64 = 2e-3;
 
-impl Winch {
-    /// Wanted stretch, m.
-    pub(super) fn stretch(
+/// Least dead band, m: bounds `1/G`.
+const MIN_DEAD_BAND: f64 = 1e-3;
+
+impl WinchController {
+    /// `e*`, m, `h` s after the one before, with the drag as a multiple of the law's.
+    ///
+    /// # Errors
+    /// As [`CableLaw::sliding`].
+    pub(super) fn desired_stretch(
         &mut self,
         h: f64,
         law: &CableLaw,
-        pull: &MuscleReference,
-        drag: f64,
+        reference: &MuscleReference,
+        drag_factor: f64,
+        gains: &ArmGains,
+    ) -> Result<f64, Error> {
+        let stretch = |s: f64| {
+            let velocity = reference.velocity;
+            let velocity = if s * velocity > 0.0 { velocity } else { s * VANISHING_SPEED };
+            let slip = reference.slip_velocity;
+            law.sliding(reference.tension, velocity, slip, drag_factor).map(|steady| steady.stretch)
+        };
+        let (toward, away) = (stretch(1.0)?, stretch(-1.0)?);
+        let dead_band = (toward - away).max(MIN_DEAD_BAND);
+        let creep_ratio = reference.previewed_velocity / CREEP_SPEED;
+        let feedback_share =
+            gains.feedback_share + gains.creep_feedback_share / (1.0 + creep_ratio * creep_ratio);
+        let (velocity, error, proportional) = if let Some(estimated) = reference.rest_stretch {
+            let excess = self.excess_at_rest(reference.error, gains);
+            if !self.at_rest || excess == 0.0 {
+                let s = (2.0 * (estimated - reference.error) - toward - away) / dead_band;
+                self.feedforward = s.clamp(-1.0, 1.0);
+                self.integral = s - self.feedforward - reference.learned;
+            }
+            (excess / gains.rest_time_constant, excess, 0.0)
+        } else {
+            self.tolerance = gains.rest_tolerance[0];
+            let proportional = gains.pre_travel_gain * reference.error / dead_band;
+            (reference.previewed_velocity, reference.error, proportional)
+        };
+        self.at_rest = reference.rest_stretch.is_some();
+        // What feedforward has already crossed is kept when beta grows.
+        let most = (1.0 - feedback_share).max(self.feedforward.abs().min(1.0 - gains.feedback_share));
+        self.feedforward = (self.feedforward + h * velocity / gains.presliding_distance).clamp(-most, most);
+        let end = 1.0 + feedback_share;
+        let known = self.feedforward + reference.learned;
+        let integral = self.integral + h * gains.pre_travel_integral * error / dead_band;
+        self.integral = integral.clamp((-end - known).min(0.0), (end - known).max(0.0));
+        self.feedback = self.integral + proportional;
+        let s = (known + self.feedback).clamp(-end, end);
+        Ok(0.5 * ((1.0 + s) * toward + (1.0 - s) * away))
+    }
+
+    /// `d_0`, m; a change of its sign widens the dead zone.
+    fn excess_at_rest(&mut self, error: f64, gains: &ArmGains) -> f64 {
+        let excess = error - error.clamp(-self.tolerance, self.tolerance);
+        if excess * self.last_excess < 0.0 {
+            self.tolerance = (TOLERANCE_GROWTH * self.tolerance).min(gains.rest_tolerance[1]);
+        }
+        if excess != 0.0 {
+            self.last_excess = excess;
+        }
+        excess
+    }
+
+    /// Whether the position error of the anchor, m, is within the dead zone at rest.
+    pub(super) fn is_within_tolerance(&self, error: f64) -> bool {
+        error.abs() <= self.tolerance
+    }
+
+    /// `v`, m/s, from the desired and the estimated stretch, m.
+    pub(super) fn speed(
+        &self,
+        reference: &MuscleReference,
+        desired_stretch: f64,
+        estimated_stretch: f64,
         gains: &ArmGains,
     ) -> f64 {
-        let of = |s: f64| {
-            let speed = if s * pull.velocity > 0.0 { pull.velocity } else { s * BARELY };
-            law.sliding(pull.tension, speed, pull.slip, drag).map_or(0.0, |steady| steady.stretch)
-        };
-        let (high, low) = (of(1.0), of(-1.0));
-        let gap = (high - low).max(1e-3);
-        let pace = pull.coming / CREEPING;
-        let doubt = gains.feedback_share + gains.creep_feedback_share / (1.0 + pace * pace);
-        let (mut coming, mut behind, mut lead) =
-            (pull.coming, pull.behind, gains.pre_travel_gain * pull.behind / gap);
-        if let Some(stretch) = pull.resting {
-            behind = self.left(pull.behind, gains);
-            (coming, lead) = (behind / gains.rest_time_constant, 0.0);
-            if !self.resting || behind == 0.0 {
-                // It goes on from where it stands.
-                let s = (2.0 * (stretch - pull.behind) - high - low) / gap;
-                self.sliding = s.clamp(-1.0, 1.0);
-                self.correction = s - self.sliding - pull.known;
-            }
-        } else {
-            self.content = gains.rest_tolerance[0];
-        }
-        self.resting = pull.resting.is_some();
-        let most = (1.0 - doubt).max(self.sliding.abs().min(1.0 - gains.feedback_share));
-        self.sliding = (self.sliding + h * coming / gains.presliding_distance).clamp(-most, most);
-        let end = 1.0 + doubt;
-        let ahead = self.sliding + pull.known;
-        let correction = self.correction + h * gains.pre_travel_integral * behind / gap;
-        self.correction = correction.clamp((-end - ahead).min(0.0), (end - ahead).max(0.0));
-        self.feedback = self.correction + lead;
-        let s = (ahead + self.feedback).clamp(-end, end);
-        0.5 * ((1.0 + s) * high + (1.0 - s) * low)
-    }
-
-    /// What a muscle at rest is off beyond what it is content with: more at every turn, so that it comes to rest.
-    fn left(&mut self, behind: f64, gains: &ArmGains) -> f64 {
-        let left = behind - behind.clamp(-self.content, self.content);
-        if left * self.turned < 0.0 {
-            self.content = (LENIENCE * self.content).min(gains.rest_tolerance[1]);
-        }
-        if left != 0.0 {
-            self.turned = left;
-        }
-        left
-    }
-
-    /// Whether it need not move at rest.
-    pub(super) fn is_content(&self, behind: f64) -> bool {
-        behind.abs() <= self.content
-    }
-
-    /// Speed of the winch, m/s, with the stretch as wanted and as believed.
-    pub(super) fn speed(&self, pull: &MuscleReference, wanted: f64, believed: f64, gains: &ArmGains) -> f64 {
-        let missing = wanted - believed
-            + gains.position_gain * pull.behind
-            + gains.rate_gain * (pull.velocity - pull.moving);
-        let most = libm::sqrt(2.0 * gains.winch_deceleration * missing.abs());
-        let speed = pull.velocity + (missing / gains.stretch_time_constant).clamp(-most, most);
+        let travel = desired_stretch - estimated_stretch
+            + gains.position_gain * reference.error
+            + gains.rate_gain * (reference.velocity - reference.estimated_velocity);
+        let most = libm::sqrt(2.0 * gains.winch_deceleration * travel.abs());
+        let speed = reference.velocity + (travel / gains.stretch_time_constant).clamp(-most, most);
         speed.clamp(-gains.max_winch_speed, gains.max_winch_speed)
     }
 }

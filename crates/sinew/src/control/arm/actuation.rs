@@ -1,0 +1,159 @@
+use super::anchor_motion::AnchorMotion;
+use super::cable_states::{CableStateSource, CableStates};
+use super::fault_detector::FaultDetector;
+use super::gains::ArmGains;
+use super::iterative_learning::IterativeLearning;
+use super::signals::require_length;
+use super::winch::{MuscleReference, WinchController};
+use crate::Error;
+use crate::control::compensation::Compensation;
+use crate::control::stretch::FarEndReference;
+use crate::drive::DriveCommand;
+use crate::predictor::CableSample;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Quantity that is commanded to the drives to obtain the desired tensions at the anchors.
+#[derive(Debug, Clone)]
+pub enum ActuationMode {
+    /// Speeds of the winches, from the stretch of the cables at the desired tensions; the estimated stretch is from this
+    /// source.
+    WinchSpeed(CableStateSource),
+    /// Tensions at the drives' outlets, each by its compensation of friction (8), as in `yuan2023`: `[muscles]`.
+    DriveTension(Vec<Compensation>),
+}
+
+impl ActuationMode {
+    /// Source of the far tensions that the observers of the joints use.
+    pub(super) fn cable_state_source(&self) -> CableStateSource {
+        match self {
+            Self::WinchSpeed(source) => *source,
+            Self::DriveTension(_) => CableStateSource::Observer,
+        }
+    }
+}
+
+/// From desired tensions and motions of the anchors to the commands of the drives.
+#[derive(Debug, Clone)]
+pub(super) struct Actuation {
+    mode: ActuationMode,
+    winches: Vec<WinchController>,
+    learning: Option<IterativeLearning>,
+    /// Commands for the drives: `[muscles]`.
+    pub(super) drives: Vec<DriveCommand>,
+    /// Commanded speed of every winch, m/s; NaN where its drive was given a tension. `[muscles]`
+    pub(super) winch_speed: Vec<f64>,
+}
+
+/// Deceleration of the winches when the arm is stopped, m/s^2.
+const STOP_DECELERATION: f64 = 2.0;
+
+/// State of the controller from which commands are computed, `[muscles]` each.
+#[derive(Debug)]
+pub(super) struct ActuationInputs<'a> {
+    /// `F_d`, N.
+    pub(super) tension: &'a [f64],
+    pub(super) anchors: &'a AnchorMotion,
+    pub(super) cables: &'a CableStates,
+    /// Lengths of the muscles, m.
+    pub(super) lengths: &'a [f64],
+    /// For the accepted measurements.
+    pub(super) faults: &'a FaultDetector,
+    /// See [`PreviewedReference::repeat_time`](super::PreviewedReference::repeat_time).
+    pub(super) repeat_time: Option<f64>,
+    /// Whether the reference is at rest and the arm near it.
+    pub(super) at_rest: bool,
+    /// Whether all winches are to stand.
+    pub(super) holding: bool,
+}
+
+impl Actuation {
+    /// # Errors
+    /// [`Error::WrongLength`] for compensations of another number than muscles.
+    pub(super) fn new(muscles: usize, mode: ActuationMode) -> Result<Self, Error> {
+        if let ActuationMode::DriveTension(list) = &mode {
+            require_length("compensations", muscles, list.len())?;
+        }
+        Ok(Self {
+            mode,
+            winches: vec![WinchController::default(); muscles],
+            learning: None,
+            drives: vec![DriveCommand::Off; muscles],
+            winch_speed: vec![0.0; muscles],
+        })
+    }
+
+    /// Adds iterative learning over repeats of this duration, s.
+    pub(super) fn set_learning(&mut self, duration: f64) -> Result<(), Error> {
+        self.learning = Some(IterativeLearning::new(self.drives.len(), duration)?);
+        Ok(())
+    }
+
+    /// Whether every anchor's position error is within the dead zone at rest of its winch.
+    pub(super) fn is_within_tolerance(&self, anchors: &AnchorMotion) -> bool {
+        self.winches.iter().zip(&anchors.error).all(|(winch, error)| winch.is_within_tolerance(*error))
+    }
+
+    /// Commands of the next `h` s.
+    pub(super) fn command(
+        &mut self,
+        h: f64,
+        gains: &ArmGains,
+        inputs: &ActuationInputs<'_>,
+    ) -> Result<(), Error> {
+        let ActuationInputs { anchors, cables, .. } = inputs;
+        let mut learning = self.learning.as_mut().zip(inputs.repeat_time).map(|(learning, time)| {
+            learning.advance(time);
+            learning
+        });
+        for (k, drive) in self.drives.iter_mut().enumerate() {
+            match &mut self.mode {
+                ActuationMode::WinchSpeed(_) => {
+                    let reference = MuscleReference {
+                        tension: inputs.tension[k],
+                        velocity: anchors.reference[k],
+                        previewed_velocity: anchors.previewed[k],
+                        slip_velocity: anchors.slip[k],
+                        estimated_velocity: anchors.estimated[k],
+                        error: anchors.error[k],
+                        learned: learning.as_ref().map_or(0.0, |learning| learning.output[k]),
+                        rest_stretch: inputs.at_rest.then_some(cables.stretch[k]),
+                    };
+                    let winch = &mut self.winches[k];
+                    let (law, drag) = (cables.law(k)?, cables.drag_factor[k]);
+                    let stretch = winch.desired_stretch(h, law, &reference, drag, gains)?;
+                    let speed = winch.speed(&reference, stretch, cables.stretch[k], gains);
+                    if let Some(learning) = &mut learning {
+                        learning.record(k, winch.feedback);
+                    }
+                    self.winch_speed[k] = if inputs.holding { 0.0 } else { speed };
+                    *drive = DriveCommand::Velocity(self.winch_speed[k]);
+                }
+                ActuationMode::DriveTension(compensations) => {
+                    let reference = FarEndReference {
+                        tension_out: inputs.tension[k],
+                        velocity: anchors.reference[k],
+                        previewed_velocity: anchors.previewed[k],
+                    };
+                    let sample = CableSample {
+                        motor: inputs.faults.motor[k],
+                        anchor: -inputs.lengths[k],
+                        tension_in: inputs.faults.tension[k],
+                    };
+                    self.winch_speed[k] = f64::NAN;
+                    *drive = compensations[k].step(h, &reference, &sample)?.command;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Decelerates all winches to rest.
+    pub(super) fn brake(&mut self, h: f64) {
+        for (winch_speed, drive) in self.winch_speed.iter_mut().zip(&mut self.drives) {
+            let speed = if winch_speed.is_finite() { *winch_speed } else { 0.0 };
+            *winch_speed = speed - speed.clamp(-h * STOP_DECELERATION, h * STOP_DECELERATION);
+            *drive = DriveCommand::Velocity(*winch_speed);
+        }
+    }
+}

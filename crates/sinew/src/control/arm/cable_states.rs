@@ -1,0 +1,173 @@
+use super::body_model::BodyModel;
+use super::residual_network::ResidualNetwork;
+use super::signals::{GroundTruth, require_length};
+use crate::Error;
+use crate::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
+use crate::transmission::Perceptron;
+use crate::transmission::cable::CableLaw;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Source of the far tensions and stretches that the controller feeds back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CableStateSource {
+    /// The cables' observers: encoders, load cells and the identified law.
+    Observer,
+    /// The encoders alone: stretch is the relative displacement of a cable's ends since the start, far tensions are
+    /// taken as the desired ones.
+    Encoders,
+    /// The true state, from [`GroundTruth`]: the upper bound that an observer is compared with.
+    Oracle,
+}
+
+impl CableStateSource {
+    /// Checks that ground truth is given to an oracle of `muscles` cables, and to nothing else.
+    fn check(self, truth: Option<&GroundTruth<'_>>, muscles: usize) -> Result<(), Error> {
+        match (self, truth) {
+            (Self::Oracle, truth) => {
+                let lengths = |truth: &GroundTruth<'_>| {
+                    truth.tension_out.len().min(truth.stretch.len()).min(truth.drag_factor.len())
+                };
+                require_length("ground truth", muscles, truth.map_or(0, lengths))
+            }
+            (_, Some(truth)) => {
+                let (name, got) = ("ground truth without an oracle", truth.tension_out.len());
+                Err(Error::WrongLength { name, expected: 0, got })
+            }
+            (_, None) => Ok(()),
+        }
+    }
+}
+
+/// Estimated state of all cables: `[muscles]` each.
+#[derive(Debug, Clone)]
+pub(super) struct CableStates {
+    source: CableStateSource,
+    observers: CableObservers,
+    samples: Vec<CableSample>,
+    estimates: Vec<CableEstimate>,
+    /// Corrections of the observers: `[muscles]`, or none.
+    residuals: Vec<ResidualNetwork>,
+    wraps: Vec<JointWrap>,
+    next_wrap: usize,
+    /// Stretch minus relative displacement of a cable's ends at the start, m.
+    stretch_offset: Vec<f64>,
+    started: bool,
+    /// `T_out^`, N.
+    pub(super) tension_out: Vec<f64>,
+    /// `e^`, m.
+    pub(super) stretch: Vec<f64>,
+    /// `T_in^`, N.
+    pub(super) tension_in: Vec<f64>,
+    /// Drag as a multiple of the law's, 1.
+    pub(super) drag_factor: Vec<f64>,
+}
+
+/// The last pulley of a cable's path, which stands for its joints.
+#[derive(Debug, Clone, Copy)]
+struct JointWrap {
+    pulley: usize,
+    /// Wrap angle set in the observer, rad; NaN before the first.
+    angle: f64,
+}
+
+/// Change of a wrap angle from which on it is set in the observer, rad.
+const WRAP_RESOLUTION: f64 = 1e-3;
+/// Largest wrap angle that one node of a cable represents, rad.
+const MAX_WRAP: f64 = 4.0;
+
+impl CableStates {
+    pub(super) fn new(models: &[CableModel], source: CableStateSource) -> Result<Self, Error> {
+        let n = models.len();
+        let wrap = |model: &CableModel| JointWrap {
+            pulley: model.path.pulleys().saturating_sub(1),
+            angle: f64::NAN,
+        };
+        Ok(Self {
+            source,
+            observers: CableObservers::new(models)?,
+            samples: vec![CableSample::default(); n],
+            estimates: vec![CableEstimate::default(); n],
+            residuals: Vec::new(),
+            wraps: models.iter().map(wrap).collect(),
+            next_wrap: 0,
+            stretch_offset: vec![0.0; n],
+            started: false,
+            tension_out: vec![0.0; n],
+            stretch: vec![0.0; n],
+            tension_in: vec![0.0; n],
+            drag_factor: vec![1.0; n],
+        })
+    }
+
+    /// Adds a correction to every observer: `[muscles]`.
+    pub(super) fn set_residuals(&mut self, networks: Vec<Perceptron>) -> Result<(), Error> {
+        require_length("residuals", self.samples.len(), networks.len())?;
+        self.residuals = networks.into_iter().map(ResidualNetwork::new).collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
+    /// One step of `h` s with measured motor positions, m, and tensions, N, and the tensions desired before, N.
+    pub(super) fn update(
+        &mut self,
+        h: f64,
+        (motor, tension): (&[f64], &[f64]),
+        body: &BodyModel,
+        desired_tension: &[f64],
+        truth: Option<&GroundTruth<'_>>,
+    ) -> Result<(), Error> {
+        self.source.check(truth, self.samples.len())?;
+        self.update_wraps(&body.wrap_angles)?;
+        for (k, (sample, length)) in self.samples.iter_mut().zip(body.lengths()).enumerate() {
+            *sample = CableSample { motor: motor[k], anchor: -length, tension_in: tension[k] };
+        }
+        self.observers.step(h, &self.samples, &mut self.estimates)?;
+        let estimates = self.estimates.iter_mut().zip(&self.samples);
+        for (residual, (estimate, sample)) in self.residuals.iter_mut().zip(estimates) {
+            estimate.tension_out += residual.step(h, sample, estimate)?;
+        }
+        for (k, (estimate, sample)) in self.estimates.iter().zip(&self.samples).enumerate() {
+            self.tension_in[k] = estimate.tension_in;
+            let displacement = sample.motor - sample.anchor;
+            if !self.started {
+                self.stretch_offset[k] = estimate.stretch - displacement;
+            }
+            (self.tension_out[k], self.stretch[k], self.drag_factor[k]) = match self.source {
+                CableStateSource::Encoders if self.started => {
+                    (desired_tension[k], self.stretch_offset[k] + displacement, 1.0)
+                }
+                _ => (estimate.tension_out, estimate.stretch, estimate.drag_factor),
+            };
+        }
+        self.started = true;
+        if let Some(truth) = truth {
+            self.tension_out.copy_from_slice(truth.tension_out);
+            self.stretch.copy_from_slice(truth.stretch);
+            self.drag_factor.copy_from_slice(truth.drag_factor);
+        }
+        Ok(())
+    }
+
+    /// The law of a cable at its present wrap angles.
+    pub(super) fn law(&self, cable: usize) -> Result<&CableLaw, Error> {
+        let expected = self.samples.len();
+        self.observers.cables().law(cable).ok_or(Error::WrongLength { name: "cables", expected, got: cable })
+    }
+
+    /// Sets the wrap angles of the pose: of all cables at first, then of one cable per cycle, because poses change
+    /// slowly.
+    fn update_wraps(&mut self, angles: &[f64]) -> Result<(), Error> {
+        let n = self.wraps.len();
+        let first = self.wraps.iter().any(|wrap| wrap.angle.is_nan());
+        for k in if first { 0..n } else { self.next_wrap..self.next_wrap + 1 } {
+            let wrap = &mut self.wraps[k];
+            let angle = angles[k].clamp(0.0, MAX_WRAP);
+            if wrap.angle.is_nan() || (angle - wrap.angle).abs() >= WRAP_RESOLUTION {
+                self.observers.set_wrap(k, wrap.pulley, angle)?;
+                wrap.angle = angle;
+            }
+        }
+        self.next_wrap = (self.next_wrap + 1) % n;
+        Ok(())
+    }
+}

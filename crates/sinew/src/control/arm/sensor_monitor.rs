@@ -1,0 +1,93 @@
+/// Plausibility of one sensor: finite values, bounded rate of change, no frozen output.
+///
+/// ```text
+/// accepted:   |y - y_a| <= v_max (h + t_r)   and   |sum of e since y last changed| <= e_max
+/// ```
+///
+/// | symbol | meaning                                                              | unit            |
+/// |--------|----------------------------------------------------------------------|-----------------|
+/// | y, y_a | measurement, last accepted measurement                                | of the sensor   |
+/// | v_max  | largest rate of change                                                | per s           |
+/// | t_r    | time for which measurements have been rejected                         | s               |
+/// | e      | change expected between two samples, from the other side of its loop   | as `e_max`      |
+/// | e_max  | largest expected change over which the output may stay the same to the bit | see [`SensorLimits`] |
+///
+/// The first measurement is compared with an initial value, within `y_0`, instead.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SensorMonitor {
+    limits: SensorLimits,
+    /// `y_a`, at first the initial value.
+    pub(super) accepted: f64,
+    /// `t_r`, s.
+    pub(super) rejected_for: f64,
+    /// Time for which the output has been the same to the bit, s.
+    unchanged_for: f64,
+    /// Expected change in that time.
+    expected_change: f64,
+    previous: f64,
+    started: bool,
+}
+
+/// Limits of a [`SensorMonitor`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SensorLimits {
+    /// `y_0`, largest deviation of the first measurement from the initial value.
+    pub(super) initial_deviation: f64,
+    /// `v_max`, per s.
+    pub(super) max_rate: f64,
+    /// `e_max`.
+    pub(super) max_unchanged: f64,
+}
+
+impl SensorMonitor {
+    pub(super) fn new(limits: SensorLimits) -> Self {
+        Self {
+            limits,
+            accepted: 0.0,
+            rejected_for: 0.0,
+            unchanged_for: 0.0,
+            expected_change: 0.0,
+            previous: 0.0,
+            started: false,
+        }
+    }
+
+    /// Whether a measurement, `h` s after the one before, is accepted; `expected` is the change expected since then.
+    pub(super) fn update(&mut self, h: f64, measured: f64, expected: f64) -> bool {
+        if measured.to_bits() == self.previous.to_bits() {
+            self.unchanged_for += h;
+            self.expected_change += expected;
+        } else {
+            (self.unchanged_for, self.expected_change) = (0.0, 0.0);
+        }
+        self.previous = measured;
+        let largest = if core::mem::replace(&mut self.started, true) {
+            self.limits.max_rate * (h + self.rejected_for)
+        } else {
+            self.limits.initial_deviation
+        };
+        let continuous = (measured - self.accepted).abs() <= largest;
+        let accepted = continuous && self.expected_change.abs() <= self.limits.max_unchanged;
+        if accepted {
+            (self.accepted, self.rejected_for) = (measured, 0.0);
+        } else {
+            self.rejected_for += h;
+        }
+        accepted
+    }
+
+    /// Whether the output changed with the last sample.
+    pub(super) fn has_changed(&self, h: f64) -> bool {
+        self.unchanged_for < 0.5 * h
+    }
+
+    /// Time for which the output has been the same to the bit, s.
+    pub(super) fn unchanged_for(&self) -> f64 {
+        self.unchanged_for
+    }
+
+    /// `e_max`.
+    pub(super) fn max_unchanged(&self) -> f64 {
+        self.limits.max_unchanged
+    }
+}

@@ -1,0 +1,95 @@
+//! Inputs and outputs of the arm's controller.
+
+use super::status::ArmStatus;
+use crate::Error;
+use crate::control::tension::Status;
+use crate::drive::DriveCommand;
+use crate::trajectory::Reference;
+
+/// Measurements of an arm's sensors in one control cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmMeasurement<'a> {
+    /// Position of every cable by its motor's encoder, m, + toward the motor: `[muscles]`.
+    pub motor: &'a [f64],
+    /// Tension at every drive's outlet by its load cell, N: `[muscles]`.
+    pub tension: &'a [f64],
+    /// Angle of every joint by its encoder, rad: `[joints]`.
+    pub joint: &'a [f64],
+}
+
+/// Reference of the joints at the present time and at the end of the
+/// [`PREVIEW_HORIZON`](crate::control::stretch::PREVIEW_HORIZON).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PreviewedReference<'a> {
+    /// Reference at the present time, `t`.
+    pub current: &'a Reference,
+    /// Reference at `t + t_p`.
+    pub previewed: &'a Reference,
+    /// Time since the present repeat of a periodic motion began, s, for iterative learning; none outside of repeats.
+    pub repeat_time: Option<f64>,
+}
+
+/// True state of the cables, `[muscles]` each: only a simulation has it, only
+/// [`CableStateSource::Oracle`](super::CableStateSource::Oracle) uses it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroundTruth<'a> {
+    /// Tension at every anchor, N.
+    pub tension_out: &'a [f64],
+    /// Elongation of every cable from zero tension, m.
+    pub stretch: &'a [f64],
+    /// Drag of every cable as a multiple of its model's drag, 1.
+    pub drag_factor: &'a [f64],
+}
+
+/// Commands for the drives with the intermediate results that led to them; valid until the next control cycle.
+#[derive(Debug, Clone, Copy)]
+pub struct ArmCommand<'a> {
+    /// Commands for the drives: `[muscles]`.
+    pub drives: &'a [DriveCommand],
+    /// Desired tension at every anchor, `F_d` of (22), N: `[muscles]`.
+    pub desired_tension: &'a [f64],
+    /// Estimated tension at every anchor, N: `[muscles]`.
+    pub estimated_tension: &'a [f64],
+    /// Estimated joint angles, rad: `[joints]`.
+    pub q: &'a [f64],
+    /// Whether the desired tensions give the desired torque.
+    pub distribution: Status,
+    /// Operating state of the arm, and its fault where there is one.
+    pub status: ArmStatus,
+}
+
+/// Number of muscles and joints: what all inputs of a controller have to agree with.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Dimensions {
+    pub(super) muscles: usize,
+    pub(super) joints: usize,
+}
+
+impl Dimensions {
+    /// Checks the lengths of all slices of a control cycle.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] names the first slice of another length.
+    pub(super) fn check(
+        self,
+        measurement: &ArmMeasurement<'_>,
+        reference: &PreviewedReference<'_>,
+    ) -> Result<(), Error> {
+        let Reference { q, v, a, .. } = reference.current;
+        for (name, expected, got) in [
+            ("motor", self.muscles, measurement.motor.len()),
+            ("tension", self.muscles, measurement.tension.len()),
+            ("joint", self.joints, measurement.joint.len()),
+            ("current reference", self.joints, q.len().min(v.len()).min(a.len())),
+            ("previewed reference", self.joints, reference.previewed.v.len()),
+        ] {
+            require_length(name, expected, got)?;
+        }
+        Ok(())
+    }
+}
+
+/// An error unless a list has the expected length.
+pub(super) fn require_length(name: &'static str, expected: usize, got: usize) -> Result<(), Error> {
+    if got == expected { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
+}
