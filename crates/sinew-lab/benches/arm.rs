@@ -14,7 +14,8 @@ use sinew::drive::DriveCommand;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTwin};
 use sinew::twin::cable::Resolution;
-use sinew_lab::experiment::arm::{oracle_models, resting_tensions};
+use sinew_lab::experiment::arm::resting_tensions;
+use sinew_lab::experiment::oracle_models;
 use std::time::Instant;
 
 fn main() {

@@ -4,7 +4,9 @@ use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, Sto
 use crate::paper::SPEEDS;
 use crate::{CompensationVariant, Error};
 use rayon::prelude::*;
-use sinew::control::compensation::{Compensation, NetworkCompensation, ObserverCompensation};
+use sinew::control::compensation::{
+    CapstanCompensation, Compensation, NetworkCompensation, ObserverCompensation,
+};
 use sinew::predictor::CableModel;
 use sinew::twin::cable::Specimen;
 use sinew_identify::cable::{CableFit, CableLog, FitOptions, fit_cable};
@@ -52,7 +54,7 @@ pub fn calibrate(
 /// [`Error::Physics`] for numbers of none.
 pub fn capstan(fit: &CableFit) -> Result<Compensation, Error> {
     let pretension = fit.model.parameters.pretension;
-    Ok(Compensation::Capstan { friction_angle: fit.model.law()?.friction_angle(), pretension })
+    Ok(Compensation::Capstan(CapstanCompensation::new(fit.model.law()?.friction_angle(), pretension)?))
 }
 
 /// The observer of a cable.
@@ -119,7 +121,7 @@ pub(crate) fn networks(logs: &[Vec<BenchRow>], seed: u64) -> Result<NetworkCompe
             .to_perceptron()
             .ok_or_else(|| Error::experiment("network", "weights that are finite", &"others"))
     };
-    Ok(NetworkCompensation { friction: network(|row| row.far)?, loss: network(|row| row.sample.tension_in)? })
+    Ok(NetworkCompensation::new(network(|row| row.far)?, network(|row| row.sample.tension_in)?)?)
 }
 
 #[cfg(test)]

@@ -18,8 +18,8 @@ use sinew::trajectory::{
 };
 use sinew::transmission::{Perceptron, PerceptronWeights};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Sensor, SensorFailure};
-use sinew_lab::experiment::TrackSummary;
-use sinew_lab::experiment::arm::{TrackRow, TrackRun, resting_tensions, track};
+use sinew_lab::experiment::arm::{TrackRun, resting_tensions, track};
+use sinew_lab::experiment::{TrackRow, TrackSummary};
 
 const H: f64 = 1e-3;
 
@@ -101,8 +101,8 @@ fn an_arm_that_is_not_the_one_on_paper_follows_a_circle_within_millimetres() {
         let error = found.end_point_error;
         assert!(error.mean < 8e-3 && error.max < 40e-3, "{error:?}");
         assert!(found.mean_length_error() < 0.3e-3 && inside);
-        assert!(found.least_anchor.0 > 5.0 && found.most_drive.0 < 600.0);
-        assert!(found.stopped.is_none() && found.lost.is_none());
+        assert!(found.min_anchor_tension.0 > 5.0 && found.max_drive_tension.0 < 600.0);
+        assert!(found.stopped.is_none() && found.plant_failed.is_none());
     }
 }
 
@@ -133,7 +133,8 @@ fn what_the_encoders_zeros_hide_goes_with_them_and_a_way_that_does_not_come_back
             faults: &[],
             seed: 1,
         };
-        track(&run, &mut controller, |_| {}).map(|found| (found.unseen_error.mean, found.hold_unseen.mean))
+        track(&run, &mut controller, |_| {})
+            .map(|found| (found.encoder_zero_error.mean, found.hold_encoder_zero_error.mean))
     };
     let (once, twice) = (hidden(1.0, 1).unwrap(), hidden(2.0, 1).unwrap());
     assert_eq!(hidden(0.0, 1).unwrap(), (0.0, 0.0));
@@ -148,7 +149,7 @@ fn what_the_encoders_zeros_hide_goes_with_them_and_a_way_that_does_not_come_back
 #[test]
 fn an_arm_at_rest_stays_at_rest_without_hunting() {
     let found = run(Case { after: 20.0, ..Case::default() }, |_| {});
-    assert!(found.hold_unrest() < 1.0, "{} N", found.hold_unrest());
+    assert!(found.max_hold_tension_std() < 1.0, "{} N", found.max_hold_tension_std());
     assert!(found.hold_error.max < 5e-3, "{:?}", found.hold_error);
 }
 
@@ -271,7 +272,7 @@ fn what_does_not_come_back_stops_the_arm_by_name_without_a_jump() {
         assert!((2.5..3.5).contains(&when), "{named:?} {when}");
         assert!(jump < 0.01 && last.iter().all(|speed| speed.abs() < 1e-9), "{named:?} {jump} {last:?}");
         assert_eq!(rows, 6750, "recorded to the end");
-        assert!(found.most_drive.0 < 600.0);
+        assert!(found.max_drive_tension.0 < 600.0);
     }
 }
 

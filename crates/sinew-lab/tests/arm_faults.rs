@@ -9,8 +9,8 @@ use sinew::control::arm::{ActuationMode, ArmController, ArmGains, CableStateSour
 use sinew::predictor::CableModel;
 use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, Failure, InjectedFault, Sensor, SensorFailure};
-use sinew_lab::experiment::TrackSummary;
-use sinew_lab::experiment::arm::{TrackRun, oracle_models, track};
+use sinew_lab::experiment::arm::{TrackRun, track};
+use sinew_lab::experiment::{TrackSummary, oracle_models};
 
 /// When it fails, s: elbow and brachialis are on their way.
 const FROM: f64 = 3.0;
@@ -83,7 +83,7 @@ impl Arm {
             });
         })
         .unwrap();
-        assert!(rows == ROWS && found.lost.is_none(), "{what:?}: recorded to the end: {rows}");
+        assert!(rows == ROWS && found.plant_failed.is_none(), "{what:?}: recorded to the end: {rows}");
         found
     }
 }
@@ -102,10 +102,10 @@ fn hold(table: impl IntoIterator<Item = (Failure, f64, Fault, End)>) {
     let arm = Arm::new();
     for (what, lasting, named, end) in table {
         let found = arm.fails(what, lasting);
-        let told = format!("{what:?} for {lasting} s: {:?}", found.incidents);
-        let said = found.incidents.iter().find(|one| one.fault == named);
+        let told = format!("{what:?} for {lasting} s: {:?}", found.faults);
+        let said = found.faults.iter().find(|one| one.fault == named);
         match end {
-            Unseen => assert!(found.incidents.is_empty(), "{told}"),
+            Unseen => assert!(found.faults.is_empty(), "{told}"),
             Bridged => {
                 let said = said.unwrap_or_else(|| panic!("{told}"));
                 assert!((FROM..FROM + 0.02).contains(&said.from) && found.stopped.is_none(), "{told}");
@@ -188,5 +188,5 @@ fn an_arm_without_faults_has_no_incidents() {
         seed: 1,
     };
     let found = track(&run, &mut controller, |_| {}).unwrap();
-    assert!(found.incidents.is_empty(), "{:?}", found.incidents);
+    assert!(found.faults.is_empty(), "{:?}", found.faults);
 }

@@ -1,7 +1,7 @@
 //! The bench with a compensation on trial: what each reaches, and what cannot be hidden.
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
-use sinew::control::compensation::{Compensation, ObserverCompensation};
+use sinew::control::compensation::{CapstanCompensation, Compensation, ObserverCompensation};
 use sinew::predictor::CableModel;
 use sinew::twin::cable::Specimen;
 use sinew_lab::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, Stop, run};
@@ -29,7 +29,7 @@ fn observer() -> Compensation {
 #[test]
 fn an_observer_holds_the_far_tension_where_others_lose_it() {
     let bench = Specimen::bench;
-    let capstan = Compensation::Capstan { friction_angle: 1.054, pretension: 15.5 };
+    let capstan = Compensation::Capstan(CapstanCompensation::new(1.054, 15.5).unwrap());
     let none = errors(bench(), 0.06, Compensation::None);
     let capstan = errors(bench(), 0.06, capstan);
     let observer = errors(bench(), 0.06, observer());

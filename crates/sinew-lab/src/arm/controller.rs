@@ -2,11 +2,11 @@
 
 use super::calibrate::calibrate_networks;
 use super::residual_network::calibrate_residuals;
-use crate::experiment::arm::oracle_models;
+use crate::experiment::oracle_models;
 use crate::{CompensationVariant, Error};
 use sinew::body::Robot;
 use sinew::control::arm::{ActuationMode, ArmController, ArmGains, CableStateSource};
-use sinew::control::compensation::Compensation;
+use sinew::control::compensation::{CapstanCompensation, Compensation};
 use sinew::predictor::CableModel;
 use sinew::twin::arm::ArmSpecimen;
 
@@ -69,7 +69,10 @@ fn actuation_mode(
         CompensationVariant::Capstan => {
             let capstan = |model: &CableModel| {
                 let friction_angle = model.law()?.friction_angle();
-                Ok(Compensation::Capstan { friction_angle, pretension: model.parameters.pretension })
+                Ok(Compensation::Capstan(CapstanCompensation::new(
+                    friction_angle,
+                    model.parameters.pretension,
+                )?))
             };
             ActuationMode::DriveTension(models.iter().map(capstan).collect::<Result<_, Error>>()?)
         }

@@ -1,7 +1,7 @@
 //! Motion planning: from a motion of the end point to a joint trajectory, and its feasibility check.
 
 use crate::Error;
-use crate::experiment::arm::oracle_models;
+use crate::experiment::oracle_models;
 use sinew::body::{Poses, Robot};
 use sinew::control::arm::ArmGains;
 use sinew::control::tension::{Distribution, Problem, Status};

@@ -1,4 +1,4 @@
-use crate::experiment::{Incident, Spread, TrackSummary};
+use crate::experiment::{FaultInterval, Statistics, TrackSummary};
 use serde::Serialize;
 use sinew::body::Robot;
 use sinew::control::arm::Fault;
@@ -14,9 +14,9 @@ pub struct ErrorSpread {
     pub max: f64,
 }
 
-impl From<&Spread> for ErrorSpread {
-    fn from(spread: &Spread) -> Self {
-        Self { mean: spread.mean, std: spread.std, max: spread.max }
+impl From<&Statistics> for ErrorSpread {
+    fn from(statistics: &Statistics) -> Self {
+        Self { mean: statistics.mean, std: statistics.std, max: statistics.max }
     }
 }
 
@@ -54,12 +54,12 @@ pub struct TrackIncident {
 }
 
 impl TrackIncident {
-    fn new(incident: &Incident, robot: &Robot) -> Self {
+    fn new(interval: &FaultInterval, robot: &Robot) -> Self {
         Self {
-            from_s: to_milliseconds(incident.from),
-            until_s: to_milliseconds(incident.until),
-            what: named(incident.fault, robot),
-            answer: if incident.stopped { "stopped" } else { "bridged" },
+            from_s: to_milliseconds(interval.from),
+            until_s: to_milliseconds(interval.until),
+            what: named(interval.fault, robot),
+            answer: if interval.stopped { "stopped" } else { "bridged" },
         }
     }
 }
@@ -119,26 +119,27 @@ impl TrackingNumbers {
     pub fn new(summary: &TrackSummary, robot: &Robot) -> Self {
         let hold = Hold {
             end_point_error_m: (&summary.hold_error).into(),
-            unseen_error_m: summary.hold_unseen.mean,
-            tension_unrest_n: summary.hold_unrest(),
+            unseen_error_m: summary.hold_encoder_zero_error.mean,
+            tension_unrest_n: summary.max_hold_tension_std(),
         };
         let muscles = summary.length_error.len().max(1) as f64;
-        let squares: f64 = summary.length_error.iter().map(|spread| spread.std * spread.std).sum();
+        let squares: f64 =
+            summary.length_error.iter().map(|statistics| statistics.std * statistics.std).sum();
         Self {
             end_point_error_m: (&summary.end_point_error).into(),
-            unseen_error_m: (&summary.unseen_error).into(),
+            unseen_error_m: (&summary.encoder_zero_error).into(),
             end_point_error_per_repeat_m: summary.repeat_error.iter().map(ErrorSpread::from).collect(),
-            hold: summary.hold_error.any().then_some(hold),
+            hold: (!summary.hold_error.is_empty()).then_some(hold),
             muscle_length_error_m: MuscleSpread {
                 mean: summary.mean_length_error(),
                 std: (squares / muscles).sqrt(),
             },
-            per_muscle: summary.length_error.iter().map(|spread| spread.mean).collect(),
-            least_anchor_tension_n: summary.least_anchor.0,
-            most_drive_tension_n: summary.most_drive.0,
-            stopped_s: summary.stopped.map(|(time, _)| time).or(summary.lost).map(to_milliseconds),
+            per_muscle: summary.length_error.iter().map(|statistics| statistics.mean).collect(),
+            least_anchor_tension_n: summary.min_anchor_tension.0,
+            most_drive_tension_n: summary.max_drive_tension.0,
+            stopped_s: summary.stopped.map(|(time, _)| time).or(summary.plant_failed).map(to_milliseconds),
             stopped_by: summary.stopped.map(|(_, fault)| named(fault, robot)),
-            incidents: summary.incidents.iter().map(|one| TrackIncident::new(one, robot)).collect(),
+            incidents: summary.faults.iter().map(|one| TrackIncident::new(one, robot)).collect(),
         }
     }
 }

@@ -75,7 +75,7 @@ fn fit_residual(logs: &[CableLog], model: &CableModel, seed: u64) -> Result<Resi
     for log in logs {
         let (mut ends, length) = (ResidualInputs::default(), log.len() as f64);
         for (k, estimate) in observe_log(model, log)?.iter().enumerate() {
-            let inputs = ends.inputs(log.interval_s[k], &log.samples[k], estimate);
+            let inputs = ends.update(log.interval_s[k], &log.samples[k], estimate);
             // Before it slid, an observer guesses.
             if estimate.known && log.weight[k] > 0.0 {
                 let part = match k as f64 / length {

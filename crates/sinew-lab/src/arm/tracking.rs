@@ -3,8 +3,8 @@
 use super::calibrate::calibrate_arm;
 use super::controller::controller;
 use super::report::{Trace, TraceRow, TrackingNumbers};
-use crate::experiment::TrackSummary;
-use crate::experiment::arm::{TrackRow, TrackRun, track};
+use crate::experiment::arm::{TrackRun, track};
+use crate::experiment::{TrackRow, TrackSummary};
 use crate::{CompensationVariant, Error};
 use sinew::body::Robot;
 use sinew::predictor::CableModel;
@@ -122,7 +122,7 @@ fn trace_row(row: &TrackRow<'_>) -> TraceRow {
     TraceRow {
         time_s: row.time,
         repeat: row.repeat,
-        wanted_m: row.wanted,
+        wanted_m: row.reference_point,
         end_point_m: row.end_point,
         length_m: row.length.to_vec(),
         length_error_m: row.length_error.to_vec(),

@@ -1,7 +1,14 @@
-//! Where plant and controller meet: experiments on the twin. Nothing else may know both.
+//! Experiments on the twin: runs in which a plant and a controller meet.
 
 pub mod arm;
 pub mod bench;
-mod tally;
+mod oracle;
+mod statistics;
+mod track_row;
+mod track_summary;
+mod tracking_errors;
 
-pub use tally::{Incident, SETTLING, Spread, TrackSummary};
+pub use oracle::oracle_models;
+pub use statistics::Statistics;
+pub use track_row::TrackRow;
+pub use track_summary::{FaultInterval, SETTLING, TrackSummary};

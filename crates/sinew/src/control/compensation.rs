@@ -4,7 +4,7 @@ use super::stretch::{FarEndReference, StretchController, direction};
 use crate::Error;
 use crate::drive::DriveCommand;
 use crate::predictor::{CableModel, CableObserver, CableSample};
-use crate::transmission::{Perceptron, Sheath};
+use crate::transmission::{Perceptron, SheathLaw};
 use alloc::boxed::Box;
 
 /// A method of compensation: from a [`FarEndReference`] to the drive's command, and from the near end's measurements to
@@ -66,10 +66,10 @@ fn measured(near: f64, estimate: impl FnOnce(f64) -> Result<f64, Error>) -> Resu
     if near.is_finite() { estimate(near) } else { Ok(f64::NAN) }
 }
 
-/// Compensation by a [`Sheath`] of constant wrap angle.
+/// Compensation by a [`SheathLaw`] of constant wrap angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CapstanCompensation {
-    sheath: Sheath,
+    sheath: SheathLaw,
     wrap_angle: f64,
     pretension: f64,
 }
@@ -81,7 +81,7 @@ impl CapstanCompensation {
     /// [`Error::OutOfDomain`] unless both are finite and >= 0.
     pub fn new(friction_angle: f64, pretension: f64) -> Result<Self, Error> {
         // Only the sum of friction and efficiency is identified: mu = 1 and eta = 1 over an angle of its value.
-        let sheath = Sheath::new(1.0, 1.0, pretension)?;
+        let sheath = SheathLaw::new(1.0, 1.0, pretension)?;
         let capstan = Self { sheath, wrap_angle: friction_angle, pretension };
         capstan.far_tension(0.0, 0.0)?;
         Ok(capstan)

@@ -1,0 +1,33 @@
+use sinew::control::arm::ArmCommand;
+use sinew::trajectory::Reference;
+use sinew::twin::arm::{ArmReading, ArmTruth};
+
+/// One control cycle of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct TrackRow<'a> {
+    /// Time since the run began, s: the motion starts at [`TrackRun::before`](super::arm::TrackRun::before).
+    pub time: f64,
+    /// Index of the repeat; none at rest before and after.
+    pub repeat: Option<u32>,
+    /// Time since the end of the last repeat, s; 0 before.
+    pub rested: f64,
+    /// Reference of the joints.
+    pub reference: &'a Reference,
+    /// Reference of the end point, m.
+    pub reference_point: [f64; 3],
+    /// True end point, m.
+    pub end_point: [f64; 3],
+    /// End point in the pose in which every joint encoder reads its reference, m: it differs from the reference by the
+    /// zero errors of the encoders, which no controller without a sensor at the end point can compensate.
+    pub encoder_point: [f64; 3],
+    /// Lengths of the muscles in the reference, m: `[muscles]`.
+    pub length: &'a [f64],
+    /// True minus reference lengths, m: `[muscles]`.
+    pub length_error: &'a [f64],
+    /// Output of the controller.
+    pub command: &'a ArmCommand<'a>,
+    /// Readings of the sensors.
+    pub reading: &'a ArmReading,
+    /// True state of the plant.
+    pub truth: &'a ArmTruth<'a>,
+}

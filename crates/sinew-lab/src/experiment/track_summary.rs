@@ -1,0 +1,152 @@
+//! Errors, extreme tensions and faults of a tracking run.
+
+use super::statistics::Statistics;
+use super::track_row::TrackRow;
+use sinew::control::arm::{ArmStatus, Fault};
+use sinew::control::tension::Status;
+
+/// Rest after a motion that is not part of the errors at rest, s.
+pub const SETTLING: f64 = 2.0;
+
+/// Time over which the controller reported one fault.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaultInterval {
+    /// First report, s.
+    pub from: f64,
+    /// Last report, s.
+    pub until: f64,
+    /// The fault.
+    pub fault: Fault,
+    /// Whether it stopped the arm; else operation was degraded.
+    pub stopped: bool,
+}
+
+/// Longest time between two reports of one interval, s.
+const MAX_GAP: f64 = 0.1;
+
+/// Errors, extreme tensions and faults of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrackSummary {
+    /// Distance of the end point from its reference during motion, m.
+    pub end_point_error: Statistics,
+    /// The same of every repeat.
+    pub repeat_error: Vec<Statistics>,
+    /// Magnitude of the error of every muscle's length during motion, m: `[muscles]`.
+    pub length_error: Vec<Statistics>,
+    /// The same as [`end_point_error`](Self::end_point_error) at rest after the motion, from [`SETTLING`] s on.
+    pub hold_error: Statistics,
+    /// Share of the encoders' zero errors in the end point's error during motion, m: no controller without a sensor at the
+    /// end point can compensate it.
+    pub encoder_zero_error: Statistics,
+    /// And at rest.
+    pub hold_encoder_zero_error: Statistics,
+    /// Tension at every anchor at rest, N: `[muscles]`.
+    pub hold_tension: Vec<Statistics>,
+    /// Least tension at an anchor, N, and its muscle.
+    pub min_anchor_tension: (f64, usize),
+    /// Largest tension at a drive's outlet, N, and its muscle.
+    pub max_drive_tension: (f64, usize),
+    /// Control cycles without tensions within limits that give the torque.
+    pub infeasible_cycles: u64,
+    /// When the controller stopped the arm, s, and the fault.
+    pub stopped: Option<(f64, Fault)>,
+    /// Control cycles of degraded operation, and its first fault.
+    pub degraded: (u64, Option<Fault>),
+    /// All faults, in the order in which the controller reported them.
+    pub faults: Vec<FaultInterval>,
+    /// When the integration of the plant failed, s: the arm was faster than the laws of the cables allow.
+    pub plant_failed: Option<f64>,
+}
+
+impl TrackSummary {
+    pub(super) fn new(muscles: usize) -> Self {
+        Self {
+            end_point_error: Statistics::default(),
+            repeat_error: Vec::new(),
+            length_error: vec![Statistics::default(); muscles],
+            hold_error: Statistics::default(),
+            encoder_zero_error: Statistics::default(),
+            hold_encoder_zero_error: Statistics::default(),
+            hold_tension: vec![Statistics::default(); muscles],
+            min_anchor_tension: (f64::INFINITY, 0),
+            max_drive_tension: (0.0, 0),
+            infeasible_cycles: 0,
+            stopped: None,
+            degraded: (0, None),
+            faults: Vec::new(),
+            plant_failed: None,
+        }
+    }
+
+    pub(super) fn record(&mut self, row: &TrackRow<'_>) {
+        for (k, cable) in row.truth.cables.iter().enumerate() {
+            if cable.tension_out < self.min_anchor_tension.0 {
+                self.min_anchor_tension = (cable.tension_out, k);
+            }
+            if cable.tension_in > self.max_drive_tension.0 {
+                self.max_drive_tension = (cable.tension_in, k);
+            }
+        }
+        self.record_status(row.time, row.command.status);
+        if row.command.distribution == Status::Infeasible {
+            self.infeasible_cycles += 1;
+        }
+        let error = distance(row.reference_point, row.end_point);
+        let encoder_zero_error = distance(row.reference_point, row.encoder_point);
+        if row.rested > SETTLING {
+            self.hold_error.record(error);
+            self.hold_encoder_zero_error.record(encoder_zero_error);
+            for (tension, cable) in self.hold_tension.iter_mut().zip(row.truth.cables) {
+                tension.record(cable.tension_out);
+            }
+        }
+        if let Some(repeat) = row.repeat {
+            self.end_point_error.record(error);
+            self.encoder_zero_error.record(encoder_zero_error);
+            let repeat = repeat as usize;
+            if self.repeat_error.len() <= repeat {
+                self.repeat_error.resize(repeat + 1, Statistics::default());
+            }
+            self.repeat_error[repeat].record(error);
+            for (statistics, error) in self.length_error.iter_mut().zip(row.length_error) {
+                statistics.record(error.abs());
+            }
+        }
+    }
+
+    fn record_status(&mut self, time: f64, status: ArmStatus) {
+        let (fault, stopped) = match status {
+            ArmStatus::Degraded(fault) => {
+                self.degraded = (self.degraded.0 + 1, self.degraded.1.or(Some(fault)));
+                (fault, false)
+            }
+            ArmStatus::Stopped(fault) => {
+                self.stopped = self.stopped.or(Some((time, fault)));
+                (fault, true)
+            }
+            ArmStatus::Following | ArmStatus::Holding => return,
+        };
+        match self.faults.iter_mut().rev().find(|one| one.fault == fault && one.stopped == stopped) {
+            Some(one) if time - one.until < MAX_GAP => one.until = time,
+            _ => self.faults.push(FaultInterval { from: time, until: time, fault, stopped }),
+        }
+    }
+
+    /// Largest standard deviation of an anchor's tension at rest, N.
+    #[must_use]
+    pub fn max_hold_tension_std(&self) -> f64 {
+        self.hold_tension.iter().fold(0.0, |most, tension| most.max(tension.std))
+    }
+
+    /// Mean over muscles and time of the magnitude of the length errors, m.
+    #[must_use]
+    pub fn mean_length_error(&self) -> f64 {
+        let sum: f64 = self.length_error.iter().map(|statistics| statistics.mean).sum();
+        sum / self.length_error.len() as f64
+    }
+}
+
+/// Distance of two points, m.
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    libm::sqrt((0..3).map(|i| (a[i] - b[i]) * (a[i] - b[i])).sum())
+}
