@@ -1,14 +1,21 @@
-//! What ends the program with exit code 2.
+//! What ends the program early, and with which exit code.
 
-use std::path::PathBuf;
+use crate::verbs::TableError;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
 
-/// One clear error.
+/// Exit code where the system, not the input, is the cause.
+const SYSTEM: u8 = 1;
+/// Exit code for bad input, the same as clap's for arguments.
+const BAD_INPUT: u8 = 2;
+
+/// One error; its message names the place, the value and what was expected.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Error {
     /// Between a log and a model.
-    #[error(transparent)]
+    #[error("{error}{hint}", error = .0, hint = flag_hint(.0))]
     Identify(#[from] sinew_identify::Error),
-    /// An experiment on the twin.
+    /// An experiment in simulation.
     #[error(transparent)]
     Experiment(#[from] sinew_lab::Error),
     /// A model file that cannot be used.
@@ -19,21 +26,89 @@ pub(crate) enum Error {
         /// Why.
         source: Box<sinew::predictor::ModelFileError>,
     },
-    /// A model that cannot be written or scored.
+    /// A value refused by the physics.
     #[error(transparent)]
     Physics(#[from] sinew::Error),
     /// A robot file that cannot be used.
     #[error(transparent)]
     Description(Box<sinew::description::DescriptionError>),
-    /// A file for a robot that cannot be used.
-    #[error("{}: {problem}", file.display())]
-    File {
+    /// A robot file whose extension names no format that can be read or written.
+    #[error("{}: expected a robot file ending in {expected}", file.display())]
+    RobotFormat {
         /// The file.
         file: PathBuf,
-        /// What and where.
+        /// The extensions of this direction, and other choices.
+        expected: &'static str,
+    },
+    /// `--muscles` with a robot file that has muscles of its own.
+    #[error("{}: contains its muscles: expected --muscles with a .urdf file only", file.display())]
+    MusclesTwice {
+        /// The robot's file.
+        file: PathBuf,
+    },
+    /// A robot that lacks what tracking starts from.
+    #[error("{}: expected a {part}, which tracking needs", file.display())]
+    MissingPart {
+        /// The robot's file.
+        file: PathBuf,
+        /// Kind and name of the part.
+        part: &'static str,
+    },
+    /// A name that no part of the robot has.
+    #[error("{flag} {value}: expected the name of a {kind}: {}", known.join(", "))]
+    UnknownPart {
+        /// The flag.
+        flag: &'static str,
+        /// As given.
+        value: String,
+        /// Muscle or joint.
+        kind: &'static str,
+        /// The names of that kind.
+        known: Vec<String>,
+    },
+    /// A row of a table that cannot be used.
+    #[error("{}: {source}", file.display())]
+    Table {
+        /// The file.
+        file: PathBuf,
+        /// Where and why.
+        source: TableError,
+    },
+    /// A table with too few rows.
+    #[error("{}: expected at least 2 {what}, got {got}", file.display())]
+    TooFewRows {
+        /// The file.
+        file: PathBuf,
+        /// What a row is.
+        what: &'static str,
+        /// Number of rows.
+        got: usize,
+    },
+    /// Waypoints through which no path leads.
+    #[error("{}: {source}", file.display())]
+    Waypoints {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: Box<sinew::Error>,
+    },
+    /// A catalogue of drives that cannot be used.
+    #[error("{}: line {source}", file.display())]
+    Catalogue {
+        /// The file, or the built-in catalogue.
+        file: PathBuf,
+        /// Where and why.
+        source: sinew::drive::CatalogueError,
+    },
+    /// A file of tension problems that cannot be used.
+    #[error("{}: {problem}", file.display())]
+    TensionProblems {
+        /// The file.
+        file: PathBuf,
+        /// Place, expectation and value.
         problem: String,
     },
-    /// A flag whose value cannot be used.
+    /// A flag whose value does not go with the others.
     #[error("{flag} {value}: expected {expected}")]
     Argument {
         /// The flag.
@@ -43,21 +118,39 @@ pub(crate) enum Error {
         /// What would do.
         expected: &'static str,
     },
-    /// A path that a robot cannot follow.
-    #[error("--path {path}: {obstacle}")]
-    Unreachable {
+    /// A path that a robot cannot track.
+    #[error("--path {path}: {infeasibility}")]
+    Infeasible {
         /// The path as given.
         path: String,
         /// When and why.
-        obstacle: String,
+        infeasibility: Box<sinew::trajectory::Infeasibility>,
     },
-    /// A payload that a robot cannot carry along a path.
-    #[error("--payload {payload} kg: {obstacle}")]
+    /// A payload with which a robot cannot track its path.
+    #[error("--payload {payload} kg: {infeasibility}")]
     Overloaded {
         /// As given.
         payload: f64,
         /// When and why.
-        obstacle: String,
+        infeasibility: Box<sinew::trajectory::Infeasibility>,
+    },
+    /// A file that is larger than any real one.
+    #[error("{}: expected at most {limit_mb} MB, got {size_mb} MB", file.display())]
+    TooLarge {
+        /// The file.
+        file: PathBuf,
+        /// Its size.
+        size_mb: u64,
+        /// Largest size that is read.
+        limit_mb: u64,
+    },
+    /// A file that is no text.
+    #[error("{}: expected text (UTF-8), got {source}", file.display())]
+    NotText {
+        /// The file.
+        file: PathBuf,
+        /// Where.
+        source: std::str::Utf8Error,
     },
     /// A file that cannot be read.
     #[error("{}: cannot be read: {source}", file.display())]
@@ -65,7 +158,19 @@ pub(crate) enum Error {
         /// The file.
         file: PathBuf,
         /// Why.
-        source: std::io::Error,
+        source: io::Error,
+    },
+    /// An output that would replace an input of the same run.
+    #[error("{}: cannot be written: it is read by this run; expected another place", file.display())]
+    OutputIsInput {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Two outputs of one run in one place.
+    #[error("{}: cannot be written: two results would be written there", file.display())]
+    OutputTwice {
+        /// The file.
+        file: PathBuf,
     },
     /// A file or folder that cannot be written.
     #[error("{}: cannot be written: {source}", file.display())]
@@ -73,27 +178,71 @@ pub(crate) enum Error {
         /// The file.
         file: PathBuf,
         /// Why.
-        source: std::io::Error,
+        source: io::Error,
     },
     /// The report could not be made.
     #[error(transparent)]
     Report(#[from] crate::report::error::Error),
-    /// JSON could not be made.
+    /// A result could not be written as JSON.
     #[error("the result could not be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// Standard output is closed.
+    /// A result could not be written as CSV.
+    #[error("the result could not be written as CSV: {0}")]
+    Csv(#[from] csv::Error),
+    /// Standard output is closed or full.
     #[error("standard output: {0}")]
-    Stdout(std::io::Error),
-    /// Ctrl-C cannot be caught.
+    Stdout(io::Error),
+    /// The handler of Ctrl-C cannot be installed.
     #[error("the interrupt handler could not be set: {0}")]
     Interrupt(#[from] ctrlc::Error),
-    /// No sample to score.
-    #[error("{0}")]
-    Nothing(String),
+    /// The simulation made no log.
+    #[error("the demo's simulation: expected at least one log, got none")]
+    NoSimulatedLog,
 }
 
 impl From<sinew::description::DescriptionError> for Error {
     fn from(error: sinew::description::DescriptionError) -> Self {
         Self::Description(Box::new(error))
     }
+}
+
+impl Error {
+    /// 1 where the system is the cause, 2 where the input is.
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Unwritable { .. }
+            | Self::Stdout(_)
+            | Self::Interrupt(_)
+            | Self::Report(_)
+            | Self::Json(_)
+            | Self::Csv(_)
+            | Self::NoSimulatedLog => SYSTEM,
+            Self::Unreadable { source, .. }
+            | Self::Identify(sinew_identify::Error::Unreadable { source, .. }) => reading_code(source),
+            _ => BAD_INPUT,
+        }
+    }
+
+    /// Wraps an error of a file's table.
+    pub(crate) fn table(file: &Path) -> impl Fn(TableError) -> Self {
+        let file = file.to_owned();
+        move |source| Self::Table { file: file.clone(), source }
+    }
+}
+
+/// A wrong name is bad input; missing permission or a failing device is not.
+fn reading_code(source: &io::Error) -> u8 {
+    match source.kind() {
+        ErrorKind::NotFound
+        | ErrorKind::IsADirectory
+        | ErrorKind::NotADirectory
+        | ErrorKind::InvalidInput
+        | ErrorKind::InvalidData => BAD_INPUT,
+        _ => SYSTEM,
+    }
+}
+
+/// Which flag resolves the error, where one does: the library names roles, the program has flags for them.
+fn flag_hint(_error: &sinew_identify::Error) -> &'static str {
+    ""
 }

@@ -1,6 +1,7 @@
-//! The `sinew` program: what happens at the far end of a cable, told from the motor's side.
+//! The `sinew` program: identifies, simulates and controls cable transmissions.
 
 mod arguments;
+mod csv_text;
 mod error;
 mod output;
 mod progress;
@@ -12,12 +13,21 @@ use arguments::{Arguments, Verb};
 use clap::{Command, CommandFactory, FromArgMatches};
 use std::process::ExitCode;
 
-/// Exit code of everything that is the input's fault, as clap uses for flags.
-const BAD_INPUT: u8 = 2;
-
 fn main() -> ExitCode {
-    let arguments = arguments();
-    let outcome = output::install_interrupt_handler().and_then(|()| match &arguments.verb {
+    let arguments = parse_arguments();
+    match output::install_interrupt_handler().and_then(|()| run(&arguments.verb)) {
+        Ok(()) => ExitCode::SUCCESS,
+        // A closed pipe, as in `sinew evaluate ... | head`, is no error.
+        Err(error::Error::Stdout(e)) if e.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}: {}", output::red("error"), output::one_line(&error.to_string()));
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run(verb: &Verb) -> Result<(), error::Error> {
+    match verb {
         Verb::Identify(arguments) => verbs::identify::run(arguments),
         Verb::Evaluate(arguments) => verbs::evaluate::run(arguments),
         Verb::Predict(arguments) => verbs::predict::run(arguments),
@@ -30,23 +40,15 @@ fn main() -> ExitCode {
         Verb::Twin(arguments) => verbs::twin::run(arguments),
         Verb::Tension(arguments) => verbs::tension::run(arguments),
         Verb::Drive(arguments) => verbs::drive::run(arguments),
-    });
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        // A reader that has seen enough, as in `sinew evaluate ... | head`, is no error.
-        Err(error::Error::Stdout(e)) if e.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{}: {}", output::red("error"), output::one_line(&error.to_string()));
-            ExitCode::from(BAD_INPUT)
-        }
+        Verb::Completions(arguments) => verbs::completions::run(arguments),
     }
 }
 
-/// What was asked for. A number below nothing is a number and not a flag: what is wrong with it is said by its flag.
-fn arguments() -> Arguments {
-    fn numbers(command: Command) -> Command {
-        command.allow_negative_numbers(true).mut_subcommands(numbers)
+/// Parses the command line. A negative number is a value, not a flag, so that the flag's own parser refuses it.
+fn parse_arguments() -> Arguments {
+    fn negative_numbers(command: Command) -> Command {
+        command.allow_negative_numbers(true).mut_subcommands(negative_numbers)
     }
-    let matches = numbers(Arguments::command()).get_matches();
+    let matches = negative_numbers(Arguments::command()).get_matches();
     Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
 }

@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
-/// Folders that this run made, innermost first. Locked while files are put in place, so that Ctrl-C waits for that
-/// moment to pass.
+/// Folders created by this run, innermost first. The lock is held while files are put in place, so that Ctrl-C is
+/// handled before or after it.
 static CREATED_FOLDERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// From here on Ctrl-C ends the program between writes, never within one.
+/// From here on Ctrl-C ends the program between writes, never during one.
 pub(crate) fn install_interrupt_handler() -> Result<(), Error> {
     ctrlc::set_handler(|| {
         let mut created = lock();
         remove_empty_folders(&mut created);
-        eprintln!("\ninterrupted: nothing was left half written");
+        eprintln!("\ninterrupted: no output was left incomplete");
         std::process::exit(130);
     })?;
     Ok(())
@@ -28,21 +28,21 @@ fn lock() -> MutexGuard<'static, Vec<PathBuf>> {
 
 fn remove_empty_folders(created: &mut Vec<PathBuf>) {
     for folder in created.drain(..) {
-        // Fails, as it should, where the folder holds results.
+        // Fails, as intended, where the folder is not empty.
         let _ = std::fs::remove_dir(folder);
     }
 }
 
-/// A folder that is known to be writable before the work starts; removed again if it was made for nothing.
+/// A folder that was writable before the work started; removed on drop if this run created it and it is empty.
 #[derive(Debug)]
 pub(crate) struct Folder {
     path: PathBuf,
 }
 
 impl Folder {
-    /// Makes the folder if it is missing and tries whether a file can be written into it.
+    /// Creates the folder if it is missing and checks that a file can be written into it.
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
-        // Made first, so that its end also cleans up after a failure below.
+        // Constructed first, so that dropping it also cleans up after a failure below.
         let folder = Self { path: path.to_owned() };
         let mut created = lock();
         let missing = path.ancestors().filter(|p| !p.as_os_str().is_empty() && !p.exists());
@@ -65,7 +65,7 @@ impl Drop for Folder {
     }
 }
 
-/// Refuses, before any work, to write over what is read, a log or a model of this run, and where nothing can be written.
+/// Refuses, before any work, outputs that would replace an input or one another, and places that cannot be written.
 pub(crate) fn refuse_overwrite<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     outputs: &[PathBuf],
@@ -74,28 +74,27 @@ pub(crate) fn refuse_overwrite<'a>(
     for input in inputs {
         for output in outputs {
             if real(output).is_some_and(|output| real(input) == Some(output)) {
-                let source = io::Error::other("it is read by this run; choose another place");
-                return Err(Error::Unwritable { file: output.clone(), source });
+                return Err(Error::OutputIsInput { file: output.clone() });
             }
         }
     }
     let _guard = lock();
     for (k, output) in outputs.iter().enumerate() {
-        let unwritable = |source| Error::Unwritable { file: output.clone(), source };
-        refuse_duplicate(output, &outputs[..k]).and_then(|()| check_writable(output)).map_err(unwritable)?;
+        refuse_duplicate(output, &outputs[..k])?;
+        check_writable(output).map_err(|source| Error::Unwritable { file: output.clone(), source })?;
     }
     Ok(())
 }
 
-/// Refuses a place that something else goes to.
-fn refuse_duplicate(path: &Path, others: &[PathBuf]) -> io::Result<()> {
+/// Refuses a place that another output has.
+fn refuse_duplicate(path: &Path, others: &[PathBuf]) -> Result<(), Error> {
     if others.iter().any(|other| other == path) {
-        return Err(io::Error::other("two results would be written there"));
+        return Err(Error::OutputTwice { file: path.to_owned() });
     }
     Ok(())
 }
 
-/// Tries whether a file can be put there; a device or a pipe is left alone.
+/// Checks that a file can be written; a device or a pipe is not touched.
 fn check_writable(path: &Path) -> io::Result<()> {
     match std::fs::metadata(path) {
         Ok(metadata) if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
@@ -104,7 +103,7 @@ fn check_writable(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The folder that a file is to stand in.
+/// The folder of a file.
 fn parent_folder(path: &Path) -> io::Result<&Path> {
     match path.parent() {
         Some(parent) if parent.as_os_str().is_empty() => Ok(Path::new(".")),
@@ -116,22 +115,22 @@ fn parent_folder(path: &Path) -> io::Result<&Path> {
     }
 }
 
-/// What stands ready to be put in place.
+/// An output that is complete and not yet in place.
 enum Staged {
-    /// A whole file beside its place.
+    /// A temporary file in the target's folder, and the target.
     File(NamedTempFile, PathBuf),
-    /// A device or a pipe, which cannot be replaced, only written to.
+    /// A device or a pipe, which is written to instead of replaced.
     Stream(std::fs::File),
 }
 
-/// Writes files so that all of them appear whole or none does.
+/// Writes files so that either all of them appear complete or none does.
 pub(crate) fn write_all(files: &[(PathBuf, &[u8])]) -> Result<(), Error> {
     let _guard = lock();
     let mut staged = Vec::new();
     let targets: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
     for (k, (path, bytes)) in files.iter().enumerate() {
         let unwritable = |source| Error::Unwritable { file: path.clone(), source };
-        refuse_duplicate(path, &targets[..k]).map_err(unwritable)?;
+        refuse_duplicate(path, &targets[..k])?;
         staged.push((stage(path, bytes).map_err(unwritable)?, path, bytes));
     }
     for (file, path, bytes) in staged {
@@ -150,7 +149,7 @@ fn stage(path: &Path, bytes: &[u8]) -> io::Result<Staged> {
         Ok(metadata) if !metadata.is_file() => {
             return OpenOptions::new().write(true).open(path).map(Staged::Stream);
         }
-        // A link stays a link: the file that it leads to is replaced.
+        // A symbolic link stays one: its target is replaced.
         Ok(_) => path.canonicalize()?,
         Err(_) => path.to_owned(),
     };
@@ -169,7 +168,7 @@ pub(crate) fn print(text: &str) -> Result<(), Error> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(Error::Stdout)
 }
 
-/// Text from a file cannot break the line or command the terminal: control characters are written as escapes.
+/// Text with control characters escaped, so that names from a file can neither break the line nor control the terminal.
 pub(crate) fn one_line(text: &str) -> String {
     text.chars().fold(String::new(), |mut line, c| {
         if c.is_control() {
@@ -181,7 +180,7 @@ pub(crate) fn one_line(text: &str) -> String {
     })
 }
 
-/// Whether a person looks at standard output.
+/// Whether standard output is a terminal that shows colours.
 pub(crate) fn stdout_is_coloured() -> bool {
     io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none()
 }

@@ -1,31 +1,21 @@
-//! Tables for people.
+//! Tables on the terminal.
 
 use crate::output::bold;
+use comfy_table::{CellAlignment, Table, presets::NOTHING};
 
-/// Columns aligned by their widest cell: the first `left` columns to the left, the others to the right.
-pub(crate) fn table(head: &[&str], rows: &[Vec<String>], left: usize) -> String {
-    let width: Vec<usize> = (0..head.len())
-        .map(|c| {
-            let cells = rows.iter().filter_map(|r| r.get(c)).map(|cell| cell.chars().count());
-            cells.chain([head[c].chars().count()]).max().unwrap_or(0)
-        })
-        .collect();
-    let line = |cells: &[String]| -> String {
-        let padded = cells.iter().enumerate().map(|(c, cell)| {
-            let fill = " ".repeat(width[c].saturating_sub(cell.chars().count()));
-            if c < left { format!("{cell}{fill}") } else { format!("{fill}{cell}") }
-        });
-        padded.collect::<Vec<_>>().join("  ").trim_end().to_owned()
-    };
-    let head: Vec<String> = head.iter().map(ToString::to_string).collect();
-    let mut text = bold(&line(&head)) + "\n";
-    for row in rows {
-        text += &(line(row) + "\n");
+/// Two blanks between columns, the first `left` of them aligned to the left, the others to the right; bold header.
+pub(crate) fn table(header: &[&str], rows: &[Vec<String>], left: usize) -> String {
+    let mut table = Table::new();
+    table.load_style(NOTHING).set_header(header.iter().copied()).add_rows(rows);
+    for (place, column) in table.column_iter_mut().enumerate() {
+        column.set_padding((0, 2));
+        column.set_cell_alignment(if place < left { CellAlignment::Left } else { CellAlignment::Right });
     }
-    text
+    let text = table.trim_fmt() + "\n";
+    text.split_once('\n').map_or(text.clone(), |(header, rows)| bold(header) + "\n" + rows)
 }
 
-/// Four significant digits, or a dash where there is no number.
+/// Four significant digits, or a dash for a missing or non-finite number.
 pub(crate) fn number(value: Option<f64>) -> String {
     let Some(value) = value.filter(|v| v.is_finite()) else { return "-".to_owned() };
     if value == 0.0 {
@@ -51,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_keep_four_digits_and_what_is_no_number_is_a_dash() {
+    fn numbers_keep_four_digits_and_missing_ones_are_a_dash() {
         assert_eq!(number(Some(123.456)), "123.5");
         assert_eq!(number(Some(0.001_234_56)), "0.001235");
         assert_eq!(number(Some(1.5e9)), "1.500e9");

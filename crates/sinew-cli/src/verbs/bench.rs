@@ -1,7 +1,6 @@
 //! `sinew bench run`.
 
-use super::specimen::specimen;
-use crate::arguments::{BenchArguments, BenchRunArguments, BenchVerb, CompensationKind, Muscle};
+use crate::arguments::{BenchArguments, BenchRunArguments, BenchVerb, MuscleStrokes};
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
 use crate::progress::Progress;
@@ -15,10 +14,10 @@ use sinew_lab::calibrate::{calibrate, calibration_runs};
 use sinew_lab::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, Stop, run as run_bench};
 use std::fmt::Write;
 
-/// Strokes at each speed that a compensation is calibrated by.
-const STROKES: f64 = 4.0;
+/// Strokes per speed of a calibration.
+const CALIBRATION_STROKES: f64 = 4.0;
 
-/// What a speed showed.
+/// Result of one speed, as printed with `--json`.
 #[derive(Debug, Serialize)]
 struct Summary {
     simulated: bool,
@@ -31,13 +30,13 @@ struct Summary {
 
 pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Error> {
     let BenchVerb::Run(arguments) = &arguments.verb;
-    check(arguments)?;
     refuse_overwrite([], std::slice::from_ref(&arguments.out))?;
-    let specimen = specimen(&arguments.specimen)?;
     let progress = Progress::new();
     progress.show("calibration", 0.0);
-    let compensation =
-        arguments.compensation.map(|kind| prepared(kind, &specimen, arguments.seed)).transpose()?;
+    let compensation = arguments
+        .compensation
+        .map(|variant| calibrated(variant, &arguments.specimen, arguments.seed))
+        .transpose()?;
     let mut log = String::from(
         "# SIMULATED by sinew bench run\ntime_s,trial,tension_in_n,position_in_m,anchor_m,tension_out_n,wanted_n,estimate_n,stroke\n",
     );
@@ -46,7 +45,7 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Error> {
     for (k, speed) in arguments.speeds.iter().enumerate() {
         #[expect(clippy::cast_precision_loss, reason = "a few speeds")]
         progress.show("running", 0.5 + 0.5 * k as f64 / arguments.speeds.len() as f64);
-        summaries.push(at_speed(arguments, &specimen, compensation.as_ref(), *speed, &mut trial, &mut log)?);
+        summaries.push(run_at_speed(arguments, compensation.as_ref(), *speed, &mut trial, &mut log)?);
     }
     drop(progress);
     write_all(&[(arguments.out.clone(), log.as_bytes())])?;
@@ -56,67 +55,50 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Error> {
     print(&format!("{}\nWritten: {}\n", summary_text(&summaries), arguments.out.display()))
 }
 
-fn check(arguments: &BenchRunArguments) -> Result<(), Error> {
-    let refuse = |flag, value: f64, expected| Error::Argument { flag, value: value.to_string(), expected };
-    for speed in &arguments.speeds {
-        if !(0.005..=0.15).contains(speed) {
-            return Err(refuse("--speeds", *speed, "numbers from 0.005 to 0.15 m/s"));
-        }
+fn calibrated(variant: CompensationVariant, specimen: &Specimen, seed: u64) -> Result<Compensation, Error> {
+    if variant == CompensationVariant::None {
+        return Ok(Compensation::None);
     }
-    if !(1.0..=3600.0).contains(&arguments.duration) {
-        return Err(refuse("--duration", arguments.duration, "1 to 3600 s"));
-    }
-    Ok(())
+    Ok(calibrate(variant, &calibration_runs(specimen, CALIBRATION_STROKES, seed)?, seed)?)
 }
 
-fn prepared(kind: CompensationKind, specimen: &Specimen, seed: u64) -> Result<Compensation, Error> {
-    let variant = match kind {
-        CompensationKind::None => return Ok(Compensation::None),
-        CompensationKind::Capstan => CompensationVariant::Capstan,
-        CompensationKind::Paper => CompensationVariant::Paper,
-        CompensationKind::Observer => CompensationVariant::Observer,
-    };
-    Ok(calibrate(variant, &calibration_runs(specimen, STROKES, seed)?, seed)?)
-}
-
-/// One run; its rows go to the log, each kept stroke or whole run as a trial of its own.
-fn at_speed(
+/// One run; every kept stroke, or the whole run, is a trial of the log.
+fn run_at_speed(
     arguments: &BenchRunArguments,
-    specimen: &Specimen,
     compensation: Option<&Compensation>,
     speed: f64,
     trial: &mut u32,
     log: &mut String,
 ) -> Result<Summary, Error> {
     let programme = if compensation.is_some() { Programme::Track } else { Programme::Calibrate };
-    let wanted = BenchRun::paper(specimen.clone(), programme, speed, arguments.seed);
+    let bench = BenchRun::paper(arguments.specimen.clone(), programme, speed, arguments.seed);
     let mut compensation = compensation.cloned().unwrap_or(Compensation::None);
-    let (mut reached, mut believed) = (Comparison::new(), Comparison::new());
+    let (mut tracking, mut estimation) = (Comparison::new(), Comparison::new());
     let (mut rows, mut last_kept) = (0, false);
-    let known = programme == Programme::Track;
+    let tracks = programme == Programme::Track;
     let stop =
-        run_bench(&wanted, MuscleControl::Compensation(&mut compensation), arguments.duration, |row| {
+        run_bench(&bench, MuscleControl::Compensation(&mut compensation), arguments.duration, |row| {
             let kept = match arguments.muscle {
-                Muscle::Both => true,
-                Muscle::Active => row.velocity > 0.0,
-                Muscle::Passive => row.velocity < 0.0,
+                MuscleStrokes::Both => true,
+                MuscleStrokes::Active => row.velocity > 0.0,
+                MuscleStrokes::Passive => row.velocity < 0.0,
             };
             *trial += u32::from(kept && !last_kept);
             last_kept = kept;
             if kept {
                 rows += 1;
-                // A simulated tension is finite; what were not would be left out of the mean, and the count would tell.
-                let _ = reached.push(row.wanted, row.truth[1]);
-                let _ = believed.push(row.truth[1], row.estimate);
-                write_row(log, row, *trial, known);
+                // Simulated tensions are finite; a non-finite one would be left out of the mean.
+                let _ = tracking.push(row.wanted, row.truth[1]);
+                let _ = estimation.push(row.truth[1], row.estimate);
+                write_row(log, row, *trial, tracks);
             }
         })?;
     Ok(Summary {
         simulated: true,
         speed_m_per_s: speed,
         rows,
-        far_rmse_n: reached.rmse().filter(|_| known),
-        estimate_rmse_n: believed.rmse().filter(|_| known),
+        far_rmse_n: tracking.rmse().filter(|_| tracks),
+        estimate_rmse_n: estimation.rmse().filter(|_| tracks),
         stopped: stop.map(|stop| match stop {
             Stop::Broken(broken) => format!("the cable broke: {broken:?}"),
             Stop::Drive(fault) => format!("a drive stopped: {fault:?}"),
@@ -124,9 +106,9 @@ fn at_speed(
     })
 }
 
-fn write_row(log: &mut String, row: &BenchRow, trial: u32, known: bool) {
+fn write_row(log: &mut String, row: &BenchRow, trial: u32, tracks: bool) {
     let sample = &row.sample;
-    let estimate = if known { format!("{:.3}", row.estimate) } else { String::new() };
+    let estimate = if tracks { format!("{:.3}", row.estimate) } else { String::new() };
     // Writing into a string cannot fail.
     let _ = writeln!(
         log,
@@ -149,5 +131,5 @@ fn summary_text(summaries: &[Summary]) -> String {
             ]
         })
         .collect();
-    table(&["SIMULATED, m/s", "rows", "far tension, N rms off", "estimate, N rms off", ""], &rows, 0)
+    table(&["SIMULATED, m/s", "rows", "tracking error, N rms", "estimation error, N rms", ""], &rows, 0)
 }

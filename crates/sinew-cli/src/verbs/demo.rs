@@ -18,8 +18,8 @@ pub(crate) fn run(arguments: &DemoArguments) -> Result<(), Error> {
     let logs = demo_logs(arguments.write.seed);
     let bytes: Vec<(&str, &[u8])> =
         logs.iter().map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
-    let Some((kept_back, training)) = bytes.split_last() else {
-        return Err(Error::Nothing("the simulation made no log".to_owned()));
+    let Some((held_out, training)) = bytes.split_last() else {
+        return Err(Error::NoSimulatedLog);
     };
     let reading = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
     let data = read_bytes(training, &RequestedRoles::default(), &reading)?;
@@ -33,7 +33,10 @@ pub(crate) fn run(arguments: &DemoArguments) -> Result<(), Error> {
         return Ok(());
     }
     let model = &identification.model;
-    let fresh = read_bytes_with_roles(&[*kept_back], &roles_of(model), &reading)?;
-    let evaluation = evaluate(model, &fresh)?;
-    print(&format!("\nOn a third SIMULATED day that was kept back:\n\n{}", scores_table(model, &evaluation)))
+    let data = read_bytes_with_roles(&[*held_out], &roles_of(model), &reading)?;
+    let evaluation = evaluate(model, &data)?;
+    print(&format!(
+        "\nOn a third SIMULATED day, which was not fitted:\n\n{}",
+        scores_table(model, &evaluation)
+    ))
 }

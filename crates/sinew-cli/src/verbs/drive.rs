@@ -11,7 +11,7 @@ use sinew::drive::sizing::{Bound, Choice, Design, EnvelopePoint, Requirement, ch
 use std::path::{Path, PathBuf};
 
 /// Points of a printed envelope.
-const POINTS: usize = 13;
+const ENVELOPE_POINTS: usize = 13;
 
 pub(crate) fn run(arguments: &DriveArguments) -> Result<(), Error> {
     match &arguments.verb {
@@ -20,19 +20,19 @@ pub(crate) fn run(arguments: &DriveArguments) -> Result<(), Error> {
 }
 
 fn size(arguments: &DriveSizeArguments) -> Result<(), Error> {
-    let wanted = requirement(arguments)?;
+    let required = requirement(arguments);
     let catalogue = catalogue(arguments.catalogue.as_deref())?;
-    let choices = choose(&catalogue, &wanted)?;
-    let answers: Vec<Answer<'_>> = choices.iter().map(|choice| Answer::of(choice, &wanted)).collect();
+    let choices = choose(&catalogue, &required)?;
+    let answers: Vec<Answer<'_>> = choices.iter().map(|choice| Answer::of(choice, &required)).collect();
     if arguments.json {
         return print(&(serde_json::to_string(&Answers { choices: answers })? + "\n"));
     }
     let able = answers.iter().filter(|answer| answer.meets).count();
-    let mut text = format!("{able} of {} pairs of motor and reducer can do it\n", answers.len());
+    let mut text = format!("{able} of {} pairs of motor and reducer meet the requirement\n", answers.len());
     text += &summary_text(&answers);
     if let Some(first) = answers.first() {
         text += &format!(
-            "\nenvelope of {} with {} {} and {}\n",
+            "\nEnvelope of {} with {} {} and {}\n",
             first.motor, first.reducer, first.ratio, first.winch
         );
         text += &envelope(&first.envelope);
@@ -40,28 +40,19 @@ fn size(arguments: &DriveSizeArguments) -> Result<(), Error> {
     print(&text)
 }
 
-fn requirement(arguments: &DriveSizeArguments) -> Result<Requirement, Error> {
+fn requirement(arguments: &DriveSizeArguments) -> Requirement {
     let DriveSizeArguments { tension, speed, acceleration, stroke, .. } = *arguments;
-    let checked = |flag, value: f64, expected, holds: bool| {
-        if holds { Ok(value) } else { Err(Error::Argument { flag, value: value.to_string(), expected }) }
-    };
-    let from_nought =
-        |flag, value: f64, expected| checked(flag, value, expected, value.is_finite() && value >= 0.0);
-    Ok(Requirement {
-        tension: checked("--tension", tension, "a number > 0 (N)", tension.is_finite() && tension > 0.0)?,
-        speed: from_nought("--speed", speed, "a number >= 0 (m/s)")?,
-        acceleration: from_nought("--acceleration", acceleration, "a number >= 0 (m/s^2)")?,
-        stroke: from_nought("--stroke", stroke, "a number >= 0 (m)")?,
-    })
+    Requirement { tension, speed, acceleration, stroke }
 }
 
 fn catalogue(file: Option<&Path>) -> Result<Catalogue, Error> {
-    let refused = |file: PathBuf| {
-        move |error: sinew::drive::CatalogueError| Error::File { file, problem: format!("line {error}") }
+    let refuse = |source| {
+        let file = file.map_or_else(|| PathBuf::from("the built-in catalogue"), Path::to_owned);
+        Error::Catalogue { file, source }
     };
     match file {
-        Some(file) => Catalogue::from_toml(&read_text(file)?).map_err(refused(file.to_owned())),
-        None => Catalogue::built_in().map_err(refused("the embedded catalogue".into())),
+        Some(file) => Catalogue::from_toml(&read_text(file)?).map_err(refuse),
+        None => Catalogue::built_in().map_err(refuse),
     }
 }
 
@@ -114,10 +105,10 @@ impl From<EnvelopePoint> for Point {
 }
 
 impl<'a> Answer<'a> {
-    fn of(choice: &Choice<'a>, wanted: &Requirement) -> Self {
+    fn of(choice: &Choice<'a>, required: &Requirement) -> Self {
         let design: &Design = &choice.design;
         let (limit, used) = choice.demand.worst();
-        let here = design.envelope_at(wanted.speed, 0.0);
+        let here = design.envelope_at(required.speed, 0.0);
         Self {
             meets: choice.demand.is_met(),
             motor: &choice.motor.name,
@@ -129,11 +120,11 @@ impl<'a> Answer<'a> {
             mass_kg: design.mass,
             mass_at_cable_kg: design.mass_at_cable(),
             copper_loss_w: choice.copper_loss,
-            most_acceleration_m_per_s2: design.acceleration(wanted.tension, wanted.speed),
+            most_acceleration_m_per_s2: design.acceleration(required.tension, required.speed),
             limit: limit.name(),
             used,
             here: [here.continuous, here.peak],
-            envelope: design.envelope(POINTS).into_iter().map(Point::from).collect(),
+            envelope: design.envelope(ENVELOPE_POINTS).into_iter().map(Point::from).collect(),
         }
     }
 }
@@ -161,7 +152,7 @@ fn summary_text(answers: &[Answer<'_>]) -> String {
         ]
     };
     let head = [
-        "can",
+        "meets",
         "motor",
         "reducer",
         "winch",
@@ -174,7 +165,7 @@ fn summary_text(answers: &[Answer<'_>]) -> String {
         "copper W",
         "continuous N",
         "peak N",
-        "most m/s2",
+        "max m/s2",
     ];
     table(&head, &answers.iter().map(row).collect::<Vec<_>>(), 5)
 }

@@ -3,6 +3,7 @@
 pub(crate) mod adapt;
 pub(crate) mod arm;
 pub(crate) mod bench;
+pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod drive;
 pub(crate) mod evaluate;
@@ -10,45 +11,34 @@ pub(crate) mod identify;
 mod numeric_table;
 pub(crate) mod predict;
 pub(crate) mod reproduce;
-mod specimen;
 pub(crate) mod tension;
 pub(crate) mod track;
 pub(crate) mod twin;
 
+pub(crate) use numeric_table::TableError;
+
 use crate::error::Error;
-use sinew::predictor::{Model, ModelFileError};
+use sinew::predictor::Model;
 use std::path::Path;
 
-/// Largest file of a model, a robot or problems that is read; real ones have some ten thousand bytes.
-const MAX_FILE_BYTES: u64 = 64 << 20;
+/// Largest model, robot or table that is read, MB; real ones have some ten kilobytes.
+const MAX_FILE_MB: u64 = 64;
 
 /// Reads a model file.
 pub(crate) fn read_model(path: &Path) -> Result<Model, Error> {
-    let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };
-    let refused = |name: &str, expected: &str, got: String| Error::Model {
-        file: path.to_owned(),
-        source: Box::new(ModelFileError { name: name.into(), expected: expected.into(), got }),
-    };
-    let size = std::fs::metadata(path).map_err(unreadable)?.len();
-    if size > MAX_FILE_BYTES {
-        return Err(refused("file", "at most 64 MB", format!("{} MB", size >> 20)));
-    }
-    let bytes = std::fs::read(path).map_err(unreadable)?;
-    let text = String::from_utf8(bytes)
-        .map_err(|e| refused("file", "text (JSON)", format!("bytes that are no text: {}", e.utf8_error())))?;
+    let text = read_text(path)?;
     Model::from_json(&text).map_err(|source| Error::Model { file: path.to_owned(), source: source.into() })
 }
 
-/// Text of a file of bounded size.
+/// Text of a file of bounded size, without a byte order mark.
 pub(crate) fn read_text(path: &Path) -> Result<String, Error> {
     let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };
     let size = std::fs::metadata(path).map_err(unreadable)?.len();
-    let refused = |problem: String| Error::File { file: path.to_owned(), problem };
-    if size > MAX_FILE_BYTES {
-        return Err(refused(format!("has {} MB: expected at most 64 MB", size >> 20)));
+    if size > MAX_FILE_MB << 20 {
+        return Err(Error::TooLarge { file: path.to_owned(), size_mb: size >> 20, limit_mb: MAX_FILE_MB });
     }
     let bytes = std::fs::read(path).map_err(unreadable)?;
-    let text =
-        String::from_utf8(bytes).map_err(|e| refused(format!("is no text (UTF-8): {}", e.utf8_error())))?;
+    let text = String::from_utf8(bytes)
+        .map_err(|e| Error::NotText { file: path.to_owned(), source: e.utf8_error() })?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }

@@ -1,60 +1,99 @@
-//! Small tables of numbers: named columns in any order, comments and empty lines anywhere; cells between commas, semicolons
-//! or tabs, quoted or not.
+//! Small tables of numbers: named columns in any order, comments and empty lines anywhere; cells between commas,
+//! semicolons or tabs, quoted or not.
+//!
+//! Own reader, because the `csv` crate takes a quote after a blank as text.
 
 use super::read_text;
 use crate::error::Error;
+use crate::output::one_line;
+use std::fmt;
 use std::path::Path;
 
-/// Every row's line and the numbers of the wanted columns.
+/// A place in a table and what is wrong there.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}{}: expected {expected}, got {got}", InColumn(.column.as_deref()))]
+pub(crate) struct TableError {
+    /// From 1.
+    pub(super) line: usize,
+    pub(super) column: Option<String>,
+    pub(super) expected: String,
+    pub(super) got: String,
+}
+
+struct InColumn<'a>(Option<&'a str>);
+
+impl fmt::Display for InColumn<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |column| write!(f, ", column `{column}`"))
+    }
+}
+
+impl TableError {
+    pub(super) fn in_line(line: usize, expected: impl Into<String>, got: impl Into<String>) -> Self {
+        Self { line, column: None, expected: expected.into(), got: got.into() }
+    }
+
+    pub(super) fn in_column(line: usize, column: &str, expected: impl Into<String>, got: &str) -> Self {
+        Self { line, column: Some(column.to_owned()), expected: expected.into(), got: got.to_owned() }
+    }
+}
+
+/// Line number and numbers of the named columns, for every row.
 pub(super) fn read<const N: usize>(path: &Path, names: [&str; N]) -> Result<Vec<(usize, [f64; N])>, Error> {
-    let refuse = |problem: String| Error::File { file: path.to_owned(), problem };
-    let text = read_text(path)?;
-    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| {
-        let line = line.trim();
-        !line.is_empty() && !line.starts_with('#')
-    });
-    let (first, head) = lines.next().ok_or_else(|| refuse("is empty: expected columns".to_owned()))?;
-    let (separator, head) =
-        parse_header(head).map_err(|problem| refuse(format!("line {first}: {problem}")))?;
+    parse(&read_text(path)?, names).map_err(Error::table(path))
+}
+
+fn parse<const N: usize>(text: &str, names: [&str; N]) -> Result<Vec<(usize, [f64; N])>, TableError> {
+    let mut lines = data_lines(text);
+    let Some((line, header)) = lines.next() else {
+        return Err(TableError::in_line(1, format!("the columns {}", names.join(", ")), "an empty table"));
+    };
+    let (separator, header) = parse_header(line, header)?;
     let mut places = [0; N];
     for (place, name) in places.iter_mut().zip(names) {
-        let mut found = head.iter().enumerate().filter(|(_, column)| *column == name);
-        *place = found
-            .next()
-            .ok_or_else(|| refuse(format!("line {first}: no column `{name}` among `{}`", head.join(", "))))?
-            .0;
+        let mut found = header.iter().enumerate().filter(|(_, column)| *column == name);
+        let missing = || TableError::in_line(line, format!("a column `{name}`"), header.join(", "));
+        *place = found.next().ok_or_else(missing)?.0;
         if found.next().is_some() {
-            return Err(refuse(format!("line {first}: column `{name}` stands twice")));
+            return Err(TableError::in_column(line, name, "it once", "it twice"));
         }
     }
-    let mut rows = Vec::new();
-    for (line, content) in lines {
-        let cells =
-            split_cells(content, separator).map_err(|problem| refuse(format!("line {line}: {problem}")))?;
+    let row = |(line, content)| {
+        let cells = split_cells(line, content, separator)?;
         let mut row = [0.0; N];
         for ((value, place), name) in row.iter_mut().zip(places).zip(names) {
-            let cell = cells.get(place).map_or("", String::as_str);
-            let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
-            *value = number.ok_or_else(|| {
-                refuse(format!("line {line}, column `{name}`: `{cell}`: expected a finite number"))
-            })?;
+            *value = parse_number(line, name, cells.get(place).map_or("", String::as_str))?;
         }
-        rows.push((line, row));
-    }
-    Ok(rows)
+        Ok((line, row))
+    };
+    lines.map(row).collect()
 }
 
-/// What separates the cells of a table's first line, and these: what separates the names separates everything.
-pub(super) fn parse_header(head: &str) -> Result<(char, Vec<String>), String> {
-    let counted = |&separator: &char| split_cells(head, separator).is_ok_and(|cells| cells.len() > 1);
-    let separator = [';', '\t'].into_iter().find(counted).unwrap_or(',');
-    Ok((separator, split_cells(head, separator)?))
+/// The lines that are neither empty nor a comment, numbered from 1.
+pub(super) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let is_data = |line: &str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    (1..).zip(text.lines()).filter(move |(_, line)| is_data(line))
 }
 
-/// The cells of a line; in quotes a separator is text, and two quotes are one.
-pub(super) fn split_cells(line: &str, separator: char) -> Result<Vec<String>, String> {
+/// A finite number.
+pub(super) fn parse_number(line: usize, column: &str, cell: &str) -> Result<f64, TableError> {
+    let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
+    let got = if cell.is_empty() { "an empty cell".to_owned() } else { format!("`{}`", one_line(cell)) };
+    number.ok_or_else(|| TableError::in_column(line, column, "a finite number", &got))
+}
+
+/// Separator and column names of a header; the separator of the header is that of the table.
+pub(super) fn parse_header(line: usize, header: &str) -> Result<(char, Vec<String>), TableError> {
+    let separates =
+        |&separator: &char| split_cells(line, header, separator).is_ok_and(|cells| cells.len() > 1);
+    let separator = [';', '\t'].into_iter().find(separates).unwrap_or(',');
+    Ok((separator, split_cells(line, header, separator)?))
+}
+
+/// The cells of a line; within quotes a separator is text, and two quotes are one.
+pub(super) fn split_cells(line: usize, content: &str, separator: char) -> Result<Vec<String>, TableError> {
     let mut cells = vec![String::new()];
-    let (mut quoted, mut characters) = (false, line.chars().peekable());
+    let (mut quoted, mut characters) = (false, content.chars().peekable());
     while let Some(character) = characters.next() {
         let cell = match cells.last_mut() {
             Some(cell) if character != separator || quoted => cell,
@@ -70,7 +109,7 @@ pub(super) fn split_cells(line: &str, separator: char) -> Result<Vec<String>, St
         }
     }
     if quoted {
-        return Err("opens a quote that nothing closes: expected cells of one line".to_owned());
+        return Err(TableError::in_line(line, "a closing quote in the same line", "none"));
     }
     Ok(cells.iter().map(|cell| cell.trim().to_owned()).collect())
 }

@@ -2,12 +2,12 @@
 
 use super::read_model;
 use crate::arguments::PredictArguments;
+use crate::csv_text::Csv;
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
 use sinew::predictor::{Flags, Prediction};
 use sinew_identify::evaluate::{predict, read_for};
 use sinew_identify::log::{Dataset, ReadOptions};
-use std::fmt::Write;
 
 pub(crate) fn run(arguments: &PredictArguments) -> Result<(), Error> {
     refuse_overwrite(arguments.logs.iter().chain([&arguments.model]), std::slice::from_ref(&arguments.out))?;
@@ -15,7 +15,7 @@ pub(crate) fn run(arguments: &PredictArguments) -> Result<(), Error> {
     let options = ReadOptions { skip_s: 0.0, far_required: false, paths: arguments.logs.clone() };
     let data = read_for(&model, &options)?;
     let predictions = predict(&model, &data)?;
-    let text = written(&data, &predictions);
+    let text = csv_text(&data, &predictions)?;
     write_all(&[(arguments.out.clone(), text.as_bytes())])?;
     let (mut rows, mut unknown, mut outside) = (0_usize, 0_usize, 0_usize);
     for prediction in predictions.iter().flatten() {
@@ -24,29 +24,24 @@ pub(crate) fn run(arguments: &PredictArguments) -> Result<(), Error> {
         outside += usize::from(prediction.flags.out_of_range);
     }
     print(&format!(
-        "wrote {rows} predictions of `{}` to {}; state unknown in {unknown}, out of the trained range in {outside}\n",
+        "Written: {rows} predictions of `{}` to {}; state unknown in {unknown}, outside the range of the training data in {outside}\n",
         model.far,
         arguments.out.display()
     ))
 }
 
-fn written(data: &Dataset, predictions: &[Vec<Prediction>]) -> String {
-    let mut text = String::from("log,trial,time_s,prediction,standard_deviation,gate,flags\n");
+fn csv_text(data: &Dataset, predictions: &[Vec<Prediction>]) -> Result<String, Error> {
+    let mut table = Csv::new();
+    table.row(["log", "trial", "time_s", "prediction", "standard_deviation", "gate", "flags"])?;
     for (sequence, predictions) in data.sequences.iter().zip(predictions) {
-        let log = quoted(&data.logs[sequence.log].name);
-        let trial = quoted(&sequence.trial);
+        let log = &data.logs[sequence.log].name;
         for (time, p) in sequence.time_s.iter().zip(predictions) {
-            let _ = writeln!(
-                text,
-                "{log},{trial},{time},{},{},{},{}",
-                p.mean,
-                p.standard_deviation,
-                p.gate,
-                flags(p.flags)
-            );
+            let numbers = [*time, p.mean, p.standard_deviation, p.gate].map(|x| x.to_string());
+            let [time, mean, deviation, gate] = &numbers;
+            table.row([log, &sequence.trial, time, mean, deviation, gate, &flags(p.flags)])?;
         }
     }
-    text
+    table.text()
 }
 
 /// Names of the flags that are set, separated by `|`.
@@ -58,12 +53,4 @@ fn flags(flags: Flags) -> String {
         (flags.reset, "reset"),
     ];
     names.iter().filter(|(set, _)| *set).map(|(_, name)| *name).collect::<Vec<_>>().join("|")
-}
-
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }

@@ -47,8 +47,8 @@ pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {
     }
     let mut text = bench.as_ref().map_or_else(String::new, |part| summary_text(part) + "\n");
     if let Some(part) = &arm {
-        text += &(track::tracking_table(&part.tracking)
-            + "The paper reports 15.8 mm on average, 39 mm at most.\n\n");
+        text +=
+            &(track::tracking_table(&part.tracking) + "The paper reports 15.8 mm mean and 39 mm max.\n\n");
     }
     print(&format!("{text}Written: {}, {}\n", report.display(), results.display()))
 }
@@ -67,16 +67,16 @@ fn numbers(bench: Option<&BenchPart>, arm: Option<&ArmPart>, seed: u64) -> Resul
 
 fn page(bench: Option<&BenchPart>, arm: Option<&ArmPart>, quick: bool) -> Result<String, Error> {
     match (bench, arm) {
-        (Some(part), arm) => Ok(reproduction::render(part, arm, &twin::two_pulls()?, quick)?),
+        (Some(part), arm) => Ok(reproduction::render(part, arm, &twin::two_strokes()?, quick)?),
         (None, Some(part)) => {
-            let amount = format!("Seed {}. Everything here is simulated.", part.options.seed);
-            Ok(tracking::page(&reproduction::arm_view(part), "The paper’s arm, on a twin", &amount)?)
+            let amount = format!("Seed {}. All results are simulated.", part.options.seed);
+            Ok(tracking::page(&reproduction::arm_view(part), "The paper’s arm in simulation", &amount)?)
         }
         (None, None) => Ok(String::new()),
     }
 }
 
-/// Table I as people read it.
+/// Table I for the terminal.
 fn summary_text(part: &BenchPart) -> String {
     let results = &part.results;
     let mut rows = Vec::new();
@@ -99,6 +99,6 @@ fn summary_text(part: &BenchPart) -> String {
     }
     let head = ["SIMULATED bench", "muscle", "achieved, N rms", "estimated", "whole cycles"];
     let mut text = table(&head, &rows, 2);
-    text += "Each the largest of six speeds; the paper reports 1.70 (active) and 1.23 (passive) achieved on average.\n";
+    text += "Maxima over the six speeds. The paper reports 1.70 N (active) and 1.23 N (passive) achieved, averaged over the speeds.\n";
     text
 }

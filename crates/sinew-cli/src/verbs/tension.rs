@@ -31,7 +31,7 @@ struct Answer {
 
 pub(crate) fn run(arguments: &TensionArguments) -> Result<(), Error> {
     let file = &arguments.problems;
-    let refused = |problem| Error::File { file: file.clone(), problem };
+    let refused = |problem| Error::TensionProblems { file: file.clone(), problem };
     let problems = problems::parse(&read_text(file)?).map_err(refused)?;
     let solutions = problems.iter().enumerate().map(|(k, problem)| {
         solve(problem).map_err(|error| refused(format!("problems[{k}]{}", problem.place(&error))))

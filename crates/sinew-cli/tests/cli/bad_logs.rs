@@ -1,6 +1,6 @@
-//! Logs that cannot be used: one error that names the place, exit code 2, nothing written.
+//! Logs that cannot be used: one error that names the place, the exit code of bad input, nothing written.
 
-use crate::bench::{Bench, log, refused, with_line};
+use crate::bench::{BAD_INPUT, Bench, ended, log, with_line};
 
 const IDENTIFY: &str = "identify bad.csv --model cell --out out";
 
@@ -116,8 +116,8 @@ fn a_format_that_needs_a_feature_or_another_program_is_named() {
 #[test]
 fn options_outside_their_domain_are_named() {
     let bench = Bench::new();
-    bench.refuses("identify a.csv --out out --skip NaN", &["skip", "NaN"]);
-    bench.refuses("identify a.csv --out out --skip=-1", &["skip", "-1"]);
+    bench.refuses_usage("identify a.csv --out out --skip NaN", &["--skip", "NaN", ">= 0"]);
+    bench.refuses_usage("identify a.csv --out out --skip=-1", &["--skip", "-1", ">= 0"]);
     bench.refuses("identify a.csv --out out --skip 1e9", &["a.csv", "skipped"]);
     bench.refuses("identify a.csv --out out --model cel", &["--model", "cel", "cell"]);
     bench.refuses("identify a.csv --out out --group load", &["`load`"]);
@@ -146,6 +146,6 @@ fn a_file_that_does_not_fit_memory_is_refused_with_its_size() {
     let file = std::fs::OpenOptions::new().write(true).open(bench.path("big.mat")).unwrap();
     file.set_len(3 << 30).unwrap();
     let outcome = bench.run("identify big.mat --out out");
-    refused("3 GB", &outcome, &["big.mat", "too large", "3072 MB"]);
+    ended(BAD_INPUT, "3 GB", &outcome, &["big.mat", "too large", "3072 MB"]);
     assert!(!bench.path("out").exists());
 }

@@ -52,7 +52,7 @@ fn another_kind_of_file_is_refused_as_such() {
     refuses(&bench, "[1, 2, 3]", &["no JSON object"]);
     refuses(&bench, "time_s,tension_in_n\n0,1\n", &["no JSON"]);
     refuses(&bench, "[".repeat(100_000), &["no JSON"]);
-    refuses(&bench, b"\xff\xfe{\0}\0".as_slice(), &["no text"]);
+    refuses(&bench, b"\xff\xfe{\0}\0".as_slice(), &["expected text (UTF-8)"]);
     refuses(&bench, [0_u8; 1000], &[]);
 }
 

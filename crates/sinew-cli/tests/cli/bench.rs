@@ -14,7 +14,7 @@ pub(crate) struct Bench {
     folder: TempDir,
 }
 
-/// What a run of the program came to.
+/// Exit code and output of a run of the program.
 pub(crate) struct Outcome {
     pub(crate) code: Option<i32>,
     pub(crate) stdout: String,
@@ -78,12 +78,36 @@ impl Bench {
         outcome
     }
 
-    /// One error with all of `parts` in it, exit code 2, and the folder as it was, to the byte.
+    /// One line of error with all of `parts`, the exit code of bad input, and the folder unchanged to the byte.
     #[track_caller]
     pub(crate) fn refuses(&self, arguments: &str, parts: &[&str]) {
+        self.ends_with(BAD_INPUT, arguments, parts);
+    }
+
+    /// As [`refuses`](Self::refuses), with the exit code of a failing system.
+    #[track_caller]
+    pub(crate) fn fails(&self, arguments: &str, parts: &[&str]) {
+        self.ends_with(SYSTEM, arguments, parts);
+    }
+
+    #[track_caller]
+    fn ends_with(&self, code: i32, arguments: &str, parts: &[&str]) {
         let before = self.content();
         let outcome = self.run(arguments);
-        refused(arguments, &outcome, parts);
+        ended(code, arguments, &outcome, parts);
+        assert!(self.content() == before, "{arguments}: left {:?}", self.names());
+    }
+
+    /// The command line is refused by its parser, with all of `parts` and a pointer to the help.
+    #[track_caller]
+    pub(crate) fn refuses_usage(&self, arguments: &str, parts: &[&str]) {
+        let before = self.content();
+        let Outcome { code, stdout, stderr } = self.run(arguments);
+        assert_eq!(code, Some(BAD_INPUT), "{arguments}: {stdout}{stderr}");
+        assert!(stdout.is_empty() && stderr.starts_with("error: ") && stderr.contains("--help"), "{stderr}");
+        for part in parts {
+            assert!(stderr.contains(part), "{arguments}: `{part}` is not in: {stderr}");
+        }
         assert!(self.content() == before, "{arguments}: left {:?}", self.names());
     }
 
@@ -121,10 +145,14 @@ fn collect(folder: &Path, content: &mut BTreeMap<PathBuf, Option<Vec<u8>>>) {
     }
 }
 
+/// Exit codes.
+pub(crate) const SYSTEM: i32 = 1;
+pub(crate) const BAD_INPUT: i32 = 2;
+
 #[track_caller]
-pub(crate) fn refused(what: &str, outcome: &Outcome, parts: &[&str]) {
+pub(crate) fn ended(expected: i32, what: &str, outcome: &Outcome, parts: &[&str]) {
     let Outcome { code, stdout, stderr } = outcome;
-    assert_eq!(*code, Some(2), "{what}: {stdout}{stderr}");
+    assert_eq!(*code, Some(expected), "{what}: {stdout}{stderr}");
     assert_eq!(stdout, "", "{what}");
     assert!(stderr.starts_with("error: ") && stderr.ends_with('\n'), "{what}: {stderr}");
     assert_eq!(stderr.lines().count(), 1, "{what}: {stderr}");

@@ -1,4 +1,4 @@
-//! Robots: looked at, evaluated, converted, and refused.
+//! Robots: inspected, evaluated, converted, and refused.
 
 use crate::bench::Bench;
 
@@ -39,8 +39,11 @@ fn bad_robots_and_poses_are_refused_with_their_place() {
         ("arm inspect circle.xml", ["circle.xml", "included already"]),
         ("arm inspect unit.toml", ["unit.toml:3", "mass_g"]),
         ("arm inspect robot.step", ["robot.step", ".toml"]),
-        ("arm evaluate lm_arm --poses poses.csv", ["line 2", "`far`"]),
-        ("arm evaluate lm_arm --poses names.csv", ["line 1", "`elbow`"]),
+        (
+            "arm evaluate lm_arm --poses poses.csv",
+            ["line 2, column `elbow_flexion`", "expected a finite number, got `far`"],
+        ),
+        ("arm evaluate lm_arm --poses names.csv", ["line 1, column `elbow`", "elbow_flexion"]),
     ] {
         bench.refuses(arguments, &words);
     }
@@ -90,16 +93,19 @@ fn a_bad_cell_of_the_poses_is_named_by_line_and_column() {
     for (text, words) in [
         ("elbow_flexion,shoulder_flexion\n0,0\n0,1e999\n", ["line 3", "`shoulder_flexion`"]),
         ("elbow_flexion;shoulder_flexion\n0;0,5\n", ["line 2", "`0,5`"]),
-        ("elbow_flexion\tshoulder_flexion\n\n0\n", ["line 3", "1 cells"]),
+        ("elbow_flexion\tshoulder_flexion\n\n0\n", ["line 3", "expected 2 cells, one per column, got 1"]),
         ("elbow_flexion [inch]\n0\n", ["line 1", "`inch`"]),
         ("elbow_flexion,elbow_flexion\n0,0\n", ["line 1", "`elbow_flexion`"]),
         ("elbow_flexion\nNaN\n", ["line 2", "`NaN`"]),
-        ("# note\nelbow_flexion,shoulder_flexion\n0,\n", ["line 3", "`shoulder_flexion`: is empty"]),
+        (
+            "# note\nelbow_flexion,shoulder_flexion\n0,\n",
+            ["line 3, column `shoulder_flexion`", "got an empty cell"],
+        ),
         ("elbow_flexion\n0\n\"0\n", ["line 3", "quote"]),
         ("elbow_flexion,\n0,0\n", ["line 1", "column ``"]),
-        ("elbow_flexion\n0x1\n", ["line 2", "`0x1` is no finite number"]),
-        ("", ["line 1", "is empty: expected a row of joint names"]),
-        ("\n# only a comment\n", ["line 1", "is empty"]),
+        ("elbow_flexion\n0x1\n", ["line 2", "expected a finite number, got `0x1`"]),
+        ("", ["line 1", "expected a row of joint names, got an empty table"]),
+        ("\n# only a comment\n", ["line 1", "an empty table"]),
     ] {
         bench.write("poses.csv", text);
         bench.refuses("arm evaluate lm_arm --poses poses.csv", &words);
@@ -160,23 +166,25 @@ fn a_fault_is_asked_for_by_name_and_reported_with_its_time() {
     }
     assert!(bench.read("run.html").contains("cable of triceps, stopped"));
     assert_eq!(bench.read("run.csv").lines().count(), 2 + 1200, "recorded to the end");
+    for (fault, words) in
+        [("cable:biceps@5", "name of a muscle: "), ("joint-encoder:triceps:nan@5", "name of a joint: ")]
+    {
+        bench.refuses(&format!("{short} --fault {fault}"), &["--fault", fault, words]);
+    }
     for (fault, words) in [
-        ("cable:biceps@5", "name of a muscle"),
-        ("cable:triceps", "WHAT:NAME@TIME"),
+        ("cable:triceps", "COMPONENT:NAME@START"),
         ("cable:triceps@-1", "at least 0 s"),
         ("drive:triceps@5+0", "above 0 s"),
-        ("cable:triceps:stuck@5", "of sensors"),
+        ("cable:triceps:stuck@5", "only sensors"),
         ("load-cell:triceps@5", "stuck, lost or nan"),
-        ("joint-encoder:triceps:nan@5", "name of a joint"),
-        ("gearbox:triceps@5", "cable, drive"),
         ("load-cell:triceps:nan:nan@5", "before @"),
     ] {
-        bench.refuses(&format!("{short} --fault {fault}"), &["--fault", fault, words]);
+        bench.refuses_usage(&format!("{short} --fault {fault}"), &["--fault", fault, words]);
     }
 }
 
 #[test]
-fn a_payload_that_no_tensions_carry_is_refused_before_the_start() {
+fn a_payload_beyond_the_tension_limits_is_refused_before_the_simulation() {
     Bench::new()
         .refuses("track --duration 11.5 --repeats 1 --payload 2", &["--payload 2 kg", "elbow_flexion"]);
 }

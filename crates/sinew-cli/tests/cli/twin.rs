@@ -1,4 +1,4 @@
-//! The twin from the command line: bench logs, one cable, the arm, the paper.
+//! Simulation from the command line: bench logs, one cable, tracking with the arm.
 
 use crate::bench::Bench;
 
@@ -21,7 +21,7 @@ fn a_bench_run_writes_a_log_that_says_it_is_simulated_and_the_same_seed_the_same
 }
 
 #[test]
-fn one_cable_is_moved_as_a_table_says_and_drawn() {
+fn one_cable_is_moved_as_prescribed_by_a_table_and_drawn() {
     let bench = Bench::new();
     bench.write("pull.csv", "time_s,motor_m,anchor_m\n0,0,0\n0.5,0.02,0\n1,0.02,0\n");
     let run = bench.run("twin cable pull.csv --out log.csv --picture cable.svg");
@@ -35,7 +35,7 @@ fn one_cable_is_moved_as_a_table_says_and_drawn() {
 }
 
 #[test]
-fn what_the_twin_cannot_do_is_refused_with_its_place() {
+fn an_infeasible_or_malformed_motion_is_refused_with_its_place() {
     let bench = Bench::new();
     bench.write("fast.csv", "time_s,motor_m,anchor_m\n0,0,0\n0.001,1,0\n");
     bench.write("way.csv", "time_s,x_m,y_m,z_m\n0,0.66,0.23,-0.28\n5,3,0,0\n");
@@ -47,36 +47,52 @@ fn what_the_twin_cannot_do_is_refused_with_its_place() {
     bench.write("open.csv", format!("{way}0,0.6,0.1,-0.15\n2,0.6,0.15,-0.15\n"));
     bench.write("jolt.csv", format!("{way}0,0.6,0.1,-0.15\n0.01,0.6,0.102,-0.15\n2,0.6,0.102,-0.15\n"));
     for (arguments, words) in [
-        ("twin cable fast.csv --out o.csv", ["line 3", "1000.0 m/s"]),
-        ("twin cable --specimen steel --out o.csv", ["--specimen steel", "bench, ideal"]),
-        ("bench run --duration -3 --out o.csv", ["--duration", "-3"]),
-        ("drive size --tension -5 --speed 0.1 --acceleration 3 --stroke 0.4", ["--tension", "-5"]),
-        ("bench run --speeds 2 --out o.csv", ["--speeds 2", "0.005 to 0.15"]),
+        ("twin cable fast.csv --out o.csv", ["line 3", "at most 5 m/s, got 1000"]),
         ("track --path way.csv", ["way.csv", "reach of the end point"]),
         ("track --path bad.csv", ["line 2", "`here`"]),
-        ("track --path twice.csv", ["line 1", "`x_m` stands twice"]),
+        ("track --path twice.csv", ["line 1, column `x_m`", "got it twice"]),
         ("track --path again.csv", ["line 3", "expected more than 1"]),
         ("track --path long.csv", ["line 3", "at most 3600 s"]),
         ("track --path open.csv --repeats 2", ["--repeats 2", "end where it begins"]),
         ("track --path open.csv --duration 9", ["--duration 9", "their own times"]),
-        ("track --path to:0.6,0.2", ["to:0.6,0.2", "three finite numbers"]),
-        ("track --path to:0.6,0.2,nan", ["to:0.6,0.2,nan", "three finite numbers"]),
         ("track --path to:3,0,0", ["to:3,0,0", "reach of the end point"]),
         ("track --path to:0.6,0.2,-0.2 --repeats 2", ["--repeats 2", "end where it begins"]),
         ("track --path jolt.csv", ["jolt.csv", "at its limit of"]),
         ("track --duration 2", ["the winch of `brachialis`", "0.130 m/s"]),
-        ("track --report no/where.html", ["no/where.html", "no folder no"]),
         ("track --report t --record t", ["t", "two results"]),
-        ("track --compensation luck", ["--compensation luck", "observer"]),
-        ("track --payload 50", ["--payload 50", "0 to 5 kg"]),
-        ("track models.xml", ["models.xml", ""]),
+        ("track models.xml", ["models.xml", "cannot be read"]),
+        ("track way.csv", ["way.csv", "expected a robot file ending in .toml, .xml or .urdf"]),
     ] {
         bench.refuses(arguments, &words);
+    }
+    bench.fails("track --report no/where.html", &["no/where.html", "no folder no"]);
+}
+
+#[test]
+fn a_value_outside_its_domain_is_refused_with_the_valid_ones() {
+    let bench = Bench::new();
+    for (arguments, words) in [
+        ("twin cable --specimen steel --out o.csv", ["'steel' for '--specimen", "bench, ideal"]),
+        ("bench run --duration -3 --out o.csv", ["'-3' for '--duration", "expected 1 to 3600 s"]),
+        ("bench run --speeds 0.1,2 --out o.csv", ["'2' for '--speeds", "0.005 to 0.15"]),
+        ("bench run --compensation perfect --out o.csv", ["'perfect'", "none, capstan, paper, observer]"]),
+        ("drive size --tension -5 --speed 0.1 --acceleration 3 --stroke 0.4", ["--tension", "'-5'"]),
+        ("track --path to:0.6,0.2", ["'to:0.6,0.2'", "three finite numbers"]),
+        ("track --path to:0.6,0.2,nan", ["'to:0.6,0.2,nan'", "three finite numbers"]),
+        ("track --path sadle", ["'sadle'", "sine, saddle, to:X,Y,Z"]),
+        ("track --compensation luck", ["'luck' for '--compensation", "no_disturbance_observer, observer,"]),
+        ("track --payload 50", ["'50' for '--payload", "0 to 5 kg"]),
+        ("track --repeats 0", ["'0' for '--repeats", "1..=100"]),
+        ("track --hold 1e4", ["'1e4' for '--hold", "0 to 3600 s"]),
+        ("track --fault gearbox:triceps@5", ["'gearbox:triceps@5' for '--fault", "joint-encoder"]),
+        ("completions tcsh", ["'tcsh'", "bash, elvish, fish, powershell, zsh"]),
+    ] {
+        bench.refuses_usage(arguments, &words);
     }
 }
 
 #[test]
-fn an_arm_follows_a_short_path_and_leaves_report_and_record() {
+fn an_arm_tracks_a_short_path_and_writes_report_and_record() {
     let bench = Bench::new();
     let run = bench.run("track --duration 11.5 --repeats 1 --report t.html --record t.csv --json");
     assert_eq!(run.code, Some(0), "{}", run.stderr);
@@ -89,7 +105,7 @@ fn an_arm_follows_a_short_path_and_leaves_report_and_record() {
 }
 
 #[test]
-fn an_arm_waits_where_a_waypoint_stands_twice_and_goes_an_open_way_once() {
+fn a_repeated_waypoint_is_a_stop_and_an_open_path_is_tracked_once() {
     let bench = Bench::new();
     bench.write(
         "way.csv",
@@ -109,11 +125,11 @@ fn an_arm_waits_where_a_waypoint_stands_twice_and_goes_an_open_way_once() {
         assert!((row[x] - 0.64).abs() < 1e-6, "{row:?}");
         assert!((row[lengths] - waiting[0][lengths]).abs() < 1e-6, "{row:?}");
     }
-    assert!(bench.read("way.html").contains("3 s, once, control observer"));
+    assert!(bench.read("way.html").contains("3 s, once, compensation observer"));
 }
 
 #[test]
-fn an_arm_goes_to_a_place_with_a_payload() {
+fn an_arm_moves_to_a_point_with_a_payload() {
     let run = Bench::new().run("track --path to:0.6,0.2,-0.2 --duration 3 --payload 0.3 --json");
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     let numbers: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();

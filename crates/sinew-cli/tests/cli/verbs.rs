@@ -1,4 +1,4 @@
-//! What every verb does when all is well.
+//! Every verb with valid input.
 
 use crate::bench::{Bench, ROWS, log, samples};
 use serde_json::Value;
@@ -17,10 +17,31 @@ fn every_verb_explains_itself() {
         assert!(bench.succeeds(&format!("help {verb}")).stdout.contains("Usage"));
     }
     assert!(bench.succeeds("--version").stdout.starts_with("sinew "));
+    assert!(help.contains("Exit codes:") && help.contains("bad input"), "{help}");
 }
 
 #[test]
-fn a_wrong_flag_is_the_users_to_correct() {
+fn help_lists_the_compensation_variants_with_what_they_do() {
+    let help = Bench::new().succeeds("track --help").stdout;
+    for variant in sinew_lab::CompensationVariant::ALL {
+        let listed = help.lines().any(|line| line.contains(&format!("- {variant}:")));
+        assert!(listed, "{variant}: {help}");
+    }
+}
+
+#[test]
+fn every_shell_gets_a_script_that_completes_the_verbs_and_their_values() {
+    let bench = Bench::new();
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = bench.succeeds(&format!("completions {shell}")).stdout;
+        for word in ["identify", "completions", "no_disturbance_observer"] {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
+    }
+}
+
+#[test]
+fn an_unknown_verb_flag_or_value_is_bad_input() {
     let bench = Bench::new();
     for arguments in
         ["", "identfy a.csv", "identify a.csv", "identify --out out", "identify a.csv --out out --seed x"]
@@ -200,7 +221,7 @@ fn a_column_has_many_names() {
 }
 
 #[test]
-fn nothing_is_coloured_that_nobody_looks_at() {
+fn output_to_a_file_or_pipe_has_no_colours() {
     let bench = Bench::with_model();
     let table = bench.succeeds("evaluate out/model.json a.csv").stdout;
     assert!(table.contains("RMSE") && !table.contains('\x1b'), "{table}");

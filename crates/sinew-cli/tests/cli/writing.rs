@@ -1,6 +1,6 @@
 //! Results are whole or not there, and what was there before a failure is there after it.
 
-use crate::bench::{Bench, Outcome, log, refused, with_line};
+use crate::bench::{Bench, Outcome, SYSTEM, ended, log, with_line};
 
 #[test]
 fn a_second_run_replaces_the_first_result() {
@@ -20,22 +20,20 @@ fn a_failed_second_run_leaves_the_first_result_unharmed() {
     // The report has no place: the model must not be replaced either.
     std::fs::remove_file(bench.path("out/report.html")).unwrap();
     std::fs::create_dir(bench.path("out/report.html")).unwrap();
-    bench
-        .refuses("identify a.csv --model cell --out out", &["report.html", "cannot be written", "directory"]);
+    bench.fails("identify a.csv --model cell --out out", &["report.html", "cannot be written", "directory"]);
 }
 
 #[test]
-fn a_folder_that_cannot_be_made_is_named() {
+fn a_folder_that_cannot_be_created_is_a_failure_of_the_system() {
     let bench = Bench::with_model();
     // Permission bits do not bind every user; a file on the way binds all of them.
-    bench.refuses("identify a.csv --model cell --out a.csv/out", &["a.csv/out", "cannot be written"]);
-    bench.refuses("identify a.csv --model cell --out a.csv", &["a.csv", "cannot be written"]);
-    bench.refuses("adapt out/model.json a.csv --out a.csv/out", &["a.csv/out", "cannot be written"]);
-    bench.refuses("predict out/model.json a.csv --out a.csv/p.csv", &["a.csv/p.csv", "cannot be written"]);
-    bench
-        .refuses("predict out/model.json a.csv --out missing/p.csv", &["missing/p.csv", "cannot be written"]);
-    bench.refuses("predict out/model.json a.csv --out out", &["out: cannot be written", "directory"]);
-    bench.refuses(
+    bench.fails("identify a.csv --model cell --out a.csv/out", &["a.csv/out", "cannot be written"]);
+    bench.fails("identify a.csv --model cell --out a.csv", &["a.csv", "cannot be written"]);
+    bench.fails("adapt out/model.json a.csv --out a.csv/out", &["a.csv/out", "cannot be written"]);
+    bench.fails("predict out/model.json a.csv --out a.csv/p.csv", &["a.csv/p.csv", "cannot be written"]);
+    bench.fails("predict out/model.json a.csv --out missing/p.csv", &["missing/p.csv", "cannot be written"]);
+    bench.fails("predict out/model.json a.csv --out out", &["out: cannot be written", "directory"]);
+    bench.fails(
         "identify a.csv --model cell --out new --picture missing/loop.svg",
         &["missing/loop.svg", "cannot be written"],
     );
@@ -53,13 +51,13 @@ fn a_folder_without_permission_is_named() {
         eprintln!("skipped: permission bits do not bind this user");
         return;
     }
-    bench.refuses("identify a.csv --model cell --out locked", &["locked", "cannot be written"]);
-    bench.refuses("identify a.csv --model cell --out locked/new", &["locked/new", "cannot be written"]);
-    bench.refuses("predict out/model.json a.csv --out locked/p.csv", &["locked/p.csv", "cannot be written"]);
+    bench.fails("identify a.csv --model cell --out locked", &["locked", "cannot be written"]);
+    bench.fails("identify a.csv --model cell --out locked/new", &["locked/new", "cannot be written"]);
+    bench.fails("predict out/model.json a.csv --out locked/p.csv", &["locked/p.csv", "cannot be written"]);
 }
 
 #[test]
-fn what_is_read_is_never_written_over() {
+fn an_input_is_never_overwritten() {
     let bench = Bench::with_model();
     bench.refuses("predict out/model.json a.csv --out a.csv", &["a.csv", "is read by this run"]);
     bench.refuses(
@@ -91,15 +89,12 @@ fn a_link_stays_a_link_and_a_device_a_device() {
 #[test]
 fn a_full_device_is_reported() {
     let bench = Bench::with_model();
-    bench.refuses(
-        "predict out/model.json a.csv --out /dev/full",
-        &["/dev/full", "cannot be written", "space"],
-    );
+    bench.fails("predict out/model.json a.csv --out /dev/full", &["/dev/full", "cannot be written", "space"]);
     assert!(!std::fs::metadata("/dev/full").unwrap().is_file());
     // Results on standard output are results too.
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let output = bench.command("evaluate out/model.json a.csv").stdout(full).output().unwrap();
-    refused("evaluate to a full device", &output.into(), &["standard output", "space"]);
+    ended(SYSTEM, "evaluate to a full device", &output.into(), &["standard output", "space"]);
 }
 
 /// The program may write no file beyond `blocks` of 512 bytes: what a full disk does to it, without a disk.
@@ -126,7 +121,7 @@ fn a_full_disk_loses_nothing_that_was_there() {
         ("predict out/model.json b.csv --out p.csv", 8, "p.csv"),
     ] {
         let outcome = run_in_little_space(&bench, arguments, blocks);
-        refused(arguments, &outcome, &[file, "cannot be written", "large"]);
+        ended(SYSTEM, arguments, &outcome, &[file, "cannot be written", "large"]);
         assert!(bench.content() == before, "{arguments} left something else");
     }
 }
@@ -180,7 +175,7 @@ fn ctrl_c_leaves_the_old_result_as_it_was() {
 
 #[cfg(unix)]
 #[test]
-fn a_reader_that_has_seen_enough_is_no_error() {
+fn a_closed_pipe_is_no_error() {
     let bench = Bench::with_model();
     let script = "\"$0\" evaluate out/model.json a.csv b.csv | true; exit 0";
     let mut shell = std::process::Command::new("sh");

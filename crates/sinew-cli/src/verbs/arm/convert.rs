@@ -1,6 +1,6 @@
 //! `sinew arm convert`.
 
-use super::model::{extension, load_robot, print_warnings};
+use super::model::{Format, load_robot, print_warnings};
 use crate::arguments::ConvertArguments;
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
@@ -9,16 +9,19 @@ use sinew::description::{to_mjcf, to_toml};
 pub(crate) fn run(arguments: &ConvertArguments) -> Result<(), Error> {
     let output = &arguments.output;
     refuse_overwrite([&arguments.input].into_iter().chain(&arguments.muscles), std::slice::from_ref(output))?;
-    let kind = extension(output)?;
-    if kind == "urdf" {
-        let problem = "URDF knows no cables and is not written: expected .toml or .xml".to_owned();
-        return Err(Error::File { file: output.clone(), problem });
+    let kind = Format::of(output)?;
+    if kind == Format::Urdf {
+        let expected = ".toml or .xml, because URDF has no cables";
+        return Err(Error::RobotFormat { file: output.clone(), expected });
     }
     let loaded = load_robot(&arguments.input, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
     let parts = loaded.robot.parts();
-    let text = if kind == "toml" { to_toml(parts) } else { to_mjcf(parts) };
+    let text = if kind == Format::Toml { to_toml(parts) } else { to_mjcf(parts) };
     write_all(&[(output.clone(), text.as_bytes())])?;
     let (bodies, joints, muscles) = (parts.bodies.len() - 1, parts.joints.len(), parts.tendons.len());
-    print(&format!("wrote {bodies} bodies, {joints} joints and {muscles} muscles to {}\n", output.display()))
+    print(&format!(
+        "Written: {bodies} bodies, {joints} joints and {muscles} muscles to {}\n",
+        output.display()
+    ))
 }

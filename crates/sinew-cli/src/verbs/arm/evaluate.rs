@@ -3,6 +3,7 @@
 use super::model::{display_name, load_robot, print_warnings};
 use super::poses::{read_poses, velocity_names};
 use crate::arguments::ArmEvaluateArguments;
+use crate::csv_text::Csv;
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
 use sinew::body::{Poses, Robot, Scratch};
@@ -23,18 +24,15 @@ pub(crate) fn run(arguments: &ArmEvaluateArguments) -> Result<(), Error> {
             .collect();
         return print(&(serde_json::to_string(&serde_json::json!({ "poses": poses }))? + "\n"));
     }
-    let mut text = names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(",") + "\n";
+    let mut table = Csv::new();
+    table.row(&names)?;
     for row in &rows {
-        text += &row.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
-        text.push('\n');
+        table.row(row.iter().map(ToString::to_string))?;
     }
+    let text = table.text()?;
     let Some(out) = &arguments.out else { return print(&text) };
     write_all(&[(out.clone(), text.as_bytes())])?;
-    print(&format!("wrote {} poses to {}\n", rows.len(), out.display()))
-}
-
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
+    print(&format!("Written: {} poses to {}\n", rows.len(), out.display()))
 }
 
 fn columns(robot: &Robot) -> Vec<String> {

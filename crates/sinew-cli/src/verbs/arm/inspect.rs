@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &InspectArguments) -> Result<(), Error> {
         many => text += &format!("\n{many} warnings, see above\n"),
     }
     if let Some(path) = &arguments.report {
-        text += &format!("\nwrote {}\n", path.display());
+        text += &format!("\nWritten: {}\n", path.display());
     }
     print(&text)
 }
@@ -45,7 +45,7 @@ fn kind(kind: JointKind) -> &'static str {
 fn summary_text(robot: &Robot, survey: &Survey) -> String {
     let parts = robot.parts();
     let mut text = format!(
-        "{}: {} bodies of {} kg ({} kg move), {} joints, {} muscles, {} couplings, {} key poses\n\n",
+        "{}: {} bodies, {} kg ({} kg moving), {} joints, {} muscles, {} couplings, {} key poses\n\n",
         one_line(&parts.name),
         parts.bodies.len() - 1,
         number(Some(parts.bodies.iter().map(|body| body.mass).sum())),
@@ -95,11 +95,12 @@ fn summary_text(robot: &Robot, survey: &Survey) -> String {
             ]
         })
         .collect();
-    let head = ["muscle", "length m", "travel m", "strongest at", "arm mm from", "to", "wrap rad from", "to"];
-    // The strongest joint is text between numbers; tables align the first columns only.
+    let head =
+        ["muscle", "length m", "travel m", "largest arm at", "arm mm from", "to", "wrap rad from", "to"];
+    // The joint of the largest arm is text between numbers: only the first columns are left-aligned.
     text += &table(&head, &rows, 1);
     text += &format!(
-        "\ntravel, arms and wraps: smallest and largest over {} poses within the limits\n",
+        "\ntravel, moment arms and wrap angles: minimum and maximum over {} poses within the joint limits\n",
         survey.poses
     );
     text

@@ -1,4 +1,4 @@
-//! A robot from a file or by its name.
+//! Loading a robot from a file or by the name of a built-in one.
 
 use crate::error::Error;
 use crate::output::one_line;
@@ -7,36 +7,35 @@ use sinew::body::Robot;
 use sinew::description::{Description, Warning, from_mjcf, from_toml, from_urdf};
 use std::path::{Component, Path, PathBuf};
 
-/// Robots that the program carries.
-const EMBEDDED: [(&str, &str); 1] = [("lm_arm", include_str!("../../../../../models/lm_arm.toml"))];
+/// Built-in robots.
+const BUILT_IN: [(&str, &str); 1] = [("lm_arm", include_str!("../../../../../models/lm_arm.toml"))];
 
-/// A valid robot and what of its file was passed over.
+/// A valid robot and the warnings of its description.
 pub(in crate::verbs) struct Loaded {
     pub(in crate::verbs) robot: Robot,
     pub(in crate::verbs) warnings: Vec<Warning>,
 }
 
-/// Reads a robot; files win over embedded names.
+/// Reads a robot; a file takes precedence over a built-in robot of the same name.
 pub(in crate::verbs) fn load_robot(path: &Path, muscles: Option<&Path>) -> Result<Loaded, Error> {
     let (robot, warnings) = description(path, muscles)?.robot()?;
     Ok(Loaded { robot, warnings })
 }
 
 fn description(path: &Path, muscles: Option<&Path>) -> Result<Description, Error> {
-    let embedded = EMBEDDED.iter().find(|(name, _)| path.as_os_str() == *name && !path.exists());
-    if let Some((name, text)) = embedded {
+    let built_in = BUILT_IN.iter().find(|(name, _)| path.as_os_str() == *name && !path.exists());
+    if let Some((name, text)) = built_in {
         return Ok(from_toml(name, text)?);
     }
-    let kind = extension(path)?;
+    let format = Format::of(path)?;
     let text = read_text(path)?;
     let name = path.display().to_string();
-    if muscles.is_some() && kind != "urdf" {
-        let problem = "has its own muscles: --muscles goes with a URDF".to_owned();
-        return Err(Error::File { file: path.to_owned(), problem });
+    if muscles.is_some() && format != Format::Urdf {
+        return Err(Error::MusclesTwice { file: path.to_owned() });
     }
-    match kind {
-        "toml" => Ok(from_toml(&name, &text)?),
-        "urdf" => {
+    match format {
+        Format::Toml => Ok(from_toml(&name, &text)?),
+        Format::Urdf => {
             let beside = path.with_extension("muscles.toml");
             let file = muscles.map(Path::to_owned).or_else(|| beside.exists().then_some(beside));
             let text_of = file
@@ -44,35 +43,44 @@ fn description(path: &Path, muscles: Option<&Path>) -> Result<Description, Error
                 .transpose()?;
             Ok(from_urdf(&name, &text, text_of.as_ref().map(|(name, text)| (name.as_str(), text.as_str())))?)
         }
-        _ => {
+        Format::Mjcf => {
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
             Ok(from_mjcf(&name, &text, &mut |file| include(&folder, file))?)
         }
     }
 }
 
-/// The format by the extension.
-pub(super) fn extension(path: &Path) -> Result<&'static str, Error> {
-    match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
-        Some("toml") => Ok("toml"),
-        Some("xml" | "mjcf") => Ok("xml"),
-        Some("urdf") => Ok("urdf"),
-        _ => Err(Error::File {
-            file: path.to_owned(),
-            problem: "expected a robot's file ending in .toml, .xml or .urdf, or the name of an embedded robot (lm_arm)"
-                .to_owned(),
-        }),
+/// File format of a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Format {
+    Toml,
+    Mjcf,
+    Urdf,
+}
+
+impl Format {
+    /// The format that the extension denotes.
+    pub(super) fn of(path: &Path) -> Result<Self, Error> {
+        match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("toml") => Ok(Self::Toml),
+            Some("xml" | "mjcf") => Ok(Self::Mjcf),
+            Some("urdf") => Ok(Self::Urdf),
+            _ => Err(Error::RobotFormat {
+                file: path.to_owned(),
+                expected: ".toml, .xml or .urdf, or the name of a built-in robot (lm_arm)",
+            }),
+        }
     }
 }
 
-/// An included file: within the folder of the model, links followed.
+/// An included file: only within the folder of the model, after resolving symbolic links.
 fn include(folder: &Path, file: &str) -> Result<String, String> {
     let name = Path::new(file);
     let inside = name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     let path = folder.join(name);
     let root = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let real = |path: &Path| path.canonicalize();
-    let outside = || "lies outside the model's folder, where nothing is read".to_owned();
+    let outside = || "lies outside the model's folder: expected a file within it".to_owned();
     if !inside {
         return Err(outside());
     }
@@ -83,14 +91,14 @@ fn include(folder: &Path, file: &str) -> Result<String, String> {
     }
 }
 
-/// Warnings on standard error, one per line.
+/// Prints warnings on standard error, one per line.
 pub(super) fn print_warnings(warnings: &[Warning]) {
     for warning in warnings {
         eprintln!("warning: {}", one_line(&warning.to_string()));
     }
 }
 
-/// A name to show and to refer to, also for what has none.
+/// The name of a part; a generated one where it has none.
 pub(super) fn display_name(kind: &str, name: &str, index: usize) -> String {
     if name.is_empty() { format!("{kind}_{index}") } else { name.to_owned() }
 }

@@ -2,7 +2,7 @@
 
 use super::model::display_name;
 use crate::error::Error;
-use crate::verbs::numeric_table::{parse_header, split_cells};
+use crate::verbs::numeric_table::{TableError, data_lines, parse_header, parse_number, split_cells};
 use crate::verbs::read_text;
 use sinew::body::{JointKind, Robot};
 use std::path::Path;
@@ -37,111 +37,118 @@ pub(super) fn velocity_names(robot: &Robot) -> Vec<String> {
 
 /// All poses of a file.
 pub(super) fn read_poses(robot: &Robot, path: &Path) -> Result<Vec<Vec<f64>>, Error> {
-    let text = read_text(path)?;
-    let refuse = |line: usize, problem: String| Error::File {
-        file: path.to_owned(),
-        problem: format!("line {line}: {problem}"),
-    };
-    let names = coordinate_names(robot);
-    let is_data = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
-    let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line)).filter(|(_, line)| is_data(line));
-    let (first, head) =
-        lines.next().ok_or_else(|| refuse(1, "is empty: expected a row of joint names".to_owned()))?;
-    let (separator, columns) = columns(head, &names).map_err(|problem| refuse(first, problem))?;
-    let given: Vec<usize> = columns.iter().map(|column| column.place).collect();
-    let reference = robot.reference_pose();
-    let mut poses = Vec::new();
-    for (line, row) in lines {
-        let mut q = reference.clone();
-        numbers(row, separator, &columns, &mut q).map_err(|problem| refuse(line, problem))?;
-        unit_quaternions(robot, &mut q).map_err(|problem| refuse(line, problem))?;
-        apply_couplings(robot, &given, &mut q);
-        if let Some(place) = q.iter().position(|value| !value.is_finite()) {
-            return Err(refuse(line, format!("puts `{}` out of all bounds", names[place])));
-        }
-        poses.push(q);
-    }
-    Ok(poses)
+    parse_poses(robot, &read_text(path)?).map_err(Error::table(path))
 }
 
-/// A column: its coordinate and what its numbers are multiplied by.
+fn parse_poses(robot: &Robot, text: &str) -> Result<Vec<Vec<f64>>, TableError> {
+    let names = coordinate_names(robot);
+    let mut lines = data_lines(text);
+    let Some((line, header)) = lines.next() else {
+        return Err(TableError::in_line(1, "a row of joint names", "an empty table"));
+    };
+    let (separator, columns) = parse_columns(line, header, &names)?;
+    let given: Vec<usize> = columns.iter().map(|column| column.place).collect();
+    let pose = |(line, row)| {
+        let mut q = robot.reference_pose();
+        parse_row(line, row, separator, &columns, &mut q)?;
+        normalise_quaternions(line, robot, &mut q)?;
+        apply_couplings(robot, &given, &mut q);
+        match q.iter().position(|value| !value.is_finite()) {
+            Some(place) => {
+                let got = q[place].to_string();
+                Err(TableError::in_column(line, &names[place], "a finite coordinate after couplings", &got))
+            }
+            None => Ok(q),
+        }
+    };
+    lines.map(pose).collect()
+}
+
+/// A column: its coordinate and the factor to its SI unit.
 struct Column {
     name: String,
     place: usize,
     unit: f64,
 }
 
-/// The separator of a table and its columns; what separates the names separates everything.
-fn columns(head: &str, names: &[String]) -> Result<(char, Vec<Column>), String> {
-    let (separator, cells) = parse_header(head)?;
+/// The separator of a table and its columns.
+fn parse_columns(line: usize, header: &str, names: &[String]) -> Result<(char, Vec<Column>), TableError> {
+    let (separator, cells) = parse_header(line, header)?;
     let mut columns: Vec<Column> = Vec::new();
     for cell in cells {
-        let whole = names.iter().position(|name| *name == cell);
-        let (name, unit) = if whole.is_some() { (cell.as_str(), 1.0) } else { parse_column_name(&cell)? };
+        let is_name = names.contains(&cell);
+        let (name, unit) = if is_name { (cell.as_str(), 1.0) } else { parse_column_name(line, &cell)? };
         let Some(place) = names.iter().position(|known| known == name) else {
-            let known = names.join(", ");
-            return Err(format!("column `{name}`: the robot has no such coordinate; it has {known}"));
+            let expected = format!("a coordinate of the robot: {}", names.join(", "));
+            return Err(TableError::in_column(line, name, expected, "another name"));
         };
         if columns.iter().any(|other| other.place == place) {
-            return Err(format!("column `{name}` stands twice"));
+            return Err(TableError::in_column(line, name, "it once", "it twice"));
         }
         columns.push(Column { name: name.to_owned(), place, unit });
     }
     Ok((separator, columns))
 }
 
-/// The numbers of one row, each put where its column says.
-fn numbers(row: &str, separator: char, columns: &[Column], q: &mut [f64]) -> Result<(), String> {
-    let cells = split_cells(row, separator)?;
+/// Writes the numbers of one row to their coordinates.
+fn parse_row(
+    line: usize,
+    row: &str,
+    separator: char,
+    columns: &[Column],
+    q: &mut [f64],
+) -> Result<(), TableError> {
+    let cells = split_cells(line, row, separator)?;
     if cells.len() != columns.len() {
-        return Err(format!("has {} cells: expected {}, as many as names", cells.len(), columns.len()));
+        let expected = format!("{} cells, one per column", columns.len());
+        return Err(TableError::in_line(line, expected, cells.len().to_string()));
     }
     for (cell, Column { name, place, unit }) in cells.iter().zip(columns) {
-        if cell.is_empty() {
-            return Err(format!("column `{name}`: is empty: expected a finite number"));
-        }
-        let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
-        let value = value.ok_or_else(|| {
-            format!("column `{name}`: `{}` is no finite number", crate::output::one_line(cell))
-        })?;
-        q[*place] = value * unit;
+        q[*place] = parse_number(line, name, cell)? * unit;
     }
     Ok(())
 }
 
-/// The coordinate of a column and what its numbers are multiplied by: `elbow`, or with its unit `elbow [deg]`.
-fn parse_column_name(cell: &str) -> Result<(&str, f64), String> {
+/// Coordinate and unit factor of a column: `elbow`, or with its unit `elbow [deg]`.
+fn parse_column_name(line: usize, cell: &str) -> Result<(&str, f64), TableError> {
     let Some((name, unit)) = cell.strip_suffix(']').and_then(|cell| cell.split_once('[')) else {
         return Ok((cell, 1.0));
     };
-    let unit = match unit.trim() {
+    let factor = match unit.trim() {
         "rad" | "m" | "1" => 1.0,
         "deg" => std::f64::consts::PI / 180.0,
         "mm" => 1e-3,
         other => {
-            return Err(format!("column `{cell}`: `{other}` is no unit here: expected rad, deg, m or mm"));
+            let got = format!("`{other}`");
+            return Err(TableError::in_column(line, cell, "the unit rad, deg, m or mm", &got));
         }
     };
-    Ok((name.trim(), unit))
+    Ok((name.trim(), factor))
 }
 
-fn unit_quaternions(robot: &Robot, q: &mut [f64]) -> Result<(), String> {
+fn normalise_quaternions(line: usize, robot: &Robot, q: &mut [f64]) -> Result<(), TableError> {
     for (index, joint) in robot.parts().joints.iter().enumerate() {
         let range = robot.coordinates_of(index);
         if range.len() < 4 {
             continue;
         }
         let quaternion = &mut q[range.end - 4..range.end];
-        let length = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if !(length.is_finite() && length > 1e-9) {
-            return Err(format!("joint `{}`: its quaternion has no direction", joint.name));
+        let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if !(norm.is_finite() && norm > 1e-9) {
+            return Err(TableError::in_column(
+                line,
+                &joint.name,
+                "a quaternion with a norm above 0",
+                &norm.to_string(),
+            ));
         }
-        quaternion.iter_mut().for_each(|x| *x /= length);
+        quaternion.iter_mut().for_each(|x| *x /= norm);
     }
     Ok(())
 }
 
-/// Joints that are not given follow their coupling; chains of couplings settle after as many rounds as links.
+/// Sets the coordinates of coupled joints without a column; a chain of couplings is resolved after as many passes as
+/// it has links.
 pub(super) fn apply_couplings(robot: &Robot, given: &[usize], q: &mut [f64]) {
     let parts = robot.parts();
     for _ in 0..parts.couplings.len() {

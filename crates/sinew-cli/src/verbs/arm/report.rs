@@ -1,17 +1,17 @@
-//! One self-contained page: moment arms over each joint's range, and the robot to be turned by hand.
+//! A self-contained page: moment arms over each joint's range, and a three-dimensional view of the robot.
 
 use super::model::display_name;
 use super::poses::{apply_couplings, velocity_names};
 use super::survey::{Survey, coupled_reference_pose, joint_range};
-use super::view::view;
+use super::view::view_data;
 use crate::error::Error;
 use sinew::body::{JointKind, Robot};
 use sinew::muscle::{Geometry, Muscles};
 
 /// Points of a curve.
-const POINTS: usize = 61;
-/// A moment arm below this everywhere is not drawn, m.
-const VISIBLE_M: f64 = 1e-6;
+const CURVE_POINTS: usize = 61;
+/// Curves with smaller moment arms everywhere are not drawn, m.
+const MIN_ARM_M: f64 = 1e-6;
 
 const PAGE: &str = include_str!("../../../assets/arm.html");
 
@@ -33,13 +33,13 @@ pub(super) fn page(robot: &Robot, survey: &Survey) -> Result<String, Error> {
         })
         .collect();
     let data = serde_json::json!({"name": robot.parts().name, "mass_kg": robot.moving_mass(), "muscles": muscles,
-        "curves": curves(robot)?, "view": view(robot)?});
-    // Nothing in the data may close the script element.
+        "curves": curves(robot)?, "view": view_data(robot)?});
+    // `<` could close the script element.
     let data = serde_json::to_string(&data)?.replace('<', "\\u003c");
     Ok(PAGE.replace("/*DATA*/null", &data))
 }
 
-/// For every joint of one coordinate: its values and the moment arms about it of the muscles that cross it.
+/// For every joint of one coordinate: its values, and the moment arms about it of the muscles that cross it.
 fn curves(robot: &Robot) -> Result<Vec<serde_json::Value>, Error> {
     let muscles = Muscles::new(robot);
     let mut geometry = Geometry::new(robot, &muscles);
@@ -53,10 +53,10 @@ fn curves(robot: &Robot) -> Result<Vec<serde_json::Value>, Error> {
         let (coordinate, velocity) = (robot.coordinates_of(joint).start, robot.velocities_of(joint).start);
         let mut at = Vec::new();
         let mut arms = vec![Vec::new(); count];
-        for k in 0..POINTS {
+        for k in 0..CURVE_POINTS {
             let mut q = rest.clone();
             #[expect(clippy::cast_precision_loss, reason = "a few dozen points")]
-            let part = k as f64 / (POINTS - 1) as f64;
+            let part = k as f64 / (CURVE_POINTS - 1) as f64;
             q[coordinate] = low + part * (high - low);
             apply_couplings(robot, &[], &mut q);
             at.push(q[coordinate]);
@@ -70,7 +70,7 @@ fn curves(robot: &Robot) -> Result<Vec<serde_json::Value>, Error> {
             .iter()
             .enumerate()
             .zip(arms)
-            .filter(|(_, arm)| arm.iter().any(|x| x.abs() > VISIBLE_M))
+            .filter(|(_, arm)| arm.iter().any(|x| x.abs() > MIN_ARM_M))
             .map(|((i, tendon), arm)| serde_json::json!([display_name("tendon", &tendon.name, i), arm]))
             .collect();
         if !seen.is_empty() {

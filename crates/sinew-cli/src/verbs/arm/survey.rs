@@ -1,4 +1,4 @@
-//! What the muscles do over the whole range of the joints.
+//! Ranges of muscle lengths, moment arms and wrap angles over the joint limits.
 
 use super::model::display_name;
 use super::poses::{apply_couplings, velocity_names};
@@ -6,18 +6,18 @@ use crate::error::Error;
 use sinew::body::{JointKind, Robot};
 use sinew::muscle::{Geometry, Muscles};
 
-/// Poses that are looked at.
+/// Sampled poses.
 const POSES: usize = 512;
-/// Where a joint without limits is looked at, on both sides of its reference: rad or m.
-const UNLIMITED: [f64; 2] = [core::f64::consts::PI, 0.1];
+/// Sampled range of a joint without limits, to both sides of its reference: rad or m.
+const UNLIMITED: [f64; 2] = [std::f64::consts::PI, 0.1];
 
-/// One muscle over all poses: smallest and largest.
+/// One muscle over all poses: minima and maxima.
 pub(super) struct MuscleSurvey {
     pub(super) name: String,
     /// At the reference pose.
     pub(super) length_m: f64,
     pub(super) lengths_m: [f64; 2],
-    /// The joint about which its arm is largest, and that arm's range.
+    /// The joint about which its moment arm is largest, and that arm's range.
     pub(super) strongest: String,
     pub(super) arm_m: [f64; 2],
     pub(super) wrap_rad: [f64; 2],
@@ -34,20 +34,20 @@ pub(super) struct Survey {
     pub(super) poses: usize,
 }
 
-const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+const EMPTY_RANGE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
-fn include(range: &mut [f64; 2], value: f64) {
+fn extend(range: &mut [f64; 2], value: f64) {
     *range = [range[0].min(value), range[1].max(value)];
 }
 
-/// The reference pose, couplings obeyed.
+/// The reference pose with the couplings satisfied.
 pub(super) fn coupled_reference_pose(robot: &Robot) -> Vec<f64> {
     let mut q = robot.reference_pose();
     apply_couplings(robot, &[], &mut q);
     q
 }
 
-/// Where a joint of one coordinate may be.
+/// Range of a joint of one coordinate; none for the others.
 pub(super) fn joint_range(robot: &Robot, joint: usize) -> Option<[f64; 2]> {
     let joint = &robot.parts().joints[joint];
     let wide = match joint.kind {
@@ -62,13 +62,13 @@ pub(super) fn survey(robot: &Robot) -> Result<Survey, Error> {
     let muscles = Muscles::new(robot);
     let mut geometry = Geometry::new(robot, &muscles);
     let (count, nv) = (muscles.count(), robot.nv());
-    let (mut lengths, mut wraps) = (vec![NOTHING; count], vec![NOTHING; count]);
-    let mut arms = vec![NOTHING; count * nv];
+    let (mut lengths, mut wraps) = (vec![EMPTY_RANGE; count], vec![EMPTY_RANGE; count]);
+    let mut arms = vec![EMPTY_RANGE; count * nv];
     let (mut dense, mut angles) = (vec![0.0; count * nv], vec![0.0; count]);
     let mut q = coupled_reference_pose(robot);
     muscles.evaluate(&q, &mut geometry)?;
     let first = geometry.lengths().to_vec();
-    // Additive recurrence by square roots of primes: even, and the same every time.
+    // Additive recurrence with the square roots of primes: low discrepancy, deterministic.
     let steps: Vec<f64> = primes(robot.parts().joints.len()).map(|p| f64::from(p).sqrt().fract()).collect();
     for pose in 0..POSES {
         #[expect(clippy::cast_precision_loss, reason = "a few hundred poses")]
@@ -82,9 +82,9 @@ pub(super) fn survey(robot: &Robot) -> Result<Survey, Error> {
         muscles.evaluate(&q, &mut geometry)?;
         muscles.dense(&geometry, &mut dense)?;
         muscles.wrap_angles(&geometry, &mut angles)?;
-        lengths.iter_mut().zip(geometry.lengths()).for_each(|(range, &value)| include(range, value));
-        wraps.iter_mut().zip(&angles).for_each(|(range, &value)| include(range, value));
-        arms.iter_mut().zip(&dense).for_each(|(range, &value)| include(range, value));
+        lengths.iter_mut().zip(geometry.lengths()).for_each(|(range, &value)| extend(range, value));
+        wraps.iter_mut().zip(&angles).for_each(|(range, &value)| extend(range, value));
+        arms.iter_mut().zip(&dense).for_each(|(range, &value)| extend(range, value));
     }
     let joints = velocity_names(robot);
     let muscles = robot.parts().tendons.iter().enumerate().map(|(i, tendon)| {

@@ -1,4 +1,4 @@
-//! What the page draws in space: bones, cables along their true way, wrapping surfaces, for each pose that can be shown.
+//! Data of the page's three-dimensional view: bones, cable paths and wrapping surfaces in every pose that can be shown.
 
 use super::model::display_name;
 use super::poses::apply_couplings;
@@ -8,15 +8,15 @@ use serde_json::{Value, json};
 use sinew::body::{Poses, Robot, WrapKind};
 use sinew::muscle::{Geometry, Muscles};
 
-/// Poses over the range of each joint, at least and at most.
+/// Minimum and maximum number of poses over the range of a joint.
 const FRAMES: [usize; 2] = [5, 25];
-/// Between two points of an arc, rad.
+/// Angle between two points of an arc, rad.
 const ARC_STEP: f64 = 0.2;
-/// Points of all frames together that are aimed at: the page of a large robot stays light.
+/// Upper bound of the points of all poses together, which limits the size of the page.
 const POINTS: usize = 200_000;
 
-/// Everything that is evaluated again for each pose.
-struct Stage<'a> {
+/// Working data for one pose at a time.
+struct SceneEvaluator<'a> {
     robot: &'a Robot,
     muscles: Muscles,
     geometry: Geometry,
@@ -31,16 +31,16 @@ struct Scene {
     surfaces: Vec<([f64; 3], Option<[f64; 3]>, f64)>,
 }
 
-/// Rest and key poses by name, and each joint on its own over its range.
-pub(super) fn view(robot: &Robot) -> Result<Value, Error> {
+/// Reference and key poses by name, and each joint by itself over its range.
+pub(super) fn view_data(robot: &Robot) -> Result<Value, Error> {
     let muscles = Muscles::new(robot);
     let geometry = Geometry::new(robot, &muscles);
-    let mut stage = Stage { robot, muscles, geometry, frames: Poses::new(robot) };
+    let mut evaluator = SceneEvaluator { robot, muscles, geometry, frames: Poses::new(robot) };
     let rest = coupled_reference_pose(robot);
-    let base = stage.scene(&rest)?;
+    let base = evaluator.scene(&rest)?;
     let mut poses = vec![json!({"name": "reference", "scene": base.json(None)})];
     for (index, key) in robot.parts().keys.iter().enumerate() {
-        let scene = stage.scene(&key.q)?;
+        let scene = evaluator.scene(&key.q)?;
         poses.push(json!({"name": display_name("key", &key.name, index), "scene": scene.json(None)}));
     }
     let joints = robot.parts().joints.len();
@@ -58,7 +58,7 @@ pub(super) fn view(robot: &Robot) -> Result<Value, Error> {
             q[robot.coordinates_of(joint).start] = value;
             apply_couplings(robot, &[], &mut q);
             at.push(value);
-            frames.push(stage.scene(&q)?.json(Some(&base)));
+            frames.push(evaluator.scene(&q)?.json(Some(&base)));
         }
         let name = display_name("joint", &robot.parts().joints[joint].name, joint);
         sweeps.push(json!({"joint": name, "at": at, "frames": frames}));
@@ -66,7 +66,7 @@ pub(super) fn view(robot: &Robot) -> Result<Value, Error> {
     Ok(json!({"poses": poses, "sweeps": sweeps}))
 }
 
-impl Stage<'_> {
+impl SceneEvaluator<'_> {
     fn scene(&mut self, q: &[f64]) -> Result<Scene, Error> {
         let parts = self.robot.parts();
         self.robot.forward_kinematics(q, &mut self.frames)?;
@@ -88,14 +88,14 @@ impl Stage<'_> {
     }
 }
 
-/// A point one metre along the axis z of a place.
+/// The point one metre along the z axis of a frame.
 fn axis_tip(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> [f64; 3] {
     let axis = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z];
     core::array::from_fn(|i| position[i] + axis[i])
 }
 
 impl Scene {
-    /// Cables that are where `base` has them are left to it (null).
+    /// Cables with the same path as in `base` are null.
     fn json(&self, base: Option<&Scene>) -> Value {
         let cables = self.cables.iter().enumerate().map(|(i, cable)| {
             let same = base.is_some_and(|base| base.cables.get(i) == Some(cable));
@@ -114,7 +114,7 @@ impl Scene {
     }
 }
 
-/// To a hundredth of a millimetre: nobody sees more, and the page stays small.
+/// Rounded to 0.01 mm, below the resolution of the view, so that the page stays small.
 fn point(point: &[f64; 3]) -> Value {
     json!(point.map(|x| (x * 1e5).round() / 1e5))
 }

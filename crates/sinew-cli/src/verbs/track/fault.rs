@@ -1,65 +1,42 @@
-//! What is to fail in a run: `WHAT:NAME[:HOW]@TIME[+SECONDS]`.
+//! Faults of the command line, resolved to the muscles and joints of a robot.
 
+use crate::arguments::{Component, FaultArgument};
 use crate::error::Error;
 use sinew::body::Robot;
-use sinew::twin::arm::{Failure, InjectedFault, Sensor, SensorFailure};
+use sinew::twin::arm::{Failure, InjectedFault, Sensor};
 
-/// All of them, checked against the robot.
-pub(super) fn wanted(given: &[String], robot: &Robot) -> Result<Vec<InjectedFault>, Error> {
-    given.iter().map(|text| one(text, robot)).collect()
+pub(super) fn resolve(faults: &[FaultArgument], robot: &Robot) -> Result<Vec<InjectedFault>, Error> {
+    faults.iter().map(|fault| resolve_one(fault, robot)).collect()
 }
 
-fn one(text: &str, robot: &Robot) -> Result<InjectedFault, Error> {
-    let refuse = |expected| Error::Argument { flag: "--fault", value: text.to_owned(), expected };
-    let (what, when) = text.split_once('@').ok_or_else(|| refuse("WHAT:NAME@TIME, as cable:brachialis@5"))?;
-    let (from, lasting) = when.split_once('+').map_or((when, None), |(from, lasting)| (from, Some(lasting)));
-    let from = seconds(from).ok_or_else(|| refuse("a time of at least 0 s after @"))?;
-    let lasting = match lasting {
-        None => f64::INFINITY,
-        Some(text) => seconds(text)
-            .filter(|lasting| *lasting > 0.0)
-            .ok_or_else(|| refuse("a duration above 0 s after +"))?,
-    };
-    let mut words = what.split(':');
-    let (kind, name, how) = (words.next().unwrap_or(""), words.next().unwrap_or(""), words.next());
-    if words.next().is_some() {
-        return Err(refuse("WHAT:NAME or WHAT:NAME:HOW before @"));
-    }
-    let parts = robot.parts();
+fn resolve_one(fault: &FaultArgument, robot: &Robot) -> Result<InjectedFault, Error> {
     let muscle = || {
-        let place = parts.tendons.iter().position(|tendon| tendon.name == name);
-        place.ok_or_else(|| refuse("the name of a muscle after WHAT: (see sinew arm inspect)"))
+        let names = robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect();
+        place(fault, "muscle", names)
     };
     let joint = || {
-        let named =
-            |k: &usize| robot.joint_of_velocity(*k).is_some_and(|joint| parts.joints[joint].name == name);
-        (0..robot.nv())
-            .find(named)
-            .ok_or_else(|| refuse("the name of a joint after WHAT: (see sinew arm inspect)"))
-    };
-    let sensor = |sensor| {
-        let how = match how {
-            Some("stuck") => SensorFailure::Stuck,
-            Some("lost") => SensorFailure::Lost,
-            Some("nan") => SensorFailure::NotANumber,
-            _ => return Err(refuse("stuck, lost or nan after the name of a sensor")),
+        let name = |velocity| {
+            robot.joint_of_velocity(velocity).map_or(String::new(), |k| robot.parts().joints[k].name.clone())
         };
-        Ok(Failure::Sensor(sensor, how))
+        place(fault, "joint", (0..robot.nv()).map(name).collect())
     };
-    let whole =
-        |failure| if how.is_none() { Ok(failure) } else { Err(refuse("no HOW, which is of sensors")) };
-    let what = match kind {
-        "cable" => whole(Failure::Cable(muscle()?)),
-        "drive" => whole(Failure::Amplifier(muscle()?)),
-        "winch" => whole(Failure::Winch(muscle()?)),
-        "motor-encoder" => sensor(Sensor::Motor(muscle()?)),
-        "load-cell" => sensor(Sensor::Tension(muscle()?)),
-        "joint-encoder" => sensor(Sensor::Joint(joint()?)),
-        _ => Err(refuse("cable, drive, winch, motor-encoder, load-cell or joint-encoder")),
-    }?;
-    Ok(InjectedFault { start: from, duration: lasting, failure: what })
+    let failure = match fault.component {
+        Component::Cable => Failure::Cable(muscle()?),
+        Component::Drive => Failure::Amplifier(muscle()?),
+        Component::Winch => Failure::Winch(muscle()?),
+        Component::MotorEncoder(mode) => Failure::Sensor(Sensor::Motor(muscle()?), mode),
+        Component::LoadCell(mode) => Failure::Sensor(Sensor::Tension(muscle()?), mode),
+        Component::JointEncoder(mode) => Failure::Sensor(Sensor::Joint(joint()?), mode),
+    };
+    Ok(InjectedFault { start: fault.start_s, duration: fault.duration_s, failure })
 }
 
-fn seconds(text: &str) -> Option<f64> {
-    text.parse().ok().filter(|time: &f64| time.is_finite() && *time >= 0.0)
+/// Index of the fault's name among `names`.
+fn place(fault: &FaultArgument, kind: &'static str, names: Vec<String>) -> Result<usize, Error> {
+    names.iter().position(|name| *name == fault.name).ok_or_else(|| Error::UnknownPart {
+        flag: "--fault",
+        value: fault.text.clone(),
+        kind,
+        known: names,
+    })
 }

@@ -2,7 +2,6 @@
 
 mod scenario;
 
-use super::specimen::specimen;
 use crate::arguments::{TwinArguments, TwinVerb};
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
@@ -28,12 +27,12 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
         Some(path) => Scenario::read(path)?,
         None => Scenario::default_scenario(),
     };
-    let (log, frames, most, broken) = simulate(&specimen(&arguments.specimen)?, arguments.start, &scenario)?;
+    let (log, frames, most, broken) = simulate(&arguments.specimen, arguments.start, &scenario)?;
     let mut files = vec![(arguments.out.clone(), log.into_bytes())];
     if let Some(path) = &arguments.picture {
         files.push((
             path.clone(),
-            cable::draw(&frames, "One cable, both ends moved", &cable::PAPER).into_bytes(),
+            cable::draw(&frames, "One cable, motion of both ends prescribed", &cable::PAPER).into_bytes(),
         ));
     }
     let borrowed: Vec<_> = files.iter().map(|(path, bytes)| (path.clone(), bytes.as_slice())).collect();
@@ -48,13 +47,13 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
     ))
 }
 
-/// The calibrated cable pulled and yielded twice, for the report.
-pub(super) fn two_pulls() -> Result<String, Error> {
-    let (_, frames, ..) = simulate(&Specimen::bench(), 60.0, &Scenario::two_pulls())?;
-    Ok(cable::draw(&frames, "Pulled and yielded, anchor held", &cable::PAGE))
+/// The picture of two strokes of the bench specimen, for the report.
+pub(super) fn two_strokes() -> Result<String, Error> {
+    let (_, frames, ..) = simulate(&Specimen::bench(), 60.0, &Scenario::two_strokes())?;
+    Ok(cable::draw(&frames, "Two strokes of the motor, anchor fixed", &cable::PAGE))
 }
 
-/// The log, the frames of a picture, the largest tensions, and how it ended before its time.
+/// The log, the frames of a picture, the largest tensions, and a sentence on a broken cable.
 fn simulate(
     specimen: &Specimen,
     start: f64,

@@ -1,7 +1,7 @@
-//! What both ends of a cable do: corners in time, even motion between them.
+//! Prescribed motion of both ends of a cable: piecewise linear in time.
 
 use crate::error::Error;
-use crate::verbs::numeric_table;
+use crate::verbs::numeric_table::{self, TableError};
 use std::path::Path;
 
 /// Corners: time, s, and position of motor and anchor, m.
@@ -11,12 +11,12 @@ pub(super) struct Scenario {
 
 const COLUMNS: [&str; 3] = ["time_s", "motor_m", "anchor_m"];
 /// Longest scenario, s.
-const LONGEST_S: f64 = 3600.0;
-/// Fastest end, m/s: beyond it a step of the cable's law is no small one.
-const FASTEST_M_PER_S: f64 = 5.0;
+const MAX_DURATION_S: f64 = 3600.0;
+/// Largest speed of an end, m/s: beyond it the cable's law is not integrated accurately with the step of the log.
+const MAX_SPEED_M_PER_S: f64 = 5.0;
 
 impl Scenario {
-    /// Pull, hold, yield until slack, pull again; the anchor stands.
+    /// The motor winds in, rests, pays out until the cable is slack and winds in again; the anchor is fixed.
     pub(super) fn default_scenario() -> Self {
         let corner = |time, motor| [time, motor, 0.0];
         let corners =
@@ -24,21 +24,20 @@ impl Scenario {
         Self { corners: corners.map(|(time, motor)| corner(time, motor)).to_vec() }
     }
 
-    /// Two pulls of different reach with the anchor held, slow enough to see every front; never slack.
-    pub(super) fn two_pulls() -> Self {
+    /// Two strokes of different amplitude, the anchor fixed; slow enough that each slip front is resolved, never slack.
+    pub(super) fn two_strokes() -> Self {
         let corners = [(0.0, 0.0), (2.0, 0.06), (5.0, -0.03), (8.0, 0.06), (10.0, 0.0), (12.0, 0.06)];
         Self { corners: corners.map(|(time, motor)| [time, motor, 0.0]).to_vec() }
     }
 
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
-        let wrong = |problem: String| Error::File { file: path.to_owned(), problem };
         let mut corners: Vec<[f64; 3]> = Vec::new();
         for (line, corner) in numeric_table::read(path, COLUMNS)? {
-            check(&corner, corners.last()).map_err(|problem| wrong(format!("line {line}, {problem}")))?;
+            check(line, &corner, corners.last()).map_err(Error::table(path))?;
             corners.push(corner);
         }
         if corners.len() < 2 {
-            return Err(wrong(format!("has {} corners: expected at least two", corners.len())));
+            return Err(Error::TooFewRows { file: path.to_owned(), what: "corners", got: corners.len() });
         }
         Ok(Self { corners })
     }
@@ -56,27 +55,22 @@ impl Scenario {
     }
 }
 
-fn check(corner: &[f64; 3], last: Option<&[f64; 3]>) -> Result<(), String> {
+/// A corner after the one before: time ascends from 0, and no end exceeds the largest speed.
+fn check(line: usize, corner: &[f64; 3], last: Option<&[f64; 3]>) -> Result<(), TableError> {
+    let refuse = |column: usize, expected: String, got: f64| {
+        Err(TableError::in_column(line, COLUMNS[column], expected, &got.to_string()))
+    };
     let time = corner[0];
     let Some(last) = last else {
-        return if time == 0.0 {
-            Ok(())
-        } else {
-            Err(format!("column `time_s`: {time}: expected 0 to begin with"))
-        };
+        return if time == 0.0 { Ok(()) } else { refuse(0, "0 in the first row".to_owned(), time) };
     };
-    if time <= last[0] || time > LONGEST_S {
-        return Err(format!(
-            "column `time_s`: {time}: expected more than {} and at most {LONGEST_S}",
-            last[0]
-        ));
+    if time <= last[0] || time > MAX_DURATION_S {
+        return refuse(0, format!("more than {} and at most {MAX_DURATION_S}", last[0]), time);
     }
-    for (k, name) in COLUMNS.iter().enumerate().skip(1) {
-        let speed = (corner[k] - last[k]).abs() / (time - last[0]);
-        if speed > FASTEST_M_PER_S {
-            return Err(format!(
-                "column `{name}`: a speed of {speed:.1} m/s: expected at most {FASTEST_M_PER_S}"
-            ));
+    for column in 1..COLUMNS.len() {
+        let speed = (corner[column] - last[column]).abs() / (time - last[0]);
+        if speed > MAX_SPEED_M_PER_S {
+            return refuse(column, format!("a speed of at most {MAX_SPEED_M_PER_S} m/s"), speed);
         }
     }
     Ok(())
@@ -93,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_move_evenly_between_corners() {
+    fn positions_are_linear_between_corners() {
         let scenario = read("# my cable\nmotor_m,time_s,anchor_m\n0,0,0\n0.1,2,-0.02\n").unwrap();
         let near = |at: [f64; 2], wanted: [f64; 2]| at.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-15);
         assert!(near(scenario.at(1.0), [0.05, -0.01]) && near(scenario.at(9.0), [0.1, -0.02]));
@@ -101,19 +95,25 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_its_place() {
-        for (text, told) in [
-            ("", "is empty"),
-            ("time_s,motor_m\n0,0\n", "no column `anchor_m`"),
-            ("time_s,motor_m,anchor_m\n0,0,0\n1,nan,0\n", "line 3, column `motor_m`: `nan`"),
-            ("time_s,motor_m,anchor_m\n0,0,0\n1,0\n", "line 3, column `anchor_m`: ``"),
-            ("time_s,motor_m,anchor_m\n0,0,0\n0,0,0\n", "line 3, column `time_s`: 0"),
-            ("time_s,motor_m,anchor_m\n1,0,0\n", "expected 0 to begin with"),
-            ("time_s,motor_m,anchor_m\n0,0,0\n0.001,1,0\n", "a speed of 1000.0 m/s"),
-            ("time_s,motor_m,anchor_m\n0,0,0\n", "has 1 corners"),
+    fn a_refused_row_is_named_with_its_place() {
+        for (text, part) in [
+            ("", "got an empty table"),
+            ("time_s,motor_m\n0,0\n", "expected a column `anchor_m`"),
+            (
+                "time_s,motor_m,anchor_m\n0,0,0\n1,nan,0\n",
+                "line 3, column `motor_m`: expected a finite number, got `nan`",
+            ),
+            (
+                "time_s,motor_m,anchor_m\n0,0,0\n1,0\n",
+                "line 3, column `anchor_m`: expected a finite number, got an empty cell",
+            ),
+            ("time_s,motor_m,anchor_m\n0,0,0\n0,0,0\n", "line 3, column `time_s`: expected more than 0"),
+            ("time_s,motor_m,anchor_m\n1,0,0\n", "expected 0 in the first row, got 1"),
+            ("time_s,motor_m,anchor_m\n0,0,0\n0.001,1,0\n", "expected a speed of at most 5 m/s, got 1000"),
+            ("time_s,motor_m,anchor_m\n0,0,0\n", "expected at least 2 corners, got 1"),
         ] {
             let error = read(text).err().unwrap();
-            assert!(error.contains(told), "{error}");
+            assert!(error.contains(part), "{error}");
         }
     }
 }

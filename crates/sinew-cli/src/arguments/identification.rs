@@ -1,0 +1,143 @@
+//! Arguments of the verbs between logs and models.
+
+use super::values::number;
+use clap::Args;
+use std::path::PathBuf;
+
+const SKIP: &str = "a finite number of seconds >= 0";
+
+/// Identify a transmission: bench logs in, DIR/model.json and DIR/report.html out.
+///
+/// A bench log is a table (CSV, TSV, MATLAB v5; Parquet and MATLAB v7.3 in builds with those features) with one row
+/// per sample: signals of the near side (the motor's) and the signal of the far end to be predicted. Roles
+/// that no flag sets are inferred from column names with unit suffixes: tension_in_n, position_in_m, tension_out_n,
+/// anchor_m, time_s, trial.
+///
+/// Candidate models are compared by cross-validation whose folds hold out values of --group; without it, values of
+/// conditions found in the logs (a load, a frequency), else whole logs, trials, or intervals of time. Model states
+/// are reset at every trial and after every gap.
+///
+/// Example: sinew identify day1.csv day2.csv --far tension_out_n --effort tension_in_n --out out/sheath
+#[derive(Debug, Args)]
+pub(crate) struct IdentifyArguments {
+    /// Bench logs with both ends of the transmission
+    #[arg(required = true, value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) roles: RoleArguments,
+    /// Seconds at the start of every trial that are neither fitted nor scored
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
+    pub(crate) skip: f64,
+    /// Candidate models: auto, or names from the report's table, separated by commas
+    #[arg(long, value_name = "NAME,..", default_value = "auto", value_delimiter = ',')]
+    pub(crate) model: Vec<String>,
+    #[command(flatten)]
+    pub(crate) write: WriteArguments,
+}
+
+/// Columns by role.
+#[derive(Debug, Args)]
+pub(crate) struct RoleArguments {
+    /// Far-end signal to predict
+    #[arg(long, value_name = "COL")]
+    pub(crate) far: Option<String>,
+    /// Tensions or torques of the near side
+    #[arg(long, value_name = "COL,..", value_delimiter = ',')]
+    pub(crate) effort: Vec<String>,
+    /// Positions or strokes of the near side
+    #[arg(long, value_name = "COL,..", value_delimiter = ',')]
+    pub(crate) motion: Vec<String>,
+    /// Displacement of the far end, from a joint sensor
+    #[arg(long, value_name = "COL")]
+    pub(crate) anchor: Option<String>,
+    /// Slowly varying quantities: a joint angle, the bend of the sheath
+    #[arg(long, value_name = "COL,..", value_delimiter = ',')]
+    pub(crate) given: Vec<String>,
+    /// Time; the suffixes _s, _ms and _us denote its unit
+    #[arg(long, value_name = "COL")]
+    pub(crate) time: Option<String>,
+    /// Trial label: model states are reset where it changes
+    #[arg(long, value_name = "COL")]
+    pub(crate) trial: Option<String>,
+    /// Condition whose values are the folds of the cross-validation
+    #[arg(long, value_name = "COL")]
+    pub(crate) group: Option<String>,
+}
+
+/// Output of a verb that writes a model.
+#[derive(Debug, Args)]
+pub(crate) struct WriteArguments {
+    /// Folder for model.json and report.html; created if missing
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Also write the hysteresis loop and a trace as one SVG picture
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) picture: Option<PathBuf>,
+    /// Seed of all random numbers: the same seed gives the same bytes
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Evaluate a model on logs: MSE, RMSE, Pearson correlation, % of range, coverage of the 95 % band.
+#[derive(Debug, Args)]
+pub(crate) struct EvaluateArguments {
+    /// A model.json
+    pub(crate) model: PathBuf,
+    /// Logs that contain the far-end signal
+    #[arg(required = true, value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Seconds at the start of every trial that are not scored
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
+    pub(crate) skip: f64,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Predict the far end of logs, sample by sample and causally, as a real-time predictor does.
+///
+/// The output has one row per sample: log, trial, time_s, prediction, standard_deviation, gate (weight of the learned
+/// correction, 0 to 1) and flags: state_unknown, out_of_range, input_held, reset.
+#[derive(Debug, Args)]
+pub(crate) struct PredictArguments {
+    /// A model.json
+    pub(crate) model: PathBuf,
+    /// Logs of the near side
+    #[arg(required = true, value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// File to write
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: PathBuf,
+}
+
+/// Adapt a model to another specimen with a short log that contains the far-end signal.
+///
+/// An exchanged cable or tool cannot be detected from near-side signals: after an exchange, record a few trials with
+/// the far end measured and adapt. The given model is the prior; parameters that the short log does not determine keep
+/// their values.
+#[derive(Debug, Args)]
+pub(crate) struct AdaptArguments {
+    /// The model.json of the previous specimen
+    pub(crate) model: PathBuf,
+    /// Short logs of the new specimen
+    #[arg(required = true, value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Seconds at the start of every trial that are neither fitted nor scored
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
+    pub(crate) skip: f64,
+    #[command(flatten)]
+    pub(crate) write: WriteArguments,
+}
+
+/// Identify a simulated transmission; no log is needed.
+///
+/// A model is fitted to two simulated days and evaluated on a third. The logs are written beside the model; all
+/// outputs are labelled as simulated.
+#[derive(Debug, Args)]
+pub(crate) struct DemoArguments {
+    #[command(flatten)]
+    pub(crate) write: WriteArguments,
+}

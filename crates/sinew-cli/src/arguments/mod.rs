@@ -1,0 +1,85 @@
+//! The command line: arguments as written are parsed into values within their domain, or refused with the valid ones.
+
+mod design;
+mod fault;
+mod identification;
+mod path;
+mod robot;
+mod simulation;
+mod values;
+
+pub(crate) use design::{DriveArguments, DriveSizeArguments, DriveVerb, TensionArguments};
+pub(crate) use fault::{Component, FaultArgument};
+pub(crate) use identification::{
+    AdaptArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PredictArguments, RoleArguments,
+    WriteArguments,
+};
+pub(crate) use path::PathArgument;
+pub(crate) use robot::{
+    ArmArguments, ArmEvaluateArguments, ArmVerb, ConvertArguments, InspectArguments, TrackArguments,
+};
+pub(crate) use simulation::{
+    BenchArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part, ReproduceArguments, TwinArguments,
+    TwinVerb,
+};
+
+use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    success
+  1    the system failed: no permission, no space, standard output closed
+  2    bad input: an argument, a file or its content
+  130  interrupted by Ctrl-C; no output is left incomplete";
+
+/// Identifies, simulates and controls cable-driven robots whose cables run in sheaths.
+///
+/// The far end of a cable, which carries no sensor in operation, is estimated from the signals of the motor's side.
+///
+/// Start with `sinew demo --out DIR`, or with a bench log in which both ends are measured:
+/// `sinew identify LOG --far COLUMN --effort COLUMN --out DIR`, then open DIR/report.html.
+#[derive(Debug, Parser)]
+#[command(name = "sinew", version, about, long_about, propagate_version = true, after_help = EXIT_CODES)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Verb {
+    Identify(IdentifyArguments),
+    Evaluate(EvaluateArguments),
+    Predict(PredictArguments),
+    Adapt(AdaptArguments),
+    Demo(DemoArguments),
+    Arm(ArmArguments),
+    Track(TrackArguments),
+    Reproduce(ReproduceArguments),
+    Bench(BenchArguments),
+    Twin(TwinArguments),
+    Tension(TensionArguments),
+    Drive(DriveArguments),
+    Completions(CompletionsArguments),
+}
+
+/// Print a completion script for a shell.
+///
+/// Example: sinew completions bash > ~/.local/share/bash-completion/completions/sinew
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArguments {
+    /// Shell that reads the script
+    #[arg(value_enum)]
+    pub(crate) shell: Shell,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_of_the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,143 @@
+//! Arguments of the verbs about robots.
+
+use super::fault::FaultArgument;
+use super::path::{PathArgument, PathParser};
+use super::values::{compensation, number};
+use clap::{Args, Subcommand};
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::INITIAL_REST_S;
+use std::path::PathBuf;
+
+/// Cable-driven robots: inspect a model, evaluate its muscles, convert it.
+///
+/// A MODEL is a file (.toml: this program's format, .xml: MJCF, .urdf: URDF) or the name of a built-in one: lm_arm.
+#[derive(Debug, Args)]
+pub(crate) struct ArmArguments {
+    #[command(subcommand)]
+    pub(crate) verb: ArmVerb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ArmVerb {
+    Inspect(InspectArguments),
+    Evaluate(ArmEvaluateArguments),
+    Convert(ConvertArguments),
+}
+
+/// Print a robot's joints, muscles, masses and the warnings of its description.
+#[derive(Debug, Args)]
+pub(crate) struct InspectArguments {
+    /// A robot's file, or the name of a built-in one
+    pub(crate) model: PathBuf,
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    /// Write an HTML report with moment arms and a three-dimensional view of the robot
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Compute muscle lengths, moment arms (-dl/dq), wrap angles and gravity torques of a robot in given poses.
+///
+/// POSES.csv has one column per joint, by name, in rad or m; ball and free joints have JOINT.qw .qx .qy .qz (and
+/// .x .y .z). Joints without a column stay at their reference position or follow their coupling.
+#[derive(Debug, Args)]
+pub(crate) struct ArmEvaluateArguments {
+    /// A robot's file, or the name of a built-in one
+    pub(crate) model: PathBuf,
+    /// Table of poses
+    #[arg(long, value_name = "POSES.csv")]
+    pub(crate) poses: PathBuf,
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    /// File to write [default: standard output]
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "json")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Convert a robot between formats, given by the extensions: from .toml, .xml or .urdf to .toml or .xml.
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArguments {
+    /// A robot's file, or the name of a built-in one
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// File to write
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+}
+
+/// Track a path with a simulated cable-driven arm.
+///
+/// The simulated arm deviates from the controller's model in masses, cable attachments, friction and sensor offsets. Each
+/// cable is calibrated in a run of its own, then the end point tracks the path. An infeasible path is refused before the
+/// simulation, with its first infeasible instant.
+///
+/// to:X,Y,Z is a point-to-point motion from the key pose `start` to a position (m), every joint with minimum jerk.
+/// FILE.csv has waypoints in the columns time_s, x_m, y_m, z_m: two give a straight line with minimum jerk, more a
+/// smooth curve from rest to rest through all of them at their times; a waypoint given twice in a row is a stop.
+///
+/// Example: sinew track --duration 11.5 --repeats 1 --report track.html
+/// Example: sinew track --path to:0.6,0.2,-0.2 --duration 3
+#[derive(Debug, Args)]
+pub(crate) struct TrackArguments {
+    /// A robot's file, or the name of a built-in one; it needs a key pose `start` and a site `endpoint`
+    #[arg(default_value = "lm_arm")]
+    pub(crate) model: PathBuf,
+    /// Desired path of the end point: a closed path by name, a position (m), or a table of waypoints
+    #[arg(long, value_name = "sine|saddle|to:X,Y,Z|FILE.csv", default_value = "sine", value_parser = PathParser)]
+    pub(crate) path: PathArgument,
+    /// Seconds for two turns of a closed path [default: 115] or for a point-to-point motion [default: 5], 2 to 3600;
+    /// waypoints have times of their own
+    #[arg(long, value_name = "SECONDS", value_parser = number("2 to 3600 s", |s| (2.0..=3600.0).contains(&s)))]
+    pub(crate) duration: Option<f64>,
+    /// Repeats of a closed path, 1 to 100 [default: 6]; an open path is tracked once
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub(crate) repeats: Option<u32>,
+    /// Disable iterative learning from repeat to repeat
+    #[arg(long)]
+    pub(crate) no_learning: bool,
+    /// Seconds at rest after the motion, 0 to 3600
+    #[arg(long, value_name = "SECONDS", default_value_t = 3.0,
+        value_parser = number("0 to 3600 s", |s| (0.0..=3600.0).contains(&s)))]
+    pub(crate) hold: f64,
+    /// Compensation of the cables' transmission losses
+    #[arg(long, value_name = "NAME", default_value = "observer",
+        value_parser = compensation(&CompensationVariant::ALL))]
+    pub(crate) compensation: CompensationVariant,
+    /// Mass carried at the end point, 0 to 5 kg; known to the controller
+    #[arg(long, value_name = "KG", default_value_t = 0.0,
+        value_parser = number("0 to 5 kg", |kg| (0.0..=5.0).contains(&kg)))]
+    pub(crate) payload: f64,
+    #[arg(long, value_name = "COMPONENT:NAME[:MODE]@START[+DURATION]", help = fault_help())]
+    pub(crate) fault: Vec<FaultArgument>,
+    /// Seed of the arm's deviations from the model and of the sensor noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Write an HTML report
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Write the run as a table (CSV), one row per 10 ms
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) record: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+fn fault_help() -> String {
+    format!(
+        "Inject a fault; may be given again. COMPONENT is cable, drive, winch, motor-encoder or load-cell with the NAME of a \
+         muscle, or joint-encoder with that of a joint; sensors have a MODE: stuck, lost or nan. START and DURATION are \
+         in s; the run starts with {INITIAL_REST_S} s at rest"
+    )
+}

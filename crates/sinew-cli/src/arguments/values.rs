@@ -1,0 +1,77 @@
+//! Value parsers: the text of a flag to a value within its domain.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Arg, Command};
+use sinew::twin::cable::Specimen;
+use sinew_lab::CompensationVariant;
+use std::ffi::OsStr;
+
+/// A number for which `holds`; `expected` completes the message "expected ...".
+pub(super) fn number(
+    expected: &'static str,
+    holds: fn(f64) -> bool,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let value = text.trim().parse().ok().filter(|value: &f64| value.is_finite() && holds(*value));
+        value.ok_or_else(|| format!("expected {expected}"))
+    }
+}
+
+/// One of `variants` by its name.
+pub(super) fn compensation(variants: &'static [CompensationVariant]) -> impl TypedValueParser {
+    let possible = |variant: &CompensationVariant| PossibleValue::new(variant.name()).help(variant.summary());
+    PossibleValuesParser::new(variants.iter().map(possible))
+        .try_map(|name| name.parse::<CompensationVariant>())
+}
+
+/// Parses `bench`, `ideal` or the seed of a random specimen.
+#[derive(Debug, Clone)]
+pub(super) struct SpecimenParser;
+
+impl TypedValueParser for SpecimenParser {
+    type Value = Specimen;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        arg: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<Specimen, clap::Error> {
+        match value.to_str() {
+            Some("bench") => Ok(Specimen::bench()),
+            Some("ideal") => Ok(Specimen::ideal()),
+            text => {
+                let seed = text.and_then(|seed| seed.parse().ok());
+                let valid = ["bench", "ideal", "a non-negative integer"];
+                seed.map(Specimen::draw).ok_or_else(|| invalid_value(command, arg, value, &valid))
+            }
+        }
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(
+            [
+                PossibleValue::new("bench").help("parameters calibrated to the paper's tables"),
+                PossibleValue::new("ideal").help("without the effects that no identified model contains"),
+            ]
+            .into_iter(),
+        ))
+    }
+}
+
+/// clap's own error for a value that is none of the valid ones.
+pub(super) fn invalid_value(
+    command: &Command,
+    arg: Option<&Arg>,
+    value: &OsStr,
+    valid: &[&str],
+) -> clap::Error {
+    let mut error = clap::Error::new(ErrorKind::InvalidValue).with_cmd(command);
+    let name = arg.map_or_else(|| "...".to_owned(), ToString::to_string);
+    let valid = valid.iter().map(ToString::to_string).collect();
+    error.insert(ContextKind::InvalidArg, ContextValue::String(name));
+    error.insert(ContextKind::InvalidValue, ContextValue::String(value.to_string_lossy().into_owned()));
+    error.insert(ContextKind::ValidValue, ContextValue::Strings(valid));
+    error
+}
