@@ -42,8 +42,9 @@ pub const STEP: f64 = 1e-3;
 
 /// Runs the plant under the controller, calls `see` with every row, and returns the errors of the run.
 ///
-/// The arm starts at rest in the first pose of the trajectory, with tensions that balance gravity and cables that have
-/// slid toward their motors. The controller gets true states of the cables only where it is an oracle.
+/// The arm starts at rest in the first pose of the trajectory, with tensions that balance gravity and cables
+/// that have slid toward their motors. The controller gets true states of the cables only where it is an
+/// oracle.
 ///
 /// # Errors
 /// As [`ArmTwin::new`], [`ArmController::step`] and [`Trajectory::sample`] for parts of different robots;

@@ -14,8 +14,8 @@ use sinew::twin::cable::{Broken, CableReading, Resolution, Specimen};
 pub enum Programme {
     /// The load strokes; the muscle's drive controls the far tension by a compensation: its test.
     Track,
-    /// The muscle's drive strokes; the load controls the far tension by its own sensor: calibration, and the conditions of
-    /// Tables II and III.
+    /// The muscle's drive strokes; the load controls the far tension by its own sensor: calibration, and the
+    /// conditions of Tables II and III.
     Calibrate,
 }
 
@@ -43,8 +43,8 @@ pub struct BenchRun {
 }
 
 impl BenchRun {
-    /// The conditions of `yuan2023`: 40 to 200 N at one of its speeds; strokes of 0.7 m, for which the drum has room beside
-    /// the stretch; the steady window of a stroke is one period of the tension.
+    /// The conditions of `yuan2023`: 40 to 200 N at one of its speeds; strokes of 0.7 m, for which the drum
+    /// has room beside the stretch; the steady window of a stroke is one period of the tension.
     #[must_use]
     pub fn paper(specimen: Specimen, programme: Programme, speed: f64, seed: u64) -> Self {
         Self {
@@ -66,7 +66,8 @@ impl BenchRun {
 pub struct BenchRow {
     /// Time since the run began, s.
     pub time: f64,
-    /// Steady window of the stroke: 1 while the cable slides toward the motor at full speed, -1 away from it, else 0.
+    /// Steady window of the stroke: 1 while the cable slides toward the motor at full speed, -1 away from it,
+    /// else 0.
     pub window: f64,
     /// Desired far tension, N.
     pub wanted: f64,
@@ -102,7 +103,8 @@ pub enum Stop {
 pub enum MuscleControl<'a> {
     /// A compensation, from measurements.
     Compensation(&'a mut Compensation),
-    /// The plant's own law and its true stretch, without noise and delay: the upper bound of any compensation.
+    /// The plant's own law and its true stretch, without noise and delay: the upper bound of any
+    /// compensation.
     Oracle,
 }
 
@@ -193,8 +195,8 @@ fn desired_tension(run: &BenchRun, time: f64) -> f64 {
     0.5 * (low + high) + 0.5 * (high - low) * libm::sin(phase)
 }
 
-/// Feedforward of the load's drive: the rate at which a cable with the nominal parameters stretches under the desired
-/// tension.
+/// Feedforward of the load's drive: the rate at which a cable with the nominal parameters stretches under the
+/// desired tension.
 #[derive(Debug)]
 struct LoadFeedforward {
     nominal: CableLaw,
@@ -229,8 +231,8 @@ struct Stroke {
     steady: f64,
 }
 
-/// Time at full speed before the steady window of a stroke begins, as a share of the stroke's duration: the slip front
-/// travels through the sheath.
+/// Time at full speed before the steady window of a stroke begins, as a share of the stroke's duration: the
+/// slip front travels through the sheath.
 const RUN_IN: f64 = 0.3;
 
 impl Stroke {

@@ -6,8 +6,8 @@ use sinew::transmission::cable::{CablePath, Segment};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 use sinew::twin::cable::Specimen;
 
-/// Models with the true parameters of the cables, which no identification can reach. The drag's change with temperature
-/// is part of the state, not of the model.
+/// Models with the true parameters of the cables, which no identification can reach. The drag's change with
+/// temperature is part of the state, not of the model.
 #[must_use]
 pub fn oracle_models(specimen: &ArmSpecimen) -> Vec<CableModel> {
     let model = |cable: &Specimen| {

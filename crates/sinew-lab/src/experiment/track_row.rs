@@ -17,8 +17,9 @@ pub struct TrackRow<'a> {
     pub reference_point: [f64; 3],
     /// True end point, m.
     pub end_point: [f64; 3],
-    /// End point in the pose in which every joint encoder reads its reference, m: it differs from the reference by the
-    /// zero errors of the encoders, which no controller without a sensor at the end point can compensate.
+    /// End point in the pose in which every joint encoder reads its reference, m: it differs from the
+    /// reference by the zero errors of the encoders, which no controller without a sensor at the end point
+    /// can compensate.
     pub encoder_point: [f64; 3],
     /// Lengths of the muscles in the reference, m: `[muscles]`.
     pub length: &'a [f64],

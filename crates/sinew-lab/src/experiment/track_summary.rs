@@ -33,10 +33,11 @@ pub struct TrackSummary {
     pub repeat_error: Vec<Statistics>,
     /// Magnitude of the error of every muscle's length during motion, m: `[muscles]`.
     pub length_error: Vec<Statistics>,
-    /// The same as [`end_point_error`](Self::end_point_error) at rest after the motion, from [`SETTLING`] s on.
+    /// The same as [`end_point_error`](Self::end_point_error) at rest after the motion, from [`SETTLING`] s
+    /// on.
     pub hold_error: Statistics,
-    /// Share of the encoders' zero errors in the end point's error during motion, m: no controller without a sensor at the
-    /// end point can compensate it.
+    /// Share of the encoders' zero errors in the end point's error during motion, m: no controller without a
+    /// sensor at the end point can compensate it.
     pub encoder_zero_error: Statistics,
     /// And at rest.
     pub hold_encoder_zero_error: Statistics,

@@ -14,7 +14,8 @@ pub(super) struct TrackingErrors<'a> {
     position: [f64; 3],
     /// Pose in which every encoder reads its reference, rad.
     encoder_pose: Vec<f64>,
-    /// End point of the reference, of the true pose, and of the pose in which every encoder reads its reference, m.
+    /// End point of the reference, of the true pose, and of the pose in which every encoder reads its
+    /// reference, m.
     pub(super) reference_point: [f64; 3],
     pub(super) end_point: [f64; 3],
     pub(super) encoder_point: [f64; 3],

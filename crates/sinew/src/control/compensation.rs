@@ -7,8 +7,8 @@ use crate::predictor::{CableModel, CableObserver, CableSample};
 use crate::transmission::{Perceptron, SheathLaw};
 use alloc::boxed::Box;
 
-/// A method of compensation: from a [`FarEndReference`] to the drive's command, and from the near end's measurements to
-/// an estimate of the far end.
+/// A method of compensation: from a [`FarEndReference`] to the drive's command, and from the near end's
+/// measurements to an estimate of the far end.
 #[derive(Debug, Clone)]
 pub enum Compensation {
     /// No compensation: the drive's tension is the tension desired at the anchor.
@@ -26,7 +26,8 @@ pub enum Compensation {
 pub struct CompensationOutput {
     /// Command for the drive.
     pub command: DriveCommand,
-    /// Estimated tension at the anchor as a sensor there reads it, N; NaN where it needs a tension that was not measured.
+    /// Estimated tension at the anchor as a sensor there reads it, N; NaN where it needs a tension that was
+    /// not measured.
     pub tension_out: f64,
     /// Estimated elongation, m; NaN where the method has no estimate.
     pub stretch: f64,
@@ -80,7 +81,8 @@ impl CapstanCompensation {
     /// # Errors
     /// [`Error::OutOfDomain`] unless both are finite and >= 0.
     pub fn new(friction_angle: f64, pretension: f64) -> Result<Self, Error> {
-        // Only the sum of friction and efficiency is identified: mu = 1 and eta = 1 over an angle of its value.
+        // Only the sum of friction and efficiency is identified: mu = 1 and eta = 1 over an angle of its
+        // value.
         let sheath = SheathLaw::new(1.0, 1.0, pretension)?;
         let capstan = Self { sheath, wrap_angle: friction_angle, pretension };
         capstan.far_tension(0.0, 0.0)?;
@@ -99,7 +101,8 @@ impl CapstanCompensation {
     }
 }
 
-/// The network of (17), once for the command and once for the estimate; bend and length of the sheath are constant.
+/// The network of (17), once for the command and once for the estimate; bend and length of the sheath are
+/// constant.
 #[derive(Debug, Clone)]
 pub struct NetworkCompensation {
     friction_from_far: Perceptron,

@@ -1,4 +1,5 @@
-//! Commands of the drives: distribution of tensions for a torque, compensation of friction and stretch, control of an arm.
+//! Commands of the drives: distribution of tensions for a torque, compensation of friction and stretch,
+//! control of an arm.
 //!
 //! The controller has measurements, references and identified models; it does not import the plant.
 

@@ -21,7 +21,7 @@ pub const PREVIEW_HORIZON: f64 = 0.12;
 /// The winch gives the cable the stretch of steady sliding at the reference's speed and desired far tension.
 ///
 /// ```text
-/// e* = sum_j c_j T*_j                        of the steadily sliding cable: T*_(M-1) = T_out* - T_0, speed v_r
+/// e* = sum_j c_j T*_j       of the steadily sliding cable: T*_(M-1) = T_out* - T_0, speed v_r
 /// v = v_r + de*/dt + X,   X = clip((e* - e^)/t_v, +- sqrt(2 a |e* - e^|))
 /// ```
 ///
@@ -32,9 +32,9 @@ pub const PREVIEW_HORIZON: f64 = 0.12;
 /// | t_v         | [`STRETCH_TIME_CONSTANT`], above that of the drive's velocity loop | s      |
 /// | a           | [`WINCH_DECELERATION`], below the drive's 5                      | m/s^2  |
 ///
-/// While the whole cable slides, its stretch determines its far tension, and at a reversal the difference of the two
-/// stretches is the travel of the slip front: one law for both. A tension loop at the drive has neither property, because
-/// near tension carries no information on the far end while the near end sticks.
+/// While the whole cable slides, its stretch determines its far tension, and at a reversal the difference of
+/// the two stretches is the travel of the slip front: one law for both. A tension loop at the drive has
+/// neither property, because near tension carries no information on the far end while the near end sticks.
 ///
 /// # Departs
 /// `yuan2023` commands the tension of the drive (8); here it is the speed of its winch.
@@ -63,8 +63,8 @@ impl StretchController {
         Self { law, last: None }
     }
 
-    /// Speed of the winch, m/s, + toward the motor, for the `interval` seconds to come, from the estimated stretch, m, and
-    /// the drag as a multiple of the law's.
+    /// Speed of the winch, m/s, + toward the motor, for the `interval` seconds to come, from the estimated
+    /// stretch, m, and the drag as a multiple of the law's.
     ///
     /// # Errors
     /// As [`CableLaw::steady`].

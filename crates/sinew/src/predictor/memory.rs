@@ -1,6 +1,6 @@
 //! What the model remembers: the elastic clamp cell, stop operators, low-passes.
 
-use super::cable::{ObservedCable, Watch};
+use super::cable::{CableEstimate, ObservedCable, SequenceObserver};
 use super::signal::Signal;
 use crate::transmission::{ClampCell, ClampStep, saturate};
 use alloc::vec;
@@ -73,6 +73,17 @@ pub struct CellOutput {
     pub known: bool,
 }
 
+impl CellOutput {
+    /// Until the observer's initial profile has no effect any more, the far end is bounded by sliding in either
+    /// direction; then it is known.
+    #[inline]
+    fn from_cable(estimate: &CableEstimate) -> Self {
+        let CableEstimate { far: state, known, .. } = *estimate;
+        let (low, high) = if known { (state, state) } else { (estimate.low, estimate.high) };
+        Self { state, low: low.min(high), high: high.max(low), known }
+    }
+}
+
 /// The state of a [`MemoryLaw`] along one sequence.
 #[derive(Debug, Clone)]
 pub struct Memory {
@@ -82,7 +93,7 @@ pub struct Memory {
     features: Vec<f64>,
     cell: CellOutput,
     branches: Vec<f64>,
-    watch: Option<Watch>,
+    observer: Option<SequenceObserver>,
     started: bool,
 }
 
@@ -97,7 +108,7 @@ impl Memory {
             features: vec![0.0; law.features.len()],
             cell: CellOutput::default(),
             branches: vec![0.0; law.cell.as_ref().map_or(0, |c| c.branches.len())],
-            watch: law.cable.as_ref().and_then(Watch::new),
+            observer: law.cable.as_ref().and_then(SequenceObserver::new),
             started: false,
         }
     }
@@ -115,8 +126,8 @@ impl Memory {
         }
         if let Some(cell) = &law.cell {
             self.step_cell(cell, far);
-        } else if let Some(watch) = &mut self.watch {
-            self.cell = watch.step(self.started, dt_s, inputs);
+        } else if let Some(observer) = &mut self.observer {
+            self.cell = CellOutput::from_cable(&observer.step(self.started, dt_s, inputs));
         }
         self.step_features(law, dt_s);
         self.previous.copy_from_slice(&self.signals);
@@ -182,7 +193,7 @@ impl Memory {
                 }
                 Feature::CellState => self.cell.state,
                 Feature::CellWidth => width,
-                Feature::Innovation => self.watch.as_ref().map_or(0.0, |watch| watch.innovation),
+                Feature::Innovation => self.observer.as_ref().map_or(0.0, |observer| observer.innovation),
                 Feature::CellPosition => (self.cell.state - self.cell.low) / width.max(1e-12),
             };
         }

@@ -19,8 +19,8 @@ use alloc::vec::Vec;
 /// | k_i     | [`INTEGRAL_GAIN`]                                         | 1            |
 ///
 /// # Departs
-/// `yuan2023` feeds errors of muscle lengths back, (24) to (26), with the sign of the velocity term printed wrong; this
-/// law has its form, `A = w^2`, `B = 2 zeta w`, in joint space, and adds the disturbance.
+/// `yuan2023` feeds errors of muscle lengths back, (24) to (26), with the sign of the velocity term printed
+/// wrong; this law has its form, `A = w^2`, `B = 2 zeta w`, in joint space, and adds the disturbance.
 ///
 /// # Source
 /// `yuan2023`, eqs. 24 to 26, corrected; disturbance compensation as in any extended state observer.

@@ -16,10 +16,11 @@ use alloc::vec::Vec;
 /// Quantity that is commanded to the drives to obtain the desired tensions at the anchors.
 #[derive(Debug, Clone)]
 pub enum ActuationMode {
-    /// Speeds of the winches, from the stretch of the cables at the desired tensions; the estimated stretch is from this
-    /// source.
+    /// Speeds of the winches, from the stretch of the cables at the desired tensions; the estimated stretch
+    /// is from this source.
     WinchSpeed(CableStateSource),
-    /// Tensions at the drives' outlets, each by its compensation of friction (8), as in `yuan2023`: `[muscles]`.
+    /// Tensions at the drives' outlets, each by its compensation of friction (8), as in `yuan2023`:
+    /// `[muscles]`.
     DriveTension(Vec<Compensation>),
 }
 

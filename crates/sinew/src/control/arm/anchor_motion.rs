@@ -4,7 +4,8 @@ use super::signals::PreviewedReference;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Motion of the anchors along their cables, + toward the motor, mapped from the joints by (20): `[muscles]` each.
+/// Motion of the anchors along their cables, + toward the motor, mapped from the joints by (20): `[muscles]`
+/// each.
 #[derive(Debug, Clone)]
 pub(super) struct AnchorMotion {
     /// `v_r(t) = R q'_r(t)`, m/s.
@@ -30,8 +31,8 @@ impl AnchorMotion {
         }
     }
 
-    /// Maps references, estimates and the error of the joints, rad, in the evaluated pose of the body; the filter of
-    /// slip advances by `filter_share` of its input.
+    /// Maps references, estimates and the error of the joints, rad, in the evaluated pose of the body; the
+    /// filter of slip advances by `filter_share` of its input.
     pub(super) fn update(
         &mut self,
         body: &BodyModel,

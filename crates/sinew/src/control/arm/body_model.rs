@@ -4,7 +4,8 @@ use crate::muscle::{Geometry, Muscles};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// The controller's model of the body: geometry of the muscles and dynamics of the joints, one pose at a time.
+/// The controller's model of the body: geometry of the muscles and dynamics of the joints, one pose at a
+/// time.
 #[derive(Debug, Clone)]
 pub(super) struct BodyModel {
     robot: Robot,
@@ -54,15 +55,16 @@ impl BodyModel {
         self.geometry.lengths()
     }
 
-    /// `R v = -l'`: speed of every anchor toward its motor, m/s, from joint velocities; displacement, m, from small
-    /// changes of the joint angles. (20)
+    /// `R v = -l'`: speed of every anchor toward its motor, m/s, from joint velocities; displacement, m, from
+    /// small changes of the joint angles. (20)
     pub(super) fn anchor_motion(&self, v: &[f64], out: &mut [f64]) {
         for (row, out) in self.moment_arms.chunks_exact(v.len()).zip(out) {
             *out = row.iter().zip(v).map(|(arm, v)| arm * v).sum();
         }
     }
 
-    /// `M^-1 (R^T F - c - g + passive)`: acceleration under tensions at the anchors, (21) and (23) with `d = 0`.
+    /// `M^-1 (R^T F - c - g + passive)`: acceleration under tensions at the anchors, (21) and (23) with `d =
+    /// 0`.
     pub(super) fn forward_dynamics(
         &mut self,
         q: &[f64],

@@ -13,8 +13,8 @@ use alloc::vec::Vec;
 pub enum CableStateSource {
     /// The cables' observers: encoders, load cells and the identified law.
     Observer,
-    /// The encoders alone: stretch is the relative displacement of a cable's ends since the start, far tensions are
-    /// taken as the desired ones.
+    /// The encoders alone: stretch is the relative displacement of a cable's ends since the start, far
+    /// tensions are taken as the desired ones.
     Encoders,
     /// The true state, from [`GroundTruth`]: the upper bound that an observer is compared with.
     Oracle,
@@ -107,7 +107,8 @@ impl CableStates {
         Ok(())
     }
 
-    /// One step of `h` s with measured motor positions, m, and tensions, N, and the tensions desired before, N.
+    /// One step of `h` s with measured motor positions, m, and tensions, N, and the tensions desired before,
+    /// N.
     pub(super) fn update(
         &mut self,
         h: f64,
@@ -154,8 +155,8 @@ impl CableStates {
         self.observers.cables().law(cable).ok_or(Error::WrongLength { name: "cables", expected, got: cable })
     }
 
-    /// Sets the wrap angles of the pose: of all cables at first, then of one cable per cycle, because poses change
-    /// slowly.
+    /// Sets the wrap angles of the pose: of all cables at first, then of one cable per cycle, because poses
+    /// change slowly.
     fn update_wraps(&mut self, angles: &[f64]) -> Result<(), Error> {
         let n = self.wraps.len();
         let first = self.wraps.iter().any(|wrap| wrap.angle.is_nan());

@@ -87,8 +87,8 @@ impl ArmController {
     /// A controller in its initial state, from the nominal body and the identified model of every cable.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for models or compensations of another number than muscles; as [`ArmGains::validate`] and
-    /// [`CableModel::law`].
+    /// [`Error::WrongLength`] for models or compensations of another number than muscles; as
+    /// [`ArmGains::validate`] and [`CableModel::law`].
     pub fn new(
         robot: &Robot,
         models: &[CableModel],
@@ -139,7 +139,8 @@ impl ArmController {
     }
 
     /// Adds a network to every cable's observer that corrects its far tension by at most
-    /// [`ResidualNetwork::LIMIT_N`](super::ResidualNetwork::LIMIT_N): `[muscles]`. Without observers it has no effect.
+    /// [`ResidualNetwork::LIMIT_N`](super::ResidualNetwork::LIMIT_N): `[muscles]`. Without observers it has
+    /// no effect.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for networks of another number than muscles, or of other inputs than
@@ -164,12 +165,12 @@ impl ArmController {
         }
     }
 
-    /// One control cycle: the commands for the `h` s to come, from measurements and references at their beginning.
-    /// Nothing is allocated.
+    /// One control cycle: the commands for the `h` s to come, from measurements and references at their
+    /// beginning. Nothing is allocated.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for slices of another robot, for an oracle without ground truth, and for ground truth
-    /// without an oracle; [`Error::OutOfDomain`] for references that are not finite.
+    /// [`Error::WrongLength`] for slices of another robot, for an oracle without ground truth, and for ground
+    /// truth without an oracle; [`Error::OutOfDomain`] for references that are not finite.
     pub fn step(
         &mut self,
         h: f64,
@@ -211,8 +212,8 @@ impl ArmController {
         self.faults.update(h, measurement, &prediction);
     }
 
-    /// Far tensions and stretches, in the pose estimated last. A rejected joint angle is predicted from the reference's
-    /// speed.
+    /// Far tensions and stretches, in the pose estimated last. A rejected joint angle is predicted from the
+    /// reference's speed.
     fn estimate_cables(
         &mut self,
         h: f64,

@@ -20,7 +20,8 @@ pub(super) struct Prediction<'a> {
 
 /// Time for which a fault has to persist before it stops the arm, s.
 const PERSISTENCE_TIME: f64 = 0.03;
-/// Error of a joint that stops the arm, rad; also the largest deviation of its first measurement from the reference.
+/// Error of a joint that stops the arm, rad; also the largest deviation of its first measurement from the
+/// reference.
 const MAX_TRACKING_ERROR: f64 = 0.5;
 
 /// Joint encoder, rad: 10 rad/s; unchanged over 0.012 rad of expected motion (5e-3 occur where cables stick).
@@ -28,13 +29,14 @@ const JOINT: SensorLimits =
     SensorLimits { initial_deviation: MAX_TRACKING_ERROR, max_rate: 10.0, max_unchanged: 0.012 };
 /// Motor encoder, m of cable: any origin; 2 m/s; unchanged over 0.8 mm of commanded travel (0.3 mm occur).
 const MOTOR: SensorLimits = SensorLimits { initial_deviation: 1e3, max_rate: 2.0, max_unchanged: 8e-4 };
-/// Load cell, N: 40 kN/s, exceeded only by a cable that breaks (8 kN/s occur); noise changes every sample, so that
-/// the expected change counts samples, of which eight may be equal.
+/// Load cell, N: 40 kN/s, exceeded only by a cable that breaks (8 kN/s occur); noise changes every sample, so
+/// that the expected change counts samples, of which eight may be equal.
 const LOAD_CELL: SensorLimits = SensorLimits { initial_deviation: 1e4, max_rate: 4e4, max_unchanged: 8.0 };
 
 /// Time constant with which the expected speed of a joint decays while its encoder's output is unchanged, s.
 const EXPECTED_SPEED_DECAY: f64 = 0.15;
-/// Travel of a joint's reference while its encoder's output is unchanged that is a fault, rad; 0.024 occur at reversals.
+/// Travel of a joint's reference while its encoder's output is unchanged that is a fault, rad; 0.024 occur at
+/// reversals.
 const MAX_REFERENCE_TRAVEL: f64 = 0.1;
 /// Change of the tension residual that proves motion of a winch whose encoder's output is unchanged, N.
 const MOTION_RESIDUAL: f64 = 1.5;
@@ -54,8 +56,9 @@ const SLACK_TENSION: f64 = 4.0;
 ///                 joint encoder   e = h min(|q'^_0|, |q'_r|) exp(-t_u/t_d) while both have one sign, else 0
 ///                 motor encoder   e = h v_c
 /// drive         r_v = (r_v + h v_c - dx)(1 - h/t_f);                    fault at |r_v| > r_v,max
-/// load          r_T <- r_T + (h/t_p)(T - T^ - r_T);   an encoder that is unchanged over e_max is a fault of the
-///                 drive where r_T has changed by less than r_T,min in the commanded direction, else of the encoder
+/// load          r_T <- r_T + (h/t_p)(T - T^ - r_T)
+///                 encoder unchanged over e_max: fault of the drive where r_T has changed by less than
+///                 r_T,min in the commanded direction, else of the encoder
 /// cable         T < T^ - max(dT, c T^) for longer than t_p
 /// tracking      |q_r - q^| >= e_q
 /// ```
@@ -67,12 +70,13 @@ const SLACK_TENSION: f64 = 4.0;
 /// | T, T^         | measured and estimated tension at the drive's outlet                    | N         |
 /// | t_d, t_f, t_p | decay of the expected speed and of `r_v`, persistence time               | s         |
 ///
-/// A fault of a vital sensor degrades the arm at once and stops it after the persistence time; a fault of a load cell
-/// only degrades. A rejected motor position is continued by `h v_c`; a rejected joint angle or tension becomes NaN.
-/// Stopping is final.
+/// A fault of a vital sensor degrades the arm at once and stops it after the persistence time; a fault of a
+/// load cell only degrades. A rejected motor position is continued by `h v_c`; a rejected joint angle or
+/// tension becomes NaN. Stopping is final.
 ///
 /// # Source
-/// Residual evaluation with thresholds and persistence times, as usual; thresholds from fault-free runs of the twin.
+/// Residual evaluation with thresholds and persistence times, as usual; thresholds from fault-free runs of
+/// the twin.
 #[derive(Debug, Clone)]
 pub(super) struct FaultDetector {
     motors: Vec<SensorMonitor>,
@@ -181,7 +185,8 @@ impl FaultDetector {
             let accepted = motor.update(h, measured, if blocked { 0.0 } else { commanded });
             let moved = if accepted && self.started { measured - self.motor[k] } else { commanded };
             self.motor[k] = if accepted { measured } else { self.motor[k] + commanded };
-            // A standing winch and a frozen encoder repeat the same output: only moving cable changes the tension.
+            // A standing winch and a frozen encoder repeat the same output: only moving cable changes the
+            // tension.
             if motor.has_changed(h) {
                 (self.drive_standing[k], self.residual_at_change[k]) = (false, self.tension_residual[k]);
             } else if accepted {

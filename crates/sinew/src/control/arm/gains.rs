@@ -6,29 +6,32 @@ use alloc::vec::Vec;
 
 /// Gains and limits of the arm's controller.
 ///
-/// Each field names the term of the control law in which it stands. The laws are written in full at the controller
-/// ([`ArmController`](super::ArmController), `q''_d`), the joints' observer (`joint_observer.rs`) and the winches
-/// (`winch.rs`).
+/// Each field names the term of the control law in which it stands. The laws are written in full at the
+/// controller ([`ArmController`](super::ArmController), `q''_d`), the joints' observer (`joint_observer.rs`)
+/// and the winches (`winch.rs`).
 ///
 /// # Source
 /// A random search on two arms of the twin, drawn and calibrated; checked on other arms of the same kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmGains {
-    /// `w` of every joint in `q''_d = .. + w^2 (q_r - q^) + 2 zeta w (q'_r - q'^)`, rad/s, >= 0: bandwidth. `[joints]`
+    /// `w` of every joint in `q''_d = .. + w^2 (q_r - q^) + 2 zeta w (q'_r - q'^)`, rad/s, >= 0: bandwidth.
+    /// `[joints]`
     pub bandwidth: Vec<f64>,
     /// `zeta` of the same, 1, >= 0: damping ratio.
     pub damping: f64,
-    /// `w_d` of every joint in `d_u' = w_d (d^ - d_u)`, rad/s, >= 0: bandwidth of the disturbance compensation `d_u`, 0
-    /// for none. `[joints]`
+    /// `w_d` of every joint in `d_u' = w_d (d^ - d_u)`, rad/s, >= 0: bandwidth of the disturbance
+    /// compensation `d_u`, 0 for none. `[joints]`
     pub disturbance_bandwidth: Vec<f64>,
-    /// `w_o` in `w = w_o clip(|e|/e_0, 1, r)`, rad/s, > 0: bandwidth of the joints' observers at small innovations `e`.
+    /// `w_o` in `w = w_o clip(|e|/e_0, 1, r)`, rad/s, > 0: bandwidth of the joints' observers at small
+    /// innovations `e`.
     pub observer_bandwidth: f64,
-    /// `e_0` of the same, rad, > 0: innovation above which the bandwidth grows; larger than the encoders' quantisation.
+    /// `e_0` of the same, rad, > 0: innovation above which the bandwidth grows; larger than the encoders'
+    /// quantisation.
     pub innovation_threshold: f64,
     /// `r` of the same, 1, >= 1: largest ratio by which it grows.
     pub max_bandwidth_ratio: f64,
-    /// `kappa` in `x = e* - e^ + kappa d + t_d (v_r - v^)`, 1, >= 0: share of an anchor's position error `d` in the travel
-    /// `x` of its winch; oscillates beyond 2.
+    /// `kappa` in `x = e* - e^ + kappa d + t_d (v_r - v^)`, 1, >= 0: share of an anchor's position error `d`
+    /// in the travel `x` of its winch; oscillates beyond 2.
     pub position_gain: f64,
     /// `t_d` of the same, s, >= 0: gain of the anchor's speed error; damps limit cycles of the dead band.
     pub rate_gain: f64,
@@ -38,18 +41,19 @@ pub struct ArmGains {
     pub winch_deceleration: f64,
     /// `v_max` in `|v| <= v_max`, m/s, > 0: largest commanded speed of a winch.
     pub max_winch_speed: f64,
-    /// `x_t` in `s_r' = v_r/x_t`, m, > 0: presliding distance, travel of an anchor over which its cable crosses half of
-    /// the dead band.
+    /// `x_t` in `s_r' = v_r/x_t`, m, > 0: presliding distance, travel of an anchor over which its cable
+    /// crosses half of the dead band.
     pub presliding_distance: f64,
-    /// `lambda` in `s = .. + lambda d/G`, 1, >= 0: pre-travel across the dead band `G`, proportional to the anchor's
-    /// position error.
+    /// `lambda` in `s = .. + lambda d/G`, 1, >= 0: pre-travel across the dead band `G`, proportional to the
+    /// anchor's position error.
     pub pre_travel_gain: f64,
     /// `lambda_i` in `s_i' = lambda_i d/G`, 1/s, >= 0: the same, integrated.
     pub pre_travel_integral: f64,
-    /// `beta_0` in `beta = beta_0 + beta_c/(1 + (v_r/v_c)^2)`, 1, >= 0: share of the dead band that feedforward leaves to
-    /// feedback, the uncertainty of friction.
+    /// `beta_0` in `beta = beta_0 + beta_c/(1 + (v_r/v_c)^2)`, 1, >= 0: share of the dead band that
+    /// feedforward leaves to feedback, the uncertainty of friction.
     pub feedback_share: f64,
-    /// `beta_c` of the same, 1, >= 0: additional share at creep speed, where static friction exceeds sliding friction.
+    /// `beta_c` of the same, 1, >= 0: additional share at creep speed, where static friction exceeds sliding
+    /// friction.
     pub creep_feedback_share: f64,
     /// `t_s` in `t_s v_s' = v^ - v_s`, s, > 0: filter of the anchor's speed at which friction is evaluated.
     pub slip_filter_time: f64,
@@ -59,10 +63,11 @@ pub struct ArmGains {
     pub pretension_margin: f64,
     /// N, > 0: continuous tension of a drive; with the friction of its cable it gives `F_max` of (22).
     pub max_drive_tension: f64,
-    /// `delta_min`, `delta_max` in `d_0 = d - clip(d, +-delta)`, m, >= 0 and rising: dead zone of the anchors' position
-    /// errors at rest, and its limit.
+    /// `delta_min`, `delta_max` in `d_0 = d - clip(d, +-delta)`, m, >= 0 and rising: dead zone of the
+    /// anchors' position errors at rest, and its limit.
     pub rest_tolerance: [f64; 2],
-    /// `t_r` in `s_r' = d_0/(t_r x_t)`, s, > 0: time constant with which errors beyond the dead zone are corrected at rest.
+    /// `t_r` in `s_r' = d_0/(t_r x_t)`, s, > 0: time constant with which errors beyond the dead zone are
+    /// corrected at rest.
     pub rest_time_constant: f64,
 }
 
@@ -96,8 +101,8 @@ impl ArmGains {
         }
     }
 
-    /// The same with lower gains, for [`CableStateSource::Encoders`](super::CableStateSource::Encoders): without
-    /// estimated tensions the phase margin is smaller.
+    /// The same with lower gains, for [`CableStateSource::Encoders`](super::CableStateSource::Encoders):
+    /// without estimated tensions the phase margin is smaller.
     #[must_use]
     pub fn without_tension_estimates(self) -> Self {
         Self {

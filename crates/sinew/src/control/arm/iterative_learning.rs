@@ -88,7 +88,8 @@ impl IterativeLearning {
         }
     }
 
-    /// Records the contribution of feedback of one muscle; muscles come in their order, once per control cycle.
+    /// Records the contribution of feedback of one muscle; muscles come in their order, once per control
+    /// cycle.
     pub(super) fn record(&mut self, muscle: usize, feedback: f64) {
         self.sum[muscle] += feedback;
         if muscle + 1 == self.muscles {

@@ -17,7 +17,8 @@ use alloc::vec::Vec;
 /// | w_o    | bandwidth                                                                   | rad/s   |
 /// | e_0, r | threshold of the innovation above which the bandwidth grows, largest growth   | rad, 1  |
 ///
-/// The low bandwidth filters the encoder's quantisation; the high one follows a joint that breaks away from stiction.
+/// The low bandwidth filters the encoder's quantisation; the high one follows a joint that breaks away from
+/// stiction.
 ///
 /// # Source
 /// Textbook: Luenberger's observer with the disturbance as third state, all poles at `-w`.

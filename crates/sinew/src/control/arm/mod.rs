@@ -1,4 +1,5 @@
-//! The controller of an arm: measurements of its sensors in, commands of its drives out, once per millisecond.
+//! The controller of an arm: measurements of its sensors in, commands of its drives out, once per
+//! millisecond.
 
 mod acceleration_law;
 mod actuation;

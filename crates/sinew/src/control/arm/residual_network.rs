@@ -9,18 +9,19 @@ use crate::transmission::Perceptron;
 /// T_out <- T_out + clip(y(T_in, T_out, s(v_motor), s(v_anchor)), +-4 N),   s(v) = tanh(v/v_s)
 /// ```
 ///
-/// | symbol                | unit | domain | meaning                                                      |
-/// |-----------------------|------|--------|--------------------------------------------------------------|
-/// | `T_in`, `T_out`       | N    | finite | estimated tensions at the drive's outlet and at the anchor      |
-/// | `v_motor`, `v_anchor` | m/s  | finite | filtered speed of the cable's ends, + toward the motor           |
-/// | `v_s`                 | m/s  | 0.005  | speed beyond which the input saturates at the direction            |
-/// | y                     | N    | finite | the network, of [`INPUTS`](Self::INPUTS) inputs                 |
+/// | symbol                | unit | domain | meaning                                                |
+/// |-----------------------|------|--------|--------------------------------------------------------|
+/// | `T_in`, `T_out`       | N    | finite | estimated tensions at drive's outlet and anchor          |
+/// | `v_motor`, `v_anchor` | m/s  | finite | filtered speed of the cable's ends, + toward the motor |
+/// | `v_s`                 | m/s  | 0.005  | speed beyond which the input saturates                 |
+/// | y                     | N    | finite | the network                                            |
 ///
 /// # Assumes
 /// The observer's error is a function of the present state.
 ///
 /// # Errors
-/// [`Error::WrongLength`] for a network of other inputs; [`Error::OutOfDomain`] for inputs that are not finite.
+/// [`Error::WrongLength`] for a network of other inputs; [`Error::OutOfDomain`] for inputs that are not
+/// finite.
 ///
 /// # Example
 /// ```
@@ -42,7 +43,8 @@ use crate::transmission::Perceptron;
 /// ```
 ///
 /// # Source
-/// Residual learning on a physical model, as usual; the network is that of `yuan2023` (12), its inputs are our own.
+/// Residual learning on a physical model, as usual; the network is that of `yuan2023` (12), its inputs are
+/// our own.
 #[derive(Debug, Clone)]
 pub struct ResidualNetwork {
     network: Perceptron,
@@ -68,7 +70,8 @@ impl ResidualNetwork {
         }
     }
 
-    /// Correction to add to the estimated tension at the anchor, N, `h` s after the sample before; nothing is allocated.
+    /// Correction to add to the estimated tension at the anchor, N, `h` s after the sample before; nothing is
+    /// allocated.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] for inputs that are not finite.
@@ -78,7 +81,8 @@ impl ResidualNetwork {
     }
 }
 
-/// Inputs of a [`ResidualNetwork`]: two tensions, and the speeds of both ends from their positions by a low pass.
+/// Inputs of a [`ResidualNetwork`]: two tensions, and the speeds of both ends from their positions by a low
+/// pass.
 #[derive(Debug, Clone, Copy)]
 pub struct ResidualInputs {
     /// Last measured position of motor and anchor, m; NaN before the first.
@@ -101,8 +105,8 @@ impl Default for ResidualInputs {
 }
 
 impl ResidualInputs {
-    /// The inputs, `h` s after the sample before; `h <= 0` restarts the low pass, the speed of an end whose position is
-    /// not finite is kept.
+    /// The inputs, `h` s after the sample before; `h <= 0` restarts the low pass, the speed of an end whose
+    /// position is not finite is kept.
     pub fn update(
         &mut self,
         h: f64,

@@ -10,7 +10,7 @@
 /// | v_max  | largest rate of change                                                | per s           |
 /// | t_r    | time for which measurements have been rejected                         | s               |
 /// | e      | change expected between two samples, from the other side of its loop   | as `e_max`      |
-/// | e_max  | largest expected change over which the output may stay the same to the bit | see [`SensorLimits`] |
+/// | e_max  | largest expected change with unchanged output                        | see [`SensorLimits`] |
 ///
 /// The first measurement is compared with an initial value, within `y_0`, instead.
 #[derive(Debug, Clone, Copy)]
@@ -52,7 +52,8 @@ impl SensorMonitor {
         }
     }
 
-    /// Whether a measurement, `h` s after the one before, is accepted; `expected` is the change expected since then.
+    /// Whether a measurement, `h` s after the one before, is accepted; `expected` is the change expected
+    /// since then.
     pub(super) fn update(&mut self, h: f64, measured: f64, expected: f64) -> bool {
         if measured.to_bits() == self.previous.to_bits() {
             self.unchanged_for += h;

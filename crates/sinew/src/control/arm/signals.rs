@@ -25,7 +25,8 @@ pub struct PreviewedReference<'a> {
     pub current: &'a Reference,
     /// Reference at `t + t_p`.
     pub previewed: &'a Reference,
-    /// Time since the present repeat of a periodic motion began, s, for iterative learning; none outside of repeats.
+    /// Time since the present repeat of a periodic motion began, s, for iterative learning; none outside of
+    /// repeats.
     pub repeat_time: Option<f64>,
 }
 
@@ -41,7 +42,8 @@ pub struct GroundTruth<'a> {
     pub drag_factor: &'a [f64],
 }
 
-/// Commands for the drives with the intermediate results that led to them; valid until the next control cycle.
+/// Commands for the drives with the intermediate results that led to them; valid until the next control
+/// cycle.
 #[derive(Debug, Clone, Copy)]
 pub struct ArmCommand<'a> {
     /// Commands for the drives: `[muscles]`.

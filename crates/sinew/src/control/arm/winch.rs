@@ -42,7 +42,7 @@ pub(super) struct MuscleReference {
 ///
 /// ```text
 /// s_r' = d_0/(t_r x_t),   s_i' = lambda_i d_0/G,   s = s_r + s_k + s_i
-/// s_r + s_k + s_i = (2 (e^ - d) - e_+ - e_-)/G  at the beginning of rest and while d_0 = 0: the winch's stretch
+/// s_r + s_k + s_i = (2 (e^ - d) - e_+ - e_-)/G  at the beginning of rest and while d_0 = 0
 /// delta <- min(3/2 delta, delta_max)            whenever d_0 changes sign, from delta_min
 /// ```
 ///
@@ -56,10 +56,11 @@ pub(super) struct MuscleReference {
 /// | t_p       | [`PREVIEW_HORIZON`](crate::control::stretch::PREVIEW_HORIZON)                  | s      |
 /// | v_c       | [`CREEP_SPEED`]                                                              | m/s    |
 ///
-/// The other symbols are the [`ArmGains`]. At a reversal of the reference the winch crosses the dead band while the
-/// anchor travels `x_t`; the last share `beta` of the crossing is left to feedback, because a cable that is driven across
-/// too far breaks away. `e_+` and `e_-` take the friction at the speed of slip. The term `t_d` damps break-away.
-/// At rest the growing dead zone `delta` ends limit cycles between stiction and integral.
+/// The other symbols are the [`ArmGains`]. At a reversal of the reference the winch crosses the dead band
+/// while the anchor travels `x_t`; the last share `beta` of the crossing is left to feedback, because a cable
+/// that is driven across too far breaks away. `e_+` and `e_-` take the friction at the speed of slip. The
+/// term `t_d` damps break-away. At rest the growing dead zone `delta` ends limit cycles between stiction and
+/// integral.
 ///
 /// # Departs
 /// `yuan2023` commands the tension of the drive (8); this law commands the speed of its winch.

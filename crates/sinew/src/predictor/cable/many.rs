@@ -1,7 +1,7 @@
-//! The observers of all cables of a robot, eight at a time.
+//! The observers of all cables of a robot, eight at a time in SIMD lanes.
 
 use super::model::{CableModel, CableSample};
-use super::track::{CableEstimate, Track, parts};
+use super::observer_state::{CableEstimate, InitialProfile, ObserverState, substeps};
 use crate::Error;
 use crate::transmission::Sliding;
 use crate::transmission::cable::{CableBatch, CableLaw, EndMotion, EndTensions};
@@ -10,7 +10,8 @@ use alloc::vec::Vec;
 
 /// [`CableObserver`](super::CableObserver)s side by side: sampled together, otherwise independent.
 ///
-/// The same to the bit as so many single ones while no cable moves more than half a millimetre between samples.
+/// Equal to the bit to single observers while no end moves more than half a millimetre between samples:
+/// beyond, all cables take as many steps as the one that moves farthest.
 ///
 /// # Example
 /// ```
@@ -25,13 +26,13 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone)]
 pub struct CableObservers {
     cables: CableBatch,
-    tracks: Vec<Track>,
+    states: Vec<ObserverState>,
     motions: Vec<EndMotion>,
     ends: Vec<EndTensions>,
 }
 
 impl CableObservers {
-    /// Observers that have seen nothing, one per model; all models have the same number of cells.
+    /// Observers before their first sample, one per model; all models have the same number of cells.
     ///
     /// # Errors
     /// As [`CableModel::law`] and [`CableBatch::new`].
@@ -39,64 +40,65 @@ impl CableObservers {
         let laws = models.iter().map(CableModel::law).collect::<Result<Vec<CableLaw>, _>>()?;
         Ok(Self {
             cables: CableBatch::new(&laws)?,
-            tracks: models.iter().zip(&laws).map(|(model, law)| Track::new(model, law)).collect(),
+            states: models.iter().zip(&laws).map(|(model, law)| ObserverState::new(model, law)).collect(),
             motions: vec![EndMotion::default(); models.len()],
             ends: vec![EndTensions::default(); models.len()],
         })
     }
 
-    /// Forgets everything: the next samples start anew.
+    /// The next samples start all observers.
     pub fn reset(&mut self) {
-        self.tracks.iter_mut().for_each(Track::reset);
+        self.states.iter_mut().for_each(ObserverState::reset);
     }
 
-    /// Takes a sample of every cable: `samples: [cables]` in, `estimates: [cables]` out.
+    /// One step with a sample of every cable, `interval` seconds after the one before: `samples: [cables]`
+    /// in, `estimates: [cables]` out.
     ///
     /// # Errors
-    /// [`Error::WrongLength`]; any sample is answered.
+    /// [`Error::WrongLength`]. Every sample gives an estimate.
     pub fn step(
         &mut self,
         interval: f64,
         samples: &[CableSample],
         estimates: &mut [CableEstimate],
     ) -> Result<(), Error> {
-        let expected = self.tracks.len();
+        let expected = self.states.len();
         for (name, got) in [("samples", samples.len()), ("estimates", estimates.len())] {
             if got != expected {
                 return Err(Error::WrongLength { name, expected, got });
             }
         }
         let (mut n, mut moving) = (1.0_f64, false);
-        for (k, (track, sample)) in self.tracks.iter_mut().zip(samples).enumerate() {
-            self.motions[k] = match track.follow(interval, sample) {
+        for (k, (state, sample)) in self.states.iter_mut().zip(samples).enumerate() {
+            self.motions[k] = match state.end_motion(interval, sample) {
                 Some(motion) => {
                     moving = true;
                     motion
                 }
                 None => {
-                    let (tension, share, stretch) = track.start(sample);
-                    self.ends[k] = self.cables.set_profile(k, tension, share, stretch)?;
+                    let InitialProfile { tension_in, friction_share, stretch } = state.initialize(sample);
+                    self.ends[k] = self.cables.set_profile(k, tension_in, friction_share, stretch)?;
                     EndMotion::default()
                 }
             };
-            n = n.max(parts(&self.motions[k]));
+            n = n.max(substeps(&self.motions[k]));
         }
-        // A start takes no time.
+        // Observers that start do not move.
         if moving && interval > 0.0 {
             self.advance(interval, n);
         }
-        for (k, ((track, sample), estimate)) in self.tracks.iter_mut().zip(samples).zip(estimates).enumerate()
+        for (k, ((state, sample), estimate)) in self.states.iter_mut().zip(samples).zip(estimates).enumerate()
         {
-            *estimate = track.compare(sample, self.ends[k], self.cables.stretch(k).unwrap_or(0.0));
-            track.learn(self.cables.slides_everywhere(k));
-            if let Some(factor) = track.news_of_drag() {
+            *estimate = state.update(sample, self.ends[k], self.cables.stretch(k).unwrap_or(0.0));
+            state.adapt_drag(self.cables.slides_everywhere(k));
+            if let Some(factor) = state.changed_drag_factor() {
                 self.cables.scale_drag(k, factor)?;
             }
         }
         Ok(())
     }
 
-    /// What they believe, profiles included.
+    /// The estimated cables with their profiles.
     #[must_use]
     pub fn cables(&self) -> &CableBatch {
         &self.cables
@@ -117,7 +119,7 @@ impl CableObservers {
     pub fn set_wrap(&mut self, cable: usize, pulley: usize, wrap: f64) -> Result<(), Error> {
         self.cables.set_wrap(cable, pulley, wrap)?;
         if let Some(law) = self.cables.law(cable) {
-            self.tracks[cable].renew(law);
+            self.states[cable].update_law(law);
         }
         Ok(())
     }
@@ -127,12 +129,12 @@ impl CableObservers {
             *motion = EndMotion { motor: motion.motor / n, anchor: motion.anchor / n };
         }
         for _ in 0..n as usize {
-            // Refused is what no sampling brings: an interval of nanoseconds.
+            // Only an interval of nanoseconds is refused, which no sampling has.
             if self.cables.step(interval / n, &self.motions, &mut self.ends).is_err() {
                 return;
             }
-            for (k, track) in self.tracks.iter_mut().enumerate().filter(|(_, track)| !track.known) {
-                track.slid(self.cables.slides_everywhere(k), interval / n);
+            for (k, state) in self.states.iter_mut().enumerate().filter(|(_, state)| !state.converged) {
+                state.record_sliding(self.cables.slides_everywhere(k), interval / n);
             }
         }
     }
@@ -144,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_observers_are_as_many_single_ones_to_the_bit() {
+    fn observers_side_by_side_equal_single_observers_to_the_bit() {
         let models: Vec<CableModel> = (0..11)
             .map(|k| {
                 let mut model = CableModel::bench();
@@ -166,7 +168,7 @@ mod tests {
                     tension_in: 80.0 + 30.0 * libm::cos(t),
                 }
             });
-            // A pause now and then.
+            // A pause every two seconds.
             let interval = if step % 2000 == 1500 { 0.5 } else { 1e-3 };
             many.step(interval, &samples, &mut estimates).unwrap();
             for ((one, sample), estimate) in ones.iter_mut().zip(&samples).zip(&estimates) {

@@ -1,15 +1,16 @@
-//! The cable itself as a model: carried along by both ends' displacements, corrected by the near tension.
+//! Observer of a cable: the law of the cable, driven by the displacements of both ends, corrected by the near
+//! tension.
 //!
-//! It stands in this room because control and identification both use it, and the plant may not know it.
+//! Control and identification use it; the plant does not.
 
 mod many;
 mod model;
+mod observer_state;
 mod one;
-mod track;
-mod watch;
+mod sequence_observer;
 
 pub use many::CableObservers;
 pub use model::{CableColumns, CableModel, CableSample, ObservedCable};
+pub use observer_state::CableEstimate;
 pub use one::CableObserver;
-pub use track::CableEstimate;
-pub(super) use watch::Watch;
+pub(super) use sequence_observer::SequenceObserver;

@@ -1,40 +1,41 @@
-//! What an observer is told about a cable.
+//! Parameters and inputs of a cable's observer.
 
 use crate::Error;
 use crate::error::{finite, positive, within};
 use crate::transmission::cable::{CableLaw, CableParameters, CablePath};
 use serde::{Deserialize, Serialize};
 
-/// What an observer believes of a cable; identified from a log, never taken from a plant.
+/// Parameters of a cable's observer, identified from logs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CableModel {
-    /// The way of the cable.
+    /// Sheaths and pulleys along the cable.
     pub path: CablePath,
     /// Friction and elasticity.
     pub parameters: CableParameters,
-    /// Cells; 8 serve.
+    /// Number of cells; 8 suffice.
     pub cells: usize,
-    /// What the far sensor reads of a newton, 1; other than 1 where a log says so.
+    /// Gain of the far sensor, 1.
     pub far_gain: f64,
-    /// Where in its dead band the cable of a new sequence is, -1 to 1: 1 as after sliding toward the motor. Nobody
-    /// knows, but logs of one rig often start from the same rest.
+    /// Mobilised share of friction at the start of a sequence, -1 to 1: 1 as after sliding toward the motor.
+    /// Not observable at rest, but often the same for all logs of one rig.
     #[serde(default)]
     pub start: f64,
-    /// Speed of the correction, m/s per N of the near tension's error.
+    /// Gain of the correction, m/s per N of the innovation.
     #[serde(rename = "correction_m_per_n_s")]
     pub correction: f64,
-    /// How fast the drag is learned while the cable slides, 1/(N m): grease warms and ages. 0 for never; 1 serves.
+    /// Gain of the drag's adaptation while the cable slides, 1/(N m): grease warms and ages. 0 for none; 1
+    /// suffices.
     #[serde(rename = "learning_per_n_m", default)]
     pub learning: f64,
-    /// Stretch, m, while motor and anchor both read zero, where their zeros never move: then the first sample
-    /// tells more than the near tension. None for encoders that start anywhere.
+    /// Stretch, m, at zero positions of motor and anchor, where their zeros are fixed: it replaces
+    /// [`start`](Self::start). None for incremental encoders.
     #[serde(rename = "zero_stretch_m", default, skip_serializing_if = "Option::is_none")]
     pub zero_stretch: Option<f64>,
 }
 
 impl CableModel {
-    /// The calibrated bench in 8 cells: a start for identification.
+    /// The calibrated bench in 8 cells: initial values of an identification.
     #[must_use]
     pub fn bench() -> Self {
         Self {
@@ -49,17 +50,17 @@ impl CableModel {
         }
     }
 
-    /// The law of these numbers.
+    /// The law with these parameters.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] names the number outside its domain.
     pub fn law(&self) -> Result<CableLaw, Error> {
         positive("far_gain", self.far_gain)?;
         within("start", "a number in [-1, 1]", self.start, (-1.0..=1.0).contains(&self.start))?;
-        let sane = (0.0..=1.0).contains(&self.correction);
-        within("correction", "a number in [0, 1] m/(N s)", self.correction, sane)?;
-        let sane = (0.0..=100.0).contains(&self.learning);
-        within("learning", "a number in [0, 100] 1/(N m)", self.learning, sane)?;
+        let valid = (0.0..=1.0).contains(&self.correction);
+        within("correction", "a number in [0, 1] m/(N s)", self.correction, valid)?;
+        let valid = (0.0..=100.0).contains(&self.learning);
+        within("learning", "a number in [0, 100] 1/(N m)", self.learning, valid)?;
         if let Some(stretch) = self.zero_stretch {
             finite("zero_stretch", stretch)?;
         }
@@ -67,7 +68,7 @@ impl CableModel {
     }
 }
 
-/// Which inputs of a model a cable is observed through, and what makes metres toward the motor of their numbers.
+/// Columns of a model's inputs that a cable's observer takes, and their scales.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CableColumns {
@@ -86,7 +87,7 @@ pub struct CableColumns {
 }
 
 impl CableColumns {
-    /// The sample in a row of inputs; what is not there is missing.
+    /// The sample in a row of inputs; a column that does not exist is missing.
     #[inline]
     #[must_use]
     pub fn sample(&self, inputs: &[f64]) -> CableSample {
@@ -99,36 +100,37 @@ impl CableColumns {
     }
 }
 
-/// A cable with the inputs it is observed through: what a model file holds of it.
+/// A cable's observer in a model file: its parameters and its inputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObservedCable {
-    /// Which inputs, and their scales.
+    /// Columns of the inputs, and their scales.
     pub columns: CableColumns,
-    /// What is believed of the cable.
+    /// Parameters.
     pub model: CableModel,
 }
 
 impl ObservedCable {
-    /// Checks it against the number of inputs of its model.
+    /// Checks all parameters, and the columns against the number of inputs.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] names an input that is not there, a scale that is none, or a number of no cable.
+    /// [`Error::OutOfDomain`] names a column that does not exist, an invalid scale or a parameter outside its
+    /// domain.
     pub fn validate(&self, inputs: usize) -> Result<(), Error> {
         let CableColumns { tension, motor, anchor, motor_scale, anchor_scale } = self.columns;
         for (name, column) in [("tension", tension), ("motor", motor), ("anchor", anchor)] {
             within(name, "an input of the model", column as f64, column < inputs)?;
         }
         for (name, scale) in [("motor_m_per_unit", motor_scale), ("anchor_m_per_unit", anchor_scale)] {
-            let sane = (1e-9..=1e3).contains(&scale.abs());
-            within(name, "a number of magnitude 1e-9 to 1e3", scale, sane)?;
+            let valid = (1e-9..=1e3).contains(&scale.abs());
+            within(name, "a number of magnitude 1e-9 to 1e3", scale, valid)?;
         }
         self.model.law()?;
         Ok(())
     }
 }
 
-/// One sample of everything that can be measured without a sensor at the anchor.
+/// One sample of the measurements without a sensor at the anchor.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CableSample {
     /// Position of the winch's surface, m, + toward the motor; any origin.

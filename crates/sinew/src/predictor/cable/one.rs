@@ -1,7 +1,7 @@
 //! The observer of one cable.
 
 use super::model::{CableModel, CableSample};
-use super::track::{CableEstimate, Track, parts};
+use super::observer_state::{CableEstimate, InitialProfile, ObserverState, substeps};
 use crate::Error;
 use crate::transmission::Sliding;
 use crate::transmission::cable::{Cable, EndMotion};
@@ -15,14 +15,14 @@ use crate::transmission::cable::{Cable, EndMotion};
 ///
 /// | symbol | argument           | unit    | domain  | meaning                                          |
 /// |--------|--------------------|---------|---------|--------------------------------------------------|
-/// | g      | `correction`       | m/(N s) | [0, 1]  | keeps the sum of two encoders from drifting        |
-/// | dt     | `interval`         | s       | any     | beyond 0.02 s the observer starts afresh            |
+/// | g      | `correction`       | m/(N s) | [0, 1]  | removes the drift between two encoders              |
+/// | dt     | `interval`         | s       | any     | beyond 0.02 s the observer starts again             |
 /// | p_m    | `motor`            | m       | any     | missing values and jumps above 50 mm are held       |
 /// | p_a    | `anchor`           | m       | any     | the same                                          |
 /// | T_in   | `tension_in`       | N       | any     | where missing, nothing is corrected                 |
 ///
-/// While the near end sticks, near-side signals carry nothing about the far end: the anchor's displacement is what makes
-/// this work.
+/// While the near end sticks, near-side signals carry no information on the far end; the displacement of the
+/// anchor does.
 ///
 /// # Assumes
 /// The cable's law; parameters as identified.
@@ -32,7 +32,7 @@ use crate::transmission::cable::{Cable, EndMotion};
 /// use sinew::predictor::{CableModel, CableObserver, CableSample};
 /// let mut observer = CableObserver::new(&CableModel::bench())?;
 /// let mut estimate = observer.step(1e-3, &CableSample { motor: 0.0, anchor: 0.0, tension_in: 100.0 });
-/// assert!(!estimate.known); // nobody knows where in its dead band the cable is
+/// assert!(!estimate.known); // the place of the cable in its dead band is not observable at rest
 /// for k in 1..=1000 {
 ///     let slid = 2e-4 * f64::from(k); // pulled for 0.2 m, the load following
 ///     estimate = observer.step(1e-3, &CableSample { motor: slid, anchor: slid, tension_in: 100.0 });
@@ -47,51 +47,51 @@ use crate::transmission::cable::{Cable, EndMotion};
 #[derive(Debug, Clone)]
 pub struct CableObserver {
     cable: Cable,
-    track: Track,
+    state: ObserverState,
 }
 
 impl CableObserver {
-    /// An observer that has seen nothing.
+    /// An observer before its first sample.
     ///
     /// # Errors
     /// As [`CableModel::law`].
     pub fn new(model: &CableModel) -> Result<Self, Error> {
         let law = model.law()?;
-        Ok(Self { track: Track::new(model, &law), cable: Cable::new(law) })
+        Ok(Self { state: ObserverState::new(model, &law), cable: Cable::new(law) })
     }
 
-    /// Forgets everything: the next sample starts anew.
+    /// The next sample starts the observer.
     pub fn reset(&mut self) {
-        self.track.reset();
+        self.state.reset();
     }
 
-    /// Takes a sample, `interval` seconds after the one before. Any sample is answered.
+    /// One step with a sample, `interval` seconds after the one before. Every sample gives an estimate.
     pub fn step(&mut self, interval: f64, sample: &CableSample) -> CableEstimate {
-        match self.track.follow(interval, sample) {
+        match self.state.end_motion(interval, sample) {
             Some(motion) if interval > 0.0 => self.advance(interval, motion),
             Some(_) => {}
             None => {
-                let (tension, share, stretch) = self.track.start(sample);
-                self.cable.set_profile(tension, share, stretch);
+                let InitialProfile { tension_in, friction_share, stretch } = self.state.initialize(sample);
+                self.cable.set_profile(tension_in, friction_share, stretch);
             }
         }
-        let estimate = self.track.compare(sample, self.cable.ends(), self.cable.stretch());
-        self.track.learn(self.cable.slides_everywhere());
-        if let Some(factor) = self.track.news_of_drag() {
-            // Never refused: the factor is held within bounds.
+        let estimate = self.state.update(sample, self.cable.ends(), self.cable.stretch());
+        self.state.adapt_drag(self.cable.slides_everywhere());
+        if let Some(factor) = self.state.changed_drag_factor() {
+            // Never refused: the factor is within its bounds.
             let _ = self.cable.scale_drag(factor);
         }
         estimate
     }
 
-    /// What it believes, the profile included.
+    /// The estimated cable with its profile.
     #[must_use]
     pub fn cable(&self) -> &Cable {
         &self.cable
     }
 
-    /// Travel of the winch, m, after which the anchor has the wanted tension: [`Cable::travel_to`] on the
-    /// believed profile.
+    /// Travel of the winch, m, after which the anchor has the desired tension: [`Cable::travel_to`] on the
+    /// estimated profile.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] where the tension is not finite.
@@ -99,26 +99,26 @@ impl CableObserver {
         self.cable.travel_to(tension_out, sliding)
     }
 
-    /// Sets the wrap of a pulley, which a joint has changed: [`Cable::set_wrap`].
+    /// Sets the wrap angle of a pulley, rad, which depends on a joint: [`Cable::set_wrap`].
     ///
     /// # Errors
     /// As there.
     pub fn set_wrap(&mut self, pulley: usize, wrap: f64) -> Result<(), Error> {
         self.cable.set_wrap(pulley, wrap)?;
-        self.track.renew(self.cable.law());
+        self.state.update_law(self.cable.law());
         Ok(())
     }
 
     fn advance(&mut self, interval: f64, motion: EndMotion) {
-        let n = parts(&motion);
-        let part = EndMotion { motor: motion.motor / n, anchor: motion.anchor / n };
+        let n = substeps(&motion);
+        let step = EndMotion { motor: motion.motor / n, anchor: motion.anchor / n };
         for _ in 0..n as usize {
-            // Refused is what no sampling brings: an interval of nanoseconds.
-            if self.cable.step(interval / n, part).is_err() {
+            // Only an interval of nanoseconds is refused, which no sampling has.
+            if self.cable.step(interval / n, step).is_err() {
                 return;
             }
-            if !self.track.known {
-                self.track.slid(self.cable.slides_everywhere(), interval / n);
+            if !self.state.converged {
+                self.state.record_sliding(self.cable.slides_everywhere(), interval / n);
             }
         }
     }
@@ -130,8 +130,9 @@ mod tests {
     use super::*;
     use crate::transmission::cable::{CableLaw, CableParameters, CablePath};
 
-    /// A finer cable with other numbers, pulled and eased; what the observer sees of it, and the truth.
-    fn watch(mut see: impl FnMut(u32, &mut CableSample), model: &CableModel) -> (f64, CableEstimate) {
+    /// RMS error of the far tension, N, and the last estimate, on a cable of more cells that is pulled and
+    /// released.
+    fn observe(mut disturb: impl FnMut(u32, &mut CableSample), model: &CableModel) -> (f64, CableEstimate) {
         let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 24).unwrap();
         let mut plant = Cable::new(law);
         plant.settle(80.0, Sliding::TowardMotor).unwrap();
@@ -150,7 +151,7 @@ mod tests {
             anchor += motion.anchor;
             let truth = plant.step(1e-3, motion).unwrap();
             let mut sample = CableSample { motor, anchor, tension_in: truth.tension_in };
-            see(k, &mut sample);
+            disturb(k, &mut sample);
             last = observer.step(1e-3, &sample);
             assert!(last.tension_out.is_finite() && last.stretch.is_finite());
             if k > 4000 {
@@ -162,20 +163,20 @@ mod tests {
     }
 
     #[test]
-    fn with_the_right_numbers_the_far_end_is_known_without_a_sensor_there() {
-        let (error, last) = watch(|_, _| {}, &CableModel::bench());
+    fn with_true_parameters_the_far_tension_is_estimated_without_a_far_sensor() {
+        let (error, last) = observe(|_, _| {}, &CableModel::bench());
         assert!(error < 0.3 && last.known && !last.held, "{error} N");
     }
 
     #[test]
-    fn the_far_end_stays_between_what_sliding_either_way_gives() {
+    fn the_far_tension_stays_between_its_bounds_and_reaches_both() {
         let mut observer = CableObserver::new(&CableModel::bench()).unwrap();
         let mut touched = [false; 2];
         for k in 0..8000_u32 {
             let motor = 0.1 * libm::sin(f64::from(k) * 2e-3);
             let sample = CableSample { motor, anchor: 0.96 * motor, tension_in: 80.0 };
             let e = observer.step(1e-3, &sample);
-            // Drag adds to friction while it slides.
+            // The bounds are without drag.
             assert!(e.low - 25.0 < e.far && e.far < e.high + 40.0, "{e:?}");
             touched[0] |= e.far < e.low + 2.0;
             touched[1] |= e.far > e.high - 2.0;
@@ -184,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cable_is_refused_whose_inputs_are_not_there() {
+    fn a_cable_with_missing_input_columns_is_refused() {
         let columns = CableColumns { tension: 0, motor: 1, anchor: 2, motor_scale: 1.0, anchor_scale: -1e-3 };
         let cable = ObservedCable { columns, model: CableModel::bench() };
         assert!(cable.validate(3).is_ok() && cable.validate(2).is_err());
@@ -198,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn encoders_with_a_zero_tell_the_far_end_from_the_first_sample() {
+    fn encoders_with_fixed_zeros_determine_the_far_tension_from_the_first_sample() {
         for sliding in [Sliding::TowardMotor, Sliding::AwayFromMotor] {
             let mut plant = Cable::new(CableModel::bench().law().unwrap());
             plant.settle(90.0, sliding).unwrap();
@@ -210,21 +211,21 @@ mod tests {
             };
             assert!((first(Some(0.0)).tension_out - 90.0).abs() < 0.01);
             assert!((first(None).tension_out - 90.0).abs() > 30.0);
-            // A zero that is wrong by decimetres ends at an edge of the dead band, not beyond.
+            // A zero error of decimetres saturates at the edge of the dead band.
             let (far, wrong) = (first(Some(0.5)), first(Some(-0.5)));
             assert!(wrong.tension_out >= wrong.low - 1e-6 && far.tension_out <= far.high + 1e-6);
         }
     }
 
     #[test]
-    fn an_offset_of_an_encoder_is_forgotten_through_the_near_tension() {
+    fn an_encoder_offset_is_removed_by_the_correction() {
         let shift = |k: u32, sample: &mut CableSample| sample.motor += if k > 100 { 0.004 } else { 0.0 };
-        let (error, _) = watch(shift, &CableModel::bench());
+        let (error, _) = observe(shift, &CableModel::bench());
         assert!(error < 0.5, "{error} N");
     }
 
     #[test]
-    fn what_is_missing_or_jumps_is_held_and_said_so() {
+    fn missing_and_jumping_positions_are_held_and_flagged() {
         let mut held = 0;
         let lost = |k: u32, sample: &mut CableSample| match k % 1000 {
             500 => sample.motor = f64::NAN,
@@ -234,7 +235,7 @@ mod tests {
             900 => sample.motor += 5.0,
             _ => held += 1,
         };
-        let (error, _) = watch(lost, &CableModel::bench());
+        let (error, _) = observe(lost, &CableModel::bench());
         assert!(error < 3.0 && held > 0, "{error} N");
         let mut observer = CableObserver::new(&CableModel::bench()).unwrap();
         let nothing = CableSample { motor: f64::NAN, anchor: f64::NAN, tension_in: f64::NAN };
@@ -247,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_travel_asked_of_the_observer_brings_the_tension() {
+    fn the_predicted_travel_reaches_the_desired_tension() {
         let mut observer = CableObserver::new(&CableModel::bench()).unwrap();
         let mut sample = CableSample { motor: 0.0, anchor: 0.0, tension_in: 60.0 };
         observer.step(1e-3, &sample);
@@ -257,7 +258,7 @@ mod tests {
             sample.motor += travel / 3000.0;
             observer.step(1e-3, &sample);
         }
-        // Drag of the moving cable is gone when it stands.
+        // At rest there is no drag.
         for _ in 0..300 {
             observer.step(1e-3, &sample);
         }
@@ -266,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_no_cable_are_refused() {
+    fn parameters_outside_their_domains_are_refused() {
         for change in [
             |m: &mut CableModel| m.far_gain = 0.0,
             |m: &mut CableModel| m.correction = f64::NAN,
@@ -280,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn a_model_written_and_read_is_the_same() {
+    fn a_model_is_unchanged_by_serialisation() {
         let model = CableModel::bench();
         let text = serde_json::to_string(&model).unwrap();
         assert!(text.contains("drag_n_s_per_m") && text.contains("wrap_rad"), "{text}");

@@ -1,0 +1,226 @@
+//! State of one cable's observer between samples: inputs of the law, correction, drag adaptation.
+
+use super::model::{CableModel, CableSample};
+use crate::transmission::cable::{CableLaw, EndMotion, EndTensions};
+
+/// Estimate of a cable's state after a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CableEstimate {
+    /// Tension at the anchor, N.
+    pub tension_out: f64,
+    /// The same as the far sensor of the logs reads it, N.
+    pub far: f64,
+    /// Lower bound of [`far`](Self::far) at the estimated near tension, that of sliding toward the motor.
+    pub low: f64,
+    /// Upper bound of [`far`](Self::far), that of sliding away from the motor.
+    pub high: f64,
+    /// Tension at the drive's outlet, N.
+    pub tension_in: f64,
+    /// Measured minus estimated tension at the drive's outlet, N; zero where none was measured.
+    pub innovation: f64,
+    /// Elongation of the cable from zero tension, m.
+    pub stretch: f64,
+    /// Whether the whole cable has slid in one direction for 0.1 s since the last reset, so that its profile
+    /// no longer depends on the initial one.
+    pub known: bool,
+    /// Whether a position was missing or jumped and was held.
+    pub held: bool,
+    /// Adapted drag as a multiple of the model's.
+    pub drag_factor: f64,
+}
+
+/// Largest innovation that corrects, N: bounds the effect of a spike.
+const MAX_INNOVATION: f64 = 50.0;
+/// Largest displacement between two samples, m; a larger one is a fault of the encoder.
+const MAX_DISPLACEMENT: f64 = 0.05;
+/// Largest displacement in one step of the law, m; a larger one is divided.
+const MAX_STEP: f64 = 5e-4;
+/// Sliding of the whole cable after which the initial profile has no effect, s: longer than drag takes to
+/// settle.
+const CONVERGENCE_TIME: f64 = 0.1;
+/// Longest interval between samples, s; after a longer one the state is unknown.
+const MAX_INTERVAL: f64 = 0.02;
+/// Largest near tension at which an observer starts, N.
+const MAX_INITIAL_TENSION: f64 = 1e5;
+
+/// Time after convergence from which on drag is adapted, s: until then the correction changes the stretch.
+const ADAPTATION_DELAY: f64 = 2.0;
+/// Bounds of the adapted drag, as a multiple of the model's.
+const DRAG_FACTOR: [f64; 2] = [0.2, 5.0];
+/// Speed at which the innovation is dominated by drag, m/s: the adaptation's weight is the square of the
+/// speed over it.
+const DRAG_SPEED: f64 = 0.1;
+/// Change of the drag factor from which on it is set in the law.
+const DRAG_RESOLUTION: f64 = 2e-3;
+
+/// Initial profile of a cable.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct InitialProfile {
+    /// Tension at the drive's outlet, N.
+    pub(super) tension_in: f64,
+    /// Mobilised share of friction along the cable, -1 to 1, + as after sliding toward the motor.
+    pub(super) friction_share: f64,
+    /// Stretch, m, which replaces the share where the encoders have fixed zeros.
+    pub(super) stretch: Option<f64>,
+}
+
+/// One cable's observer between samples, beside the law itself.
+#[derive(Debug, Clone)]
+pub(super) struct ObserverState {
+    correction: f64,
+    far_gain: f64,
+    friction_share: f64,
+    pretension: f64,
+    zero_stretch: Option<f64>,
+    /// Tension ratio between the ends in sliding.
+    ratio: f64,
+    /// Last positions of motor and anchor, m; none before the first sample.
+    last: Option<(f64, f64)>,
+    /// Innovation of the last sample, N.
+    innovation: f64,
+    /// Time for which the whole cable has slid in one direction, s.
+    sliding_time: f64,
+    pub(super) converged: bool,
+    held: bool,
+    adaptation: f64,
+    /// Displacement of the anchor in the last interval, m, and the interval, s.
+    anchor_displacement: f64,
+    interval: f64,
+    /// Time since convergence, s, up to [`ADAPTATION_DELAY`].
+    converged_time: f64,
+    drag_factor: f64,
+    /// The factor as set in the law.
+    law_drag_factor: f64,
+}
+
+impl ObserverState {
+    pub(super) fn new(model: &CableModel, law: &CableLaw) -> Self {
+        Self {
+            pretension: law.pretension(),
+            zero_stretch: model.zero_stretch,
+            ratio: libm::exp(law.friction_angle()),
+            correction: model.correction,
+            far_gain: model.far_gain,
+            friction_share: model.start,
+            last: None,
+            innovation: 0.0,
+            sliding_time: 0.0,
+            converged: false,
+            held: false,
+            adaptation: model.learning,
+            anchor_displacement: 0.0,
+            interval: 0.0,
+            converged_time: 0.0,
+            drag_factor: 1.0,
+            law_drag_factor: 1.0,
+        }
+    }
+
+    /// Adopts the friction angle of a law that has changed.
+    pub(super) fn update_law(&mut self, law: &CableLaw) {
+        self.ratio = libm::exp(law.friction_angle());
+    }
+
+    pub(super) fn reset(&mut self) {
+        self.last = None;
+    }
+
+    /// Displacements of the ends since the last sample, with the correction; `None` where the observer has to
+    /// start.
+    pub(super) fn end_motion(&mut self, interval: f64, sample: &CableSample) -> Option<EndMotion> {
+        let (motor, anchor) = self.last.filter(|_| interval <= MAX_INTERVAL)?;
+        let displacements = (displacement(motor, sample.motor), displacement(anchor, sample.anchor));
+        let (motor_displacement, anchor_displacement) = displacements;
+        self.held = motor_displacement.is_none() || anchor_displacement.is_none();
+        self.last = Some((finite_or(sample.motor, motor), finite_or(sample.anchor, anchor)));
+        let innovation = self.innovation.clamp(-MAX_INNOVATION, MAX_INNOVATION);
+        (self.anchor_displacement, self.interval) = (anchor_displacement.unwrap_or(0.0), interval);
+        Some(EndMotion {
+            motor: motor_displacement.unwrap_or(0.0) + self.correction * innovation * interval.max(0.0),
+            anchor: anchor_displacement.unwrap_or(0.0),
+        })
+    }
+
+    /// Starts with a sample.
+    pub(super) fn initialize(&mut self, sample: &CableSample) -> InitialProfile {
+        let measured = sample.motor.is_finite() && sample.anchor.is_finite();
+        self.last = measured.then_some((sample.motor, sample.anchor));
+        (self.converged, self.sliding_time, self.held, self.anchor_displacement) =
+            (false, 0.0, !measured, 0.0);
+        self.converged_time = 0.0;
+        let zero = self.zero_stretch.filter(|_| measured);
+        InitialProfile {
+            tension_in: finite_or(sample.tension_in, 0.0).clamp(0.0, MAX_INITIAL_TENSION),
+            friction_share: self.friction_share,
+            stretch: zero.map(|zero| zero + sample.motor - sample.anchor),
+        }
+    }
+
+    /// Records whether the whole cable slid in one direction for `interval` seconds.
+    pub(super) fn record_sliding(&mut self, everywhere: bool, interval: f64) {
+        self.sliding_time = if everywhere { self.sliding_time + interval } else { 0.0 };
+        self.converged |= self.sliding_time > CONVERGENCE_TIME;
+    }
+
+    /// Estimate and innovation after the law's step. Both tensions of the innovation are of the same instant:
+    /// with the estimate before the motion, motion itself would act as an error and the correction as
+    /// positive feedback.
+    pub(super) fn update(&mut self, sample: &CableSample, ends: EndTensions, stretch: f64) -> CableEstimate {
+        self.innovation = finite_or(sample.tension_in - ends.tension_in, 0.0);
+        CableEstimate {
+            tension_out: ends.tension_out,
+            far: self.far_gain * ends.tension_out,
+            low: self.far_gain * (ends.tension_in / self.ratio + self.pretension),
+            high: self.far_gain * (ends.tension_in * self.ratio + self.pretension),
+            tension_in: ends.tension_in,
+            innovation: self.innovation,
+            stretch,
+            known: self.converged,
+            held: self.held,
+            drag_factor: self.drag_factor,
+        }
+    }
+
+    /// Adapts the drag while the whole cable slides, by gradient descent on the innovation:
+    ///
+    /// ```text
+    /// f <- clip(f + g_d i dx (v/v_d)^2, f_min, f_max)     i innovation, dx displacement of the anchor, v = dx/dt
+    /// ```
+    pub(super) fn adapt_drag(&mut self, slides_everywhere: bool) {
+        if !self.converged || self.interval <= 0.0 || self.adaptation <= 0.0 {
+            return;
+        }
+        if self.converged_time < ADAPTATION_DELAY {
+            self.converged_time += self.interval;
+        } else if slides_everywhere {
+            let innovation = self.innovation.clamp(-MAX_INNOVATION, MAX_INNOVATION);
+            let speed = self.anchor_displacement / self.interval;
+            let weight = self.anchor_displacement * (speed / DRAG_SPEED) * (speed / DRAG_SPEED);
+            let factor = self.drag_factor + self.adaptation * innovation * weight;
+            self.drag_factor = factor.clamp(DRAG_FACTOR[0], DRAG_FACTOR[1]);
+        }
+    }
+
+    /// The drag factor, where it has changed enough to be set in the law.
+    pub(super) fn changed_drag_factor(&mut self) -> Option<f64> {
+        let changed = (self.drag_factor - self.law_drag_factor).abs() > DRAG_RESOLUTION;
+        if changed {
+            self.law_drag_factor = self.drag_factor;
+        }
+        changed.then_some(self.law_drag_factor)
+    }
+}
+
+/// Number of equal steps into which a motion is divided.
+pub(super) fn substeps(motion: &EndMotion) -> f64 {
+    libm::ceil(motion.motor.abs().max(motion.anchor.abs()) / MAX_STEP).max(1.0)
+}
+
+fn finite_or(value: f64, otherwise: f64) -> f64 {
+    if value.is_finite() { value } else { otherwise }
+}
+
+/// Displacement between two positions, m; none where it is not finite or too large.
+fn displacement(from: f64, to: f64) -> Option<f64> {
+    Some(to - from).filter(|distance| distance.abs() <= MAX_DISPLACEMENT)
+}
