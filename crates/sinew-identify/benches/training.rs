@@ -1,7 +1,6 @@
-//! Cost of the normal equations and of training.
+//! Cost of training a network on all samples at once.
 
 use divan::{Bencher, black_box, counter::ItemsCount};
-use sinew_identify::fit::gram::Gram;
 use sinew_identify::fit::perceptron::{TrainOptions, train};
 
 fn main() {
@@ -10,30 +9,6 @@ fn main() {
 
 fn block(rows: usize, p: usize) -> Vec<f64> {
     (0..rows * p).map(|i| (i as f64 * 0.7).sin()).collect()
-}
-
-/// Multiply-adds of one triangle: items per second are GFLOP/s / 2.
-#[divan::bench(args = [64, 100, 140, 181])]
-fn gram(bencher: Bencher, p: usize) {
-    let rows = block(512, p);
-    let mut gram = Gram::new(p);
-    bencher.counter(ItemsCount::new(512 * p * (p + 1) / 2)).bench_local(|| gram.accumulate(black_box(&rows)));
-}
-
-/// The same by three loops, what a person writes first.
-#[divan::bench(args = [64, 181])]
-fn gram_naive(bencher: Bencher, p: usize) {
-    let rows = block(512, p);
-    let mut sum = vec![0.0; p * p];
-    bencher.counter(ItemsCount::new(512 * p * (p + 1) / 2)).bench_local(|| {
-        for row in black_box(&rows).chunks_exact(p) {
-            for (i, left) in row.iter().enumerate() {
-                for (out, right) in sum[i * p..=i * p + i].iter_mut().zip(&row[..=i]) {
-                    *out += left * right;
-                }
-            }
-        }
-    });
 }
 
 /// Samples, steps: the size of the paper, a session of a minute, a handful.

@@ -180,7 +180,7 @@ fn transfer(old: &Estimator, runs: &[&Run]) -> Option<Estimator> {
     let rows = Rows::collect(&new.law, runs, ROWS);
     let trained = ensemble::retrain(&rows, ensemble, CORRELATION)?;
     if new.gate_power.is_some() {
-        new.gate_power = Some(ensemble::power(&trained, &rows));
+        new.gate_power = Some(ensemble::mean_square_correction(&trained, &rows));
     }
     new.ensemble = Some(trained);
     Some(remeasured(new, runs))

@@ -70,7 +70,7 @@ pub(crate) fn fit_networks(law: MemoryLaw, recipe: &Recipe, runs: &[&Run], seed:
             Learner::Ensemble | Learner::Mixed => {
                 let ensemble = ensemble::train(&rows, recipe, seed)?;
                 if estimator.law.has_physics() && recipe.learner == Learner::Ensemble {
-                    estimator.gate_power = Some(ensemble::power(&ensemble, &rows));
+                    estimator.gate_power = Some(ensemble::mean_square_correction(&ensemble, &rows));
                 }
                 estimator.ensemble = Some(ensemble);
             }

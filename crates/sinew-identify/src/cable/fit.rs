@@ -3,7 +3,7 @@
 use super::log::{CableLog, observe_log, shortened};
 use super::quantity::{FittedQuantity, Quantity};
 use crate::Error;
-use crate::fit::levenberg_marquardt::{LeastSquares, Options, Solution, minimise};
+use crate::fit::least_squares::{LeastSquares, Options, Solution, solve};
 use rayon::prelude::*;
 use sinew::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
 
@@ -124,9 +124,9 @@ impl Problem<'_> {
 
     /// The start itself and its neighbours in friction, drag and stiffness of the free lengths; the best are followed.
     fn search(&self, theta: &[f64]) -> Option<Solution> {
-        let options = Options { steps: self.options.steps, tolerance: 1e-7, ..Options::default() };
+        let options = Options { steps: self.options.steps, tolerance: 1e-7 };
         if !self.options.around {
-            return minimise(self, theta, options);
+            return solve(self, theta, options);
         }
         let moved = |friction: f64, drag: f64, free: f64| {
             let factor = |quantity: &Quantity| match quantity {
@@ -148,7 +148,7 @@ impl Problem<'_> {
             found.into_iter().zip(points).filter_map(|(found, theta)| Some((far(found?), theta))).collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         starts.truncate(2);
-        let found = starts.iter().filter_map(|(_, theta)| minimise(self, theta, options));
+        let found = starts.iter().filter_map(|(_, theta)| solve(self, theta, options));
         found.min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 

@@ -1,12 +1,26 @@
-//! The clamp cell by Levenberg-Marquardt with exact forward sensitivities.
+//! Fit of a clamp cell with exact forward sensitivities.
+//!
+//! ```text
+//! theta = [l, h, kappa, p_2 ..],   p_1 = 1 - sum_{j > 1} p_j,   r = z - y
+//! dz_j/d(l, h, kappa): d kappa += u - u_prev between the bounds;
+//!                      at a bound n lo + (1 - n) hi:  dl = n b, dh = (1 - n) b, dkappa = 0
+//! ```
+//!
+//! The state is piecewise linear in `l`, `h` and `kappa`, so the recursion is exact wherever the derivative
+//! exists.
 
+use super::levenberg_marquardt::{Adaptation, Damping, Limits, Problem, Scaling, minimise};
+use super::linear_algebra::Cholesky;
+use super::linearisation::Linearisation;
+use super::prior::Prior;
+use faer::Mat;
 use sinew::transmission::{Band, BasisTerm, Branch, ClampCell};
 
-/// What the cell is fitted to: signals and far side of several sequences, one after the other.
+/// Signals and far side of several sequences, one after the other.
 ///
 /// Shapes: `signals: [n x stride]` row-major, `far: [n]`, `weight: [n]`, `first: [n]`.
 pub(crate) struct CellData<'a> {
-    /// The model's signals, row by row.
+    /// Signals of the model, row by row.
     pub signals: &'a [f64],
     /// Signals per row.
     pub stride: usize,
@@ -18,58 +32,77 @@ pub(crate) struct CellData<'a> {
     pub first: &'a [bool],
 }
 
-/// What a clamp cell is made of.
+/// Structure of a clamp cell, before its coefficients are fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CellPlan {
     /// Factors of the bounds; the last one is the constant.
     pub basis: Vec<BasisTerm>,
     /// Signals that move the state inside the band.
     pub elastic: Vec<usize>,
-    /// Widths of the branches as fractions of the band, the first of them 1: where friction gives way piece by
-    /// piece. `[1.0]` is one rigid piece; [`CellPlan::DISTRIBUTED`] is better where the
-    /// corners of the loop are round, and not everywhere: compare the two.
+    /// Widths of the branches relative to the band, the first of them 1. `[1.0]` is the plain cell;
+    /// [`CellPlan::DISTRIBUTED`] fits loops with round corners better, but not every log.
     pub branches: Vec<f64>,
 }
 
 impl CellPlan {
-    /// Branches that bend the corners of the loop without a spread of parameters.
+    /// Three branches: round corners at the price of two parameters.
     pub(crate) const DISTRIBUTED: [f64; 3] = [1.0, 0.8, 0.5];
 }
 
-/// Share of a branch at the start of its fit: enough to be felt, little enough to be taken back.
+/// Share of every further branch at the start of its fit: large enough for a gradient, small enough to
+/// vanish.
 const FIRST_SHARE: f64 = 0.05;
 
-/// Sequences that must start alike before their start is believed as much as the middle of the band.
+/// Weight of the prior mean of the start (the middle of the band), in sequences.
 pub(crate) const START_PRIOR_SEQUENCES: f64 = 3.0;
 
 /// Fits the bounds, elasticities and branch shares of a cell.
 ///
 /// Starts: least squares of the far side on the basis, opened by several widths on the constant or on all
-/// coefficients, rigid and elastic, with one branch; each start is improved on a thinned copy, the best two on
-/// all rows. The other branches join the best of these with small shares. `None` where there are too few
+/// coefficients, rigid and elastic, with one branch; each start is improved on a thinned copy, the best two
+/// on all rows. The other branches join the best of these with small shares. `None` where there are too few
 /// samples, or the basis is empty.
 pub(crate) fn fit_cell(data: &CellData<'_>, plan: &CellPlan) -> Option<ClampCell> {
     if plan.basis.is_empty() {
         return None;
     }
     let single = CellPlan { branches: vec![1.0], ..plan.clone() };
-    let thin = Scaled::new(data, &single, 3_000)?;
+    let thin = Scaled::new(data, &single, COARSE_ROWS)?;
     let mut starts: Vec<(f64, Vec<f64>)> =
-        thin.starts().into_iter().map(|theta| thin.improve(theta, 20)).collect();
+        thin.starts().into_iter().filter_map(|theta| thin.improve(theta, COARSE_STEPS)).collect();
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     starts.truncate(2);
-    let mut full = Scaled::new(data, &single, 20_000)?;
-    let improved = starts.into_iter().map(|(_, theta)| full.improve(theta, 60));
+    let mut full = Scaled::new(data, &single, FINE_ROWS)?;
+    let improved = starts.into_iter().filter_map(|(_, theta)| full.improve(theta, FINE_STEPS));
     let (_, mut theta) = improved.min_by(|a, b| a.0.total_cmp(&b.0))?;
     if plan.branches.len() > 1 {
-        full.scales.clone_from(&plan.branches);
+        full.widths.clone_from(&plan.branches);
         theta.resize(full.parameters(), FIRST_SHARE);
-        (_, theta) = full.improve(theta, 60);
+        (_, theta) = full.improve(theta, FINE_STEPS)?;
     }
     Some(full.cell(&theta, plan))
 }
 
-/// The data in units in which every column has size one.
+/// Rows and steps that rank the starts.
+const COARSE_ROWS: usize = 3_000;
+const COARSE_STEPS: usize = 20;
+/// Rows and steps of the final searches: a few hundred times as many rows as parameters.
+const FINE_ROWS: usize = 20_000;
+const FINE_STEPS: usize = 60;
+
+/// Ridge on all parameters together, relative to the variance of the far side: decides only what data leave
+/// open.
+const RIDGE: f64 = 1e-5;
+
+/// Columns have size one; bounds, elasticities and shares differ in effect.
+const DAMPING: Damping = Damping {
+    initial: 1e-3,
+    min: 1e-12,
+    scaling: Scaling::Diagonal { floor: 1e-6 },
+    adaptation: Adaptation::Factor(5.0),
+};
+
+/// The data, scaled so that every column has size one.
 struct Scaled {
     basis: Vec<f64>,
     basis_scale: Vec<f64>,
@@ -79,7 +112,8 @@ struct Scaled {
     far_scale: f64,
     weight: Vec<f64>,
     first: Vec<bool>,
-    scales: Vec<f64>,
+    /// Relative widths of the branches.
+    widths: Vec<f64>,
     b: usize,
     e: usize,
 }
@@ -121,7 +155,7 @@ impl Scaled {
         for row in columns.chunks_exact_mut(b) {
             row.iter_mut().zip(&basis_scale).for_each(|(x, s)| *x /= s);
         }
-        // A step is compared with the size of the signal, not of its increments.
+        // Increments are scaled by the size of the signal.
         let step_scale: Vec<f64> = elastic
             .iter()
             .map(|&signal| {
@@ -145,14 +179,14 @@ impl Scaled {
             far_scale,
             weight,
             first,
-            scales: plan.branches.clone(),
+            widths: plan.branches.clone(),
             b,
             e,
         })
     }
 
     fn parameters(&self) -> usize {
-        2 * self.b + self.e + self.scales.len() - 1
+        2 * self.b + self.e + self.widths.len() - 1
     }
 
     fn starts(&self) -> Vec<Vec<f64>> {
@@ -182,7 +216,7 @@ impl Scaled {
     /// Ordinary least squares of the far side on the basis, and the spread of its residual.
     fn least_squares(&self) -> (Vec<f64>, f64) {
         let b = self.b;
-        let mut normal = vec![0.0; b * b];
+        let mut normal = Mat::zeros(b, b);
         let mut right = vec![0.0; b];
         let mut total = 0.0;
         for ((x, y), w) in self.basis.chunks_exact(b).zip(&self.far).zip(&self.weight) {
@@ -190,14 +224,15 @@ impl Scaled {
             for i in 0..b {
                 right[i] += w * x[i] * y;
                 for j in 0..=i {
-                    normal[i * b + j] += w * x[i] * x[j];
+                    normal[(i, j)] += w * x[i] * x[j];
                 }
             }
         }
         for i in 0..b {
-            normal[i * b + i] += 1e-8 * total;
+            normal[(i, i)] += 1e-8 * total;
         }
-        let solution = super::dense::solve(&mut normal, &right, b).unwrap_or_else(|| vec![0.0; b]);
+        let solution = Cholesky::new(normal).and_then(|factor| factor.solve(&right));
+        let solution = solution.unwrap_or_else(|| vec![0.0; b]);
         let residual: f64 = self
             .basis
             .chunks_exact(b)
@@ -211,71 +246,13 @@ impl Scaled {
         (solution, (residual / total).sqrt())
     }
 
-    /// Levenberg-Marquardt from one start.
-    fn improve(&self, mut theta: Vec<f64>, steps: usize) -> (f64, Vec<f64>) {
+    /// Cost and parameters after a search from one start.
+    fn improve(&self, theta: Vec<f64>, trials: usize) -> Option<(f64, Vec<f64>)> {
+        let limits = Limits { steps: trials, trials, tolerance: 1e-6, patience: 3 };
         let p = self.parameters();
-        let mut damping = 1e-3;
-        let (mut normal, mut gradient) = (vec![0.0; p * p], vec![0.0; p]);
-        let mut cost = self.linearise(&theta, Some((&mut normal, &mut gradient)));
-        let mut flat = 0;
-        for _ in 0..steps {
-            let mut system = normal.clone();
-            for i in 0..p {
-                system[i * p + i] += damping * (normal[i * p + i] + 1e-6);
-            }
-            let Some(step) = super::dense::solve(&mut system, &gradient, p) else {
-                damping *= 10.0;
-                continue;
-            };
-            let trial: Vec<f64> = theta.iter().zip(&step).map(|(t, s)| t - s).collect();
-            let trial_cost = self.linearise(&trial, None);
-            if trial_cost < cost {
-                flat = if cost - trial_cost < 1e-6 * cost { flat + 1 } else { 0 };
-                theta = trial;
-                damping = (damping / 5.0).max(1e-12);
-                cost = self.linearise(&theta, Some((&mut normal, &mut gradient)));
-            } else {
-                damping *= 5.0;
-                flat += 1;
-            }
-            if flat >= 6 || damping > 1e10 {
-                break;
-            }
-        }
-        (cost, theta)
-    }
-
-    /// Mean squared error (scaled) plus a weak ridge, with its Gauss-Newton matrix and half gradient.
-    fn linearise(&self, theta: &[f64], mut derivative: Option<(&mut Vec<f64>, &mut Vec<f64>)>) -> f64 {
-        let p = self.parameters();
-        if let Some((normal, gradient)) = &mut derivative {
-            normal.fill(0.0);
-            gradient.fill(0.0);
-        }
-        let mut motion = Motion::new(self, theta);
-        let (mut sum, mut total) = (0.0, 0.0);
-        for row in 0..self.far.len() {
-            let error = motion.step(self, row, derivative.is_some()) - self.far[row];
-            let weight = self.weight[row];
-            if weight == 0.0 {
-                continue;
-            }
-            sum += weight * error * error;
-            total += weight;
-            if let Some((normal, gradient)) = &mut derivative {
-                add_row(normal, gradient, &motion.gradient, weight, error);
-            }
-        }
-        let ridge = 1e-5 / p as f64;
-        if let Some((normal, gradient)) = derivative {
-            normal.iter_mut().for_each(|v| *v /= total);
-            gradient.iter_mut().for_each(|v| *v /= total);
-            for i in 0..p {
-                normal[i * p + i] += ridge;
-                gradient[i] += ridge * theta[i];
-            }
-        }
-        sum / total + ridge * theta.iter().map(|t| t * t).sum::<f64>()
+        let mut prior = Prior::ridge(p, RIDGE / p as f64);
+        let found = minimise(&mut &*self, theta, &mut prior, &DAMPING, &limits)?;
+        Some((found.cost, found.theta))
     }
 
     fn cell(&self, theta: &[f64], plan: &CellPlan) -> ClampCell {
@@ -292,12 +269,12 @@ impl Scaled {
             high: unscale(&bounds[self.b..], &self.basis_scale),
             elastic: plan.elastic.clone(),
             kappa: unscale(kappa, &self.step_scale),
-            branches: self.scales.iter().zip(shares).map(|(&width, share)| Branch { width, share }).collect(),
+            branches: self.widths.iter().zip(shares).map(|(&width, share)| Branch { width, share }).collect(),
             start: self.start(bounds),
         }
     }
 
-    /// First rows of the sequences whose beginning counts: at least within their first tenth.
+    /// First rows of the sequences of which samples within the first tenth are fitted.
     fn beginnings(&self) -> Vec<usize> {
         let mut rows: Vec<usize> = (0..self.far.len()).filter(|&row| self.first[row]).collect();
         rows.push(self.far.len());
@@ -308,7 +285,8 @@ impl Scaled {
         rows.windows(2).filter(counts).map(|pair| pair[0]).collect()
     }
 
-    /// Where in the band the sequences start, on average; the middle counts as [`START_PRIOR_SEQUENCES`] more sequences.
+    /// Where in the band the sequences start, on average; the middle counts as [`START_PRIOR_SEQUENCES`] more
+    /// sequences.
     fn start(&self, bounds: &[f64]) -> f64 {
         let (low, high) = bounds.split_at(self.b);
         let (mut sum, mut count) = (0.5 * START_PRIOR_SEQUENCES, START_PRIOR_SEQUENCES);
@@ -324,8 +302,39 @@ impl Scaled {
     }
 }
 
-/// The cell on its way through the rows, with the derivative of its state by every parameter.
-struct Motion<'a> {
+impl Problem for &Scaled {
+    /// Mean squared error, scaled.
+    fn squares(&mut self, theta: &[f64]) -> Option<f64> {
+        let mut simulation = Simulation::new(self, theta);
+        let (mut sum, mut total) = (0.0, 0.0);
+        for row in 0..self.far.len() {
+            let error = simulation.step(self, row, false) - self.far[row];
+            sum += self.weight[row] * error * error;
+            total += self.weight[row];
+        }
+        Some(sum / total)
+    }
+
+    fn linearise(&mut self, theta: &[f64], at: &mut Linearisation) -> bool {
+        at.clear();
+        let mut simulation = Simulation::new(self, theta);
+        let mut total = 0.0;
+        for row in 0..self.far.len() {
+            let error = simulation.step(self, row, true) - self.far[row];
+            let weight = self.weight[row];
+            if weight > 0.0 {
+                at.squares += weight * error * error;
+                total += weight;
+                add_row(at, &simulation.gradient, weight, error);
+            }
+        }
+        at.divide(total);
+        true
+    }
+}
+
+/// The cell stepped through the rows, with the derivative of its output by every parameter.
+struct Simulation<'a> {
     low: &'a [f64],
     high: &'a [f64],
     kappa: &'a [f64],
@@ -338,12 +347,12 @@ struct Motion<'a> {
     gradient: Vec<f64>,
 }
 
-impl<'a> Motion<'a> {
+impl<'a> Simulation<'a> {
     fn new(data: &Scaled, theta: &'a [f64]) -> Self {
         let (low, rest) = theta.split_at(data.b);
         let (high, rest) = rest.split_at(data.b);
         let (kappa, others) = rest.split_at(data.e);
-        let branches = data.scales.len();
+        let branches = data.widths.len();
         let mut shares = vec![1.0 - others.iter().sum::<f64>()];
         shares.extend_from_slice(others);
         Self {
@@ -357,7 +366,7 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// Takes one row and returns the output; with `differentiate`, `self.gradient` follows.
+    /// Advances to one row and returns the output; with `differentiate`, `self.gradient` is that of the row.
     fn step(&mut self, data: &Scaled, row: usize, differentiate: bool) -> f64 {
         let (b, e) = (data.b, data.e);
         let x = &data.basis[row * b..][..b];
@@ -366,7 +375,7 @@ impl<'a> Motion<'a> {
         let increment = dot(self.kappa, du);
         let start = data.first[row].then_some(data.far[row]);
         let rows = self.sensitivities.chunks_exact_mut(2 * b + e);
-        for ((state, g), width) in self.states.iter_mut().zip(rows).zip(&data.scales) {
+        for ((state, g), width) in self.states.iter_mut().zip(rows).zip(&data.widths) {
             let (projected, active) = band.project(start.unwrap_or(*state + increment), *width);
             *state = projected;
             if !differentiate {
@@ -401,16 +410,14 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// Adds one sample to `J'wJ` (lower triangle) and `J'we`; most sensitivities of a cell are zero.
-fn add_row(normal: &mut [f64], gradient: &mut [f64], g: &[f64], weight: f64, error: f64) {
-    let p = g.len();
-    for i in 0..p {
-        if g[i] == 0.0 {
-            continue;
+/// Adds one sample to `J^T W J` and `J^T W r`; most sensitivities of a cell are zero.
+fn add_row(at: &mut Linearisation, g: &[f64], weight: f64, error: f64) {
+    for (i, gi) in g.iter().enumerate().filter(|(_, gi)| **gi != 0.0) {
+        let gi = weight * gi;
+        at.gradient[i] += gi * error;
+        for (j, gj) in g[..=i].iter().enumerate() {
+            at.normal[(i, j)] += gi * gj;
         }
-        let gi = weight * g[i];
-        gradient[i] += gi * error;
-        normal[i * p..=i * p + i].iter_mut().zip(g).for_each(|(sum, gj)| *sum += gi * gj);
     }
 }
 
@@ -510,18 +517,18 @@ mod tests {
             let mut theta: Vec<f64> = (0..p).map(|i| 0.1 + 0.01 * i as f64).collect();
             theta[0] = low;
             theta[scaled.b] = high;
-            let (mut normal, mut gradient) = (vec![0.0; p * p], vec![0.0; p]);
-            scaled.linearise(&theta, Some((&mut normal, &mut gradient)));
-            assert!(gradient.iter().filter(|g| g.abs() > 1e-6).count() >= 2 * scaled.b);
+            let mut at = Linearisation::zeros(p);
+            assert!((&mut &scaled).linearise(&theta, &mut at));
+            assert!(at.gradient.iter().filter(|g| g.abs() > 1e-6).count() >= 2 * scaled.b);
             for i in 0..p {
-                let at = |step: f64| {
-                    let mut moved = theta.clone();
-                    moved[i] += step;
-                    scaled.linearise(&moved, None)
+                let shifted = |step: f64| {
+                    let mut theta = theta.clone();
+                    theta[i] += step;
+                    (&mut &scaled).squares(&theta).unwrap()
                 };
-                let numeric = (at(1e-7) - at(-1e-7)) / 2e-7;
-                let difference = (2.0 * gradient[i] - numeric).abs();
-                assert!(difference < 1e-5 * (1.0 + numeric.abs()), "{i}: {} {numeric}", 2.0 * gradient[i]);
+                let numeric = (shifted(1e-7) - shifted(-1e-7)) / 2e-7;
+                let difference = (2.0 * at.gradient[i] - numeric).abs();
+                assert!(difference < 1e-5 * (1.0 + numeric.abs()), "{i}: {} {numeric}", 2.0 * at.gradient[i]);
             }
         }
     }
@@ -550,14 +557,14 @@ mod tests {
         let signals = vec![Signal::Input(0), Signal::Input(1)];
         let law = MemoryLaw { signals, cell: Some(cell), cable: None, features: vec![] };
         let mut memory = Memory::new(&law);
-        let mut motion = Motion::new(&scaled, &theta);
+        let mut simulation = Simulation::new(&scaled, &theta);
         for row in 0..log.far.len() {
             let start = log.first[row].then_some(log.far[row]);
             if start.is_some() {
                 memory.reset();
             }
             memory.step_from(&law, 0.02, &log.signals[2 * row..][..2], start);
-            let fitted = motion.step(&scaled, row, false) * scaled.far_scale;
+            let fitted = simulation.step(&scaled, row, false) * scaled.far_scale;
             assert!((memory.cell().state - fitted).abs() < 1e-9, "{row}");
         }
     }

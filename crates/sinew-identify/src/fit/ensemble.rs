@@ -1,4 +1,4 @@
-//! The networks of a member: rows, standardisation, training, the power of their correction.
+//! Training of the ensemble of a candidate: rows, standardisation, networks, mean square of the correction.
 
 use super::network::{self, Network, NetworkData, NetworkOptions};
 use super::perceptron::{self, TrainOptions};
@@ -9,14 +9,15 @@ use rayon::prelude::*;
 use sinew::predictor::{Ensemble, MEMBERS, Memory, MemoryLaw, PerNetwork};
 use sinew::transmission::Perceptron;
 
-/// Trains an old ensemble on: each network is drawn to what it was, in the units of the old standardisation.
+/// Continues the training of an ensemble on new rows under a prior centred on its old weights, in the units
+/// of its standardisation.
 pub(crate) fn retrain(rows: &Rows, old: &Ensemble, correlation: f64) -> Option<Ensemble> {
     let (f, h) = (rows.width, old.hidden_bias.len());
-    if rows.targets.len() < FEWEST_ROWS || f != old.mean.len() {
+    if rows.targets.len() < MIN_ROWS || f != old.mean.len() {
         return None;
     }
-    let fresh = Standard::of(rows);
-    let standard = Standard {
+    let fresh = Standardisation::of(rows);
+    let standard = Standardisation {
         low: fresh.low.iter().zip(&old.clip_low).map(|(a, b)| a.min(*b)).collect(),
         high: fresh.high.iter().zip(&old.clip_high).map(|(a, b)| a.max(*b)).collect(),
         mean: old.mean.clone(),
@@ -41,20 +42,20 @@ pub(crate) fn retrain(rows: &Rows, old: &Ensemble, correlation: f64) -> Option<E
     Some(packed(&networks, &|_| &training_set, standard, h))
 }
 
-/// Most steps of a [`retrain`]: it starts near its end.
+/// Accepted steps of a [`retrain`], at most: it starts near its minimum.
 const RETRAIN_STEPS: usize = 30;
 
-/// Fewest rows worth a network.
-const FEWEST_ROWS: usize = 20;
+/// Fewest rows for which a network is trained.
+const MIN_ROWS: usize = 20;
 
-/// What the networks are trained on.
+/// Features and targets of the networks.
 pub(crate) struct Rows {
     /// `[n x features]` row-major.
     features: Vec<f64>,
-    /// What the physics left over, far unit: `[n]`.
+    /// Residual of the physics, far unit: `[n]`.
     targets: Vec<f64>,
     width: usize,
-    /// Every how manyth sample was taken.
+    /// Samples per row.
     stride: usize,
 }
 
@@ -64,15 +65,15 @@ impl Rows {
         let counted = runs.iter().flat_map(|run| &run.weight).filter(|w| **w > 0.0).count();
         let stride = counted.div_ceil(limit.max(1)).max(1);
         let mut rows = Self { features: vec![], targets: vec![], width: law.features.len(), stride };
-        let mut seen = 0;
+        let mut scored = 0;
         let mut memory = Memory::new(law);
         for run in runs {
             memory.reset();
             for i in 0..run.len() {
                 memory.step(law, run.dt_s[i], run.row(i));
                 if run.weight[i] > 0.0 {
-                    seen += 1;
-                    if seen % stride == 0 {
+                    scored += 1;
+                    if scored % stride == 0 {
                         rows.features.extend_from_slice(memory.features());
                         rows.targets.push(run.far[i] - memory.cell().state);
                     }
@@ -84,14 +85,14 @@ impl Rows {
 }
 
 /// Clip box, mean and scale of every feature: `[features]` each.
-struct Standard {
+struct Standardisation {
     low: Vec<f64>,
     high: Vec<f64>,
     mean: Vec<f64>,
     scale: Vec<f64>,
 }
 
-impl Standard {
+impl Standardisation {
     fn of(rows: &Rows) -> Self {
         let mut standard = Self { low: vec![], high: vec![], mean: vec![], scale: vec![] };
         for i in 0..rows.width {
@@ -102,7 +103,7 @@ impl Standard {
             standard.low.push(edge[0]);
             standard.high.push(edge[1]);
             standard.mean.push(mean);
-            // A constant feature tells nothing: it becomes 0.
+            // A constant feature carries no information and becomes 0.
             standard.scale.push(if spread > 1e-9 { spread } else { 1.0 });
         }
         standard
@@ -120,23 +121,23 @@ impl Standard {
 
 /// Trains the networks of a recipe side by side, each from its own start.
 ///
-/// In a mixed ensemble every other network never sees the cell and learns the far side itself; what it says is
-/// then written as a correction of the cell, so that both kinds can be asked together.
+/// In a mixed ensemble every other network is trained without the features of the cell on the far side itself. The
+/// negative state of the cell is then added to its output, so that all networks give corrections of the cell.
 pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble> {
     let (n, f, h) = (rows.targets.len(), rows.width, recipe.hidden);
     let mixed = recipe.learner == Learner::Mixed;
-    if n < FEWEST_ROWS || f == 0 || (mixed && f <= CELL_FEATURES) {
+    if n < MIN_ROWS || f == 0 || (mixed && f <= CELL_FEATURES) {
         return None;
     }
-    let standard = Standard::of(rows);
+    let standard = Standardisation::of(rows);
     let inputs = standard.apply(&rows.features);
     let correction = TrainingSet::new(inputs.clone(), f, &rows.targets);
     let direct = mixed.then(|| {
-        let seen = f - CELL_FEATURES;
-        let narrow = inputs.chunks_exact(f).flat_map(|row| &row[..seen]).copied().collect();
-        let states = rows.features.iter().skip(seen).step_by(f);
+        let signals = f - CELL_FEATURES;
+        let narrow = inputs.chunks_exact(f).flat_map(|row| &row[..signals]).copied().collect();
+        let states = rows.features.iter().skip(signals).step_by(f);
         let far: Vec<f64> = rows.targets.iter().zip(states).map(|(t, s)| t + s).collect();
-        TrainingSet::new(narrow, seen, &far)
+        TrainingSet::new(narrow, signals, &far)
     });
     let training_set = |k: usize| direct.as_ref().filter(|_| k % 2 == 1).unwrap_or(&correction);
     let networks: Vec<Network> = (0..recipe.networks.clamp(2, MEMBERS))
@@ -154,17 +155,17 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
     Some(packed(&networks, &training_set, standard, h))
 }
 
-/// The paper's network on the same rows: one hidden layer, full batch, no memory but what the rows hold.
+/// The plain network of `yuan2023` on the same rows.
 pub(crate) fn train_paper(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Perceptron> {
     let options =
         TrainOptions { hidden: recipe.hidden, steps: recipe.steps, seed, ..TrainOptions::default() };
     perceptron::train(&rows.features, &rows.targets, &options).ok()?.network.to_perceptron()
 }
 
-/// The features of the cell stand last: its state first among them.
+/// The features of the cell are the last ones, its state the first of them.
 const CELL_FEATURES: usize = 3;
 
-/// Standardised inputs and targets of some networks.
+/// Standardised inputs and targets of the networks of one kind.
 struct TrainingSet {
     inputs: Vec<f64>,
     width: usize,
@@ -187,41 +188,42 @@ impl TrainingSet {
     }
 }
 
-/// One network per lane, in far units. Fewer networks than lanes repeat: median and, nearly, variance stay.
+/// One network per lane, in far units. Where there are fewer networks than lanes they repeat: the median
+/// stays, the variance nearly.
 fn packed<'a>(
     networks: &[Network],
     training_set: &dyn Fn(usize) -> &'a TrainingSet,
-    standard: Standard,
+    standard: Standardisation,
     hidden: usize,
 ) -> Ensemble {
     let width = standard.mean.len();
-    let lanes = |pick: &dyn Fn(&network::Parts<'_>, &TrainingSet) -> f64| -> PerNetwork {
+    let per_network = |pick: &dyn Fn(&network::Parts<'_>, &TrainingSet) -> f64| -> PerNetwork {
         core::array::from_fn(|lane| {
             let k = lane % networks.len();
             pick(&networks[k].parts(), training_set(k)) as f32
         })
     };
-    // A network that learned the far side itself corrects the cell by what the cell says, taken away.
+    // A network of the far side itself becomes a correction by subtracting the state of the cell.
     let is_direct = |l: &TrainingSet| l.width < width;
     let hidden_weights = (0..hidden * width).map(|i| {
         let (node, feature) = (i / width, i % width);
-        lanes(&|p, l| if feature < l.width { p.weights[node * l.width + feature] } else { 0.0 })
+        per_network(&|p, l| if feature < l.width { p.weights[node * l.width + feature] } else { 0.0 })
     });
     let skip = (0..width).map(|i| {
-        lanes(&|p, l| match i {
+        per_network(&|p, l| match i {
             i if i < l.width => p.skip[i] * l.spread,
             i if i == l.width => -standard.scale[i],
             _ => 0.0,
         })
     });
-    let bias = lanes(&|p, l| {
+    let bias = per_network(&|p, l| {
         let state = if is_direct(l) { standard.mean[l.width] } else { 0.0 };
         p.offset * l.spread + l.centre - state
     });
     Ensemble {
         hidden_weights: hidden_weights.collect(),
-        hidden_bias: (0..hidden).map(|i| lanes(&|p, _| p.bias[i])).collect(),
-        output_weights: (0..hidden).map(|i| lanes(&|p, l| p.output[i] * l.spread)).collect(),
+        hidden_bias: (0..hidden).map(|i| per_network(&|p, _| p.bias[i])).collect(),
+        output_weights: (0..hidden).map(|i| per_network(&|p, l| p.output[i] * l.spread)).collect(),
         skip: skip.collect(),
         bias,
         clip_low: standard.low,
@@ -232,7 +234,7 @@ fn packed<'a>(
 }
 
 /// Mean square of the correction over the training rows.
-pub(crate) fn power(ensemble: &Ensemble, rows: &Rows) -> f64 {
+pub(crate) fn mean_square_correction(ensemble: &Ensemble, rows: &Rows) -> f64 {
     let mut scratch = vec![0.0; rows.width];
     let squares = rows.features.chunks_exact(rows.width).map(|features| {
         let correction = ensemble.evaluate(features, &mut scratch).median;

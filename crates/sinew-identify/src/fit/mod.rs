@@ -1,13 +1,24 @@
-//! Fits: the clamp cell, the network, the classical laws.
+//! Fits of models to sequences: the clamp cell, ensembles of networks, one plain network, the classical laws.
+//!
+//! All of them are problems given to one search, `levenberg_marquardt`, with a prior of `prior`:
+//!
+//! | problem                | file               | damping                   | prior                       |
+//! |------------------------|--------------------|---------------------------|-----------------------------|
+//! | clamp cell             | `cell.rs`          | diagonal, constant factor | ridge                       |
+//! | network of an ensemble | `network.rs`       | identity, gain ratio      | groups of weights, evidence |
+//! | plain network          | `perceptron/`      | identity, constant factor | none                        |
+//! | classical law, cable   | `least_squares.rs` | diagonal, gain ratio      | none                        |
 
 pub(crate) mod cell;
 pub mod classical;
-mod dense;
 pub(crate) mod ensemble;
-pub mod gram;
-pub mod levenberg_marquardt;
-pub(crate) mod network;
+pub(crate) mod least_squares;
+mod levenberg_marquardt;
+pub(crate) mod linear_algebra;
+mod linearisation;
+mod network;
 pub mod perceptron;
+mod prior;
 pub(crate) mod recipe;
 pub(crate) mod run;
 pub(crate) mod statistics;

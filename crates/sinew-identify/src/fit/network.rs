@@ -1,11 +1,25 @@
-//! A small network by Levenberg-Marquardt under Bayesian regularisation (MacKay's evidence).
+//! One network of an ensemble, trained under a Gaussian prior whose strength follows the evidence.
+//!
+//! ```text
+//! y = b + a . z + sum_j v_j tanh(d_j + W_j . z)
+//! ```
+//!
+//! Inputs and targets are standardised. Weights of samples are Huber's, from the residuals of the step
+//! before.
+//!
+//! # Source
+//! Regularisation: `mackay1992`; `foresee1997` for its use with Levenberg-Marquardt.
 
+use super::levenberg_marquardt::{Adaptation, Damping, Limits, Problem, Scaling, minimise};
+use super::linearisation::Linearisation;
+use super::prior::{Evidence, Group, Prior};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::linalg::solvers::{DenseSolveCore, Solve};
-use faer::{Accum, Mat, MatRef, Par};
-use rand::{RngExt, SeedableRng};
+use faer::{Accum, MatRef, Par};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use sinew::math::quick_tanh;
+use std::ops::ControlFlow;
 
 /// Standardised inputs `[n x features]` row-major and targets `[n]`.
 #[derive(Clone, Copy)]
@@ -15,14 +29,23 @@ pub(crate) struct NetworkData<'a> {
     pub features: usize,
 }
 
+impl NetworkData<'_> {
+    /// The prior of a network on these rows, of which `correlation` are one independent sample.
+    fn prior(&self, hidden: usize, correlation: f64) -> Prior {
+        let correlation = correlation.max(1.0);
+        let samples = self.targets.len() as f64 / correlation;
+        prior(hidden, self.features, samples, 1.0 / (FIRST_VARIANCE * correlation))
+    }
+}
+
 /// How a network is trained.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NetworkOptions {
     /// Hidden tanh nodes.
     pub hidden: usize,
-    /// Samples per independent sample: what the evidence may count.
+    /// Rows per independent sample; the evidence counts independent samples.
     pub correlation: f64,
-    /// Most accepted and rejected steps.
+    /// Accepted steps, at most.
     pub steps: usize,
     /// Seed of the initial weights.
     pub seed: u64,
@@ -106,45 +129,24 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// Strength of the prior on each group of parameters.
-#[derive(Clone)]
-struct Prior {
-    groups: [core::ops::Range<usize>; 5],
-    alpha: [f64; 5],
-    /// What the parameters are drawn to: zeros, or an older network.
-    mean: Vec<f64>,
-}
-
-impl Prior {
-    fn new(hidden: usize, features: usize) -> Self {
-        let w = hidden * features;
-        let (d, v) = (w + hidden, w + 2 * hidden);
-        let a = v + features;
-        Self {
-            groups: [0..w, w..d, d..v, v..a, a..a + 1],
-            alpha: [0.1, 0.1, 0.1, 0.1, 1e-6],
-            mean: vec![0.0; a + 1],
-        }
-    }
-
-    fn energy(&self, theta: &[f64]) -> f64 {
-        let group =
-            |(range, alpha): (&core::ops::Range<usize>, &f64)| 0.5 * alpha * self.distance(theta, range);
-        self.groups.iter().zip(&self.alpha).map(group).sum()
-    }
-
-    /// Squared distance of a group from its prior mean.
-    fn distance(&self, theta: &[f64], range: &core::ops::Range<usize>) -> f64 {
-        let pairs = theta[range.clone()].iter().zip(&self.mean[range.clone()]);
-        pairs.map(|(t, m)| (t - m) * (t - m)).sum()
-    }
-
-    fn diagonal(&self, p: usize) -> Vec<f64> {
-        let mut diagonal = vec![0.0; p];
-        for (range, alpha) in self.groups.iter().zip(&self.alpha) {
-            diagonal[range.clone()].fill(*alpha);
-        }
-        diagonal
+/// The prior of a network: one group for each of W, d, v, a and b.
+fn prior(hidden: usize, features: usize, samples: f64, precision: f64) -> Prior {
+    let w = hidden * features;
+    let (d, v) = (w + hidden, w + 2 * hidden);
+    let a = v + features;
+    let group = |range, alpha| Group { range, alpha };
+    Prior {
+        precision,
+        // Weights of standardised data are of size 3; the offset is free.
+        groups: vec![
+            group(0..w, 0.1),
+            group(w..d, 0.1),
+            group(d..v, 0.1),
+            group(v..a, 0.1),
+            group(a..a + 1, 1e-6),
+        ],
+        mean: vec![0.0; a + 1],
+        evidence: Some(Evidence { samples, steps: 0 }),
     }
 }
 
@@ -154,185 +156,150 @@ const COARSE_ROWS: usize = 1500;
 /// Rows of the Jacobian built at a time: small enough to stay in the second-level cache.
 const BLOCK: usize = 512;
 
+/// Residual variance of a standardised target that is assumed before the first evidence.
+const FIRST_VARIANCE: f64 = 0.05;
+
+/// Accepted steps from which on samples are weighted by their residuals. Before, residuals are what is not
+/// yet learned, and large ones must not be discarded.
+const ROBUST_FROM: usize = 7;
+
+/// A step that gains less than 2e-5 of the cost is far below the noise of the estimate; four in a row are not
+/// a saddle.
+const TOLERANCE: f64 = 2e-5;
+const PATIENCE: usize = 4;
+
+/// Mean square of the derivative of the output by one weight, in order of magnitude: makes `mu` relative to
+/// the curvature of the data.
+const SENSITIVITY: f64 = 1.0 / 50.0;
+
 /// Trains one network. Deterministic: the same data and seed give the same bits.
 ///
-/// Most of the way is made on every few rows, the rest on all of them.
+/// Most of the steps are made on a thinned copy of the rows, the last ones on all of them.
 pub(crate) fn train(data: &NetworkData<'_>, options: &NetworkOptions) -> Network {
     let (h, f) = (options.hidden, data.features);
-    let theta = initial(options, f);
+    let mut theta = initial(options, f);
     let stride = data.targets.len() / COARSE_ROWS;
-    let start = Trainer::new(*data, h, theta, options.correlation);
-    let mut trainer = if stride > 1 {
+    let mut prior = data.prior(h, options.correlation);
+    let mut steps = 0;
+    if stride > 1 {
         let inputs: Vec<f64> = data.inputs.chunks_exact(f).step_by(stride).flatten().copied().collect();
         let targets: Vec<f64> = data.targets.iter().step_by(stride).copied().collect();
         let coarse = NetworkData { inputs: &inputs, targets: &targets, features: f };
-        let mut trainer = Trainer::new(coarse, h, start.theta, options.correlation / stride as f64);
-        trainer.run(options.steps, 4);
-        let mut fine = Trainer::new(*data, h, trainer.theta, options.correlation);
-        fine.prior = trainer.prior;
-        fine.beta = trainer.beta * trainer.correlation / fine.correlation;
-        fine.steps = trainer.steps;
-        fine
-    } else {
-        start
-    };
-    trainer.run(options.steps, 4);
-    trainer.finish()
+        let correlation = options.correlation / stride as f64;
+        let mut coarse_prior = coarse.prior(h, correlation);
+        (theta, steps) = descend(&coarse, h, theta, &mut coarse_prior, options.steps, 0);
+        // A precision is per row, and rows apart are less correlated.
+        let precision = coarse_prior.precision * correlation.max(1.0) / options.correlation.max(1.0);
+        let evidence = prior.evidence.map(|evidence| Evidence { steps, ..evidence });
+        prior = Prior { precision, evidence, ..coarse_prior };
+    }
+    (theta, _) = descend(data, h, theta, &mut prior, options.steps, steps);
+    Network { hidden: h, features: f, theta }
 }
 
-/// Levenberg-Marquardt in progress.
-struct Trainer<'a> {
+/// Continues the training of a network under a prior that draws to its old weights: what the new data do not
+/// determine stays.
+pub(crate) fn retrain(data: &NetworkData<'_>, options: &NetworkOptions, old: &[f64]) -> Network {
+    let mut prior = data.prior(options.hidden, options.correlation);
+    prior.mean.copy_from_slice(old);
+    let (theta, _) = descend(data, options.hidden, old.to_vec(), &mut prior, options.steps, 0);
+    Network { hidden: options.hidden, features: data.features, theta }
+}
+
+/// Searches until `limit` steps were accepted, `before` earlier ones included, or progress ends: parameters
+/// and steps.
+fn descend(
+    data: &NetworkData<'_>,
+    hidden: usize,
+    theta: Vec<f64>,
+    prior: &mut Prior,
+    limit: usize,
+    before: usize,
+) -> (Vec<f64>, usize) {
+    let n = data.targets.len();
+    let mut problem = Training::new(*data, hidden, theta.len(), before);
+    if before >= ROBUST_FROM {
+        problem.squares(&theta);
+        problem.reweight();
+    }
+    let damping = Damping {
+        initial: 0.005,
+        min: 1e-9,
+        scaling: Scaling::Identity { factor: SENSITIVITY * n as f64 },
+        adaptation: Adaptation::GainRatio,
+    };
+    let limit = limit.max(before + 1);
+    let limits =
+        Limits { steps: limit - before, trials: 2 * limit, tolerance: TOLERANCE, patience: PATIENCE };
+    match minimise(&mut problem, theta.clone(), prior, &damping, &limits) {
+        Some(found) => (found.theta, before + found.steps),
+        None => (theta, before),
+    }
+}
+
+/// A network on its rows as a problem of the search.
+struct Training<'a> {
     data: NetworkData<'a>,
     hidden: usize,
-    correlation: f64,
-    theta: Vec<f64>,
-    prior: Prior,
-    /// Inverse noise variance of one row, counted as `1 / correlation` independent rows.
-    beta: f64,
-    damping: f64,
-    growth: f64,
     steps: usize,
+    /// Of every row, in the sum of squares: `[n]`.
     weight: Vec<f64>,
+    /// At the parameters evaluated last: `[n]`.
     residual: Vec<f64>,
     jacobian: Vec<f64>,
-    gram: Mat<f64>,
-    gradient: Vec<f64>,
-    squares: f64,
+    activation: Vec<f64>,
 }
 
-impl<'a> Trainer<'a> {
-    fn new(data: NetworkData<'a>, hidden: usize, theta: Vec<f64>, correlation: f64) -> Self {
-        let (n, p) = (data.targets.len(), theta.len());
-        let correlation = correlation.max(1.0);
+impl<'a> Training<'a> {
+    fn new(data: NetworkData<'a>, hidden: usize, parameters: usize, steps: usize) -> Self {
+        let n = data.targets.len();
         Self {
             data,
             hidden,
-            correlation,
-            theta,
-            prior: Prior::new(hidden, data.features),
-            beta: 1.0 / (0.05 * correlation),
-            damping: 0.005,
-            growth: 2.0,
-            steps: 0,
+            steps,
             weight: vec![1.0; n],
             residual: vec![0.0; n],
-            jacobian: vec![0.0; BLOCK.min(n) * p],
-            gram: Mat::zeros(p, p),
-            gradient: vec![0.0; p],
-            squares: 0.0,
+            jacobian: vec![0.0; BLOCK.min(n) * parameters],
+            activation: vec![0.0; hidden],
         }
     }
 
-    /// Steps until `limit` were accepted or `patience` in a row brought next to nothing.
-    fn run(&mut self, limit: usize, patience: usize) {
-        self.linearise();
-        if self.steps >= 7 {
-            huber(&self.residual, &mut self.weight);
-            self.linearise();
-        }
-        let limit = limit.max(self.steps + 1);
-        let mut flat = 0;
-        for _ in 0..2 * limit {
-            match self.step() {
-                None => self.reject(),
-                Some(gain) => {
-                    flat = if gain < 2e-5 { flat + 1 } else { 0 };
-                    self.steps += 1;
-                    if self.steps >= 7 {
-                        huber(&self.residual, &mut self.weight);
-                    }
-                    self.linearise();
-                    if self.steps >= 3 && (self.steps < 12 || self.steps.is_multiple_of(2)) {
-                        self.evidence();
-                    }
-                }
-            }
-            if self.steps >= limit || flat >= patience || self.damping > 1e12 {
-                break;
-            }
-        }
+    fn reweight(&mut self) {
+        huber(&self.residual, &mut self.weight);
     }
+}
 
-    fn reject(&mut self) {
-        self.damping *= self.growth;
-        self.growth *= 2.0;
-    }
-
-    /// One trial step with Nielsen's damping; the relative gain where it was accepted.
-    fn step(&mut self) -> Option<f64> {
-        let n = self.data.targets.len() as f64;
-        let diagonal = self.prior.diagonal(self.theta.len());
-        let shift = self.damping * self.beta * n / 50.0;
-        let right: Vec<f64> = self
-            .gradient
-            .iter()
-            .zip(&diagonal)
-            .zip(self.theta.iter().zip(&self.prior.mean))
-            .map(|((g, a), (t, m))| self.beta * g + a * (t - m))
-            .collect();
-        let before = 0.5 * self.beta * self.squares + self.prior.energy(&self.theta);
-        let step = solve(&self.system(&diagonal, shift), &right)?;
-        let trial: Vec<f64> = self.theta.iter().zip(&step).map(|(t, s)| t - s).collect();
-        let promised = 0.5 * step.iter().zip(&right).map(|(s, r)| s * (shift * s + r)).sum::<f64>();
-        let squares = self.evaluate(&trial);
-        let after = 0.5 * self.beta * squares + self.prior.energy(&trial);
-        if !(after.is_finite() && after < before) {
-            return None;
-        }
-        let ratio = (before - after) / promised;
-        self.damping = (self.damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)).max(1e-9);
-        self.growth = 2.0;
-        self.theta = trial;
-        Some((before - after) / before.abs())
-    }
-
-    /// `beta J'wJ + A + shift`.
-    fn system(&self, diagonal: &[f64], shift: f64) -> Mat<f64> {
-        let p = diagonal.len();
-        Mat::from_fn(p, p, |i, j| {
-            let prior = if i == j { diagonal[i] + shift } else { 0.0 };
-            self.beta * self.gram[(i.max(j), i.min(j))] + prior
-        })
-    }
-
-    /// Residuals at `theta`; returns the weighted sum of their squares.
-    fn evaluate(&mut self, theta: &[f64]) -> f64 {
+impl Problem for Training<'_> {
+    fn squares(&mut self, theta: &[f64]) -> Option<f64> {
         let parts = Parts::of(theta, self.hidden, self.data.features);
-        let mut activation = vec![0.0; self.hidden];
         let rows = self.data.inputs.chunks_exact(self.data.features).zip(self.data.targets);
         let mut sum = 0.0;
         for (((z, target), residual), weight) in rows.zip(&mut self.residual).zip(&self.weight) {
-            *residual = parts.output(z, &mut activation) - target;
+            *residual = parts.output(z, &mut self.activation) - target;
             sum += weight * *residual * *residual;
         }
-        sum
+        Some(sum)
     }
 
-    /// `J'wJ` (lower triangle), `J'we`, residuals and weighted squares at `theta`.
-    fn linearise(&mut self) {
-        let (f, p) = (self.data.features, self.theta.len());
-        let parts = Parts::of(&self.theta, self.hidden, f);
-        let mut activation = vec![0.0; self.hidden];
-        self.gradient.fill(0.0);
-        self.gram.fill(0.0);
-        self.squares = 0.0;
-        let n = self.data.targets.len();
+    fn linearise(&mut self, theta: &[f64], at: &mut Linearisation) -> bool {
+        at.clear();
+        let (f, p, n) = (self.data.features, theta.len(), self.data.targets.len());
+        let parts = Parts::of(theta, self.hidden, f);
         for start in (0..n).step_by(BLOCK) {
             let rows = BLOCK.min(n - start);
             for (row, values) in (start..start + rows).zip(self.jacobian.chunks_exact_mut(p)) {
                 let z = &self.data.inputs[row * f..][..f];
-                let error = parts.output(z, &mut activation) - self.data.targets[row];
-                self.residual[row] = error;
-                self.squares += self.weight[row] * error * error;
+                let error = parts.output(z, &mut self.activation) - self.data.targets[row];
+                at.squares += self.weight[row] * error * error;
                 let root = self.weight[row].sqrt();
-                parts.gradient(z, &activation, root, values);
-                for (sum, value) in self.gradient.iter_mut().zip(values) {
+                parts.gradient(z, &self.activation, root, values);
+                for (sum, value) in at.gradient.iter_mut().zip(values) {
                     *sum += root * error * *value;
                 }
             }
             let block = MatRef::from_row_major_slice(&self.jacobian[..rows * p], rows, p);
             matmul(
-                self.gram.as_mut(),
+                at.normal.as_mut(),
                 BlockStructure::TriangularLower,
                 Accum::Add,
                 block.transpose(),
@@ -343,64 +310,33 @@ impl<'a> Trainer<'a> {
                 Par::Seq,
             );
         }
+        true
     }
 
-    /// MacKay's re-estimation of the prior strengths and the noise level.
-    fn evidence(&mut self) {
-        let count = self.data.targets.len() as f64 / self.correlation;
-        let diagonal = self.prior.diagonal(self.theta.len());
-        let Ok(factor) = self.system(&diagonal, 0.0).llt(faer::Side::Lower) else { return };
-        let inverse = factor.inverse();
-        let mut determined = 0.0;
-        for (range, alpha) in self.prior.groups.iter().zip(&mut self.prior.alpha) {
-            let trace: f64 = range.clone().map(|i| inverse[(i, i)]).sum();
-            let gamma = (range.len() as f64 - *alpha * trace).max(0.0);
-            determined += gamma;
-            let pairs = self.theta[range.clone()].iter().zip(&self.prior.mean[range.clone()]);
-            let size: f64 = pairs.map(|(t, m)| (t - m) * (t - m)).sum();
-            *alpha = (*alpha * gamma / size.max(1e-12)).sqrt().clamp(1e-4, 1e5);
+    fn accepted(&mut self, _theta: &[f64], _squares: f64) -> ControlFlow<()> {
+        self.steps += 1;
+        if self.steps >= ROBUST_FROM {
+            self.reweight();
         }
-        let determined = determined.min(0.8 * count);
-        self.beta = ((count - determined) / self.squares.max(1e-12)).clamp(1e-6, 1e8);
+        ControlFlow::Continue(())
     }
-
-    fn finish(self) -> Network {
-        Network { hidden: self.hidden, features: self.data.features, theta: self.theta }
-    }
-}
-
-/// Trains on from an older network, which is also what the prior draws to: what the new data do not tell stays.
-pub(crate) fn retrain(data: &NetworkData<'_>, options: &NetworkOptions, old: &[f64]) -> Network {
-    let mut trainer = Trainer::new(*data, options.hidden, old.to_vec(), options.correlation);
-    trainer.prior.mean.copy_from_slice(old);
-    trainer.run(options.steps, 4);
-    trainer.finish()
 }
 
 fn initial(options: &NetworkOptions, features: usize) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
-    let mut normal = move || {
-        let (u, v): (f64, f64) = (rng.random(), rng.random());
-        (-2.0 * (1.0 - u).ln()).sqrt() * (core::f64::consts::TAU * v).cos()
-    };
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
     let h = options.hidden;
     let mut theta = Vec::with_capacity(Network::size(h, features));
     let spread = 1.0 / (features as f64).sqrt();
     theta.extend((0..h * features).map(|_| spread * normal()));
-    theta.extend((0..h).map(|_| (normal() * 0.577).clamp(-1.0, 1.0)));
+    // Standard deviation of a uniform number in -1..1.
+    theta.extend((0..h).map(|_| (normal() / 3.0_f64.sqrt()).clamp(-1.0, 1.0)));
     theta.extend((0..h).map(|_| 0.1 * normal()));
     theta.resize(Network::size(h, features), 0.0);
     theta
 }
 
-fn solve(system: &Mat<f64>, right: &[f64]) -> Option<Vec<f64>> {
-    let factor = system.llt(faer::Side::Lower).ok()?;
-    let rhs = Mat::from_fn(right.len(), 1, |i, _| right[i]);
-    let x = factor.solve(&rhs);
-    Some((0..right.len()).map(|i| x[(i, 0)]).collect())
-}
-
-/// Huber weights at three robust standard deviations: single events do not steer the fit.
+/// Huber weights at three robust standard deviations, 1.4826 times the median of the absolute residuals each.
 fn huber(residual: &[f64], weight: &mut [f64]) {
     let mut size: Vec<f64> = residual.iter().map(|e| e.abs()).collect();
     let middle = size.len() / 2;
@@ -414,6 +350,7 @@ fn huber(residual: &[f64], weight: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::RngExt;
 
     fn options(steps: usize) -> NetworkOptions {
         NetworkOptions { hidden: 3, correlation: 1.0, steps, seed: 3 }
@@ -435,18 +372,19 @@ mod tests {
         let data = NetworkData { inputs: &inputs, targets: &targets, features: 2 };
         let mut theta = initial(&options(1), 2);
         theta.iter_mut().enumerate().for_each(|(i, t)| *t += 0.1 * (i as f64).cos());
-        let mut trainer = Trainer::new(data, 3, theta.clone(), 1.0);
-        trainer.weight = (0..40).map(|i| 0.5 + 0.01 * f64::from(i)).collect();
-        trainer.linearise();
+        let mut training = Training::new(data, 3, theta.len(), 0);
+        training.weight = (0..40).map(|i| 0.5 + 0.01 * f64::from(i)).collect();
+        let mut at = Linearisation::zeros(theta.len());
+        assert!(training.linearise(&theta, &mut at));
         for i in 0..theta.len() {
-            let mut at = |step: f64| {
-                let mut moved = theta.clone();
-                moved[i] += step;
-                trainer.evaluate(&moved)
+            let mut shifted = |step: f64| {
+                let mut theta = theta.clone();
+                theta[i] += step;
+                training.squares(&theta).unwrap()
             };
-            let numeric = (at(1e-6) - at(-1e-6)) / 4e-6;
+            let numeric = (shifted(1e-6) - shifted(-1e-6)) / 4e-6;
             // The slope 1 - tanh^2 is that of the exact tanh: good to its 1e-4.
-            assert!((trainer.gradient[i] - numeric).abs() < 2e-3 * (1.0 + numeric.abs()), "{i}");
+            assert!((at.gradient[i] - numeric).abs() < 2e-3 * (1.0 + numeric.abs()), "{i}");
         }
     }
 

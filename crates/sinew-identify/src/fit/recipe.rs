@@ -37,8 +37,8 @@ pub(crate) struct Recipe {
     pub rows: usize,
     /// Most Levenberg-Marquardt steps.
     pub steps: usize,
-    /// Networks trained, 2 to [`MEMBERS`](sinew::predictor::MEMBERS): all of them for the final model, half of
-    /// them while recipes are compared.
+    /// Networks trained, 2 to [`MEMBERS`](sinew::predictor::MEMBERS): all of them for the final model, half
+    /// of them while recipes are compared.
     pub networks: usize,
     /// How the part that is not physical is learned.
     pub learner: Learner,

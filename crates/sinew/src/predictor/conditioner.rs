@@ -1,43 +1,44 @@
-//! Raw samples made fit for a model, looking only backwards.
+//! Conditioning of raw samples: time stamps, missing values and spikes; causal.
 
 use alloc::vec;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
-/// What one input may do before it is doubted.
+/// Plausible range and rate of one input, estimated from the training logs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InputLimits {
-    /// Largest credible change from one sample to the next, input unit; a larger one is held back for
-    /// [`MAX_HELD_SAMPLES`] samples and believed if it stays.
+    /// Largest plausible change from one sample to the next, input unit; a larger one is rejected for
+    /// [`MAX_HELD_SAMPLES`] samples and accepted if it persists.
     pub jump: f64,
-    /// Smallest value seen in training.
+    /// Smallest value in training, input unit.
     pub low: f64,
-    /// Largest value seen in training.
+    /// Largest value in training, input unit.
     pub high: f64,
-    /// Stands in for a value that is missing before any was seen.
+    /// Replaces a value that is missing at the first sample, input unit.
     pub typical: f64,
 }
 
-/// Samples for which a jump is held back: a spike is shorter, a real step is not.
+/// Samples for which a jump is rejected: a spike is at most this long, a step in the signal is longer.
 pub const MAX_HELD_SAMPLES: u32 = 2;
 
-/// No quantity of a transmission is larger in any unit. What is, counts as missing, so that products and squares
-/// of inputs and coefficients stay finite.
+/// Largest magnitude of an input or coefficient in any unit. Larger inputs count as missing, larger
+/// coefficients are refused, so that products and squares of both stay finite.
 pub const MAX_MAGNITUDE: f64 = 1e30;
 
-/// How a sample follows the one before.
+/// Relation of a sample to the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SampleKind {
-    /// The first of a sequence: at the start, after a gap, where time runs backwards.
+    /// First of a sequence: at the start, after a gap, or where time runs backwards.
     First,
     /// An ordinary sample.
     Next,
-    /// The same time stamp again: nothing has happened.
+    /// The same time stamp as the sample before.
     Repeated,
 }
 
-/// Holds spikes and missing values, finds gaps and repeated rows; causal, no allocation.
+/// Replaces spikes and missing values by the last accepted value, detects gaps and repeated rows; no
+/// allocation.
 #[derive(Debug, Clone)]
 pub struct Conditioner {
     values: Vec<f64>,
@@ -62,7 +63,7 @@ impl Conditioner {
         }
     }
 
-    /// Forgets everything: the next sample starts a new sequence.
+    /// Clears the state: the next sample starts a new sequence.
     pub fn reset(&mut self) {
         self.held.fill(0);
         self.time_s = 0.0;
@@ -70,26 +71,26 @@ impl Conditioner {
         self.started = false;
     }
 
-    /// Takes a sample. An entry of `inputs` that is not there, no number or beyond [`MAX_MAGNITUDE`] counts as missing;
-    /// a time that is not finite counts as one interval after the last.
+    /// Processes one sample. An entry of `inputs` that is absent, NaN or beyond [`MAX_MAGNITUDE`] counts as
+    /// missing; a time that is not finite counts as one interval after the last.
     #[inline]
-    pub fn update(&mut self, guards: &[InputLimits], gap_s: f64, time_s: f64, inputs: &[f64]) -> SampleKind {
+    pub fn update(&mut self, limits: &[InputLimits], gap_s: f64, time_s: f64, inputs: &[f64]) -> SampleKind {
         let dt_s = if time_s.is_finite() { time_s - self.time_s } else { self.dt_s };
         if self.started && dt_s == 0.0 {
             return SampleKind::Repeated;
         }
         let first = !self.started || dt_s < 0.0 || dt_s > gap_s;
         self.any_held = false;
-        for (i, guard) in guards.iter().enumerate() {
+        for (i, limit) in limits.iter().enumerate() {
             let value = inputs.get(i).copied().unwrap_or(f64::NAN);
             let last = self.values[i];
-            let spike = !first && (value - last).abs() > guard.jump && self.held[i] < MAX_HELD_SAMPLES;
+            let spike = !first && (value - last).abs() > limit.jump && self.held[i] < MAX_HELD_SAMPLES;
             if value.abs() <= MAX_MAGNITUDE && !spike {
                 self.values[i] = value;
                 self.held[i] = 0;
             } else {
                 if !self.started {
-                    self.values[i] = guard.typical;
+                    self.values[i] = limit.typical;
                 }
                 self.held[i] = self.held[i].saturating_add(u32::from(spike));
                 self.any_held = true;
@@ -101,7 +102,7 @@ impl Conditioner {
         if first { SampleKind::First } else { SampleKind::Next }
     }
 
-    /// The inputs as the model sees them: `[inputs]`.
+    /// The conditioned inputs: `[inputs]`.
     #[inline]
     #[must_use]
     pub fn values(&self) -> &[f64] {
@@ -115,7 +116,7 @@ impl Conditioner {
         self.dt_s
     }
 
-    /// Whether any input of the last sample was held back.
+    /// Whether any input of the last sample was replaced.
     #[inline]
     #[must_use]
     pub fn any_held(&self) -> bool {
@@ -127,36 +128,36 @@ impl Conditioner {
 mod tests {
     use super::*;
 
-    const GUARD: InputLimits = InputLimits { jump: 1.0, low: 0.0, high: 2.0, typical: 0.5 };
+    const LIMITS: InputLimits = InputLimits { jump: 1.0, low: 0.0, high: 2.0, typical: 0.5 };
 
     #[test]
-    fn a_spike_is_held_and_a_step_is_believed_after_two_samples() {
+    fn a_spike_is_rejected_and_a_step_is_accepted_after_two_samples() {
         let mut conditioner = Conditioner::new(1);
-        let mut seen = Vec::new();
+        let mut accepted = Vec::new();
         for (i, value) in [0.0, 9.0, 0.1, 5.0, 5.0, 5.0, 5.1].iter().enumerate() {
-            conditioner.update(&[GUARD], 1.0, i as f64 * 0.01, &[*value]);
-            seen.push(conditioner.values()[0]);
+            conditioner.update(&[LIMITS], 1.0, i as f64 * 0.01, &[*value]);
+            accepted.push(conditioner.values()[0]);
         }
-        assert_eq!(seen, [0.0, 0.0, 0.1, 0.1, 0.1, 5.0, 5.1]);
+        assert_eq!(accepted, [0.0, 0.0, 0.1, 0.1, 0.1, 5.0, 5.1]);
     }
 
     #[test]
-    fn missing_values_hold_the_last_and_start_from_the_typical() {
+    fn missing_values_keep_the_last_value_and_start_from_the_typical_one() {
         let mut conditioner = Conditioner::new(1);
-        conditioner.update(&[GUARD], 1.0, 0.0, &[f64::NAN]);
+        conditioner.update(&[LIMITS], 1.0, 0.0, &[f64::NAN]);
         assert_eq!(conditioner.values(), [0.5]);
-        conditioner.update(&[GUARD], 1.0, 0.1, &[0.7]);
-        conditioner.update(&[GUARD], 1.0, 0.2, &[f64::INFINITY]);
+        conditioner.update(&[LIMITS], 1.0, 0.1, &[0.7]);
+        conditioner.update(&[LIMITS], 1.0, 0.2, &[f64::INFINITY]);
         assert_eq!(conditioner.values(), [0.7]);
         assert!(conditioner.any_held());
-        conditioner.update(&[GUARD], 1.0, 0.3, &[]);
+        conditioner.update(&[LIMITS], 1.0, 0.3, &[]);
         assert_eq!(conditioner.values(), [0.7]);
     }
 
     #[test]
-    fn gaps_and_backward_time_start_anew_and_repeated_rows_do_nothing() {
+    fn gaps_and_backward_time_start_a_sequence_and_repeated_rows_change_nothing() {
         let mut conditioner = Conditioner::new(1);
-        let mut at = |time_s| conditioner.update(&[GUARD], 0.5, time_s, &[1.0]);
+        let mut at = |time_s| conditioner.update(&[LIMITS], 0.5, time_s, &[1.0]);
         assert_eq!(at(0.0), SampleKind::First);
         assert_eq!(at(0.1), SampleKind::Next);
         assert_eq!(at(0.1), SampleKind::Repeated);

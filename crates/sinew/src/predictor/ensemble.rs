@@ -1,4 +1,4 @@
-//! Eight small networks side by side, and how far they agree.
+//! Eight small networks, one per SIMD lane: median and variance of their outputs.
 
 use crate::math::quick_tanh_lanes;
 use alloc::vec::Vec;
@@ -8,8 +8,8 @@ use wide::f32x8;
 /// Networks in an ensemble: one per SIMD lane.
 pub const MEMBERS: usize = 8;
 
-/// One number for each network. Single precision: its rounding, 1e-7 of a correction, is far below any
-/// sensor's, and eight lanes fill two plain SSE2 registers instead of four.
+/// One number for each network. Single precision: its rounding, 1e-7 of a correction, is far below the noise
+/// of a sensor, and eight numbers fill two SSE2 registers instead of four.
 pub type PerNetwork = [f32; MEMBERS];
 
 /// Eight networks with one hidden layer of tanh nodes and a linear skip, trained from different starts.
@@ -19,8 +19,8 @@ pub type PerNetwork = [f32; MEMBERS];
 /// c_k = bias_k + skip_k . z + sum_j v_kj tanh(W_kj . z + d_kj)
 /// ```
 ///
-/// Inputs are clipped to the box of the training data: outside it physics extrapolates and the network
-/// keeps its value at the edge.
+/// Inputs are clipped to the box of the training data: outside it the networks are constant and only the
+/// physics extrapolates. Weights are trained by `sinew_identify`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ensemble {
@@ -30,7 +30,7 @@ pub struct Ensemble {
     pub clip_high: Vec<f64>,
     /// Subtracted after clipping: `[features]`.
     pub mean: Vec<f64>,
-    /// Multiplied by after that, one over the standard deviation: `[features]`.
+    /// One over the standard deviation, multiplied by after that: `[features]`.
     pub inverse_scale: Vec<f64>,
     /// `W`, one row of features per hidden node: `[hidden x features]`.
     pub hidden_weights: Vec<PerNetwork>,
@@ -44,7 +44,7 @@ pub struct Ensemble {
     pub bias: PerNetwork,
 }
 
-/// What the networks say of one sample.
+/// Outputs of the networks at one sample, summarised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EnsembleOutput {
     /// Median over the networks, far unit.
@@ -56,7 +56,7 @@ pub struct EnsembleOutput {
 }
 
 impl Ensemble {
-    /// The output on one sample; `features` and `scratch`: `[features]`.
+    /// Median and variance of the networks at one sample; `features` and `scratch`: `[features]`.
     #[must_use]
     pub fn evaluate(&self, features: &[f64], scratch: &mut [f32]) -> EnsembleOutput {
         let mut clipped = 0;
@@ -65,7 +65,7 @@ impl Ensemble {
         for (((z, &x), (&low, &high)), (mean, scale)) in
             scratch.iter_mut().zip(features).zip(box_edges).zip(standard)
         {
-            // Comparisons rather than `max` and `min`, which pay for an order of NaN that no feature can be.
+            // Comparisons instead of `max` and `min`, which also order NaN; features are finite.
             let above = if x < low { low } else { x };
             let inside = if above > high { high } else { above };
             clipped += usize::from(x < low) + usize::from(x > high);
@@ -87,7 +87,7 @@ impl Ensemble {
         for (weight, z) in self.skip.iter().zip(z) {
             outputs += f32x8::from(*weight) * f32x8::splat(*z);
         }
-        // Two nodes at a time: their sums do not wait for each other.
+        // Two nodes at a time: their sums are independent chains of additions.
         let (row, nodes) = (z.len().max(1), self.hidden_bias.len());
         let mut rows = self.hidden_weights.chunks_exact(2 * row);
         let biases = self.hidden_bias.chunks_exact(2).zip(self.output_weights.chunks_exact(2));
@@ -115,13 +115,13 @@ impl Ensemble {
     }
 }
 
-/// A tree rather than a chain: three additions deep.
+/// Pairwise sum, three additions deep.
 #[inline]
 fn sum(v: PerNetwork) -> f32 {
     ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]))
 }
 
-/// Median of eight: the mean of the middle two, after Batcher's sorting network.
+/// Median of eight, the mean of the middle two, by Batcher's sorting network.
 #[inline]
 fn median(mut v: PerNetwork) -> f32 {
     const PAIRS: [(usize, usize); 19] = [
@@ -160,7 +160,7 @@ mod tests {
 
     fn ensemble() -> Ensemble {
         let mut k = 0.0_f32;
-        let mut lanes = || -> PerNetwork {
+        let mut next = || -> PerNetwork {
             core::array::from_fn(|_| {
                 k += 1.0;
                 k.sin()
@@ -171,16 +171,16 @@ mod tests {
             clip_high: vec![1.0, 2.0],
             mean: vec![0.2, -0.1],
             inverse_scale: vec![2.0, 0.5],
-            hidden_weights: (0..6).map(|_| lanes()).collect(),
-            hidden_bias: (0..3).map(|_| lanes()).collect(),
-            output_weights: (0..3).map(|_| lanes()).collect(),
-            skip: (0..2).map(|_| lanes()).collect(),
-            bias: lanes(),
+            hidden_weights: (0..6).map(|_| next()).collect(),
+            hidden_bias: (0..3).map(|_| next()).collect(),
+            output_weights: (0..3).map(|_| next()).collect(),
+            skip: (0..2).map(|_| next()).collect(),
+            bias: next(),
         }
     }
 
     /// The same sums in double precision with an exact tanh.
-    fn slow(e: &Ensemble, x: [f64; 2], lane: usize) -> f64 {
+    fn reference(e: &Ensemble, x: [f64; 2], lane: usize) -> f64 {
         let at = |v: &PerNetwork| f64::from(v[lane]);
         let z: Vec<f64> = (0..2)
             .map(|i| (x[i].clamp(e.clip_low[i], e.clip_high[i]) - e.mean[i]) * e.inverse_scale[i])
@@ -191,11 +191,11 @@ mod tests {
     }
 
     #[test]
-    fn the_opinion_is_the_median_and_variance_of_the_networks() {
+    fn the_output_is_the_median_and_variance_of_the_networks() {
         let e = ensemble();
         for step in 0..200 {
             let x = [(f64::from(step) * 0.7).sin(), 3.0 * (f64::from(step) * 0.3).cos()];
-            let mut each: Vec<f64> = (0..MEMBERS).map(|lane| slow(&e, x, lane)).collect();
+            let mut each: Vec<f64> = (0..MEMBERS).map(|lane| reference(&e, x, lane)).collect();
             each.sort_by(f64::total_cmp);
             let mean = each.iter().sum::<f64>() / 8.0;
             let variance = each.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / 7.0;
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_the_box_the_networks_keep_their_value_and_say_so() {
+    fn outside_the_box_the_networks_are_constant_and_clipping_is_counted() {
         let e = ensemble();
         let edge = e.evaluate(&[1.0, 2.0], &mut [0.0; 2]);
         let far = e.evaluate(&[50.0, 1e9], &mut [0.0; 2]);

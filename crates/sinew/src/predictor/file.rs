@@ -1,4 +1,4 @@
-//! The model file: versioned, checked, refused with a reason.
+//! The model file: JSON with format, version and checksum.
 
 use super::model::Model;
 use super::model_file_error::ModelFileError;
@@ -8,10 +8,10 @@ use alloc::string::{String, ToString};
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
-/// Names the kind of file.
+/// Value of `format` in every model file.
 const FORMAT: &str = "sinew transmission model";
 
-/// Raised with every change that an older program would misread.
+/// Incremented with every change that an older program would misread.
 pub const VERSION: u32 = 1;
 
 #[derive(Serialize, Deserialize)]
@@ -24,7 +24,7 @@ struct Written {
     model: Box<RawValue>,
 }
 
-/// Only what tells whether the rest can be understood.
+/// The fields that decide whether the rest is readable.
 #[derive(Deserialize)]
 struct Head {
     format: Option<String>,
@@ -35,7 +35,7 @@ impl Model {
     /// The model as the text of a file. Every number survives the round trip to the bit.
     ///
     /// # Errors
-    /// As [`Model::validate`]: what could not be read back is not written.
+    /// As [`Model::validate`]: an invalid model is not written.
     pub fn to_json(&self) -> Result<String, ModelFileError> {
         self.validate()?;
         let refuse = |e: serde_json::Error| refusal("model", "numbers and names", e.to_string());
@@ -48,7 +48,8 @@ impl Model {
     /// Reads the text of a model file.
     ///
     /// # Errors
-    /// [`ModelFileError`]: no model file, of a newer version, damaged, or with a value out of its domain.
+    /// [`ModelFileError`]: another kind of file, a newer version, a wrong checksum, or a value out of its
+    /// domain.
     pub fn from_json(text: &str) -> Result<Self, ModelFileError> {
         let head: Head = serde_json::from_str(text).map_err(|e| {
             refusal("file", "a model made by `sinew identify`", format!("text that is no JSON object ({e})"))

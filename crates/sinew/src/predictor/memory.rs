@@ -1,4 +1,4 @@
-//! What the model remembers: the elastic clamp cell, stop operators, low-passes.
+//! The state of a model along a sequence: clamp cell or cable observer, stop operators, low-pass filters.
 
 use super::cable::{CableEstimate, ObservedCable, SequenceObserver};
 use super::signal::Signal;
@@ -7,20 +7,21 @@ use alloc::vec;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
-/// One number handed to the network.
+/// One input of the networks.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Feature {
-    /// A signal as it is.
+    /// A signal.
     Signal(usize),
-    /// The stop operator of a signal, in [-1, 1]: where it stands between its last reversals.
+    /// The normalised stop operator of a signal `u`, in [-1, 1]: `(u - p)/r` with the play `p <- clamp(p, u -
+    /// r, u + r)`.
     Stop {
         /// Which signal.
         signal: usize,
-        /// Half width of the play it is the complement of, signal unit.
+        /// `r`, half width of the play, signal unit.
         radius: f64,
     },
-    /// A signal minus its low-pass: what moved within the last `tau_s` seconds.
+    /// A signal minus its first-order low-pass: its change within the last `tau_s` seconds.
     LowPassDifference {
         /// Which signal.
         signal: usize,
@@ -31,36 +32,37 @@ pub enum Feature {
     CellState,
     /// Width of the cell's band, far unit.
     CellWidth,
-    /// Place of the state inside the band, 0 at the lower bound, 1 at the upper.
+    /// Position of the state in the band, 0 at the lower bound, 1 at the upper.
+    #[serde(rename = "cell_place")]
     CellPosition,
-    /// Measured minus believed near tension of the cable's observer, N.
+    /// Innovation of the cable's observer: measured minus estimated near tension, N.
     Innovation,
 }
 
-/// How signals, cell and features are computed: the part of a model before its network.
+/// Signals, physics and features of a model: everything before its networks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MemoryLaw {
     /// The signals.
     pub signals: Vec<Signal>,
-    /// The physics; none in a pure network.
+    /// The clamp cell; none in a pure network.
     pub cell: Option<ClampCell>,
-    /// Physics where both ends' displacements are known, in place of the cell.
+    /// The cable observer in place of the cell, where the displacements of both ends are measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cable: Option<ObservedCable>,
-    /// What the network sees.
+    /// Inputs of the networks.
     pub features: Vec<Feature>,
 }
 
 impl MemoryLaw {
-    /// Whether there is physics to lean on.
+    /// Whether there is a cell or a cable.
     #[must_use]
     pub fn has_physics(&self) -> bool {
         self.cell.is_some() || self.cable.is_some()
     }
 }
 
-/// The cell, or the cable in its place, as it stands after a sample.
+/// The cell, or the cable in its place, after a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CellOutput {
     /// Its state: the physical prediction of the far end.
@@ -69,7 +71,7 @@ pub struct CellOutput {
     pub low: f64,
     /// Upper bound.
     pub high: f64,
-    /// Whether a bound was touched since the last reset; before, the state is a guess.
+    /// Whether a bound was active since the last reset; before, the state depends on its start.
     pub known: bool,
 }
 
@@ -98,7 +100,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// A memory that has seen nothing.
+    /// The memory before the first sample.
     #[must_use]
     pub fn new(law: &MemoryLaw) -> Self {
         Self {
@@ -113,13 +115,14 @@ impl Memory {
         }
     }
 
-    /// Forgets everything: the next sample starts a new sequence.
+    /// Clears the state: the next sample starts a new sequence.
     pub fn reset(&mut self) {
         self.started = false;
     }
 
-    /// Places the cell at a known far-end value, inside its band, before the first sample of a sequence is taken.
-    /// Training does this; at run time nobody knows the far end and the cell starts at [`ClampCell::start`].
+    /// Advances by one sample, `dt_s` after the one before. The first sample of a sequence starts the cell at
+    /// `far`, projected onto its band, where the far end is measured (training), else at [`ClampCell::start`]
+    /// (prediction). `inputs: [inputs of the model]`.
     pub fn step_from(&mut self, law: &MemoryLaw, dt_s: f64, inputs: &[f64], far: Option<f64>) {
         for (value, signal) in self.signals.iter_mut().zip(&law.signals) {
             *value = signal.value(inputs);
@@ -134,7 +137,7 @@ impl Memory {
         self.started = true;
     }
 
-    /// Takes one sample, `dt_s` after the one before.
+    /// Advances by one sample, `dt_s` after the one before; the far end is not measured.
     #[inline]
     pub fn step(&mut self, law: &MemoryLaw, dt_s: f64, inputs: &[f64]) {
         self.step_from(law, dt_s, inputs, None);

@@ -1,11 +1,11 @@
-//! From near-side samples to the far end, one sample at a time.
+//! Prediction of the far end from near-side samples, one sample at a time.
 //!
 //! ```text
 //! raw sample -> Conditioner -> signals -> Memory (clamp cell, stops, low-passes) -> Estimator -> Prediction
 //! ```
 //!
-//! A [`Model`] is read once and never changes; a [`Predictor`] carries the state of one sequence. Batch and
-//! streaming are the same code, so they agree to the bit.
+//! A [`Model`] is immutable; a [`Predictor`] holds the state of one sequence. Batch and streaming prediction
+//! run the same code and agree to the bit.
 
 mod cable;
 mod conditioner;

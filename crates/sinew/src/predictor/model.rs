@@ -1,4 +1,4 @@
-//! A model of one transmission: what it reads, how it predicts, how far it can be trusted.
+//! The model of one transmission: inputs, limits, estimator, calibrated band, provenance.
 
 use super::conditioner::{InputLimits, MAX_MAGNITUDE};
 use super::ensemble::{Ensemble, PerNetwork};
@@ -11,7 +11,7 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
-/// What a column means to the transmission.
+/// Role of a column in the transmission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
@@ -19,7 +19,7 @@ pub enum Role {
     Effort,
     /// A position or stroke at the near side.
     Motion,
-    /// The displacement of the far end, where a joint sensor gives it.
+    /// The displacement of the far end, where a joint sensor measures it.
     Anchor,
     /// A slow quantity, such as a joint angle or the bend of the sheath.
     Given,
@@ -31,17 +31,17 @@ pub enum Role {
 pub struct Input {
     /// Column name in the log, for example `tension_in_n`.
     pub column: String,
-    /// What it means.
+    /// Its role.
     pub role: Role,
 }
 
-/// Where a model comes from, for people.
+/// Origin of a model, for its users.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
     /// Name of the chosen member, as `--model` takes it.
     pub member: String,
-    /// What it is, in a sentence.
+    /// Description in one sentence.
     pub description: String,
     /// Version of the program that fitted it.
     pub program: String,
@@ -51,13 +51,13 @@ pub struct Provenance {
     pub logs: Vec<String>,
     /// Samples it was fitted to.
     pub samples: usize,
-    /// RMSE on data it did not see, far unit.
+    /// RMSE on data that were not fitted, far unit.
     pub rmse_unseen: f64,
     /// Range of the far side in training, far unit.
     pub far_range: f64,
 }
 
-/// A model of one transmission, complete: columns, guards, estimator, band.
+/// The complete model of one transmission.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
@@ -69,21 +69,22 @@ pub struct Model {
     pub time: Option<String>,
     /// The trial column of its logs.
     pub trial: Option<String>,
-    /// One per input.
+    /// Limits of the inputs: `[inputs]`.
     pub guards: Vec<InputLimits>,
-    /// Pause after which all states are forgotten, s.
+    /// Interval between samples after which all states are reset, s.
     pub gap_s: f64,
-    /// The prediction.
+    /// Estimator of the far end.
     pub estimator: Estimator,
-    /// From [`Estimate::variance`](super::Estimate::variance) to the 95 % band: half width over sigma,
-    /// the largest of those that the folds of the cross-validation asked for.
+    /// Half width of the 95 % band over the standard deviation of
+    /// [`Estimate::variance`](super::Estimate::variance): the largest over the folds of the cross-validation,
+    /// times `(n + 1)/n` for `n` folds.
     pub band_factor: f64,
-    /// Where it comes from.
+    /// Origin.
     pub provenance: Provenance,
 }
 
 impl Model {
-    /// Checks everything that [`Predictor`](super::Predictor) relies on.
+    /// Checks every precondition of [`Predictor`](super::Predictor).
     ///
     /// # Errors
     /// [`ModelFileError`] names the field, what was expected of it and what it is.
@@ -91,9 +92,9 @@ impl Model {
         let n = self.inputs.len();
         require("inputs", "at least one column", n > 0, n)?;
         require("guards", &format!("one per input ({n})"), self.guards.len() == n, self.guards.len())?;
-        for guard in &self.guards {
-            all_moderate("guards", &[guard.low, guard.high, guard.typical])?;
-            let jump = guard.jump;
+        for limits in &self.guards {
+            all_moderate("guards", &[limits.low, limits.high, limits.typical])?;
+            let jump = limits.jump;
             require("guards.jump", "finite and > 0", jump > 0.0 && jump.is_finite(), jump)?;
         }
         positive("gap_s", self.gap_s)?;
@@ -225,9 +226,9 @@ impl Ensemble {
             ("ensemble.output_weights", &self.output_weights, hidden),
             ("ensemble.skip", &self.skip, features),
         ];
-        for (name, lanes, expected) in shapes {
-            require(name, &format!("{expected} rows"), lanes.len() == expected, lanes.len())?;
-            lanes.iter().try_for_each(|lane| all_weights(name, lane))?;
+        for (name, rows, expected) in shapes {
+            require(name, &format!("{expected} rows"), rows.len() == expected, rows.len())?;
+            rows.iter().try_for_each(|row| all_weights(name, row))?;
         }
         all_weights("ensemble.bias", &self.bias)
     }
@@ -235,9 +236,10 @@ impl Ensemble {
 
 /// Largest weight of a network, far unit.
 const MAX_WEIGHT: f64 = 1e10;
-/// Largest input of a network: no training set reaches that many standard deviations.
+/// Largest standardised input of a network, far above that of any training set.
 const MAX_STANDARDISED_INPUT: f64 = 1e5;
-/// Most features or nodes of a network. With the two above, its variance fits single precision.
+/// Largest number of features or nodes. With the two limits above, the variance is finite in single
+/// precision.
 const MAX_NODES: usize = 1000;
 
 fn positive(name: &str, value: f64) -> Result<(), ModelFileError> {
@@ -248,8 +250,8 @@ fn all_moderate(name: &str, values: &[f64]) -> Result<(), ModelFileError> {
     all_within(name, "numbers within +-1e30", values, MAX_MAGNITUDE)
 }
 
-fn all_weights(name: &str, lanes: &PerNetwork) -> Result<(), ModelFileError> {
-    all_within(name, "numbers within +-1e10", &lanes.map(f64::from), MAX_WEIGHT)
+fn all_weights(name: &str, weights: &PerNetwork) -> Result<(), ModelFileError> {
+    all_within(name, "numbers within +-1e10", &weights.map(f64::from), MAX_WEIGHT)
 }
 
 fn all_within(name: &str, expected: &str, values: &[f64], largest: f64) -> Result<(), ModelFileError> {

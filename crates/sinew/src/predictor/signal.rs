@@ -1,24 +1,26 @@
-//! The signals a model thinks in, made from the columns of a log.
+//! The signals of a model, computed from the columns of a log.
 
 use super::conditioner::MAX_MAGNITUDE;
 use serde::{Deserialize, Serialize};
 
-/// One signal, computed from the present sample alone.
+/// One signal, a function of the present sample alone.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Signal {
-    /// An input as it is.
+    /// An input.
     Input(usize),
-    /// First input minus second: the tension difference of two antagonists, which turns their joint.
+    /// First input minus second: the tension difference of two antagonists, proportional to the torque of
+    /// their joint.
     Difference(usize, usize),
-    /// `ln(max(T, 0) + offset)`: friction is a ratio of tensions, so memory of its logarithm is memory of friction.
+    /// `ln(max(T, 0) + offset)`: capstan friction is a ratio of tensions, hence a band of constant width in
+    /// the logarithm.
     LogTension {
         /// Which input.
         input: usize,
         /// Keeps the logarithm finite when the cable is slack, in the input's unit.
         offset: f64,
     },
-    /// `ln((max(T_a, 0) + offset) / (max(T_b, 0) + offset))`: the capstan form of an antagonistic pair.
+    /// `ln((max(T_a, 0) + offset) / (max(T_b, 0) + offset))`: the same for an antagonistic pair.
     LogRatio {
         /// Numerator.
         first: usize,

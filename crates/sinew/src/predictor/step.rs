@@ -1,4 +1,4 @@
-//! The predictor: one sample in, one prediction out.
+//! The predictor: one prediction per sample.
 
 use super::conditioner::{Conditioner, SampleKind};
 use super::memory::Memory;
@@ -16,31 +16,31 @@ pub struct Sample<'a> {
     pub inputs: &'a [f64],
 }
 
-/// What should be known about a prediction before it is used.
+/// Conditions under which a prediction was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Flags {
-    /// The state inside the dead band is a guess: no bound was touched since the last reset.
+    /// The state in the dead band depends on its start: no bound was active since the last reset.
     pub state_unknown: bool,
     /// An input lies outside the range of the training logs, or a network input outside its box.
     pub out_of_range: bool,
-    /// An input was missing or jumped and was held at its last value.
+    /// An input was missing or jumped and was replaced by its last value.
     pub input_held: bool,
-    /// All states were forgotten at this sample: the first one, one after a gap, or time ran backwards.
+    /// All states were reset at this sample: the first one, after a gap, or where time runs backwards.
     pub reset: bool,
-    /// The time stamp of the sample before: the prediction is repeated.
+    /// The time stamp equals that of the sample before: the prediction is repeated.
     pub repeated: bool,
 }
 
-/// The far end as predicted after a sample.
+/// Prediction of the far end at one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction {
     /// The far end, in the unit of the training logs.
     pub mean: f64,
     /// Standard deviation: `mean +- 1.96 standard_deviation` is the calibrated 95 % band.
     pub standard_deviation: f64,
-    /// Trust in the learned correction, 0 to 1.
+    /// Gate on the learned correction, 0 to 1.
     pub gate: f64,
-    /// What should be known before it is used.
+    /// Conditions under which it was made.
     pub flags: Flags,
 }
 
@@ -58,8 +58,9 @@ impl Prediction {
 
 /// Predicts the far end of one transmission from its near side, sample by sample.
 ///
-/// No allocation, no lock, no system call in [`step`](Self::step). Any sample is answered: what is missing or
-/// beyond belief is held and flagged, never passed on, so a finite model gives finite predictions.
+/// [`step`](Self::step) does not allocate, lock or call the system, and cannot fail: missing and implausible
+/// inputs are replaced by the last accepted value and flagged, so that a valid model gives finite
+/// predictions.
 ///
 /// # Example
 /// ```
@@ -87,10 +88,10 @@ impl Prediction {
 /// let model = Model::from_json(&text)?; // the text of a model.json
 /// let mut predictor = Predictor::new(model)?;
 /// let pulled = predictor.step(&Sample { time_s: 0.0, inputs: &[100.0] });
-/// assert!(pulled.flags.state_unknown); // nobody knows yet where in its dead band the cable sits
+/// assert!(pulled.flags.state_unknown); // no bound was active yet
 /// let pulled = predictor.step(&Sample { time_s: 0.001, inputs: &[200.0] });
 /// let eased = predictor.step(&Sample { time_s: 0.002, inputs: &[150.0] });
-/// assert_eq!(pulled.mean, eased.mean); // the far end has not noticed yet
+/// assert_eq!(pulled.mean, eased.mean); // inside the dead band the far end does not move
 /// # Ok(())
 /// # }
 /// ```
@@ -104,7 +105,7 @@ pub struct Predictor {
 }
 
 impl Predictor {
-    /// A predictor that has seen nothing.
+    /// A predictor before its first sample.
     ///
     /// # Errors
     /// As [`Model::validate`].
@@ -119,35 +120,35 @@ impl Predictor {
         })
     }
 
-    /// The model it runs.
+    /// The model.
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.model
     }
 
-    /// Forgets all states: the next sample starts a new trial.
+    /// Resets all states: the next sample starts a new sequence.
     pub fn reset(&mut self) {
         self.conditioner.reset();
         self.memory.reset();
     }
 
-    /// Takes a sample and predicts the far end.
+    /// Predicts the far end at one sample.
     #[inline]
     pub fn step(&mut self, sample: &Sample<'_>) -> Prediction {
         let model = &self.model;
-        let step = self.conditioner.update(&model.guards, model.gap_s, sample.time_s, sample.inputs);
-        if step == SampleKind::Repeated {
+        let kind = self.conditioner.update(&model.guards, model.gap_s, sample.time_s, sample.inputs);
+        if kind == SampleKind::Repeated {
             self.last.flags.repeated = true;
             self.last.flags.reset = false;
             return self.last;
         }
-        if step == SampleKind::First {
+        if kind == SampleKind::First {
             self.memory.reset();
         }
         let inputs = self.conditioner.values();
         self.memory.step(&model.estimator.law, self.conditioner.dt_s(), inputs);
         let estimate = model.estimator.estimate(&self.memory, &mut self.scratch);
-        let outside = inputs.iter().zip(&model.guards).any(|(v, g)| *v < g.low || *v > g.high);
+        let outside = inputs.iter().zip(&model.guards).any(|(v, limit)| *v < limit.low || *v > limit.high);
         self.last = Prediction {
             mean: estimate.mean,
             standard_deviation: model.band_factor * libm::sqrt(estimate.variance) / BAND_95,
@@ -156,7 +157,7 @@ impl Predictor {
                 state_unknown: !estimate.known,
                 out_of_range: outside || estimate.clipped > 0,
                 input_held: self.conditioner.any_held(),
-                reset: step == SampleKind::First,
+                reset: kind == SampleKind::First,
                 repeated: false,
             },
         };

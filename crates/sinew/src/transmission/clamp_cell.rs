@@ -1,34 +1,36 @@
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Elastic clamp cell with branches: the state follows the near side elastically and is held between two bounds.
+/// Elastic clamp cell with branches: the state follows the near side elastically and is held between two
+/// bounds.
 ///
 /// ```text
 /// lo = l . b(u),   hi = h . b(u),   m = (lo + hi)/2,   w = hi - lo;     where hi < lo: m as before, w = 0
 /// z_j <- clamp(z_j + kappa . (u - u_prev), m - r_j w/2, m + r_j w/2),   z = sum_j p_j z_j
 /// ```
 ///
-/// | symbol     | field                    | unit                 | shape, domain         | meaning                              |
-/// |------------|--------------------------|----------------------|-----------------------|--------------------------------------|
-/// | u          | `signals` of a step      | of the signals       | `[signals]`, finite   | near-side signals of the sample       |
-/// | b(u)       | `basis`                  | products of signals  | `[b]`                 | functions the bounds are linear in    |
-/// | l, h       | `low`, `high`            | far unit per b       | `[b]`, finite         | coefficients of the bounds            |
-/// | kappa      | `kappa`, `elastic`       | far unit per signal  | `[e]`, finite         | elasticity, and the signals it is for |
-/// | r_j, p_j   | `branches`               | 1                    | `[branches]`, 1 to 8  | relative width and share of a branch  |
-/// | lambda_0   | `start`                  | 1                    | [0, 1]                | position in the band at the start     |
-/// | z          | [`ClampStep::state`]     | far unit             |                       | state, the prediction of the far side |
+/// | symbol   | field                | unit                | shape, domain | meaning                        |
+/// |----------|----------------------|---------------------|---------------|--------------------------------|
+/// | u        | `signals` of a step  | of the signals      | `[signals]`   | near-side signals              |
+/// | b(u)     | `basis`              | products of signals | `[b]`         | basis of the bounds            |
+/// | l, h     | `low`, `high`        | far unit per b      | `[b]`, finite | coefficients of the bounds     |
+/// | kappa    | `kappa`, `elastic`   | far unit per signal | `[e]`, finite | elasticity, indices of signals |
+/// | r_j, p_j | `branches`           | 1                   | `[branches]`  | relative width, share          |
+/// | lambda_0 | `start`              | 1                   | [0, 1]        | position in band at the start  |
+/// | z        | [`ClampStep::state`] | far unit            |               | state and estimate             |
 ///
 /// One law covers capstan play (`b = [T, 1]`, `kappa = 0`), backlash (`b = [q, 1]`, equal slopes), an
 /// elastic-plastic element (`b = [1]`, `kappa > 0`) and bounds that depend on load or bend. Branches with
-/// `r_j < 1` yield before the widest one does (generalised Maxwell slip), which rounds the corners of the loop.
+/// `r_j < 1` yield before the widest one does (generalised Maxwell slip), which rounds the corners of the
+/// loop.
 ///
 /// # Assumes
 /// Rate-independent. Until a bound of a branch with `r_j = 1` is active the state depends on its start.
 /// The cell maps signals to a signal. It is a friction force only with constant bounds, `kappa >= 0` on one
 /// displacement and shares `>= 0`; it is then passive.
 ///
-/// Shapes agree and indices exist in `signals`: [`Model::validate`](crate::predictor::Model::validate) checks both,
-/// the step does not. Signals that the constants keep finite give a finite state.
+/// Shapes agree and indices exist in `signals`: [`Model::validate`](crate::predictor::Model::validate) checks
+/// both, the step does not. Signals that the constants keep finite give a finite state.
 ///
 /// # Example
 /// ```
@@ -50,7 +52,8 @@ use serde::{Deserialize, Serialize};
 /// ```
 ///
 /// # Source
-/// Own combination of the generalised play of `brokate1996` and the elastic-plastic elements of `albender2005`.
+/// Own combination of the generalised play of `brokate1996` and the elastic-plastic elements of
+/// `albender2005`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClampCell {
@@ -66,8 +69,8 @@ pub struct ClampCell {
     pub kappa: Vec<f64>,
     /// Branches; one of width 1 and share 1 is the plain cell.
     pub branches: Vec<Branch>,
-    /// Position in the band at which a sequence starts whose far end is not measured: 0 at the lower bound, 1 at
-    /// the upper. Estimated from the starts of the training sequences.
+    /// Position in the band at which a sequence starts whose far end is not measured: 0 at the lower bound, 1
+    /// at the upper. Estimated from the starts of the training sequences.
     #[serde(default = "middle")]
     pub start: f64,
 }
@@ -146,7 +149,8 @@ impl ClampCell {
         self.project(states, band, |_, branch| far.unwrap_or_else(|| band.at(branch.width, self.start)))
     }
 
-    /// One step from the signals `previous` to `signals`; `states: [branches]`, `signals, previous: [signals]`.
+    /// One step from the signals `previous` to `signals`; `states: [branches]`, `signals, previous:
+    /// [signals]`.
     #[inline]
     pub fn step(&self, states: &mut [f64], signals: &[f64], previous: &[f64]) -> ClampStep {
         let mut increment = 0.0;
@@ -203,7 +207,8 @@ impl Band {
         Self { low, high, crossed: false }
     }
 
-    /// Projects a trial state onto the band of a branch of relative width `width`; the bound that was active, if any.
+    /// Projects a trial state onto the band of a branch of relative width `width`; the bound that was active,
+    /// if any.
     #[inline]
     #[must_use]
     pub fn project(&self, trial: f64, width: f64) -> (f64, Option<Bound>) {
@@ -218,8 +223,8 @@ impl Band {
         (saturate(trial, lower, upper), active)
     }
 
-    /// Derivative of a state at an active bound by `lo`; that by `hi` is one less this. A state between the bounds
-    /// depends on neither.
+    /// Derivative of a state at an active bound by `lo`; that by `hi` is one less this. A state between the
+    /// bounds depends on neither.
     #[inline]
     #[must_use]
     pub fn weight_of_low(&self, active: Bound, width: f64) -> f64 {

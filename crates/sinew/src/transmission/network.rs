@@ -3,8 +3,8 @@ use crate::math::tanh;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Hidden nodes evaluated side by side: four SSE2 or two AVX2 registers.
-const LANES: usize = 8;
+/// Hidden nodes evaluated together: four SSE2 or two AVX2 registers.
+const BLOCK: usize = 8;
 
 /// Feed-forward network: one hidden layer of tanh nodes, linear output, optionally a linear path past them.
 ///
@@ -12,27 +12,29 @@ const LANES: usize = 8;
 /// y = b_0 + a . x + sum_k v_k tanh(sum_i W_ki x_i + d_k)
 /// ```
 ///
-/// | symbol | field           | shape               | domain | meaning                        |
-/// |--------|-----------------|---------------------|--------|--------------------------------|
-/// | x      |                 | `[inputs]`          | finite | inputs, scaled by the caller    |
-/// | W      | `input_weights` | `[hidden x inputs]` | finite | row-major, one row per node     |
-/// | d      | `hidden_bias`   | `[hidden]`          | finite |                                 |
-/// | v      | `output_weights`| `[hidden]`          | finite |                                 |
-/// | b_0    | `output_bias`   |                     | finite |                                 |
-/// | a      | `skip`          | `[inputs]` or empty | finite | empty in the paper's network    |
+/// | symbol | field            | shape               | domain | meaning                      |
+/// |--------|------------------|---------------------|--------|------------------------------|
+/// | x      |                  | `[inputs]`          | finite | inputs, scaled by the caller |
+/// | W      | `input_weights`  | `[hidden x inputs]` | finite | row-major, one row per node  |
+/// | d      | `hidden_bias`    | `[hidden]`          | finite |                              |
+/// | v      | `output_weights` | `[hidden]`          | finite |                              |
+/// | b_0    | `output_bias`    |                     | finite |                              |
+/// | a      | `skip`           | `[inputs]` or empty | finite | empty in `yuan2023`          |
 ///
-/// The paper's two networks are this with 30 nodes and no `skip`:
+/// The two networks of `yuan2023` have 30 nodes and no `skip`:
 ///
-/// | network    | output | inputs                                                                                |
-/// |------------|--------|---------------------------------------------------------------------------------------|
-/// | friction (17)   | `T_r`, N | tension `T_s` N, sheath length `l_s` m, cable velocity `v_c` m/s, joint angle `q` rad, number of pulleys `n` |
-/// | elongation (18) | `l_r`, m | tension `T_s` N, cable velocity `v_c` m/s, joint angle `q` rad, cable length `l_c` m, transmission length `L_1` m |
+/// | network         | output   | inputs                                                                         |
+/// |-----------------|----------|--------------------------------------------------------------------------------|
+/// | friction (17)   | `T_r`, N | `T_s` N, length `l_s` m, cable velocity `v_c` m/s, `q` rad, pulleys `n`        |
+/// | elongation (18) | `l_r`, m | `T_s` N, `v_c` m/s, `q` rad, cable length `l_c` m, transmission length `L_1` m |
+///
+/// `T_s` is the tension at the drive, `q` the joint angle.
 ///
 /// # Assumes
-/// No memory: history must be among the inputs.
+/// No memory: the output depends on the present inputs alone.
 ///
 /// # Departs
-/// Printed (12) mixes its layers' sums; this is the ordinary perceptron its text and figure describe.
+/// Printed (12) mixes the sums of its layers; this is the perceptron that its text and figure describe.
 ///
 /// # Errors
 /// [`Error::WrongLength`] names the slice, [`Error::OutOfDomain`] what is not finite.
@@ -49,7 +51,7 @@ const LANES: usize = 8;
 ///     output_bias: 0.5,
 ///     skip: vec![],
 /// })?;
-/// // A node that is hardly moved is linear.
+/// // For small inputs a node is linear.
 /// assert!((network.evaluate(&[3.0, 7.0])? - 3.5).abs() < 1e-9);
 /// # Ok::<(), sinew::Error>(())
 /// ```
@@ -61,8 +63,8 @@ const LANES: usize = 8;
 #[doc(alias = "mlp")]
 pub struct Perceptron {
     weights: PerceptronWeights,
-    /// Per block of [`LANES`] nodes: biases, then one row per input, then output weights; padded with zeros.
-    blocks: Vec<[f64; LANES]>,
+    /// Per block of [`BLOCK`] nodes: biases, then one row per input, then output weights; padded with zeros.
+    blocks: Vec<[f64; BLOCK]>,
 }
 
 /// The numbers of a [`Perceptron`], as written in a model file; shapes in its table.
@@ -101,7 +103,7 @@ impl From<Perceptron> for PerceptronWeights {
 }
 
 impl Perceptron {
-    /// A network of checked weights.
+    /// A network with validated weights.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for a shape that does not fit `inputs` and `hidden`, [`Error::OutOfDomain`]
@@ -132,7 +134,7 @@ impl Perceptron {
         Ok(Self { weights, blocks })
     }
 
-    /// The numbers it was made of.
+    /// Its weights.
     #[must_use]
     pub fn weights(&self) -> &PerceptronWeights {
         &self.weights
@@ -161,7 +163,7 @@ impl Perceptron {
         for &x in inputs {
             finite("inputs", x)?;
         }
-        let mut sums = [0.0; LANES];
+        let mut sums = [0.0; BLOCK];
         for block in self.blocks.chunks_exact(self.weights.inputs + 2) {
             let [mut nodes, ref rows @ .., output] = *block else { continue };
             for (row, &x) in rows.iter().zip(inputs) {
@@ -178,13 +180,13 @@ impl Perceptron {
     }
 }
 
-fn pack(weights: &PerceptronWeights) -> Vec<[f64; LANES]> {
+fn pack(weights: &PerceptronWeights) -> Vec<[f64; BLOCK]> {
     let (inputs, hidden) = (weights.inputs, weights.hidden);
-    let mut blocks = Vec::with_capacity(hidden.div_ceil(LANES) * (inputs + 2));
+    let mut blocks = Vec::with_capacity(hidden.div_ceil(BLOCK) * (inputs + 2));
     let gather = |first: usize, of: &dyn Fn(usize) -> f64| {
         core::array::from_fn(|lane| if first + lane < hidden { of(first + lane) } else { 0.0 })
     };
-    for first in (0..hidden).step_by(LANES) {
+    for first in (0..hidden).step_by(BLOCK) {
         blocks.push(gather(first, &|node| weights.hidden_bias[node]));
         for input in 0..inputs {
             blocks.push(gather(first, &|node| weights.input_weights[node * inputs + input]));
@@ -244,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_written_network_comes_back_the_same_and_a_damaged_one_is_refused() {
+    fn a_serialised_network_round_trips_and_an_invalid_one_is_refused() {
         let network = Perceptron::new(weights(3, 30, false, 0.4)).unwrap();
         let text = serde_json::to_string(&network).unwrap();
         assert_eq!(serde_json::from_str::<Perceptron>(&text).unwrap(), network);
@@ -257,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused_by_name() {
+    fn shapes_and_numbers_out_of_domain_are_refused_by_name() {
         let network = Perceptron::new(weights(3, 4, true, 0.4)).unwrap();
         assert!(network.evaluate(&[1.0, 2.0]).is_err());
         assert!(network.evaluate(&[1.0, 2.0, f64::NAN]).is_err());

@@ -28,9 +28,9 @@ pub(super) fn fixed(samples: &Samples, signals: &Signals) -> Law {
             factor[0].is_finite() && factor[1].is_finite()
         }),
         derived: vec![],
-        unseen: vec![],
-        note: "only the sum mu phi - ln(eta) shows in two tensions, not its parts".to_owned(),
-        because: |_| "",
+        undetermined: vec![],
+        note: "two tensions determine only the sum mu phi - ln(eta), not its parts".to_owned(),
+        reason: |_| "",
     }
 }
 
@@ -70,13 +70,13 @@ pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
             out.iter().all(|y| y.is_finite())
         }),
         derived: vec![],
-        // One speed is one point of the curve: its shape and its foot are then the same number.
-        unseen: if speeds[2] < 1.5 * speeds[0] { vec![1, 2, 3] } else { vec![] },
+        // At one speed only one value of the curve is observed.
+        undetermined: if speeds[2] < 1.5 * speeds[0] { vec![1, 2, 3] } else { vec![] },
         note: format!(
-            "fitted on sliding at {:.3} to {:.3} {rate}; nothing is known below and above",
+            "fitted on sliding at {:.3} to {:.3} {rate}; not valid below and above",
             speeds[0], speeds[2]
         ),
-        because: |i| match i {
+        reason: |i| match i {
             1 | 2 => "no sliding slow enough, or no rise at low speed",
             3 | 4 => "speeds vary too little, or friction does not grow with them",
             _ => "",

@@ -1,25 +1,27 @@
-//! What all classical laws share: transformed parameters, fit, intervals, remarks.
+//! Common part of all classical laws: transformed parameters, fit, intervals, remarks.
 
 use super::result::{ClassicalFit, Parameter};
 use super::samples::{Samples, Signals};
-use crate::fit::levenberg_marquardt::{Covariance, LeastSquares, Options, Solution, minimise_from_many};
+use crate::fit::least_squares::{Covariance, LeastSquares, Options, Solution, solve_from_many};
+use crate::fit::linear_algebra::Cholesky;
+use faer::Mat;
 use sinew::metrics::Comparison;
 
-/// How a parameter is searched for.
+/// Transformation of a parameter for the search.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Scale {
-    /// As it is; `typical` is the size that counts as something.
+    /// None; a parameter is identified if its interval is narrower than itself or `typical`.
     Linear { typical: f64 },
-    /// As a logarithm of the excess over a lower end.
+    /// Logarithm of the excess over a lower bound.
     Above(f64),
-    /// As a logit between two ends.
+    /// Logit between two bounds.
     Between(f64, f64),
 }
 
 impl Scale {
     pub(super) const POSITIVE: Self = Self::Above(0.0);
 
-    pub(super) fn inward(self, value: f64) -> f64 {
+    pub(super) fn to_search(self, value: f64) -> f64 {
         match self {
             Self::Linear { .. } => value,
             Self::Above(low) => (value - low).max(1e-12).ln(),
@@ -30,7 +32,7 @@ impl Scale {
         }
     }
 
-    fn outward(self, theta: f64) -> f64 {
+    fn to_natural(self, theta: f64) -> f64 {
         match self {
             Self::Linear { .. } => theta,
             Self::Above(low) => low + theta.exp(),
@@ -38,7 +40,7 @@ impl Scale {
         }
     }
 
-    /// Whether an interval still says something about the parameter.
+    /// Whether an interval is narrow enough for the parameter to count as identified.
     fn identified(self, value: f64, low: f64, high: f64) -> bool {
         match self {
             Self::Linear { typical } => high - low < value.abs().max(typical),
@@ -54,7 +56,7 @@ pub(super) struct Spec {
     pub(super) name: String,
     pub(super) unit: String,
     pub(super) scale: Scale,
-    /// Whether only motion both ways can tell it.
+    /// Whether it is identifiable only from motion in both directions.
     pub(super) friction: bool,
 }
 
@@ -82,12 +84,12 @@ pub(super) struct Law {
     pub(super) starts: Vec<Vec<f64>>,
     pub(super) predict: Predict,
     pub(super) derived: Vec<Derived>,
-    /// What no data of this kind can tell.
+    /// What data of this kind do not determine.
     pub(super) note: String,
-    /// Parameters, by index, that these data cannot tell whatever the fit says.
-    pub(super) unseen: Vec<usize>,
-    /// What to say of a parameter, by index, that these data do not determine.
-    pub(super) because: fn(usize) -> &'static str,
+    /// Indices of parameters that these data cannot determine, whatever the covariance.
+    pub(super) undetermined: Vec<usize>,
+    /// Why these data do not determine a parameter, by its index.
+    pub(super) reason: fn(usize) -> &'static str,
 }
 
 /// The law on given samples as a sum of squares.
@@ -107,11 +109,11 @@ impl LeastSquares for Problem<'_> {
     }
 
     fn evaluate(&self, theta: &[f64], residuals: &mut [f64]) -> bool {
-        // NaN or a runaway step: refusing keeps the search inside.
+        // NaN and divergent steps are outside the domain.
         if !theta.iter().all(|t| t.abs() < 1e12) {
             return false;
         }
-        let natural = self.law.outward(theta);
+        let natural = self.law.to_natural(theta);
         let mut predictions = self.predictions.borrow_mut();
         if !(self.law.predict)(self.samples, &natural, &mut predictions) {
             return false;
@@ -124,11 +126,11 @@ impl LeastSquares for Problem<'_> {
 }
 
 impl Law {
-    /// A parameter as it is. Positive ones are held within a factor of a thousand of their starts: there
-    /// they have become nothing or everything, and the fit sees that they no longer matter.
-    fn held(&self, i: usize, theta: f64) -> f64 {
+    /// A parameter limited to a factor of a thousand around its starts where it is positive: beyond, the law
+    /// no longer depends on it, and its Jacobian should be zero.
+    fn limited(&self, i: usize, theta: f64) -> f64 {
         let scale = self.specs[i].scale;
-        let starts = || self.starts.iter().map(|start| scale.inward(start[i]));
+        let starts = || self.starts.iter().map(|start| scale.to_search(start[i]));
         match scale {
             Scale::Linear { .. } => theta,
             Scale::Above(_) | Scale::Between(..) => {
@@ -139,32 +141,32 @@ impl Law {
         }
     }
 
-    fn outward(&self, theta: &[f64]) -> Vec<f64> {
-        (0..theta.len()).map(|i| self.specs[i].scale.outward(self.held(i, theta[i]))).collect()
+    fn to_natural(&self, theta: &[f64]) -> Vec<f64> {
+        (0..theta.len()).map(|i| self.specs[i].scale.to_natural(self.limited(i, theta[i]))).collect()
     }
 
     /// The fit, with intervals; `None` where the law cannot be evaluated at all.
     pub(super) fn fit(&self, samples: &Samples, all: &Samples, signals: &Signals) -> Option<ClassicalFit> {
         let predictions = std::cell::RefCell::new(vec![0.0; samples.far.len()]);
         let problem = Problem { law: self, samples, predictions };
-        let inward = |start: &Vec<f64>| -> Vec<f64> {
-            self.specs.iter().zip(start).map(|(spec, &value)| spec.scale.inward(value)).collect()
+        let to_search = |start: &Vec<f64>| -> Vec<f64> {
+            self.specs.iter().zip(start).map(|(spec, &value)| spec.scale.to_search(value)).collect()
         };
-        let starts: Vec<Vec<f64>> = self.starts.iter().map(inward).collect();
-        let options = Options { steps: 40, tolerance: 1e-6, ..Options::default() };
-        let solution = minimise_from_many(&problem, &starts, options)?;
-        let natural = self.outward(&solution.theta);
+        let starts: Vec<Vec<f64>> = self.starts.iter().map(to_search).collect();
+        let options = Options { steps: 40, tolerance: 1e-6 };
+        let solution = solve_from_many(&problem, &starts, options)?;
+        let natural = self.to_natural(&solution.theta);
         let rmse = self.rmse(all, &natural)?;
         let covariance = solution.covariance();
         let tau = autocorrelation_time(samples, &solution.residuals);
         let free = (solution.residuals.len() as f64 / tau - natural.len() as f64).max(1.0) * tau;
-        // |r|^2 / free is the variance of a residual, tau what its correlation costs.
+        // |r|^2 / free is the variance of a residual; tau accounts for its correlation.
         let spread = (solution.squares / free * tau).sqrt();
         let mut parameters: Vec<Parameter> =
             (0..natural.len()).map(|i| self.parameter(i, &solution, &covariance, spread, signals)).collect();
         for derived in &self.derived {
             let parameter = self.derived_parameter(derived, &solution, &covariance, spread, signals);
-            // Lines of either sign have no friction angle.
+            // The friction angle is undefined for lines of different sign.
             if parameter.value.is_finite() {
                 parameters.push(parameter);
             }
@@ -202,12 +204,12 @@ impl Law {
         signals: &Signals,
     ) -> Parameter {
         let spec = &self.specs[i];
-        let seen = if self.unseen.contains(&i) { f64::INFINITY } else { covariance.variance[i] };
+        let seen = if self.undetermined.contains(&i) { f64::INFINITY } else { covariance.variance[i] };
         let half = 1.96 * spread * seen.sqrt();
-        let at = |theta: f64| spec.scale.outward(theta);
-        let theta = self.held(i, solution.theta[i]);
+        let at = |theta: f64| spec.scale.to_natural(theta);
+        let theta = self.limited(i, solution.theta[i]);
         let (value, low, high) = (at(theta), at(theta - half), at(theta + half));
-        parameter(spec, value, low, high, signals, (self.because)(i))
+        parameter(spec, value, low, high, signals, (self.reason)(i))
     }
 
     fn derived_parameter(
@@ -219,13 +221,13 @@ impl Law {
         signals: &Signals,
     ) -> Parameter {
         let p = solution.theta.len();
-        let value = of(&self.outward(&solution.theta));
+        let value = of(&self.to_natural(&solution.theta));
         let gradient: Vec<f64> = (0..p)
             .map(|i| {
                 let mut moved = solution.theta.clone();
                 let step = (1e-6 * moved[i].abs()).max(1e-9);
                 moved[i] += step;
-                (of(&self.outward(&moved)) - value) / step
+                (of(&self.to_natural(&moved)) - value) / step
             })
             .collect();
         let mut variance = 0.0;
@@ -234,7 +236,7 @@ impl Law {
                 variance = f64::INFINITY;
             }
             for j in 0..p {
-                variance += gradient[i] * covariance.matrix[i * p + j] * gradient[j];
+                variance += gradient[i] * covariance.matrix[(i, j)] * gradient[j];
             }
         }
         let half = 1.96 * spread * variance.max(0.0).sqrt();
@@ -249,34 +251,34 @@ impl Law {
         all: &Samples,
         signals: &Signals,
     ) -> String {
-        let mut said: Vec<String> = vec![];
+        let mut remarks: Vec<String> = vec![];
         if signals.reversals == 0 {
-            said.push(format!(
-                "{} never reverses, so friction cannot be told from gain and offset",
+            remarks.push(format!(
+                "{} never reverses, so friction cannot be separated from gain and offset",
                 signals.drive_name
             ));
         }
         let open: Vec<&str> = parameters.iter().filter(|p| !p.identified).map(|p| p.name.as_str()).collect();
         if !open.is_empty() {
-            said.push(format!("these data do not determine {}", open.join(", ")));
+            remarks.push(format!("these data do not determine {}", open.join(", ")));
         }
         let noise = sensor_noise(all);
         if tau > 3.0 && rmse > 3.0 * noise && rmse > 0.002 * signals.far_range {
-            said.push(format!(
+            remarks.push(format!(
                 "the residuals are not noise (RMSE {:.0} times the sensor's, correlated over {tau:.0} samples): \
-                 the structure of this law is wrong or incomplete here, and its intervals hold only if it were right",
+                 the structure of this law is wrong or incomplete here, and its intervals do not hold",
                 (rmse / noise.max(1e-3 * rmse)).min(999.0)
             ));
         }
         if !self.note.is_empty() {
-            said.push(self.note.clone());
+            remarks.push(self.note.clone());
         }
-        said.join(". ")
+        remarks.join(". ")
     }
 }
 
 fn parameter(spec: &Spec, value: f64, low: f64, high: f64, signals: &Signals, why: &str) -> Parameter {
-    // An interval over six decades is no interval.
+    // An interval over three decades is reported as undefined.
     let vague = matches!(spec.scale, Scale::Above(least) if high - least > 1e3 * (value - least));
     let known = low.is_finite() && high.is_finite() && !vague;
     let one_way = spec.friction && signals.reversals == 0;
@@ -298,7 +300,7 @@ fn parameter(spec: &Spec, value: f64, low: f64, high: f64, signals: &Signals, wh
     }
 }
 
-/// An entry that says why there is none.
+/// An entry without a fit, with the reason.
 pub(super) fn not_fitted(why: &str) -> ClassicalFit {
     ClassicalFit {
         law: "none".to_owned(),
@@ -363,15 +365,12 @@ pub(super) fn linear_fit(columns: &[Vec<f64>], target: &[f64]) -> Option<(Vec<f6
     let p = columns.len();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let scale: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt().max(1e-150)).collect();
-    let mut normal = vec![0.0; p * p];
-    for i in 0..p {
-        for j in 0..p {
-            normal[i * p + j] = dot(&columns[i], &columns[j]) * scale[i] * scale[j];
-        }
-        normal[i * p + i] += 1e-12;
-    }
-    let right = (0..p).map(|i| dot(&columns[i], target) * scale[i]).collect();
-    let mut weights = crate::fit::levenberg_marquardt::solve_positive(normal, right)?;
+    let normal = Mat::from_fn(p, p, |i, j| {
+        let ridge = if i == j { 1e-12 } else { 0.0 };
+        dot(&columns[i], &columns[j]) * scale[i] * scale[j] + ridge
+    });
+    let right: Vec<f64> = (0..p).map(|i| dot(&columns[i], target) * scale[i]).collect();
+    let mut weights = Cholesky::new(normal)?.solve(&right)?;
     for (weight, s) in weights.iter_mut().zip(&scale) {
         *weight *= s;
     }

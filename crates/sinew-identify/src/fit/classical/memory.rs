@@ -12,7 +12,7 @@ const SLIP_DISTANCES: [f64; 4] = [0.02, 0.08, 0.25, 0.6];
 /// Writes a law's friction at unit strength for every row, each run started at a given fraction of it.
 type Unit = Arc<dyn Fn(&Samples, &[f64], &dyn Fn(usize) -> f64, &mut [f64]) -> bool + Send + Sync>;
 
-/// A friction law before it knows its strength, `a` and `b`.
+/// A friction law of unit strength, before strength, `a` and `b` are fitted.
 struct Friction {
     name: &'static str,
     equation: &'static str,
@@ -23,7 +23,7 @@ struct Friction {
     shape: Vec<Spec>,
     grid: Vec<Vec<f64>>,
     note: String,
-    because: fn(usize) -> &'static str,
+    reason: fn(usize) -> &'static str,
 }
 
 /// Every force law with memory, ready to be fitted.
@@ -45,12 +45,12 @@ fn dahl(signals: &Signals) -> Friction {
         strengths: vec![Spec::friction("Coulomb force (F_c)", &signals.far_unit, Scale::POSITIVE)],
         units: vec![Arc::new(|samples, p, start, out| {
             let Ok(law) = Dahl::new(1.0 / p[0], 1.0) else { return false };
-            walk(samples, out, start, |force, slide, _| law.step(force, slide))
+            simulate(samples, out, start, |force, slide, _| law.step(force, slide))
         })],
         shape: vec![Spec::friction("presliding distance (d)", &signals.drive_unit, Scale::POSITIVE)],
         grid: distances(signals).iter().map(|&d| vec![d]).collect(),
         note: String::new(),
-        because: |i| if i == 1 { "reversals are too sharp or too few for it" } else { "" },
+        reason: |i| if i == 1 { "reversals are too sharp or too few for it" } else { "" },
     }
 }
 
@@ -67,7 +67,7 @@ fn bouc_wen(signals: &Signals) -> Friction {
         strengths: vec![Spec::friction("limit force (F_c)", &signals.far_unit, Scale::POSITIVE)],
         units: vec![Arc::new(|samples, p, start, out| {
             let Ok(law) = BoucWen::new(1.0, p[0], p[1], p[2]) else { return false };
-            walk(samples, out, start, |z, slide, _| law.step(z, slide))
+            simulate(samples, out, start, |z, slide, _| law.step(z, slide))
         })],
         shape: vec![
             Spec::friction("yield distance (d)", &signals.drive_unit, Scale::POSITIVE),
@@ -76,8 +76,12 @@ fn bouc_wen(signals: &Signals) -> Friction {
         ],
         grid,
         note: String::new(),
-        because: |i| {
-            if i > 1 { "only the roundness of the loop tells it, and that is lost here" } else { "" }
+        reason: |i| {
+            if i > 1 {
+                "only the roundness of the loop determines it, and it is not resolved here"
+            } else {
+                ""
+            }
         },
     }
 }
@@ -107,7 +111,7 @@ fn lugre(samples: &Samples, signals: &Signals) -> Friction {
             let stiffness = usual / p[0];
             let Ok(law) = LuGre::new(stiffness, 0.0, curve) else { return false };
             let first = |row: usize| start(row) * load(samples, row) / stiffness;
-            let bends = walk(samples, out, first, |z, slide, row| {
+            let bends = simulate(samples, out, first, |z, slide, row| {
                 law.step(z, slide, load(samples, row), samples.interval[row]).deflection
             });
             out.iter_mut().for_each(|z| *z *= stiffness);
@@ -119,8 +123,8 @@ fn lugre(samples: &Samples, signals: &Signals) -> Friction {
             Spec::friction("Stribeck speed (v_s)", &format!("{}/s", signals.drive_unit), Scale::POSITIVE),
         ],
         grid,
-        note: "bristle damping is left out: it shows only within milliseconds of a reversal".to_owned(),
-        because: |i| match i {
+        note: "bristle damping is omitted: it acts only within milliseconds of a reversal".to_owned(),
+        reason: |i| match i {
             1 => "reversals are too sharp or too few for it",
             2 | 3 => "no sliding slow enough, or no rise at low speed",
             _ => "",
@@ -156,9 +160,9 @@ fn maxwell_slip(signals: &Signals) -> Friction {
         shape: vec![],
         grid: vec![vec![]],
         note: "slip distances are fixed fractions of the travel".to_owned(),
-        because: |i| {
+        reason: |i| {
             if i < SLIP_DISTANCES.len() {
-                "this element is not needed, or its loops are not there"
+                "this element is not needed, or there are no loops of its size"
             } else {
                 ""
             }
@@ -167,7 +171,7 @@ fn maxwell_slip(signals: &Signals) -> Friction {
 }
 
 /// Steps a scalar state along every run; `step` gets the state, the slide and the row.
-fn walk(
+fn simulate(
     samples: &Samples,
     out: &mut [f64],
     start: impl Fn(usize) -> f64,
@@ -199,7 +203,7 @@ impl Friction {
         specs.push(Spec::new("offset (b)", &signals.far_unit, Scale::Linear { typical: signals.far_range }));
         let mut note = format!("near is {}, x is {}", signals.near_name, signals.drive_name);
         if !signals.has_motion {
-            note += " for want of a motion: a distance is then a tension";
+            note += ", as no motion is measured: a distance is then a tension";
         }
         if !self.note.is_empty() {
             note = format!("{note}. {}", self.note);
@@ -211,9 +215,9 @@ impl Friction {
             starts,
             predict: predict(self.units, forces, towards),
             derived: vec![],
-            unseen: vec![],
+            undetermined: vec![],
             note,
-            because: self.because,
+            reason: self.reason,
         }
     }
 
@@ -237,15 +241,16 @@ impl Friction {
             one_way_fit(&columns, &far, forces).map(|fitted| (fitted, largest))
         };
         for shape in &self.grid {
-            // Once from rest, and once more from the state that the first fit gives every run's start.
+            // From zero friction, and again from the state that the first fit gives for the start of every
+            // run.
             let Some((first, _)) = fit(shape, &|_| 0.0) else { continue };
             let total: f64 = first.weights[..forces].iter().sum();
-            let begun = |row: usize| {
+            let measured_start = |row: usize| {
                 let line = first.weights[forces] * samples.near[row] + first.weights[forces + 1];
                 let fraction = (samples.far[row] - line) / total;
                 if fraction.is_finite() { fraction.clamp(-1.0, 1.0) } else { 0.0 }
             };
-            let Some((fitted, largest)) = fit(shape, &begun) else { continue };
+            let Some((fitted, largest)) = fit(shape, &measured_start) else { continue };
             let least = 1e-3 * signals.far_range / largest;
             let mut start: Vec<f64> = fitted.weights[..forces].iter().map(|w| w.abs().max(least)).collect();
             start.extend(shape);
@@ -266,8 +271,8 @@ struct OneWay {
     towards: f64,
 }
 
-/// Least squares with forces of one sign: a drive counted the other way round turns all of them, so both
-/// signs are tried. What would pull the wrong way is left out, worst first.
+/// Least squares with forces of one sign. The sign depends on the sense in which the drive is counted, so
+/// both are tried; forces of the wrong sign are removed, the largest first.
 fn one_way_fit(columns: &[Vec<f64>], target: &[f64], forces: usize) -> Option<OneWay> {
     let mut best: Option<OneWay> = None;
     for towards in [1.0, -1.0] {
@@ -301,7 +306,7 @@ fn predict(units: Vec<Unit>, forces: usize, towards: f64) -> Predict {
         let (slope, offset) = (p[p.len() - 2], p[p.len() - 1]);
         let total: f64 = p[..forces].iter().sum();
         let start = |row: usize| {
-            // The friction that explains the first measurement, as far as the law can.
+            // The friction at which the law meets the first measurement, within its limits.
             let missing = slope * samples.near[row] + offset - samples.far[row];
             let fraction = towards * missing / total;
             if fraction.is_finite() { fraction.clamp(-1.0, 1.0) } else { 0.0 }

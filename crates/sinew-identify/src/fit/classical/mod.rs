@@ -1,11 +1,11 @@
-//! Classical laws fitted to a log: what each explains, with intervals, and what the data cannot tell.
+//! Classical friction laws fitted to a log, with confidence intervals and identifiability.
 //!
-//! They are not candidates for prediction but the yardstick beside them, in parameters a person knows.
+//! They are no candidates for prediction but the reference beside them, in physical parameters.
 //!
 //! * One near-side signal (the effort or motion that follows the far side best) is transmitted; one drive
-//!   (the motion, or that signal itself) says which way and how far the cable has slid.
-//! * Directions and speeds are taken with hindsight (a reversal counts from the extreme on), so the laws
-//!   without memory show what they could do at best.
+//!   (the motion, or that signal itself) gives direction and distance of sliding.
+//! * Directions and speeds are not causal (a reversal counts from the extreme on), which favours the laws without
+//!   memory.
 //! * States are reset at every sequence, starting from the measured far side. Rows that are not scored are
 //!   stepped and not fitted; a missing near-side value is the one before it.
 //! * Long logs are thinned to about 6000 rows for the fit, keeping 50 rows between reversals where they
@@ -13,8 +13,7 @@
 //! * Positive parameters are fitted as logarithms, from several starts, by Levenberg-Marquardt.
 //! * Intervals are `+- 1.96` standard deviations from `s^2 tau (J^T J)^-1` (in the logarithm where that was
 //!   fitted). `tau = 1 + 2 sum_k rho_k` is the autocorrelation time of the residuals, summed until
-//!   `rho_k < 0.05`: a thousand samples of one slow mistake are one observation, not a thousand.
-//!   They hold if the law's structure does; where the residuals are not noise the remark says so.
+//!   `rho_k < 0.05`. They hold if the structure of the law does; the remark names residuals that are not noise.
 
 mod capstan;
 mod law;
@@ -33,7 +32,8 @@ use rayon::prelude::*;
 /// Fits every classical law for which the dataset has the signals.
 ///
 /// Where nothing can be fitted (a constant near or far side, too few samples) a single entry without
-/// parameters says why in its remark. The result does not depend on the order of logs or columns beyond rounding.
+/// parameters gives the reason in its remark. The result does not depend on the order of logs or columns
+/// beyond rounding.
 #[must_use]
 pub fn fit_classical(data: &Dataset) -> Vec<ClassicalFit> {
     let (all, thinned, signals) = match samples::gather(data) {

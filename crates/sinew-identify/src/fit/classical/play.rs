@@ -1,4 +1,4 @@
-//! Play: the far side stays where it is until one of two lines of the near side drags it along.
+//! Play: the far side is held between two lines of the near side.
 
 use super::law::{Law, Scale, Spec, linear_fit};
 use super::samples::{Samples, Signals};
@@ -23,14 +23,10 @@ pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
         starts: starts(samples),
         predict: Box::new(predict),
         derived: vec![],
-        unseen: vec![],
+        undetermined: vec![],
         note: String::new(),
-        because: |i| {
-            if i < 2 {
-                "the lower line is hardly ever touched"
-            } else {
-                "the upper line is hardly ever touched"
-            }
+        reason: |i| {
+            if i < 2 { "the lower line is rarely active" } else { "the upper line is rarely active" }
         },
     };
     if signals.near_is_effort && signals.far_unit == signals.near_unit {
@@ -60,7 +56,7 @@ fn predict(samples: &Samples, p: &[f64], out: &mut [f64]) -> bool {
             out[row] = state;
         }
     }
-    // Lines that change places are no longer play.
+    // With crossed lines the law is not a play.
     crossed <= out.len() / 10
 }
 

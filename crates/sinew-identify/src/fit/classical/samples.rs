@@ -1,4 +1,4 @@
-//! A dataset as the classical laws see it: one near-side signal, one drive, directions and rates.
+//! Columns that the classical laws need: one near-side signal, one drive, directions and rates.
 
 use crate::log::{Dataset, Role, Sequence};
 use std::ops::Range;
@@ -10,7 +10,7 @@ const ROWS_PER_SWING: usize = 50;
 /// Fraction of its range by which a signal must turn back to count as reversed.
 const REVERSAL: f64 = 0.01;
 
-/// Flat columns of all runs, one after the other; `runs` says where each begins and ends.
+/// Flat columns of all runs, one after the other; `runs` holds the rows of each.
 #[derive(Debug, Clone)]
 pub(super) struct Samples {
     pub(super) runs: Vec<Range<usize>>,
@@ -18,20 +18,20 @@ pub(super) struct Samples {
     pub(super) near: Vec<f64>,
     /// The near-side tension or torque, where there is one.
     pub(super) effort: Vec<f64>,
-    /// What the friction slides along: the motion, or `near` where there is none.
+    /// Sliding distance up to a constant: the motion, or `near` where none is measured.
     pub(super) drive: Vec<f64>,
     /// Rate of `drive`, unit/s, over five samples.
     pub(super) rate: Vec<f64>,
-    /// +1 or -1 as `drive` goes; 0 before it has moved.
+    /// Sign of the change of `drive`; 0 before its first motion.
     pub(super) direction: Vec<f64>,
     /// Time since the sample before, s; 0 at the start of a run.
     pub(super) interval: Vec<f64>,
     pub(super) far: Vec<f64>,
-    /// Rows that count.
+    /// Rows that are fitted.
     pub(super) fitted: Vec<usize>,
 }
 
-/// What the columns are called and how large they are.
+/// Names, units and ranges of the columns.
 #[derive(Debug, Clone)]
 pub(super) struct Signals {
     pub(super) far_unit: String,
@@ -48,14 +48,14 @@ pub(super) struct Signals {
     pub(super) reversals: usize,
 }
 
-/// Columns that were chosen among the inputs.
+/// Indices of the columns among the inputs.
 struct Chosen {
     near: usize,
     effort: Option<usize>,
     drive: usize,
 }
 
-/// All samples, the thinned ones to fit, and what they are; a sentence where nothing can be fitted.
+/// All samples, the thinned ones for the fit, and their names; a reason where nothing can be fitted.
 pub(super) fn gather(data: &Dataset) -> Result<(Samples, Samples, Signals), String> {
     let chosen = choose(data)?;
     let name = |i: usize| data.roles.inputs[i].column.clone();
@@ -99,7 +99,7 @@ fn choose(data: &Dataset) -> Result<Chosen, String> {
                 continue;
             }
             let follows = correlation(data, i);
-            // Equal ones are told apart by name, so that the order of columns does not matter.
+            // Ties are resolved by name, so that the order of columns does not matter.
             let better = best.is_none_or(|(j, r)| {
                 follows > r || (follows >= r && input.column < data.roles.inputs[j].column)
             });
@@ -111,7 +111,7 @@ fn choose(data: &Dataset) -> Result<Chosen, String> {
     };
     let near = best(&[Role::Effort, Role::Motion])
         .or_else(|| best(&[Role::Anchor]))
-        .ok_or("no near-side effort or motion varies: a constant near side tells nothing")?
+        .ok_or("no near-side effort or motion varies: a constant near side carries no information")?
         .0;
     let effort = best(&[Role::Effort]).map(|(i, _)| i);
     let motion = best(&[Role::Motion]).or_else(|| best(&[Role::Anchor])).map(|(i, _)| i);
@@ -125,7 +125,7 @@ fn correlation(data: &Dataset, input: usize) -> f64 {
         let pairs = column(data, sequence, input).zip(&sequence.far_clean).zip(&sequence.scored);
         for ((x, &y), &scored) in pairs {
             if scored {
-                // Missing values are simply not counted.
+                // Missing values are skipped.
                 let _ = comparison.push(y, x);
             }
         }
@@ -162,7 +162,7 @@ fn unit_of(column: &str) -> String {
         ("v", "V"),
         ("kn", "kN"),
     ];
-    // What follows the unit, as in `tension_n_filtered`, is passed over; what comes first is a name.
+    // Words after the unit, as in `tension_n_filtered`, are skipped; the first word is a name.
     let words: Vec<String> = column.split('_').skip(1).map(str::to_ascii_lowercase).collect();
     let found = words.iter().rev().find_map(|word| UNITS.iter().find(|(written, _)| written == word));
     found.map_or_else(|| format!("unit of {column}"), |(_, unit)| (*unit).to_owned())
@@ -185,9 +185,9 @@ impl Samples {
 
     fn append(&mut self, data: &Dataset, sequence: &Sequence, chosen: &Chosen, dead_band: f64) {
         let first = self.far.len();
-        let near = held(column(data, sequence, chosen.near));
-        let drive = held(column(data, sequence, chosen.drive));
-        let effort = chosen.effort.map_or_else(|| near.clone(), |i| held(column(data, sequence, i)));
+        let near = filled(column(data, sequence, chosen.near));
+        let drive = filled(column(data, sequence, chosen.drive));
+        let effort = chosen.effort.map_or_else(|| near.clone(), |i| filled(column(data, sequence, i)));
         let n = near.len().min(sequence.time_s.len()).min(sequence.far_clean.len());
         if n == 0 || !(near[0].is_finite() && drive[0].is_finite() && effort[0].is_finite()) {
             return;
@@ -211,7 +211,7 @@ impl Samples {
         self.runs.push(first..first + n);
     }
 
-    /// How often the drive turned round, over all runs.
+    /// Number of reversals of the drive, over all runs.
     pub(super) fn reversals(&self) -> usize {
         let turns = |run: &Range<usize>| {
             let directions = &self.direction[run.clone()];
@@ -267,8 +267,8 @@ impl Samples {
     }
 }
 
-/// A missing value is the one before it; leading ones are the first that is there.
-fn held(values: impl Iterator<Item = f64>) -> Vec<f64> {
+/// Replaces a missing value by the one before it, leading ones by the first that is present.
+fn filled(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = values.collect();
     let mut last = values.iter().copied().find(|v| v.is_finite()).unwrap_or(f64::NAN);
     for value in &mut values {
@@ -281,8 +281,8 @@ fn held(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// Direction of motion that noise below the dead band does not turn, with hindsight: a reversal counts from
-/// the extreme on, though it is certain only a dead band later.
+/// Direction of motion with a dead band against noise, not causal: a reversal counts from the extreme on,
+/// although it is detected a dead band later.
 fn directions(drive: &[f64], dead_band: f64) -> Vec<f64> {
     let mut found = vec![0.0; drive.len()];
     let (mut direction, mut lowest, mut highest) = (0.0, 0, 0);
@@ -327,8 +327,8 @@ mod tests {
     }
 
     #[test]
-    fn missing_values_are_held() {
-        let values = held([f64::NAN, 1.0, f64::NAN, 3.0].into_iter());
+    fn missing_values_are_filled_by_the_one_before() {
+        let values = filled([f64::NAN, 1.0, f64::NAN, 3.0].into_iter());
         assert_eq!(values, [1.0, 1.0, 1.0, 3.0]);
     }
 }

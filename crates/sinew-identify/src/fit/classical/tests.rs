@@ -1,15 +1,16 @@
-//! Known parameters come back from simulated logs, with noise and with gaps; and where they cannot, it says so.
+//! Known parameters are recovered from simulated logs with noise and gaps; unidentifiable ones are reported.
 
 use super::fit_classical;
 use super::play::play;
 use super::result::{ClassicalFit, Parameter};
 use super::samples::gather;
 use crate::log::{Dataset, Input, Role, Roles, Sequence};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use sinew::transmission::{Band, BoucWen, Dahl, LuGre, Play, Stribeck};
 
-/// Roughly normal numbers of standard deviation one.
+/// Standard normal numbers.
 struct Noise(ChaCha8Rng);
 
 impl Noise {
@@ -18,7 +19,7 @@ impl Noise {
     }
 
     fn draw(&mut self) -> f64 {
-        (0..12).map(|_| self.0.random::<f64>()).sum::<f64>() - 6.0
+        StandardNormal.sample(&mut self.0)
     }
 }
 

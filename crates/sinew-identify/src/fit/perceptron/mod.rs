@@ -1,27 +1,22 @@
-//! The plain way to learn a transmission: one hidden layer of tanh nodes, one linear output, the whole data
-//! set in every step of Levenberg-Marquardt.
+//! One hidden layer of tanh nodes, one linear output, trained by Levenberg-Marquardt on all samples at once.
 //!
 //! ```text
 //! y = c + sum_j v_j tanh(b_j + sum_i W_ij x_i)
 //! (J^T J / n + mu I) step = -J^T e / n
 //! ```
 //!
-//! [`train`] is the algorithm, `normal` the normal equations in parallel over fixed chunks of samples,
-//! `chunk` what one thread does with one chunk, `product` its inner loops, `simd` the arithmetic on vectors.
+//! [`train`] poses the problem, `normal_equations` sums over fixed chunks of samples in parallel, `tiles` are
+//! its inner loops, `simd` the arithmetic on vectors.
 
-mod chunk;
 mod network;
-mod normal;
-mod options;
-mod product;
-mod scale;
+mod normal_equations;
+mod samples;
 mod simd;
+mod tiles;
 mod training;
-mod weights;
 
-pub use options::TrainOptions;
-pub use training::{End, Training, train};
-pub use weights::Weights;
+pub use network::Weights;
+pub use training::{End, TrainOptions, Training, train};
 
 #[cfg(test)]
 mod tests;

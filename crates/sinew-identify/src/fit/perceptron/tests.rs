@@ -1,8 +1,7 @@
 //! Laws of the training.
 
-use super::chunk::Normal;
 use super::network::Net;
-use super::normal::{normal_equations, squared_error};
+use super::normal_equations::{Normal, normal_equations, squared_error};
 use super::simd::Real;
 use super::*;
 use proptest::prelude::*;
@@ -70,12 +69,12 @@ proptest! {
             let tolerance = 1e-13 * samples as f64 * (1.0 + hidden as f64);
             if (a - b).abs() < tolerance { Ok(()) } else { Err(TestCaseError::fail(format!("{what}: {a} {b}"))) }
         };
-        near(got.squared_error, loss, "squared error")?;
+        near(got.squares, loss, "squared error")?;
         near(squared_error(&net, &rows), loss, "squared error alone")?;
         for r in 0..p {
             near(got.gradient[r], gradient[r], "gradient")?;
             for c in 0..=r {
-                near(got.matrix[(r, c)], matrix[r * p + c], &format!("entry {r} {c}"))?;
+                near(got.normal[(r, c)], matrix[r * p + c], &format!("entry {r} {c}"))?;
             }
         }
     }
@@ -120,11 +119,11 @@ fn f32_products_are_those_of_f64_rounded_and_leave_the_gradient_alone() {
         let net = Net::new(inputs, hidden, &theta);
         let (exact, rounded) = (normal_equations::<f64>(&net, &rows), normal_equations::<f32>(&net, &rows));
         assert_eq!(exact.gradient, rounded.gradient);
-        assert_eq!(exact.squared_error.to_bits(), rounded.squared_error.to_bits());
+        assert_eq!(exact.squares.to_bits(), rounded.squares.to_bits());
         for r in 0..theta.len() {
             for c in 0..=r {
-                let size = (exact.matrix[(r, r)] * exact.matrix[(c, c)]).sqrt();
-                let off = (exact.matrix[(r, c)] - rounded.matrix[(r, c)]).abs();
+                let size = (exact.normal[(r, r)] * exact.normal[(c, c)]).sqrt();
+                let off = (exact.normal[(r, c)] - rounded.normal[(r, c)]).abs();
                 assert!(off <= 2e-7 * size, "{inputs} {hidden}, entry {r} {c}: {off:e} of {size:e}");
             }
         }

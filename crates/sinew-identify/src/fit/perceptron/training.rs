@@ -1,33 +1,73 @@
-//! Levenberg-Marquardt over the whole data set.
+//! Training of one network on all samples at once.
 
-use super::network::Net;
-use super::normal::{NormalEquations, normal_equations, squared_error};
-use super::options::TrainOptions;
-use super::scale::Samples;
-use super::weights::Weights;
+use super::network::{Net, Weights};
+use super::normal_equations::{normal_equations, squared_error};
+use super::samples::Samples;
 use crate::Error;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::{factor, solve};
-use faer::{Mat, Par};
+use crate::fit::levenberg_marquardt::{
+    self as search, Adaptation, Damping, Limits, Problem, Scaling, minimise,
+};
+use crate::fit::linearisation::Linearisation;
+use crate::fit::prior::Prior;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::ops::ControlFlow;
 
-/// Damping at the start, after success and after failure, as everybody has it since Hagan and Menhaj.
-const DAMPING: f64 = 1e-3;
-const RELAX: f64 = 0.1;
-const TIGHTEN: f64 = 10.0;
-const LEAST_DAMPING: f64 = 1e-20;
-const MOST_DAMPING: f64 = 1e10;
+/// `mu` of Hagan and Menhaj; inputs and target are standardised, so that `D` is the identity.
+const DAMPING: Damping = Damping {
+    initial: 1e-3,
+    min: 1e-20,
+    scaling: Scaling::Identity { factor: 1.0 },
+    adaptation: Adaptation::Factor(10.0),
+};
 
 /// Samples from which on the products in `J^T J` are summed in f32 first: beyond, the steps are as good.
-const MANY: usize = 100_000;
+const F32_FROM: usize = 100_000;
 
-/// Steps whose progress is held against [`TrainOptions::tolerance`].
-const MEMORY: usize = 5;
-/// Steps without progress on the samples held back before training stops.
+/// Steps over which the decrease of the loss is compared with [`TrainOptions::tolerance`].
+const WINDOW: usize = 5;
+/// Steps without a lower loss on the samples held back before training stops.
 const PATIENCE: usize = 6;
 
-/// A trained network and how it came about.
+/// Options of [`train`](super::train).
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrainOptions {
+    /// Hidden nodes, 1 to 512.
+    pub hidden: usize,
+    /// Most steps, each with one evaluation of the normal equations.
+    pub steps: usize,
+    /// Seed of the initial weights.
+    pub seed: u64,
+    /// Stop once five steps together lower the loss by less than this fraction of it; 0 never stops.
+    pub tolerance: f64,
+    /// Fraction of the samples, at the end, that are held back: training stops after six steps that did not
+    /// lower the loss on them and returns the weights that were best on them. 0 holds nothing back; below 1.
+    pub held_back: f64,
+}
+
+impl Default for TrainOptions {
+    /// 30 nodes, 200 steps, nothing held back.
+    fn default() -> Self {
+        Self { hidden: 30, steps: 200, seed: 0, tolerance: 1e-6, held_back: 0.0 }
+    }
+}
+
+impl TrainOptions {
+    pub(super) fn check(&self) -> Result<(), Error> {
+        if !(1..=512).contains(&self.hidden) {
+            return Err(Error::samples("hidden", "1 to 512 nodes", &self.hidden));
+        }
+        if !(self.tolerance >= 0.0 && self.tolerance < 1.0) {
+            return Err(Error::samples("tolerance", "at least 0 and below 1", &self.tolerance));
+        }
+        if !(self.held_back >= 0.0 && self.held_back < 1.0) {
+            return Err(Error::samples("held_back", "at least 0 and below 1", &self.held_back));
+        }
+        Ok(())
+    }
+}
+
+/// A trained network and the record of its training.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Training {
     /// The network; with samples held back, the one that was best on them.
@@ -55,7 +95,7 @@ pub enum End {
     Tolerance,
     /// No step lowers the loss any more.
     Minimum,
-    /// The samples held back were no longer served.
+    /// The loss on the samples held back no longer fell.
     HeldBack,
 }
 
@@ -66,10 +106,10 @@ pub enum End {
 /// (J^T J / n + mu I) step = -J^T e / n;   mu / 10 if L falls at once, mu * 10 and again if not
 /// ```
 ///
-/// Inputs and target are standardised first. Network, loss and gradient are computed in f64. `J^T J`, which only
-/// says how far to go, is computed in f64 too, or from 100 000 samples on in f32 within each few hundred samples:
-/// what f32 rounds off differs from sample to sample and is lost among so many. Memory beyond the arguments is one
-/// copy of the samples and a few megabytes: no Jacobian is ever stored.
+/// Inputs and target are standardised first. Network, loss and gradient are computed in f64; `J^T J`, which
+/// affects the length of a step but not the minimum, in f64 too, or from 100 000 samples on in f32 within
+/// each few hundred samples, whose rounding errors average out. Memory beyond the arguments is one copy of
+/// the samples and a few megabytes: the Jacobian is not stored.
 ///
 /// # Shapes
 ///
@@ -77,17 +117,17 @@ pub enum End {
 ///
 /// # Assumes
 ///
-/// Samples are exchangeable and their errors alike. Whoever splits recordings into training and test data must
-/// do so by recording, before this.
+/// Samples are exchangeable and their errors have one variance. Recordings must be split into training and
+/// test data by recording, before this.
 ///
 /// # Departs
 ///
-/// From the common practice in that `mu` rests after a step that needed a second trial, which saves most of the
-/// refused ones, and in that it stops
-/// on samples held back if asked to, and these are the
-/// last ones, contiguous, rather than drawn at random from records whose neighbours are nearly the same.
+/// `mu` stays after a step that needed a second trial, which avoids most rejected ones. The samples held back
+/// for early stopping, if any, are the last ones, contiguous, rather than drawn at random from recordings
+/// whose neighbouring samples are nearly the same.
 ///
-/// Runs on the threads of the surrounding rayon pool; the result is the same to the bit for any number of them.
+/// Runs on the threads of the surrounding rayon pool; the result is the same to the bit for any number of
+/// them.
 ///
 /// # Errors
 ///
@@ -110,147 +150,99 @@ pub enum End {
 /// Steps: `hagan1994`; initial weights: `nguyen1990`.
 #[doc(alias = "trainlm")]
 pub fn train(inputs: &[f64], targets: &[f64], options: &TrainOptions) -> Result<Training, Error> {
-    train_with(inputs, targets, options, MANY)
+    train_with(inputs, targets, options, F32_FROM)
 }
 
-/// [`train`] with its own idea of how many samples are [`MANY`].
+/// [`train`] with another number of samples in place of [`F32_FROM`].
 pub(super) fn train_with(
     inputs: &[f64],
     targets: &[f64],
     options: &TrainOptions,
-    many: usize,
+    f32_from: usize,
 ) -> Result<Training, Error> {
     options.check()?;
     let samples = Samples::new(inputs, targets)?;
     let n = targets.len();
     let held_back = (options.held_back * n as f64) as usize;
     let (fitted, held_back) = samples.rows.split_at((n - held_back) * (samples.inputs + 1));
-    let mut descent = Descent { many, ..Descent::new(&samples, fitted, held_back, options) };
-    let end = descent.run(options)?;
-    Ok(descent.finish(&samples, end))
+    let theta = initial(samples.inputs, options.hidden, options.seed);
+    let mut descent = Descent {
+        inputs: samples.inputs,
+        hidden: options.hidden,
+        f32_from,
+        tolerance: options.tolerance,
+        fitted,
+        held_back,
+        losses: Vec::new(),
+        held_back_losses: Vec::new(),
+        best: theta.clone(),
+        end: None,
+    };
+    let loss = descent.mean_squared_error(&theta, fitted);
+    descent.record(&theta, loss);
+    // When to stop is decided on the recorded losses.
+    let limits = Limits { steps: options.steps, trials: usize::MAX, tolerance: 0.0, patience: usize::MAX };
+    let mut prior = Prior::none(theta.len());
+    let found = minimise(&mut descent, theta, &mut prior, &DAMPING, &limits)
+        .ok_or_else(|| Error::samples("loss", "a finite number", &loss))?;
+    Ok(descent.finish(&samples, &found))
 }
 
-/// Where the descent stands.
+/// The network on its samples as a problem of the search, and the record of its losses.
 struct Descent<'a> {
     inputs: usize,
     hidden: usize,
-    many: usize,
+    f32_from: usize,
+    tolerance: f64,
     fitted: &'a [f64],
     held_back: &'a [f64],
-    theta: Vec<f64>,
-    net: Net,
-    damping: f64,
     losses: Vec<f64>,
     held_back_losses: Vec<f64>,
+    /// Parameters with the lowest loss on the samples held back, or the last ones.
     best: Vec<f64>,
-    steps: usize,
-    rejected: usize,
+    end: Option<End>,
 }
 
-impl<'a> Descent<'a> {
-    fn new(samples: &Samples, fitted: &'a [f64], held_back: &'a [f64], options: &TrainOptions) -> Self {
-        let (inputs, hidden) = (samples.inputs, options.hidden);
-        let theta = initial(inputs, hidden, options.seed);
-        Self {
-            inputs,
-            hidden,
-            many: MANY,
-            fitted,
-            held_back,
-            net: Net::new(inputs, hidden, &theta),
-            best: theta.clone(),
-            theta,
-            damping: DAMPING,
-            losses: Vec::new(),
-            held_back_losses: Vec::new(),
-            steps: 0,
-            rejected: 0,
-        }
+impl Descent<'_> {
+    fn net(&self, theta: &[f64]) -> Net {
+        Net::new(self.inputs, self.hidden, theta)
     }
 
-    fn run(&mut self, options: &TrainOptions) -> Result<End, Error> {
-        self.losses.push(self.mean_squared_error(&self.net, self.fitted));
-        self.judge_held_back();
-        while self.steps < options.steps {
-            let equations = if self.fitted.len() / (self.inputs + 1) < self.many {
-                normal_equations::<f64>(&self.net, self.fitted)
-            } else {
-                normal_equations::<f32>(&self.net, self.fitted)
-            };
-            if !equations.squared_error.is_finite() {
-                return Err(Error::samples("loss", "a finite number", &equations.squared_error));
-            }
-            if !self.step(&equations) {
-                return Ok(End::Minimum);
-            }
-            if self.judge_held_back() {
-                return Ok(End::HeldBack);
-            }
-            if self.stalled(options.tolerance) {
-                return Ok(End::Tolerance);
-            }
-        }
-        Ok(End::Steps)
+    /// Mean squared error over samples `[n x (inputs + 1)]`.
+    fn mean_squared_error(&self, theta: &[f64], samples: &[f64]) -> f64 {
+        squared_error(&self.net(theta), samples) / self.count(samples)
     }
 
-    /// One step down, with as much damping as it takes. False if none leads down.
-    fn step(&mut self, equations: &NormalEquations) -> bool {
-        let samples = (self.fitted.len() / (self.inputs + 1)) as f64;
-        let loss = self.losses.last().copied().unwrap_or(f64::INFINITY);
-        self.steps += 1;
-        let mut refused = 0;
-        while self.damping <= MOST_DAMPING {
-            if let Some(step) = solve_damped(equations, samples, self.damping) {
-                let trial: Vec<f64> = self.theta.iter().zip(&step).map(|(a, b)| a - b).collect();
-                let net = Net::new(self.inputs, self.hidden, &trial);
-                let trial_loss = self.mean_squared_error(&net, self.fitted);
-                if trial_loss < loss {
-                    self.theta = trial;
-                    self.net = net;
-                    self.losses.push(trial_loss);
-                    self.rejected += refused;
-                    if refused == 0 {
-                        self.damping = (self.damping * RELAX).max(LEAST_DAMPING);
-                    }
-                    return true;
-                }
-            }
-            refused += 1;
-            self.damping *= TIGHTEN;
-        }
-        self.rejected += refused;
+    fn count(&self, samples: &[f64]) -> f64 {
+        (samples.len() / (self.inputs + 1)).max(1) as f64
+    }
+
+    /// Records the losses at `theta`; true once the samples held back have had no lower loss for [`PATIENCE`]
+    /// steps.
+    fn record(&mut self, theta: &[f64], loss: f64) -> bool {
         self.losses.push(loss);
-        false
-    }
-
-    /// Keeps the best weights; true once patience is at its end.
-    fn judge_held_back(&mut self) -> bool {
         if self.held_back.is_empty() {
-            self.best.clone_from(&self.theta);
+            self.best = theta.to_vec();
             return false;
         }
-        let loss = self.mean_squared_error(&self.net, self.held_back);
+        let loss = self.mean_squared_error(theta, self.held_back);
         let lowest = self.held_back_losses.iter().copied().fold(f64::INFINITY, f64::min);
         self.held_back_losses.push(loss);
         if loss < lowest {
-            self.best.clone_from(&self.theta);
+            self.best = theta.to_vec();
             return false;
         }
         let recent = &self.held_back_losses[self.held_back_losses.len().saturating_sub(PATIENCE)..];
         recent.iter().all(|loss| *loss > lowest)
     }
 
-    fn stalled(&self, tolerance: f64) -> bool {
-        let Some(before) = self.losses.len().checked_sub(MEMORY + 1) else { return false };
+    fn stalled(&self) -> bool {
+        let Some(before) = self.losses.len().checked_sub(WINDOW + 1) else { return false };
         let (before, now) = (self.losses[before], self.losses[self.losses.len() - 1]);
-        before - now < tolerance * before
+        before - now < self.tolerance * before
     }
 
-    fn mean_squared_error(&self, net: &Net, samples: &[f64]) -> f64 {
-        squared_error(net, samples) / (samples.len() / (self.inputs + 1)).max(1) as f64
-    }
-
-    fn finish(self, samples: &Samples, end: End) -> Training {
+    fn finish(self, samples: &Samples, found: &search::Minimum) -> Training {
         let (k, h) = (self.inputs, self.hidden);
         let unit = samples.target.scale * samples.target.scale;
         let in_unit = |losses: Vec<f64>| losses.into_iter().map(|loss| loss * unit).collect();
@@ -267,39 +259,51 @@ impl<'a> Descent<'a> {
             output_mean: samples.target.mean,
             output_scale: samples.target.scale,
         };
+        let end = self.end.unwrap_or(match found.end {
+            search::End::Converged => End::Minimum,
+            search::End::Limit | search::End::Stopped => End::Steps,
+        });
         Training {
             network,
             loss_per_step: in_unit(self.losses),
             held_back_loss_per_step: in_unit(self.held_back_losses),
-            steps: self.steps,
-            rejected_steps: self.rejected,
+            steps: found.steps,
+            rejected_steps: found.rejected,
             end,
         }
     }
 }
 
-/// `(J^T J / n + mu I)^-1 J^T e / n`, or nothing where the matrix is not positive definite in f64.
-fn solve_damped(equations: &NormalEquations, samples: f64, damping: f64) -> Option<Vec<f64>> {
-    let p = equations.gradient.len();
-    let mut matrix = Mat::from_fn(p, p, |row, column| {
-        let entry = equations.matrix[(row, column)] / samples;
-        if row == column { entry + damping } else { entry }
-    });
-    let mut step = Mat::from_fn(p, 1, |row, _| equations.gradient[row] / samples);
-    let mut buffer =
-        MemBuffer::new(factor::cholesky_in_place_scratch::<f64>(p, Par::Seq, Default::default()));
-    let stack = MemStack::new(&mut buffer);
-    factor::cholesky_in_place(matrix.as_mut(), Default::default(), Par::Seq, stack, Default::default())
-        .ok()?;
-    solve::solve_in_place(matrix.as_ref(), step.as_mut(), Par::Seq, stack);
-    let step: Vec<f64> = (0..p).map(|row| step[(row, 0)]).collect();
-    step.iter().all(|entry| entry.is_finite()).then_some(step)
+impl Problem for Descent<'_> {
+    fn squares(&mut self, theta: &[f64]) -> Option<f64> {
+        Some(self.mean_squared_error(theta, self.fitted))
+    }
+
+    fn linearise(&mut self, theta: &[f64], at: &mut Linearisation) -> bool {
+        let (net, count) = (self.net(theta), self.count(self.fitted));
+        *at = if count < self.f32_from as f64 {
+            normal_equations::<f64>(&net, self.fitted)
+        } else {
+            normal_equations::<f32>(&net, self.fitted)
+        };
+        at.divide(count);
+        at.squares.is_finite()
+    }
+
+    fn accepted(&mut self, theta: &[f64], squares: f64) -> ControlFlow<()> {
+        if self.record(theta, squares) {
+            self.end = Some(End::HeldBack);
+        } else if self.stalled() {
+            self.end = Some(End::Tolerance);
+        }
+        if self.end.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
 }
 
 /// Initial weights: nodes whose active regions cover the inputs, in random directions.
 fn initial(inputs: usize, hidden: usize, seed: u64) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut symmetric = move || (rng.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0;
+    let mut symmetric = move || 2.0 * rng.random::<f64>() - 1.0;
     let reach = 0.7 * (hidden as f64).powf(1.0 / inputs as f64);
     let mut theta = vec![0.0; Net::parameters(inputs, hidden)];
     for j in 0..hidden {

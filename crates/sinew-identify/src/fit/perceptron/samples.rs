@@ -1,8 +1,8 @@
-//! From samples as given to samples as the network sees them.
+//! Checked and standardised samples.
 
 use crate::Error;
 
-/// Standardised samples and how to get back.
+/// Standardised samples and their scaling.
 #[derive(Debug)]
 pub(super) struct Samples {
     pub(super) inputs: usize,
@@ -60,7 +60,7 @@ impl Scaling {
             let largest = column.map(|x| x.abs()).fold(0.0, f64::max);
             return Err(Error::samples(name, "a spread whose square is a finite number", &largest));
         }
-        // What does not vary, but for rounding, says nothing: it is left at zero.
+        // A column that varies by rounding alone carries no information and stays at zero.
         let varies = scale > 1e-12 * mean.abs();
         Ok(Self { mean, scale: if varies { scale } else { 1.0 } })
     }

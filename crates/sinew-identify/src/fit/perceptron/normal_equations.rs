@@ -1,4 +1,4 @@
-//! What one thread does with one chunk of samples: the sums the normal equations are made of.
+//! Normal equations over all samples, in parallel, the same to the bit for any number of threads.
 //!
 //! With `s_j = v_j (1 - h_j^2)` and `x` extended by a one, a row of the Jacobian is
 //! `[x_0 s, x_1 s, .., s, h, 1]`. Its outer product has far fewer different entries than squares:
@@ -9,26 +9,68 @@
 //! gradient:         sum (e x_i) (s), sum (e) (h, 1)
 //! ```
 //!
-//! That is 0.75 of the multiplications of a triangle of `J^T J`, and `J` is never written out. The products
+//! That is 0.75 of the multiplications of a triangle of `J^T J`, and `J` is never stored. The products
 //! `s_j s_q` of all pairs are formed as `s` times itself rotated by `d = 0 ..= hidden / 2`, so that vectors
 //! run over nodes and are always full.
 //!
 //! Nodes, residuals and gradient are f64. The sums of products are f64 too, or f32 within a few hundred
-//! samples and f64 beyond: rounding then is random from sample to sample and averages out over many of them.
+//! samples and f64 beyond: the rounding errors of different samples are independent and average out.
 
-use super::network::Net;
-use super::product::{BLOCK, View, add_pairs, add_product};
+use super::network::{Net, SquaredError};
 use super::simd::{Real, load, padded, store};
-use pulp::{Simd, WithSimd};
+use super::tiles::{BLOCK, View, add_pairs, add_product};
+use crate::fit::linearisation::Linearisation;
+use faer::Mat;
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
 use std::marker::PhantomData;
 
-/// Blocks after which sums of [`Real`] go over into f64.
+/// Samples of one chunk. Chunks do not depend on the number of threads and are summed in order.
+const CHUNK: usize = 8192;
+
+/// Chunks summed up at a time: bounds memory, does not change the sum.
+const WAVE: usize = 64;
+
+/// Normal equations of the network over `samples`, rows of `[inputs, target]`; products are summed in `R`.
+pub(super) fn normal_equations<R: Real>(net: &Net, samples: &[f64]) -> Linearisation {
+    let arch = Arch::new();
+    let mut sums = Sums::default();
+    let row = net.inputs + 1;
+    for wave in samples.chunks(WAVE * CHUNK * row) {
+        let parts: Vec<Sums> = wave
+            .par_chunks(CHUNK * row)
+            .map(|samples| arch.dispatch(Normal::<R> { net, samples, products: PhantomData }))
+            .collect();
+        for part in &parts {
+            sums.add(part);
+        }
+    }
+    let p = Net::parameters(net.inputs, net.hidden);
+    let entry = |row: usize, column: usize| if row < column { 0.0 } else { sums.normal(net, row, column) };
+    Linearisation {
+        normal: Mat::from_fn(p, p, entry),
+        gradient: (0..p).map(|row| sums.gradient(net, row)).collect(),
+        squares: sums.squared_error,
+    }
+}
+
+/// Sum of squared residuals over `samples`.
+pub(super) fn squared_error(net: &Net, samples: &[f64]) -> f64 {
+    let arch = Arch::new();
+    let parts: Vec<f64> = samples
+        .par_chunks(CHUNK * (net.inputs + 1))
+        .map(|samples| arch.dispatch(SquaredError { net, samples }))
+        .collect();
+    parts.iter().sum()
+}
+
+/// Blocks after which sums of [`Real`] are added to those in f64.
 const FLUSH: usize = 8;
 
-/// Inputs of a gradient tile.
+/// Rows of a gradient tile.
 const GRADIENT: usize = 5;
 
-/// The sums over one chunk, and how to read them.
+/// The sums over one chunk of samples.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sums {
     pub(super) squared_error: f64,
@@ -92,7 +134,7 @@ impl Sums {
     }
 }
 
-/// Place of `x_i x_l`, `i <= l < n`, in a row of monomials.
+/// Index of `x_i x_l`, `i <= l < n`, in a row of monomials.
 fn monomial(n: usize, i: usize, l: usize) -> usize {
     i * n - i * i.saturating_sub(1) / 2 + l - i
 }
@@ -124,7 +166,7 @@ fn normal<S: Simd, R: Real, const PAIRS: usize, const NARROW: usize>(
     net: &Net,
     samples: &[f64],
 ) -> Sums {
-    let mut rows = Rows::<R>::new(net, PAIRS, NARROW);
+    let mut rows = BlockRows::<R>::new(net, PAIRS, NARROW);
     let mut sums = rows.sums(net);
     let (mut pairs, mut narrow) = (vec![R::ZERO; sums.pairs.len()], vec![R::ZERO; sums.narrow.len()]);
     for (at, block) in samples.chunks(BLOCK * (net.inputs + 1)).enumerate() {
@@ -149,7 +191,7 @@ fn normal<S: Simd, R: Real, const PAIRS: usize, const NARROW: usize>(
     sums
 }
 
-/// Moves sums over into f64.
+/// Adds sums to those in f64 and clears them.
 #[inline(always)]
 fn flush<R: Real>(from: &mut [R], to: &mut [f64]) {
     for (from, to) in from.iter_mut().zip(to) {
@@ -158,8 +200,8 @@ fn flush<R: Real>(from: &mut [R], to: &mut [f64]) {
     }
 }
 
-/// One block of samples as the products want it, a row a sample.
-struct Rows<R> {
+/// The factors of all products for one block of samples, one row per sample.
+struct BlockRows<R> {
     /// `h` and `s`, `[BLOCK x wide]`.
     nodes: Vec<f64>,
     slopes: Vec<f64>,
@@ -183,7 +225,7 @@ struct Rows<R> {
     narrow_rows: usize,
 }
 
-impl<R: Real> Rows<R> {
+impl<R: Real> BlockRows<R> {
     fn new(net: &Net, tall: usize, narrow: usize) -> Self {
         let pair_width = padded(net.hidden, R::WIDEST);
         let rotating_width = padded(pair_width + net.hidden / 2, R::WIDEST);
@@ -224,7 +266,7 @@ impl<R: Real> Rows<R> {
         }
     }
 
-    /// Everything that follows from nodes and residuals.
+    /// Computes all factors from nodes and residuals.
     #[inline(always)]
     fn fill<S: Simd>(&mut self, simd: S, net: &Net, block: &[f64]) {
         let wide = net.wide;
