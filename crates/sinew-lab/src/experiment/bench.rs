@@ -245,11 +245,11 @@ impl Stroke {
         if self.direction * self.position + braking >= self.half {
             self.direction = -self.direction;
         }
-        let wanted = self.direction * self.speed;
+        let target = self.direction * self.speed;
         let most = REVERSAL_ACCELERATION * STEP;
-        self.velocity += (wanted - self.velocity).clamp(-most, most);
+        self.velocity += (target - self.velocity).clamp(-most, most);
         self.position += self.velocity * STEP;
-        let full = (self.velocity - wanted).abs() < 1e-12;
+        let full = (self.velocity - target).abs() < 1e-12;
         self.steady = if full { self.steady + STEP } else { 0.0 };
         self.velocity
     }

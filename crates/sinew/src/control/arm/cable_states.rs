@@ -24,11 +24,10 @@ impl CableStateSource {
     /// Checks that ground truth is given to an oracle of `muscles` cables, and to nothing else.
     fn check(self, truth: Option<&GroundTruth<'_>>, muscles: usize) -> Result<(), Error> {
         match (self, truth) {
-            (Self::Oracle, truth) => {
-                let lengths = |truth: &GroundTruth<'_>| {
-                    truth.tension_out.len().min(truth.stretch.len()).min(truth.drag_factor.len())
-                };
-                require_length("ground truth", muscles, truth.map_or(0, lengths))
+            (Self::Oracle, None) => require_length("ground truth", muscles, 0),
+            (Self::Oracle, Some(GroundTruth { tension_out, stretch, drag_factor })) => {
+                let lengths = [tension_out.len(), stretch.len(), drag_factor.len()];
+                lengths.into_iter().try_for_each(|got| require_length("ground truth", muscles, got))
             }
             (_, Some(truth)) => {
                 let (name, got) = ("ground truth without an oracle", truth.tension_out.len());
@@ -170,5 +169,26 @@ impl CableStates {
         }
         self.next_wrap = (self.next_wrap + 1) % n;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ground_truth_is_required_by_an_oracle_and_refused_without_one() {
+        let numbers = [1.0; 3];
+        let of = |n: usize| GroundTruth {
+            tension_out: &numbers[..n],
+            stretch: &numbers[..3],
+            drag_factor: &numbers[..3],
+        };
+        assert!(CableStateSource::Oracle.check(Some(&of(3)), 3).is_ok());
+        assert!(CableStateSource::Oracle.check(Some(&of(2)), 3).is_err());
+        assert!(CableStateSource::Oracle.check(None, 3).is_err());
+        for source in [CableStateSource::Observer, CableStateSource::Encoders] {
+            assert!(source.check(None, 3).is_ok() && source.check(Some(&of(3)), 3).is_err());
+        }
     }
 }

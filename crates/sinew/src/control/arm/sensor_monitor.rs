@@ -92,3 +92,35 @@ impl SensorMonitor {
         self.limits.max_unchanged
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: SensorLimits =
+        SensorLimits { initial_deviation: 0.5, max_rate: 10.0, max_unchanged: 0.012 };
+
+    #[test]
+    fn the_rate_limit_holds_for_any_control_cycle_and_widens_with_the_time_of_rejection() {
+        for h in [1e-4, 1e-3, 1e-2] {
+            let mut monitor = SensorMonitor::new(LIMITS);
+            assert!(monitor.update(h, 0.4, 0.0) && monitor.update(h, 0.4 + 9.9 * h, 0.0));
+            assert!(!monitor.update(h, 0.4 + 20.1 * h, 0.0));
+            assert!((monitor.rejected_for - h).abs() < 1e-15);
+            // Two cycles after the last accepted value the same value is within the limit.
+            assert!(monitor.update(h, 0.4 + 20.2 * h, 0.0) && monitor.rejected_for.abs() < 1e-15);
+        }
+        let mut monitor = SensorMonitor::new(LIMITS);
+        assert!(!monitor.update(1e-3, f64::NAN, 0.0) && !monitor.update(1e-3, 0.6, 0.0));
+    }
+
+    #[test]
+    fn an_output_unchanged_over_more_than_the_expected_change_is_rejected() {
+        let mut monitor = SensorMonitor::new(LIMITS);
+        assert!(monitor.update(1e-3, 0.1, 1.0));
+        // Motion back and forth cancels.
+        assert!(monitor.update(1e-3, 0.1, 0.011) && monitor.update(1e-3, 0.1, -0.011));
+        assert!(monitor.update(1e-3, 0.1, 0.011) && !monitor.update(1e-3, 0.1, 0.011));
+        assert!(monitor.update(1e-3, 0.101, 0.011) && monitor.has_changed(1e-3));
+    }
+}
