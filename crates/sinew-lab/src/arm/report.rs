@@ -82,7 +82,7 @@ fn named(fault: Fault, robot: &Robot) -> String {
         Fault::TensionSensor(k) => format!("load cell of {}", muscle(k)),
         Fault::Drive(k) => format!("drive of {}", muscle(k)),
         Fault::Cable(k) => format!("cable of {}", muscle(k)),
-        Fault::TrackingError(k) => format!("{} is beyond the largest tracking error", joint(k)),
+        Fault::TrackingError(k) => format!("tracking error of {}", joint(k)),
     }
 }
 
