@@ -1,4 +1,4 @@
-//! What anybody who runs a model may rely on.
+//! Guarantees of the predictor: finite predictions, exact resumption, resets, model files.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
@@ -41,7 +41,7 @@ fn sound(p: &Prediction) {
     assert!((0.0..=1.0).contains(&p.gate), "{p:?}");
 }
 
-/// Any bit pattern, with the awkward ones often.
+/// Any bit pattern, special values with higher probability.
 fn any_number() -> impl Strategy<Value = f64> {
     prop_oneof![
         any::<u64>().prop_map(f64::from_bits),
@@ -64,7 +64,7 @@ fn any_number() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// Times that mostly run forward, so that memory is carried from sample to sample, and sometimes anything.
+/// Times that mostly run forward, so that the state matters, and sometimes arbitrary ones.
 fn any_samples() -> impl Strategy<Value = Vec<(f64, [f64; 3])>> {
     let step = prop_oneof![8 => (0.0..0.02).prop_map(Ok), 1 => any_number().prop_map(Err)];
     prop::collection::vec((step, prop::array::uniform3(any_number())), 1..80).prop_map(|list| {
@@ -83,14 +83,14 @@ fn any_samples() -> impl Strategy<Value = Vec<(f64, [f64; 3])>> {
 
 proptest! {
     #[test]
-    fn a_finite_model_gives_finite_predictions_whatever_the_sensors_say(samples in any_samples()) {
+    fn a_finite_model_gives_finite_predictions_for_any_measurement(samples in any_samples()) {
         for model in [capstan(), complete()] {
             run(&mut Predictor::new(model).unwrap(), &samples).iter().for_each(sound);
         }
     }
 
     #[test]
-    fn guards_that_believe_everything_leave_predictions_finite(samples in any_samples()) {
+    fn predictions_are_finite_without_input_limits(samples in any_samples()) {
         let mut model = complete();
         for guard in &mut model.guards {
             *guard = InputLimits { jump: f64::MAX, ..*guard };
@@ -99,21 +99,21 @@ proptest! {
     }
 
     #[test]
-    fn a_stream_that_is_split_anywhere_goes_on_to_the_bit(samples in any_samples(), place in 0.0..1.0) {
+    fn a_cloned_predictor_continues_to_the_bit(samples in any_samples(), place in 0.0..1.0) {
         let mut whole = Predictor::new(complete()).unwrap();
         let expected = run(&mut whole, &samples);
         let split = (place * samples.len() as f64) as usize;
         let mut first = Predictor::new(complete()).unwrap();
         let mut seen = run(&mut first, &samples[..split]);
         let mut second = first.clone();
-        // What the original sees after the split is no concern of the clone's.
+        // Samples of the original after the split do not affect the clone.
         first.step(&Sample { time_s: 0.0, inputs: &[1.0, 2.0, 3.0] });
         seen.extend(run(&mut second, &samples[split..]));
         prop_assert!(seen.iter().map(bits).eq(expected.iter().map(bits)));
     }
 
     #[test]
-    fn after_a_reset_the_past_does_not_matter(past in any_samples(), future in any_samples()) {
+    fn predictions_after_a_reset_do_not_depend_on_the_past(past in any_samples(), future in any_samples()) {
         let mut fresh = Predictor::new(complete()).unwrap();
         let expected = run(&mut fresh, &future);
         let mut used = Predictor::new(complete()).unwrap();
@@ -125,8 +125,8 @@ proptest! {
 }
 
 #[test]
-fn a_plausible_log_moves_every_part_of_the_complete_model() {
-    // Guards the tests above: a model whose parts slept would pass them all.
+fn a_plausible_log_excites_every_part_of_the_complete_model() {
+    // Validates the tests above: a model with inactive parts would pass them all.
     let seen = run(&mut Predictor::new(complete()).unwrap(), &plausible(400));
     let range = |value: fn(&Prediction) -> f64| {
         let values = seen.iter().map(value);
@@ -139,27 +139,27 @@ fn a_plausible_log_moves_every_part_of_the_complete_model() {
 }
 
 #[test]
-fn the_far_end_rests_inside_the_dead_band_and_follows_the_law_outside_it() {
+fn the_far_end_is_constant_inside_the_dead_band_and_follows_the_law_outside_it() {
     let mut predictor = Predictor::new(capstan()).unwrap();
     let mut time_s = 0.0;
     let mut pull_to = |tension: f64| {
         time_s += 0.01;
         predictor.step(&Sample { time_s, inputs: &[tension] })
     };
-    // Nobody knows where in its band the cable starts: the middle, and a band as wide as that.
+    // The start is unknown: the middle of the band, with the variance of a uniform distribution over it.
     let start = pull_to(100.0);
     assert!(start.flags.state_unknown);
     assert!((start.mean - 0.5 * (PULLED + EASED) * 100.0).abs() < 1e-12);
     let width = (EASED - PULLED) * 100.0;
     assert!((start.standard_deviation - (SIGMA_0 * SIGMA_0 + width * width / 12.0).sqrt()).abs() < 1e-9);
-    // Pulled until it slides, and on.
+    // Pulled until it slides, and further.
     for tension in [200.0, 220.0, 240.0] {
         let sliding = pull_to(tension);
         assert!(!sliding.flags.state_unknown);
         assert!((sliding.mean - PULLED * tension).abs() < 1e-12, "{sliding:?}");
         assert!((sliding.standard_deviation - SIGMA_0).abs() < 1e-12);
     }
-    // Let go: nothing arrives until the near tension has lost the ratio of the two losses.
+    // Released: the far end is constant until the near tension has fallen by the ratio of the two losses.
     let plateau = PULLED * 240.0;
     let leaves_at = plateau / EASED;
     for step in 0..100 {
@@ -172,7 +172,7 @@ fn the_far_end_rests_inside_the_dead_band_and_follows_the_law_outside_it() {
 }
 
 #[test]
-fn the_flags_tell_what_happened() {
+fn flags_report_resets_repetitions_and_replaced_inputs() {
     let mut predictor = Predictor::new(capstan()).unwrap();
     let mut at = |time_s: f64, tension: f64| predictor.step(&Sample { time_s, inputs: &[tension] }).flags;
     assert!(at(0.0, 100.0).reset);
@@ -188,7 +188,7 @@ fn the_flags_tell_what_happened() {
 }
 
 #[test]
-fn a_model_survives_its_file_to_the_bit() {
+fn a_model_round_trips_through_its_file_to_the_bit() {
     for mut model in [capstan(), complete()] {
         model.estimator.sigma0 = 0.1 + 0.2;
         model.gap_s = f64::MIN_POSITIVE * 1.000_000_1;
@@ -215,7 +215,7 @@ fn a_changed_byte_is_refused_or_changes_nothing() {
         for change in [0x01, 0x02, 0x10, 0x20, 0x40, 0x80] {
             let mut bytes = text.clone().into_bytes();
             bytes[position] ^= change;
-            // Bytes that are no text never reach the reader.
+            // Invalid UTF-8 cannot be passed to the reader.
             let Ok(changed) = String::from_utf8(bytes) else { continue };
             match Model::from_json(&changed) {
                 Ok(read) => {
@@ -240,7 +240,7 @@ fn a_file_that_ends_early_is_refused_wherever_it_ends() {
     }
 }
 
-/// The refusal of the capstan's file after `from` was replaced by `to` in it.
+/// The error for the file of the capstan after `from` was replaced by `to` in it.
 #[track_caller]
 fn refusal(from: &str, to: &str) -> String {
     let text = capstan().to_json().unwrap();
@@ -249,7 +249,7 @@ fn refusal(from: &str, to: &str) -> String {
 }
 
 #[test]
-fn a_refusal_says_why() {
+fn an_error_names_field_expectation_and_value() {
     let version = format!("\"version\":{VERSION}");
     let newer = refusal(&version, "\"version\":7");
     assert!(newer.contains("version") && newer.contains("got 7") && newer.contains("update"), "{newer}");
@@ -267,7 +267,7 @@ fn a_refusal_says_why() {
     }
 }
 
-/// The refusal of a model that was changed by hand.
+/// The error for a modified model.
 #[track_caller]
 fn invalid(change: impl FnOnce(&mut Model)) -> String {
     let mut model = complete();
@@ -280,7 +280,7 @@ fn invalid(change: impl FnOnce(&mut Model)) -> String {
 }
 
 #[test]
-fn a_model_that_could_fail_later_is_refused_at_once() {
+fn an_invalid_model_is_refused_before_the_first_prediction() {
     let cell = |m: &mut Model, change: fn(&mut sinew::transmission::ClampCell)| {
         change(m.estimator.law.cell.as_mut().unwrap());
     };
@@ -351,8 +351,8 @@ fn the_largest_numbers_that_are_accepted_give_finite_predictions() {
 }
 
 #[test]
-fn a_model_whose_numbers_are_no_quantities_is_refused() {
-    // Each would overflow on the way to a prediction.
+fn a_model_with_numbers_out_of_range_is_refused() {
+    // Each would overflow in a prediction.
     let huge = |m: &mut Model| m.estimator.law.cell.as_mut().unwrap().high[1] = 1e300;
     assert!(invalid(huge).contains("cell.high"));
     assert!(invalid(|m| m.estimator.sigma0 = 1e200).contains("sigma0"));

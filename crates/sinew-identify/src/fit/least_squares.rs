@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_parameter_without_effect_is_infinitely_uncertain_and_disturbs_nothing() {
+    fn a_parameter_without_effect_has_infinite_variance_and_does_not_affect_the_others() {
         let found = solve(&decay(true), &[1.0, 0.2, 7.0], OPTIONS).unwrap();
         assert!((found.theta[1] - 1.2).abs() < 1e-6);
         let covariance = found.covariance();

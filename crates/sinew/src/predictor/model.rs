@@ -39,7 +39,7 @@ pub struct Input {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
-    /// Name of the chosen member, as `--model` takes it.
+    /// Name of the chosen candidate.
     pub member: String,
     /// Description in one sentence.
     pub description: String,

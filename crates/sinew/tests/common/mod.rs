@@ -1,4 +1,4 @@
-//! Models built by hand, small enough to be read; and the arm.
+//! Small models built by hand, and the arm.
 
 #![allow(dead_code, reason = "not every test file needs every helper")]
 
@@ -15,14 +15,14 @@ pub(crate) fn lm_arm() -> Robot {
     Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
 }
 
-/// Loss of a pull through the sheath of [`capstan`]: the far end holds 0.7 of the near tension while it is pulled.
+/// Far over near tension of [`capstan`] while it is pulled.
 pub(crate) const PULLED: f64 = 0.7;
-/// And 1.2 of it while it is let go.
+/// The same while it is released.
 pub(crate) const EASED: f64 = 1.2;
 /// Root mean square error of [`capstan`] in training.
 pub(crate) const SIGMA_0: f64 = 0.5;
 
-/// Capstan play of one tension: `clamp(s, 0.7 T, 1.2 T)`, no learning, no elasticity.
+/// Capstan play of one tension: `clamp(s, 0.7 T, 1.2 T)`, no networks, no elasticity.
 pub(crate) fn capstan() -> Model {
     Model {
         far: "tension_out_n".into(),
@@ -65,7 +65,7 @@ pub(crate) fn capstan() -> Model {
     }
 }
 
-/// Everything a model can have: every signal, term and feature, branches, a gated ensemble.
+/// A model with every kind of signal, basis term and feature, with branches and a gated ensemble.
 pub(crate) fn complete() -> Model {
     let features = vec![
         Feature::Signal(1),
@@ -114,12 +114,12 @@ pub(crate) fn complete() -> Model {
     model
 }
 
-/// Networks that agree in the large and differ in the small.
+/// Networks with small differences.
 fn ensemble(features: usize, hidden: usize) -> Ensemble {
-    let lanes = |k: usize, size: f32| -> PerNetwork {
+    let per_network = |k: usize, size: f32| -> PerNetwork {
         std::array::from_fn(|member| size * ((k * MEMBERS + member) as f32 * 0.7 + (k as f32)).sin())
     };
-    let list = |first: usize, n: usize, size: f32| (first..first + n).map(|k| lanes(k, size)).collect();
+    let list = |first: usize, n: usize, size: f32| (first..first + n).map(|k| per_network(k, size)).collect();
     Ensemble {
         clip_low: vec![-200.0; features],
         clip_high: vec![200.0; features],
@@ -129,6 +129,6 @@ fn ensemble(features: usize, hidden: usize) -> Ensemble {
         hidden_bias: list(50, hidden, 0.3),
         output_weights: list(80, hidden, 1.5),
         skip: list(100, features, 0.1),
-        bias: lanes(200, 0.2),
+        bias: per_network(200, 0.2),
     }
 }

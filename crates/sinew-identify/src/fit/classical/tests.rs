@@ -288,7 +288,7 @@ fn play_data_under_a_static_law_are_called_a_wrong_structure() {
 }
 
 #[test]
-fn constant_signals_and_too_few_samples_are_said_in_words() {
+fn constant_signals_and_too_few_samples_are_reported() {
     let near: Vec<f64> = wave(500, 0.02);
     let constant = vec![5.0; 500];
     let of = |near: &[f64], far: &[f64]| {

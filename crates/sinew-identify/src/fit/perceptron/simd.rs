@@ -1,4 +1,4 @@
-//! Arithmetic on whole vectors, whatever their width on this machine.
+//! Arithmetic on SIMD vectors of any width, for f64 and f32.
 
 use pulp::{Simd, bytemuck};
 
@@ -7,11 +7,11 @@ pub(super) const fn padded(count: usize, of: usize) -> usize {
     count.div_ceil(of) * of
 }
 
-/// The two kinds of number that products may be summed in.
+/// f64 or f32, the precision in which products are summed.
 pub(super) trait Real: Copy + Send + 'static {
-    /// A vector of them.
+    /// A SIMD vector of them.
     type Vector<S: Simd>: Copy;
-    /// Widest vector of any machine: rows are padded to it so that every machine walks them whole.
+    /// Numbers in the widest vector of any machine; rows are padded to it, so that they consist of whole vectors.
     const WIDEST: usize;
     const ZERO: Self;
     const ONE: Self;
@@ -128,7 +128,7 @@ pub(super) fn store<S: Simd, R: Real, const N: usize>(row: &mut [R], at: usize, 
 /// ```
 ///
 /// `exp(r)` is its Taylor polynomial of degree 13, whose remainder is below 1e-17. The relative error grows
-/// as x goes to zero, which a sum of many nodes cannot see. All quotients of a call share one division:
+/// as x goes to zero, which is irrelevant in a sum over nodes. All quotients of a call share one division:
 /// denominators lie in [1, 2], so their product is harmless for any sensible `N`.
 #[inline(always)]
 pub(super) fn tanh<S: Simd, const N: usize>(simd: S, x: [S::f64s; N]) -> [S::f64s; N] {
@@ -156,7 +156,7 @@ pub(super) fn tanh<S: Simd, const N: usize>(simd: S, x: [S::f64s; N]) -> [S::f64
     out
 }
 
-/// `exp(-2 a)` for `a >= 0`; beyond 20 it is 4e-18, which is nothing beside one.
+/// `exp(-2 a)` for `a >= 0`; beyond 20 it is 4e-18, below the rounding of 1.
 #[inline(always)]
 fn exp_of_minus_twice<S: Simd>(simd: S, a: S::f64s) -> S::f64s {
     const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;

@@ -1,9 +1,9 @@
-//! Sums over the samples of a block, in tiles of accumulators that stay in registers.
+//! Products summed over the samples of a block, in tiles of accumulators that fit the registers.
 
 use super::simd::{Real, load, store};
 use pulp::Simd;
 
-/// Samples whose rows lie in the first level cache together.
+/// Samples per block: their rows fit the first-level cache.
 pub(super) const BLOCK: usize = 64;
 
 /// `count` rows of `width`.
@@ -51,7 +51,7 @@ fn add_pairs_at<S: Simd, R: Real, const TALL: usize, const WIDE: usize>(
     out: &mut [R],
     width: usize,
 ) {
-    // The products of the lanes once, for all of left.
+    // Products of slopes, computed once for all rows of `left`.
     let mut panel = [[R::splat(simd, R::ZERO); WIDE]; BLOCK];
     for (lanes, slopes) in panel.iter_mut().zip(slopes.iter()) {
         let mut products = load::<S, R, WIDE>(simd, slopes, at);
