@@ -1,6 +1,7 @@
 //! What ends the program early, and with which exit code.
 
 use crate::verbs::TableError;
+use sinew_identify::{ColumnRole, Error as IdentifyError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -14,7 +15,7 @@ const BAD_INPUT: u8 = 2;
 pub(crate) enum Error {
     /// Between a log and a model.
     #[error("{error}{hint}", error = .0, hint = flag_hint(.0))]
-    Identify(#[from] sinew_identify::Error),
+    Identify(#[from] IdentifyError),
     /// An experiment in simulation.
     #[error(transparent)]
     Experiment(#[from] sinew_lab::Error),
@@ -217,8 +218,9 @@ impl Error {
             | Self::Json(_)
             | Self::Csv(_)
             | Self::NoSimulatedLog => SYSTEM,
-            Self::Unreadable { source, .. }
-            | Self::Identify(sinew_identify::Error::Unreadable { source, .. }) => reading_code(source),
+            Self::Unreadable { source, .. } | Self::Identify(IdentifyError::Unreadable { source, .. }) => {
+                reading_code(source)
+            }
             _ => BAD_INPUT,
         }
     }
@@ -242,7 +244,29 @@ fn reading_code(source: &io::Error) -> u8 {
     }
 }
 
-/// Which flag resolves the error, where one does: the library names roles, the program has flags for them.
-fn flag_hint(_error: &sinew_identify::Error) -> &'static str {
-    ""
+/// The flag that resolves the error, where one does: the library names roles, the program has flags for them.
+fn flag_hint(error: &IdentifyError) -> String {
+    let flag = match error {
+        IdentifyError::NoFar { .. } => role_flag(ColumnRole::Far),
+        IdentifyError::NoInputs { .. } => "--effort COL,.., --motion COL,.., --anchor COL or --given COL,..",
+        IdentifyError::Ambiguous { role, .. } | IdentifyError::MissingRole { role, .. } => role_flag(*role),
+        IdentifyError::StackedTrials { .. } => role_flag(ColumnRole::Trial),
+        IdentifyError::OneGroup { .. } | IdentifyError::GroupChanges { .. } => role_flag(ColumnRole::Group),
+        IdentifyError::UnknownModel { .. } => "--model NAME,..",
+        _ => return String::new(),
+    };
+    format!(" (set by {flag})")
+}
+
+fn role_flag(role: ColumnRole) -> &'static str {
+    match role {
+        ColumnRole::Far => "--far COL",
+        ColumnRole::Effort => "--effort COL,..",
+        ColumnRole::Motion => "--motion COL,..",
+        ColumnRole::Anchor => "--anchor COL",
+        ColumnRole::Given => "--given COL,..",
+        ColumnRole::Time => "--time COL",
+        ColumnRole::Trial => "--trial COL",
+        ColumnRole::Group => "--group COL",
+    }
 }
