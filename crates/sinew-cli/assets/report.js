@@ -3,7 +3,7 @@
   const root = document.documentElement;
   const byId = (id) => document.getElementById(id);
 
-  // Theme: follow the system until the reader says otherwise.
+  // Theme: the system's until the reader chooses one.
   const themes = ["auto", "light", "dark"];
   const store = {
     get: () => { try { return localStorage.getItem("sinew-theme") || "auto"; } catch { return "auto"; } },
@@ -92,7 +92,7 @@
 
   const number = (v, digits) => (v === null || v === undefined ? "–" : Number(v.toPrecision(digits)).toString().replace("-", "−"));
   const withUnit = (v, unit) => (unit === "°" ? `${v}°` : unit ? `${v}\u202f${unit}` : v);
-  const say = (o) => {
+  const showReadout = (o) => {
     readout.replaceChildren(...o.flatMap(([k, v]) => {
       const span = document.createElement("span"), b = document.createElement("b");
       b.textContent = v;
@@ -124,10 +124,10 @@
     panes.forEach((p) => { if (p !== u) p.setScale("x", { min, max }); });
     moving = false;
   };
-  const tell = (u) => {
+  const describe = (u) => {
     const i = u.cursor.idx, record = data.records[current];
     if (i === null || i === undefined) {
-      say([["RMSE", `${record.percent} of range`], ["in band", record.coverage], ["samples", record.samples.toLocaleString("en").replaceAll(",", "\u202f")]]);
+      showReadout([["RMSE", `${record.percent} of range`], ["in band", record.coverage], ["samples", record.samples.toLocaleString("en").replaceAll(",", "\u202f")]]);
       return;
     }
     const r = unpack(record), unit = data.far_unit;
@@ -135,9 +135,9 @@
       ["predicted", withUnit(`${number(r.predicted[i], 4)} ± ${number(r.half[i], 2)}`, unit)], ["error", withUnit(number(r.error[i], 2), unit)],
       [data.near, number(r.near[i], 4)]];
     if (r.gate) row.push(["gate", number(r.gate[i], 2)]);
-    say(row);
+    showReadout(row);
   };
-  // The whole record within its range without stray samples; closer in, what is in view.
+  // The whole record: its range without outliers; zoomed in: the samples in view.
   const fit = (range, fixed) => (u, low, high) => {
     const { min, max } = u.scales.x;
     const near = !fixed && min !== null && max - min < 0.98 * (whole[1] - whole[0]) && low !== null;
@@ -159,14 +159,14 @@
       scales: { x: { time: false }, y: { range: fit(range, fixed) } },
       axes: [axis({ size: last ? 26 : 4, values: last ? undefined : () => [], label: last ? "time (s)" : undefined, labelSize: 16, labelGap: 0 }), axis({ size: 56, values: (u, splits) => splits.map((v) => number(v, 6)) })],
       series: [{}, ...series], bands,
-      hooks: { setScale: [(u, key) => key === "x" && followers(u)], drawClear: [shade], setCursor: [(u) => u === panes[0] && tell(u)] },
+      hooks: { setScale: [(u, key) => key === "x" && followers(u)], drawClear: [shade], setCursor: [(u) => u === panes[0] && describe(u)] },
     }, columns, live);
     panes.push(u);
     return u;
   };
   const line = (name, width) => ({ stroke: () => colour(name), width, points: { show: false } });
   const build = () => {
-    // The height is kept while the panes are exchanged, or the page would jump.
+    // The height is fixed while the panes are replaced, so that the page does not scroll.
     live.style.minHeight = `${live.offsetHeight}px`;
     panes.forEach((p) => p.destroy());
     panes = [];
@@ -180,9 +180,9 @@
     pane(data.far_unit ? `error, predicted − measured (${data.far_unit})` : "error, predicted − measured", 120, [line("accent", 1.4)], [r.time, r.error], record.view_error, [], false);
     const gate = r.gate !== null;
     pane(data.near, 110, [line("near", 1.5)], [r.time, r.near], record.view_near, [], !gate);
-    if (gate) pane("gate: trust in the learned correction", 70, [line("warm", 1.4)], [r.time, r.gate], [0, 1.05], [], true, true);
+    if (gate) pane("gate: weight of the learned correction", 70, [line("warm", 1.4)], [r.time, r.gate], [0, 1.05], [], true, true);
     live.style.minHeight = "";
-    tell(panes[0]);
+    describe(panes[0]);
   };
   // The loop of one record, drawn into the picture of all.
   const loop = document.querySelector("#loop-figure .loop");

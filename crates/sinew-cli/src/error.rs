@@ -109,7 +109,7 @@ pub(crate) enum Error {
         /// Place, expectation and value.
         problem: String,
     },
-    /// A flag whose value does not go with the others.
+    /// A flag whose value contradicts another argument.
     #[error("{flag} {value}: expected {expected}")]
     Argument {
         /// The flag.

@@ -44,7 +44,8 @@ fn run(verb: &Verb) -> Result<(), error::Error> {
     }
 }
 
-/// Parses the command line. A negative number is a value, not a flag, so that the flag's own parser refuses it.
+/// Parses the command line. A negative number is a value, not a flag, so that the flag's own parser refuses
+/// it.
 fn parse_arguments() -> Arguments {
     fn negative_numbers(command: Command) -> Command {
         command.allow_negative_numbers(true).mut_subcommands(negative_numbers)

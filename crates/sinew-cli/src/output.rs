@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
-/// Folders created by this run, innermost first. The lock is held while files are put in place, so that Ctrl-C is
-/// handled before or after it.
+/// Folders created by this run, innermost first. The lock is held while files are put in place, so that
+/// Ctrl-C is handled before or after it.
 static CREATED_FOLDERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// From here on Ctrl-C ends the program between writes, never during one.
@@ -33,7 +33,8 @@ fn remove_empty_folders(created: &mut Vec<PathBuf>) {
     }
 }
 
-/// A folder that was writable before the work started; removed on drop if this run created it and it is empty.
+/// A folder that was writable before the work started; removed on drop if this run created it and it is
+/// empty.
 #[derive(Debug)]
 pub(crate) struct Folder {
     path: PathBuf,
@@ -65,7 +66,8 @@ impl Drop for Folder {
     }
 }
 
-/// Refuses, before any work, outputs that would replace an input or one another, and places that cannot be written.
+/// Refuses, before any work, outputs that would replace an input or one another, and places that cannot be
+/// written.
 pub(crate) fn refuse_overwrite<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     outputs: &[PathBuf],
@@ -168,7 +170,8 @@ pub(crate) fn print(text: &str) -> Result<(), Error> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(Error::Stdout)
 }
 
-/// Text with control characters escaped, so that names from a file can neither break the line nor control the terminal.
+/// Text with control characters escaped, so that names from a file can neither break the line nor control the
+/// terminal.
 pub(crate) fn one_line(text: &str) -> String {
     text.chars().fold(String::new(), |mut line, c| {
         if c.is_control() {

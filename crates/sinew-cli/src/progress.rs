@@ -1,9 +1,9 @@
-//! A bar for what takes longer than two seconds, on a terminal only.
+//! A progress bar on terminals, for runs of more than two seconds.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::time::{Duration, Instant};
 
-/// Shows nothing for two seconds, then a bar.
+/// A bar that appears after two seconds.
 pub(crate) struct Progress {
     bar: ProgressBar,
     start: Instant,
@@ -19,7 +19,7 @@ impl Progress {
         Self { bar, start: Instant::now() }
     }
 
-    /// Shows a stage and how much of the whole is done, 0 to 1.
+    /// Shows a stage and the progress of the whole run, 0 to 1.
     pub(crate) fn show(&self, stage: &str, done: f64) {
         if self.bar.is_hidden() && self.start.elapsed() > Duration::from_secs(2) {
             self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());

@@ -3,7 +3,8 @@
 use crate::output::bold;
 use comfy_table::{CellAlignment, Table, presets::NOTHING};
 
-/// Two blanks between columns, the first `left` of them aligned to the left, the others to the right; bold header.
+/// Two blanks between columns, the first `left` of them aligned to the left, the others to the right; bold
+/// header.
 pub(crate) fn table(header: &[&str], rows: &[Vec<String>], left: usize) -> String {
     let mut table = Table::new();
     table.load_style(NOTHING).set_header(header.iter().copied()).add_rows(rows);

@@ -6,12 +6,13 @@ use std::path::PathBuf;
 
 /// Distribute joint torques over muscle tensions within limits at minimum cost.
 ///
-/// FILE.json has a list of problems: {"problems":[{"moment_arms":[[..]],"torque_nm":[..],"min_n":[..],"max_n":[..],
-/// "reference_n":[..],"weight":[..]}]}; moment_arms is muscles x joints in m; reference_n (0) and weight (1) are
-/// optional. Each solution minimises the weighted squares of tension minus reference subject to the torque; where no
-/// tensions within the limits give the torque, it has the least cost among those closest to it in N m. --json prints
-/// {"solutions":[{"status","tension_n","residual_nm","iterations","seconds"}]}; seconds is the time to validate and solve
-/// one problem without a warm start.
+/// FILE.json has a list of problems:
+/// {"problems":[{"moment_arms":[[..]],"torque_nm":[..],"min_n":[..],"max_n":[..],
+/// "reference_n":[..],"weight":[..]}]}; moment_arms is muscles x joints in m; reference_n (0) and weight (1)
+/// are optional. Each solution minimises the weighted squares of tension minus reference subject to the
+/// torque; where no tensions within the limits give the torque, it has the least cost among those closest to
+/// it in N m. --json prints {"solutions":[{"status","tension_n","residual_nm","iterations","seconds"}]};
+/// seconds is the time to validate and solve one problem without a warm start.
 #[derive(Debug, Args)]
 pub(crate) struct TensionArguments {
     /// Problems to solve
@@ -36,11 +37,12 @@ pub(crate) enum DriveVerb {
 
 /// Select motor, reducer, ratio and winch for required cable motion, and compute the limits of such a drive.
 ///
-/// The drive must hold the tension continuously while it winds at the speed; the acceleration is required in addition for
-/// a short time, with the amplifier's peak current and a hot winding. For every pair of motor and reducer the ratio and
-/// winch with the largest margin are listed: first the pairs that meet the requirement, lightest first; then the others,
-/// smallest deficit first. "ratios" is the interval of ratios that meet it; "used" the fraction of the nearest limit.
-/// The envelope below the table is that of the first pair.
+/// The drive must hold the tension continuously while it winds at the speed; the acceleration is required in
+/// addition for a short time, with the amplifier's peak current and a hot winding. For every pair of motor
+/// and reducer the ratio and winch with the largest margin are listed: first the pairs that meet the
+/// requirement, lightest first; then the others, smallest deficit first. "ratios" is the interval of ratios
+/// that meet it; "used" the fraction of the nearest limit. The envelope below the table is that of the first
+/// pair.
 ///
 /// Example: sinew drive size --tension 250 --speed 0.14 --acceleration 3 --stroke 0.3
 #[derive(Debug, Args)]

@@ -8,14 +8,14 @@ const SKIP: &str = "a finite number of seconds >= 0";
 
 /// Identify a transmission: bench logs in, DIR/model.json and DIR/report.html out.
 ///
-/// A bench log is a table (CSV, TSV, MATLAB v5; Parquet and MATLAB v7.3 in builds with those features) with one row
-/// per sample: signals of the near side (the motor's) and the signal of the far end to be predicted. Roles
-/// that no flag sets are inferred from column names with unit suffixes: tension_in_n, position_in_m, tension_out_n,
-/// anchor_m, time_s, trial.
+/// A bench log is a table (CSV, TSV, MATLAB v5; Parquet and MATLAB v7.3 in builds with those features) with
+/// one row per sample: signals of the near side (the motor's) and the signal of the far end to be predicted.
+/// Roles that no flag sets are inferred from column names with unit suffixes: tension_in_n, position_in_m,
+/// tension_out_n, anchor_m, time_s, trial.
 ///
-/// Candidate models are compared by cross-validation whose folds hold out values of --group; without it, values of
-/// conditions found in the logs (a load, a frequency), else whole logs, trials, or intervals of time. Model states
-/// are reset at every trial and after every gap.
+/// Candidate models are compared by cross-validation whose folds hold out values of --group; without it,
+/// values of conditions found in the logs (a load, a frequency), else whole logs, trials, or intervals of
+/// time. Model states are reset at every trial and after every gap.
 ///
 /// Example: sinew identify day1.csv day2.csv --far tension_out_n --effort tension_in_n --out out/sheath
 #[derive(Debug, Args)]
@@ -99,8 +99,8 @@ pub(crate) struct EvaluateArguments {
 
 /// Predict the far end of logs, sample by sample and causally, as a real-time predictor does.
 ///
-/// The output has one row per sample: log, trial, time_s, prediction, standard_deviation, gate (weight of the learned
-/// correction, 0 to 1) and flags: state_unknown, out_of_range, input_held, reset.
+/// The output has one row per sample: log, trial, time_s, prediction, standard_deviation, gate (weight of the
+/// learned correction, 0 to 1) and flags: state_unknown, out_of_range, input_held, reset.
 #[derive(Debug, Args)]
 pub(crate) struct PredictArguments {
     /// A model.json
@@ -115,9 +115,9 @@ pub(crate) struct PredictArguments {
 
 /// Adapt a model to another specimen with a short log that contains the far-end signal.
 ///
-/// An exchanged cable or tool cannot be detected from near-side signals: after an exchange, record a few trials with
-/// the far end measured and adapt. The given model is the prior; parameters that the short log does not determine keep
-/// their values.
+/// An exchanged cable or tool cannot be detected from near-side signals: after an exchange, record a few
+/// trials with the far end measured and adapt. The given model is the prior; parameters that the short log
+/// does not determine keep their values.
 #[derive(Debug, Args)]
 pub(crate) struct AdaptArguments {
     /// The model.json of the previous specimen
@@ -134,8 +134,8 @@ pub(crate) struct AdaptArguments {
 
 /// Identify a simulated transmission; no log is needed.
 ///
-/// A model is fitted to two simulated days and evaluated on a third. The logs are written beside the model; all
-/// outputs are labelled as simulated.
+/// A model is fitted to two simulated days and evaluated on a third. The logs are written beside the model;
+/// all outputs are labelled as simulated.
 #[derive(Debug, Args)]
 pub(crate) struct DemoArguments {
     #[command(flatten)]

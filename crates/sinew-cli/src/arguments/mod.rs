@@ -1,4 +1,5 @@
-//! The command line: arguments as written are parsed into values within their domain, or refused with the valid ones.
+//! The command line: arguments as written are parsed into values within their domain, or refused with the
+//! valid ones.
 
 mod design;
 mod fault;
@@ -35,7 +36,8 @@ Exit codes:
 
 /// Identifies, simulates and controls cable-driven robots whose cables run in sheaths.
 ///
-/// The far end of a cable, which carries no sensor in operation, is estimated from the signals of the motor's side.
+/// The far end of a cable, which carries no sensor in operation, is estimated from the signals of the motor's
+/// side.
 ///
 /// Start with `sinew demo --out DIR`, or with a bench log in which both ends are measured:
 /// `sinew identify LOG --far COLUMN --effort COLUMN --out DIR`, then open DIR/report.html.

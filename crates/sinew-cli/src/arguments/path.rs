@@ -2,7 +2,6 @@
 
 use super::values::invalid_value;
 use clap::builder::{PossibleValue, TypedValueParser};
-use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Command};
 use sinew::trajectory::Loop;
 use std::ffi::OsStr;
@@ -54,7 +53,8 @@ impl TypedValueParser for PathParser {
         }
         if let Some(coordinates) = value.to_str().and_then(|text| text.strip_prefix(POINT_PREFIX)) {
             let point = point(coordinates).map(PathArgument::Point);
-            return point.ok_or_else(|| not_a_point(command, arg, value));
+            let valid = ["to:X,Y,Z with three finite numbers, m"];
+            return point.ok_or_else(|| invalid_value(command, arg, value, &valid));
         }
         let file = PathBuf::from(value);
         if file.exists() {
@@ -79,14 +79,4 @@ fn point(text: &str) -> Option<[f64; 3]> {
     let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
     let coordinates: Option<Vec<f64>> = text.split(',').map(number).collect();
     coordinates?.try_into().ok()
-}
-
-fn not_a_point(command: &Command, arg: Option<&Arg>, value: &OsStr) -> clap::Error {
-    let mut error = clap::Error::new(ErrorKind::ValueValidation).with_cmd(command);
-    let name = arg.map_or_else(|| "...".to_owned(), ToString::to_string);
-    let expected = "expected to:X,Y,Z with three finite numbers, m";
-    error.insert(ContextKind::InvalidArg, ContextValue::String(name));
-    error.insert(ContextKind::InvalidValue, ContextValue::String(value.to_string_lossy().into_owned()));
-    error.insert(ContextKind::Custom, ContextValue::String(expected.to_owned()));
-    error
 }

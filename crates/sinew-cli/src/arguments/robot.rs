@@ -10,7 +10,8 @@ use std::path::PathBuf;
 
 /// Cable-driven robots: inspect a model, evaluate its muscles, convert it.
 ///
-/// A MODEL is a file (.toml: this program's format, .xml: MJCF, .urdf: URDF) or the name of a built-in one: lm_arm.
+/// A MODEL is a file (.toml: this program's format, .xml: MJCF, .urdf: URDF) or the name of a built-in one:
+/// lm_arm.
 #[derive(Debug, Args)]
 pub(crate) struct ArmArguments {
     #[command(subcommand)]
@@ -42,8 +43,8 @@ pub(crate) struct InspectArguments {
 
 /// Compute muscle lengths, moment arms (-dl/dq), wrap angles and gravity torques of a robot in given poses.
 ///
-/// POSES.csv has one column per joint, by name, in rad or m; ball and free joints have JOINT.qw .qx .qy .qz (and
-/// .x .y .z). Joints without a column stay at their reference position or follow their coupling.
+/// POSES.csv has one column per joint, by name, in rad or m; ball and free joints have JOINT.qw .qx .qy .qz
+/// (and .x .y .z). Joints without a column stay at their reference position or follow their coupling.
 #[derive(Debug, Args)]
 pub(crate) struct ArmEvaluateArguments {
     /// A robot's file, or the name of a built-in one
@@ -78,15 +79,17 @@ pub(crate) struct ConvertArguments {
 
 /// Track a path with a simulated cable-driven arm.
 ///
-/// The simulated arm deviates from the controller's model in masses, cable attachments, friction and sensor offsets. Each
-/// cable is calibrated in a run of its own, then the end point tracks the path. An infeasible path is refused before the
-/// simulation, with its first infeasible instant.
+/// The simulated arm deviates from the controller's model in masses, cable attachments, friction and sensor
+/// offsets. Each cable is calibrated in a run of its own, then the end point tracks the path. An infeasible
+/// path is refused before the simulation, with its first infeasible instant.
 ///
-/// to:X,Y,Z is a point-to-point motion from the key pose `start` to a position (m), every joint with minimum jerk.
-/// FILE.csv has waypoints in the columns time_s, x_m, y_m, z_m: two give a straight line with minimum jerk, more a
-/// smooth curve from rest to rest through all of them at their times; a waypoint given twice in a row is a stop.
+/// to:X,Y,Z is a point-to-point motion from the key pose `start` to a position (m), every joint with minimum
+/// jerk. FILE.csv has waypoints in the columns time_s, x_m, y_m, z_m: two give a straight line with minimum
+/// jerk, more a smooth curve from rest to rest through all of them at their times; a waypoint given twice in
+/// a row is a stop.
 ///
 /// Example: sinew track --duration 11.5 --repeats 1 --report track.html
+///
 /// Example: sinew track --path to:0.6,0.2,-0.2 --duration 3
 #[derive(Debug, Args)]
 pub(crate) struct TrackArguments {
@@ -94,11 +97,13 @@ pub(crate) struct TrackArguments {
     #[arg(default_value = "lm_arm")]
     pub(crate) model: PathBuf,
     /// Desired path of the end point: a closed path by name, a position (m), or a table of waypoints
-    #[arg(long, value_name = "sine|saddle|to:X,Y,Z|FILE.csv", default_value = "sine", value_parser = PathParser)]
+    #[arg(long, value_name = "sine|saddle|to:X,Y,Z|FILE.csv", default_value = "sine",
+        value_parser = PathParser)]
     pub(crate) path: PathArgument,
-    /// Seconds for two turns of a closed path [default: 115] or for a point-to-point motion [default: 5], 2 to 3600;
-    /// waypoints have times of their own
-    #[arg(long, value_name = "SECONDS", value_parser = number("2 to 3600 s", |s| (2.0..=3600.0).contains(&s)))]
+    /// Seconds for two turns of a closed path [default: 115] or for a point-to-point motion [default: 5], 2
+    /// to 3600; waypoints have times of their own
+    #[arg(long, value_name = "SECONDS",
+        value_parser = number("2 to 3600 s", |s| (2.0..=3600.0).contains(&s)))]
     pub(crate) duration: Option<f64>,
     /// Repeats of a closed path, 1 to 100 [default: 6]; an open path is tracked once
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
@@ -136,8 +141,8 @@ pub(crate) struct TrackArguments {
 
 fn fault_help() -> String {
     format!(
-        "Inject a fault; may be given again. COMPONENT is cable, drive, winch, motor-encoder or load-cell with the NAME of a \
-         muscle, or joint-encoder with that of a joint; sensors have a MODE: stuck, lost or nan. START and DURATION are \
-         in s; the run starts with {INITIAL_REST_S} s at rest"
+        "Inject a fault; may be given again. COMPONENT is cable, drive, winch, motor-encoder or load-cell \
+         with the NAME of a muscle, or joint-encoder with that of a joint; sensors have a MODE: stuck, lost \
+         or nan. START and DURATION are in s; the run starts with {INITIAL_REST_S} s at rest"
     )
 }

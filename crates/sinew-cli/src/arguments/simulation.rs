@@ -6,11 +6,12 @@ use sinew::twin::cable::Specimen;
 use sinew_lab::CompensationVariant;
 use std::path::PathBuf;
 
-/// Reproduce the paper's experiments in simulation: tables and figures in DIR/report.html, numbers in DIR/results.json.
+/// Reproduce the paper's experiments in simulation: tables and figures in DIR/report.html, numbers in
+/// DIR/results.json.
 ///
-/// Calibration, identification and compensation on the bench at six speeds, then the arm along its path with every
-/// compensation variant; all results are labelled as simulated. --quick takes seconds and is coarser: fewer strokes, no
-/// other specimens, a path ten times as fast.
+/// Calibration, identification and compensation on the bench at six speeds, then the arm along its path with
+/// every compensation variant; all results are labelled as simulated. --quick takes seconds and is coarser:
+/// fewer strokes, no other specimens, a path ten times as fast.
 #[derive(Debug, Args)]
 pub(crate) struct ReproduceArguments {
     /// Part of the paper
@@ -55,9 +56,10 @@ pub(crate) enum BenchVerb {
 
 /// Run the bench and write a log of its sensors, one row per millisecond.
 ///
-/// Without --compensation the muscle's motor performs strokes while the load drive varies the far tension between 40 and
-/// 200 N: a log for identification. With --compensation the load drive performs the strokes and the muscle's drive tracks
-/// the reference of the far tension, with a compensation calibrated on the same specimen before.
+/// Without --compensation the muscle's motor performs strokes while the load drive varies the far tension
+/// between 40 and 200 N: a log for identification. With --compensation the load drive performs the strokes
+/// and the muscle's drive tracks the reference of the far tension, with a compensation calibrated on the same
+/// specimen before.
 ///
 /// Example: sinew bench run --speeds 0.04,0.08 --out bench.csv, then sinew identify bench.csv --out out/cable
 #[derive(Debug, Args)]
@@ -115,9 +117,9 @@ pub(crate) enum TwinVerb {
 
 /// Prescribe the motion of both ends of one cable and compute its tensions and its slip front.
 ///
-/// SCENARIO.csv has one row per corner with the columns time_s, motor_m and anchor_m (positions, + toward the motor);
-/// positions are linear between corners. Without it the motor winds in, rests, pays out until the cable is slack, and
-/// winds in again.
+/// SCENARIO.csv has one row per corner with the columns time_s, motor_m and anchor_m (positions, + toward the
+/// motor); positions are linear between corners. Without it the motor winds in, rests, pays out until the
+/// cable is slack, and winds in again.
 ///
 /// Example: sinew twin cable --out cable.csv --picture cable.svg
 #[derive(Debug, Args)]

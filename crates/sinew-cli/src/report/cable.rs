@@ -1,4 +1,5 @@
-//! One cable as a picture: tensions of both ends over time, tension and slip along the cable, and the loops they draw.
+//! One cable as a picture: tensions of both ends over time, tension and slip along the cable, and hysteresis
+//! loops.
 
 use super::scale::Axis;
 use std::fmt::Write;
@@ -19,7 +20,7 @@ pub(crate) struct Frame {
     pub(crate) slips: Vec<f64>,
 }
 
-/// Colours: a file of its own stays on paper, a part of a page follows the page's theme.
+/// Colours: fixed in a standalone file, those of the theme within a page.
 pub(crate) struct Colours {
     card: &'static str,
     line: &'static str,
@@ -31,8 +32,8 @@ pub(crate) struct Colours {
     away: &'static str,
 }
 
-/// For a file that any viewer opens.
-pub(crate) const PAPER: Colours = Colours {
+/// For a standalone file.
+pub(crate) const STANDALONE: Colours = Colours {
     card: "#ffffff",
     line: "#aeb6bf",
     ink: "#14181d",
@@ -43,7 +44,7 @@ pub(crate) const PAPER: Colours = Colours {
     away: "#1b7f5c",
 };
 
-/// For the report, whose style sheet knows these names.
+/// For the report, whose style sheet defines these names.
 pub(crate) const PAGE: Colours = Colours {
     card: "none",
     line: "var(--rule)",
@@ -55,7 +56,7 @@ pub(crate) const PAGE: Colours = Colours {
     away: "var(--near)",
 };
 
-/// Where a panel lies: left, top, width, height.
+/// Left, top, width and height of a panel.
 struct Panel([f64; 4]);
 
 const CURVES: Panel = Panel([70.0, 96.0, 720.0, 240.0]);
@@ -64,8 +65,8 @@ const LOOP: Panel = Panel([890.0, 96.0, 270.0, 240.0]);
 const TRAVEL: Panel = Panel([890.0, 410.0, 270.0, 250.0]);
 /// Shades of the tension.
 const SHADES: usize = 12;
-/// Slip, m per substep of a quarter of a millisecond, that is seen as sliding: 0.1 mm/s.
-const SLIDES: f64 = 2.5e-8;
+/// Minimum slip of a sliding node, m per substep of 0.25 ms: 0.1 mm/s.
+const MIN_SLIP: f64 = 2.5e-8;
 
 /// The picture as SVG.
 pub(crate) fn draw(frames: &[Frame], title: &str, colours: &Colours) -> String {
@@ -91,7 +92,7 @@ pub(crate) fn draw(frames: &[Frame], title: &str, colours: &Colours) -> String {
     svg.text
 }
 
-/// Frame, title and what the colours mean.
+/// Frame, title and legend.
 fn head(title: &str, c: &Colours) -> String {
     let Colours { card, line, ink, soft, near, far, toward, away } = c;
     format!(
@@ -172,7 +173,7 @@ impl Svg<'_> {
         );
     }
 
-    /// Tension as shades, the sliding nodes as marks over them: their edge is the slip front.
+    /// Tension as shades with marks on the sliding nodes, whose edge is the slip front.
     fn profile(&mut self, frames: &[Frame], time: &Axis) {
         let Panel([left, top, width, height]) = PROFILE;
         let most = frames.iter().flat_map(|f| f.profile.iter().copied()).fold(1.0, f64::max);
@@ -187,12 +188,12 @@ impl Svg<'_> {
             let y = top + row as f64 * cell;
             let of = |frame: &Frame| Some(shade(frame.profile.get(row)? / most));
             for (from, to, k) in runs(frames, &ends, left, of) {
-                // A little wider, so that neighbours leave no seam.
+                // Slightly wider, so that neighbours leave no seam.
                 let wide = to - from + 0.3;
                 let _ = write!(shades[k], "M{from:.1} {y:.1}h{wide:.1}v{cell:.1}h-{wide:.1}z");
             }
             let sliding = |frame: &Frame| {
-                let slip = frame.slips.get(row).filter(|slip| slip.abs() > SLIDES)?;
+                let slip = frame.slips.get(row).filter(|slip| slip.abs() > MIN_SLIP)?;
                 Some(usize::from(*slip < 0.0))
             };
             for (from, to, k) in runs(frames, &ends, left, sliding) {
@@ -213,7 +214,7 @@ impl Svg<'_> {
         let _ = write!(
             self.text,
             "<path d=\"M{left} {top}v{height}h{width}\" fill=\"none\" stroke=\"{line}\"/><g fill=\"{soft}\"><text x=\"28\" \
-             y=\"{}\">place along the cable</text><text x=\"{}\" y=\"{}\" text-anchor=\"end\">drive</text><text x=\"{}\" \
+             y=\"{}\">position along the cable</text><text x=\"{}\" y=\"{}\" text-anchor=\"end\">drive</text><text x=\"{}\" \
              y=\"{bottom}\" text-anchor=\"end\">anchor</text>",
             top - 14.0,
             left - 8.0,
@@ -225,7 +226,7 @@ impl Svg<'_> {
     }
 }
 
-/// Neighbouring frames of one kind: from where to where on the page, and the kind.
+/// Consecutive frames of one kind: their interval on the page, and the kind.
 fn runs(
     frames: &[Frame],
     ends: &[f64],
@@ -247,7 +248,7 @@ fn runs(
     runs
 }
 
-/// Which shade a share of the largest tension has.
+/// Shade of a share of the largest tension.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

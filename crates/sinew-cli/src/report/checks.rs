@@ -1,13 +1,13 @@
-//! How honest the band is, log by log, and which logs speak against the others.
+//! Coverage of the band log by log, and the influence of each log on the others.
 
 use super::format::{fixed, percent, percent_of_range, significant, with_unit};
 use super::plot::css_percent;
 use super::record::{Record, Score, Signals};
 use sinew_identify::report::IdentificationReport;
 
-/// Rows shown at once; the rest is folded away.
+/// Rows shown; the others are collapsed.
 const ROWS: usize = 12;
-/// Below this share of held samples a 95 % band is called too narrow.
+/// Coverage below which a 95 % band is called too narrow.
 const TOO_FEW: f64 = 0.85;
 
 /// The section on the band.
@@ -15,12 +15,12 @@ const TOO_FEW: f64 = 0.85;
 pub(super) struct Calibration {
     pub(super) rows: Vec<CalibrationRow>,
     pub(super) of: &'static str,
-    /// What is folded away: the rows with the highest coverage.
+    /// Collapsed rows: those with the highest coverage.
     pub(super) more: Vec<CalibrationRow>,
     pub(super) target: String,
     pub(super) floor: String,
     pub(super) lowest: String,
-    /// Whether 95 and 100 stand far enough apart to be both written.
+    /// Whether the labels 95 and 100 do not overlap.
     pub(super) roomy: bool,
     pub(super) too_narrow: usize,
 }
@@ -89,12 +89,12 @@ pub(super) struct InfluenceBar {
     pub(super) remark: String,
 }
 
-/// The influence check as bars from "no influence"; largest first.
-pub(super) fn influence(account: &IdentificationReport) -> Vec<InfluenceBar> {
-    let mut rows: Vec<_> = account.influence.iter().collect();
+/// Influence as bars from zero; excluded logs first, then by influence.
+pub(super) fn influence(report: &IdentificationReport) -> Vec<InfluenceBar> {
+    let mut rows: Vec<_> = report.influence.iter().collect();
     rows.sort_by(|a, b| b.dropped.cmp(&a.dropped).then(b.influence.total_cmp(&a.influence)));
     let values = || rows.iter().map(|r| r.influence).filter(|v| v.is_finite());
-    // A factor of 1.3 always fills half the track at most, so that noise does not look like a finding.
+    // The axis covers at least exp(0.5), so that noise does not appear as an effect.
     let low = values().fold(-0.05f64, f64::min);
     let high = values().fold(0.5f64, f64::max);
     let at = |v: f64| (v - low) / (high - low);

@@ -1,4 +1,4 @@
-//! What can go wrong while a report is written.
+//! Errors of writing a report.
 
 /// Why no report could be made.
 #[derive(Debug, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! Simulated accounts for looking at the report and for testing it: capstan play with noise.
+//! Synthetic identification reports for tests: capstan play with noise.
 
 use sinew_identify::log::{Condition, Input, LogInfo, Role};
 use sinew_identify::report::{
@@ -6,7 +6,7 @@ use sinew_identify::report::{
     Trace,
 };
 
-/// Numbers that look random and are the same everywhere.
+/// Deterministic pseudo-random numbers.
 struct Noise(u64);
 
 impl Noise {
@@ -59,13 +59,13 @@ fn trace(
         let direction = if rate.abs() > 0.4 { rate.signum() } else { sign };
         reversed = if direction * sign < 0.0 { 0.0 } else { reversed + interval_s };
         (sign, last) = (direction, near);
-        let doubt = (-reversed / 0.4).exp();
+        let uncertainty = (-reversed / 0.4).exp();
         t.time_s.push(time);
         t.near.push(near);
         t.far.push(cell + 0.05 * noise.normal());
-        t.predicted.push(model + 0.08 * doubt * sign);
-        t.half_width.push(0.3 + 0.35 * doubt);
-        t.gate.push((1.0 - 0.7 * doubt).clamp(0.0, 1.0));
+        t.predicted.push(model + 0.08 * uncertainty * sign);
+        t.half_width.push(0.3 + 0.35 * uncertainty);
+        t.gate.push((1.0 - 0.7 * uncertainty).clamp(0.0, 1.0));
         t.near_rate.push(rate);
         t.since_reversal_s.push(reversed);
         t.scored.push(i as f64 * interval_s > 1.0);
@@ -92,7 +92,7 @@ pub(super) fn simulated(rows: usize) -> IdentificationReport {
     if let Some(foreign) = traces.last_mut() {
         foreign.far.iter_mut().for_each(|f| *f *= 1.06);
     }
-    account(&names, rows, traces)
+    report(&names, rows, traces)
 }
 
 /// One simulated file with `trials` trials, as a tool bench makes them.
@@ -102,29 +102,29 @@ pub(super) fn many_trials(trials: usize, rows: usize) -> IdentificationReport {
         let trial = format!("load {} %, {:.1} Hz", 10 + 10 * (k % 10), 0.1 * (1 + k / 10) as f64);
         trace("simulated_bench.csv", &trial, (0.0, rows, dt), 0.1 * (1 + k / 10) as f64, k as u64)
     };
-    let mut account = account(&["simulated_bench.csv"], trials * rows, (0..trials).map(make).collect());
-    account.far = "torque_out_Nm".to_owned();
-    account.influence.clear();
-    account.logs[0].trials = trials;
-    account.conditions = vec![Condition {
+    let mut report = report(&["simulated_bench.csv"], trials * rows, (0..trials).map(make).collect());
+    report.far = "torque_out_Nm".to_owned();
+    report.influence.clear();
+    report.logs[0].trials = trials;
+    report.conditions = vec![Condition {
         column: "load_pct".to_owned(),
         values: (1..=10).map(|k| format!("{}", 10 * k)).collect(),
     }];
-    for t in &mut account.traces {
+    for t in &mut report.traces {
         for column in [&mut t.far, &mut t.predicted, &mut t.half_width] {
             column.iter_mut().for_each(|v| *v *= 0.01);
         }
     }
-    account.far_range *= 0.01;
-    for c in &mut account.candidates {
+    report.far_range *= 0.01;
+    for c in &mut report.candidates {
         c.rmse *= 0.01;
         c.rmse_in_sample *= 0.01;
         c.fold_rmse.iter_mut().for_each(|f| *f *= 0.01);
     }
-    account
+    report
 }
 
-fn account(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationReport {
+fn report(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationReport {
     let log = |name: &&str| LogInfo {
         name: (*name).to_owned(),
         samples: rows,
@@ -150,7 +150,7 @@ fn account(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRep
         ],
         logs: names.iter().map(log).collect(),
         conditions: Vec::new(),
-        question: "Each fold leaves out one log: how well is a log predicted that the model has never seen?".to_owned(),
+        question: "Each fold holds out one log.".to_owned(),
         folds: 5,
         far_range: 9.4,
         expected: ExpectedError { rmse: 0.118, percent_of_range: 1.26 },
@@ -159,16 +159,16 @@ fn account(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRep
         classical: classical(),
         traces,
         warnings: vec![
-            "simulated_foreign.csv speaks against the other logs and was left out: with it the others' error is 4.4 times as large.".to_owned(),
-            "tension_in_n and stroke_mm are nearly proportional (r = 0.998): their separate effects cannot be told apart.".to_owned(),
+            "simulated_foreign.csv was excluded: with it the error on the other logs is 4.4 times as large.".to_owned(),
+            "tension_in_n and stroke_mm are nearly proportional (r = 0.998): their effects cannot be separated.".to_owned(),
         ],
         recommendations: [
             "Use model.json as it is within 2 to 15 N of near tension.".to_owned(),
-            "Record one more log with slow reversals below 3 N: there the model has seen fewer than 200 samples.".to_owned(),
+            "Record one more log with slow reversals below 3 N, where there are fewer than 200 samples.".to_owned(),
         ],
         chosen: ChosenSummary {
             name: "clamp+net".to_owned(),
-            description: "Elastic clamp cell with a gated correction by eight small networks on stop operators.".to_owned(),
+            description: "Elastic clamp cell with a gated correction by eight networks.".to_owned(),
             parameters: vec![
                 parameter("lower branch gain", "1", 0.5512, 0.5488, 0.5536),
                 parameter("upper branch gain", "1", 0.8197, 0.8161, 0.8233),
@@ -287,7 +287,7 @@ fn classical() -> Vec<ClassicalFit> {
                 parameter("offset releasing (b2)", "N", -0.02, -0.11, 0.07),
             ],
             condition: 412.0,
-            remark: "mu and phi appear only as a product: the bend angle must be measured to tell the friction coefficient.".to_owned(),
+            remark: "mu and phi appear only as a product: mu alone needs the bend angle.".to_owned(),
         },
         ClassicalFit {
             law: "Stribeck and viscous".to_owned(),
@@ -301,7 +301,9 @@ fn classical() -> Vec<ClassicalFit> {
                 parameter("viscous coefficient (c)", "N·s/m", 2.4e-5, -1.1e-3, 1.2e-3),
             ],
             condition: 3.7e8,
-            remark: "The logs never slide slower than 1 mm/s for long: the Stribeck terms cannot be told.".to_owned(),
+            remark:
+                "The logs never slide slower than 1 mm/s for long: the Stribeck terms are not identifiable."
+                    .to_owned(),
         },
     ]
 }

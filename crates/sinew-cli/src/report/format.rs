@@ -1,6 +1,6 @@
-//! Numbers and units as a reader wants them.
+//! Formatting of numbers and units.
 
-/// What stands for a number that is not there.
+/// Placeholder of a missing number.
 pub(super) const NONE: &str = "–";
 
 /// `value` with `digits` significant digits; scientific outside 1e-4 to 1e6; `–` where it is not finite.
@@ -31,7 +31,7 @@ pub(super) fn fixed(value: f64, decimals: usize) -> String {
         return significant(value, 3);
     }
     let text = format!("{value:.decimals$}");
-    // Minus zero is no number a reader expects.
+    // Negative zero is shown as zero.
     if text.starts_with('-') && text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.')) {
         return text.trim_start_matches('-').to_owned();
     }
@@ -104,7 +104,7 @@ pub(super) fn plural(n: usize, one: &str, many: &str) -> String {
 pub(super) fn unit_of(column: &str) -> &'static str {
     let mut parts = column.rsplit('_');
     let last = parts.next().unwrap_or_default();
-    // Without an underscore it is a name, not a unit; `T_in_N_med5` keeps its unit one place before the end.
+    // Without an underscore the word is a name; `T_in_N_med5` has its unit in the last but one place.
     match parts.next() {
         None => "",
         Some(before) => match unit(last) {
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_carry_the_digits_asked_for_and_no_more() {
+    fn numbers_have_the_requested_digits() {
         assert_eq!(significant(0.123_456, 3), "0.123");
         assert_eq!(significant(0.999_6, 3), "1.00");
         assert_eq!(significant(1234.6, 3), "1235");

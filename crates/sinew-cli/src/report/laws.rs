@@ -18,7 +18,8 @@ pub(super) struct Law {
     pub(super) remark: String,
 }
 
-/// One parameter, ready to show. The interval is drawn relative to the value: the track is from -100 % to +100 %.
+/// One parameter, ready to show. The interval is drawn relative to the value: the track is from -100 % to
+/// +100 %.
 #[derive(Debug)]
 pub(super) struct ParameterRow {
     pub(super) name: String,
@@ -48,17 +49,17 @@ pub(super) fn law(fit: &ClassicalFit, signals: &Signals) -> Law {
     }
 }
 
-/// What a condition number means for somebody who reads the parameters.
+/// What a condition number implies for the parameters.
 fn conditioning(condition: f64) -> &'static str {
     match condition {
-        c if !c.is_finite() => "these data cannot tell the parameters apart",
-        c if c < 1e3 => "the parameters are well separated",
-        c if c < 1e6 => "parameters can be traded against each other: read the intervals, not the values",
-        _ => "some parameters cannot be told apart with these data",
+        c if !c.is_finite() => "the parameters are not identifiable from these data",
+        c if c < 1e3 => "the parameters are well conditioned",
+        c if c < 1e6 => "the parameters are correlated: their intervals, not their values, are meaningful",
+        _ => "some parameters are not identifiable from these data",
     }
 }
 
-/// A parameter with its interval, rounded to what the interval supports.
+/// A parameter with its interval, rounded to the digits that the interval supports.
 pub(super) fn parameter(p: &Parameter) -> ParameterRow {
     let bounded = p.low.is_finite() && p.high.is_finite() && p.low <= p.high;
     let half = 0.5 * (p.high - p.low);

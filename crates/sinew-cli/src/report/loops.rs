@@ -1,13 +1,13 @@
-//! The near/far parallelogram: what the cable did and what the model thought it would do.
+//! The hysteresis loop of far over near signal, measured and predicted.
 
 use super::plot::Plot;
 use super::record::{Record, Signals};
 use super::scale::{Axis, padded, robust_range};
 use super::svg_path::{decimate, line};
 
-/// Points drawn in all; more would only blacken the picture.
+/// Points of all records together.
 const POINTS: usize = 9000;
-/// Records drawn at most: with more, loops hide each other.
+/// Maximum number of records: more loops would hide each other.
 const RECORDS: usize = 8;
 
 /// The records a loop picture shows, evenly spread over all of them.
@@ -42,7 +42,7 @@ pub(super) fn plot(records: &[Record], signals: &Signals) -> Option<Plot> {
         return None;
     }
     let (x, y) = axes(&shown, 6);
-    let title = format!("Measured and predicted {} against {}", signals.far, signals.near);
+    let title = format!("Measured and predicted {} over {}", signals.far, signals.near);
     let mut plot = Plot::new("loop", title, (&x, signals.near_label()), (&y, signals.far_label()));
     let (measured, predicted) = paths(&shown, POINTS, &x, &y);
     plot.draw("measured", measured);

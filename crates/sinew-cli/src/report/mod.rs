@@ -1,9 +1,10 @@
-//! The report: an [`IdentificationReport`](sinew_identify::report::IdentificationReport) as one HTML file, and as one picture.
+//! The report: an [`IdentificationReport`](sinew_identify::report::IdentificationReport) as one HTML file,
+//! and as one picture.
 //!
-//! Pictures are inline SVG without text, stretched by the page, with labels set by the page beside them: own code,
-//! because `plotters` and `kuva` put text into the SVG, where it shrinks with the picture until nobody can read it on
-//! a phone, and `plotters` fixes its colours as it writes, so that they cannot follow the reader's theme.
-//! The zoomable traces are uPlot (`assets/uplot`); the page is an askama template, which escapes every name.
+//! Pictures are inline SVG without text, stretched by the page, with labels set by the page beside them: own
+//! code, because `plotters` and `kuva` put text into the SVG, where it scales with the picture and becomes
+//! illegible on a phone, and `plotters` writes fixed colours, which cannot follow the reader's theme. The
+//! zoomable traces are uPlot (`assets/uplot`); the page is an askama template, which escapes every name.
 
 pub(crate) mod cable;
 mod checks;
@@ -27,6 +28,8 @@ mod svg_path;
 mod tests;
 mod traces;
 pub(crate) mod tracking;
+mod tracking_plots;
+mod variants;
 mod view;
 
 pub(crate) use page::render;

@@ -1,4 +1,4 @@
-//! The table of all models, judged on data they did not see.
+//! The table of all candidate models with their cross-validated errors.
 
 use super::format::{percent, percent_of_range, significant};
 use super::plot::css_percent;
@@ -26,7 +26,7 @@ pub(super) struct ModelRow {
     pub(super) coverage: String,
     pub(super) too_narrow: bool,
     pub(super) in_sample: String,
-    /// Where the error over all folds lies, unless beyond the axis.
+    /// Position of the error over all folds, unless beyond the axis.
     pub(super) overall: Option<String>,
     pub(super) dots: Vec<Dot>,
     pub(super) spoken: String,
@@ -41,31 +41,31 @@ pub(super) struct Dot {
 }
 
 /// Best first, failed ones last.
-pub(super) fn table(account: &IdentificationReport) -> Models {
-    let mut sorted: Vec<&Candidate> = account.candidates.iter().collect();
+pub(super) fn table(report: &IdentificationReport) -> Models {
+    let mut sorted: Vec<&Candidate> = report.candidates.iter().collect();
     let place = |c: &Candidate| if c.failed.is_none() && c.rmse.is_finite() { c.rmse } else { f64::INFINITY };
     sorted.sort_by(|a, b| place(a).total_cmp(&place(b)));
-    let scale = 100.0 / account.far_range;
+    let scale = 100.0 / report.far_range;
     let end = axis_end(&sorted, scale);
     Models {
         axis_end: format!("{}\u{202f}%", significant(end, 1 + usize::from(end.fract() > 0.0))),
-        folds: account.folds,
+        folds: report.folds,
         chosen_first: sorted.first().is_none_or(|c| c.chosen),
         rows: sorted.iter().map(|c| row(c, scale, end)).collect(),
     }
 }
 
-/// The axis is for the good models: four times the best error, and room for every fold of the best.
+/// The axis covers four times the best error and every fold of the best model.
 fn axis_end(sorted: &[&Candidate], scale: f64) -> f64 {
     let worst =
         |c: &Candidate| c.fold_rmse.iter().map(|f| f * scale).filter(|f| f.is_finite()).fold(0.0, f64::max);
     let most = sorted.iter().map(|c| worst(c)).fold(0.0, f64::max);
     let best = sorted.iter().find(|c| worst(c) > 0.0);
-    let wanted = best.map_or(0.0, |c| (4.0 * c.rmse * scale).max(worst(c)).min(most));
-    if !(wanted.is_finite() && wanted > 0.0) {
+    let covered = best.map_or(0.0, |c| (4.0 * c.rmse * scale).max(worst(c)).min(most));
+    if !(covered.is_finite() && covered > 0.0) {
         return 1.0;
     }
-    let end = 1.05 * wanted;
+    let end = 1.05 * covered;
     let power = 10f64.powf(end.log10().floor());
     let round = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0].map(|m| m * power);
     round.into_iter().find(|r| *r >= end).unwrap_or(end)

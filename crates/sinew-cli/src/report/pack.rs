@@ -1,4 +1,4 @@
-//! Traces packed for the page's script: thinned, 16 bits a value, base64 within JSON.
+//! Traces for the page's script: decimated, quantised to 16 bits, base64 within JSON.
 
 use super::error::Error;
 use super::format::{axis_label, percent};
@@ -9,7 +9,7 @@ use super::view::{error_view, far_view};
 use base64::Engine as _;
 use serde::Serialize;
 
-/// Samples packed in all; more are thinned without losing extremes.
+/// Samples of all records together; more are decimated with their extrema kept.
 pub(super) const SAMPLES: usize = 20_000;
 
 #[derive(Serialize)]
@@ -34,11 +34,11 @@ struct PackedRecord<'a> {
     samples: usize,
     /// Time of the first sample, s.
     start_s: f64,
-    /// Where to look at first: the range of the far side without stray samples.
+    /// Initial vertical ranges.
     view: [f64; 2],
     view_near: [f64; 2],
     view_error: [f64; 2],
-    /// Little-endian base64: time f32, the others i16 over their range with -32768 for none.
+    /// Base64, little-endian: time as f32, the others as i16 over their range; -32768 is a missing value.
     time: String,
     measured: String,
     predicted: String,
@@ -48,7 +48,7 @@ struct PackedRecord<'a> {
     scored: String,
 }
 
-/// JSON, safe within a script element; `share` gives a record's error in words.
+/// JSON, safe within a script element; `share` formats a record's error.
 pub(super) fn pack(
     records: &[&Record],
     signals: &Signals,
@@ -101,7 +101,7 @@ pub(super) fn pack(
         gated,
         records: packed.collect(),
     };
-    // `<` would let a hostile name close the script element.
+    // `<` in a name could close the script element.
     Ok(serde_json::to_string(&packed)?.replace('<', "\\u003c"))
 }
 
@@ -111,7 +111,7 @@ fn extremes(values: impl Iterator<Item = f64>) -> [f64; 2] {
     if low <= high { [low, high] } else { [0.0, 0.0] }
 }
 
-/// A value as 16 bits over a range; the least number means none.
+/// A value as 16 bits over a range; the least number is a missing value.
 fn quantise(value: f64, [low, high]: [f64; 2]) -> i16 {
     match (value.is_finite(), high > low) {
         (false, _) => i16::MIN,
@@ -130,7 +130,7 @@ fn floats(values: impl Iterator<Item = f64>) -> String {
     base64::engine::general_purpose::STANDARD.encode(bytes)
 }
 
-/// Lengths of alternating runs, the first of samples that count.
+/// Lengths of alternating runs, the first of scored samples.
 fn runs(flags: &[bool]) -> String {
     let (mut lengths, mut current, mut length) = (Vec::new(), true, 0usize);
     for flag in flags {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_alternate_from_samples_that_count() {
+    fn runs_alternate_beginning_with_scored_samples() {
         assert_eq!(runs(&[false, false, true, true, true, false]), "0 2 3 1");
         assert_eq!(runs(&[]), "0");
     }

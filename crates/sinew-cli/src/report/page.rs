@@ -1,4 +1,4 @@
-//! The page: everything gathered and put into the template.
+//! The page of an identification: its data in the template.
 
 use super::error::Error;
 use super::format::{count, duration, percent, percent_of_range, plural, significant, with_unit};
@@ -13,7 +13,7 @@ use sinew_identify::report::{Candidate, IdentificationReport};
 #[template(path = "report.html")]
 struct Page<'a> {
     version: &'a str,
-    account: &'a IdentificationReport,
+    report: &'a IdentificationReport,
     simulated: bool,
     far_unit: &'static str,
     inputs: Vec<InputView>,
@@ -66,52 +66,52 @@ struct LogRow<'a> {
     findings: &'a [String],
 }
 
-/// One self-contained HTML page about an identification. The same account gives the same bytes.
+/// One self-contained HTML page about an identification. The same report gives the same bytes.
 ///
 /// # Errors
-/// [`Error`] where the page could not be written; no content of an account makes that happen.
-pub(crate) fn render(account: &IdentificationReport) -> Result<String, Error> {
-    let signals = Signals::of(account);
-    let records = records(account);
-    let samples: usize = account.logs.iter().map(|l| l.samples).sum();
-    let seconds: f64 = account.logs.iter().map(|l| l.duration_s).sum();
+/// [`Error`] where the page could not be written; no content of a report makes that happen.
+pub(crate) fn render(report: &IdentificationReport) -> Result<String, Error> {
+    let signals = Signals::of(report);
+    let records = records(report);
+    let samples: usize = report.logs.iter().map(|l| l.samples).sum();
+    let seconds: f64 = report.logs.iter().map(|l| l.duration_s).sum();
     let drawn = loops::shown(&records).len();
     let page = Page {
-        version: &account.version,
-        account,
-        simulated: simulated(account),
+        version: &report.version,
+        report,
+        simulated: simulated(report),
         far_unit: signals.far_unit,
-        inputs: account
+        inputs: report
             .inputs
             .iter()
             .map(|i| InputView { column: i.column.clone(), role: role(i.role) })
             .collect(),
-        verdict: chosen(account).map(|c| verdict(c, &signals)),
-        advice: account.recommendations.iter().map(String::as_str).filter(|a| !a.is_empty()).collect(),
+        verdict: chosen(report).map(|c| verdict(c, &signals)),
+        advice: report.recommendations.iter().map(String::as_str).filter(|a| !a.is_empty()).collect(),
         amount: format!(
             "{}, {}, {}",
-            plural(account.logs.len(), "log", "logs"),
+            plural(report.logs.len(), "log", "logs"),
             plural(samples, "sample", "samples"),
             duration(seconds)
         ),
-        models: models::table(account),
+        models: models::table(report),
         parallelogram: loops::plot(&records, &signals),
         loops: match drawn < records.len() {
-            true => format!("{drawn} of {} records are drawn, evenly spread.", count(records.len())),
+            true => format!("{drawn} evenly spaced of {} records are shown.", count(records.len())),
             false => String::new(),
         },
         many: records.len() > 1,
-        traces: traces::section(&records, &signals, account.far_range)?,
+        traces: traces::section(&records, &signals, report.far_range)?,
         residuals: residuals::plots(&records, &signals),
-        calibration: checks::calibration(&records, &signals, account.far_range),
-        influence: checks::influence(account),
-        logs: account.logs.iter().map(log_row).collect(),
-        conditions: account.conditions.iter().map(|c| (c.column.clone(), values(&c.values))).collect(),
-        laws: account.classical.iter().map(|c| laws::law(c, &signals)).collect(),
-        parameters: account.chosen.parameters.iter().map(laws::parameter).collect(),
-        band_factor: significant(account.chosen.band_factor, 3),
-        size: count(account.chosen.size),
-        range: with_unit(&significant(account.far_range, 3), signals.far_unit),
+        calibration: checks::calibration(&records, &signals, report.far_range),
+        influence: checks::influence(report),
+        logs: report.logs.iter().map(log_row).collect(),
+        conditions: report.conditions.iter().map(|c| (c.column.clone(), values(&c.values))).collect(),
+        laws: report.classical.iter().map(|c| laws::law(c, &signals)).collect(),
+        parameters: report.chosen.parameters.iter().map(laws::parameter).collect(),
+        band_factor: significant(report.chosen.band_factor, 3),
+        size: count(report.chosen.size),
+        range: with_unit(&significant(report.far_range, 3), signals.far_unit),
         style: include_str!("../../assets/report.css"),
         uplot_style: include_str!("../../assets/uplot/uPlot.min.css"),
         uplot: include_str!("../../assets/uplot/uPlot.iife.min.js"),
@@ -121,15 +121,15 @@ pub(crate) fn render(account: &IdentificationReport) -> Result<String, Error> {
     Ok(page.render()?)
 }
 
-/// The chosen model among those judged.
-pub(super) fn chosen(account: &IdentificationReport) -> Option<&Candidate> {
-    account.candidates.iter().find(|c| c.chosen).filter(|c| c.failed.is_none())
+/// The selected model among the evaluated ones.
+pub(super) fn chosen(report: &IdentificationReport) -> Option<&Candidate> {
+    report.candidates.iter().find(|c| c.chosen).filter(|c| c.failed.is_none())
 }
 
-/// Whether any log says of itself that it was simulated.
-pub(super) fn simulated(account: &IdentificationReport) -> bool {
-    let says = |text: &str| text.to_lowercase().contains("simulated");
-    account.logs.iter().any(|l| says(&l.name) || l.findings.iter().any(|f| says(f)))
+/// Whether any log is labelled as simulated.
+pub(super) fn simulated(report: &IdentificationReport) -> bool {
+    let is_labelled = |text: &str| text.to_lowercase().contains("simulated");
+    report.logs.iter().any(|l| is_labelled(&l.name) || l.findings.iter().any(|f| is_labelled(f)))
 }
 
 fn verdict(c: &Candidate, signals: &Signals) -> Verdict {

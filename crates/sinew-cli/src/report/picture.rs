@@ -1,4 +1,4 @@
-//! One picture for a README: loop and trace, in colours that read on light and dark pages alike.
+//! One standalone picture: loop and trace, in colours that are legible on light and dark pages.
 
 use super::error::Error;
 use super::format::{percent, percent_of_range};
@@ -39,18 +39,18 @@ struct Panel {
 /// A standalone SVG picture of an identification: the near/far loop, and a typical trace with its band.
 ///
 /// # Errors
-/// [`Error`] where the picture could not be written; no content of an account makes that happen.
-pub(crate) fn picture_svg(account: &IdentificationReport) -> Result<String, Error> {
-    let signals = Signals::of(account);
-    let records = records(account);
-    let subtitle = match chosen(account) {
+/// [`Error`] where the picture could not be written; no content of a report makes that happen.
+pub(crate) fn picture_svg(report: &IdentificationReport) -> Result<String, Error> {
+    let signals = Signals::of(report);
+    let records = records(report);
+    let subtitle = match chosen(report) {
         Some(c) => format!(
-            "{}: RMSE {} of the range, {} of the samples within the 95\u{202f}% band, on data it did not see",
+            "{}: cross-validated RMSE {} of the range, {} of the samples within the 95\u{202f}% band",
             c.name,
             percent_of_range(c.percent_of_range),
             percent(c.coverage95)
         ),
-        None => "no model could be judged".to_owned(),
+        None => "no model could be evaluated".to_owned(),
     };
     let mut panels = Vec::new();
     if let Some(typical) = typical(&records) {
@@ -58,7 +58,7 @@ pub(crate) fn picture_svg(account: &IdentificationReport) -> Result<String, Erro
         panels.push(trace_panel(typical, &signals));
     }
     let title = format!("{}, measured and predicted", signals.far_label());
-    Ok(Picture { title, subtitle, simulated: simulated(account), panels }.render()?)
+    Ok(Picture { title, subtitle, simulated: simulated(report), panels }.render()?)
 }
 
 /// The record with the median error.

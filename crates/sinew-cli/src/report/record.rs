@@ -1,9 +1,10 @@
-//! One log or trial as a reader sees it: its sequences joined, with breaks where they were cut.
+//! One log or trial: its sequences joined, with a row of NaN at every gap.
 
 use super::format::{axis_label, bare, unit_of};
 use sinew_identify::report::{IdentificationReport, Trace};
 
-/// The out-of-fold prediction over one log or trial. All vectors have one length; a break is a row of NaN.
+/// The cross-validated prediction over one log or trial. All vectors have the same length; a gap is a row of
+/// NaN.
 #[derive(Debug, Default)]
 pub(super) struct Record {
     pub(super) log: String,
@@ -21,28 +22,28 @@ pub(super) struct Record {
     pub(super) scored: Vec<bool>,
 }
 
-/// How well some samples were predicted.
+/// Sums of errors over scored samples.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Score {
     pub(super) samples: usize,
     squares: f64,
-    held: usize,
+    inside: usize,
     banded: usize,
     widths: f64,
 }
 
 impl Score {
-    /// Root mean square error; NaN of nothing.
+    /// Root mean square error; NaN without samples.
     pub(super) fn rmse(&self) -> f64 {
         (self.squares / self.samples as f64).sqrt()
     }
 
-    /// Share of the samples within the band; NaN of nothing.
+    /// Share of the samples within the band; NaN without samples.
     pub(super) fn coverage(&self) -> f64 {
-        self.held as f64 / self.banded as f64
+        self.inside as f64 / self.banded as f64
     }
 
-    /// Mean half width of the band; NaN of nothing.
+    /// Mean half width of the band; NaN without samples.
     pub(super) fn half_width(&self) -> f64 {
         self.widths / self.banded as f64
     }
@@ -51,7 +52,7 @@ impl Score {
     pub(super) fn add(&mut self, other: &Self) {
         self.samples += other.samples;
         self.squares += other.squares;
-        self.held += other.held;
+        self.inside += other.inside;
         self.banded += other.banded;
         self.widths += other.widths;
     }
@@ -68,12 +69,12 @@ impl Record {
         self.predicted[i] - self.far[i]
     }
 
-    /// The error, or NaN where the sample did not count.
+    /// The error, or NaN where the sample is not scored.
     pub(super) fn scored_error(&self, i: usize) -> f64 {
         if self.scored[i] { self.error(i) } else { f64::NAN }
     }
 
-    /// How well it was predicted, over the samples that count.
+    /// Sums over the scored samples.
     pub(super) fn score(&self) -> Score {
         let mut score = Score::default();
         for i in 0..self.len() {
@@ -83,7 +84,7 @@ impl Record {
                 score.squares += error * error;
                 if self.half_width[i].is_finite() {
                     score.banded += 1;
-                    score.held += usize::from(error.abs() <= self.half_width[i]);
+                    score.inside += usize::from(error.abs() <= self.half_width[i]);
                     score.widths += self.half_width[i];
                 }
             }
@@ -91,7 +92,7 @@ impl Record {
         score
     }
 
-    /// Whether the learned correction was ever held back.
+    /// Whether the gate ever reduced the learned correction.
     pub(super) fn gated(&self) -> bool {
         self.gate.iter().any(|g| *g < 0.995)
     }
@@ -135,13 +136,13 @@ impl Record {
         columns.into_iter().zip(row).for_each(|(column, value)| column.push(value));
     }
 
-    /// A row of NaN just after the last one: time stays finite so that an axis can show the gap.
+    /// A row of NaN after the last one; its time is finite, so that an axis can show the gap.
     fn break_here(&mut self) {
         let time = self.time_s.last().copied().unwrap_or(f64::NAN);
         let mut row = [f64::NAN; 8];
         row[0] = time;
         self.push(row);
-        // No error, so no score either; but a gap is not a stretch that was left out on purpose.
+        // A gap has no error and no score, but is not an interval excluded from scoring.
         self.scored.push(true);
     }
 }
@@ -155,11 +156,11 @@ fn median_step(time_s: &[f64]) -> f64 {
     *steps.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// The account's traces, the sequences of one log and trial joined in order of time.
-pub(super) fn records(account: &IdentificationReport) -> Vec<Record> {
+/// The report's traces, the sequences of one log and trial joined in order of time.
+pub(super) fn records(report: &IdentificationReport) -> Vec<Record> {
     let mut records: Vec<Record> = Vec::new();
-    let one_log = account.traces.windows(2).all(|w| w[0].log == w[1].log);
-    for trace in &account.traces {
+    let one_log = report.traces.windows(2).all(|w| w[0].log == w[1].log);
+    for trace in &report.traces {
         let same = |r: &Record| r.log == trace.log && r.trial == trace.trial;
         let parts = records.iter().filter(|r| same(r)).count();
         let first = trace.time_s.first().copied().unwrap_or(f64::NAN);
@@ -177,7 +178,7 @@ pub(super) fn records(account: &IdentificationReport) -> Vec<Record> {
     records
 }
 
-/// Log and trial; only what tells records apart where the other is the same or missing.
+/// Log and trial, without the part that is the same for all records.
 fn label(log: &str, trace: &Trace, parts: usize) -> String {
     let mut label = match (log.is_empty(), trace.trial.is_empty()) {
         (false, false) => format!("{log} · {}", trace.trial),
@@ -190,7 +191,7 @@ fn label(log: &str, trace: &Trace, parts: usize) -> String {
     label
 }
 
-/// The names of the two signals every picture is about.
+/// Names and units of the far and near signals.
 #[derive(Debug, Clone)]
 pub(super) struct Signals {
     pub(super) far: String,
@@ -200,12 +201,12 @@ pub(super) struct Signals {
 }
 
 impl Signals {
-    pub(super) fn of(account: &IdentificationReport) -> Self {
-        let near = match account.traces.first().map(|t| t.near_name.as_str()) {
+    pub(super) fn of(report: &IdentificationReport) -> Self {
+        let near = match report.traces.first().map(|t| t.near_name.as_str()) {
             Some(name) if !name.is_empty() => name.to_owned(),
-            _ => account.inputs.first().map_or_else(|| "near side".to_owned(), |i| i.column.clone()),
+            _ => report.inputs.first().map_or_else(|| "near side".to_owned(), |i| i.column.clone()),
         };
-        Self { far: account.far.clone(), far_unit: unit_of(&account.far), near_unit: unit_of(&near), near }
+        Self { far: report.far.clone(), far_unit: unit_of(&report.far), near_unit: unit_of(&near), near }
     }
 
     /// `measured (N)` for the far side, so that axis and legend agree.

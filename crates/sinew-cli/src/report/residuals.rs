@@ -1,4 +1,5 @@
-//! Errors of the chosen model against what a physicist suspects first: speed, tension, time since reversal.
+//! Errors of the selected model as functions of speed, tension and time since reversal, the arguments of
+//! friction laws.
 
 use super::format::{significant, with_unit};
 use super::plot::Plot;
@@ -6,7 +7,7 @@ use super::record::{Record, Signals};
 use super::scale::{Axis, padded, quantile};
 use super::svg_path::{Pen, line, ribbon};
 
-/// One picture with a sentence on what it shows.
+/// One plot with its largest bias and spread in words.
 #[derive(Debug)]
 pub(super) struct Residual {
     pub(super) heading: &'static str,
@@ -25,21 +26,21 @@ struct Bin {
     high: f64,
 }
 
-/// Samples per bin at least, so that a quantile means something.
+/// Minimum number of samples per bin, for meaningful quantiles.
 const PER_BIN: usize = 30;
-/// Bins at most.
+/// Maximum number of bins.
 const BINS: usize = 32;
 
-/// What an error may depend on.
+/// Abscissa of a residual plot.
 #[derive(Debug, Clone, Copy)]
-enum Against {
+enum Abscissa {
     Speed,
     Near,
     Far,
     Reversal,
 }
 
-impl Against {
+impl Abscissa {
     fn value(self, record: &Record, i: usize) -> f64 {
         match self {
             Self::Speed => record.near_rate[i],
@@ -51,11 +52,11 @@ impl Against {
 
     fn heading(self, signals: &Signals) -> &'static str {
         match self {
-            Self::Speed => "Against speed",
-            Self::Near if is_load(signals.near_unit) => "Against near tension",
-            Self::Near => "Against the near side",
-            Self::Far => "Against far tension",
-            Self::Reversal => "Against time since reversal",
+            Self::Speed => "Versus speed",
+            Self::Near if is_load(signals.near_unit) => "Versus near tension",
+            Self::Near => "Versus near side",
+            Self::Far => "Versus far tension",
+            Self::Reversal => "Versus time since reversal",
         }
     }
 
@@ -83,27 +84,27 @@ fn is_load(unit: &str) -> bool {
     matches!(unit, "N" | "N·m" | "N·mm")
 }
 
-/// The pictures, all with one error axis so that they compare.
+/// The plots, all with the same error axis.
 pub(super) fn plots(records: &[Record], signals: &Signals) -> Vec<Residual> {
-    // Friction goes with load: where only the far side tells it, the far side is shown.
+    // Friction depends on load: where only the far side measures it, the far side is the abscissa.
     let far = is_load(signals.far_unit) && !is_load(signals.near_unit);
-    let load = if far { Against::Far } else { Against::Near };
-    let binned = [Against::Speed, load, Against::Reversal].map(|a| (a, bins(collect(records, a))));
+    let load = if far { Abscissa::Far } else { Abscissa::Near };
+    let binned = [Abscissa::Speed, load, Abscissa::Reversal].map(|a| (a, bins(collect(records, a))));
     let all = || binned.iter().flat_map(|(_, bins)| bins);
     let reach = all().fold(0.0f64, |m, b| m.max(b.low.abs()).max(b.high.abs()));
     let y = Axis::new(padded((-reach, reach), 0.08), 5);
     let useful = binned.iter().filter(|(_, bins)| !bins.is_empty());
     useful
-        .map(|(against, bins)| Residual {
-            heading: against.heading(signals),
-            plot: draw(bins, &y, *against, signals),
-            remark: remark(bins, signals.far_unit, &against.unit(signals)),
+        .map(|(abscissa, bins)| Residual {
+            heading: abscissa.heading(signals),
+            plot: draw(bins, &y, *abscissa, signals),
+            remark: remark(bins, signals.far_unit, &abscissa.unit(signals)),
         })
         .collect()
 }
 
-fn collect(records: &[Record], against: Against) -> Vec<(f64, f64)> {
-    let row = |r: &Record, i| (against.value(r, i), r.scored_error(i));
+fn collect(records: &[Record], abscissa: Abscissa) -> Vec<(f64, f64)> {
+    let row = |r: &Record, i| (abscissa.value(r, i), r.scored_error(i));
     let pairs = records.iter().flat_map(|r| (0..r.len()).map(move |i| row(r, i)));
     pairs.filter(|(x, e)| x.is_finite() && e.is_finite()).collect()
 }
@@ -113,13 +114,13 @@ fn bins(mut pairs: Vec<(f64, f64)>) -> Vec<Bin> {
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let cut = pairs.len() / 200;
     let pairs = &pairs[cut..pairs.len() - cut];
-    let wanted = (pairs.len() / PER_BIN).clamp(1, BINS);
+    let count = (pairs.len() / PER_BIN).clamp(1, BINS);
     let mut bins: Vec<Bin> = Vec::new();
     let mut errors: Vec<f64> = Vec::new();
     let mut start = 0;
-    for k in 1..=wanted {
-        let mut end = (k * pairs.len() / wanted).max(start);
-        // Equal values stay in one bin: a signal at rest would otherwise fill several at one place.
+    for k in 1..=count {
+        let mut end = (k * pairs.len() / count).max(start);
+        // Equal values stay in one bin: a signal at rest would otherwise fill several bins with one value.
         while end > 0 && end < pairs.len() && pairs[end].0 <= pairs[end - 1].0 {
             end += 1;
         }
@@ -143,15 +144,15 @@ fn bins(mut pairs: Vec<(f64, f64)>) -> Vec<Bin> {
     bins
 }
 
-fn draw(bins: &[Bin], y: &Axis, against: Against, signals: &Signals) -> Plot {
+fn draw(bins: &[Bin], y: &Axis, abscissa: Abscissa, signals: &Signals) -> Plot {
     let ends = bins.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), b| (l.min(b.x), h.max(b.x)));
     let x = Axis::new(padded(ends, 0.02), 5);
     let title =
-        format!("Error {}: median, quartiles and 5 to 95 % range", against.heading(signals).to_lowercase());
+        format!("Error {}: median, quartiles and 5 to 95 % range", abscissa.heading(signals).to_lowercase());
     let mut plot = Plot::new(
         "residual",
         title,
-        (&x, against.label(signals)),
+        (&x, abscissa.label(signals)),
         (y, signals.in_far_unit("predicted − measured")),
     );
     plot.draw("wide", ribbon(bins.iter().map(|b| (b.x, b.low, b.high)), &x, y));
@@ -167,19 +168,19 @@ fn draw(bins: &[Bin], y: &Axis, against: Against, signals: &Signals) -> Plot {
     plot
 }
 
-/// Where the model leans, and where it is least sure.
+/// Largest bias and largest spread.
 fn remark(bins: &[Bin], unit: &str, x_unit: &str) -> String {
-    let say = |v: f64| with_unit(&significant(v, 2), unit);
+    let error = |v: f64| with_unit(&significant(v, 2), unit);
     let place = |v: f64| with_unit(&significant(v, 2), x_unit);
     let by = |key: &dyn Fn(&Bin) -> f64| bins.iter().max_by(|a, b| key(a).total_cmp(&key(b)));
-    let (Some(lean), Some(wide)) = (by(&|b| b.median.abs()), by(&|b| b.high - b.low)) else {
+    let (Some(biased), Some(wide)) = (by(&|b| b.median.abs()), by(&|b| b.high - b.low)) else {
         return String::new();
     };
     format!(
-        "Median error largest at {}: {}. 90\u{202f}% spread widest at {}: {}.",
-        place(lean.x),
-        say(lean.median),
-        place(wide.x),
-        say(wide.high - wide.low)
+        "Largest median error: {} at {}. Largest 90\u{202f}% spread: {} at {}.",
+        error(biased.median),
+        place(biased.x),
+        error(wide.high - wide.low),
+        place(wide.x)
     )
 }

@@ -1,4 +1,4 @@
-//! Axes: ranges that a stray sample cannot squash, round ticks, quantiles.
+//! Axes: ranges robust against outliers, round ticks, quantiles.
 
 use super::format::{fixed, significant};
 
@@ -13,22 +13,22 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// An axis over a range, with about `wanted` ticks; an empty or infinite range becomes one around zero.
-    pub(super) fn new((low, high): (f64, f64), wanted: usize) -> Self {
+    /// An axis over a range, with about `count` ticks; an empty or infinite range becomes one around zero.
+    pub(super) fn new((low, high): (f64, f64), count: usize) -> Self {
         let (low, high) = if !(low.is_finite() && high.is_finite()) {
             (-1.0, 1.0)
         } else if high - low > 1e-12 * low.abs().max(high.abs()) {
             (low, high)
         } else {
-            // A constant: show it in the middle of an axis of its own size.
+            // A constant is centred on an axis of its own magnitude.
             let half = (0.5 * low.abs()).max(1e-6);
             (low - half, low + half)
         };
-        let step = round_step((high - low) / wanted.max(1) as f64);
+        let step = round_step((high - low) / count.max(1) as f64);
         Self { low, high, step }
     }
 
-    /// Where a value lies, 0 to 1 within the axis; NaN stays NaN.
+    /// Position of a value, 0 to 1 within the axis; NaN stays NaN.
     pub(super) fn at(&self, value: f64) -> f64 {
         (value - self.low) / (self.high - self.low)
     }
@@ -55,7 +55,7 @@ fn round_step(step: f64) -> f64 {
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= 0.7 * step).unwrap_or(step)
 }
 
-/// The range of the finite values; cut to the inner 99.8 % where a few stray ones would squash the rest.
+/// The range of the finite values, limited to the inner 99.8 % where outliers exceed it by far.
 pub(super) fn robust_range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let mut sorted: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -67,7 +67,7 @@ pub(super) fn robust_range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     (low, high)
 }
 
-/// How far an axis around zero must reach: all magnitudes, or twice their 99 % quantile where stray ones go beyond.
+/// Half range of an axis around zero: the largest magnitude, at most twice the 99 % quantile.
 pub(super) fn robust_reach(values: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.map(f64::abs).filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -80,7 +80,7 @@ pub(super) fn padded((low, high): (f64, f64), share: f64) -> (f64, f64) {
     (low - more, high + more)
 }
 
-/// Linear interpolation in sorted values; NaN of nothing.
+/// Quantile by linear interpolation in sorted values; NaN of an empty list.
 pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let place = q.clamp(0.0, 1.0) * last as f64;
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_of_nothing_or_of_a_constant_is_still_an_axis() {
+    fn an_axis_of_no_values_or_of_a_constant_is_valid() {
         for range in [(f64::NAN, f64::NAN), (3.0, 3.0), (0.0, 0.0), (f64::NEG_INFINITY, 1.0), (1e300, 1e300)]
         {
             let axis = Axis::new(range, 5);
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_few_stray_samples_do_not_squash_the_rest() {
+    fn a_single_outlier_does_not_determine_the_range() {
         let values = (0..10_000).map(|i| if i == 5000 { 1e6 } else { f64::from(i % 100) });
         let (low, high) = robust_range(values);
         assert!(low.abs() < 1e-9 && (98.0..=99.0).contains(&high), "{low} {high}");

@@ -22,13 +22,13 @@ impl Pen {
         self.at = None;
     }
 
-    /// Goes to a point given in fractions of the box, y upwards; a point that is no number lifts the pen.
+    /// Draws a line to a point given in fractions of the box, y upwards; a non-finite point lifts the pen.
     pub(super) fn line_to(&mut self, x: f64, y: f64) {
         if !(x.is_finite() && y.is_finite()) {
             self.lift();
             return;
         }
-        // Far outside the box is clipped by the page anyway.
+        // Points far outside the box are clipped by the page.
         let place = |f: f64, size: f64| (f.clamp(-1.0, 2.0) * size).round() as i64;
         let (x, y) = (place(x, WIDTH), place(1.0 - y, HEIGHT));
         match self.at {
@@ -57,14 +57,14 @@ impl Pen {
     }
 }
 
-/// A line through points; breaks where one is no number.
+/// A line through points, interrupted at non-finite ones.
 pub(super) fn line(points: impl Iterator<Item = (f64, f64)>, x: &Axis, y: &Axis) -> String {
     let mut pen = Pen::default();
     points.for_each(|(a, b)| pen.line_to(x.at(a), y.at(b)));
     pen.finish()
 }
 
-/// The area between two lines; breaks where a point is no number.
+/// The area between two lines, interrupted at non-finite points.
 pub(super) fn ribbon(points: impl Iterator<Item = (f64, f64, f64)>, x: &Axis, y: &Axis) -> String {
     let mut pen = Pen::default();
     let mut piece: Vec<(f64, f64, f64)> = Vec::new();
@@ -84,24 +84,24 @@ pub(super) fn ribbon(points: impl Iterator<Item = (f64, f64, f64)>, x: &Axis, y:
     pen.finish()
 }
 
-/// Straight lines across the box at the given fractions of its height.
-pub(super) fn level_lines(at: impl Iterator<Item = f64>) -> String {
+/// Horizontal lines at the given fractions of the height.
+pub(super) fn horizontal_lines(at: impl Iterator<Item = f64>) -> String {
     at.filter(|f| f.is_finite()).fold(String::new(), |mut d, f| {
         let _ = write!(d, "M0 {}h{WIDTH}", ((1.0 - f) * HEIGHT).round());
         d
     })
 }
 
-/// Straight lines down the box at the given fractions of its width.
-pub(super) fn upright_lines(at: impl Iterator<Item = f64>) -> String {
+/// Vertical lines at the given fractions of the width.
+pub(super) fn vertical_lines(at: impl Iterator<Item = f64>) -> String {
     at.filter(|f| f.is_finite()).fold(String::new(), |mut d, f| {
         let _ = write!(d, "M{} 0v{HEIGHT}", (f * WIDTH).round());
         d
     })
 }
 
-/// The samples worth keeping of a record, in order: per bucket the first, the lowest and highest far value, the
-/// largest error and a break, so that neither an extreme nor a gap is lost. About `budget` of them.
+/// About `budget` samples of a record, in order: per bucket the first, minimum and maximum far value, the
+/// largest error and a gap, so that neither an extremum nor a gap is lost.
 pub(super) fn decimate(record: &Record, budget: usize) -> Vec<usize> {
     let n = record.len();
     if n <= budget {
@@ -136,23 +136,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn thinning_keeps_the_highest_the_lowest_the_worst_and_the_gap() {
-        let mut account = simulated(5000);
-        account.traces[1].far[777] = 99.0;
-        account.traces[1].far[1234] = -99.0;
-        account.traces[1].predicted[2000] = 50.0;
-        let record = &records(&account)[1];
+    fn decimation_keeps_minima_maxima_largest_errors_and_gaps() {
+        let mut report = simulated(5000);
+        report.traces[1].far[777] = 99.0;
+        report.traces[1].far[1234] = -99.0;
+        report.traces[1].predicted[2000] = 50.0;
+        let record = &records(&report)[1];
         let kept = decimate(record, 200);
         assert!(kept.len() < 300 && record.len() > 4900, "{}", kept.len());
         assert!(kept.windows(2).all(|w| w[0] < w[1]), "in order, none twice");
-        let has = |wanted: &dyn Fn(usize) -> bool| kept.iter().any(|&i| wanted(i));
+        let has = |holds: &dyn Fn(usize) -> bool| kept.iter().any(|&i| holds(i));
         assert!(has(&|i| record.far[i] > 98.0) && has(&|i| record.far[i] < -98.0));
         assert!(has(&|i| record.predicted[i] > 49.0));
         assert!(has(&|i| record.predicted[i].is_nan()), "the gap");
     }
 
     #[test]
-    fn a_point_that_is_no_number_breaks_the_line() {
+    fn a_non_finite_point_interrupts_the_line() {
         let axis = Axis::new((0.0, 10.0), 5);
         let points = [(0.0, 0.0), (5.0, 5.0), (6.0, f64::NAN), (7.0, 7.0), (10.0, 10.0)];
         assert_eq!(line(points.into_iter(), &axis, &axis), "M0 1000l0 0 1000 -500M1400 300l0 0 600 -300");

@@ -1,4 +1,4 @@
-//! Traces over time: still pictures for everyone, packed samples for the reader who zooms.
+//! Traces over time: static plots, and packed samples for the interactive ones.
 
 use super::error::Error;
 use super::format::{percent, percent_of_range};
@@ -9,11 +9,11 @@ use super::scale::{Axis, padded, robust_range};
 use super::svg_path::{Pen, decimate, line, ribbon};
 use super::view::{error_view, far_view};
 
-/// Points of a still picture.
+/// Points of a static plot.
 const STILL_POINTS: usize = 2200;
 /// Points of all thumbnails together.
 const THUMB_POINTS: usize = 9000;
-/// Thumbnails at most; the selection lists every record.
+/// Maximum number of thumbnails; the selection lists every record.
 const THUMBS: usize = 60;
 
 /// The section on traces.
@@ -25,7 +25,7 @@ pub(super) struct Traces {
     pub(super) still: Vec<Plot>,
     pub(super) thumbs: Vec<Thumb>,
     pub(super) thinned: bool,
-    /// Whether any stretch does not count.
+    /// Whether any interval is not scored.
     pub(super) skipped: bool,
     pub(super) best: usize,
     pub(super) typical: usize,
@@ -52,7 +52,7 @@ pub(super) struct Thumb {
     pub(super) predicted: String,
 }
 
-/// Everything the section shows; `None` without a record of two samples.
+/// The content of the section; `None` without a record of two samples.
 pub(super) fn section(records: &[Record], signals: &Signals, range: f64) -> Result<Option<Traces>, Error> {
     let records: Vec<&Record> = records.iter().filter(|r| r.len() > 1).collect();
     if records.is_empty() {
@@ -87,7 +87,7 @@ pub(super) fn section(records: &[Record], signals: &Signals, range: f64) -> Resu
     }))
 }
 
-/// Axes over time for the far side of one record, the band included as far as it does not squash the signal.
+/// Axes over time for the far end of one record, with the band as far as the signal stays legible.
 pub(super) fn far_axes(record: &Record, ticks: usize) -> (Axis, Axis) {
     let time = Axis::new(robust_ends(&record.time_s), ticks);
     (time, Axis::new(far_view(record), 5))
@@ -112,7 +112,7 @@ pub(super) fn paths(record: &Record, kept: &[usize], x: &Axis, y: &Axis) -> [Str
     ]
 }
 
-/// Far, error and near of one record, one above the other.
+/// Far signal, error and near signal of one record, stacked.
 fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
     let kept = decimate(record, STILL_POINTS);
     let (x, y) = far_axes(record, 8);
@@ -143,7 +143,7 @@ fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
     vec![far, error, near]
 }
 
-/// Stretches that do not count, from and to in s; a single row would not be seen.
+/// Intervals that are not scored, s; single rows are left out.
 fn skipped(record: &Record) -> Vec<(f64, f64)> {
     let mut stretches = Vec::new();
     let mut start = None;

@@ -38,7 +38,8 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Error> {
         .map(|variant| calibrated(variant, &arguments.specimen, arguments.seed))
         .transpose()?;
     let mut log = String::from(
-        "# SIMULATED by sinew bench run\ntime_s,trial,tension_in_n,position_in_m,anchor_m,tension_out_n,wanted_n,estimate_n,stroke\n",
+        "# SIMULATED by sinew bench run\n\
+         time_s,trial,tension_in_n,position_in_m,anchor_m,tension_out_n,wanted_n,estimate_n,stroke\n",
     );
     let mut summaries = Vec::new();
     let mut trial = 0;

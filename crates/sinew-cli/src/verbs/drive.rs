@@ -70,7 +70,7 @@ struct Answer<'a> {
     winch: &'a str,
     ratio: f64,
     radius_m: f64,
-    /// Either end is null where nothing bounds it.
+    /// An unbounded end is null.
     ratios: Option<[Option<f64>; 2]>,
     mass_kg: f64,
     mass_at_cable_kg: f64,

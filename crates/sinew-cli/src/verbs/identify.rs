@@ -10,7 +10,7 @@ use sinew_identify::identify::{Identification, Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_dataset};
 use sinew_identify::report::IdentificationReport;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub(crate) fn run(arguments: &IdentifyArguments) -> Result<(), Error> {
     let folder = Folder::open(&arguments.write.out)?;
@@ -46,66 +46,61 @@ pub(crate) fn output_files(folder: &Folder, write: &WriteArguments) -> Vec<PathB
     files.into_iter().chain(write.picture.clone()).collect()
 }
 
-/// Writes model, report and picture, all or none, and says what came out.
+/// Writes model, report and picture, all or none, and prints the summary.
 pub(crate) fn write_results(
     folder: &Folder,
     write: &WriteArguments,
     identification: &Identification,
 ) -> Result<(), Error> {
-    let account = &identification.report;
+    let report = &identification.report;
+    let (model_path, page_path) = (folder.file("model.json"), folder.file("report.html"));
     let model = identification.model.to_json().map_err(sinew_identify::Error::from)?;
-    let report = render(account)?;
+    let page = render(report)?;
+    let mut files = vec![(model_path.clone(), model.as_bytes()), (page_path.clone(), page.as_bytes())];
     let picture =
-        write.picture.as_ref().map(|path| Ok::<_, Error>((path, picture_svg(account)?))).transpose()?;
-    let mut files =
-        vec![(folder.file("model.json"), model.as_bytes()), (folder.file("report.html"), report.as_bytes())];
+        write.picture.as_ref().map(|path| Ok::<_, Error>((path, picture_svg(report)?))).transpose()?;
     if let Some((path, picture)) = &picture {
         files.push(((*path).clone(), picture.as_bytes()));
     }
     write_all(&files)?;
     if write.json {
-        return print(&(serde_json::to_string(&summary(account, &files[0].0))? + "\n"));
+        return print(&(serde_json::to_string(&summary(report, &model_path))? + "\n"));
     }
-    print(&summary_text(account, &files[0].0, &files[1].0))
+    print(&summary_text(report, &model_path, &page_path))
 }
 
-/// The account without its traces, for programs.
-fn summary(account: &IdentificationReport, model: &std::path::Path) -> serde_json::Value {
+/// The report without its traces, for `--json`.
+fn summary(report: &IdentificationReport, model: &Path) -> serde_json::Value {
     serde_json::json!({
         "model": model.display().to_string(),
-        "chosen": account.chosen,
-        "candidates": account.candidates,
-        "influence": account.influence,
-        "classical": account.classical,
-        "logs": account.logs,
-        "question": account.question,
-        "warnings": account.warnings,
-        "advice": account.recommendations,
-        "seed": account.seed,
+        "chosen": report.chosen,
+        "candidates": report.candidates,
+        "influence": report.influence,
+        "classical": report.classical,
+        "logs": report.logs,
+        "question": report.question,
+        "warnings": report.warnings,
+        "advice": report.recommendations,
+        "seed": report.seed,
     })
 }
 
-/// What a person wants to know at once.
-fn summary_text(account: &IdentificationReport, model: &std::path::Path, report: &std::path::Path) -> String {
+/// The summary for the terminal.
+fn summary_text(report: &IdentificationReport, model: &Path, page: &Path) -> String {
     let mut text = String::new();
-    for log in &account.logs {
+    for log in &report.logs {
         for finding in &log.findings {
             let _ = writeln!(text, "{}: {finding}", log.name);
         }
     }
-    for row in account.influence.iter().filter(|row| row.dropped) {
+    for row in report.influence.iter().filter(|row| row.dropped) {
         let _ = writeln!(text, "{}: {}", row.log, row.remark);
     }
     if !text.is_empty() {
         text.push('\n');
     }
-    let _ = writeln!(
-        text,
-        "Predicting {} on data that the models had not seen. {}\n",
-        bold(&account.far),
-        account.question
-    );
-    let rows: Vec<Vec<String>> = account
+    let _ = writeln!(text, "Cross-validated prediction of {}. {}\n", bold(&report.far), report.question);
+    let rows: Vec<Vec<String>> = report
         .candidates
         .iter()
         .map(|c| {
@@ -121,10 +116,10 @@ fn summary_text(account: &IdentificationReport, model: &std::path::Path, report:
         .collect();
     text += &table(&["", "model", "RMSE", "of range", "Pearson", "in 95 % band"], &rows, 2);
     text.push('\n');
-    for warning in &account.warnings {
+    for warning in &report.warnings {
         let _ = writeln!(text, "Note: {warning}");
     }
-    let _ = writeln!(text, "{} {}", account.recommendations[0], account.recommendations[1]);
-    let _ = writeln!(text, "\nwrote {} and {}", model.display(), report.display());
+    let _ = writeln!(text, "{} {}", report.recommendations[0], report.recommendations[1]);
+    let _ = writeln!(text, "\nWritten: {}, {}", model.display(), page.display());
     text
 }

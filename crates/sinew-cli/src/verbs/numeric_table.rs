@@ -1,5 +1,5 @@
-//! Small tables of numbers: named columns in any order, comments and empty lines anywhere; cells between commas,
-//! semicolons or tabs, quoted or not.
+//! Small tables of numbers: named columns in any order, comments and empty lines anywhere; cells between
+//! commas, semicolons or tabs, quoted or not.
 //!
 //! Own reader, because the `csv` crate takes a quote after a blank as text.
 

@@ -24,7 +24,8 @@ pub(crate) fn run(arguments: &PredictArguments) -> Result<(), Error> {
         outside += usize::from(prediction.flags.out_of_range);
     }
     print(&format!(
-        "Written: {rows} predictions of `{}` to {}; state unknown in {unknown}, outside the range of the training data in {outside}\n",
+        "Written: {rows} predictions of `{}` to {}; state unknown in {unknown}, outside the range of the \
+         training data in {outside}\n",
         model.far,
         arguments.out.display()
     ))

@@ -47,8 +47,9 @@ pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {
     }
     let mut text = bench.as_ref().map_or_else(String::new, |part| summary_text(part) + "\n");
     if let Some(part) = &arm {
-        text +=
-            &(track::tracking_table(&part.tracking) + "The paper reports 15.8 mm mean and 39 mm max.\n\n");
+        let tracking::PaperTracking { mean_mm, max_mm, .. } = tracking::PAPER;
+        text += &track::tracking_table(&part.tracking);
+        text += &format!("The paper reports {mean_mm} mm mean and {max_mm} mm max.\n\n");
     }
     print(&format!("{text}Written: {}, {}\n", report.display(), results.display()))
 }
@@ -83,22 +84,26 @@ fn summary_text(part: &BenchPart) -> String {
     for (name, sides) in &results.table1 {
         let (estimate, cycles) = (results.table1_estimate.get(name), results.table1_cycles.get(name));
         let of = |side: fn(&Sides<Indices>) -> &Indices, muscle: &str| {
-            let worst = |indices: Option<&Indices>| {
+            let maximum = |indices: Option<&Indices>| {
                 number(indices.map(|i| i.rmse_n.iter().copied().fold(f64::NAN, f64::max)))
             };
             vec![
                 name.to_string(),
                 muscle.to_owned(),
-                worst(Some(side(sides))),
-                worst(estimate.map(side)),
-                worst(cycles.map(side)),
+                maximum(Some(side(sides))),
+                maximum(estimate.map(side)),
+                maximum(cycles.map(side)),
             ]
         };
         rows.push(of(|s| &s.active, "active"));
         rows.push(of(|s| &s.passive, "passive"));
     }
-    let head = ["SIMULATED bench", "muscle", "achieved, N rms", "estimated", "whole cycles"];
+    let head = ["SIMULATED bench", "muscle", "tracking, N rms", "estimation", "tracking, whole cycles"];
     let mut text = table(&head, &rows, 2);
-    text += "Maxima over the six speeds. The paper reports 1.70 N (active) and 1.23 N (passive) achieved, averaged over the speeds.\n";
+    let [active, passive] = reproduction::paper_mean_rmse();
+    text += &format!(
+        "Maxima over the six speeds. The paper reports tracking errors of {active:.2} N (active) and \
+         {passive:.2} N (passive), averaged over the speeds.\n"
+    );
     text
 }

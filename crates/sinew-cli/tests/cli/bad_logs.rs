@@ -4,7 +4,7 @@ use crate::bench::{BAD_INPUT, Bench, ended, log, with_line};
 
 const IDENTIFY: &str = "identify bad.csv --model cell --out out";
 
-/// `identify` refuses this log and leaves nothing behind.
+/// `identify` refuses this log and writes no file.
 #[track_caller]
 fn refuses(content: impl AsRef<[u8]>, parts: &[&str]) {
     let bench = Bench::new();
@@ -47,7 +47,7 @@ fn one_sample_is_too_few() {
 }
 
 #[test]
-fn nothing_can_be_learned_from_a_constant_far_side() {
+fn a_constant_far_end_cannot_be_identified() {
     let constant = |line: &str| line.rsplit_once(',').unwrap().0.to_owned() + ",42.0\n";
     let mut text: String = log(0.4).lines().skip(1).map(constant).collect();
     text.insert_str(0, "time_s,tension_in_n,tension_out_n\n");
@@ -55,7 +55,7 @@ fn nothing_can_be_learned_from_a_constant_far_side() {
 }
 
 #[test]
-fn nothing_can_be_learned_from_a_constant_near_side() {
+fn a_constant_near_side_cannot_identify() {
     let constant = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         format!("{},7.5,{}\n", cells[0], cells[2])
@@ -79,7 +79,7 @@ fn time_that_runs_backwards_is_answered_with_its_line() {
 }
 
 #[test]
-fn two_logs_with_different_columns_are_told_apart() {
+fn logs_with_different_columns_are_refused_with_both_names() {
     let bench = Bench::new();
     bench.write("bad.csv", log(0.4).replace("tension_in_n", "torque_in_nm"));
     bench.refuses("identify a.csv bad.csv --model cell --out out", &["bad.csv", "a.csv", "`tension_in_n`"]);
@@ -124,7 +124,7 @@ fn options_outside_their_domain_are_named() {
 }
 
 #[test]
-fn a_name_from_a_log_cannot_break_the_line_or_command_the_terminal() {
+fn control_characters_in_a_name_are_escaped() {
     let text = log(0.4).replace("tension_out_n", "\"a\nb\x1b[31m\"");
     refuses(text, &[]);
     let bench = Bench::new();
@@ -138,7 +138,7 @@ fn a_name_from_a_log_cannot_break_the_line_or_command_the_terminal() {
 #[test]
 fn a_file_that_does_not_fit_memory_is_refused_with_its_size() {
     let bench = Bench::new();
-    // Three gigabytes that take no room on the disk.
+    // A sparse file of 3 GB.
     let mut head = vec![b' '; 124];
     head[..19].copy_from_slice(b"MATLAB 5.0 MAT-file");
     head.extend(b"\x00\x01IM");

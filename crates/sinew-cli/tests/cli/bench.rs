@@ -78,7 +78,8 @@ impl Bench {
         outcome
     }
 
-    /// One line of error with all of `parts`, the exit code of bad input, and the folder unchanged to the byte.
+    /// One line of error with all of `parts`, the exit code of bad input, and the folder unchanged to the
+    /// byte.
     #[track_caller]
     pub(crate) fn refuses(&self, arguments: &str, parts: &[&str]) {
         self.ends_with(BAD_INPUT, arguments, parts);

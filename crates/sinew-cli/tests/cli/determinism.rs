@@ -61,8 +61,11 @@ fn the_order_of_columns_changes_nothing() {
 fn a_duplicated_log_is_noticed() {
     let bench = Bench::new();
     bench.write("copy.csv", bench.read("a.csv"));
-    let told = bench.succeeds("identify a.csv b.csv copy.csv --model cell --out out").stdout;
-    assert!(told.lines().any(|line| line.starts_with("a.csv: copy.csv holds the same samples")), "{told}");
+    let summary = bench.succeeds("identify a.csv b.csv copy.csv --model cell --out out").stdout;
+    assert!(
+        summary.lines().any(|line| line.starts_with("a.csv: copy.csv holds the same samples")),
+        "{summary}"
+    );
     // Twice the same log is no more than once: the model is as if it had been given once.
     let once = model(&bench, "a.csv b.csv --model cell", "once");
     assert_eq!(bench.read("out/model.json"), once);

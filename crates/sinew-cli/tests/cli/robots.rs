@@ -149,7 +149,7 @@ fn the_page_draws_cables_along_arcs_and_holds_every_joint() {
 }
 
 #[test]
-fn a_fault_is_asked_for_by_name_and_reported_with_its_time() {
+fn a_fault_is_injected_by_name_and_reported_with_its_time() {
     let bench = Bench::new();
     let short = "track --duration 6 --repeats 1";
     let run = bench.run(&format!(
@@ -164,7 +164,7 @@ fn a_fault_is_asked_for_by_name_and_reported_with_its_time() {
     ] {
         assert!(run.stdout.contains(words), "{words}: {}", run.stdout);
     }
-    assert!(bench.read("run.html").contains("cable of triceps, stopped"));
+    assert!(bench.read("run.html").contains("cable of triceps, arm stopped"));
     assert_eq!(bench.read("run.csv").lines().count(), 2 + 1200, "recorded to the end");
     for (fault, words) in
         [("cable:biceps@5", "name of a muscle: "), ("joint-encoder:triceps:nan@5", "name of a joint: ")]

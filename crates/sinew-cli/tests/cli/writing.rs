@@ -1,4 +1,4 @@
-//! Results are whole or not there, and what was there before a failure is there after it.
+//! Outputs are complete or absent, and a failed run leaves earlier files unchanged.
 
 use crate::bench::{Bench, Outcome, SYSTEM, ended, log, with_line};
 
@@ -26,7 +26,7 @@ fn a_failed_second_run_leaves_the_first_result_unharmed() {
 #[test]
 fn a_folder_that_cannot_be_created_is_a_failure_of_the_system() {
     let bench = Bench::with_model();
-    // Permission bits do not bind every user; a file on the way binds all of them.
+    // Permission bits do not restrict root; a file in place of a folder restricts every user.
     bench.fails("identify a.csv --model cell --out a.csv/out", &["a.csv/out", "cannot be written"]);
     bench.fails("identify a.csv --model cell --out a.csv", &["a.csv", "cannot be written"]);
     bench.fails("adapt out/model.json a.csv --out a.csv/out", &["a.csv/out", "cannot be written"]);
@@ -126,7 +126,8 @@ fn a_full_disk_loses_nothing_that_was_there() {
     }
 }
 
-/// Sends Ctrl-C to `identify` while it works on a long job, with results in `out` already where `old` says so.
+/// Sends Ctrl-C to `identify` while it works on a long job, with results in `out` already where `old` says
+/// so.
 #[cfg(unix)]
 fn interrupted(bench: &Bench, out: &str) -> Outcome {
     use std::process::Stdio;
@@ -139,7 +140,7 @@ fn interrupted(bench: &Bench, out: &str) -> Outcome {
     let already = bench.path(out).exists();
     let mut command = bench.command(&slow);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // Once the folder is there, Ctrl-C is caught; where it was there before, a moment must do.
+    // The handler is installed before the folder is created; where the folder existed before, wait a moment.
     let start = Instant::now();
     while !bench.path(out).exists() && start.elapsed() < Duration::from_secs(20) {
         std::thread::sleep(Duration::from_millis(1));
@@ -159,7 +160,7 @@ fn ctrl_c_leaves_nothing_half_written() {
     let outcome = interrupted(&bench, "new/out");
     assert_eq!(outcome.code, Some(130), "{}", outcome.stderr);
     assert!(outcome.stderr.contains("interrupted") && outcome.stdout.is_empty(), "{}", outcome.stderr);
-    assert!(!bench.path("new").exists(), "folders made for nothing are removed");
+    assert!(!bench.path("new").exists(), "created folders are removed");
 }
 
 #[cfg(unix)]

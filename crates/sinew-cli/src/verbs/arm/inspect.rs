@@ -112,14 +112,17 @@ fn json(loaded: &Loaded, survey: &Survey) -> serde_json::Value {
         .joints
         .iter()
         .enumerate()
-        .map(|(i, joint)| serde_json::json!({"name": display_name("joint", &joint.name, i), "kind": kind(joint.kind), "range": joint.range}))
+        .map(|(i, joint)| {
+            let name = display_name("joint", &joint.name, i);
+            serde_json::json!({"name": name, "kind": kind(joint.kind), "range": joint.range})
+        })
         .collect();
     let muscles: Vec<_> = survey
         .muscles
         .iter()
         .map(|m| {
-            serde_json::json!({"name": m.name, "length_m": m.length_m, "travel_m": m.travel_m(), "length_range_m": m.lengths_m,
-                "strongest_joint": m.strongest, "moment_arm_range_m": m.arm_m, "wrap_range_rad": m.wrap_rad})
+            serde_json::json!({"name": m.name, "length_m": m.length_m, "travel_m": m.travel_m(),
+                "length_range_m": m.lengths_m, "strongest_joint": m.strongest, "moment_arm_range_m": m.arm_m, "wrap_range_rad": m.wrap_rad})
         })
         .collect();
     let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();

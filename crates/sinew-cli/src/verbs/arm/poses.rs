@@ -147,8 +147,8 @@ fn normalise_quaternions(line: usize, robot: &Robot, q: &mut [f64]) -> Result<()
     Ok(())
 }
 
-/// Sets the coordinates of coupled joints without a column; a chain of couplings is resolved after as many passes as
-/// it has links.
+/// Sets the coordinates of coupled joints without a column; a chain of couplings is resolved after as many
+/// passes as it has links.
 pub(super) fn apply_couplings(robot: &Robot, given: &[usize], q: &mut [f64]) {
     let parts = robot.parts();
     for _ in 0..parts.couplings.len() {

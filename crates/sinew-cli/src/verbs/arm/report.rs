@@ -32,8 +32,8 @@ pub(super) fn page(robot: &Robot, survey: &Survey) -> Result<String, Error> {
             ])
         })
         .collect();
-    let data = serde_json::json!({"name": robot.parts().name, "mass_kg": robot.moving_mass(), "muscles": muscles,
-        "curves": curves(robot)?, "view": view_data(robot)?});
+    let data = serde_json::json!({"name": robot.parts().name, "mass_kg": robot.moving_mass(),
+        "muscles": muscles, "curves": curves(robot)?, "view": view_data(robot)?});
     // `<` could close the script element.
     let data = serde_json::to_string(&data)?.replace('<', "\\u003c");
     Ok(PAGE.replace("/*DATA*/null", &data))

@@ -1,4 +1,5 @@
-//! Data of the page's three-dimensional view: bones, cable paths and wrapping surfaces in every pose that can be shown.
+//! Data of the page's three-dimensional view: bones, cable paths and wrapping surfaces in every pose that can
+//! be shown.
 
 use super::model::display_name;
 use super::poses::apply_couplings;
@@ -23,7 +24,8 @@ struct SceneEvaluator<'a> {
     frames: Poses,
 }
 
-/// One pose: lines between bodies, branches of each cable, surfaces as center, axis and radius (no axis: a sphere).
+/// One pose: lines between bodies, branches of each cable, surfaces as center, axis and radius (no axis: a
+/// sphere).
 #[derive(PartialEq)]
 struct Scene {
     bones: Vec<[[f64; 3]; 2]>,

@@ -9,7 +9,7 @@ use crate::arguments::{PathArgument, TrackArguments};
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
 use crate::progress::Progress;
-use crate::report::tracking::{TrackView, page};
+use crate::report::tracking::{TrackView, page, response};
 use crate::table::{number, table};
 use setup::Setup;
 use sinew_lab::CompensationVariant;
@@ -71,7 +71,8 @@ fn files(
         let trace: Vec<_> = result.trace.iter().step_by(step).cloned().collect();
         let view = TrackView {
             heading: "Errors".to_owned(),
-            lead: "The simulated arm deviates from the controller's model; each cable was calibrated in a run of its own."
+            lead: "The simulated arm deviates from the controller's model; each cable was calibrated in a \
+             run of its own."
                 .to_owned(),
             tracking: &BTreeMap::from([(setup.variant, result.numbers.clone())]),
             trace: &trace,
@@ -118,14 +119,17 @@ fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> St
         let [mean, max] = [e.mean, e.max].map(|m| number(Some(1e3 * m)));
         let [offsets, tension] = [1e3 * hold.unseen_error_m, hold.tension_unrest_n].map(|x| number(Some(x)));
         text += &format!(
-            "Final rest: end point error {mean} mm mean, {max} mm max, of which {offsets} mm from the joint encoders' \
-             offsets; anchor tensions vary by {tension} N rms\n"
+            "Final rest: end point error {mean} mm mean, {max} mm max, of which {offsets} mm from the joint \
+             encoders' offsets; anchor tensions vary by {tension} N rms\n"
         );
     }
     for incident in tracking.values().flat_map(|numbers| &numbers.incidents) {
         text += &format!(
             "{:.3} to {:.3} s: {}, {}\n",
-            incident.from_s, incident.until_s, incident.what, incident.answer
+            incident.from_s,
+            incident.until_s,
+            incident.what,
+            response(incident)
         );
     }
     text
@@ -160,7 +164,8 @@ pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNu
     if let Some(offsets) = tracking.values().map(|n| n.unseen_error_m).next() {
         let [mean, max] = [offsets.mean, offsets.max].map(|m| number(Some(1e3 * m)));
         text += &format!(
-            "The joint encoders' offsets alone account for an end point error of {mean} mm mean, {max} mm max.\n"
+            "The joint encoders' zero offsets alone account for an end point error of {mean} mm mean, {max} \
+             mm max.\n"
         );
     }
     text

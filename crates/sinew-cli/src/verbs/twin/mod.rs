@@ -32,14 +32,15 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
     if let Some(path) = &arguments.picture {
         files.push((
             path.clone(),
-            cable::draw(&frames, "One cable, motion of both ends prescribed", &cable::PAPER).into_bytes(),
+            cable::draw(&frames, "One cable, motion of both ends prescribed", &cable::STANDALONE)
+                .into_bytes(),
         ));
     }
     let borrowed: Vec<_> = files.iter().map(|(path, bytes)| (path.clone(), bytes.as_slice())).collect();
     write_all(&borrowed)?;
     let names: Vec<_> = files.iter().map(|(path, _)| path.display().to_string()).collect();
     print(&format!(
-        "SIMULATED cable, {:.1} s: near tension up to {:.1} N, far tension up to {:.1} N.{broken}\nWritten: {}\n",
+        "SIMULATED cable, {:.1} s: max. near tension {:.1} N, max. far tension {:.1} N.{broken}\nWritten: {}\n",
         scenario.duration(),
         most[0],
         most[1],
@@ -62,7 +63,8 @@ fn simulate(
     let mut cable = CablePlant::new(specimen, Resolution { cells: 32, substeps: 4 })?;
     cable.settle(start, Sliding::TowardMotor)?;
     let mut log = String::from(
-        "# SIMULATED by sinew twin cable\ntime_s,position_in_m,anchor_m,tension_in_n,tension_out_n,elongation_m\n",
+        "# SIMULATED by sinew twin cable\n\
+         time_s,position_in_m,anchor_m,tension_in_n,tension_out_n,elongation_m\n",
     );
     let (mut frames, mut most) = (Vec::new(), [0.0_f64; 2]);
     #[expect(
@@ -96,9 +98,9 @@ fn simulate(
             });
         }
         if let Some(broken) = reading.broken {
-            let told = format!("the cable broke at {time:.3} s under {:.1} N", broken.tension);
-            let _ = writeln!(log, "# {told}");
-            return Ok((log, frames, most, format!(" At the end {told}.")));
+            let end = format!("the cable broke at {time:.3} s under {:.1} N", broken.tension);
+            let _ = writeln!(log, "# {end}");
+            return Ok((log, frames, most, format!(" At the end {end}.")));
         }
     }
     Ok((log, frames, most, String::new()))

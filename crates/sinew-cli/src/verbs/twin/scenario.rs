@@ -12,7 +12,8 @@ pub(super) struct Scenario {
 const COLUMNS: [&str; 3] = ["time_s", "motor_m", "anchor_m"];
 /// Longest scenario, s.
 const MAX_DURATION_S: f64 = 3600.0;
-/// Largest speed of an end, m/s: beyond it the cable's law is not integrated accurately with the step of the log.
+/// Largest speed of an end, m/s: beyond it the cable's law is not integrated accurately with the step of the
+/// log.
 const MAX_SPEED_M_PER_S: f64 = 5.0;
 
 impl Scenario {
@@ -24,7 +25,8 @@ impl Scenario {
         Self { corners: corners.map(|(time, motor)| corner(time, motor)).to_vec() }
     }
 
-    /// Two strokes of different amplitude, the anchor fixed; slow enough that each slip front is resolved, never slack.
+    /// Two strokes of different amplitude, the anchor fixed; slow enough that each slip front is resolved,
+    /// never slack.
     pub(super) fn two_strokes() -> Self {
         let corners = [(0.0, 0.0), (2.0, 0.06), (5.0, -0.03), (8.0, 0.06), (10.0, 0.0), (12.0, 0.06)];
         Self { corners: corners.map(|(time, motor)| [time, motor, 0.0]).to_vec() }
@@ -89,7 +91,8 @@ mod tests {
     #[test]
     fn positions_are_linear_between_corners() {
         let scenario = read("# my cable\nmotor_m,time_s,anchor_m\n0,0,0\n0.1,2,-0.02\n").unwrap();
-        let near = |at: [f64; 2], wanted: [f64; 2]| at.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-15);
+        let near =
+            |at: [f64; 2], expected: [f64; 2]| at.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15);
         assert!(near(scenario.at(1.0), [0.05, -0.01]) && near(scenario.at(9.0), [0.1, -0.02]));
         assert!((scenario.duration() - 2.0).abs() < 1e-15);
     }

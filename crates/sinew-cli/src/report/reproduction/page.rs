@@ -1,0 +1,132 @@
+//! The page: everything that its template shows.
+
+use super::differences::differences;
+use super::plots::{scatters, strokes};
+use super::tables::{ElongationRow, Row, Table, beyond, elongation, others, table1, tables23};
+use super::verdict::{arm_verdict, figures, verdict};
+use crate::report::error::Error;
+use crate::report::format::fixed;
+use crate::report::plot::Plot;
+use crate::report::tracking::{self, TrackView};
+use askama::Template;
+use sinew_lab::CompensationVariant;
+use sinew_lab::paper::{self, SPEEDS};
+use sinew_lab::reproduce::{ArmPart, BenchPart};
+
+#[derive(Template)]
+#[template(path = "reproduce.html")]
+struct Page<'a> {
+    version: &'static str,
+    style: &'static str,
+    script: &'static str,
+    seed: u64,
+    quick: bool,
+    verdict: String,
+    figures: Vec<(&'static str, String, bool)>,
+    speeds: Vec<String>,
+    table1: Vec<Table>,
+    uncompensated: String,
+    figure7: Vec<Plot>,
+    figure8: Vec<Plot>,
+    mechanism: String,
+    tables23: Vec<Table>,
+    beyond: String,
+    figure9: Vec<Plot>,
+    /// Picture of one cable.
+    cable: &'a str,
+    elongation: Vec<ElongationRow>,
+    stretch_range: String,
+    others: Vec<Row>,
+    /// The arm's sections as HTML; empty without the arm.
+    arm: String,
+    differences: Vec<String>,
+    disagreements: Vec<&'static str>,
+}
+
+/// The whole page, with the arm's sections where the arm was part of the run.
+pub(crate) fn render(
+    part: &BenchPart,
+    arm: Option<&ArmPart>,
+    cable: &str,
+    quick: bool,
+) -> Result<String, Error> {
+    let results = &part.results;
+    let [rms, largest] = part.mechanism.differences();
+    let page = Page {
+        version: env!("CARGO_PKG_VERSION"),
+        style: include_str!("../../../assets/report.css"),
+        script: include_str!("../../../assets/report.js"),
+        seed: results.seed,
+        quick,
+        verdict: verdict(results) + &arm.map_or_else(String::new, arm_verdict),
+        arm: arm.map(arm_sections).transpose()?.unwrap_or_default(),
+        figures: figures(results, rms),
+        speeds: SPEEDS.map(|v| fixed(v, 2)).to_vec(),
+        table1: table1(results),
+        uncompensated: format!(
+            "Without compensation, while the pulling end varies between 40 and 200 N, the mean difference \
+             between the tensions of the two ends is {} N (active) and {} N (passive); the paper reports {} \
+             and {} N.",
+            fixed(results.uncompensated_mean_error_n.active, 1),
+            fixed(results.uncompensated_mean_error_n.passive, 1),
+            fixed(paper::UNCOMPENSATED_N[0], 1),
+            fixed(paper::UNCOMPENSATED_N[1], 1)
+        ),
+        figure7: [1, 5]
+            .into_iter()
+            .filter_map(|speed| strokes(part, CompensationVariant::None, speed, true))
+            .collect(),
+        figure8: [0, 2, 5]
+            .into_iter()
+            .flat_map(|speed| {
+                [CompensationVariant::Paper, CompensationVariant::Observer].map(|variant| (variant, speed))
+            })
+            .filter_map(|(variant, speed)| strokes(part, variant, speed, false))
+            .collect(),
+        mechanism: format!(
+            "Means over the steady windows of the calibration runs. The 24 means of the simulation deviate \
+             from the paper’s by {} % rms and {} % max.",
+            fixed(100.0 * rms, 1),
+            fixed(100.0 * largest, 1)
+        ),
+        tables23: tables23(part),
+        beyond: beyond(part),
+        figure9: scatters(part),
+        cable,
+        elongation: elongation(results),
+        stretch_range: fixed(results.elongation_mm.range, 0),
+        others: others(results),
+        differences: differences(part, arm),
+        disagreements: paper::DISAGREEMENTS.to_vec(),
+    };
+    Ok(page.render()?)
+}
+
+/// The arm's results as a section.
+pub(crate) fn arm_view(part: &ArmPart) -> TrackView<'_> {
+    let seconds = fixed(part.options.duration, 1);
+    TrackView {
+        heading: "Tracking with the arm".to_owned(),
+        lead: format!(
+            "{} muscles, two periods of a sine-shaped path in {seconds} s, {} with the observer, once {}. \
+             The simulated arm deviates from the controller’s model in masses, attachments, friction and \
+             sensor offsets; each cable is calibrated in a run of its own.",
+            part.muscles.len(),
+            match part.options.repeats {
+                1 => "once".to_owned(),
+                n => format!("{n} times"),
+            },
+            if part.options.all { "with every other variant" } else { "without compensation" }
+        ),
+        tracking: &part.tracking,
+        trace: &part.trace,
+        drawn: CompensationVariant::Observer,
+        names: &part.muscles,
+        repeats: part.options.repeats,
+        paper: true,
+    }
+}
+
+fn arm_sections(part: &ArmPart) -> Result<String, Error> {
+    tracking::section(&arm_view(part))
+}

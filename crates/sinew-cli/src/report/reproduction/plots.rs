@@ -1,0 +1,64 @@
+//! Figures 7 to 10.
+
+use super::indices::MUSCLES;
+use crate::report::format::fixed;
+use crate::report::plot::Plot;
+use crate::report::scale::{Axis, padded};
+use crate::report::svg_path::{Pen, line};
+use crate::report::variants::label;
+use sinew_lab::CompensationVariant;
+use sinew_lab::paper::SPEEDS;
+use sinew_lab::reproduce::{BenchPart, Point, Trace};
+
+/// One cycle of a variant at a speed.
+pub(super) fn strokes(
+    part: &BenchPart,
+    variant: CompensationVariant,
+    speed: usize,
+    near: bool,
+) -> Option<Plot> {
+    let trace: &Trace = part.traces.iter().find(|trace| trace.variant == variant && trace.speed == speed)?;
+    let rows: Vec<_> = trace.rows.iter().filter(|row| row.time > 3.0).collect();
+    let (first, last) = (rows.first()?.time, rows.last()?.time);
+    let most = rows.iter().map(|row| row.far.max(row.wanted)).fold(220.0, f64::max);
+    let (x, y) = (Axis::new((first, last), 5), Axis::new(padded((0.0, most.min(700.0)), 0.03), 5));
+    let title = format!("{}, {} m/s", label(variant), fixed(SPEEDS[speed], 2));
+    let mut plot =
+        Plot::new("trace", title.clone(), (&x, "time (s)".to_owned()), (&y, format!("{title}: tension (N)")));
+    plot.draw("measured", line(rows.iter().map(|row| (row.time, row.wanted)), &x, &y));
+    if near {
+        plot.draw("near", line(rows.iter().map(|row| (row.time, row.near)), &x, &y));
+    }
+    plot.draw("predicted", line(rows.iter().map(|row| (row.time, row.far)), &x, &y));
+    Some(plot)
+}
+
+/// Figures 9 and 10 at the lowest and the highest speed.
+pub(super) fn scatters(part: &BenchPart) -> Vec<Plot> {
+    let mut plots = Vec::new();
+    for (label, of) in [
+        ("far tension (N)", (|p: &Point| p.far) as fn(&Point) -> f64),
+        ("elongation (mm)", |p: &Point| p.stretch),
+    ] {
+        for (side, muscle) in MUSCLES.into_iter().enumerate() {
+            let both = [&part.mechanism.points[side][0], &part.mechanism.points[side][5]];
+            let most = |of: fn(&Point) -> f64| both.iter().flat_map(|p| p.iter()).map(of).fold(1.0, f64::max);
+            let (x, y) = (
+                Axis::new(padded((0.0, most(|p| p.near)), 0.03), 5),
+                Axis::new(padded((0.0, most(of)), 0.03), 5),
+            );
+            let title = format!("{muscle}: {label}");
+            let mut plot = Plot::new("loop", title.clone(), (&x, "near tension (N)".to_owned()), (&y, title));
+            for (points, class) in both.into_iter().zip(["dots", "dots fast"]) {
+                let mut pen = Pen::default();
+                for point in points {
+                    pen.lift();
+                    pen.line_to(x.at(point.near), y.at(of(point)));
+                }
+                plot.draw(class, pen.finish());
+            }
+            plots.push(plot);
+        }
+    }
+    plots
+}

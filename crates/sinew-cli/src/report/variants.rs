@@ -1,0 +1,16 @@
+//! Short names of the compensation variants in tables and plots.
+
+use sinew_lab::CompensationVariant;
+
+pub(super) fn label(variant: CompensationVariant) -> &'static str {
+    match variant {
+        CompensationVariant::None => "no compensation",
+        CompensationVariant::Capstan => "static capstan",
+        CompensationVariant::Paper => "the paper’s network",
+        CompensationVariant::NoObserver => "encoders, no observer",
+        CompensationVariant::NoDisturbanceObserver => "observer, no disturbance observer",
+        CompensationVariant::Observer => "observer",
+        CompensationVariant::ObserverNetwork => "observer and network",
+        CompensationVariant::Perfect => "true cable state",
+    }
+}
