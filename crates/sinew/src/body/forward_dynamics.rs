@@ -1,40 +1,27 @@
+use super::link::{Inertia, Link};
+use super::link_state::ArticulatedBody;
 use super::parts::JointKind;
 use super::robot::Robot;
 use super::scratch::Scratch;
-use super::tree::{Inertia, Link};
 use super::vector::{
     Frame, IDENTITY, Vector, add, add_scaled, compose, cross, dot, rotate, scale, sub, symmetric, transpose,
     unrotate,
 };
 use crate::error::{Error, check_entries, check_length};
 
-/// What a link and everything it carries resists with, seen at its origin: moment and force are
-/// `angular turn + coupling shift + moment` and `coupling^T turn + linear shift + force`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Articulated {
-    angular: Frame,
-    coupling: Frame,
-    linear: Frame,
-    moment: Vector,
-    force: Vector,
-    /// Acceleration that velocities alone give, spatial: turn and shift.
-    drift: (Vector, Vector),
-    acceleration: (Vector, Vector),
-}
-
-impl Articulated {
-    fn rigid(body: &Inertia, omega: Vector, velocity: Vector) -> Articulated {
+impl ArticulatedBody {
+    fn rigid(body: &Inertia, omega: Vector, velocity: Vector) -> ArticulatedBody {
         let column = |axis| symmetric(&body.about_origin, axis);
         let coupling = IDENTITY.map(|axis| cross(body.moment, axis));
         let momentum = add_scaled(cross(omega, body.moment), body.mass, velocity);
         let spin = add(symmetric(&body.about_origin, omega), cross(body.moment, velocity));
-        Articulated {
+        ArticulatedBody {
             angular: IDENTITY.map(column),
             coupling,
             linear: IDENTITY.map(|axis| scale(body.mass, axis)),
             moment: add(cross(omega, spin), cross(velocity, momentum)),
             force: cross(omega, momentum),
-            ..Articulated::default()
+            ..ArticulatedBody::default()
         }
     }
 
@@ -55,7 +42,7 @@ impl Articulated {
     }
 
     /// Adds what a child resists with.
-    fn carry(&mut self, child: &Articulated, axes: &Frame, origin: Vector) {
+    fn carry(&mut self, child: &ArticulatedBody, axes: &Frame, origin: Vector) {
         let (moment, force) = child.times(child.drift.0, child.drift.1);
         let force = rotate(axes, add(child.force, force));
         let moment = rotate(axes, add(child.moment, moment));
@@ -113,7 +100,7 @@ impl Robot {
         self.velocities(q, v, scratch);
         for (index, link) in links.iter().enumerate().skip(1) {
             let moving = &scratch.links[index];
-            let mut own = Articulated::rigid(&link.inertia, moving.omega, moving.velocity);
+            let mut own = ArticulatedBody::rigid(&link.inertia, moving.omega, moving.velocity);
             own.drift = drift(link, &moving.axes, moving.omega, moving.velocity, v);
             scratch.articulated[index] = own;
         }

@@ -1,34 +1,16 @@
 use super::kinematics::orientation;
+use super::link::Link;
+use super::link_state::{LinkMotion, Wrench};
 use super::lumped::{Stage, axes_of, set_axes};
 use super::parts::JointKind;
 use super::robot::Robot;
 use super::scratch::Scratch;
-use super::tree::{Link, Tree};
+use super::tree::Tree;
 use super::vector::{
     Frame, Vector, add, add_scaled, compose, cross, dot, rotate, scale, turn_about_z, unrotate,
 };
 use crate::dispatch::{Arithmetic, InstructionSet, Plain, Work};
 use crate::error::{Error, check_entries, check_length};
-
-/// Motion of a link in its own frame: places in it accelerate, against free fall, by `a + U r`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Motion {
-    /// Angular velocity.
-    omega: Vector,
-    /// Angular acceleration.
-    alpha: Vector,
-    /// Acceleration of the origin.
-    a: Vector,
-    /// `U = [alpha] + [omega]^2`, row by row.
-    field: Frame,
-}
-
-/// Moment about the origin and force on a link, in its frame.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Wrench {
-    moment: Vector,
-    force: Vector,
-}
 
 impl Link {
     /// Axes and origin in the parent's frame.
@@ -208,7 +190,7 @@ impl Passes<'_> {
         let Scratch { turned, motions, wrenches, .. } = &mut *self.scratch;
         for run in runs {
             let mut motion = if run.parent == 0 {
-                Motion { a: self.ground, ..Motion::default() }
+                LinkMotion { a: self.ground, ..LinkMotion::default() }
             } else {
                 motions[run.parent]
             };
@@ -308,9 +290,16 @@ fn field<A: Arithmetic>(by: A, [x, y, z]: Vector, [a, b, c]: Vector) -> Frame {
     ]
 }
 
-/// Motion of a link behind a hinge from its parent's.
+/// LinkMotion of a link behind a hinge from its parent's.
 #[inline(always)]
-fn behind_hinge<A: Arithmetic>(by: A, parent: &Motion, axes: &Frame, r: Vector, v: f64, a: f64) -> Motion {
+fn behind_hinge<A: Arithmetic>(
+    by: A,
+    parent: &LinkMotion,
+    axes: &Frame,
+    r: Vector,
+    v: f64,
+    a: f64,
+) -> LinkMotion {
     let [x, y, z] = *axes;
     // Sums begin with what is there first: no link waits longer for its parent than one product takes.
     let (wx, wy) = (product(by, x, parent.omega), product(by, y, parent.omega));
@@ -321,11 +310,18 @@ fn behind_hinge<A: Arithmetic>(by: A, parent: &Motion, axes: &Frame, r: Vector, 
         product_onto(by, a, z, parent.alpha),
     ];
     let a = rows_by(by, axes, add(parent.a, rows_by(by, &parent.field, r)));
-    Motion { omega, alpha, a, field: field(by, omega, alpha) }
+    LinkMotion { omega, alpha, a, field: field(by, omega, alpha) }
 }
 
-/// Motion of any link from its parent's.
-fn behind(link: &Link, parent: &Motion, axes: &Frame, origin: Vector, v: &[f64], a: &[f64]) -> Motion {
+/// LinkMotion of any link from its parent's.
+fn behind(
+    link: &Link,
+    parent: &LinkMotion,
+    axes: &Frame,
+    origin: Vector,
+    v: &[f64],
+    a: &[f64],
+) -> LinkMotion {
     let at = |place: Vector| add(parent.a, rows_by(Plain, &parent.field, place));
     let (omega, alpha) = (unrotate(axes, parent.omega), unrotate(axes, parent.alpha));
     let carried = unrotate(axes, at(origin));
@@ -343,12 +339,12 @@ fn behind(link: &Link, parent: &Motion, axes: &Frame, origin: Vector, v: &[f64],
             ([v[3], v[4], v[5]], [a[3], a[4], a[5]], unrotate(axes, fall))
         }
     };
-    Motion { omega, alpha, a, field: field(Plain, omega, alpha) }
+    LinkMotion { omega, alpha, a, field: field(Plain, omega, alpha) }
 }
 
 /// Moment and force that the motion asks for, with first moments `h` and second moments `s` of the mass:
 /// the sums over it of `r x (a + U r)` and of `a + U r`.
-fn full_wrench(stage: &Stage, Motion { a, field: [x, y, z], .. }: &Motion) -> Wrench {
+fn full_wrench(stage: &Stage, LinkMotion { a, field: [x, y, z], .. }: &LinkMotion) -> Wrench {
     let h = stage.moment;
     let [sxx, syy, szz, sxy, sxz, syz] = stage.second;
     let rows = [[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]];
@@ -363,7 +359,11 @@ fn full_wrench(stage: &Stage, Motion { a, field: [x, y, z], .. }: &Motion) -> Wr
 
 /// The same where a hinge's link keeps nothing along its axis.
 #[inline(always)]
-fn flat_wrench<A: Arithmetic>(by: A, stage: &Stage, Motion { a, field: [x, y, z], .. }: &Motion) -> Wrench {
+fn flat_wrench<A: Arithmetic>(
+    by: A,
+    stage: &Stage,
+    LinkMotion { a, field: [x, y, z], .. }: &LinkMotion,
+) -> Wrench {
     let [hx, hy, _] = stage.moment;
     let [sxx, syy, _, sxy, sxz, syz] = stage.second;
     let zy = product(by, *z, [sxy, syy, syz]);

@@ -1,6 +1,6 @@
+use super::link::{Link, LinkFrame};
 use super::parts::JointKind;
 use super::robot::Robot;
-use super::tree::{Link, Place};
 use super::vector::{
     Frame, IDENTITY, Vector, add, add_scaled, compose, cross, frame_of, rotate, turn_about_z, unit_quaternion,
 };
@@ -76,7 +76,7 @@ impl Poses {
     }
 
     #[inline]
-    pub(crate) fn of(&self, place: &Place) -> Pose {
+    pub(crate) fn of(&self, place: &LinkFrame) -> Pose {
         self.links[place.link].inner(&place.axes, place.origin)
     }
 

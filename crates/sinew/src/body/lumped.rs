@@ -1,8 +1,8 @@
 //! A robot as inverse dynamics needs it: what a hinge cannot feel of its own belongs to what carries it, and
 //! hinges are turned four at a time.
 
+use super::link::{Inertia, Link};
 use super::parts::JointKind;
-use super::tree::{Inertia, Link};
 use super::vector::{Frame, IDENTITY, Vector, add, add_scaled, rotate, scale};
 use crate::math::sincos_all;
 use alloc::vec::Vec;

@@ -1,7 +1,7 @@
+use super::link::{Inertia, Link};
 use super::parts::JointKind;
 use super::robot::Robot;
 use super::scratch::Scratch;
-use super::tree::{Inertia, Link};
 use super::vector::{
     Frame, IDENTITY, Vector, add, add_scaled, cross, dot, point_inertia, rotate, rotate_symmetric, symmetric,
     unrotate,

@@ -12,13 +12,15 @@ mod forward_dynamics;
 mod integrate;
 mod inverse_dynamics;
 mod kinematics;
+pub(crate) mod link;
+mod link_state;
 mod lumped;
 mod mass_matrix;
 mod part_error;
 mod parts;
 mod robot;
 mod scratch;
-pub(crate) mod tree;
+mod tree;
 pub(crate) mod vector;
 
 pub use chain::{DhRow, DhTable};

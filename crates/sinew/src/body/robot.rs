@@ -1,7 +1,8 @@
 use super::check::check;
+use super::link::{Link, LinkFrame};
 use super::part_error::PartError;
 use super::parts::{Body, JointKind, Parts};
-use super::tree::{Link, Place, Tree};
+use super::tree::Tree;
 use super::vector::{add_scaled, frame_of, point_inertia, scale, sub};
 use crate::error::{Error, check_entries, non_negative};
 use alloc::vec;
@@ -153,13 +154,13 @@ impl Robot {
     }
 
     /// Where a site's frame stands, on its link.
-    pub(crate) fn site_place(&self, site: usize) -> Place {
+    pub(crate) fn site_place(&self, site: usize) -> LinkFrame {
         let site = &self.parts.sites[site];
         self.tree.bodies[site.body].inner(site.position, &frame_of(site.orientation))
     }
 
     /// Where a wrap's frame stands, on its link.
-    pub(crate) fn wrap_place(&self, wrap: usize) -> Place {
+    pub(crate) fn wrap_place(&self, wrap: usize) -> LinkFrame {
         let wrap = &self.parts.wraps[wrap];
         self.tree.bodies[wrap.body].inner(wrap.position, &frame_of(wrap.orientation))
     }

@@ -1,6 +1,6 @@
 //! Ways of cables, made ready: what each touches, and which joints it crosses.
 
-use crate::body::tree::{Link, Place};
+use crate::body::link::{Link, LinkFrame};
 use crate::body::vector::Vector;
 use crate::body::{PathElement, Robot, TendonPath, WrapKind};
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -55,7 +55,7 @@ pub(super) struct Anchor {
 pub(super) struct Surface {
     pub(super) kind: WrapKind,
     pub(super) radius: f64,
-    pub(super) place: Place,
+    pub(super) place: LinkFrame,
 }
 
 /// One cable.

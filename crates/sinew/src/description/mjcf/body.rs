@@ -1,9 +1,12 @@
 //! The tree of bodies: joints, inertias, sites and geoms, in MuJoCo's order.
 
 use super::compiler::InertiaFrom;
-use super::geom::{self, HERE, Place, Solid, Weight};
-use super::import::Import;
+use super::geom;
+use super::import_state::Import;
 use super::inertia::{self, Inertia};
+use super::place::{HERE, Place, place};
+use super::ranges::{limits, linear};
+use super::solid::{Solid, Weight};
 use crate::body::{Body, Joint, JointKind, Site};
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
@@ -73,7 +76,7 @@ fn body(import: &mut Import<'_>, seen: Seen<'_>, parent: usize) -> Result<usize,
         return Err(at.error("name", "is `world`, which is the name of the world"));
     }
     let name = import.name_as("body", at, index)?.unwrap_or_default();
-    let place = seen.frame.of(geom::place(at, &import.compiler)?);
+    let place = seen.frame.of(place(at, &import.compiler)?);
     import.parts.bodies.push(Body {
         name,
         parent,
@@ -109,7 +112,7 @@ fn contents<'a>(
                 if let Some(class) = at.text("childclass") {
                     import.defaults.class(tree, element, "childclass", class)?;
                 }
-                let frame = frame.of(geom::place(at, &import.compiler)?);
+                let frame = frame.of(place(at, &import.compiler)?);
                 open.extend(within(element, frame, at.text("childclass").or(class)));
             }
             "joint" | "freejoint" => joint(import, seen, body)?,
@@ -181,7 +184,7 @@ fn explicit(import: &Import<'_>, element: usize) -> Result<Inertia, DescriptionE
     let mass = at.not_negative("mass")?;
     let full = at.array::<6>("fullinertia")?;
     let diagonal = at.array::<3>("diaginertia")?;
-    let place = geom::place(at, &import.compiler)?;
+    let place = place(at, &import.compiler)?;
     let tensor = match (full, diagonal) {
         (Some(_), Some(_)) => {
             return Err(at.error("fullinertia", "stands beside `diaginertia`: expected one of them"));
@@ -219,7 +222,7 @@ fn bounded(import: &Import<'_>, at: usize, given: Inertia) -> Result<Inertia, De
 fn site(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), DescriptionError> {
     let at = import.attributes(seen.element, seen.class)?;
     let name = import.name_as("site", at, import.parts.sites.len())?.unwrap_or_default();
-    let mut inner = geom::place(at, &import.compiler)?;
+    let mut inner = place(at, &import.compiler)?;
     if let Some([a, b, c, d, e, f]) = at.array::<6>("fromto")? {
         inner.position = [(a + d) / 2.0, (b + e) / 2.0, (c + f) / 2.0];
         let axis = turn::unit([a - d, b - e, c - f]);
@@ -282,47 +285,4 @@ fn joint(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), Des
     };
     import.parts.joints.push(joint);
     Ok(())
-}
-
-/// A stiffness or damping; of a polynomial only its linear term is read.
-pub(super) fn linear(
-    import: &mut Import<'_>,
-    at: Attributes<'_>,
-    name: &'static str,
-) -> Result<f64, DescriptionError> {
-    let own = at.list(name, 1, 8)?.unwrap_or_default();
-    let inherited = at.given.and_then(|given| given.get(name));
-    let rest = inherited.into_iter().flat_map(|text| text.split_ascii_whitespace().skip(own.len().max(1)));
-    if own.iter().skip(1).any(|x| *x != 0.0) || rest.into_iter().any(|word| word.parse() != Ok(0.0)) {
-        let tag = at.tree.elements[at.element].name.as_str();
-        let what = format!("`{name}` of a <{tag}> is a polynomial, all but its linear term is left out");
-        import.pass_over(at.element, &format!("{tag} {name} polynomial"), &what);
-    }
-    match own.first().copied().unwrap_or(0.0) {
-        value if value < 0.0 => Err(at.error(name, format!("is {value}: expected a number >= 0"))),
-        value => Ok(value),
-    }
-}
-
-/// A range that holds: said so, or given at all when limits are automatic.
-pub(super) fn limits(
-    at: Attributes<'_>,
-    auto: bool,
-    limited: &str,
-    range: &str,
-) -> Result<Option<[f64; 2]>, DescriptionError> {
-    let given = at.array::<2>(range)?;
-    let holds = match at.word(limited, &["false", "true", "auto"])? {
-        Some(0) => false,
-        Some(1) => true,
-        _ => auto && given.is_some_and(|given| given.iter().any(|end| *end != 0.0)),
-    };
-    if !holds {
-        return Ok(None);
-    }
-    let [low, high] = given.unwrap_or_default();
-    if low < high {
-        return Ok(Some([low, high]));
-    }
-    Err(at.error(range, format!("is `{low} {high}`: expected a low end below the high end")))
 }

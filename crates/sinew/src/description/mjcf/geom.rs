@@ -1,9 +1,11 @@
-//! Places and solids: where a thing stands in its body, and what mass it carries.
+//! Geoms: wrapping surfaces of cables, and mass of bodies.
 
 use super::compiler::Compiler;
-use super::import::{Import, Surface};
+use super::import_state::{Import, Surface};
 use super::inertia::diagonal;
+use super::place::{Place, place};
 use super::shell;
+use super::solid::{Solid, TYPES, Weight};
 use crate::body::WrapKind;
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
@@ -11,96 +13,6 @@ use crate::description::orientation as turn;
 use alloc::format;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
-
-/// A frame in another.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    pub(super) position: [f64; 3],
-    pub(super) orientation: [f64; 4],
-}
-
-pub(super) const HERE: Place = Place { position: [0.0; 3], orientation: turn::IDENTITY };
-
-impl Place {
-    /// A point of this frame in the outer one.
-    pub(super) fn point(&self, local: [f64; 3]) -> [f64; 3] {
-        let turned = turn::rotate(self.orientation, local);
-        core::array::from_fn(|i| self.position[i] + turned[i])
-    }
-
-    /// A frame within this one, in the outer one.
-    pub(super) fn of(&self, inner: Place) -> Place {
-        let orientation = if turn::is_identity(self.orientation) {
-            inner.orientation
-        } else {
-            turn::product(self.orientation, inner.orientation)
-        };
-        Place { position: self.point(inner.position), orientation }
-    }
-}
-
-/// `pos` and whichever orientation is given.
-pub(super) fn place(at: Attributes<'_>, compiler: &Compiler) -> Result<Place, DescriptionError> {
-    Ok(Place { position: at.array_or("pos", [0.0; 3])?, orientation: orientation(at, compiler)? })
-}
-
-const FORMS: [&str; 5] = ["quat", "axisangle", "xyaxes", "zaxis", "euler"];
-
-fn orientation(at: Attributes<'_>, compiler: &Compiler) -> Result<[f64; 4], DescriptionError> {
-    let own = Attributes::own(at.tree, at.element);
-    let count = FORMS.iter().filter(|form| own.text(form).is_some()).count();
-    if count > 1 {
-        return Err(at.error(
-            "",
-            "gives its orientation more than once: expected one of quat, axisangle, xyaxes, zaxis, euler",
-        ));
-    }
-    // An own form replaces whichever form the class has.
-    let at = if count == 1 { own } else { at };
-    let short = |form: &str| at.error(form, "has no direction: expected a vector that is not zero");
-    if let Some(quat) = at.array::<4>("quat")? {
-        return turn::unit(quat).ok_or_else(|| short("quat"));
-    }
-    if let Some([x, y, z, angle]) = at.array::<4>("axisangle")? {
-        let axis = turn::unit([x, y, z]).ok_or_else(|| short("axisangle"))?;
-        return Ok(turn::about(axis, angle * compiler.radians));
-    }
-    if let Some([a, b, c, d, e, f]) = at.array::<6>("xyaxes")? {
-        let x = turn::unit([a, b, c]).ok_or_else(|| short("xyaxes"))?;
-        let along = turn::dot(x, [d, e, f]);
-        let y = core::array::from_fn(|i| [d, e, f][i] - along * x[i]);
-        let y = turn::unit(y).ok_or_else(|| short("xyaxes"))?;
-        let z = turn::unit(turn::cross(x, y)).ok_or_else(|| short("xyaxes"))?;
-        return Ok(turn::from_axes(x, y, z));
-    }
-    if let Some(axis) = at.array::<3>("zaxis")? {
-        return turn::unit(axis).map(turn::z_to).ok_or_else(|| short("zaxis"));
-    }
-    if let Some(angles) = at.array::<3>("euler")? {
-        return Ok(turn::euler(angles.map(|a| a * compiler.radians), compiler.sequence));
-    }
-    Ok(turn::IDENTITY)
-}
-
-/// A massive solid in its body: principal moments about its own axes.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Solid {
-    pub(super) mass: f64,
-    pub(super) position: [f64; 3],
-    pub(super) orientation: [f64; 4],
-    pub(super) inertia: [f64; 3],
-}
-
-/// What a geom contributes to its body's mass.
-pub(super) enum Weight {
-    Nothing,
-    Solid(Solid),
-    /// Something whose inertia only the mesh file knows.
-    Unknown,
-}
-
-pub(super) const TYPES: [&str; 9] =
-    ["sphere", "capsule", "cylinder", "ellipsoid", "box", "plane", "hfield", "mesh", "sdf"];
 
 /// Reads a geom, remembers it if a cable could wrap around it, and hands back its weight.
 pub(super) fn read(

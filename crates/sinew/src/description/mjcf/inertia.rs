@@ -1,6 +1,6 @@
 //! Mass and inertia of a body from the solids it is made of.
 
-use super::geom::Solid;
+use super::solid::Solid;
 use crate::description::orientation::turn_tensor;
 use alloc::format;
 use alloc::string::String;

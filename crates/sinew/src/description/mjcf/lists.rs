@@ -1,8 +1,8 @@
 //! Couplings, actuators and key poses.
 
-use super::body::limits;
 use super::defaults::completed;
-use super::import::Import;
+use super::import_state::Import;
+use super::ranges::limits;
 use super::schema;
 use crate::body::{Actuator, ActuatorKind, Coupling, JointKind, Key};
 use crate::description::attributes::Attributes;

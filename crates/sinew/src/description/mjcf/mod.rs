@@ -6,11 +6,15 @@ mod defaults;
 mod export;
 mod geom;
 mod import;
+mod import_state;
 mod inertia;
 mod lists;
+mod place;
+mod ranges;
 mod replicate;
 mod schema;
 mod shell;
+mod solid;
 mod tendon;
 
 pub use export::to_mjcf;

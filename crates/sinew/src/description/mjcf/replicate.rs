@@ -1,7 +1,7 @@
 //! `replicate`: copies written out, each in a frame of its own, before anything else is read.
 
 use super::compiler::Compiler;
-use super::geom::{HERE, Place};
+use super::place::{HERE, Place};
 use crate::description::attributes::{Attributes, shortened};
 use crate::description::error::DescriptionError;
 use crate::description::orientation as turn;

@@ -1,6 +1,6 @@
 //! Solids that are all skin.
 
-use super::geom::TYPES;
+use super::solid::TYPES;
 use core::f64::consts::PI;
 
 /// Surface, and principal moments of a shell of mass one; kinds in the order of [`TYPES`].

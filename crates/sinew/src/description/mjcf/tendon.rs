@@ -1,7 +1,7 @@
 //! Cables: through space, or as weighted sums of joints.
 
-use super::body::{limits, linear};
-use super::import::Import;
+use super::import_state::Import;
+use super::ranges::{limits, linear};
 use crate::body::{JointKind, PathElement, Tendon, TendonPath, Wrap};
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;

@@ -1,7 +1,6 @@
 //! The same step compiled for several instruction sets.
 //!
-//! No instruction set may round differently: the step uses no fused multiply-add and no approximate
-//! reciprocal, so every machine computes the same bits.
+//! The step uses no fused multiply-add and no approximate reciprocal, so all of them compute the same bits.
 
 use super::lane_group::{Ends, LaneGroup, Motion};
 use super::step::advance;
@@ -63,7 +62,7 @@ mod tests {
                     advance_on(set, &mut lanes, 1e-3, &motion, &mut ends);
                     bits.extend(ends.near.0.iter().chain(&ends.far.0).map(|x| x.to_bits()));
                 }
-                assert!(ends_differ(&bits), "the lanes did different things");
+                assert!(lanes_differ(&bits), "the lanes must differ for the test to mean something");
                 bits
             };
             let baseline = run(InstructionSet::Baseline);
@@ -73,7 +72,7 @@ mod tests {
         }
     }
 
-    fn ends_differ(bits: &[u64]) -> bool {
+    fn lanes_differ(bits: &[u64]) -> bool {
         let last = &bits[bits.len() - 2 * LANES..];
         last[..LANES].windows(2).all(|pair| pair[0] != pair[1])
     }

@@ -1,11 +1,11 @@
-//! What goes into a step and what comes out of it, and what is refused.
+//! Input and output of a step, with the domains of the input.
 
 use super::lane_group::{Ends, LaneGroup};
 use super::law::CableLaw;
 use crate::Error;
 use crate::error::{finite, non_negative, within};
 
-/// How far both ends of a cable move in one step, m, positive toward the motor; each at most 0.1 m.
+/// Displacements of both ends of a cable in one step, m, positive toward the motor; each at most 0.1 m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EndMotion {
     /// Of the winch's surface.
@@ -14,14 +14,14 @@ pub struct EndMotion {
     pub anchor: f64,
 }
 
-/// What the ends of a cable felt in one step.
+/// Tensions at the ends of a cable after a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EndTensions {
     /// At the drive's outlet, N, >= 0.
     pub tension_in: f64,
     /// At the anchor, N, >= `T_0`.
     pub tension_out: f64,
-    /// Work that friction took, J: never below -1e-12.
+    /// Energy dissipated by friction in the step, J, >= -1e-12.
     pub dissipated: f64,
 }
 
@@ -56,7 +56,7 @@ impl<const N: usize> Ends<N> {
 }
 
 impl<const N: usize> LaneGroup<N> {
-    /// What the ends feel while nothing moves.
+    /// Tensions at the ends while nothing moves.
     pub(super) fn ends_at_rest(&self, k: usize) -> EndTensions {
         let last = self.tension.len() - 1;
         let tension_out = self.tension[last].0[k] + self.laws[k].pretension();
@@ -67,8 +67,4 @@ impl<const N: usize> LaneGroup<N> {
 pub(super) fn above_pretension(law: &CableLaw, tension_out: f64) -> Result<f64, Error> {
     let far = finite("tension_out", tension_out)? - law.pretension();
     non_negative("tension_out - pretension", far)
-}
-
-pub(super) fn same_length(name: &'static str, expected: usize, got: usize) -> Result<(), Error> {
-    if expected == got { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
 }

@@ -1,42 +1,42 @@
-//! What is done to one lane between steps: placing it, asking it, changing a wrap.
+//! What is done to one lane between steps: initial profiles, queries, changes of a parameter.
 
 use super::lane_group::LaneGroup;
-use super::repair::across;
-use super::travel::{Seen, travel};
+use super::repair::tension_ratio;
+use super::travel::{CellView, travel};
 use crate::error::{Error, non_negative, within};
 use crate::transmission::Sliding;
 
 impl<const N: usize> LaneGroup<N> {
-    /// Sliding everywhere in one direction, with this tension at the anchor's end of the cable.
+    /// The profile of sliding everywhere in one direction, with tension `far` at the anchor's end of the cable.
     pub(super) fn settle(&mut self, k: usize, far: f64, sliding: Sliding) {
         let mut tension = far;
-        for j in (0..self.next.len()).rev() {
-            if j + 1 < self.next.len() {
-                tension /= across(sliding.sign() * self.nodes[j].grip.0[k]);
+        for j in (0..self.next_tension.len()).rev() {
+            if j + 1 < self.next_tension.len() {
+                tension /= tension_ratio(sliding.sign() * self.nodes[j].tanh_half.0[k]);
             }
-            self.next[j].0[k] = tension;
+            self.next_tension[j].0[k] = tension;
         }
-        for (tension, next) in self.tension.iter_mut().zip(&self.next) {
+        for (tension, next) in self.tension.iter_mut().zip(&self.next_tension) {
             tension.0[k] = next.0[k];
         }
-        self.rest(k);
+        self.reset_motion(k);
     }
 
     /// This tension at the drive's end and a share of the friction at every node: 1 as after sliding toward the
-    /// motor, -1 away from it, 0 the middle of the dead band. Where a stretch is wanted, the share that gives it.
+    /// motor, -1 away from it, 0 the middle of the dead band. If a stretch is given, the share is found that yields it.
     pub(super) fn set_profile(&mut self, k: usize, near: f64, share: f64, stretch: Option<f64>) {
         let mut share = share;
         if let Some(stretch) = stretch {
-            // Stretch falls with the share: thirty halvings leave 1e-9 of it.
+            // Stretch falls monotonically with the share; thirty bisections leave an interval of 2e-9.
             let (mut low, mut high) = (-1.0, 1.0);
             for _ in 0..30 {
                 share = 0.5 * (low + high);
-                let longer = self.write_profile(k, near, share) > stretch;
-                *(if longer { &mut low } else { &mut high }) = share;
+                let too_long = self.write_profile(k, near, share) > stretch;
+                *(if too_long { &mut low } else { &mut high }) = share;
             }
         }
         self.write_profile(k, near, share);
-        self.rest(k);
+        self.reset_motion(k);
     }
 
     /// Tensions of [`set_profile`](Self::lay); returns their stretch.
@@ -46,7 +46,7 @@ impl<const N: usize> LaneGroup<N> {
             self.tension[j].0[k] = tension;
             stretch += self.compliance[j].0[k] * tension;
             if let Some(node) = self.nodes.get(j) {
-                tension *= across(share * node.grip.0[k]);
+                tension *= tension_ratio(share * node.tanh_half.0[k]);
             }
         }
         stretch
@@ -59,27 +59,31 @@ impl<const N: usize> LaneGroup<N> {
         first != 0.0 && slips.all(|slip| slip * first > 0.0)
     }
 
-    /// No motion before the next step.
-    fn rest(&mut self, k: usize) {
+    /// Clears displacements and speeds.
+    fn reset_motion(&mut self, k: usize) {
         for memory in &mut self.memory {
             memory.speed.0[k] = 0.0;
         }
         for slip in &mut self.slip {
             slip.0[k] = 0.0;
         }
-        self.measure(k);
+        self.update_stretch_and_energy(k);
     }
 
     /// Travel of the winch that brings the anchor's end of the cable to `far`, m; see [`travel`].
     pub(super) fn travel_to(&self, k: usize, far: f64, sliding: Sliding) -> f64 {
         let s = sliding.sign();
-        let ahead = |j: usize| across(s * self.nodes[j].grip.0[k]);
-        let whole: f64 = (0..self.nodes.len()).map(ahead).product();
+        let ratio_at = |j: usize| tension_ratio(s * self.nodes[j].tanh_half.0[k]);
+        let whole: f64 = (0..self.nodes.len()).map(ratio_at).product();
         let cells = (0..self.tension.len()).scan(1.0, |ratio, j| {
             if j > 0 {
-                *ratio *= ahead(j - 1);
+                *ratio *= ratio_at(j - 1);
             }
-            Some(Seen { tension: self.tension[j].0[k], compliance: self.compliance[j].0[k], ratio: *ratio })
+            Some(CellView {
+                tension: self.tension[j].0[k],
+                compliance: self.compliance[j].0[k],
+                ratio: *ratio,
+            })
         });
         travel(cells, far / whole, s)
     }
@@ -92,7 +96,7 @@ impl<const N: usize> LaneGroup<N> {
         within("pulley", "below the number of pulleys of the path", pulley as f64, pulley < count)?;
         let place = law.pulleys[pulley];
         let mut node = law.nodes[place.node];
-        // Rounding must not leave a negative angle where all wrap is gone.
+        // Rounding must not leave a negative angle at zero wrap.
         node.friction = (node.friction + 0.5 * law.friction * (wrap - place.wrap)).max(0.0);
         node.viscous = (node.viscous + 0.5 * law.viscous * (wrap - place.wrap)).max(0.0);
         law.check_angle(&node)?;
@@ -113,10 +117,10 @@ impl<const N: usize> LaneGroup<N> {
         Ok(())
     }
 
-    /// Lengthens the unloaded cable, cell by cell, m; a cell gives up no more tension than it has.
+    /// Lengthens the unloaded cable, cell by cell, m; tensions are clipped at zero.
     pub(super) fn lengthen(&mut self, k: usize, growth: impl Iterator<Item = f64>) {
         if self.stretch.0[k] <= 0.0 {
-            // A slack cable that shrinks stays slack until an end moves.
+            // A slack cable that shrinks stays without tension until an end moves.
             self.stretch.0[k] = (self.stretch.0[k] - growth.sum::<f64>()).min(0.0);
             return;
         }
@@ -124,6 +128,6 @@ impl<const N: usize> LaneGroup<N> {
         for ((tension, stiffness), growth) in cells.zip(growth) {
             tension.0[k] = (tension.0[k] - growth * stiffness.0[k]).max(0.0);
         }
-        self.measure(k);
+        self.update_stretch_and_energy(k);
     }
 }

@@ -1,9 +1,9 @@
-//! Cables side by side, one per lane: their numbers and their state, stored so that one instruction serves all.
+//! Parameters and state of several cables, one per SIMD lane, as a structure of arrays.
 
+use super::elementary::tanh_series;
 use super::law::CableLaw;
 use super::parameters::Weakening;
-use super::step::tanh_series;
-use super::travel::Seen;
+use super::travel::CellView;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -20,16 +20,16 @@ impl<const N: usize> Row<N> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node<const N: usize> {
     /// `h_i`.
-    pub(super) half: Row<N>,
+    pub(super) half_angle: Row<N>,
     /// `tanh h_i`.
-    pub(super) grip: Row<N>,
+    pub(super) tanh_half: Row<N>,
     /// `mu_v phi_i / 2`, s/m.
     pub(super) viscous: Row<N>,
     /// `d_i`, N s/m.
     pub(super) drag: Row<N>,
 }
 
-/// What a node remembers of its speed, where friction weakens with it.
+/// State of a node whose friction weakens with speed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Memory<const N: usize> {
     /// `mu phi_i / 2` at high speed, and the part of `h_i` that does not weaken.
@@ -39,7 +39,7 @@ pub(super) struct Memory<const N: usize> {
     pub(super) speed: Row<N>,
 }
 
-/// How friction weakens, per lane; a rise of zero where it does not.
+/// Parameters of velocity weakening per lane; a rise of zero where there is none.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weakenings<const N: usize> {
     pub(super) rise: Row<N>,
@@ -55,7 +55,7 @@ pub(super) struct Motion<const N: usize> {
     pub(super) anchor: Row<N>,
 }
 
-/// What the ends felt during the step, and what friction took.
+/// Tensions at the ends after the step, and the energy dissipated in it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ends<const N: usize> {
     pub(super) near: Row<N>,
@@ -66,14 +66,14 @@ pub(super) struct Ends<const N: usize> {
 /// `N` cables with the same number of cells; everything else may differ from lane to lane.
 #[derive(Debug, Clone)]
 pub(super) struct LaneGroup<const N: usize> {
-    /// As built; wraps are kept up to date.
+    /// Laws as built, with current wraps.
     pub(super) laws: Vec<CableLaw>,
     pub(super) compliance: Vec<Row<N>>,
     pub(super) stiffness: Vec<Row<N>>,
     pub(super) nodes: Vec<Node<N>>,
     /// `2 T_d`, N.
     pub(super) fade: Row<N>,
-    /// Where friction of any lane weakens, with one memory per node.
+    /// Present where friction of any lane weakens, with one memory per node.
     pub(super) weakening: Option<Weakenings<N>>,
     pub(super) memory: Vec<Memory<N>>,
     /// Newton steps per time step.
@@ -88,13 +88,13 @@ pub(super) struct LaneGroup<const N: usize> {
     /// `sum c T^2`, twice the elastic energy, J.
     pub(super) energy: Row<N>,
 
-    /// Tensions that become those of the step if its certificate holds.
-    pub(super) next: Vec<Row<N>>,
-    /// Elimination: `x_i = known_i + up_i x_(i+1)`; the winch, node 0, does not move by it.
-    pub(super) up: Vec<Row<N>>,
-    pub(super) known: Vec<Row<N>>,
-    /// One lane seen from one end.
-    pub(super) column: Vec<Seen>,
+    /// Tensions of the step before they are accepted.
+    pub(super) next_tension: Vec<Row<N>>,
+    /// Thomas algorithm after forward elimination: `x_i = rhs_i + super_i x_(i+1)`; row 0, the winch, is zero.
+    pub(super) superdiagonal: Vec<Row<N>>,
+    pub(super) right_hand_side: Vec<Row<N>>,
+    /// Cells of one lane in the order from one end.
+    pub(super) cells_from_end: Vec<CellView>,
 }
 
 impl<const N: usize> LaneGroup<N> {
@@ -108,7 +108,12 @@ impl<const N: usize> LaneGroup<N> {
             compliance: (0..cells).map(|j| row(&|law| law.compliance[j])).collect(),
             stiffness: (0..cells).map(|j| row(&|law| 1.0 / law.compliance[j])).collect(),
             nodes: vec![
-                Node { half: Row::ZERO, grip: Row::ZERO, viscous: Row::ZERO, drag: Row::ZERO };
+                Node {
+                    half_angle: Row::ZERO,
+                    tanh_half: Row::ZERO,
+                    viscous: Row::ZERO,
+                    drag: Row::ZERO
+                };
                 cells - 1
             ],
             fade: row(&|law| 2.0 * law.drag_fade),
@@ -119,10 +124,10 @@ impl<const N: usize> LaneGroup<N> {
             slip: vec![Row::ZERO; cells + 1],
             stretch: Row::ZERO,
             energy: Row::ZERO,
-            next: vec![Row::ZERO; cells],
-            up: vec![Row::ZERO; cells],
-            known: vec![Row::ZERO; cells],
-            column: vec![Seen::default(); cells],
+            next_tension: vec![Row::ZERO; cells],
+            superdiagonal: vec![Row::ZERO; cells],
+            right_hand_side: vec![Row::ZERO; cells],
+            cells_from_end: vec![CellView::default(); cells],
         };
         if laws.iter().any(|law| law.weakening.is_some()) {
             let still = Memory { friction: Row::ZERO, loss: Row::ZERO, speed: Row::ZERO };
@@ -148,8 +153,8 @@ impl<const N: usize> LaneGroup<N> {
     pub(super) fn refresh(&mut self, lane: usize, node: usize, drag_factor: f64) {
         let law = self.laws[lane].nodes[node];
         let row = &mut self.nodes[node];
-        row.half.0[lane] = law.friction + law.loss;
-        row.grip.0[lane] = tanh_series(row.half.0[lane]);
+        row.half_angle.0[lane] = law.friction + law.loss;
+        row.tanh_half.0[lane] = tanh_series(row.half_angle.0[lane]);
         row.viscous.0[lane] = law.viscous;
         row.drag.0[lane] = law.drag * drag_factor;
         if let Some(memory) = self.memory.get_mut(node) {
@@ -159,7 +164,7 @@ impl<const N: usize> LaneGroup<N> {
     }
 
     /// Stretch and energy of a lane from its tensions.
-    pub(super) fn measure(&mut self, lane: usize) {
+    pub(super) fn update_stretch_and_energy(&mut self, lane: usize) {
         let (mut stretch, mut energy) = (0.0, 0.0);
         for (tension, compliance) in self.tension.iter().zip(&self.compliance) {
             let (t, c) = (tension.0[lane], compliance.0[lane]);

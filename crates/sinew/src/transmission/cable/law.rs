@@ -1,14 +1,14 @@
-//! A cable as numbers per cell and per node: what a lane is filled with.
+//! A cable discretised: parameters per cell and per node.
 
 use super::parameters::{CableParameters, Weakening};
 use super::path::CablePath;
 use crate::error::{Error, within};
 use alloc::vec::Vec;
 
-/// Largest half friction angle of one node: up to there the series for `tanh` is good to 2e-5, and far better below.
+/// Largest half friction angle of one node: there the series for `tanh` errs by 2e-5.
 pub(super) const LARGEST_HALF_ANGLE: f64 = 0.4;
 
-/// Friction at one node, per direction the same.
+/// Friction at one node, the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct NodeLaw {
     /// `mu phi_i / 2`: the part that weakens with speed.
@@ -21,7 +21,7 @@ pub(super) struct NodeLaw {
     pub(super) drag: f64,
 }
 
-/// A pulley whose wrap may change: where it sits and what it contributes now.
+/// A pulley whose wrap may change: its node and its current wrap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PulleyPlace {
     pub(super) node: usize,
@@ -35,7 +35,7 @@ pub(super) struct PulleyPlace {
 /// use sinew::transmission::cable::{CableLaw, CableParameters, CablePath};
 /// let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12)?;
 /// assert_eq!(law.cells(), 12);
-/// assert!((law.friction_angle() - 1.054).abs() < 2e-3); // the number that the tables identify
+/// assert!((law.friction_angle() - 1.054).abs() < 2e-3); // the only combination that the tables identify
 /// # Ok::<(), sinew::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -53,7 +53,7 @@ pub struct CableLaw {
 impl CableLaw {
     /// A path with its parameters, cut into `cells`.
     ///
-    /// 8 cells for an observer, 12 to 16 for a plant in real time: [`cable`](super) has what that costs and errs.
+    /// 8 cells for an observer, 12 to 16 for a plant in real time; errors are listed in [`cable`](super).
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] names a parameter outside its domain, a number of cells the path does not
@@ -91,7 +91,7 @@ impl CableLaw {
         Ok(law)
     }
 
-    /// Refuses a node that would turn the tension by more than the step's series is good for.
+    /// Refuses a friction angle beyond the validity of the series for `tanh`.
     pub(super) fn check_angle(&self, node: &NodeLaw) -> Result<(), Error> {
         let rise = self.weakening.map_or(0.0, |weakening| weakening.rise);
         let angle = 2.0 * ((1.0 + rise) * node.friction + node.loss);
@@ -116,7 +116,7 @@ impl CableLaw {
         &self.compliance
     }
 
-    /// `mu phi - ln eta` of the whole path, without weakening: steady sliding changes the tension by `e` to this.
+    /// `mu phi - ln eta` of the whole path, without weakening: steady sliding changes the tension by the factor `e` to this power.
     #[must_use]
     pub fn friction_angle(&self) -> f64 {
         self.nodes.iter().map(|node| 2.0 * (node.friction + node.loss)).sum()

@@ -1,25 +1,20 @@
-//! Many cables with their states, side by side.
+//! Many cables with their states, stepped together in SIMD lanes.
 
 use super::dispatch::{LANES, advance_on};
-use super::ends::{
-    EndMotion, EndTensions, LARGEST_MOTION, above_pretension, check_interval, check_motion, same_length,
-};
+use super::ends::{EndMotion, EndTensions, LARGEST_MOTION, above_pretension, check_interval, check_motion};
 use super::lane_group::{Ends, LaneGroup, Motion, Row};
 use super::law::CableLaw;
 use crate::Error;
 use crate::dispatch::InstructionSet;
-use crate::error::{finite, within};
+use crate::error::{check_length, finite, within};
 use crate::transmission::Sliding;
 use alloc::vec::Vec;
-
-#[cfg(doc)]
-use super::Cable;
 
 /// Any number of cables, eight at a time.
 ///
 /// All have the same number of cells and step together; paths and parameters may differ. The widest
-/// instructions of the processor are found when it is built (AVX-512, AVX2, else what the build was made for);
-/// the bits are the same with all of them, and the same as a [`Cable`]'s.
+/// instruction set of the processor is chosen at construction (AVX-512, AVX2, else the baseline of the build);
+/// results are bit-identical on all of them, and to those of a [`Cable`](super::Cable).
 ///
 /// # Example
 /// ```
@@ -42,7 +37,7 @@ pub struct CableBatch {
 }
 
 impl CableBatch {
-    /// Cables without slack and without tension.
+    /// Cables without slack and without tension, one per law.
     ///
     /// # Errors
     /// [`Error::WrongLength`] where there is no law, or where one has another number of cells than the first.
@@ -51,7 +46,7 @@ impl CableBatch {
             return Err(Error::WrongLength { name: "laws", expected: 1, got: 0 });
         };
         for law in laws {
-            same_length("cells of every law", first.cells(), law.cells())?;
+            check_length("cells of every law", law.cells(), first.cells())?;
         }
         let groups = laws.chunks(LANES).map(LaneGroup::new).collect();
         Ok(Self { groups, instructions: InstructionSet::detect(), count: laws.len() })
@@ -63,7 +58,7 @@ impl CableBatch {
         self.count
     }
 
-    /// Never: there is at least one.
+    /// Always false: there is at least one cable.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0
@@ -75,18 +70,18 @@ impl CableBatch {
         self.groups[0].tension.len()
     }
 
-    /// Moves all cables: `motions: [cables]` in, `ends: [cables]` out.
+    /// Advances all cables: `motions: [cables]` in, `ends: [cables]` out.
     ///
     /// # Errors
-    /// As [`Cable::step`], and [`Error::WrongLength`]; no cable has then moved.
+    /// As [`Cable::step`](super::Cable::step), and [`Error::WrongLength`]; all states are then unchanged.
     pub fn step(
         &mut self,
         interval: f64,
         motions: &[EndMotion],
         ends: &mut [EndTensions],
     ) -> Result<(), Error> {
-        same_length("motions", self.count, motions.len())?;
-        same_length("ends", self.count, ends.len())?;
+        check_length("motions", motions.len(), self.count)?;
+        check_length("ends", ends.len(), self.count)?;
         check_interval(interval)?;
         let sane = |m: &EndMotion| (m.motor.abs() <= LARGEST_MOTION) & (m.anchor.abs() <= LARGEST_MOTION);
         if !motions.iter().fold(true, |all, motion| all & sane(motion)) {
@@ -99,19 +94,19 @@ impl CableBatch {
                 rows.motor.0[k] = motion.motor;
                 rows.anchor.0[k] = motion.anchor;
             }
-            let mut felt = Ends { near: Row::ZERO, far: Row::ZERO, dissipated: Row::ZERO };
-            advance_on(self.instructions, group, interval, &rows, &mut felt);
+            let mut stepped = Ends { near: Row::ZERO, far: Row::ZERO, dissipated: Row::ZERO };
+            advance_on(self.instructions, group, interval, &rows, &mut stepped);
             for (k, end) in ends.iter_mut().enumerate() {
-                *end = felt.of(k, group.laws[k].pretension());
+                *end = stepped.of(k, group.laws[k].pretension());
             }
         }
         Ok(())
     }
 
-    /// As [`Cable::settle`] for one cable.
+    /// As [`Cable::settle`](super::Cable::settle) for one cable.
     ///
     /// # Errors
-    /// As there, and [`Error::OutOfDomain`] where there is no such cable.
+    /// As there, and [`Error::OutOfDomain`] for an index out of range.
     pub fn settle(&mut self, cable: usize, tension_out: f64, sliding: Sliding) -> Result<(), Error> {
         let (group, k) = self.place(cable)?;
         let lanes = &mut self.groups[group];
@@ -120,7 +115,7 @@ impl CableBatch {
         Ok(())
     }
 
-    /// Places one cable as [`Cable::set_profile`] does; what its ends then feel.
+    /// As [`Cable::set_profile`](super::Cable::set_profile) for one cable; returns the tensions at its ends.
     pub(crate) fn set_profile(
         &mut self,
         cable: usize,
@@ -133,15 +128,15 @@ impl CableBatch {
         Ok(self.groups[group].ends_at_rest(k))
     }
 
-    /// Whether the whole of one cable slid one way in the last step.
+    /// Whether every node of one cable slid in the same direction in the last step.
     pub(crate) fn slides_everywhere(&self, cable: usize) -> bool {
         self.place(cable).is_ok_and(|(group, k)| self.groups[group].slides_everywhere(k))
     }
 
-    /// As [`Cable::travel_to`] for one cable.
+    /// As [`Cable::travel_to`](super::Cable::travel_to) for one cable.
     ///
     /// # Errors
-    /// As there, and [`Error::OutOfDomain`] where there is no such cable.
+    /// As there, and [`Error::OutOfDomain`] for an index out of range.
     pub fn travel_to(&self, cable: usize, tension_out: f64, sliding: Sliding) -> Result<f64, Error> {
         let (group, k) = self.place(cable)?;
         let lanes = &self.groups[group];
@@ -149,48 +144,48 @@ impl CableBatch {
         Ok(lanes.travel_to(k, far, sliding))
     }
 
-    /// As [`Cable::set_wrap`] for one cable.
+    /// As [`Cable::set_wrap`](super::Cable::set_wrap) for one cable.
     ///
     /// # Errors
-    /// As there, and [`Error::OutOfDomain`] where there is no such cable.
+    /// As there, and [`Error::OutOfDomain`] for an index out of range.
     pub fn set_wrap(&mut self, cable: usize, pulley: usize, wrap: f64) -> Result<(), Error> {
         let (group, k) = self.place(cable)?;
         self.groups[group].set_wrap(k, pulley, wrap)
     }
 
-    /// As [`Cable::scale_drag`] for one cable.
+    /// As [`Cable::scale_drag`](super::Cable::scale_drag) for one cable.
     ///
     /// # Errors
-    /// As there, and [`Error::OutOfDomain`] where there is no such cable.
+    /// As there, and [`Error::OutOfDomain`] for an index out of range.
     pub fn scale_drag(&mut self, cable: usize, factor: f64) -> Result<(), Error> {
         let (group, k) = self.place(cable)?;
         self.groups[group].scale_drag(k, factor)
     }
 
-    /// As [`Cable::lengthen`] for one cable.
+    /// As [`Cable::lengthen`](super::Cable::lengthen) for one cable.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] where there is no such cable.
+    /// [`Error::OutOfDomain`] for an index out of range.
     pub fn lengthen(&mut self, cable: usize, growth: impl Iterator<Item = f64>) -> Result<(), Error> {
         let (group, k) = self.place(cable)?;
         self.groups[group].lengthen(k, growth.map(|g| if g.is_finite() { g } else { 0.0 }));
         Ok(())
     }
 
-    /// Tension of every cell of one cable, N, drive end first; nothing where there is no such cable.
+    /// Tension of every cell of one cable, N, drive end first; empty for an index out of range.
     pub fn tensions(&self, cable: usize) -> impl Iterator<Item = f64> {
         let lanes = self.groups.get(cable / LANES).filter(|_| cable < self.count);
         lanes.into_iter().flat_map(move |lanes| lanes.tension.iter().map(move |row| row.0[cable % LANES]))
     }
 
-    /// The law of one cable as built, wraps as they are now.
+    /// The law of one cable as built, with its current wraps.
     #[must_use]
     pub fn law(&self, cable: usize) -> Option<&CableLaw> {
         let (group, k) = self.place(cable).ok()?;
         Some(&self.groups[group].laws[k])
     }
 
-    /// Total stretch of one cable, m; negative by how much a slack cable is too long.
+    /// Total stretch of one cable, m; negative by the slack of a slack cable.
     #[must_use]
     pub fn stretch(&self, cable: usize) -> Option<f64> {
         let lanes = self.groups.get(cable / LANES).filter(|_| cable < self.count)?;

@@ -1,4 +1,4 @@
-//! The cable in its sheath, all along its length: capstan friction at nodes, elasticity between them, no mass.
+//! The cable in its sheath, discretised along its length: capstan friction at nodes, elastic cells between them, no mass.
 //!
 //! ```text
 //! winch p_m --[cell 0]--(node 1)--[cell 1]--(node 2)-- ... --(node M-1)--[cell M-1]-- anchor p_a
@@ -16,18 +16,18 @@
 //! | d_i    | N s/m | grease drag of the sheath that the node stands for, fading below `T_d`  |
 //! | T_0    | N    | constant force in parallel at the anchor; conservative                 |
 //!
-//! One time step is implicit: every node's balance is linearised at the displacements of the last step (an
-//! active-set Newton step for stick and slip), all are solved in one tridiagonal pass, tensions are scaled to the
-//! exact total stretch. One such pass per millisecond is enough because a slip front passes less than a node
-//! per step at up to 0.3 m/s. Every step proves that it created no energy; a lane that cannot is redone by exact play sweeps
-//! of both ends, which conserve stretch and are passive whatever they start from.
+//! One time step is implicit: the balance of every node is linearised at the displacements of the last step (an
+//! active-set Newton step for stick and slip), the tridiagonal system is solved by the Thomas algorithm, and tensions are
+//! scaled to the exact total stretch. One Newton step per millisecond is enough because a slip front passes less than a
+//! node per step at up to 0.3 m/s. The energy balance of every step is checked; a lane that created energy is
+//! recomputed by exact play sweeps of both ends, which conserve the stretch and are passive from any state.
 //!
-//! Against a reference of 202 cells and 0.1 ms, at 0.02 to 0.12 m/s with reversals, slack and dither (`tests/cable`), 12 cells err by
-//! at most 0.07 N rms and 0.3 N at worst in `T_out`, 0.41 N rms in `T_in`; 16 cells by half of that.
+//! Against a reference of 202 cells and 0.1 ms, at 0.02 to 0.12 m/s with reversals, slack and dither (`tests/cable`),
+//! 12 cells err by at most 0.07 N rms and 0.3 N at worst in `T_out`, 0.41 N rms in `T_in`; 16 cells by half of that.
 //!
 //! # Assumes
-//! No mass: waves pass in less than a step. A cable cannot push, so slack is slack everywhere. Friction is Coulomb's along
-//! the sheath; presliding is the elasticity of free cable and of what the slip front has passed.
+//! No mass: waves pass in less than a step. A cable cannot push, so slack is slack everywhere. Friction along the sheath
+//! is Coulomb's; presliding comes from the elasticity of the free cable and of the part that the slip front has passed.
 //!
 //! # Departs
 //! The efficiency of (7) is one more friction angle at the first node, not a gain: that keeps it dissipative.
@@ -35,9 +35,10 @@
 //!
 //! # Source
 //! `yuan2023`, eqs. 2, 7 and 10, spread along the cable; front propagation as in play operators, `brokate1996`;
-//! step and certificate are our own.
+//! the time step and its energy check are original.
 
 mod dispatch;
+mod elementary;
 mod ends;
 mod lane;
 mod lane_group;

@@ -8,12 +8,9 @@ use crate::Error;
 use crate::error::finite;
 use crate::transmission::Sliding;
 
-#[cfg(doc)]
-use super::CableBatch;
-
 /// One cable in its sheath: a law and the tensions along it.
 ///
-/// The same arithmetic as a lane of [`CableBatch`], to the bit. Equations, assumptions and source: [`cable`](super).
+/// Bit-identical to a lane of [`CableBatch`](super::CableBatch). Equations, assumptions and source: [`cable`](super).
 ///
 /// # Example
 /// ```
@@ -24,7 +21,7 @@ use super::CableBatch;
 /// cable.settle(100.0, Sliding::TowardMotor)?;
 /// let pulled = cable.ends();
 /// assert!(pulled.tension_in > 200.0); // 84.5 N through a friction angle of 1.054
-/// // The motor yields by 5 mm: its own tension falls, the anchor does not notice yet.
+/// // The motor pays out 5 mm: the tension falls at its end, not yet at the anchor.
 /// let mut ends = pulled;
 /// for _ in 0..100 {
 ///     ends = cable.step(1e-3, EndMotion { motor: -5e-5, anchor: 0.0 })?;
@@ -40,7 +37,7 @@ pub struct Cable {
 }
 
 impl Cable {
-    /// A slack cable without slack: the first pull finds tension.
+    /// A cable without tension and without slack: the first motion toward the motor tensions it.
     #[must_use]
     pub fn new(law: CableLaw) -> Self {
         let ends = EndTensions { tension_in: 0.0, tension_out: law.pretension(), dissipated: 0.0 };
@@ -49,18 +46,18 @@ impl Cable {
 
     /// The same with `count` Newton steps per time step instead of one, at least one.
     ///
-    /// One is enough for steps of 1 ms at up to 0.3 m/s; after a jump of many millimetres five reach balance at once.
+    /// One suffices for steps of 1 ms at up to 0.3 m/s; after a jump of many millimetres five reach balance in one step.
     #[must_use]
     pub fn with_iterations(mut self, count: usize) -> Self {
         self.lanes.iterations = count.max(1);
         self
     }
 
-    /// Moves both ends over `interval` seconds.
+    /// Advances the cable by `interval` seconds while its ends move.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] where the step is longer than 0.02 s or an end moves more than 0.1 m or
-    /// something is not a number; the state is then left as it was.
+    /// [`Error::OutOfDomain`] for a step longer than 0.02 s, an end that moves more than 0.1 m or a number that is not
+    /// finite; the state is then unchanged.
     #[inline]
     pub fn step(&mut self, interval: f64, motion: EndMotion) -> Result<EndTensions, Error> {
         check_interval(interval)?;
@@ -72,13 +69,13 @@ impl Cable {
         Ok(self.ends)
     }
 
-    /// What the ends felt last.
+    /// Tensions at the ends after the last step.
     #[must_use]
     pub fn ends(&self) -> EndTensions {
         self.ends
     }
 
-    /// Places the cable as after long sliding in one direction, with this tension at the anchor, N.
+    /// Sets the profile of steady sliding without drag in one direction, with this tension at the anchor, N.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] where the tension is below the pretension or not finite.
@@ -89,14 +86,15 @@ impl Cable {
         Ok(())
     }
 
-    /// Places the cable by its tension at the drive, N, with a share of the friction at work: 1 as after sliding
-    /// toward the motor, -1 away from it, 0 the same tension everywhere; or with the share that gives a stretch, m.
+    /// Sets the profile with a tension at the drive, N, and a share of the friction bound at every node: 1 as after
+    /// sliding toward the motor, -1 away from it, 0 for a constant tension. A `stretch`, m, replaces the share by the one
+    /// that yields it.
     pub(crate) fn set_profile(&mut self, tension_in: f64, share: f64, stretch: Option<f64>) {
         self.lanes.set_profile(0, tension_in, share, stretch);
         self.ends = self.lanes.ends_at_rest(0);
     }
 
-    /// Whether the whole cable slid one way in the last step.
+    /// Whether every node slid in the same direction in the last step.
     pub(crate) fn slides_everywhere(&self) -> bool {
         self.lanes.slides_everywhere(0)
     }
@@ -109,15 +107,15 @@ impl Cable {
     ///
     /// | symbol | argument      | unit | domain | meaning                                               |
     /// |--------|---------------|------|--------|-------------------------------------------------------|
-    /// | T* + T_0 | `tension_out` | N  | finite | wanted at the anchor; below `T_0` it is taken as `T_0`  |
-    /// | s      | `sliding`     |      |        | the direction in which the cable shall slide at the end |
+    /// | T* + T_0 | `tension_out` | N  | finite | target at the anchor; below `T_0` it is taken as `T_0`  |
+    /// | s      | `sliding`     |      |        | direction in which the cable slides at the end of the travel |
     ///
-    /// Toward the motor where more tension is wanted than is there, away where less: after that travel the
-    /// anchor has what was wanted. In the other direction it is the travel that prepares a reversal: it
-    /// brings the near end to the edge of sliding that way and leaves the far end as it is.
+    /// With `s` toward a higher (lower) target than the present tension, the anchor reaches the target after that travel.
+    /// With the opposite `s` it is the pre-travel of a reversal: it brings the drive end to the edge of sliding in that
+    /// direction and leaves the far tension unchanged.
     ///
     /// # Assumes
-    /// Friction without drag: what drag adds is gone when the winch stands.
+    /// Friction without drag, which vanishes when the winch stands.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] where the tension is not finite.
@@ -126,13 +124,13 @@ impl Cable {
         Ok(self.lanes.travel_to(0, far, sliding))
     }
 
-    /// The law as built, wraps as they are now.
+    /// The law as built, with its current wraps.
     #[must_use]
     pub fn law(&self) -> &CableLaw {
         &self.lanes.laws[0]
     }
 
-    /// Tension of every cell, N, drive end first; the anchor feels the last one plus `T_0`.
+    /// Tension of every cell, N, drive end first; at the anchor acts the last one plus `T_0`.
     pub fn tensions(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
         self.lanes.tension.iter().map(|row| row.0[0])
     }
@@ -142,7 +140,7 @@ impl Cable {
         self.lanes.slip[1..self.lanes.tension.len()].iter().map(|row| row.0[0])
     }
 
-    /// Total stretch, m; negative by how much a slack cable is too long.
+    /// Total stretch, m; negative by the slack of a slack cable.
     #[must_use]
     pub fn stretch(&self) -> f64 {
         self.lanes.stretch.0[0]
@@ -163,7 +161,7 @@ impl Cable {
         self.lanes.set_wrap(0, pulley, wrap)
     }
 
-    /// Sets the drag to a multiple of what the law says: grease that warms or ages.
+    /// Sets the drag to a multiple of the law's, as for grease that warms or ages.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] where the factor is negative or not finite.
@@ -171,7 +169,7 @@ impl Cable {
         self.lanes.scale_drag(0, factor)
     }
 
-    /// Lengthens the unloaded cable cell by cell, m: creep. A cell gives up no more tension than it has.
+    /// Lengthens the unloaded cable cell by cell, m, as by creep; tensions are clipped at zero.
     pub fn lengthen(&mut self, growth: impl Iterator<Item = f64>) {
         self.lanes.lengthen(0, growth.map(|g| if g.is_finite() { g } else { 0.0 }));
     }

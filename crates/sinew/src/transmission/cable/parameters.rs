@@ -1,9 +1,9 @@
-//! What friction and elasticity of a cable are made of, in numbers.
+//! Parameters of friction and elasticity of a cable.
 
 use crate::error::{Error, non_negative, positive, within};
 use serde::{Deserialize, Serialize};
 
-/// Friction that gives way when the cable moves: Stribeck's fall, with a lag that keeps it well posed.
+/// Velocity weakening of friction (Stribeck effect), with a lag that keeps the problem well posed.
 ///
 /// ```text
 /// mu(z) = mu (1 + beta/(1 + (z/v_s)^2)),      dz = dt/(tau + dt) (|v| - z)      at every node
@@ -12,15 +12,15 @@ use serde::{Deserialize, Serialize};
 /// | symbol | field   | unit | domain | meaning                                           |
 /// |--------|---------|------|--------|---------------------------------------------------|
 /// | beta   | `rise`  | 1    | >= 0   | breakaway friction is `1 + beta` times sliding friction |
-/// | v_s    | `speed` | m/s  | > 0    | speed at which half of the rise is gone            |
-/// | tau    | `lag`   | s    | >= 0.005 | how long a node remembers that it moved          |
+/// | v_s    | `speed` | m/s  | > 0    | speed at which half of the rise remains            |
+/// | tau    | `lag`   | s    | >= 0.005 | time constant of the speed estimate of a node    |
 ///
 /// # Assumes
 /// Without the lag the law is ill posed along a cable: the smaller the step, the larger the jitter.
 ///
 /// # Source
 /// `stribeck1902`; the rational form and the lag are ours. The tables of `yuan2023`, at 0.02 m/s and above,
-/// show no such rise and cannot tell its size.
+/// show no such rise and do not identify its size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Weakening {
@@ -52,7 +52,7 @@ impl Weakening {
 /// | mu_v   | `viscous`           | s/m   | >= 0   | growth of it with speed                               |
 /// | eta    | `efficiency`        | 1     | (0, 1] | loss at the first node, whatever the bend             |
 /// | d      | `drag`              | N s/m | >= 0   | grease drag over all sheaths, whatever the tension     |
-/// | T_d    | `drag_fade`         | N     | > 0    | the drag fades below about this tension, so that tension stays >= 0 |
+/// | T_d    | `drag_fade`         | N     | > 0    | the drag fades below about this tension, which keeps tension >= 0   |
 /// | T_0    | `pretension`        | N     | >= 0   | constant force in parallel at the anchor              |
 /// | rho    | `compliance`        | 1/N   | > 0    | strain per tension, `1/(E A)`                          |
 /// | rho_s  | `sheath_compliance` | 1/N   | >= 0   | shortening of the sheath's wall per tension, added inside sheaths |
@@ -84,14 +84,14 @@ pub struct CableParameters {
     /// `rho_s`, 1/N; zero for a rigid sheath.
     #[serde(rename = "sheath_compliance_per_n")]
     pub sheath_compliance: f64,
-    /// Fall of friction with speed; none by default.
+    /// Velocity weakening; none by default.
     pub weakening: Option<Weakening>,
 }
 
 impl CableParameters {
     /// The cable of the bench of `yuan2023`, fitted to its Tables II and III (24 means, 7.4 % rms).
     ///
-    /// | value                | how well known                                                       |
+    /// | value                | uncertainty                                                           |
     /// |----------------------|----------------------------------------------------------------------|
     /// | mu = 0.156           | +- 0.006; only `mu phi - ln eta` = 1.054 is identified                 |
     /// | eta = 0.928          | a choice, see above                                                   |

@@ -1,4 +1,4 @@
-//! What the cable runs through, and how that becomes cells and nodes.
+//! The path of a cable, and its discretisation into cells and nodes.
 
 use crate::error::{Error, non_negative, positive, within};
 use alloc::vec;
@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 /// Most cells a cable may be cut into.
 pub(super) const MOST_CELLS: usize = 1024;
 
-/// One piece of the way from the drive's outlet to the anchor.
+/// One segment of the path from the drive's outlet to the anchor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Segment {
-    /// Cable that touches nothing.
+    /// Free cable.
     Free {
         /// Length, m, > 0.
         #[serde(rename = "length_m")]
@@ -38,7 +38,7 @@ pub enum Segment {
     },
 }
 
-/// The way of a cable from the drive's outlet to the anchor: any number of sheaths and pulleys in series.
+/// The path of a cable from the drive's outlet to the anchor: any number of sheaths and pulleys in series.
 ///
 /// ```text
 /// winch --[free]--(node)--[sheath cell]--(node)-- ... --(node: pulley)--[free]-- anchor
@@ -46,7 +46,7 @@ pub enum Segment {
 ///
 /// Friction sits at the nodes, elasticity in the cells between them. A free length is one cell. A sheath
 /// of `n` cells has its bend at `n + 1` nodes, that of half a cell at each end of it (midpoint rule: the
-/// stretch is exact to `(mu phi/n)^2/24`). What meets at one place shares a node.
+/// stretch is exact to `(mu phi/n)^2/24`). Segments that meet share a node.
 ///
 /// # Example
 /// ```
@@ -136,7 +136,7 @@ impl CablePath {
         })
     }
 
-    /// Cells and nodes, `cells` in all; those of the sheaths go where most bend per cell is left.
+    /// Cells and nodes, `cells` in all; each further cell goes to the sheath with the largest bend per cell.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] where there are too few cells for the segments, or more than 1024.
@@ -208,7 +208,7 @@ pub(super) struct CellPlace {
     pub(super) sheathed: bool,
 }
 
-/// A place where the cable slides over something.
+/// A point at which the cable slides over a sheath or a pulley.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct NodePlace {
     /// Bend of sheaths, rad.
@@ -226,7 +226,7 @@ pub(super) struct Layout {
     pub(super) nodes: Vec<NodePlace>,
     /// Node and wrap of every pulley, in the order of the path.
     pub(super) pulleys: Vec<(usize, f64)>,
-    /// What has been met since the last cell.
+    /// Friction collected since the last cell.
     pending: Option<NodePlace>,
 }
 
@@ -269,7 +269,7 @@ impl Layout {
             let low = ((node as f64 - 0.5) / n).max(0.0);
             let high = ((node as f64 + 0.5) / n).min(1.0);
             let place = self.pending.get_or_insert_default();
-            place.bend += bend * (bent(curvature, high) - bent(curvature, low));
+            place.bend += bend * (bend_share(curvature, high) - bend_share(curvature, low));
             place.sheathed += length * (high - low);
             if node < cells {
                 self.cell(length / n, true);
@@ -279,7 +279,7 @@ impl Layout {
 }
 
 /// Share of the whole bend that lies before the fraction `x` of the length.
-fn bent(curvature: &[f64], x: f64) -> f64 {
+fn bend_share(curvature: &[f64], x: f64) -> f64 {
     if curvature.is_empty() {
         return x;
     }
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn lengths_and_angles_are_all_there_however_it_is_cut() {
+    fn every_discretisation_preserves_lengths_and_angles() {
         let path = CablePath::new(vec![
             free(0.1),
             sheath(0.5, 2.0, &[1.0, 3.0, 0.0]),
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn an_uneven_bend_lies_where_its_profile_says() {
+    fn an_uneven_bend_follows_its_curvature_profile() {
         let path = CablePath::new(vec![free(0.1), sheath(1.0, 2.0, &[0.0, 1.0]), free(0.1)]).unwrap();
         let layout = path.layout(12).unwrap();
         let (near, far) = layout.nodes.split_at(5);
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_path_is_refused_by_name() {
+    fn an_invalid_path_is_refused_by_name() {
         let named = |segments: Vec<Segment>, name: &str| {
             let message = std::string::ToString::to_string(&CablePath::new(segments).unwrap_err());
             assert!(message.contains(name), "{message}");

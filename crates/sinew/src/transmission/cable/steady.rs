@@ -1,10 +1,10 @@
-//! The profile of a cable that slides steadily: what the law says when nothing changes any more.
+//! The stationary solution of a cable that slides at constant speed.
 
+use super::elementary::tanh_series;
 use super::law::CableLaw;
-use super::step::tanh_series;
 use crate::error::{Error, finite, non_negative};
 
-/// What a steadily sliding cable looks like from its ends.
+/// Tension and stretch of a steadily sliding cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SteadySliding {
     /// Tension at the drive's outlet, N.
@@ -13,13 +13,13 @@ pub struct SteadySliding {
     pub stretch: f64,
 }
 
-/// The drag of a node depends on the tension beside it, which depends on the drag: from the ratio at the node before it
-/// settles in so many rounds.
-const ROUNDS: usize = 2;
+/// Fixed-point iterations per node: its drag depends on the tension behind it and that tension on the drag. Starting from
+/// the ratio at the node before, two suffice.
+const FIXED_POINT_ITERATIONS: usize = 2;
 
 impl CableLaw {
     /// Near tension and stretch of a cable that slides at `velocity`, m/s, + toward the motor, with this tension at
-    /// the anchor, N, and so many times the drag of the law.
+    /// the anchor, N, and the drag of the law times `drag_factor`.
     ///
     /// ```text
     /// T_(i-1) = T_i (1 + tau_i)/(1 - tau_i),   tau_i = tanh( s h_i(v) + g_i v ),   s = sign v;    e = sum_j c_j T_j
@@ -32,7 +32,7 @@ impl CableLaw {
     /// |        | `drag_factor` | 1    | finite, >= 0 | on every `d_i`: grease that has warmed                    |
     ///
     /// # Assumes
-    /// Friction that weakens with speed is that of this speed, all along the cable.
+    /// Velocity weakening is evaluated at this speed all along the cable.
     ///
     /// # Example
     /// ```
@@ -52,8 +52,8 @@ impl CableLaw {
         self.sliding(tension_out, velocity, velocity, drag_factor)
     }
 
-    /// The same where the friction that weakens with speed is that of another speed: of a cable that slips at `slip` m/s where it
-    /// was to slide at `velocity`.
+    /// The same with the velocity weakening evaluated at another speed, `slip` m/s: for a cable that slips faster than its
+    /// mean velocity.
     ///
     /// # Errors
     /// As [`steady`](Self::steady).
@@ -76,7 +76,7 @@ impl CableLaw {
         for (node, compliance) in self.nodes.iter().rev().zip(cells) {
             let half = s * (weakened * node.friction + node.loss) + node.viscous * velocity;
             let mut ahead = tension * ratio;
-            for _ in 0..ROUNDS {
+            for _ in 0..FIXED_POINT_ITERATIONS {
                 let both = tension + ahead;
                 let tau = tanh_series(half + node.drag * drag_speed / (both + 2.0 * self.drag_fade));
                 ratio = (1.0 + tau) / (1.0 - tau);
@@ -94,14 +94,14 @@ mod tests {
     use crate::transmission::cable::{Cable, CableLaw, CableParameters, CablePath, EndMotion};
 
     #[test]
-    fn a_cable_that_has_slid_long_enough_looks_as_foretold() {
+    fn long_sliding_converges_to_the_steady_solution() {
         let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
         for velocity in [0.12, 0.02, -0.02, -0.12] {
             let mut cable = Cable::new(law.clone());
             cable.settle(100.0, crate::transmission::Sliding::TowardMotor).unwrap();
             let mut ends = cable.ends();
             for _ in 0..20_000 {
-                // The load's winch keeps 100 N.
+                // The winch at the far end regulates 100 N.
                 let yielding = velocity + 0.02 * (ends.tension_out - 100.0) / 100.0;
                 ends =
                     cable.step(1e-3, EndMotion { motor: 1e-3 * velocity, anchor: 1e-3 * yielding }).unwrap();
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn below_the_pretension_nothing_is_pulled() {
+    fn below_the_pretension_the_drive_tension_is_zero() {
         let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
         let steady = law.steady(3.0, 0.1, 1.0).unwrap();
         assert!(steady.tension_in == 0.0 && steady.stretch == 0.0);

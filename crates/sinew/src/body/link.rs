@@ -1,0 +1,101 @@
+//! Rigid links of the tree, their inertia, and frames fixed to them.
+
+use super::parts::JointKind;
+use super::vector::{Frame, IDENTITY, Vector, add, compose, point_inertia, rotate, rotate_symmetric, scale};
+
+/// A rigid body that moves by one joint relative to its parent. The origin of its frame is the joint's anchor; the z axis
+/// of a hinge's or slide's frame is the joint's axis, so that the joint is a rotation about z or a translation along it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Link {
+    /// The parent link; 0 is the ground.
+    pub(crate) parent: usize,
+    /// Kind of the joint.
+    pub(crate) kind: JointKind,
+    /// Index of the joint.
+    pub(crate) joint: usize,
+    /// Index of its first coordinate.
+    pub(crate) q: usize,
+    /// Index of its first velocity.
+    pub(crate) v: usize,
+    /// Axes of its frame in the parent's, joint at its reference.
+    pub(crate) axes: Frame,
+    /// Origin of its frame in the parent's, joint at its reference.
+    pub(crate) origin: Vector,
+    /// Coordinate at which the joint is at its reference.
+    pub(crate) reference: f64,
+    /// Inertia of the rotor seen at each of its velocities.
+    pub(crate) armature: f64,
+    /// Sum over the bodies welded into it.
+    pub(crate) inertia: Inertia,
+}
+
+/// Mass, mass times centre, and inertia about the origin of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Inertia {
+    pub(crate) mass: f64,
+    pub(crate) moment: Vector,
+    pub(crate) about_origin: [f64; 6],
+}
+
+impl Inertia {
+    pub(crate) fn add(&mut self, other: &Inertia) {
+        self.mass += other.mass;
+        self.moment = add(self.moment, other.moment);
+        for (mine, theirs) in self.about_origin.iter_mut().zip(other.about_origin) {
+            *mine += theirs;
+        }
+    }
+
+    /// Of a body with its centre of mass at `center` and `central` about it, both in a frame at `origin`.
+    pub(crate) fn of(mass: f64, center: Vector, central: &[f64; 6], place: &LinkFrame) -> Inertia {
+        let center = add(place.origin, rotate(&place.axes, center));
+        let mut about_origin = rotate_symmetric(&place.axes, central);
+        for (entry, extra) in about_origin.iter_mut().zip(point_inertia(mass, center)) {
+            *entry += extra;
+        }
+        Inertia { mass, moment: scale(mass, center), about_origin }
+    }
+}
+
+/// A frame fixed to a link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LinkFrame {
+    pub(crate) link: usize,
+    pub(crate) axes: Frame,
+    pub(crate) origin: Vector,
+}
+
+impl LinkFrame {
+    pub(crate) const WORLD: LinkFrame = LinkFrame { link: 0, axes: IDENTITY, origin: [0.0; 3] };
+
+    /// A frame given in this one.
+    pub(crate) fn inner(&self, position: Vector, axes: &Frame) -> LinkFrame {
+        LinkFrame {
+            link: self.link,
+            axes: compose(&self.axes, axes),
+            origin: add(self.origin, rotate(&self.axes, position)),
+        }
+    }
+}
+
+impl JointKind {
+    /// How many coordinates.
+    #[must_use]
+    pub fn coordinates(self) -> usize {
+        match self {
+            JointKind::Hinge | JointKind::Slide => 1,
+            JointKind::Ball => 4,
+            JointKind::Free => 7,
+        }
+    }
+
+    /// How many velocities.
+    #[must_use]
+    pub fn velocities(self) -> usize {
+        match self {
+            JointKind::Hinge | JointKind::Slide => 1,
+            JointKind::Ball => 3,
+            JointKind::Free => 6,
+        }
+    }
+}
