@@ -29,8 +29,8 @@ pub const PREVIEW_HORIZON: f64 = 0.12;
 /// |-------------|---------------------------------------------------------------|--------|
 /// | T_out*, v_r | desired far tension, reference speed of the anchor              | N, m/s |
 /// | e^          | estimated stretch                                              | m      |
-/// | t_v         | [`STRETCH_TIME_CONSTANT`], above that of the drive's velocity loop | s      |
-/// | a           | [`WINCH_DECELERATION`], below the drive's 5                      | m/s^2  |
+/// | t_v         | 0.02, above that of the drive's velocity loop                   | s      |
+/// | a           | 4, below the drive's 5                                         | m/s^2  |
 ///
 /// While the whole cable slides, its stretch determines its far tension, and at a reversal the difference of
 /// the two stretches is the travel of the slip front: one law for both. A tension loop at the drive has
