@@ -1,4 +1,5 @@
-//! A muscle's compensation from its own calibration runs on the bench: nothing is read from the plant.
+//! Compensation of one cable, identified from calibration runs on the bench: only measurements of the plant
+//! are used.
 
 use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, Stop, run};
 use crate::paper::SPEEDS;
@@ -12,22 +13,23 @@ use sinew::twin::cable::Specimen;
 use sinew_identify::cable::{CableFit, CableLog, FitOptions, fit_cable};
 use sinew_identify::fit::perceptron::{TrainOptions, train};
 
-/// How fast the drag is learned after the calibration, 1/(N m): what half a minute of friction warms is followed in as long.
-const LEARNING: f64 = 1.0;
+/// Rate of drag adaptation after the calibration, 1/(N m): follows the time constant of the grease's
+/// temperature.
+const DRAG_ADAPTATION: f64 = 1.0;
 
-/// Samples between those that are kept for the cable's fit: its law does not care.
-const EVERY: usize = 6;
+/// Decimation of the samples for the fit of the cable.
+const DECIMATION: usize = 6;
 
-/// Simulated calibration runs, one of so many strokes at each of [`SPEEDS`], on this specimen, seen through the bench's
-/// sensors.
+/// Simulated calibration runs on a specimen, one at each of [`SPEEDS`] with this number of strokes, as
+/// measured by the bench's sensors.
 ///
 /// # Errors
-/// [`Error::Experiment`] where a run ends early; [`Error::Physics`] for a specimen that is none.
+/// [`Error::Experiment`] where a run ends early; [`Error::Physics`] for an invalid specimen.
 pub fn calibration_runs(specimen: &Specimen, strokes: f64, seed: u64) -> Result<Vec<Vec<BenchRow>>, Error> {
-    let of = |(k, speed): (usize, &f64)| {
+    let run_at = |(k, speed): (usize, &f64)| {
         rows(specimen, *speed, strokes, seed.wrapping_mul(31).wrapping_add(k as u64))
     };
-    SPEEDS.par_iter().enumerate().map(of).collect()
+    SPEEDS.par_iter().enumerate().map(run_at).collect()
 }
 
 /// The compensation of a variant of [`CompensationVariant::BENCH`], identified from [`calibration_runs`].
@@ -48,16 +50,16 @@ pub fn calibrate(
     }
 }
 
-/// Eqs. 7 and 8 with the numbers of a cable.
+/// Static capstan compensation (7, 8) with the parameters of an identified cable.
 ///
 /// # Errors
-/// [`Error::Physics`] for numbers of none.
+/// [`Error::Physics`] for invalid parameters.
 pub fn capstan(fit: &CableFit) -> Result<Compensation, Error> {
     let pretension = fit.model.parameters.pretension;
     Ok(Compensation::Capstan(CapstanCompensation::new(fit.model.law()?.friction_angle(), pretension)?))
 }
 
-/// The observer of a cable.
+/// Observer compensation with an identified cable.
 ///
 /// # Errors
 /// As [`capstan`].
@@ -65,29 +67,33 @@ pub fn observer(fit: &CableFit) -> Result<Compensation, Error> {
     Ok(Compensation::Observer(Box::new(ObserverCompensation::new(&fit.model)?)))
 }
 
-/// The cable that [`calibration_runs`] show, sought from what the paper's tables tell of its construction.
+/// The cable identified from [`calibration_runs`], starting from the parameters fitted to the paper's tables.
 ///
 /// # Errors
 /// As [`fit_cable`].
 pub fn calibrated_cable(logs: &[Vec<BenchRow>]) -> Result<CableFit, Error> {
-    let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows, EVERY)).collect();
+    let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows, DECIMATION)).collect();
     let options = FitOptions { samples: 40_000, residuals: 2500, around: false, ..FitOptions::default() };
     let mut fit = fit_cable(&logs, &CableModel::bench(), &options)?;
-    fit.model.learning = LEARNING;
+    fit.model.learning = DRAG_ADAPTATION;
     Ok(fit)
 }
 
 fn rows(specimen: &Specimen, speed: f64, strokes: f64, seed: u64) -> Result<Vec<BenchRow>, Error> {
-    let wanted = BenchRun::paper(specimen.clone(), Programme::Calibrate, speed, seed);
-    let seconds = strokes * wanted.stroke / speed;
+    let bench_run = BenchRun::paper(specimen.clone(), Programme::Calibrate, speed, seed);
+    let seconds = strokes * bench_run.stroke / speed;
     let mut rows = Vec::new();
     let stop: Option<Stop> =
-        run(&wanted, MuscleControl::Compensation(&mut Compensation::None), seconds, |row| rows.push(*row))?;
+        run(&bench_run, MuscleControl::Compensation(&mut Compensation::None), seconds, |row| {
+            rows.push(*row)
+        })?;
     match stop {
         None => Ok(rows),
-        Some(stop) => {
-            Err(Error::experiment("calibration run", "no cable or drive that gives up", &format!("{stop:?}")))
-        }
+        Some(stop) => Err(Error::experiment(
+            "calibration run",
+            "no broken cable and no drive fault",
+            &format!("{stop:?}"),
+        )),
     }
 }
 
@@ -101,12 +107,13 @@ pub(crate) fn cable_log(rows: &[BenchRow], every: usize) -> CableLog {
     log
 }
 
-/// Rows that a network of two inputs is trained on, at most: of 500 000 at 1 kHz every ninth says all that its neighbours do.
-const MOST_ROWS: usize = 60_000;
+/// Limit of the training rows of a network with two inputs: neighbouring samples at 1 kHz are redundant.
+const MAX_TRAINING_ROWS: usize = 60_000;
 
-/// Eq. 17, from either end's tension and the speed to what friction takes; the whole run, reversals included.
+/// The networks of (17): from the tension of either end and the velocity to the friction loss, trained on
+/// whole runs, reversals included.
 pub(crate) fn networks(logs: &[Vec<BenchRow>], seed: u64) -> Result<NetworkCompensation, Error> {
-    let every = logs.iter().map(Vec::len).sum::<usize>().div_ceil(MOST_ROWS).max(1);
+    let every = logs.iter().map(Vec::len).sum::<usize>().div_ceil(MAX_TRAINING_ROWS).max(1);
     let network = |end: fn(&BenchRow) -> f64| {
         let (mut inputs, mut targets) = (Vec::new(), Vec::new());
         for row in logs.iter().flatten().step_by(every) {
@@ -119,7 +126,7 @@ pub(crate) fn networks(logs: &[Vec<BenchRow>], seed: u64) -> Result<NetworkCompe
         trained
             .network
             .to_perceptron()
-            .ok_or_else(|| Error::experiment("network", "weights that are finite", &"others"))
+            .ok_or_else(|| Error::experiment("network", "finite weights", &"NaN or infinity"))
     };
     Ok(NetworkCompensation::new(network(|row| row.far)?, network(|row| row.sample.tension_in)?)?)
 }
@@ -129,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_calibration_knows_the_friction_of_a_specimen_it_has_never_seen() {
+    fn calibration_identifies_the_friction_angle_of_a_drawn_specimen() {
         let specimen = Specimen::draw(3);
         let logs = calibration_runs(&specimen, 2.0, 1).unwrap();
         let fit = calibrated_cable(&logs).unwrap();

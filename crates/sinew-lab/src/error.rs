@@ -1,21 +1,21 @@
-/// What can be wrong with an experiment.
+/// Errors of experiments.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A value refused by the physics.
+    /// A value outside the domain of the physics.
     #[error(transparent)]
     Physics(#[from] sinew::Error),
-    /// Logs of an experiment from which nothing can be identified.
+    /// Logs that do not determine a model.
     #[error(transparent)]
     Identification(#[from] sinew_identify::Error),
-    /// A part of an experiment that cannot be used, or a run that ended early.
+    /// An invalid part of an experiment, or a run that ended early.
     #[error("{name}: expected {expected}, got {got}")]
     Experiment {
         /// The argument or the run.
         name: &'static str,
-        /// What was expected of it.
+        /// The expected value.
         expected: &'static str,
-        /// What it was.
+        /// The actual value.
         got: String,
     },
 }

@@ -1,7 +1,15 @@
-//! Experiments on simulated cable-driven robots: where plant and controller meet, and the only place.
+//! Experiments on simulated cable-driven robots: the only crate in which plant and controller meet.
 //!
-//! A bench and an arm are run on the twin, their cables are calibrated from the logs of those runs, the arm tracks
-//! paths, and one paper's programme is repeated. All of its numbers are simulated.
+//! | module         | content                                                                            |
+//! |----------------|------------------------------------------------------------------------------------|
+//! | [`experiment`] | one run: the plant under a controller, on the bench or along a trajectory            |
+//! | [`calibrate`]  | compensation of one cable, identified from calibration runs on the bench             |
+//! | [`arm`]        | planning, calibration of all cables, tracking, and the numbers of a run              |
+//! | [`reproduce`]  | the programme of `yuan2023`: its tables and figures with simulated numbers            |
+//! | [`paper`]      | the numbers that `yuan2023` reports                                                  |
+//! | [`simulated`]  | logs of a simulated bench, labelled as such, for demonstrations                       |
+//!
+//! All results are simulated.
 
 pub mod arm;
 pub mod calibrate;

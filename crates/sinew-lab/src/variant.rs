@@ -1,4 +1,5 @@
-//! The compensation variants that experiments compare: the one list from which tables, files and command lines derive.
+//! The compensation variants that experiments compare: the one list from which tables, files and command
+//! lines derive.
 
 use crate::Error;
 use serde::{Deserialize, Serialize};
@@ -8,8 +9,8 @@ use std::str::FromStr;
 
 /// How transmission losses of the cables are compensated.
 ///
-/// `None`, `Capstan` and `Paper` command drive tensions. The others command winch speeds and, on the arm, differ in where
-/// the state of the cables comes from.
+/// `None`, `Capstan` and `Paper` command drive tensions. The others command winch speeds and, on the arm,
+/// differ in where the state of the cables comes from.
 ///
 /// Serialized by [`name`](Self::name), and ordered by it, as keys of a map in a file are.
 ///

@@ -6,7 +6,7 @@ use sinew::twin::cable::Specimen;
 use sinew_lab::CompensationVariant::{self, Capstan, None, Observer};
 use sinew_lab::calibrate::{calibrate, calibrated_cable, calibration_runs, observer};
 use sinew_lab::experiment::bench::{BenchRun, MuscleControl, Programme};
-use sinew_lab::reproduce::{Mechanism, Trial, on_trial};
+use sinew_lab::reproduce::{Mechanism, Trial, run_trial};
 
 fn rmse(sides: &[Comparison; 2]) -> [f64; 2] {
     [sides[0].rmse().unwrap(), sides[1].rmse().unwrap()]
@@ -14,7 +14,7 @@ fn rmse(sides: &[Comparison; 2]) -> [f64; 2] {
 
 fn trial(specimen: &Specimen, speed: f64, steering: MuscleControl<'_>) -> Trial {
     let wanted = BenchRun::paper(specimen.clone(), Programme::Track, speed, 77);
-    on_trial(&wanted, steering, 3.0 + 3.2 * wanted.stroke / speed, [0.0, 0.0]).unwrap()
+    run_trial(&wanted, steering, 3.0 + 3.2 * wanted.stroke / speed, [0.0, 0.0]).unwrap()
 }
 
 #[test]

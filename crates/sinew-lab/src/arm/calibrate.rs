@@ -1,4 +1,5 @@
-//! Every transmission of an arm by its own calibration run: nothing is read from the plant.
+//! Calibration of every transmission of an arm, one at a time on the bench: only measurements of the plant
+//! are used.
 
 use crate::Error;
 use crate::calibrate::{cable_log, networks};
@@ -6,46 +7,48 @@ use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, run
 use rayon::prelude::*;
 use sinew::control::compensation::{Compensation, NetworkCompensation};
 use sinew::predictor::CableModel;
-use sinew::transmission::cable::Weakening;
+use sinew::transmission::cable::{CableParameters, Weakening};
 use sinew::twin::arm::ArmSpecimen;
 use sinew_identify::cable::{CableFit, CableLog, FitOptions, Quantity, fit_cable};
 
-/// One part of a calibration.
+/// One calibration run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CalibrationStroke {
-    /// m/s.
+    /// Speed of the winch, m/s.
     pub speed: f64,
     /// Length of a stroke, m.
     pub length: f64,
-    /// How long, s.
-    pub seconds: f64,
-    /// Milliseconds between the samples that are kept: at most 20, where an observer starts afresh.
-    pub every: usize,
+    /// Duration, s.
+    pub duration: f64,
+    /// Decimation: milliseconds between the samples of the fit, at most 20, beyond which an observer
+    /// restarts.
+    pub decimation: usize,
 }
 
-/// What a transmission is put through: creeping, because an arm creeps, and as fast as it gets.
+/// The calibration of a transmission, from the creeping speeds at which an arm works to its largest.
 pub const CALIBRATION_STROKES: [CalibrationStroke; 3] = [
-    CalibrationStroke { speed: 0.003, length: 0.06, seconds: 50.0, every: 12 },
-    CalibrationStroke { speed: 0.02, length: 0.2, seconds: 20.0, every: 4 },
-    CalibrationStroke { speed: 0.1, length: 0.35, seconds: 15.0, every: 4 },
+    CalibrationStroke { speed: 0.003, length: 0.06, duration: 50.0, decimation: 12 },
+    CalibrationStroke { speed: 0.02, length: 0.2, duration: 20.0, decimation: 4 },
+    CalibrationStroke { speed: 0.1, length: 0.35, duration: 15.0, decimation: 4 },
 ];
 
-/// Swing of the far tension, N: what the arm works with.
+/// Range of the far tension, N: the working range of the arm.
 const TENSION: [f64; 2] = [25.0, 150.0];
 
-/// How fast the drag is learned at work, 1/(N m).
-const LEARNING: f64 = 3.0;
+/// Rate of drag adaptation during tracking, 1/(N m).
+const DRAG_ADAPTATION: f64 = 3.0;
 
-/// Friction at rest from which the search starts.
-const SLOW: Weakening = Weakening { rise: 0.05, speed: 3e-3, lag: 0.05 };
+/// Weakening from which the search starts.
+const INITIAL_WEAKENING: Weakening = Weakening { rise: 0.05, speed: 3e-3, lag: 0.05 };
 
-/// Puts every transmission of an arm on the bench, alone, and fits an observer's numbers to what the bench's sensors say.
+/// Identifies the observer model of every transmission of an arm from its own runs on the bench.
 ///
-/// The start of every fit is the arm as drawn on paper, `design`.
+/// Every fit starts from the parameters of `design`.
 ///
 /// # Errors
-/// [`Error::Experiment`] where a run ends early or shows too little, or where the arms are not of one kind;
-/// [`Error::Physics`] for a specimen that is none.
+/// [`Error::Experiment`] where a run ends early or the arms have different numbers of muscles;
+/// [`Error::Identification`] where the runs do not determine a model; [`Error::Physics`] for an invalid
+/// specimen.
 pub fn calibrate_arm(
     specimen: &ArmSpecimen,
     design: &ArmSpecimen,
@@ -63,23 +66,22 @@ pub fn calibrate_arm(
             let logs: Vec<CableLog> = logs
                 .iter()
                 .zip(&CALIBRATION_STROKES)
-                .map(|(rows, strokes)| cable_log(rows, strokes.every))
+                .map(|(rows, strokes)| cable_log(rows, strokes.decimation))
                 .collect();
-            let parameters =
-                sinew::transmission::cable::CableParameters { weakening: Some(SLOW), ..designed.parameters };
-            // An arm is switched on with its cables pulled taut.
+            let parameters = CableParameters { weakening: Some(INITIAL_WEAKENING), ..designed.parameters };
+            // An arm starts with its cables pulled taut.
             let start =
                 CableModel { path: designed.path.clone(), parameters, start: 1.0, ..CableModel::bench() };
             let mut fit = fit_cable(&logs, &start, &options())?;
-            fit.model.learning = LEARNING;
-            // The arm's encoders have other zeros than the bench's.
+            fit.model.learning = DRAG_ADAPTATION;
+            // The zeros of the arm's encoders differ from those of the bench.
             fit.model.zero_stretch = None;
             Ok(fit)
         })
         .collect()
 }
 
-/// The same runs, and the paper's networks for every muscle.
+/// The networks of (17) for every muscle, trained on the same runs.
 ///
 /// # Errors
 /// As [`calibrate_arm`].
@@ -89,15 +91,15 @@ pub fn calibrate_networks(specimen: &ArmSpecimen, seed: u64) -> Result<Vec<Netwo
         .map(|muscle| {
             let mut logs = runs(specimen, muscle, seed)?;
             for rows in &mut logs {
-                *rows = rows.iter().step_by(THINNED).copied().collect();
+                *rows = rows.iter().step_by(NETWORK_DECIMATION).copied().collect();
             }
             networks(&logs, seed.wrapping_add(muscle as u64))
         })
         .collect()
 }
 
-/// Rows between those that a network is trained on.
-const THINNED: usize = 30;
+/// Decimation of the training rows of a network.
+const NETWORK_DECIMATION: usize = 30;
 
 fn options() -> FitOptions {
     FitOptions {
@@ -114,7 +116,7 @@ fn options() -> FitOptions {
 pub(super) fn runs(specimen: &ArmSpecimen, muscle: usize, seed: u64) -> Result<Vec<Vec<BenchRow>>, Error> {
     let each = CALIBRATION_STROKES.iter().enumerate().map(|(n, strokes)| {
         let seed = seed.wrapping_mul(1009).wrapping_add((16 * muscle + n) as u64);
-        let wanted = BenchRun {
+        let bench_run = BenchRun {
             resolution: specimen.resolution,
             drives: specimen.drives[muscle],
             stroke: strokes.length,
@@ -123,11 +125,13 @@ pub(super) fn runs(specimen: &ArmSpecimen, muscle: usize, seed: u64) -> Result<V
             ..BenchRun::paper(specimen.cables[muscle].clone(), Programme::Calibrate, strokes.speed, seed)
         };
         let mut rows: Vec<BenchRow> = Vec::new();
-        let nothing = &mut Compensation::None;
-        match run(&wanted, MuscleControl::Compensation(nothing), strokes.seconds, |row| rows.push(*row))? {
+        let uncompensated = &mut Compensation::None;
+        match run(&bench_run, MuscleControl::Compensation(uncompensated), strokes.duration, |row| {
+            rows.push(*row)
+        })? {
             None => Ok(rows),
             Some(stop) => {
-                let expected = "no cable or drive that gives up";
+                let expected = "no broken cable and no drive fault";
                 Err(Error::experiment("calibration run", expected, &format!("{stop:?}")))
             }
         }

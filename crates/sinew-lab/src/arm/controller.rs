@@ -16,7 +16,8 @@ const HALF_BANDWIDTH_KG: f64 = 0.45;
 /// The controller of a variant for an arm whose cables were identified as `models`, carrying `payload` kg.
 ///
 /// # Errors
-/// As [`ArmController::new`], and as [`calibrate_networks`] and [`calibrate_residuals`] where networks are trained.
+/// As [`ArmController::new`], and as [`calibrate_networks`] and [`calibrate_residuals`] where networks are
+/// trained.
 pub(super) fn controller(
     variant: CompensationVariant,
     robot: &Robot,
@@ -41,8 +42,8 @@ pub(super) fn controller(
     Ok(controller.with_residuals(residuals.into_iter().map(|fit| fit.network).collect())?)
 }
 
-/// A payload lowers the bandwidth: friction grows with the tensions that carry it, and a stiff loop starts a limit cycle
-/// between the two directions of sliding.
+/// A payload lowers the bandwidth: friction grows with the tensions that carry it, and a stiff loop starts a
+/// limit cycle between the two directions of sliding.
 fn gains(variant: CompensationVariant, payload: f64) -> ArmGains {
     let mut gains = ArmGains::lm_arm();
     let share = payload / HALF_BANDWIDTH_KG;

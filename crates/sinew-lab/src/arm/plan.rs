@@ -28,11 +28,12 @@ pub enum EndPointMotion {
 
 /// Plans a joint trajectory, from rest to rest, on which `site` performs a motion that starts near `pose`.
 ///
-/// `duration` is in s; waypoints have their own times. A part of the motion that the end point cannot reach is cut off:
-/// [`first_infeasibility`] reports it.
+/// `duration` is in s; waypoints have their own times. A part of the motion that the end point cannot reach
+/// is cut off: [`first_infeasibility`] reports it.
 ///
 /// # Errors
-/// [`Error::Physics`] where the robot has joints other than hinges and slides, and for numbers outside their domain.
+/// [`Error::Physics`] where the robot has joints other than hinges and slides, and for numbers outside their
+/// domain.
 pub fn plan(
     robot: &Robot,
     site: usize,
@@ -67,7 +68,8 @@ fn through_waypoints(
             matches!(&motion, Trajectory::AlongPath { joints, .. } if joints.first_unreached().is_some());
         motions.push((segment.start, motion));
         if unreached {
-            // The next segment would start in another pose; the feasibility check reports where this one ends.
+            // The next segment would start in another pose; the feasibility check reports where this one
+            // ends.
             end = motions.last().map_or(0.0, |(start, motion)| start + motion.duration());
             break;
         }
@@ -113,12 +115,12 @@ fn along_path(
     Ok(Trajectory::AlongPath { joints, law })
 }
 
-/// The first time at which a limit is violated: of the joints, of speed or acceleration of a winch, or of the tensions
-/// that the controller may ask for, where they cannot produce the torque.
+/// The first time at which a limit is violated: of the joints, of speed or acceleration of a winch, or of the
+/// tensions that the controller may ask for, where they cannot produce the torque.
 ///
 /// # Errors
-/// [`Error::Physics`] where trajectory and robot do not belong together, and for a robot with a muscle without a sheath:
-/// its tension limits are unknown.
+/// [`Error::Physics`] where trajectory and robot do not belong together, and for a robot with a muscle
+/// without a sheath: its tension limits are unknown.
 pub fn first_infeasibility(robot: &Robot, trajectory: &Trajectory) -> Result<Option<Infeasibility>, Error> {
     let gains = ArmGains::lm_arm();
     let mut torques = TorqueCheck::new(robot, tension_limits(robot, trajectory, &gains)?);

@@ -3,12 +3,12 @@ use serde::Serialize;
 use sinew::body::Robot;
 use sinew::control::arm::Fault;
 
-/// Errors of the end point, m.
+/// Position error of the end point, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ErrorSpread {
-    /// Mean distance.
+    /// Mean.
     pub mean: f64,
-    /// Its standard deviation.
+    /// Standard deviation.
     pub std: f64,
     /// Largest.
     pub max: f64,
@@ -20,18 +20,18 @@ impl From<&Statistics> for ErrorSpread {
     }
 }
 
-/// Rest after the motion, from two seconds on.
+/// Errors at rest after the motion, after two seconds of settling.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Hold {
-    /// Of the end point.
+    /// Position error of the end point.
     pub end_point_error_m: ErrorSpread,
-    /// What the zeros of the joints' encoders alone put it off, m.
+    /// Its mean share by the zeros of the joint encoders, m.
     pub unseen_error_m: f64,
     /// Largest standard deviation of a tension at an anchor, N.
     pub tension_unrest_n: f64,
 }
 
-/// Errors of the muscles' lengths, m.
+/// Length errors of the muscles, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MuscleSpread {
     /// Mean magnitude, over muscles and time.
@@ -40,16 +40,16 @@ pub struct MuscleSpread {
     pub std: f64,
 }
 
-/// Something that was wrong for a while.
+/// A fault over an interval of time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackIncident {
-    /// When the controller first said so, s since the run began.
+    /// First report of the controller, s since the start of the run.
     pub from_s: f64,
-    /// And last.
+    /// Last report, s.
     pub until_s: f64,
-    /// What, and of which muscle or joint.
+    /// The fault, with the name of its muscle or joint.
     pub what: String,
-    /// What was done: `bridged` or `stopped`.
+    /// Reaction of the controller: `bridged` or `stopped`.
     pub answer: &'static str,
 }
 
@@ -64,7 +64,7 @@ impl TrackIncident {
     }
 }
 
-/// A time of whole milliseconds, s, without what a sum of them leaves.
+/// Rounds a time, s, to milliseconds.
 fn to_milliseconds(time: f64) -> f64 {
     (1e3 * time).round() / 1e3
 }
@@ -86,18 +86,19 @@ fn named(fault: Fault, robot: &Robot) -> String {
     }
 }
 
-/// What a run is reported by.
+/// The numbers of a run in reports and files.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackingNumbers {
-    /// Of the end point.
+    /// Position error of the end point.
     pub end_point_error_m: ErrorSpread,
-    /// What the zeros of the joints' encoders alone put it off: no controller without a sensor there can do better.
+    /// Its share by the zeros of the joint encoders, which no controller without a sensor at the end point
+    /// can correct.
     pub unseen_error_m: ErrorSpread,
-    /// Of every repeat by itself: what one showed helps the next.
+    /// Of every repeat.
     pub end_point_error_per_repeat_m: Vec<ErrorSpread>,
-    /// At rest after the last, where the run went on so long.
+    /// At rest after the last repeat, where the run was long enough.
     pub hold: Option<Hold>,
-    /// Of all muscles.
+    /// Length error over all muscles.
     pub muscle_length_error_m: MuscleSpread,
     /// Mean magnitude of every muscle's error, m.
     pub per_muscle: Vec<f64>,
@@ -105,11 +106,11 @@ pub struct TrackingNumbers {
     pub least_anchor_tension_n: f64,
     /// Greatest tension at a drive, N.
     pub most_drive_tension_n: f64,
-    /// When the arm was stopped, s.
+    /// Time at which the run was stopped, s.
     pub stopped_s: Option<f64>,
-    /// And why.
+    /// The fault that stopped it.
     pub stopped_by: Option<String>,
-    /// All that was wrong, in the order in which the controller said so.
+    /// All faults, in the order of their first reports.
     pub incidents: Vec<TrackIncident>,
 }
 
@@ -147,25 +148,25 @@ impl TrackingNumbers {
 /// One row of a trace.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TraceRow {
-    /// Since the run began, s.
+    /// Time since the start of the run, s.
     pub time_s: f64,
-    /// Which repeat; none at rest.
+    /// Index of the repeat; `None` at rest.
     pub repeat: Option<u32>,
-    /// Where the end point was to be, m.
+    /// Reference position of the end point, m.
     pub wanted_m: [f64; 3],
-    /// Where it was.
+    /// True position, m.
     pub end_point_m: [f64; 3],
-    /// How long every muscle was to be, m.
+    /// Reference length of every muscle, m.
     pub length_m: Vec<f64>,
-    /// By how much every muscle was too long, m.
+    /// True minus reference length of every muscle, m.
     pub length_error_m: Vec<f64>,
-    /// Tension wanted at every anchor, N.
+    /// Desired tension at every anchor, N.
     pub wanted_n: Vec<f64>,
-    /// What it was.
+    /// True tension at every anchor, N.
     pub anchor_n: Vec<f64>,
-    /// Tension at every drive, N.
+    /// True tension at every drive, N.
     pub drive_n: Vec<f64>,
 }
 
-/// A run, thinned for figures.
+/// A run, decimated for figures.
 pub type Trace = Vec<TraceRow>;

@@ -85,7 +85,8 @@ pub struct TrackingResult {
 /// Runs a tracking task with the controller of a variant.
 ///
 /// # Errors
-/// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where networks are trained.
+/// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where networks are
+/// trained.
 pub fn track_arm(
     arm: &CalibratedArm,
     variant: CompensationVariant,

@@ -1,4 +1,4 @@
-//! The arm's part of the paper: a trajectory tracked by every variant, on an arm that was built with errors.
+//! The arm's part of the paper: one trajectory tracked with every compensation variant, on a drawn specimen.
 
 use crate::arm::{CalibratedArm, EndPointMotion, Trace, TrackingNumbers, TrackingTask, plan, track_arm};
 use crate::{CompensationVariant, Error};
@@ -8,48 +8,48 @@ use sinew::trajectory::{EndPointPath, Loop};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// How much of it.
+/// Extent of the programme.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmOptions {
-    /// Of the arm as built and of its sensors' noise.
+    /// Seed of the specimen and of the sensor noise.
     pub seed: u64,
-    /// Two periods of the path, s.
+    /// Duration of two periods of the path, s.
     pub duration: f64,
-    /// Of the default; every other variant goes once.
+    /// Repeats of the default variant; the others run once.
     pub repeats: u32,
-    /// Every variant, or the default beside none.
+    /// All variants, or the default and no compensation only.
     pub all: bool,
 }
 
 impl ArmOptions {
-    /// The paper's: 115 s, six times.
+    /// As in the paper: 115 s, six repeats.
     #[must_use]
     pub fn full(seed: u64) -> Self {
         Self { seed, duration: 115.0, repeats: 6, all: true }
     }
 
-    /// A look in seconds: ten times as fast, once.
+    /// A quick run: ten times as fast, one repeat.
     #[must_use]
     pub fn quick(seed: u64) -> Self {
         Self { seed, duration: 11.5, repeats: 1, all: false }
     }
 }
 
-/// What the arm did.
+/// Results of the arm.
 #[derive(Debug, Clone)]
 pub struct ArmPart {
-    /// What was asked for.
+    /// Extent of the programme.
     pub options: ArmOptions,
-    /// By variant.
+    /// Numbers of every variant.
     pub tracking: BTreeMap<CompensationVariant, TrackingNumbers>,
-    /// The default's run, thinned.
+    /// Trace of the default variant.
     pub trace: Trace,
     /// Names of the muscles.
     pub muscles: Vec<String>,
 }
 
-/// Rows of a trace over one run.
-const ROWS: f64 = 3000.0;
+/// Rows of a trace.
+const TRACE_ROWS: f64 = 3000.0;
 /// Rest after the motion, s.
 const FINAL_REST_S: f64 = 3.0;
 
@@ -62,9 +62,9 @@ pub fn reproduce_arm(
     options: &ArmOptions,
     progress: &(dyn Fn(&str, f64) + Sync),
 ) -> Result<ArmPart, Error> {
-    let nothing = |what: &'static str| Error::experiment("robot", what, &"none");
-    let pose = robot.key("start").ok_or_else(|| nothing("a key pose `start`"))?;
-    let site = robot.site("endpoint").ok_or_else(|| nothing("a site `endpoint`"))?;
+    let missing = |what: &'static str| Error::experiment("robot", what, &"none");
+    let pose = robot.key("start").ok_or_else(|| missing("a key pose `start`"))?;
+    let site = robot.site("endpoint").ok_or_else(|| missing("a site `endpoint`"))?;
     let motion = EndPointMotion::ClosedPath(EndPointPath::lm_arm(Loop::Sine));
     let trajectory = plan(robot, site, &motion, pose, options.duration)?;
     progress("calibrating the arm's cables", 0.0);
@@ -80,7 +80,7 @@ pub fn reproduce_arm(
         .par_iter()
         .map(|variant| {
             let repeats = if *variant == CompensationVariant::Observer { options.repeats } else { 1 };
-            let trace_interval = options.duration * f64::from(repeats) / ROWS;
+            let trace_interval = options.duration * f64::from(repeats) / TRACE_ROWS;
             let task = TrackingTask {
                 trajectory: &trajectory,
                 site,

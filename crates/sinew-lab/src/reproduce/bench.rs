@@ -1,11 +1,11 @@
-//! The bench's part of the paper: calibration, Tables I to III, elongation, other specimens.
+//! The bench's part of the paper: calibration, Tables I to III, elongation, and other specimens.
 
 use super::elongation::{self, ElongationTable};
 use super::mechanism::Mechanism;
 use super::results::{
     BenchResults, ByVariant, Efficiency, ElongationMillimetres, Indices, OtherSpecimen, Sides, Stretching,
 };
-use super::trial::{TraceRow, Trial, on_trial};
+use super::trial::{TraceRow, Trial, run_trial};
 use crate::calibrate::{calibrate, calibrated_cable, calibration_runs, capstan, observer};
 use crate::experiment::bench::{BenchRun, MuscleControl, Programme};
 use crate::paper::SPEEDS;
@@ -17,16 +17,16 @@ use sinew::twin::cable::Specimen;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// How much of it.
+/// Extent of the programme.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BenchOptions {
-    /// Of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// CalibrationStroke of the calibration at each of the six speeds.
     pub strokes: f64,
     /// Whole cycles of every trial.
     pub cycles: f64,
-    /// Other specimens.
+    /// Number of other specimens.
     pub specimens: u64,
 }
 
@@ -34,7 +34,7 @@ impl BenchOptions {
     /// The whole programme.
     #[must_use]
     pub fn full(seed: u64) -> Self {
-        // The paper's 500 s of training data: the same number of strokes at every speed.
+        // 500 s of training data as in the paper, with equal numbers of strokes at every speed.
         let stroke_at_each: f64 = SPEEDS
             .map(|v| BenchRun::paper(Specimen::bench(), Programme::Calibrate, v, seed).stroke / v)
             .iter()
@@ -42,14 +42,14 @@ impl BenchOptions {
         Self { seed, strokes: 500.0 / stroke_at_each, cycles: 3.0, specimens: 5 }
     }
 
-    /// A look in seconds.
+    /// A quick run.
     #[must_use]
     pub fn quick(seed: u64) -> Self {
         Self { seed, strokes: 2.0, cycles: 1.6, specimens: 0 }
     }
 }
 
-/// A trace for figures 7 and 8.
+/// One curve of figures 7 and 8.
 #[derive(Debug, Clone)]
 pub struct Trace {
     /// Compensation variant.
@@ -60,22 +60,22 @@ pub struct Trace {
     pub rows: Vec<TraceRow>,
 }
 
-/// Everything a report needs.
+/// Results of the bench.
 #[derive(Debug, Clone)]
 pub struct BenchPart {
-    /// What was asked for.
+    /// Extent of the programme.
     pub options: BenchOptions,
-    /// The numbers.
+    /// Numbers for `results.json`.
     pub results: BenchResults,
     /// Tables II and III with their points.
     pub mechanism: Mechanism,
-    /// For figures 7 and 8.
+    /// Curves of figures 7 and 8.
     pub traces: Vec<Trace>,
-    /// The observer's fit.
+    /// Root mean square error of the observer's fit, N.
     pub fit_rmse_n: f64,
 }
 
-/// Runs the programme; `progress` is told the stage and how much is done, 0 to 1.
+/// Runs the programme; `progress` receives the stage and the completed share, 0 to 1.
 ///
 /// # Errors
 /// [`Error::Experiment`] where a run ends early.
@@ -142,8 +142,8 @@ pub fn reproduce_bench(
         }),
         elongation_mm: millimetres(&elongation),
         uncompensated_mean_error_n: Sides {
-            active: without.map_or(f64::NAN, |trials| mean_of(trials, |trial| trial.lost[0])),
-            passive: mechanism.lost[1],
+            active: without.map_or(f64::NAN, |trials| mean_of(trials, |trial| trial.tension_loss[0])),
+            passive: mechanism.tension_loss[1],
         },
         other_specimens: others,
     };
@@ -163,16 +163,19 @@ fn all_speeds(
         .into_par_iter()
         .map(|(k, speed)| {
             let seed = options.seed.wrapping_add(100);
-            let wanted = BenchRun::paper(specimen.clone(), Programme::Track, speed, seed);
-            let stroke = wanted.stroke / speed;
+            let bench_run = BenchRun::paper(specimen.clone(), Programme::Track, speed, seed);
+            let stroke = bench_run.stroke / speed;
             let seconds = 3.0 + 2.0 * stroke * options.cycles;
-            // The picture begins with a whole stroke.
-            let drawn = [0.0, 3.0 + 2.0 * stroke];
+            // The figure shows a whole cycle.
+            let traced = [0.0, 3.0 + 2.0 * stroke];
             match steerings[k].1 {
-                Some(compensation) => {
-                    on_trial(&wanted, MuscleControl::Compensation(&mut compensation.clone()), seconds, drawn)
-                }
-                None => on_trial(&wanted, MuscleControl::Oracle, seconds, drawn),
+                Some(compensation) => run_trial(
+                    &bench_run,
+                    MuscleControl::Compensation(&mut compensation.clone()),
+                    seconds,
+                    traced,
+                ),
+                None => run_trial(&bench_run, MuscleControl::Oracle, seconds, traced),
             }
         })
         .collect::<Result<Vec<_>, Error>>()?;
@@ -186,16 +189,17 @@ fn all_speeds(
 fn other_specimen(seed: u64, options: &BenchOptions) -> Result<OtherSpecimen, Error> {
     let specimen = Specimen::draw(seed);
     let logs = calibration_runs(&specimen, options.strokes, seed)?;
-    let found = observer(&calibrated_cable(&logs)?)?;
+    let compensation = observer(&calibrated_cable(&logs)?)?;
     drop(logs);
-    let steerings = [(CompensationVariant::Observer, Some(&found)), (CompensationVariant::Perfect, None)];
+    let steerings =
+        [(CompensationVariant::Observer, Some(&compensation)), (CompensationVariant::Perfect, None)];
     let trials = all_speeds(&specimen, &steerings, options)?;
-    let (ours, perfect) = (&trials[0].1, &trials[1].1);
+    let (observed, perfect) = (&trials[0].1, &trials[1].1);
     Ok(OtherSpecimen {
         seed,
-        table1: indices(ours, |trial| &trial.scores.achieved, false),
-        table1_estimate: indices(ours, |trial| &trial.scores.estimated, false),
-        table1_cycles: indices(ours, |trial| &trial.scores.cycles, true),
+        table1: indices(observed, |trial| &trial.scores.achieved, false),
+        table1_estimate: indices(observed, |trial| &trial.scores.estimated, false),
+        table1_cycles: indices(observed, |trial| &trial.scores.cycles, true),
         perfect_cycles: indices(perfect, |trial| &trial.scores.cycles, true),
     })
 }

@@ -1,4 +1,4 @@
-//! Tables II and III, figures 9 and 10: the mechanism itself, from the calibration runs.
+//! Tables II and III, figures 9 and 10: efficiency and elongation in the calibration runs.
 
 use crate::experiment::bench::BenchRow;
 use crate::paper::{self, LENGTH_M, SPEEDS};
@@ -14,30 +14,30 @@ pub struct Point {
     pub stretch: f64,
 }
 
-/// What the calibration runs show of the cable in its steady windows: `[active, passive][speed]`.
+/// Statistics of the cable in the steady windows of the calibration runs: `[active, passive][speed]`.
 #[derive(Debug, Clone, Default)]
 pub struct Mechanism {
     /// Mean and standard deviation of `T_out/T_in`, 1.
     pub efficiency: [[[f64; 2]; 6]; 2],
     /// Mean and standard deviation of elongation over near tension and length, 1e-3 m/(N m).
     pub elongation: [[[f64; 2]; 6]; 2],
-    /// Points for pictures.
+    /// Points of figures 9 and 10.
     pub points: [[Vec<Point>; 6]; 2],
     /// Mean of `|T_in - T_out|`, N, over all speeds.
-    pub lost: [f64; 2],
+    pub tension_loss: [f64; 2],
 }
 
-/// Samples between points of a picture.
-const EVERY: usize = 150;
+/// Decimation of the points.
+const DECIMATION: usize = 150;
 
 impl Mechanism {
-    /// From one run per speed of [`SPEEDS`], in this order.
+    /// Statistics of one run per speed of [`SPEEDS`], in this order.
     ///
-    /// The ratio is of the true tensions, as both of the paper's load cells have none of the noise left in a mean.
+    /// Ratios use the true tensions: the noise of load cells averages out in a mean.
     #[must_use]
     pub fn of(runs: &[Vec<BenchRow>]) -> Self {
         let mut found = Self::default();
-        let mut lost = [Moments::default(), Moments::default()];
+        let mut loss = [Moments::default(), Moments::default()];
         for (speed, rows) in runs.iter().enumerate().take(SPEEDS.len()) {
             let mut ratio = [Moments::default(), Moments::default()];
             let mut stretch = [Moments::default(), Moments::default()];
@@ -46,17 +46,17 @@ impl Mechanism {
                 let [near, far] = row.truth;
                 ratio[side].push(far / near);
                 stretch[side].push(1e3 * row.stretch / (near * LENGTH_M));
-                lost[side].push((near - far).abs());
-                if k % EVERY == 0 {
+                loss[side].push((near - far).abs());
+                if k % DECIMATION == 0 {
                     found.points[side][speed].push(Point { near, far, stretch: 1e3 * row.stretch });
                 }
             }
             for side in 0..2 {
-                found.efficiency[side][speed] = ratio[side].account();
-                found.elongation[side][speed] = stretch[side].account();
+                found.efficiency[side][speed] = ratio[side].mean_and_deviation();
+                found.elongation[side][speed] = stretch[side].mean_and_deviation();
             }
         }
-        found.lost = lost.map(|lost| lost.account()[0]);
+        found.tension_loss = loss.map(|loss| loss.mean_and_deviation()[0]);
         found
     }
 
@@ -77,7 +77,7 @@ impl Mechanism {
     }
 }
 
-/// Mean and spread of a stream.
+/// Mean and standard deviation of a stream, by Welford's method.
 #[derive(Debug, Clone, Copy, Default)]
 struct Moments {
     count: f64,
@@ -89,13 +89,13 @@ impl Moments {
     fn push(&mut self, value: f64) {
         if value.is_finite() {
             self.count += 1.0;
-            let off = value - self.mean;
-            self.mean += off / self.count;
-            self.squares += off * (value - self.mean);
+            let deviation = value - self.mean;
+            self.mean += deviation / self.count;
+            self.squares += deviation * (value - self.mean);
         }
     }
 
-    fn account(self) -> [f64; 2] {
+    fn mean_and_deviation(self) -> [f64; 2] {
         [self.mean, (self.squares / (self.count - 1.0).max(1.0)).sqrt()]
     }
 }

@@ -1,4 +1,4 @@
-//! The paper's experiments on the twin: its tables and figures in our numbers. Everything here is simulated.
+//! The experiments of `yuan2023` on the twin: its tables and figures with simulated numbers.
 
 mod arm;
 mod bench;
@@ -9,9 +9,9 @@ mod trial;
 
 pub use arm::{ArmOptions, ArmPart, reproduce_arm};
 pub use bench::{BenchOptions, BenchPart, Trace, reproduce_bench};
-pub use elongation::{ElongationTable, Reach};
+pub use elongation::{AvailableSensors, ElongationTable};
 pub use mechanism::{Mechanism, Point};
 pub use results::{
     BenchResults, ByVariant, Efficiency, ElongationMillimetres, Indices, OtherSpecimen, Sides, Stretching,
 };
-pub use trial::{Recovery, Scores, TraceRow, Trial, on_trial};
+pub use trial::{Recovery, Scores, TraceRow, Trial, run_trial};

@@ -1,4 +1,4 @@
-//! The numbers as programs read them: `results.json`.
+//! The numbers of `results.json`.
 
 use crate::CompensationVariant;
 use serde::Serialize;
@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 /// Active and passive muscle.
 #[derive(Debug, Clone, Serialize)]
 pub struct Sides<T> {
-    /// The muscle's motor pulls.
+    /// The motor of the muscle pulls the cable in.
     pub active: T,
-    /// The load pulls.
+    /// The load pulls the cable out.
     pub passive: T,
 }
 
@@ -28,7 +28,8 @@ pub struct Indices {
     pub rmse_n: [f64; 6],
     /// Eq. 16.
     pub pearson: [f64; 6],
-    /// Mean time after a reversal until the far tension stays within 5 N, s; in the table over whole cycles only.
+    /// Mean recovery time after a reversal, until the far tension stays within 5 N, s; over whole cycles
+    /// only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recovery_s: Option<[f64; 6]>,
 }
@@ -57,9 +58,9 @@ pub type ByVariant = BTreeMap<CompensationVariant, Sides<Indices>>;
 /// Errors of the predicted elongation, root mean square over whole cycles, mm.
 #[derive(Debug, Clone, Serialize)]
 pub struct ElongationMillimetres {
-    /// From motor-side signals alone, by method.
+    /// From signals of the motor side alone, by method.
     pub near_only: BTreeMap<&'static str, f64>,
-    /// With the joint's sensor.
+    /// With the joint sensor.
     pub joint_sensor: BTreeMap<&'static str, f64>,
     /// Range of the true elongation, mm.
     pub range: f64,
@@ -68,24 +69,24 @@ pub struct ElongationMillimetres {
 /// Another specimen after its own calibration.
 #[derive(Debug, Clone, Serialize)]
 pub struct OtherSpecimen {
-    /// What it was drawn with.
+    /// Seed of the specimen.
     pub seed: u64,
-    /// (a) of the observer.
+    /// (a) with the observer.
     pub table1: Sides<Indices>,
-    /// (b).
+    /// (b) with the observer.
     pub table1_estimate: Sides<Indices>,
-    /// (c).
+    /// (c) with the observer.
     pub table1_cycles: Sides<Indices>,
-    /// (c) of perfect knowledge.
+    /// (c) with the true state of the cable.
     pub perfect_cycles: Sides<Indices>,
 }
 
-/// The bench's part of `results.json`.
+/// The bench in `results.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct BenchResults {
     /// Always true.
     pub simulated: bool,
-    /// Of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// (a) Achieved in steady windows.
     pub table1: ByVariant,
@@ -99,8 +100,9 @@ pub struct BenchResults {
     pub table3: Sides<Stretching>,
     /// Equations 10 and 18.
     pub elongation_mm: ElongationMillimetres,
-    /// Mean difference of both ends where nothing is compensated and the pulling end swings 40 to 200 N.
+    /// Mean difference between the tensions of both ends without compensation; the pulling end is held to 40
+    /// to 200 N.
     pub uncompensated_mean_error_n: Sides<f64>,
-    /// Five others, each after its own calibration; none in a quick run.
+    /// Other specimens, each with its own calibration; none in a quick run.
     pub other_specimens: Vec<OtherSpecimen>,
 }

@@ -1,84 +1,90 @@
-//! A compensation on trial: Table I in its three readings, from one run at one speed.
+//! One run with a compensation at one speed: the three comparisons of Table I, and the recovery after
+//! reversals.
 
 use crate::Error;
 use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, STEP, run};
 use sinew::metrics::Comparison;
 
-/// Active strokes (toward the muscle's motor) and passive ones, in this order, compared in three ways.
+/// Three comparisons, each of active strokes (toward the motor of the muscle) and passive ones, in this
+/// order.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Scores {
-    /// (a) Achieved against wanted far tension in the steady windows: what the paper's Table I compares.
+    /// (a) Achieved against desired far tension in the steady windows, as in Table I of the paper.
     pub achieved: [Comparison; 2],
     /// (b) Estimated against true far tension over whole cycles, reversals included.
     pub estimated: [Comparison; 2],
-    /// (c) Achieved against wanted over whole cycles.
+    /// (c) Achieved against desired over whole cycles.
     pub cycles: [Comparison; 2],
 }
 
-/// How long the far end takes after reversals.
+/// Recovery of the far tension after reversals.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Recovery {
-    /// Mean time from a reversal until the far tension is within 5 N of what is wanted for 0.2 s, s; by the direction
-    /// after the reversal. A stroke that never gets there counts whole.
+    /// Mean time from a reversal until the far tension stays within 5 N of the desired one for 0.2 s, s, by
+    /// the direction after the reversal. A stroke without recovery counts with its whole duration.
     pub seconds: [f64; 2],
-    /// Reversals seen.
+    /// Number of reversals.
     pub reversals: [u32; 2],
 }
 
-/// Within which the far end has recovered, N, and for how long, s.
-const NEAR_N: f64 = 5.0;
-const STAYED_S: f64 = 0.2;
-/// Time at the start of a run that does not count, s: nobody knows the state of the cable yet.
+/// Tolerance of the recovered far tension, N, and the time for which it is kept, s.
+const RECOVERED_N: f64 = 5.0;
+const RECOVERED_S: f64 = 0.2;
+/// Initial part of a run that is not counted, s: the state of the cable is not yet observable.
 const SETTLE_S: f64 = 3.0;
 
-/// A sample for a picture.
+/// One sample of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TraceRow {
     /// s.
     pub time: f64,
-    /// Wanted far tension, N.
+    /// Desired far tension, N.
     pub wanted: f64,
     /// True far and near tension, N.
     pub far: f64,
     /// See [`far`](Self::far).
     pub near: f64,
-    /// What the compensation believes, N.
+    /// Far tension estimated by the compensation, N.
     pub estimate: f64,
     /// Speed of the cable, m/s.
     pub velocity: f64,
 }
 
-/// What a run showed.
+/// Results of a run.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// Its comparisons.
+    /// Comparisons of Table I.
     pub scores: Scores,
-    /// Its reversals.
+    /// Recovery after reversals.
     pub recovery: Recovery,
     /// Mean of `|T_in - T_out|` in the steady windows, N.
-    pub lost: [f64; 2],
-    /// Samples for a picture, every 20 ms of the seconds asked for.
+    pub tension_loss: [f64; 2],
+    /// Samples for figures, every 20 ms of the traced interval.
     pub trace: Vec<TraceRow>,
 }
 
-/// Runs for `seconds`; samples between the two times of `drawn`, s, are kept for a picture.
+/// Runs for `seconds`; samples within the interval `traced`, s, are kept for figures.
 ///
 /// # Errors
-/// [`Error::Experiment`] where the run ends early; [`Error::Physics`] for a specimen that is none.
-pub fn on_trial(
-    wanted: &BenchRun,
+/// [`Error::Experiment`] where the run ends early; [`Error::Physics`] for an invalid specimen.
+pub fn run_trial(
+    bench_run: &BenchRun,
     steering: MuscleControl<'_>,
     seconds: f64,
-    drawn: [f64; 2],
+    traced: [f64; 2],
 ) -> Result<Trial, Error> {
-    let mut trial =
-        Trial { scores: Scores::default(), recovery: Recovery::default(), lost: [0.0; 2], trace: Vec::new() };
+    let mut trial = Trial {
+        scores: Scores::default(),
+        recovery: Recovery::default(),
+        tension_loss: [0.0; 2],
+        trace: Vec::new(),
+    };
     let mut watch = ReversalWatch::default();
     let mut count = 0_u64;
-    let stop = run(wanted, steering, seconds, |row| {
+    let stop = run(bench_run, steering, seconds, |row| {
         count += 1;
-        let drawn = row.time >= drawn[0] && row.time < drawn[1];
-        if drawn && count % 20 == 1 {
+        let traced = row.time >= traced[0] && row.time < traced[1];
+        if traced && count % 20 == 1 {
             trial.trace.push(trace_row(row));
         }
         if row.time < SETTLE_S {
@@ -87,20 +93,24 @@ pub fn on_trial(
         let side = usize::from(row.velocity < 0.0);
         let [near, far] = row.truth;
         let scores = &mut trial.scores;
-        // The plant's tensions are finite; a belief that is not is not counted, and shows in the count.
+        // Tensions of the plant are finite; an estimate that is not is left out, which the count shows.
         let _ = scores.cycles[side].push(row.wanted, far);
         let _ = scores.estimated[side].push(far, row.estimate);
         if row.window != 0.0 {
             let _ = scores.achieved[side].push(row.wanted, far);
-            trial.lost[side] += (near - far).abs();
+            trial.tension_loss[side] += (near - far).abs();
         }
-        watch.see(row, &mut trial.recovery);
+        watch.update(row, &mut trial.recovery);
     })?;
     if let Some(stop) = stop {
-        return Err(Error::experiment("bench run", "no cable or drive that gives up", &format!("{stop:?}")));
+        return Err(Error::experiment(
+            "bench run",
+            "no broken cable and no drive fault",
+            &format!("{stop:?}"),
+        ));
     }
     for side in 0..2 {
-        trial.lost[side] /= (trial.scores.achieved[side].count() as f64).max(1.0);
+        trial.tension_loss[side] /= (trial.scores.achieved[side].count() as f64).max(1.0);
         trial.recovery.seconds[side] /= f64::from(trial.recovery.reversals[side].max(1));
     }
     Ok(trial)
@@ -117,33 +127,33 @@ fn trace_row(row: &BenchRow) -> TraceRow {
     }
 }
 
-/// Follows one stroke after the other.
+/// Measures the recovery of one stroke after the other.
 #[derive(Debug, Default)]
 struct ReversalWatch {
     direction: f64,
     since: f64,
-    /// When it was last too far off, s since the reversal.
-    off: f64,
+    /// Time of the last sample outside the tolerance, s since the reversal.
+    last_outside: f64,
 }
 
 impl ReversalWatch {
-    fn see(&mut self, row: &BenchRow, recovery: &mut Recovery) {
+    fn update(&mut self, row: &BenchRow, recovery: &mut Recovery) {
         let direction = if row.velocity < 0.0 { -1.0 } else { 1.0 };
         if direction * self.direction < 0.0 {
-            // The stroke that ends was recorded if it began with a reversal.
+            // A completed stroke counts if it began with a reversal.
             if self.since > 0.0 {
                 let side = usize::from(self.direction < 0.0);
-                recovery.seconds[side] += self.off;
+                recovery.seconds[side] += self.last_outside;
                 recovery.reversals[side] += 1;
             }
-            (self.since, self.off) = (STEP, 0.0);
+            (self.since, self.last_outside) = (STEP, 0.0);
         } else if self.since > 0.0 {
             self.since += STEP;
         }
         self.direction = direction;
-        let back = self.since > self.off + STAYED_S;
-        if self.since > 0.0 && !back && (row.truth[1] - row.wanted).abs() > NEAR_N {
-            self.off = self.since;
+        let recovered = self.since > self.last_outside + RECOVERED_S;
+        if self.since > 0.0 && !recovered && (row.truth[1] - row.wanted).abs() > RECOVERED_N {
+            self.last_outside = self.since;
         }
     }
 }

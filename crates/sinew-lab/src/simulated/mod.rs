@@ -1,8 +1,16 @@
-//! A simulated bench log, labelled as simulated: something to try the program on where there is no bench.
+//! Logs of a simulated bench, labelled as simulated, for demonstrations without hardware.
 //!
-//! The plant is not a member of any family that is fitted: a stretchable cable in series with eight points of
-//! friction, each with its own bend and its own history, that creeps under load. No single clamp cell has its
-//! rounded reversals, and its friction falls once it slides.
+//! The plant is an elastic cable in series with eight nodes of friction, each with its own bend and state,
+//! that creeps under load. The logs carry the displacement of the anchor, so that identification can fit both
+//! kinds of candidates:
+//!
+//! | candidate                    | shared with this plant                      | not shared                                  |
+//! |------------------------------|---------------------------------------------|---------------------------------------------|
+//! | clamp cells, classical laws, networks | the capstan's ratio of tensions at one bend | states along the cable, creep, aging, noise |
+//! | cable observer               | springs in series with nodes, capstan friction at each, a drag, friction that falls with speed | code; number and places of nodes (here two tight bends), form of the fall and of its lag, creep, daily changes, zeros and noise |
+//!
+//! With the anchor's displacement the candidate family is therefore of the same structure as the plant, at
+//! another discretisation and without creep: errors on these logs are lower bounds of those on a real bench.
 
 mod motion;
 mod plant;
@@ -13,10 +21,10 @@ use std::fmt::Write;
 
 /// Longest step of the plant, s.
 const LONGEST_STEP_S: f64 = 0.005;
-/// Unlogged motion before the first sample, s: like a bench, a log starts somewhere in the loop.
+/// Motion before the first sample, s: as on a bench, a log starts at an arbitrary state of the hysteresis.
 const WARM_UP_S: f64 = 3.0;
 
-/// What to simulate.
+/// Options of a simulated log.
 ///
 /// | field        | unit | domain     | meaning                                                         |
 /// |--------------|------|------------|-----------------------------------------------------------------|
@@ -63,8 +71,8 @@ impl SimulatedLog {
     }
 }
 
-/// A simulated log as CSV text: comments that say so, then `time_s, tension_in_n, position_in_m,
-/// tension_out_n, anchor_m`, displacements positive toward the motor.
+/// A simulated log as CSV text: comments that label it as simulated, then `time_s, tension_in_n,
+/// position_in_m, tension_out_n, anchor_m`, displacements positive toward the motor.
 ///
 /// The same options give the same bytes on every machine.
 ///
@@ -108,14 +116,15 @@ pub fn simulated_log(options: &SimulatedLog) -> String {
     text
 }
 
-/// Three days on one simulated bench, as names and texts: two to learn from and `simulated_day_3.csv` to keep back.
+/// Three days on one simulated bench, as names and texts: two for training and `simulated_day_3.csv` for
+/// testing.
 #[must_use]
 pub fn demo_logs(seed: u64) -> Vec<(String, String)> {
     let log = |day| simulated_log(&SimulatedLog { seed, day, ..SimulatedLog::default() });
     (1..=3).map(|day| (format!("simulated_day_{day}.csv"), log(day))).collect()
 }
 
-/// What differs from day to day.
+/// Variation from day to day.
 struct Day {
     friction_factor: f64,
     stiffness_factor: f64,
@@ -141,7 +150,7 @@ fn header(options: &SimulatedLog, day: &Day, cable: &Cable) -> String {
          # this day: friction x {:.4}, stiffness x {:.4}, zero of tension_in {:+.3} N\n\
          # displacements are positive toward the motor\n\
          time_s,tension_in_n,position_in_m,tension_out_n,anchor_m\n",
-        cable.in_words(),
+        cable.describe(),
         day.friction_factor,
         day.stiffness_factor,
         day.zero_n,
@@ -167,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn every_log_says_that_it_is_simulated_and_how() {
+    fn every_log_is_labelled_as_simulated_with_its_parameters() {
         for (name, text) in demo_logs(7) {
             assert!(name.starts_with("simulated_"), "{name}");
             assert!(text.starts_with("# SIMULATED, not measured"));
@@ -186,8 +195,9 @@ mod tests {
     }
 
     #[test]
-    fn the_far_tension_shows_a_parallelogram() {
-        // At one near tension the far end holds less while the cable is pulled than while it is let go.
+    fn the_far_tension_has_hysteresis() {
+        // At equal near tension the far tension is lower while the cable is pulled in than while it is paid
+        // out.
         let rows = rows(&simulated_log(&short(1)));
         let (mut pulled, mut eased) = (Vec::new(), Vec::new());
         for pair in rows.windows(2) {
@@ -203,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn tensions_are_a_cables_and_reversals_are_many() {
+    fn tensions_are_positive_and_bounded_and_the_motion_reverses_often() {
         let rows = rows(&simulated_log(&short(2)));
         assert!(rows.iter().all(|row| row.iter().all(|value| value.is_finite())));
         assert!(rows.iter().all(|row| row[1] > 0.0 && row[3] > 0.0 && row[1] < 400.0 && row[3] < 400.0));
@@ -213,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn no_option_makes_it_fail_or_run_forever() {
+    fn options_outside_their_domain_still_give_a_finite_log() {
         for wild in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -1.0, 1e300] {
             let options =
                 SimulatedLog { noise: wild, duration_s: wild.min(2.0), rate_hz: wild.min(50.0), ..short(1) };

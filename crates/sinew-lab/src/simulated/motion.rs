@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Random numbers by arithmetic alone, so that every machine draws the same.
+/// Random numbers, the same on every machine.
 pub(super) struct Sampler(ChaCha8Rng);
 
 impl Sampler {
@@ -26,14 +26,14 @@ impl Sampler {
     }
 }
 
-/// Where both ends of the cable are, m, positive toward the motor.
+/// Positions of both ends of the cable, m, positive toward the motor.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     pub(super) winch_m: f64,
     pub(super) anchor_m: f64,
 }
 
-/// A stroke from one place to another; a rest where both are the same.
+/// A stroke between two positions; a rest where both are equal.
 #[derive(Debug, Clone, Copy)]
 struct Stroke {
     start_s: f64,
@@ -42,7 +42,7 @@ struct Stroke {
     to: f64,
 }
 
-/// The motion of a log: the stretch between the ends and the way of the anchor, independent of each other.
+/// The motion of a log: stretch between the ends and position of the anchor, drawn independently.
 pub(super) struct Motion {
     stretch: Vec<Stroke>,
     anchor: Vec<Stroke>,
@@ -51,7 +51,7 @@ pub(super) struct Motion {
 impl Motion {
     /// Draws a motion of the given length, s.
     pub(super) fn drawn(sampler: &mut Sampler, duration_s: f64) -> Self {
-        // Large strokes and, as often, small ones around wherever the last ended: inner loops.
+        // Large strokes and, equally often, small ones about the last position: inner hysteresis loops.
         let stretch = strokes(sampler, duration_s, 0.04, |sampler, at| {
             let small = sampler.uniform(0.0, 1.0) < 0.5;
             let target =
@@ -64,14 +64,14 @@ impl Motion {
         Self { stretch, anchor }
     }
 
-    /// Where the ends are at a time, s.
+    /// Positions of the ends at a time, s.
     pub(super) fn at(&self, time_s: f64) -> Place {
         let anchor_m = value(&self.anchor, time_s);
         Place { winch_m: anchor_m + value(&self.stretch, time_s), anchor_m }
     }
 }
 
-/// Strokes that fill a time; `next` gives target, seconds and whether a rest follows.
+/// Strokes that fill a duration; `next` draws target, duration and whether a rest follows.
 fn strokes(
     sampler: &mut Sampler,
     duration_s: f64,
@@ -96,7 +96,7 @@ fn value(strokes: &[Stroke], time_s: f64) -> f64 {
     let next = strokes.partition_point(|stroke| stroke.end_s < time_s);
     let Some(stroke) = strokes.get(next).or(strokes.last()) else { return 0.0 };
     let share = ((time_s - stroke.start_s) / (stroke.end_s - stroke.start_s)).clamp(0.0, 1.0);
-    // Starts and ends without a jump in speed.
+    // Continuous speed at both ends.
     stroke.from + (stroke.to - stroke.from) * share * share * (3.0 - 2.0 * share)
 }
 
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ends_move_without_jumps_and_within_their_range() {
+    fn the_ends_move_continuously_and_within_their_range() {
         let motion = Motion::drawn(&mut Sampler::new(5, 1), 30.0);
         let mut last = motion.at(0.0);
         for k in 1..=30_000 {
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn draws_have_the_spread_they_claim() {
+    fn normal_draws_have_mean_zero_and_variance_one() {
         let mut sampler = Sampler::new(9, 3);
         let draws: Vec<f64> = (0..20_000).map(|_| sampler.normal()).collect();
         let mean = draws.iter().sum::<f64>() / draws.len() as f64;

@@ -3,18 +3,18 @@
 use super::motion::Sampler;
 use sinew::math::tanh;
 
-/// Points of friction.
+/// Nodes of friction.
 const NODES: usize = 8;
-/// Share of the whole bend at each of them: two tight bends in a gentle curve. They sum to 1.
+/// Share of the total bend at each node, with two tight bends; the sum is 1.
 const BENDS: [f64; NODES] = [0.06, 0.22, 0.10, 0.07, 0.08, 0.09, 0.28, 0.10];
-/// Speed at which half of the difference between breakaway and sliding friction is gone, m/s.
+/// Speed at which friction is halfway between breakaway and sliding, m/s.
 const FALL_SPEED: f64 = 2e-3;
-/// Time in which friction ages at rest and falls while sliding, s.
+/// Time constant of the friction coefficient, s.
 const AGING_S: f64 = 0.15;
-/// Force by which a node may be out of balance, N.
-const BALANCED_N: f64 = 1e-7;
-/// Sweeps after which a step ends all the same; some tens are usual.
-const MOST_SWEEPS: usize = 2000;
+/// Tolerance of the force balance at a node, N.
+const BALANCE_TOLERANCE_N: f64 = 1e-7;
+/// Limit of the Gauss-Seidel sweeps of a step; tens are typical.
+const MAX_SWEEPS: usize = 2000;
 
 /// Tensions at both ends, N.
 #[derive(Debug, Clone, Copy)]
@@ -32,8 +32,8 @@ pub(super) struct Ends {
 /// dmu_j/dt = (mu_c + (mu_s - mu_c)/(1 + (v_j/v_s)^2) - mu_j) / tau_mu
 /// ```
 ///
-/// A node rests while the second line holds and else slides until it holds again; `b_j` is the capstan's
-/// ratio of tensions, written as difference over sum. Displacements are positive toward the motor.
+/// A node sticks while the second line holds, and otherwise slides until it holds again; `b_j` is the
+/// capstan's ratio of tensions, written as difference over sum. Displacements are positive toward the motor.
 #[derive(Debug, Clone)]
 pub(super) struct Cable {
     /// `k`, N/m.
@@ -79,7 +79,7 @@ impl Cable {
     }
 
     /// Its parameters, for the header of a log.
-    pub(super) fn in_words(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         format!(
             "{} elastic segments of {:.0} N/m, {NODES} bends of {:.2} rad in all, friction {:.4} sliding and \
              {:.4} at breakaway, drag {:.1} N s/m, creep {:.3} of the stretch in {:.1} s",
@@ -94,13 +94,13 @@ impl Cable {
         )
     }
 
-    /// Moves both ends to where they are after `dt` seconds, m and s; all finite, `dt > 0`.
+    /// Advances by `dt` seconds to these positions of both ends, m and s; all finite, `dt > 0`.
     pub(super) fn step(&mut self, winch_m: f64, anchor_m: f64, dt: f64) -> Ends {
         let spread = |j: usize| winch_m + (anchor_m - winch_m) * (j + 1) as f64 / (NODES + 1) as f64;
         let before = self.nodes.unwrap_or_else(|| std::array::from_fn(spread));
         let mut nodes = before;
-        for _ in 0..MOST_SWEEPS {
-            if self.sweep(winch_m, anchor_m, &before, &mut nodes, dt) <= BALANCED_N {
+        for _ in 0..MAX_SWEEPS {
+            if self.sweep(winch_m, anchor_m, &before, &mut nodes, dt) <= BALANCE_TOLERANCE_N {
                 break;
             }
         }
@@ -118,7 +118,7 @@ impl Cable {
         Ends { tension_in: tensions[0], tension_out: tensions[NODES] }
     }
 
-    /// Lets every node slide as far as its neighbours ask; the largest force by which one was out of balance.
+    /// One Gauss-Seidel sweep over the nodes; returns the largest imbalance of a force, N.
     fn sweep(
         &self,
         winch: f64,
@@ -134,10 +134,11 @@ impl Cable {
             let near = self.tension(j, nearer, nodes[j]);
             let far = self.tension(j + 1, nodes[j], farther);
             let drag = self.drag / dt;
-            let pull = near - far - drag * (nodes[j] - before[j]);
+            let force = near - far - drag * (nodes[j] - before[j]);
             let limit = tanh(0.5 * self.coefficients[j] * self.bends[j]) * (near + far);
-            // With equal springs the limit stays the same while the node slides: one division finds the balance.
-            let excess = pull - pull.clamp(-limit, limit);
+            // With equal springs the friction limit does not depend on the node's position: one division
+            // solves it.
+            let excess = force - force.clamp(-limit, limit);
             nodes[j] += excess / (2.0 * self.stiffness + drag);
             worst = worst.max(excess.abs());
         }
@@ -163,7 +164,7 @@ mod tests {
 
     const DT: f64 = 0.005;
 
-    /// Work put in by winch and anchor over every cycle of a path of `(winch, anchor)` positions.
+    /// Work of winch and anchor over every cycle of a path of `(winch, anchor)` positions.
     fn work(cable: &mut Cable, path: &[(f64, f64)], cycles: usize) -> Vec<f64> {
         let mut from = path[path.len() - 1];
         let mut last: Option<Ends> = None;
@@ -191,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn every_closed_cycle_costs_energy() {
+    fn every_closed_cycle_dissipates_energy() {
         for seed in 0..5 {
             for (swing, anchor) in [(0.02, 0.0), (0.03, 0.01), (0.005, 0.02), (0.0, 0.03), (0.06, 0.0)] {
                 let mut cable = Cable::specimen(seed, 1.0, 1.0);
@@ -207,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_too_small_to_slide_costs_almost_nothing() {
+    fn a_cycle_below_the_sliding_threshold_dissipates_almost_nothing() {
         let mut cable = Cable::specimen(1, 1.0, 1.0);
         let swung = work(&mut cable.clone(), &cycle(2e-2, 0.0), 4)[3];
         // Creep takes a little; friction takes nothing before it slides.
@@ -230,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn held_still_the_tension_creeps_down_and_never_up() {
+    fn with_fixed_ends_the_tension_relaxes_by_creep() {
         let mut cable = Cable::specimen(2, 1.0, 1.0);
         let first = (0..20).map(|_| cable.step(0.05, 0.0, DT)).next_back().unwrap();
         let last = (0..2000).map(|_| cable.step(0.05, 0.0, DT)).next_back().unwrap();
@@ -238,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slack_cable_holds_nothing_and_recovers() {
+    fn a_slack_cable_has_no_tension_and_recovers() {
         let mut cable = Cable::specimen(4, 1.0, 1.0);
         for k in 0..200 {
             let ends = cable.step(0.02 - 1e-3 * f64::from(k), 0.0, DT);

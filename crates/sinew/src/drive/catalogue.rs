@@ -10,11 +10,11 @@ use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
-/// What drives can be built of.
+/// Motors, reducers and winches for the design of drives.
 ///
-/// TOML: tables `[[motor]]`, `[[reducer]]`, `[[winch]]`, each with a `name`, a `source`, the names of the numbers that
-/// have none in `assumed` (`"all"` for every one), what a catalogue knows of it, and `parameters` as [`Motor`],
-/// [`Reducer`] without its ratio, [`Winch`].
+/// TOML: tables `[[motor]]`, `[[reducer]]`, `[[winch]]`, each with a `name`, a `source`, the names of the
+/// numbers that have none in `assumed` (`"all"` for every one), catalogue data, and `parameters` as
+/// [`Motor`], [`Reducer`] without its ratio, [`Winch`].
 ///
 /// # Example
 /// ```
@@ -25,11 +25,11 @@ use toml::Spanned;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Catalogue {
-    /// In the file's order, at least one.
+    /// In file order, at least one.
     pub motors: Vec<CatalogueMotor>,
-    /// In the file's order, at least one.
+    /// In file order, at least one.
     pub reducers: Vec<CatalogueReducer>,
-    /// In the file's order, at least one.
+    /// In file order, at least one.
     pub winches: Vec<CatalogueWinch>,
 }
 
@@ -46,7 +46,7 @@ pub struct CatalogueMotor {
     /// kg.
     #[serde(rename = "mass_kg")]
     pub mass: f64,
-    /// What it draws when it turns without load, A.
+    /// No-load current, A.
     #[serde(rename = "no_load_current_a")]
     pub no_load_current: f64,
     /// The motor itself.
@@ -71,16 +71,16 @@ pub struct CatalogueReducer {
     /// At the motor's shaft, kg m^2.
     #[serde(rename = "inertia_kg_m2")]
     pub inertia: f64,
-    /// At the winch for ever, Nm.
+    /// Continuous torque at the winch, Nm.
     #[serde(rename = "continuous_torque_nm")]
     pub continuous_torque: f64,
-    /// At the winch for a second, Nm.
+    /// Peak torque at the winch, for a second, Nm.
     #[serde(rename = "peak_torque_nm")]
     pub peak_torque: f64,
     /// Of the motor's shaft, rad/s.
     #[serde(rename = "top_speed_rad_per_s")]
     pub top_speed: f64,
-    /// Its losses and its play.
+    /// Losses and backlash.
     pub parameters: ReducerLosses,
 }
 
@@ -119,7 +119,7 @@ pub struct CatalogueWinch {
     pub parameters: Winch,
 }
 
-/// The first thing that is wrong with a catalogue.
+/// The first error in a catalogue.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{line}: {place}: {problem}")]
 pub struct CatalogueError {
@@ -153,7 +153,7 @@ impl Catalogue {
     /// Reads a catalogue and checks every number.
     ///
     /// # Errors
-    /// The first thing that is wrong: line, entry, field, value and what was expected.
+    /// The first error: line, entry, field, value and what was expected.
     pub fn from_toml(text: &str) -> Result<Self, CatalogueError> {
         let file: File = toml::from_str(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
@@ -262,7 +262,7 @@ impl Entry for CatalogueWinch {
     }
 }
 
-/// Names unique, sources told, every number in its domain.
+/// Checks that names are unique, sources are given and every number is in its domain.
 fn checked<T: Entry>(text: &str, kind: &str, given: Vec<Spanned<T>>) -> Result<Vec<T>, CatalogueError> {
     let mut known: Vec<T> = Vec::with_capacity(given.len());
     for entry in given {
@@ -340,7 +340,7 @@ mod tests {
     const OURS: &str = include_str!("../../../../models/motors.toml");
 
     #[test]
-    fn the_catalogue_knows_the_papers_drive_as_the_twin_does() {
+    fn the_catalogues_drive_of_the_paper_equals_the_twins() {
         let catalogue = Catalogue::built_in().unwrap();
         assert_eq!(catalogue.motor("class_35mm_120w").unwrap().parameters, Motor::class_35_mm());
         assert_eq!(catalogue.reducer("class_53").unwrap().reducer(53.0), Reducer::ratio_53());
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_its_line_its_value_and_what_was_expected() {
+    fn errors_name_the_line_the_value_and_the_expected_domain() {
         let wrong = |from: &str, to: &str| {
             assert!(OURS.contains(from), "{from}");
             let text = OURS.replacen(from, to, 1);

@@ -1,6 +1,6 @@
 use super::motor::Motor;
 
-/// Current loop: the voltage that brings the wanted current in one step, and an integral for what heat has changed.
+/// Dead-beat current loop with an integral for the change of resistance with temperature.
 ///
 /// ```text
 /// u = k w + v,    v = R (i* - e i^)/(1 - e) + z,   z <- z + g R (i* - i^),    e = e^(-h R/L),   |u| <= u_max
@@ -8,15 +8,15 @@ use super::motor::Motor;
 ///
 /// | symbol | argument   | unit  | meaning                                              |
 /// |--------|------------|-------|------------------------------------------------------|
-/// | i*     | `wanted`   | A     | held within the peak current before                     |
+/// | i*     | `wanted`   | A     | desired, limited to the peak current                     |
 /// | i^     | `current`  | A     | as measured at the start of the step                   |
-/// | v      |            | V     | what the winding gets beside the voltage its motion makes |
-/// | R      |            | ohm   | cold: the drive does not know how warm its winding is     |
-/// | g      |            | 1     | 0.2: a warm winding is learned in some milliseconds       |
+/// | v      |            | V     | winding voltage beside the back-EMF |
+/// | R      |            | ohm   | cold: the drive does not measure the temperature of its winding     |
+/// | g      |            | 1     | 0.2: a warm winding is compensated within milliseconds       |
 ///
-/// Real drives close this loop at 10 to 20 kHz: within a millisecond they follow the speed, so `k w` is that of the
-/// shaft as the step ends. A voltage that is held for a millisecond and reaches the same current at its end has the
-/// same mean current but for `L/R` of a fraction of a millisecond.
+/// Drives close this loop at 10 to 20 kHz and track the back-EMF within a millisecond, so `k w` is that of
+/// the shaft at the end of the step. A voltage held for a millisecond that reaches the same final current has
+/// the same mean current up to `L/R`, a fraction of a millisecond.
 ///
 /// # Source
 /// Dead-beat control of a first-order lag, textbook.
@@ -25,23 +25,23 @@ pub struct CurrentLoop {
     correction: f64,
 }
 
-const LEARNING: f64 = 0.2;
+const INTEGRAL_GAIN: f64 = 0.2;
 
 impl CurrentLoop {
-    /// The voltage of the next step beside what the motion makes, V; `decay` is `e^(-h R/L)`.
+    /// Winding voltage of the next step without the back-EMF, V; `decay` is `e^(-h R/L)`.
     #[inline]
     #[must_use]
     pub fn voltage(&self, motor: &Motor, wanted: f64, current: f64, decay: f64) -> f64 {
         motor.resistance * (wanted - decay * current) / (1.0 - decay).max(1e-6) + self.correction
     }
 
-    /// Learns from what is missing; not where the amplifier gave all it can, or it would be asked for ever more.
+    /// Integrates the current error; the caller skips this where the voltage is saturated (anti-windup).
     #[inline]
-    pub fn learn(&mut self, motor: &Motor, wanted: f64, current: f64) {
-        self.correction += LEARNING * motor.resistance * (wanted - current);
+    pub fn integrate(&mut self, motor: &Motor, wanted: f64, current: f64) {
+        self.correction += INTEGRAL_GAIN * motor.resistance * (wanted - current);
     }
 
-    /// Forgets what it has learned.
+    /// Resets the integral.
     pub fn reset(&mut self) {
         self.correction = 0.0;
     }

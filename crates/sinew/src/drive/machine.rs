@@ -13,7 +13,7 @@ use crate::error::{positive, within};
 use crate::random::Random;
 use crate::transmission::saturate;
 
-/// What a drive is built of.
+/// Parameters of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveParameters {
     /// The motor.
@@ -22,22 +22,23 @@ pub struct DriveParameters {
     pub reducer: Reducer,
     /// The winch.
     pub winch: Winch,
-    /// On the motor's shaft.
+    /// Encoder on the motor's shaft.
     pub encoder: Encoder,
-    /// At the outlet.
+    /// Load cell at the outlet.
     pub load_cell: LoadCell,
-    /// Age of every reading, in steps, >= 0.
+    /// Delay of every reading, steps, >= 0.
     pub delay_steps: f64,
     /// Limit of the velocity reference at the cable, m/s^2, > 0.
     pub acceleration: f64,
-    /// No pull above this, N, > 0.
+    /// Tension above which the drive does not wind in, N, > 0.
     pub most_tension: f64,
-    /// No pay-out below this, N, >= 0.
+    /// Tension below which the drive does not pay out, N, >= 0.
     pub least_tension: f64,
 }
 
 impl DriveParameters {
-    /// The paper's drive: 35 mm motor of 120 W, 53 : 1, 15 mm winch; what it does not say is assumed as each part says.
+    /// The paper's drive: 35 mm motor of 120 W, 53 : 1, 15 mm winch; other values are assumed, as documented
+    /// with each part.
     #[must_use]
     pub fn mc_am() -> Self {
         Self {
@@ -71,7 +72,7 @@ impl DriveParameters {
         Ok(())
     }
 
-    /// Mass that the rotor is at the cable, kg.
+    /// Rotor inertia reflected to the cable, kg.
     #[must_use]
     pub fn mass_at_cable(&self) -> f64 {
         let turns = self.reducer.ratio / self.winch.arm(0);
@@ -79,16 +80,16 @@ impl DriveParameters {
     }
 }
 
-/// What a drive is told to do in the next millisecond.
+/// Command of a drive for the next step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DriveCommand {
-    /// Nothing: the amplifier is off, friction holds what it can.
+    /// Amplifier off; friction of the reducer still acts.
     Off,
-    /// A current of the motor, A.
+    /// Motor current, A.
     Current(f64),
-    /// A speed of the cable, m/s, + toward the motor.
+    /// Cable speed, m/s, + toward the motor.
     Velocity(f64),
-    /// A tension at the outlet, N, while the cable is known to move at `feed` m/s.
+    /// Tension at the outlet, with feed-forward of the cable speed.
     Tension {
         /// N.
         tension: f64,
@@ -97,21 +98,21 @@ pub enum DriveCommand {
     },
 }
 
-/// What stopped a drive, and stays until it is built anew.
+/// Latched fault of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DriveFault {
-    /// The winding is hotter than it may be, degrees Celsius; the motor is off.
+    /// Winding temperature above its limit, degrees Celsius; the motor is off.
     Hot {
         /// Its temperature.
         winding: f64,
     },
-    /// More cable than the drum holds.
+    /// The drum is full.
     DrumFull,
-    /// The last turn has left the drum.
+    /// The drum is empty.
     DrumEmpty,
 }
 
-/// What a drive's sensors say, each as old as the delay.
+/// Measurements of a drive, delayed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveReading {
     /// Position of the cable by the motor's encoder, m, + toward the motor.
@@ -122,10 +123,10 @@ pub struct DriveReading {
     pub current: f64,
 }
 
-/// What a drive truly did in a step.
+/// True motion and energies of a drive over a step.
 ///
-/// To rounding, `electrical = heat + lost + tension moved` and what [`Drive::stored`] gained; `heat` is what
-/// [`Drive::warmth`] gained and `to_air`.
+/// Energy balance, to rounding: `electrical = heat + lost + tension moved + d(`[`Drive::stored`]`)` and
+/// `heat = d(`[`Drive::warmth`]`) + to_air`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveStep {
     /// Displacement of the cable at the outlet, m, + toward the motor.
@@ -138,11 +139,11 @@ pub struct DriveStep {
     pub heat: f64,
     /// Heat from the housing to the air, J.
     pub to_air: f64,
-    /// Lost in the reducer and where its flanks meet, J.
+    /// Losses of the reducer, impacts of its flanks included, J.
     pub lost: f64,
-    /// Where it works.
+    /// Working quadrant.
     pub quadrant: Quadrant,
-    /// What has stopped it.
+    /// Latched fault.
     pub fault: Option<DriveFault>,
 }
 
@@ -154,10 +155,10 @@ struct Powered {
     electrical: f64,
 }
 
-/// A drive at work.
+/// A simulated drive.
 ///
-/// Semi-implicit: the shaft is turned by the tension of the step before, then the cable is moved. With 100 kg and more
-/// at the cable and 24 N/mm, a millisecond is a hundredth of a swing.
+/// Semi-implicit: the shaft moves under the tension of the previous step, then the cable moves. With 100 kg
+/// and more reflected to the cable and 24 N/mm, a millisecond is about 1 % of a period of oscillation.
 ///
 /// # Example
 /// ```
@@ -174,10 +175,10 @@ struct Powered {
 pub struct Drive {
     parameters: DriveParameters,
     motor: MotorState,
-    /// Of the motor's shaft, rad and rad/s.
+    /// Angle and speed of the motor's shaft, rad and rad/s.
     angle: f64,
     speed: f64,
-    /// Of the winch, behind the backlash, rad.
+    /// Angle of the winch, behind the backlash, rad.
     winch: f64,
     /// Cable on the drum, m.
     wound: f64,
@@ -235,13 +236,13 @@ impl Drive {
         })
     }
 
-    /// What it is built of.
+    /// Its parameters.
     #[must_use]
     pub fn parameters(&self) -> &DriveParameters {
         &self.parameters
     }
 
-    /// What its sensors said last.
+    /// The latest measurements.
     #[must_use]
     pub fn reading(&self) -> DriveReading {
         self.reading
@@ -271,41 +272,42 @@ impl Drive {
         self.kinetic() + self.motor.field(&self.parameters.motor)
     }
 
-    /// Heat in winding and housing above the room's, J.
+    /// Heat stored in winding and housing above room temperature, J.
     #[must_use]
     pub fn warmth(&self) -> f64 {
         self.motor.warmth(&self.parameters.motor)
     }
 
-    /// Sensors settle on a cable that pulls with `tension` N, as if it had always done so.
+    /// Sets the sensors to their steady state under a cable tension, N.
     pub fn settle(&mut self, tension: f64) {
         let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
         self.delays[1].fill(self.parameters.load_cell.read(tension, &mut self.random));
         self.sense(tension);
     }
 
-    /// Obeys for `h` seconds while the cable pulls with `tension` N. A command or tension that is not finite is none.
+    /// Executes a command for `h` seconds under a cable tension, N. A command that is not finite counts as
+    /// [`DriveCommand::Off`], such a tension as 0.
     pub fn step(&mut self, command: DriveCommand, tension: f64, h: f64) -> DriveStep {
         let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
         self.sense(tension);
         let arm = self.drum.arm(self.winch);
-        let wanted = self.wanted_torque(command, arm, h).filter(|_| self.fault.is_none());
+        let wanted = self.commanded_torque(command, arm, h).filter(|_| self.fault.is_none());
         let powered = self.powered(wanted, tension * arm, h);
-        let (moved, clapped) = self.advance(powered.turn.speed, tension, arm, h);
-        self.watch();
+        let (moved, impact) = self.advance(powered.turn.speed, tension, arm, h);
+        self.check_faults();
         DriveStep {
             moved,
             speed: moved / h,
             electrical: powered.electrical,
             heat: powered.winding.heat,
             to_air: powered.winding.to_air,
-            lost: powered.turn.lost + clapped,
+            lost: powered.turn.lost + impact,
             quadrant: Quadrant::of(self.speed, powered.winding.mean),
             fault: self.fault,
         }
     }
 
-    /// Winding and shaft together: the speed at the end of the step makes the voltage that the amplifier must give.
+    /// Winding and shaft, coupled implicitly: the back-EMF is that of the speed at the end of the step.
     fn powered(&mut self, wanted: Option<f64>, load: f64, h: f64) -> Powered {
         let Self { parameters: p, motor: state, .. } = self;
         let (motor, k) = (&p.motor, p.motor.torque_constant);
@@ -327,10 +329,10 @@ impl Drive {
         let turned = turn(k * state.mean(beside), 0.0);
         let full = motor.voltage.copysign(beside + k * turned.speed);
         let (turned, beside) = if (beside + k * turned.speed).abs() <= motor.voltage {
-            self.current_loop.learn(motor, amperes, before);
+            self.current_loop.integrate(motor, amperes, before);
             (turned, beside)
         } else {
-            // All the amplifier has: the faster the shaft, the less is left for the current.
+            // The voltage is saturated: the back-EMF reduces the current and acts as a brake.
             let brake = k * k * (1.0 - lag.mean) / state.resistance();
             let turned = turn(k * state.mean(full), brake);
             (turned, full - k * turned.speed)
@@ -348,8 +350,8 @@ impl Drive {
         self.reading = DriveReading { position, tension, current };
     }
 
-    /// Torque at the motor, Nm; none where the amplifier is off.
-    fn wanted_torque(&mut self, command: DriveCommand, arm: f64, h: f64) -> Option<f64> {
+    /// Torque at the motor, Nm; `None` while the amplifier is off.
+    fn commanded_torque(&mut self, command: DriveCommand, arm: f64, h: f64) -> Option<f64> {
         let p = &self.parameters;
         let velocity = match command {
             DriveCommand::Current(current) if current.is_finite() => {
@@ -374,10 +376,10 @@ impl Drive {
             }
         };
         let p = &self.parameters;
-        let velocity = guarded(velocity, self.reading.tension, p);
+        let velocity = limited_speed(velocity, self.reading.tension, p);
         let turns = p.reducer.ratio / arm;
         let wanted = (velocity * turns).max(-p.motor.top_speed).min(p.motor.top_speed);
-        // What holds the load, losses left to the integral: nobody knows them.
+        // Feed-forward of the load; the integral compensates the losses.
         let holding = self.reading.tension.max(0.0) * arm * self.per_ratio;
         let most = p.motor.torque_constant * p.motor.peak_current;
         let limits = VelocityLimits {
@@ -389,7 +391,7 @@ impl Drive {
         Some(self.torque)
     }
 
-    /// Changes the mode without a bump.
+    /// Bumpless change of the control mode.
     fn enter(&mut self, mode: Mode) {
         if self.mode == mode {
             return;
@@ -403,14 +405,15 @@ impl Drive {
         self.mode = mode;
     }
 
-    /// Turns shaft and winch: how far the cable moved, m, and what was lost where flanks met or the layer changed, J.
+    /// Advances shaft and winch; returns the displacement of the cable, m, and the energy lost in impacts of
+    /// the flanks and changes of layer, J.
     fn advance(&mut self, turned: f64, tension: f64, arm: f64, h: f64) -> (f64, f64) {
         let p = &self.parameters;
         self.speed = turned;
         self.angle += h * turned;
         let behind = self.angle * self.per_ratio;
         let half = 0.5 * p.reducer.backlash;
-        // A cable under tension pulls the winch onto one flank.
+        // A cable under tension keeps the winch on one flank.
         let winch =
             if tension > 0.0 { behind - half } else { saturate(self.winch, behind - half, behind + half) };
         let wound = self.drum.wound(winch);
@@ -419,7 +422,7 @@ impl Drive {
         (moved, tension * (arm * h * turned * self.per_ratio - moved))
     }
 
-    fn watch(&mut self) {
+    fn check_faults(&mut self) {
         if self.fault.is_some() {
             return;
         }
@@ -436,8 +439,8 @@ impl Drive {
     }
 }
 
-/// No pull above the most tension, no pay-out below the least.
-fn guarded(velocity: f64, tension: f64, p: &DriveParameters) -> f64 {
+/// Limits the speed so that the tension stays between its limits.
+fn limited_speed(velocity: f64, tension: f64, p: &DriveParameters) -> f64 {
     if tension > p.most_tension {
         velocity.min(0.0)
     } else if tension < p.least_tension {

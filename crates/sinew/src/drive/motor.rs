@@ -15,13 +15,13 @@ use serde::{Deserialize, Serialize};
 /// | R      | `resistance`         | ohm       | > 0    | of the winding at 25 degrees Celsius         |
 /// | L      | `inductance`         | H         | >= 0   | of the winding                              |
 /// | J      | `inertia`            | kg m^2    | > 0    | of the rotor                                |
-/// | u      | `voltage`            | V         | > 0    | most the amplifier gives                     |
-/// | i_c    | `continuous_current` | A         | > 0    | what it can bear for ever                   |
-/// | i_p    | `peak_current`       | A         | >= i_c | what the amplifier gives at most             |
-/// | w_max  | `top_speed`          | rad/s     | > 0    | what bearings and brushes bear               |
+/// | u      | `voltage`            | V         | > 0    | limit of the amplifier                       |
+/// | i_c    | `continuous_current` | A         | > 0    | thermal limit of continuous operation       |
+/// | i_p    | `peak_current`       | A         | >= i_c | limit of the amplifier                       |
+/// | w_max  | `top_speed`          | rad/s     | > 0    | limit of bearings and brushes                |
 /// | R_wh, R_ha | `winding_to_housing`, `housing_to_air` | K/W | >= 0, > 0 | thermal resistances       |
 /// | C_w, C_h | `winding_capacity`, `housing_capacity` | J/K | > 0   | heat capacities                      |
-/// | T_max  | `hottest`            | degree C  | > 25   | of the winding: above, the motor is off      |
+/// | T_max  | `hottest`            | degree C  | > 25   | of the winding; above it the motor is off    |
 ///
 /// # Assumes
 /// No cogging, no saturation; magnets do not weaken with heat; the speed changes little within a step.
@@ -78,7 +78,7 @@ pub const ROOM: f64 = 25.0;
 /// Growth of copper's resistance, 1/K.
 const COPPER: f64 = 0.003_93;
 
-/// What a winding without inductance has, H.
+/// Inductance that replaces zero, H.
 const LEAST_INDUCTANCE: f64 = 1e-12;
 
 impl Motor {
@@ -135,7 +135,8 @@ impl Motor {
         self.resistance * (1.0 + COPPER * (winding - ROOM)).max(0.1)
     }
 
-    /// Temperature of a winding that carries `current` for ever, degrees Celsius; infinite where it runs away.
+    /// Steady temperature of a winding that carries `current`, degrees Celsius; infinite beyond thermal
+    /// runaway.
     #[must_use]
     pub fn steady_temperature(&self, current: f64) -> f64 {
         let rise = self.resistance * current * current * (self.winding_to_housing + self.housing_to_air);
@@ -144,7 +145,7 @@ impl Motor {
     }
 }
 
-/// What changes in a motor.
+/// State of a motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorState {
     /// Current, A.
@@ -160,7 +161,7 @@ pub struct MotorState {
     step: f64,
 }
 
-/// Shares of a step: divided once, used a thousand times a second.
+/// Coefficients of a step, precomputed to avoid divisions.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Rates {
     /// J per kelvin between winding and housing.
@@ -194,12 +195,12 @@ impl Lag {
     }
 }
 
-/// What a step of the winding came to.
+/// Result of a step of the winding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Winding {
     /// Mean current, A.
     pub mean: f64,
-    /// Heat made, J.
+    /// Joule heat, J.
     pub heat: f64,
     /// Heat that left the housing, J.
     pub to_air: f64,
@@ -220,7 +221,7 @@ impl MotorState {
         }
     }
 
-    /// The resistance as it is, ohm.
+    /// Present resistance, ohm.
     #[must_use]
     pub fn resistance(&self) -> f64 {
         self.resistance
@@ -232,7 +233,7 @@ impl MotorState {
         0.5 * motor.inductance.max(LEAST_INDUCTANCE) * self.current * self.current
     }
 
-    /// Heat in winding and housing above the room's, J.
+    /// Heat stored in winding and housing above room temperature, J.
     #[must_use]
     pub fn warmth(&self, motor: &Motor) -> f64 {
         motor.winding_capacity * (self.winding - ROOM) + motor.housing_capacity * (self.housing - ROOM)
@@ -240,7 +241,7 @@ impl MotorState {
 
     /// How the current settles in a step of `h` seconds.
     ///
-    /// The winding warms slowly: this is computed anew only where its resistance has moved by a thousandth.
+    /// Recomputed only where the resistance has changed by a thousandth: the winding warms slowly.
     #[inline]
     pub(super) fn lag(&mut self, motor: &Motor, h: f64) -> Lag {
         let now = motor.resistance_at(self.winding);
@@ -260,17 +261,17 @@ impl MotorState {
         self.lag
     }
 
-    /// Mean current, A, of a step with `voltage` at the winding beside what its motion makes.
+    /// Mean current of a step, A, with `voltage` at the winding beside the back-EMF.
     #[inline]
     pub(super) fn mean(&self, voltage: f64) -> f64 {
         let end = voltage * self.rates.conductance;
         end + (self.current - end) * self.lag.mean
     }
 
-    /// Holds a voltage at the winding, beside what its motion makes, for `h` seconds.
+    /// Applies a winding voltage, beside the back-EMF, for `h` seconds.
     ///
-    /// To rounding, `voltage` times mean current times `h` is heat and what the field gained; heat is what winding and
-    /// housing gained and what left them.
+    /// Energy balance, to rounding: `voltage` times mean current times `h` is Joule heat plus the change of
+    /// field energy; the heat is stored in winding and housing or leaves to the air.
     #[inline]
     pub(super) fn drive(&mut self, motor: &Motor, voltage: f64, h: f64) -> Winding {
         let lag = self.lag(motor, h);
@@ -291,7 +292,7 @@ impl MotorState {
         field
     }
 
-    /// Heat in J goes into the winding and on to the air; what left, J.
+    /// Adds heat, J, to the winding; returns what the housing gives to the air, J.
     #[inline]
     fn warm(&mut self, heat: f64) -> f64 {
         let rates = &self.rates;

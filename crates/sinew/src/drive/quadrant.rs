@@ -1,7 +1,8 @@
 /// Working quadrant of a drive: the signs of speed and tension (fig. 2b).
 ///
-/// A cable only pulls, so a muscle lives in two of the four: it shortens and gives power, or it is lengthened and
-/// takes power. The motor still knows all four, when it turns against its own friction.
+/// A cable only pulls, so a muscle works in two of the four quadrants: it shortens and delivers power, or it
+/// is lengthened and absorbs power. The motor works in all four, because its own friction reverses the sign
+/// of its torque.
 ///
 /// # Source
 /// `yuan2023`, fig. 2b.
@@ -9,16 +10,16 @@
 pub enum Quadrant {
     /// Torque and speed toward the motor: the active muscle.
     First,
-    /// Turning toward the motor while the torque brakes.
+    /// Moving toward the motor while the torque brakes.
     Second,
-    /// Torque and speed away from the motor: paying out by force.
+    /// Torque and speed away from the motor: active paying out.
     Third,
     /// Lengthened under tension: the passive muscle.
     Fourth,
 }
 
 impl Quadrant {
-    /// The quadrant of a speed and a torque, both + toward the motor; standing still counts as first or second.
+    /// The quadrant of a speed and a torque, both + toward the motor; zero speed counts as first or second.
     #[must_use]
     pub fn of(speed: f64, torque: f64) -> Self {
         match (speed >= 0.0, torque >= 0.0) {
@@ -29,7 +30,7 @@ impl Quadrant {
         }
     }
 
-    /// Whether the drive gives power.
+    /// Whether the drive delivers power.
     #[must_use]
     pub fn is_active(self) -> bool {
         matches!(self, Self::First | Self::Third)

@@ -12,18 +12,18 @@ use serde::{Deserialize, Serialize};
 /// | symbol | argument      | unit    | domain    | meaning                                             |
 /// |--------|---------------|---------|-----------|-----------------------------------------------------|
 /// | n      | `ratio`       | 1       | >= 1      | turns of the motor per turn of the winch               |
-/// | eta    | `efficiency`  | 1       | (0, 1]    | share of the power that a high load gets                |
+/// | eta    | `efficiency`  | 1       | (0, 1]    | efficiency under a high load                            |
 /// | tau_c  | `friction`    | Nm      | >= 0      | dry friction without load, at the motor                |
 /// | b      | `viscous`     | Nm s/rad | >= 0     | grease, at the motor                                   |
 /// | g      | `backlash`    | rad     | >= 0      | at the winch, between the flanks                        |
 /// | a, p   | `ripple`, `ripple_per_turn` | 1 | [0, 1), > 0 | of the losses over the motor's turn           |
 ///
-/// Losses are friction whatever the direction of power: they are taken from the motion implicitly and can stop it but
-/// never drive it, so that an unpowered reducer gains no energy in any quadrant.
+/// Losses are Coulomb friction in either direction of power, integrated implicitly: they can stop the motion
+/// but not drive it, so that an unpowered reducer gains no energy in any quadrant.
 ///
 /// # Assumes
-/// Stiff; its own inertia is in the rotor's; a cable under tension keeps the gear on one flank, and the backlash shows
-/// only when the tension goes.
+/// Rigid; its inertia is part of the rotor's; a cable under tension keeps the gear on one flank, so that
+/// backlash acts only without tension.
 ///
 /// # Source
 /// Textbook; `ratio` 53 of `yuan2023`, the rest assumed for reducers of this size.
@@ -80,7 +80,8 @@ impl Reducer {
         Ok(())
     }
 
-    /// Dry friction at the motor, Nm, under a load torque at the winch while turning in the direction of `sign`.
+    /// Dry friction at the motor, Nm, under a load torque at the winch while turning in the direction of
+    /// `sign`.
     #[inline]
     #[must_use]
     pub fn loss(&self, load: f64, sign: f64, angle: f64) -> f64 {
@@ -89,9 +90,10 @@ impl Reducer {
         self.friction + load.abs() / self.ratio * share * ripple
     }
 
-    /// A step of `h` seconds under a torque `drive - brake w` at the motor and `load` at the winch, Nm and Nm s/rad.
+    /// A step of `h` seconds under a torque `drive - brake w` at the motor and `load` at the winch, Nm and Nm
+    /// s/rad.
     ///
-    /// Friction is taken implicitly: it stops the shaft, and holds it against whatever it can.
+    /// Friction is implicit: it stops the shaft and holds it up to its limit.
     #[inline]
     #[must_use]
     pub fn turn(&self, shaft: Shaft, drive: f64, brake: f64, load: f64, h: f64) -> Turn {
@@ -127,7 +129,7 @@ pub struct Turn {
     pub lost: f64,
 }
 
-/// A cosine to a thousandth, which is more than anyone knows of a gear's ripple: two parabolas, bent once.
+/// A cosine to a thousandth, from two parabolas with one correction: exact enough for an assumed ripple.
 #[inline]
 fn wave(phase: f64) -> f64 {
     // 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the mantissa.
@@ -153,7 +155,7 @@ mod tests {
             let reducer = Reducer { efficiency, friction, ..Reducer::ratio_53() };
             let (inertia, h) = (6.5e-6, 1e-3);
             let Turn { speed: after, lost } = reducer.turn(Shaft { inertia, speed, angle }, 0.0, 0.0, load, h);
-            // The cable moves at the speed after: the work of the load, and what the rotor gained.
+            // The cable moves at the final speed: work of the load, and energy gained by the rotor.
             let work = -load / reducer.ratio * h * after;
             let gained = 0.5 * inertia * (after * after - speed * speed);
             prop_assert!(lost >= 0.0);
@@ -170,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_driven_load_gets_its_efficiency_and_a_driving_one_gives_it() {
+    fn the_efficiency_holds_for_a_driven_and_for_a_driving_load() {
         let quiet = Reducer { friction: 0.0, viscous: 0.0, ripple: 0.0, ..Reducer::ratio_53() };
         let load = 3.0;
         // At constant speed the motor's torque balances load and loss.
@@ -181,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_holds_what_it_can_and_no_more() {
+    fn friction_holds_up_to_its_limit() {
         let reducer = Reducer { ripple: 0.0, ..Reducer::ratio_53() };
         let most = reducer.loss(0.0, 1.0, 0.0);
         let shaft = Shaft { inertia: 6.5e-6, speed: 0.0, angle: 0.0 };

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// ```
 ///
 /// # Assumes
-/// Even counts; `zero` is what the homing got wrong, rad.
+/// Equal counts; `zero` is the homing error, rad.
 ///
 /// # Source
 /// Textbook.
@@ -36,7 +36,7 @@ impl Encoder {
         Ok(())
     }
 
-    /// What it reads of an angle, rad.
+    /// Measured angle, rad.
     #[inline]
     #[must_use]
     pub fn read(&self, angle: f64) -> f64 {
@@ -52,14 +52,14 @@ impl Encoder {
 /// ```
 ///
 /// # Assumes
-/// White noise; no creep, no hysteresis of its own.
+/// White noise; no creep, no hysteresis.
 ///
 /// # Source
 /// Textbook; 0.4 N of noise and 0.05 N of resolution assumed for a cell of 1 kN.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadCell {
-    /// N read per N felt.
+    /// N measured per N applied.
     pub gain: f64,
     /// N.
     #[serde(rename = "offset_n")]
@@ -95,7 +95,7 @@ impl LoadCell {
         Ok(())
     }
 
-    /// What it reads of a tension, N.
+    /// Measured tension, N.
     #[inline]
     pub fn read(&self, tension: f64, random: &mut Random) -> f64 {
         let raw = self.gain * tension + self.offset + self.noise * random.normal();
@@ -105,7 +105,7 @@ impl LoadCell {
     }
 }
 
-/// The nearest whole number, for magnitudes up to 2^51; of two the even one.
+/// Rounds to the nearest integer, ties to even, for magnitudes up to 2^51.
 #[inline]
 fn nearest(x: f64) -> f64 {
     // 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the mantissa.
@@ -113,7 +113,7 @@ fn nearest(x: f64) -> f64 {
     (x + ROUND) - ROUND
 }
 
-/// A value that arrives later: whole and fractional steps, by linear interpolation.
+/// Time delay of whole and fractional steps, by linear interpolation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Delay {
     past: Vec<f64>,
@@ -132,17 +132,17 @@ impl Delay {
         Ok(Self { past: vec![value; whole as usize + 2], next: 0, fraction: steps - whole })
     }
 
-    /// Fills it with a value, as if it had always been so.
+    /// Sets the whole history to a value.
     pub fn fill(&mut self, value: f64) {
         self.past.fill(value);
     }
 
-    /// Takes today's value and gives the one of back then.
+    /// Stores the present value and returns the delayed one.
     #[inline]
     pub fn pass(&mut self, value: f64) -> f64 {
-        // A remainder would be a division, three of them a third of a drive's step.
+        // No remainder: three integer divisions would cost a third of a drive's step.
         let after = |k: usize| if k + 1 < self.past.len() { k + 1 } else { 0 };
-        // The ring holds today and `whole + 1` days before: the oldest comes next.
+        // The ring holds the present value and `whole + 1` earlier ones: the oldest comes next.
         let (now, oldest) = (self.next, after(self.next));
         let younger = after(oldest);
         self.past[now] = value;
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_delay_is_exact_in_whole_and_in_broken_steps() {
+    fn a_delay_is_exact_for_whole_and_fractional_steps() {
         for steps in [0.0, 1.0, 2.5, 7.0] {
             let mut delay = Delay::new(steps, 0.0).unwrap();
             let mut last = 0.0;
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn quantisation_is_off_by_half_a_count_at_most() {
+    fn the_quantisation_error_is_at_most_half_a_count() {
         let encoder = Encoder { counts: 2048.0, zero: 0.0 };
         let half = core::f64::consts::PI / encoder.counts;
         for k in 0..1000 {
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_load_cell_stays_in_its_range_and_repeats_itself_for_a_seed() {
+    fn a_load_cell_saturates_at_its_range_and_its_noise_is_reproducible() {
         let cell = LoadCell::one_kilonewton();
         let read = |seed| {
             let mut random = Random::new(seed);

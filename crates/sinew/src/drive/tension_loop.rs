@@ -1,4 +1,5 @@
-/// Tension mode: the error of the tension becomes a speed of the winch (admittance), for the velocity loop beneath.
+/// Tension mode: the error of the tension becomes a speed of the winch (admittance), for the velocity loop
+/// beneath.
 ///
 /// ```text
 /// v* = v_f + c dT*/dt + g (T* - T^) + z,    z <- z + h g/t_i (T* - T^),    |z| <= v_z
@@ -7,16 +8,17 @@
 /// | symbol | argument    | unit    | meaning                                                           |
 /// |--------|-------------|---------|-------------------------------------------------------------------|
 /// | T*, T^ | `wanted`, `measured` | N | at the drive's outlet                                              |
-/// | v_f    | `feed`      | m/s     | speed of the cable that is known before, + toward the motor           |
+/// | v_f    | `feed`      | m/s     | feed-forward speed of the cable, + toward the motor           |
 /// | g      | `gain`      | m/(N s) | 2e-3: with a cable of 24 N/mm a bandwidth of 48 rad/s                  |
 /// | t_i    | `reset_time` | s      | 0.5                                                                |
-/// | c      | `compliance` | m/N    | of the cable as the drive feels it; 0 where nobody knows                |
+/// | c      | `compliance` | m/N    | of the cable at the drive; 0 where it is unknown                |
 ///
-/// A torque from the tension error, as the paper draws it, has to move 100 to 300 kg of rotor seen at the cable against a
-/// spring: it swings at 13 rad/s whatever its gains. A speed does not.
+/// A torque proportional to the tension error, as in the paper, accelerates 100 to 300 kg of reflected rotor
+/// inertia against the spring of the cable: the loop oscillates at about 13 rad/s for any gain. A speed
+/// command avoids this.
 ///
 /// # Departs
-/// `yuan2023` closes current on tension.
+/// `yuan2023` commands the current from the tension error.
 ///
 /// # Source
 /// Admittance control, textbook; numbers ours.
@@ -32,17 +34,17 @@ pub struct TensionLoop {
     last: Option<f64>,
 }
 
-/// Most that the integral may add, m/s.
-const MOST_INTEGRAL: f64 = 0.05;
+/// Limit of the integral, m/s.
+const INTEGRAL_LIMIT: f64 = 0.05;
 
 impl TensionLoop {
-    /// A loop that starts at its next step.
+    /// A loop in its initial state.
     #[must_use]
     pub fn new(gain: f64, reset_time: f64, compliance: f64) -> Self {
         Self { gain, reset_time, compliance, integral: 0.0, last: None }
     }
 
-    /// Forgets integral and last command: the next step starts anew.
+    /// Resets the integral and the derivative of the command.
     pub fn reset(&mut self) {
         (self.integral, self.last) = (0.0, None);
     }
@@ -54,7 +56,7 @@ impl TensionLoop {
         self.last = Some(wanted);
         let error = wanted - measured;
         self.integral += h * self.gain / self.reset_time * error;
-        self.integral = self.integral.clamp(-MOST_INTEGRAL, MOST_INTEGRAL);
+        self.integral = self.integral.clamp(-INTEGRAL_LIMIT, INTEGRAL_LIMIT);
         feed + self.compliance * rate + self.gain * error + self.integral
     }
 }

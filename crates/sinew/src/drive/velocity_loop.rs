@@ -1,4 +1,5 @@
-/// Velocity mode: a reference that respects the acceleration limit, followed by proportional and integral action.
+/// Velocity mode: a reference that respects the acceleration limit, followed by proportional and integral
+/// action.
 ///
 /// ```text
 /// w_r <- w_r + clamp(w* - w_r, +- a h),    tau = J (dw_r/dt + K (w_r - w^)) + z,    z <- z + h J K^2/4 (w_r - w^)
@@ -6,13 +7,13 @@
 ///
 /// | symbol | argument       | unit    | meaning                                              |
 /// |--------|----------------|---------|------------------------------------------------------|
-/// | w*, w^ | `wanted`, `speed` | rad/s | of the motor, wanted and measured                       |
+/// | w*, w^ | `wanted`, `speed` | rad/s | speed of the motor, desired and measured                |
 /// | a      | `acceleration` | rad/s^2 | limit                                                 |
 /// | J      | `inertia`      | kg m^2  | of the rotor                                           |
 /// | K      | `gain`         | 1/s     | 150: critically damped, settled in some 30 ms            |
-/// | tau    |                | Nm      | at the motor, beside what holds the load                |
+/// | tau    |                | Nm      | at the motor, beside the load feed-forward              |
 ///
-/// Where the torque was cut, the reference does not run away and the integral stands still.
+/// Where the torque saturates, the lead of the reference is limited and the integral is held (anti-windup).
 ///
 /// # Source
 /// Textbook; the gain is ours.
@@ -24,12 +25,12 @@ pub struct VelocityLoop {
     integral: f64,
 }
 
-/// What a velocity loop asks for.
+/// Limits of a velocity loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VelocityLimits {
     /// rad/s^2 at the motor.
     pub acceleration: f64,
-    /// Nm: most and least the motor can give beside holding the load.
+    /// Lower and upper limit of the torque beside the load feed-forward, Nm.
     pub torque: [f64; 2],
 }
 
@@ -40,7 +41,7 @@ impl VelocityLoop {
         Self { gain, reference: 0.0, integral: 0.0 }
     }
 
-    /// Takes over without a bump: from the speed as it is and the torque as it was.
+    /// Bumpless start from the present speed and torque.
     pub fn take_over(&mut self, speed: f64, torque: f64) {
         self.reference = speed;
         self.integral = torque;
@@ -58,7 +59,7 @@ impl VelocityLoop {
             self.reference += change;
             self.integral += h * inertia * 0.25 * self.gain * self.gain * error;
         } else {
-            // The reference waits for the shaft: it may lead by what the proportional part can use.
+            // The reference may lead the shaft by the error at which the proportional part alone saturates.
             let lead = (limits.torque[1] - limits.torque[0]) / (inertia * self.gain);
             self.reference = (self.reference + change).max(speed - lead).min(speed + lead);
         }

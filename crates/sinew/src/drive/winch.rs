@@ -1,7 +1,7 @@
 use crate::error::{Error, non_negative, positive, within};
 use serde::{Deserialize, Serialize};
 
-/// Winch: how much cable a turn takes up, layer by layer.
+/// Winch: cable wound per turn, layer by layer.
 ///
 /// ```text
 /// l(theta) = theta sqrt(r^2 + (p/2 pi)^2)          in the first layer; r + d in the second, r + 2 d in the third
@@ -11,16 +11,16 @@ use serde::{Deserialize, Serialize};
 /// |--------|-------------------|------|--------|----------------------------------------------|
 /// | r      | `radius`          | m    | > 0    | drum to the centre of the cable, first layer   |
 /// | p      | `lead`            | m    | >= 0   | advance of the groove per turn                |
-/// | d      | `cable_diameter`  | m    | > 0    | what a layer adds to the radius                |
-/// |        | `turns_per_layer` | 1    | > 0    | before the next layer begins                  |
+/// | d      | `cable_diameter`  | m    | > 0    | increase of the radius per layer               |
+/// |        | `turns_per_layer` | 1    | > 0    | turns of a layer                              |
 /// |        | `layers`          | 1    | 1..=8  | beyond the last the drum is full               |
 ///
 /// # Assumes
-/// Layers lie on each other, not between each other. Angle 0 is the empty drum.
+/// Layers are stacked without nesting. Angle 0 is the empty drum.
 ///
 /// # Source
-/// Textbook geometry; cable 3 mm of `yuan2023`. Its radius is not told: 15 mm assumed, because 10 mm leave 24 V too slow
-/// to move the cable at 0.12 m/s and stretch it by 60 mm at the same time.
+/// Textbook geometry; cable 3 mm of `yuan2023`. Its radius is not given: 15 mm is assumed, because with 10 mm
+/// the 24 V motor is too slow to move the cable at 0.12 m/s while it stretches by 60 mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Winch {
@@ -62,7 +62,7 @@ impl Winch {
         Ok(())
     }
 
-    /// Cable per radian in a layer, m: what a torque divides by to be a tension.
+    /// Cable per radian in a layer, m: the lever arm between tension and torque.
     #[inline]
     #[must_use]
     pub fn arm(&self, layer: u8) -> f64 {
@@ -71,12 +71,12 @@ impl Winch {
         libm::sqrt(radius * radius + pitch * pitch)
     }
 
-    /// The layer in which the winch winds at an angle, rad; 0 on the bare drum.
+    /// The layer being wound at an angle, rad; 0 on the bare drum.
     #[inline]
     #[must_use]
     pub fn layer(&self, angle: f64) -> u8 {
         let full = angle / (TURN * self.turns_per_layer);
-        // Out of the drum at either end the outermost geometry goes on.
+        // Beyond either end of the drum the geometry of the last layer is extrapolated.
         if full >= f64::from(self.layers) { self.layers - 1 } else { full.max(0.0) as u8 }
     }
 
@@ -95,14 +95,14 @@ impl Winch {
         TURN * self.turns_per_layer * f64::from(self.layers)
     }
 
-    /// Cable that the full drum holds, m.
+    /// Capacity of the drum, m.
     #[must_use]
     pub fn capacity(&self) -> f64 {
         self.wound(self.full())
     }
 }
 
-/// A winch with its layers computed once, for stepping.
+/// A winch with precomputed layers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Drum {
     /// Cable per radian in each layer, m.
@@ -139,7 +139,7 @@ impl Drum {
 
     #[inline]
     fn layer(&self, angle: f64) -> usize {
-        // A cast holds what is below 0 or above 255.
+        // The cast saturates at 0 and 255.
         usize::from(((angle * self.layers_per_radian) as u8).min(self.last))
     }
 }
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn layers_follow_on_each_other_without_a_jump() {
+    fn the_wound_length_is_continuous_across_layers() {
         let winch = Winch { layers: 3, ..Winch::fifteen_millimetres() };
         let mut last = winch.wound(0.0);
         for k in 1..=4000 {
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drum_is_its_winch_computed_once() {
+    fn the_precomputed_drum_equals_its_winch() {
         for layers in 1..=8 {
             let winch = Winch { layers, ..Winch::fifteen_millimetres() };
             let drum = Drum::new(&winch);

@@ -6,7 +6,7 @@ use crate::error::{Error, within};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// The joints along a path: a spline through poses, each with its end point on the path.
+/// The joints along a path: a spline through poses whose end points lie on the path.
 ///
 /// # Example
 /// ```
@@ -27,27 +27,27 @@ pub struct JointPath {
     first_unreached: Option<UnreachedPoint>,
 }
 
-/// A place of the path that the end point does not reach.
+/// A point of the path outside the workspace of the end point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnreachedPoint {
-    /// Where on the path: rad; of waypoints about the time, s.
+    /// Phase of the path: rad on a closed path, s between waypoints.
     pub phase: f64,
-    /// How far the end point stays away, m; of a path that closes while the joints do not, 0.
+    /// Remaining position error, m; 0 where the path closes and the joints do not.
     pub distance: f64,
 }
 
-/// How close to the path is on it, m.
-const ON_THE_PATH: f64 = 1e-9;
+/// Largest position error of a reached point, m.
+const POSITION_TOLERANCE: f64 = 1e-9;
 
 impl JointPath {
-    /// Finds the joints at `knots` places, the same distance apart, each from its neighbour.
+    /// Resolves the joints at `knots` equidistant phases, each starting from its neighbour's solution.
     ///
-    /// Where the path cannot be followed further, the rest of the joints stay as they are and
-    /// [`first_unreached`](Self::first_unreached) says where that was.
+    /// Beyond the first point that is not reached the joints stay constant;
+    /// [`first_unreached`](Self::first_unreached) returns that point.
     ///
     /// # Errors
-    /// As [`EndPointPath::validate`] and [`Redundancy::validate`]; [`Error::OutOfDomain`] for a `site` that is not there
-    /// or a number of knots outside 4 to 100 000.
+    /// As [`EndPointPath::validate`] and [`Redundancy::validate`]; [`Error::OutOfDomain`] for a `site` index
+    /// out of range or a number of knots outside 4 to 100 000.
     pub fn resolve(
         robot: &Robot,
         site: usize,
@@ -60,15 +60,15 @@ impl JointPath {
         let mut solver = Solver::new(robot, rule, site)?;
         let (length, closes) = (path.length(), path.closes());
         let pieces = if closes { knots } else { knots - 1 };
-        let place = |k: usize| length * k as f64 / pieces as f64;
+        let phase = |k: usize| length * k as f64 / pieces as f64;
         let mut q: Vec<f64> = rule.rest.clone();
         let mut poses = Vec::with_capacity(knots * q.len());
         let mut first_unreached = None;
         for k in 0..knots {
             if first_unreached.is_none() {
-                let distance = solver.solve(place(k), path.point(place(k)), &mut q)?;
+                let distance = solver.solve(phase(k), path.point(phase(k)), &mut q)?;
                 first_unreached =
-                    (distance > ON_THE_PATH).then_some(UnreachedPoint { phase: place(k), distance });
+                    (distance > POSITION_TOLERANCE).then_some(UnreachedPoint { phase: phase(k), distance });
             }
             poses.extend_from_slice(&q);
         }
@@ -77,16 +77,16 @@ impl JointPath {
             let gap = q.iter().zip(&poses).fold(0.0_f64, |gap, (a, b)| gap.max((a - b).abs()));
             first_unreached = (gap > 1e-6).then_some(UnreachedPoint { phase: length, distance: 0.0 });
         }
-        let places: Vec<f64> = (0..knots).map(place).collect();
+        let phases: Vec<f64> = (0..knots).map(phase).collect();
         let spline = if closes {
-            Spline::periodic(&places, &poses, length)?
+            Spline::periodic(&phases, &poses, length)?
         } else {
-            Spline::natural(&places, &poses)?
+            Spline::natural(&phases, &poses)?
         };
         Ok(Self { spline, first_unreached })
     }
 
-    /// The first place that the end point does not reach.
+    /// The first point that the end point does not reach.
     #[must_use]
     pub fn first_unreached(&self) -> Option<UnreachedPoint> {
         self.first_unreached

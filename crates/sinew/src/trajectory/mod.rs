@@ -1,10 +1,11 @@
-//! Where a robot is to be, when, and whether it can be there.
+//! Reference trajectories: a path of the end point, the joints along it, their timing, and a feasibility
+//! check.
 //!
 //! ```text
-//! path p(th)  --redundancy-->  joints q(th)  --time law th(t)-->  q, q', q'' at a time  --check-->  first obstacle
+//! path p(th)  --redundancy-->  joints q(th)  --time law th(t)-->  q, q', q'' at a time  --check-->  first infeasibility
 //! ```
 //!
-//! Everything is found before the start; [`Trajectory::sample`] only evaluates polynomials.
+//! Inverse kinematics and checks run before the start; [`Trajectory::sample`] only evaluates polynomials.
 
 mod check;
 mod joint_path;

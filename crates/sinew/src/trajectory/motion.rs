@@ -5,7 +5,7 @@ use crate::error::{Error, finite, positive};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// What the joints are to do at a time: `[joints]` each.
+/// Reference of the joints at a time: `[joints]` each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     /// Pose, rad or m.
@@ -24,14 +24,14 @@ impl Reference {
     }
 }
 
-/// From a pose to another in a straight line of the joints.
+/// Minimum-jerk motion between two poses along a straight line in joint space.
 ///
 /// ```text
 /// q = q_0 + (q_1 - q_0) u(t/T),     u(x) = 10 x^3 - 15 x^4 + 6 x^5
 /// ```
 ///
 /// # Source
-/// `flash1985`: of all ways to get there in that time the one of least mean square jerk.
+/// `flash1985`: the motion of least mean square jerk in that time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MinimumJerk {
     from: Vec<f64>,
@@ -43,7 +43,8 @@ impl MinimumJerk {
     /// From a pose to a pose in `duration` seconds.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for poses of different robots, [`Error::OutOfDomain`] for what is not finite.
+    /// [`Error::WrongLength`] for poses of different robots, [`Error::OutOfDomain`] for a pose that is not
+    /// finite or a duration that is not positive.
     pub fn new(from: &[f64], to: &[f64], duration: f64) -> Result<Self, Error> {
         if from.len() != to.len() {
             return Err(Error::WrongLength { name: "to", expected: from.len(), got: to.len() });
@@ -58,25 +59,25 @@ impl MinimumJerk {
         let t = self.duration;
         let [p, v, a] = [quintic(x), slope(x) / t, curvature(x) / (t * t)];
         for (k, (from, to)) in self.from.iter().zip(&self.to).enumerate().take(out.q.len()) {
-            let way = to - from;
-            (out.q[k], out.v[k], out.a[k]) = (from + way * p, way * v, way * a);
+            let span = to - from;
+            (out.q[k], out.v[k], out.a[k]) = (from + span * p, span * v, span * a);
         }
     }
 }
 
-/// A motion of the joints, from rest to rest.
+/// A reference trajectory of the joints, from rest to rest.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Trajectory {
-    /// Along a path, by a time law that says where on it.
+    /// Along a joint path, by a time law.
     AlongPath {
-        /// The joints along the path.
+        /// The joints over the phase.
         joints: JointPath,
-        /// The phase at a time.
+        /// The phase over time.
         law: TimeLaw,
     },
-    /// Straight to a pose.
+    /// Between two poses.
     PointToPoint(MinimumJerk),
-    /// One motion after the other.
+    /// Several motions in sequence.
     Sequence(Sequence),
 }
 
@@ -86,7 +87,7 @@ impl Trajectory {
     pub fn duration(&self) -> f64 {
         match self {
             Self::AlongPath { law, .. } => law.duration(),
-            Self::PointToPoint(way) => way.duration,
+            Self::PointToPoint(motion) => motion.duration,
             Self::Sequence(motions) => motions.duration(),
         }
     }
@@ -96,12 +97,13 @@ impl Trajectory {
     pub fn joints(&self) -> usize {
         match self {
             Self::AlongPath { joints, .. } => joints.spline.width(),
-            Self::PointToPoint(way) => way.from.len(),
+            Self::PointToPoint(motion) => motion.from.len(),
             Self::Sequence(motions) => motions.joints(),
         }
     }
 
-    /// Whether it ends in the pose in which it began, within 1e-6 rad or m: what does not cannot be repeated at once.
+    /// Whether it ends in its initial pose, within 1e-6 rad or m: only then it can be repeated without a
+    /// jump.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         let [mut first, mut last] = [self.joints(); 2].map(Reference::new);
@@ -109,7 +111,7 @@ impl Trajectory {
         sampled.is_ok() && first.q.iter().zip(&last.q).all(|(a, b)| (a - b).abs() < 1e-6)
     }
 
-    /// What the joints are to do at a time; at rest before and after. Allocates nothing.
+    /// The reference at a time, s; at rest before 0 and after the end. Does not allocate.
     ///
     /// ```text
     /// q' = q_th th',     q'' = q_th th'' + q_thth th'^2
@@ -133,7 +135,7 @@ impl Trajectory {
                     *v *= now.rate;
                 }
             }
-            Self::PointToPoint(way) => way.sample(time, out),
+            Self::PointToPoint(motion) => motion.sample(time, out),
             Self::Sequence(motions) => motions.sample(time, out)?,
         }
         Ok(())

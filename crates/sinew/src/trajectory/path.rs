@@ -7,61 +7,62 @@ use alloc::vec::Vec;
 /// Shape of a closed path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loop {
-    /// Three sines a third of a turn apart: a circle of radius `A sqrt(3/2)` about (1, 1, 1), at constant speed.
+    /// Three sines a third of a turn apart: a circle of radius `A sqrt(3/2)` about the axis (1, 1, 1), at
+    /// constant speed.
     Sine,
-    /// `[sin th, cos th, sin 2 th]`: leaves every plane.
+    /// `[sin th, cos th, sin 2 th]`: a curve that is not planar.
     Saddle,
 }
 
-/// The way of the end point.
+/// Desired path of the end point.
 ///
 /// ```text
 /// sine    p(th) = c + A [sin th, sin(th + 2 pi/3), sin(th - 2 pi/3)]
 /// saddle  p(th) = c + A [sin th, cos th, sin 2 th]
-/// points  p(th) = the cubic spline through the waypoints at th_i = th(t_i), by the time law of their own
+/// points  p(th) = cubic spline through the waypoints at th_i = th(t_i), with its own time law
 /// ```
 ///
 /// | symbol | field       | unit | domain | meaning                     |
 /// |--------|-------------|------|--------|-----------------------------|
 /// | c      | `center`    | m    | finite | centre, in the world         |
 /// | A      | `amplitude` | m    | > 0    | of every coordinate          |
-/// | th     | `phase`     | rad  |        | 2 pi per turn; of waypoints about the time, s |
+/// | th     | `phase`     | rad  |        | 2 pi per turn; approximately the time, s, between waypoints |
 ///
 /// # Source
-/// `yuan2023` says sine-shaped, 0.15 m, two periods; centre and phases are this project's.
+/// `yuan2023` gives a sine shape, 0.15 m and two periods; centre and phases are this project's.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EndPointPath {
-    /// A closed one.
+    /// A closed path.
     Loop {
-        /// Its shape.
+        /// Shape.
         shape: Loop,
         /// `c`, m.
         center: [f64; 3],
         /// `A`, m.
         amplitude: f64,
     },
-    /// Through points, from rest to rest.
+    /// Through waypoints, from rest to rest.
     Waypoints {
-        /// The points over the phase.
+        /// Position over the phase.
         points: Spline,
-        /// Passes every point at its time, and begins and ends without a jump of the acceleration.
+        /// Reaches every waypoint at its time, with continuous acceleration at both ends.
         law: TimeLaw,
     },
 }
 
 impl EndPointPath {
-    /// The default of the LM-Arm: 0.15 m about (0.66, 0.10, -0.15) m.
+    /// The paths of the LM-Arm: 0.15 m about (0.66, 0.10, -0.15) m.
     #[must_use]
     pub fn lm_arm(shape: Loop) -> Self {
         Self::Loop { shape, center: [0.66, 0.10, -0.15], amplitude: 0.15 }
     }
 
-    /// Through points in the order of their times, from rest to rest without a wait; through two, straight and with
-    /// minimum jerk.
+    /// Through waypoints in the order of their times, from rest to rest without a stop; through two, straight
+    /// with minimum jerk.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] below two points, [`Error::OutOfDomain`] for one that is not finite or times that do not
-    /// rise.
+    /// [`Error::WrongLength`] below two points, [`Error::OutOfDomain`] for one that is not finite or times
+    /// that do not increase.
     pub fn through(points: &[Waypoint]) -> Result<Self, Error> {
         let [first, second, before, last] = match points {
             [a, b] => [a, b, a, b],
@@ -104,13 +105,13 @@ impl EndPointPath {
         }
     }
 
-    /// Whether it comes back to where it began.
+    /// Whether it ends where it begins.
     #[must_use]
     pub fn closes(&self) -> bool {
         matches!(self, Self::Loop { .. })
     }
 
-    /// Where the end point is to be at a phase, m.
+    /// Desired position at a phase, m.
     #[must_use]
     pub fn point(&self, phase: f64) -> [f64; 3] {
         const THIRD: f64 = 2.0 * core::f64::consts::FRAC_PI_3;
@@ -151,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn waypoints_are_passed_and_times_that_stand_still_are_refused() {
+    fn waypoints_are_reached_at_their_times_and_equal_times_are_refused() {
         let at = |time, x| Waypoint { time, position: [x, 0.0, 1.0] };
         let path = EndPointPath::through(&[at(5.0, 0.0), at(6.0, 0.3), at(8.0, 0.1)]).unwrap();
         let EndPointPath::Waypoints { law, .. } = &path else { panic!("{path:?}") };

@@ -4,7 +4,7 @@ use crate::error::{Error, finite, positive, within};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// What a robot with more joints than the path has coordinates does with the rest of its freedom.
+/// Redundancy resolution: the pose on the path that is closest to a preferred one.
 ///
 /// ```text
 /// q(th) = argmin 1/2 (q - r)^T W (q - r)   so that   p(q) = p(th),      r(th) = rest + swing sin th
@@ -14,32 +14,33 @@ use alloc::vec::Vec;
 /// | symbol | field     | unit     | domain | meaning                                         |
 /// |--------|-----------|----------|--------|-------------------------------------------------|
 /// | r      | `rest`, `swing` | rad or m | finite | preferred pose, and how it swings once per turn |
-/// | W      | `weight`  | 1        | > 0    | what it costs each joint to be away from it         |
+/// | W      | `weight`  | 1        | > 0    | weight of each joint's deviation from it         |
 /// | p, J   |           |          |        | end point and its Jacobian                         |
 ///
-/// A function of the phase alone: it does not drift, and closes where the path closes.
+/// The pose is a function of the phase alone: it does not drift, and is periodic where the path is closed.
 ///
 /// # Assumes
-/// Hinges and slides only. The step converges linearly, from the neighbour in some 25 steps.
+/// Hinges and slides only. Convergence is linear: about 25 iterations from the neighbouring solution.
 ///
 /// # Source
-/// `whitney1969` for the weighted pseudo-inverse; taking it about a pose instead of integrating it is ours.
+/// `whitney1969` for the weighted pseudo-inverse; solving for a pose instead of integrating velocities is
+/// ours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Redundancy {
-    /// Of every joint.
+    /// `rest` of every joint, rad or m.
     pub rest: Vec<f64>,
-    /// Of every joint.
+    /// `swing` of every joint, rad or m.
     pub swing: Vec<f64>,
-    /// Of every joint.
+    /// `W` of every joint.
     pub weight: Vec<f64>,
 }
 
-/// Of the steps, rad or m.
-const CONVERGED: f64 = 1e-12;
-const MOST_STEPS: usize = 500;
+/// Largest joint step at convergence, rad or m.
+const STEP_TOLERANCE: f64 = 1e-12;
+const MAX_ITERATIONS: usize = 500;
 
 impl Redundancy {
-    /// The LM-Arm's: elbow bent, pronation swinging by 25 degrees so that all muscles move.
+    /// For the LM-Arm: elbow bent, pronation swinging by 25 degrees, so that all muscles move.
     #[must_use]
     pub fn lm_arm() -> Self {
         let degrees = |of: [f64; 7]| of.iter().map(|angle| angle.to_radians()).collect();
@@ -50,7 +51,7 @@ impl Redundancy {
         }
     }
 
-    /// Close to a pose, all joints alike.
+    /// Closest to a pose, all joints weighted alike.
     #[must_use]
     pub fn near(rest: &[f64]) -> Self {
         Self { rest: rest.to_vec(), swing: vec![0.0; rest.len()], weight: vec![1.0; rest.len()] }
@@ -59,8 +60,8 @@ impl Redundancy {
     /// Checks the numbers for a robot.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] or [`Error::OutOfDomain`] names the one that is wrong; a robot with ball, free or coupled
-    /// joints has no `joints` this rule could choose.
+    /// [`Error::WrongLength`] or [`Error::OutOfDomain`] names the field; robots with ball, free or coupled
+    /// joints are not supported.
     pub fn validate(&self, robot: &Robot) -> Result<(), Error> {
         let plain = robot.nq() == robot.nv() && robot.parts().couplings.is_empty();
         let coordinates = robot.nq() as f64;
@@ -75,13 +76,13 @@ impl Redundancy {
         self.weight.iter().try_for_each(|&w| positive("weight", w).map(drop))
     }
 
-    /// The preference of a joint at a phase.
+    /// `r` of a joint at a phase.
     fn preferred(&self, joint: usize, sine: f64) -> f64 {
         self.rest[joint] + self.swing[joint] * sine
     }
 }
 
-/// Room to solve in.
+/// Inverse kinematics with preallocated matrices.
 #[derive(Debug, Clone)]
 pub(super) struct Solver<'a> {
     robot: &'a Robot,
@@ -90,7 +91,7 @@ pub(super) struct Solver<'a> {
     poses: Poses,
     jacobian: Vec<f64>,
     angular: Vec<f64>,
-    away: Vec<f64>,
+    joint_step: Vec<f64>,
 }
 
 impl<'a> Solver<'a> {
@@ -106,22 +107,22 @@ impl<'a> Solver<'a> {
             poses: Poses::new(robot),
             jacobian: vec![0.0; 3 * nv],
             angular: vec![0.0; 3 * nv],
-            away: vec![0.0; nv],
+            joint_step: vec![0.0; nv],
         })
     }
 
-    /// Moves `q` to the pose for `target` at a phase; how far the end point then is from it, m.
+    /// Moves `q` to the pose for `target` at a phase; returns the remaining position error, m.
     pub(super) fn solve(&mut self, phase: f64, target: [f64; 3], q: &mut [f64]) -> Result<f64, Error> {
         let sine = libm::sin(phase);
-        for _ in 0..MOST_STEPS {
-            let missing = self.position_error(target, q)?;
-            let largest = self.step(sine, missing, q);
-            if largest < CONVERGED {
+        for _ in 0..MAX_ITERATIONS {
+            let position_error = self.position_error(target, q)?;
+            let largest = self.step(sine, position_error, q);
+            if largest < STEP_TOLERANCE {
                 break;
             }
         }
-        let missing = self.position_error(target, q)?;
-        Ok(norm(missing))
+        let position_error = self.position_error(target, q)?;
+        Ok(norm(position_error))
     }
 
     /// Position error of the end point, m; updates the Jacobian.
@@ -133,33 +134,34 @@ impl<'a> Solver<'a> {
         Ok(core::array::from_fn(|k| target[k] - point[k]))
     }
 
-    /// One step; the largest change of a joint it wanted.
-    fn step(&mut self, sine: f64, missing: [f64; 3], q: &mut [f64]) -> f64 {
+    /// One iteration; returns the largest joint step before it is limited.
+    fn step(&mut self, sine: f64, position_error: [f64; 3], q: &mut [f64]) -> f64 {
         let nv = q.len();
         let row = |k: usize| &self.jacobian[k * nv..(k + 1) * nv];
-        for (joint, away) in self.away.iter_mut().enumerate() {
-            *away = self.rule.preferred(joint, sine) - q[joint];
+        for (joint, deviation) in self.joint_step.iter_mut().enumerate() {
+            *deviation = self.rule.preferred(joint, sine) - q[joint];
         }
         let weight = &self.rule.weight;
         let weighted = |i, j| row(i).iter().zip(row(j)).zip(weight).map(|((a, b), w)| a * b / w).sum::<f64>();
         let normal = core::array::from_fn(|i| core::array::from_fn(|j| weighted(i, j)));
-        let wanted = core::array::from_fn(|i| missing[i] - product(row(i), &self.away));
-        let force = solve(normal, wanted);
+        let right = core::array::from_fn(|i| position_error[i] - product(row(i), &self.joint_step));
+        let multipliers = solve(normal, right);
         let mut largest = 0.0_f64;
-        for (joint, change) in self.away.iter_mut().enumerate() {
-            let pull: f64 = (0..3).map(|k| self.jacobian[k * nv + joint] * force[k]).sum();
-            *change += pull / weight[joint];
+        for (joint, change) in self.joint_step.iter_mut().enumerate() {
+            let projected: f64 = (0..3).map(|k| self.jacobian[k * nv + joint] * multipliers[k]).sum();
+            *change += projected / weight[joint];
             largest = largest.max(change.abs());
         }
         let share = if largest > 0.3 { 0.3 / largest } else { 1.0 };
-        q.iter_mut().zip(&self.away).for_each(|(q, change)| *q += share * change);
+        q.iter_mut().zip(&self.joint_step).for_each(|(q, change)| *q += share * change);
         largest
     }
 }
 
-/// Solves a symmetric positive 3 x 3 system by Cramer; where it is singular, the answer is large but finite.
+/// Solves a symmetric positive 3 x 3 system by Cramer's rule; near a singularity the solution is large but
+/// finite.
 fn solve([a, b, c]: [[f64; 3]; 3], right: [f64; 3]) -> [f64; 3] {
     let trace = a[0] + b[1] + c[2];
-    let volume = dot(a, cross(b, c)).max(1e-18 * trace * trace * trace + f64::MIN_POSITIVE);
-    [dot(right, cross(b, c)), dot(a, cross(right, c)), dot(a, cross(b, right))].map(|part| part / volume)
+    let determinant = dot(a, cross(b, c)).max(1e-18 * trace * trace * trace + f64::MIN_POSITIVE);
+    [dot(right, cross(b, c)), dot(a, cross(right, c)), dot(a, cross(b, right))].map(|part| part / determinant)
 }

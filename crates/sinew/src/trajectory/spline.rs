@@ -11,9 +11,9 @@ use alloc::vec::Vec;
 ///
 /// | symbol | unit     | meaning                                         |
 /// |--------|----------|-------------------------------------------------|
-/// | x_i    | s or rad | knots, rising                                    |
-/// | y_i    | any      | values there                                     |
-/// | m_i    |          | second derivatives there, continuous everywhere   |
+/// | x_i    | s or rad | knots, increasing                                |
+/// | y_i    | any      | values at the knots                              |
+/// | m_i    |          | second derivatives at the knots, continuous      |
 ///
 /// # Source
 /// Textbook.
@@ -28,18 +28,19 @@ pub struct Spline {
 }
 
 impl Spline {
-    /// Straight at both ends: no second derivative there.
+    /// Natural spline: the second derivatives at both ends are zero.
     ///
     /// # Shapes
     /// `knots: [n >= 2]`, from 0; `values: [n x width]`, point after point.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] for what is not finite or knots that do not rise.
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] for values that are not finite or knots that do not
+    /// increase.
     pub fn natural(knots: &[f64], values: &[f64]) -> Result<Self, Error> {
         Self::new(knots, values, false)
     }
 
-    /// Without an end: after `period`, a knot more than are given, the first point follows the last.
+    /// Periodic spline: the first point is repeated at `period`, one knot beyond those given.
     ///
     /// # Shapes
     /// `knots: [n >= 4]`, from 0 and below `period`; `values: [n x width]`.
@@ -79,13 +80,13 @@ impl Spline {
             closed,
         };
         for column in 0..width {
-            spline.bend(column);
+            spline.solve_curvatures(column);
         }
         spline.curvatures.iter().try_for_each(|&m| finite("curvature of a spline", m).map(drop))?;
         Ok(spline)
     }
 
-    /// Numbers per point.
+    /// Dimension of a point.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
@@ -97,7 +98,7 @@ impl Spline {
         self.knots.last().copied().unwrap_or(0.0)
     }
 
-    /// Value and first and second derivative at `x`: a closed one goes round, an open one holds its ends.
+    /// Value, first and second derivative at `x`: periodic, or held constant beyond both ends.
     ///
     /// # Shapes
     /// `value`, `slope`, `curvature: [width]`; entries beyond are left alone.
@@ -125,7 +126,7 @@ impl Spline {
     }
 
     /// Finds the second derivatives of one column.
-    fn bend(&mut self, column: usize) {
+    fn solve_curvatures(&mut self, column: usize) {
         let (n, width) = (self.knots.len(), self.width);
         let h = |i: usize| self.knots[i + 1] - self.knots[i];
         let rise =
@@ -153,7 +154,8 @@ impl Spline {
     }
 }
 
-/// Solves a symmetric, diagonally dominant tridiagonal system; `beside[i]` stands between `i` and `i + 1`.
+/// Thomas algorithm for a symmetric, diagonally dominant tridiagonal system; `beside[i]` stands between `i`
+/// and `i + 1`.
 fn tridiagonal(diagonal: &[f64], beside: &[f64], mut x: Vec<f64>) -> Vec<f64> {
     let mut pivots = diagonal.to_vec();
     for i in 1..x.len() {
@@ -168,7 +170,7 @@ fn tridiagonal(diagonal: &[f64], beside: &[f64], mut x: Vec<f64>) -> Vec<f64> {
     x
 }
 
-/// The same with `beside[n - 1]` between last and first: a change of rank one, taken back by Sherman and Morrison.
+/// The same with `beside[n - 1]` between last and first: a rank-one change, by the Sherman-Morrison formula.
 fn cyclic(mut diagonal: Vec<f64>, beside: &[f64], wanted: Vec<f64>) -> Vec<f64> {
     let n = diagonal.len();
     let corner = beside[n - 1];
@@ -213,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_are_those_of_the_value_and_nothing_jumps_where_it_closes() {
+    fn derivatives_are_those_of_the_value_and_continuous_where_the_spline_closes() {
         let spline = sine(24);
         let at = |x| {
             let mut out = [[0.0; 2]; 3];
@@ -233,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn an_open_spline_passes_its_points_and_is_straight_at_its_ends() {
+    fn a_natural_spline_interpolates_and_has_no_curvature_at_its_ends() {
         let spline = Spline::natural(&[0.0, 0.5, 2.0, 2.2], &[1.0, 3.0, -1.0, 0.0]).unwrap();
         let at = |x| {
             let (mut p, mut v, mut a) = ([0.0], [0.0], [0.0]);

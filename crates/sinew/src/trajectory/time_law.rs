@@ -1,6 +1,6 @@
 use crate::error::{Error, positive, within};
 
-/// How far along a path, how fast and how fast growing.
+/// Phase of a path and its time derivatives.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PhaseState {
     /// `th`.
@@ -11,7 +11,7 @@ pub struct PhaseState {
     pub acceleration: f64,
 }
 
-/// From rest to rest, with a long stretch of constant rate or with minimum jerk.
+/// Time law from rest to rest, with a constant rate between two ramps or with minimum jerk.
 ///
 /// ```text
 /// u(x) = 10 x^3 - 15 x^4 + 6 x^5,   U(x) = x^4 (2.5 - 3 x + x^2),   w = Th/(T - Tr)
@@ -23,33 +23,33 @@ pub struct PhaseState {
 ///
 /// | symbol | argument   | unit | domain    | meaning                   |
 /// |--------|------------|------|-----------|---------------------------|
-/// | Th     | `length`   | rad  | > 0       | phase at the end            |
-/// | T      | `duration` | s    | > 0       | from rest to rest           |
-/// | Tr     | `ramp`     | s    | (0, T/2]  | of each ramp                |
+/// | Th     | `length`   | rad  | > 0       | final phase                 |
+/// | T      | `duration` | s    | > 0       | total duration              |
+/// | Tr     | `ramp`     | s    | (0, T/2]  | duration of each ramp       |
 ///
 /// # Source
-/// `flash1985` for minimum jerk; this project's: its quintic as the rate of the ramps.
+/// `flash1985` for minimum jerk; its quintic as the rate profile of the ramps is ours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeLaw {
     length: f64,
     duration: f64,
-    /// None of minimum jerk.
+    /// `None` for minimum jerk.
     ramp: Option<f64>,
 }
 
 impl TimeLaw {
-    /// A law with ramps of a tenth of the time each.
+    /// Ramps of a tenth of the duration each.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a length or a duration that is not above zero.
+    /// [`Error::OutOfDomain`] for a length or a duration that is not positive.
     pub fn new(length: f64, duration: f64) -> Result<Self, Error> {
         Self::with_ramp(length, duration, 0.1 * duration)
     }
 
-    /// A law with ramps of `ramp` seconds.
+    /// Ramps of `ramp` seconds.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for what is not above zero, or a ramp of more than half of the time.
+    /// [`Error::OutOfDomain`] for numbers that are not positive, or a ramp of more than half of the duration.
     pub fn with_ramp(length: f64, duration: f64, ramp: f64) -> Result<Self, Error> {
         positive("length of the path", length)?;
         positive("duration", duration)?;
@@ -62,7 +62,7 @@ impl TimeLaw {
         Ok(Self { length, duration, ramp: Some(ramp) })
     }
 
-    /// A law of least mean square jerk, nowhere at a constant rate.
+    /// Minimum jerk over the whole duration.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -78,11 +78,11 @@ impl TimeLaw {
         self.duration
     }
 
-    /// The progress at a time; at rest before and after.
+    /// The phase at a time; at rest before 0 and after the end.
     #[must_use]
     pub fn at(&self, time: f64) -> PhaseState {
         let Self { length, duration, ramp } = *self;
-        // A time that is not a number is before the start.
+        // NaN counts as a time before the start.
         let t = if time > 0.0 { time.min(duration) } else { 0.0 };
         let Some(ramp) = ramp else {
             let (x, rate) = (t / duration, length / duration);
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rates_and_growths_are_the_derivatives() {
+    fn rate_and_acceleration_are_the_derivatives_of_the_phase() {
         let turns = 4.0 * core::f64::consts::PI;
         let h = 1e-4;
         for law in [TimeLaw::new(turns, 11.5), TimeLaw::minimum_jerk(turns, 11.5)].map(Result::unwrap) {
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn it_rests_at_both_ends_and_beyond() {
+    fn the_phase_is_at_rest_at_both_ends_and_beyond() {
         let close = |a: PhaseState, phase: f64| {
             (a.phase - phase).abs() < 1e-12 && a.rate.abs() < 1e-12 && a.acceleration.abs() < 1e-12
         };

@@ -39,7 +39,7 @@ pub struct Bench {
     steps: [Option<DriveStep>; 2],
 }
 
-/// What the bench's sensors say, noise, counts and delay included.
+/// Measurements of the bench, with noise, quantisation and delay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BenchReading {
     /// The muscle's drive.
@@ -57,7 +57,7 @@ impl BenchReading {
 }
 
 impl Bench {
-    /// A bench with a cable of this specimen and two equal drives; `seed` is that of the sensors' noise.
+    /// A bench with a cable of this specimen and two equal drives; `seed` is that of the sensor noise.
     ///
     /// # Errors
     /// As [`CablePlant::new`] and [`Drive::new`].
@@ -78,7 +78,7 @@ impl Bench {
         })
     }
 
-    /// Lays the cable as after a long pull with this tension at the load, N.
+    /// Sets the cable to its steady state after a long pull with this tension at the load, N.
     ///
     /// # Errors
     /// As [`CablePlant::settle`].
@@ -90,7 +90,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Both drives obey for `h` seconds.
+    /// Both drives execute their commands for `h` seconds.
     ///
     /// # Errors
     /// As [`CablePlant::step`].
@@ -102,13 +102,13 @@ impl Bench {
         Ok(self.truth)
     }
 
-    /// What the sensors said at the start of the last step.
+    /// Measurements at the start of the last step.
     #[must_use]
     pub fn reading(&self) -> BenchReading {
         BenchReading { muscle: self.muscle.reading(), load: self.load.reading() }
     }
 
-    /// What no controller knows.
+    /// True state of the cable.
     #[must_use]
     pub fn truth(&self) -> CableReading {
         self.truth
@@ -120,13 +120,13 @@ impl Bench {
         self.steps
     }
 
-    /// What stopped a drive.
+    /// The fault that stopped a drive.
     #[must_use]
     pub fn fault(&self) -> Option<DriveFault> {
         self.steps.iter().flatten().find_map(|step| step.fault)
     }
 
-    /// The cable as it is, where perfect knowledge is wanted.
+    /// The cable, for an oracle.
     #[must_use]
     pub fn cable(&self) -> &CablePlant {
         &self.cable

@@ -1,7 +1,9 @@
-//! The plant: what a controller is tried on, and may never look into.
+//! The plant: the simulated system that controllers are tested on; no controller reads its state or
+//! parameters.
 //!
-//! It builds on the same laws as the controller's models but never shares their numbers: more cells, shorter
-//! steps, and effects that no model of the controller has.
+//! Plant and controller models use the same laws of cable, muscle and body, with different parameters: the
+//! plant is a drawn specimen, discretised more finely, and has effects that no model of the controller has
+//! ([`cable`]).
 
 pub mod arm;
 pub mod bench;

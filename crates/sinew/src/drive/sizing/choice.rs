@@ -3,7 +3,7 @@ use crate::drive::{Catalogue, CatalogueMotor, CatalogueReducer, CatalogueWinch};
 use crate::error::Error;
 use alloc::vec::Vec;
 
-/// The best that a motor and a reducer of a catalogue can do.
+/// The best design of a motor and a reducer of a catalogue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice<'a> {
     /// The motor.
@@ -12,20 +12,21 @@ pub struct Choice<'a> {
     pub reducer: &'a CatalogueReducer,
     /// The winch, the best of the catalogue for these two.
     pub winch: &'a CatalogueWinch,
-    /// Ratios between which the requirement could be met with this winch, had the reducer any ratio; none if nowhere.
+    /// Interval of ratios that meets the requirement with this winch, for a continuously variable ratio;
+    /// `None` if empty.
     pub ratios: Option<[f64; 2]>,
-    /// The three together, in the reducer's best ratio.
+    /// The assembled design with the reducer's best ratio.
     pub design: Design,
-    /// What the requirement takes of it.
+    /// Utilisation of its limits by the requirement.
     pub demand: Demand,
-    /// While the wanted tension is pulled at the wanted speed, W.
+    /// Copper loss at the required tension and speed, W.
     pub copper_loss: f64,
 }
 
-/// Every motor with every reducer: those that can do what is wanted first, the lightest first, of equal mass the one
-/// with most to spare; then those that cannot, the one that lacks least first.
+/// Designs of every motor with every reducer: first those that meet the requirement, by mass and then by
+/// margin, then those that do not, by deficit.
 ///
-/// Of a pair's ratios and winches the ones with most to spare are taken: whose nearest limit is farthest.
+/// The ratio and the winch of a pair are those with the largest margin to the nearest limit.
 ///
 /// # Errors
 /// As [`Requirement::validate`].
@@ -48,7 +49,7 @@ pub fn choose<'a>(catalogue: &'a Catalogue, wanted: &Requirement) -> Result<Vec<
         .filter_map(|(motor, reducer)| best(catalogue, motor, reducer, wanted))
         .collect();
     choices.sort_by(|a, b| {
-        let (lack, spare) = (lack(a).total_cmp(&lack(b)), used(a).total_cmp(&used(b)));
+        let (lack, spare) = (deficit(a).total_cmp(&deficit(b)), utilisation(a).total_cmp(&utilisation(b)));
         lack.then(a.design.mass.total_cmp(&b.design.mass)).then(spare)
     });
     Ok(choices)
@@ -67,21 +68,21 @@ fn best<'a>(
         let (demand, copper_loss) = (design.demand(wanted), design.copper_loss(wanted));
         Choice { motor, reducer, winch, ratios: design.ratios(wanted), design, demand, copper_loss }
     });
-    choices.min_by(|a, b| used(a).total_cmp(&used(b)))
+    choices.min_by(|a, b| utilisation(a).total_cmp(&utilisation(b)))
 }
 
-/// Share of the nearest limit.
-fn used(choice: &Choice<'_>) -> f64 {
+/// Utilisation of the nearest limit.
+fn utilisation(choice: &Choice<'_>) -> f64 {
     choice.demand.worst().1
 }
 
-/// The same, all that can being equal.
-fn lack(choice: &Choice<'_>) -> f64 {
-    used(choice).max(1.0)
+/// Utilisation above 1; equal for all designs that meet the requirement.
+fn deficit(choice: &Choice<'_>) -> f64 {
+    utilisation(choice).max(1.0)
 }
 
 impl Design {
-    /// Ratios between which a requirement can be met, everything else as it is; none if nowhere.
+    /// Interval of ratios in which a requirement is met, other parameters unchanged; `None` if empty.
     ///
     /// Each limit is `A n + B/n + C <= D` with `A, B >= 0`: an interval of ratios, closed form.
     #[must_use]

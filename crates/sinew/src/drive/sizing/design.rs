@@ -1,16 +1,16 @@
 use crate::drive::{CatalogueMotor, CatalogueReducer, DriveParameters, Motor, Reducer, Winch};
 use crate::error::{Error, non_negative, positive};
 
-/// What a cable is wanted to do.
+/// Requirement on a drive, at the cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Requirement {
-    /// Pull that can be held for ever, N, > 0.
+    /// Continuous tension, N, > 0.
     pub tension: f64,
-    /// Speed at which the cable is taken up under that pull, m/s, >= 0.
+    /// Speed of taking up at that tension, m/s, >= 0.
     pub speed: f64,
-    /// Acceleration for a moment under that pull and at that speed, m/s^2, >= 0.
+    /// Peak acceleration at that tension and speed, m/s^2, >= 0.
     pub acceleration: f64,
-    /// Cable that the drum must take, m, >= 0.
+    /// Cable length on the drum, m, >= 0.
     pub stroke: f64,
 }
 
@@ -28,25 +28,25 @@ impl Requirement {
     }
 }
 
-/// What bounds a drive.
+/// Limits of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limit {
-    /// The winding becomes too hot in the long run.
+    /// Winding temperature in continuous operation.
     Heat,
     /// The amplifier's current.
     Current,
-    /// The amplifier's voltage, the winding being hot.
+    /// The amplifier's voltage, with a hot winding.
     Voltage,
-    /// The speed that motor and reducer bear.
+    /// Speed of motor and reducer.
     Speed,
-    /// The torque that the reducer bears.
+    /// Torque of the reducer.
     ReducerTorque,
-    /// The cable that the drum holds.
+    /// Capacity of the drum.
     Drum,
 }
 
 impl Limit {
-    /// In words.
+    /// For reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -60,7 +60,7 @@ impl Limit {
     }
 }
 
-/// Share of every limit that a requirement takes; above 1 it cannot be met.
+/// Utilisation of every limit by a requirement; above 1 it is not met.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
     /// In the order of [`Limit`].
@@ -68,7 +68,7 @@ pub struct Demand {
 }
 
 impl Demand {
-    /// The limit nearest to being broken, and its share.
+    /// The limit with the largest utilisation, and its value.
     #[must_use]
     pub fn worst(&self) -> (Limit, f64) {
         self.shares.iter().copied().fold(self.shares[0], |a, b| if b.1 > a.1 { b } else { a })
@@ -81,7 +81,7 @@ impl Demand {
     }
 }
 
-/// A drive on paper: its parts and what they bear.
+/// A drive design: its parts and their limits.
 ///
 /// ```text
 /// tau(T, v, a) = T r/(n eta) + tau_c + b w + J a n/r    taking cable up,     w = v n/r
@@ -93,11 +93,11 @@ impl Demand {
 /// | J      | `motor.inertia`  | kg m^2 | of rotor and reducer                                          |
 /// | tau_c  | `reducer.friction` | Nm   | of motor and reducer                                          |
 /// | r      | `winch`          | m      | cable per radian in the outermost layer                       |
-/// | n, eta, b | `reducer`     |        | as there; ripple counts at its mean                           |
+/// | n, eta, b | `reducer`     |        | as there; ripple by its mean                                  |
 ///
 /// # Assumes
-/// As [`Motor`], [`Reducer`]; where voltage counts the winding is as hot as it may be; the motor's own friction is
-/// that of its current without load.
+/// As [`Motor`], [`Reducer`]; the voltage limit is evaluated with the winding at its temperature limit; the
+/// motor's friction follows from its no-load current.
 ///
 /// # Source
 /// Textbook.
@@ -109,9 +109,9 @@ pub struct Design {
     pub reducer: Reducer,
     /// The winch.
     pub winch: Winch,
-    /// At the winch for ever, Nm.
+    /// Continuous torque at the winch, Nm.
     pub continuous_torque: f64,
-    /// At the winch for a second, Nm.
+    /// Peak torque at the winch, for a second, Nm.
     pub peak_torque: f64,
     /// Of the motor's shaft, rad/s.
     pub top_speed: f64,
@@ -120,7 +120,7 @@ pub struct Design {
 }
 
 impl Design {
-    /// Puts parts of a catalogue together.
+    /// Assembles parts of a catalogue.
     #[must_use]
     pub fn new(motor: &CatalogueMotor, reducer: &CatalogueReducer, ratio: f64, winch: Winch) -> Self {
         let own = motor.parameters;
@@ -158,13 +158,13 @@ impl Design {
         self.reducer.ratio / self.arm()
     }
 
-    /// What the rotor is at the cable, kg.
+    /// Rotor inertia reflected to the cable, kg.
     #[must_use]
     pub fn mass_at_cable(&self) -> f64 {
         self.motor.inertia * self.turns() * self.turns()
     }
 
-    /// Current that the winding bears for ever, A: as the data sheet says and as heat allows, whichever is less.
+    /// Continuous current of the winding, A: the smaller of data sheet and thermal limit.
     #[must_use]
     pub fn continuous_current(&self) -> f64 {
         let m = &self.motor;
@@ -172,7 +172,8 @@ impl Design {
         m.continuous_current.min(libm::sqrt(heat / m.resistance_at(m.hottest)))
     }
 
-    /// Torque of the motor, Nm, at a tension, speed and acceleration of the cable; standing still counts as taking up.
+    /// Torque of the motor, Nm, at a tension, speed and acceleration of the cable; zero speed counts as
+    /// taking up.
     #[must_use]
     pub fn motor_torque(&self, tension: f64, speed: f64, acceleration: f64) -> f64 {
         let (r, turns) = (&self.reducer, self.turns());
@@ -182,7 +183,8 @@ impl Design {
         load * share + dry + turns * (r.viscous * speed + self.motor.inertia * acceleration)
     }
 
-    /// Tension of the cable, N, at a torque of the motor: the inverse of [`Design::motor_torque`], not below 0.
+    /// Tension of the cable, N, at a torque of the motor: the inverse of [`Design::motor_torque`], not below
+    /// 0.
     #[must_use]
     pub fn tension(&self, torque: f64, speed: f64, acceleration: f64) -> f64 {
         let nothing = self.motor_torque(0.0, speed, acceleration);
@@ -190,7 +192,7 @@ impl Design {
         ((torque - nothing) * share * self.turns()).max(0.0)
     }
 
-    /// Share of every limit that a requirement takes.
+    /// Utilisation of every limit by a requirement.
     #[must_use]
     pub fn demand(&self, wanted: &Requirement) -> Demand {
         let (m, w) = (&self.motor, wanted.speed * self.turns());
@@ -209,7 +211,7 @@ impl Design {
         }
     }
 
-    /// Copper loss while the wanted tension is pulled at the wanted speed, W, the winding being hot.
+    /// Copper loss at the required tension and speed with a hot winding, W.
     #[must_use]
     pub fn copper_loss(&self, wanted: &Requirement) -> f64 {
         let m = &self.motor;

@@ -1,30 +1,31 @@
 use super::design::{Design, Limit};
 use alloc::vec::Vec;
 
-/// Most tension, N, and what bounds it.
+/// Largest tension, and the limit that bounds it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
-    /// N, 0 where nothing is left.
+    /// N, >= 0.
     pub tension: f64,
-    /// What bounds it.
+    /// The active limit.
     pub limit: Limit,
 }
 
-/// What a drive can pull at one speed.
+/// Tension limits of a drive at one speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EnvelopePoint {
     /// Of the cable, m/s, + taken up.
     pub speed: f64,
-    /// For ever.
+    /// In continuous operation.
     pub continuous: Bound,
-    /// For a moment.
+    /// At the peak.
     pub peak: Bound,
 }
 
 impl Design {
-    /// What can be pulled at a speed of the cable (+ taken up, - paid out) while it is accelerated, m/s and m/s^2.
+    /// Tension limits at a cable speed (+ taken up, - paid out) and acceleration, m/s and m/s^2.
     ///
-    /// The continuous bound is the winding's heat or the reducer's continuous torque; acceleration counts at the peak only.
+    /// The continuous bound is the winding's heat or the reducer's continuous torque; the acceleration enters
+    /// the peak only.
     #[must_use]
     pub fn envelope_at(&self, speed: f64, acceleration: f64) -> EnvelopePoint {
         let continuous =
@@ -43,7 +44,8 @@ impl Design {
         (0..points).map(|k| self.envelope_at(speed(k), 0.0)).collect()
     }
 
-    /// Most acceleration of the cable, m/s^2, at a tension and a speed; below 0 where the tension cannot be pulled.
+    /// Largest acceleration of the cable, m/s^2, at a tension and a speed; negative where the tension is not
+    /// reached.
     #[must_use]
     pub fn acceleration(&self, tension: f64, speed: f64) -> f64 {
         let m = &self.motor;
@@ -51,14 +53,14 @@ impl Design {
         (torque - self.motor_torque(tension, speed, 0.0)) / (m.inertia * self.turns())
     }
 
-    /// Current that the voltage leaves at a speed of the cable, A, the winding being hot.
+    /// Current within the voltage limit at a cable speed, A, with a hot winding.
     fn current_by_voltage(&self, speed: f64) -> f64 {
         let m = &self.motor;
         (m.voltage - m.torque_constant * speed * self.turns()) / m.resistance_at(m.hottest)
     }
 
     fn bound(&self, speed: f64, acceleration: f64, current: (f64, Limit), torque: f64) -> Bound {
-        // The fastest speed itself belongs to the envelope.
+        // The largest speed is part of the envelope.
         if (speed * self.turns()).abs() > self.top_speed * (1.0 + 1e-12) {
             return Bound { tension: 0.0, limit: Limit::Speed };
         }

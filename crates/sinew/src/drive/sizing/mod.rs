@@ -1,7 +1,7 @@
-//! From wanted tension, speed, acceleration and stroke of a cable to motor, ratio and winch.
+//! Drive sizing: from required tension, speed, acceleration and stroke of a cable to motor, ratio and winch.
 //!
 //! ```text
-//! requirement, catalogue -> for every motor and reducer: ratios that can do it -> the best design -> its envelope
+//! requirement, catalogue -> for every motor and reducer: feasible ratios -> the best design -> its envelope
 //! ```
 
 mod choice;

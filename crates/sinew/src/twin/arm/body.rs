@@ -10,16 +10,16 @@ pub const STOP_STIFFNESS: f64 = 300.0;
 /// Damping of a joint's stops, Nm s/rad.
 const STOP_DAMPING: f64 = 0.2;
 
-/// A body on its cables.
+/// The rigid bodies of the arm under cable tensions.
 ///
 /// ```text
 /// M v' = R^T T_out - c - g - damping - stops
 /// v <- v + h v',   q <- q + h v                    semi-implicit
 /// ```
 ///
-/// A stuck cable is a spring of some 40 N/mm on 13 mm of arm: with the forearm's 4.5e-4 kg m^2 it swings at 170 rad/s,
-/// two of them at 250. Semi-implicit steps are stable up to 2/h, 4000 rad/s at half a millisecond, and neither
-/// gain nor lose energy in the mean.
+/// A sticking cable is a spring of about 40 N/mm at a moment arm of 13 mm: with the forearm's 4.5e-4 kg m^2
+/// its natural frequency is 170 rad/s, that of two cables 250. Semi-implicit steps are stable up to 2/h, 4000
+/// rad/s at half a millisecond, and conserve energy in the mean.
 #[derive(Debug, Clone)]
 pub(super) struct Limb {
     robot: Robot,
@@ -32,7 +32,7 @@ pub(super) struct Limb {
     a: Vec<f64>,
     torque: Vec<f64>,
     passive: Vec<f64>,
-    /// Of every velocity: which coordinate stops, and where.
+    /// Range of every velocity's coordinate, where it has stops.
     stops: Vec<Option<[f64; 2]>>,
 }
 
@@ -69,7 +69,7 @@ impl Limb {
         self.muscles.bends(&self.geometry, bends)
     }
 
-    /// Moves for `h` seconds under these tensions at the anchors.
+    /// Advances by `h` seconds under these tensions at the anchors.
     pub(super) fn advance(&mut self, h: f64, tensions: &[f64]) -> Result<(), Error> {
         self.muscles.torque(&self.geometry, tensions, &mut self.torque)?;
         self.robot.passive_force(&self.q, &self.v, &mut self.passive)?;
@@ -83,7 +83,7 @@ impl Limb {
         self.muscles.evaluate(&self.q, &mut self.geometry)
     }
 
-    /// Of motion, height and stops, J.
+    /// Kinetic, potential and elastic energy of the stops, J.
     pub(super) fn energy(&mut self) -> Result<f64, Error> {
         self.robot.forward_kinematics(&self.q, &mut self.poses)?;
         let stops = self.stops.iter().zip(&self.q).filter_map(|(range, &q)| Some(beyond((*range)?, q)));
@@ -93,12 +93,12 @@ impl Limb {
     }
 }
 
-/// How far a coordinate is beyond its range.
+/// Signed penetration of a coordinate into its stops.
 fn beyond([low, high]: [f64; 2], q: f64) -> f64 {
     (q - high).max(0.0) + (q - low).min(0.0)
 }
 
-/// A stop pushes and never holds back.
+/// A unilateral spring and damper.
 fn stop(range: [f64; 2], q: f64, v: f64) -> f64 {
     let x = beyond(range, q);
     let push = -STOP_STIFFNESS * x - STOP_DAMPING * v;
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_stop_pushes_back_and_never_pulls() {
+    fn the_force_of_a_stop_is_unilateral() {
         let range = [-1.0, 2.0];
         assert!(stop(range, 2.1, 0.0) < 0.0 && stop(range, -1.1, 0.0) > 0.0);
         assert!(stop(range, 2.001, -50.0).abs() < 1e-12 && stop(range, 0.0, 9.0).abs() < 1e-12);

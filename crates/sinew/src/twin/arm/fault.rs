@@ -51,7 +51,8 @@ impl InjectedFault {
     /// Checks it for an arm.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a muscle or joint index out of range, a negative start or a duration that is not positive.
+    /// [`Error::OutOfDomain`] for a muscle or joint index out of range, a negative start or a duration that
+    /// is not positive.
     pub fn validate(&self, muscles: usize, joints: usize) -> Result<(), Error> {
         non_negative("start of a fault", self.start)?;
         if self.duration < f64::INFINITY || self.duration.is_nan() {

@@ -3,7 +3,7 @@ use crate::drive::{Drive, Encoder};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// What the arm's sensors say: counts, noise, errors and faults included. Not a number where a sensor says so.
+/// Measurements of the arm, with quantisation, noise, calibration errors and injected faults; may hold NaN.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmReading {
     /// Position of every cable by its motor's encoder, m, + toward the motor: `[muscles]`.
@@ -19,7 +19,7 @@ impl ArmReading {
         Self { motor: vec![0.0; muscles], tension: vec![0.0; muscles], joint: vec![0.0; joints] }
     }
 
-    /// Takes what every sensor says at `time`, then what faults make of it; a stuck one keeps what it said.
+    /// Reads every sensor at `time` and applies the active faults; a stuck sensor keeps its last reading.
     pub(super) fn update(
         &mut self,
         time: f64,
@@ -28,25 +28,25 @@ impl ArmReading {
         q: &[f64],
         faults: &[InjectedFault],
     ) {
-        let failing = |sensor: Sensor| {
+        let failure_of = |sensor: Sensor| {
             faults.iter().filter(|fault| fault.is_active(time)).find_map(|fault| match fault.failure {
                 Failure::Sensor(which, how) if which == sensor => Some(how),
                 _ => None,
             })
         };
-        let say = |said: &mut f64, now: f64, sensor: Sensor| match failing(sensor) {
-            None => *said = now,
+        let set = |reading: &mut f64, measured: f64, sensor: Sensor| match failure_of(sensor) {
+            None => *reading = measured,
             Some(SensorFailure::Stuck) => {}
-            Some(SensorFailure::Lost) => *said = 0.0,
-            Some(SensorFailure::NotANumber) => *said = f64::NAN,
+            Some(SensorFailure::Lost) => *reading = 0.0,
+            Some(SensorFailure::NotANumber) => *reading = f64::NAN,
         };
         for (k, drive) in drives.iter().enumerate() {
-            let now = drive.reading();
-            say(&mut self.motor[k], now.position, Sensor::Motor(k));
-            say(&mut self.tension[k], now.tension, Sensor::Tension(k));
+            let drive = drive.reading();
+            set(&mut self.motor[k], drive.position, Sensor::Motor(k));
+            set(&mut self.tension[k], drive.tension, Sensor::Tension(k));
         }
         for (k, (encoder, &angle)) in encoders.iter().zip(q).enumerate() {
-            say(&mut self.joint[k], encoder.read(angle), Sensor::Joint(k));
+            set(&mut self.joint[k], encoder.read(angle), Sensor::Joint(k));
         }
     }
 }

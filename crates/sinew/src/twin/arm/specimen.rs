@@ -8,38 +8,38 @@ use crate::twin::cable::{Resolution, Specimen};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// An arm as it was built: what no controller is told.
+/// Parameters of an arm as built; the controller does not have them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmSpecimen {
-    /// Its body and the ways of its cables.
+    /// Bodies and tendon paths.
     pub robot: Robot,
-    /// Of every muscle, drive to anchor; the last pulley is the wrap at the joint.
+    /// Cable of every muscle, drive to anchor; its last pulley is the wrap at the joint.
     pub cables: Vec<Specimen>,
-    /// Of every muscle; its load cell is the muscle's.
+    /// Drive of every muscle, with the load cell of the muscle.
     pub drives: Vec<DriveParameters>,
-    /// Of every joint.
+    /// Encoder of every joint.
     pub encoders: Vec<Encoder>,
-    /// Cells of the cables; substeps of cables and body alike.
+    /// Cells of the cables; substeps of cables and bodies.
     pub resolution: Resolution,
 }
 
-/// How far what is built may be from what was designed.
+/// Manufacturing tolerances: bounds of the difference between an arm as built and its design.
 ///
-/// Every number is uniform within its bounds; cables scatter as [`Specimen::drawn_around`] says.
+/// Every number is uniform within its bounds; cables scatter as in [`Specimen::drawn_around`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scatter {
-    /// Of every mass and, by itself, every inertia: share.
+    /// Relative, of every mass and, independently, of every inertia.
     pub mass: f64,
-    /// Of every coordinate of every place that a cable is led through or fixed to, m.
+    /// Of every coordinate of every site of a tendon, m.
     pub attachment: f64,
-    /// Of the load cells' gain: share.
+    /// Relative, of the load cells' gain.
     pub gain: f64,
     /// Of the joint encoders' zero, rad.
     pub zero: f64,
 }
 
 impl Default for Scatter {
-    /// A tenth, a millimetre, half a per cent, a milliradian: assumed, as a careful workshop would leave it.
+    /// 10 %, 1 mm, 0.5 %, 1 mrad: assumed for careful manufacturing.
     fn default() -> Self {
         Self { mass: 0.1, attachment: 1e-3, gain: 5e-3, zero: 1e-3 }
     }
@@ -51,22 +51,23 @@ const NEAR: f64 = 0.05;
 /// Counts of a joint's encoder: 14 bits.
 const JOINT_COUNTS: f64 = 16_384.0;
 
-/// Sheath of the bench whose drag is known, m.
+/// Length of the bench's sheath, to which its drag belongs, m.
 const BENCH_SHEATH: f64 = 0.806;
 
 impl ArmSpecimen {
-    /// As designed: the robot as described, the bench's cable in every muscle's own sheath, sensors without error
-    /// but for noise and counts.
+    /// As designed: the robot as described, the bench's cable in the sheath of every muscle, sensors with
+    /// noise and quantisation only.
     ///
-    /// Friction and compliance are the bench's; its drag goes with the length of the sheath. The free cable at the anchor
-    /// is as long as in `pose`, the one at the winch 50 mm (assumed).
+    /// Friction and compliance are the bench's; the drag is proportional to the length of the sheath. The
+    /// free cable at the anchor is as long as in `pose`, the one at the winch 50 mm (assumed).
     ///
-    /// The drive is [`DriveParameters::mc_am`]: 81 kg at the cable, 287 N for ever while it pulls; at 250 N its peak
-    /// current gives 9.7 m/s^2 on the way to 0.13 m/s, and its own limit allows 5. Sensors are read at the start of a
-    /// step and heard at its end: that is their delay.
+    /// The drive is [`DriveParameters::mc_am`]: 81 kg reflected to the cable, 287 N continuous; at 250 N its
+    /// peak current accelerates by 9.7 m/s^2, and its reference is limited to 5. Sensors are sampled at the
+    /// start of a step and available at its end: that is their delay.
     ///
     /// # Errors
-    /// [`Error::Part`] names a muscle without a sheath; [`Error::WrongLength`] where `pose` is another robot's.
+    /// [`Error::Part`] names a muscle without a sheath; [`Error::WrongLength`] where `pose` is another
+    /// robot's.
     pub fn nominal(robot: &Robot, pose: &[f64]) -> Result<Self, Error> {
         let muscles = Muscles::new(robot);
         let mut geometry = Geometry::new(robot, &muscles);
@@ -85,10 +86,10 @@ impl ArmSpecimen {
         })
     }
 
-    /// One of the arms that are built after a design: every number drawn, the same for the same seed.
+    /// A random specimen of a design; the same seed gives the same specimen.
     ///
     /// # Errors
-    /// As [`Robot::new`], where a description bears no scatter.
+    /// As [`Robot::new`], where the drawn numbers are no valid robot.
     pub fn drawn_around(of: &Self, scatter: &Scatter, seed: u64) -> Result<Self, Error> {
         let mut random = Random::new(seed);
         let mut within = |bound: f64| bound * (2.0 * random.unit() - 1.0);
@@ -99,7 +100,7 @@ impl ArmSpecimen {
             let factor = 1.0 + within(scatter.mass);
             body.inertia.iter_mut().for_each(|entry| *entry *= factor);
         }
-        for site in led_through(&parts) {
+        for site in tendon_sites(&parts) {
             parts.sites[site].position.iter_mut().for_each(|x| *x += within(scatter.attachment));
         }
         drawn.robot = Robot::new(parts)?;
@@ -124,7 +125,7 @@ impl ArmSpecimen {
         Self::drawn_around(&Self::nominal(robot, pose)?, &Scatter::default(), seed)
     }
 
-    /// The same arm with a point mass in its hand, or on any other body.
+    /// The same arm with a point mass on a body.
     ///
     /// # Errors
     /// As [`Robot::with_payload`].
@@ -152,8 +153,8 @@ fn cable(parts: &Parts, muscle: usize, free: f64, wrap: f64) -> Result<Specimen,
     Ok(Specimen { path, parameters, ..Specimen::bench() })
 }
 
-/// Sites that cables pass or end at, each once.
-fn led_through(parts: &Parts) -> Vec<usize> {
+/// Sites of tendons, each once.
+fn tendon_sites(parts: &Parts) -> Vec<usize> {
     let elements = parts.tendons.iter().filter_map(|tendon| match &tendon.path {
         TendonPath::Spatial(elements) => Some(elements),
         TendonPath::Fixed(_) => None,

@@ -11,10 +11,10 @@ use crate::twin::cable::{CablePlants, CableReading, Resolution};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Most turn at a joint that a single node of a cable can stand for, rad.
-const MOST_WRAP: f64 = 4.0;
+/// Largest wrap at a joint that one node of a cable represents, rad.
+const MAX_WRAP: f64 = 4.0;
 
-/// An arm at work: true motion, true tensions, and what its sensors say of them.
+/// A simulated arm: true motion, true tensions and measurements.
 ///
 /// # Example
 /// ```
@@ -30,7 +30,7 @@ const MOST_WRAP: f64 = 4.0;
 /// for _ in 0..100 {
 ///     arm.step(&[DriveCommand::Velocity(0.0); 15], 1e-3)?;
 /// }
-/// // The winches hold still, and the cables' elasticity lets the arm sink a little.
+/// // The winches are held; the arm sinks a little by the elasticity of the cables.
 /// assert!(arm.truth().q.iter().zip(pose).all(|(q, start)| (q - start).abs() < 0.2));
 /// # Ok::<(), sinew::Error>(())
 /// ```
@@ -43,16 +43,16 @@ pub struct ArmTwin {
     faults: Vec<InjectedFault>,
     time: f64,
     reading: ArmReading,
-    /// Of every muscle: cable, drive, and what the step needs.
-    felt: Vec<CableReading>,
+    // Of every muscle.
+    cable_readings: Vec<CableReading>,
     steps: Vec<DriveStep>,
     motions: Vec<EndMotion>,
-    pull: Vec<f64>,
-    before: Vec<f64>,
+    anchor_tension: Vec<f64>,
+    lengths_before: Vec<f64>,
     bends: Vec<f64>,
 }
 
-/// What no controller knows.
+/// True state of the arm.
 #[derive(Debug, Clone, Copy)]
 pub struct ArmTruth<'a> {
     /// Since the start, s.
@@ -70,15 +70,16 @@ pub struct ArmTruth<'a> {
 }
 
 impl ArmTwin {
-    /// An arm at rest in a pose, every cable as after a pull that left this tension at its anchor, N; `seed` is that
-    /// of the sensors' noise. Where tensions and gravity do not balance, the arm starts to move.
+    /// An arm at rest in a pose, every cable in its steady state after a pull with this tension at its
+    /// anchor, N; `seed` is that of the sensor noise. Where tensions and gravity are not in equilibrium, the
+    /// arm starts to move.
     ///
     /// # Shapes
     /// `q: [joints]`, `tension_out: [muscles]`.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] for a tension below a cable's pretension and whatever
-    /// [`CablePlants::new`] and [`Drive::new`] refuse.
+    /// [`Error::WrongLength`], and [`Error::OutOfDomain`] for a tension below a cable's pretension and
+    /// whatever [`CablePlants::new`] and [`Drive::new`] refuse.
     pub fn new(specimen: &ArmSpecimen, q: &[f64], tension_out: &[f64], seed: u64) -> Result<Self, Error> {
         let limb = Limb::new(&specimen.robot, q)?;
         let (muscles, joints) = (limb.lengths().len(), q.len());
@@ -102,11 +103,11 @@ impl ArmTwin {
             faults: Vec::new(),
             time: 0.0,
             reading: ArmReading::new(muscles, joints),
-            felt: vec![CableReading::default(); muscles],
-            steps: vec![STANDING; muscles],
+            cable_readings: vec![CableReading::default(); muscles],
+            steps: vec![JAMMED; muscles],
             motions: vec![EndMotion::default(); muscles],
-            pull: tension_out.to_vec(),
-            before: limb.lengths().to_vec(),
+            anchor_tension: tension_out.to_vec(),
+            lengths_before: limb.lengths().to_vec(),
             bends: vec![0.0; muscles],
             limb,
             specimen: specimen.clone(),
@@ -115,7 +116,7 @@ impl ArmTwin {
         Ok(twin)
     }
 
-    /// The same with what will fail.
+    /// The same with injected faults.
     ///
     /// # Errors
     /// As [`InjectedFault::validate`].
@@ -126,14 +127,14 @@ impl ArmTwin {
         Ok(self)
     }
 
-    /// Every drive obeys for `h` seconds, a millisecond in life.
+    /// All drives execute their commands for `h` seconds, usually a millisecond.
     ///
     /// # Shapes
-    /// `commands: [muscles]`; one that is not finite is none.
+    /// `commands: [muscles]`; one that is not finite counts as [`DriveCommand::Off`].
     ///
     /// # Errors
-    /// [`Error::WrongLength`] and [`Error::OutOfDomain`] for `h` outside 10 us to 20 ms: nothing has then moved. Where the
-    /// arm moves so fast that no cable could follow, the run is over.
+    /// [`Error::WrongLength`] and [`Error::OutOfDomain`] for `h` outside 10 us to 20 ms: the state is then
+    /// unchanged. An error of the cables, whose ends moved too fast, ends the run.
     pub fn step(&mut self, commands: &[DriveCommand], h: f64) -> Result<ArmTruth<'_>, Error> {
         if commands.len() != self.drives.len() {
             return Err(Error::WrongLength {
@@ -144,32 +145,32 @@ impl ArmTwin {
         }
         let substeps = self.specimen.resolution.substeps as f64;
         within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h))?;
-        self.drive(commands, h);
-        self.sense();
+        self.step_drives(commands, h);
+        self.measure();
         for _ in 0..self.specimen.resolution.substeps {
-            self.before.copy_from_slice(self.limb.lengths());
-            self.limb.advance(h / substeps, &self.pull)?;
-            let lengths = self.before.iter().zip(self.limb.lengths());
+            self.lengths_before.copy_from_slice(self.limb.lengths());
+            self.limb.advance(h / substeps, &self.anchor_tension)?;
+            let lengths = self.lengths_before.iter().zip(self.limb.lengths());
             for ((motion, drive), (before, now)) in self.motions.iter_mut().zip(&self.steps).zip(lengths) {
                 *motion = EndMotion { motor: drive.moved / substeps, anchor: before - now };
             }
-            self.cables.step(h / substeps, &self.motions, &mut self.felt)?;
-            for (pull, felt) in self.pull.iter_mut().zip(&self.felt) {
-                *pull = felt.tension_out;
+            self.cables.step(h / substeps, &self.motions, &mut self.cable_readings)?;
+            for (tension, cable) in self.anchor_tension.iter_mut().zip(&self.cable_readings) {
+                *tension = cable.tension_out;
             }
         }
-        self.wrap()?;
+        self.update_wraps()?;
         self.time += h;
         Ok(self.truth())
     }
 
-    /// What the sensors said at the start of the last step: that is how old it is.
+    /// Measurements at the start of the last step.
     #[must_use]
     pub fn reading(&self) -> &ArmReading {
         &self.reading
     }
 
-    /// What no controller knows.
+    /// True state of the arm.
     #[must_use]
     pub fn truth(&self) -> ArmTruth<'_> {
         ArmTruth {
@@ -177,48 +178,48 @@ impl ArmTwin {
             q: &self.limb.q,
             v: &self.limb.v,
             lengths: self.limb.lengths(),
-            cables: &self.felt,
+            cables: &self.cable_readings,
             drives: &self.steps,
         }
     }
 
-    /// What it is built of.
+    /// Its parameters.
     #[must_use]
     pub fn specimen(&self) -> &ArmSpecimen {
         &self.specimen
     }
 
-    /// Mechanical energy of body and cables, J: motion, height, elasticity, and what the constant force at every
-    /// anchor has stored. Drives are not part of it.
+    /// Mechanical energy of bodies and cables, J: kinetic, potential, elastic, and that of the constant force
+    /// at every anchor, without the drives.
     ///
     /// # Errors
-    /// None that [`step`](Self::step) would not have found.
+    /// None after a successful [`step`](Self::step).
     pub fn energy(&mut self) -> Result<f64, Error> {
         let mut energy = self.limb.energy()?;
         for (k, length) in self.limb.lengths().iter().enumerate() {
-            if self.felt[k].broken.is_none() {
+            if self.cable_readings[k].broken.is_none() {
                 energy += self.cables.energy(k)? + self.specimen.cables[k].parameters.pretension * length;
             }
         }
         Ok(energy)
     }
 
-    /// Lays every cable; what every sensor then says.
+    /// Sets every cable to its steady state and updates the measurements.
     fn settle(&mut self, tension_out: &[f64]) -> Result<(), Error> {
-        self.wrap()?;
+        self.update_wraps()?;
         for (k, &tension) in tension_out.iter().enumerate() {
             self.cables.settle(k, tension, Sliding::TowardMotor)?;
         }
-        self.cables.step(1e-6, &self.motions, &mut self.felt)?;
-        for (drive, felt) in self.drives.iter_mut().zip(&self.felt) {
-            drive.settle(felt.tension_in);
+        self.cables.step(1e-6, &self.motions, &mut self.cable_readings)?;
+        for (drive, cable) in self.drives.iter_mut().zip(&self.cable_readings) {
+            drive.settle(cable.tension_in);
         }
-        self.sense();
+        self.measure();
         Ok(())
     }
 
-    /// Drives, as far as they are not failing.
-    fn drive(&mut self, commands: &[DriveCommand], h: f64) {
+    /// Advances the drives, subject to injected faults.
+    fn step_drives(&mut self, commands: &[DriveCommand], h: f64) {
         for (k, (drive, &command)) in self.drives.iter_mut().zip(commands).enumerate() {
             let mut command = command;
             let mut jammed = false;
@@ -230,34 +231,34 @@ impl ArmTwin {
                     _ => {}
                 }
             }
-            let tension = self.felt[k].tension_in;
+            let tension = self.cable_readings[k].tension_in;
             self.steps[k] = if jammed {
                 drive.settle(tension);
-                STANDING
+                JAMMED
             } else {
                 drive.step(command, tension, h)
             };
         }
     }
 
-    fn sense(&mut self) {
+    fn measure(&mut self) {
         let Self { time, drives, specimen, limb, faults, .. } = self;
         self.reading.update(*time, drives, &specimen.encoders, &limb.q, faults);
     }
 
-    /// The posture turns every cable at its joint.
-    fn wrap(&mut self) -> Result<(), Error> {
+    /// Sets the wrap of every cable at its joint from the pose.
+    fn update_wraps(&mut self) -> Result<(), Error> {
         self.limb.bends(&mut self.bends)?;
         for (k, bend) in self.bends.iter().enumerate() {
             let last = self.specimen.cables[k].path.pulleys().saturating_sub(1);
-            self.cables.set_wrap(k, last, bend.min(MOST_WRAP))?;
+            self.cables.set_wrap(k, last, bend.min(MAX_WRAP))?;
         }
         Ok(())
     }
 }
 
-/// A drive that does nothing.
-const STANDING: DriveStep = DriveStep {
+/// Step of a jammed drive.
+const JAMMED: DriveStep = DriveStep {
     moved: 0.0,
     speed: 0.0,
     electrical: 0.0,

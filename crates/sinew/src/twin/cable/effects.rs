@@ -1,4 +1,4 @@
-//! What a real cable does that its model does not know: each effect by itself, each can be left out.
+//! Effects of the plant's cable that the identified models lack or know only in part; each can be left out.
 
 use crate::Error;
 use crate::error::{non_negative, positive, within};
@@ -6,12 +6,12 @@ use crate::transmission::cable::Weakening;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// A sheath that bends more here than there.
+/// Curvature that varies along the sheath.
 ///
-/// Equal parts of every sheath get these relative curvatures. The sum of the bend stays what it is, so steady
-/// sliding does not show it; reversals do, because the slip front meets the bends in another order.
+/// Equal parts of every sheath have these relative curvatures. The total bend is unchanged, so that steady
+/// sliding is not affected; reversals are, because the slip front passes the bends in another order.
 ///
-/// Default: six parts between 0.5 and 1.5. Assumed: a sheath laid by hand along a limb.
+/// Default: six parts between 0.5 and 1.5; assumed for a sheath routed by hand along a limb.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnevenCurvature {
     /// Relative curvature of equal parts, each >= 0, not all zero.
@@ -24,12 +24,13 @@ impl Default for UnevenCurvature {
     }
 }
 
-/// The wall of the sheath carries in compression what the cable carries in tension, and shortens.
+/// The wall of the sheath is compressed by the tension of the cable, and shortens.
 ///
-/// Inside sheaths the compliance grows; a model with one compliance for the whole cable cannot follow.
+/// The compliance is larger inside sheaths; a model with one compliance for the whole cable cannot represent
+/// this.
 ///
 /// Default: a tenth of the calibrated cable's 2.56e-4 1/N. Assumed: a wire-wound wall of some 40 kN per unit
-/// strain; the tables of `yuan2023` do not tell it from the cable's own.
+/// strain; the tables of `yuan2023` do not distinguish it from the cable's own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SheathCompliance {
     /// Strain per tension, 1/N, >= 0.
@@ -42,15 +43,15 @@ impl Default for SheathCompliance {
     }
 }
 
-/// Friction warms the sheath, and warm grease drags less.
+/// Friction warms the sheath, which lowers the viscosity of the grease.
 ///
 /// ```text
 /// C dT/dt = P - T/R,    drag = d exp(-k T)          T above the surroundings, P the power of friction
 /// ```
 ///
 /// Default: `k` = 4 %/K (greases lose half of their viscosity in 15 to 20 K), `R` = 0.5 K/W and `C` = 80 J/K
-/// (0.8 m of steel-wound sheath, 150 g, in still air): a time constant of 40 s; 10 W of friction warm it by 5 K and
-/// take 18 % of the drag. Assumed: nobody has measured it on this bench.
+/// (0.8 m of steel-wound sheath, 150 g, in still air): a time constant of 40 s; 10 W of friction warm it by 5
+/// K and lower the drag by 18 %. Assumed; not measured on this bench.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DragHeat {
     /// `k`, 1/K, >= 0.
@@ -67,14 +68,15 @@ impl Default for DragHeat {
     }
 }
 
-/// A braid goes on stretching under load and comes back when it is gone: a Kelvin-Voigt element in every cell.
+/// Recoverable creep of a braid: a Kelvin-Voigt element in every cell.
 ///
 /// ```text
 /// dx_j/dt = (kappa c_j T_j - x_j)/tau         x_j is added to the length of cell j
 /// ```
 ///
 /// Default: `kappa` = 4 % of the elastic stretch within `tau` = 30 s. Assumed: the recoverable part of the
-/// creep of braided polyethylene is of this order at a tenth of its strength; the permanent part is bedded in.
+/// creep of braided polyethylene is of this order at a tenth of its strength; the permanent part has been
+/// removed by bedding in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BraidCreep {
     /// `kappa`, 1, >= 0.
@@ -89,10 +91,10 @@ impl Default for BraidCreep {
     }
 }
 
-/// Friction is higher at creeping speed: [`Weakening`], at a size the tables cannot exclude.
+/// Friction is higher at low speed: [`Weakening`], of a size that the tables do not exclude.
 ///
-/// Default: a tenth more at rest, half of that gone at 3 mm/s, remembered for 50 ms. At the lowest speed of the
-/// tables of `yuan2023`, 0.02 m/s, 2 thousandths of it are left.
+/// Default: a tenth more at rest, half of that at 3 mm/s, with a lag of 50 ms. At the lowest speed of the
+/// tables of `yuan2023`, 0.02 m/s, 2 thousandths of friction are left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowFriction {
     /// How it falls with speed.
@@ -105,7 +107,7 @@ impl Default for SlowFriction {
     }
 }
 
-/// The cable breaks, says when, and has no tension from then on.
+/// The cable breaks above a tension and carries none from then on.
 ///
 /// Default: above 800 N, the limit that the drive of `yuan2023` is built for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,20 +122,20 @@ impl Default for Breakage {
     }
 }
 
-/// All effects together; each may be left out.
+/// The effects of one cable; each may be left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effects {
-    /// Uneven bend.
+    /// Uneven curvature.
     pub curvature: Option<UnevenCurvature>,
-    /// Soft wall.
+    /// Compliance of the sheath.
     pub sheath: Option<SheathCompliance>,
-    /// Warm grease.
+    /// Heating of the grease.
     pub heat: Option<DragHeat>,
     /// Creep.
     pub creep: Option<BraidCreep>,
-    /// Friction at creeping speed.
+    /// Friction at low speed.
     pub slow: Option<SlowFriction>,
-    /// Breaking.
+    /// Breakage.
     pub breakage: Option<Breakage>,
 }
 
@@ -152,13 +154,13 @@ impl Default for Effects {
 }
 
 impl Effects {
-    /// The bare law; it cannot even break.
+    /// The law alone, without breaking.
     #[must_use]
     pub fn none() -> Self {
         Self { curvature: None, sheath: None, heat: None, creep: None, slow: None, breakage: None }
     }
 
-    /// Checks what the law does not check itself.
+    /// Checks the numbers that the law does not check.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] names the number outside its domain.

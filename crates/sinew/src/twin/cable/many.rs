@@ -1,4 +1,4 @@
-//! The cables of a whole robot, eight at a time.
+//! The cables of a robot, in SIMD lanes of eight.
 
 use super::one::Resolution;
 use super::specimen::Specimen;
@@ -10,7 +10,7 @@ use crate::transmission::cable::{CableBatch, EndMotion, EndTensions};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Cables of the plant side by side: the same as so many [`CablePlant`](super::CablePlant)s, to the bit, and faster.
+/// Cables of the plant in parallel: bit for bit the same as as many [`CablePlant`](super::CablePlant)s.
 #[derive(Debug, Clone)]
 pub struct CablePlants {
     cables: CableBatch,
@@ -26,7 +26,8 @@ impl CablePlants {
     /// Cables without tension.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] names the number outside its domain, [`Error::WrongLength`] where there is no specimen.
+    /// [`Error::OutOfDomain`] names the number outside its domain, [`Error::WrongLength`] where there is no
+    /// specimen.
     pub fn new(specimens: &[Specimen], resolution: Resolution) -> Result<Self, Error> {
         resolution.validate()?;
         let laws = specimens.iter().map(|s| s.law(resolution.cells)).collect::<Result<Vec<_>, _>>()?;
@@ -58,10 +59,10 @@ impl CablePlants {
         self.cables.set_wrap(cable, pulley, wrap)
     }
 
-    /// Moves all cables: `motions: [cables]` in, `readings: [cables]` out.
+    /// Advances all cables: `motions: [cables]` in, `readings: [cables]` out.
     ///
     /// # Errors
-    /// As [`CableBatch::step`]; no cable has then moved.
+    /// As [`CableBatch::step`]; the state is then unchanged.
     pub fn step(
         &mut self,
         interval: f64,
@@ -87,7 +88,7 @@ impl CablePlants {
         }
         for (k, (wear, reading)) in self.wear.iter_mut().zip(readings).enumerate() {
             let ends = EndTensions { dissipated: self.dissipated[k], ..self.ends[k] };
-            *reading = wear.feel(interval, ends, self.cables.stretch(k).unwrap_or(0.0));
+            *reading = wear.update(interval, ends, self.cables.stretch(k).unwrap_or(0.0));
             if let Some(factor) = wear.drag_factor() {
                 self.cables.scale_drag(k, factor)?;
             }
@@ -99,17 +100,17 @@ impl CablePlants {
         Ok(())
     }
 
-    /// Breaks one cable, whatever its tension; one that is not there or already broken stays as it is.
+    /// Breaks one cable, whatever its tension; without effect on an index out of range or a broken cable.
     pub fn snap(&mut self, cable: usize) {
         if let Some(wear) = self.wear.get_mut(cable) {
             wear.snap(self.ends[cable]);
         }
     }
 
-    /// Elastic energy of one cable, J, without that of `T_0` and of what has crept.
+    /// Elastic energy of one cable, J, without that of `T_0` and of creep.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] where there is no such cable.
+    /// [`Error::OutOfDomain`] for an index out of range.
     pub fn energy(&self, cable: usize) -> Result<f64, Error> {
         let tensions = self.tensions(cable)?;
         Ok(tensions.zip(&self.compliance[cable]).map(|(t, c)| 0.5 * c * t * t).sum())
@@ -118,7 +119,7 @@ impl CablePlants {
     /// Tension along one cable, N, drive end first.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] where there is no such cable.
+    /// [`Error::OutOfDomain`] for an index out of range.
     pub fn tensions(&self, cable: usize) -> Result<impl Iterator<Item = f64>, Error> {
         within("cable", "below the number of cables", cable as f64, cable < self.wear.len())?;
         Ok(self.cables.tensions(cable))

@@ -1,15 +1,17 @@
-//! The cable of the plant: the law of [`transmission::cable`](crate::transmission::cable) and what real ones do besides.
+//! The cable of the plant: the law of [`transmission::cable`](crate::transmission::cable) with unmodelled
+//! effects.
 //!
-//! | effect                        | what it does                                        | default size                     |
+//! | effect                        | meaning                                             | default size                     |
 //! |-------------------------------|-----------------------------------------------------|----------------------------------|
-//! | [`UnevenCurvature`]           | the sheath bends more here than there                | parts of 0.5 to 1.5 of the mean   |
+//! | [`UnevenCurvature`]           | curvature varies along the sheath                    | parts of 0.5 to 1.5 of the mean   |
 //! | [`SheathCompliance`]          | the sheath's wall shortens under the cable's tension  | a tenth of the cable's compliance |
-//! | [`DragHeat`]                  | friction warms the grease, its drag falls             | 4 % per kelvin, 0.5 K per watt    |
-//! | [`BraidCreep`]                | the braid goes on stretching under load               | 4 % of the elastic stretch in 30 s |
+//! | [`DragHeat`]                  | friction warms the grease, which lowers its drag      | 4 % per kelvin, 0.5 K per watt    |
+//! | [`BraidCreep`]                | recoverable creep of the braid                        | 4 % of the elastic stretch in 30 s |
 //! | [`SlowFriction`]              | friction is higher at creeping speed                  | a tenth, gone at 3 mm/s           |
 //! | [`Breakage`]                  | the cable breaks                                      | above 800 N                      |
 //!
-//! A wrap that changes with a joint is [`CablePlant::set_wrap`]. A [`Specimen`] has all of them, drawn from a seed.
+//! A wrap that changes with a joint is [`CablePlant::set_wrap`]. A [`Specimen`] has all of them, drawn from a
+//! seed.
 
 mod effects;
 mod many;

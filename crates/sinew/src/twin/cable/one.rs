@@ -7,7 +7,7 @@ use crate::error::within;
 use crate::transmission::Sliding;
 use crate::transmission::cable::{Cable, CableLaw, EndMotion};
 
-/// How finely the plant is computed.
+/// Discretisation of the plant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Resolution {
     /// Cells of every cable.
@@ -42,7 +42,7 @@ impl Resolution {
 /// cable.settle(60.0, Sliding::TowardMotor)?;
 /// let mut reading = cable.step(1e-3, EndMotion::default())?;
 /// while reading.broken.is_none() {
-///     reading = cable.step(1e-3, EndMotion { motor: 2e-4, anchor: 0.0 })?; // pulled without mercy
+///     reading = cable.step(1e-3, EndMotion { motor: 2e-4, anchor: 0.0 })?; // pulled until it breaks
 /// }
 /// assert!(reading.broken.is_some_and(|broken| broken.tension > 800.0));
 /// assert_eq!(cable.step(1e-3, EndMotion::default())?.tension_in, 0.0);
@@ -67,7 +67,7 @@ impl CablePlant {
         Ok(Self { cable, wear, substeps: resolution.substeps })
     }
 
-    /// As after long sliding in one direction with this tension at the anchor, N.
+    /// Sets the steady state of long sliding in one direction with this tension at the anchor, N.
     ///
     /// # Errors
     /// As [`Cable::settle`].
@@ -75,7 +75,7 @@ impl CablePlant {
         self.cable.settle(tension_out, sliding)
     }
 
-    /// Sets the wrap of a pulley, which a joint has changed, rad.
+    /// Sets the wrap of a pulley, rad.
     ///
     /// # Errors
     /// As [`Cable::set_wrap`].
@@ -86,7 +86,7 @@ impl CablePlant {
     /// Moves both ends over `interval` seconds.
     ///
     /// # Errors
-    /// As [`Cable::step`] for what is not a motion; the cable is then as it was.
+    /// As [`Cable::step`]; the state is then unchanged.
     pub fn step(&mut self, interval: f64, motion: EndMotion) -> Result<CableReading, Error> {
         let n = self.substeps as f64;
         let part = EndMotion { motor: motion.motor / n, anchor: motion.anchor / n };
@@ -97,7 +97,7 @@ impl CablePlant {
             dissipated += ends.dissipated;
         }
         ends.dissipated = dissipated;
-        let reading = self.wear.feel(interval, ends, self.cable.stretch());
+        let reading = self.wear.update(interval, ends, self.cable.stretch());
         if let Some(factor) = self.wear.drag_factor() {
             self.cable.scale_drag(factor)?;
         }
@@ -108,24 +108,24 @@ impl CablePlant {
         Ok(reading)
     }
 
-    /// The law that it obeys, what heat and creep change left out: for a yardstick of perfect knowledge.
+    /// Its law, without the changes by heat and creep: for an oracle.
     #[must_use]
     pub fn law(&self) -> &CableLaw {
         self.cable.law()
     }
 
-    /// What heat has left of its drag, 1: for the same yardstick.
+    /// Factor of heat on its drag: for an oracle.
     #[must_use]
     pub fn drag_factor(&self) -> f64 {
         self.wear.drag_factor().unwrap_or(1.0)
     }
 
-    /// Tension along the cable, N, drive end first: for pictures.
+    /// Tension along the cable, N, drive end first: for figures.
     pub fn tensions(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
         self.cable.tensions()
     }
 
-    /// Slip of every node in the last substep, m: for pictures of the slip front.
+    /// Slip of every node in the last substep, m: for figures of the slip front.
     pub fn slips(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
         self.cable.slips()
     }

@@ -1,4 +1,4 @@
-//! One cable out of many: the calibrated one, or another drawn around it.
+//! Parameters of one cable of the plant: the calibrated one, or one drawn around it.
 
 use super::effects::{
     BraidCreep, Breakage, DragHeat, Effects, SheathCompliance, SlowFriction, UnevenCurvature,
@@ -8,29 +8,30 @@ use crate::random::Random;
 use crate::transmission::cable::{CableLaw, CableParameters, CablePath, Segment, Weakening};
 use alloc::vec::Vec;
 
-/// A cable with its path, its numbers and its effects.
+/// A cable with its path, its parameters and its effects.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Specimen {
-    /// The way of the cable.
+    /// Sheaths, pulleys and free lengths.
     pub path: CablePath,
     /// Friction and elasticity, without the effects.
     pub parameters: CableParameters,
-    /// What else it does.
+    /// Effects beside the law.
     pub effects: Effects,
 }
 
-/// Share of the calibrated compliance that is the cable's own: the sheath adds a tenth on half of the length, creep some
-/// per cent.
+/// Share of the calibrated compliance that is the cable's own: the sheath adds a tenth on half of the length,
+/// and creep the rest.
 const COMPLIANCE_LEFT: f64 = 0.93;
-/// Drag of the cold cable over the calibrated one: half a minute at the higher speeds warms it by a few kelvin. Of 1.05
-/// to 1.2 in twentieths, 1.15 leaves Tables II and III closest to the paper (7.4 % rms).
+/// Drag of the cold cable over the calibrated one: half a minute at the higher speeds warms it by a few
+/// kelvin. Of 1.05 to 1.2 in steps of 0.05, 1.15 is closest to Tables II and III (7.4 % rms).
 const COLD_DRAG: f64 = 1.15;
 
 impl Specimen {
     /// The bench as calibrated, every effect at its default size.
     ///
-    /// The tables were measured with all effects at work: what sheath and creep add to the stretch is taken off the
-    /// cable's own compliance (`COMPLIANCE_LEFT`), and what warmth takes off the drag is added (`COLD_DRAG`).
+    /// The tables were measured with all effects present: the cable's own compliance is lower by the
+    /// contribution of sheath and creep (`COMPLIANCE_LEFT`), and its cold drag higher by that of heat
+    /// (`COLD_DRAG`).
     #[must_use]
     pub fn bench() -> Self {
         let calibrated = CableParameters::bench();
@@ -42,22 +43,23 @@ impl Specimen {
         Self { path: CablePath::bench(), parameters, effects: Effects::default() }
     }
 
-    /// The bare law with calibrated numbers: for comparisons.
+    /// The law alone with calibrated parameters: for comparisons.
     #[must_use]
     pub fn ideal() -> Self {
         Self { path: CablePath::bench(), parameters: CableParameters::bench(), effects: Effects::none() }
     }
 
-    /// Another specimen of the same construction: every number drawn, the same for the same seed.
+    /// A random specimen of the bench's cable; the same seed gives the same specimen.
     ///
     /// Standard deviations are those of the calibration: friction 4 %, drag 22 %, pretension 12 %, near free
-    /// length 25 %, all cut at two of them; compliance 3 %; effects between half and one and a half of their default sizes.
+    /// length 25 %, compliance 3 %, all truncated at two standard deviations; effects between half and one
+    /// and a half of their default sizes.
     #[must_use]
     pub fn draw(seed: u64) -> Self {
         Self::drawn_around(&Self::bench(), seed)
     }
 
-    /// The same around another construction.
+    /// A random specimen of another design.
     #[must_use]
     pub fn drawn_around(of: &Self, seed: u64) -> Self {
         let mut draw = Draws(Random::new(seed));
@@ -68,7 +70,7 @@ impl Specimen {
         parameters.compliance *= draw.around(0.03);
         let near = draw.around(0.25);
         let mut segments: Vec<Segment> = of.path.segments().to_vec();
-        // The whole length stays: what the near end gains the far end loses.
+        // The total length is kept: the far end is shorter by what the near end is longer.
         if let (Some(Segment::Free { length: first }), Some(Segment::Free { length: last })) =
             (segments.first().cloned(), segments.last().cloned())
         {
@@ -84,7 +86,7 @@ impl Specimen {
         Self { path, parameters, effects: draw.effects(&of.effects) }
     }
 
-    /// The law with the effects that are part of it, in `cells`.
+    /// The law in `cells`, with the effects that are part of it.
     ///
     /// # Errors
     /// As [`CableLaw::new`] and [`Effects::validate`].
@@ -113,7 +115,8 @@ impl Specimen {
 struct Draws(Random);
 
 impl Draws {
-    /// A factor around 1 of this relative standard deviation: twelve uniform numbers are as good as normal here.
+    /// A factor around 1 of this relative standard deviation, truncated at two: normal by the sum of twelve
+    /// uniform numbers.
     fn around(&mut self, deviation: f64) -> f64 {
         let sum: f64 = (0..12).map(|_| self.0.unit()).sum();
         1.0 + deviation * (sum - 6.0).clamp(-2.0, 2.0)
@@ -125,7 +128,7 @@ impl Draws {
     }
 
     fn effects(&mut self, of: &Effects) -> Effects {
-        // Every number is drawn whether its effect is there or not: leaving one out changes no other.
+        // Every number is drawn whether its effect is present or not: leaving one out changes no other.
         let parts: Vec<f64> = (0..6).map(|_| self.half()).collect();
         let [sheath, softening, share, rise] = [self.half(), self.half(), self.half(), self.half()];
         let [speed, lag] = [self.half(), self.half()];

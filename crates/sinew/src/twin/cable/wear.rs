@@ -1,11 +1,11 @@
-//! What happens to a cable between two steps: it warms, creeps, breaks.
+//! Slow effects on a cable between two steps: heat, creep and breakage.
 
 use super::effects::Effects;
 use crate::transmission::cable::EndTensions;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// When and at which tension a cable broke.
+/// Time and tension at which a cable broke.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Broken {
     /// Time since the start, s.
@@ -14,30 +14,30 @@ pub struct Broken {
     pub tension: f64,
 }
 
-/// The plant's cable after a step, true values: sensors are elsewhere.
+/// True state of the plant's cable after a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CableReading {
     /// At the drive's outlet, N.
     pub tension_in: f64,
     /// At the anchor, N.
     pub tension_out: f64,
-    /// Total stretch from zero tension, without creep, m; negative by how much a slack cable is too long.
+    /// Total stretch from zero tension, without creep, m; negative by the excess length of a slack cable.
     pub stretch: f64,
-    /// Work that friction took in this step, J.
+    /// Energy dissipated by friction in this step, J.
     pub dissipated: f64,
-    /// Sheath above its surroundings, K.
+    /// Temperature of the sheath above its surroundings, K.
     pub warming: f64,
-    /// Set from the step on in which the cable broke.
+    /// Set from the step in which the cable broke.
     pub broken: Option<Broken>,
 }
 
-/// The slow states of one cable.
+/// Slow states of one cable.
 #[derive(Debug, Clone)]
 pub(super) struct Wear {
     effects: Effects,
     time_s: f64,
     warming: f64,
-    /// `x_j`, m, and how much they grew in the last step: `[cells]`, or empty without creep.
+    /// `x_j` and their change in the last step, m: `[cells]`, or empty without creep.
     crept: Vec<f64>,
     growth: Vec<f64>,
     pub(super) broken: Option<Broken>,
@@ -56,8 +56,8 @@ impl Wear {
         }
     }
 
-    /// Takes what the ends felt; returns the reading.
-    pub(super) fn feel(&mut self, interval: f64, ends: EndTensions, stretch: f64) -> CableReading {
+    /// Updates heat and breakage from the end tensions; returns the true state.
+    pub(super) fn update(&mut self, interval: f64, ends: EndTensions, stretch: f64) -> CableReading {
         self.time_s += interval;
         let tension = ends.tension_in.max(ends.tension_out);
         if let Some(breakage) = &self.effects.breakage
@@ -68,32 +68,33 @@ impl Wear {
         }
         if let Some(heat) = &self.effects.heat {
             let flow = ends.dissipated.max(0.0) - interval * self.warming / heat.resistance.max(1e-9);
-            // A step is far shorter than R C unless the numbers are odd: never below the surroundings.
+            // Explicit step, clamped for a time constant R C shorter than the step.
             self.warming = (self.warming + flow / heat.capacity).max(0.0);
         }
-        let whole = |tension: f64| if self.broken.is_some() { 0.0 } else { tension };
+        let unless_broken = |value: f64| if self.broken.is_some() { 0.0 } else { value };
         CableReading {
-            tension_in: whole(ends.tension_in),
-            tension_out: whole(ends.tension_out),
+            tension_in: unless_broken(ends.tension_in),
+            tension_out: unless_broken(ends.tension_out),
             stretch,
-            dissipated: whole(ends.dissipated),
+            dissipated: unless_broken(ends.dissipated),
             warming: self.warming,
             broken: self.broken,
         }
     }
 
-    /// Breaks the cable here and now, unless it is broken.
+    /// Breaks the cable now, unless it is broken.
     pub(super) fn snap(&mut self, ends: EndTensions) {
         let tension = ends.tension_in.max(ends.tension_out);
         self.broken = self.broken.or(Some(Broken { time_s: self.time_s, tension }));
     }
 
-    /// Factor on the drag, if it changes at all.
+    /// Factor on the drag; `None` without the effect of heat.
     pub(super) fn drag_factor(&self) -> Option<f64> {
         self.effects.heat.as_ref().map(|heat| libm::exp(-heat.softening * self.warming))
     }
 
-    /// Growth of every cell, m, if there is creep; `tensions` and `compliance` are those of the cells.
+    /// Elongation of every cell by creep, m; `None` without creep; `tensions` and `compliance` are those of
+    /// the cells.
     pub(super) fn creep(
         &mut self,
         interval: f64,
