@@ -23,7 +23,7 @@ fn bench(specimen: &Specimen, seconds: f64, seed: u64, coarse: bool) -> (CableLo
     let mut normal = move || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
     let (mut log, mut truth) = (CableLog::default(), Vec::new());
     let mut reading = plant.step(1e-3, EndMotion::default()).unwrap();
-    // Positions have an origin that nobody knows.
+    // The origin of the positions is unknown.
     let (mut motor, mut anchor, mut place, mut speed) = (0.7, -0.3, 0.0_f64, 0.0_f64);
     for k in 0..(1e3 * seconds) as usize {
         let t = k as f64 * 1e-3;

@@ -58,7 +58,7 @@ fn clarabel(problem: &Value) -> Result<Option<Vec<f64>>, Failure> {
     Ok(solved.then_some(solver.solution.x))
 }
 
-/// Cost relative to its size, and largest miss of a torque relative to what it is made of.
+/// Cost relative to its size, and largest miss of a torque relative to the sum of its terms.
 fn judge(problem: &Value, tension: &[f64]) -> (f64, f64) {
     let (weight, reference) = (list(&problem["weight"]), list(&problem["reference_n"]));
     let cost = weight.iter().zip(&reference).zip(tension).map(|((w, r), t)| w * (t - r) * (t - r)).sum();

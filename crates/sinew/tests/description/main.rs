@@ -7,7 +7,7 @@ mod pinocchio;
 use sinew::body::{Parts, Robot};
 use sinew::description::{Description, DescriptionError, from_mjcf, from_toml, from_urdf, to_mjcf, to_toml};
 
-const ZOO: &str = include_str!("zoo.xml");
+const MIXED_ROBOT: &str = include_str!("mixed_robot.xml");
 const ARM: &str = include_str!("../../../../models/lm_arm.toml");
 
 fn mjcf(text: &str) -> Result<Description, DescriptionError> {
@@ -37,7 +37,7 @@ fn world(text: &str) -> String {
 
 #[test]
 fn mjcf_written_and_read_again_is_the_same_to_the_bit() {
-    let mut first = Robot::new(parts(ZOO)).unwrap().parts().clone();
+    let mut first = Robot::new(parts(MIXED_ROBOT)).unwrap().parts().clone();
     let again = parts(&to_mjcf(&first));
     // Surfaces are listed as cables meet them; names are kept, places in the list need not be.
     first.wraps.sort_by(|a, b| a.name.cmp(&b.name));
@@ -55,8 +55,8 @@ fn mjcf_written_and_read_again_is_the_same_to_the_bit() {
 fn toml_written_and_read_again_is_the_same_to_the_bit() {
     let first = from_toml("arm.toml", ARM).unwrap().parts;
     assert_eq!(from_toml("arm.toml", &to_toml(&first)).unwrap().parts, first);
-    let zoo = parts(ZOO);
-    assert_eq!(from_toml("zoo.toml", &to_toml(&zoo)).unwrap().parts, zoo);
+    let mixed = parts(MIXED_ROBOT);
+    assert_eq!(from_toml("mixed_robot.toml", &to_toml(&mixed)).unwrap().parts, mixed);
 }
 
 #[test]

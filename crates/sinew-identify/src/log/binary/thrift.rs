@@ -17,22 +17,22 @@ pub(super) enum Fault {
     Promise,
 }
 
-/// Walks one struct: how many bytes it takes. `number(path, value)` is called for every integer field outside
+/// Reads one struct: how many bytes it takes. `number(path, value)` is called for every integer field outside
 /// lists, `path` being its field number within the field numbers of the structs around it.
 pub(super) fn walk(bytes: &[u8], number: &mut dyn FnMut(&[i16], i64)) -> Result<usize, Fault> {
-    let mut walk = Walk { rest: bytes, path: Vec::with_capacity(DEEPEST), lists: 0, number };
-    walk.fields()?;
-    Ok(bytes.len() - walk.rest.len())
+    let mut cursor = Cursor { rest: bytes, path: Vec::with_capacity(DEEPEST), lists: 0, number };
+    cursor.fields()?;
+    Ok(bytes.len() - cursor.rest.len())
 }
 
-struct Walk<'a, 'b> {
+struct Cursor<'a, 'b> {
     rest: &'a [u8],
     path: Vec<i16>,
     lists: usize,
     number: &'b mut dyn FnMut(&[i16], i64),
 }
 
-impl Walk<'_, '_> {
+impl Cursor<'_, '_> {
     fn byte(&mut self) -> Result<u8, Fault> {
         let (first, rest) = self.rest.split_first().ok_or(Fault::Ends)?;
         self.rest = rest;
