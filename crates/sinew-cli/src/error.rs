@@ -1,6 +1,6 @@
 //! What ends the program early, and with which exit code.
 
-use crate::verbs::TableError;
+use crate::table_error::TableError;
 use sinew_identify::{ColumnRole, Error as IdentifyError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};

@@ -7,6 +7,7 @@ mod output;
 mod progress;
 mod report;
 mod table;
+mod table_error;
 mod verbs;
 
 use arguments::{Arguments, Verb};

@@ -60,7 +60,7 @@ impl TypedValueParser for PathParser {
         if file.exists() {
             return Ok(PathArgument::Waypoints(file));
         }
-        Err(invalid_value(command, arg, value, &["sine", "saddle", "to:X,Y,Z", "an existing FILE.csv"]))
+        Err(invalid_value(command, arg, value, &["sine", "saddle", "to:X,Y,Z", "EXISTING_FILE.csv"]))
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {

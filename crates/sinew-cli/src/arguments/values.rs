@@ -43,7 +43,7 @@ impl TypedValueParser for SpecimenParser {
             Some("ideal") => Ok(Specimen::ideal()),
             text => {
                 let seed = text.and_then(|seed| seed.parse().ok());
-                let valid = ["bench", "ideal", "a non-negative integer"];
+                let valid = ["bench", "ideal", "N"];
                 seed.map(Specimen::draw).ok_or_else(|| invalid_value(command, arg, value, &valid))
             }
         }

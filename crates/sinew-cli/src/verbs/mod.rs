@@ -15,8 +15,6 @@ pub(crate) mod tension;
 pub(crate) mod track;
 pub(crate) mod twin;
 
-pub(crate) use numeric_table::TableError;
-
 use crate::error::Error;
 use sinew::predictor::Model;
 use std::path::Path;

@@ -6,37 +6,8 @@
 use super::read_text;
 use crate::error::Error;
 use crate::output::one_line;
-use std::fmt;
+use crate::table_error::TableError;
 use std::path::Path;
-
-/// A place in a table and what is wrong there.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("line {line}{}: expected {expected}, got {got}", InColumn(.column.as_deref()))]
-pub(crate) struct TableError {
-    /// From 1.
-    pub(super) line: usize,
-    pub(super) column: Option<String>,
-    pub(super) expected: String,
-    pub(super) got: String,
-}
-
-struct InColumn<'a>(Option<&'a str>);
-
-impl fmt::Display for InColumn<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.map_or(Ok(()), |column| write!(f, ", column `{column}`"))
-    }
-}
-
-impl TableError {
-    pub(super) fn in_line(line: usize, expected: impl Into<String>, got: impl Into<String>) -> Self {
-        Self { line, column: None, expected: expected.into(), got: got.into() }
-    }
-
-    pub(super) fn in_column(line: usize, column: &str, expected: impl Into<String>, got: &str) -> Self {
-        Self { line, column: Some(column.to_owned()), expected: expected.into(), got: got.to_owned() }
-    }
-}
 
 /// Line number and numbers of the named columns, for every row.
 pub(super) fn read<const N: usize>(path: &Path, names: [&str; N]) -> Result<Vec<(usize, [f64; N])>, Error> {

@@ -1,4 +1,4 @@
-//! Tensions for torques: solved, told, and refused.
+//! Tension distributions: solved, listed, and refused.
 
 use crate::bench::Bench;
 
@@ -27,7 +27,7 @@ fn a_list_of_problems_is_solved_in_its_order() {
     // 380 N between the limits are 11.4 Nm.
     assert_eq!(solution(1)["status"], "infeasible");
     assert!((number(1, "residual_nm", 0) - 18.6).abs() < 1e-9);
-    // The heavier muscle leaves its reference three times less.
+    // The muscle of three times the weight deviates from its reference a third as much.
     assert!(
         (number(2, "tension_n", 0) - 137.5).abs() < 1e-9 && (number(2, "tension_n", 1) - 87.5).abs() < 1e-9
     );
@@ -35,7 +35,7 @@ fn a_list_of_problems_is_solved_in_its_order() {
 }
 
 #[test]
-fn people_get_a_table() {
+fn the_terminal_shows_a_table() {
     let bench = Bench::new();
     bench.write("p.json", file(&[PAIR]));
     let run = bench.run("tension p.json");

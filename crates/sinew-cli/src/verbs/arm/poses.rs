@@ -2,7 +2,8 @@
 
 use super::model::display_name;
 use crate::error::Error;
-use crate::verbs::numeric_table::{TableError, data_lines, parse_header, parse_number, split_cells};
+use crate::table_error::TableError;
+use crate::verbs::numeric_table::{data_lines, parse_header, parse_number, split_cells};
 use crate::verbs::read_text;
 use sinew::body::{JointKind, Robot};
 use std::path::Path;

@@ -1,7 +1,8 @@
 //! Waypoints from a table.
 
 use crate::error::Error;
-use crate::verbs::numeric_table::{self, TableError};
+use crate::table_error::TableError;
+use crate::verbs::numeric_table;
 use sinew::trajectory::{Waypoint, split_at_rests};
 use std::path::Path;
 

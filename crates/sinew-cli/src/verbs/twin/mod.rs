@@ -32,8 +32,7 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
     if let Some(path) = &arguments.picture {
         files.push((
             path.clone(),
-            cable::draw(&frames, "One cable, motion of both ends prescribed", &cable::STANDALONE)
-                .into_bytes(),
+            cable::draw(&frames, "Prescribed motion of both ends", &cable::STANDALONE).into_bytes(),
         ));
     }
     let borrowed: Vec<_> = files.iter().map(|(path, bytes)| (path.clone(), bytes.as_slice())).collect();
@@ -51,7 +50,7 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
 /// The picture of two strokes of the bench specimen, for the report.
 pub(super) fn two_strokes() -> Result<String, Error> {
     let (_, frames, ..) = simulate(&Specimen::bench(), 60.0, &Scenario::two_strokes())?;
-    Ok(cable::draw(&frames, "Two strokes of the motor, anchor fixed", &cable::PAGE))
+    Ok(cable::draw(&frames, "Two strokes, anchor fixed", &cable::PAGE))
 }
 
 /// The log, the frames of a picture, the largest tensions, and a sentence on a broken cable.

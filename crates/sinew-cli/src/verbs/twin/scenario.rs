@@ -1,7 +1,8 @@
 //! Prescribed motion of both ends of a cable: piecewise linear in time.
 
 use crate::error::Error;
-use crate::verbs::numeric_table::{self, TableError};
+use crate::table_error::TableError;
+use crate::verbs::numeric_table;
 use std::path::Path;
 
 /// Corners: time, s, and position of motor and anchor, m.
