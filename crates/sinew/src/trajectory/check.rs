@@ -1,4 +1,5 @@
-use super::motion::{Reference, Trajectory};
+use super::motion::Trajectory;
+use super::reference::Reference;
 use crate::body::{Robot, Scratch};
 use crate::error::{Error, check_length, positive};
 use crate::muscle::{Geometry, Muscles};

@@ -9,20 +9,22 @@
 
 mod check;
 mod joint_path;
+mod minimum_jerk;
 mod motion;
 mod path;
 mod redundancy;
-mod sequence;
+mod reference;
 mod spline;
 mod time_law;
 mod waypoints;
 
 pub use check::{Infeasibility, Limits, TorqueDeficit, TorqueDemand, Violation, first_infeasibility};
 pub use joint_path::{JointPath, UnreachedPoint};
-pub use motion::{MinimumJerk, Reference, Trajectory};
-pub use path::{EndPointPath, Loop};
+pub use minimum_jerk::MinimumJerk;
+pub use motion::{Sequence, Trajectory};
+pub use path::{EndPointPath, Loop, Waypoint};
 pub use redundancy::Redundancy;
-pub use sequence::Sequence;
+pub use reference::Reference;
 pub use spline::Spline;
 pub use time_law::{PhaseState, TimeLaw};
-pub use waypoints::{PathSegment, Waypoint, split_at_rests};
+pub use waypoints::{PathSegment, split_at_rests};

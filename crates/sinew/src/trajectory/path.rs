@@ -1,6 +1,5 @@
 use super::spline::Spline;
 use super::time_law::TimeLaw;
-use super::waypoints::Waypoint;
 use crate::error::{Error, finite, positive, within};
 use alloc::vec::Vec;
 
@@ -12,6 +11,15 @@ pub enum Loop {
     Sine,
     /// `[sin th, cos th, sin 2 th]`: a curve that is not planar.
     Saddle,
+}
+
+/// A position that has to be reached at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Waypoint {
+    /// s; only differences to the first waypoint matter.
+    pub time: f64,
+    /// In the world, m.
+    pub position: [f64; 3],
 }
 
 /// Desired path of the end point.

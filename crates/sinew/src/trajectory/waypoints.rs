@@ -1,15 +1,6 @@
-use super::path::EndPointPath;
+use super::path::{EndPointPath, Waypoint};
 use crate::error::Error;
 use alloc::vec::Vec;
-
-/// A position that has to be reached at a time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Waypoint {
-    /// s; only differences to the first waypoint matter.
-    pub time: f64,
-    /// In the world, m.
-    pub position: [f64; 3],
-}
 
 /// A part of a path through waypoints without an intermediate stop.
 #[derive(Debug, Clone, PartialEq)]
