@@ -248,7 +248,7 @@ impl Scaled {
 
     /// Cost and parameters after a search from one start.
     fn improve(&self, theta: Vec<f64>, trials: usize) -> Option<(f64, Vec<f64>)> {
-        let limits = Limits { steps: trials, trials, tolerance: 1e-6, patience: 3 };
+        let limits = Limits { steps: trials, trials, tolerance: 1e-6, small_steps: 3 };
         let p = self.parameters();
         let mut prior = Prior::ridge(p, RIDGE / p as f64);
         let found = minimise(&mut &*self, theta, &mut prior, &DAMPING, &limits)?;

@@ -92,7 +92,7 @@ pub(crate) fn solve(problem: &impl LeastSquares, start: &[f64], options: Options
     }
     let mut dense = Dense { problem, residuals: vec![0.0; n], jacobian: vec![0.0; n * p] };
     let limits =
-        Limits { steps: options.steps, trials: usize::MAX, tolerance: options.tolerance, patience: 2 };
+        Limits { steps: options.steps, trials: usize::MAX, tolerance: options.tolerance, small_steps: 2 };
     let found = search::minimise(&mut dense, start.to_vec(), &mut Prior::none(p), &DAMPING, &limits)?;
     let mut at = Linearisation::zeros(p);
     if !search::Problem::linearise(&mut dense, &found.theta, &mut at) {

@@ -84,7 +84,7 @@ pub(crate) struct Limits {
     /// A step that lowers `C` by less than this fraction is small.
     pub tolerance: f64,
     /// Small steps in a row that end the search.
-    pub patience: usize,
+    pub small_steps: usize,
 }
 
 /// Why a search ended.
@@ -164,7 +164,7 @@ pub(crate) fn minimise(
         if problem.accepted(&theta, squares).is_break() {
             break End::Stopped;
         }
-        if small >= limits.patience || cost <= 0.0 {
+        if small >= limits.small_steps || cost <= 0.0 {
             break End::Converged;
         }
     };

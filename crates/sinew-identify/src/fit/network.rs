@@ -166,7 +166,7 @@ const ROBUST_FROM: usize = 7;
 /// A step that gains less than 2e-5 of the cost is far below the noise of the estimate; four in a row are not
 /// a saddle.
 const TOLERANCE: f64 = 2e-5;
-const PATIENCE: usize = 4;
+const SMALL_STEPS: usize = 4;
 
 /// Mean square of the derivative of the output by one weight, in order of magnitude: makes `mu` relative to
 /// the curvature of the data.
@@ -230,7 +230,7 @@ fn descend(
     };
     let limit = limit.max(before + 1);
     let limits =
-        Limits { steps: limit - before, trials: 2 * limit, tolerance: TOLERANCE, patience: PATIENCE };
+        Limits { steps: limit - before, trials: 2 * limit, tolerance: TOLERANCE, small_steps: SMALL_STEPS };
     match minimise(&mut problem, theta.clone(), prior, &damping, &limits) {
         Some(found) => (found.theta, before + found.steps),
         None => (theta, before),

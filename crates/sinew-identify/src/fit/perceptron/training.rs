@@ -27,7 +27,7 @@ const F32_FROM: usize = 100_000;
 /// Steps over which the decrease of the loss is compared with [`TrainOptions::tolerance`].
 const WINDOW: usize = 5;
 /// Steps without a lower loss on the samples held back before training stops.
-const PATIENCE: usize = 6;
+const EARLY_STOPPING_STEPS: usize = 6;
 
 /// Options of [`train`](super::train).
 #[derive(Debug, Clone, PartialEq)]
@@ -181,7 +181,7 @@ pub(super) fn train_with(
     let loss = descent.mean_squared_error(&theta, fitted);
     descent.record(&theta, loss);
     // When to stop is decided on the recorded losses.
-    let limits = Limits { steps: options.steps, trials: usize::MAX, tolerance: 0.0, patience: usize::MAX };
+    let limits = Limits { steps: options.steps, trials: usize::MAX, tolerance: 0.0, small_steps: usize::MAX };
     let mut prior = Prior::none(theta.len());
     let found = minimise(&mut descent, theta, &mut prior, &DAMPING, &limits)
         .ok_or_else(|| Error::samples("loss", "a finite number", &loss))?;
@@ -217,8 +217,8 @@ impl Descent<'_> {
         (samples.len() / (self.inputs + 1)).max(1) as f64
     }
 
-    /// Records the losses at `theta`; true once the samples held back have had no lower loss for [`PATIENCE`]
-    /// steps.
+    /// Records the losses at `theta`; true once the samples held back have had no lower loss for
+    /// [`EARLY_STOPPING_STEPS`] steps.
     fn record(&mut self, theta: &[f64], loss: f64) -> bool {
         self.losses.push(loss);
         if self.held_back.is_empty() {
@@ -232,7 +232,8 @@ impl Descent<'_> {
             self.best = theta.to_vec();
             return false;
         }
-        let recent = &self.held_back_losses[self.held_back_losses.len().saturating_sub(PATIENCE)..];
+        let recent =
+            &self.held_back_losses[self.held_back_losses.len().saturating_sub(EARLY_STOPPING_STEPS)..];
         recent.iter().all(|loss| *loss > lowest)
     }
 
