@@ -154,8 +154,8 @@ def compare(p, solution, worst, count):
     h, f, a, upper, lower, sense = matrices(p)
     torque = np.array(p["torque_nm"])
     size = np.abs(tension).max()
-    if solution["status"] == "infeasible":
-        count["infeasible"] += 1
+    if solution["status"] != "optimal":
+        count[solution["status"]] += 1
         # The closest torque; then the same question for a torque that can be reached.
         oracle = lsq_linear(a, torque, (lower[: len(f)], upper[: len(f)] + 1e-12), method="bvls", tol=1e-15)
         gap = (np.linalg.norm(residual) - np.linalg.norm(oracle.fun)) / np.linalg.norm(torque)

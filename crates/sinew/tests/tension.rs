@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use sinew::Error;
-use sinew::control::tension::{Distribution, Limit, Problem, Solution, Status, cocontract};
+use sinew::control::tension::{Distribution, Limit, Problem, Settings, Solution, Status, cocontract};
 use sinew::random::Random;
 
 /// A problem with its numbers.
@@ -443,11 +443,35 @@ fn what_is_no_problem_is_refused_by_name() {
         assert!(refused(&|p| p.weight[0] = wrong).contains("weight"));
     }
     assert!(refused(&|p| p.weight[0] = 0.0).contains("weight"));
-    assert!(refused(&|p| p.minimum[1] = 1e9).contains("minimum must be <= maximum"));
+    assert!(refused(&|p| p.minimum[1] = 1e9).contains("minimum[1] must be <= maximum"));
     assert!(matches!(
         Distribution::new(4, 2).solve(&good.problem()),
         Err(Error::WrongLength { name: "moment_arms", expected: 8, got: 6 })
     ));
+}
+
+#[test]
+fn a_search_that_ends_at_its_step_limit_proves_nothing_and_says_so() {
+    let settings = Settings { max_iterations: 1, ..Settings::default() };
+    let (mut not_converged, mut rounds) = (0, 0);
+    for_all(5, |name, owned| {
+        let mut distribution = Distribution::with_settings(owned.muscles, owned.joints, &settings);
+        let solution = distribution.solve(&owned.problem()).unwrap();
+        for (i, tension) in solution.tension.iter().enumerate() {
+            assert!((owned.minimum[i]..=owned.maximum[i]).contains(tension), "{name}");
+        }
+        // What is proved is proved within the limit, too.
+        if solution.status == Status::NotConverged {
+            not_converged += 1;
+        } else {
+            let distance = distance_from_optimum(owned, &solution);
+            assert!(distance < 1e-10, "{name}: {distance:e} {solution:?}");
+        }
+        rounds += 1;
+        let mut unlimited = Distribution::new(owned.muscles, owned.joints);
+        assert_ne!(unlimited.solve(&owned.problem()).unwrap().status, Status::NotConverged, "{name}");
+    });
+    assert!(2 * not_converged > rounds, "{not_converged} of {rounds}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::arguments::TensionArguments;
 use crate::error::Error;
 use crate::output::print;
 use crate::table::{number, table};
-use problems::Owned;
+use problems::ValidProblem;
 use serde::Serialize;
 use sinew::control::tension::{Distribution, Limit, Status};
 use std::time::Instant;
@@ -34,26 +34,27 @@ pub(crate) fn run(arguments: &TensionArguments) -> Result<(), Error> {
     let refused = |problem| Error::TensionProblems { file: file.clone(), problem };
     let problems = problems::parse(&read_text(file)?).map_err(refused)?;
     let solutions = problems.iter().enumerate().map(|(k, problem)| {
-        solve(problem).map_err(|error| refused(format!("problems[{k}]{}", problem.place(&error))))
+        solve(problem).map_err(|error| refused(format!("problems[{k}]{}", problem.locate(&error))))
     });
     let solutions = Solutions { solutions: solutions.collect::<Result<_, _>>()? };
     if arguments.json {
         return print(&(serde_json::to_string(&solutions)? + "\n"));
     }
-    print(&told(&solutions.solutions))
+    print(&summary(&solutions.solutions))
 }
 
-/// One problem from nothing; the clock runs while it is checked and solved.
-fn solve(owned: &Owned) -> Result<Answer, sinew::Error> {
-    let mut distribution = Distribution::new(owned.min_n.len(), owned.torque_nm.len());
+/// Solves one problem without a warm start; the time includes its check.
+fn solve(valid: &ValidProblem) -> Result<Answer, sinew::Error> {
+    let mut distribution = Distribution::new(valid.min_n.len(), valid.torque_nm.len());
     let start = Instant::now();
-    let solution = distribution.solve(&owned.problem())?;
+    let solution = distribution.solve(&valid.problem())?;
     let seconds = start.elapsed().as_secs_f64();
     let at = |limit: Limit| solution.limit.iter().filter(|l| **l == limit).count();
     Ok(Answer {
         status: match solution.status {
             Status::Optimal => "optimal",
             Status::Infeasible => "infeasible",
+            Status::NotConverged => "not_converged",
         },
         tension_n: solution.tension.to_vec(),
         residual_nm: solution.residual.to_vec(),
@@ -64,7 +65,7 @@ fn solve(owned: &Owned) -> Result<Answer, sinew::Error> {
 }
 
 /// One line per problem.
-fn told(answers: &[Answer]) -> String {
+fn summary(answers: &[Answer]) -> String {
     let most = |list: &[f64]| list.iter().copied().map(f64::abs).reduce(f64::max);
     let row = |(k, answer): (usize, &Answer)| {
         let [lower, upper] = answer.at_limit;

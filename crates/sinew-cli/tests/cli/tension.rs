@@ -27,7 +27,7 @@ fn a_list_of_problems_is_solved_in_its_order() {
     // 380 N between the limits are 11.4 Nm.
     assert_eq!(solution(1)["status"], "infeasible");
     assert!((number(1, "residual_nm", 0) - 18.6).abs() < 1e-9);
-    // The muscle of three times the weight deviates from its reference a third as much.
+    // The heavier muscle leaves its reference three times less.
     assert!(
         (number(2, "tension_n", 0) - 137.5).abs() < 1e-9 && (number(2, "tension_n", 1) - 87.5).abs() < 1e-9
     );
@@ -43,17 +43,18 @@ fn the_terminal_shows_a_table() {
 }
 
 #[test]
-fn bad_problems_are_refused_with_their_place() {
+fn invalid_problems_are_refused_with_their_place() {
     let bench = Bench::new();
     for (from, to, words) in [
         ("[1.5]", "[1.5,2]", ["problems[1].moment_arms[0]", "expected 2 numbers"]),
         ("[1.5]", "[\"x\"]", ["problems[1].torque_nm[0]", "\"x\""]),
         ("[-0.03]", "[null]", ["problems[1].moment_arms[1][0]", "null"]),
+        ("\"torque_nm\":[1.5]", "\"torque_nm\":1.5", ["problems[1].torque_nm", "expected a sequence"]),
         ("[-0.03]", "[1e31]", ["problems[1].moment_arms[1][0]", "magnitude <= 1e30"]),
         ("[20,20]", "[20]", ["problems[1].min_n", "expected 2 numbers, one per muscle, got 1"]),
         ("[20,20]", "[20,500]", ["problems[1].min_n[1]", "max_n[1] = 400"]),
         ("\"max_n\"", "\"max\"", ["problems[1]", "unknown field `max`"]),
-        (",\"max_n\":[400,400]", "", ["problems[1].max_n", "got nothing"]),
+        (",\"max_n\":[400,400]", "", ["problems[1]", "missing field `max_n`"]),
         ("\"max_n\"", "\"weight\":[1,0],\"max_n\"", ["problems[1].weight[1]", "got 0"]),
         ("}", "", ["is no JSON", "line 1"]),
     ] {

@@ -89,7 +89,7 @@ impl TrackSummary {
             }
         }
         self.record_status(row.time, row.command.status);
-        if row.command.distribution == Status::Infeasible {
+        if row.command.distribution != Status::Optimal {
             self.infeasible_cycles += 1;
         }
         let error = distance(row.reference_point, row.end_point);

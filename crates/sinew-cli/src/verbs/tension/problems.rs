@@ -1,12 +1,33 @@
-//! The file of problems, as written and as valid: every mistake is told with its place.
+//! The file of distribution problems: as written (JSON fields and types), then as valid (lengths).
 
-use serde_json::{Map, Value};
+use serde::Deserialize;
 use sinew::Error;
 use sinew::control::tension::Problem;
 
-/// A problem as the file has it.
+/// The file as written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenFile {
+    problems: Vec<WrittenProblem>,
+}
+
+/// A problem as written, muscles by rows.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenProblem {
+    moment_arms: Vec<Vec<f64>>,
+    torque_nm: Vec<f64>,
+    min_n: Vec<f64>,
+    max_n: Vec<f64>,
+    /// Zero where it is not given.
+    reference_n: Option<Vec<f64>>,
+    /// One where it is not given.
+    weight: Option<Vec<f64>>,
+}
+
+/// A problem whose lists have the right lengths; [`Problem::check`] checks the numbers.
 #[derive(Debug)]
-pub(super) struct Owned {
+pub(super) struct ValidProblem {
     /// Row by row.
     moment_arms: Vec<f64>,
     pub(super) torque_nm: Vec<f64>,
@@ -16,86 +37,52 @@ pub(super) struct Owned {
     weight: Vec<f64>,
 }
 
-const FIELDS: [&str; 6] = ["moment_arms", "torque_nm", "min_n", "max_n", "reference_n", "weight"];
-
-/// Reads the whole file.
-pub(super) fn parse(text: &str) -> Result<Vec<Owned>, String> {
-    let value: Value = serde_json::from_str(text).map_err(|e| format!("is no JSON: {e}"))?;
-    let file = object(&value, "the file", &["problems"])?;
-    let problems = array(file.get("problems"), "problems")?;
-    problems.iter().enumerate().map(|(k, problem)| one(problem, &format!("problems[{k}]"))).collect()
+/// Reads the whole file; an error begins with the path of the value that is wrong.
+pub(super) fn parse(text: &str) -> Result<Vec<ValidProblem>, String> {
+    let mut json = serde_json::Deserializer::from_str(text);
+    let file: WrittenFile = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+        let (path, cause) = (error.path().to_string(), error.inner());
+        if cause.is_data() { format!("{path}: {cause}") } else { format!("is no JSON: {cause}") }
+    })?;
+    json.end().map_err(|error| format!("is no JSON: {error}"))?;
+    let problems = file.problems.into_iter().enumerate();
+    problems.map(|(k, problem)| validate(problem).map_err(|error| format!("problems[{k}].{error}"))).collect()
 }
 
-/// One problem: `reference_n` is zero and `weight` one where they are not given.
-fn one(value: &Value, place: &str) -> Result<Owned, String> {
-    let problem = object(value, place, &FIELDS)?;
-    let field = |name: &str| (problem.get(name), format!("{place}.{name}"));
-    let (torque, at) = field("torque_nm");
-    let torque_nm = numbers(torque, &at, None)?;
-    let (arms, at) = field("moment_arms");
-    let mut moment_arms = Vec::new();
-    let rows = array(arms, &at)?;
-    for (i, row) in rows.iter().enumerate() {
-        moment_arms.extend(numbers(Some(row), &format!("{at}[{i}]"), Some((torque_nm.len(), "joint")))?);
+/// Checks the lengths; an error begins with the field.
+fn validate(written: WrittenProblem) -> Result<ValidProblem, String> {
+    let (muscles, joints) = (written.moment_arms.len(), written.torque_nm.len());
+    let check_length = |field: String, list: &[f64], expected: usize, owner: &str| {
+        let got = list.len();
+        if got == expected {
+            return Ok(());
+        }
+        Err(format!("{field}: expected {expected} numbers, one per {owner}, got {got}"))
+    };
+    for (i, row) in written.moment_arms.iter().enumerate() {
+        check_length(format!("moment_arms[{i}]"), row, joints, "joint")?;
     }
-    let muscles = rows.len();
-    let list = |name: &str| {
-        let (value, at) = field(name);
-        numbers(value, &at, Some((muscles, "muscle")))
-    };
-    let optional = |name: &str, default: f64| match problem.get(name) {
-        None | Some(Value::Null) => Ok(vec![default; muscles]),
-        Some(_) => list(name),
-    };
-    Ok(Owned {
-        moment_arms,
-        torque_nm,
-        min_n: list("min_n")?,
-        max_n: list("max_n")?,
-        reference_n: optional("reference_n", 0.0)?,
-        weight: optional("weight", 1.0)?,
+    let reference_n = written.reference_n.unwrap_or_else(|| vec![0.0; muscles]);
+    let weight = written.weight.unwrap_or_else(|| vec![1.0; muscles]);
+    for (field, list) in [
+        ("min_n", &written.min_n),
+        ("max_n", &written.max_n),
+        ("reference_n", &reference_n),
+        ("weight", &weight),
+    ] {
+        check_length(field.to_owned(), list, muscles, "muscle")?;
+    }
+    Ok(ValidProblem {
+        moment_arms: written.moment_arms.concat(),
+        torque_nm: written.torque_nm,
+        min_n: written.min_n,
+        max_n: written.max_n,
+        reference_n,
+        weight,
     })
 }
 
-/// A value as it may stand in a message.
-fn shown(value: Option<&Value>) -> String {
-    const MOST: usize = 40;
-    match value {
-        None => "nothing".to_owned(),
-        Some(Value::Array(list)) => format!("a list of {}", list.len()),
-        Some(Value::Object(_)) => "an object".to_owned(),
-        Some(value) => value.to_string().chars().take(MOST).collect(),
-    }
-}
-
-fn object<'a>(value: &'a Value, place: &str, known: &[&str]) -> Result<&'a Map<String, Value>, String> {
-    let object = value.as_object().ok_or_else(|| {
-        format!("{place}: expected an object with {}, got {}", known.join(", "), shown(Some(value)))
-    })?;
-    match object.keys().find(|key| !known.contains(&key.as_str())) {
-        Some(key) => Err(format!("{place}: unknown field `{key}`, expected {}", known.join(", "))),
-        None => Ok(object),
-    }
-}
-
-fn array<'a>(value: Option<&'a Value>, place: &str) -> Result<&'a [Value], String> {
-    let list = value.and_then(Value::as_array).map(Vec::as_slice);
-    list.ok_or_else(|| format!("{place}: expected a list, got {}", shown(value)))
-}
-
-/// A list of numbers, `expected` so many: one per muscle or joint.
-fn numbers(value: Option<&Value>, place: &str, expected: Option<(usize, &str)>) -> Result<Vec<f64>, String> {
-    let list = array(value, place)?;
-    if let Some((count, whose)) = expected.filter(|(count, _)| *count != list.len()) {
-        return Err(format!("{place}: expected {count} numbers, one per {whose}, got {}", list.len()));
-    }
-    let number = |(k, value): (usize, &Value)| {
-        value.as_f64().ok_or_else(|| format!("{place}[{k}]: expected a number, got {}", shown(Some(value))))
-    };
-    list.iter().enumerate().map(number).collect()
-}
-
-impl Owned {
+impl ValidProblem {
     pub(super) fn problem(&self) -> Problem<'_> {
         Problem {
             moment_arms: &self.moment_arms,
@@ -107,27 +94,26 @@ impl Owned {
         }
     }
 
-    /// Where in the problem an error is, and which: the solver's names in terms of the file.
-    pub(super) fn place(&self, error: &Error) -> String {
-        let Error::OutOfDomain { name, expected, got } = error else { return format!(": {error}") };
-        let (field, list) = match *name {
-            "moment_arms" => ("moment_arms", &self.moment_arms),
-            "torque" => ("torque_nm", &self.torque_nm),
-            "minimum" => ("min_n", &self.min_n),
-            "maximum" => ("max_n", &self.max_n),
-            "reference" => ("reference_n", &self.reference_n),
-            _ => ("weight", &self.weight),
+    /// An error of the solver in terms of the file: the place inside the problem, what is expected there and what was given.
+    pub(super) fn locate(&self, error: &Error) -> String {
+        let Error::EntryOutOfDomain { name, index, expected, got } = *error else {
+            return format!(": {error}");
         };
-        if *expected == "<= maximum" {
-            let k = (0..list.len()).find(|&k| self.min_n[k] > self.max_n[k]).unwrap_or(0);
-            return format!(".min_n[{k}]: expected <= max_n[{k}] = {}, got {got}", self.max_n[k]);
-        }
-        let k = list.iter().position(|value| value.to_bits() == got.to_bits()).unwrap_or(0);
         let joints = self.torque_nm.len().max(1);
-        let at =
-            if *name == "moment_arms" { format!("{}][{}", k / joints, k % joints) } else { k.to_string() };
-        // A number of three hundred digits is not read by anybody.
+        let place = match name {
+            "moment_arms" => format!("moment_arms[{}][{}]", index / joints, index % joints),
+            "torque" => format!("torque_nm[{index}]"),
+            "minimum" => format!("min_n[{index}]"),
+            "maximum" => format!("max_n[{index}]"),
+            "reference" => format!("reference_n[{index}]"),
+            name => format!("{name}[{index}]"),
+        };
+        let expected = match self.max_n.get(index) {
+            Some(max) if name == "minimum" && got > *max => format!("<= max_n[{index}] = {max}"),
+            _ => expected.to_owned(),
+        };
+        // Large numbers in powers of ten, not with all their digits.
         let got = if got.abs() < 1e15 { got.to_string() } else { format!("{got:e}") };
-        format!(".{field}[{at}]: expected {expected}, got {got}")
+        format!(".{place}: expected {expected}, got {got}")
     }
 }

@@ -1,28 +1,28 @@
-//! The answer: tensions, what is left of the torque, and which limits hold.
+//! The public solver: groups of joints solved one after the other, each from its last solution.
 
-use super::block::{Block, Limit};
-use super::exact::Exact;
-use super::newton::{Outcome, REACHED, Work};
-use super::pattern::{Group, Pattern, places};
-use super::problem::{Problem, is_arm};
-use super::rows::{LANES, Sparse};
-use super::search::Search;
-use super::softened::Soft;
+use super::pattern::{Group, Pattern};
+use super::problem::{Limit, Problem, is_nonzero};
+use super::rows::{Block, Dense, Sparse};
+use super::settings::Settings;
+use super::solver::{GroupStart, Solver};
 use crate::Error;
-use crate::dispatch::{self, Arithmetic, InstructionSet};
 use alloc::vec::Vec;
 
 /// Whether the torque is reached, worst last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
-    /// It is, at least cost: no joint's residual exceeds 1e-9 of `|tau_j| + sum_i |R_ij F_i|`, and no tensions cost less
-    /// that give the same torque.
+    /// It is, at least cost: no joint's residual exceeds [`Settings::feasibility`], and no tensions within the limits that
+    /// give the same torque cost less.
     Optimal,
-    /// No tensions within the limits give it. These give the closest one, and of those that do they cost least.
+    /// No tensions within the limits give it, which is proved. These give the closest torque and, of those that do, cost
+    /// least.
     Infeasible,
+    /// The search ended at [`Settings::max_iterations`] or by rounding, or its result could not be certified. Tensions are within
+    /// their limits and belong to the last multipliers, but nothing is proved.
+    NotConverged,
 }
 
-/// What [`Distribution::solve`] found.
+/// What [`Distribution::solve`] returns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution<'a> {
     /// Whether the torque is reached.
@@ -31,33 +31,48 @@ pub struct Solution<'a> {
     pub tension: &'a [f64],
     /// `tau - R^T F`, N m, `[joints]`: rounding where the status is optimal.
     pub residual: &'a [f64],
-    /// Which limit holds each muscle, `[muscles]`.
+    /// The limit that determines each muscle's tension, `[muscles]`.
     pub limit: &'a [Limit],
-    /// `lambda`, `[joints]`: `F = clip(F_ref + W^-1 R lambda, F_min, F_max)`, the proof of least cost. Twice it is what
-    /// another N m at the joint would cost. Where the status is infeasible, it holds for muscles that the residual
-    /// leaves a choice: those with `R (tau - R^T F) = 0`.
+    /// `lambda`, N/m, `[joints]`: `F = clip(F_ref + W^-1 R lambda, F_min, F_max)` certifies least cost. It is the derivative of
+    /// the cost (N^2, weights being dimensionless) with respect to the torque. Where the status is infeasible, it holds
+    /// for muscles that the closest torque leaves a choice: those with `R_i (tau - R^T F) = 0`.
     pub multiplier: &'a [f64],
-    /// Steps taken, over all groups of joints.
+    /// Newton steps taken, over all groups of joints.
     pub iterations: u32,
 }
 
 /// Distributes torques over muscles.
 ///
-/// Knows how many muscles and joints there are, remembers the multipliers of the last solution as a start for the next
-/// ([`Distribution::forget`] drops them), and allocates nothing after construction.
-///
 /// ```text
-/// min  sum_i w_i (F_i - F_ref,i)^2     s.t.   R^T F = tau,   F_min <= F <= F_max
+/// min_F  1/2 (F - F_ref)^T W (F - F_ref)     s.t.   R^T F = tau,   F_min <= F <= F_max
 /// ```
 ///
+/// The cost is strictly convex: there is one solution, and with multipliers `lambda` it is the one point with
+///
+/// ```text
+/// R^T F = tau,     F = clip(F_ref + W^-1 R lambda, F_min, F_max)
+/// ```
+///
+/// # Out of reach
 /// A torque that no tensions within the limits give is replaced by the closest in the Euclidean norm: least
-/// `|tau - R^T F|_2` over the joints, every N m counting the same, weights without a say; among the tensions that give it,
+/// `|tau - R^T F|` over the joints, every N m counting the same, whatever the weights. Among the tensions that give it,
 /// those of least cost are returned.
 ///
-/// The cost is strictly convex, so there is one solution; it is a continuous, piecewise linear function of `tau`,
-/// `F_ref` and the limits. When the active set changes, the tensions bend but do not jump: a smooth torque gives smooth
-/// tensions, and no history is needed for it: their rate is bounded by a constant times that of the torque (Lipschitz), out
-/// of reach as well. The start only decides how many steps are taken.
+/// # Continuity
+/// The solution is a continuous, piecewise linear function of `tau`, `F_ref` and the limits: where the active set changes, the
+/// tensions bend but do not jump, and their rate is bounded by a constant times that of the torque (Lipschitz), out of reach
+/// as well. It does not depend on the start; the last solution is kept as a start because it saves steps
+/// ([`Distribution::forget`] drops it).
+///
+/// # Method
+/// Joints that share no muscle are separate problems. Each is solved by a semismooth Newton method on the dual, which has one
+/// unknown per joint (`qi1993`, `li2018`); where the dual is unbounded, by the proximal-point method on the dual
+/// (`chiche2014`) until its active set proves to be that of the closest torque. Where rounding stops these, they
+/// are repeated in numbers of 31 digits. Nothing allocates after construction.
+///
+/// # Certificates
+/// [`Status::Optimal`] by the two conditions above, [`Status::Infeasible`] by a separating direction (Farkas) that
+/// also bounds the distance of every reachable torque; both are checked in `f64` on the tensions returned.
 ///
 /// # Example
 /// ```
@@ -80,18 +95,13 @@ pub struct Solution<'a> {
 /// ```
 ///
 /// # Source
-/// `yuan2023` eq. (22).
+/// The problem: `yuan2023` eq. (22).
 #[derive(Debug, Clone)]
 pub struct Distribution {
     pattern: Pattern,
     terms: Terms,
-    instructions: InstructionSet,
-    lambda: Vec<f64>,
-    /// Multipliers where the torque was out of reach, and which groups these are.
-    soft: Vec<f64>,
-    beyond: Vec<bool>,
-    work: Work,
-    exact: Exact,
+    start: Start,
+    solver: Solver,
     // In the order of the problem.
     tension: Vec<f64>,
     residual: Vec<f64>,
@@ -110,37 +120,54 @@ struct Terms {
     torque: Vec<f64>,
 }
 
+/// The last solution, in the pattern's order.
+#[derive(Debug, Clone)]
+struct Start {
+    lambda: Vec<f64>,
+    /// Multipliers of the regularized dual, and the groups out of reach, to which they belong.
+    regularized: Vec<f64>,
+    infeasible: Vec<bool>,
+}
+
 impl Distribution {
-    /// For so many muscles and joints.
+    /// For a number of muscles and joints.
     #[must_use]
     pub fn new(muscles: usize, joints: usize) -> Self {
+        Self::with_settings(muscles, joints, &Settings::default())
+    }
+
+    /// The same with other tolerances and limits.
+    #[must_use]
+    pub fn with_settings(muscles: usize, joints: usize, settings: &Settings) -> Self {
+        let per_muscle = alloc::vec![0.0; muscles];
+        let per_joint = alloc::vec![0.0; joints];
         Self {
             pattern: Pattern::new(muscles, joints),
             terms: Terms {
-                value: alloc::vec![0.0; muscles * places(joints)],
-                lower: alloc::vec![0.0; muscles],
-                upper: alloc::vec![0.0; muscles],
-                reference: alloc::vec![0.0; muscles],
-                compliance: alloc::vec![0.0; muscles],
-                torque: alloc::vec![0.0; places(joints)],
+                value: alloc::vec![0.0; muscles * joints],
+                lower: per_muscle.clone(),
+                upper: per_muscle.clone(),
+                reference: per_muscle.clone(),
+                compliance: per_muscle.clone(),
+                torque: per_joint.clone(),
             },
-            instructions: InstructionSet::detect(),
-            lambda: alloc::vec![0.0; places(joints)],
-            soft: alloc::vec![0.0; places(joints)],
-            beyond: alloc::vec![false; joints + 1],
-            work: Work::new(muscles, joints),
-            exact: Exact::new(muscles, joints),
-            tension: alloc::vec![0.0; muscles],
-            residual: alloc::vec![0.0; joints],
-            multiplier: alloc::vec![0.0; joints],
+            start: Start {
+                lambda: per_joint.clone(),
+                regularized: per_joint.clone(),
+                infeasible: alloc::vec![false; joints + 1],
+            },
+            solver: Solver::new(muscles, joints, settings),
+            tension: per_muscle,
+            residual: per_joint.clone(),
+            multiplier: per_joint,
             limit: alloc::vec![Limit::Free; muscles],
         }
     }
 
-    /// The next solution starts from nothing.
+    /// Drops the last solution: the next one starts from nothing.
     pub fn forget(&mut self) {
-        self.lambda.fill(0.0);
-        self.beyond.fill(false);
+        self.start.lambda.fill(0.0);
+        self.start.infeasible.fill(false);
     }
 
     /// The tensions for a torque, or for the closest that can be reached.
@@ -148,151 +175,96 @@ impl Distribution {
     /// # Errors
     /// As [`Problem::check`]; the last solution is then kept as a start.
     pub fn solve(&mut self, problem: &Problem) -> Result<Solution<'_>, Error> {
-        let mut told = Ok(());
-        self.instructions.run(TakeOver { distribution: self, problem, told: &mut told });
-        told?;
+        let arms = problem.count_arms(self.tension.len(), self.residual.len())?;
+        // Arms that became zero keep their places; a new one makes another pattern.
+        if !self.pattern.found || self.terms.gather_arms(&self.pattern, problem) != arms {
+            self.pattern.find(self.tension.len(), problem.moment_arms);
+            self.terms.gather_arms(&self.pattern, problem);
+            self.forget();
+        }
+        self.terms.gather(&self.pattern, problem);
         let (mut status, mut iterations) = (Status::Optimal, 0);
-        for at in 0..self.pattern.groups.len() {
-            status = status.max(self.solve_group(at, &mut iterations));
+        for index in 0..self.pattern.groups.len() {
+            let mut steps = 0;
+            status = status.max(self.solve_group(index, &mut steps));
+            iterations += steps;
         }
         let Self { tension, residual, multiplier, limit, .. } = self;
         Ok(Solution { status, tension, residual, limit, multiplier, iterations })
     }
 
-    /// Checks the problem and puts it into the pattern's order.
-    #[inline(always)]
-    fn take_over(&mut self, problem: &Problem) -> Result<(), Error> {
-        let (muscles, joints) = (self.tension.len(), self.residual.len());
-        let arms = problem.count_arms(muscles, joints)?;
-        self.terms.gather_arms(&self.pattern, problem);
-        if !self.pattern.found || !self.terms.has(arms, &self.pattern) {
-            self.pattern.find(muscles, problem.moment_arms);
-            self.terms.gather_arms(&self.pattern, problem);
-            self.forget();
-        }
-        self.terms.gather(&self.pattern, problem);
-        Ok(())
-    }
-
-    fn solve_group(&mut self, at: usize, iterations: &mut u32) -> Status {
-        let group = self.pattern.groups[at].clone();
-        let (m, n) = (group.muscles.len(), group.joints.len());
-        // Each step settles at least one muscle; a few remove rounding.
-        let most = 10 + u32::try_from((m + n) / 2).unwrap_or(u32::MAX / 2);
-        if self.search(at, &group, most, iterations) != Outcome::Reached {
-            let block = self.terms.block(&self.pattern, &group);
-            let lambda = &mut self.lambda[group.joints.clone()];
-            self.exact.solve(&block, lambda, &mut self.work.tension[..m], iterations);
-            self.work.measure(&block);
-        }
-        self.scatter(&group);
-        if self.work.error(n) <= REACHED { Status::Optimal } else { Status::Infeasible }
-    }
-
-    /// Multipliers and tensions of a group, but where they need more digits.
-    #[inline(always)]
-    fn search(&mut self, at: usize, group: &Group, most: u32, steps: &mut u32) -> Outcome {
-        let Self { pattern, terms, work, lambda, soft, beyond, instructions, .. } = self;
-        let search = Search {
-            work,
-            block: terms.block(pattern, group),
-            arms: &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]],
-            whole: group.whole,
-            lambda: &mut lambda[group.joints.clone()],
-            soft: Soft { lambda: &mut soft[group.joints.clone()], known: &mut beyond[at] },
-            most,
-            steps,
+    fn solve_group(&mut self, index: usize, steps: &mut u32) -> Status {
+        let Self { pattern, terms, start, solver, .. } = self;
+        let group = pattern.groups[index].clone();
+        let arms = &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]];
+        let (block, joints) = (terms.block(pattern, &group), group.joints.len());
+        let mut start = GroupStart {
+            lambda: &mut start.lambda[group.joints.clone()],
+            regularized: &mut start.regularized[group.joints.clone()],
+            infeasible: &mut start.infeasible[index],
         };
-        search.run(*instructions)
+        // Three joints and fewer, as robot arms have them, are worth loops of known length.
+        let status = match (group.dense, joints) {
+            (true, 1) => solver.solve(&block, Dense::<1> { joints, arms }, &mut start, steps),
+            (true, 2) => solver.solve(&block, Dense::<2> { joints, arms }, &mut start, steps),
+            (true, 3) => solver.solve(&block, Dense::<3> { joints, arms }, &mut start, steps),
+            (true, _) => solver.solve(&block, Dense::<0> { joints, arms }, &mut start, steps),
+            (false, _) => solver.solve(&block, block.rows, &mut start, steps),
+        };
+        self.scatter(&group);
+        status
     }
 
-    /// Puts a group's answer into the order of the problem.
-    #[inline(always)]
+    /// Puts a group's solution into the order of the problem.
     fn scatter(&mut self, group: &Group) {
+        let (tension, residual) = self.solver.result();
+        let muscles = self.pattern.muscles[group.muscles.clone()].iter().zip(tension);
         let limits =
             self.terms.lower[group.muscles.clone()].iter().zip(&self.terms.upper[group.muscles.clone()]);
-        let muscles = self.pattern.muscles[group.muscles.clone()].iter().zip(&self.work.tension);
         for ((&muscle, &tension), (&lower, &upper)) in muscles.zip(limits) {
             self.tension[muscle] = tension;
             self.limit[muscle] = Limit::of(tension, lower, upper);
         }
-        for (k, &joint) in self.pattern.joints[group.joints.clone()].iter().enumerate() {
-            if let Some(residual) = self.residual.get_mut(joint) {
-                *residual = self.work.residual[k];
-                self.multiplier[joint] = self.lambda[group.joints.start + k];
-            }
+        let joints = self.pattern.joints[group.joints.clone()].iter().zip(residual);
+        for ((&joint, &residual), &lambda) in joints.zip(&self.start.lambda[group.joints.clone()]) {
+            self.residual[joint] = residual;
+            self.multiplier[joint] = lambda;
         }
-    }
-}
-
-/// [`Distribution::take_over`] on the best instruction set.
-struct TakeOver<'a, 'b> {
-    distribution: &'a mut Distribution,
-    problem: &'a Problem<'b>,
-    told: &'a mut Result<(), Error>,
-}
-
-impl dispatch::Work for TakeOver<'_, '_> {
-    #[inline(always)]
-    fn run<A: Arithmetic>(self, _: A) {
-        *self.told = self.distribution.take_over(self.problem);
     }
 }
 
 impl Terms {
-    /// Takes the moment arms over, in the pattern's order.
-    #[inline(always)]
-    fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) {
-        let (arms, joints) = (problem.moment_arms, problem.torque.len());
-        for group in &pattern.groups {
-            let entries = pattern.start[group.muscles.start]..pattern.start[group.muscles.end];
-            let values = &mut self.value[entries.clone()];
-            if let Some((first, count)) = group.beside {
-                let muscles = &pattern.muscles[group.muscles.clone()];
-                let starts = muscles.iter().map(|muscle| muscle * joints + first);
-                fill(values, group.joints.len(), count, &starts, arms);
-            } else {
-                for (value, &place) in values.iter_mut().zip(&pattern.source[entries]) {
-                    *value = arms.get(place).copied().unwrap_or(0.0);
-                }
-            }
+    /// Puts the arms into the pattern's order; the number of those that are not zero.
+    fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) -> u64 {
+        let mut count = 0;
+        for (value, &place) in self.value.iter_mut().zip(&pattern.source) {
+            *value = problem.moment_arms[place];
+            count += u64::from(is_nonzero(*value));
         }
+        count
     }
 
-    /// Whether all of so many arms were taken over.
-    #[inline(always)]
-    fn has(&self, arms: usize, pattern: &Pattern) -> bool {
-        let count = |sum: u64, value: &f64| sum + u64::from(is_arm(*value));
-        pattern.complete || self.value[..pattern.source.len()].iter().fold(0, count) as usize == arms
-    }
-
-    /// Takes the rest of the problem over.
-    #[inline(always)]
+    /// Everything but the arms.
     fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
         let count = pattern.muscles.len();
         let Self { lower, upper, reference, compliance, .. } = self;
         let (lower, upper) = (&mut lower[..count], &mut upper[..count]);
         let (reference, compliance) = (&mut reference[..count], &mut compliance[..count]);
-        let (minimum, maximum) = (&problem.minimum[..count], &problem.maximum[..count]);
-        let (wanted, weight) = (&problem.reference[..count], &problem.weight[..count]);
+        let Problem { minimum, maximum, reference: desired, weight, .. } = problem;
+        let (minimum, maximum) = (&minimum[..count], &maximum[..count]);
+        let (desired, weight) = (&desired[..count], &weight[..count]);
         for (k, &muscle) in pattern.muscles.iter().enumerate() {
             lower[k] = minimum[muscle];
             upper[k] = maximum[muscle];
-            reference[k] = wanted[muscle];
+            reference[k] = desired[muscle];
             compliance[k] = 1.0 / weight[muscle];
         }
-        self.gather_torque(pattern, problem);
-    }
-
-    #[inline(always)]
-    fn gather_torque(&mut self, pattern: &Pattern, problem: &Problem) {
         for (torque, &joint) in self.torque.iter_mut().zip(&pattern.joints) {
-            *torque = problem.torque.get(joint).copied().unwrap_or(0.0);
+            *torque = problem.torque[joint];
         }
     }
 
-    #[inline(always)]
-    fn block<'a>(&'a self, pattern: &'a Pattern, group: &Group) -> Block<'a, Sparse<'a>> {
+    fn block<'a>(&'a self, pattern: &'a Pattern, group: &Group) -> Block<'a, Sparse<'a>, f64> {
         let muscles = group.muscles.clone();
         Block {
             rows: Sparse {
@@ -306,34 +278,6 @@ impl Terms {
             reference: &self.reference[muscles.clone()],
             compliance: &self.compliance[muscles],
             torque: &self.torque[group.joints.clone()],
-        }
-    }
-}
-
-/// Rows of `count` arms, filled up to `width` with zeros, from where each starts in `arms`.
-#[inline(always)]
-fn fill(
-    rows: &mut [f64],
-    width: usize,
-    count: usize,
-    starts: &(impl Iterator<Item = usize> + Clone),
-    arms: &[f64],
-) {
-    for at in (0..width).step_by(LANES) {
-        let mut keep = [0; LANES];
-        keep.iter_mut().take(count - at).for_each(|keep| *keep = u64::MAX);
-        for (row, start) in rows.chunks_exact_mut(width).zip(starts.clone()) {
-            let from = arms.get(start + at..).unwrap_or_default();
-            let to = &mut row[at..at + LANES];
-            // What follows the row is read as well, but at the end of the matrix.
-            if let Some(from) = from.first_chunk::<LANES>() {
-                for k in 0..LANES {
-                    to[k] = f64::from_bits(from[k].to_bits() & keep[k]);
-                }
-            } else {
-                to[from.len()..].fill(0.0);
-                to[..from.len()].copy_from_slice(from);
-            }
         }
     }
 }

@@ -1,160 +1,129 @@
-//! The best step along a direction of the dual, exactly.
+//! The exact maximum of the dual along a direction.
 
-/// How one muscle meets a direction: where it leaves one limit and reaches the other, and what it adds between.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Event {
-    /// Step length.
-    at: f64,
-    /// What the curvature gains there.
-    curvature: f64,
-}
-
-/// Slope relative to what it is made of that counts as none.
-const ROUNDING: f64 = 1e-13;
-
-/// Slope beyond the last event that tells a torque out of reach.
-pub(super) const OUTSIDE: f64 = 1e-11;
+use super::scalar::Scalar;
+use super::settings::Settings;
 
 /// One muscle along a direction.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Ray {
+pub(super) struct Ray<S> {
     /// Tension without limits at step 0, and its limits.
-    pub(super) from: f64,
+    pub(super) from: S,
     pub(super) lower: f64,
     pub(super) upper: f64,
-    /// Change of that tension per step.
-    pub(super) rate: f64,
-    /// Change of the muscle's dual argument per step: `rate` times the weight.
-    pub(super) pull: f64,
+    /// `R_i d`, and its product with the compliance: the change of that tension per unit of the step.
+    pub(super) pull: S,
+    pub(super) rate: S,
 }
 
-/// The step where the slope of the dual vanishes.
+/// Where a muscle leaves one limit and reaches the other, and the curvature that it adds between.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Segment<S> {
+    enter: S,
+    leave: S,
+    curvature: S,
+}
+
+/// The dual along `lambda + s d`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line<S> {
+    /// Slope at `s = 0`.
+    pub(super) slope: S,
+    /// `|tau d|`.
+    pub(super) torque: f64,
+    /// Curvature of the regularization: `eps |d|^2`.
+    pub(super) regularization: S,
+}
+
+/// The step where the slope of the dual vanishes, infinite where it never does: no tensions within the limits give
+/// the torque then.
 ///
 /// ```text
-/// slope(s) = tau d - sum_i pull_i clip(from_i + s rate_i, lower_i, upper_i)      falls, piecewise linear
+/// slope(s) = tau d - sum_i pull_i clip(from_i + s rate_i, lower_i, upper_i) - s eps |d|^2        falls, piecewise linear
 /// ```
 ///
-/// `slope` is that at step 0, `torque` is `tau d`; with `softness`, it falls by that much more per step. It is known to
-/// vanish before `until`; where that is infinite and it never does, no tension within the limits gives the torque, and
-/// the step is infinite. Events are walked in their order; `events` is the room for them.
-#[inline(always)]
-pub(super) fn search(
-    rays: impl Iterator<Item = Ray>,
-    slope: f64,
-    torque: f64,
-    softness: f64,
-    until: f64,
-    events: &mut [Event],
-) -> f64 {
-    let (mut count, mut curvature, mut scale) = (0, Sum::default(), torque.abs());
-    curvature.add(softness);
+/// Breakpoints are visited in their order; curvatures are summed anew on every piece, so that stiff muscles that
+/// come and go leave no rounding. `segments` is room for as many as there are rays.
+#[inline]
+pub(super) fn search<S: Scalar>(
+    rays: impl Iterator<Item = Ray<S>>,
+    line: &Line<S>,
+    settings: &Settings,
+    segments: &mut [Segment<S>],
+) -> S {
+    let (mut count, mut scale) = (0, line.torque);
+    let infinite = S::from(f64::INFINITY);
     for ray in rays {
-        // Without a branch: where the limits of a muscle lie is hard to foretell.
-        let (near, far) = if ray.rate > 0.0 { (ray.lower, ray.upper) } else { (ray.upper, ray.lower) };
-        let most = if near.abs() > far.abs() { near.abs() } else { far.abs() };
-        scale += ray.pull.abs() * most;
-        let inverse = 1.0 / ray.rate;
-        let (enter, leave) = ((near - ray.from) * inverse, (far - ray.from) * inverse);
-        let gain = ray.pull * ray.rate;
-        let moves = (ray.rate != 0.0) & (ray.lower < ray.upper);
-        let leaves = moves & (leave > 0.0);
-        events[count] = Event { at: leave, curvature: -gain };
-        count += usize::from(leaves & (leave < until));
-        events[count] = Event { at: enter, curvature: gain };
-        count += usize::from(moves & (enter > 0.0) & (enter < until));
-        curvature.add(if leaves & (enter <= 0.0) { gain } else { 0.0 });
+        let rising = ray.rate > S::ZERO;
+        let (near, far) = if rising { (ray.lower, ray.upper) } else { (ray.upper, ray.lower) };
+        scale += ray.pull.rounded().abs() * near.abs().max(far.abs());
+        let moves = (ray.rate.rounded() != 0.0) & (ray.lower < ray.upper);
+        let inverse = S::from(1.0) / ray.rate;
+        let (enter, leave) = ((S::from(near) - ray.from) * inverse, (S::from(far) - ray.from) * inverse);
+        segments[count] = Segment { enter, leave, curvature: ray.pull * ray.rate };
+        count += usize::from(moves & (leave > S::ZERO));
     }
-    let rounding = ROUNDING * scale;
-    let (mut at, mut slope) = (0.0, slope);
-    while let Some(event) = take_next(events, &mut count) {
-        let fall = curvature.value() * (event.at - at);
+    let (mut at, mut slope) = (S::ZERO, line.slope);
+    loop {
+        let (mut next, mut curvature) = (infinite, line.regularization);
+        for segment in &segments[..count] {
+            let inside = (segment.enter <= at) & (at < segment.leave);
+            curvature += if inside { segment.curvature } else { S::ZERO };
+            let breakpoint = if segment.enter > at { segment.enter } else { segment.leave };
+            next = if (breakpoint > at) & (breakpoint < next) { breakpoint } else { next };
+        }
+        if next.rounded() == f64::INFINITY {
+            return match curvature > S::ZERO {
+                true => at + slope / curvature,
+                false if at > S::ZERO && slope.rounded() <= settings.positive_slope * scale => at,
+                false => infinite,
+            };
+        }
+        let fall = curvature * (next - at);
         if fall >= slope {
-            return at + slope / curvature.value();
+            return at + slope / curvature;
         }
         slope -= fall;
-        at = event.at;
-        curvature.add(event.curvature);
-        if slope <= rounding {
+        at = next;
+        if slope.rounded() <= settings.zero_slope * scale {
             return at;
         }
-    }
-    if until < f64::INFINITY {
-        return until.min(at + slope / curvature.value());
-    }
-    if softness > 0.0 {
-        return at + slope / curvature.value().max(softness);
-    }
-    if at > 0.0 && slope <= OUTSIDE * scale { at } else { f64::INFINITY }
-}
-
-/// Takes the next event out. Few of them lie before the best step: looking for each is faster than sorting all.
-#[inline(always)]
-fn take_next(events: &mut [Event], count: &mut usize) -> Option<Event> {
-    let (mut next, mut at) = (0, f64::INFINITY);
-    for (k, event) in events[..*count].iter().enumerate() {
-        next = if event.at < at { k } else { next };
-        at = if event.at < at { event.at } else { at };
-    }
-    *count = count.checked_sub(1)?;
-    events[..=*count].swap(next, *count);
-    Some(events[*count])
-}
-
-/// A sum that keeps what rounding takes from it: what a stiff muscle adds and takes again leaves a soft one's share.
-#[derive(Debug, Clone, Copy, Default)]
-struct Sum {
-    high: f64,
-    low: f64,
-}
-
-impl Sum {
-    #[inline(always)]
-    fn add(&mut self, term: f64) {
-        let sum = self.high + term;
-        let part = sum - self.high;
-        self.low += (self.high - (sum - part)) + (term - part);
-        self.high = sum;
-    }
-
-    #[inline(always)]
-    fn value(self) -> f64 {
-        self.high + self.low
     }
 }
 
 /// Room for `muscles` muscles.
-pub(super) fn room(muscles: usize) -> alloc::vec::Vec<Event> {
-    alloc::vec![Event { at: 0.0, curvature: 0.0 }; 2 * muscles + 2]
+pub(super) fn room<S: Scalar>(muscles: usize) -> alloc::vec::Vec<Segment<S>> {
+    alloc::vec![Segment { enter: S::ZERO, leave: S::ZERO, curvature: S::ZERO }; muscles + 1]
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Ray, room, search};
+    use super::{Line, Ray, Settings, room, search};
 
-    const MUSCLE: Ray = Ray { from: -1.0, lower: 0.0, upper: 2.0, rate: 1.0, pull: 1.0 };
+    const MUSCLE: Ray<f64> = Ray { from: -1.0, lower: 0.0, upper: 2.0, rate: 1.0, pull: 1.0 };
 
-    fn best(torque: f64, until: f64) -> f64 {
-        search([MUSCLE].into_iter(), torque, torque, 0.0, until, &mut room(1))
+    fn best(torque: f64, regularization: f64) -> f64 {
+        search(
+            [MUSCLE].into_iter(),
+            &Line { slope: torque, torque, regularization },
+            &Settings::default(),
+            &mut room(1),
+        )
     }
 
     #[test]
     fn the_slope_vanishes_at_the_step_found() {
         // slope(s) = 1.5 - clip(s - 1, 0, 2)
-        assert_eq!(best(1.5, f64::INFINITY).to_bits(), 2.5_f64.to_bits());
+        assert_eq!(best(1.5, 0.0).to_bits(), 2.5_f64.to_bits());
     }
 
     #[test]
-    fn events_beyond_a_step_where_the_dual_falls_do_not_matter() {
-        assert_eq!(best(1.5, 2.75).to_bits(), 2.5_f64.to_bits());
+    fn a_torque_beyond_the_limits_has_no_best_step_without_regularization() {
+        assert!(best(2.5, 0.0).is_infinite());
+        assert!((best(2.5, 0.125) - 4.0).abs() < 1e-15);
     }
 
     #[test]
-    fn a_torque_beyond_the_limits_has_no_best_step() {
-        assert!(best(2.5, f64::INFINITY).is_infinite());
-    }
-
-    #[test]
-    fn a_torque_at_the_limit_ends_at_the_last_event() {
-        assert_eq!(best(2.0, f64::INFINITY).to_bits(), 3.0_f64.to_bits());
+    fn a_torque_at_the_limit_ends_at_the_last_breakpoint() {
+        assert_eq!(best(2.0, 0.0).to_bits(), 3.0_f64.to_bits());
     }
 }

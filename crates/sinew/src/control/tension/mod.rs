@@ -1,29 +1,38 @@
-//! Which tension each muscle gets: more muscles than joints leave a choice.
+//! Tension distribution: which tension each of the redundant muscles gets, so that together they give a joint torque.
 //!
-//! [`Distribution`] answers a [`Problem`] with a [`Solution`], always: where the torque cannot be reached, with the
-//! closest one. It knows matrices, not robots. One thing per file: what is asked (`problem`), which joints have to
-//! do with each other (`pattern`), what is tried for one group of joints (`search`): its multipliers (`newton` with its
-//! `line_search` and `factor`, `few` where there are eight at most), the same for a torque out of reach (`softened`,
-//! `closest`), and, where rounding stops these, in `twofold` numbers (`exact`, `anchored`).
+//! ```text
+//! min_F  1/2 (F - F_ref)^T W (F - F_ref)     s.t.   R^T F = tau,   F_min <= F <= F_max
+//! ```
+//!
+//! [`Distribution`] solves a [`Problem`] and always returns a [`Solution`]; where no tensions within the limits give the
+//! torque, they give the closest one. The method is a semismooth Newton ascent on the dual, which has one unknown per joint.
+//!
+//! | file | content |
+//! |---|---|
+//! | `problem`, `settings`, `distribution` | the problem and its checks, tolerances, the public solver and its solution |
+//! | `pattern` | joints that share no muscle are separate problems |
+//! | `solver` | the method: ascent, then closest torque, in `f64` and, where rounding stops that, in `scalar::DoubleDouble` |
+//! | `ascent`, `line_search`, `factor` | the dual ascent, regularized or not |
+//! | `closest` | the closest torque from an active set, and the reduced problem that remains |
+//! | `certificate` | proofs of optimality and infeasibility |
+//! | `rows` | dense and sparse moment arms |
+//! | `cocontraction` | reference tensions for a level of co-contraction |
 
-mod anchored;
-mod block;
+mod ascent;
+mod certificate;
 mod closest;
 mod cocontraction;
 mod distribution;
-mod exact;
 mod factor;
-mod few;
 mod line_search;
-mod newton;
 mod pattern;
 mod problem;
 mod rows;
-mod search;
-mod softened;
-mod twofold;
+mod scalar;
+mod settings;
+mod solver;
 
-pub use block::Limit;
 pub use cocontraction::cocontract;
 pub use distribution::{Distribution, Solution, Status};
-pub use problem::Problem;
+pub use problem::{Limit, Problem};
+pub use settings::{Settings, Tolerances};

@@ -1,44 +1,29 @@
 //! Which muscles cross which joints, and the groups of joints that share no muscle.
 
-use super::problem::is_arm;
-use super::rows::LANES;
+use super::problem::is_nonzero;
 use alloc::vec::Vec;
 use core::ops::Range;
 
-/// Muscles and joints that have to do with each other and with no others, as places in [`Pattern`]'s order.
+/// Joints coupled by common muscles and by no others, and these muscles, as ranges of [`Pattern`]'s order.
 #[derive(Debug, Clone)]
 pub(super) struct Group {
     pub(super) muscles: Range<usize>,
     pub(super) joints: Range<usize>,
-    /// Whether every arm is kept, zero or not.
-    pub(super) whole: bool,
-    /// Where rows are filled up and the joints stand side by side in the matrix: the first joint, and how many.
-    pub(super) beside: Option<(usize, usize)>,
+    /// Whether every arm is stored, zero or not.
+    pub(super) dense: bool,
 }
 
-/// Groups of at most so many joints keep every arm, and are not filled up to whole lanes.
-pub(super) const FEW: usize = 3;
-
-/// A group of at most so many joints, or with at least so large a part of arms that are not zero, keeps every arm.
+/// A group of at most so many joints, or with at least so large a share of arms that are not zero, stores every arm.
 const SMALL: usize = 8;
 const DENSE: f64 = 0.3;
 
-/// Place of a joint or arm that is none: it fills rows up to a whole number of lanes.
-pub(super) const NONE: usize = usize::MAX;
-
-/// Room for `joints` joints in groups that are filled up.
-pub(super) fn places(joints: usize) -> usize {
-    // Groups of fewer joints than lanes are not filled up.
-    2 * joints
-}
-
-/// Where the moment arms stand that are not zero, group by group.
+/// The places of the moment arms that are not zero, group by group.
 ///
-/// An arm of seven joints is as a rule several small problems, not one large one.
+/// A robot arm of seven joints is as a rule several small problems, not one large one.
 #[derive(Debug, Clone)]
 pub(super) struct Pattern {
     joint_count: usize,
-    /// Muscle and joint at each place; joints may be [`NONE`].
+    /// Muscle and joint at each place.
     pub(super) muscles: Vec<usize>,
     pub(super) joints: Vec<usize>,
     pub(super) groups: Vec<Group>,
@@ -46,13 +31,11 @@ pub(super) struct Pattern {
     pub(super) start: Vec<usize>,
     /// Joint of each entry, counted within the group.
     pub(super) column: Vec<usize>,
-    /// Place of each entry in the dense matrix, or [`NONE`].
+    /// Place of each entry in the problem's matrix.
     pub(super) source: Vec<usize>,
-    /// Group of each joint while groups are being found; the joint itself where it is the first of its group.
+    /// First joint of each joint's group.
     parent: Vec<usize>,
-    /// Whether every place of the matrix is one of them.
-    pub(super) complete: bool,
-    /// Whether it holds one. Arms that became zero keep their places; one that came makes another pattern.
+    /// Whether groups were found.
     pub(super) found: bool,
 }
 
@@ -64,13 +47,12 @@ impl Pattern {
         Self {
             joint_count: joints,
             muscles: Vec::with_capacity(muscles),
-            joints: Vec::with_capacity(places(joints)),
+            joints: Vec::with_capacity(joints),
             groups: Vec::with_capacity(joints + 1),
             start,
-            column: Vec::with_capacity(muscles * places(joints)),
-            source: Vec::with_capacity(muscles * places(joints)),
+            column: Vec::with_capacity(muscles * joints),
+            source: Vec::with_capacity(muscles * joints),
             parent: alloc::vec![0; joints],
-            complete: false,
             found: false,
         }
     }
@@ -78,7 +60,7 @@ impl Pattern {
     /// Finds the groups of `arms`, muscles x joints.
     pub(super) fn find(&mut self, muscles: usize, arms: &[f64]) {
         let n = self.joint_count;
-        let crosses = |muscle: usize, joint: usize| is_arm(arms[muscle * n + joint]);
+        let crosses = |muscle: usize, joint: usize| is_nonzero(arms[muscle * n + joint]);
         self.join_joints(muscles, &crosses);
         for list in [&mut self.muscles, &mut self.joints, &mut self.start, &mut self.column, &mut self.source]
         {
@@ -93,7 +75,6 @@ impl Pattern {
             }
         }
         self.gather_idle(muscles, &crosses);
-        self.complete = self.source.iter().filter(|place| **place != NONE).count() == muscles * n;
     }
 
     /// Joints that a muscle crosses together get one parent: the first of them.
@@ -108,9 +89,9 @@ impl Pattern {
             for joint in crossed {
                 let (a, b) = (self.parent[first], self.parent[joint]);
                 if a != b {
-                    let (keep, give_up) = (a.min(b), a.max(b));
-                    for parent in self.parent.iter_mut().filter(|p| **p == give_up) {
-                        *parent = keep;
+                    let (first, other) = (a.min(b), a.max(b));
+                    for parent in self.parent.iter_mut().filter(|p| **p == other) {
+                        *parent = first;
                     }
                 }
             }
@@ -127,25 +108,18 @@ impl Pattern {
         self.muscles.extend((0..muscles).filter(|muscle| arms(muscle) > 0));
         let count = self.muscles[from_muscle..].iter().map(arms).sum::<usize>();
         let all = (self.muscles.len() - from_muscle) * joints.len();
-        let whole = joints.len() <= SMALL || count as f64 >= DENSE * all as f64;
-        let filled = whole && joints.len() > FEW;
-        let beside = filled && joints.last() == Some(&(first + joints.len() - 1));
-        let beside = beside.then_some((first, joints.len()));
-        if filled {
-            let filled = joints.len().next_multiple_of(LANES);
-            self.joints.resize(from_joint + filled, NONE);
-        }
+        let dense = joints.len() <= SMALL || count as f64 >= DENSE * all as f64;
         for &muscle in &self.muscles[from_muscle..] {
             for (column, &joint) in self.joints[from_joint..].iter().enumerate() {
-                if whole || crosses(muscle, joint) {
+                if dense || crosses(muscle, joint) {
                     self.column.push(column);
-                    self.source.push(if joint == NONE { NONE } else { muscle * n + joint });
+                    self.source.push(muscle * n + joint);
                 }
             }
             self.start.push(self.column.len());
         }
         let (muscles, joints) = (from_muscle..self.muscles.len(), from_joint..self.joints.len());
-        self.groups.push(Group { muscles, joints, whole, beside });
+        self.groups.push(Group { muscles, joints, dense });
     }
 
     /// Muscles that cross no joint are a group without joints.
@@ -159,12 +133,7 @@ impl Pattern {
         }
         if self.muscles.len() > from {
             let end = self.joints.len();
-            self.groups.push(Group {
-                muscles: from..self.muscles.len(),
-                joints: end..end,
-                whole: false,
-                beside: None,
-            });
+            self.groups.push(Group { muscles: from..self.muscles.len(), joints: end..end, dense: false });
         }
     }
 }
@@ -188,7 +157,7 @@ mod tests {
         let sizes: alloc::vec::Vec<_> =
             pattern.groups.iter().map(|g| (g.muscles.len(), g.joints.len())).collect();
         assert_eq!(sizes, [(1, 1), (2, 2), (0, 1), (1, 0)]);
-        // Small groups have whole rows.
+        // Small groups store every arm.
         assert_eq!(pattern.column, [0, 0, 1, 0, 1]);
     }
 }

@@ -1,24 +1,24 @@
-//! The question: which tensions give a torque.
+//! The distribution problem, its domains and its errors.
 
+use super::scalar::Scalar;
 use crate::Error;
-use crate::error::within;
 
 /// One distribution of a torque over muscles.
 ///
 /// ```text
-/// min  sum_i w_i (F_i - F_ref,i)^2     s.t.   R^T F = tau,   F_min <= F <= F_max
+/// min_F  1/2 sum_i w_i (F_i - F_ref,i)^2     s.t.   R^T F = tau,   F_min <= F <= F_max
 /// ```
 ///
-/// | symbol | field         | unit    | domain                   | meaning                                   |
-/// |--------|---------------|---------|--------------------------|-------------------------------------------|
-/// | R      | `moment_arms` | m       | magnitude <= 1e30        | `-dl/dq`, muscles x joints, row by row    |
-/// | tau    | `torque`      | N m     | magnitude <= 1e30        | wanted at each joint                      |
-/// | F_min  | `minimum`     | N       | <= `maximum`             | least tension of each muscle              |
-/// | F_max  | `maximum`     | N       | magnitude <= 1e30        | greatest tension of each muscle           |
-/// | F_ref  | `reference`   | N       | magnitude <= 1e30        | tension wanted where the torque leaves a choice |
-/// | w      | `weight`      | 1/N^2   | 1e-30 to 1e30            | what leaving the reference costs          |
+/// | symbol | field         | unit | domain            | meaning                                           |
+/// |--------|---------------|------|-------------------|---------------------------------------------------|
+/// | R      | `moment_arms` | m    | magnitude <= 1e30 | `-dl/dq`, muscles x joints, row by row            |
+/// | tau    | `torque`      | N m  | magnitude <= 1e30 | desired torque of each joint                      |
+/// | F_min  | `minimum`     | N    | <= `maximum`      | smallest tension of each muscle                   |
+/// | F_max  | `maximum`     | N    | magnitude <= 1e30 | largest tension of each muscle                    |
+/// | F_ref  | `reference`   | N    | magnitude <= 1e30 | tension preferred where the torque leaves a choice |
+/// | w      | `weight`      | 1    | 1e-30 to 1e30     | relative cost of leaving the reference            |
 ///
-/// An arm below 1e-60 m counts as none. Any length will do in place of m and any force in place of N.
+/// Only ratios of weights matter. Arms below 1e-60 m count as zero. Units other than m and N may be used consistently.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Problem<'a> {
     /// `R`, `[muscles x joints]`, row by row.
@@ -35,95 +35,103 @@ pub struct Problem<'a> {
     pub weight: &'a [f64],
 }
 
-/// Largest number whose products with others of its kind stay finite.
-const MOST: f64 = 1e30;
-
-/// Whether a moment arm is one.
-#[inline(always)]
-pub(super) fn is_arm(arm: f64) -> bool {
-    const LEAST_ARM: f64 = 1e-60;
-    arm.abs() >= LEAST_ARM
+/// The limit that determines a muscle's tension.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Limit {
+    /// The smallest tension.
+    Lower,
+    /// None: the tension is between its limits.
+    Free,
+    /// The largest tension.
+    Upper,
 }
 
-/// How many arms are some, if all are usual numbers.
-#[inline(always)]
-pub(super) fn count_arms(arms: &[f64]) -> Option<usize> {
-    // Neither asks for an order: the compiler takes as many at once as there is room for.
-    let (mut count, mut right) = (0_u64, true);
-    for arm in arms {
-        count += u64::from(is_arm(*arm));
-        right &= arm.abs() <= MOST;
-    }
-    right.then_some(count as usize)
-}
-
-/// An error that names the first number that does not hold what is `expected` of it.
-fn all(
-    name: &'static str,
-    expected: &'static str,
-    values: &[f64],
-    holds: impl Fn(f64) -> bool,
-) -> Result<(), Error> {
-    match values.iter().copied().find(|value| !holds(*value)) {
-        Some(bad) => within(name, expected, bad, false).map(|_| ()),
-        None => Ok(()),
+impl Limit {
+    /// The limit that holds where the tension without limits is `unclipped`.
+    #[inline]
+    pub(super) fn of<S: Scalar>(unclipped: S, lower: f64, upper: f64) -> Self {
+        // Without a branch, which would be hard to predict.
+        let above = u8::from(unclipped > S::from(lower));
+        match above + (above & u8::from(unclipped >= S::from(upper))) {
+            0 => Self::Lower,
+            1 => Self::Free,
+            _ => Self::Upper,
+        }
     }
 }
 
-#[inline(always)]
-fn length(name: &'static str, expected: usize, values: &[f64]) -> Result<(), Error> {
-    let got = values.len();
-    if got == expected { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
+/// Largest magnitude of an input: products of their kinds stay finite.
+const LARGEST: f64 = 1e30;
+
+/// Whether a moment arm counts as different from zero.
+#[inline]
+pub(super) fn is_nonzero(arm: f64) -> bool {
+    arm.abs() >= 1e-60
 }
 
 impl Problem<'_> {
     /// Whether lengths fit `muscles` and `joints` and every number is in its domain.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] and [`Error::OutOfDomain`] name the field; the latter holds the first value that is wrong.
+    /// [`Error::WrongLength`] names the field, [`Error::EntryOutOfDomain`] also the index of the first entry that is wrong.
     pub fn check(&self, muscles: usize, joints: usize) -> Result<(), Error> {
         self.count_arms(muscles, joints).map(|_| ())
     }
 
-    /// [`Problem::check`], and how many moment arms are some.
-    #[inline(always)]
-    pub(super) fn count_arms(&self, muscles: usize, joints: usize) -> Result<usize, Error> {
-        length("moment_arms", muscles * joints, self.moment_arms)?;
-        length("torque", joints, self.torque)?;
-        length("minimum", muscles, self.minimum)?;
-        length("maximum", muscles, self.maximum)?;
-        length("reference", muscles, self.reference)?;
-        length("weight", muscles, self.weight)?;
-        match count_arms(self.moment_arms) {
-            Some(arms) if self.rest_is_right() => Ok(arms),
-            _ => self.find_wrong().map(|()| 0),
+    /// [`Problem::check`], and the number of arms that are not zero.
+    pub(super) fn count_arms(&self, muscles: usize, joints: usize) -> Result<u64, Error> {
+        check_length("moment_arms", muscles * joints, self.moment_arms)?;
+        check_length("torque", joints, self.torque)?;
+        check_length("minimum", muscles, self.minimum)?;
+        check_length("maximum", muscles, self.maximum)?;
+        check_length("reference", muscles, self.reference)?;
+        check_length("weight", muscles, self.weight)?;
+        // Without a branch per entry: as a rule all are right.
+        let (mut count, mut valid) = (0, true);
+        for arm in self.moment_arms {
+            count += u64::from(is_nonzero(*arm));
+            valid &= arm.abs() <= LARGEST;
         }
-    }
-
-    /// Whether all but the arms are in their domains.
-    #[inline(always)]
-    fn rest_is_right(&self) -> bool {
-        let mut right = self.torque.iter().fold(true, |right, torque| right & (torque.abs() <= MOST));
+        valid &= self.torque.iter().fold(true, |valid, x| valid & (x.abs() <= LARGEST));
         let limits = self.minimum.iter().zip(self.maximum);
-        for (((low, high), reference), weight) in limits.zip(self.reference).zip(self.weight) {
-            right &= (low <= high) & (*low >= -MOST) & (*high <= MOST) & (reference.abs() <= MOST);
-            right &= (*weight >= 1.0 / MOST) & (*weight <= MOST);
+        for (((lower, upper), reference), weight) in limits.zip(self.reference).zip(self.weight) {
+            valid &= (lower <= upper) & (*lower >= -LARGEST) & (*upper <= LARGEST);
+            valid &= (reference.abs() <= LARGEST) & (*weight >= 1.0 / LARGEST) & (*weight <= LARGEST);
         }
-        right
+        if valid { Ok(count) } else { self.find_invalid().map(|()| count) }
     }
 
-    /// An error for the first number that is wrong.
+    /// The error for the first entry that is outside its domain.
     #[cold]
-    fn find_wrong(&self) -> Result<(), Error> {
-        let usual = |x: f64| x.abs() <= MOST;
+    fn find_invalid(&self) -> Result<(), Error> {
+        let usual = |_, x: f64| x.abs() <= LARGEST;
         let magnitude = "a finite number of magnitude <= 1e30";
-        all("moment_arms", magnitude, self.moment_arms, usual)?;
-        all("torque", magnitude, self.torque, usual)?;
-        all("minimum", magnitude, self.minimum, usual)?;
-        all("maximum", magnitude, self.maximum, usual)?;
-        all("reference", magnitude, self.reference, usual)?;
-        all("weight", "within 1e-30 to 1e30", self.weight, |w| (1.0 / MOST..=MOST).contains(&w))?;
-        let mut crossed = self.minimum.iter().zip(self.maximum).filter(|(low, high)| low > high);
-        crossed.next().map_or(Ok(()), |(low, _)| within("minimum", "<= maximum", *low, false).map(|_| ()))
+        check_entries("moment_arms", magnitude, self.moment_arms, usual)?;
+        check_entries("torque", magnitude, self.torque, usual)?;
+        check_entries("minimum", magnitude, self.minimum, usual)?;
+        check_entries("maximum", magnitude, self.maximum, usual)?;
+        check_entries("reference", magnitude, self.reference, usual)?;
+        let positive = |_, w| (1.0 / LARGEST..=LARGEST).contains(&w);
+        check_entries("weight", "within 1e-30 to 1e30", self.weight, positive)?;
+        check_entries("minimum", "<= maximum", self.minimum, |i: usize, x| x <= self.maximum[i])
+    }
+}
+
+fn check_length(name: &'static str, expected: usize, values: &[f64]) -> Result<(), Error> {
+    let got = values.len();
+    if got == expected { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
+}
+
+/// An error for the first entry that does not hold what is expected.
+fn check_entries(
+    name: &'static str,
+    expected: &'static str,
+    values: &[f64],
+    holds: impl Fn(usize, f64) -> bool,
+) -> Result<(), Error> {
+    match values.iter().enumerate().find(|(index, value)| !holds(*index, **value)) {
+        Some((index, &got)) => Err(Error::EntryOutOfDomain { name, index, expected, got }),
+        None => Ok(()),
     }
 }
