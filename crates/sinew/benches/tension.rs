@@ -1,8 +1,8 @@
-//! Cost of distributing a torque over muscles: the arm of `models/lm_arm.toml` in random poses, and a large random one;
-//! torques that can be reached, and such as cannot.
+//! Cost of distributing a torque over muscles: the arm of `models/lm_arm.toml` in random poses, and a large
+//! random one; torques that can be reached, and such as cannot.
 //!
-//! `warm` is a start from a torque a hundredth away, `ticks` the arm on its way: pose, moment arms and torque of one
-//! millisecond after the other.
+//! `warm` is a start from a torque a hundredth away, `ticks` the arm on its way: pose, moment arms and torque
+//! of one millisecond after the other.
 //!
 //! Divan tells medians; the last lines tell the tail, which a control loop cares about.
 
@@ -114,8 +114,8 @@ fn arm() -> Vec<Case> {
     cases
 }
 
-/// Four seconds of the arm, each joint to and fro across most of its range in two to four seconds; its muscles pull 20
-/// to 400 N, each at its own pace.
+/// Four seconds of the arm, each joint to and fro across most of its range in two to four seconds; its
+/// muscles pull 20 to 400 N, each at its own pace.
 fn ticks() -> Vec<Case> {
     let (mut arm, mut random) = (Arm::new(), Random::new(4));
     let mut turn = |count: usize| -> Vec<[f64; 2]> {
@@ -180,7 +180,8 @@ fn random_63x20() -> Vec<Case> {
     cases
 }
 
-/// Solves one case after the other; when warm, each has its last torque behind it, a hundredth away from this one.
+/// Solves one case after the other; when warm, each has its last torque behind it, a hundredth away from this
+/// one.
 struct Runner<'a> {
     cases: &'a [Case],
     distributions: Vec<Distribution>,
@@ -196,8 +197,8 @@ enum Start {
     Nothing,
     /// Its own torque, a hundredth away.
     Itself,
-    /// The case before it. There is one distribution for all, and the way is gone back at its end. Only moment arms and
-    /// torque are new, and fresh in the cache, as where a controller has just found them.
+    /// The case before it. There is one distribution for all, and the way is gone back at its end. Only
+    /// moment arms and torque are new, and fresh in the cache, as where a controller has just found them.
     Neighbour,
 }
 

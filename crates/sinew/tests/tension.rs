@@ -148,8 +148,8 @@ fn draw(random: &mut Random, kind: Kind, (muscles, joints): (usize, usize)) -> O
 
 /// How far the answer is from one that no other can beat; zero but for rounding.
 ///
-/// Reached torques: `R^T F = tau` and `F = clip(F_ref + W^-1 R lambda)`. Others: every muscle that would lower the
-/// residual is at its limit, and the rule for `lambda` holds for the rest.
+/// Reached torques: `R^T F = tau` and `F = clip(F_ref + W^-1 R lambda)`. Others: every muscle that would
+/// lower the residual is at its limit, and the rule for `lambda` holds for the rest.
 fn distance_from_optimum(owned: &Owned, solution: &Solution) -> f64 {
     let size = solution.residual.iter().map(|r| r * r).sum::<f64>().sqrt();
     let reached = owned.torque_of(solution.tension);
@@ -234,7 +234,8 @@ fn joints_told_apart_hardly_fixed_muscles_and_unequal_weights_stop_nothing() {
             let kind = KINDS[round % 5];
             let mut owned = draw(&mut random, kind, size);
             let (muscles, joints) = size;
-            // One joint like another, muscles against each other, a quarter at equal limits, weights of six decades.
+            // One joint like another, muscles against each other, a quarter at equal limits, weights of six
+            // decades.
             let (one, other) = (below(&mut random, joints), below(&mut random, joints));
             owned.arms.chunks_exact_mut(joints).for_each(|row| row[one] = row[other]);
             let first: Vec<f64> = owned.arms[..joints].iter().map(|arm| -arm).collect();

@@ -94,7 +94,8 @@ impl ValidProblem {
         }
     }
 
-    /// An error of the solver in terms of the file: the place inside the problem, what is expected there and what was given.
+    /// An error of the solver in terms of the file: the place inside the problem, what is expected there and
+    /// what was given.
     pub(super) fn locate(&self, error: &Error) -> String {
         let Error::EntryOutOfDomain { name, index, expected, got } = *error else {
             return format!(": {error}");

@@ -76,17 +76,6 @@ pub(super) struct Proximal<'a, S> {
     pub(super) center: &'a [S],
 }
 
-/// How an ascent ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Outcome {
-    /// At the maximum of the dual.
-    Converged,
-    /// The dual rises without bound: no tensions within the limits give the torque, up to rounding.
-    Unbounded,
-    /// Rounding or the limit of steps ended it before the maximum.
-    Stalled,
-}
-
 impl<S: Scalar> Ascent<S> {
     pub(super) fn new(muscles: usize, joints: usize, settings: &Settings) -> Self {
         Self {
@@ -104,26 +93,29 @@ impl<S: Scalar> Ascent<S> {
         }
     }
 
-    /// Maximises the dual, regularized or not, from `lambda` on; from multipliers of zero, it starts where muscles without
-    /// limits would have it. Takes no more than `limit` steps and adds their number to `steps`.
+    /// Maximises the dual, regularized or not, from `lambda` on; from multipliers of zero, it starts where
+    /// muscles without limits would have it. Takes no more than `limit` steps and adds their number to
+    /// `steps`. False where the dual is unbounded (no tensions within the limits give the torque), or where
+    /// rounding or the limit of steps ended the search.
     ///
     /// ```text
     /// D(lambda) = min_{F_min <= F <= F_max} 1/2 (F - F_ref)^T W (F - F_ref) + lambda^T (tau - R^T F)
     ///
     /// F = clip(F_ref + W^-1 R lambda, F_min, F_max)
     /// g = tau - R^T F - eps (lambda - center)                 gradient
-    /// H = R_free^T W^-1 R_free + eps I                        Newton matrix (an element of the generalized Hessian, negated)
+    /// H = R_free^T W^-1 R_free + eps I                        negated element of the generalized Hessian
     /// lambda := lambda + s H^-1 g
     /// ```
     ///
-    /// The dual is concave and piecewise quadratic. `s` maximises it along the step (1 where the active set does not
-    /// change), so that every step ascends, no piece is visited twice, and a step that leaves the active set unchanged
-    /// ends the search; steps after it remove rounding. Where the free muscles do not move every joint, `H` is
-    /// singular: its factors then send the step along the null space, until a muscle becomes free or the dual is seen to
-    /// be unbounded.
+    /// The dual is concave and piecewise quadratic. `s` maximises it along the step (1 where the active set
+    /// does not change), so that every step ascends, no piece is visited twice, and a step that leaves the
+    /// active set unchanged ends the search; steps after it remove rounding. Where the free muscles do not
+    /// move every joint, `H` is singular: its factors then send the step along the null space, until a muscle
+    /// becomes free or the dual is seen to be unbounded.
     ///
     /// # Source
-    /// Semismooth Newton: `qi1993`; on the dual of a strictly convex QP with simple bounds, with exact line search: `li2018`.
+    /// Semismooth Newton: `qi1993`; with regularization, proximal center and exact line search for quadratic
+    /// programs: `hermans2019`.
     pub(super) fn maximise<R: Rows>(
         &mut self,
         block: &Block<R, S>,
@@ -131,7 +123,7 @@ impl<S: Scalar> Ascent<S> {
         lambda: &mut [S],
         limit: u32,
         steps: &mut u32,
-    ) -> Outcome {
+    ) -> bool {
         let n = block.joints();
         self.set_floor(block);
         if proximal.is_none() && n > 0 && lambda.iter().all(|lambda| lambda.rounded() == 0.0) {
@@ -148,7 +140,7 @@ impl<S: Scalar> Ascent<S> {
             self.set_gradient(n, lambda, proximal);
             let error = relative_residual(&self.step[..n], &self.here.scale[..n]);
             if error <= tolerance {
-                return Outcome::Converged;
+                return true;
             }
             // The last step should have ended it, and the one before as well.
             if active_set_unchanged && error > 0.5 * last {
@@ -164,7 +156,7 @@ impl<S: Scalar> Ascent<S> {
                 if active_set_unchanged { S::from(1.0) } else { self.line_search(block, lambda, proximal) };
             // Along a null space, a residual of rounding leads far away.
             if proximal.is_none() && length.rounded() > 2.0 && error <= self.settings.stagnation {
-                return Outcome::Converged;
+                return true;
             }
             if length.rounded() == f64::INFINITY {
                 break;
@@ -180,17 +172,11 @@ impl<S: Scalar> Ascent<S> {
             // The last tensions and the step keep what large multipliers round away.
             core::mem::swap(&mut self.here, &mut self.ahead);
             if proximal.is_some() {
-                return Outcome::Converged;
+                return true;
             }
         }
         // Tensions of this form cost least for the torque that they give, which may be the desired one.
-        if proximal.is_some() {
-            Outcome::Stalled
-        } else if self.here.error(n) <= self.settings.stagnation {
-            Outcome::Converged
-        } else {
-            Outcome::Unbounded
-        }
+        proximal.is_none() && self.here.error(n) <= self.settings.stagnation
     }
 
     /// Largest diagonal entry of the Newton matrix with every muscle free.
@@ -198,8 +184,8 @@ impl<S: Scalar> Ascent<S> {
         self.diagonal[..joints].iter().copied().fold(0.0, f64::max)
     }
 
-    /// Whether multipliers are small enough for the tensions that are sums of their terms: where joints are hard to
-    /// tell apart, large ones cancel and leave rounding in the tensions.
+    /// Whether multipliers are small enough for the tensions that are sums of their terms: where joints are
+    /// hard to tell apart, large ones cancel and leave rounding in the tensions.
     ///
     /// ```text
     /// H_jj sum_k H_kk lambda_k^2 <= c^2 (|tau_j| + sum_i |R_ij F_i|)^2,     H = R^T W^-1 R
@@ -284,7 +270,8 @@ impl<S: Scalar> Ascent<S> {
         }
     }
 
-    /// What the full step does to every muscle, and where it leads if it leaves the active set unchanged, which is returned.
+    /// What the full step does to every muscle, and where it leads if it leaves the active set unchanged,
+    /// which is returned.
     #[inline(always)]
     fn try_full_step<R: Rows>(&mut self, block: &Block<R, S>) -> bool {
         let m = block.muscles();

@@ -1,19 +1,20 @@
 //! Proofs, in `f64`, that a group's solution is what its status says.
 
-use super::distribution::Status;
 use super::rows::{Block, Rows, relative_residual};
 use super::settings::Settings;
+use super::solution::Status;
 
 /// The status of tensions whose residual is given, with the magnitudes of its terms.
 ///
 /// ```text
 /// reached:     |tau_j - R_j^T F| <= tol (|tau_j| + sum_i |R_ij F_i|)
-/// infeasible:  tau^T d > h(d) = sum_i max(R_i d F_min,i, R_i d F_max,i)  for a direction d, so that no F within the limits gives tau
+/// infeasible:  tau^T d > h(d) = sum_i max(R_i d F_min,i, R_i d F_max,i)  for some direction d
 /// closest:     every F within the limits leaves |tau - R^T F| >= (tau^T d - h(d)) / |d|
 /// ```
 ///
-/// With the residual as the direction `d`, the last bound equals the residual's length at the closest torque. Tensions of the
-/// form `clip(F_ref + W^-1 R lambda)` cost least for the torque that they give (weak duality).
+/// With the residual as the direction `d`, the last bound equals the residual's length at the closest torque.
+/// Tensions of the form `clip(F_ref + W^-1 R lambda)` cost least for the torque that they give (weak
+/// duality).
 ///
 /// # Source
 /// Farkas' lemma for bounded variables: `boyd2004`, section 5.8.

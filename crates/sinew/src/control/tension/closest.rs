@@ -6,12 +6,13 @@ use super::scalar::Scalar;
 use super::settings::Settings;
 use alloc::vec::Vec;
 
-/// The reduced problem of the muscles that have a choice: the others are fixed at their limits, and the torque
-/// is the closest one.
+/// The reduced problem of the muscles that have a choice: the others are fixed at their limits, and the
+/// torque is the closest one.
 #[derive(Debug, Clone)]
 pub(super) struct Closest<S> {
     settings: Settings,
-    /// Orthogonal basis of the rows of the free muscles, row by row, and the inverse squares of its rows' lengths.
+    /// Orthogonal basis of the rows of the free muscles, row by row, and the inverse squares of its rows'
+    /// lengths.
     basis: Vec<S>,
     inverse: Vec<S>,
     along: Vec<S>,
@@ -39,12 +40,13 @@ impl<S: Scalar> Closest<S> {
     /// Makes the reduced problem from an active set, if that is proved to hold at the closest torque.
     ///
     /// ```text
-    /// r = b - Q Q^T b,   b = tau - sum_{i at limits} R_i^T F_i,   Q: orthonormal basis of the free muscles' rows
-    /// R_i r >= 0 where F_max holds,   R_i r <= 0 where F_min holds,   R_i r = 0 where the muscle has a choice
+    /// b = tau - sum_{i at limits} R_i^T F_i       Q: orthonormal basis of the free muscles' rows
+    /// r = b - Q Q^T b
+    /// R_i r >= 0 where F_max holds, <= 0 where F_min holds, = 0 where the muscle has a choice
     /// ```
     ///
-    /// The reduced gradients `R_i r` are the optimality conditions of `min |tau - R^T F|` within the limits. False where
-    /// they do not hold, or where rounding hides whether they do.
+    /// The reduced gradients `R_i r` are the optimality conditions of `min |tau - R^T F|` within the limits.
+    /// False where they do not hold, or where rounding hides whether they do.
     pub(super) fn reduce<R: Rows>(&mut self, block: &Block<R, S>, limit: &[Limit]) -> bool {
         let n = block.joints();
         let tolerances = *S::tolerances(&self.settings);

@@ -15,9 +15,10 @@ use crate::error::within;
 /// | F_min  | `minimum`  | N    | <= `maximum`| least tension of each muscle                     |
 /// | F_max  | `maximum`  | N    |             | greatest tension of each muscle                  |
 ///
-/// As the reference of a [`Problem`](super::Problem) it acts in the null space of `R^T` only: the torque stays what it is,
-/// and what the torque leaves free comes as close to the level as the weights say. Muscles whose stiffness grows with
-/// tension make stiffer joints that way. For a level in N, fill the reference with it: limits are kept in any case.
+/// As the reference of a [`Problem`](super::Problem) it acts in the null space of `R^T` only: the torque
+/// stays what it is, and what the torque leaves free comes as close to the level as the weights say. Muscles
+/// whose stiffness grows with tension make stiffer joints that way. For a level in N, fill the reference with
+/// it: limits are kept in any case.
 ///
 /// # Errors
 /// [`Error::OutOfDomain`] names the level, [`Error::WrongLength`] the slice.

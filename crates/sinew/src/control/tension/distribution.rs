@@ -4,42 +4,10 @@ use super::pattern::{Group, Pattern};
 use super::problem::{Limit, Problem, is_nonzero};
 use super::rows::{Block, Dense, Sparse};
 use super::settings::Settings;
+use super::solution::{Solution, Status};
 use super::solver::{GroupStart, Solver};
 use crate::Error;
 use alloc::vec::Vec;
-
-/// Whether the torque is reached, worst last.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Status {
-    /// It is, at least cost: no joint's residual exceeds [`Settings::feasibility`], and no tensions within the limits that
-    /// give the same torque cost less.
-    Optimal,
-    /// No tensions within the limits give it, which is proved. These give the closest torque and, of those that do, cost
-    /// least.
-    Infeasible,
-    /// The search ended at [`Settings::max_iterations`] or by rounding, or its result could not be certified. Tensions are within
-    /// their limits and belong to the last multipliers, but nothing is proved.
-    NotConverged,
-}
-
-/// What [`Distribution::solve`] returns.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Solution<'a> {
-    /// Whether the torque is reached.
-    pub status: Status,
-    /// `F`, N, `[muscles]`: within the limits, to the bit.
-    pub tension: &'a [f64],
-    /// `tau - R^T F`, N m, `[joints]`: rounding where the status is optimal.
-    pub residual: &'a [f64],
-    /// The limit that determines each muscle's tension, `[muscles]`.
-    pub limit: &'a [Limit],
-    /// `lambda`, N/m, `[joints]`: `F = clip(F_ref + W^-1 R lambda, F_min, F_max)` certifies least cost. It is the derivative of
-    /// the cost (N^2, weights being dimensionless) with respect to the torque. Where the status is infeasible, it holds
-    /// for muscles that the closest torque leaves a choice: those with `R_i (tau - R^T F) = 0`.
-    pub multiplier: &'a [f64],
-    /// Newton steps taken, over all groups of joints.
-    pub iterations: u32,
-}
 
 /// Distributes torques over muscles.
 ///
@@ -55,24 +23,26 @@ pub struct Solution<'a> {
 ///
 /// # Out of reach
 /// A torque that no tensions within the limits give is replaced by the closest in the Euclidean norm: least
-/// `|tau - R^T F|` over the joints, every N m counting the same, whatever the weights. Among the tensions that give it,
-/// those of least cost are returned.
+/// `|tau - R^T F|` over the joints, every N m counting the same, whatever the weights. Among the tensions
+/// that give it, those of least cost are returned.
 ///
 /// # Continuity
-/// The solution is a continuous, piecewise linear function of `tau`, `F_ref` and the limits: where the active set changes, the
-/// tensions bend but do not jump, and their rate is bounded by a constant times that of the torque (Lipschitz), out of reach
-/// as well. It does not depend on the start; the last solution is kept as a start because it saves steps
-/// ([`Distribution::forget`] drops it).
+/// The solution is a continuous, piecewise linear function of `tau`, `F_ref` and the limits: where the active
+/// set changes, the tensions bend but do not jump, and their rate is bounded by a constant times that of the
+/// torque (Lipschitz), out of reach as well. It does not depend on the start; the last solution is kept as a
+/// start because it saves steps ([`Distribution::forget`] drops it).
 ///
 /// # Method
-/// Joints that share no muscle are separate problems. Each is solved by a semismooth Newton method on the dual, which has one
-/// unknown per joint (`qi1993`, `li2018`); where the dual is unbounded, by the proximal-point method on the dual
-/// (`chiche2014`) until its active set proves to be that of the closest torque. Where rounding stops these, they
-/// are repeated in numbers of 31 digits. Nothing allocates after construction.
+/// Joints that share no muscle are separate problems. Each is solved by a semismooth Newton method on the
+/// dual, which has one unknown per joint (`qi1993`, `hermans2019`); where the dual is unbounded, by the
+/// proximal-point method on the dual (`chiche2014`) until its active set proves to be that of the closest
+/// torque. Where rounding stops these, they are repeated in numbers of 31 digits. Nothing allocates after
+/// construction.
 ///
 /// # Certificates
-/// [`Status::Optimal`] by the two conditions above, [`Status::Infeasible`] by a separating direction (Farkas) that
-/// also bounds the distance of every reachable torque; both are checked in `f64` on the tensions returned.
+/// [`Status::Optimal`] by the two conditions above, [`Status::Infeasible`] by a separating direction (Farkas)
+/// that also bounds the distance of every reachable torque; both are checked in `f64` on the tensions
+/// returned.
 ///
 /// # Example
 /// ```

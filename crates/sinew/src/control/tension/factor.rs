@@ -5,9 +5,10 @@ use super::scalar::Scalar;
 
 /// Factors `h = U^T D^-1 U` in place: rows of `U` right of the diagonal, `1 / D` on it.
 ///
-/// `h` is `n x n`, row-major; only its upper triangle is read. Where a pivot is below its `floor`, the row is replaced by
-/// the floor alone: the factors are those of a positive definite matrix that differs from `h` only where `h` is singular.
-/// [`solve`] then gives Newton's step where there is one and a long step along the null space where there is none.
+/// `h` is `n x n`, row-major; only its upper triangle is read. Where a pivot is below its `floor`, the row is
+/// replaced by the floor alone: the factors are those of a positive definite matrix that differs from `h`
+/// only where `h` is singular. [`solve`] then gives Newton's step where there is one and a long step along
+/// the null space where there is none.
 #[inline(always)]
 pub(super) fn factor<S: Scalar>(h: &mut [S], floor: &[f64]) {
     let n = floor.len();

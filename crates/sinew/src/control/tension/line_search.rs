@@ -34,15 +34,16 @@ pub(super) struct Line<S> {
     pub(super) regularization: S,
 }
 
-/// The step where the slope of the dual vanishes, infinite where it never does: no tensions within the limits give
-/// the torque then.
+/// The step where the slope of the dual vanishes, infinite where it never does: no tensions within the limits
+/// give the torque then.
 ///
 /// ```text
-/// slope(s) = tau d - sum_i pull_i clip(from_i + s rate_i, lower_i, upper_i) - s eps |d|^2        falls, piecewise linear
+/// slope(s) = tau d - sum_i pull_i clip(from_i + s rate_i, lower_i, upper_i) - s eps |d|^2
 /// ```
 ///
-/// Breakpoints are visited in their order; curvatures are summed anew on every piece, so that stiff muscles that
-/// come and go leave no rounding. `segments` is room for as many as there are rays.
+/// The slope falls, piecewise linear. Breakpoints are visited in their order; curvatures are summed anew on
+/// every piece, so that stiff muscles that come and go leave no rounding. `segments` is room for as many as
+/// there are rays.
 #[inline]
 pub(super) fn search<S: Scalar>(
     rays: impl Iterator<Item = Ray<S>>,

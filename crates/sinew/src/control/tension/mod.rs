@@ -1,17 +1,20 @@
-//! Tension distribution: which tension each of the redundant muscles gets, so that together they give a joint torque.
+//! Tension distribution: which tension each of the redundant muscles gets, so that together they give a joint
+//! torque.
 //!
 //! ```text
 //! min_F  1/2 (F - F_ref)^T W (F - F_ref)     s.t.   R^T F = tau,   F_min <= F <= F_max
 //! ```
 //!
-//! [`Distribution`] solves a [`Problem`] and always returns a [`Solution`]; where no tensions within the limits give the
-//! torque, they give the closest one. The method is a semismooth Newton ascent on the dual, which has one unknown per joint.
+//! [`Distribution`] solves a [`Problem`] and always returns a [`Solution`]; where no tensions within the
+//! limits give the torque, they give the closest one. The method is a semismooth Newton ascent on the dual,
+//! which has one unknown per joint.
 //!
 //! | file | content |
 //! |---|---|
-//! | `problem`, `settings`, `distribution` | the problem and its checks, tolerances, the public solver and its solution |
+//! | `problem`, `settings`, `solution` | problem, checks, tolerances, solution, status |
+//! | `distribution` | the public solver: groups of joints, warm starts |
 //! | `pattern` | joints that share no muscle are separate problems |
-//! | `solver` | the method: ascent, then closest torque, in `f64` and, where rounding stops that, in `scalar::DoubleDouble` |
+//! | `solver` | the method: ascent, then closest torque, in `f64`, then in `scalar::DoubleDouble` |
 //! | `ascent`, `line_search`, `factor` | the dual ascent, regularized or not |
 //! | `closest` | the closest torque from an active set, and the reduced problem that remains |
 //! | `certificate` | proofs of optimality and infeasibility |
@@ -30,9 +33,11 @@ mod problem;
 mod rows;
 mod scalar;
 mod settings;
+mod solution;
 mod solver;
 
 pub use cocontraction::cocontract;
-pub use distribution::{Distribution, Solution, Status};
+pub use distribution::Distribution;
 pub use problem::{Limit, Problem};
 pub use settings::{Settings, Tolerances};
+pub use solution::{Solution, Status};

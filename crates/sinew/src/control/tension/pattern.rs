@@ -13,7 +13,8 @@ pub(super) struct Group {
     pub(super) dense: bool,
 }
 
-/// A group of at most so many joints, or with at least so large a share of arms that are not zero, stores every arm.
+/// A group of at most so many joints, or with at least so large a share of arms that are not zero, stores
+/// every arm.
 const SMALL: usize = 8;
 const DENSE: f64 = 0.3;
 

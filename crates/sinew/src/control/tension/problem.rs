@@ -18,7 +18,8 @@ use crate::Error;
 /// | F_ref  | `reference`   | N    | magnitude <= 1e30 | tension preferred where the torque leaves a choice |
 /// | w      | `weight`      | 1    | 1e-30 to 1e30     | relative cost of leaving the reference            |
 ///
-/// Only ratios of weights matter. Arms below 1e-60 m count as zero. Units other than m and N may be used consistently.
+/// Only ratios of weights matter. Arms below 1e-60 m count as zero. Units other than m and N may be used
+/// consistently.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Problem<'a> {
     /// `R`, `[muscles x joints]`, row by row.
@@ -74,7 +75,8 @@ impl Problem<'_> {
     /// Whether lengths fit `muscles` and `joints` and every number is in its domain.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] names the field, [`Error::EntryOutOfDomain`] also the index of the first entry that is wrong.
+    /// [`Error::WrongLength`] names the field, [`Error::EntryOutOfDomain`] also the index of the first entry
+    /// that is wrong.
     pub fn check(&self, muscles: usize, joints: usize) -> Result<(), Error> {
         self.count_arms(muscles, joints).map(|_| ())
     }

@@ -145,7 +145,11 @@ where
             sum[k] += a[k] * b[k];
         }
     }
-    let rest = a_rest.iter().zip(b_rest).fold(S::ZERO, |sum, (a, b)| sum + *a * *b);
+    let rest = a_rest.iter().zip(b_rest).map(|(a, b)| *a * *b).reduce(|sum, term| sum + term);
+    let rest = rest.unwrap_or(S::ZERO);
+    if a.is_empty() {
+        return rest;
+    }
     (sum[0] + sum[2]) + (sum[1] + sum[3]) + rest
 }
 

@@ -3,22 +3,27 @@
 /// Settings of [`Distribution`](super::Distribution); the defaults are meant for every problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Newton steps allowed per group of joints in one solution, in both precisions together; a search that needs more
-    /// ends with [`Status::NotConverged`](super::Status::NotConverged). Default 20 000, which no problem known needs.
+    /// Newton steps allowed per group of joints in one solution, in both precisions together; a search that
+    /// needs more ends with [`Status::NotConverged`](super::Status::NotConverged). Default 20 000, which no
+    /// problem known needs.
     pub max_iterations: u32,
-    /// A torque counts as reached where no joint's residual exceeds this part of `|tau_j| + sum_i |R_ij F_i|`. Default
-    /// 1e-9.
+    /// A torque counts as reached where no joint's residual exceeds this part of `|tau_j| + sum_i |R_ij
+    /// F_i|`. Default 1e-9.
     pub feasibility: f64,
-    /// The ascent stops at residuals below this part of the same sum: a few units in the last place. Default 2e-15.
+    /// The ascent stops at residuals below this part of the same sum: a few units in the last place. Default
+    /// 2e-15.
     pub residual: f64,
-    /// Residual relative to the same sum that is accepted where rounding keeps it from falling further. Default 1e-13.
+    /// Residual relative to the same sum that is accepted where rounding keeps it from falling further.
+    /// Default 1e-13.
     pub stagnation: f64,
-    /// Gap between the residual and the proved least residual, relative to the residual, up to which a torque counts as
-    /// the closest. Default 1e-8.
+    /// Gap between the residual and the proved least residual, relative to the residual, up to which a torque
+    /// counts as the closest. Default 1e-8.
     pub gap: f64,
-    /// Slope of the dual along a step, relative to the magnitudes of its terms, that counts as zero. Default 1e-13.
+    /// Slope of the dual along a step, relative to the magnitudes of its terms, that counts as zero. Default
+    /// 1e-13.
     pub zero_slope: f64,
-    /// Slope beyond the last breakpoint, relative to the same, from which on the dual counts as unbounded. Default 1e-11.
+    /// Slope beyond the last breakpoint, relative to the same, from which on the dual counts as unbounded.
+    /// Default 1e-11.
     pub positive_slope: f64,
     /// Tolerances in `f64`, which is tried first.
     pub double: Tolerances,
@@ -31,23 +36,24 @@ pub struct Settings {
 pub struct Tolerances {
     /// Unit of relative rounding errors: `eps`.
     pub rounding: f64,
-    /// Smallest pivot of the Newton matrix, relative to its diagonal with every muscle free: below it, the free muscles
-    /// do not move the joint.
+    /// Smallest pivot of the Newton matrix, relative to its diagonal with every muscle free: below it, the
+    /// free muscles do not move the joint.
     pub pivot: f64,
     /// Largest ratio of the terms `R_ij lambda_j / w_i` to tensions: beyond it, their cancellation leaves
     /// rounding errors in the tensions.
     pub cancellation: f64,
-    /// Regularization of the dual for torques out of reach, relative to the largest diagonal entry of the Newton matrix:
-    /// small enough to leave the active set as it is, large enough to keep multipliers, which grow with its inverse,
-    /// accurate. The first one, the least one, and the ratio of each proximal step's to the last.
+    /// Regularization of the dual for torques out of reach, relative to the largest diagonal entry of the
+    /// Newton matrix: small enough to leave the active set as it is, large enough to keep multipliers, which
+    /// grow with its inverse, accurate. The first one, the least one, and the ratio of each proximal step's
+    /// to the last.
     pub regularization: [f64; 3],
-    /// The ascent of the regularized dual stops at gradients below this part of `|tau_j| + sum_i |R_ij F_i|`: the rounding of
-    /// multipliers that grow with the inverse of the regularization.
+    /// The ascent of the regularized dual stops at gradients below this part of `|tau_j| + sum_i |R_ij F_i|`:
+    /// the rounding of multipliers that grow with the inverse of the regularization.
     pub gradient: f64,
     /// Proximal steps: updates of the center of the regularization.
     pub proximal_steps: u32,
-    /// Part of a muscle's row of arms, relative to the row, that is independent of other rows; twice: counts as none,
-    /// counts as some. Between them, the rank is uncertain.
+    /// Part of a muscle's row of arms, relative to the row, that is independent of other rows; twice: counts
+    /// as none, counts as some. Between them, the rank is uncertain.
     pub rank: [f64; 2],
     /// Least residual, relative to the sum of the magnitudes of its terms, that is not taken for rounding.
     pub least_residual: f64,

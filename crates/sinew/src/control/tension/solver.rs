@@ -1,12 +1,13 @@
-//! The method: ascent of the dual, the closest torque where that is unbounded, and both again in twice the digits.
+//! The method: ascent of the dual, the closest torque where that is unbounded, and both again in twice the
+//! digits.
 
-use super::ascent::{Ascent, Outcome, Point, Proximal};
+use super::ascent::{Ascent, Point, Proximal};
 use super::certificate::certify;
 use super::closest::Closest;
-use super::distribution::Status;
 use super::rows::{Block, Rows, Sparse};
 use super::scalar::{DoubleDouble, Scalar};
 use super::settings::Settings;
+use super::solution::Status;
 use alloc::vec::Vec;
 
 /// Solves one group of joints after the other.
@@ -58,7 +59,13 @@ impl Solver {
         let converged =
             self.solve_double(&fast, start, steps) || self.solve_double_double(block, start.lambda, steps);
         let Point { residual, scale, .. } = &self.double.ascent.here;
-        if converged { certify(&fast, residual, scale, &self.settings) } else { Status::NotConverged }
+        if converged {
+            return certify(&fast, residual, scale, &self.settings);
+        }
+        if !start.lambda.iter().all(|lambda| lambda.is_finite()) {
+            start.lambda.fill(0.0);
+        }
+        Status::NotConverged
     }
 
     /// The search in `f64`. Where the last torque was out of reach, the next one likely is.
@@ -130,23 +137,24 @@ impl<S: Scalar> Search<S> {
         }
     }
 
-    /// Tensions that give the torque at least cost, from `lambda` on; false where there are none or rounding hides them.
+    /// Tensions that give the torque at least cost, from `lambda` on; false where there are none or rounding
+    /// hides them.
     fn reach<R: Rows>(&mut self, block: &Block<R, S>, lambda: &mut [S], steps: &mut u32) -> bool {
         let limit = self.limit(block, *steps);
-        let outcome = self.ascent.maximise(block, None, lambda, limit, steps);
-        outcome == Outcome::Converged && self.ascent.is_accurate(lambda)
+        self.ascent.maximise(block, None, lambda, limit, steps) && self.ascent.is_accurate(lambda)
     }
 
-    /// Tensions that give the closest torque, at least cost among those that do; false where rounding hides them.
+    /// Tensions that give the closest torque, at least cost among those that do; false where rounding hides
+    /// them.
     ///
     /// ```text
     /// max_lambda  D(lambda) - eps/2 |lambda - center|^2           center := lambda, and again
     /// ```
     ///
-    /// The proximal-point method on the dual, which is the augmented Lagrangian method on the problem: it goes to the closest
-    /// torque `tau - r`, and its multipliers grow by `r / eps` each time. As soon as its active set proves to be that of the
-    /// closest torque, what remains is a problem within reach. `regularized` holds the multipliers to start from and
-    /// receives the last, as a start for the next tick.
+    /// The proximal-point method on the dual, which is the augmented Lagrangian method on the problem: it
+    /// goes to the closest torque `tau - r`, and its multipliers grow by `r / eps` each time. As soon as its
+    /// active set proves to be that of the closest torque, what remains is a problem within reach.
+    /// `regularized` holds the multipliers to start from and receives the last, as a start for the next tick.
     ///
     /// # Source
     /// `chiche2014` for augmented Lagrangians of infeasible problems.
@@ -171,7 +179,7 @@ impl<S: Scalar> Search<S> {
             growth += 1.0 / regularization;
             let limit = self.limit(block, *steps);
             let proximal = Proximal { regularization, center: &self.center[..n] };
-            if self.ascent.maximise(block, Some(proximal), regularized, limit, steps) != Outcome::Converged {
+            if !self.ascent.maximise(block, Some(proximal), regularized, limit, steps) {
                 return false;
             }
             if self.ascent.here.error(n) <= self.settings.residual && self.ascent.is_accurate(regularized) {
@@ -187,8 +195,9 @@ impl<S: Scalar> Search<S> {
                 }
                 let reduced = self.closest.reduced(block);
                 let limit = self.limit(block, *steps);
-                let outcome = self.ascent.maximise(&reduced, None, lambda, limit, steps);
-                if outcome == Outcome::Converged && self.ascent.is_accurate(lambda) {
+                if self.ascent.maximise(&reduced, None, lambda, limit, steps)
+                    && self.ascent.is_accurate(lambda)
+                {
                     self.ascent.here.measure(block);
                     return true;
                 }
