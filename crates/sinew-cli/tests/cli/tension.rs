@@ -27,7 +27,7 @@ fn a_list_of_problems_is_solved_in_its_order() {
     // 380 N between the limits are 11.4 Nm.
     assert_eq!(solution(1)["status"], "infeasible");
     assert!((number(1, "residual_nm", 0) - 18.6).abs() < 1e-9);
-    // The heavier muscle leaves its reference three times less.
+    // The muscle of three times the weight deviates from its reference a third as much.
     assert!(
         (number(2, "tension_n", 0) - 137.5).abs() < 1e-9 && (number(2, "tension_n", 1) - 87.5).abs() < 1e-9
     );
