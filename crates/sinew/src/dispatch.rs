@@ -1,6 +1,6 @@
-//! Work compiled for several instruction sets, and the choice of one when the program runs.
+//! Code compiled for several instruction sets, and the choice of one at run time.
 //!
-//! The one place of this crate with `unsafe`: code for an instruction set may run only where it exists.
+//! The only `unsafe` code of this crate: code for an instruction set may run only where it exists.
 
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 mod x86 {
@@ -32,10 +32,10 @@ mod x86 {
     }
 }
 
-/// What this processor can do, found out once.
+/// An instruction set of the present processor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum InstructionSet {
-    /// Whatever every processor of this architecture has.
+    /// The baseline of the compilation target.
     Baseline,
     /// With fused multiply-add.
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -51,7 +51,7 @@ pub(crate) trait Arithmetic: Copy {
     fn mul_add(self, a: f64, b: f64, c: f64) -> f64;
 }
 
-/// Rounds twice, the same bits everywhere.
+/// Product and sum rounded separately: the same bits on every processor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plain;
 
@@ -62,7 +62,7 @@ impl Arithmetic for Plain {
     }
 }
 
-/// Rounds once, in one instruction. Only this module can make one, and does so only where the instruction exists.
+/// Rounded once, in one instruction. Constructed by this module alone, and only where the instruction exists.
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fused(());
@@ -79,10 +79,10 @@ impl Arithmetic for Fused {
     }
 }
 
-/// Something to do on the best instruction set there is. `run` and all that is worth it in it is
-/// `#[inline(always)]`: only what is inlined is compiled for that set.
+/// A computation that is compiled for every instruction set. `run` and its hot callees are `#[inline(always)]`: only inlined
+/// code is compiled for the set.
 pub(crate) trait Work {
-    /// Does it. Work that must not depend on the machine leaves the arithmetic alone.
+    /// Runs the computation. One whose bits must not depend on the processor ignores `arithmetic`.
     fn run<A: Arithmetic>(self, arithmetic: A);
 }
 
@@ -107,8 +107,7 @@ impl InstructionSet {
         Self::Baseline
     }
 
-    /// The best of this processor with registers of four numbers at most: wider ones cost more than they give
-    /// where work comes in threes.
+    /// The best of this processor with registers of at most four numbers: for 3-vectors wider registers are slower.
     #[inline]
     pub(crate) fn detect_narrow() -> Self {
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -118,16 +117,15 @@ impl InstructionSet {
         Self::Baseline
     }
 
-    /// Does the work with these instructions.
+    /// Runs a computation on this instruction set.
     #[inline]
     pub(crate) fn run(self, work: impl Work) {
         match self {
             Self::Baseline => work.run(Plain),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
             #[expect(unsafe_code, reason = "see the module")]
-            // SAFETY: these variants are made by `detect` alone, after the processor and the operating
-            // system have said that the instructions are there (tests ask the same before they make one).
-            // Nothing else about these functions is unsafe.
+            // SAFETY: these variants are constructed by `detect` alone (by tests after the same check), after processor and
+            // operating system have reported the instructions. Nothing else about these functions is unsafe.
             Self::Avx2 | Self::Avx512 => unsafe {
                 if self == Self::Avx2 {
                     avx2(work);
@@ -138,7 +136,7 @@ impl InstructionSet {
         }
     }
 
-    /// Every instruction set of this machine.
+    /// All instruction sets of this processor.
     #[cfg(test)]
     pub(crate) fn available() -> alloc::vec::Vec<InstructionSet> {
         let mut sets = alloc::vec![InstructionSet::Baseline];

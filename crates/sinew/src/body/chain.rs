@@ -25,17 +25,17 @@ use alloc::{format, vec};
 pub struct DhRow {
     /// Twist about the previous x, rad.
     pub alpha: f64,
-    /// Way along the previous x, m.
+    /// Translation along the previous x, m.
     pub a: f64,
-    /// Way along z, m.
+    /// Translation along z, m.
     pub d: f64,
-    /// Turn about z, rad.
+    /// Rotation about z, rad.
     pub theta: f64,
     /// Hinge or slide.
     pub kind: JointKind,
 }
 
-/// A chain: where its frame 0 stands, its joints, and where its end is in the last frame.
+/// A chain: pose of frame 0, joints, and end point in the last frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DhTable {
     /// Axes of frame 0 in the world, as columns.
@@ -48,7 +48,7 @@ pub struct DhTable {
     pub end: [f64; 3],
 }
 
-/// Directions closer than this count as parallel.
+/// Norm of the cross product below which directions count as parallel.
 const PARALLEL: f64 = 1e-9;
 
 impl DhTable {
@@ -105,12 +105,12 @@ impl DhTable {
 impl Robot {
     /// The table of the hinges and slides from the world to a site, which is the chain's end.
     ///
-    /// Parallel axes and axes that meet leave a choice: `d = 0` for parallel axes; where two axes meet, x is
+    /// Parallel and intersecting axes leave a choice: `d = 0` for parallel axes; where two axes intersect, x is
     /// along their cross product.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a site that is not there, [`Error::Part`] for a joint on the way that has more than
-    /// one coordinate.
+    /// [`Error::OutOfDomain`] for a site out of range, [`Error::Part`] for a joint of the chain with more than one
+    /// coordinate.
     pub fn dh_table(&self, site: usize) -> Result<DhTable, Error> {
         let Some(part) = self.parts().sites.get(site) else {
             return Err(Error::OutOfDomain {
@@ -181,8 +181,8 @@ fn normal(
     let size = norm(across);
     if size > PARALLEL {
         // Foot of the common normal on this axis.
-        let way = dot(cross(between, other), across) / (size * size);
-        let foot = add_scaled(point, way, axis);
+        let distance = dot(cross(between, other), across) / (size * size);
+        let foot = add_scaled(point, distance, axis);
         let gap = dot(between, across) / size;
         let sign = if gap < -PARALLEL { -1.0 } else { 1.0 };
         return (scale(sign / size, across), foot);

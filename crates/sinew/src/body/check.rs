@@ -1,4 +1,4 @@
-//! What makes a description a robot: every number finite and physical, every index in its list, every name once.
+//! Validation of a description: numbers finite and physical, indices in range, names unique.
 
 use super::part_error::PartError;
 use super::parts::{Actuator, Coupling, Joint, JointKind, Parts, PathElement, Tendon, TendonPath};
@@ -8,10 +8,10 @@ use alloc::string::{String, ToString};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// How far a direction may be from unit length and still count as one that was rounded.
-const ROUNDED: f64 = 1e-3;
+/// Deviation from unit length that counts as rounding.
+const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// One part, for the errors about it.
+/// Identity of a part, for errors.
 struct Part<'a> {
     kind: &'static str,
     index: usize,
@@ -20,7 +20,7 @@ struct Part<'a> {
 
 impl Part<'_> {
     #[expect(clippy::needless_pass_by_value, reason = "literals, numbers and fresh text come alike")]
-    fn wrong(&self, field: &'static str, expected: impl ToString, got: impl ToString) -> PartError {
+    fn invalid(&self, field: &'static str, expected: impl ToString, got: impl ToString) -> PartError {
         PartError {
             kind: self.kind,
             index: self.index,
@@ -33,7 +33,7 @@ impl Part<'_> {
 
     fn finite(&self, field: &'static str, values: &[f64]) -> Result<(), PartError> {
         match values.iter().find(|value| !value.is_finite()) {
-            Some(value) => Err(self.wrong(field, "finite", value)),
+            Some(value) => Err(self.invalid(field, "finite", value)),
             None => Ok(()),
         }
     }
@@ -42,29 +42,29 @@ impl Part<'_> {
         if value.is_finite() && value >= 0.0 {
             return Ok(());
         }
-        Err(self.wrong(field, "a finite number >= 0", value))
+        Err(self.invalid(field, "a finite number >= 0", value))
     }
 
     fn positive(&self, field: &'static str, value: f64) -> Result<(), PartError> {
         if value.is_finite() && value > 0.0 {
             return Ok(());
         }
-        Err(self.wrong(field, "a finite number > 0", value))
+        Err(self.invalid(field, "a finite number > 0", value))
     }
 
     fn below(&self, field: &'static str, index: usize, count: usize) -> Result<(), PartError> {
         if index < count {
             return Ok(());
         }
-        Err(self.wrong(field, format!("below {count}, the length of its list"), index))
+        Err(self.invalid(field, format!("below {count}, the length of its list"), index))
     }
 
-    /// A direction or orientation: made exactly unit when it is so but for rounding.
+    /// Normalises a direction or orientation that is unit within the tolerance.
     fn unit(&self, field: &'static str, vector: &mut [f64]) -> Result<(), PartError> {
         self.finite(field, vector)?;
         let length = libm::sqrt(vector.iter().map(|x| x * x).sum());
-        if (length - 1.0).abs() > ROUNDED {
-            return Err(self.wrong(field, "of unit length", format!("{vector:?}, of length {length}")));
+        if (length - 1.0).abs() > UNIT_TOLERANCE {
+            return Err(self.invalid(field, "of unit length", format!("{vector:?}, of length {length}")));
         }
         if (length - 1.0).abs() > f64::EPSILON {
             vector.iter_mut().for_each(|x| *x /= length);
@@ -78,16 +78,16 @@ impl Part<'_> {
         if low <= high {
             return Ok(());
         }
-        Err(self.wrong(field, "a low end not above the high end", format!("[{low}, {high}]")))
+        Err(self.invalid(field, "a low end not above the high end", format!("[{low}, {high}]")))
     }
 }
 
-/// Fails on the first thing that is wrong; makes directions exactly unit.
+/// Returns the first error; normalises directions.
 pub(super) fn check(parts: &mut Parts) -> Result<(), PartError> {
     let robot = Part { kind: "robot", index: 0, name: &parts.name };
     robot.finite("gravity", &parts.gravity)?;
     if parts.bodies.is_empty() {
-        return Err(robot.wrong("its list of bodies", "at least the world", "empty"));
+        return Err(robot.invalid("its list of bodies", "at least the world", "empty"));
     }
     names(parts)?;
     bodies(parts)?;
@@ -103,7 +103,7 @@ pub(super) fn check(parts: &mut Parts) -> Result<(), PartError> {
 }
 
 fn names(parts: &Parts) -> Result<(), PartError> {
-    /// What every file can hold: XML knows neither control characters nor these two.
+    /// Characters that every format can hold: XML has neither control characters nor these two.
     fn printable(c: char) -> bool {
         !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')
     }
@@ -112,10 +112,10 @@ fn names(parts: &Parts) -> Result<(), PartError> {
         for (index, name) in names.enumerate() {
             if !name.chars().all(printable) {
                 let expected = "printable, as it must be in every file";
-                return Err(Part { kind, index, name }.wrong("its name", expected, format!("{name:?}")));
+                return Err(Part { kind, index, name }.invalid("its name", expected, format!("{name:?}")));
             }
             if !name.is_empty() && !seen.insert(name) {
-                return Err(Part { kind, index, name }.wrong("its name", "its own", "taken already"));
+                return Err(Part { kind, index, name }.invalid("its name", "its own", "taken already"));
             }
         }
         Ok(())
@@ -134,7 +134,7 @@ fn bodies(parts: &mut Parts) -> Result<(), PartError> {
     for (index, body) in parts.bodies.iter_mut().enumerate() {
         let part = Part { kind: "body", index, name: &body.name };
         if index > 0 && body.parent >= index || index == 0 && body.parent != 0 {
-            return Err(part.wrong("its parent", "a body before it", body.parent));
+            return Err(part.invalid("its parent", "a body before it", body.parent));
         }
         part.finite("its position", &body.position)?;
         part.unit("its orientation", &mut body.orientation)?;
@@ -152,11 +152,11 @@ fn physical(part: &Part, inertia: &[f64; 6]) -> Result<(), PartError> {
     let slack = 1e-8 * (a.abs() + b.abs() + c.abs());
     let shown = format!("[{a}, {b}, {c}]");
     if a < -slack {
-        return Err(part.wrong("its inertia", "without negative principal moments", shown));
+        return Err(part.invalid("its inertia", "without negative principal moments", shown));
     }
     if a + b < c - slack {
         let expected = "physical (no principal moment above the sum of the two others)";
-        return Err(part.wrong("its inertia", expected, shown));
+        return Err(part.invalid("its inertia", expected, shown));
     }
     Ok(())
 }
@@ -194,7 +194,7 @@ fn joints(parts: &mut Parts) -> Result<(), PartError> {
         let part = Part { kind: "joint", index, name: &joint.name };
         part.below("its body", joint.body, count)?;
         if joint.body == 0 || joint.body < last {
-            return Err(part.wrong("its body", "one that moves, in the order of bodies", joint.body));
+            return Err(part.invalid("its body", "one that moves, in the order of bodies", joint.body));
         }
         last = joint.body;
         if matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
@@ -213,23 +213,23 @@ fn joints(parts: &mut Parts) -> Result<(), PartError> {
     Ok(())
 }
 
-/// Which joints may act on one body.
+/// Combinations of joints that may act on one body.
 fn together(part: &Part, joint: &Joint, before: &[Joint], parent: usize) -> Result<(), PartError> {
     let mut others = before.iter().rev().take_while(|other| other.body == joint.body).map(|other| other.kind);
     let free = joint.kind == JointKind::Free;
     if free && parent != 0 {
-        return Err(part.wrong(
+        return Err(part.invalid(
             "its body",
             "a child of the world, as the joint is free",
             "deeper in the tree",
         ));
     }
     if others.clone().any(|other| free || other == JointKind::Free) {
-        return Err(part.wrong("its body", "without another joint beside a free one", "with another"));
+        return Err(part.invalid("its body", "without another joint beside a free one", "with another"));
     }
     let turns = matches!(joint.kind, JointKind::Hinge | JointKind::Ball);
     if turns && others.any(|other| other == JointKind::Ball) {
-        return Err(part.wrong("its body", "without another turn after a ball", "with one"));
+        return Err(part.invalid("its body", "without another turn after a ball", "with one"));
     }
     Ok(())
 }
@@ -291,39 +291,39 @@ fn check_path(part: &Part, elements: &[PathElement], sites: usize, wraps: usize)
                 };
                 if !site(at.checked_sub(1)) || !site(at.checked_add(1)) {
                     let got = format!("not so at element {at}");
-                    return Err(part.wrong(field, "with a site before and after every wrap", got));
+                    return Err(part.invalid(field, "with a site before and after every wrap", got));
                 }
             }
         }
     }
     for branch in elements.split(|element| matches!(element, PathElement::Pulley(_))) {
         let count = branch.iter().filter(|element| matches!(element, PathElement::Site(_))).count();
-        // A tackle may come first.
+        // A pulley may come first.
         let nothing = branch.is_empty() && matches!(elements.first(), Some(PathElement::Pulley(_)));
         if count < 2 && !nothing {
             let expected = "through at least two sites, in each branch of a tackle";
-            return Err(part.wrong(field, expected, format!("through {count}")));
+            return Err(part.invalid(field, expected, format!("through {count}")));
         }
     }
     if elements.is_empty() || elements.iter().all(|element| matches!(element, PathElement::Pulley(_))) {
-        return Err(part.wrong(field, "through at least two sites", "through none"));
+        return Err(part.invalid(field, "through at least two sites", "through none"));
     }
     Ok(())
 }
 
 fn check_sum(part: &Part, terms: &[(usize, f64)], joints: &[Joint]) -> Result<(), PartError> {
     if terms.is_empty() {
-        return Err(part.wrong("its path", "a sum of at least one joint", "empty"));
+        return Err(part.invalid("its path", "a sum of at least one joint", "empty"));
     }
     let mut seen = BTreeSet::new();
     for &(joint, coefficient) in terms {
         part.below("a joint of its path", joint, joints.len())?;
         part.finite("a coefficient of its path", &[coefficient])?;
         if !matches!(joints[joint].kind, JointKind::Hinge | JointKind::Slide) {
-            return Err(part.wrong("a joint of its path", "a hinge or a slide", &joints[joint].name));
+            return Err(part.invalid("a joint of its path", "a hinge or a slide", &joints[joint].name));
         }
         if !seen.insert(joint) {
-            return Err(part.wrong("a joint of its path", "named once", &joints[joint].name));
+            return Err(part.invalid("a joint of its path", "named once", &joints[joint].name));
         }
     }
     Ok(())
@@ -337,7 +337,7 @@ fn couplings(parts: &Parts) -> Result<(), PartError> {
         part.below(field, which, parts.joints.len())?;
         let joint = &parts.joints[which];
         if !matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
-            return Err(part.wrong(
+            return Err(part.invalid(
                 field,
                 "a hinge or a slide",
                 format!("{:?} `{}`", joint.kind, joint.name),
@@ -355,30 +355,34 @@ fn couplings(parts: &Parts) -> Result<(), PartError> {
         part.finite("its coefficients", coefficients)?;
         if core::mem::replace(&mut follows[*follower], true) {
             let name = &parts.joints[*follower].name;
-            return Err(part.wrong("its follower", "a joint that follows nothing else", format!("`{name}`")));
+            return Err(part.invalid(
+                "its follower",
+                "a joint that follows nothing else",
+                format!("`{name}`"),
+            ));
         }
     }
     circles(parts, &leader_of)
 }
 
-/// A joint may follow one that follows another, but not in a circle.
+/// Couplings may be chained, but not in a circle.
 fn circles(parts: &Parts, leader_of: &[Option<usize>]) -> Result<(), PartError> {
-    // 0 not seen, 1 on this walk, 2 known to end.
+    // 0: not visited, 1: on the present chain, 2: known to end.
     let mut state = vec![0_u8; leader_of.len()];
     for (index, coupling) in parts.couplings.iter().enumerate() {
-        let mut walk = Vec::new();
+        let mut chain = Vec::new();
         let mut at = Some(coupling.follower);
         while let Some(joint) = at.filter(|&joint| state[joint] < 2) {
             if state[joint] == 1 {
                 let part = Part { kind: "coupling", index, name: "" };
                 let name = &parts.joints[joint].name;
-                return Err(part.wrong("its leader", "independent of its follower", format!("`{name}`")));
+                return Err(part.invalid("its leader", "independent of its follower", format!("`{name}`")));
             }
             state[joint] = 1;
-            walk.push(joint);
+            chain.push(joint);
             at = leader_of[joint];
         }
-        walk.into_iter().for_each(|joint| state[joint] = 2);
+        chain.into_iter().for_each(|joint| state[joint] = 2);
     }
     Ok(())
 }
@@ -395,14 +399,14 @@ fn actuators(parts: &Parts) -> Result<(), PartError> {
     Ok(())
 }
 
-/// What another file format is to carry must fit into it.
+/// Attributes must be representable in every file format.
 fn law(part: &Part<'_>, actuator: &Actuator) -> Result<(), PartError> {
     for (name, value) in &actuator.law {
         if name.is_empty() || !name.bytes().all(|byte| byte.is_ascii_lowercase()) {
-            return Err(part.wrong("a name in its law", "small letters", name));
+            return Err(part.invalid("a name in its law", "small letters", name));
         }
         if value.chars().any(char::is_control) {
-            return Err(part.wrong("its law", "text without control characters", format!("{value:?}")));
+            return Err(part.invalid("its law", "text without control characters", format!("{value:?}")));
         }
     }
     Ok(())
@@ -414,7 +418,7 @@ fn keys(parts: &mut Parts) -> Result<(), PartError> {
     for (index, key) in parts.keys.iter_mut().enumerate() {
         let part = Part { kind: "key", index, name: &key.name };
         if key.q.len() != nq {
-            return Err(part.wrong("its number of coordinates", nq, key.q.len()));
+            return Err(part.invalid("its number of coordinates", nq, key.q.len()));
         }
         part.finite("its coordinates", &key.q)?;
         let mut at = 0;

@@ -5,7 +5,7 @@ use crate::error::{Error, check_entries, check_length};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Coupled joints: a robot's velocities as those of the joints that follow nothing.
+/// Coupled joints: the velocities of a robot as functions of the independent ones.
 ///
 /// ```text
 /// v = J u,    a = J u' + J' u,    J' u = k u^2        (each velocity follows one: J has one entry per row)
@@ -13,16 +13,16 @@ use alloc::vec::Vec;
 ///
 /// | symbol | code                       | shape    | meaning                                      |
 /// |--------|----------------------------|----------|----------------------------------------------|
-/// | u      | `u`                        | `[n]`    | velocities that follow nothing                |
+/// | u      | `u`                        | `[n]`    | independent velocities                       |
 /// | J      | slopes                     | `[nv]`   | `dq/dx` of each follower against what leads it |
 /// | k      | curvatures                 | `[nv]`   | `d^2 q/dx^2`                                   |
 ///
-/// A joint may follow one that follows another; the chain rule goes along.
+/// A joint may follow one that follows another: slopes and curvatures follow the chain rule.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reduction {
-    /// Velocities that follow nothing.
+    /// Independent velocities.
     independent: Vec<usize>,
-    /// For each velocity the place of its leader among the independent ones.
+    /// For each velocity the index of its leader among the independent ones.
     leader: Vec<Option<usize>>,
     slope: Vec<f64>,
     curvature: Vec<f64>,
@@ -41,7 +41,7 @@ fn polynomial(c: &[f64; 5], x: f64) -> [f64; 3] {
 }
 
 impl Robot {
-    /// Sets every coupled joint to where what it follows puts it.
+    /// Sets the coordinate of every coupled joint to its function of the leader's.
     ///
     /// # Shapes
     /// `q: [nq]`; followers are overwritten.
@@ -52,26 +52,26 @@ impl Robot {
         self.check_coordinates(q)?;
         for coupling in self.followers() {
             let follower = self.coordinates_of(coupling.follower).start;
-            let [value, ..] = polynomial(&coupling.coefficients, self.lead(coupling, q));
+            let [value, ..] = polynomial(&coupling.coefficients, self.leader_offset(coupling, q));
             q[follower] = self.parts().joints[coupling.follower].reference + value;
         }
         self.check_coordinates(q)
     }
 
-    /// Couplings, each after the one of what it follows.
+    /// Couplings in an order in which leaders come before followers.
     fn followers(&self) -> impl Iterator<Item = &Coupling> {
         self.followers.iter().map(|&index| &self.parts().couplings[index])
     }
 
-    /// How far the leader is from its reference.
-    fn lead(&self, coupling: &Coupling, q: &[f64]) -> f64 {
-        let way = |leader| q[self.coordinates_of(leader).start] - self.parts().joints[leader].reference;
-        coupling.leader.map_or(0.0, way)
+    /// Coordinate of the leader relative to its reference.
+    fn leader_offset(&self, coupling: &Coupling, q: &[f64]) -> f64 {
+        let offset = |leader| q[self.coordinates_of(leader).start] - self.parts().joints[leader].reference;
+        coupling.leader.map_or(0.0, offset)
     }
 }
 
 impl Reduction {
-    /// For one robot, with its couplings where the reference pose has them.
+    /// Reduction of one robot; valid after [`update`](Reduction::update).
     #[must_use]
     pub fn new(robot: &Robot) -> Reduction {
         let nv = robot.nv();
@@ -79,7 +79,7 @@ impl Reduction {
         for coupling in robot.followers() {
             let follower = robot.velocities_of(coupling.follower).start;
             let leader = coupling.leader.map(|joint| robot.velocities_of(joint).start);
-            // What leads may follow itself; its own leader is then known already.
+            // A leader may be a follower itself; its own leader is then known already.
             leader_of[follower] = Some(leader.and_then(|leader| leader_of[leader].unwrap_or(Some(leader))));
         }
         let independent: Vec<usize> = (0..nv).filter(|&v| leader_of[v].is_none()).collect();
@@ -100,16 +100,16 @@ impl Reduction {
         }
     }
 
-    /// The velocities that follow nothing.
+    /// The independent velocities.
     #[must_use]
     pub fn independent(&self) -> &[usize] {
         &self.independent
     }
 
-    /// Finds slopes and curvatures in a pose.
+    /// Evaluates slopes and curvatures in a pose.
     ///
     /// # Shapes
-    /// `q: [nq]`, leaders and followers in agreement ([`Robot::apply_couplings`]).
+    /// `q: [nq]`, couplings satisfied ([`Robot::apply_couplings`]).
     ///
     /// # Errors
     /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a coordinate is not finite.
@@ -118,7 +118,7 @@ impl Reduction {
         check_length("reduction", self.slope.len(), robot.nv())?;
         for coupling in robot.followers() {
             let follower = robot.velocities_of(coupling.follower).start;
-            let [_, slope, curvature] = polynomial(&coupling.coefficients, robot.lead(coupling, q));
+            let [_, slope, curvature] = polynomial(&coupling.coefficients, robot.leader_offset(coupling, q));
             let (first, second) = coupling.leader.map_or((0.0, 0.0), |leader| {
                 let leader = robot.velocities_of(leader).start;
                 (self.slope[leader], self.curvature[leader])
@@ -163,7 +163,7 @@ impl Reduction {
         Ok(())
     }
 
-    /// What the independent velocities feel of forces: `J^T tau`.
+    /// Generalised forces of the independent velocities: `J^T tau`.
     ///
     /// # Shapes
     /// `tau: [nv]`, `reduced: [n]`.
@@ -182,7 +182,7 @@ impl Reduction {
         Ok(())
     }
 
-    /// The mass matrix that the independent velocities feel: `J^T M J`.
+    /// Mass matrix of the independent velocities: `J^T M J`.
     ///
     /// # Shapes
     /// `q: [nq]`, `mass: [n x n]`.
@@ -211,14 +211,14 @@ impl Reduction {
         Ok(())
     }
 
-    /// Accelerations of the independent joints under forces on all, couplings held.
+    /// Accelerations of the independent joints under forces on all, with the couplings as constraints.
     ///
     /// ```text
     /// J^T M J u' = J^T (tau - c - g - M J' u)
     /// ```
     ///
     /// # Shapes
-    /// `q: [nq]` in agreement with the couplings, `u` and `du: [n]`, `tau: [nv]`.
+    /// `q: [nq]` that satisfies the couplings, `u` and `du: [n]`, `tau: [nv]`.
     ///
     /// # Errors
     /// As [`Robot::forward_dynamics`]; a reduced mass matrix that is not positive definite is
@@ -256,7 +256,7 @@ impl Reduction {
     }
 }
 
-/// Solves `A x = b` in place for a positive definite `A`, by Cholesky's factors.
+/// Solves `A x = b` in place for a positive definite `A`, by Cholesky factorisation.
 fn solve(a: &mut [f64], b: &mut [f64]) -> Result<(), Error> {
     let n = b.len();
     for i in 0..n {

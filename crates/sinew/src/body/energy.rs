@@ -9,7 +9,7 @@ use crate::error::{Error, check_entries, check_length};
 use crate::math::tanh;
 
 impl Robot {
-    /// Kinetic energy `v^T M v / 2`, rotors' share included, J.
+    /// Kinetic energy `v^T M v / 2`, armature included, J.
     ///
     /// # Errors
     /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
@@ -51,13 +51,13 @@ impl Robot {
         Ok(energy)
     }
 
-    /// Forces of the joints' springs and dampers. MuJoCo's `qfrc_passive` but for tendons.
+    /// Forces of the joints' springs and dampers. MuJoCo's `qfrc_passive` without tendons.
     ///
     /// ```text
     /// tau = -k (q - q_s) - d v
     /// ```
     ///
-    /// A ball's spring pulls along the shortest turn to its reference.
+    /// The spring of a ball joint acts along the rotation vector to its reference.
     ///
     /// # Shapes
     /// `q: [nq]`, `v` and `tau: [nv]`.
@@ -103,7 +103,7 @@ impl Robot {
         Ok(())
     }
 
-    /// How far a joint's spring is from rest, along each of its velocities.
+    /// Deflection of a joint's spring along each of its velocities.
     fn stretch(&self, joint: usize, q: &[f64], out: &mut [f64; 6]) {
         let q = &q[self.coordinates_of(joint)];
         let part = &self.parts().joints[joint];

@@ -30,19 +30,19 @@ impl ArticulatedBody {
         (moment, add(unrotate(&self.coupling, turn), rotate(&self.linear, shift)))
     }
 
-    /// Lets one velocity go: nothing is felt along it but its own force.
-    fn release(&mut self, (moment, force): (Vector, Vector), felt: f64, left: f64) {
+    /// Projects out one velocity: the remaining inertia is that with this joint free under its force.
+    fn eliminate(&mut self, (moment, force): (Vector, Vector), pivot: f64, left: f64) {
         for k in 0..3 {
-            self.angular[k] = add_scaled(self.angular[k], -moment[k] / felt, moment);
-            self.coupling[k] = add_scaled(self.coupling[k], -force[k] / felt, moment);
-            self.linear[k] = add_scaled(self.linear[k], -force[k] / felt, force);
+            self.angular[k] = add_scaled(self.angular[k], -moment[k] / pivot, moment);
+            self.coupling[k] = add_scaled(self.coupling[k], -force[k] / pivot, moment);
+            self.linear[k] = add_scaled(self.linear[k], -force[k] / pivot, force);
         }
-        self.moment = add_scaled(self.moment, left / felt, moment);
-        self.force = add_scaled(self.force, left / felt, force);
+        self.moment = add_scaled(self.moment, left / pivot, moment);
+        self.force = add_scaled(self.force, left / pivot, force);
     }
 
-    /// Adds what a child resists with.
-    fn carry(&mut self, child: &ArticulatedBody, axes: &Frame, origin: Vector) {
+    /// Adds the articulated inertia and bias wrench of a child.
+    fn add_child(&mut self, child: &ArticulatedBody, axes: &Frame, origin: Vector) {
         let (moment, force) = child.times(child.drift.0, child.drift.1);
         let force = rotate(axes, add(child.force, force));
         let moment = rotate(axes, add(child.moment, moment));
@@ -81,7 +81,7 @@ impl Robot {
     /// joint that moves nothing with mass, so that `M` is singular.
     ///
     /// # Source
-    /// `featherstone2008`, table 7.1; several velocities of one joint are let go one after the other.
+    /// `featherstone2008`, table 7.1; the velocities of one joint are eliminated one after the other.
     #[doc(alias = "aba")]
     pub fn forward_dynamics(
         &self,
@@ -147,27 +147,27 @@ impl Robot {
             let (turn, shift) = link.subspace(&axes, k);
             let (moment, force) = own.times(turn, shift);
             let rigid = dot(turn, moment) + dot(shift, force);
-            let felt = rigid + link.armature;
+            let pivot = rigid + link.armature;
             let left = tau[link.v + k] - dot(turn, own.moment) - dot(shift, own.force);
-            // Rounding leaves this much of what the link itself weighs.
+            // Scale of rounding errors: the inertia of the link itself.
             let whole = own.linear[0][0].abs() + own.angular.iter().flatten().map(|x| x.abs()).sum::<f64>();
-            if felt.is_nan() || felt <= 1e-14 * whole || felt <= 0.0 {
+            if pivot.is_nan() || pivot <= 1e-14 * whole || pivot <= 0.0 {
                 let expected = "above zero (mass on the bodies it moves, or armature)";
                 let field = "the inertia it moves";
                 return Err(Error::Part { kind: "joint", index: link.joint, field, expected });
             }
-            scratch.pivots[link.v + k] = [left, felt];
+            scratch.pivots[link.v + k] = [left, pivot];
             scratch.columns[link.v + k] = [moment[0], moment[1], moment[2], force[0], force[1], force[2]];
-            own.release((moment, force), felt, left);
+            own.eliminate((moment, force), pivot, left);
         }
         if link.parent != 0 {
-            before[link.parent].carry(own, &axes, origin);
+            before[link.parent].add_child(own, &axes, origin);
         }
         Ok(())
     }
 }
 
-/// Spatial acceleration of a link whose joint does not accelerate, beyond its parent's.
+/// Velocity-product acceleration of a link relative to its parent.
 fn drift(link: &Link, axes: &Frame, omega: Vector, velocity: Vector, v: &[f64]) -> (Vector, Vector) {
     if link.kind == JointKind::Free {
         return ([0.0; 3], cross(scale(-1.0, omega), velocity));
@@ -188,10 +188,10 @@ fn outward(link: &Link, parent: (Vector, Vector), scratch: &mut Scratch, index: 
     let mut turn = add(unrotate(&moving.axes, parent.0), own.drift.0);
     let mut shift = add(unrotate(&moving.axes, carried), own.drift.1);
     for k in (0..link.kind.velocities()).rev() {
-        let [left, felt] = scratch.pivots[link.v + k];
+        let [left, pivot] = scratch.pivots[link.v + k];
         let [m0, m1, m2, f0, f1, f2] = scratch.columns[link.v + k];
         let resisted = dot([m0, m1, m2], turn) + dot([f0, f1, f2], shift);
-        let one = (left - resisted) / felt;
+        let one = (left - resisted) / pivot;
         let (one_turn, one_shift) = link.subspace(&moving.axes, k);
         turn = add_scaled(turn, one, one_turn);
         shift = add_scaled(shift, one, one_shift);

@@ -4,7 +4,7 @@ use super::vector::{quaternion_of, quaternion_product, rotation_of, scale, unit_
 use crate::error::{Error, check_length, finite};
 
 impl Robot {
-    /// Moves coordinates along velocities for a time; quaternions turn about the body's own axes.
+    /// Integrates coordinates over `dt` at constant velocity; angular velocities are in the body's frame.
     ///
     /// ```text
     /// q <- q (+) v dt;    quaternion <- quaternion * exp(omega dt / 2)
@@ -36,7 +36,7 @@ impl Robot {
         Ok(())
     }
 
-    /// The velocity that leads from one pose to another in unit time: the way back of
+    /// The velocity that leads from one pose to another in unit time: the inverse of
     /// [`integrate`](Robot::integrate).
     ///
     /// # Shapes

@@ -1,7 +1,7 @@
 use super::kinematics::orientation;
 use super::link::Link;
 use super::link_state::{LinkMotion, Wrench};
-use super::lumped::{Stage, axes_of, set_axes};
+use super::lumped::{LumpedLink, axes_of, set_axes};
 use super::parts::JointKind;
 use super::robot::Robot;
 use super::scratch::Scratch;
@@ -21,8 +21,8 @@ impl Link {
                 (turn_about_z(&self.axes, libm::sincos(q[self.q] - self.reference)), self.origin)
             }
             JointKind::Slide => {
-                let way = q[self.q] - self.reference;
-                (self.axes, add_scaled(self.origin, way, self.axes[2]))
+                let offset = q[self.q] - self.reference;
+                (self.axes, add_scaled(self.origin, offset, self.axes[2]))
             }
             JointKind::Ball => (compose(&self.axes, &orientation(&q[self.q..])), self.origin),
             JointKind::Free => (orientation(&q[self.q + 3..]), [q[self.q], q[self.q + 1], q[self.q + 2]]),
@@ -31,7 +31,7 @@ impl Link {
 }
 
 impl Robot {
-    /// Generalised forces for a wanted acceleration.
+    /// Generalised forces for given accelerations.
     ///
     /// ```text
     /// tau = M(q) a + c(q, v) + g(q)
@@ -42,7 +42,7 @@ impl Robot {
     /// | q      | `q`      | rad, m        | coordinates                                    |
     /// | v      | `v`      | rad/s, m/s    | velocities                                     |
     /// | a      | `a`      | rad/s^2, m/s^2| accelerations, `v'`                            |
-    /// | tau    | `tau`    | Nm, N         | forces; a ball's and the turning half of a free joint's in the body's frame |
+    /// | tau    | `tau`    | Nm, N         | forces; rotational ones of ball and free joints in the body's frame |
     ///
     /// # Shapes
     /// `q: [nq]`, the others `[nv]`.
@@ -71,9 +71,9 @@ impl Robot {
             self.check_velocities("v", v)?;
             self.check_velocities("a", a)
         };
-        // Of hinges alone, what is not finite going in is not finite coming out, and is looked for only then; where a body
-        // floats, forces do not feel all of it.
-        if self.tree.runs.iter().all(|run| run.hinges) {
+        // With hinges alone, an input that is not finite gives an output that is not finite, and the inputs are searched only
+        // then. With a free joint some inputs do not affect any force, so all are checked first.
+        if self.tree.chains.iter().all(|chain| chain.hinges) {
             check_length("q", q.len(), self.nq())?;
             check_length("v", v.len(), self.nv())?;
             check_length("a", a.len(), self.nv())?;
@@ -87,7 +87,7 @@ impl Robot {
         done
     }
 
-    /// Forces that velocities and gravity ask for: `c(q, v) + g(q)`. MuJoCo's `qfrc_bias`.
+    /// Bias forces of velocity and gravity, `c(q, v) + g(q)`. MuJoCo's `qfrc_bias`.
     ///
     /// # Errors
     /// As [`inverse_dynamics`](Robot::inverse_dynamics).
@@ -106,7 +106,7 @@ impl Robot {
         done
     }
 
-    /// Forces that hold the pose against gravity, `g(q)`.
+    /// Forces that balance gravity, `g(q)`.
     ///
     /// # Errors
     /// As [`inverse_dynamics`](Robot::inverse_dynamics).
@@ -118,7 +118,7 @@ impl Robot {
         done
     }
 
-    /// Forces of velocities alone, `c(q, v)`.
+    /// Coriolis and centrifugal forces, `c(q, v)`.
     ///
     /// # Errors
     /// As [`inverse_dynamics`](Robot::inverse_dynamics).
@@ -137,7 +137,7 @@ impl Robot {
         done
     }
 
-    /// The two passes, with the acceleration of the ground given.
+    /// The two passes for a given acceleration of the ground.
     fn newton_euler(
         &self,
         q: &[f64],
@@ -155,7 +155,7 @@ impl Robot {
     }
 }
 
-/// Newton-Euler: motion from the ground outward, wrenches from the ends inward.
+/// Recursive Newton-Euler: motions from the ground outward, wrenches from the leaves inward.
 struct Passes<'a> {
     tree: &'a Tree,
     q: &'a [f64],
@@ -169,83 +169,86 @@ struct Passes<'a> {
 impl Work for Passes<'_> {
     #[inline(always)]
     fn run<A: Arithmetic>(mut self, by: A) {
-        self.turn();
+        self.rotate_axes();
         self.outward(by);
         self.inward(by);
     }
 }
 
 impl Passes<'_> {
-    /// Turns the hinges; whatever else stands as at its reference.
+    /// Axes of all links; other joints than hinges at their references.
     #[inline(always)]
-    fn turn(&mut self) {
-        for (four, turned) in self.tree.fours.iter().zip(&mut self.scratch.turned) {
-            four.turned(self.q, turned);
+    fn rotate_axes(&mut self) {
+        for (quad, turned) in self.tree.quads.iter().zip(&mut self.scratch.turned) {
+            quad.turned(self.q, turned);
         }
     }
 
     #[inline(always)]
     fn outward<A: Arithmetic>(&mut self, by: A) {
-        let Tree { links, stages, runs, .. } = self.tree;
+        let Tree { links, lumped_links, chains, .. } = self.tree;
         let Scratch { turned, motions, wrenches, .. } = &mut *self.scratch;
-        for run in runs {
-            let mut motion = if run.parent == 0 {
+        for chain in chains {
+            let mut motion = if chain.parent == 0 {
                 LinkMotion { a: self.ground, ..LinkMotion::default() }
             } else {
-                motions[run.parent]
+                motions[chain.parent]
             };
-            if run.hinges {
-                let all = run.first..run.last + 1;
-                let rates = self.v[run.v..].iter().zip(&self.a[run.v..]);
-                let chain = stages[all.clone()].iter().zip(&mut wrenches[all.clone()]).zip(rates);
-                for (((stage, load), (v, a)), index) in chain.zip(all) {
-                    motion = behind_hinge(
+            if chain.hinges {
+                let all = chain.first..chain.last + 1;
+                let rates = self.v[chain.v..].iter().zip(&self.a[chain.v..]);
+                let entries = lumped_links[all.clone()].iter().zip(&mut wrenches[all.clone()]).zip(rates);
+                for (((lumped, wrench), (v, a)), index) in entries.zip(all) {
+                    motion = propagate_hinge(
                         by,
                         &motion,
                         &axes_of(&turned[index / 4], index % 4),
-                        stage.origin,
+                        lumped.origin,
                         *v,
                         *a,
                     );
-                    *load = flat_wrench(by, stage, &motion);
+                    *wrench = flat_wrench(by, lumped, &motion);
                 }
             } else {
-                let link = &links[run.first];
+                let link = &links[chain.first];
                 let (axes, origin) = link.pose_in_parent(self.q);
-                set_axes(&mut turned[run.first / 4], run.first % 4, &axes);
-                motion = behind(link, &motion, &axes, origin, &self.v[link.v..], &self.a[link.v..]);
-                wrenches[run.first] = full_wrench(&stages[run.first], &motion);
+                set_axes(&mut turned[chain.first / 4], chain.first % 4, &axes);
+                motion = propagate(link, &motion, &axes, origin, &self.v[link.v..], &self.a[link.v..]);
+                wrenches[chain.first] = full_wrench(&lumped_links[chain.first], &motion);
             }
-            if run.carries {
-                motions[run.last] = motion;
+            if chain.carries {
+                motions[chain.last] = motion;
             }
         }
     }
 
     #[inline(always)]
     fn inward<A: Arithmetic>(&mut self, by: A) {
-        let Tree { links, stages, runs, .. } = self.tree;
+        let Tree { links, lumped_links, chains, .. } = self.tree;
         let Scratch { turned, wrenches, .. } = &mut *self.scratch;
-        for run in runs.iter().rev() {
+        for chain in chains.iter().rev() {
             let mut carried = Wrench::default();
-            if run.hinges {
-                let all = run.first..run.last + 1;
-                let felt = run.v..run.v + all.len();
-                let felt = self.a[felt.clone()].iter().zip(&mut self.tau[felt]);
-                let chain = stages[all.clone()].iter().zip(&wrenches[all.clone()]).zip(felt);
-                for (((stage, load), (a, tau)), index) in chain.zip(all).rev() {
-                    let load = load.plus(&carried);
-                    *tau = by.mul_add(stage.armature, *a, load.moment[2]);
-                    carried = load.on_parent(by, &axes_of(&turned[index / 4], index % 4), stage.origin);
+            if chain.hinges {
+                let all = chain.first..chain.last + 1;
+                let joints = chain.v..chain.v + all.len();
+                let joints = self.a[joints.clone()].iter().zip(&mut self.tau[joints]);
+                let entries = lumped_links[all.clone()].iter().zip(&wrenches[all.clone()]).zip(joints);
+                for (((lumped, wrench), (a, tau)), index) in entries.zip(all).rev() {
+                    let wrench = wrench.plus(&carried);
+                    *tau = by.mul_add(lumped.armature, *a, wrench.moment[2]);
+                    carried = wrench.on_parent(by, &axes_of(&turned[index / 4], index % 4), lumped.origin);
                 }
             } else {
-                let (link, load, axes) =
-                    (&links[run.first], wrenches[run.first], axes_of(&turned[run.first / 4], run.first % 4));
-                load.project_to_joint(link, &axes, self.a, self.tau);
-                carried = load.on_parent(Plain, &axes, link.pose_in_parent(self.q).1);
+                let (link, wrench, axes) = (
+                    &links[chain.first],
+                    wrenches[chain.first],
+                    axes_of(&turned[chain.first / 4], chain.first % 4),
+                );
+                wrench.project_to_joint(link, &axes, self.a, self.tau);
+                carried = wrench.on_parent(Plain, &axes, link.pose_in_parent(self.q).1);
             }
-            if run.parent != 0 {
-                wrenches[run.parent] = wrenches[run.parent].plus(&carried);
+            if chain.parent != 0 {
+                wrenches[chain.parent] = wrenches[chain.parent].plus(&carried);
             }
         }
     }
@@ -279,7 +282,7 @@ fn rows_by<A: Arithmetic>(by: A, rows: &Frame, v: Vector) -> Vector {
     [product(by, x, v), product(by, y, v), product(by, z, v)]
 }
 
-/// `U = [alpha] + [omega]^2`: times a place, the acceleration it has against the origin.
+/// `U = [alpha] + [omega]^2`: `U r` is the acceleration of the point `r` relative to the origin.
 #[inline(always)]
 fn field<A: Arithmetic>(by: A, [x, y, z]: Vector, [a, b, c]: Vector) -> Frame {
     let (xx, yy, zz) = (x * x, y * y, z * z);
@@ -290,9 +293,9 @@ fn field<A: Arithmetic>(by: A, [x, y, z]: Vector, [a, b, c]: Vector) -> Frame {
     ]
 }
 
-/// LinkMotion of a link behind a hinge from its parent's.
+/// Motion of a link from its parent's through a hinge.
 #[inline(always)]
-fn behind_hinge<A: Arithmetic>(
+fn propagate_hinge<A: Arithmetic>(
     by: A,
     parent: &LinkMotion,
     axes: &Frame,
@@ -301,7 +304,7 @@ fn behind_hinge<A: Arithmetic>(
     a: f64,
 ) -> LinkMotion {
     let [x, y, z] = *axes;
-    // Sums begin with what is there first: no link waits longer for its parent than one product takes.
+    // The order of the sums keeps the dependency on the parent to one product per link.
     let (wx, wy) = (product(by, x, parent.omega), product(by, y, parent.omega));
     let omega = [wx, wy, product_onto(by, v, z, parent.omega)];
     let alpha = [
@@ -313,8 +316,8 @@ fn behind_hinge<A: Arithmetic>(
     LinkMotion { omega, alpha, a, field: field(by, omega, alpha) }
 }
 
-/// LinkMotion of any link from its parent's.
-fn behind(
+/// Motion of a link from its parent's through any joint.
+fn propagate(
     link: &Link,
     parent: &LinkMotion,
     axes: &Frame,
@@ -342,11 +345,11 @@ fn behind(
     LinkMotion { omega, alpha, a, field: field(Plain, omega, alpha) }
 }
 
-/// Moment and force that the motion asks for, with first moments `h` and second moments `s` of the mass:
-/// the sums over it of `r x (a + U r)` and of `a + U r`.
-fn full_wrench(stage: &Stage, LinkMotion { a, field: [x, y, z], .. }: &LinkMotion) -> Wrench {
-    let h = stage.moment;
-    let [sxx, syy, szz, sxy, sxz, syz] = stage.second;
+/// Inertial wrench of a link, with first moments `h` and second moments `s` of its mass: the integrals over the mass of
+/// `r x (a + U r)` and of `a + U r`.
+fn full_wrench(lumped: &LumpedLink, LinkMotion { a, field: [x, y, z], .. }: &LinkMotion) -> Wrench {
+    let h = lumped.moment;
+    let [sxx, syy, szz, sxy, sxz, syz] = lumped.second;
     let rows = [[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]];
     let moment = [
         dot(*z, rows[1]) - dot(*y, rows[2]),
@@ -354,18 +357,18 @@ fn full_wrench(stage: &Stage, LinkMotion { a, field: [x, y, z], .. }: &LinkMotio
         dot(*y, rows[0]) - dot(*x, rows[1]),
     ];
     let force = [dot(*x, h), dot(*y, h), dot(*z, h)];
-    Wrench { moment: add(moment, cross(h, *a)), force: add_scaled(force, stage.mass, *a) }
+    Wrench { moment: add(moment, cross(h, *a)), force: add_scaled(force, lumped.mass, *a) }
 }
 
-/// The same where a hinge's link keeps nothing along its axis.
+/// The same for a hinge's link, whose mass and moments along the axis are zero.
 #[inline(always)]
 fn flat_wrench<A: Arithmetic>(
     by: A,
-    stage: &Stage,
+    lumped: &LumpedLink,
     LinkMotion { a, field: [x, y, z], .. }: &LinkMotion,
 ) -> Wrench {
-    let [hx, hy, _] = stage.moment;
-    let [sxx, syy, _, sxy, sxz, syz] = stage.second;
+    let [hx, hy, _] = lumped.moment;
+    let [sxx, syy, _, sxy, sxz, syz] = lumped.second;
     let zy = product(by, *z, [sxy, syy, syz]);
     let yz = by.mul_add(y[0], sxz, y[1] * syz);
     let xz = by.mul_add(x[0], sxz, x[1] * syz);
@@ -392,12 +395,12 @@ impl Wrench {
         Wrench { moment: add(self.moment, other.moment), force: add(self.force, other.force) }
     }
 
-    /// As what carries the link feels it.
+    /// The same wrench in the parent's frame, about its origin.
     #[inline(always)]
     fn on_parent<A: Arithmetic>(&self, by: A, axes: &Frame, [x, y, z]: Vector) -> Wrench {
         let force = rotate_by(by, axes, self.force);
         let [fx, fy, fz] = force;
-        // Forces run ahead, so that a moment waits for nothing but the moment before.
+        // Forces come first, so that the chain of dependent operations is that of the moments alone.
         let [lx, ly, lz] =
             [by.mul_add(y, fz, -z * fy), by.mul_add(z, fx, -x * fz), by.mul_add(x, fy, -y * fx)];
         let [ex, ey, ez] = axes;
@@ -409,7 +412,7 @@ impl Wrench {
         Wrench { moment, force }
     }
 
-    /// The part that the link's joint feels.
+    /// Projects the wrench on the joint's axes, and adds the armature.
     fn project_to_joint(&self, link: &Link, axes: &Frame, a: &[f64], tau: &mut [f64]) {
         let ([mx, my, mz], force) = (self.moment, self.force);
         let wrenches = match link.kind {
@@ -421,8 +424,8 @@ impl Wrench {
                 [x, y, z, mx, my, mz]
             }
         };
-        for (k, load) in wrenches.into_iter().enumerate().take(link.kind.velocities()) {
-            tau[link.v + k] = load + link.armature * a[link.v + k];
+        for (k, wrench) in wrenches.into_iter().enumerate().take(link.kind.velocities()) {
+            tau[link.v + k] = wrench + link.armature * a[link.v + k];
         }
     }
 }

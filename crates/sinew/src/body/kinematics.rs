@@ -8,7 +8,7 @@ use crate::error::{Error, check_length};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Where a frame stands in the world.
+/// Pose of a frame in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// Its axes x, y, z in the world.
@@ -34,12 +34,12 @@ impl Pose {
     }
 }
 
-/// Motion per unit of one velocity: a point at `x` moves with `angular x x + linear`.
+/// Motion per unit of one joint velocity as a spatial vector: a point at `x` has the velocity `angular x x + linear`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MotionAxis {
     /// Angular velocity in the world.
     pub angular: [f64; 3],
-    /// Velocity of the point that passes the world's origin.
+    /// Velocity of the body-fixed point at the world's origin.
     pub linear: [f64; 3],
 }
 
@@ -52,7 +52,7 @@ impl MotionAxis {
     }
 }
 
-/// Where everything stands: what forward kinematics finds.
+/// Poses of all links and motion axes of all joints: the result of forward kinematics.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Poses {
     pub(crate) links: Vec<Pose>,
@@ -60,7 +60,7 @@ pub struct Poses {
 }
 
 impl Poses {
-    /// Room for the poses of a robot; everything at the origin.
+    /// Memory for the poses of a robot; all at the origin.
     #[must_use]
     pub fn new(robot: &Robot) -> Poses {
         Poses {
@@ -69,7 +69,7 @@ impl Poses {
         }
     }
 
-    /// Motion of the robot per unit of each velocity, `[nv]`; each moves what its joint carries.
+    /// Motion axis of every velocity, `[nv]`; it applies to the subtree of its joint.
     #[must_use]
     pub fn motion_axes(&self) -> &[MotionAxis] {
         &self.motion_axes
@@ -80,7 +80,7 @@ impl Poses {
         self.links[place.link].inner(&place.axes, place.origin)
     }
 
-    /// One link, its parent's pose being known.
+    /// Pose of one link from that of its parent.
     #[inline]
     pub(crate) fn place(&mut self, index: usize, link: &Link, q: &[f64]) {
         let parent = &self.links[link.parent];
@@ -91,8 +91,8 @@ impl Poses {
                 Pose { axes: turned, origin: start.origin }
             }
             JointKind::Slide => {
-                let way = q[link.q] - link.reference;
-                Pose { axes: start.axes, origin: add_scaled(start.origin, way, start.axes[2]) }
+                let offset = q[link.q] - link.reference;
+                Pose { axes: start.axes, origin: add_scaled(start.origin, offset, start.axes[2]) }
             }
             JointKind::Ball => {
                 Pose { axes: compose(&start.axes, &orientation(&q[link.q..])), origin: start.origin }
@@ -118,14 +118,14 @@ impl Poses {
     }
 }
 
-/// The axes of the quaternion that `q` begins with, whatever its length.
+/// The axes of the quaternion that `q` begins with, normalised.
 #[inline]
 pub(super) fn orientation(q: &[f64]) -> Frame {
     frame_of(unit_quaternion([q[0], q[1], q[2], q[3]]))
 }
 
 impl Robot {
-    /// Where every body stands.
+    /// Poses of all bodies.
     ///
     /// # Shapes
     /// `q: [nq]`; quaternions in it may have any length but zero.
@@ -142,19 +142,19 @@ impl Robot {
         Ok(())
     }
 
-    /// The pose of a body; the world's for a body that is not there.
+    /// The pose of a body; the world's for an index out of range.
     #[must_use]
     pub fn body_pose(&self, poses: &Poses, body: usize) -> Pose {
         self.tree.bodies.get(body).map_or(Pose::WORLD, |place| poses.of(place))
     }
 
-    /// The pose of a site; the world's for a site that is not there.
+    /// The pose of a site; the world's for an index out of range.
     #[must_use]
     pub fn site_pose(&self, poses: &Poses, site: usize) -> Pose {
         if site < self.parts().sites.len() { poses.of(&self.site_place(site)) } else { Pose::WORLD }
     }
 
-    /// How a point that moves with `body` moves with each velocity.
+    /// Jacobian of a point fixed to `body`.
     ///
     /// ```text
     /// x' = J v,    omega = J_omega v
@@ -164,7 +164,7 @@ impl Robot {
     /// `point` in the world; `linear` and `angular`: `[3 x nv]`, row by row.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] names the slice; a `body` that is not there is [`Error::OutOfDomain`].
+    /// [`Error::WrongLength`] names the slice; a `body` out of range is [`Error::OutOfDomain`].
     pub fn jacobian(
         &self,
         poses: &Poses,

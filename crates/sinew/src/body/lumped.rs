@@ -1,5 +1,5 @@
-//! A robot as inverse dynamics needs it: what a hinge cannot feel of its own belongs to what carries it, and
-//! hinges are turned four at a time.
+//! Link data for inverse dynamics: inertia along hinge axes is lumped into the parent link (base parameters), and joint
+//! rotations are evaluated four at a time.
 
 use super::link::{Inertia, Link};
 use super::parts::JointKind;
@@ -7,9 +7,9 @@ use super::vector::{Frame, IDENTITY, Vector, add, add_scaled, rotate, scale};
 use crate::math::sincos_all;
 use alloc::vec::Vec;
 
-/// What is constant of a link.
+/// Constant data of a link.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Stage {
+pub(crate) struct LumpedLink {
     /// Origin in the parent's frame, joint at its reference.
     pub(crate) origin: Vector,
     pub(crate) mass: f64,
@@ -20,16 +20,16 @@ pub(crate) struct Stage {
     pub(crate) armature: f64,
 }
 
-impl Stage {
-    fn new(link: &Link) -> Stage {
+impl LumpedLink {
+    fn new(link: &Link) -> LumpedLink {
         let Inertia { mass, moment, about_origin: [xx, yy, zz, xy, xz, yz] } = link.inertia;
         let half = 0.5 * (xx + yy + zz);
         let second = [half - xx, half - yy, half - zz, -xy, -xz, -yz];
-        Stage { origin: link.origin, mass, moment, second, armature: link.armature }
+        LumpedLink { origin: link.origin, mass, moment, second, armature: link.armature }
     }
 
-    /// Takes over mass spread along a line through `origin` along `axis`: mass, first and second moment.
-    fn take(&mut self, mass: f64, first: f64, second: f64, origin: Vector, axis: Vector) {
+    /// Adds mass distributed along a line through `origin` with direction `axis`: mass, first and second moment.
+    fn add_line_mass(&mut self, mass: f64, first: f64, second: f64, origin: Vector, axis: Vector) {
         self.mass += mass;
         self.moment = add(self.moment, add_scaled(scale(mass, origin), first, axis));
         for (entry, (i, j)) in self.second.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]) {
@@ -39,51 +39,51 @@ impl Stage {
     }
 }
 
-/// One stage per link. Mass on a hinge's axis moves with the hinge's parent as well as with its child; all
-/// that can be seen as lying there goes to the parent, so that a hinge's link keeps neither mass nor
-/// moments along its axis. Forces of inverse dynamics stay the same, and take less to find.
-pub(crate) fn stages(links: &[Link]) -> Vec<Stage> {
-    let mut stages: Vec<Stage> = links.iter().map(Stage::new).collect();
+/// One entry per link. Mass on a hinge's axis has the same motion on the parent and on the link; the part of the inertia
+/// that is equivalent to mass on the axis is moved to the parent, so that a hinge's link keeps neither mass nor
+/// moments along its axis. The joint forces are unchanged and cost fewer operations.
+pub(crate) fn lumped_links(links: &[Link]) -> Vec<LumpedLink> {
+    let mut lumped_links: Vec<LumpedLink> = links.iter().map(LumpedLink::new).collect();
     for (index, link) in links.iter().enumerate().skip(1).rev() {
         if link.kind == JointKind::Hinge {
-            let own = &mut stages[index];
+            let own = &mut lumped_links[index];
             let (mass, first, second) = (own.mass, own.moment[2], own.second[2]);
             (own.mass, own.moment[2], own.second[2]) = (0.0, 0.0, 0.0);
             let axis = rotate(&link.axes, IDENTITY[2]);
-            stages[link.parent].take(mass, first, second, link.origin, axis);
+            lumped_links[link.parent].add_line_mass(mass, first, second, link.origin, axis);
         }
     }
-    stages
+    lumped_links
 }
 
-/// Links that stand one on the other: hinges, or a single link of another kind. Only the last may carry more.
+/// A serial chain of hinges, or a single link of another kind. Only its last link may have further children.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Run {
-    /// What the first stands on.
+pub(crate) struct LinkChain {
+    /// Parent of the first link.
     pub(crate) parent: usize,
     pub(crate) first: usize,
     pub(crate) last: usize,
-    /// First of the velocities; those of hinges follow each other.
+    /// Index of the first velocity; those of hinges are consecutive.
     pub(crate) v: usize,
     pub(crate) hinges: bool,
-    /// Whether something stands on the last.
+    /// Whether the last link has children.
     pub(crate) carries: bool,
 }
 
 /// All links but the ground, parents before children.
-pub(crate) fn runs(links: &[Link]) -> Vec<Run> {
+pub(crate) fn chains(links: &[Link]) -> Vec<LinkChain> {
     let mut forks = alloc::vec![false; links.len()];
     for (index, link) in links.iter().enumerate().skip(1) {
         forks[link.parent] |= link.parent + 1 != index;
     }
-    let mut runs: Vec<Run> = Vec::new();
+    let mut chains: Vec<LinkChain> = Vec::new();
     for (index, link) in links.iter().enumerate().skip(1) {
         let hinges = link.kind == JointKind::Hinge;
-        match runs.last_mut() {
-            Some(run) if run.hinges && hinges && run.last == link.parent && !forks[link.parent] => {
-                run.last = index;
+        match chains.last_mut() {
+            Some(chain) if chain.hinges && hinges && chain.last == link.parent && !forks[link.parent] => {
+                chain.last = index;
             }
-            _ => runs.push(Run {
+            _ => chains.push(LinkChain {
                 parent: link.parent,
                 first: index,
                 last: index,
@@ -94,42 +94,42 @@ pub(crate) fn runs(links: &[Link]) -> Vec<Run> {
         }
     }
     let mut carrying = alloc::vec![false; links.len()];
-    for run in &runs {
-        carrying[run.parent] = true;
+    for chain in &chains {
+        carrying[chain.parent] = true;
     }
-    for run in &mut runs {
-        run.carries = carrying[run.last];
+    for chain in &mut chains {
+        chain.carries = carrying[chain.last];
     }
-    runs
+    chains
 }
 
-/// Axes of four links in their parents' frames, entry by entry.
+/// Axes of four links in their parents' frames, as a structure of arrays.
 pub(crate) type Axes = [[[f64; 4]; 3]; 3];
 
-/// Four links side by side, joints at their references, and how they turn: by `share q - reference` about their z.
+/// Four links, joints at their references, and their rotation angles `share q - reference` about z.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Four {
+pub(crate) struct LinkQuad {
     axes: Axes,
     q: [usize; 4],
-    /// 1 for hinges; what else there is does not turn.
+    /// 1 for hinges, 0 for other joints.
     share: [f64; 4],
     reference: [f64; 4],
 }
 
 /// All links, the ground first.
-pub(crate) fn fours(links: &[Link]) -> Vec<Four> {
-    let mut fours = alloc::vec![Four::default(); links.len().div_ceil(4)];
+pub(crate) fn quads(links: &[Link]) -> Vec<LinkQuad> {
+    let mut quads = alloc::vec![LinkQuad::default(); links.len().div_ceil(4)];
     for (index, link) in links.iter().enumerate() {
-        let (four, lane) = (&mut fours[index / 4], index % 4);
+        let (quad, lane) = (&mut quads[index / 4], index % 4);
         if link.kind == JointKind::Hinge {
-            (four.q[lane], four.share[lane], four.reference[lane]) = (link.q, 1.0, link.reference);
+            (quad.q[lane], quad.share[lane], quad.reference[lane]) = (link.q, 1.0, link.reference);
         }
-        set_axes(&mut four.axes, lane, &link.axes);
+        set_axes(&mut quad.axes, lane, &link.axes);
     }
-    fours
+    quads
 }
 
-/// The axes of one of four.
+/// The axes of one lane.
 #[inline(always)]
 pub(crate) fn axes_of([x, y, z]: &Axes, lane: usize) -> Frame {
     [
@@ -139,15 +139,15 @@ pub(crate) fn axes_of([x, y, z]: &Axes, lane: usize) -> Frame {
     ]
 }
 
-pub(crate) fn set_axes(four: &mut Axes, lane: usize, axes: &Frame) {
-    for (rows, axis) in four.iter_mut().zip(axes) {
+pub(crate) fn set_axes(quad: &mut Axes, lane: usize, axes: &Frame) {
+    for (rows, axis) in quad.iter_mut().zip(axes) {
         for (row, entry) in rows.iter_mut().zip(axis) {
             row[lane] = *entry;
         }
     }
 }
 
-impl Four {
+impl LinkQuad {
     /// The axes with hinges at `q`.
     #[inline(always)]
     pub(crate) fn turned(&self, q: &[f64], turned: &mut Axes) {

@@ -9,7 +9,7 @@ use super::vector::{
 use crate::error::{Error, check_entries, check_length};
 
 impl Link {
-    /// Motion per unit of the link's `k`th velocity, in its own frame: turn and shift of its origin.
+    /// Motion per unit of the link's `k`th velocity, in its own frame: angular, and linear of its origin.
     #[inline]
     pub(super) fn subspace(&self, axes: &Frame, k: usize) -> (Vector, Vector) {
         const NONE: Vector = [0.0; 3];
@@ -24,8 +24,8 @@ impl Link {
 }
 
 impl Inertia {
-    /// The same mass seen from the frame that `axes` and `origin` are given in.
-    fn seen_from_parent(&self, axes: &Frame, origin: Vector) -> Inertia {
+    /// The same inertia in the frame in which `axes` and `origin` are given.
+    fn in_parent(&self, axes: &Frame, origin: Vector) -> Inertia {
         let moment = rotate(axes, self.moment);
         let mut about_origin = rotate_symmetric(axes, &self.about_origin);
         let [x, y, z] = origin;
@@ -46,9 +46,9 @@ impl Inertia {
         Inertia { mass: self.mass, moment: add_scaled(moment, self.mass, origin), about_origin }
     }
 
-    /// Moment about the origin and force for an acceleration from rest.
+    /// Inertia times acceleration: moment about the origin and force.
     #[inline]
-    fn resist(&self, turn: Vector, shift: Vector) -> (Vector, Vector) {
+    fn times(&self, turn: Vector, shift: Vector) -> (Vector, Vector) {
         let moment = add(symmetric(&self.about_origin, turn), cross(self.moment, shift));
         (moment, add_scaled(cross(turn, self.moment), self.mass, shift))
     }
@@ -85,8 +85,8 @@ impl Robot {
             let composite = scratch.composite[index];
             if link.parent != 0 {
                 let moving = &scratch.links[index];
-                let seen = composite.seen_from_parent(&moving.axes, moving.origin);
-                scratch.composite[link.parent].add(&seen);
+                let transformed = composite.in_parent(&moving.axes, moving.origin);
+                scratch.composite[link.parent].add(&transformed);
             }
             for k in 0..link.kind.velocities() {
                 self.column(index, k, &composite, scratch, mass);
@@ -95,13 +95,13 @@ impl Robot {
         check_entries("mass", mass, nv * nv)
     }
 
-    /// Row and column of one velocity: what everything it carries resists with, felt on the way to the ground.
+    /// Row and column of one velocity: the wrench of the composite body, projected on all joints toward the ground.
     fn column(&self, index: usize, k: usize, composite: &Inertia, scratch: &Scratch, mass: &mut [f64]) {
         let (links, nv) = (&self.tree.links, self.nv());
         let link = &links[index];
         let own = link.v + k;
         let (turn, shift) = link.subspace(&scratch.links[index].axes, k);
-        let (mut moment, mut force) = composite.resist(turn, shift);
+        let (mut moment, mut force) = composite.times(turn, shift);
         let (mut at, mut count) = (index, k + 1);
         while at != 0 {
             let (here, moving) = (&links[at], &scratch.links[at]);

@@ -1,8 +1,7 @@
-//! The robot's body: what is described, found valid, and the mechanics of it.
+//! Rigid-body mechanics of a robot.
 //!
-//! [`Parts`] is a description, [`Robot`] a valid one that never changes. Poses are found by
-//! [`Robot::forward_kinematics`] into [`Poses`]; dynamics work in a [`Scratch`] and hand back slices.
-//! One algorithm per file.
+//! [`Parts`] is a description, [`Robot`] a validated, immutable one. [`Robot::forward_kinematics`] writes [`Poses`]; the
+//! dynamics algorithms use a preallocated [`Scratch`] and write slices. One algorithm per file.
 
 mod chain;
 mod check;

@@ -1,4 +1,4 @@
-//! A robot as described: plain data, nothing checked. `Robot::new` checks it once and for all.
+//! A robot as described: plain data, not validated. `Robot::new` validates it.
 //!
 //! Conventions are MuJoCo's where it has one: quaternions are `[w, x, y, z]`; a frame's pose is given in its
 //! parent body; joints of one body act in the order they are listed, anchor and axis in the body's own frame
@@ -9,7 +9,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Everything a robot file says that matters for cables, muscles and dynamics. Indices point into these lists.
+/// The content of a robot file that matters for cables, muscles and dynamics. Indices refer to these lists.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Parts {
     /// Name of the robot.
@@ -24,11 +24,11 @@ pub struct Parts {
     pub sites: Vec<Site>,
     /// Surfaces that cables wrap around.
     pub wraps: Vec<Wrap>,
-    /// Cables: each counts as a muscle.
+    /// Tendons: each is a muscle.
     pub tendons: Vec<Tendon>,
     /// Joints that follow other joints.
     pub couplings: Vec<Coupling>,
-    /// What pulls.
+    /// Actuators of tendons.
     pub actuators: Vec<Actuator>,
     /// Named poses.
     pub keys: Vec<Key>,
@@ -53,7 +53,7 @@ pub struct Body {
     pub inertia: [f64; 6],
 }
 
-/// How a joint moves.
+/// Kind of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum JointKind {
     /// About an axis; one coordinate, rad.
@@ -62,7 +62,7 @@ pub enum JointKind {
     Slide,
     /// About a point; four coordinates (a unit quaternion), three velocities in the body's frame.
     Ball,
-    /// Not held at all; seven coordinates (position in the world, quaternion), six velocities (linear in
+    /// Unconstrained; seven coordinates (position in the world, quaternion), six velocities (linear in
     /// the world, angular in the body).
     Free,
 }
@@ -74,13 +74,13 @@ pub struct Joint {
     pub name: String,
     /// The body it moves.
     pub body: usize,
-    /// How.
+    /// Its kind.
     pub kind: JointKind,
     /// Anchor in the body's frame, m.
     pub anchor: [f64; 3],
     /// Unit axis in the body's frame (hinge and slide).
     pub axis: [f64; 3],
-    /// Coordinate in the pose the file describes (hinge, slide): rad or m.
+    /// Coordinate in the pose of the description (hinge, slide): rad or m.
     pub reference: f64,
     /// Limits, rad or m; a ball's is its largest angle.
     pub range: Option<[f64; 2]>,
@@ -109,7 +109,7 @@ pub struct Site {
     pub orientation: [f64; 4],
 }
 
-/// What a cable wraps around.
+/// Shape of a wrapping surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WrapKind {
     /// A sphere.
@@ -140,15 +140,15 @@ pub struct Wrap {
 pub enum PathElement {
     /// Through a site.
     Site(usize),
-    /// Around a surface, if it is in the way; `side` is the site that says on which side, or that the cable
-    /// runs inside when it lies within the surface.
+    /// Around a surface, where the straight cable would penetrate it; the site `side` selects the side, or the inside if it
+    /// lies within the surface.
     Wrap {
         /// The surface.
         wrap: usize,
         /// The site.
         side: Option<usize>,
     },
-    /// A tackle: what follows counts divided by this, and begins a new branch.
+    /// Begins a new branch whose length counts divided by this number (a tackle).
     Pulley(f64),
 }
 
@@ -161,7 +161,7 @@ pub enum TendonPath {
     Fixed(Vec<(usize, f64)>),
 }
 
-/// The sheath that brings a cable from its drive to the first site.
+/// The sheath of a cable between its drive and the first site.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SheathGeometry {
     /// Length, m.
@@ -177,10 +177,10 @@ pub struct SheathGeometry {
 pub struct Tendon {
     /// Its name.
     pub name: String,
-    /// Its way.
+    /// Its path.
     #[serde(rename = "route")]
     pub path: TendonPath,
-    /// Its sheath, if the file knows one.
+    /// Its sheath, if described.
     pub sheath: Option<SheathGeometry>,
     /// Limits of length, m.
     pub range: Option<[f64; 2]>,
@@ -204,7 +204,7 @@ pub struct Coupling {
     pub coefficients: [f64; 5],
 }
 
-/// What a tendon is pulled by.
+/// Kind of an actuator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ActuatorKind {
     /// A force proportional to the control.
@@ -230,7 +230,7 @@ pub enum ActuatorKind {
 }
 
 impl ActuatorKind {
-    /// Every kind with MJCF's word for it.
+    /// Every kind with its MJCF element.
     pub const WORDS: [(ActuatorKind, &'static str); 10] = [
         (ActuatorKind::Motor, "motor"),
         (ActuatorKind::General, "general"),
@@ -244,13 +244,13 @@ impl ActuatorKind {
         (ActuatorKind::DcMotor, "dcmotor"),
     ];
 
-    /// MJCF's word for it.
+    /// Its MJCF element.
     #[must_use]
     pub fn word(self) -> &'static str {
         ActuatorKind::WORDS.iter().find(|(kind, _)| *kind == self).map_or("motor", |(_, word)| word)
     }
 
-    /// The kind that MJCF calls so.
+    /// The kind of an MJCF element.
     #[must_use]
     pub fn from_word(word: &str) -> Option<ActuatorKind> {
         ActuatorKind::WORDS.iter().find(|(_, known)| *known == word).map(|(kind, _)| *kind)
@@ -272,7 +272,7 @@ pub struct Actuator {
     pub control_range: Option<[f64; 2]>,
     /// Limits of the force, N.
     pub force_range: Option<[f64; 2]>,
-    /// Its law of force (gain, bias, dynamics) as MJCF's attributes: kept to the letter, not used here.
+    /// Its law of force (gain, bias, dynamics) as MJCF's attributes: kept verbatim, not used here.
     #[serde(default)]
     pub law: BTreeMap<String, String>,
 }

@@ -8,7 +8,7 @@ use crate::error::{Error, check_entries, non_negative};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// A robot: its description, found valid, and what mechanics needs of it. It never changes.
+/// A validated robot with the data that its mechanics need. Immutable.
 ///
 /// Coordinates `q: [nq]` and velocities `v: [nv]` are MuJoCo's, joints in order: a hinge or slide has one of
 /// each; a ball a unit quaternion and the angular velocity in the body's frame; a free joint position in
@@ -17,13 +17,12 @@ use alloc::vec::Vec;
 pub struct Robot {
     parts: Parts,
     pub(crate) tree: Tree,
-    /// Followers, each after what it follows.
+    /// Couplings, leaders before followers.
     pub(super) followers: Vec<usize>,
 }
 
 impl Robot {
-    /// Checks a description, once and for all. Directions and quaternions that are unit but for rounding
-    /// (1e-3) are made so.
+    /// Validates a description. Directions and quaternions within 1e-3 of unit length are normalised.
     ///
     /// # Errors
     /// [`PartError`] names the first invalid part, the property, what is required of it and what it is.
@@ -34,7 +33,7 @@ impl Robot {
         Ok(Robot { parts, tree, followers })
     }
 
-    /// The same robot carrying a point mass.
+    /// The same robot with a point mass on a body.
     ///
     /// | symbol   | argument   | unit | domain     | meaning                        |
     /// |----------|------------|------|------------|--------------------------------|
@@ -42,7 +41,7 @@ impl Robot {
     /// |          | `position` | m    | finite     | where, in the body's frame      |
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a mass below zero, a place that is not finite or a body that is not there.
+    /// [`Error::OutOfDomain`] for a mass below zero, or a body out of range; [`Error::EntryOutOfDomain`] for a position that is not finite.
     pub fn with_payload(&self, body: usize, position: [f64; 3], mass: f64) -> Result<Robot, Error> {
         non_negative("mass of the payload", mass)?;
         check_entries("position of the payload", &position, 3)?;
@@ -54,11 +53,11 @@ impl Robot {
                 got: body as f64,
             });
         };
-        load(carrier, position, mass);
+        add_point_mass(carrier, position, mass);
         Ok(Robot::new(parts)?)
     }
 
-    /// The description, as checked.
+    /// The description, as validated.
     #[must_use]
     pub fn parts(&self) -> &Parts {
         &self.parts
@@ -106,13 +105,13 @@ impl Robot {
         self.parts.keys.iter().find(|part| part.name == name).map(|key| key.q.as_slice())
     }
 
-    /// Which of `q` belong to a joint; nothing for a joint that is not there.
+    /// Range of a joint's coordinates in `q`; empty for an index out of range.
     #[must_use]
     pub fn coordinates_of(&self, joint: usize) -> core::ops::Range<usize> {
         self.link_of(joint).map_or(0..0, |link| link.q..link.q + link.kind.coordinates())
     }
 
-    /// Which of `v` belong to a joint; nothing for a joint that is not there.
+    /// Range of a joint's velocities in `v`; empty for an index out of range.
     #[must_use]
     pub fn velocities_of(&self, joint: usize) -> core::ops::Range<usize> {
         self.link_of(joint).map_or(0..0, |link| link.v..link.v + link.kind.velocities())
@@ -127,7 +126,7 @@ impl Robot {
             .map(|link| link.joint)
     }
 
-    /// The pose the file describes: joints at their references.
+    /// The pose with all joints at their references.
     #[must_use]
     pub fn reference_pose(&self) -> Vec<f64> {
         let mut q = vec![0.0; self.nq()];
@@ -147,25 +146,25 @@ impl Robot {
         q
     }
 
-    /// All mass that moves, kg.
+    /// Mass of all moving links, kg.
     #[must_use]
     pub fn moving_mass(&self) -> f64 {
         self.moving_links().map(|link| link.inertia.mass).sum()
     }
 
-    /// Where a site's frame stands, on its link.
+    /// Frame of a site on its link.
     pub(crate) fn site_place(&self, site: usize) -> LinkFrame {
         let site = &self.parts.sites[site];
         self.tree.bodies[site.body].inner(site.position, &frame_of(site.orientation))
     }
 
-    /// Where a wrap's frame stands, on its link.
+    /// Frame of a wrapping surface on its link.
     pub(crate) fn wrap_place(&self, wrap: usize) -> LinkFrame {
         let wrap = &self.parts.wraps[wrap];
         self.tree.bodies[wrap.body].inner(wrap.position, &frame_of(wrap.orientation))
     }
 
-    /// Links but for the ground.
+    /// All links except the ground.
     pub(crate) fn moving_links(&self) -> impl Iterator<Item = &Link> {
         self.tree.links.iter().skip(1)
     }
@@ -174,19 +173,19 @@ impl Robot {
         self.tree.link_of_joint.get(joint).map(|&link| &self.tree.links[link])
     }
 
-    /// The number of coordinates, and finite ones.
+    /// Checks the number of coordinates and that all are finite.
     pub(crate) fn check_coordinates(&self, q: &[f64]) -> Result<(), Error> {
         check_entries("q", q, self.nq())
     }
 
-    /// Values for every velocity, finite.
+    /// Checks one finite value per velocity.
     pub(crate) fn check_velocities(&self, name: &'static str, v: &[f64]) -> Result<(), Error> {
         check_entries(name, v, self.nv())
     }
 }
 
 /// Adds a point mass to a body: inertia about the common centre, by Steiner's theorem.
-fn load(body: &mut Body, position: [f64; 3], mass: f64) {
+fn add_point_mass(body: &mut Body, position: [f64; 3], mass: f64) {
     let total = body.mass + mass;
     if total <= 0.0 {
         return;
@@ -201,7 +200,7 @@ fn load(body: &mut Body, position: [f64; 3], mass: f64) {
     (body.mass, body.center_of_mass) = (total, center);
 }
 
-/// Couplings such that what a joint follows is known before it.
+/// Topological order of the couplings: leaders before followers.
 fn in_order(parts: &Parts) -> Vec<usize> {
     let mut coupling_of = vec![None; parts.joints.len()];
     for (index, coupling) in parts.couplings.iter().enumerate() {
@@ -209,14 +208,14 @@ fn in_order(parts: &Parts) -> Vec<usize> {
     }
     let (mut order, mut done) = (Vec::new(), vec![false; parts.couplings.len()]);
     for index in 0..parts.couplings.len() {
-        let mut walk = Vec::new();
+        let mut chain = Vec::new();
         let mut at = Some(index);
         while let Some(coupling) = at.filter(|&coupling| !done[coupling]) {
             done[coupling] = true;
-            walk.push(coupling);
+            chain.push(coupling);
             at = parts.couplings[coupling].leader.and_then(|leader| coupling_of[leader]);
         }
-        order.extend(walk.into_iter().rev());
+        order.extend(chain.into_iter().rev());
     }
     order
 }

@@ -1,7 +1,7 @@
 //! The kinematic tree: links with one joint each; bodies welded together are one link.
 
 use super::link::{Inertia, Link, LinkFrame};
-use super::lumped::{Four, Run, Stage, fours, runs, stages};
+use super::lumped::{LinkChain, LinkQuad, LumpedLink, chains, lumped_links, quads};
 use super::parts::{JointKind, Parts};
 use super::vector::{IDENTITY, frame_about, frame_of, rotate, scale, transpose};
 use alloc::vec;
@@ -12,9 +12,9 @@ use alloc::vec::Vec;
 pub(crate) struct Tree {
     pub(crate) links: Vec<Link>,
     /// The same links as inverse dynamics needs them.
-    pub(crate) stages: Vec<Stage>,
-    pub(crate) fours: Vec<Four>,
-    pub(crate) runs: Vec<Run>,
+    pub(crate) lumped_links: Vec<LumpedLink>,
+    pub(crate) quads: Vec<LinkQuad>,
+    pub(crate) chains: Vec<LinkChain>,
     pub(crate) bodies: Vec<LinkFrame>,
     /// The link that each joint moves.
     pub(crate) link_of_joint: Vec<usize>,
@@ -40,9 +40,9 @@ impl Tree {
         let bodies = vec![LinkFrame::WORLD; parts.bodies.len()];
         let mut tree = Tree {
             links: vec![ground],
-            stages: Vec::new(),
-            fours: Vec::new(),
-            runs: Vec::new(),
+            lumped_links: Vec::new(),
+            quads: Vec::new(),
+            chains: Vec::new(),
             bodies,
             link_of_joint: Vec::new(),
             nq: 0,
@@ -60,8 +60,8 @@ impl Tree {
             let inertia = Inertia::of(body.mass, body.center_of_mass, &body.inertia, &place);
             tree.links[place.link].inertia.add(&inertia);
         }
-        (tree.stages, tree.fours) = (stages(&tree.links), fours(&tree.links));
-        tree.runs = runs(&tree.links);
+        (tree.lumped_links, tree.quads) = (lumped_links(&tree.links), quads(&tree.links));
+        tree.chains = chains(&tree.links);
         tree
     }
 

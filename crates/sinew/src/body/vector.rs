@@ -1,4 +1,4 @@
-//! Three numbers at a time: vectors, frames (three columns: a frame's axes), quaternions `[w, x, y, z]`.
+//! 3-vectors, rotation matrices (as three columns: the axes of a frame), quaternions `[w, x, y, z]`.
 
 /// A vector in space.
 pub(crate) type Vector = [f64; 3];
@@ -6,7 +6,7 @@ pub(crate) type Vector = [f64; 3];
 /// Axes of a frame, as columns in the frame they are written in.
 pub(crate) type Frame = [Vector; 3];
 
-/// The frame itself.
+/// The identity.
 pub(crate) const IDENTITY: Frame = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 #[inline]
@@ -45,7 +45,7 @@ pub(crate) fn norm(a: Vector) -> f64 {
     libm::sqrt(dot(a, a))
 }
 
-/// `v`, given in the frame, in the frame the axes are written in.
+/// `F v`: from the frame to the frame in which its axes are given.
 #[inline]
 pub(crate) fn rotate(frame: &Frame, v: Vector) -> Vector {
     let [x, y, z] = frame;
@@ -56,13 +56,13 @@ pub(crate) fn rotate(frame: &Frame, v: Vector) -> Vector {
     ]
 }
 
-/// The way back of [`rotate`].
+/// `F^T v`, the inverse of [`rotate`].
 #[inline]
 pub(crate) fn unrotate(frame: &Frame, v: Vector) -> Vector {
     [dot(frame[0], v), dot(frame[1], v), dot(frame[2], v)]
 }
 
-/// A frame given in `outer`, in the frame that `outer` is written in.
+/// Product of two rotations: `inner` is given in `outer`.
 #[inline]
 pub(crate) fn compose(outer: &Frame, inner: &Frame) -> Frame {
     [rotate(outer, inner[0]), rotate(outer, inner[1]), rotate(outer, inner[2])]
@@ -104,7 +104,7 @@ pub(crate) fn symmetric(m: &[f64; 6], v: Vector) -> Vector {
     ]
 }
 
-/// A symmetric matrix given in a frame, in the frame that one is written in.
+/// `F S F^T` for a symmetric matrix `S`.
 pub(crate) fn rotate_symmetric(frame: &Frame, m: &[f64; 6]) -> [f64; 6] {
     let rows = transpose(frame);
     let through = rows.map(|row| symmetric(m, row));
@@ -118,13 +118,13 @@ pub(crate) fn rotate_symmetric(frame: &Frame, m: &[f64; 6]) -> [f64; 6] {
     ]
 }
 
-/// What a point mass at `r` adds to the inertia about the origin.
+/// Inertia of a point mass at `r` about the origin.
 pub(crate) fn point_inertia(mass: f64, r: Vector) -> [f64; 6] {
     let [x, y, z] = r;
     [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z].map(|entry| mass * entry)
 }
 
-/// A unit quaternion; the unit itself for one without length.
+/// The normalised quaternion; the identity for one of zero length.
 #[inline]
 pub(crate) fn unit_quaternion(q: [f64; 4]) -> [f64; 4] {
     let length = libm::sqrt(q.iter().map(|x| x * x).sum());
@@ -150,7 +150,7 @@ pub(crate) fn frame_of(q: [f64; 4]) -> Frame {
     ]
 }
 
-/// The quaternion of a turn by the length of `rotation` about it.
+/// The quaternion of a rotation vector.
 pub(crate) fn quaternion_of(rotation: Vector) -> [f64; 4] {
     let angle = norm(rotation);
     if angle < 1e-150 {
@@ -161,7 +161,7 @@ pub(crate) fn quaternion_of(rotation: Vector) -> [f64; 4] {
     [cosine, x, y, z]
 }
 
-/// The turn of a unit quaternion as a vector, its angle in (-pi, pi].
+/// The rotation vector of a unit quaternion, its angle in (-pi, pi].
 pub(crate) fn rotation_of(q: [f64; 4]) -> Vector {
     let axis = [q[1], q[2], q[3]];
     let sine = norm(axis);

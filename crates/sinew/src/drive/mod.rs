@@ -4,6 +4,7 @@
 //! command -> tension loop -> velocity loop -> current loop -> motor -> reducer -> winch -> cable
 //! ```
 
+#[cfg(feature = "description")]
 mod catalogue;
 mod current_loop;
 mod machine;
@@ -11,11 +12,13 @@ mod motor;
 mod quadrant;
 mod reducer;
 mod sensors;
+#[cfg(feature = "description")]
 pub mod sizing;
 mod tension_loop;
 mod velocity_loop;
 mod winch;
 
+#[cfg(feature = "description")]
 pub use catalogue::{
     Catalogue, CatalogueError, CatalogueMotor, CatalogueReducer, CatalogueWinch, ReducerLosses,
 };

@@ -3,7 +3,7 @@ use crate::body::vector::{Vector, cross, dot, norm, rotate};
 use crate::error::{Error, check_length};
 
 impl Muscles {
-    /// By how much each muscle turns where it wraps: the sum over its surfaces, rad.
+    /// Wrap angle of each muscle: the sum over its surfaces, rad.
     ///
     /// # Shapes
     /// `angles: [muscles]`; 0 for fixed tendons.
@@ -19,14 +19,14 @@ impl Muscles {
         Ok(())
     }
 
-    /// By how much each muscle turns between the end of its sheath and its anchor.
+    /// Bend of each muscle between the end of its sheath and its anchor.
     ///
     /// ```text
     /// phi(q) = turn at the end of the sheath + turns at the guides + wraps
     /// ```
     ///
-    /// A guide is a site that the cable passes; the turn at the end of the sheath is between the sheath's
-    /// axis and the cable. The sheath's own bend is not part of it.
+    /// A guide is a site that the cable passes; the angle at the end of the sheath is between the sheath's axis and the
+    /// cable. The bend of the sheath itself is not included.
     ///
     /// # Shapes
     /// `bends: [muscles]`, rad; 0 for fixed tendons.

@@ -1,4 +1,4 @@
-//! A cable in the plane of a circle: around it, and inside it.
+//! Wrapping of a cable in the plane of a circle: around it, and inside it.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -8,7 +8,7 @@ pub(super) type Point = [f64; 2];
 /// Below this, numbers count as zero: MuJoCo's bound.
 pub(super) const TINY: f64 = 1e-15;
 
-/// How a cable touches a circle.
+/// Contact of a cable with a circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Touch {
     /// Direction in which it arrives, unit.
@@ -19,7 +19,7 @@ pub(super) struct Touch {
     pub(super) free: [f64; 2],
     /// Length on the circle, 0 inside.
     pub(super) on: f64,
-    /// By how much the cable turns.
+    /// Angle by which the cable turns, rad.
     pub(super) angle: f64,
     /// To the left (+1) or to the right.
     pub(super) sense: f64,
@@ -66,13 +66,13 @@ fn nearest(start: Point, way: Point, squared: f64) -> Point {
 /// | symbol | argument | unit | domain | meaning                                                     |
 /// |--------|----------|------|--------|-------------------------------------------------------------|
 /// | e_i    | `ends`   | m    |        | ends of the cable; inside the circle nothing is wrapped      |
-/// |        | `side`   | m    |        | where the cable should pass; only its direction counts       |
+/// |        | `side`   | m    |        | point on the prescribed side; only its direction counts       |
 /// | r      | `radius` | m    | > 0    | radius                                                      |
 /// | s      |          |      | +1, -1 | sense: to the left or to the right                           |
 ///
-/// The cable goes the short way, and wraps if the straight line would cross the circle. It goes the long way,
-/// and always wraps, if it comes from `e_0` by the side to `e_1` only so: turning from `e_0` to the side and
-/// from there to `e_1` have one sense, and the short way has the other.
+/// The cable takes the shorter arc, and wraps if the straight line crosses the circle. It takes the longer arc, and always
+/// wraps, if the rotations from `e_0` to the side and from the side to `e_1` have the same sense, opposite to that of the
+/// shorter arc.
 ///
 /// # Source
 /// `mujoco2012`; the rule of the side is the one that version 4.0 is observed to follow.
@@ -120,7 +120,7 @@ pub(super) fn around(ends: [Point; 2], side: Option<Point>, radius: f64) -> Opti
     })
 }
 
-/// Leads a cable by the inner side of a circle that it would otherwise pass outside: as by a ring.
+/// Contact of a cable with the inner side of a circle, as with a ring that it passes through.
 ///
 /// ```text
 /// asin(A sin t) + asin(B sin t) - 2 t + G = 0,    A = r/|e_0|,  B = r/|e_1|,  G the angle between e_0 and e_1
@@ -170,7 +170,7 @@ pub(super) fn inside(ends: [Point; 2], radius: f64) -> Option<Touch> {
     Some(Touch { into, out, free, on: 0.0, angle, sense: 1_f64.copysign(cross(e0, e1)), graze: t })
 }
 
-/// How fast the cable's directions turn to the left where it arrives and leaves, as its ends move.
+/// Angular rates of the cable's directions where it arrives and leaves, from the velocities of its ends.
 ///
 /// ```text
 /// sin b_i = r sin t / |e_i|,    directions at angles  phi_0 + pi - s b_0  and  phi_1 + s b_1
@@ -184,7 +184,7 @@ pub(super) fn turning(ends: [Point; 2], moving: [Point; 2], touch: (f64, f64), r
     let squares = ends.map(|end| dot(end, end));
     let phi = [0, 1].map(|i| cross(ends[i], moving[i]) / squares[i]);
     let shares = squares.map(|square| radius / libm::sqrt(square));
-    // Next to the circle the direction turns without bound.
+    // At the circle the angular rate is unbounded.
     let steep = shares.map(|share| libm::sqrt((1.0 - share * share * sine * sine).max(1e-18)));
     let own = [0, 1].map(|i| -shares[i] * dot(ends[i], moving[i]) / squares[i] * sine / steep[i]);
     let pull = [0, 1].map(|i| shares[i] * cosine / steep[i]);
@@ -202,7 +202,7 @@ fn grazing_angle(a: f64, b: f64, gap: f64) -> f64 {
         let value = libm::asin(a * sine) + libm::asin(b * sine) - 2.0 * t + gap;
         let leg = |a: f64| a * cosine / libm::sqrt(1.0 - a * a * sine * sine);
         let step = value / (leg(a) + leg(b) - 2.0);
-        // Rounding alone moves it up again.
+        // Beyond the root the step changes sign by rounding alone.
         if step.is_nan() || step <= 1e-16 {
             break;
         }
@@ -215,7 +215,7 @@ fn grazing_angle(a: f64, b: f64, gap: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Length by walking: tangent points found on a fine grid.
+    /// Shortest length over both senses, from tangent points.
     fn shortest(ends: [Point; 2], radius: f64) -> f64 {
         let distance = |a: Point, b: Point| libm::hypot(a[0] - b[0], a[1] - b[1]);
         let on = |angle: f64| [radius * libm::cos(angle), radius * libm::sin(angle)];
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn the_short_way_around_is_tangents_and_an_arc() {
+    fn the_shorter_path_consists_of_tangents_and_an_arc() {
         let mut wrapped = 0;
         for i in 0..400 {
             let angle = f64::from(i) * 0.7;

@@ -6,7 +6,7 @@ use crate::error::{Error, check_entries, check_length};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// A piece of cable in one pose.
+/// A span of cable in one pose.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Strand {
     /// Direction in which it leaves its first site.
@@ -16,7 +16,7 @@ pub(super) struct Strand {
     pub(super) length: f64,
     /// The surface it touches, if it does.
     pub(super) contact: Option<Contact>,
-    /// By how much it turns on the surface.
+    /// Angle by which it turns on the surface, rad.
     pub(super) angle: f64,
 }
 
@@ -26,9 +26,9 @@ pub(super) struct Strand {
 /// l(q),    R = -dl/dq,    l' = -R v,    tau = R^T F
 /// ```
 ///
-/// A piece of cable of direction `u` through `x` that crosses a joint changes its length by the joint's
-/// motion along it: `dl/dq = +-(w . (x x u) + s . u)`, with turn `w` and shift `s` of the joint at the world's
-/// origin. Each muscle knows the joints it crosses, and the rest of the robot is not looked at.
+/// A straight segment of direction `u` through `x` that crosses a joint changes its length with the joint:
+/// `dl/dq = +-(w . (x x u) + s . u)`, with the joint's motion axis `(w, s)` at the world's origin. Only the joints that a
+/// muscle crosses are evaluated.
 ///
 /// # Assumes
 /// Cables are straight between sites and surfaces, taut, without thickness; cylinders have no ends.
@@ -42,7 +42,7 @@ pub struct Muscles {
     pub(super) nv: usize,
 }
 
-/// What the muscles of a robot are like in one pose: what [`Muscles::evaluate`] finds.
+/// Lengths, moment arms and contact points of the muscles in one pose, written by [`Muscles::evaluate`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Geometry {
     pub(super) poses: Poses,
@@ -54,7 +54,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Room for the muscles of a robot; nothing found yet.
+    /// Memory for the muscles of a robot; not evaluated yet.
     #[must_use]
     pub fn new(robot: &Robot, muscles: &Muscles) -> Geometry {
         let topology = &muscles.topology;
@@ -91,14 +91,14 @@ impl Muscles {
         Muscles { topology: Topology::new(robot), nq: robot.nq(), nv: robot.nv() }
     }
 
-    /// How many.
+    /// Number of muscles.
     #[must_use]
     pub fn count(&self) -> usize {
         self.topology.cables.len()
     }
 
-    /// The velocities that a muscle's moment arms are about, in rising order for spatial tendons; nothing for
-    /// a muscle that is not there.
+    /// The velocities that a muscle's moment arms are about, in rising order for spatial tendons; empty for
+    /// an index out of range.
     #[must_use]
     pub fn columns(&self, muscle: usize) -> &[usize] {
         self.topology.cables.get(muscle).map_or(&[], |cable| &self.topology.columns[cable.slots.clone()])
@@ -140,7 +140,7 @@ impl Muscles {
                 geometry.arms[slot] = -coefficient;
             }
             for index in cable.spans.clone() {
-                total += self.span(index, geometry);
+                total += self.evaluate_span(index, geometry);
             }
             geometry.lengths[muscle] = total;
         }
@@ -148,9 +148,9 @@ impl Muscles {
         check_entries("moment arms", &geometry.arms, topology.columns.len())
     }
 
-    /// One piece of cable: its share of the muscle's length; its moment arms are added.
+    /// Evaluates one span, adds its moment arms, and returns its weighted length.
     #[inline]
-    fn span(&self, index: usize, geometry: &mut Geometry) -> f64 {
+    fn evaluate_span(&self, index: usize, geometry: &mut Geometry) -> f64 {
         let span = &self.topology.spans[index];
         let (start, end) = (geometry.points[span.from], geometry.points[span.to]);
         let contact = span.around.as_ref().and_then(|around| self.wrap(span, around, geometry));
@@ -164,7 +164,7 @@ impl Muscles {
             _ => {
                 let way = sub(end, start);
                 let length = norm(way);
-                // MuJoCo's direction of nothing.
+                // MuJoCo's direction of a segment of zero length.
                 let u = if length < super::circle::TINY { [1.0, 0.0, 0.0] } else { scale(1.0 / length, way) };
                 self.accumulate_moment_arms(span.direct.clone(), span.share, start, u, geometry);
                 Strand { out: u, into: u, length, contact: None, angle: 0.0 }
@@ -191,7 +191,7 @@ impl Muscles {
         }
     }
 
-    /// Adds what a straight piece along `u` through `x` gives to the moment arms of the joints it crosses.
+    /// Adds the moment arms of a straight segment along `u` through `x` about the joints it crosses.
     #[inline]
     fn accumulate_moment_arms(
         &self,
@@ -233,7 +233,7 @@ impl Muscles {
         Ok(())
     }
 
-    /// How fast each muscle lengthens: `l' = -R v`, m/s.
+    /// Rates of the muscle lengths: `l' = -R v`, m/s.
     ///
     /// # Shapes
     /// `v: [nv]`, `rates: [muscles]`.
@@ -274,7 +274,7 @@ impl Muscles {
         Ok(())
     }
 
-    /// Whether this room was made for these muscles.
+    /// Checks that the geometry was built for these muscles.
     pub(super) fn check(&self, geometry: &Geometry) -> Result<(), Error> {
         let topology = &self.topology;
         check_length("geometry", geometry.lengths.len(), topology.cables.len())?;

@@ -1,6 +1,6 @@
-//! Muscles: the way of each cable over the body, its length and its moment arms.
+//! Muscles: path of each cable over the body, its length and its moment arms.
 //!
-//! [`Muscles`] is what stays the same, [`Geometry`] what [`Muscles::evaluate`] finds in a pose.
+//! [`Muscles`] is independent of the pose; [`Muscles::evaluate`] writes the [`Geometry`] of one pose.
 
 mod bend;
 mod circle;

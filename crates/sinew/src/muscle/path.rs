@@ -6,14 +6,14 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 impl Muscles {
-    /// The way of a muscle in the world, for drawing: one line of points for each branch of a tackle, arcs in
-    /// steps of at most `step` rad. No line for a fixed tendon or a muscle that is not there.
+    /// Polylines along a muscle in the world, for drawing: one per branch, with arcs in steps of at most `step` rad; none for a
+    /// fixed tendon or an index out of range.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] where the geometry is another robot's, [`Error::OutOfDomain`] where `step` is not above zero.
+    /// [`Error::WrongLength`] for a geometry of another robot, [`Error::OutOfDomain`] where `step` is not above zero.
     pub fn path(&self, geometry: &Geometry, muscle: usize, step: f64) -> Result<Vec<Vec<[f64; 3]>>, Error> {
         self.check(geometry)?;
-        // Enough for any picture, and no room for a million points.
+        // Bounds the number of points.
         let step = positive("step", step)?.max(1e-3);
         let spans = self.topology.cables.get(muscle).map_or(0..0, |cable| cable.spans.clone());
         let mut branches: Vec<Vec<[f64; 3]>> = Vec::new();

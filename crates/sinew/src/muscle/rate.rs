@@ -8,21 +8,21 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
 
-/// How moment arms change while the robot moves: what [`Muscles::moment_arm_rates`] finds.
+/// Time derivatives of the moment arms, written by [`Muscles::moment_arm_rates`].
 ///
 /// ```text
 /// R' = sum_k dR/dq_k v_k;    l'' = -R a - R' v
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct MomentArmRates {
-    /// Motion of each link.
+    /// Spatial velocity of each link.
     links: Vec<MotionAxis>,
     /// Change of each joint's axis.
     motion_axes: Vec<MotionAxis>,
     rates: Vec<f64>,
 }
 
-/// A straight piece in motion: a point of it, its direction, and how both change.
+/// A moving straight segment: a point of it, its direction, and their time derivatives.
 #[derive(Clone, Copy)]
 struct Line {
     point: Vector,
@@ -32,7 +32,7 @@ struct Line {
 }
 
 impl MomentArmRates {
-    /// Room for the muscles of a robot.
+    /// Memory for the muscles of a robot.
     #[must_use]
     pub fn new(robot: &Robot, muscles: &Muscles) -> MomentArmRates {
         MomentArmRates {
@@ -50,7 +50,7 @@ impl MomentArmRates {
 }
 
 impl Muscles {
-    /// How moment arms change along a velocity, exactly.
+    /// Exact time derivatives of the moment arms at a velocity.
     ///
     /// # Shapes
     /// `geometry` as evaluated in the pose, `v: [nv]`.
@@ -79,12 +79,12 @@ impl Muscles {
             match (&span.around, strand.contact) {
                 (Some(around), Some(_)) => {
                     let [first, second] = self.bent(span, around, strand, geometry, found);
-                    self.change(around.before.clone(), span.share, first, geometry, found);
-                    self.change(around.after.clone(), span.share, second, geometry, found);
+                    self.accumulate_rates(around.before.clone(), span.share, first, geometry, found);
+                    self.accumulate_rates(around.after.clone(), span.share, second, geometry, found);
                 }
                 _ => {
                     let line = self.straight(span, strand, geometry, found);
-                    self.change(span.direct.clone(), span.share, line, geometry, found);
+                    self.accumulate_rates(span.direct.clone(), span.share, line, geometry, found);
                 }
             }
         }
@@ -115,7 +115,7 @@ impl Muscles {
             found.links[*index] = motion;
             for k in own {
                 let axis = &geometry.poses.motion_axes[k];
-                // A free joint's shifts are the world's axes.
+                // The translations of a free joint are along the world's axes.
                 let fixed = link.kind == JointKind::Free && k < link.v + 3;
                 found.motion_axes[k] = if fixed { MotionAxis::default() } else { carried(&motion, axis) };
             }
@@ -131,7 +131,7 @@ impl Muscles {
         Line { point, moving, direction: strand.out, turning }
     }
 
-    /// The two straight pieces on both sides of a surface.
+    /// The two straight segments on both sides of a surface.
     fn bent(
         &self,
         span: &Span,
@@ -146,7 +146,7 @@ impl Muscles {
             link => found.links[link],
         };
         let sites = [span.from, span.to].map(|anchor| self.end(anchor, geometry, found));
-        // Places and motions of the ends as seen from the surface.
+        // Positions and velocities of the ends relative to the surface.
         let ends = sites.map(|(point, _)| sub(point, pose.origin));
         let moving = sites.map(|(point, moving)| sub(moving, carrier.at(point)));
         let touch = strand.contact.map_or((1.0, 0.0), |contact| contact.touch);
@@ -173,7 +173,7 @@ impl Muscles {
         })
     }
 
-    /// Place and velocity of a site.
+    /// Position and velocity of a site.
     fn end(&self, anchor: usize, geometry: &Geometry, found: &MomentArmRates) -> (Vector, Vector) {
         let point = geometry.points[anchor];
         let moving = match self.topology.anchors[anchor].link {
@@ -183,8 +183,8 @@ impl Muscles {
         (point, moving)
     }
 
-    /// Adds a straight piece's share of the change of the moment arms it makes.
-    fn change(
+    /// Adds the time derivative of the moment arms of a straight segment.
+    fn accumulate_rates(
         &self,
         crossings: Range<usize>,
         share: f64,
@@ -213,7 +213,7 @@ fn carried(motion: &MotionAxis, axis: &MotionAxis) -> MotionAxis {
     }
 }
 
-/// Change of both directions on a sphere at the origin: in the plane they turn as on a circle, and the
+/// Time derivative of both directions on a sphere at the origin: in the plane they turn as on a circle, and the
 /// plane itself turns.
 fn on_sphere(
     ends: [Vector; 2],
@@ -240,7 +240,7 @@ fn on_sphere(
     })
 }
 
-/// Change of both directions on a cylinder about z, all in its frame: around they turn as on a circle, and
+/// Time derivative of both directions on a cylinder about z, all in its frame: around they turn as on a circle, and
 /// the slope of the helix changes.
 fn on_cylinder(
     ends: [Vector; 2],
@@ -258,7 +258,7 @@ fn on_cylinder(
     if along < 1e-12 {
         return [[0.0; 3]; 2];
     }
-    // Length around, and how it changes: the tangents tell.
+    // Rate of the length around the cylinder, from the tangents.
     let widening = (level(directions[1], moving[1]) - level(directions[0], moving[0])) / along;
     let tilt = (along * climbing - slope * widening) / length;
     [0, 1].map(|i| {

@@ -1,9 +1,9 @@
-//! A cable around a sphere or a cylinder: the plane it wraps in, and the way back to space.
+//! Wrapping around a sphere or a cylinder: reduction to a circle in a plane, and back to space.
 
 use super::circle::{Point, TINY, Touch, around, inside};
 use crate::body::vector::{Vector, add_scaled, cross, dot, norm, scale};
 
-/// How a cable touches a surface, in the frame its ends were given in.
+/// Contact of a cable with a surface, in the frame of its ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Contact {
     /// Direction in which it arrives, unit.
@@ -14,13 +14,13 @@ pub(super) struct Contact {
     pub(super) length: f64,
     /// Lengths before and after the surface.
     pub(super) free: [f64; 2],
-    /// By how much its direction turns on the surface: what friction feels.
+    /// Angle by which it turns on the surface, rad: the wrap angle of friction.
     pub(super) angle: f64,
     /// Sense and grazing angle in the plane it wraps in.
     pub(super) touch: (f64, f64),
 }
 
-/// A cable around a sphere at the origin. `axes` matters only where ends and centre are in line.
+/// A cable around a sphere at the origin. `axes` matters only where ends and centre are collinear.
 #[inline]
 pub(super) fn sphere(
     ends: [Vector; 2],
@@ -42,7 +42,7 @@ pub(super) fn sphere(
     let size = norm(normal);
     let y = if size < TINY { any_normal(x, axes) } else { scale(1.0 / (size * length0), cross(normal, p0)) };
     let planar = [[length0, 0.0], [c / length0, dot(p1, y)]];
-    let touch = in_plane(planar, side.map(|s| ([dot(s, x), dot(s, y)], norm(s))), radius)?;
+    let touch = wrap_in_plane(planar, side.map(|s| ([dot(s, x), dot(s, y)], norm(s))), radius)?;
     let lift = |[a, b]: Point| add_scaled(scale(a, x), b, y);
     Some(Contact {
         into: lift(touch.into),
@@ -54,7 +54,7 @@ pub(super) fn sphere(
     })
 }
 
-/// A cable around a cylinder about z: a helix of the one slope that it has before and after.
+/// A cable around a cylinder about z: a helix whose slope is that of the free segments.
 #[inline]
 pub(super) fn cylinder(ends: [Vector; 2], side: Option<Vector>, radius: f64) -> Option<Contact> {
     let [p0, p1] = ends;
@@ -62,7 +62,7 @@ pub(super) fn cylinder(ends: [Vector; 2], side: Option<Vector>, radius: f64) -> 
         return None;
     }
     let planar = [[p0[0], p0[1]], [p1[0], p1[1]]];
-    let touch = in_plane(planar, side.map(|s| ([s[0], s[1]], norm(s))), radius)?;
+    let touch = wrap_in_plane(planar, side.map(|s| ([s[0], s[1]], norm(s))), radius)?;
     let around = touch.free[0] + touch.on + touch.free[1];
     let rise = p1[2] - p0[2];
     let length = libm::sqrt(around * around + rise * rise);
@@ -72,7 +72,7 @@ pub(super) fn cylinder(ends: [Vector; 2], side: Option<Vector>, radius: f64) -> 
     let (along, up) = (around / length, rise / length);
     let lift = |[a, b]: Point| [along * a, along * b, up];
     let longer = 1.0 / along;
-    // A helix turns by less than it goes around; at a point of a ring the direction has a corner.
+    // On a helix the direction turns by less than the angle around; at a ring it has a corner.
     let angle = if touch.on > 0.0 {
         along * touch.angle
     } else {
@@ -88,20 +88,20 @@ pub(super) fn cylinder(ends: [Vector; 2], side: Option<Vector>, radius: f64) -> 
     })
 }
 
-/// Whether the straight cable does not come near the sphere.
+/// Whether the straight cable stays clear of the sphere.
 #[inline]
 fn misses(square0: f64, square1: f64, c: f64, radius: f64) -> bool {
     let squared = square0 + square1 - 2.0 * c;
     let share = ((square0 - c) / squared).clamp(0.0, 1.0);
     let near = square0 + share * (2.0 * (c - square0) + share * squared);
-    // A margin for rounding: the plane decides.
+    // With a margin for rounding; the decision is made in the plane.
     near > radius * radius * (1.0 + 1e-9)
 }
 
-/// Inside the circle if the side site lies within the surface, around it otherwise. The side comes with its
+/// Inside the circle if the side site lies within the surface, around it otherwise. `side` is given with its
 /// distance from the centre.
 #[inline]
-fn in_plane(ends: [Point; 2], side: Option<(Point, f64)>, radius: f64) -> Option<Touch> {
+fn wrap_in_plane(ends: [Point; 2], side: Option<(Point, f64)>, radius: f64) -> Option<Touch> {
     match side {
         Some((_, distance)) if distance < radius => inside(ends, radius),
         Some((side, _)) if side[0] * side[0] + side[1] * side[1] < TINY * TINY => {
@@ -111,7 +111,7 @@ fn in_plane(ends: [Point; 2], side: Option<(Point, f64)>, radius: f64) -> Option
     }
 }
 
-/// MuJoCo's choice of a plane through a line: second axis of the frame that begins with `x`.
+/// MuJoCo's choice of a plane through a line: the second axis of a frame with first axis `x`.
 #[cold]
 fn any_normal(x: Vector, axes: &[Vector; 3]) -> Vector {
     let local = axes.map(|axis| dot(axis, x));

@@ -1,4 +1,4 @@
-//! Ways of cables, made ready: what each touches, and which joints it crosses.
+//! The pose-independent part of the muscles: sites, surfaces, and the joints that each cable crosses.
 
 use crate::body::link::{Link, LinkFrame};
 use crate::body::vector::Vector;
@@ -7,25 +7,25 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 use core::ops::Range;
 
-/// A joint's velocity that shortens or lengthens a straight piece of cable.
+/// A joint velocity that changes the length of a straight segment of cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Crossing {
-    /// Which velocity.
+    /// Index of the velocity.
     pub(super) velocity: usize,
-    /// Where the muscle's moment arm about it is kept.
+    /// Index of the moment arm about it.
     pub(super) slot: usize,
-    /// +1 when the joint carries the far end of the piece, -1 when it carries the near end.
+    /// +1 when the joint carries the far end of the segment, -1 when it carries the near end.
     pub(super) sign: f64,
 }
 
-/// From one site to the next, maybe around a surface.
+/// Cable from one site to the next, possibly around a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Span {
     pub(super) from: usize,
     pub(super) to: usize,
-    /// Share of this piece in the muscle's length.
+    /// Weight of this span in the muscle's length.
     pub(super) share: f64,
-    /// Whether a tackle stands before it: the cable does not come from the span before.
+    /// Whether it begins a branch, so that it does not continue the span before.
     pub(super) begins: bool,
     /// Joints between the two sites.
     pub(super) direct: Range<usize>,
@@ -61,31 +61,31 @@ pub(super) struct Surface {
 /// One cable.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Cable {
-    /// Its spans, none for a weighted sum of joints.
+    /// Its spans; empty for a fixed tendon.
     pub(super) spans: Range<usize>,
     /// Its moment arms.
     pub(super) slots: Range<usize>,
-    /// Terms of a weighted sum: coordinate, slot, coefficient.
+    /// Terms of a fixed tendon: coordinate, slot, coefficient.
     pub(super) terms: Vec<(usize, usize, f64)>,
-    /// Direction in which its sheath ends, and on which link.
+    /// Direction of the end of its sheath, and its link.
     pub(super) sheath_end: Option<Anchor>,
 }
 
-/// Everything that is the same in every pose.
+/// All data that are the same in every pose.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Topology {
-    /// Links that muscles touch, and what carries them; each with its place in the list of all.
+    /// Links that muscles touch and their ancestors, each with its index in the tree.
     pub(super) links: Vec<(usize, Link)>,
     pub(super) anchors: Vec<Anchor>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) cables: Vec<Cable>,
     pub(super) spans: Vec<Span>,
     pub(super) crossings: Vec<Crossing>,
-    /// Which velocity each moment arm is about.
+    /// Velocity index of each moment arm.
     pub(super) columns: Vec<usize>,
 }
 
-/// A topology being made.
+/// Builds a topology.
 struct TopologyBuilder<'a> {
     robot: &'a Robot,
     topology: Topology,
@@ -119,7 +119,7 @@ impl Topology {
                 });
             builder.topology.cables.push(cable);
         }
-        builder.touched();
+        builder.collect_links();
         builder.topology
     }
 }
@@ -168,7 +168,7 @@ impl TopologyBuilder<'_> {
         Cable { spans, slots: 0..0, terms: Vec::new(), sheath_end: None }
     }
 
-    /// Sites in pairs, with what stands between them.
+    /// Pairs of consecutive sites, with the surface between them.
     fn pieces(&mut self, elements: &[PathElement]) -> Vec<Piece> {
         let (mut pieces, mut share, mut begins) = (Vec::new(), 1.0, true);
         let (mut last, mut around) = (None, None);
@@ -210,11 +210,11 @@ impl TopologyBuilder<'_> {
         })
     }
 
-    /// Velocities of the joints between two links, and whether each carries the second (+1) or the first (-1).
+    /// Velocities of the joints between two links, +1 for those that carry the second link, -1 for the first.
     fn between(&self, first: usize, second: usize) -> Vec<(usize, f64)> {
         let links = &self.robot.tree.links;
         let (mut a, mut b, mut found) = (first, second, Vec::new());
-        // Parents stand before their children: the later one is never an ancestor of the other.
+        // Parents precede their children: the link of higher index is never an ancestor of the other.
         while a != b {
             let (at, sign) = if a > b { (a, -1.0) } else { (b, 1.0) };
             let link = &links[at];
@@ -227,15 +227,15 @@ impl TopologyBuilder<'_> {
     fn cross(&mut self, first: usize, second: usize, slots: usize) -> Range<usize> {
         let start = self.topology.crossings.len();
         for (velocity, sign) in self.between(first, second) {
-            let mine = &self.topology.columns[slots..];
-            let slot = slots + mine.iter().position(|&column| column == velocity).unwrap_or_default();
+            let own = &self.topology.columns[slots..];
+            let slot = slots + own.iter().position(|&column| column == velocity).unwrap_or_default();
             self.topology.crossings.push(Crossing { velocity, slot, sign });
         }
         start..self.topology.crossings.len()
     }
 
-    /// Links that the topology needs, parents first.
-    fn touched(&mut self) {
+    /// Collects the links that the topology needs, parents first.
+    fn collect_links(&mut self) {
         let links = &self.robot.tree.links;
         let topology = &mut self.topology;
         let ends = topology.anchors.iter().map(|anchor| anchor.link);
@@ -250,7 +250,7 @@ impl TopologyBuilder<'_> {
     }
 }
 
-/// Two sites and what may be between them.
+/// Two consecutive sites and the surface between them.
 struct Piece {
     from: usize,
     to: usize,

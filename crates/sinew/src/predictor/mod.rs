@@ -11,6 +11,7 @@ mod cable;
 mod conditioner;
 mod ensemble;
 mod estimator;
+#[cfg(feature = "model-file")]
 mod file;
 mod memory;
 mod model;
@@ -24,6 +25,7 @@ pub use cable::{
 pub use conditioner::{Conditioner, InputLimits, MAX_HELD_SAMPLES, MAX_MAGNITUDE, SampleKind};
 pub use ensemble::{Ensemble, EnsembleOutput, MEMBERS, PerNetwork};
 pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
+#[cfg(feature = "model-file")]
 pub use file::VERSION;
 pub use memory::{CellOutput, Feature, Memory, MemoryLaw};
 pub use model::{Input, Model, Provenance, Role};
