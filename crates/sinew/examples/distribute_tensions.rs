@@ -1,5 +1,5 @@
-//! Distributes a joint torque over redundant muscles: an elbow and a shoulder with four muscles, one of them biarticular,
-//! within limits and with the least deviation from a reference tension.
+//! Distributes a joint torque over redundant muscles: shoulder and elbow with four muscles, one of them
+//! biarticular, within limits and with the least deviation from a reference tension.
 
 #![allow(clippy::print_stdout, reason = "an example prints")]
 

@@ -1,5 +1,5 @@
-//! Runs a predictor in a loop: the far tension of a cable from its near tension, sample by sample, with the 95 % band.
-//! Give a `model.json` made by `sinew identify` to use it; otherwise a clamp cell with a band of +-25 % is built here.
+//! Runs a predictor in a loop: the far tension of a cable from its near tension, sample by sample, with the
+//! 95 % band. The argument is a `model.json` of `sinew identify`; without one a clamp cell is built here.
 
 #![allow(clippy::print_stdout, reason = "an example prints")]
 

@@ -1,5 +1,5 @@
-//! Simulates a cable in its sheath: the motor winds in and pays out 30 mm while the anchor stands still, and the table
-//! shows the hysteresis between the tensions at both ends.
+//! Simulates a cable in its sheath: the motor winds in and pays out 30 mm while the anchor stands still, and
+//! the table shows the hysteresis between the tensions at both ends.
 
 #![allow(clippy::print_stdout, reason = "an example prints")]
 

@@ -79,8 +79,8 @@ impl Arithmetic for Fused {
     }
 }
 
-/// A computation that is compiled for every instruction set. `run` and its hot callees are `#[inline(always)]`: only inlined
-/// code is compiled for the set.
+/// A computation that is compiled for every instruction set. `run` and its hot callees are
+/// `#[inline(always)]`: only inlined code is compiled for the set.
 pub(crate) trait Work {
     /// Runs the computation. One whose bits must not depend on the processor ignores `arithmetic`.
     fn run<A: Arithmetic>(self, arithmetic: A);
@@ -107,7 +107,8 @@ impl InstructionSet {
         Self::Baseline
     }
 
-    /// The best of this processor with registers of at most four numbers: for 3-vectors wider registers are slower.
+    /// The best of this processor with registers of at most four numbers: for 3-vectors wider registers are
+    /// slower.
     #[inline]
     pub(crate) fn detect_narrow() -> Self {
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -124,8 +125,9 @@ impl InstructionSet {
             Self::Baseline => work.run(Plain),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
             #[expect(unsafe_code, reason = "see the module")]
-            // SAFETY: these variants are constructed by `detect` alone (by tests after the same check), after processor and
-            // operating system have reported the instructions. Nothing else about these functions is unsafe.
+            // SAFETY: these variants are constructed by `detect` alone (by tests after the same check), after
+            // processor and operating system have reported the instructions. Nothing else about these
+            // functions is unsafe.
             Self::Avx2 | Self::Avx512 => unsafe {
                 if self == Self::Avx2 {
                     avx2(work);

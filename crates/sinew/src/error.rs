@@ -1,8 +1,8 @@
 /// Why a value given to this crate was refused.
 ///
-/// Every variant gives the name of the quantity, what was expected and what was given. The type is `Copy` and holds no
-/// text of its own, so that a control loop can return it without allocation; errors of files and of robot descriptions,
-/// which quote the file, are types of their own: [`PartError`](crate::body::PartError),
+/// Every variant gives the name of the quantity, what was expected and what was given. The type is `Copy` and
+/// holds no text of its own, so that a control loop can return it without allocation; errors of files and of
+/// robot descriptions, which quote the file, are types of their own: [`PartError`](crate::body::PartError),
 /// [`ModelFileError`](crate::predictor::ModelFileError), `description::DescriptionError`.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]

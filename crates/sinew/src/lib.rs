@@ -42,17 +42,17 @@
 //! | `description` | yes | `description`, `drive::Catalogue`, `drive::sizing`; pulls `roxmltree` and `toml` |
 //! | `model-file` | yes | `predictor::Model::from_json` and `to_json`; pulls `serde_json` and `crc32fast` |
 //!
-//! A build for a microcontroller takes `default-features = false`: simulation, estimation and control without parsers.
-//! Robots and models are then built from their public types, which implement the traits of `serde`.
+//! A build for a microcontroller takes `default-features = false`: simulation, estimation and control without
+//! parsers. Robots and models are then built from their public types, which implement the traits of `serde`.
 //!
 //! # Reproducibility
 //!
-//! Elementary functions come from `libm` and from [`math`], not from the platform, and results do not depend on the
-//! instruction set that is chosen at run time, with one exception:
-//! [`Robot::inverse_dynamics`](body::Robot::inverse_dynamics) and the forces computed with it (bias, gravity, velocity) use
-//! fused multiply-add where the processor has it, and differ by rounding from those of a processor without it. The same
-//! holds for what is computed from these forces: the controller of an arm, and the arm of the twin. On one processor every
-//! run gives the same bits.
+//! Elementary functions come from `libm` and from [`math`], not from the platform, and results do not depend
+//! on the instruction set that is chosen at run time, with one exception:
+//! [`Robot::inverse_dynamics`](body::Robot::inverse_dynamics) and the forces computed with it (bias, gravity,
+//! velocity) use fused multiply-add where the processor has it, and differ by rounding from those of a
+//! processor without it. The same holds for what is computed from these forces: the controller of an arm, and
+//! the arm of the twin. On one processor every run gives the same bits.
 #![no_std]
 
 extern crate alloc;

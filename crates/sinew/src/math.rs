@@ -46,14 +46,14 @@ pub fn tanh(x: f64) -> f64 {
     ((less * q + more * up) / (more * q + less * up)).copysign(x)
 }
 
-/// Hyperbolic tangent to 1e-4, at a third of the cost of [`tanh`]: what the ensemble's nodes use.
+/// Hyperbolic tangent to 1e-4, at a third of the cost of [`tanh`], for the nodes of the ensemble.
 ///
 /// ```text
 /// tanh x ~ x P(x^2) / Q(x^2),  |x| <= 4.97   (continued fraction, 7 levels); constant beyond
 /// ```
 ///
-/// A network trained with this function loses nothing by its error: the function is smooth, odd and
-/// bounded by 1, and training and prediction use the same one. NaN gives NaN.
+/// Its error does not matter to a network trained with this function: it is smooth, odd and bounded by 1, and
+/// training and prediction use the same one. NaN gives NaN.
 #[inline]
 #[must_use]
 pub fn quick_tanh(x: f64) -> f64 {
@@ -67,8 +67,8 @@ pub fn quick_tanh(x: f64) -> f64 {
 /// Where [`quick_tanh`] becomes constant, just below 1.
 const QUICK_EDGE: f64 = 4.97;
 
-/// [`quick_tanh`] in single precision, eight at a time. The lanes are explicit: left to itself the compiler
-/// divides them one by one.
+/// [`quick_tanh`] in single precision, eight at a time. The lanes are explicit, because the compiler does
+/// not vectorise the division by itself.
 #[inline]
 #[must_use]
 pub fn quick_tanh_lanes(x: f32x8) -> f32x8 {
@@ -84,7 +84,7 @@ pub fn quick_tanh_lanes(x: f32x8) -> f32x8 {
 /// Sine and cosine of one angle.
 ///
 /// ```text
-/// x = k pi/2 + r,  |r| <= pi/4;    sin r, cos r: polynomials of degree 13 and 14;    k mod 4 says which is which
+/// x = k pi/2 + r,  |r| <= pi/4;    sin r, cos r: polynomials of degree 13 and 14;    k mod 4 selects
 /// ```
 ///
 /// | symbol | argument | unit | domain      | meaning                              |
@@ -92,8 +92,8 @@ pub fn quick_tanh_lanes(x: f32x8) -> f32x8 {
 /// | x      | `x`      | rad  | every `f64` | NaN and infinities give NaN           |
 ///
 /// Measured against `libm` on a million points of `[-1000, 1000]`: at most one unit in the last place; beyond
-/// 1e5 it is `libm`'s own. Both come from one reduction without a branch, so that [`sincos_all`] can take several
-/// angles at a time.
+/// 1e5 it is `libm`'s own. Both come from one reduction without a branch, so that [`sincos_all`] can take
+/// several angles at a time.
 ///
 /// # Example
 /// ```
@@ -110,9 +110,9 @@ pub fn sincos(x: f64) -> (f64, f64) {
     if x.abs() <= FAR { near_sincos(x) } else { libm::sincos(x) }
 }
 
-/// [`sincos`] of many angles: the compiler takes as many at a time as the machine can.
+/// [`sincos`] of many angles, vectorised by the compiler.
 ///
-/// All slices have one length; what is longer stays as it is.
+/// All slices have one length; entries beyond the shortest are unchanged.
 #[inline(always)]
 pub fn sincos_all(x: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
     for ((x, sine), cosine) in x.iter().zip(&mut *sines).zip(&mut *cosines) {
@@ -125,7 +125,7 @@ pub fn sincos_all(x: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
     }
 }
 
-/// Beyond this the reduction would lose digits.
+/// Largest angle of the reduction without loss of digits.
 const FAR: f64 = 1e5;
 
 /// [`sincos`] of an angle not beyond [`FAR`], without a branch.
@@ -163,9 +163,9 @@ fn near_sincos(x: f64) -> (f64, f64) {
     let tail = z * ((C[0] + z * C[1]) + zz * ((C[2] + z * C[3]) + zz * (C[4] + z * C[5])));
     let half = 0.5 * z;
     let whole = 1.0 - half;
-    // What rounding took from 1 - z/2 is given back.
+    // Compensates the rounding of 1 - z/2.
     let cosine = whole + (((1.0 - whole) - half) + z * tail);
-    // Odd quarter turns swap the two; two of them change the sign.
+    // Odd quarter turns exchange sine and cosine; half turns change the sign.
     let swap = 0_u64.wrapping_sub(quadrant & 1);
     let (sine, cosine) = (sine.to_bits(), cosine.to_bits());
     let difference = (sine ^ cosine) & swap;

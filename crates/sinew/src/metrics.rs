@@ -1,4 +1,4 @@
-//! How far an estimate is from the truth: eqs. 14 to 16, one sample at a time.
+//! Errors of an estimate: eqs. 14 to 16, one sample at a time.
 
 use crate::error::{Error, finite, non_negative};
 
@@ -11,8 +11,8 @@ use crate::error::{Error, finite, non_negative};
 ///
 /// | symbol | argument     | unit     | domain | meaning                                |
 /// |--------|--------------|----------|--------|----------------------------------------|
-/// | y      | `truth`      | any      | finite | what was measured                       |
-/// | yhat   | `estimate`   | as truth | finite | what was predicted                      |
+/// | y      | `truth`      | any      | finite | measured value                          |
+/// | yhat   | `estimate`   | as truth | finite | predicted value                         |
 /// |        | `half_width` | as truth | >= 0   | half width of the band around `estimate` |
 ///
 /// MSE has the square of the signal's unit. Means and moments are updated by Welford's recursion, so a
@@ -99,7 +99,8 @@ impl Comparison {
     /// Adds a sample with a band, which counts for [`Comparison::coverage`] too.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] where a value is not finite or the width negative; the sample is then not counted.
+    /// [`Error::OutOfDomain`] where a value is not finite or the width negative; the sample is then not
+    /// counted.
     pub fn push_with_band(&mut self, truth: f64, estimate: f64, half_width: f64) -> Result<(), Error> {
         non_negative("half_width", half_width)?;
         self.push(truth, estimate)?;

@@ -1,6 +1,6 @@
-//! Numbers from a seed, the same on every machine: for sensors' noise and for drawing specimens.
+//! Random numbers from a seed, the same on every machine: for sensor noise and for drawing specimens.
 
-/// splitmix64: one 64-bit state, every seed good.
+/// splitmix64: one 64-bit state, any seed.
 ///
 /// # Example
 /// ```
@@ -38,7 +38,8 @@ impl Random {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// As good as normal, of mean 0 and standard deviation 1: eight 16-bit uniform numbers summed, at most 4.9 from 0.
+    /// Approximately normal with mean 0 and standard deviation 1: the sum of eight uniform 16-bit numbers,
+    /// within +-4.9.
     #[inline]
     pub fn normal(&mut self) -> f64 {
         let sum: u32 = [self.bits(), self.bits()]
@@ -46,7 +47,7 @@ impl Random {
             .flat_map(|bits| [bits, bits >> 16, bits >> 32, bits >> 48])
             .map(|part| (part & 0xffff) as u32)
             .sum();
-        // A sum of eight has the variance 8/12 of the square of their width.
+        // The variance of the sum is 8/12 of the squared width.
         const SCALE: f64 = 1.224_744_871_391_589 / 65_536.0;
         (f64::from(sum) - 4.0 * 65_535.0) * SCALE
     }
@@ -57,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn normal_numbers_have_mean_nought_and_variance_one() {
+    fn normal_numbers_have_mean_zero_and_variance_one() {
         let mut random = Random::new(1);
         let n = 200_000;
         let (mut sum, mut squares, mut fourths) = (0.0, 0.0, 0.0);
@@ -68,7 +69,7 @@ mod tests {
         }
         let n = f64::from(n);
         assert!((sum / n).abs() < 0.01 && (squares / n - 1.0).abs() < 0.01, "{sum} {squares}");
-        // A normal one has 3; eight uniform ones 2.85.
+        // Kurtosis of a normal distribution is 3, of the sum of eight uniform ones 2.85.
         assert!((fourths / n - 2.85).abs() < 0.1, "{fourths}");
     }
 }

@@ -105,12 +105,12 @@ impl DhTable {
 impl Robot {
     /// The table of the hinges and slides from the world to a site, which is the chain's end.
     ///
-    /// Parallel and intersecting axes leave a choice: `d = 0` for parallel axes; where two axes intersect, x is
-    /// along their cross product.
+    /// Parallel and intersecting axes leave a choice: `d = 0` for parallel axes; where two axes intersect, x
+    /// is along their cross product.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a site out of range, [`Error::Part`] for a joint of the chain with more than one
-    /// coordinate.
+    /// [`Error::OutOfDomain`] for a site out of range, [`Error::Part`] for a joint of the chain with more
+    /// than one coordinate.
     pub fn dh_table(&self, site: usize) -> Result<DhTable, Error> {
         let Some(part) = self.parts().sites.get(site) else {
             return Err(Error::OutOfDomain {
@@ -168,7 +168,8 @@ fn table(chain: &[(Vector, Vector, JointKind, f64)], end: Vector) -> DhTable {
     DhTable { base_axes, base_origin, rows, end }
 }
 
-/// Direction of the common normal from one axis to the next and where it starts; towards the end for the last.
+/// Direction of the common normal from one axis to the next and where it starts; towards the end for the
+/// last.
 fn normal(
     axis: Vector,
     point: Vector,

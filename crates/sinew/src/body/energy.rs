@@ -89,7 +89,8 @@ impl Robot {
     /// `v` and `tau: [nv]`; `width` in the unit of the velocities, above zero.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite or the width not above zero.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite or the width not
+    /// above zero.
     pub fn dry_friction(&self, v: &[f64], width: f64, tau: &mut [f64]) -> Result<(), Error> {
         self.check_velocities("v", v)?;
         crate::error::positive("width", width)?;

@@ -74,11 +74,12 @@ impl Robot {
     /// `q: [nq]`, the others `[nv]`.
     ///
     /// # Assumes
-    /// As [`inverse_dynamics`](Robot::inverse_dynamics): passive forces are part of `tau`, couplings are not held.
+    /// As [`inverse_dynamics`](Robot::inverse_dynamics): passive forces are part of `tau`, couplings are not
+    /// held.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], [`Error::EntryOutOfDomain`] where an entry is not finite, and [`Error::Part`] naming a
-    /// joint that moves nothing with mass, so that `M` is singular.
+    /// [`Error::WrongLength`], [`Error::EntryOutOfDomain`] where an entry is not finite, and [`Error::Part`]
+    /// naming a joint that moves nothing with mass, so that `M` is singular.
     ///
     /// # Source
     /// `featherstone2008`, table 7.1; the velocities of one joint are eliminated one after the other.

@@ -71,8 +71,9 @@ impl Robot {
             self.check_velocities("v", v)?;
             self.check_velocities("a", a)
         };
-        // With hinges alone, an input that is not finite gives an output that is not finite, and the inputs are searched only
-        // then. With a free joint some inputs do not affect any force, so all are checked first.
+        // With hinges alone, an input that is not finite gives an output that is not finite, and the inputs
+        // are searched only then. With a free joint some inputs do not affect any force, so all are checked
+        // first.
         if self.tree.chains.iter().all(|chain| chain.hinges) {
             check_length("q", q.len(), self.nq())?;
             check_length("v", v.len(), self.nv())?;
@@ -345,8 +346,8 @@ fn propagate(
     LinkMotion { omega, alpha, a, field: field(Plain, omega, alpha) }
 }
 
-/// Inertial wrench of a link, with first moments `h` and second moments `s` of its mass: the integrals over the mass of
-/// `r x (a + U r)` and of `a + U r`.
+/// Inertial wrench of a link, with first moments `h` and second moments `s` of its mass: the integrals over
+/// the mass of `r x (a + U r)` and of `a + U r`.
 fn full_wrench(lumped: &LumpedLink, LinkMotion { a, field: [x, y, z], .. }: &LinkMotion) -> Wrench {
     let h = lumped.moment;
     let [sxx, syy, szz, sxy, sxz, syz] = lumped.second;

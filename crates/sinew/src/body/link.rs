@@ -3,8 +3,9 @@
 use super::parts::JointKind;
 use super::vector::{Frame, IDENTITY, Vector, add, compose, point_inertia, rotate, rotate_symmetric, scale};
 
-/// A rigid body that moves by one joint relative to its parent. The origin of its frame is the joint's anchor; the z axis
-/// of a hinge's or slide's frame is the joint's axis, so that the joint is a rotation about z or a translation along it.
+/// A rigid body that moves by one joint relative to its parent. The origin of its frame is the joint's
+/// anchor; the z axis of a hinge's or slide's frame is the joint's axis, so that the joint is a rotation
+/// about z or a translation along it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Link {
     /// The parent link; 0 is the ground.

@@ -33,9 +33,9 @@ pub(super) struct Wrench {
     pub(super) force: Vector,
 }
 
-/// Articulated-body inertia and bias wrench of a link and its subtree, at its origin: with angular acceleration `alpha` and
-/// linear acceleration `a`, the moment is `angular alpha + coupling a + moment`, the force
-/// `coupling^T alpha + linear a + force`.
+/// Articulated-body inertia and bias wrench of a link and its subtree, at its origin: with angular
+/// acceleration `alpha` and linear acceleration `a`, the moment is `angular alpha + coupling a + moment`, the
+/// force `coupling^T alpha + linear a + force`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ArticulatedBody {
     pub(super) angular: Frame,

@@ -1,5 +1,5 @@
-//! Link data for inverse dynamics: inertia along hinge axes is lumped into the parent link (base parameters), and joint
-//! rotations are evaluated four at a time.
+//! Link data for inverse dynamics: inertia along hinge axes is lumped into the parent link (base parameters),
+//! and joint rotations are evaluated four at a time.
 
 use super::link::{Inertia, Link};
 use super::parts::JointKind;
@@ -28,7 +28,8 @@ impl LumpedLink {
         LumpedLink { origin: link.origin, mass, moment, second, armature: link.armature }
     }
 
-    /// Adds mass distributed along a line through `origin` with direction `axis`: mass, first and second moment.
+    /// Adds mass distributed along a line through `origin` with direction `axis`: mass, first and second
+    /// moment.
     fn add_line_mass(&mut self, mass: f64, first: f64, second: f64, origin: Vector, axis: Vector) {
         self.mass += mass;
         self.moment = add(self.moment, add_scaled(scale(mass, origin), first, axis));
@@ -39,9 +40,9 @@ impl LumpedLink {
     }
 }
 
-/// One entry per link. Mass on a hinge's axis has the same motion on the parent and on the link; the part of the inertia
-/// that is equivalent to mass on the axis is moved to the parent, so that a hinge's link keeps neither mass nor
-/// moments along its axis. The joint forces are unchanged and cost fewer operations.
+/// One entry per link. Mass on a hinge's axis has the same motion on the parent and on the link; the part of
+/// the inertia that is equivalent to mass on the axis is moved to the parent, so that a hinge's link keeps
+/// neither mass nor moments along its axis. The joint forces are unchanged and cost fewer operations.
 pub(crate) fn lumped_links(links: &[Link]) -> Vec<LumpedLink> {
     let mut lumped_links: Vec<LumpedLink> = links.iter().map(LumpedLink::new).collect();
     for (index, link) in links.iter().enumerate().skip(1).rev() {

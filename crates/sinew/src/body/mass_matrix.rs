@@ -95,7 +95,8 @@ impl Robot {
         check_entries("mass", mass, nv * nv)
     }
 
-    /// Row and column of one velocity: the wrench of the composite body, projected on all joints toward the ground.
+    /// Row and column of one velocity: the wrench of the composite body, projected on all joints toward the
+    /// ground.
     fn column(&self, index: usize, k: usize, composite: &Inertia, scratch: &Scratch, mass: &mut [f64]) {
         let (links, nv) = (&self.tree.links, self.nv());
         let link = &links[index];

@@ -1,7 +1,8 @@
 //! Rigid-body mechanics of a robot.
 //!
-//! [`Parts`] is a description, [`Robot`] a validated, immutable one. [`Robot::forward_kinematics`] writes [`Poses`]; the
-//! dynamics algorithms use a preallocated [`Scratch`] and write slices. One algorithm per file.
+//! [`Parts`] is a description, [`Robot`] a validated, immutable one. [`Robot::forward_kinematics`] writes
+//! [`Poses`]; the dynamics algorithms use a preallocated [`Scratch`] and write slices. One algorithm per
+//! file.
 
 mod chain;
 mod check;

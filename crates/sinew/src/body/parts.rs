@@ -140,8 +140,8 @@ pub struct Wrap {
 pub enum PathElement {
     /// Through a site.
     Site(usize),
-    /// Around a surface, where the straight cable would penetrate it; the site `side` selects the side, or the inside if it
-    /// lies within the surface.
+    /// Around a surface, where the straight cable would penetrate it; the site `side` selects the side, or
+    /// the inside if it lies within the surface.
     Wrap {
         /// The surface.
         wrap: usize,

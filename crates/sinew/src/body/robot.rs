@@ -41,7 +41,8 @@ impl Robot {
     /// |          | `position` | m    | finite     | where, in the body's frame      |
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a mass below zero, or a body out of range; [`Error::EntryOutOfDomain`] for a position that is not finite.
+    /// [`Error::OutOfDomain`] for a mass below zero, or a body out of range; [`Error::EntryOutOfDomain`] for
+    /// a position that is not finite.
     pub fn with_payload(&self, body: usize, position: [f64; 3], mass: f64) -> Result<Robot, Error> {
         non_negative("mass of the payload", mass)?;
         check_entries("position of the payload", &position, 3)?;

@@ -1,4 +1,4 @@
-//! Attributes of an element read as what they mean, its own before those of its class.
+//! Typed access to the attributes of an element; its own take precedence over those of its class.
 
 use super::error::DescriptionError;
 use super::tree::Tree;
@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 /// Attributes that a class gives to one kind of element.
 pub(super) type Given = BTreeMap<String, String>;
 
-/// One element with what its class gives.
+/// One element with the defaults of its class.
 #[derive(Clone, Copy)]
 pub(super) struct Attributes<'a> {
     pub(super) tree: &'a Tree,
@@ -32,12 +32,12 @@ impl<'a> Attributes<'a> {
         self.tree.error(self.element, attribute, problem)
     }
 
-    /// Text that must be there.
+    /// The text of a required attribute.
     pub(super) fn required(&self, name: &str) -> Result<&'a str, DescriptionError> {
         self.text(name).ok_or_else(|| self.error(name, "is missing"))
     }
 
-    /// From `least` to `most` finite numbers.
+    /// A list of `least` to `most` finite numbers.
     pub(super) fn list(
         &self,
         name: &str,
@@ -93,7 +93,7 @@ impl<'a> Attributes<'a> {
         }
     }
 
-    /// One of some words, as its place among them.
+    /// A keyword, as its index in the list of keywords.
     pub(super) fn word(&self, name: &str, words: &[&str]) -> Result<Option<usize>, DescriptionError> {
         let Some(text) = self.text(name) else { return Ok(None) };
         match words.iter().position(|word| *word == text) {
@@ -110,7 +110,7 @@ impl<'a> Attributes<'a> {
     }
 }
 
-/// A value short enough for one line of an error.
+/// A value truncated for an error message.
 pub(super) fn shortened(text: &str) -> String {
     let short: String = text.chars().take(60).collect();
     if short.len() < text.len() { format!("{short}...") } else { short }

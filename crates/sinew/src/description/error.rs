@@ -1,8 +1,8 @@
-//! What is wrong with a robot file, and what of it is passed over.
+//! Errors and warnings about robot files.
 
 use alloc::string::String;
 
-/// The first thing that is wrong with a robot file: where, what stands there, what was expected.
+/// The first error in a robot file: its position, the value, and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {place}: {problem}")]
 pub struct DescriptionError {
@@ -12,18 +12,18 @@ pub struct DescriptionError {
     pub line: usize,
     /// Element and attribute, or table and key.
     pub place: String,
-    /// What stands there and what was expected.
+    /// The value and what was expected.
     pub problem: String,
 }
 
-/// Something that a file says and that is passed over.
+/// Content of a file that is ignored.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
     /// Name of the file.
     pub file: String,
     /// Line, from 1.
     pub line: usize,
-    /// What is passed over and what follows from it.
+    /// The ignored content and the consequence.
     pub what: String,
 }
 

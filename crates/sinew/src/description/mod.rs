@@ -1,7 +1,7 @@
 //! Robot files: text in, [`crate::body::Parts`] or one error out; and back.
 //!
-//! Nothing here reads a file: whoever has a file system hands over text, and answers for the names that
-//! `include` asks for. What is read is a description; [`Description::robot`] judges it as a robot.
+//! Nothing here accesses a file system: the caller passes text, and resolves the names of included files. The
+//! result is a description; [`Description::robot`] validates it.
 
 mod attributes;
 mod error;
@@ -19,13 +19,13 @@ pub use origin::Origins;
 pub use robot_toml::{from_toml, to_toml};
 pub use urdf::from_urdf;
 
-/// A description and what of its file was passed over.
+/// A description, and warnings about ignored content of its file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Description {
-    /// What the file says.
+    /// The described parts.
     pub parts: crate::body::Parts,
-    /// What it also says and is not used here.
+    /// Ignored content.
     pub warnings: alloc::vec::Vec<Warning>,
-    /// Where its parts are described.
+    /// File and line of the parts.
     pub origins: Origins,
 }

@@ -1,12 +1,11 @@
-//! Names for what has none, because files refer by name.
+//! Names for unnamed parts, because files refer by name.
 
 use crate::body::Parts;
 use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
 
-/// The same parts, each with a name of its own: `site_3` where there is none, with more at its end where that is
-/// taken.
+/// The same parts with unique names: `site_3` for an unnamed one, with a suffix where that is taken.
 pub(super) fn named(parts: &Parts) -> Parts {
     let mut parts = parts.clone();
     if let Some(world) = parts.bodies.first_mut() {

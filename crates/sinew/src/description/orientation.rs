@@ -5,7 +5,7 @@ use libm::{cos, sin, sqrt};
 pub(super) type Quaternion = [f64; 4];
 pub(super) const IDENTITY: Quaternion = [1.0, 0.0, 0.0, 0.0];
 
-/// Shorter than this a direction is none, as in MuJoCo.
+/// Norm below which a vector has no direction, as in MuJoCo.
 pub(super) const SHORTEST: f64 = 1e-14;
 
 pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -20,7 +20,7 @@ pub(super) fn is_identity(q: Quaternion) -> bool {
     q.map(f64::to_bits) == IDENTITY.map(f64::to_bits)
 }
 
-/// A vector of unit length, if it has a direction; one that is of unit length but for rounding keeps its bits.
+/// The normalised vector, if it has a direction; one of unit length within rounding keeps its bits.
 pub(super) fn unit<const N: usize>(vector: [f64; N]) -> Option<[f64; N]> {
     let length = sqrt(vector.iter().map(|x| x * x).sum());
     if (length - 1.0).abs() <= 2.0 * f64::EPSILON {
@@ -39,7 +39,7 @@ pub(super) fn product(a: Quaternion, b: Quaternion) -> Quaternion {
     ]
 }
 
-/// Columns are the turned axes.
+/// The rotation matrix; its columns are the rotated axes.
 pub(super) fn matrix(q: Quaternion) -> [[f64; 3]; 3] {
     let [w, x, y, z] = q;
     [
@@ -61,11 +61,11 @@ pub(super) fn about(axis: [f64; 3], angle: f64) -> Quaternion {
     [c, s * axis[0], s * axis[1], s * axis[2]]
 }
 
-/// The least turn that brings z to a unit vector.
+/// The smallest rotation from z to a unit vector.
 pub(super) fn z_to(direction: [f64; 3]) -> Quaternion {
     let axis = cross([0.0, 0.0, 1.0], direction);
     let s = sqrt(dot(axis, axis));
-    // Straight up or down: about x, as MuJoCo has it.
+    // Parallel to z: a rotation about x, as in MuJoCo.
     let axis = if s < 1e-10 { [1.0, 0.0, 0.0] } else { axis.map(|x| x / s) };
     about(axis, libm::atan2(s, direction[2]))
 }
@@ -89,7 +89,7 @@ pub(super) fn from_axes(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> Quaternion {
     unit(q).unwrap_or(IDENTITY)
 }
 
-/// Euler angles in a sequence such as `xyz`: small letters turn about moving axes, capitals about fixed ones.
+/// Euler angles in a sequence such as `xyz`: lower case for moving axes, upper case for fixed ones.
 pub(super) fn euler(angles: [f64; 3], sequence: [u8; 3]) -> Quaternion {
     let mut total = IDENTITY;
     for (angle, letter) in angles.into_iter().zip(sequence) {

@@ -1,4 +1,4 @@
-//! Where in its files each part of a robot is described, for errors that show only when the robot is put together.
+//! File and line of every part, for errors that appear only when the robot is validated.
 
 use super::Description;
 use super::error::{DescriptionError, Warning};
@@ -8,7 +8,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// The keys of a TOML and the heads of its tables (`[`), each with its line.
+/// Keys and table headers (`[`) of a TOML file, each with its line.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Keys(Vec<(usize, String)>);
 
@@ -22,8 +22,8 @@ impl Keys {
         Keys(told.collect())
     }
 
-    /// The line of a key, or of the one key that is this word and a unit, in the table whose head is on a line; of
-    /// the head, where the table has no such key.
+    /// The line of a key, or of the one key that is this word and a unit, in the table whose head is on a
+    /// line; of the head, where the table has no such key.
     pub(super) fn line(&self, head: usize, word: &str) -> usize {
         let from = self.0.partition_point(|(line, _)| *line <= head);
         let within = self.0[from..].iter().take_while(|(_, key)| key != "[");
@@ -52,7 +52,7 @@ impl Origins {
         self.keys.insert(file.to_string(), Keys::of(text));
     }
 
-    /// File and line of a field of a part, as near as it is known.
+    /// File and line of a field of a part, or of the part where the field is not known.
     fn of(&self, kind: &'static str, index: usize, field: &str) -> (String, usize) {
         let Some((file, line)) = self.lines.get(&(kind, index)) else { return (self.file.clone(), 1) };
         let word = field.strip_prefix("its ").unwrap_or(field).replace(' ', "_");
@@ -65,11 +65,11 @@ impl Origins {
 }
 
 impl Description {
-    /// The robot that is described.
+    /// The validated robot.
     ///
     /// # Errors
     ///
-    /// The first part that makes no sense, with file and line.
+    /// The first invalid part, with file and line.
     pub fn robot(self) -> Result<(Robot, Vec<Warning>), DescriptionError> {
         let Description { parts, warnings, origins } = self;
         shallow(&parts, &origins)?;
@@ -89,17 +89,17 @@ impl Description {
     }
 }
 
-/// Bodies within each other that every format can hold: in MJCF they nest.
-const DEEPEST: usize = 900;
+/// Largest depth of the tree that every format can hold: in MJCF bodies nest.
+const MAX_DEPTH: usize = 900;
 
 fn shallow(parts: &Parts, origins: &Origins) -> Result<(), DescriptionError> {
     let mut depths = alloc::vec![0; parts.bodies.len()];
     for (index, body) in parts.bodies.iter().enumerate().skip(1) {
-        // A parent that is not before its child is refused later.
+        // A parent after its child is refused by the validation.
         depths[index] = depths.get(body.parent).copied().unwrap_or(0) + 1;
-        if depths[index] > DEEPEST {
+        if depths[index] > MAX_DEPTH {
             let (file, line) = origins.of("body", index, "parent");
-            let problem = format!("stands on {DEEPEST} bodies one on the other: expected fewer");
+            let problem = format!("stands on {MAX_DEPTH} bodies one on the other: expected fewer");
             return Err(DescriptionError { file, line, place: format!("body `{}`", body.name), problem });
         }
     }

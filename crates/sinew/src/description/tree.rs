@@ -1,4 +1,4 @@
-//! The elements of a robot file and of the files it includes, in one flat list, each with its place.
+//! The elements of a robot file and its includes as a flat list, each with file and line.
 
 use super::error::DescriptionError;
 use alloc::collections::BTreeSet;
@@ -6,7 +6,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// Elements within elements: more is no robot, and memory stays bounded.
+/// Largest depth of nested elements, which bounds memory.
 pub(super) const DEEPEST: usize = 1000;
 /// Bytes of one file.
 const LONGEST: usize = 64 << 20;
@@ -30,7 +30,7 @@ pub(super) struct Tree {
     pub(super) files: Vec<String>,
 }
 
-/// Text of the file of a name, or why there is none.
+/// Returns the text of a named file, or the reason why there is none.
 pub(super) type Resolve<'a> = &'a mut dyn FnMut(&str) -> Result<String, String>;
 
 impl Tree {
@@ -39,7 +39,7 @@ impl Tree {
         let mut tree = Tree { elements: Vec::new(), files: Vec::new() };
         tree.read(file, text)?;
         let mut seen: BTreeSet<String> = BTreeSet::from([file.to_string()]);
-        // Every include is replaced by the children of what it names; these may include again.
+        // Every include is replaced by the children of the included root; these may include again.
         while let Some((parent, place)) = tree.first_include() {
             let include = tree.elements[parent].children[place];
             let element = &tree.elements[include];
@@ -74,7 +74,7 @@ impl Tree {
         None
     }
 
-    /// Includes may nest what each file alone keeps shallow.
+    /// Checks the depth again, because includes nest.
     fn depth(&self) -> Result<(), DescriptionError> {
         let mut open = Vec::from([(0, 0)]);
         while let Some((at, depth)) = open.pop() {
@@ -131,7 +131,7 @@ impl Tree {
                 let parent: &mut Element = &mut self.elements[parent];
                 parent.children.push(index);
             }
-            // A stack turns the order around; turned before, it comes out right.
+            // Pushed in reverse, so that the stack returns them in document order.
             let children: Vec<_> = node.children().filter(roxmltree::Node::is_element).collect();
             open.extend(children.into_iter().rev().map(|child| (child, Some(index), depth + 1)));
         }
@@ -167,7 +167,8 @@ impl Element {
 
 fn error_line(text: &str, error: &roxmltree::Error) -> u32 {
     match error {
-        // These know no place: a document type stands at its own, the rest is noticed at the end.
+        // These errors carry no position: that of the document type is searched for, the other is the end of
+        // the text.
         roxmltree::Error::DtdDetected => {
             let before = text.find("<!DOCTYPE").map_or("", |at| &text[..at]);
             before.bytes().filter(|b| *b == b'\n').count() as u32 + 1

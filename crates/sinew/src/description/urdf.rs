@@ -1,4 +1,4 @@
-//! URDF, the robot format of ROS: links and joints; cables come from a TOML beside it.
+//! URDF, the robot format of ROS: links and joints; muscles come from a separate TOML.
 
 use super::Description;
 use super::attributes::{Attributes, shortened};
@@ -15,11 +15,11 @@ use alloc::vec::Vec;
 
 /// Reads a robot from URDF and, if given, its muscles from a TOML (name of that file and its text).
 ///
-/// The link that is nobody's child is a body fixed to the world, or the world itself if it is called `world`.
+/// The root link is a body fixed to the world, or the world itself if it is named `world`.
 ///
 /// # Errors
 ///
-/// The first thing that is wrong: file, line, element, attribute, what stands there and what was expected.
+/// The first error: file, line, element, attribute, its value and what was expected.
 pub fn from_urdf(
     file: &str,
     text: &str,
@@ -47,11 +47,11 @@ pub fn from_urdf(
     Ok(Description { parts, warnings, origins })
 }
 
-/// Links and joints by name, still without order.
+/// Links and joints by name, not ordered yet.
 struct Graph<'a> {
     tree: &'a Tree,
     links: BTreeMap<&'a str, usize>,
-    /// Joints that leave a link, as they stand in the file.
+    /// Joints to the children of a link, in document order.
     leaving: BTreeMap<&'a str, Vec<usize>>,
     root: &'a str,
     warnings: Vec<Warning>,
@@ -59,7 +59,7 @@ struct Graph<'a> {
 
 const KINDS: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
 
-/// Attributes of what is read; whatever is not listed belongs to others and may say what it likes.
+/// Attributes of the elements that are read; other elements belong to other tools and are not checked.
 fn attributes_of(name: &str) -> Option<&'static [&'static str]> {
     Some(match name {
         "link" => &["name", "type"],
@@ -97,7 +97,7 @@ fn children_of(name: &str) -> &'static [&'static str] {
     }
 }
 
-/// Attributes that URDF does not know are refused; elements may be others' and are warned of once.
+/// Refuses unknown attributes; warns once of unknown elements, which may belong to other tools.
 fn spelt(tree: &Tree, warnings: &mut Vec<Warning>) -> Result<(), DescriptionError> {
     let mut warned = BTreeSet::new();
     let mut open = tree.elements[0].children.clone();
@@ -121,7 +121,7 @@ fn spelt(tree: &Tree, warnings: &mut Vec<Warning>) -> Result<(), DescriptionErro
                 warnings.push(Warning { file: tree.files[inner.file].clone(), line: inner.line, what });
             }
         }
-        // The top is next: as they stand in the file, so that the first of a kind is the one that is named.
+        // In document order, so that a warning names the first of its kind.
         open[inside..].reverse();
     }
     Ok(())
@@ -180,7 +180,7 @@ impl<'a> Graph<'a> {
         Ok(Graph { tree, links, leaving, root, warnings })
     }
 
-    /// Where the links and joints stand.
+    /// File and line of the links and joints.
     fn origins(&self, parts: &Parts, file: &str) -> Origins {
         let mut origins = Origins::new(file);
         let line = |element: usize| self.tree.elements[element].line;
@@ -205,7 +205,7 @@ impl<'a> Graph<'a> {
         origins
     }
 
-    /// Bodies from the root on, each before what hangs on it.
+    /// Bodies from the root on, parents before children.
     fn build(&self, parts: &mut Parts) -> Result<(), DescriptionError> {
         parts.bodies.push(still("world"));
         let mut root = 0;

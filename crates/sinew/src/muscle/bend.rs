@@ -25,8 +25,8 @@ impl Muscles {
     /// phi(q) = turn at the end of the sheath + turns at the guides + wraps
     /// ```
     ///
-    /// A guide is a site that the cable passes; the angle at the end of the sheath is between the sheath's axis and the
-    /// cable. The bend of the sheath itself is not included.
+    /// A guide is a site that the cable passes; the angle at the end of the sheath is between the sheath's
+    /// axis and the cable. The bend of the sheath itself is not included.
     ///
     /// # Shapes
     /// `bends: [muscles]`, rad; 0 for fixed tendons.

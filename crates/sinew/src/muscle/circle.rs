@@ -60,7 +60,8 @@ fn nearest(start: Point, way: Point, squared: f64) -> Point {
 /// Wraps a cable around a circle if the circle is in the way, or if it has to pass the other side.
 ///
 /// ```text
-/// T_0 ~ r e_0 + s f_0 J e_0,   T_1 ~ r e_1 - s f_1 J e_1,   f_i^2 = |e_i|^2 - r^2,   J: quarter turn to the left
+/// T_0 ~ r e_0 + s f_0 J e_0,   T_1 ~ r e_1 - s f_1 J e_1,   f_i^2 = |e_i|^2 - r^2
+/// J: rotation by a quarter turn to the left
 /// ```
 ///
 /// | symbol | argument | unit | domain | meaning                                                     |
@@ -70,9 +71,9 @@ fn nearest(start: Point, way: Point, squared: f64) -> Point {
 /// | r      | `radius` | m    | > 0    | radius                                                      |
 /// | s      |          |      | +1, -1 | sense: to the left or to the right                           |
 ///
-/// The cable takes the shorter arc, and wraps if the straight line crosses the circle. It takes the longer arc, and always
-/// wraps, if the rotations from `e_0` to the side and from the side to `e_1` have the same sense, opposite to that of the
-/// shorter arc.
+/// The cable takes the shorter arc, and wraps if the straight line crosses the circle. It takes the longer
+/// arc, and always wraps, if the rotations from `e_0` to the side and from the side to `e_1` have the same
+/// sense, opposite to that of the shorter arc.
 ///
 /// # Source
 /// `mujoco2012`; the rule of the side is the one that version 4.0 is observed to follow.
@@ -123,15 +124,16 @@ pub(super) fn around(ends: [Point; 2], side: Option<Point>, radius: f64) -> Opti
 /// Contact of a cable with the inner side of a circle, as with a ring that it passes through.
 ///
 /// ```text
-/// asin(A sin t) + asin(B sin t) - 2 t + G = 0,    A = r/|e_0|,  B = r/|e_1|,  G the angle between e_0 and e_1
+/// asin(A sin t) + asin(B sin t) - 2 t + G = 0,    A = r/|e_0|,  B = r/|e_1|
+/// G: angle between e_0 and e_1
 /// ```
 ///
 /// `t` is the angle between the cable and the radius where it touches: the same on both sides, as the ring
 /// has no friction. Arguments as for [`around`].
 ///
 /// # Departs
-/// MuJoCo solves for `sin t` to 1e-6 and falls back on the middle of the ends within 1e-3 rad of the pose where
-/// the cable leaves the ring, where its length jumps; here the root is found to rounding everywhere.
+/// MuJoCo solves for `sin t` to 1e-6 and falls back on the middle of the ends within 1e-3 rad of the pose
+/// where the cable leaves the ring, where its length jumps; here the root is found to rounding everywhere.
 ///
 /// # Source
 /// `mujoco2012`: rules and equation of `wrap_inside`.

@@ -27,8 +27,8 @@ pub(super) struct Strand {
 /// ```
 ///
 /// A straight segment of direction `u` through `x` that crosses a joint changes its length with the joint:
-/// `dl/dq = +-(w . (x x u) + s . u)`, with the joint's motion axis `(w, s)` at the world's origin. Only the joints that a
-/// muscle crosses are evaluated.
+/// `dl/dq = +-(w . (x x u) + s . u)`, with the joint's motion axis `(w, s)` at the world's origin. Only the
+/// joints that a muscle crosses are evaluated.
 ///
 /// # Assumes
 /// Cables are straight between sites and surfaces, taut, without thickness; cylinders have no ends.

@@ -6,11 +6,12 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 impl Muscles {
-    /// Polylines along a muscle in the world, for drawing: one per branch, with arcs in steps of at most `step` rad; none for a
-    /// fixed tendon or an index out of range.
+    /// Polylines along a muscle in the world, for drawing: one per branch, with arcs in steps of at most
+    /// `step` rad; none for a fixed tendon or an index out of range.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for a geometry of another robot, [`Error::OutOfDomain`] where `step` is not above zero.
+    /// [`Error::WrongLength`] for a geometry of another robot, [`Error::OutOfDomain`] where `step` is not
+    /// above zero.
     pub fn path(&self, geometry: &Geometry, muscle: usize, step: f64) -> Result<Vec<Vec<[f64; 3]>>, Error> {
         self.check(geometry)?;
         // Bounds the number of points.

@@ -59,8 +59,8 @@ impl Muscles {
     /// No cable begins or ceases to touch a surface; there moment arms have a kink.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a velocity is not finite, or where a cable
-    /// ends on a surface it wraps, so that its direction turns without bound.
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a velocity is not finite, or where a
+    /// cable ends on a surface it wraps, so that its direction turns without bound.
     pub fn moment_arm_rates(
         &self,
         geometry: &Geometry,
@@ -213,8 +213,8 @@ fn carried(motion: &MotionAxis, axis: &MotionAxis) -> MotionAxis {
     }
 }
 
-/// Time derivative of both directions on a sphere at the origin: in the plane they turn as on a circle, and the
-/// plane itself turns.
+/// Time derivative of both directions on a sphere at the origin: in the plane they turn as on a circle, and
+/// the plane itself turns.
 fn on_sphere(
     ends: [Vector; 2],
     moving: [Vector; 2],
@@ -240,8 +240,8 @@ fn on_sphere(
     })
 }
 
-/// Time derivative of both directions on a cylinder about z, all in its frame: around they turn as on a circle, and
-/// the slope of the helix changes.
+/// Time derivative of both directions on a cylinder about z, all in its frame: around they turn as on a
+/// circle, and the slope of the helix changes.
 fn on_cylinder(
     ends: [Vector; 2],
     moving: [Vector; 2],

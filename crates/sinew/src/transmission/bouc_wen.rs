@@ -21,8 +21,9 @@ use crate::error::{Error, positive, within};
 /// its root lies between `z_0` and +-1 and is found by safeguarded Newton.
 ///
 /// # Departs
-/// Normalised (A = 1, beta + gamma = 1), which loses nothing but redundancy. `beta >= 1/2` is
-/// `-beta <= gamma <= beta`: outside it closed cycles create energy. The elastic part `alpha k x` is left to the caller.
+/// Normalised (A = 1, beta + gamma = 1), which removes a redundancy. `beta >= 1/2` is
+/// `-beta <= gamma <= beta`: outside it closed cycles create energy. The elastic part `alpha k x` is left to
+/// the caller.
 ///
 /// # Example
 /// ```

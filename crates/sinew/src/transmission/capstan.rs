@@ -24,9 +24,9 @@ use crate::error::{Error, finite, non_negative};
 /// # Example
 /// ```
 /// use sinew::transmission::{Sliding, capstan_tension_out};
-/// // A straight cable loses nothing.
+/// // A straight cable loses no tension.
 /// assert_eq!(capstan_tension_out(50.0, 0.2, 0.0, Sliding::TowardMotor)?, 50.0);
-/// // What is lost one way is needed more the other way.
+/// // The loss in one direction is the gain needed in the other.
 /// let there = capstan_tension_out(50.0, 0.2, 3.0, Sliding::TowardMotor)?;
 /// let back = capstan_tension_out(there, 0.2, 3.0, Sliding::AwayFromMotor)?;
 /// assert!((back - 50.0).abs() < 1e-12);

@@ -32,7 +32,7 @@ use crate::error::{Error, finite, non_negative, positive, within};
 /// # Example
 /// ```
 /// use sinew::transmission::{Elongation, Sliding};
-/// // Without friction the whole cable feels the same tension: rho (T - T_0) l.
+/// // Without friction the tension is uniform: rho (T - T_0) l.
 /// let cable = Elongation::new(2.4e-4, 1.0, 0.0, 3.0, 0.8, 20.0)?;
 /// let stretch = cable.stretch(120.0, Sliding::TowardMotor)?;
 /// assert!((stretch - 2.4e-4 * 100.0 * 0.8).abs() < 1e-15);
@@ -115,7 +115,7 @@ impl Elongation {
 /// `s = +1`: for `s = -1` tension grows along the cable and there is no such length.
 ///
 /// # Errors
-/// [`Error::OutOfDomain`] for an argument outside its domain. Infinity is an answer here, not an error.
+/// [`Error::OutOfDomain`] for an argument outside its domain. Infinity is a valid result.
 ///
 /// # Source
 /// `yuan2023`, eq. 11.

@@ -1,7 +1,7 @@
 use super::Stribeck;
 use crate::error::{Error, non_negative, positive};
 
-/// LuGre friction under a load that may change: bristles that bend, slip, and lose grip with speed.
+/// LuGre friction under a varying load: elastic bristles with velocity weakening.
 ///
 /// ```text
 /// dz/dt = v - sigma_0 |v| z / g,   g = N mu(v)
@@ -26,7 +26,7 @@ use crate::error::{Error, non_negative, positive};
 /// # Departs
 /// The load scales `g` and not `z`: otherwise a change of load alone would create energy. `sigma_1` is
 /// capped at `4 g/|v|`, below which the law, and this step of it, is passive:
-/// `F dx >= sigma_0 (z_1^2 - z_0^2)/2` for any load, speed and interval. Steady sliding is untouched.
+/// `F dx >= sigma_0 (z_1^2 - z_0^2)/2` for any load, speed and interval. Steady sliding is unchanged.
 ///
 /// # Example
 /// ```
@@ -45,7 +45,8 @@ use crate::error::{Error, non_negative, positive};
 /// ```
 ///
 /// # Source
-/// `canudas1995`; that its passivity is a matter of `sigma_1`: `barabanov2000`, the bound here is derived for this step.
+/// `canudas1995`; that its passivity is a matter of `sigma_1`: `barabanov2000`, the bound here is derived for
+/// this step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LuGre {
     stiffness: f64,

@@ -3,7 +3,7 @@ use crate::error::{Error, positive, within};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Generalised Maxwell slip: springs in parallel, each of which sticks or slips on its own.
+/// Generalised Maxwell slip: springs in parallel, each of which sticks or slips independently.
 ///
 /// ```text
 /// F = sum_i F_i + D(v),   limit_i = alpha_i N mu(v)
@@ -29,8 +29,8 @@ use alloc::vec::Vec;
 ///
 /// # Departs
 /// A slipping element may gain force no faster than its spring would give it: as published, a large `C`
-/// creates energy where friction rises again. An element whose limit has fallen lets go at once of what it
-/// holds beyond it. With both, `F dx >= sum_i (F_i1^2 - F_i0^2)/(2 k_i)` in every step.
+/// creates energy where friction rises again. An element whose limit has fallen drops to the limit at once.
+/// With both, `F dx >= sum_i (F_i1^2 - F_i0^2)/(2 k_i)` in every step.
 ///
 /// # Example
 /// ```
@@ -82,7 +82,8 @@ impl MaxwellSlip {
     /// A law of checked parameters.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] without elements, [`Error::OutOfDomain`] names the parameter outside its domain.
+    /// [`Error::WrongLength`] without elements, [`Error::OutOfDomain`] names the parameter outside its
+    /// domain.
     pub fn new(elements: &[SlipElement], friction: Stribeck, attraction: Option<f64>) -> Result<Self, Error> {
         if elements.is_empty() {
             return Err(Error::WrongLength { name: "elements", expected: 1, got: 0 });

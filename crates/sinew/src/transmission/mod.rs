@@ -2,7 +2,7 @@
 //!
 //! Laws without memory take tensions in N and angles in rad and return a checked number. Laws with
 //! memory are an immutable, validated set of parameters (`Dahl`, `LuGre`, ...) and a state the caller
-//! owns; their `step` never allocates, never panics, and leaves the state alone when the input is not
+//! owns; their `step` never allocates, never panics, and keeps the state when the input is not
 //! finite. Every friction force among them is passive: no closed cycle returns more work than was put in.
 
 mod bouc_wen;

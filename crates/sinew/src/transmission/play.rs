@@ -1,17 +1,17 @@
 use super::clamp_cell::saturate;
 use crate::error::{Error, non_negative};
 
-/// Play and stop operators: the rate-independent memory of backlash and of dry friction.
+/// Play and stop operators: the rate-independent hysteresis of backlash and of dry friction.
 ///
 /// ```text
-/// play:  p <- clamp(p, u - r, u + r)          what is dragged behind u on a leash of length r
-/// stop:  u - p, in [-r, r]                    the deflection of the leash
+/// play:  p <- clamp(p, u - r, u + r)          output that follows u with backlash r
+/// stop:  u - p, in [-r, r]                    deflection within the dead band
 /// ```
 ///
 /// | symbol | argument | unit      | domain | meaning                                     |
 /// |--------|----------|-----------|--------|---------------------------------------------|
 /// | r      | `radius` | as `u`    | >= 0   | half width of the dead band                  |
-/// | u      | `input`  | any       | finite | the signal that drags                        |
+/// | u      | `input`  | any       | finite | input signal                                 |
 /// | p      | `play`   | as `u`    | finite | state; start it at the first input           |
 ///
 /// As a friction force, `k` times the stop is one Maxwell-slip element of stiffness `k` and slip force `k r`.
@@ -27,9 +27,9 @@ use crate::error::{Error, non_negative};
 /// for input in [0.4, 1.0, 0.6] {
 ///     play = backlash.step(play, input);
 /// }
-/// assert_eq!(play, 0.5);                       // 1.0 dragged it, 0.6 left it
+/// assert_eq!(play, 0.5);                       // moved by 1.0, left by 0.6
 /// assert!((backlash.stop(play, 0.6) - 0.1).abs() < 1e-15);
-/// assert_eq!(Play::new(0.0)?.step(0.0, 0.6), 0.6);  // no dead band, no memory
+/// assert_eq!(Play::new(0.0)?.step(0.0, 0.6), 0.6);  // no dead band, no hysteresis
 /// # Ok::<(), sinew::Error>(())
 /// ```
 ///

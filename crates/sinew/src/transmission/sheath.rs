@@ -1,12 +1,12 @@
 use super::Sliding;
 use crate::error::{Error, finite, non_negative, within};
 
-/// A bent sheath: efficiency, friction and pretension between the drive end and the far end.
+/// A bent sheath in steady sliding: tension at one end from the tension at the other.
 ///
 /// ```text
 /// T_out = eta^s T_in exp(-s mu phi) + T_0                 (7)
 /// T_in  = (T_out - T_0) eta^(-s) exp(s mu phi)            (8)
-/// T_r   = T_in - T_out                                    compensation to add to the wanted T_out
+/// T_r   = T_in - T_out                                    compensation to add to the desired T_out
 /// ```
 ///
 /// | symbol | argument      | unit | domain     | meaning                                   |
@@ -30,10 +30,10 @@ use crate::error::{Error, finite, non_negative, within};
 /// ```
 /// use sinew::transmission::{SheathLaw, Sliding};
 /// let sheath = SheathLaw::new(0.93, 0.156, 15.5)?;
-/// let wanted = 80.0;
-/// let needed = sheath.tension_in(wanted, 6.28, Sliding::TowardMotor)?;
+/// let desired = 80.0;
+/// let needed = sheath.tension_in(desired, 6.28, Sliding::TowardMotor)?;
 /// let reached = sheath.tension_out(needed, 6.28, Sliding::TowardMotor)?;
-/// assert!((reached - wanted).abs() < 1e-10);
+/// assert!((reached - desired).abs() < 1e-10);
 /// // No bend, no loss, no pretension: the far end is the near end.
 /// assert_eq!(SheathLaw::new(1.0, 0.2, 0.0)?.tension_out(50.0, 0.0, Sliding::TowardMotor)?, 50.0);
 /// # Ok::<(), sinew::Error>(())
@@ -76,7 +76,7 @@ impl SheathLaw {
         finite("tension_out", tension_in * libm::exp(-sliding.sign() * exponent) + self.pretension)
     }
 
-    /// Tension the drive must hold for a wanted tension at the anchor, N: (8), the exact inverse of (7).
+    /// Drive-end tension for a desired tension at the anchor, N: (8), the exact inverse of (7).
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] for an argument outside its domain or a result beyond `f64`.
@@ -93,7 +93,7 @@ impl SheathLaw {
         finite("tension_in", above * libm::exp(sliding.sign() * exponent))
     }
 
-    /// What to add to the wanted tension so that it arrives, N: `T_r = T_in - T_out`.
+    /// Compensation to add to the desired tension, N: `T_r = T_in - T_out`.
     ///
     /// # Errors
     /// As [`SheathLaw::tension_in`].
@@ -101,7 +101,7 @@ impl SheathLaw {
         Ok(self.tension_in(tension_out, wrap_angle, sliding)? - tension_out)
     }
 
-    /// `mu phi - ln(eta) >= 0`: one number, because no pair of tensions tells its parts apart.
+    /// `mu phi - ln(eta) >= 0`; a pair of tensions identifies only this sum.
     fn exponent(&self, wrap_angle: f64) -> Result<f64, Error> {
         non_negative("wrap_angle", wrap_angle)?;
         finite("friction * wrap_angle", self.friction * wrap_angle - libm::log(self.efficiency))
@@ -121,7 +121,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_inverse_undoes_the_law_over_the_whole_domain(
+        fn the_inverse_inverts_the_law_over_the_whole_domain(
             efficiency in edge_or(1e-3..1.0, &[1e-3, 1.0]),
             friction in edge_or(0.0..1.0, &[0.0, 1e-300, 1.0]),
             pretension in edge_or(0.0..50.0, &[0.0]),
@@ -140,7 +140,7 @@ mod tests {
         }
 
         #[test]
-        fn pulling_never_gains_and_a_closed_cycle_never_pays(
+        fn the_law_is_passive_in_every_closed_cycle(
             efficiency in edge_or(0.05..1.0, &[1.0]),
             friction in edge_or(0.0..0.5, &[0.0]),
             wrap in edge_or(0.0..6.0, &[0.0]),
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn compensation_is_what_the_friction_takes() {
+    fn compensation_equals_the_friction_loss() {
         let sheath = SheathLaw::new(0.9, 0.2, 10.0).unwrap();
         let added = sheath.compensation(60.0, 3.0, Sliding::TowardMotor).unwrap();
         let reached = sheath.tension_out(60.0 + added, 3.0, Sliding::TowardMotor).unwrap();

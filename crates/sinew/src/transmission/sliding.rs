@@ -1,4 +1,4 @@
-/// Direction in which the cable slides through its sheath: the sign `s` of every law here.
+/// Direction in which the cable slides through its sheath: the sign `s` of every law of this module.
 ///
 /// ```text
 /// s = sign(v),   v > 0 toward the motor
@@ -9,12 +9,12 @@
 /// | v      | `velocity` | m/s  | finite | cable velocity along the sheath, + toward motor |
 ///
 /// # Assumes
-/// The whole cable slides one way. At `v = 0` there is no direction: the tension then depends on history
-/// and a law with memory must be asked.
+/// The whole cable slides in one direction. At `v = 0` there is none: the tension then depends on history and
+/// a law with memory is needed.
 ///
 /// # Departs
 /// The source sets `v = dT_in/dt`. Here the sign comes from the measured velocity where there is one;
-/// handing in `dT_in/dt` instead is right only while the far end yields to tension.
+/// `dT_in/dt` is a valid substitute only while the far end yields to tension.
 ///
 /// # Example
 /// ```

@@ -12,8 +12,8 @@ use crate::error::{Error, finite, non_negative, positive, within};
 /// | symbol | argument         | unit  | domain  | meaning                                     |
 /// |--------|------------------|-------|---------|---------------------------------------------|
 /// | mu_c   | `coulomb`        | 1     | >= 0    | coefficient once sliding is established      |
-/// | mu_s   | `breakaway`      | 1     | >= mu_c | coefficient in the limit of no speed         |
-/// | v_s    | `stribeck_speed` | m/s   | > 0     | speed over which the one becomes the other   |
+/// | mu_s   | `breakaway`      | 1     | >= mu_c | coefficient in the limit of zero speed       |
+/// | v_s    | `stribeck_speed` | m/s   | > 0     | speed of the transition between the two      |
 /// | mu_v   | `viscous`        | s/m   | >= 0    | growth with speed, proportional to tension   |
 /// | d      | `drag`           | N s/m | >= 0    | grease drag over the sheath, whatever the tension |
 /// | v      | `velocity`       | m/s   | finite  | cable velocity, + toward the motor           |
@@ -37,7 +37,7 @@ use crate::error::{Error, finite, non_negative, positive, within};
 /// ```
 ///
 /// # Source
-/// `yuan2023`, eq. 5, read as its text means it; `stribeck1902`; drag: own fit to the tables of `yuan2023`.
+/// `yuan2023`, eq. 5, read according to its text; `stribeck1902`; drag: own fit to the tables of `yuan2023`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stribeck {
     coulomb: f64,
@@ -100,11 +100,12 @@ impl Stribeck {
 
     /// Tension at the anchor, N, of a sheath of the given efficiency and pretension.
     ///
-    /// `efficiency` in (0, 1], `wrap_angle` >= 0 rad, `pretension` >= 0 N as in [`SheathLaw`](super::SheathLaw).
+    /// `efficiency` in (0, 1], `wrap_angle` >= 0 rad, `pretension` >= 0 N as in
+    /// [`SheathLaw`](super::SheathLaw).
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] for an argument outside its domain, or a velocity of exactly zero,
-    /// at which a law without memory has no answer.
+    /// at which a law without memory is not defined.
     pub fn tension_out(
         &self,
         tension_in: f64,

@@ -15,7 +15,7 @@ use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 
-/// An element within a body, seen through the frames around it.
+/// An element within a body, with the frames around it composed.
 #[derive(Clone, Copy)]
 struct Seen<'a> {
     element: usize,
@@ -23,7 +23,7 @@ struct Seen<'a> {
     class: Option<&'a str>,
 }
 
-/// Reads `worldbody` and all that is in it.
+/// Reads `worldbody` and its subtree.
 pub(super) fn world(import: &mut Import<'_>) -> Result<(), DescriptionError> {
     import.parts.bodies.push(Body {
         name: "world".to_string(),
@@ -64,7 +64,7 @@ fn total_mass(import: &mut Import<'_>) {
     }
 }
 
-/// The body's own place; what is in it comes later.
+/// Reads a body's own pose; its content is read later.
 fn body(import: &mut Import<'_>, seen: Seen<'_>, parent: usize) -> Result<usize, DescriptionError> {
     let at = Attributes::own(import.tree, seen.element);
     if let Some(class) = at.text("childclass") {
@@ -89,7 +89,7 @@ fn body(import: &mut Import<'_>, seen: Seen<'_>, parent: usize) -> Result<usize,
     Ok(index)
 }
 
-/// Everything directly in a body, frames opened; hands back the bodies within.
+/// Reads the direct content of a body, with frames resolved; returns its child bodies.
 fn contents<'a>(
     import: &mut Import<'a>,
     element: usize,
@@ -142,7 +142,7 @@ fn contents<'a>(
     Ok(bodies)
 }
 
-/// Mass and inertia, from where the settings say.
+/// Mass and inertia, from the source that the settings select.
 fn weigh(
     import: &mut Import<'_>,
     body: usize,
@@ -170,7 +170,7 @@ fn weigh(
     };
     let Inertia { mass, mut center, tensor } = bounded(import, at, given)?;
     if mass > 0.0 && given.mass == 0.0 && at == element {
-        // MuJoCo's way with a body that weighs only what `boundmass` gives it.
+        // MuJoCo's rule for a body whose mass comes from `boundmass` alone.
         center = import.parts.bodies[body].position;
     }
     let body = &mut import.parts.bodies[body];
@@ -198,7 +198,7 @@ fn explicit(import: &Import<'_>, element: usize) -> Result<Inertia, DescriptionE
     Ok(Inertia { mass, center: place.position, tensor })
 }
 
-/// Least values, balance, and what no body can have.
+/// Applies lower bounds and balancing, and refuses impossible inertia.
 fn bounded(import: &Import<'_>, at: usize, given: Inertia) -> Result<Inertia, DescriptionError> {
     let compiler = &import.compiler;
     let mut inertia = given;
@@ -210,7 +210,7 @@ fn bounded(import: &Import<'_>, at: usize, given: Inertia) -> Result<Inertia, De
     if compiler.balance && wanted.iter().any(|x| 2.0 * x > sum) {
         wanted = [sum / 3.0; 3];
     }
-    // What needs no change keeps its bits.
+    // Values within the bounds keep their bits.
     let tolerance = 1e-15 * sum.abs();
     if moments.iter().zip(wanted).any(|(have, want)| (have - want).abs() > tolerance) {
         inertia.tensor = inertia::compose(wanted, axes);

@@ -1,11 +1,11 @@
-//! Settings that say how the rest of a file is to be read.
+//! Settings of the compiler element.
 
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use crate::description::tree::Tree;
 use alloc::format;
 
-/// Where a body's inertia comes from.
+/// Source of a body's inertia.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum InertiaFrom {
     Inertial,

@@ -1,4 +1,4 @@
-//! Classes of defaults, each with everything that the class around it gives.
+//! Classes of defaults, each with the defaults it inherits.
 
 use crate::description::attributes::Given;
 use crate::description::error::DescriptionError;
@@ -29,10 +29,10 @@ pub(super) fn kind(name: &str) -> Option<&'static str> {
     })
 }
 
-/// Ways to say the same: what stands in an element replaces each of them in what it inherits.
+/// Alternative forms of one property: any of them in an element replaces all of them in its defaults.
 const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "xyaxes", "zaxis", "euler"];
 
-/// Takes over `attributes` into what is given already.
+/// Merges `attributes` into the inherited ones.
 fn lay_over(given: &mut Given, attributes: &[(String, String)]) {
     if attributes.iter().any(|(name, _)| ORIENTATIONS.contains(&name.as_str())) {
         ORIENTATIONS.iter().for_each(|name| {
@@ -45,7 +45,7 @@ fn lay_over(given: &mut Given, attributes: &[(String, String)]) {
     }
 }
 
-/// A list with what an inherited one has beyond its end: MuJoCo lets `gainprm="2"` change the first number alone.
+/// A list completed from an inherited one: in MuJoCo `gainprm="2"` changes the first number alone.
 pub(super) fn completed(own: &str, inherited: Option<&String>) -> String {
     let count = own.split_ascii_whitespace().count();
     let rest = inherited.into_iter().flat_map(|text| text.split_ascii_whitespace().skip(count));
@@ -79,7 +79,7 @@ impl Defaults {
         Ok(defaults)
     }
 
-    /// Fills one class, makes those within it and hands them back.
+    /// Reads one class and its subclasses.
     fn one(&mut self, tree: &Tree, at: usize, class: &str) -> Result<Vec<(usize, String)>, DescriptionError> {
         let mut nested = Vec::new();
         let mut kinds = self.classes.remove(class).unwrap_or_default();
@@ -105,7 +105,7 @@ impl Defaults {
         Ok(names)
     }
 
-    /// What an element's class gives it: its own `class`, else the nearest `childclass`, else the outermost.
+    /// Defaults of an element: of its own `class`, else the nearest `childclass`, else the outermost class.
     pub(super) fn of(
         &self,
         tree: &Tree,

@@ -7,10 +7,11 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt::Write as _;
 
-/// The robot as MJCF: radians, no classes, every number in the shortest form that reads back to the same bits.
+/// The robot as MJCF: radians, no classes, every number in the shortest form that reads back to the same
+/// bits.
 ///
-/// What has no name gets one (`site_3`), because tendons and actuators refer by name. A sheath has no
-/// counterpart in MJCF: what is written is the cable from the end of its sheath on.
+/// Unnamed parts get a name (`site_3`), because tendons and actuators refer by name. MJCF has no sheaths:
+/// only the cable from the end of its sheath on is written.
 #[must_use]
 pub fn to_mjcf(parts: &Parts) -> String {
     let parts = &named(parts);
@@ -36,7 +37,7 @@ pub fn to_mjcf(parts: &Parts) -> String {
     out
 }
 
-/// Text that may stand in an attribute.
+/// Text escaped for an attribute.
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
@@ -78,7 +79,7 @@ fn bodies(out: &mut String, parts: &Parts) {
     }
     out.push_str("  <worldbody>\n");
     contents(out, parts, 0, 2);
-    // Bodies still to open, and ends (`None`) to write when all within is done.
+    // Bodies still to write, and end tags (`None`).
     let mut open: Vec<(Option<usize>, usize)> = Vec::new();
     open.extend(children.first().into_iter().flatten().rev().map(|&child| (Some(child), 2)));
     while let Some((index, depth)) = open.pop() {
@@ -108,7 +109,7 @@ fn bodies(out: &mut String, parts: &Parts) {
     out.push_str("  </worldbody>\n");
 }
 
-/// A diagonal where it is one: MuJoCo takes apart a full tensor and will not have it all zero.
+/// Written as a diagonal where it is one: MuJoCo refuses a full tensor of zeros.
 fn inertia(tensor: &[f64; 6]) -> String {
     if tensor[3..].iter().all(|x| *x == 0.0) {
         return format!("diaginertia=\"{}\"", numbers(&tensor[..3]));
@@ -116,7 +117,7 @@ fn inertia(tensor: &[f64; 6]) -> String {
     format!("fullinertia=\"{}\"", numbers(tensor))
 }
 
-/// What stands in one body beside bodies.
+/// Content of one body except child bodies.
 fn contents(out: &mut String, parts: &Parts, body: usize, depth: usize) {
     let indent = "  ".repeat(depth);
     for joint in parts.joints.iter().filter(|joint| joint.body == body) {
@@ -141,7 +142,7 @@ fn contents(out: &mut String, parts: &Parts, body: usize, depth: usize) {
         );
     }
     for wrap in parts.wraps.iter().filter(|wrap| wrap.body == body) {
-        // MuJoCo wants a half-length of a cylinder; for wrapping it is endless.
+        // MuJoCo requires a half-length of a cylinder, which wrapping ignores.
         let (kind, size) = match wrap.kind {
             WrapKind::Sphere => ("sphere", numbers(&[wrap.radius])),
             WrapKind::Cylinder => ("cylinder", numbers(&[wrap.radius, wrap.radius])),
@@ -238,7 +239,7 @@ fn actuators(out: &mut String, parts: &Parts) {
     out.push_str("  <actuator>\n");
     for actuator in &parts.actuators {
         let tendon = parts.tendons.get(actuator.tendon).map_or("", |tendon| &tendon.name);
-        // Not every kind knows `ctrllimited`; a range that is given holds.
+        // Not every kind has `ctrllimited`; a given range is active.
         let control =
             actuator.control_range.map_or(String::new(), |r| format!(" ctrlrange=\"{}\"", numbers(&r)));
         let _ = write!(

@@ -14,7 +14,7 @@ use alloc::format;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 
-/// Reads a geom, remembers it if a cable could wrap around it, and hands back its weight.
+/// Reads a geom, records it if a cable can wrap around it, and returns its contribution to the mass.
 pub(super) fn read(
     import: &mut Import<'_>,
     at: Attributes<'_>,
@@ -70,17 +70,17 @@ pub(super) fn read(
     Ok(Weight::Solid(Solid { mass, position: place.position, orientation: place.orientation, inertia }))
 }
 
-/// How many sizes each type has, and how many when `fromto` gives the length.
+/// Number of sizes of each type, and with `fromto`.
 const SIZES: [(usize, usize); 7] = [(1, 1), (2, 1), (2, 1), (3, 1), (3, 1), (0, 0), (0, 0)];
 
-/// Place and sizes; `fromto` sets the place and the half-length along z.
+/// Pose and sizes; `fromto` sets the pose and the half-length along z.
 fn shape(
     at: Attributes<'_>,
     kind: usize,
     compiler: &Compiler,
 ) -> Result<(Place, [f64; 3]), DescriptionError> {
     let mut size = [0.0; 3];
-    // A short list leaves the rest to the class.
+    // A short list is completed from the class.
     let inherited = at.given.and_then(|given| given.get("size"));
     let words = inherited.into_iter().flat_map(|text| text.split_ascii_whitespace());
     let inherited: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
@@ -107,7 +107,7 @@ fn shape(
     };
     match kind {
         1 | 2 => size[1] = length / 2.0,
-        // Boxes and ellipsoids between two ends are as wide as they are thick.
+        // Boxes and ellipsoids given by `fromto` have equal width and thickness.
         _ => size = [size[0], size[0], length / 2.0],
     }
     let position = [(a + d) / 2.0, (b + e) / 2.0, (c + f) / 2.0];

@@ -14,8 +14,8 @@ use alloc::vec::Vec;
 
 /// Reads a robot from MJCF with the semantics of MuJoCo 4.
 ///
-/// `file` names the text in errors; `resolve` returns the text of an included file, or the reason why there is none.
-/// Masses, lengths and angles come out in kg, m and rad.
+/// `file` names the text in errors; `resolve` returns the text of an included file, or the reason why there
+/// is none. Masses, lengths and angles come out in kg, m and rad.
 ///
 /// # Errors
 ///

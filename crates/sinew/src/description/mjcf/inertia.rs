@@ -1,4 +1,4 @@
-//! Mass and inertia of a body from the solids it is made of.
+//! Mass and inertia of a body from its solids.
 
 use super::solid::Solid;
 use crate::description::orientation::turn_tensor;
@@ -16,7 +16,7 @@ pub(super) struct Inertia {
 
 pub(super) const NOTHING: Inertia = Inertia { mass: 0.0, center: [0.0; 3], tensor: [0.0; 6] };
 
-/// Of all solids together.
+/// Sum over all solids.
 pub(super) fn total(solids: &[Solid]) -> Inertia {
     let parts: Vec<Inertia> = solids
         .iter()
@@ -56,11 +56,11 @@ fn steiner(m: f64, d: [f64; 3]) -> [f64; 6] {
     [m * (y * y + z * z), m * (x * x + z * z), m * (x * x + y * y), -m * x * y, -m * x * z, -m * y * z]
 }
 
-/// Principal moments of a tensor and the directions that belong to them, as columns.
+/// Principal moments of a tensor and its principal axes, as columns.
 pub(super) fn principal(t: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
     let mut a = [[t[0], t[3], t[4]], [t[3], t[1], t[5]], [t[4], t[5], t[2]]];
     let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    // Cyclic Jacobi rotations; a dozen sweeps are more than a 3 x 3 matrix ever needs.
+    // Cyclic Jacobi rotations; twelve sweeps exceed what a 3 x 3 matrix needs.
     for _ in 0..12 {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
             if a[p][q] == 0.0 {
@@ -84,13 +84,13 @@ pub(super) fn principal(t: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
     ([a[0][0], a[1][1], a[2][2]], v)
 }
 
-/// The tensor of principal moments about directions.
+/// The tensor from principal moments and axes.
 pub(super) fn compose(moments: [f64; 3], v: [[f64; 3]; 3]) -> [f64; 6] {
     let entry = |i: usize, j: usize| (0..3).map(|k| v[i][k] * moments[k] * v[j][k]).sum();
     [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)]
 }
 
-/// Whether matter can have this inertia about its centre of mass; if not, why.
+/// Checks that the inertia about the centre of mass is physically possible.
 pub(in crate::description) fn possible(tensor: [f64; 6]) -> Result<(), String> {
     let (moments, _) = principal(tensor);
     let largest = moments.iter().fold(0.0, |most: f64, m| most.max(m.abs()));

@@ -82,7 +82,7 @@ pub(super) fn actuator(import: &mut Import<'_>, element: usize) -> Result<(), De
     Ok(())
 }
 
-/// What the class says in another kind's words, which MuJoCo would translate.
+/// Defaults given in the terms of another kind of actuator, which MuJoCo would translate.
 fn other_laws(import: &mut Import<'_>, at: Attributes<'_>, law: &BTreeMap<String, String>) {
     let names = at.given.into_iter().flat_map(|given| given.keys());
     let Some(name) = names.into_iter().find(|name| !law.contains_key(*name) && schema::of_law(name)) else {
@@ -93,7 +93,7 @@ fn other_laws(import: &mut Import<'_>, at: Attributes<'_>, law: &BTreeMap<String
     import.pass_over(at.element, &format!("{tag} {name}"), &what);
 }
 
-/// Words of a law of force: none of them is an infinite number or none at all.
+/// Checks the values of a force law: no word is NaN or infinite.
 pub(in crate::description) fn finite(text: &str) -> Result<(), String> {
     let wrong = |word: &str| word.parse::<f64>().is_ok_and(|number| !number.is_finite());
     match text.split_ascii_whitespace().find(|word| wrong(word)) {
@@ -127,7 +127,7 @@ pub(super) fn key(import: &mut Import<'_>, element: usize) -> Result<(), Descrip
     Ok(())
 }
 
-/// All coordinates of the pose that the file describes.
+/// All coordinates of the pose of the description.
 fn reference(import: &Import<'_>) -> Vec<f64> {
     let mut q = Vec::new();
     for joint in &import.parts.joints {

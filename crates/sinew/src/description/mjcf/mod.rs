@@ -1,4 +1,4 @@
-//! MJCF, the robot format of MuJoCo: what of it matters for cables, both ways.
+//! MJCF, the robot format of MuJoCo: import and export of the content that matters for cables.
 
 mod body;
 mod compiler;

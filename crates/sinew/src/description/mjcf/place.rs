@@ -5,7 +5,7 @@ use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use crate::description::orientation as turn;
 
-/// A frame in another.
+/// A frame relative to another.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     pub(super) position: [f64; 3],
@@ -32,7 +32,7 @@ impl Place {
     }
 }
 
-/// `pos` and whichever orientation is given.
+/// `pos` and the orientation in any form.
 pub(super) fn place(at: Attributes<'_>, compiler: &Compiler) -> Result<Place, DescriptionError> {
     Ok(Place { position: at.array_or("pos", [0.0; 3])?, orientation: orientation(at, compiler)? })
 }
@@ -48,7 +48,7 @@ fn orientation(at: Attributes<'_>, compiler: &Compiler) -> Result<[f64; 4], Desc
             "gives its orientation more than once: expected one of quat, axisangle, xyaxes, zaxis, euler",
         ));
     }
-    // An own form replaces whichever form the class has.
+    // A form in the element replaces the form of the class.
     let at = if count == 1 { own } else { at };
     let short = |form: &str| at.error(form, "has no direction: expected a vector that is not zero");
     if let Some(quat) = at.array::<4>("quat")? {

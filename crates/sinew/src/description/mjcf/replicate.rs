@@ -1,4 +1,4 @@
-//! `replicate`: copies written out, each in a frame of its own, before anything else is read.
+//! `replicate`: copies are expanded, each in its own frame, before other elements are read.
 
 use super::compiler::Compiler;
 use super::place::{HERE, Place};
@@ -10,13 +10,13 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// Elements that copies may add: more is no robot, and a few lines could ask for any number.
+/// Largest number of elements that copies may add, which bounds memory.
 const MOST: usize = 100_000;
 
-/// Turns every `replicate` into a frame that holds its copies; copies within copies from the inside out.
+/// Replaces every `replicate` by a frame with its copies, innermost first.
 pub(super) fn expand(tree: &mut Tree, compiler: &Compiler) -> Result<(), DescriptionError> {
     let written = tree.elements.len();
-    // What lies within an element comes after it in the list.
+    // Descendants follow their element in the list.
     for index in (0..written).rev() {
         if tree.elements[index].name == "replicate" {
             copies(tree, index, written + MOST, compiler)?;
@@ -51,7 +51,7 @@ fn copies(tree: &mut Tree, index: usize, most: usize, compiler: &Compiler) -> Re
             tree.elements[frame].children.push(child);
         }
         tree.elements[index].children.push(frame);
-        // The angles grow, not the turn: that is another where there is more than one angle.
+        // Multiples of the Euler angles, not of the rotation: these differ for more than one angle.
         let orientation = turn::euler(angles.map(|angle| angle * (copy + 1) as f64), compiler.sequence);
         place = Place { position: place.point(offset), orientation };
     }
@@ -61,7 +61,7 @@ fn copies(tree: &mut Tree, index: usize, most: usize, compiler: &Compiler) -> Re
     Ok(())
 }
 
-/// Elements of one copy, its frame among them.
+/// Number of elements of one copy, including its frame.
 fn within(tree: &Tree, index: usize) -> usize {
     let (mut count, mut open) = (0, Vec::from([index]));
     while let Some(at) = open.pop() {
@@ -71,7 +71,7 @@ fn within(tree: &Tree, index: usize) -> usize {
     count
 }
 
-/// An empty frame at a place, said to stand where the `replicate` does.
+/// An empty frame with the position in the file of the `replicate`.
 fn blank(tree: &mut Tree, index: usize, place: &Place) -> usize {
     let numbers = |values: &[f64]| values.iter().map(|x| format!("{x:?}")).collect::<Vec<String>>().join(" ");
     let attributes = Vec::from([
@@ -83,7 +83,7 @@ fn blank(tree: &mut Tree, index: usize, place: &Place) -> usize {
     tree.elements.len() - 1
 }
 
-/// A copy of an element and of all within it, its names with something at their end.
+/// A copy of an element and its subtree, its names with a suffix.
 fn clone(tree: &mut Tree, original: usize, suffix: &str) -> usize {
     let first = tree.elements.len();
     let mut open = Vec::from([(original, None)]);

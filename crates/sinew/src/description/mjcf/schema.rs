@@ -1,4 +1,4 @@
-//! MJCF as MuJoCo knows it: what it does not know is misspelt, and is refused where it stands.
+//! The schema of MJCF: unknown elements and attributes are refused.
 
 use crate::description::attributes::shortened;
 use crate::description::error::DescriptionError;
@@ -6,14 +6,14 @@ use crate::description::tree::Tree;
 use alloc::format;
 use alloc::vec::Vec;
 
-/// MuJoCo's own list (`benches/peers/mjcf_schema.py`): one element per line, indented within its parent, with how
-/// often it stands there and its attributes.
+/// MuJoCo's own schema (`benches/peers/mjcf_schema.py`): one element per line, indented within its parent,
+/// with its multiplicity and attributes.
 const SCHEMA: &str = include_str!("schema.txt");
 
-/// One line of the list.
+/// One line of the schema.
 struct Entry<'a> {
     name: &'a str,
-    /// Stands within itself, too.
+    /// May contain itself.
     recursive: bool,
     attributes: Vec<&'a str>,
     children: Vec<usize>,
@@ -38,7 +38,7 @@ fn entries() -> Vec<Entry<'static>> {
     entries
 }
 
-/// The list's name of an element: frames and copies hold what bodies hold.
+/// The schema's name of an element: frames and copies have the content of bodies.
 fn listed(name: &str) -> &str {
     match name {
         "worldbody" | "frame" | "replicate" => "body",
@@ -46,7 +46,7 @@ fn listed(name: &str) -> &str {
     }
 }
 
-/// Attributes beside those of the list.
+/// Attributes in addition to those of the schema.
 fn more(name: &str) -> &'static [&'static str] {
     match name {
         "replicate" => &["count", "offset", "sep", "prefix", "childclass", "euler"],
@@ -55,7 +55,7 @@ fn more(name: &str) -> &'static [&'static str] {
     }
 }
 
-/// Every element and attribute is one that MuJoCo knows there.
+/// Checks that MuJoCo has every element and attribute at its position.
 pub(super) fn check(tree: &Tree) -> Result<(), DescriptionError> {
     let entries = entries();
     let mut open = Vec::from([(0, 0)]);
@@ -83,7 +83,7 @@ pub(super) fn check(tree: &Tree) -> Result<(), DescriptionError> {
     Ok(())
 }
 
-/// Attributes of an actuator that say where it acts, how it is named and how far it goes: all others are its law.
+/// Attributes of an actuator for name, transmission and limits; all others belong to its force law.
 const NO_LAW: [&str; 17] = [
     "name",
     "class",
@@ -104,7 +104,7 @@ const NO_LAW: [&str; 17] = [
     "tendon",
 ];
 
-/// What MuJoCo lets an actuator of this name say about its law of force.
+/// Attributes of the force law of an actuator element.
 pub(in crate::description) fn law(actuator: &str) -> Vec<&'static str> {
     let entries = entries();
     let all = entries.iter().find(|entry| entry.name == "actuator" && !entry.children.is_empty());
@@ -113,12 +113,12 @@ pub(in crate::description) fn law(actuator: &str) -> Vec<&'static str> {
     attributes.into_iter().flatten().copied().filter(|name| of_law(name)).collect()
 }
 
-/// Whether an attribute of an actuator says something about its law of force.
+/// Whether an attribute of an actuator belongs to its force law.
 pub(super) fn of_law(attribute: &str) -> bool {
     !NO_LAW.contains(&attribute)
 }
 
-/// What may have been meant.
+/// The most similar known name.
 fn near(name: &str, known: &[&str]) -> alloc::string::String {
     let best = known.iter().map(|known| (distance(name, known), known)).min();
     match best {
@@ -127,7 +127,7 @@ fn near(name: &str, known: &[&str]) -> alloc::string::String {
     }
 }
 
-/// Letters to change, add or leave out.
+/// Edit distance.
 fn distance(a: &str, b: &str) -> usize {
     if a.len() > 40 {
         return usize::MAX;

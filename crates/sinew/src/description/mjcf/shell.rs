@@ -1,4 +1,4 @@
-//! Solids that are all skin.
+//! Shells: solids whose mass is on the surface.
 
 use super::solid::TYPES;
 use core::f64::consts::PI;
@@ -26,7 +26,7 @@ pub(super) fn inertia(kind: usize, s: [f64; 3]) -> (f64, [f64; 3]) {
         _ => {
             let sides = [s[1] * s[2], s[0] * s[2], s[0] * s[1]];
             let all: f64 = sides.iter().sum();
-            // About an axis: the two sides across it turn in their plane, the other four stand off.
+            // About an axis: two faces rotate in their plane, the other four are offset from it.
             let about = |i: usize| {
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                 let (b, c) = (s[j] * s[j], s[k] * s[k]);
@@ -37,7 +37,8 @@ pub(super) fn inertia(kind: usize, s: [f64; 3]) -> (f64, [f64; 3]) {
     }
 }
 
-/// MuJoCo's: the surface by Thomsen's formula, the inertia of the space to an ellipsoid with half-axes longer by 1 um.
+/// MuJoCo's: the surface by Thomsen's formula, the inertia of the space to an ellipsoid with half-axes longer
+/// by 1 um.
 fn ellipsoid(s: [f64; 3]) -> (f64, [f64; 3]) {
     const POWER: f64 = 1.6075;
     const SKIN: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! Cables: through space, or as weighted sums of joints.
+//! Tendons: spatial, or fixed (weighted sums of joints).
 
 use super::import_state::Import;
 use super::ranges::{limits, linear};
@@ -73,7 +73,7 @@ fn path_element(import: &mut Import<'_>, at: Attributes<'_>) -> Result<PathEleme
     }
 }
 
-/// The place among the wraps of a geom that a cable names.
+/// Index among the wraps of the geom that a tendon names.
 fn surface(import: &mut Import<'_>, at: Attributes<'_>) -> Result<usize, DescriptionError> {
     let name = at.required("geom")?;
     let count = import.parts.wraps.len();

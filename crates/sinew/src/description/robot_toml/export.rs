@@ -1,4 +1,4 @@
-//! From parts to this project's TOML, laid out for people.
+//! From parts to this project's TOML.
 
 use crate::body::{Joint, JointKind, Parts, PathElement, TendonPath, WrapKind};
 use crate::description::names::named;
@@ -9,7 +9,7 @@ use core::fmt::Write as _;
 
 /// The robot in this project's own format; numbers read back to the same bits.
 ///
-/// What has no name gets one (`site_3`), because the format refers by name.
+/// Unnamed parts get a name (`site_3`), because the format refers by name.
 #[must_use]
 pub fn to_toml(parts: &Parts) -> String {
     let parts = &named(parts);

@@ -1,4 +1,4 @@
-//! From the file as written to parts: names become indices, units become SI without any.
+//! From the file as written to parts: names become indices.
 
 use super::written::{self as w, Finite, Vector};
 use crate::body::{
@@ -16,7 +16,7 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use toml::Spanned;
 
-/// Where one file's errors are.
+/// Name and text of a file, for the positions of errors.
 struct Source<'a> {
     file: &'a str,
     text: &'a str,
@@ -27,7 +27,7 @@ impl Source<'_> {
         self.text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count() + 1
     }
 
-    /// Where the tables of each kind begin.
+    /// Records the first line of every table.
     fn describe(&self, written: &w::File, origins: &mut Origins) {
         origins.set_keys(self.file, self.text);
         let ends: Vec<usize> =
@@ -52,7 +52,7 @@ impl Source<'_> {
         DescriptionError { file, line, place: place.to_string(), problem: problem.to_string() }
     }
 
-    /// The line within the table at `at` of the key that a problem begins with, else that of the table.
+    /// The line, within the table at `at`, of the key that begins the message, else that of the table.
     fn field(&self, at: usize, problem: &str) -> usize {
         let key: String = problem.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
         Keys::of(self.text).line(self.line(at), &key)
@@ -67,7 +67,7 @@ impl Source<'_> {
     }
 }
 
-/// Names of one kind, each with its place in the list.
+/// Names of one kind, each with its index.
 struct Names {
     kind: &'static str,
     places: BTreeMap<String, usize>,
@@ -110,7 +110,7 @@ fn range(given: Vector<2>) -> Option<[f64; 2]> {
 ///
 /// # Errors
 ///
-/// The first thing that is wrong: file, line, table and key, what stands there and what was expected.
+/// The first error: file, line, table and key, the value and what was expected.
 pub fn from_toml(file: &str, text: &str) -> Result<Description, DescriptionError> {
     let source = Source { file, text };
     let written = source.parse()?;
@@ -210,7 +210,7 @@ fn muscles(parts: &mut Parts, source: &Source<'_>, written: &w::File) -> Result<
     )
 }
 
-/// Every table of a kind, with its place in any error about it.
+/// Reads every table of a kind and adds its position to errors.
 fn each<T>(
     source: &Source<'_>,
     kind: &str,

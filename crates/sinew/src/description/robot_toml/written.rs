@@ -1,4 +1,4 @@
-//! The file as written: keys and types, nothing else judged.
+//! The file as written: keys and types; values are validated later.
 
 use alloc::collections::BTreeMap;
 use alloc::string::String;
@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use serde::Deserialize;
 use toml::Spanned;
 
-/// A number that is one: TOML also knows `nan` and `inf`.
+/// A finite number: TOML also has `nan` and `inf`.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(try_from = "f64")]
 pub(super) struct Finite(pub(super) f64);
@@ -144,7 +144,7 @@ pub(super) struct Sheath {
     pub(super) end_axis: Vector<3>,
 }
 
-/// Through space along a `path`, or a weighted sum of `joints`.
+/// Spatial with a `path`, or fixed with a weighted sum of `joints`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Muscle {
@@ -171,9 +171,9 @@ pub(super) struct Coupling {
 pub(super) struct Actuator {
     pub(super) name: String,
     pub(super) muscle: String,
-    /// MJCF's word for it: `motor`, `muscle`, `general`...
+    /// The MJCF element: `motor`, `muscle`, `general`...
     pub(super) kind: String,
-    /// Force at the muscle per unit of control; pulling is negative.
+    /// Force at the muscle per unit of control; negative for a pulling force.
     pub(super) gear: Finite,
     /// For a motor of gear -1 the limits of the tension at the anchor, N.
     pub(super) control_range: Vector<2>,

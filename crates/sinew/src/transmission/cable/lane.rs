@@ -7,7 +7,8 @@ use crate::error::{Error, non_negative, within};
 use crate::transmission::Sliding;
 
 impl<const N: usize> LaneGroup<N> {
-    /// The profile of sliding everywhere in one direction, with tension `far` at the anchor's end of the cable.
+    /// The profile of sliding everywhere in one direction, with tension `far` at the anchor's end of the
+    /// cable.
     pub(super) fn settle(&mut self, k: usize, far: f64, sliding: Sliding) {
         let mut tension = far;
         for j in (0..self.next_tension.len()).rev() {
@@ -22,8 +23,9 @@ impl<const N: usize> LaneGroup<N> {
         self.reset_motion(k);
     }
 
-    /// This tension at the drive's end and a share of the friction at every node: 1 as after sliding toward the
-    /// motor, -1 away from it, 0 the middle of the dead band. If a stretch is given, the share is found that yields it.
+    /// This tension at the drive's end and a share of the friction at every node: 1 as after sliding toward
+    /// the motor, -1 away from it, 0 the middle of the dead band. If a stretch is given, the share is found
+    /// that yields it.
     pub(super) fn set_profile(&mut self, k: usize, near: f64, share: f64, stretch: Option<f64>) {
         let mut share = share;
         if let Some(stretch) = stretch {

@@ -90,7 +90,8 @@ pub(super) struct LaneGroup<const N: usize> {
 
     /// Tensions of the step before they are accepted.
     pub(super) next_tension: Vec<Row<N>>,
-    /// Thomas algorithm after forward elimination: `x_i = rhs_i + super_i x_(i+1)`; row 0, the winch, is zero.
+    /// Thomas algorithm after forward elimination: `x_i = rhs_i + super_i x_(i+1)`; row 0, the winch, is
+    /// zero.
     pub(super) superdiagonal: Vec<Row<N>>,
     pub(super) right_hand_side: Vec<Row<N>>,
     /// Cells of one lane in the order from one end.
@@ -98,7 +99,8 @@ pub(super) struct LaneGroup<const N: usize> {
 }
 
 impl<const N: usize> LaneGroup<N> {
-    /// Slack cables of these laws, at most `N`, all with as many cells as the first; idle lanes copy the last law.
+    /// Slack cables of these laws, at most `N`, all with as many cells as the first; idle lanes copy the last
+    /// law.
     pub(super) fn new(laws: &[CableLaw]) -> Self {
         let of = |lane: usize| &laws[lane.min(laws.len() - 1)];
         let row = |value: &dyn Fn(&CableLaw) -> f64| Row(core::array::from_fn(|lane| value(of(lane))));

@@ -116,7 +116,8 @@ impl CableLaw {
         &self.compliance
     }
 
-    /// `mu phi - ln eta` of the whole path, without weakening: steady sliding changes the tension by the factor `e` to this power.
+    /// `mu phi - ln eta` of the whole path, without weakening: steady sliding changes the tension by the
+    /// factor `e` to this power.
     #[must_use]
     pub fn friction_angle(&self) -> f64 {
         self.nodes.iter().map(|node| 2.0 * (node.friction + node.loss)).sum()

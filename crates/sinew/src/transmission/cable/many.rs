@@ -13,8 +13,8 @@ use alloc::vec::Vec;
 /// Any number of cables, eight at a time.
 ///
 /// All have the same number of cells and step together; paths and parameters may differ. The widest
-/// instruction set of the processor is chosen at construction (AVX-512, AVX2, else the baseline of the build);
-/// results are bit-identical on all of them, and to those of a [`Cable`](super::Cable).
+/// instruction set of the processor is chosen at construction (AVX-512, AVX2, else the baseline of the
+/// build); results are bit-identical on all of them, and to those of a [`Cable`](super::Cable).
 ///
 /// # Example
 /// ```

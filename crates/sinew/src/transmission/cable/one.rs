@@ -10,7 +10,8 @@ use crate::transmission::Sliding;
 
 /// One cable in its sheath: a law and the tensions along it.
 ///
-/// Bit-identical to a lane of [`CableBatch`](super::CableBatch). Equations, assumptions and source: [`cable`](super).
+/// Bit-identical to a lane of [`CableBatch`](super::CableBatch). Equations, assumptions and source:
+/// [`cable`](super).
 ///
 /// # Example
 /// ```
@@ -46,7 +47,8 @@ impl Cable {
 
     /// The same with `count` Newton steps per time step instead of one, at least one.
     ///
-    /// One suffices for steps of 1 ms at up to 0.3 m/s; after a jump of many millimetres five reach balance in one step.
+    /// One suffices for steps of 1 ms at up to 0.3 m/s; after a jump of many millimetres five reach balance
+    /// in one step.
     #[must_use]
     pub fn with_iterations(mut self, count: usize) -> Self {
         self.lanes.iterations = count.max(1);
@@ -56,8 +58,8 @@ impl Cable {
     /// Advances the cable by `interval` seconds while its ends move.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a step longer than 0.02 s, an end that moves more than 0.1 m or a number that is not
-    /// finite; the state is then unchanged.
+    /// [`Error::OutOfDomain`] for a step longer than 0.02 s, an end that moves more than 0.1 m or a number
+    /// that is not finite; the state is then unchanged.
     #[inline]
     pub fn step(&mut self, interval: f64, motion: EndMotion) -> Result<EndTensions, Error> {
         check_interval(interval)?;
@@ -86,9 +88,9 @@ impl Cable {
         Ok(())
     }
 
-    /// Sets the profile with a tension at the drive, N, and a share of the friction bound at every node: 1 as after
-    /// sliding toward the motor, -1 away from it, 0 for a constant tension. A `stretch`, m, replaces the share by the one
-    /// that yields it.
+    /// Sets the profile with a tension at the drive, N, and a share of the friction bound at every node: 1 as
+    /// after sliding toward the motor, -1 away from it, 0 for a constant tension. A `stretch`, m, replaces
+    /// the share by the one that yields it.
     pub(crate) fn set_profile(&mut self, tension_in: f64, share: f64, stretch: Option<f64>) {
         self.lanes.set_profile(0, tension_in, share, stretch);
         self.ends = self.lanes.ends_at_rest(0);
@@ -102,7 +104,8 @@ impl Cable {
     /// Travel of the winch, m, that brings the anchor to a tension, N, while the anchor stands still.
     ///
     /// ```text
-    /// E_0 = e^(s H), E_j = E_(j-1) e^(-2 s h_j);  X_s(T*) = sum_j c_j (T* E_j - T_j)  over cells with s (T* E_j - T_j) > 0
+    /// E_0 = e^(s H),   E_j = E_(j-1) e^(-2 s h_j)
+    /// X_s(T*) = sum_j c_j (T* E_j - T_j)   over cells with s (T* E_j - T_j) > 0
     /// ```
     ///
     /// | symbol | argument      | unit | domain | meaning                                               |
@@ -110,9 +113,9 @@ impl Cable {
     /// | T* + T_0 | `tension_out` | N  | finite | target at the anchor; below `T_0` it is taken as `T_0`  |
     /// | s      | `sliding`     |      |        | direction in which the cable slides at the end of the travel |
     ///
-    /// With `s` toward a higher (lower) target than the present tension, the anchor reaches the target after that travel.
-    /// With the opposite `s` it is the pre-travel of a reversal: it brings the drive end to the edge of sliding in that
-    /// direction and leaves the far tension unchanged.
+    /// With `s` toward a higher (lower) target than the present tension, the anchor reaches the target after
+    /// that travel. With the opposite `s` it is the pre-travel of a reversal: it brings the drive end to the
+    /// edge of sliding in that direction and leaves the far tension unchanged.
     ///
     /// # Assumes
     /// Friction without drag, which vanishes when the winch stands.

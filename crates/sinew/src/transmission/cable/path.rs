@@ -89,8 +89,8 @@ impl CablePath {
 
     /// The bench of `yuan2023`: 1.667 m in all, 0.806 m of it sheath; angles and free lengths as calibrated.
     ///
-    /// Only `mu phi` in sum and the near share of the free length (0.19 +- 0.05) are identified by the tables;
-    /// three quarters of a turn in the sheath and a quarter over the pulley are a choice.
+    /// Only `mu phi` in sum and the near share of the free length (0.19 +- 0.05) are identified by the
+    /// tables; three quarters of a turn in the sheath and a quarter over the pulley are a choice.
     #[must_use]
     pub fn bench() -> Self {
         use core::f64::consts::{FRAC_PI_2, PI};

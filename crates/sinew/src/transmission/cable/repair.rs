@@ -3,9 +3,11 @@
 use super::lane_group::LaneGroup;
 use super::travel::{CellView, move_end};
 
-/// Tensions of a cable that was slack before the step: the profile of sliding everywhere with the total stretch.
+/// Tensions of a cable that was slack before the step: the profile of sliding everywhere with the total
+/// stretch.
 ///
-/// Friction without viscous terms; the sum of both motions decides the direction. Returns both ends' tensions.
+/// Friction without viscous terms; the sum of both motions decides the direction. Returns both ends'
+/// tensions.
 #[cold]
 #[inline(never)]
 pub(super) fn retension<const N: usize>(
@@ -88,7 +90,8 @@ fn sweep_near<const N: usize>(lanes: &mut LaneGroup<N>, k: usize, distance: f64)
     (distance != 0.0).then_some(moved)
 }
 
-/// Moves the anchor's end away from the motor by `distance`; returns its tension, or none where it does not move.
+/// Moves the anchor's end away from the motor by `distance`; returns its tension, or none where it does not
+/// move.
 fn sweep_far<const N: usize>(lanes: &mut LaneGroup<N>, k: usize, distance: f64) -> Option<f64> {
     let m = lanes.next_tension.len();
     let s = if distance > 0.0 { 1.0 } else { -1.0 };

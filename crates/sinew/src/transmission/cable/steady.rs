@@ -13,16 +13,17 @@ pub struct SteadySliding {
     pub stretch: f64,
 }
 
-/// Fixed-point iterations per node: its drag depends on the tension behind it and that tension on the drag. Starting from
-/// the ratio at the node before, two suffice.
+/// Fixed-point iterations per node: its drag depends on the tension behind it and that tension on the drag.
+/// Starting from the ratio at the node before, two suffice.
 const FIXED_POINT_ITERATIONS: usize = 2;
 
 impl CableLaw {
-    /// Near tension and stretch of a cable that slides at `velocity`, m/s, + toward the motor, with this tension at
-    /// the anchor, N, and the drag of the law times `drag_factor`.
+    /// Near tension and stretch of a cable that slides at `velocity`, m/s, + toward the motor, with this
+    /// tension at the anchor, N, and the drag of the law times `drag_factor`.
     ///
     /// ```text
-    /// T_(i-1) = T_i (1 + tau_i)/(1 - tau_i),   tau_i = tanh( s h_i(v) + g_i v ),   s = sign v;    e = sum_j c_j T_j
+    /// T_(i-1) = T_i (1 + tau_i)/(1 - tau_i),   tau_i = tanh( s h_i(v) + g_i v ),   s = sign v
+    /// e = sum_j c_j T_j
     /// ```
     ///
     /// | symbol | argument      | unit | domain | meaning                                                      |
@@ -52,8 +53,8 @@ impl CableLaw {
         self.sliding(tension_out, velocity, velocity, drag_factor)
     }
 
-    /// The same with the velocity weakening evaluated at another speed, `slip` m/s: for a cable that slips faster than its
-    /// mean velocity.
+    /// The same with the velocity weakening evaluated at another speed, `slip` m/s: for a cable that slips
+    /// faster than its mean velocity.
     ///
     /// # Errors
     /// As [`steady`](Self::steady).

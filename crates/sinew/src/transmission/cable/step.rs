@@ -8,9 +8,9 @@
 //! rhs_i = T_(i-1) - T_i - tau_i (T_(i-1) + T_i)
 //! ```
 //!
-//! where `k_j = 1/c_j`, `tau_i = tanh(s_i h_i + g_i v_i)`; a node that sticks has the row `x_i = -w_i`. The Thomas algorithm
-//! solves it: forward elimination leaves `x_i = rhs'_i + super'_i x_(i+1)`, back substitution finds `x`. The matrix is
-//! diagonally dominant, so no pivoting is needed.
+//! where `k_j = 1/c_j`, `tau_i = tanh(s_i h_i + g_i v_i)`; a node that sticks has the row `x_i = -w_i`. The
+//! Thomas algorithm solves it: forward elimination leaves `x_i = rhs'_i + super'_i x_(i+1)`, back
+//! substitution finds `x`. The matrix is diagonally dominant, so no pivoting is needed.
 
 use super::elementary::{at_least, tanh_series};
 use super::lane_group::{Ends, LaneGroup, Motion, Row};
@@ -91,7 +91,8 @@ fn eliminate<const N: usize>(lanes: &mut LaneGroup<N>, rate: f64, motion: &Motio
             let both = left + right;
             let sum = at_least(both, 0.0);
             let difference = left - right;
-            // Sliding direction: the difference of tensions that would hold the node at rest, against the friction bound.
+            // Sliding direction: the difference of tensions that would hold the node at rest, against the
+            // friction bound.
             let bound = sum * node.tanh_half.0[k];
             let trial = difference + (kl + kr) * w;
             let driven = if motion.motor.0[k] + motion.anchor.0[k] >= 0.0 { 1.0 } else { -1.0 };
@@ -140,8 +141,9 @@ fn correct_displacements<const N: usize>(lanes: &mut LaneGroup<N>) {
     }
 }
 
-/// Back substitution of the last Newton step: displacements, the check that no friction force does work on the cable, and
-/// tensions before scaling. Returns the scale that makes the total stretch exact, and twice the elastic energy after it.
+/// Back substitution of the last Newton step: displacements, the check that no friction force does work on
+/// the cable, and tensions before scaling. Returns the scale that makes the total stretch exact, and twice
+/// the elastic energy after it.
 #[inline(always)]
 fn substitute_back<const N: usize>(lanes: &mut LaneGroup<N>) -> (Row<N>, Row<N>) {
     let m = lanes.tension.len();
@@ -150,8 +152,9 @@ fn substitute_back<const N: usize>(lanes: &mut LaneGroup<N>) -> (Row<N>, Row<N>)
     let (superdiagonal, right_hand_side) = (&lanes.superdiagonal[..m], &lanes.right_hand_side[..m]);
     let slip = &mut lanes.slip[..=m];
     let (mut sum, mut energy) = (Row::<N>::ZERO, Row::<N>::ZERO);
-    // Node `j` lies left of cell `j`; node 0 is the winch, whose row is zero. At the node in hand: its correction, its
-    // displacement as solved; the displacement of the next node as accepted; the tension of the cell between them as solved.
+    // Node `j` lies left of cell `j`; node 0 is the winch, whose row is zero. At the node in hand: its
+    // correction, its displacement as solved; the displacement of the next node as accepted; the tension of
+    // the cell between them as solved.
     let mut x = right_hand_side[m - 1];
     let (mut solved, mut beyond, mut right) = (slip[m - 1], slip[m], Row::<N>::ZERO);
     for k in 0..N {
@@ -196,7 +199,8 @@ fn substitute_back<const N: usize>(lanes: &mut LaneGroup<N>) -> (Row<N>, Row<N>)
     (scale, energy)
 }
 
-/// Accepts lanes whose step created no energy; the others, and those that were slack, take the exact path of `repair`.
+/// Accepts lanes whose step created no energy; the others, and those that were slack, take the exact path of
+/// `repair`.
 #[inline(always)]
 fn enforce_passivity<const N: usize>(
     lanes: &mut LaneGroup<N>,

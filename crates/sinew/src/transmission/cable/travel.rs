@@ -28,11 +28,12 @@ pub(super) fn travel(cells: impl Iterator<Item = CellView>, target: f64, s: f64)
 
 /// Moves the end by `distance`, m: positive pulls, negative yields; the other end is held.
 ///
-/// The inverse of [`travel`] in `T*`, then `T_j <- max(T_j, T* E_j)`, or `min` where it yields. `X` is piecewise
-/// linear and, times `s`, convex in `T*`: Newton's method from beyond the root reaches it in as many steps as
-/// the set of sliding cells changes. Returns the tension at the end.
+/// The inverse of [`travel`] in `T*`, then `T_j <- max(T_j, T* E_j)`, or `min` where it yields. `X` is
+/// piecewise linear and, times `s`, convex in `T*`: Newton's method from beyond the root reaches it in as
+/// many steps as the set of sliding cells changes. Returns the tension at the end.
 ///
-/// It creates no energy: with `T'` after and `T` before, `T'_end d - sum c (T'^2 - T^2)/2 = sum c (T' - T)(T'_end
+/// It creates no energy: with `T'` after and `T` before, `T'_end d - sum c (T'^2 - T^2)/2 = sum c (T' -
+/// T)(T'_end
 /// - (T' + T)/2) >= 0`, because where tension rises it stays below `T'_end`, and above where it falls.
 pub(super) fn move_end(cells: &mut [CellView], distance: f64) -> f64 {
     let Some(end) = cells.first().map(|cell| cell.tension) else { return 0.0 };
