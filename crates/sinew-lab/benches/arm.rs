@@ -23,9 +23,9 @@ fn main() {
     tail();
 }
 
-/// Every tick of the controller timed by itself, the clock's own time included.
+/// Distribution of the time of single control cycles, the clock's overhead included.
 fn tail() {
-    let (start, told) = under_way();
+    let (start, told) = controller_in_motion();
     let mut times: Vec<u128> = Vec::new();
     for _ in 0..200 {
         let mut controller = start.clone();
@@ -64,7 +64,7 @@ fn along(robot: &Robot, shape: Loop) -> JointPath {
     JointPath::resolve(robot, site, &EndPointPath::lm_arm(shape), &Redundancy::lm_arm(), 720).unwrap()
 }
 
-/// Items are steps of a millisecond: the time of one is 1 s over the rate. Cells of every cable, substeps.
+/// Items are steps of a millisecond. Arguments: cells per cable, substeps.
 #[divan::bench(args = [(12, 2), (24, 1), (24, 2), (24, 4)])]
 fn step(bencher: Bencher, (cells, substeps): (usize, usize)) {
     let robot = lm_arm();
@@ -84,8 +84,8 @@ fn step(bencher: Bencher, (cells, substeps): (usize, usize)) {
     });
 }
 
-/// A controller in the middle of a motion, and what it is told in the next milliseconds.
-fn under_way() -> (ArmController, Vec<(ArmReading, Reference, Reference)>) {
+/// A controller in the middle of a motion, with the inputs of the next milliseconds.
+fn controller_in_motion() -> (ArmController, Vec<(ArmReading, Reference, Reference)>) {
     let robot = lm_arm();
     let law = TimeLaw::new(4.0 * std::f64::consts::PI, 11.5).unwrap();
     let trajectory = Trajectory::AlongPath { joints: along(&robot, Loop::Sine), law };
@@ -121,10 +121,10 @@ fn under_way() -> (ArmController, Vec<(ArmReading, Reference, Reference)>) {
     (start.unwrap(), told)
 }
 
-/// The whole tick: sensors in, commands out. Items are ticks.
+/// The whole control cycle, from measurements to commands. Items are cycles.
 #[divan::bench]
 fn control(bencher: Bencher) {
-    let (start, told) = under_way();
+    let (start, told) = controller_in_motion();
     let bencher = bencher.counter(ItemsCount::new(STEPS));
     bencher.with_inputs(|| start.clone()).bench_local_refs(|controller| {
         for (said, now, coming) in &told {

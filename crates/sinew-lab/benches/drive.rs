@@ -15,7 +15,7 @@ fn main() {
     divan::main();
 }
 
-/// Steps per measured call: commands with reversals, so that drive and cable work in all their branches.
+/// Steps per measured call: commands with reversals, so that all branches of drive and cable are executed.
 const STEPS: usize = 256;
 
 fn commands(kind: Kind) -> Vec<DriveCommand> {

@@ -1,4 +1,4 @@
-//! An arm drawn from a seed, calibrated muscle by muscle, and walked.
+//! An arm drawn from a seed, calibrated muscle by muscle, and tracked along a path.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
@@ -13,7 +13,7 @@ fn lm_arm() -> Robot {
 }
 
 #[test]
-fn an_arm_that_was_calibrated_follows_and_what_was_found_is_near_what_was_built() {
+fn a_calibrated_arm_tracks_its_path_and_the_identified_parameters_are_near_the_true_ones() {
     let robot = lm_arm();
     let site = robot.site("endpoint").unwrap();
     let path = EndPointPath::lm_arm(Loop::Sine);
@@ -26,7 +26,10 @@ fn an_arm_that_was_calibrated_follows_and_what_was_found_is_near_what_was_built(
         let angle = model.law().unwrap().friction_angle();
         assert!((angle - truth).abs() < 0.02 * truth, "{angle} {truth}");
         assert!((model.parameters.pretension - cable.parameters.pretension).abs() < 0.8);
-        assert!((model.parameters.friction - cable.parameters.friction).abs() > 1e-9, "read from the plant");
+        assert!(
+            (model.parameters.friction - cable.parameters.friction).abs() > 1e-9,
+            "copied from the plant"
+        );
     }
     let task = TrackingTask {
         trajectory: &trajectory,

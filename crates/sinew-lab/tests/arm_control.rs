@@ -1,4 +1,4 @@
-//! An arm under control: what it holds, what it bounds, and what it does when something fails.
+//! The arm under control: tracking, rest, bounds of commands and tensions, and reactions to faults.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
@@ -34,7 +34,7 @@ fn start(robot: &Robot) -> Vec<f64> {
     robot.key("start").unwrap().to_vec()
 }
 
-/// Cables as somebody believes them who has measured, two or three per cent off in every number.
+/// Cable models with errors of 2 to 10 % in friction, drag, pretension and compliance; path and weakening are the plant's.
 fn believed(specimen: &ArmSpecimen) -> Vec<CableModel> {
     let model = |(k, cable): (usize, &sinew::twin::cable::Specimen)| {
         let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
@@ -92,7 +92,7 @@ fn run(case: Case<'_>, see: impl FnMut(&TrackRow<'_>)) -> TrackSummary {
 }
 
 #[test]
-fn an_arm_that_is_not_the_one_on_paper_follows_a_circle_within_millimetres() {
+fn a_specimen_that_differs_from_the_design_tracks_a_circle_within_millimetres() {
     for seed in [1, 2] {
         let mut inside = true;
         let found = run(Case { seed, ..Case::default() }, |row| {
@@ -107,7 +107,7 @@ fn an_arm_that_is_not_the_one_on_paper_follows_a_circle_within_millimetres() {
 }
 
 #[test]
-fn what_the_encoders_zeros_hide_goes_with_them_and_a_way_that_does_not_come_back_goes_once() {
+fn the_error_by_encoder_zeros_is_proportional_to_them_and_an_open_trajectory_is_not_repeated() {
     let robot = lm_arm();
     let q = start(&robot);
     let mut specimen = ArmSpecimen::draw(&robot, &q, 1).unwrap();
@@ -147,14 +147,14 @@ fn what_the_encoders_zeros_hide_goes_with_them_and_a_way_that_does_not_come_back
 }
 
 #[test]
-fn an_arm_at_rest_stays_at_rest_without_hunting() {
+fn an_arm_at_rest_has_no_limit_cycle() {
     let found = run(Case { after: 20.0, ..Case::default() }, |_| {});
     assert!(found.max_hold_tension_std() < 1.0, "{} N", found.max_hold_tension_std());
     assert!(found.hold_error.max < 5e-3, "{:?}", found.hold_error);
 }
 
 #[test]
-fn while_the_reference_stands_the_controller_gives_the_arm_no_energy() {
+fn with_a_constant_reference_the_controller_adds_no_energy_to_the_arm() {
     let robot = lm_arm();
     let q = start(&robot);
     let wanted = Reference { q: q.clone(), ..Reference::new(7) };
@@ -185,14 +185,14 @@ fn while_the_reference_stands_the_controller_gives_the_arm_no_energy() {
         let error = arm.truth().q.iter().zip(&q).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
         let told = format!("seed {seed}: {begin} J, at most {most}, given {given}, late {late}, {error} rad");
         assert!(most < begin + 1.0 && given < 2.0, "{told}");
-        // Noise and counts cost some 50 mW.
+        // Noise and quantisation cause about 50 mW.
         assert!(late < 0.5, "{told}");
         assert!(arm.truth().v.iter().all(|v| v.abs() < 0.05) && error < 6e-3, "{told}");
     }
 }
 
 #[test]
-fn tensions_alone_lose_the_arm_and_say_so() {
+fn uncompensated_drive_tensions_end_in_a_reported_tracking_error() {
     let way = ActuationMode::DriveTension(vec![Compensation::None; 15]);
     let found = run(Case { way, ..Case::default() }, |_| {});
     assert!(matches!(found.stopped, Some((_, Fault::TrackingError(_)))), "{:?}", found.stopped);
@@ -200,7 +200,7 @@ fn tensions_alone_lose_the_arm_and_say_so() {
 }
 
 #[test]
-fn without_tensions_known_the_winches_still_follow_and_knowing_them_is_better() {
+fn winches_track_without_tension_estimates_and_better_with_them() {
     let observed = run(Case::default(), |_| {}).end_point_error.mean;
     let gains = ArmGains::lm_arm().without_tension_estimates();
     let blind = run(
@@ -228,7 +228,7 @@ fn fault(duration: f64, failure: Failure) -> [InjectedFault; 1] {
 }
 
 #[test]
-fn a_sensor_that_is_gone_for_milliseconds_is_bridged() {
+fn a_sensor_lost_for_milliseconds_degrades_the_controller_without_stopping_it() {
     use SensorFailure::{Lost, NotANumber};
     for (lasting, sensor, how, named) in [
         (0.001, Sensor::Joint(3), NotANumber, Fault::JointSensor(3)),
@@ -246,7 +246,7 @@ fn a_sensor_that_is_gone_for_milliseconds_is_bridged() {
 }
 
 #[test]
-fn what_does_not_come_back_stops_the_arm_by_name_without_a_jump() {
+fn a_permanent_fault_is_identified_and_stops_the_arm_without_a_jump() {
     use SensorFailure::NotANumber;
     for (what, named) in [
         (Failure::Sensor(Sensor::Joint(3), NotANumber), Fault::JointSensor(3)),
@@ -276,7 +276,7 @@ fn what_does_not_come_back_stops_the_arm_by_name_without_a_jump() {
     }
 }
 
-/// A network that always says the same.
+/// A network with a constant output.
 fn constant(inputs: usize, output: f64) -> Perceptron {
     Perceptron::new(PerceptronWeights {
         inputs,
@@ -291,7 +291,7 @@ fn constant(inputs: usize, output: f64) -> Perceptron {
 }
 
 #[test]
-fn what_a_network_says_is_added_to_what_the_observers_believe_within_its_bound() {
+fn the_output_of_a_residual_network_is_added_to_the_observers_estimate_within_its_limit() {
     let robot = lm_arm();
     let specimen = ArmSpecimen::nominal(&robot, &start(&robot)).unwrap();
     let goal = Reference { q: start(&robot), ..Reference::new(7) };
@@ -314,7 +314,7 @@ fn what_a_network_says_is_added_to_what_the_observers_believe_within_its_bound()
 }
 
 #[test]
-fn a_controller_is_refused_whose_parts_do_not_fit() {
+fn a_controller_of_inconsistent_parts_is_refused() {
     let robot = lm_arm();
     let specimen = ArmSpecimen::nominal(&robot, &start(&robot)).unwrap();
     let models = believed(&specimen);
@@ -342,7 +342,7 @@ fn a_controller_is_refused_whose_parts_do_not_fit() {
 }
 
 #[test]
-fn whatever_sensors_say_commands_stay_finite_and_within_what_a_winch_can_do() {
+fn for_any_measurements_commands_stay_finite_and_within_the_limits_of_a_winch() {
     let robot = lm_arm();
     let specimen = ArmSpecimen::nominal(&robot, &start(&robot)).unwrap();
     let mut random = sinew::random::Random::new(3);

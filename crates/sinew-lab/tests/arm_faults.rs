@@ -1,4 +1,4 @@
-//! Whatever fails while an arm moves: it is named, no tension jumps, and the run goes on to its end.
+//! Injected faults during a motion: each is identified, no tension jumps, and the run continues to its end.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
@@ -12,11 +12,12 @@ use sinew::twin::arm::{ArmSpecimen, Failure, InjectedFault, Sensor, SensorFailur
 use sinew_lab::experiment::arm::{TrackRun, track};
 use sinew_lab::experiment::{TrackSummary, oracle_models};
 
-/// When it fails, s: elbow and brachialis are on their way.
+/// Start of the fault, s: elbow and brachialis are moving.
 const FROM: f64 = 3.0;
 /// Rest, one turn of the circle, rest.
 const ROWS: usize = 1000 + 5750 + 1000;
-/// The most that an anchor's tension changes in a millisecond, N: 0.5 without a fault, 4.3 where the arm falls into its other cables.
+/// Largest change of an anchor's tension in a millisecond, N: measured 0.5 without a fault, 4.3 where the arm falls into
+/// its other cables.
 const JUMP: f64 = 8.0;
 /// Limits of the anchors after a fault, N.
 const ANCHOR: [f64; 2] = [5.0, 445.0];
@@ -43,7 +44,7 @@ impl Arm {
         Self { models, specimen, trajectory: Trajectory::AlongPath { joints, law }, site }
     }
 
-    /// Runs with one fault; holds what must hold whatever fails.
+    /// Runs with one fault and checks the bounds that hold for every fault.
     fn fails(&self, what: Failure, lasting: f64) -> TrackSummary {
         let robot = lm_arm();
         let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
@@ -88,17 +89,17 @@ impl Arm {
     }
 }
 
-/// What became of it: bridged and forgotten, or the end.
+/// Expected reaction to a fault.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum End {
-    /// Nobody could have noticed, and nothing came of it.
+    /// Not detectable, and without effect.
     Unseen,
     Bridged,
     Stopped,
 }
 
-/// Every duration of every fault.
-fn hold(table: impl IntoIterator<Item = (Failure, f64, Fault, End)>) {
+/// Checks the reaction to every fault and duration.
+fn check_reactions(table: impl IntoIterator<Item = (Failure, f64, Fault, End)>) {
     let arm = Arm::new();
     for (what, lasting, named, end) in table {
         let found = arm.fails(what, lasting);
@@ -117,7 +118,7 @@ fn hold(table: impl IntoIterator<Item = (Failure, f64, Fault, End)>) {
                 assert!((FROM..FROM + 0.2).contains(&at), "{told}");
             }
         }
-        // What was bridged or not noticed is not seen in the path either.
+        // A fault that does not stop the arm leaves the tracking error within bounds.
         assert!(end == Stopped || found.end_point_error.max < 20e-3, "{told}");
     }
 }
@@ -128,40 +129,40 @@ fn durations(what: Failure, named: Fault, ends: [End; 4]) -> [(Failure, f64, Fau
 }
 
 #[test]
-fn an_encoder_that_says_nothing_is_bridged_and_then_stops_the_arm() {
+fn a_lost_encoder_is_bridged_for_milliseconds_and_then_stops_the_arm() {
     let ends = [Bridged, Bridged, Stopped, Stopped];
     for how in [Lost, NotANumber] {
-        hold(durations(Failure::Sensor(Sensor::Motor(7), how), Fault::MotorSensor(7), ends));
-        hold(durations(Failure::Sensor(Sensor::Joint(3), how), Fault::JointSensor(3), ends));
+        check_reactions(durations(Failure::Sensor(Sensor::Motor(7), how), Fault::MotorSensor(7), ends));
+        check_reactions(durations(Failure::Sensor(Sensor::Joint(3), how), Fault::JointSensor(3), ends));
     }
 }
 
 #[test]
-fn an_encoder_that_is_stuck_is_found_out_when_it_should_have_moved() {
-    // For ten milliseconds it differs from its counts as little as one whose cables stick.
+fn a_stuck_encoder_is_detected_once_it_should_have_moved() {
+    // Within ten milliseconds it is not distinguishable from a sticking cable.
     let ends = [Unseen, Unseen, Stopped, Stopped];
-    hold(durations(Failure::Sensor(Sensor::Motor(7), Stuck), Fault::MotorSensor(7), ends));
-    hold(durations(Failure::Sensor(Sensor::Joint(3), Stuck), Fault::JointSensor(3), ends));
+    check_reactions(durations(Failure::Sensor(Sensor::Motor(7), Stuck), Fault::MotorSensor(7), ends));
+    check_reactions(durations(Failure::Sensor(Sensor::Joint(3), Stuck), Fault::JointSensor(3), ends));
 }
 
 #[test]
-fn an_arm_goes_on_without_a_load_cell() {
+fn a_failed_load_cell_does_not_stop_the_arm() {
     for (how, one) in [(Lost, Bridged), (NotANumber, Bridged), (Stuck, Unseen)] {
         let what = Failure::Sensor(Sensor::Tension(7), how);
-        hold(durations(what, Fault::TensionSensor(7), [one, Bridged, Bridged, Bridged]));
+        check_reactions(durations(what, Fault::TensionSensor(7), [one, Bridged, Bridged, Bridged]));
     }
 }
 
 #[test]
-fn a_drive_that_stops_is_told_from_its_encoder() {
+fn a_stopped_drive_is_distinguished_from_a_failed_encoder() {
     let ends = [Unseen, Unseen, Stopped, Stopped];
-    hold(durations(Failure::Amplifier(7), Fault::Drive(7), ends));
-    hold(durations(Failure::Winch(7), Fault::Drive(7), ends));
+    check_reactions(durations(Failure::Amplifier(7), Fault::Drive(7), ends));
+    check_reactions(durations(Failure::Winch(7), Fault::Drive(7), ends));
 }
 
 #[test]
-fn a_cable_that_breaks_is_told_from_its_load_cell() {
-    hold([0, 7, 8, 12].map(|k| (Failure::Cable(k), f64::INFINITY, Fault::Cable(k), Stopped)));
+fn a_broken_cable_is_distinguished_from_a_failed_load_cell() {
+    check_reactions([0, 7, 8, 12].map(|k| (Failure::Cable(k), f64::INFINITY, Fault::Cable(k), Stopped)));
 }
 
 #[test]

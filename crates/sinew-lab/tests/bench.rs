@@ -1,4 +1,4 @@
-//! The bench with a compensation on trial: what each reaches, and what cannot be hidden.
+//! The bench with each compensation: accuracy of the far tension, determinism, and a broken cable.
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use sinew::control::compensation::{CapstanCompensation, Compensation, ObserverCompensation};
@@ -27,7 +27,7 @@ fn observer() -> Compensation {
 }
 
 #[test]
-fn an_observer_holds_the_far_tension_where_others_lose_it() {
+fn the_observer_tracks_the_far_tension_better_than_capstan_and_no_compensation() {
     let bench = Specimen::bench;
     let capstan = Compensation::Capstan(CapstanCompensation::new(1.054, 15.5).unwrap());
     let none = errors(bench(), 0.06, Compensation::None);
@@ -58,7 +58,7 @@ fn the_same_seed_gives_the_same_run() {
 }
 
 #[test]
-fn a_cable_that_breaks_says_when_and_ends_the_run() {
+fn a_broken_cable_is_reported_with_its_time_and_ends_the_run() {
     let mut specimen = Specimen::bench();
     specimen.effects.breakage.as_mut().unwrap().tension = 250.0;
     let wanted = BenchRun::paper(specimen, Programme::Track, 0.06, 1);

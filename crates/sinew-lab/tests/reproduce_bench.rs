@@ -1,4 +1,4 @@
-//! The bench of the paper, as a user of the library runs it: calibrated through the sensors, judged against the truth.
+//! The bench of the paper: calibrated from measurements, evaluated against the true tensions.
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use sinew::metrics::Comparison;
@@ -18,7 +18,7 @@ fn trial(specimen: &Specimen, speed: f64, steering: MuscleControl<'_>) -> Trial 
 }
 
 #[test]
-fn a_calibrated_observer_reaches_the_far_tension_on_a_cable_it_has_never_seen() {
+fn a_calibrated_observer_tracks_the_far_tension_of_a_drawn_specimen() {
     let specimen = Specimen::draw(5);
     let logs = calibration_runs(&specimen, 3.0, 5).unwrap();
     let compensation = observer(&calibrated_cable(&logs).unwrap()).unwrap();
@@ -37,16 +37,16 @@ fn a_calibrated_observer_reaches_the_far_tension_on_a_cable_it_has_never_seen() 
 }
 
 #[test]
-fn the_dynamic_bench_shows_the_mechanism_of_the_tables() {
+fn the_calibration_runs_reproduce_tables_two_and_three() {
     let logs = calibration_runs(&Specimen::bench(), 3.0, 1).unwrap();
     let [rms, largest] = Mechanism::of(&logs).differences();
     assert!(rms < 0.09, "{rms}");
-    // Two cells stand out in the paper itself: passive efficiency at 0.10 m/s, active elongation at 0.12 m/s.
+    // Two cells are outliers in the paper itself: passive efficiency at 0.10 m/s, active elongation at 0.12 m/s.
     assert!(largest < 0.2, "{largest}");
 }
 
 #[test]
-fn compensations_rank_as_they_should() {
+fn observer_is_better_than_capstan_and_capstan_than_no_compensation() {
     let specimen = Specimen::bench();
     let logs = calibration_runs(&specimen, 2.0, 1).unwrap();
     let active = |variant: CompensationVariant| {

@@ -1,4 +1,4 @@
-//! The observer identified from logs of a simulated cable that is of another family than its own.
+//! The cable observer identified from logs of the demonstration plant, another implementation of springs and friction nodes.
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use sinew::predictor::CableColumns;
@@ -6,7 +6,7 @@ use sinew_identify::cable::{CableLog, FitOptions, cable_logs, fit_cable, initial
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
 use sinew_lab::simulated::demo_logs;
 
-/// The demo's three days, read as a user's logs are; `rewrite` changes every row.
+/// The demonstration logs, read like a user's; `rewrite` changes every row.
 fn days(rewrite: impl Fn(&str) -> String) -> (CableColumns, Vec<CableLog>) {
     let texts: Vec<(String, String)> =
         demo_logs(1).into_iter().map(|(name, text)| (name, text.lines().map(&rewrite).collect())).collect();
@@ -20,7 +20,7 @@ fn same(line: &str) -> String {
 }
 
 #[test]
-fn a_cable_of_another_family_is_followed_to_another_day_from_its_logs_alone() {
+fn an_observer_identified_from_two_days_predicts_the_third() {
     let (_, logs) = days(same);
     let start = initial_cable(&logs[..2]).unwrap();
     let fit = fit_cable(&logs[..2], &start, &FitOptions::default()).unwrap();
@@ -33,7 +33,7 @@ fn a_cable_of_another_family_is_followed_to_another_day_from_its_logs_alone() {
         (low, high) = (low.min(*far), high.max(*far));
     }
     let percent = 100.0 * f64::sqrt(squares / count) / (high - low);
-    // The zeros of the demo's encoders stay where they are, so the first sample is no guess.
+    // The encoder zeros are the same on all days, so that the first estimate is already accurate.
     let first = (unseen[0].far - logs[2].far[0]).abs();
     assert!(fit.model.zero_stretch.is_some() && first < 0.1 * (high - low), "{first} N at first");
     eprintln!(

@@ -50,7 +50,7 @@ fn nominal() -> ArmSpecimen {
     ArmSpecimen::nominal(&robot, &start(&robot)).unwrap()
 }
 
-/// Without what wears, warms and creeps: the bare laws.
+/// Without slow effects: the laws alone.
 fn bare() -> ArmSpecimen {
     let mut specimen = nominal();
     for cable in &mut specimen.cables {
@@ -64,7 +64,7 @@ fn worst(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn an_arm_whose_tensions_balance_gravity_stays_where_it_is() {
+fn an_arm_whose_tensions_balance_gravity_stays_at_rest() {
     let specimen = nominal();
     let q = start(&specimen.robot);
     let tensions = holding(&specimen.robot, &q, 30.0);
@@ -75,7 +75,7 @@ fn an_arm_whose_tensions_balance_gravity_stays_where_it_is() {
     let truth = arm.truth();
     assert!(worst(truth.q, &q) < 1e-3, "{:?} {q:?}", truth.q);
     assert!(truth.v.iter().all(|v| v.abs() < 1e-3), "{:?}", truth.v);
-    // And without the pull of its cables it would have fallen.
+    // Without tensions the same arm falls.
     let weak = vec![16.0; 15];
     let mut arm = ArmTwin::new(&specimen, &q, &weak, 1).unwrap();
     for _ in 0..2000 {
@@ -145,8 +145,8 @@ fn every_transmission_of_an_arm_can_be_put_on_the_bench_alone() {
     }
 }
 
-/// Commands of a controller gone mad, from a seed.
-fn madness(random: &mut Random) -> [DriveCommand; 15] {
+/// Random commands, invalid ones included.
+fn random_commands(random: &mut Random) -> [DriveCommand; 15] {
     core::array::from_fn(|_| match random.bits() % 4 {
         0 => DriveCommand::Velocity(0.3 * (random.unit() - 0.5)),
         1 => DriveCommand::Tension { tension: 300.0 * random.unit(), feed: 0.0 },
@@ -156,7 +156,7 @@ fn madness(random: &mut Random) -> [DriveCommand; 15] {
 }
 
 #[test]
-fn whatever_it_is_told_it_stays_finite_and_no_cable_ever_pushes() {
+fn for_any_commands_the_state_stays_finite_and_tensions_non_negative() {
     for seed in 0..4 {
         let robot = lm_arm();
         let q = start(&robot);
@@ -164,7 +164,7 @@ fn whatever_it_is_told_it_stays_finite_and_no_cable_ever_pushes() {
         let mut arm = ArmTwin::new(&specimen, &q, &[60.0; 15], seed).unwrap();
         let mut random = Random::new(seed);
         for k in 0..4000 {
-            let told = if k % 50 == 0 { madness(&mut random) } else { STAND };
+            let told = if k % 50 == 0 { random_commands(&mut random) } else { STAND };
             let truth = arm.step(&told, H).unwrap();
             assert!(truth.q.iter().chain(truth.v).all(|x| x.is_finite()));
             assert!(truth.cables.iter().all(|cable| cable.tension_out >= 0.0 && cable.tension_in >= 0.0));
@@ -173,7 +173,7 @@ fn whatever_it_is_told_it_stays_finite_and_no_cable_ever_pushes() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_bits_and_another_another_arm() {
+fn equal_seeds_give_equal_bits_and_different_seeds_different_arms() {
     let run = |seed| {
         let robot = lm_arm();
         let q = start(&robot);
@@ -182,7 +182,7 @@ fn the_same_seed_gives_the_same_bits_and_another_another_arm() {
         let mut random = Random::new(9);
         let mut bits = Vec::new();
         for _ in 0..500 {
-            arm.step(&madness(&mut random), H).unwrap();
+            arm.step(&random_commands(&mut random), H).unwrap();
             let (truth, reading) = (arm.truth(), arm.reading());
             bits.extend(truth.q.iter().chain(&reading.tension).chain(&reading.joint).map(|x| x.to_bits()));
         }
@@ -214,7 +214,7 @@ fn finer_steps_change_the_motion_little_and_less_and_less() {
 }
 
 #[test]
-fn a_cable_that_breaks_in_flight_lets_go_and_its_arm_falls_to_a_stop() {
+fn after_a_cable_breaks_the_arm_falls_to_a_stop() {
     let specimen = nominal();
     let q = start(&specimen.robot);
     let tensions = holding(&specimen.robot, &q, 30.0);
@@ -233,7 +233,7 @@ fn a_cable_that_breaks_in_flight_lets_go_and_its_arm_falls_to_a_stop() {
 }
 
 #[test]
-fn a_winch_that_jams_stands_and_an_amplifier_that_is_off_does_not_obey() {
+fn a_jammed_winch_does_not_move_and_an_amplifier_that_is_off_ignores_commands() {
     let specimen = nominal();
     let q = start(&specimen.robot);
     let wound = |what| {
@@ -256,7 +256,7 @@ fn a_winch_that_jams_stands_and_an_amplifier_that_is_off_does_not_obey() {
 }
 
 #[test]
-fn sensors_fail_for_their_time_and_the_plant_does_not_notice() {
+fn sensor_faults_last_for_their_duration_and_do_not_affect_the_plant() {
     let specimen = nominal();
     let q = start(&specimen.robot);
     let fault =
@@ -291,7 +291,7 @@ fn sensors_fail_for_their_time_and_the_plant_does_not_notice() {
 }
 
 #[test]
-fn readings_are_a_millisecond_old_and_off_by_count_noise_and_zero_only() {
+fn measurements_are_delayed_by_a_millisecond_with_quantisation_noise_and_zero_errors_only() {
     let robot = lm_arm();
     let q = start(&robot);
     let specimen = ArmSpecimen::draw(&robot, &q, 5).unwrap();
@@ -317,7 +317,7 @@ fn readings_are_a_millisecond_old_and_off_by_count_noise_and_zero_only() {
 }
 
 #[test]
-fn arms_scatter_within_their_bounds_and_a_payload_is_felt() {
+fn specimens_scatter_within_their_bounds_and_a_payload_adds_its_weight() {
     let robot = lm_arm();
     let q = start(&robot);
     let of = ArmSpecimen::nominal(&robot, &q).unwrap();
@@ -357,7 +357,7 @@ fn arms_scatter_within_their_bounds_and_a_payload_is_felt() {
 
 #[test]
 fn the_drive_has_three_metres_per_second_squared_at_250_newtons() {
-    // Its own limit lifted, so that motor and amplifier show what they have.
+    // With the acceleration limit lifted, motor and amplifier are the limit.
     let free = DriveParameters { acceleration: 50.0, ..DriveParameters::mc_am() };
     for tension in [100.0, 250.0, 445.0] {
         for (parameters, least) in [(DriveParameters::mc_am(), 3.0), (free, 3.0)] {

@@ -75,7 +75,7 @@ fn the_default_resolution_is_fine_enough() {
 }
 
 #[test]
-fn an_uneven_bend_shows_in_reversals_and_not_in_sliding() {
+fn uneven_curvature_affects_reversals_and_not_steady_sliding() {
     let uneven = only(|e| e.curvature = Some(UnevenCurvature { parts: vec![3.0, 1.0, 0.1] }));
     let (mut a, mut b) = (plant(&Specimen::ideal()), plant(&uneven));
     let (even, bent) = (slid(&mut a, 0.05, 2.0), slid(&mut b, 0.05, 2.0));
@@ -99,7 +99,7 @@ fn a_soft_wall_makes_the_cable_longer_under_the_same_tension() {
 }
 
 #[test]
-fn work_warms_the_sheath_and_takes_drag_and_rest_gives_it_back() {
+fn friction_warms_the_sheath_and_lowers_the_drag_until_it_cools() {
     let warm = only(|e| e.heat = Some(DragHeat::default()));
     let (mut plant, mut cold) = (plant(&warm), plant(&Specimen::ideal()));
     // Back and forth, so that the stretch stays and the work goes into friction.
@@ -142,7 +142,7 @@ fn friction_is_higher_at_creeping_speed() {
 }
 
 #[test]
-fn a_cable_breaks_once_says_when_and_stays_broken() {
+fn a_cable_breaks_once_reports_the_time_and_stays_broken() {
     let mut plant = plant(&only(|e| e.breakage = Some(Breakage::default())));
     let pull = EndMotion { motor: 3e-4, anchor: 0.0 };
     let mut steps = 0;
@@ -161,7 +161,7 @@ fn a_cable_breaks_once_says_when_and_stays_broken() {
 }
 
 #[test]
-fn many_are_as_many_ones_to_the_bit() {
+fn parallel_cables_equal_single_cables_to_the_bit() {
     let specimens: Vec<Specimen> = (0..11).map(Specimen::draw).collect();
     let resolution = Resolution { cells: 16, substeps: 2 };
     let mut many = CablePlants::new(&specimens, resolution).unwrap();
@@ -182,7 +182,7 @@ fn many_are_as_many_ones_to_the_bit() {
 }
 
 #[test]
-fn what_is_not_physical_is_refused_by_name() {
+fn parameters_outside_their_domain_are_refused_by_name() {
     let refused = |change: fn(&mut Specimen), name: &str| {
         let mut specimen = Specimen::bench();
         change(&mut specimen);

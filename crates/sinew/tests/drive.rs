@@ -24,7 +24,7 @@ impl Spring {
 }
 
 #[test]
-fn what_goes_in_comes_out_as_work_heat_friction_or_speed() {
+fn electrical_energy_equals_work_heat_losses_and_stored_energy() {
     let mut drive = drive();
     let mut random = Random::new(5);
     let (mut electrical, mut heat, mut work, mut motion) = (0.0, 0.0, 0.0, 0.0);
@@ -130,7 +130,7 @@ fn a_tension_is_reached_against_a_spring_and_held() {
 }
 
 #[test]
-fn changing_the_mode_does_not_bump() {
+fn changing_the_mode_is_bumpless() {
     let mut drive = drive();
     let mut spring = Spring { stiffness: 24e3, stretch: 5e-3 };
     let mut tension = 120.0;
@@ -161,7 +161,7 @@ fn a_drive_neither_pulls_above_its_limit_nor_pays_out_a_slack_cable() {
 }
 
 #[test]
-fn the_end_of_the_drum_and_too_much_heat_are_named_and_stop_the_motor() {
+fn the_end_of_the_drum_and_overheating_are_reported_and_stop_the_motor() {
     let mut drive = drive();
     let mut fault = None;
     for _ in 0..20_000 {
@@ -177,7 +177,7 @@ fn the_end_of_the_drum_and_too_much_heat_are_named_and_stop_the_motor() {
         }
     }
     assert!(matches!(hot, Some(DriveFault::Hot { winding }) if winding > 155.0), "{hot:?}");
-    // The winding's field goes back to the supply, then there is nothing.
+    // The field energy returns to the supply; afterwards no power flows.
     assert!(drive.step(DriveCommand::Current(10.0), 30.0, H).electrical <= 0.0);
     assert!(drive.step(DriveCommand::Current(10.0), 30.0, H).electrical.abs() < 1e-12);
 }

@@ -26,7 +26,7 @@ fn reaches(design: &Design, speed: f64, tension: f64) -> bool {
 }
 
 #[test]
-fn the_papers_drive_pulls_for_ever_what_it_needs_and_accelerates_it_by_three_metres_per_second_squared() {
+fn the_papers_drive_meets_its_continuous_tension_and_accelerates_by_three_metres_per_second_squared() {
     let design = mc_am();
     assert!((design.mass_at_cable() - DriveParameters::mc_am().mass_at_cable()).abs() < 1e-9);
     let wanted = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
@@ -41,7 +41,7 @@ fn the_papers_drive_pulls_for_ever_what_it_needs_and_accelerates_it_by_three_met
 }
 
 #[test]
-fn a_simulated_drive_reaches_what_the_envelope_says_and_no_more() {
+fn a_simulated_drive_reaches_the_envelope_and_not_more() {
     let mut design = mc_am();
     design.motor.peak_current = 6.0;
     // The envelope is for the mean of the losses' ripple.
@@ -74,7 +74,7 @@ fn the_continuous_current_leaves_every_motor_of_the_catalogue_as_cool_as_it_must
 }
 
 #[test]
-fn those_that_can_come_first_the_lightest_first() {
+fn feasible_designs_come_first_in_the_order_of_mass() {
     let parts = catalogue();
     let wanted = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
     let choices = choose(&parts, &wanted).unwrap();
@@ -88,13 +88,13 @@ fn those_that_can_come_first_the_lightest_first() {
         let [low, high] = choice.ratios.unwrap();
         assert!((low..=high).contains(&choice.design.reducer.ratio), "{low} {high}");
     }
-    // Nobody pulls ten kilonewtons.
+    // No design of the catalogue reaches ten kilonewtons.
     let hopeless = choose(&parts, &Requirement { tension: 1e4, ..wanted }).unwrap();
     assert!(hopeless.iter().all(|choice| !choice.demand.is_met() && choice.ratios.is_none()));
 }
 
 #[test]
-fn what_is_wanted_beyond_reason_is_named() {
+fn requirements_outside_their_domain_are_refused_by_name() {
     let wanted = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
     for (wrong, name) in [
         (Requirement { tension: 0.0, ..wanted }, "tension"),

@@ -62,8 +62,8 @@ fn the_start_of_the_sine_is_the_key_of_the_model() {
 }
 
 #[test]
-fn no_pose_beside_the_chosen_one_is_preferred_to_it() {
-    // Where the cost is least, its gradient W (q - r) has no share that leaves the end point where it is.
+fn the_resolved_pose_satisfies_the_optimality_condition() {
+    // At the minimum the gradient W (q - r) has no component in the null space of the Jacobian.
     let robot = lm_arm();
     let (rule, site) = (Redundancy::lm_arm(), robot.site("endpoint").unwrap());
     let joints = resolved(&robot, &EndPointPath::lm_arm(Loop::Saddle));
@@ -94,7 +94,7 @@ fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Takes the share along a unit vector away.
+/// Removes the component along a unit vector.
 fn remove(v: &mut [f64], unit: &[f64]) {
     let share: f64 = v.iter().zip(unit).map(|(a, b)| a * b).sum();
     v.iter_mut().zip(unit).for_each(|(v, u)| *v -= share * u);
@@ -129,7 +129,7 @@ fn velocities_and_accelerations_are_finite_differences_of_the_pose() {
             }
         }
         assert!(moved > 0.1, "nothing moved");
-        // At rest before and after, and no torque jumps in between.
+        // At rest before and after, with continuous acceleration in between.
         for time in [0.0, 99.0] {
             assert!(worst(&at(time).v, &[0.0; 7]) < 1e-9 && worst(&at(time).a, &[0.0; 7]) < 1e-9);
         }
@@ -143,7 +143,7 @@ fn through(robot: &Robot, waypoints: &[Waypoint]) -> Trajectory {
 }
 
 #[test]
-fn waypoints_are_passed_in_time() {
+fn waypoints_are_reached_at_their_times() {
     let robot = lm_arm();
     let points = [(0.0, [0.66, 0.23, -0.28]), (1.5, [0.6, 0.2, -0.2]), (3.0, [0.62, 0.1, -0.25])];
     let waypoints: Vec<Waypoint> =
@@ -156,7 +156,7 @@ fn waypoints_are_passed_in_time() {
 }
 
 #[test]
-fn both_paths_and_the_way_to_them_are_within_every_limit_of_the_arm() {
+fn both_paths_and_the_motion_to_their_start_are_feasible_for_the_arm() {
     let robot = lm_arm();
     let way = MinimumJerk::new(robot.key("hanging").unwrap(), robot.key("start").unwrap(), 10.0).unwrap();
     for trajectory in [
@@ -256,8 +256,8 @@ fn a_rule_for_another_robot_and_numbers_out_of_domain_are_refused() {
     assert!(first_infeasibility(&robot, &of_seven, &never, |_| Ok(None)).is_err());
 }
 
-/// Legs of a way through waypoints, one after the other.
-fn waited(robot: &Robot, waypoints: &[Waypoint]) -> Trajectory {
+/// Path through waypoints as a sequence of segments between stops.
+fn with_stops(robot: &Robot, waypoints: &[Waypoint]) -> Trajectory {
     let rule = Redundancy { swing: vec![0.0; 7], ..Redundancy::lm_arm() };
     let motion = |leg: &PathSegment| {
         let EndPointPath::Waypoints { law, .. } = &leg.path else { panic!("{leg:?}") };
@@ -285,9 +285,9 @@ fn stops() -> Vec<Waypoint> {
 }
 
 #[test]
-fn a_waypoint_given_twice_is_waited_at_and_standing_still_is_still() {
+fn the_joints_rest_exactly_between_two_equal_waypoints() {
     let robot = lm_arm();
-    let (trajectory, mut now) = (waited(&robot, &stops()), Reference::new(7));
+    let (trajectory, mut now) = (with_stops(&robot, &stops()), Reference::new(7));
     assert!((trajectory.duration() - 8.0).abs() < 1e-12 && trajectory.is_closed());
     for (time, position) in STOPS {
         trajectory.sample(time, &mut now).unwrap();
@@ -306,9 +306,9 @@ fn a_waypoint_given_twice_is_waited_at_and_standing_still_is_still() {
 }
 
 #[test]
-fn neither_velocity_nor_acceleration_jumps_where_a_wait_begins_or_ends() {
+fn velocity_and_acceleration_are_continuous_at_the_ends_of_a_stop() {
     let robot = lm_arm();
-    let trajectory = waited(&robot, &stops());
+    let trajectory = with_stops(&robot, &stops());
     let (mut before, mut now) = (Reference::new(7), Reference::new(7));
     trajectory.sample(0.0, &mut before).unwrap();
     let (mut fastest, mut hardest) = (0.0_f64, 0.0_f64);
@@ -323,10 +323,10 @@ fn neither_velocity_nor_acceleration_jumps_where_a_wait_begins_or_ends() {
 }
 
 #[test]
-fn two_waypoints_are_a_straight_line_with_minimum_jerk() {
+fn two_waypoints_give_a_straight_line_with_minimum_jerk() {
     let robot = lm_arm();
     let ends = [stops()[0], stops()[1]];
-    let (trajectory, mut now) = (waited(&robot, &ends), Reference::new(7));
+    let (trajectory, mut now) = (with_stops(&robot, &ends), Reference::new(7));
     for k in 0..=30 {
         let x = f64::from(k) / 30.0;
         trajectory.sample(1.5 * x, &mut now).unwrap();
@@ -339,7 +339,7 @@ fn two_waypoints_are_a_straight_line_with_minimum_jerk() {
 }
 
 #[test]
-fn motions_that_overlap_or_begin_elsewhere_are_no_sequence() {
+fn motions_that_overlap_or_do_not_join_are_refused() {
     let robot = lm_arm();
     let start = robot.key("start").unwrap();
     let [there, back] = [(&[0.0; 7][..], start), (start, &[0.0; 7][..])]

@@ -5,4 +5,3 @@ mod accuracy;
 mod energy;
 mod laws;
 mod reference;
-mod tables;

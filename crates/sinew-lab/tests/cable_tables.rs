@@ -1,15 +1,10 @@
 //! The calibrated cable on the bench of `yuan2023`: what its Tables II and III report, from the dynamic law.
 
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::{Cable, CableLaw, CableParameters, CablePath, EndMotion};
-
-const SPEEDS: [f64; 6] = [0.02, 0.04, 0.06, 0.08, 0.10, 0.12];
-/// Means of `T_out/T_in`, Table II.
-const EFFICIENCY: [[f64; 6]; 2] =
-    [[0.436, 0.406, 0.404, 0.417, 0.387, 0.396], [3.594, 3.564, 4.033, 4.62, 5.607, 4.743]];
-/// Means of elongation over `T_in` and length, 1e-3 m/(N m), Table III.
-const ELONGATION: [[f64; 6]; 2] =
-    [[0.125, 0.125, 0.142, 0.141, 0.153, 0.16], [0.58, 0.55, 0.583, 0.678, 0.66, 0.643]];
+use sinew_lab::paper::{EFFICIENCY, ELONGATION, SPEEDS};
 
 /// Means over one pass of 0.4 m while the load swings the far tension twice between 40 and 200 N.
 fn pass(speed: f64, sliding: Sliding) -> (f64, f64) {
