@@ -64,7 +64,7 @@ pub fn adapt(
     ];
     let mut scored = Vec::new();
     for (k, (name, description, fit)) in variants.iter().enumerate() {
-        progress("comparing adaptations on data they do not see", 0.1 + 0.2 * k as f64);
+        progress("cross-validating the adaptations", 0.1 + 0.2 * k as f64);
         let validation = cross_validate(*fit, &logs.runs, &folds);
         scored.push(ScoredCandidate { name: (*name).into(), description: (*description).into(), validation });
     }
@@ -79,7 +79,8 @@ pub fn adapt(
     Ok(Identification { model, report })
 }
 
-/// The variant with the least error over all folds but `without`; the transfer unless another is clearly better.
+/// The variant with the least error over all folds but `without`; the transfer unless another is clearly
+/// better.
 fn choose(scored: &[ScoredCandidate], without: Option<usize>) -> Option<usize> {
     let score = |k: usize| scored[k].score(without);
     let best =

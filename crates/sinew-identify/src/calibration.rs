@@ -44,7 +44,8 @@ pub(crate) fn calibrate(
     Ok(model)
 }
 
-/// Largest factor of `n` folds times `(n + 1)/n`: the next draw exceeds the largest of `n` once in `n + 1` times.
+/// Largest factor of `n` folds times `(n + 1)/n`: the next draw exceeds the largest of `n` once in `n + 1`
+/// times.
 fn band_factor(folds: &[FoldScore]) -> f64 {
     let n = folds.len().max(1) as f64;
     (folds.iter().map(|fold| fold.band_factor).fold(0.0, f64::max) * (n + 1.0) / n).max(1e-6)

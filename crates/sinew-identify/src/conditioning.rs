@@ -1,11 +1,12 @@
-//! Logs as the predictor will see them: spikes held, gaps cut, nothing missing.
+//! Logs conditioned as at run time: spikes held, sequences cut at gaps, no value missing.
 
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
 use crate::log::{Dataset, GAP_INTERVALS, Sequence};
 use sinew::predictor::{Conditioner, InputLimits, SampleKind};
 
-/// A change that exceeds the 99.9 % quantile of the changes by this factor, and a quarter of the range, is a spike.
+/// A change that exceeds the 99.9 % quantile of the changes by this factor, and a quarter of the range, is a
+/// spike.
 const SPIKE_FACTOR: f64 = 8.0;
 
 /// A dataset with its conditioned sequences and the limits that conditioned them.

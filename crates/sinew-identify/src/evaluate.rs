@@ -75,8 +75,8 @@ pub fn read_for(model: &Model, options: &ReadOptions) -> Result<Dataset, Error> 
     read_with_roles(&roles_of(model), options)
 }
 
-/// Predicts every sample of a dataset, `[sequence][row]`, exactly as a stream would: states are reset where the
-/// trial changes, and gaps are the model's to find.
+/// Predicts every sample of a dataset, `[sequence][row]`, exactly as a stream would: states are reset where
+/// the trial changes, and gaps are the model's to find.
 ///
 /// # Errors
 /// As [`Model::validate`].

@@ -49,7 +49,7 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
     let (logs, influence) = exclude_foreign_logs(logs); // 2. Influence.
     let folds = Folds::of(&logs.data); // 3. Folds.
 
-    let stage = |done: f64| progress("comparing models on data they do not see", 0.1 + 0.7 * done);
+    let stage = |done: f64| progress("cross-validating the candidates", 0.1 + 0.7 * done);
     let scored = cross_validate_all(&candidates, &logs, &folds, options.seed, &stage); // 4. Cross-validation.
     let choose = |without| choose(&candidates, &scored, folds.grouped, without);
     let chosen = choose(None).ok_or(Error::NothingFitted { what: "any candidate model" })?;

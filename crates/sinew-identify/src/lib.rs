@@ -1,4 +1,4 @@
-//! From the logs of a cable transmission to a model of its far end, with errors on data it has not seen.
+//! From the logs of a cable transmission to a model of its far end, with its errors on held-out data.
 //!
 //! Offline code: it may read files, use threads and allocate. The model it makes is a
 //! [`sinew::predictor`], which does none of that.

@@ -32,8 +32,8 @@ pub(crate) fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator
     Some(estimator)
 }
 
-/// Refits the cell to the residual of the networks, then the networks to the residual of the cell: a cell fitted alone
-/// distorts its bounds to explain what a network explains better.
+/// Refits the cell to the residual of the networks, then the networks to the residual of the cell: a cell
+/// fitted alone distorts its bounds to explain what a network explains better.
 fn refit_in_turn(estimator: Estimator, recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
     let (Some(plan), Some(_)) = (&recipe.cell, &estimator.ensemble) else { return Some(estimator) };
     let residuals: Vec<Run> = runs.iter().map(|run| without_correction(&estimator, run)).collect();

@@ -1,4 +1,4 @@
-//! The observer identified from the twin's logs: what it recovers, and how well it then knows the far end.
+//! The observer identified from the twin's logs: recovered parameters and error of the far tension.
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use rand::{RngExt, SeedableRng};
@@ -123,7 +123,7 @@ fn known_numbers_come_back_from_a_noisy_log() {
     assert!(fit.model.zero_stretch.is_some_and(f64::is_finite));
     let unseen = rmse(&fit.model, &log, &truth, 50_000);
     eprintln!("unseen {unseen:.3} N");
-    assert!(unseen < 0.2, "{unseen} N on what was not seen");
+    assert!(unseen < 0.2, "{unseen} N on the held-out log");
 }
 
 #[test]

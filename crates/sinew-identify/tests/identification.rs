@@ -1,4 +1,4 @@
-//! From simulated logs to a model: what is known comes back, what is foreign is found, what is wrong is said.
+//! From simulated logs to a model: known parameters are recovered, foreign logs are found, wrong structures are reported.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 

@@ -172,8 +172,8 @@ fn single_numbers_are_constant_columns_and_other_sizes_are_told() {
         ["a.mat", "b.mat", "c.mat"].into_iter().zip(logs.iter().map(Vec::as_slice)).collect();
     let dataset = read_bytes(&logs, &RequestedRoles::default(), &options()).unwrap();
     assert_eq!(dataset.conditions[0].values, ["30", "60", "90"]);
-    let told = &dataset.logs[0].findings[0];
-    assert!(told.contains("1 array ") && told.contains("`calibration`"), "{told}");
+    let findings = &dataset.logs[0].findings[0];
+    assert!(findings.contains("1 array ") && findings.contains("`calibration`"), "{findings}");
 }
 
 #[test]

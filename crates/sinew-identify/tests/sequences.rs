@@ -85,10 +85,10 @@ fn missing_cells_are_nan_counted_and_not_scored_on_the_far_side() {
     assert_eq!(sequence.row.len(), 99);
     assert!(sequence.inputs[9].is_nan() && sequence.scored[9]);
     assert!(sequence.far[19].is_nan() && !sequence.scored[19]);
-    let told = findings(&dataset);
-    assert!(told.contains("1 cell without a number in `tension_in_n`: line 11"), "{told}");
-    assert!(told.contains("2 cells without a number in `tension_out_n`: line 21, line 31"), "{told}");
-    assert!(told.contains("1 row has no time and was dropped: line 41"), "{told}");
+    let findings = findings(&dataset);
+    assert!(findings.contains("1 cell without a number in `tension_in_n`: line 11"), "{findings}");
+    assert!(findings.contains("2 cells without a number in `tension_out_n`: line 21, line 31"), "{findings}");
+    assert!(findings.contains("1 row has no time and was dropped: line 41"), "{findings}");
 }
 
 #[test]
@@ -105,8 +105,8 @@ fn far_side_spikes_are_told_and_neither_fitted_nor_scored() {
     for (far_clean, clean) in sequence.far_clean.iter().zip(&clean) {
         assert!((far_clean - clean[2]).abs() < 0.2);
     }
-    let told = findings(&dataset);
-    assert!(told.contains("2 spikes of `tension_out_n`") && told.contains("line 102"), "{told}");
+    let findings = findings(&dataset);
+    assert!(findings.contains("2 spikes of `tension_out_n`") && findings.contains("line 102"), "{findings}");
 }
 
 #[test]

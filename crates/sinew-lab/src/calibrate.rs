@@ -73,7 +73,7 @@ pub fn observer(fit: &CableFit) -> Result<Compensation, Error> {
 /// As [`fit_cable`].
 pub fn calibrated_cable(logs: &[Vec<BenchRow>]) -> Result<CableFit, Error> {
     let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows, DECIMATION)).collect();
-    let options = FitOptions { samples: 40_000, residuals: 2500, around: false, ..FitOptions::default() };
+    let options = FitOptions { samples: 40_000, residuals: 2500, multistart: false, ..FitOptions::default() };
     let mut fit = fit_cable(&logs, &CableModel::bench(), &options)?;
     fit.model.learning = DRAG_ADAPTATION;
     Ok(fit)

@@ -1,4 +1,4 @@
-//! The observer fitted to runs, as a member of the comparison.
+//! The cable observer fitted to conditioned sequences, as a candidate of the comparison.
 
 use super::fit::FitOptions;
 use super::initial::identify_cable;
@@ -7,19 +7,21 @@ use crate::fit::cell::START_PRIOR_SEQUENCES;
 use crate::fit::run::Run;
 use sinew::predictor::{CableColumns, CableModel, ObservedCable};
 
-/// Shortest interval between the samples that are fitted, s: the law does not care, and the fit is as much faster.
+/// Shortest interval between the samples that are fitted, s: the law does not care, and the fit is as much
+/// faster.
 const INTERVAL_S: f64 = 4e-3;
 
 /// Fits a cable to runs; `None` where they do not show one.
 pub(crate) fn fit_observed(runs: &[&Run], columns: CableColumns) -> Option<ObservedCable> {
     let logs: Vec<CableLog> = runs.iter().map(|run| thinned(run, &columns)).collect();
     let mut model = identify_cable(&logs, &FitOptions::default()).ok()?.model;
-    model.start = beginning(&model, &logs)?;
+    model.start = start_position(&model, &logs)?;
     Some(ObservedCable { model, columns })
 }
 
-/// Where in their dead band the logs begin, on average; the middle counts as [`START_PRIOR_SEQUENCES`] more logs.
-fn beginning(model: &CableModel, logs: &[CableLog]) -> Option<f64> {
+/// Where in their dead band the logs begin, on average; the middle counts as [`START_PRIOR_SEQUENCES`] more
+/// logs.
+fn start_position(model: &CableModel, logs: &[CableLog]) -> Option<f64> {
     let whole = model.law().ok()?.friction_angle();
     let (mut sum, mut count) = (0.0, START_PRIOR_SEQUENCES);
     for log in logs.iter().filter(|log| !log.is_empty() && log.weight[0] > 0.0) {

@@ -1,12 +1,12 @@
-//! From a dataset with roles to what the observer takes: metres, newtons, positive toward the motor.
+//! From a dataset with roles to the inputs of the observer: metres, newtons, positive toward the motor.
 
 use super::log::CableLog;
 use crate::log::{Dataset, Role, Sequence};
 use crate::{ColumnRole, Error};
 use sinew::predictor::CableColumns;
 
-/// The sequences of a dataset as logs of a cable. Directions are found from the data: winding in raises the near
-/// tension, an anchor that moves away raises the far one.
+/// The sequences of a dataset as logs of a cable. Directions are found from the data: winding in raises the
+/// near tension, an anchor that moves away raises the far one.
 ///
 /// # Errors
 /// [`Error::MissingRole`] without a near tension, a motor position or an anchor displacement; [`Error::Samples`] where
@@ -72,7 +72,8 @@ fn log(sequence: &Sequence, columns: &CableColumns, width: usize) -> CableLog {
     log
 }
 
-/// `+-1` for motor and anchor: the signs of `dT_in/dp_m` and `-dT_out/dp_a` in a regression on both displacements.
+/// `+-1` for motor and anchor: the signs of `dT_in/dp_m` and `-dT_out/dp_a` in a regression on both
+/// displacements.
 fn directions(logs: &[CableLog]) -> Result<(f64, f64), Error> {
     let (mut near, mut far) = (Regression::default(), Regression::default());
     for log in logs {
@@ -113,12 +114,13 @@ impl Regression {
         }
     }
 
-    /// `(a, b)`; `None` where one of both never moved. Where they always moved together, the sum decides for both.
+    /// `(a, b)`; `None` where one of both never moved. Where they always moved together, the sum decides for
+    /// both.
     fn slopes(&self) -> Option<(f64, f64)> {
         if self.uu <= 0.0 || self.vv <= 0.0 {
             return None;
         }
-        // A little ridge: two drives that follow each other are nearly one regressor.
+        // Ridge regularisation: two drives that follow each other are nearly collinear.
         let (uu, vv) = (self.uu * 1.001, self.vv * 1.001);
         let determinant = uu * vv - self.uv * self.uv;
         Some((

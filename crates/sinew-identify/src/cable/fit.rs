@@ -7,20 +7,23 @@ use crate::fit::least_squares::{LeastSquares, Options, Solution, solve};
 use rayon::prelude::*;
 use sinew::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
 
-/// What to fit, and how hard to try.
+/// Quantities to fit and limits of the search.
 #[derive(Debug, Clone)]
 pub struct FitOptions {
     /// Which quantities may move; the others stay as the start has them.
     pub free: Vec<Quantity>,
-    /// Samples that the observer is run through, at most: longer logs are used in pieces from all of their length.
+    /// Samples that the observer is run through, at most: longer logs are used in pieces from all of their
+    /// length.
     pub samples: usize,
     /// Residuals at most; samples between are run through but not compared.
     pub residuals: usize,
     /// Accepted steps of a search, at most.
     pub steps: usize,
-    /// Whether to look around the start before searching from it: for starts that are guesses, not designs.
-    pub around: bool,
-    /// Weight of the near tension's error beside the far one's, 1: what keeps the near free length honest.
+    /// Whether to evaluate a grid around the start and search from its two best points: for starts that are
+    /// estimates, not designs.
+    pub multistart: bool,
+    /// Weight of the near tension's error beside the far one's, 1: without it the near free length is hardly
+    /// determined.
     pub near_weight: f64,
 }
 
@@ -31,7 +34,7 @@ impl Default for FitOptions {
             samples: 80_000,
             residuals: 4000,
             steps: 30,
-            around: true,
+            multistart: true,
             near_weight: 0.5,
         }
     }
@@ -58,8 +61,9 @@ pub struct CableFit {
 
 /// Fits the observer to logs, from several starts around `start`.
 ///
-/// What is compared is the far tension that the observer estimates as it will run, correction included, against the
-/// far sensor, from when the start's observer knows its state. Sensitivities are central differences.
+/// What is compared is the far tension that the observer estimates as it will run, correction included,
+/// against the far sensor, from the first sample at which the observer of the start has determined its state.
+/// Sensitivities are central differences.
 ///
 /// # Errors
 /// [`Error::Samples`] for lists of different lengths, nothing free, or fewer than 50 samples to compare;
@@ -75,7 +79,7 @@ pub fn fit_cable(logs: &[CableLog], start: &CableModel, options: &FitOptions) ->
     let logs = &shortened(logs, options.samples);
     let rows = rows_to_compare(logs, start, options.residuals)?;
     let problem = Problem { logs, start, options, rows };
-    let theta: Vec<f64> = options.free.iter().map(|q| q.inward(q.first(start))).collect();
+    let theta: Vec<f64> = options.free.iter().map(|q| q.to_search(q.first(start))).collect();
     let found = problem
         .search(&theta)
         .ok_or_else(|| Error::samples("start", "a cable that can follow the logs", &"one that cannot"))?;
@@ -112,20 +116,21 @@ impl Problem<'_> {
         let mut model = self.start.clone();
         for (quantity, theta) in self.options.free.iter().zip(theta) {
             // Beyond a factor of fifty the start was of another cable.
-            let home = quantity.inward(quantity.of(self.start));
+            let home = quantity.to_search(quantity.of(self.start));
             if (theta - home).abs() > 4.0 {
                 return None;
             }
-            quantity.set(&mut model, quantity.outward(*theta))?;
+            quantity.set(&mut model, quantity.from_search(*theta))?;
         }
         model.law().ok()?;
         Some(model)
     }
 
-    /// The start itself and its neighbours in friction, drag and stiffness of the free lengths; the best are followed.
+    /// The start itself and its neighbours in friction, drag and stiffness of the free lengths; the best are
+    /// followed.
     fn search(&self, theta: &[f64]) -> Option<Solution> {
         let options = Options { steps: self.options.steps, tolerance: 1e-7 };
-        if !self.options.around {
+        if !self.options.multistart {
             return solve(self, theta, options);
         }
         let moved = |friction: f64, drag: f64, free: f64| {
@@ -152,8 +157,8 @@ impl Problem<'_> {
         found.min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 
-    /// Stretch while both positions read zero, if it is the same in all logs: within a third of what it changes by, which is still better
-    /// than nothing.
+    /// Stretch while both positions read zero, if it is the same in all logs: within a third of what it
+    /// changes by, which is still better than nothing.
     fn zero_stretch(&self, model: &CableModel) -> Result<Option<f64>, Error> {
         let (mut zeros, mut stretches) = (Vec::new(), Vec::new());
         for (place, log) in self.logs.iter().enumerate() {
@@ -188,9 +193,9 @@ impl Problem<'_> {
             let half = 1.96 * spread * covariance.variance[i].sqrt();
             FittedQuantity {
                 quantity: *quantity,
-                value: quantity.outward(found.theta[i]),
-                low: quantity.outward(found.theta[i] - half),
-                high: quantity.outward(found.theta[i] + half),
+                value: quantity.from_search(found.theta[i]),
+                low: quantity.from_search(found.theta[i] - half),
+                high: quantity.from_search(found.theta[i] + half),
             }
         };
         let numbers = || Error::samples("fit", "numbers of a cable", &"others");
@@ -212,8 +217,8 @@ impl Problem<'_> {
 const SIDE_BY_SIDE: usize = 8;
 
 impl Problem<'_> {
-    /// Residuals of several models in one pass: errors of the far tension, then those of the near one; `None` for a
-    /// model outside of the domain.
+    /// Residuals of several models in one pass: errors of the far tension, then those of the near one; `None`
+    /// for a model outside of the domain.
     fn evaluate_side_by_side(&self, thetas: &[Vec<f64>]) -> Vec<Option<Vec<f64>>> {
         let models: Vec<Option<CableModel>> = thetas.iter().map(|theta| self.model(theta)).collect();
         let valid: Vec<CableModel> = models.iter().flatten().cloned().collect();

@@ -1,4 +1,4 @@
-//! A first guess of a cable about which nothing is known but its logs.
+//! An initial cable model from logs alone.
 
 use super::fit::{CableFit, FitOptions, fit_cable};
 use super::log::CableLog;
@@ -21,7 +21,7 @@ pub(super) struct Change {
 }
 
 /// Every window of a log whose far side counts at both of its ends.
-pub(super) fn windows(log: &CableLog, mut see: impl FnMut(Change)) {
+pub(super) fn windows(log: &CableLog, mut visit: impl FnMut(Change)) {
     let (mut from, mut seconds) = (0, 0.0);
     for row in 1..log.len() {
         seconds += log.interval_s[row];
@@ -38,16 +38,16 @@ pub(super) fn windows(log: &CableLog, mut see: impl FnMut(Change)) {
         };
         let whole = change.motor + change.anchor + change.tension_in;
         if log.weight[from] > 0.0 && log.weight[row] > 0.0 && whole.is_finite() {
-            see(change);
+            visit(change);
         }
         (from, seconds) = (row, 0.0);
     }
 }
 
-/// A cable that could have made these logs, good enough to start a fit from.
+/// A cable consistent with these logs, from which a fit can start.
 ///
-/// One sheath between two free lengths. Its length is one metre and its bend one turn whatever they really are: a log
-/// shows compliances and friction angles, so lengths and curvature are in units of these.
+/// One sheath between two free lengths. Its length is one metre and its bend one turn whatever they really
+/// are: a log shows compliances and friction angles, so lengths and curvature are in units of these.
 ///
 /// | number              | from                                                                       |
 /// |---------------------|----------------------------------------------------------------------------|
@@ -105,8 +105,8 @@ fn correction(near: f64) -> f64 {
     (47.0 * near).min(1.0)
 }
 
-/// A cable about which nothing is known but its logs: fitted from [`initial_cable`], then once more with the correction that
-/// suits the near compliance that was found, because both shape each other.
+/// A cable identified from logs alone: fitted from [`initial_cable`], then once more with the
+/// correction that suits the near compliance that was found, because both shape each other.
 ///
 /// # Errors
 /// As [`initial_cable`] and [`fit_cable`].
@@ -120,7 +120,7 @@ pub fn identify_cable(logs: &[CableLog], options: &FitOptions) -> Result<CableFi
     Ok(if second.rmse < first.rmse { second } else { first })
 }
 
-/// What the tensions alone tell.
+/// Mean, friction angle and compliance from the tensions and the stretch.
 struct Tensions {
     mean: f64,
     angle: f64,

@@ -6,11 +6,11 @@ use sinew::predictor::{CableEstimate, CableModel, CableObserver, CableSample};
 /// One uninterrupted sequence of a bench or an arm.
 #[derive(Debug, Clone, Default)]
 pub struct CableLog {
-    /// Seconds since the sample before; not above zero, or beyond 0.02 s, starts afresh: `[n]`.
+    /// Seconds since the sample before; not above zero, or beyond 0.02 s, resets the observer: `[n]`.
     pub interval_s: Vec<f64>,
-    /// What the observer sees: `[n]`.
+    /// Inputs of the observer: `[n]`.
     pub samples: Vec<CableSample>,
-    /// What the far sensor read, N: `[n]`.
+    /// Measured far tension, N: `[n]`.
     pub far: Vec<f64>,
     /// 1 where the far sensor counts, 0 where it does not: `[n]`.
     pub weight: Vec<f64>,
@@ -37,7 +37,7 @@ impl CableLog {
         self.weight.push(f64::from(u8::from(far.is_finite())));
     }
 
-    /// A part of it, which starts afresh.
+    /// A part of it, which resets the observer.
     fn part(&self, rows: std::ops::Range<usize>) -> Self {
         Self {
             interval_s: self.interval_s[rows.clone()].to_vec(),
@@ -83,7 +83,8 @@ pub fn observe_log(model: &CableModel, log: &CableLog) -> Result<Vec<CableEstima
         .collect())
 }
 
-/// Samples of one piece of a log that is too long to be used whole: an observer needs some seconds to know its state.
+/// Samples of one piece of a log that is too long to be used whole: an observer needs some seconds to know
+/// its state.
 const PIECE: usize = 20_000;
 
 /// About `most` samples of all logs together, in pieces spread evenly over each of them.

@@ -3,11 +3,12 @@
 use sinew::predictor::CableModel;
 use sinew::transmission::cable::{CablePath, Segment, Weakening};
 
-/// A number of the model that a log can tell.
+/// A number of the model that a log can identify.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Quantity {
-    /// `mu phi - ln eta` at the wraps as built, 1: friction and efficiency show only their sum. The coefficient moves.
+    /// `mu phi - ln eta` at the wraps as built, 1: friction and efficiency show only their sum. The
+    /// coefficient moves.
     FrictionAngle,
     /// Grease drag over all sheaths, N s/m.
     Drag,
@@ -19,7 +20,7 @@ pub enum Quantity {
     NearLength,
     /// Free length at the anchor, m.
     FarLength,
-    /// What the far sensor reads of a newton, 1.
+    /// Gain of the far sensor, 1.
     FarGain,
     /// How much more the sheath bends at its near end than in its middle, and less at its far end: -1 to 1.
     BendTilt,
@@ -34,14 +35,15 @@ pub struct FittedQuantity {
     pub quantity: Quantity,
     /// Its value, in the unit of its documentation.
     pub value: f64,
-    /// Lower end; -infinity or 0 where the log does not tell.
+    /// Lower end; -infinity or 0 where the log does not determine it.
     pub low: f64,
-    /// Upper end; infinity where the log does not tell.
+    /// Upper end; infinity where the log does not determine it.
     pub high: f64,
 }
 
 impl Quantity {
-    /// What a log of strokes with reversals tells; not the gain of the far sensor, which pretension and friction imitate.
+    /// Quantities that a log of strokes with reversals identifies; not the gain of the far sensor, which
+    /// pretension and friction imitate.
     pub const USUAL: [Self; 8] = [
         Self::FrictionAngle,
         Self::Drag,
@@ -85,7 +87,7 @@ impl Quantity {
         }
     }
 
-    /// Where a search begins: inside of the domain, for at its edge a search sees only one side.
+    /// Where a search begins: inside of the domain, because at its edge a difference has one side.
     pub(super) fn first(self, model: &CableModel) -> f64 {
         match self {
             Self::Pretension => self.of(model).max(0.1),
@@ -98,7 +100,7 @@ impl Quantity {
     pub(super) fn set(self, model: &mut CableModel, value: f64) -> Option<()> {
         match self {
             Self::FrictionAngle => {
-                // The efficiency keeps its share: only the sum is told.
+                // The efficiency keeps its share: only the sum is identified.
                 let loss = -model.parameters.efficiency.ln();
                 let angle = model.path.angle();
                 if value < loss || angle <= 0.0 {
@@ -125,22 +127,22 @@ impl Quantity {
     }
 
     /// Newtons stay newtons, everything else is positive and moves by its logarithm.
-    pub(super) fn inward(self, value: f64) -> f64 {
+    pub(super) fn to_search(self, value: f64) -> f64 {
         self.linear().map_or_else(|| value.max(1e-300).ln(), |scale| value / scale)
     }
 
-    /// The inverse of [`inward`](Self::inward).
-    pub(super) fn outward(self, theta: f64) -> f64 {
+    /// The inverse of [`to_search`](Self::to_search).
+    pub(super) fn from_search(self, theta: f64) -> f64 {
         let value = self.linear().map_or_else(|| theta.exp(), |scale| theta * scale);
         match self {
-            // A search that runs against the edge of the domain goes on along it.
+            // A search that reaches the edge of the domain continues along it.
             Self::Pretension | Self::Rise => value.max(0.0),
             Self::BendTilt => value.clamp(-1.0, 1.0),
             _ => value,
         }
     }
 
-    /// The change that is as bold as a factor of e; `None` for what moves by its logarithm.
+    /// The change that corresponds to a factor of e; `None` for what moves by its logarithm.
     fn linear(self) -> Option<f64> {
         match self {
             Self::Pretension => Some(20.0),

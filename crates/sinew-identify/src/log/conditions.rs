@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 /// More different values than this make an identifier, not a condition.
 const MAX_VALUES: usize = 20;
-/// Fewer different values than this are no axis along which to split, unless the user says so.
+/// Fewer different values than this are no axis along which to split, unless it is requested.
 const MIN_VALUES: usize = 3;
 
 /// What one log offers: columns that are constant within its trials.

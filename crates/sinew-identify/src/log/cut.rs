@@ -38,7 +38,7 @@ pub(super) fn cut(file: &str, table: &Table, layout: ColumnLayout, skip_s: f64) 
     })
 }
 
-/// Walks the rows and cuts.
+/// Cuts row by row.
 struct Cutter<'a> {
     table: &'a Table,
     layout: ColumnLayout,
@@ -159,24 +159,24 @@ impl<'a> Cutter<'a> {
     }
 
     fn findings(&self, findings: &mut Vec<String>) {
-        let mut say = |occurrences: &Occurrences, one: &str, many: &str| {
+        let mut report = |occurrences: &Occurrences, one: &str, many: &str| {
             if occurrences.count > 0 {
                 let what = if occurrences.count == 1 { one } else { many };
                 findings.push(format!("{} {what}: {}", occurrences.count, occurrences.places()));
             }
         };
-        say(&self.gaps, "gap, states start anew after it", "gaps, states start anew after each");
-        say(
+        report(&self.gaps, "gap, states start anew after it", "gaps, states start anew after each");
+        report(
             &self.repeated,
             "row repeats the one before and was dropped",
             "rows repeat the one before and were dropped",
         );
-        say(
+        report(
             &self.simultaneous,
             "row has the time of the one before but other values: the first was kept",
             "rows have the time of the one before but other values: the first was kept",
         );
-        say(&self.without_time, "row has no time and was dropped", "rows have no time and were dropped");
+        report(&self.without_time, "row has no time and was dropped", "rows have no time and were dropped");
         if self.skipped > 0 {
             findings.push(format!(
                 "{} samples in the first {} s of the trials are neither fitted nor scored",

@@ -1,4 +1,4 @@
-//! Recordings that are there twice: counted once, because a copy leaks across every split.
+//! Recordings that occur twice: used once, because a copy leaks from training to held-out data.
 
 use super::types::Sequence;
 use std::collections::HashMap;

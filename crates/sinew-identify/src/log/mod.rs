@@ -9,14 +9,14 @@
 //! | open      | `open`       | the format, by content and then by extension                          |
 //! | text      | `text`       | delimiter, decimal comma, comments, header, units row                 |
 //! | binary    | `binary`     | which arrays are columns: MATLAB v5, v7.3, Parquet                    |
-//! | roles     | `roles`      | what each column means, by flags or by the names in `names`           |
+//! | roles     | `roles`      | what each column means, as requested or by the names in `names`       |
 //! | table     | `table`      | numbers, labels, and columns that are constant within trials          |
 //! | sequences | `cut`        | trials, gaps, repeated rows, skipped seconds                          |
 //! | spikes    | `spikes`     | single samples that no cable can have produced                        |
 //! | dataset   | `assemble`   | conditions, duplicated logs                                           |
-//! | judgement | `signal_checks`      | what is too little, or too constant, to learn from                    |
+//! | checks    | `signal_checks` | whether samples and changing signals suffice                       |
 //!
-//! Nothing is repaired in silence: whatever was skipped, dropped or cut is a sentence in
+//! Every repair is reported: whatever was skipped, dropped or cut is a sentence in
 //! [`LogInfo::findings`], and whatever cannot be used is an [`Error`](crate::Error) that names its place.
 
 mod assemble;

@@ -1,8 +1,9 @@
-//! Column names that need no flag, and the nearest name to one that is not there.
+//! The role that a column name implies, and the nearest name to one that no column has.
 
 use super::types::Role;
+use strsim::levenshtein;
 
-/// Names found without flags, without their unit suffix and in lower case with underscores.
+/// Names with a canonical form, without their unit suffix and in lower case with underscores.
 ///
 /// | role   | names                                                                     | example           |
 /// |--------|---------------------------------------------------------------------------|-------------------|
@@ -137,27 +138,11 @@ pub(super) fn time_scale(column: &str, unit: &str) -> f64 {
 pub(super) fn nearest<'a>(wanted: &str, columns: &'a [String]) -> Option<&'a str> {
     let target = plain(wanted);
     let allowed = (target.chars().count() / 3).max(2);
-    let scored = columns.iter().map(|column| (distance(&target, &plain(column)), column));
+    let scored = columns.iter().map(|column| (levenshtein(&target, &plain(column)), column));
     let near = scored.filter(|&(d, column)| {
         d <= allowed && (d < target.chars().count().max(1) || column.eq_ignore_ascii_case(wanted))
     });
     near.min_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.cmp(b.1))).map(|(_, column)| column.as_str())
-}
-
-/// Edit distance: insertions, deletions and changes of one character.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &cb) in b.iter().enumerate() {
-            let changed = diagonal + usize::from(ca != cb);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

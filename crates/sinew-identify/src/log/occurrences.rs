@@ -1,4 +1,4 @@
-//! Places of what happens again and again, for findings.
+//! Counted occurrences with the places of the first few, for findings.
 
 /// Places named one by one before the rest is only counted.
 const PLACES: usize = 5;
@@ -8,7 +8,7 @@ pub(super) fn counted(count: usize, one: &str) -> String {
     format!("{count} {one}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Something that happens again and again: counted, and the first few placed.
+/// Something that occurs repeatedly: counted, with the places of the first few.
 #[derive(Default)]
 pub(super) struct Occurrences {
     /// How often it happened.

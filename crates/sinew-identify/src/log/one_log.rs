@@ -1,4 +1,4 @@
-//! One log: read, scaled, cut, and told what was found in it.
+//! One log: read, scaled to seconds, cut into sequences, checked for spikes.
 
 use super::conditions::LogConstants;
 use super::cut::{self, CutLog};
@@ -56,7 +56,7 @@ pub(super) fn read_log(roles: &Roles, log: OpenLog, skip_s: f64) -> Result<ReadL
     rescale(&mut table, layout, scale, &mut findings);
     missing_cells(&table, &wanted, &columns, layout, &mut findings);
     let mut cut = cut::cut(&file, &table, layout, skip_s)?;
-    // A long log should not be in memory twice for longer than it must.
+    // Frees the table: a long log is not held twice.
     table.numbers = Vec::new();
     findings.append(&mut cut.findings);
     cut.findings = findings;
@@ -95,7 +95,7 @@ fn group_within_trials(file: &str, roles: &Roles, table: &Table) -> Result<(), E
     Ok(())
 }
 
-/// Counts empty cells, column by column; those of time are rows without time, told elsewhere.
+/// Counts empty cells, column by column; empty cells of time are reported as rows without time.
 fn missing_cells(
     table: &Table,
     wanted: &Wanted,
@@ -121,8 +121,8 @@ fn missing_cells(
 
 /// Finds spikes on both sides and sets the far side to fit.
 ///
-/// A spike of the far side is no truth to be scored against; one of the near side is what the predictor
-/// will have to live with, and stays.
+/// A spike of the far side is not a measurement to score against; one of the near side reaches the predictor
+/// at run time too, and stays.
 fn clean(roles: &Roles, cut: &mut CutLog) {
     let far: Vec<Vec<f64>> = cut.sequences.iter().map(|s| s.far.clone()).collect();
     let found = spikes::find(&far);

@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 
 /// Memory the columns of all logs together may take; more is refused with its size.
 ///
-/// Estimated as rows x 2 x (inputs + 4) x 8 bytes before a row is kept: 22 million rows with two inputs. A MATLAB file, which cannot
-/// be streamed, must also be smaller than this itself.
+/// Estimated as rows x 2 x (inputs + 4) x 8 bytes before a row is kept: 22 million rows with two inputs. A
+/// MATLAB file, which cannot be streamed, must also be smaller than this itself.
 pub const MEMORY_LIMIT_BYTES: u64 = 2 << 30;
 
-/// A log that was looked at but not read.
+/// A log of which the columns are known but no row is read.
 pub(super) struct OpenLog {
     /// Its unique name.
     pub(super) file: String,
@@ -38,7 +38,7 @@ enum Kind {
     Parquet,
 }
 
-/// The kind by content: names lie.
+/// The kind by content, whatever the extension.
 fn kind(head: &[u8]) -> Kind {
     const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
     // MATLAB writes 512 bytes of its own before the HDF5 signature.
@@ -182,7 +182,7 @@ pub(super) fn open_bytes(logs: &[(&str, &[u8])]) -> Result<Vec<OpenLog>, Error> 
     named.map(|(name, (_, bytes))| OpenLog::from_bytes(name, bytes)).collect()
 }
 
-/// File names without folders, with as many folders as tell them apart.
+/// File names without folders, with as many folders as make them unique.
 fn unique_names(paths: &[PathBuf]) -> Vec<String> {
     let parts: Vec<Vec<String>> = paths
         .iter()

@@ -32,7 +32,7 @@ pub fn read_bytes(
 /// Reads logs whose columns are fixed by a model.
 ///
 /// Inputs and time must be there; the far side only if [`ReadOptions::far_required`]; a trial or group
-/// column that a log lacks is a finding. A trial column the model did not know is found by name.
+/// column that a log lacks is a finding. A trial column that the model does not name is found by its name.
 ///
 /// # Errors
 /// As [`read_dataset`].

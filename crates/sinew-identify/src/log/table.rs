@@ -152,7 +152,7 @@ impl TableBuilder {
         self.table.lines.len()
     }
 
-    /// The table, with what the reader has to say about it.
+    /// The table, with the findings of its reader.
     pub(super) fn finish(mut self, findings: Vec<String>) -> Table {
         self.table.findings = findings;
         self.table

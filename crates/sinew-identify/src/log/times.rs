@@ -1,4 +1,4 @@
-//! Time of every row, checked to run forward, and how regular it is.
+//! Time of every row, checked to increase, and its regularity.
 
 use super::table::{ColumnLayout, Runs, Table};
 use crate::Error;
@@ -16,7 +16,7 @@ pub(super) fn separating(table: &Table) -> Option<&Runs> {
     table.trial.as_ref().or(table.group.as_ref())
 }
 
-/// Time of every row, checked to run forward, and how regular it is.
+/// Time of every row, checked to increase, and its regularity.
 pub(super) struct Times<'a> {
     time: Option<&'a [f64]>,
     /// Median sampling interval, s.
@@ -48,7 +48,7 @@ impl<'a> Times<'a> {
         self.time.map_or(row as f64, |time| time[row])
     }
 
-    /// What is to be told.
+    /// What is irregular, in words.
     pub(super) fn findings(&self) -> Vec<String> {
         if self.time.is_none() {
             return vec!["there is no time column: samples are counted instead, one per second".into()];

@@ -1,16 +1,16 @@
-//! What the readers hand on: roles, sequences, conditions and what was found.
+//! A dataset: roles, sequences, conditions, findings.
 
 use std::path::PathBuf;
 
 pub use sinew::predictor::{Input, Role};
 
-/// Columns by role, as the user gave them; what is left out is looked for by canonical names.
+/// Columns by role, as requested; roles left out are assigned by canonical names.
 ///
 /// Inputs are all or nothing: where any of `effort`, `motion`, `anchor` and `given` is set, these are the
 /// inputs and no other is added.
 #[derive(Debug, Clone, Default)]
 pub struct RequestedRoles {
-    /// What to predict.
+    /// The column to predict.
     pub far: Option<String>,
     /// Near-side tensions or torques.
     pub effort: Vec<String>,
@@ -56,7 +56,8 @@ pub struct Sequence {
     pub row: Vec<usize>,
     /// Time, s, strictly increasing.
     pub time_s: Vec<f64>,
-    /// Near-side signals, as a causal reader would have seen them (spikes and missing cells stay as they are: NaN).
+    /// Near-side signals, as a causal reader would have seen them (spikes and missing cells stay as they are:
+    /// NaN).
     pub inputs: Vec<f64>,
     /// Far-side signal as logged; NaN where the cell is empty.
     pub far: Vec<f64>,
@@ -70,7 +71,7 @@ pub struct Sequence {
 }
 
 /// A column that is constant within every trial (or log) and takes several values: a condition of the
-/// experiment, such as a load or a frequency, along which a careful user splits.
+/// experiment, such as a load or a frequency, along which folds are formed.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Condition {
     /// Column name.

@@ -1,4 +1,5 @@
-//! The report of an identification as plain data: what was fitted, with which error, how far it can be trusted.
+//! The report of an identification as plain data: what was fitted, with which error, how far it can be
+//! trusted.
 
 pub(crate) mod build;
 mod evidence;

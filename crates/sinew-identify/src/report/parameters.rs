@@ -35,7 +35,7 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
         let (value, (low, high)) = (number(model), jackknife(number(model), &others));
         let identified = low.is_finite() && low > 0.0;
         let remark = match (low.is_finite(), identified) {
-            (false, _) => "too few folds to tell",
+            (false, _) => "too few folds for an interval",
             (true, false) => "these logs do not determine it",
             (true, true) => "",
         };
@@ -72,7 +72,7 @@ fn cell_parameters(model: &Model, cell: &ClampCell, folds: &[&ClampCell]) -> Vec
             high,
             identified: known && !crosses,
             remark: if !known {
-                "too few folds to tell".to_owned()
+                "too few folds for an interval".to_owned()
             } else if crosses {
                 "the folds do not agree on its sign: these logs do not determine it".to_owned()
             } else {

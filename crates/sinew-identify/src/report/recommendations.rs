@@ -5,7 +5,8 @@ use super::types::IdentificationReport;
 use crate::select::cross_validation::FoldScore;
 use sinew::predictor::Role;
 
-/// Ratio of the largest fold error to the median from which that fold's conditions deserve a log of their own.
+/// Ratio of the largest fold error to the median from which that fold's conditions deserve a log of their
+/// own.
 const UNEVEN: f64 = 1.8;
 
 /// Coverage of the 95 % band on held-out samples below which it is reported as too narrow.
@@ -53,18 +54,25 @@ pub(super) fn warnings(evidence: &Evidence<'_>, report: &IdentificationReport) -
 /// Two sentences: where the model can be used with which error, and what to do next.
 pub(super) fn recommendations(evidence: &Evidence<'_>, report: &IdentificationReport) -> [String; 2] {
     let expected = report.expected.percent_of_range;
-    let validity = if evidence.folds.grouped {
-        format!(
-            "Use the model inside the ranges of these logs and expect an error of about {expected:.1} % of the \
-             range on a new log."
-        )
-    } else {
-        format!(
-            "Use the model inside the ranges of this log and expect an error of about {expected:.1} % of the range \
-             on the same day."
-        )
-    };
+    let kind = if evidence.folds.grouped { "new logs" } else { "later stretches of the same day" };
+    let validity = format!(
+        "Use the model inside the ranges of these logs and expect an error of about {expected:.1} % of the range on \
+         {kind}{}.",
+        fold_range(evidence)
+    );
     [validity, next_step(evidence, report)]
+}
+
+/// The least and the largest fold error of the chosen model, in words; nothing with a single fold.
+fn fold_range(evidence: &Evidence<'_>) -> String {
+    let validation = evidence.scored[evidence.chosen].validation.as_ref();
+    let errors: Vec<f64> = validation.map_or_else(Vec::new, |v| v.folds.iter().map(|f| f.rmse).collect());
+    if errors.len() < 2 {
+        return String::new();
+    }
+    let percent = |rmse: f64| 100.0 * rmse / evidence.model.provenance.far_range;
+    let (least, most) = errors.iter().fold((f64::MAX, 0.0_f64), |(l, m), e| (l.min(*e), m.max(*e)));
+    format!(" ({:.1} to {:.1} % fold by fold)", percent(least), percent(most))
 }
 
 fn next_step(evidence: &Evidence<'_>, report: &IdentificationReport) -> String {

@@ -6,7 +6,7 @@ use crate::fit::statistics::quantiles;
 use crate::select::cross_validation::CrossValidation;
 use sinew::predictor::{Estimate, Model, Role};
 
-/// One trace per sequence, predicted by models that had not seen it.
+/// One trace per sequence, predicted by models that were not fitted to it.
 pub(super) fn traces(logs: &ConditionedLogs, validation: &CrossValidation, model: &Model) -> Vec<Trace> {
     let ConditionedLogs { data, runs, .. } = logs;
     let near = model.inputs.iter().position(|i| i.role == Role::Effort).unwrap_or(0);

@@ -17,7 +17,8 @@ pub(crate) struct CandidateRecipe {
     pub(crate) prior: PhysicsPrior,
 }
 
-/// The physical structure of a candidate. A later one is chosen only where it is clearly better than all earlier ones.
+/// The physical structure of a candidate. A later one is chosen only where it is clearly better than all
+/// earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum PhysicsPrior {
     /// The physics of what the roles describe: the capstan's ratio where two tensions are antagonistic.
@@ -34,6 +35,19 @@ impl PhysicsPrior {
 
 /// Radii of the stop operators as fractions of a signal's range.
 const RADII: [f64; 3] = [0.02, 0.08, 0.25];
+
+/// Rows above which eight nodes pay and refitting in turn only costs time. The networks are trained on at most 5000
+/// rows, so that beyond four times as many the thinning, not the log, limits the information.
+const PLENTIFUL: usize = 20_000;
+
+/// Samples per independent sample of the residual: the weight of the data against the prior of the networks.
+///
+/// The three values were chosen on measured rigs and not derived: a log at some 100 Hz with one effort, two
+/// antagonistic efforts, whose residual also holds the slower joint motion, and logs so long that the residual is
+/// dominated by slow changes of friction. A larger value means stronger regularisation.
+const CORRELATION: f64 = 5.0;
+const CORRELATION_OF_TWO_EFFORTS: f64 = 20.0;
+const CORRELATION_OF_MANY: f64 = 50.0;
 
 /// Branch widths of a clamp cell with one element.
 const RIGID: [f64; 1] = [1.0];
@@ -56,8 +70,8 @@ pub(crate) fn all_candidates(logs: &ConditionedLogs) -> Vec<CandidateRecipe> {
     candidates
 }
 
-/// The candidates named, or without a name all but those whose cell and networks are refitted in turn: on one rig
-/// these are 10 % better and on another a fifth worse, and cross-validation does not predict which.
+/// The candidates named, or without a name all but those whose cell and networks are refitted in turn: on one
+/// rig these are 10 % better and on another a fifth worse, and cross-validation does not predict which.
 ///
 /// # Errors
 /// [`Error::UnknownModel`] for a name that no candidate has.
@@ -73,7 +87,8 @@ pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec
     Ok(all.into_iter().filter(|candidate| names.contains(&candidate.recipe.name)).collect())
 }
 
-/// A recipe as candidates are compared: with half the networks, trained for half as long, the ranks stay the same.
+/// A recipe as candidates are compared: with half the networks, trained for half as long, the ranks stay the
+/// same.
 pub(crate) fn screening_recipe(recipe: &Recipe) -> Recipe {
     if recipe.learner == Learner::Paper {
         return Recipe { rows: 10_000, steps: 40, ..recipe.clone() };
@@ -111,11 +126,11 @@ impl<'a> Family<'a> {
         suffix: &'static str,
         prior: PhysicsPrior,
     ) -> Self {
-        let plentiful = logs.runs.iter().map(Run::len).sum::<usize>() > 20_000;
+        let plentiful = logs.runs.iter().map(Run::len).sum::<usize>() > PLENTIFUL;
         let correlation = match (plentiful, roles.efforts.len()) {
-            (true, _) => 50.0,
-            (false, 2) => 20.0,
-            (false, _) => 5.0,
+            (true, _) => CORRELATION_OF_MANY,
+            (false, 2) => CORRELATION_OF_TWO_EFFORTS,
+            (false, _) => CORRELATION,
         };
         Self {
             signals,
@@ -199,8 +214,8 @@ impl<'a> Family<'a> {
         let distributed = &CellPlan::DISTRIBUTED;
         let elastic = "elastic clamp cell: friction and stretch with memory, nothing learned";
         let rigid = "one rigid clamp cell plus gated networks on stop operators";
-        let short = "hybrid that also sees what moved in the last instants";
-        let slow = "hybrid that also sees what moved in the last seconds";
+        let short = "hybrid with the changes over the last instants";
+        let slow = "hybrid with the changes over the last seconds";
         let mut candidates = vec![
             self.cell_alone("cell", &RIGID, elastic),
             self.cell_alone("cells", distributed, "the same, with friction that gives way piece by piece"),
@@ -210,8 +225,8 @@ impl<'a> Family<'a> {
             self.hybrid_with("hybrid-slow", distributed, &self.slow(), slow),
         ];
         if !self.plentiful {
-            let joint = "hybrid whose cell and networks were fitted to each other in turns";
-            let joint_short = "the same, also seeing what moved in the last instants";
+            let joint = "hybrid whose cell and networks were refitted in turn";
+            let joint_short = "the same, with the changes over the last instants";
             candidates.push(self.joint("joint", &[], joint));
             candidates.push(self.joint("joint-short", &self.short(), joint_short));
         }
@@ -222,7 +237,7 @@ impl<'a> Family<'a> {
     fn learned(&self) -> Vec<CandidateRecipe> {
         let mixed = "hybrids and networks without physics side by side";
         let network = "networks on stop operators alone, no physics";
-        let network_slow = "the same, with what moved in the last seconds";
+        let network_slow = "the same, with the changes over the last seconds";
         vec![
             self.paper(),
             self.mixed("mixed", &[], mixed),
@@ -232,7 +247,8 @@ impl<'a> Family<'a> {
         ]
     }
 
-    /// `yuan2023`, eq. 17: present inputs and the cable's velocity, here as the change over the last instants.
+    /// `yuan2023`, eq. 17: present inputs and the cable's velocity, here as the change over the last
+    /// instants.
     fn paper(&self) -> CandidateRecipe {
         let words = "the paper's network: 30 nodes on present values and velocities, no memory, full batch";
         let recipe = Recipe {
@@ -272,7 +288,7 @@ impl<'a> Family<'a> {
         let name = "observer-network".to_owned();
         let with_networks = Recipe { name, features: Some(features), ..alone.clone() };
         let law = "the cable's own law, driven by both ends' displacements and corrected by the near tension";
-        let residual = "the same plus gated networks on what it leaves over";
+        let residual = "the same plus gated networks on its residual";
         [(alone, law), (with_networks, residual)].map(|(recipe, description)| CandidateRecipe {
             recipe,
             description: description.to_owned(),

@@ -9,8 +9,8 @@ const MARGIN: f64 = 0.97;
 /// Standard errors of the mean log ratio of errors, sequence by sequence, by which it must be better.
 const STANDARD_ERRORS: f64 = 1.0;
 
-/// The candidate with the least geometric mean of its errors over all folds but `without`; one with less physics
-/// only where it is clearly better, and the folds hold out whole logs, trials or conditions.
+/// The candidate with the least geometric mean of its errors over all folds but `without`; one with less
+/// physics only where it is clearly better, and the folds hold out whole logs, trials or conditions.
 pub(crate) fn choose(
     candidates: &[CandidateRecipe],
     scored: &[ScoredCandidate],
@@ -61,8 +61,9 @@ fn clearly_better(one: &ScoredCandidate, other: &ScoredCandidate, without: Optio
 /// E^2 = sum_f n_f e(k_f, f)^2 / sum_f n_f
 /// ```
 ///
-/// The errors of the final choice on the folds that chose it are the least of many and too small; here no fold takes part in the choice that it
-/// scores. No model is fitted for it. With fewer than two folds: the plain error of the final choice.
+/// The errors of the final choice on the folds that chose it are the least of many, hence too small; here no
+/// fold takes part in the choice that it scores, and no model is fitted again. With fewer than two folds: the
+/// plain error.
 pub(crate) fn selection_rmse(
     scored: &[ScoredCandidate],
     chosen: usize,
@@ -106,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn one_lucky_sequence_proves_nothing() {
+    fn one_sequence_with_a_small_error_is_not_significant() {
         let physics = scored(&[3.4, 1.4, 1.4, 2.7]);
         let better = |one: &ScoredCandidate, other: &ScoredCandidate| clearly_better(one, other, None);
         assert!(!better(&scored(&[1.8, 1.5, 1.45, 2.8]), &physics));
@@ -117,7 +118,7 @@ mod tests {
 
     #[test]
     fn the_error_of_a_selection_is_scored_on_folds_that_took_no_part_in_it() {
-        // Each candidate is lucky on one fold, and chosen for it.
+        // Each candidate has a small error on one fold by chance.
         let all = [scored(&[0.1, 1.0, 1.0]), scored(&[1.0, 0.2, 1.0]), scored(&[1.0, 1.0, 0.3])];
         let choose =
             |without| (0..3).min_by(|&a, &b| all[a].score(without).total_cmp(&all[b].score(without)));

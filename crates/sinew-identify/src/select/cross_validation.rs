@@ -113,8 +113,8 @@ pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Opti
 }
 
 impl CrossValidation {
-    /// Predicts the rows that a fold held out; `Some(None)` where none of them counts, `None` for an estimate that is
-    /// not finite.
+    /// Predicts the rows that a fold held out; `Some(None)` where none of them counts, `None` for an estimate
+    /// that is not finite.
     fn score_fold(
         &mut self,
         fold: usize,

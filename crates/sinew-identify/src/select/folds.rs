@@ -1,4 +1,4 @@
-//! Folds that mimic the question a user will ask: another log, another load, another stretch of time.
+//! Folds that follow the intended use: another log, another load, another stretch of time.
 
 use crate::log::Dataset;
 
@@ -20,7 +20,7 @@ pub(crate) struct Folds {
 }
 
 impl Folds {
-    /// Folds for these logs: by the group the user named, else by conditions found in the logs, else by log,
+    /// Folds for these logs: by the group that was requested, else by conditions found in the logs, else by log,
     /// else by trial, else by time.
     pub(crate) fn of(data: &Dataset) -> Self {
         let asked = data.roles.group.is_some();
@@ -31,7 +31,8 @@ impl Folds {
         }
         if logs >= 2 {
             let label = data.sequences.iter().map(|s| s.log).collect::<Vec<_>>();
-            let question = format!("Each of the {logs} logs was predicted by models that had not seen it.");
+            let question =
+                format!("Each of the {logs} logs was predicted by models that were not fitted to it.");
             return Self::by_label(&label, MOST_FOLDS.max(logs.min(8)), question);
         }
         let mut trials: Vec<(usize, &str)> = Vec::new();
@@ -48,7 +49,7 @@ impl Folds {
             .collect();
         if trials.len() >= 3 {
             let question = format!(
-                "The {} trials were dealt to folds; each was predicted by models that had not seen it.",
+                "The {} trials were assigned to folds; each was predicted by models that were not fitted to it.",
                 trials.len()
             );
             return Self::by_label(&label, MOST_FOLDS, question);
@@ -85,7 +86,7 @@ impl Folds {
         let names: Vec<String> =
             conditions.iter().map(|&c| format!("`{}`", data.conditions[c].column)).collect();
         let question = format!(
-            "Values of {} were held out in turn: every score is for conditions that the model had not seen.",
+            "Values of {} were held out in turn: every score is for conditions that the model was not fitted to.",
             names.join(" and of ")
         );
         Self { held_out, grouped: true, question }
@@ -111,7 +112,7 @@ impl Folds {
             .collect();
         let question = format!(
             "The log was cut into {folds} stretches; each was predicted by models fitted to the others. \
-             Another day may be harder: record a second log to ask that."
+             Another day may be harder: record a second log to measure that."
         );
         Self { held_out, grouped: false, question }
     }

@@ -9,8 +9,8 @@ use crate::training::fit;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// A log that raises the others' error by more than exp(0.4), one and a half times, is foreign. On real recordings a
-/// foreign one had 0.5 to 0.9 and ordinary ones at most 0.37, the most where few logs were left.
+/// A log that raises the others' error by more than exp(0.4), one and a half times, is foreign. Measured recordings
+/// chose the limit: foreign ones had 0.5 to 0.9, ordinary ones at most 0.37 (four logs, the fewest that are checked).
 const LIMIT: f64 = 0.4;
 
 /// Logs that must remain.
@@ -35,8 +35,9 @@ pub struct InfluenceRow {
 /// influence_k = mean over i != k of ln( error on i, fitted to all but i / fitted to all but i and k )
 /// ```
 ///
-/// A log that is unlike the others biases the fit for all of them; a log that merely covers another condition does
-/// not: without it the others are predicted no better. With three logs or fewer nothing is excluded or reported.
+/// A log that is unlike the others biases the fit for all of them; a log that merely covers another condition
+/// does not: without it the others are predicted no better. With three logs or fewer nothing is excluded or
+/// reported.
 pub(crate) fn exclude_foreign_logs(logs: ConditionedLogs) -> (ConditionedLogs, Vec<InfluenceRow>) {
     let recipe = influence_recipe(&logs);
     let count = logs.data.logs.len();
@@ -65,7 +66,7 @@ pub(crate) fn exclude_foreign_logs(logs: ConditionedLogs) -> (ConditionedLogs, V
 fn remark(influence: f64) -> String {
     format!(
         "With it in training the other logs are predicted {:.1} times worse: a foreign recording. \
-         It was left out; look at what was different that day.",
+         It was left out; find out what was different that day.",
         influence.exp()
     )
 }

@@ -66,8 +66,8 @@ impl SignalSet {
         Self::with_givens(signals, &main, &main, memory, &roles.givens)
     }
 
-    /// Two antagonistic tensions: their difference drives the joint, the logarithm of their ratio enters the capstan
-    /// equation. `None` unless there are exactly two efforts and they are antagonistic.
+    /// Two antagonistic tensions: their difference drives the joint, the logarithm of their ratio enters the
+    /// capstan equation. `None` unless there are exactly two efforts and they are antagonistic.
     pub(super) fn antagonists(logs: &ConditionedLogs, roles: &RoleIndices) -> Option<Self> {
         let [first, second] = roles.efforts[..] else { return None };
         if correlation(&logs.runs, first, second) > ANTAGONISTIC {

@@ -107,7 +107,7 @@ fn options() -> FitOptions {
         samples: 16_000,
         residuals: 1200,
         steps: 8,
-        around: false,
+        multistart: false,
         near_weight: 0.5,
     }
 }

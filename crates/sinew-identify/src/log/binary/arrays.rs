@@ -32,7 +32,7 @@ impl ArrayLog {
     }
 
     /// Vectors of the most frequent length are columns; matrices with as many rows give `name_1`, `name_2`,
-    /// ...; single numbers are columns that do not change; the rest is told and left out.
+    /// ...; single numbers are columns that do not change; the rest is left out and reported.
     fn new(file: &str, arrays: Vec<Array>) -> Result<Self, Error> {
         let Some(rows) = table_length(&arrays) else {
             return Err(Error::Malformed {
@@ -47,7 +47,7 @@ impl ArrayLog {
         let short = short_names(&arrays);
         let mut left_out = Vec::new();
         for (array, name) in arrays.into_iter().zip(short) {
-            if !log.take(array, &name) {
+            if !log.add(array, &name) {
                 left_out.push(name);
             }
         }
@@ -63,7 +63,8 @@ impl ArrayLog {
         Ok(log)
     }
 
-    fn take(&mut self, array: Array, name: &str) -> bool {
+    /// Adds the columns of an array; false where its size does not fit.
+    fn add(&mut self, array: Array, name: &str) -> bool {
         let Array { rows, columns, data, .. } = array;
         let n = self.rows;
         if data.len() == 1 {
@@ -104,7 +105,7 @@ impl ArrayLog {
         self.rows as u64
     }
 
-    /// Takes what is `wanted`.
+    /// Reads what is `wanted`.
     pub(in crate::log) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
         let mut builder = TableBuilder::new(wanted);
         let mut labels: Vec<Label> = vec![Label::default(); self.columns.len()];

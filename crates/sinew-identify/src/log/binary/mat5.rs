@@ -16,7 +16,7 @@ const MATRIX: u32 = 14;
 const STRUCT: u32 = 2;
 /// `mxDOUBLE_CLASS` to `mxUINT64_CLASS`.
 const NUMERIC: std::ops::RangeInclusive<u32> = 6..=15;
-/// Structs inside structs deeper than this are not looked into.
+/// Structs inside structs deeper than this are skipped.
 const MAX_DEPTH: usize = 8;
 
 /// Whether `head` starts a MATLAB v5 file.

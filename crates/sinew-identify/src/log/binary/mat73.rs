@@ -7,7 +7,7 @@ use crate::log::open::MEMORY_LIMIT_BYTES;
 use hdf5_pure::{AttrValue, File, Group};
 
 const EXPECTED: &str = "a MATLAB v7.3 (HDF5) file";
-/// Structs inside structs deeper than this are not looked into.
+/// Structs inside structs deeper than this are skipped.
 const MAX_DEPTH: usize = 8;
 
 /// All real numeric arrays of a file, also inside structs.

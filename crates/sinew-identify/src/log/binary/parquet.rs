@@ -139,7 +139,7 @@ fn damaged(file: &str, error: &ParquetError) -> Error {
 
 /// The number in a field; NaN where there is none; nothing where it is no number.
 ///
-/// Times become seconds: a Parquet file says what its numbers mean.
+/// Times become seconds: a Parquet file declares the unit.
 fn numeric(field: &Field) -> Option<f64> {
     Some(match *field {
         Field::Null => f64::NAN,

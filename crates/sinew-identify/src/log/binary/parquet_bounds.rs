@@ -1,19 +1,20 @@
-//! A Parquet file's promises, held against its size before its reader acts on them.
+//! Declared sizes in a Parquet file, compared with its length before its reader allocates for them.
 
-use super::thrift::{Fault, walk};
+use super::thrift::{ThriftError, parse_struct};
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::ChunkReader;
 
 /// Most bytes that one packed byte can hold: deflate reaches 1032, Snappy 21.
 const EXPANSION: i64 = 1100;
 
-/// Most rows per byte of a file that can be a log: packed as tightly as may be, a time stamp takes more than this.
+/// Most rows per byte of a file that can be a log: packed as tightly as may be, a time stamp takes more than
+/// this.
 const ROWS_PER_BYTE: i64 = 256;
 
 /// Bytes read for a page header at first, and at most: statistics of long texts make some long.
 const HEADER_BYTES: [usize; 2] = [1 << 10, 1 << 18];
 
-/// Holds the footer's lists against the bytes it has.
+/// Compares the footer's lists with the bytes it has.
 pub(super) fn footer<R: ChunkReader>(source: &R) -> Result<(), String> {
     let read = |start: u64, length: usize| source.get_bytes(start, length).map_err(|e| e.to_string());
     let total = source.len();
@@ -24,10 +25,10 @@ pub(super) fn footer<R: ChunkReader>(source: &R) -> Result<(), String> {
         return Err(format!("a footer of {length} bytes in a file of {total}"));
     };
     let bytes = read(start, usize::try_from(length).map_err(|e| e.to_string())?)?;
-    walk(&bytes, &mut |_, _| {}).map(|_| ()).map_err(|_| "a footer that ends too early".to_string())
+    parse_struct(&bytes, &mut |_, _| {}).map(|_| ()).map_err(|_| "a footer that ends too early".to_string())
 }
 
-/// Holds rows and pages against the bytes there are.
+/// Compares rows and pages with the bytes there are.
 pub(super) fn pages<R: ChunkReader>(source: &R, metadata: &ParquetMetaData) -> Result<(), String> {
     let total = i64::try_from(source.len()).unwrap_or(i64::MAX);
     let claimed = metadata.row_groups().iter().map(|group| group.num_rows());
@@ -57,7 +58,7 @@ fn page<R: ChunkReader>(source: &R, at: u64, end: u64) -> Result<u64, String> {
         let here = usize::try_from(end - at).map_or(most, |left| left.min(most));
         let bytes = source.get_bytes(at, here).map_err(|e| e.to_string())?;
         let (mut unpacked, mut packed, mut values) = (0, 0, 0);
-        let header = walk(&bytes, &mut |path, value| match path {
+        let header = parse_struct(&bytes, &mut |path, value| match path {
             [2] => unpacked = value,
             [3] => packed = value,
             // Values in a dictionary; in data pages repeated values take no room.
@@ -65,7 +66,7 @@ fn page<R: ChunkReader>(source: &R, at: u64, end: u64) -> Result<u64, String> {
             _ => {}
         });
         match header {
-            Err(Fault::Ends) if here == most => continue,
+            Err(ThriftError::Truncated) if here == most => continue,
             Err(_) => return Err("a damaged page header".into()),
             Ok(used) => {
                 let next = u64::try_from(packed).ok().and_then(|p| (at + used as u64).checked_add(p));

@@ -1,51 +1,51 @@
-//! What a Parquet file says about itself, walked through before its reader believes it.
+//! Validation of the structs in a Parquet file before its reader allocates for them.
 //!
-//! Footer and page headers are structs in Thrift's compact protocol. A damaged one can promise a list of two
-//! thousand million elements, a page of two gigabytes or a dictionary of as many values in a file of a kilobyte;
-//! the reader would count, or make room for, all of them. Here every promise is held against the bytes that are
-//! left, and numbers of interest are picked out by their path of field numbers.
+//! Footer and page headers are structs in Thrift's compact protocol. A damaged one can declare a list of 2e9
+//! elements, a page of two gigabytes or a dictionary of as many values in a file of a kilobyte, and the
+//! reader would iterate over, or allocate, all of them. Every declared length is compared with the bytes that
+//! are left, and numbers of interest are collected by their path of field numbers.
 
 /// Structs inside structs that a header may have; Parquet needs five.
 const DEEPEST: usize = 12;
 
-/// Why a struct could not be walked through.
+/// Why a struct could not be parsed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Fault {
+pub(super) enum ThriftError {
     /// The bytes end before the struct does.
-    Ends,
-    /// A length or nesting that no sound file has.
-    Promise,
+    Truncated,
+    /// A length or nesting that no valid file has.
+    Implausible,
 }
 
-/// Reads one struct: how many bytes it takes. `number(path, value)` is called for every integer field outside
-/// lists, `path` being its field number within the field numbers of the structs around it.
-pub(super) fn walk(bytes: &[u8], number: &mut dyn FnMut(&[i16], i64)) -> Result<usize, Fault> {
-    let mut cursor = Cursor { rest: bytes, path: Vec::with_capacity(DEEPEST), lists: 0, number };
-    cursor.fields()?;
-    Ok(bytes.len() - cursor.rest.len())
+/// Parses one struct and returns the bytes it takes. `number(path, value)` is called for every integer field
+/// outside lists, `path` being its field number within the field numbers of the structs around it.
+pub(super) fn parse_struct(bytes: &[u8], number: &mut dyn FnMut(&[i16], i64)) -> Result<usize, ThriftError> {
+    let mut parser = Parser { rest: bytes, path: Vec::with_capacity(DEEPEST), lists: 0, number };
+    parser.fields()?;
+    Ok(bytes.len() - parser.rest.len())
 }
 
-struct Cursor<'a, 'b> {
+struct Parser<'a, 'b> {
     rest: &'a [u8],
     path: Vec<i16>,
     lists: usize,
     number: &'b mut dyn FnMut(&[i16], i64),
 }
 
-impl Cursor<'_, '_> {
-    fn byte(&mut self) -> Result<u8, Fault> {
-        let (first, rest) = self.rest.split_first().ok_or(Fault::Ends)?;
+impl Parser<'_, '_> {
+    fn byte(&mut self) -> Result<u8, ThriftError> {
+        let (first, rest) = self.rest.split_first().ok_or(ThriftError::Truncated)?;
         self.rest = rest;
         Ok(*first)
     }
 
-    fn skip(&mut self, count: u64) -> Result<(), Fault> {
-        let count = usize::try_from(count).map_err(|_| Fault::Promise)?;
-        self.rest = self.rest.get(count..).ok_or(Fault::Ends)?;
+    fn skip(&mut self, count: u64) -> Result<(), ThriftError> {
+        let count = usize::try_from(count).map_err(|_| ThriftError::Implausible)?;
+        self.rest = self.rest.get(count..).ok_or(ThriftError::Truncated)?;
         Ok(())
     }
 
-    fn varint(&mut self) -> Result<u64, Fault> {
+    fn varint(&mut self) -> Result<u64, ThriftError> {
         let mut value = 0;
         for shift in (0..64).step_by(7) {
             let byte = self.byte()?;
@@ -54,17 +54,17 @@ impl Cursor<'_, '_> {
                 return Ok(value);
             }
         }
-        Err(Fault::Promise)
+        Err(ThriftError::Implausible)
     }
 
-    fn integer(&mut self) -> Result<i64, Fault> {
+    fn integer(&mut self) -> Result<i64, ThriftError> {
         let zigzag = self.varint()?;
         Ok((zigzag >> 1) as i64 ^ -((zigzag & 1) as i64))
     }
 
-    fn fields(&mut self) -> Result<(), Fault> {
+    fn fields(&mut self) -> Result<(), ThriftError> {
         if self.path.len() >= DEEPEST {
-            return Err(Fault::Promise);
+            return Err(ThriftError::Implausible);
         }
         self.path.push(0);
         loop {
@@ -78,7 +78,7 @@ impl Cursor<'_, '_> {
             if let Some(last) = self.path.last_mut() {
                 *last = field;
             }
-            // A truth stands in the head itself.
+            // A boolean is encoded in the head itself.
             if kind > 2 {
                 self.value(kind)?;
             }
@@ -89,7 +89,7 @@ impl Cursor<'_, '_> {
         self.path.last().copied().unwrap_or(0)
     }
 
-    fn value(&mut self, kind: u8) -> Result<(), Fault> {
+    fn value(&mut self, kind: u8) -> Result<(), ThriftError> {
         match kind {
             1..=3 => self.skip(1),
             4..=6 => {
@@ -107,17 +107,17 @@ impl Cursor<'_, '_> {
             9 | 10 => self.list(),
             11 => self.map(),
             12 => self.fields(),
-            _ => Err(Fault::Promise),
+            _ => Err(ThriftError::Implausible),
         }
     }
 
-    fn list(&mut self) -> Result<(), Fault> {
+    fn list(&mut self) -> Result<(), ThriftError> {
         let head = self.byte()?;
         let count = if head >> 4 == 15 { self.varint()? } else { u64::from(head >> 4) };
         self.elements(count, &[head & 0x0f])
     }
 
-    fn map(&mut self) -> Result<(), Fault> {
+    fn map(&mut self) -> Result<(), ThriftError> {
         let count = self.varint()?;
         if count == 0 {
             return Ok(());
@@ -126,10 +126,10 @@ impl Cursor<'_, '_> {
         self.elements(count, &[kinds >> 4, kinds & 0x0f])
     }
 
-    /// Every element takes a byte at least: more of them than bytes are left is a promise nobody keeps.
-    fn elements(&mut self, count: u64, kinds: &[u8]) -> Result<(), Fault> {
+    /// Every element takes a byte at least: more of them than bytes are left is not plausible.
+    fn elements(&mut self, count: u64, kinds: &[u8]) -> Result<(), ThriftError> {
         if count > self.rest.len() as u64 {
-            return Err(Fault::Ends);
+            return Err(ThriftError::Truncated);
         }
         self.lists += 1;
         for _ in 0..count {
@@ -146,9 +146,9 @@ mod tests {
 
     type Numbers = Vec<(Vec<i16>, i64)>;
 
-    fn numbers(bytes: &[u8]) -> Result<(usize, Numbers), Fault> {
+    fn numbers(bytes: &[u8]) -> Result<(usize, Numbers), ThriftError> {
         let mut found = Vec::new();
-        let used = walk(bytes, &mut |path, value| found.push((path.to_vec(), value)))?;
+        let used = parse_struct(bytes, &mut |path, value| found.push((path.to_vec(), value)))?;
         Ok((used, found))
     }
 
@@ -163,12 +163,12 @@ mod tests {
 
     #[test]
     fn a_list_longer_than_the_file_and_a_tower_of_structs_are_refused() {
-        assert_eq!(numbers(&[0x19, 0xf1, 0xff, 0xff, 0xff, 0xff, 0x07, 0]), Err(Fault::Ends));
-        assert_eq!(numbers(&[0x1c; 40]), Err(Fault::Promise));
+        assert_eq!(numbers(&[0x19, 0xf1, 0xff, 0xff, 0xff, 0xff, 0x07, 0]), Err(ThriftError::Truncated));
+        assert_eq!(numbers(&[0x1c; 40]), Err(ThriftError::Implausible));
         assert_eq!(
             numbers(&[0x15, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff]),
-            Err(Fault::Promise)
+            Err(ThriftError::Implausible)
         );
-        assert_eq!(numbers(&[]), Err(Fault::Ends));
+        assert_eq!(numbers(&[]), Err(ThriftError::Truncated));
     }
 }

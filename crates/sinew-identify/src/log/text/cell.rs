@@ -166,7 +166,7 @@ fn number(bytes: &[u8]) -> Cell {
     }
 }
 
-/// Whether a cell says that nothing was measured.
+/// Whether a cell is empty or marks a missing value.
 pub(super) fn missing(bytes: &[u8]) -> bool {
     if bytes.len() > 4 {
         return false;

@@ -1,7 +1,8 @@
-//! A text table, streamed: only what was asked for is kept.
+//! A text table, streamed: only the wanted columns are stored.
 
 use super::cell::{Cell, parse, split};
-use super::dialect::{Dialect, drop_trailing_empty, find, is_comment};
+use super::detect::detect;
+use super::dialect::{Dialect, drop_trailing_empty, is_comment};
 use super::lines::{Line, Lines, MAX_LINE_BYTES};
 use crate::Error;
 use crate::log::occurrences::counted;
@@ -30,21 +31,21 @@ pub(in crate::log) struct TextLog {
 }
 
 impl TextLog {
-    /// Looks at the head of a file.
+    /// Detects the dialect of a file.
     pub(in crate::log) fn open(file: &str, path: PathBuf) -> Result<Self, Error> {
         let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
         let handle = File::open(&path).map_err(unreadable)?;
         let bytes = handle.metadata().map_err(unreadable)?.len();
         let mut head = Vec::new();
         handle.take(HEAD_BYTES).read_to_end(&mut head).map_err(unreadable)?;
-        let dialect = find(file, &head, (head.len() as u64) < HEAD_BYTES)?;
+        let dialect = detect(file, &head, (head.len() as u64) < HEAD_BYTES)?;
         Ok(Self { file: file.to_owned(), origin: Origin::File(path), dialect, bytes })
     }
 
-    /// Looks at the head of a log in memory.
+    /// Detects the dialect of a log in memory.
     pub(in crate::log) fn from_bytes(file: &str, bytes: Vec<u8>) -> Result<Self, Error> {
         let head = &bytes[..bytes.len().min(HEAD_BYTES as usize)];
-        let dialect = find(file, head, head.len() == bytes.len())?;
+        let dialect = detect(file, head, head.len() == bytes.len())?;
         let length = bytes.len() as u64;
         Ok(Self { file: file.to_owned(), origin: Origin::Bytes(bytes), dialect, bytes: length })
     }
@@ -155,7 +156,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
             return Err(wrong_width(file, number, width, fields.len()));
         }
         let row = Row { file, line: number, bytes, fields: &fields, dialect };
-        keep(&row, wanted, &mut builder)?;
+        store(&row, wanted, &mut builder)?;
     }
     if comments > 0 {
         findings.push(format!("skipped {} among the data", counted(comments, "comment line")));
@@ -163,7 +164,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
     Ok(builder.finish(findings))
 }
 
-fn keep(row: &Row<'_>, wanted: &Wanted, builder: &mut TableBuilder) -> Result<(), Error> {
+fn store(row: &Row<'_>, wanted: &Wanted, builder: &mut TableBuilder) -> Result<(), Error> {
     builder.begin(row.line);
     if let Some(column) = wanted.trial {
         builder.trial(row.cell(column));
