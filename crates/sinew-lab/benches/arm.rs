@@ -1,5 +1,5 @@
-//! Cost of a millisecond of the arm's twin: 15 muscles, 7 joints, all effects; of its controller; and of a sample of its
-//! trajectory.
+//! Cost of a millisecond of the arm's twin: 15 muscles, 7 joints, all effects; of its controller; and of a
+//! sample of its trajectory.
 
 #![allow(clippy::unwrap_used, reason = "a bench that cannot start may panic")]
 #![allow(clippy::print_stdout, reason = "a bench prints")]

@@ -1,4 +1,5 @@
-//! Cost of a drive, of a whole muscle (drive, cable in its sheath and sensors), and of the bench with its observer.
+//! Cost of a drive, of a whole muscle (drive, cable in its sheath and sensors), and of the bench with its
+//! observer.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 

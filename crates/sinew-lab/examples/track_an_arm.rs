@@ -1,5 +1,5 @@
-//! Tracks one sine loop of the end point with the arm `models/lm_arm.toml` on the twin, its cable models known exactly, and
-//! prints the end point's error over time.
+//! Tracks one sine loop of the end point with the arm `models/lm_arm.toml` on the twin, its cable models
+//! known exactly, and prints the end point's error over time.
 
 #![allow(clippy::print_stdout, reason = "an example prints")]
 

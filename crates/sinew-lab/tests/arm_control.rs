@@ -34,7 +34,8 @@ fn start(robot: &Robot) -> Vec<f64> {
     robot.key("start").unwrap().to_vec()
 }
 
-/// Cable models with errors of 2 to 10 % in friction, drag, pretension and compliance; path and weakening are the plant's.
+/// Cable models with errors of 2 to 10 % in friction, drag, pretension and compliance; path and weakening are
+/// the plant's.
 fn believed(specimen: &ArmSpecimen) -> Vec<CableModel> {
     let model = |(k, cable): (usize, &sinew::twin::cable::Specimen)| {
         let sign = if k % 2 == 0 { 1.0 } else { -1.0 };

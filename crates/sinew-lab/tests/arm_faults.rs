@@ -16,8 +16,8 @@ use sinew_lab::experiment::{TrackSummary, oracle_models};
 const FROM: f64 = 3.0;
 /// Rest, one turn of the circle, rest.
 const ROWS: usize = 1000 + 5750 + 1000;
-/// Largest change of an anchor's tension in a millisecond, N: measured 0.5 without a fault, 4.3 where the arm falls into
-/// its other cables.
+/// Largest change of an anchor's tension in a millisecond, N: measured 0.5 without a fault, 4.3 where the arm
+/// falls into its other cables.
 const JUMP: f64 = 8.0;
 /// Limits of the anchors after a fault, N.
 const ANCHOR: [f64; 2] = [5.0, 445.0];

@@ -41,7 +41,8 @@ fn the_calibration_runs_reproduce_tables_two_and_three() {
     let logs = calibration_runs(&Specimen::bench(), 3.0, 1).unwrap();
     let [rms, largest] = Mechanism::of(&logs).differences();
     assert!(rms < 0.09, "{rms}");
-    // Two cells are outliers in the paper itself: passive efficiency at 0.10 m/s, active elongation at 0.12 m/s.
+    // Two cells are outliers in the paper itself: passive efficiency at 0.10 m/s, active elongation at 0.12
+    // m/s.
     assert!(largest < 0.2, "{largest}");
 }
 

@@ -1,4 +1,5 @@
-//! The cable observer identified from logs of the demonstration plant, another implementation of springs and friction nodes.
+//! The cable observer identified from logs of the demonstration plant, another implementation of springs and
+//! friction nodes.
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use sinew::predictor::CableColumns;
