@@ -94,7 +94,7 @@ impl Specimen {
     }
 }
 
-fn read<'a>(logs: &'a [(String, String)]) -> Vec<(&'a str, &'a [u8])> {
+fn read(logs: &[(String, String)]) -> Vec<(&str, &[u8])> {
     logs.iter().map(|(name, text)| (name.as_str(), text.as_bytes())).collect()
 }
 
