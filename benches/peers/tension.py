@@ -146,7 +146,7 @@ def judge(p, ours, theirs, name, size):
                                     for k in ("moment_arms", "torque_nm", "weight", "reference_n"))
     miss = [float(np.abs(a.T @ x - torque).max() / np.abs(torque).max()) for x in (ours, theirs)]
     cost = [float((weight * (x - reference) ** 2).sum()) for x in (ours, theirs)]
-    return f"joints cannot be told apart: torque missed by {miss[0]:.1e}, {miss[1]:.1e}, cost {cost[0]:.15g}, {cost[1]:.15g}"
+    return f"joints are linearly dependent: torque missed by {miss[0]:.1e}, {miss[1]:.1e}, cost {cost[0]:.15g}, {cost[1]:.15g}"
 
 
 def compare(p, solution, worst, count):

@@ -159,8 +159,8 @@ fn distance_from_optimum(owned: &Owned, solution: &Solution) -> f64 {
             .map(|i| (owned.arms[i * owned.joints + j] * solution.tension[i]).abs())
             .sum::<f64>()
             .max(owned.torque[j].abs());
-        let told = (owned.torque[j] - reached - solution.residual[j]).abs();
-        worst = worst.max(told / made_of.max(1e-300));
+        let mismatch = (owned.torque[j] - reached - solution.residual[j]).abs();
+        worst = worst.max(mismatch / made_of.max(1e-300));
         if solution.status == Status::Optimal {
             worst = worst.max(solution.residual[j].abs() / made_of.max(1e-300));
         }
@@ -171,9 +171,9 @@ fn distance_from_optimum(owned: &Owned, solution: &Solution) -> f64 {
         let arm = row.iter().map(|arm| arm * arm).sum::<f64>().sqrt();
         let (low, high, tension) = (owned.minimum[i], owned.maximum[i], solution.tension[i]);
         assert!((low..=high).contains(&tension), "{tension} is not within {low} to {high}");
-        let wish = along(solution.residual);
-        if solution.status == Status::Infeasible && wish.abs() > 1e-9 * arm * size {
-            let limit = if wish > 0.0 { high } else { low };
+        let reduced_gradient = along(solution.residual);
+        if solution.status == Status::Infeasible && reduced_gradient.abs() > 1e-9 * arm * size {
+            let limit = if reduced_gradient > 0.0 { high } else { low };
             worst = worst.max((tension - limit).abs() / high.abs());
         } else {
             let wanted = owned.reference[i] + along(solution.multiplier) / owned.weight[i];
