@@ -85,7 +85,7 @@ fn rows(specimen: &Specimen, speed: f64, strokes: f64, seed: u64) -> Result<Vec<
     let mut rows = Vec::new();
     let stop: Option<Stop> =
         run(&bench_run, MuscleControl::Compensation(&mut Compensation::None), seconds, |row| {
-            rows.push(*row)
+            rows.push(*row);
         })?;
     match stop {
         None => Ok(rows),

@@ -62,7 +62,7 @@ pub(super) struct Import {
 
 /// Every path of two parts and more, test modules left out; a `use` of a tree becomes one import a leaf.
 pub(super) fn imports(source: &str) -> Vec<Import> {
-    let tokens = without_tests(tokens(source));
+    let tokens = without_tests(&tokens(source));
     let (mut found, mut i) = (Vec::new(), 0);
     while i < tokens.len() {
         if tokens[i].text == "use" {
@@ -97,7 +97,7 @@ fn leaves(tokens: &[Token], from: usize, before: &[String], public: bool, found:
             return i + 1;
         }
         let Some(token) = tokens.get(i) else { return i };
-        if word(tokens, i) && !(token.text == "self" && !path.is_empty()) {
+        if word(tokens, i) && (token.text != "self" || path.is_empty()) {
             path.push(token.text.clone());
         }
         i += 1;
@@ -121,12 +121,12 @@ fn word(tokens: &[Token], at: usize) -> bool {
 }
 
 /// The tokens outside of modules and other items that only tests are compiled with.
-fn without_tests(tokens: Vec<Token>) -> Vec<Token> {
+fn without_tests(tokens: &[Token]) -> Vec<Token> {
     let mut kept: Vec<Token> = Vec::new();
     let mut i = 0;
     while i < tokens.len() {
         let marked = ["#", "[", "cfg", "(", "test", ")", "]"];
-        if !marked.iter().enumerate().all(|(k, text)| is(&tokens, i + k, text)) {
+        if !marked.iter().enumerate().all(|(k, text)| is(tokens, i + k, text)) {
             kept.push(Token { line: tokens[i].line, text: tokens[i].text.clone() });
             i += 1;
             continue;

@@ -127,7 +127,7 @@ pub(super) fn runs(specimen: &ArmSpecimen, muscle: usize, seed: u64) -> Result<V
         let mut rows: Vec<BenchRow> = Vec::new();
         let uncompensated = &mut Compensation::None;
         match run(&bench_run, MuscleControl::Compensation(uncompensated), strokes.duration, |row| {
-            rows.push(*row)
+            rows.push(*row);
         })? {
             None => Ok(rows),
             Some(stop) => {

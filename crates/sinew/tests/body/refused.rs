@@ -121,7 +121,7 @@ fn wrong_lengths_and_numbers_that_are_not_finite_pass_no_boundary() {
         assert!(
             matches!(result, Err(Error::OutOfDomain { .. } | Error::EntryOutOfDomain { .. })),
             "{result:?}"
-        )
+        );
     };
     wrong(arm.forward_kinematics(&q[..6], &mut poses));
     wrong(arm.inverse_dynamics(&q, &q[..6], &q, &mut scratch, &mut out));

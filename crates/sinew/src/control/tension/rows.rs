@@ -133,9 +133,9 @@ fn add_outer_products<S: Scalar>(arms: &[f64], n: usize, f: impl Iterator<Item =
 
 /// Sum of products, several at a time.
 #[inline(always)]
-pub(super) fn dot<S: Scalar, T: Copy>(a: &[S], b: &[T]) -> S
+pub(super) fn dot<S, T: Copy>(a: &[S], b: &[T]) -> S
 where
-    S: core::ops::Mul<T, Output = S>,
+    S: Scalar + core::ops::Mul<T, Output = S>,
 {
     const LANES: usize = 4;
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
