@@ -120,7 +120,7 @@ impl Problem<'_> {
             if (theta - home).abs() > 4.0 {
                 return None;
             }
-            quantity.set(&mut model, quantity.from_search(*theta))?;
+            quantity.set(&mut model, quantity.physical_value(*theta))?;
         }
         model.law().ok()?;
         Some(model)
@@ -193,9 +193,9 @@ impl Problem<'_> {
             let half = 1.96 * spread * covariance.variance[i].sqrt();
             FittedQuantity {
                 quantity: *quantity,
-                value: quantity.from_search(found.theta[i]),
-                low: quantity.from_search(found.theta[i] - half),
-                high: quantity.from_search(found.theta[i] + half),
+                value: quantity.physical_value(found.theta[i]),
+                low: quantity.physical_value(found.theta[i] - half),
+                high: quantity.physical_value(found.theta[i] + half),
             }
         };
         let numbers = || Error::samples("fit", "numbers of a cable", &"others");

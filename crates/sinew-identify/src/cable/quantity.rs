@@ -132,7 +132,7 @@ impl Quantity {
     }
 
     /// The inverse of [`to_search`](Self::to_search).
-    pub(super) fn from_search(self, theta: f64) -> f64 {
+    pub(super) fn physical_value(self, theta: f64) -> f64 {
         let value = self.linear().map_or_else(|| theta.exp(), |scale| theta * scale);
         match self {
             // A search that reaches the edge of the domain continues along it.
