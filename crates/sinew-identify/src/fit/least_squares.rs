@@ -68,7 +68,7 @@ const DAMPING: Damping = Damping {
     initial: 1e-3,
     min: 1e-12,
     scaling: Scaling::Diagonal { floor: 1e-11 },
-    adaptation: Adaptation::GainRatio,
+    adaptation: Adaptation::Growing(4.0),
 };
 
 /// The best parameters found and the problem linearised there.

@@ -70,6 +70,9 @@ pub(crate) enum Adaptation {
     /// `mu` times `max(1/3, 1 - (2 rho - 1)^3)` after a step whose decrease was `rho` times the predicted
     /// one; times 2, 4, 8, .. after rejected ones in a row.
     GainRatio,
+    /// `mu / factor` after an accepted step; times 2, 4, 8, .. after rejected ones in a row: for residuals with kinks,
+    /// where the predicted decrease is unreliable.
+    Growing(f64),
     /// `mu / factor` after a step that succeeded at once, `mu * factor` after a rejected one.
     Factor(f64),
 }
@@ -211,7 +214,7 @@ struct Mu {
 impl Mu {
     fn increase(&mut self, damping: &Damping) {
         match damping.adaptation {
-            Adaptation::GainRatio => {
+            Adaptation::GainRatio | Adaptation::Growing(_) => {
                 self.value *= self.growth;
                 self.growth *= 2.0;
             }
@@ -223,6 +226,7 @@ impl Mu {
     fn decrease(&mut self, damping: &Damping, ratio: f64) {
         let factor = match damping.adaptation {
             Adaptation::GainRatio => (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0),
+            Adaptation::Growing(factor) => 1.0 / factor,
             // A rejection before showed that less damping would be rejected again.
             Adaptation::Factor(_) if self.rejected_before => 1.0,
             Adaptation::Factor(factor) => 1.0 / factor,

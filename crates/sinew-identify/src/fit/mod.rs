@@ -7,7 +7,7 @@
 //! | clamp cell             | `cell.rs`          | diagonal, constant factor | ridge                       |
 //! | network of an ensemble | `network.rs`       | identity, gain ratio      | groups of weights, evidence |
 //! | plain network          | `perceptron/`      | identity, constant factor | none                        |
-//! | classical law, cable   | `least_squares.rs` | diagonal, gain ratio      | none                        |
+//! | classical law, cable   | `least_squares.rs` | diagonal, growing factor  | none                        |
 
 pub(crate) mod cell;
 pub mod classical;
