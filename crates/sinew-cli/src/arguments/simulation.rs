@@ -3,7 +3,7 @@
 use super::values::{SpecimenParser, compensation, number};
 use clap::{Args, Subcommand, ValueEnum};
 use sinew::twin::cable::Specimen;
-use sinew_lab::CompensationVariant;
+use sinew_lab::{CompensationVariant, paper};
 use std::path::PathBuf;
 
 /// Reproduce the paper's experiments in simulation: tables and figures in DIR/report.html, numbers in
@@ -68,7 +68,7 @@ pub(crate) struct BenchRunArguments {
     #[arg(long, value_enum, default_value_t = MuscleStrokes::Both)]
     pub(crate) muscle: MuscleStrokes,
     /// Cable speeds, m/s, 0.005 to 0.15
-    #[arg(long, value_name = "V,..", value_delimiter = ',', default_value = "0.02,0.04,0.06,0.08,0.1,0.12",
+    #[arg(long, value_name = "V,..", value_delimiter = ',', default_values_t = paper::SPEEDS,
         value_parser = number("0.005 to 0.15 m/s", |v| (0.005..=0.15).contains(&v)))]
     pub(crate) speeds: Vec<f64>,
     /// Seconds at each speed, 1 to 3600

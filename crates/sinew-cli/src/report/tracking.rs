@@ -9,6 +9,7 @@ use super::variants::label;
 use askama::Template;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{TraceRow, TrackIncident, TrackingNumbers};
+use sinew_lab::paper;
 use std::collections::BTreeMap;
 
 #[derive(Template)]
@@ -66,18 +67,6 @@ pub(crate) struct TrackView<'a> {
     /// Whether the run is that of the paper, whose results are then a row of the table.
     pub(crate) paper: bool,
 }
-
-/// End point errors and mean muscle length error that the paper reports.
-pub(crate) struct PaperTracking {
-    pub(crate) mean_mm: f64,
-    pub(crate) std_mm: f64,
-    pub(crate) max_mm: f64,
-    pub(crate) muscle_length_mm: f64,
-}
-
-/// `yuan2023`, figures 11 to 13, six repeats.
-pub(crate) const PAPER: PaperTracking =
-    PaperTracking { mean_mm: 15.8, std_mm: 7.1, max_mm: 39.0, muscle_length_mm: 0.78 };
 
 const LABELS: [&str; 6] = [
     "mean, mm",
@@ -209,12 +198,12 @@ fn rows(view: &TrackView<'_>) -> Vec<Row> {
         });
     }
     if view.paper {
-        let PaperTracking { mean_mm, std_mm, max_mm, muscle_length_mm } = PAPER;
+        let [mean_mm, std_mm, max_mm] = paper::END_POINT_ERROR_MM;
         let cells = [
             fixed(mean_mm, 2),
             fixed(std_mm, 2),
             fixed(max_mm, 1),
-            fixed(muscle_length_mm, 3),
+            fixed(paper::MUSCLE_LENGTH_ERROR_MM, 3),
             NONE.to_owned(),
             NONE.to_owned(),
         ];

@@ -9,6 +9,7 @@ use crate::progress::Progress;
 use crate::report::{reproduction, tracking};
 use crate::table::{number, table};
 use serde_json::Value;
+use sinew_lab::paper;
 use sinew_lab::reproduce::{
     ArmOptions, ArmPart, BenchOptions, BenchPart, Indices, Sides, reproduce_arm, reproduce_bench,
 };
@@ -47,7 +48,7 @@ pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {
     }
     let mut text = bench.as_ref().map_or_else(String::new, |part| summary_text(part) + "\n");
     if let Some(part) = &arm {
-        let tracking::PaperTracking { mean_mm, max_mm, .. } = tracking::PAPER;
+        let [mean_mm, _, max_mm] = paper::END_POINT_ERROR_MM;
         text += &track::tracking_table(&part.tracking);
         text += &format!("The paper reports {mean_mm} mm mean and {max_mm} mm max.\n\n");
     }

@@ -36,15 +36,13 @@ impl PhysicsPrior {
 /// Radii of the stop operators as fractions of a signal's range.
 const RADII: [f64; 3] = [0.02, 0.08, 0.25];
 
-/// Rows above which eight nodes pay and refitting in turn only costs time. The networks are trained on at most 5000
-/// rows, so that beyond four times as many the thinning, not the log, limits the information.
+/// Rows above which networks get eight nodes and refitting in turn is left out.
 const PLENTIFUL: usize = 20_000;
 
-/// Samples per independent sample of the residual: the weight of the data against the prior of the networks.
+/// Samples per independent sample of the residual: the weight of the data against the prior of the networks; a larger
+/// value means stronger regularisation.
 ///
-/// The three values were chosen on measured rigs and not derived: a log at some 100 Hz with one effort, two
-/// antagonistic efforts, whose residual also holds the slower joint motion, and logs so long that the residual is
-/// dominated by slow changes of friction. A larger value means stronger regularisation.
+/// The three values were set by trial on the development rigs; they are not derived from the residual's autocorrelation.
 const CORRELATION: f64 = 5.0;
 const CORRELATION_OF_TWO_EFFORTS: f64 = 20.0;
 const CORRELATION_OF_MANY: f64 = 50.0;

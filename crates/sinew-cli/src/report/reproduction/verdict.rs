@@ -2,7 +2,7 @@
 
 use super::indices::{largest, sides};
 use crate::report::format::fixed;
-use crate::report::tracking;
+
 use sinew_lab::CompensationVariant;
 use sinew_lab::paper::{self, SPEEDS};
 use sinew_lab::reproduce::{ArmPart, BenchResults, ByVariant, Indices, Sides};
@@ -41,8 +41,8 @@ pub(super) fn arm_verdict(part: &ArmPart) -> String {
          max; the paper reports {} and {} mm.",
         fixed(1e3 * error.mean, 2),
         fixed(1e3 * error.max, 1),
-        fixed(tracking::PAPER.mean_mm, 1),
-        fixed(tracking::PAPER.max_mm, 0)
+        fixed(paper::END_POINT_ERROR_MM[0], 1),
+        fixed(paper::END_POINT_ERROR_MM[2], 0)
     )
 }
 
