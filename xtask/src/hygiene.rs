@@ -23,8 +23,9 @@ const PRIVATE: [&str; 4] =
 
 /// Words of earlier versions and what replaced them, one pair a line.
 const RETIRED: &str = include_str!("../retired_words.txt");
-/// Where they may stand: their list, and the history.
-const MAY_NAME_RETIRED: [&str; 2] = ["xtask/retired_words.txt", "CHANGELOG.md"];
+/// Where they may stand: their list, the history, and the attributes of another program's format.
+const MAY_NAME_RETIRED: [&str; 3] =
+    ["xtask/retired_words.txt", "CHANGELOG.md", "crates/sinew/src/description/mjcf/schema.txt"];
 
 /// Pairs of a retired word and its replacement.
 fn retired() -> impl Iterator<Item = (&'static str, &'static str)> {

@@ -2,9 +2,10 @@
 
 use super::conditions;
 use super::duplicates;
+use super::memory_limit::MEMORY_LIMIT_BYTES;
 use super::occurrences::counted;
 use super::one_log::{ReadLog, read_log};
-use super::open::{MEMORY_LIMIT_BYTES, OpenLog};
+use super::open::OpenLog;
 use super::roles::{Columns, one_column};
 use super::signal_checks::check_signals;
 use super::types::{Dataset, LogInfo, Roles, Sequence};

@@ -24,6 +24,7 @@ mod binary;
 mod conditions;
 mod cut;
 mod duplicates;
+mod memory_limit;
 mod names;
 mod occurrences;
 mod one_log;
@@ -37,7 +38,7 @@ mod text;
 mod times;
 mod types;
 
-pub use open::MEMORY_LIMIT_BYTES;
+pub use memory_limit::MEMORY_LIMIT_BYTES;
 pub use read::{read_bytes, read_bytes_with_roles, read_dataset, read_with_roles};
 pub use signal_checks::MIN_SCORED;
 pub use times::{GAP_INTERVALS, GAP_TYPICAL};

@@ -3,17 +3,12 @@
 #[cfg(feature = "parquet")]
 use super::binary::ParquetLog;
 use super::binary::{ArrayLog, is_mat5};
+use super::memory_limit::MEMORY_LIMIT_BYTES;
 use super::table::{Table, Wanted};
 use super::text::TextLog;
 use crate::Error;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-
-/// Memory the columns of all logs together may take; more is refused with its size.
-///
-/// Estimated as rows x 2 x (inputs + 4) x 8 bytes before a row is kept: 22 million rows with two inputs. A
-/// MATLAB file, which cannot be streamed, must also be smaller than this itself.
-pub const MEMORY_LIMIT_BYTES: u64 = 2 << 30;
 
 /// A log of which the columns are known but no row is read.
 pub(super) struct OpenLog {

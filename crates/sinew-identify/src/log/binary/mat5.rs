@@ -6,7 +6,7 @@
 
 use super::array::Array;
 use crate::Error;
-use crate::log::open::MEMORY_LIMIT_BYTES;
+use crate::log::memory_limit::MEMORY_LIMIT_BYTES;
 use std::io::Read;
 
 const HEADER_BYTES: usize = 128;

@@ -3,7 +3,7 @@
 use super::array::Array;
 use super::panics::catch_panic;
 use crate::Error;
-use crate::log::open::MEMORY_LIMIT_BYTES;
+use crate::log::memory_limit::MEMORY_LIMIT_BYTES;
 use hdf5_pure::{AttrValue, File, Group};
 
 const EXPECTED: &str = "a MATLAB v7.3 (HDF5) file";
