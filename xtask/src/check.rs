@@ -1,8 +1,8 @@
 //! The steps of `cargo xtask check`, in the order in which a mistake is found soonest.
 
 use crate::{hygiene, layering, readme, tree};
-use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
 use std::time::Instant;
 
 /// One step: a name to type, what it is for, what it does.
@@ -161,18 +161,26 @@ fn build(root: &Path) -> Result<(), String> {
     succeed(&mut cargo(root, &["build", "--workspace", "--all-features", "--examples", "--bench", "*"]))
 }
 
-/// Runs every example of `crates/sinew` and `crates/sinew-lab`: the files there are the list.
+/// Runs every example of `crates/sinew` and `crates/sinew-lab`: the files there are the list, the programs are those that
+/// [`build`] made with everything else, because a package built alone has other features and is compiled anew.
 fn examples(root: &Path) -> Result<(), String> {
+    succeed(&mut cargo(
+        root,
+        &["build", "--quiet", "--workspace", "--all-features", "--examples", "--bench", "*"],
+    ))?;
     for package in ["sinew", "sinew-lab"] {
-        let folder = root.join("crates").join(package).join("examples");
         for (file, _) in tree::sources(root, &format!("crates/{package}/examples"))? {
-            let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let arguments = ["run", "--quiet", "--all-features", "--package", package, "--example", &name];
-            let mut command = cargo(root, &arguments);
-            succeed(command.current_dir(&folder).stdout(std::process::Stdio::null()))?;
+            let name = file.file_stem().unwrap_or_default();
+            let program = target(root).join("debug/examples").join(name);
+            succeed(Command::new(program).current_dir(root).stdout(Stdio::null()))?;
         }
     }
     Ok(())
+}
+
+/// Where cargo builds.
+fn target(root: &Path) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder))
 }
 
 /// Tests whose names begin with `long_` do their work only where `SINEW_LONG` is set.
@@ -222,7 +230,7 @@ mod tests {
     #[test]
     fn a_failing_command_is_named_with_its_outcome() {
         let root = tree::root();
-        let message = succeed(cargo(&root, &["no-such-subcommand"]).stderr(std::process::Stdio::null()));
+        let message = succeed(cargo(&root, &["no-such-subcommand"]).stderr(Stdio::null()));
         assert!(message.unwrap_err().contains("no-such-subcommand"));
     }
 }

@@ -45,7 +45,8 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
 
 /// Builds the program as the tests did and says where it is.
 fn program(root: &Path) -> Result<PathBuf, String> {
-    let arguments = ["build", "--workspace", "--all-features", "--bins"];
+    // With the examples the features are those of the tests, and nothing is compiled anew.
+    let arguments = ["build", "--workspace", "--all-features", "--bins", "--examples"];
     succeed(&mut cargo(root, &arguments))?;
     let mut command = cargo(root, &arguments);
     let output = command.arg("--message-format=json").stderr(Stdio::null()).output();
