@@ -42,8 +42,8 @@ fn a_calibrated_arm_tracks_its_path_and_the_identified_parameters_are_near_the_t
     };
     let observed = track_arm(&arm, CompensationVariant::Observer, &task).unwrap();
     let numbers = &observed.numbers;
-    assert!(numbers.end_point_error_m.mean < 6e-3 && numbers.end_point_error_m.max < 25e-3, "{numbers:?}");
-    assert!(numbers.muscle_length_error_m.mean < 0.15e-3 && numbers.per_muscle.len() == 15);
+    assert!(numbers.end_point_error_m.mean < 4e-3 && numbers.end_point_error_m.max < 11e-3, "{numbers:?}");
+    assert!(numbers.muscle_length_error_m.mean < 0.11e-3 && numbers.per_muscle.len() == 15);
     assert_eq!(observed.trace.len(), 875);
     let lost = track_arm(&arm, CompensationVariant::None, &task).unwrap().numbers;
     assert!(lost.end_point_error_m.mean > 5.0 * numbers.end_point_error_m.mean && lost.stopped_s.is_some());
