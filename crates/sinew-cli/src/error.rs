@@ -136,12 +136,10 @@ pub(crate) enum Error {
         infeasibility: Box<sinew::trajectory::Infeasibility>,
     },
     /// A file that is larger than any real one.
-    #[error("{}: expected at most {limit_mb} MB, got {size_mb} MB", file.display())]
+    #[error("{}: expected at most {limit_mb} MB, got more", file.display())]
     TooLarge {
         /// The file.
         file: PathBuf,
-        /// Its size.
-        size_mb: u64,
         /// Largest size that is read.
         limit_mb: u64,
     },

@@ -11,7 +11,8 @@ use tempfile::NamedTempFile;
 /// Ctrl-C is handled before or after it.
 static CREATED_FOLDERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// From here on Ctrl-C ends the program between writes, never during one.
+/// From here on Ctrl-C, a request to terminate and a closed terminal end the program between writes, never
+/// during one.
 pub(crate) fn install_interrupt_handler() -> Result<(), Error> {
     ctrlc::set_handler(|| {
         let mut created = lock();
@@ -88,12 +89,22 @@ pub(crate) fn refuse_overwrite<'a>(
     Ok(())
 }
 
-/// Refuses a place that another output has.
+/// Refuses a place that another output has, by whatever name.
 fn refuse_duplicate(path: &Path, others: &[PathBuf]) -> Result<(), Error> {
-    if others.iter().any(|other| other == path) {
+    let place = resolved(path);
+    if others.iter().any(|other| resolved(other) == place) {
         return Err(Error::OutputTwice { file: path.to_owned() });
     }
     Ok(())
+}
+
+/// The place that a path leads to, whether the file exists or not.
+fn resolved(path: &Path) -> PathBuf {
+    let in_folder = || {
+        let folder = parent_folder(path).ok()?.canonicalize().ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    path.canonicalize().ok().or_else(in_folder).unwrap_or_else(|| path.to_owned())
 }
 
 /// Checks that a file can be written; a device or a pipe is not touched.

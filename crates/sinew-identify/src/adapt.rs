@@ -34,9 +34,6 @@ const MARGIN: f64 = 0.95;
 /// Most rows the networks are trained on.
 const ROWS: usize = 5000;
 
-/// Samples per independent sample in a calibration log.
-const CORRELATION: f64 = 20.0;
-
 /// Adapts `old` to the specimen of `data`, which was read with the columns of `old`.
 ///
 /// # Errors
@@ -179,7 +176,7 @@ fn transfer(old: &Estimator, runs: &[&Run]) -> Option<Estimator> {
     let mut new = scaled(old, runs)?;
     let Some(ensemble) = &new.ensemble else { return None };
     let rows = Rows::collect(&new.law, runs, ROWS);
-    let trained = ensemble::retrain(&rows, ensemble, CORRELATION)?;
+    let trained = ensemble::retrain(&rows, ensemble)?;
     if new.gate_power.is_some() {
         new.gate_power = Some(ensemble::mean_square_correction(&trained, &rows));
     }
@@ -211,7 +208,6 @@ fn fresh(old: &Estimator, runs: &[&Run], seed: u64) -> Option<Estimator> {
         cable: None,
         features: hidden.map(|_| plan),
         hidden: hidden.unwrap_or(0),
-        correlation: CORRELATION,
         rows: ROWS,
         steps: 40,
         networks: MEMBERS,

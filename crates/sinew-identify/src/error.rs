@@ -251,7 +251,7 @@ pub enum Error {
         column: String,
     },
     /// A signal that never changes where it must.
-    #[error("{place}: {what} {} constant at {value}: no effect can be identified from it", list(.columns))]
+    #[error("{place}: {what} {} {} constant at {value}: expected a signal that varies", list(.columns), are(.columns))]
     Constant {
         /// The log, or the logs.
         place: String,
@@ -332,6 +332,10 @@ fn at_line(line: &Option<usize>) -> String {
 
 fn hint(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(", did you mean `{name}`?"))
+}
+
+fn are(names: &[String]) -> &'static str {
+    if names.len() == 1 { "is" } else { "are" }
 }
 
 fn list(names: &[String]) -> impl fmt::Display + '_ {

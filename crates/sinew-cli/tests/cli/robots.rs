@@ -50,6 +50,23 @@ fn bad_robots_and_poses_are_refused_with_their_place() {
 }
 
 #[test]
+fn a_robot_without_a_body_and_a_tag_of_countless_attributes_are_refused() {
+    let bench = Bench::new();
+    bench.write("none.toml", "");
+    bench.write("named.toml", "name = \"a\"\n");
+    bench.write("none.xml", "<mujoco><worldbody/></mujoco>");
+    for file in ["none.toml", "named.toml", "none.xml"] {
+        bench.refuses(&format!("arm inspect {file}"), &[file, ":1:", "no body"]);
+    }
+    let attributes: String = (0..60_000).map(|i| format!(" a{i}='>'")).collect();
+    bench.write("wide.xml", format!("<mujoco>\n<worldbody{attributes}/></mujoco>"));
+    bench.refuses("arm inspect wide.xml", &["wide.xml:2:", "1000 attributes"]);
+    let namespaces: String = (0..60_000).map(|i| format!("<b xmlns:a{i}='u'/>")).collect();
+    bench.write("spaces.xml", format!("<mujoco>{namespaces}</mujoco>"));
+    bench.refuses("arm inspect spaces.xml", &["spaces.xml:1:", "60000 namespace"]);
+}
+
+#[test]
 fn poses_are_read_in_every_dialect_of_tables() {
     let bench = Bench::new();
     let degrees = |x: f64| x.to_degrees();

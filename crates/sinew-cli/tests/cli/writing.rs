@@ -70,6 +70,14 @@ fn an_input_is_never_overwritten() {
         "identify a.csv --model cell --out out --picture out/model.json",
         &["model.json", "two results"],
     );
+    // The same place by another name, before the folder exists and after.
+    for out in ["new", "out"] {
+        std::fs::create_dir_all(bench.path("out")).unwrap();
+        bench.refuses(
+            &format!("identify a.csv --model cell --out {out} --picture {out}/./../{out}/report.html"),
+            &["report.html"],
+        );
+    }
 }
 
 #[cfg(unix)]
@@ -126,10 +134,9 @@ fn a_full_disk_loses_nothing_that_was_there() {
     }
 }
 
-/// Sends Ctrl-C to `identify` while it works on a long job, with results in `out` already where `old` says
-/// so.
+/// Sends a signal to `identify` while it works on a long job.
 #[cfg(unix)]
-fn interrupted(bench: &Bench, out: &str) -> Outcome {
+fn interrupted(bench: &Bench, out: &str, signal: &str) -> Outcome {
     use std::process::Stdio;
     use std::time::{Duration, Instant};
     let slow =
@@ -147,20 +154,23 @@ fn interrupted(bench: &Bench, out: &str) -> Outcome {
     }
     std::thread::sleep(Duration::from_millis(if already { 300 } else { 30 }));
     assert_eq!(child.try_wait().unwrap(), None, "still at work");
-    let signal = format!("kill -INT {}", child.id());
-    let kill = std::process::Command::new("sh").args(["-c", &signal]).status().unwrap();
+    let kill = format!("kill -{signal} {}", child.id());
+    let kill = std::process::Command::new("sh").args(["-c", &kill]).status().unwrap();
     assert!(kill.success());
     child.wait_with_output().unwrap().into()
 }
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_leaves_nothing_half_written() {
-    let bench = Bench::new();
-    let outcome = interrupted(&bench, "new/out");
-    assert_eq!(outcome.code, Some(130), "{}", outcome.stderr);
-    assert!(outcome.stderr.contains("interrupted") && outcome.stdout.is_empty(), "{}", outcome.stderr);
-    assert!(!bench.path("new").exists(), "created folders are removed");
+fn signals_that_end_the_program_leave_nothing_half_written() {
+    for signal in ["INT", "TERM", "HUP"] {
+        let bench = Bench::new();
+        let outcome = interrupted(&bench, "new/out", signal);
+        assert_eq!(outcome.code, Some(130), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains("interrupted") && outcome.stdout.is_empty(), "{}", outcome.stderr);
+        assert!(!bench.path("new").exists(), "created folders are removed");
+        assert!(bench.files(".").iter().all(|name| name.starts_with("long")), "{:?}", bench.files("."));
+    }
 }
 
 #[cfg(unix)]
@@ -168,7 +178,7 @@ fn ctrl_c_leaves_nothing_half_written() {
 fn ctrl_c_leaves_the_old_result_as_it_was() {
     let bench = Bench::with_model();
     let (model, report) = (bench.read("out/model.json"), bench.read("out/report.html"));
-    let outcome = interrupted(&bench, "out");
+    let outcome = interrupted(&bench, "out", "INT");
     assert_eq!(outcome.code, Some(130), "{}", outcome.stderr);
     assert_eq!(bench.files("out"), ["model.json", "report.html"]);
     assert!(bench.read("out/model.json") == model && bench.read("out/report.html") == report);

@@ -15,7 +15,7 @@ pub use dataset::cable_logs;
 pub use fit::{CableFit, FitOptions, fit_cable};
 pub use initial::{identify_cable, initial_cable};
 pub use log::{CableLog, observe_log};
-pub use quantity::{FittedQuantity, Quantity};
+pub use quantity::{FittedQuantity, INITIAL_WEAKENING, Quantity};
 
 #[cfg(doc)]
 use sinew::predictor::CableObserver;

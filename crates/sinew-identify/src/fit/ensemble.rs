@@ -2,7 +2,7 @@
 
 use super::network::{self, Network, NetworkData, NetworkOptions};
 use super::perceptron::{self, TrainOptions};
-use super::recipe::{Learner, Recipe};
+use super::recipe::{CORRELATION, Learner, Recipe};
 use super::run::Run;
 use super::statistics::{mean_and_deviation, quantiles};
 use rayon::prelude::*;
@@ -11,7 +11,7 @@ use sinew::transmission::Perceptron;
 
 /// Continues the training of an ensemble on new rows under a prior centred on its old weights, in the units
 /// of its standardisation.
-pub(crate) fn retrain(rows: &Rows, old: &Ensemble, correlation: f64) -> Option<Ensemble> {
+pub(crate) fn retrain(rows: &Rows, old: &Ensemble) -> Option<Ensemble> {
     let (f, h) = (rows.width, old.hidden_bias.len());
     if rows.targets.len() < MIN_ROWS || f != old.mean.len() {
         return None;
@@ -34,7 +34,7 @@ pub(crate) fn retrain(rows: &Rows, old: &Ensemble, correlation: f64) -> Option<E
             theta.push((at(&old.bias) - training_set.centre) / training_set.spread);
             let data =
                 NetworkData { inputs: &training_set.inputs, targets: &training_set.targets, features: f };
-            let correlation = correlation / rows.stride as f64;
+            let correlation = CORRELATION / rows.stride as f64;
             let options = NetworkOptions { hidden: h, correlation, steps: RETRAIN_STEPS, seed: 0 };
             network::retrain(&data, &options, &theta)
         })
@@ -145,7 +145,7 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
         .map(|k| {
             let options = NetworkOptions {
                 hidden: h,
-                correlation: recipe.correlation / rows.stride as f64,
+                correlation: CORRELATION / rows.stride as f64,
                 steps: recipe.steps,
                 seed: seed.wrapping_mul(1_000_003).wrapping_add(k as u64),
             };

@@ -2,7 +2,7 @@
 
 use super::conditions;
 use super::duplicates;
-use super::memory_limit::MEMORY_LIMIT_BYTES;
+use super::memory_limit::{MEMORY_LIMIT_BYTES, bytes_per_row};
 use super::occurrences::counted;
 use super::one_log::{ReadLog, read_log};
 use super::open::OpenLog;
@@ -65,11 +65,10 @@ fn info(log: &ReadLog) -> LogInfo {
 
 /// Refuses logs whose wanted columns would not fit into memory.
 fn refuse_large(roles: &Roles, logs: &[OpenLog]) -> Result<(), Error> {
-    // Time, far side, far side to fit and line; as a table and, for a moment, as sequences too.
-    let columns = 2 * (roles.inputs.len() as u64 + 4);
+    let per_row = bytes_per_row(roles.inputs.len() + 2) as u64;
     let mut bytes = 0_u64;
     for log in logs {
-        bytes = bytes.saturating_add(log.rows().saturating_mul(columns * 8));
+        bytes = bytes.saturating_add(log.rows().saturating_mul(per_row));
         if bytes > MEMORY_LIMIT_BYTES {
             return Err(Error::TooLarge {
                 file: log.file.clone(),

@@ -86,15 +86,22 @@ fn parquet_bytes(file: &str, bytes: &[u8]) -> Result<Content, Error> {
 /// A file that has to be in memory as a whole.
 fn whole(file: &str, path: &Path) -> Result<Vec<u8>, Error> {
     let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
-    let size = std::fs::metadata(path).map_err(unreadable)?.len();
-    if size > MEMORY_LIMIT_BYTES {
-        return Err(Error::TooLarge {
-            file: file.to_owned(),
-            needed_mb: size >> 20,
-            limit_mb: MEMORY_LIMIT_BYTES >> 20,
-        });
+    let handle = std::fs::File::open(path).map_err(unreadable)?;
+    let size = handle.metadata().map_err(unreadable)?.len();
+    let mut bytes = Vec::new();
+    // Bounded while it is read, because a file may grow.
+    if size <= MEMORY_LIMIT_BYTES {
+        handle.take(MEMORY_LIMIT_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     }
-    std::fs::read(path).map_err(unreadable)
+    let size = size.max(bytes.len() as u64);
+    if size > MEMORY_LIMIT_BYTES {
+        return Err(too_large(file, size));
+    }
+    Ok(bytes)
+}
+
+fn too_large(file: &str, bytes: u64) -> Error {
+    Error::TooLarge { file: file.to_owned(), needed_mb: bytes >> 20, limit_mb: MEMORY_LIMIT_BYTES >> 20 }
 }
 
 impl OpenLog {
@@ -102,6 +109,12 @@ impl OpenLog {
         let unreadable = |source| Error::Unreadable { file: file.clone(), source };
         let mut head = Vec::new();
         let handle = std::fs::File::open(path).map_err(unreadable)?;
+        let kind_of_file = handle.metadata().map_err(unreadable)?.file_type();
+        if !kind_of_file.is_file() && !kind_of_file.is_dir() {
+            // A log is read twice, first to find its columns.
+            let got = "a device or a pipe".to_owned();
+            return Err(Error::Malformed { file, line: None, expected: "a file on disk".into(), got });
+        }
         handle.take(1024).read_to_end(&mut head).map_err(unreadable)?;
         let content = match kind(&head) {
             Kind::Text => Content::Text(TextLog::open(&file, path.to_owned())?),

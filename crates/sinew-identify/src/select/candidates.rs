@@ -6,7 +6,6 @@ use crate::cable::cable_logs;
 use crate::conditioning::ConditionedLogs;
 use crate::fit::cell::CellPlan;
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
-use crate::fit::run::Run;
 use sinew::predictor::{CableColumns, MEMBERS, Signal};
 
 /// A recipe with its description and the physical structure it is built on.
@@ -36,16 +35,8 @@ impl PhysicsPrior {
 /// Radii of the stop operators as fractions of a signal's range.
 const RADII: [f64; 3] = [0.02, 0.08, 0.25];
 
-/// Rows above which networks get eight nodes and refitting in turn is left out.
-const PLENTIFUL: usize = 20_000;
-
-/// Samples per independent sample of the residual: the weight of the data against the prior of the networks; a larger
-/// value means stronger regularisation.
-///
-/// The three values were set by trial on the development rigs; they are not derived from the residual's autocorrelation.
-const CORRELATION: f64 = 5.0;
-const CORRELATION_OF_TWO_EFFORTS: f64 = 20.0;
-const CORRELATION_OF_MANY: f64 = 50.0;
+/// Nodes of a network; eight keep a prediction below 200 ns.
+const HIDDEN: usize = 8;
 
 /// Branch widths of a clamp cell with one element.
 const RIGID: [f64; 1] = [1.0];
@@ -56,11 +47,11 @@ pub(crate) fn all_candidates(logs: &ConditionedLogs) -> Vec<CandidateRecipe> {
     let separate = SignalSet::separate(logs, &roles);
     let antagonists = SignalSet::antagonists(logs, &roles);
     let prior = if antagonists.is_some() { PhysicsPrior::Separate } else { PhysicsPrior::Matched };
-    let family = Family::new(logs, &roles, &separate, "", prior);
+    let family = Family::new(logs, &separate, "", prior);
     let mut candidates = family.with_cells();
     candidates.extend(family.learned());
     if let Some(pair) = &antagonists {
-        candidates.extend(Family::new(logs, &roles, pair, "-pair", PhysicsPrior::Matched).with_cells());
+        candidates.extend(Family::new(logs, pair, "-pair", PhysicsPrior::Matched).with_cells());
     }
     if let Ok((columns, _)) = cable_logs(&logs.data) {
         candidates.extend(family.observers(columns, &roles));
@@ -98,7 +89,7 @@ pub(crate) fn screening_recipe(recipe: &Recipe) -> Recipe {
 pub(crate) fn influence_recipe(logs: &ConditionedLogs) -> Recipe {
     let roles = RoleIndices::of(&logs.data);
     let separate = SignalSet::separate(logs, &roles);
-    let hybrid = Family::new(logs, &roles, &separate, "", PhysicsPrior::Matched).hybrid();
+    let hybrid = Family::new(logs, &separate, "", PhysicsPrior::Matched).hybrid();
     Recipe { rows: 1500, steps: 25, hidden: 4, networks: 4, ..hybrid.recipe }
 }
 
@@ -109,37 +100,17 @@ struct Family<'a> {
     suffix: &'static str,
     /// What candidates with a cell are built on.
     prior: PhysicsPrior,
-    /// Whether there are so many rows that refitting in turn only costs time.
-    plentiful: bool,
-    hidden: usize,
-    correlation: f64,
     interval_s: f64,
 }
 
 impl<'a> Family<'a> {
     fn new(
         logs: &ConditionedLogs,
-        roles: &RoleIndices,
         signals: &'a SignalSet,
         suffix: &'static str,
         prior: PhysicsPrior,
     ) -> Self {
-        let plentiful = logs.runs.iter().map(Run::len).sum::<usize>() > PLENTIFUL;
-        let correlation = match (plentiful, roles.efforts.len()) {
-            (true, _) => CORRELATION_OF_MANY,
-            (false, 2) => CORRELATION_OF_TWO_EFFORTS,
-            (false, _) => CORRELATION,
-        };
-        Self {
-            signals,
-            suffix,
-            prior,
-            plentiful,
-            // More nodes pay where data are plentiful; eight keep a prediction below 200 ns.
-            hidden: if plentiful { 8 } else { 6 },
-            correlation,
-            interval_s: logs.interval_s().max(1e-4),
-        }
+        Self { signals, suffix, prior, interval_s: logs.interval_s().max(1e-4) }
     }
 
     /// Time constants that show the last instants: speeds, in effect.
@@ -160,8 +131,7 @@ impl<'a> Family<'a> {
             cell: None,
             cable: None,
             features: None,
-            hidden: self.hidden,
-            correlation: self.correlation,
+            hidden: HIDDEN,
             rows: 5000,
             steps: 50,
             networks: MEMBERS,
@@ -214,21 +184,18 @@ impl<'a> Family<'a> {
         let rigid = "one rigid clamp cell plus gated networks on stop operators";
         let short = "hybrid with the changes over the last instants";
         let slow = "hybrid with the changes over the last seconds";
-        let mut candidates = vec![
+        let joint = "hybrid whose cell and networks were refitted in turn";
+        let joint_short = "the same, with the changes over the last instants";
+        vec![
             self.cell_alone("cell", &RIGID, elastic),
             self.cell_alone("cells", distributed, "the same, with friction that gives way piece by piece"),
             self.hybrid(),
             self.hybrid_with("hybrid-rigid", &RIGID, &[], rigid),
             self.hybrid_with("hybrid-short", distributed, &self.short(), short),
             self.hybrid_with("hybrid-slow", distributed, &self.slow(), slow),
-        ];
-        if !self.plentiful {
-            let joint = "hybrid whose cell and networks were refitted in turn";
-            let joint_short = "the same, with the changes over the last instants";
-            candidates.push(self.joint("joint", &[], joint));
-            candidates.push(self.joint("joint-short", &self.short(), joint_short));
-        }
-        candidates
+            self.joint("joint", &[], joint),
+            self.joint("joint-short", &self.short(), joint_short),
+        ]
     }
 
     /// Candidates that learn the far side, all or in part, without physics.

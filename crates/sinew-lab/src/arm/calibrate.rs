@@ -7,9 +7,9 @@ use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, run
 use rayon::prelude::*;
 use sinew::control::compensation::{Compensation, NetworkCompensation};
 use sinew::predictor::CableModel;
-use sinew::transmission::cable::{CableParameters, Weakening};
+use sinew::transmission::cable::CableParameters;
 use sinew::twin::arm::ArmSpecimen;
-use sinew_identify::cable::{CableFit, CableLog, FitOptions, Quantity, fit_cable};
+use sinew_identify::cable::{CableFit, CableLog, FitOptions, INITIAL_WEAKENING, Quantity, fit_cable};
 
 /// One calibration run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,9 +37,6 @@ const TENSION: [f64; 2] = [25.0, 150.0];
 
 /// Rate of drag adaptation during tracking, 1/(N m).
 const DRAG_ADAPTATION: f64 = 3.0;
-
-/// Weakening from which the search starts.
-const INITIAL_WEAKENING: Weakening = Weakening { rise: 0.05, speed: 3e-3, lag: 0.05 };
 
 /// Identifies the observer model of every transmission of an arm from its own runs on the bench.
 ///

@@ -73,6 +73,15 @@ impl Description {
     pub fn robot(self) -> Result<(Robot, Vec<Warning>), DescriptionError> {
         let Description { parts, warnings, origins } = self;
         shallow(&parts, &origins)?;
+        if parts.bodies.is_empty() {
+            let problem = "describes no body: expected at least one".to_string();
+            return Err(DescriptionError {
+                file: origins.file,
+                line: 1,
+                place: "robot".to_string(),
+                problem,
+            });
+        }
         let robot = Robot::new(parts).map_err(|error| {
             let PartError { kind, index, name, field, expected, got } = error;
             let (file, line) = origins.of(kind, index, field);

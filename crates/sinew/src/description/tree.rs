@@ -12,6 +12,10 @@ pub(super) const DEEPEST: usize = 1000;
 const LONGEST: usize = 64 << 20;
 /// Elements of all files.
 const MOST: usize = 2_000_000;
+/// Attributes of one element: the parser compares each with all before it.
+const MOST_ATTRIBUTES: usize = 1000;
+/// Namespace declarations of a file: every element resolves its prefixes among all that are in scope.
+const MOST_NAMESPACES: usize = 100;
 
 /// One element.
 #[derive(Debug, Clone)]
@@ -98,6 +102,7 @@ impl Tree {
         if text.len() > LONGEST {
             return Err(wrong(1, format!("has {} bytes, more than the {LONGEST} that are read", text.len())));
         }
+        check_attributes(text).map_err(|(line, problem)| wrong(line, problem))?;
         let options =
             roxmltree::ParsingOptions { allow_dtd: false, nodes_limit: 4_000_000, ..Default::default() };
         let document = roxmltree::Document::parse_with_options(text, options).map_err(|error| {
@@ -163,6 +168,31 @@ impl Element {
     pub(super) fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
+}
+
+/// Refuses a tag with more attributes, and a file with more namespaces, than a parser of quadratic cost is
+/// given; `Err` carries the line.
+fn check_attributes(text: &str) -> Result<(), (usize, String)> {
+    let (mut line, mut quote, mut in_tag, mut attributes) = (1, None, false, 0);
+    for byte in text.bytes() {
+        line += usize::from(byte == b'\n');
+        match (quote, byte) {
+            (Some(open), _) if in_tag => quote = if byte == open { None } else { quote },
+            (_, b'<') => (in_tag, attributes, quote) = (true, 0, None),
+            (_, b'>') => in_tag = false,
+            (_, b'=') if in_tag => attributes += 1,
+            (_, b'"' | b'\'') if in_tag => quote = Some(byte),
+            _ => {}
+        }
+        if attributes > MOST_ATTRIBUTES {
+            return Err((line, format!("has an element with more than {MOST_ATTRIBUTES} attributes")));
+        }
+    }
+    let namespaces = text.matches("xmlns").count();
+    if namespaces > MOST_NAMESPACES {
+        return Err((1, format!("has {namespaces} namespace declarations, more than {MOST_NAMESPACES}")));
+    }
+    Ok(())
 }
 
 fn error_line(text: &str, error: &roxmltree::Error) -> u32 {

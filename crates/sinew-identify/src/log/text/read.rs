@@ -5,6 +5,7 @@ use super::detect::detect;
 use super::dialect::{Dialect, drop_trailing_empty, is_comment};
 use super::lines::{Line, Lines, MAX_LINE_BYTES};
 use crate::Error;
+use crate::log::memory_limit::{MEMORY_LIMIT_BYTES, bytes_per_row};
 use crate::log::occurrences::counted;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use std::borrow::Cow;
@@ -128,6 +129,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
     let mut findings = dialect.findings.clone();
     let mut comments = 0;
     let width = dialect.columns.len();
+    let most_rows = MEMORY_LIMIT_BYTES as usize / bytes_per_row(wanted.numbers.len());
     loop {
         let number = lines.number() + 1;
         let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
@@ -154,6 +156,14 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
                 continue;
             }
             return Err(wrong_width(file, number, width, fields.len()));
+        }
+        if builder.rows() >= most_rows {
+            // The estimate before reading can be too low where rows become shorter or the file grows.
+            return Err(Error::TooLarge {
+                file: file.to_owned(),
+                needed_mb: MEMORY_LIMIT_BYTES >> 20,
+                limit_mb: MEMORY_LIMIT_BYTES >> 20,
+            });
         }
         let row = Row { file, line: number, bytes, fields: &fields, dialect };
         store(&row, wanted, &mut builder)?;
