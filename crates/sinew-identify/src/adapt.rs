@@ -71,7 +71,13 @@ pub fn adapt(
     let estimator =
         variants[chosen].2(&logs.counted()).ok_or(Error::NothingFitted { what: "the chosen adaptation" })?;
     let model = calibrate(estimator, &scored[chosen], rmse, &logs, options.seed)?;
-    let evidence = Evidence { logs: &logs, scored: &scored, chosen, model: &model, folds: &folds };
+    let reason = format!(
+        "{} was chosen: the least geometric mean of the errors of all folds, or the transfer where no other is {:.0} % \
+         better.",
+        scored[chosen].name,
+        100.0 * (1.0 - MARGIN)
+    );
+    let evidence = Evidence { logs: &logs, scored: &scored, chosen, reason, model: &model, folds: &folds };
     let report = report(&evidence, Vec::new());
     Ok(Identification { model, report })
 }

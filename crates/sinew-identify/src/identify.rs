@@ -7,7 +7,7 @@ use crate::log::Dataset;
 use crate::report::build::report;
 use crate::report::{Evidence, IdentificationReport};
 use crate::select::candidates::candidates;
-use crate::select::choice::{choose, selection_rmse};
+use crate::select::choice::{Choice, selection_rmse};
 use crate::select::cross_validation::cross_validate_all;
 use crate::select::folds::Folds;
 use crate::select::influence::exclude_foreign_logs;
@@ -51,7 +51,8 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
 
     let stage = |done: f64| progress("cross-validating the candidates", 0.1 + 0.7 * done);
     let scored = cross_validate_all(&candidates, &logs, &folds, options.seed, &stage); // 4. Cross-validation.
-    let choose = |without| choose(&candidates, &scored, folds.grouped, without);
+    let choice = Choice { candidates: &candidates, scored: &scored, grouped: folds.grouped };
+    let choose = |without| choice.choose(without);
     let chosen = choose(None).ok_or(Error::NothingFitted { what: "any candidate model" })?;
     let rmse = selection_rmse(&scored, chosen, &choose);
 
@@ -61,7 +62,8 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
     let model = calibrate(estimator, &scored[chosen], rmse, &logs, options.seed)?;
 
     progress("writing the report", 0.95);
-    let evidence = Evidence { logs: &logs, scored: &scored, chosen, model: &model, folds: &folds };
+    let reason = choice.reason(chosen);
+    let evidence = Evidence { logs: &logs, scored: &scored, chosen, reason, model: &model, folds: &folds };
     let report = report(&evidence, influence); // 6. Report.
     Ok(Identification { model, report })
 }

@@ -67,6 +67,7 @@ pub(crate) fn fit_networks(law: MemoryLaw, recipe: &Recipe, runs: &[&Run], seed:
         let rows = Rows::collect(&estimator.law, runs, recipe.rows);
         match recipe.learner {
             Learner::Paper => estimator.perceptron = Some(ensemble::train_paper(&rows, recipe, seed)?),
+            Learner::Linear => estimator.ensemble = Some(ensemble::train_linear(&rows)?),
             Learner::Ensemble | Learner::Mixed => {
                 let ensemble = ensemble::train(&rows, recipe, seed)?;
                 if estimator.law.has_physics() && recipe.learner == Learner::Ensemble {

@@ -2,8 +2,8 @@
 
 use sinew_identify::log::{Condition, Input, LogInfo, Role};
 use sinew_identify::report::{
-    Candidate, ChosenSummary, ClassicalFit, ExpectedError, IdentificationReport, InfluenceRow, Parameter,
-    Trace,
+    Candidate, ChosenSummary, ClassicalFit, ExpectedError, Grade, IdentificationReport, InfluenceRow,
+    Parameter, Trace,
 };
 
 /// Deterministic pseudo-random numbers.
@@ -162,6 +162,7 @@ fn report(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRepo
             "simulated_foreign.csv was excluded: with it the error on the other logs is 4.4 times as large.".to_owned(),
             "tension_in_n and stroke_mm are nearly proportional (r = 0.998): their effects cannot be separated.".to_owned(),
         ],
+        grade: Grade::Use,
         recommendations: [
             "Use model.json as it is within 2 to 15 N of near tension.".to_owned(),
             "Record one more log with slow reversals below 3 N, where there are fewer than 200 samples.".to_owned(),
@@ -169,6 +170,7 @@ fn report(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRepo
         chosen: ChosenSummary {
             name: "clamp+net".to_owned(),
             description: "Elastic clamp cell with a gated correction by eight networks.".to_owned(),
+            reason: "clamp+net was chosen: the least geometric mean of the errors of all folds.".to_owned(),
             parameters: vec![
                 parameter("lower branch gain", "1", 0.5512, 0.5488, 0.5536),
                 parameter("upper branch gain", "1", 0.8197, 0.8161, 0.8233),
@@ -208,6 +210,7 @@ fn candidates() -> Vec<Candidate> {
                 name: name.to_owned(),
                 description: description.to_owned(),
                 chosen: name == "clamp+net",
+                score: percent * 0.09,
                 rmse: percent * 0.094,
                 percent_of_range: percent,
                 pearson: 1.0 - 0.0006 * percent * percent,
@@ -262,6 +265,7 @@ fn candidates() -> Vec<Candidate> {
     ];
     rows.push(Candidate {
         failed: Some("stiffness left its bounds in 3 of 5 folds".to_owned()),
+        score: f64::NAN,
         rmse: f64::NAN,
         percent_of_range: f64::NAN,
         pearson: f64::NAN,

@@ -11,7 +11,6 @@ pub(super) struct Models {
     /// End of the axis of the dots, % of range.
     pub(super) axis_end: String,
     pub(super) folds: usize,
-    pub(super) chosen_first: bool,
 }
 
 /// One model.
@@ -43,14 +42,14 @@ pub(super) struct Dot {
 /// Best first, failed ones last.
 pub(super) fn table(report: &IdentificationReport) -> Models {
     let mut sorted: Vec<&Candidate> = report.candidates.iter().collect();
-    let place = |c: &Candidate| if c.failed.is_none() && c.rmse.is_finite() { c.rmse } else { f64::INFINITY };
+    let place =
+        |c: &Candidate| if c.failed.is_none() && c.score.is_finite() { c.score } else { f64::INFINITY };
     sorted.sort_by(|a, b| place(a).total_cmp(&place(b)));
     let scale = 100.0 / report.far_range;
     let end = axis_end(&sorted, scale);
     Models {
         axis_end: format!("{}\u{202f}%", significant(end, 1 + usize::from(end.fract() > 0.0))),
         folds: report.folds,
-        chosen_first: sorted.first().is_none_or(|c| c.chosen),
         rows: sorted.iter().map(|c| row(c, scale, end)).collect(),
     }
 }

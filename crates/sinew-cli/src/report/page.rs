@@ -7,7 +7,7 @@ use super::record::{Signals, records};
 use super::{checks, laws, loops, models, residuals, traces};
 use askama::Template;
 use sinew_identify::log::Role;
-use sinew_identify::report::{Candidate, IdentificationReport};
+use sinew_identify::report::{Candidate, Grade, IdentificationReport};
 
 #[derive(Template)]
 #[template(path = "report.html")]
@@ -18,6 +18,7 @@ struct Page<'a> {
     far_unit: &'static str,
     inputs: Vec<InputView>,
     verdict: Option<Verdict>,
+    grade: &'static str,
     advice: Vec<&'a str>,
     amount: String,
     models: models::Models,
@@ -87,6 +88,7 @@ pub(crate) fn render(report: &IdentificationReport) -> Result<String, Error> {
             .map(|i| InputView { column: i.column.clone(), role: role(i.role) })
             .collect(),
         verdict: chosen(report).map(|c| verdict(c, &signals)),
+        grade: grade(report.grade),
         advice: report.recommendations.iter().map(String::as_str).filter(|a| !a.is_empty()).collect(),
         amount: format!(
             "{}, {}, {}",
@@ -119,6 +121,14 @@ pub(crate) fn render(report: &IdentificationReport) -> Result<String, Error> {
         script: include_str!("../../assets/report.js"),
     };
     Ok(page.render()?)
+}
+
+fn grade(grade: Grade) -> &'static str {
+    match grade {
+        Grade::Use => "use",
+        Grade::UseWithCare => "use with care",
+        Grade::DoNotUse => "do not use",
+    }
 }
 
 /// The selected model among the evaluated ones.

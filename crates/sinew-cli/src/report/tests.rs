@@ -194,8 +194,8 @@ fn no_numbers_no_folds_no_traces_still_make_a_page() {
         }
         report.traces[0].time_s.fill(bad);
         for c in &mut report.candidates {
-            (c.rmse, c.percent_of_range, c.pearson, c.coverage95, c.rmse_in_sample) =
-                (bad, bad, bad, bad, bad);
+            (c.score, c.rmse, c.percent_of_range) = (bad, bad, bad);
+            (c.pearson, c.coverage95, c.rmse_in_sample) = (bad, bad, bad);
             c.fold_rmse.fill(bad);
         }
         report.influence.iter_mut().for_each(|r| r.influence = bad);

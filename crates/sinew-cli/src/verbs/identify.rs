@@ -74,6 +74,8 @@ fn summary(report: &IdentificationReport, model: &Path) -> serde_json::Value {
     serde_json::json!({
         "model": model.display().to_string(),
         "chosen": report.chosen,
+        "expected": report.expected,
+        "grade": report.grade,
         "candidates": report.candidates,
         "influence": report.influence,
         "classical": report.classical,
@@ -107,6 +109,7 @@ fn summary_text(report: &IdentificationReport, model: &Path, page: &Path) -> Str
             vec![
                 if c.chosen { "*".to_owned() } else { String::new() },
                 c.name.clone(),
+                number(Some(c.score)),
                 number(Some(c.rmse)),
                 percent(Some(c.percent_of_range / 100.0)),
                 number(Some(c.pearson)),
@@ -114,8 +117,8 @@ fn summary_text(report: &IdentificationReport, model: &Path, page: &Path) -> Str
             ]
         })
         .collect();
-    text += &table(&["", "model", "RMSE", "of range", "Pearson", "in 95 % band"], &rows, 2);
-    text.push('\n');
+    text += &table(&["", "model", "mean of folds", "RMSE", "of range", "Pearson", "in 95 % band"], &rows, 2);
+    let _ = writeln!(text, "\n{}\n", report.chosen.reason);
     for warning in &report.warnings {
         let _ = writeln!(text, "Note: {warning}");
     }

@@ -1,10 +1,12 @@
 //! Training of the ensemble of a candidate: rows, standardisation, networks, mean square of the correction.
 
+use super::linear::regress;
 use super::network::{self, Network, NetworkData, NetworkOptions};
 use super::perceptron::{self, TrainOptions};
 use super::recipe::{CORRELATION, Learner, Recipe};
 use super::run::Run;
-use super::statistics::{mean_and_deviation, quantiles};
+use super::standardisation::Standardisation;
+use super::statistics::mean_and_deviation;
 use rayon::prelude::*;
 use sinew::predictor::{Ensemble, MEMBERS, Memory, MemoryLaw, PerNetwork};
 use sinew::transmission::Perceptron;
@@ -16,7 +18,7 @@ pub(crate) fn retrain(rows: &Rows, old: &Ensemble) -> Option<Ensemble> {
     if rows.targets.len() < MIN_ROWS || f != old.mean.len() {
         return None;
     }
-    let fresh = Standardisation::of(rows);
+    let fresh = Standardisation::of(&rows.features, rows.width);
     let standard = Standardisation {
         low: fresh.low.iter().zip(&old.clip_low).map(|(a, b)| a.min(*b)).collect(),
         high: fresh.high.iter().zip(&old.clip_high).map(|(a, b)| a.max(*b)).collect(),
@@ -84,41 +86,6 @@ impl Rows {
     }
 }
 
-/// Clip box, mean and scale of every feature: `[features]` each.
-struct Standardisation {
-    low: Vec<f64>,
-    high: Vec<f64>,
-    mean: Vec<f64>,
-    scale: Vec<f64>,
-}
-
-impl Standardisation {
-    fn of(rows: &Rows) -> Self {
-        let mut standard = Self { low: vec![], high: vec![], mean: vec![], scale: vec![] };
-        for i in 0..rows.width {
-            let mut column: Vec<f64> = rows.features.iter().skip(i).step_by(rows.width).copied().collect();
-            let edge = quantiles(column.clone(), &[0.0005, 0.9995]);
-            column.iter_mut().for_each(|v| *v = v.max(edge[0]).min(edge[1]));
-            let (mean, spread) = mean_and_deviation(&column);
-            standard.low.push(edge[0]);
-            standard.high.push(edge[1]);
-            standard.mean.push(mean);
-            // A constant feature carries no information and becomes 0.
-            standard.scale.push(if spread > 1e-9 { spread } else { 1.0 });
-        }
-        standard
-    }
-
-    fn apply(&self, features: &[f64]) -> Vec<f64> {
-        let width = self.mean.len();
-        let one = |(k, x): (usize, &f64)| {
-            let i = k % width;
-            (x.max(self.low[i]).min(self.high[i]) - self.mean[i]) / self.scale[i]
-        };
-        features.iter().enumerate().map(one).collect()
-    }
-}
-
 /// Trains the networks of a recipe side by side, each from its own start.
 ///
 /// In a mixed ensemble every other network is trained without the features of the cell on the far side itself. The
@@ -129,7 +96,7 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
     if n < MIN_ROWS || f == 0 || (mixed && f <= CELL_FEATURES) {
         return None;
     }
-    let standard = Standardisation::of(rows);
+    let standard = Standardisation::of(&rows.features, rows.width);
     let inputs = standard.apply(&rows.features);
     let correction = TrainingSet::new(inputs.clone(), f, &rows.targets);
     let direct = mixed.then(|| {
@@ -153,6 +120,11 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
         })
         .collect();
     Some(packed(&networks, &training_set, standard, h))
+}
+
+/// Linear regression on the same rows.
+pub(crate) fn train_linear(rows: &Rows) -> Option<Ensemble> {
+    regress(&rows.features, &rows.targets, rows.width)
 }
 
 /// The plain network of `yuan2023` on the same rows.

@@ -1,6 +1,7 @@
-//! Fits of models to sequences: the clamp cell, ensembles of networks, one plain network, the classical laws.
+//! Fits of models to sequences: the clamp cell, ensembles of networks, one plain network, linear regression, the
+//! classical laws.
 //!
-//! All of them are problems given to one search, `levenberg_marquardt`, with a prior of `prior`:
+//! All but the regression are problems given to one search, `levenberg_marquardt`, with a prior of `prior`:
 //!
 //! | problem                | file               | damping                   | prior                       |
 //! |------------------------|--------------------|---------------------------|-----------------------------|
@@ -14,6 +15,7 @@ pub mod classical;
 pub(crate) mod ensemble;
 pub(crate) mod least_squares;
 mod levenberg_marquardt;
+mod linear;
 pub(crate) mod linear_algebra;
 mod linearisation;
 mod network;
@@ -21,4 +23,5 @@ pub mod perceptron;
 mod prior;
 pub(crate) mod recipe;
 pub(crate) mod run;
+mod standardisation;
 pub(crate) mod statistics;

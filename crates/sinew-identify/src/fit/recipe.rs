@@ -58,6 +58,8 @@ pub(crate) enum Learner {
     Ensemble,
     /// An ensemble in which every other network is trained without the features of the cell; no gate.
     Mixed,
+    /// Linear regression on the features; without features a constant.
+    Linear,
     /// One network without memory, trained on all rows at once, as in `yuan2023`.
     Paper,
 }

@@ -1,10 +1,12 @@
 //! The report of an identification from its results.
 
 use super::evidence::Evidence;
+use super::excitation;
 use super::parameters::parameters;
 use super::recommendations::{recommendations, warnings};
 use super::traces::traces;
-use super::types::{Candidate, ChosenSummary, ExpectedError, IdentificationReport};
+use super::types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport};
+use super::verdict::Verdict;
 use crate::fit::classical::fit_classical;
 use crate::fit::run::Run;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
@@ -14,7 +16,7 @@ use sinew::predictor::Model;
 
 /// The report of an identification.
 pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> IdentificationReport {
-    let Evidence { logs, scored, chosen, model, folds } = *evidence;
+    let Evidence { logs, scored, chosen, model, folds, .. } = *evidence;
     let range = model.provenance.far_range;
     let validation = scored[chosen].validation.as_ref();
     let rmse = model.provenance.rmse_unseen;
@@ -34,27 +36,32 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
         classical: fit_classical(&logs.data),
         traces: validation.map_or_else(Vec::new, |v| traces(logs, v, model)),
         warnings: Vec::new(),
+        grade: Grade::Use,
         recommendations: [String::new(), String::new()],
         chosen: ChosenSummary {
             name: model.provenance.member.clone(),
             description: model.provenance.description.clone(),
+            reason: evidence.reason.clone(),
             parameters: validation.map_or_else(Vec::new, |v| parameters(model, &v.laws)),
             band_factor: model.band_factor,
             size: size(model),
         },
     };
-    report.warnings = warnings(evidence, &report);
-    report.recommendations = recommendations(evidence, &report);
+    let poor = excitation::limits(logs, model);
+    report.warnings = warnings(evidence, &report, &poor);
+    let verdict = Verdict::of(evidence, &poor);
+    report.grade = verdict.grade;
+    report.recommendations = recommendations(evidence, &report, &verdict);
     report
 }
 
-/// One entry per candidate, least error first.
+/// One entry per candidate, in the order by which one is chosen.
 fn candidates(evidence: &Evidence<'_>) -> Vec<Candidate> {
     let (range, runs) = (evidence.model.provenance.far_range, &evidence.logs.runs);
     let scored = evidence.scored.iter().enumerate();
     let mut candidates: Vec<Candidate> =
         scored.map(|(k, scored)| candidate(scored, range, k == evidence.chosen, runs)).collect();
-    candidates.sort_by(|a, b| a.rmse.total_cmp(&b.rmse));
+    candidates.sort_by(|a, b| a.score.total_cmp(&b.score));
     candidates
 }
 
@@ -66,6 +73,7 @@ fn candidate(scored: &ScoredCandidate, range: f64, chosen: bool, runs: &[Run]) -
         name: scored.name.clone(),
         description: scored.description.clone(),
         chosen,
+        score: validation.map_or(f64::NAN, |v| v.score(None)),
         rmse,
         percent_of_range: 100.0 * rmse / range,
         pearson: comparison.pearson().unwrap_or(f64::NAN),

@@ -13,6 +13,8 @@ pub(crate) struct Evidence<'a> {
     pub(crate) scored: &'a [ScoredCandidate],
     /// Index of the chosen one.
     pub(crate) chosen: usize,
+    /// Why it was chosen, in one sentence.
+    pub(crate) reason: String,
     /// The chosen candidate fitted to all logs.
     pub(crate) model: &'a Model,
     /// What was held out.

@@ -3,12 +3,14 @@
 
 pub(crate) mod build;
 mod evidence;
+mod excitation;
 mod parameters;
 mod recommendations;
 mod traces;
 mod types;
+mod verdict;
 
 pub use crate::fit::classical::{ClassicalFit, Parameter};
 pub use crate::select::influence::InfluenceRow;
 pub(crate) use evidence::Evidence;
-pub use types::{Candidate, ChosenSummary, ExpectedError, IdentificationReport, Trace};
+pub use types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, Trace};

@@ -1,7 +1,8 @@
 //! Limits of an identification, and what to do next.
 
 use super::evidence::Evidence;
-use super::types::IdentificationReport;
+use super::types::{Grade, IdentificationReport};
+use super::verdict::Verdict;
 use crate::select::cross_validation::FoldScore;
 use sinew::predictor::Role;
 
@@ -13,7 +14,11 @@ const UNEVEN: f64 = 1.8;
 const LEAST_COVERAGE: f64 = 0.85;
 
 /// Limits of the identification, most important first.
-pub(super) fn warnings(evidence: &Evidence<'_>, report: &IdentificationReport) -> Vec<String> {
+pub(super) fn warnings(
+    evidence: &Evidence<'_>,
+    report: &IdentificationReport,
+    poor: &[String],
+) -> Vec<String> {
     let mut warnings = Vec::new();
     for row in report.influence.iter().filter(|row| row.dropped) {
         warnings.push(format!("{} was left out. {}", row.log, row.remark));
@@ -25,6 +30,7 @@ pub(super) fn warnings(evidence: &Evidence<'_>, report: &IdentificationReport) -
             100.0 * chosen.coverage95
         ));
     }
+    warnings.extend(poor.iter().map(|limit| format!("{}.", capitalised(limit))));
     let weights = || evidence.logs.runs.iter().flat_map(|run| &run.weight);
     let (unscored, all) = (weights().filter(|w| **w == 0.0).count(), weights().count());
     if 2 * unscored > all {
@@ -51,16 +57,58 @@ pub(super) fn warnings(evidence: &Evidence<'_>, report: &IdentificationReport) -
     warnings
 }
 
-/// Two sentences: where the model can be used with which error, and what to do next.
-pub(super) fn recommendations(evidence: &Evidence<'_>, report: &IdentificationReport) -> [String; 2] {
+/// Two sentences: whether and where the model can be used with which error, and what to do next.
+pub(super) fn recommendations(
+    evidence: &Evidence<'_>,
+    report: &IdentificationReport,
+    verdict: &Verdict,
+) -> [String; 2] {
     let expected = report.expected.percent_of_range;
     let kind = if evidence.folds.grouped { "new logs" } else { "later stretches of the same day" };
-    let validity = format!(
-        "Use the model inside the ranges of these logs and expect an error of about {expected:.1} % of the range on \
-         {kind}{}.",
-        fold_range(evidence)
+    let error = format!(
+        "expect an error of about {expected:.1} % of the range on {kind}{}{}",
+        fold_range(evidence),
+        references(evidence, verdict)
     );
-    [validity, next_step(evidence, report)]
+    let because = verdict.reasons.join("; ");
+    let validity = match verdict.grade {
+        Grade::Use => format!("Use the model inside the ranges of these logs and {error}."),
+        Grade::UseWithCare => {
+            format!("Use the model with care, inside the ranges of these logs, because {because}; {error}.")
+        }
+        Grade::DoNotUse => format!("Do not use the model, because {because}; {error}."),
+    };
+    let next = match verdict.grade {
+        Grade::DoNotUse => {
+            "Check the roles and the synchronisation of the signals, and record logs in which the near side \
+                            moves through the whole range in both directions."
+                .to_owned()
+        }
+        _ => next_step(evidence, report),
+    };
+    [validity, next]
+}
+
+/// The errors of the two references, in words.
+fn references(evidence: &Evidence<'_>, verdict: &Verdict) -> String {
+    let percent = |rmse: f64| 100.0 * rmse / evidence.model.provenance.far_range;
+    match (verdict.constant, verdict.linear) {
+        (Some(constant), Some(linear)) => {
+            format!(
+                "; a constant has {:.1} %, a linear regression {:.1} %",
+                percent(constant),
+                percent(linear)
+            )
+        }
+        (Some(constant), None) => format!("; a constant has {:.1} %", percent(constant)),
+        _ => String::new(),
+    }
+}
+
+/// With a capital letter, unless it begins with a name.
+fn capitalised(sentence: &str) -> String {
+    let mut characters = sentence.chars();
+    characters.next().map_or_else(String::new, |first| first.to_uppercase().chain(characters).collect())
 }
 
 /// The least and the largest fold error of the chosen model, in words; nothing with a single fold.

@@ -28,7 +28,7 @@ pub struct IdentificationReport {
     pub far_range: f64,
     /// The error to expect of the model on data like the held-out data.
     pub expected: ExpectedError,
-    /// Every candidate, least error first.
+    /// Every candidate, in the order of [`Candidate::score`], by which one is chosen.
     pub candidates: Vec<Candidate>,
     /// The influence check, one row per log; empty with fewer than four logs.
     pub influence: Vec<InfluenceRow>,
@@ -38,6 +38,8 @@ pub struct IdentificationReport {
     pub traces: Vec<Trace>,
     /// Limits of the identification, most important first.
     pub warnings: Vec<String>,
+    /// Whether the model is recommended.
+    pub grade: Grade,
     /// Where the model can be used, and what to do next: two sentences.
     #[serde(rename = "advice")]
     pub recommendations: [String; 2],
@@ -58,6 +60,18 @@ pub struct ExpectedError {
     pub percent_of_range: f64,
 }
 
+/// Whether a model is recommended, from its errors on unseen data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Grade {
+    /// Clearly better than a constant and than linear regression, on logs that show the hysteresis.
+    Use,
+    /// Better than a constant, but one of the conditions of [`Use`](Self::Use) does not hold.
+    UseWithCare,
+    /// Not clearly better than a constant.
+    DoNotUse,
+}
+
 /// Description of the chosen model.
 #[derive(Debug, Clone, Serialize)]
 pub struct ChosenSummary {
@@ -65,6 +79,8 @@ pub struct ChosenSummary {
     pub name: String,
     /// What it is, in a sentence.
     pub description: String,
+    /// Why it was chosen, in a sentence.
+    pub reason: String,
     /// Its physical parameters.
     pub parameters: Vec<Parameter>,
     /// Factor from standard deviation to half width of the 95 % band (conformal, worst fold).
@@ -82,6 +98,8 @@ pub struct Candidate {
     pub description: String,
     /// Whether it was chosen.
     pub chosen: bool,
+    /// Geometric mean of [`fold_rmse`](Self::fold_rmse), far unit: what candidates are compared by.
+    pub score: f64,
     /// Root mean square error over all folds, far unit.
     pub rmse: f64,
     /// The same as % of [`IdentificationReport::far_range`].

@@ -24,12 +24,25 @@ pub(crate) enum PhysicsPrior {
     Matched,
     /// Physics on every signal separately although two of them are antagonistic.
     Separate,
-    /// Networks without a physical part, all or some.
+    /// Networks or a regression without a physical part, all or some.
     Learned,
+    /// A reference for comparison, never chosen.
+    Reference,
 }
 
 impl PhysicsPrior {
-    pub(crate) const ALL: [Self; 3] = [Self::Matched, Self::Separate, Self::Learned];
+    /// Those that can be chosen, most physics first.
+    pub(crate) const CHOICES: [Self; 3] = [Self::Matched, Self::Separate, Self::Learned];
+
+    /// For reports.
+    pub(crate) fn describe(self) -> &'static str {
+        match self {
+            Self::Matched => "physics of the signals' roles",
+            Self::Separate => "physics of every signal by itself",
+            Self::Learned => "no physics, all or in part",
+            Self::Reference => "references",
+        }
+    }
 }
 
 /// Radii of the stop operators as fractions of a signal's range.
@@ -59,8 +72,13 @@ pub(crate) fn all_candidates(logs: &ConditionedLogs) -> Vec<CandidateRecipe> {
     candidates
 }
 
+/// Names of the two references that stand beside every comparison.
+pub(crate) const CONSTANT: &str = "constant";
+pub(crate) const LINEAR: &str = "linear";
+
 /// The candidates named, or without a name all but those whose cell and networks are refitted in turn: on one
 /// rig these are 10 % better and on another a fifth worse, and cross-validation does not predict which.
+/// Beside them the constant and the linear regression, as references where they are not named.
 ///
 /// # Errors
 /// [`Error::UnknownModel`] for a name that no candidate has.
@@ -73,12 +91,26 @@ pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec
     if let Some(name) = names.iter().find(|name| !known.contains(name)) {
         return Err(Error::UnknownModel { name: name.clone(), known });
     }
-    Ok(all.into_iter().filter(|candidate| names.contains(&candidate.recipe.name)).collect())
+    let beside = all.into_iter().filter_map(|mut candidate| {
+        let name = candidate.recipe.name.as_str();
+        if names.iter().any(|wanted| wanted == name) {
+            // A constant that was asked for can be chosen.
+            let reference = candidate.prior == PhysicsPrior::Reference;
+            candidate.prior = if reference { PhysicsPrior::Learned } else { candidate.prior };
+            return Some(candidate);
+        }
+        candidate.prior = PhysicsPrior::Reference;
+        [CONSTANT, LINEAR].contains(&name).then_some(candidate)
+    });
+    Ok(beside.collect())
 }
 
 /// A recipe as candidates are compared: with half the networks, trained for half as long, the ranks stay the
 /// same.
 pub(crate) fn screening_recipe(recipe: &Recipe) -> Recipe {
+    if recipe.learner == Learner::Linear {
+        return recipe.clone();
+    }
     if recipe.learner == Learner::Paper {
         return Recipe { rows: 10_000, steps: 40, ..recipe.clone() };
     }
@@ -209,7 +241,38 @@ impl<'a> Family<'a> {
             self.mixed("mixed-slow", &self.slow(), mixed),
             self.network("network", &[], network),
             self.network("network-slow", &self.slow(), network_slow),
+            self.linear(),
+            self.constant(),
         ]
+    }
+
+    /// Linear regression on the inputs and their differences from low-pass filters: a bank of lags that does
+    /// not depend on even sampling.
+    fn linear(&self) -> CandidateRecipe {
+        let taus = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0].map(|intervals| intervals * self.interval_s);
+        let given = &self.signals.given;
+        let signals = &self.signals.signals;
+        let is_input = |k: &usize| matches!(signals[*k], Signal::Input(_)) && !given.contains(k);
+        let inputs = (0..signals.len()).filter(is_input).collect();
+        let features =
+            FeaturePlan { signals: inputs, plain: given.clone(), radii: Vec::new(), taus: taus.to_vec() };
+        let recipe = Recipe {
+            features: Some(features),
+            learner: Learner::Linear,
+            rows: 50_000,
+            ..self.recipe(LINEAR)
+        };
+        let description =
+            "linear regression on the signals and their changes over 1 to 32 samples".to_owned();
+        CandidateRecipe { recipe, description, prior: PhysicsPrior::Learned }
+    }
+
+    /// The mean of the far side.
+    fn constant(&self) -> CandidateRecipe {
+        let features = FeaturePlan { signals: vec![], plain: vec![], radii: vec![], taus: vec![] };
+        let recipe = Recipe { features: Some(features), learner: Learner::Linear, ..self.recipe(CONSTANT) };
+        let description = "the mean of the far side, whatever the signals".to_owned();
+        CandidateRecipe { recipe, description, prior: PhysicsPrior::Reference }
     }
 
     /// `yuan2023`, eq. 17: present inputs and the cable's velocity, here as the change over the last

@@ -6,38 +6,88 @@ use super::cross_validation::{FoldScore, ScoredCandidate};
 /// A candidate with less physics must have at most this fraction of the error of one with more.
 const MARGIN: f64 = 0.97;
 
+/// The same where the folds are stretches of one log: they do not show how a model extrapolates to another
+/// day, which physics does better.
+const MARGIN_WITHIN_LOG: f64 = 0.7;
+
 /// Standard errors of the mean log ratio of errors, sequence by sequence, by which it must be better.
 const STANDARD_ERRORS: f64 = 1.0;
 
-/// The candidate with the least geometric mean of its errors over all folds but `without`; one with less
-/// physics only where it is clearly better, and the folds hold out whole logs, trials or conditions.
-pub(crate) fn choose(
-    candidates: &[CandidateRecipe],
-    scored: &[ScoredCandidate],
-    grouped: bool,
-    without: Option<usize>,
-) -> Option<usize> {
-    let score = |k: usize| scored[k].score(without);
-    let mut chosen = None;
-    for prior in PhysicsPrior::ALL {
-        let best = (0..candidates.len())
-            .filter(|&k| candidates[k].prior == prior && score(k).is_finite())
-            .min_by(|&a, &b| score(a).total_cmp(&score(b)));
-        chosen = match (chosen, best) {
-            (Some(old), Some(new)) => {
-                let clear = grouped
-                    && score(new) < MARGIN * score(old)
-                    && clearly_better(&scored[new], &scored[old], without);
-                Some(if clear { new } else { old })
-            }
-            (chosen, best) => chosen.or(best),
-        };
+/// The choice among candidates.
+///
+/// ```text
+/// s_k = exp( mean over folds f of ln e(k, f) )
+/// chosen: least s_k among the candidates with the physics of the roles; one with less physics instead where
+///         s_k < m s_chosen,  and  mean d + sigma(d)/sqrt(n) < 0,   d_i = ln e(k, i) - ln e(chosen, i)
+/// ```
+///
+/// | symbol   | meaning                                                      | unit |
+/// |----------|--------------------------------------------------------------|------|
+/// | e(k, f)  | RMSE of candidate k on fold f, fitted without it              | far  |
+/// | e(k, i)  | RMSE on held-out sequence i of n                              | far  |
+/// | m        | 0.97; 0.7 where the folds are stretches of one log             | 1    |
+pub(crate) struct Choice<'a> {
+    pub(crate) candidates: &'a [CandidateRecipe],
+    pub(crate) scored: &'a [ScoredCandidate],
+    /// Whether the folds hold out whole logs, trials or conditions.
+    pub(crate) grouped: bool,
+}
+
+impl Choice<'_> {
+    fn margin(&self) -> f64 {
+        if self.grouped { MARGIN } else { MARGIN_WITHIN_LOG }
     }
-    chosen
+
+    /// The best candidate of each kind of physics by all folds but `without`, most physics first.
+    fn best_of_each(&self, without: Option<usize>) -> Vec<usize> {
+        let score = |k: usize| self.scored[k].score(without);
+        let best = |prior: &PhysicsPrior| {
+            (0..self.candidates.len())
+                .filter(|&k| self.candidates[k].prior == *prior && score(k).is_finite())
+                .min_by(|&a, &b| score(a).total_cmp(&score(b)))
+        };
+        PhysicsPrior::CHOICES.iter().filter_map(best).collect()
+    }
+
+    /// Index of the candidate chosen by all folds but `without`; `None` where none could be fitted.
+    pub(crate) fn choose(&self, without: Option<usize>) -> Option<usize> {
+        let score = |k: usize| self.scored[k].score(without);
+        self.best_of_each(without).into_iter().reduce(|old, new| {
+            let clear = score(new) < self.margin() * score(old)
+                && clearly_better(&self.scored[new], &self.scored[old], without);
+            if clear { new } else { old }
+        })
+    }
+
+    /// The reason for the choice, in one sentence.
+    pub(crate) fn reason(&self, chosen: usize) -> String {
+        let score = |k: usize| self.scored[k].score(None);
+        let name = |k: usize| self.scored[k].name.as_str();
+        let prior = self.candidates[chosen].prior;
+        let mut reason = format!(
+            "{} was chosen: the least geometric mean of the errors of all folds among the candidates with {}",
+            name(chosen),
+            prior.describe()
+        );
+        for other in self.best_of_each(None).into_iter().filter(|&k| k != chosen) {
+            let (ratio, less) = (score(other) / score(chosen), self.candidates[other].prior > prior);
+            let verdict = match (less, ratio < 1.0) {
+                (true, true) => format!(
+                    "is {:.0} % better, not by a factor of {} and one standard error as less physics needs",
+                    100.0 * (1.0 - ratio),
+                    self.margin()
+                ),
+                (_, true) => format!("is {:.0} % better", 100.0 * (1.0 - ratio)),
+                (_, false) => format!("is {:.0} % worse", 100.0 * (ratio - 1.0)),
+            };
+            reason += &format!("; {} ({}) {verdict}", name(other), self.candidates[other].prior.describe());
+        }
+        reason + "."
+    }
 }
 
 /// Whether the error is smaller, sequence by sequence, by more than [`STANDARD_ERRORS`].
-fn clearly_better(one: &ScoredCandidate, other: &ScoredCandidate, without: Option<usize>) -> bool {
+pub(crate) fn clearly_better(one: &ScoredCandidate, other: &ScoredCandidate, without: Option<usize>) -> bool {
     let (Some(one), Some(other)) = (&one.validation, &other.validation) else { return false };
     let errors = |folds: &[FoldScore]| -> Vec<f64> {
         let kept = folds.iter().enumerate().filter(|(place, _)| Some(*place) != without);

@@ -1,0 +1,71 @@
+//! Whether a model is recommended: its errors on unseen data beside those of two references.
+
+use super::evidence::Evidence;
+use super::types::Grade;
+use crate::select::candidates::{CONSTANT, LINEAR};
+use crate::select::cross_validation::CrossValidation;
+use sinew::metrics::Comparison;
+
+/// Error over that of a constant above which a model is not to be used: a quarter of the variance remains.
+const USELESS: f64 = 0.5;
+
+/// The same above which it is to be used with care.
+const DOUBTFUL: f64 = 0.33;
+
+/// Error over that of linear regression above which the regression does as well.
+const NO_BETTER_THAN_LINEAR: f64 = 0.9;
+
+/// The grade of a model with its reasons.
+pub(super) struct Verdict {
+    pub(super) grade: Grade,
+    /// Why it is not recommended without reserve, most important first; each completes "because".
+    pub(super) reasons: Vec<String>,
+    /// RMSE on held-out data of the constant and of linear regression, far unit; `None` where not compared.
+    pub(super) constant: Option<f64>,
+    pub(super) linear: Option<f64>,
+}
+
+impl Verdict {
+    /// The verdict on the chosen model; `poor` are the limits of the logs' excitation.
+    pub(super) fn of(evidence: &Evidence<'_>, poor: &[String]) -> Self {
+        let expected = evidence.model.provenance.rmse_unseen;
+        let chosen = evidence.scored[evidence.chosen].name.as_str();
+        let (constant, linear) = (reference(evidence, CONSTANT), reference(evidence, LINEAR));
+        let rmse = |found: Option<&CrossValidation>| found.and_then(|v| Comparison::rmse(&v.comparison));
+        let over = |error: Option<f64>| error.map_or(0.0, |error| expected / error.max(1e-300));
+        let (constant_rmse, linear_rmse) = (rmse(constant), rmse(linear));
+        let mut reasons = Vec::new();
+        let share = over(constant_rmse);
+        if share > DOUBTFUL {
+            reasons.push(format!("its error on unseen data is {:.0} % of that of a constant", 100.0 * share));
+        }
+        if chosen != LINEAR && over(linear_rmse) > NO_BETTER_THAN_LINEAR {
+            reasons.push("a linear regression predicts unseen data as well".to_owned());
+        }
+        let validation = evidence.scored[evidence.chosen].validation.as_ref();
+        if let (Some(validation), Some(constant)) = (validation, constant) {
+            let folds = validation.folds.iter().zip(&constant.folds);
+            let lost = folds.filter(|(model, constant)| model.rmse > USELESS * constant.rmse).count();
+            if share <= DOUBTFUL && lost > 0 {
+                let of = validation.folds.len();
+                reasons.push(format!("it predicts {lost} of {of} folds hardly better than a constant"));
+            }
+        }
+        if !evidence.folds.grouped {
+            reasons.push("one log does not show the change between days".to_owned());
+        }
+        if let Some(first) = poor.first() {
+            reasons.push(format!("the logs are poor: {first}"));
+        }
+        let grade = match (share > USELESS, reasons.is_empty()) {
+            (true, _) => Grade::DoNotUse,
+            (false, true) => Grade::Use,
+            (false, false) => Grade::UseWithCare,
+        };
+        Self { grade, reasons, constant: constant_rmse, linear: linear_rmse }
+    }
+}
+
+fn reference<'a>(evidence: &'a Evidence<'_>, name: &str) -> Option<&'a CrossValidation> {
+    evidence.scored.iter().find(|scored| scored.name == name)?.validation.as_ref()
+}
