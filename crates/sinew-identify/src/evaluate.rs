@@ -21,17 +21,42 @@ pub struct Scores {
     pub percent_of_range: Option<f64>,
     /// Fraction of samples inside the 95 % band.
     pub coverage95: Option<f64>,
+    /// Fraction of samples outside the ranges of the training logs; there neither the expected error nor the
+    /// band holds.
+    pub out_of_range: Option<f64>,
+    /// RMSE of the samples inside those ranges, far unit.
+    pub rmse_in_range: Option<f64>,
+    /// RMSE of the samples outside of them, far unit.
+    pub rmse_out_of_range: Option<f64>,
 }
 
-impl Scores {
-    fn of(comparison: &Comparison) -> Self {
-        Self {
-            n: comparison.count(),
-            mse: comparison.mse(),
-            rmse: comparison.rmse(),
-            pearson: comparison.pearson(),
-            percent_of_range: comparison.percent_of_range(None),
-            coverage95: comparison.coverage(),
+/// Errors inside and outside the ranges of the training logs.
+#[derive(Debug, Clone, Copy, Default)]
+struct Compared {
+    inside: Comparison,
+    outside: Comparison,
+}
+
+impl Compared {
+    fn merge(&mut self, other: &Self) {
+        self.inside.merge(&other.inside);
+        self.outside.merge(&other.outside);
+    }
+
+    fn scores(&self) -> Scores {
+        let mut all = self.inside;
+        all.merge(&self.outside);
+        let share = self.outside.count() as f64 / all.count() as f64;
+        Scores {
+            n: all.count(),
+            mse: all.mse(),
+            rmse: all.rmse(),
+            pearson: all.pearson(),
+            percent_of_range: all.percent_of_range(None),
+            coverage95: all.coverage(),
+            out_of_range: share.is_finite().then_some(share),
+            rmse_in_range: self.inside.rmse(),
+            rmse_out_of_range: self.outside.rmse(),
         }
     }
 }
@@ -103,25 +128,23 @@ pub fn predict(model: &Model, data: &Dataset) -> Result<Vec<Vec<Prediction>>, Er
 /// As [`predict`].
 pub fn evaluate(model: &Model, data: &Dataset) -> Result<Evaluation, Error> {
     let predictions = predict(model, data)?;
-    let mut logs = vec![Comparison::new(); data.logs.len()];
+    let mut logs = vec![Compared::default(); data.logs.len()];
     for (sequence, predictions) in data.sequences.iter().zip(&predictions) {
         for (row, prediction) in predictions.iter().enumerate() {
             if sequence.scored[row] {
-                logs[sequence.log].push_with_band(
-                    sequence.far[row],
-                    prediction.mean,
-                    prediction.half_width(),
-                )?;
+                let log = &mut logs[sequence.log];
+                let side = if prediction.flags.out_of_range { &mut log.outside } else { &mut log.inside };
+                side.push_with_band(sequence.far[row], prediction.mean, prediction.half_width())?;
             }
         }
     }
-    let mut overall = Comparison::new();
+    let mut overall = Compared::default();
     logs.iter().for_each(|log| overall.merge(log));
     let logs = data
         .logs
         .iter()
         .zip(&logs)
-        .map(|(info, comparison)| LogScores { log: info.name.clone(), scores: Scores::of(comparison) })
+        .map(|(info, compared)| LogScores { log: info.name.clone(), scores: compared.scores() })
         .collect();
-    Ok(Evaluation { overall: Scores::of(&overall), logs })
+    Ok(Evaluation { overall: overall.scores(), logs })
 }

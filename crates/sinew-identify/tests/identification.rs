@@ -74,6 +74,34 @@ fn a_foreign_log_is_left_out_and_named() {
 }
 
 #[test]
+fn a_far_side_without_relation_is_not_recommended_and_a_log_without_reversal_with_care() {
+    use sinew_identify::report::Grade;
+    let noise = |phase: f64| -> Vec<Sample> {
+        let unrelated = cable(900, phase + 40.0, BAND, 0.0).into_iter().rev();
+        cable(900, phase, BAND, 0.0).iter().zip(unrelated).map(|(a, b)| [a[0], a[1], b[2].sin()]).collect()
+    };
+    let data = logs(&[("a.csv", noise(0.0)), ("b.csv", noise(1.3)), ("c.csv", noise(2.9))]);
+    let report = identified(&data, &["cell"]).report;
+    assert_eq!(report.grade, Grade::DoNotUse);
+    assert!(report.recommendations[0].starts_with("Do not use the model"), "{:?}", report.recommendations);
+    let beside: Vec<&str> = report.candidates.iter().map(|c| c.name.as_str()).collect();
+    assert!(beside.contains(&"constant") && beside.contains(&"linear"), "{beside:?}");
+
+    let ramp: Vec<Sample> = (0..900)
+        .map(|i| [0.01 * f64::from(i), 2.0 + 0.01 * f64::from(i), 1.6 + 0.008 * f64::from(i)])
+        .collect();
+    let longer: Vec<Sample> = ramp.iter().map(|[t, near, far]| [*t, near * 1.1, far * 1.1]).collect();
+    let report = identified(&logs(&[("a.csv", ramp), ("b.csv", longer)]), &["cell"]).report;
+    assert_ne!(report.grade, Grade::Use);
+    assert!(report.warnings.iter().any(|w| w.contains("never reverses")), "{:?}", report.warnings);
+
+    let good = logs(&[("a.csv", cable(1500, 0.0, BAND, 0.02)), ("b.csv", cable(1500, 1.0, BAND, 0.02))]);
+    let report = identified(&good, &["cell"]).report;
+    assert_eq!(report.grade, Grade::Use, "{:?}", report.recommendations);
+    assert!(report.chosen.reason.starts_with("cell was chosen"), "{}", report.chosen.reason);
+}
+
+#[test]
 fn a_law_without_memory_says_that_its_structure_is_wrong() {
     let data = logs(&[("a.csv", cable(1500, 0.0, BAND, 0.02)), ("b.csv", cable(1500, 1.0, BAND, 0.02))]);
     let report = identified(&data, &["cell"]).report;

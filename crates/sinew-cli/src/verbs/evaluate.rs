@@ -29,7 +29,25 @@ pub(crate) fn run(arguments: &EvaluateArguments) -> Result<(), Error> {
     print(&(text + &scores_table(&model, &evaluation)))
 }
 
-/// Scores as a table.
+/// Share of samples outside the ranges of the training logs from which a note is due.
+pub(super) const NOTABLE_SHARE: f64 = 0.02;
+
+/// What the expected error does not cover; nothing where the logs stay inside the ranges.
+fn range_note(model: &Model, scores: &Scores) -> String {
+    if !scores.out_of_range.is_some_and(|share| share > NOTABLE_SHARE) {
+        return String::new();
+    }
+    format!(
+        "\nNote: {} of the samples lie outside the ranges of the training logs (RMSE there {}, inside {}); the expected \
+         error of {} and the 95 % band hold inside them only.\n",
+        percent(scores.out_of_range),
+        number(scores.rmse_out_of_range),
+        number(scores.rmse_in_range),
+        number(Some(model.provenance.rmse_unseen)),
+    )
+}
+
+/// Scores as a table; the last column is the share of samples outside the ranges of the training logs.
 pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
     let row = |name: &str, scores: &Scores| {
         vec![
@@ -40,10 +58,12 @@ pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
             number(scores.pearson),
             percent(scores.percent_of_range.map(|p| p / 100.0)),
             percent(scores.coverage95),
+            percent(scores.out_of_range),
         ]
     };
     let mut rows: Vec<Vec<String>> = evaluation.logs.iter().map(|log| row(&log.log, &log.scores)).collect();
     rows.push(row("all", &evaluation.overall));
-    let head = [model.far.as_str(), "samples", "MSE", "RMSE", "Pearson", "of range", "in 95 % band"];
-    table(&head, &rows, 1)
+    let head =
+        [model.far.as_str(), "samples", "MSE", "RMSE", "Pearson", "of range", "in 95 % band", "outside"];
+    table(&head, &rows, 1) + &range_note(model, &evaluation.overall)
 }

@@ -1,10 +1,12 @@
 //! `sinew predict`.
 
+use super::evaluate::NOTABLE_SHARE;
 use super::read_model;
 use crate::arguments::PredictArguments;
 use crate::csv_text::Csv;
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
+use crate::table::percent;
 use sinew::predictor::{Flags, Prediction};
 use sinew_identify::evaluate::{predict, read_for};
 use sinew_identify::log::{Dataset, ReadOptions};
@@ -23,8 +25,18 @@ pub(crate) fn run(arguments: &PredictArguments) -> Result<(), Error> {
         unknown += usize::from(prediction.flags.state_unknown);
         outside += usize::from(prediction.flags.out_of_range);
     }
+    let share = outside as f64 / rows.max(1) as f64;
+    let note = if share > NOTABLE_SHARE {
+        format!(
+            "Note: {} of the samples lie outside the ranges of the training logs; the expected error and the 95 % band \
+             hold inside them only.\n",
+            percent(Some(share))
+        )
+    } else {
+        String::new()
+    };
     print(&format!(
-        "Written: {rows} predictions of `{}` to {}; state unknown in {unknown}, outside the range of the \
+        "{note}Written: {rows} predictions of `{}` to {}; state unknown in {unknown}, outside the range of the \
          training data in {outside}\n",
         model.far,
         arguments.out.display()

@@ -94,6 +94,5 @@ fn a_log_without_the_far_side_can_be_predicted_but_not_judged() {
 fn an_endless_file_is_refused_while_it_is_read() {
     let bench = Bench::with_model();
     bench.refuses("predict /dev/zero a.csv --out p.csv", &["/dev/zero", "at most 64 MB"]);
-    bench.refuses("arm inspect lm_arm --muscles /dev/zero", &[]);
     bench.refuses("identify /dev/zero --out new", &["zero", "a device or a pipe"]);
 }

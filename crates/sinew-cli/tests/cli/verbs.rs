@@ -4,7 +4,17 @@ use crate::bench::{Bench, ROWS, log, samples};
 use serde_json::Value;
 use sinew::predictor::{Model, Predictor, Sample};
 
-const SCORES: [&str; 6] = ["n", "mse", "rmse", "pearson", "percent_of_range", "coverage95"];
+const SCORES: [&str; 9] = [
+    "n",
+    "mse",
+    "rmse",
+    "pearson",
+    "percent_of_range",
+    "coverage95",
+    "out_of_range",
+    "rmse_in_range",
+    "rmse_out_of_range",
+];
 
 #[test]
 fn every_verb_explains_itself() {
@@ -125,6 +135,39 @@ fn evaluate_leaves_the_skipped_seconds_out() {
     let text = bench.succeeds("evaluate out/model.json a.csv --skip 2 --json").stdout;
     let all: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(all["overall"]["n"], ROWS - 100);
+}
+
+#[test]
+fn samples_outside_the_training_ranges_are_counted_and_scored_by_themselves() {
+    let bench = Bench::with_model();
+    let inside: Value =
+        serde_json::from_str(&bench.succeeds("evaluate out/model.json a.csv --json").stdout).unwrap();
+    assert!(inside["overall"]["out_of_range"].as_f64().unwrap() < 0.02);
+    // A third of the rows at five times the tension.
+    let text: String = log(0.4)
+        .lines()
+        .enumerate()
+        .map(|(k, line)| {
+            let cells: Vec<f64> = line.split(',').filter_map(|cell| cell.parse().ok()).collect();
+            match cells[..] {
+                [t, near, far] if k > 400 => format!("{t},{},{}\n", 5.0 * near, 5.0 * far),
+                _ => format!("{line}\n"),
+            }
+        })
+        .collect();
+    bench.write("far.csv", text);
+    let far: Value =
+        serde_json::from_str(&bench.succeeds("evaluate out/model.json far.csv --json").stdout).unwrap();
+    let share = far["overall"]["out_of_range"].as_f64().unwrap();
+    assert!((0.2..0.4).contains(&share), "{far}");
+    let rmse = |key: &str| far["overall"][key].as_f64().unwrap();
+    let mean_square =
+        share * rmse("rmse_out_of_range").powi(2) + (1.0 - share) * rmse("rmse_in_range").powi(2);
+    assert!((mean_square - rmse("mse")).abs() < 1e-9 * rmse("mse"), "{far}");
+    for command in ["evaluate out/model.json far.csv", "predict out/model.json far.csv --out p.csv"] {
+        let said = bench.succeeds(command).stdout;
+        assert!(said.contains("outside the ranges of the training logs"), "{said}");
+    }
 }
 
 /// Rows of a predictions file: log, trial, time, prediction, deviation, gate, flags.

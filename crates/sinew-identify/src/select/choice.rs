@@ -134,6 +134,7 @@ pub(crate) fn selection_rmse(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::recipe::{Learner, Recipe};
     use crate::select::cross_validation::CrossValidation;
     use sinew::metrics::Comparison;
 
@@ -164,6 +165,45 @@ mod tests {
         assert!(better(&scored(&[2.0, 1.1, 1.0, 1.9]), &physics));
         assert!(!better(&scored(&[1.0, 1.0]), &scored(&[2.0, 2.0])), "two are too few");
         assert!(!better(&physics, &physics));
+    }
+
+    /// A candidate of a kind of physics; only the kind matters to the choice.
+    fn candidate(prior: PhysicsPrior) -> CandidateRecipe {
+        let recipe = Recipe {
+            name: String::new(),
+            signals: vec![],
+            cell: None,
+            cable: None,
+            features: None,
+            hidden: 0,
+            rows: 0,
+            steps: 0,
+            networks: 0,
+            learner: Learner::Linear,
+            rounds: 0,
+        };
+        CandidateRecipe { recipe, description: String::new(), prior }
+    }
+
+    #[test]
+    fn less_physics_is_chosen_where_it_is_clearly_better_also_within_one_log() {
+        use PhysicsPrior::{Learned, Matched, Reference};
+        let candidates = [candidate(Matched), candidate(Matched), candidate(Learned), candidate(Reference)];
+        let chosen = |learned: f64, grouped: bool| {
+            let scored = [
+                scored(&[4.0, 4.2, 4.1, 4.0, 4.3]),
+                scored(&[5.0, 5.2, 5.1, 5.0, 5.3]),
+                scored(&[4.1, 4.0, 4.2, 4.1, 4.1].map(|e: f64| e * learned)),
+                scored(&[0.1; 5]),
+            ];
+            let choice = Choice { candidates: &candidates, scored: &scored, grouped };
+            let chosen = choice.choose(None).unwrap();
+            assert!(choice.reason(chosen).contains("was chosen"));
+            chosen
+        };
+        assert_eq!((chosen(0.5, true), chosen(0.5, false)), (2, 2), "better by a factor of two");
+        assert_eq!((chosen(0.9, true), chosen(0.9, false)), (2, 0), "better by a tenth");
+        assert_eq!((chosen(0.99, true), chosen(0.99, false)), (0, 0), "as good");
     }
 
     #[test]

@@ -3,6 +3,8 @@
 #![allow(dead_code, reason = "not every test file needs every helper")]
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
+pub(crate) mod families;
+
 use sinew_identify::Error;
 use sinew_identify::log::{Dataset, ReadOptions, RequestedRoles, read_bytes};
 use std::fmt::Write as _;

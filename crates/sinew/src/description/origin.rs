@@ -73,7 +73,8 @@ impl Description {
     pub fn robot(self) -> Result<(Robot, Vec<Warning>), DescriptionError> {
         let Description { parts, warnings, origins } = self;
         shallow(&parts, &origins)?;
-        if parts.bodies.is_empty() {
+        // The world is the first body.
+        if parts.bodies.len() < 2 {
             let problem = "describes no body: expected at least one".to_string();
             return Err(DescriptionError {
                 file: origins.file,
