@@ -61,6 +61,7 @@ fn a_robot_without_a_body_and_a_tag_of_countless_attributes_are_refused() {
     let attributes: String = (0..60_000).map(|i| format!(" a{i}='>'")).collect();
     bench.write("wide.xml", format!("<mujoco>\n<worldbody{attributes}/></mujoco>"));
     bench.refuses("arm inspect wide.xml", &["wide.xml:2:", "1000 attributes"]);
+    bench.refuses("arm inspect lm_arm --muscles none.toml", &["lm_arm", "--muscles"]);
     let namespaces: String = (0..60_000).map(|i| format!("<b xmlns:a{i}='u'/>")).collect();
     bench.write("spaces.xml", format!("<mujoco>{namespaces}</mujoco>"));
     bench.refuses("arm inspect spaces.xml", &["spaces.xml:1:", "60000 namespace"]);

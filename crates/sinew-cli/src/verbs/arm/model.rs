@@ -24,6 +24,9 @@ pub(in crate::verbs) fn load_robot(path: &Path, muscles: Option<&Path>) -> Resul
 
 fn description(path: &Path, muscles: Option<&Path>) -> Result<Description, Error> {
     let built_in = BUILT_IN.iter().find(|(name, _)| path.as_os_str() == *name && !path.exists());
+    if built_in.is_some() && muscles.is_some() {
+        return Err(Error::MusclesTwice { file: path.to_owned() });
+    }
     if let Some((name, text)) = built_in {
         return Ok(from_toml(name, text)?);
     }
