@@ -30,6 +30,7 @@ pub(super) fn fixed(samples: &Samples, signals: &Signals) -> Law {
         derived: vec![],
         undetermined: vec![],
         note: "two tensions determine only the sum mu phi - ln(eta), not its parts".to_owned(),
+        sliding_only: true,
         reason: |_| "",
     }
 }
@@ -76,6 +77,7 @@ pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
             "fitted on sliding at {:.3} to {:.3} {rate}; not valid below and above",
             speeds[0], speeds[2]
         ),
+        sliding_only: true,
         reason: |i| match i {
             1 | 2 => "no sliding slow enough, or no rise at low speed",
             3 | 4 => "speeds vary too little, or friction does not grow with them",
@@ -86,9 +88,10 @@ pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
 
 /// +1 where rising drive means sliding toward the motor, by the sign that explains more.
 fn orientation(samples: &Samples) -> f64 {
-    // Toward the motor the far tension is the smaller share of the near one.
+    // Toward the motor the far tension is the smaller share of the near one. At rest and near a reversal the
+    // direction is not known.
     let mut sums = [[0.0; 2]; 2];
-    for &row in &samples.fitted {
+    for &row in samples.fitted.iter().filter(|&&row| samples.sliding[row]) {
         let branch = usize::from(samples.direction[row] < 0.0);
         sums[branch][0] += samples.effort[row] * samples.far[row];
         sums[branch][1] += samples.effort[row] * samples.effort[row];

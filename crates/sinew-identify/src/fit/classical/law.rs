@@ -1,7 +1,7 @@
 //! Common part of all classical laws: transformed parameters, fit, intervals, remarks.
 
 use super::result::{ClassicalFit, Parameter};
-use super::samples::{Samples, Signals};
+use super::samples::{Samples, Signals, sensor_noise};
 use crate::fit::least_squares::{Covariance, LeastSquares, Options, Solution, solve_from_many};
 use crate::fit::linear_algebra::Cholesky;
 use faer::Mat;
@@ -90,7 +90,16 @@ pub(super) struct Law {
     pub(super) undetermined: Vec<usize>,
     /// Why these data do not determine a parameter, by its index.
     pub(super) reason: fn(usize) -> &'static str,
+    /// Whether only samples in which the cable slides for certain are fitted: a law without memory is wrong by
+    /// the whole friction where the direction is.
+    pub(super) sliding_only: bool,
 }
+
+/// Fewest samples that are fitted.
+const FEWEST: usize = 20;
+
+/// Correlation of two positive parameters from which the data determine only the two together.
+const COLLINEAR: f64 = 0.95;
 
 /// The law on given samples as a sum of squares.
 struct Problem<'a> {
@@ -147,6 +156,11 @@ impl Law {
 
     /// The fit, with intervals; `None` where the law cannot be evaluated at all.
     pub(super) fn fit(&self, samples: &Samples, all: &Samples, signals: &Signals) -> Option<ClassicalFit> {
+        let sliding = self.sliding_only.then(|| samples.only_sliding());
+        let samples = sliding.as_ref().unwrap_or(samples);
+        if samples.fitted.len() < FEWEST {
+            return None;
+        }
         let predictions = std::cell::RefCell::new(vec![0.0; samples.far.len()]);
         let problem = Problem { law: self, samples, predictions };
         let to_search = |start: &Vec<f64>| -> Vec<f64> {
@@ -171,7 +185,8 @@ impl Law {
                 parameters.push(parameter);
             }
         }
-        let remark = self.remark(&parameters, rmse, tau, all, signals);
+        let fitted_rmse = (solution.squares / solution.residuals.len() as f64).sqrt();
+        let remark = self.remark(&parameters, fitted_rmse, tau, all, signals);
         Some(ClassicalFit {
             law: self.name.clone(),
             equation: self.equation.clone(),
@@ -209,7 +224,23 @@ impl Law {
         let at = |theta: f64| spec.scale.to_natural(theta);
         let theta = self.limited(i, solution.theta[i]);
         let (value, low, high) = (at(theta), at(theta - half), at(theta + half));
-        parameter(spec, value, low, high, signals, (self.reason)(i))
+        let mut parameter = parameter(spec, value, low, high, signals, (self.reason)(i));
+        if let Some(other) = self.collinear_with(i, covariance).filter(|_| parameter.identified) {
+            parameter.identified = false;
+            parameter.remark = format!("determined only together with {}", self.specs[other].name);
+        }
+        parameter
+    }
+
+    /// The positive parameter that this one cannot be told from, if there is one: in the logarithm, where both
+    /// are fitted, the linearised interval of neither holds.
+    fn collinear_with(&self, i: usize, covariance: &Covariance) -> Option<usize> {
+        let positive = |k: usize| matches!(self.specs[k].scale, Scale::Above(_));
+        let variance = |k: usize| covariance.matrix[(k, k)];
+        let correlation = |k: usize| covariance.matrix[(i, k)] / (variance(i) * variance(k)).sqrt();
+        (0..self.specs.len())
+            .filter(|&k| k != i && positive(i) && positive(k) && correlation(k).abs() > COLLINEAR)
+            .max_by(|&a, &b| correlation(a).abs().total_cmp(&correlation(b).abs()))
     }
 
     fn derived_parameter(
@@ -262,7 +293,7 @@ impl Law {
         if !open.is_empty() {
             remarks.push(format!("these data do not determine {}", open.join(", ")));
         }
-        let noise = sensor_noise(all);
+        let noise = sensor_noise(&all.runs, &all.far);
         if tau > 3.0 && rmse > 3.0 * noise && rmse > 0.002 * signals.far_range {
             remarks.push(format!(
                 "the residuals are not noise (RMSE {:.0} times the sensor's, correlated over {tau:.0} samples): \
@@ -342,22 +373,6 @@ fn autocorrelation_time(samples: &Samples, residuals: &[f64]) -> f64 {
         tau += 2.0 * rho;
     }
     tau
-}
-
-/// Standard deviation of the far side's noise, from second differences (a straight line has none).
-fn sensor_noise(all: &Samples) -> f64 {
-    let mut bends: Vec<f64> = all
-        .runs
-        .iter()
-        .flat_map(|run| all.far[run.clone()].windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()))
-        .filter(|bend| bend.is_finite())
-        .collect();
-    if bends.is_empty() {
-        return 0.0;
-    }
-    let middle = bends.len() / 2;
-    // Median of |N(0, 6 sigma^2)|.
-    *bends.select_nth_unstable_by(middle, f64::total_cmp).1 / (0.6745 * 6.0_f64.sqrt())
 }
 
 /// Least squares of `target` on `columns`, `None` where they are dependent.

@@ -217,6 +217,7 @@ impl Friction {
             derived: vec![],
             undetermined: vec![],
             note,
+            sliding_only: false,
             reason: self.reason,
         }
     }

@@ -5,7 +5,8 @@
 //! * One near-side signal (the effort or motion that follows the far side best) is transmitted; one drive
 //!   (the motion, or that signal itself) gives direction and distance of sliding.
 //! * Directions and speeds are not causal (a reversal counts from the extreme on), which favours the laws without
-//!   memory.
+//!   memory. These are fitted only where the cable slides for certain: near a reversal and at rest the direction is
+//!   not known, and they are wrong by the whole friction where it is.
 //! * States are reset at every sequence, starting from the measured far side. Rows that are not scored are
 //!   stepped and not fitted; a missing near-side value is the one before it.
 //! * Long logs are thinned to about 6000 rows for the fit, keeping 50 rows between reversals where they
@@ -16,6 +17,8 @@
 //!   `rho_k < 0.05`. They hold if the structure of the law does; the remark names residuals that are not noise.
 
 mod capstan;
+#[cfg(test)]
+mod coverage_tests;
 mod law;
 mod memory;
 mod play;

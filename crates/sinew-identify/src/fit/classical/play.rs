@@ -25,6 +25,7 @@ pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
         derived: vec![],
         undetermined: vec![],
         note: String::new(),
+        sliding_only: false,
         reason: |i| {
             if i < 2 { "the lower line is rarely active" } else { "the upper line is rarely active" }
         },

@@ -9,6 +9,11 @@ const BUDGET: usize = 6_000;
 const ROWS_PER_SWING: usize = 50;
 /// Fraction of its range by which a signal must turn back to count as reversed.
 const REVERSAL: f64 = 0.01;
+/// Share of the 95 % quantile of the speed below which the drive is at rest.
+const REST: f64 = 0.02;
+/// Distance from a reversal, in standard deviations of the drive's noise, from which the direction is certain: noise
+/// displaces both the extreme and the sample.
+const NOISE_MARGIN: f64 = 10.0;
 
 /// Flat columns of all runs, one after the other; `runs` holds the rows of each.
 #[derive(Debug, Clone)]
@@ -24,6 +29,9 @@ pub(super) struct Samples {
     pub(super) rate: Vec<f64>,
     /// Sign of the change of `drive`; 0 before its first motion.
     pub(super) direction: Vec<f64>,
+    /// Whether the cable slides for certain in that direction: the drive moves, and is further than the dead band
+    /// from the reversals before and after.
+    pub(super) sliding: Vec<bool>,
     /// Time since the sample before, s; 0 at the start of a run.
     pub(super) interval: Vec<f64>,
     pub(super) far: Vec<f64>,
@@ -67,6 +75,7 @@ pub(super) fn gather(data: &Dataset) -> Result<(Samples, Samples, Signals), Stri
     for sequence in &data.sequences {
         all.append(data, sequence, &chosen, REVERSAL * drive_range);
     }
+    all.find_sliding(REVERSAL * drive_range);
     let signals = Signals {
         far_unit: unit_of(data.roles.far.as_deref().unwrap_or("")),
         near_name: name(chosen.near),
@@ -177,6 +186,7 @@ impl Samples {
             drive: vec![],
             rate: vec![],
             direction: vec![],
+            sliding: vec![],
             interval: vec![],
             far: vec![],
             fitted: vec![],
@@ -209,6 +219,36 @@ impl Samples {
         self.effort.extend_from_slice(&effort[..n]);
         self.far.extend_from_slice(&sequence.far_clean[..n]);
         self.runs.push(first..first + n);
+    }
+
+    /// Fills [`sliding`](Self::sliding).
+    fn find_sliding(&mut self, dead_band: f64) {
+        let dead_band = dead_band.max(NOISE_MARGIN * sensor_noise(&self.runs, &self.drive));
+        let mut speeds: Vec<f64> = self.rate.iter().map(|rate| rate.abs()).collect();
+        speeds.sort_by(f64::total_cmp);
+        let fast = speeds.get(speeds.len() * 95 / 100).copied().unwrap_or(0.0);
+        self.sliding = vec![false; self.drive.len()];
+        for run in &self.runs {
+            let mut stroke = run.start;
+            for row in run.clone() {
+                let ends = row + 1 == run.end || self.direction[row + 1] * self.direction[row] <= 0.0;
+                if ends {
+                    // The extremes are those of the stroke: a reversal counts from the extreme on.
+                    let extremes = [self.drive[stroke.saturating_sub(1).max(run.start)], self.drive[row]];
+                    for inner in stroke..=row {
+                        let away = extremes.iter().all(|end| (self.drive[inner] - end).abs() > dead_band);
+                        self.sliding[inner] = away && self.rate[inner].abs() > REST * fast;
+                    }
+                    stroke = row + 1;
+                }
+            }
+        }
+    }
+
+    /// The same samples with only those to be fitted in which the cable slides for certain.
+    pub(super) fn only_sliding(&self) -> Self {
+        let fitted = self.fitted.iter().copied().filter(|&row| self.sliding[row]).collect();
+        Self { fitted, ..self.clone() }
     }
 
     /// Number of reversals of the drive, over all runs.
@@ -258,6 +298,7 @@ impl Samples {
                 thin.drive.push(self.drive[row]);
                 thin.rate.push(self.rate[row]);
                 thin.direction.push(self.direction[row]);
+                thin.sliding.push(self.sliding[row]);
                 thin.far.push(self.far[row]);
                 last = row;
             }
@@ -279,6 +320,21 @@ fn filled(values: impl Iterator<Item = f64>) -> Vec<f64> {
         }
     }
     values
+}
+
+/// Standard deviation of a signal's noise, from second differences (a straight line has none).
+pub(super) fn sensor_noise(runs: &[Range<usize>], signal: &[f64]) -> f64 {
+    let mut bends: Vec<f64> = runs
+        .iter()
+        .flat_map(|run| signal[run.clone()].windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()))
+        .filter(|bend| bend.is_finite())
+        .collect();
+    if bends.is_empty() {
+        return 0.0;
+    }
+    let middle = bends.len() / 2;
+    // Median of |N(0, 6 sigma^2)|.
+    *bends.select_nth_unstable_by(middle, f64::total_cmp).1 / (0.6745 * 6.0_f64.sqrt())
 }
 
 /// Direction of motion with a dead band against noise, not causal: a reversal counts from the extreme on,
