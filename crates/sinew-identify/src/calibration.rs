@@ -4,7 +4,7 @@ use crate::Error;
 use crate::conditioning::ConditionedLogs;
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
-use crate::select::cross_validation::{FoldScore, ScoredCandidate};
+use crate::select::cross_validation::{ScoredCandidate, band_factor};
 use sinew::predictor::{Estimator, Model, Provenance};
 
 /// The model of an estimator fitted to all logs, with the band that its cross-validation asks for.
@@ -28,7 +28,7 @@ pub(crate) fn calibrate(
         guards: logs.limits.clone(),
         gap_s: logs.gap_s,
         estimator,
-        band_factor: band_factor(folds),
+        band_factor: band_factor(folds, None),
         provenance: Provenance {
             member: chosen.name.clone(),
             description: chosen.description.clone(),
@@ -44,13 +44,6 @@ pub(crate) fn calibrate(
     Ok(model)
 }
 
-/// Largest factor of `n` folds times `(n + 1)/n`: the next draw exceeds the largest of `n` once in `n + 1`
-/// times.
-fn band_factor(folds: &[FoldScore]) -> f64 {
-    let n = folds.len().max(1) as f64;
-    (folds.iter().map(|fold| fold.band_factor).fold(0.0, f64::max) * (n + 1.0) / n).max(1e-6)
-}
-
 /// Range of the far side over the samples that count, from its 0.05 % to its 99.95 % quantile.
 fn far_range(runs: &[Run]) -> f64 {
     let counted = |run: &Run| -> Vec<f64> {
@@ -58,19 +51,4 @@ fn far_range(runs: &[Run]) -> f64 {
     };
     let edge = quantiles(runs.iter().flat_map(counted).collect(), &[0.0005, 0.9995]);
     edge[1] - edge[0]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_band_of_few_folds_is_stretched_most() {
-        let folds = |factors: &[f64]| -> Vec<FoldScore> {
-            factors.iter().map(|f| FoldScore { band_factor: *f, ..FoldScore::default() }).collect()
-        };
-        assert!((band_factor(&folds(&[2.0, 1.0])) - 3.0).abs() < 1e-12);
-        assert!((band_factor(&folds(&[2.0, 1.0, 1.5, 1.2, 1.9])) - 2.4).abs() < 1e-12);
-        assert!(band_factor(&[]) > 0.0);
-    }
 }

@@ -84,18 +84,13 @@ fn candidate(scored: &ScoredCandidate, range: f64, chosen: bool, runs: &[Run]) -
     }
 }
 
-/// Coverage of the band, each fold with the largest factor of the other folds.
+/// Coverage of the band, each fold with the factor of the other folds.
 fn coverage(validation: &CrossValidation, runs: &[Run]) -> f64 {
-    let folds = &validation.folds;
-    let factor = |fold: usize| {
-        let others = folds.iter().filter(|other| other.fold != fold || folds.len() == 1);
-        others.map(|other| other.band_factor).fold(0.0, f64::max)
-    };
     let mut band = Comparison::new();
     for (run, outputs) in runs.iter().zip(&validation.outputs) {
         for (row, output) in outputs.iter().enumerate() {
             if let (Some((output, fold)), true) = (output, run.weight[row] > 0.0) {
-                let half = factor(*fold) * output.variance.sqrt();
+                let half = validation.band_factors[*fold] * output.variance.sqrt();
                 let _ = band.push_with_band(run.far[row], output.mean, half);
             }
         }

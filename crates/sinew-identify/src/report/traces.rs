@@ -16,8 +16,8 @@ pub(super) fn traces(logs: &ConditionedLogs, validation: &CrossValidation, model
         .zip(&validation.outputs)
         .map(|((sequence, run), outputs)| {
             let column: Vec<f64> = run.inputs.iter().skip(near).step_by(run.width).copied().collect();
-            let pick = |f: &dyn Fn(&Estimate) -> f64| -> Vec<f64> {
-                outputs.iter().map(|o| o.as_ref().map_or(f64::NAN, |(o, _)| f(o))).collect()
+            let pick = |f: &dyn Fn(&Estimate, usize) -> f64| -> Vec<f64> {
+                outputs.iter().map(|o| o.as_ref().map_or(f64::NAN, |(o, fold)| f(o, *fold))).collect()
             };
             let (near_rate, since_reversal_s) =
                 rates(&column, &run.dt_s, model.guards[near].high - model.guards[near].low);
@@ -27,9 +27,9 @@ pub(super) fn traces(logs: &ConditionedLogs, validation: &CrossValidation, model
                 time_s: sequence.time_s.clone(),
                 near_name: model.inputs[near].column.clone(),
                 far: sequence.far.clone(),
-                predicted: pick(&|o| o.mean),
-                half_width: pick(&|o| model.band_factor * o.variance.sqrt()),
-                gate: pick(&|o| o.gate),
+                predicted: pick(&|o, _| o.mean),
+                half_width: pick(&|o, fold| validation.band_factors[fold] * o.variance.sqrt()),
+                gate: pick(&|o, _| o.gate),
                 near_rate,
                 since_reversal_s,
                 scored: run.weight.iter().map(|w| *w > 0.0).collect(),

@@ -83,7 +83,7 @@ pub struct ChosenSummary {
     pub reason: String,
     /// Its physical parameters.
     pub parameters: Vec<Parameter>,
-    /// Factor from standard deviation to half width of the 95 % band (conformal, worst fold).
+    /// Factor from standard deviation to half width of the 95 % band (conformal over the folds).
     pub band_factor: f64,
     /// Numbers stored in the model.
     pub size: usize,

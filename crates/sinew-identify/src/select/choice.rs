@@ -145,10 +145,11 @@ mod tests {
             samples: 1.0,
             rmse: *rmse,
             sequence_rmse: vec![*rmse],
-            band_factor: 1.0,
+            ratios: vec![1.0],
         };
         let validation = CrossValidation {
             outputs: vec![],
+            band_factors: vec![],
             folds: fold_rmse.iter().enumerate().map(fold).collect(),
             comparison: Comparison::new(),
             rmse_in_sample: 0.0,

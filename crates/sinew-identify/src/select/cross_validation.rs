@@ -26,8 +26,8 @@ pub(crate) struct FoldScore {
     pub(crate) rmse: f64,
     /// Root mean square error of every sequence: two models are compared pair by pair.
     pub(crate) sequence_rmse: Vec<f64>,
-    /// 95 % quantile of |error| / standard deviation.
-    pub(crate) band_factor: f64,
+    /// Quantiles of |error| / standard deviation at 0, 1/200, ... 1: folds of any length count alike.
+    pub(crate) ratios: Vec<f64>,
 }
 
 /// How one model predicts data it was not fitted to.
@@ -37,6 +37,8 @@ pub(crate) struct CrossValidation {
     pub(crate) outputs: Vec<Vec<Option<(Estimate, usize)>>>,
     /// Folds in which a sample counted.
     pub(crate) folds: Vec<FoldScore>,
+    /// `[fold]`: factor of the band on that fold, by the other folds.
+    pub(crate) band_factors: Vec<f64>,
     /// All folds together.
     pub(crate) comparison: Comparison,
     /// Mean over the folds of the RMSE on the data each was fitted to.
@@ -97,6 +99,7 @@ pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Opti
     let mut validation = CrossValidation {
         outputs: runs.iter().map(|run| vec![None; run.len()]).collect(),
         folds: Vec::new(),
+        band_factors: Vec::new(),
         comparison: Comparison::new(),
         rmse_in_sample: 0.0,
         laws: Vec::new(),
@@ -109,6 +112,8 @@ pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Opti
         let score = validation.score_fold(fold, &estimator, runs, held_out)?;
         validation.folds.extend(score);
     }
+    let factor = |fold| band_factor(&validation.folds, Some(fold));
+    validation.band_factors = (0..folds.held_out.len()).map(factor).collect();
     (!validation.folds.is_empty()).then_some(validation)
 }
 
@@ -146,8 +151,9 @@ impl CrossValidation {
         if count <= 0.0 {
             return Some(None);
         }
-        let band_factor = quantiles(ratios, &[0.95])[0];
-        Some(Some(FoldScore { fold, samples: count, rmse: (sum / count).sqrt(), sequence_rmse, band_factor }))
+        let grid: Vec<f64> = (0..=200).map(|k| f64::from(k) / 200.0).collect();
+        let ratios = quantiles(ratios, &grid);
+        Some(Some(FoldScore { fold, samples: count, rmse: (sum / count).sqrt(), sequence_rmse, ratios }))
     }
 }
 
@@ -164,4 +170,41 @@ fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -> Vec<Run> 
             run.weight.iter().any(|w| *w > 0.0).then_some(run)
         })
         .collect()
+}
+
+/// Factor from standard deviation to half width of the 95 % band, by all folds but `without`.
+///
+/// ```text
+/// c = (n + 1)/n Q(0.95 + 0.05/n),      Q: quantile of |error| / sigma over n folds of equal weight
+/// ```
+///
+/// The level is that of split conformal prediction with `n` exchangeable folds: with one fold the largest ratio,
+/// with many the 95 % quantile. The factor allows for a next log that differs from the folds more than they do
+/// from each other.
+pub(crate) fn band_factor(folds: &[FoldScore], without: Option<usize>) -> f64 {
+    let kept = || folds.iter().filter(|fold| Some(fold.fold) != without || folds.len() == 1);
+    let n = kept().count().max(1) as f64;
+    let ratios: Vec<f64> = kept().flat_map(|fold| fold.ratios.iter().copied()).collect();
+    (quantiles(ratios, &[0.95 + 0.05 / n])[0] * (n + 1.0) / n).max(1e-6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_band_of_few_folds_is_stretched_most() {
+        let fold = |fold: usize| FoldScore {
+            fold,
+            ratios: (0..=200).map(|k| f64::from(k) / 100.0).collect(),
+            ..FoldScore::default()
+        };
+        let factor = |count: usize| band_factor(&(0..count).map(fold).collect::<Vec<_>>(), None);
+        assert!((factor(1) - 2.0 * 2.0).abs() < 1e-9, "twice the largest ratio");
+        assert!((factor(5) - 1.2 * 1.92).abs() < 0.02 && (factor(50) - 1.02 * 1.9).abs() < 0.02);
+        let mut folds: Vec<FoldScore> = (0..3).map(fold).collect();
+        folds[1].ratios.iter_mut().for_each(|ratio| *ratio *= 10.0);
+        assert!(band_factor(&folds, Some(1)) <= 3.0 && band_factor(&folds, None) > 15.0);
+        assert!(band_factor(&[], None) > 0.0);
+    }
 }
