@@ -48,11 +48,26 @@ impl<S: Scalar> Point<S> {
     }
 }
 
-/// Newton steps taken, and where they end.
+/// Newton steps taken, what each of them costs, and where they end.
 #[derive(Debug)]
 pub(super) struct Steps {
     pub(super) taken: u32,
     pub(super) limit: u32,
+    /// Multiplications in a step, and those allowed.
+    pub(super) operations: u64,
+    pub(super) budget: u64,
+}
+
+impl Steps {
+    /// Multiplications of all steps so far.
+    pub(super) fn spent(&self) -> u64 {
+        u64::from(self.taken) * self.operations
+    }
+
+    /// Whether there may be another.
+    pub(super) fn remain(&self) -> bool {
+        self.taken < self.limit && self.spent() + self.operations <= self.budget
+    }
 }
 
 /// State of the ascent.
@@ -135,8 +150,8 @@ impl<S: Scalar> Ascent<S> {
     ) -> bool {
         let n = block.joints();
         self.set_floor(block);
-        let none_yet = n > 0 && steps.taken < steps.limit;
-        if proximal.is_none() && none_yet && lambda.iter().all(|lambda| lambda.rounded() == 0.0) {
+        let possible = proximal.is_none() && n > 0 && steps.remain();
+        if possible && lambda.iter().all(|lambda| lambda.rounded() == 0.0) {
             self.start(block, lambda);
             steps.taken += 1;
         }
@@ -145,7 +160,7 @@ impl<S: Scalar> Ascent<S> {
         let tolerance = proximal.map_or(self.tolerances.residual, |proximal| proximal.tolerance);
         // As a rule, each step settles at least one muscle.
         for _ in 0..20 + 2 * (block.muscles() + n) {
-            if steps.taken >= steps.limit {
+            if !steps.remain() {
                 break;
             }
             self.set_gradient(n, lambda, proximal);

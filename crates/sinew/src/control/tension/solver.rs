@@ -51,14 +51,12 @@ impl Solver {
     ) -> (Status, u32) {
         let fast = block.with(rows, block.torque);
         let Settings { max_iterations, max_operations, .. } = self.settings;
-        let afforded = max_operations / operations.max(1);
-        let limit = |steps: u64| max_iterations.min(u32::try_from(steps).unwrap_or(u32::MAX));
-        let steps = &mut Steps { taken: 0, limit: limit(afforded) };
+        let steps = &mut Steps { taken: 0, limit: max_iterations, operations, budget: max_operations };
         let mut status = self.solve_double(&fast, start, steps);
         if status == Status::NotConverged {
-            steps.limit = limit(u64::from(steps.taken) + afforded / 100);
+            steps.budget = steps.spent() + max_operations / 100;
         }
-        if status == Status::NotConverged && steps.taken < steps.limit {
+        if status == Status::NotConverged && steps.remain() {
             status = self.solve_wide(block, start.lambda, steps);
         }
         if status == Status::NotConverged && !start.lambda.iter().all(|lambda| lambda.is_finite()) {
