@@ -476,6 +476,23 @@ fn a_search_that_ends_at_its_step_limit_proves_nothing_and_says_so() {
 }
 
 #[test]
+fn a_problem_that_needs_more_multiplications_than_allowed_is_refused() {
+    let mut random = Random::new(29);
+    let owned = draw(&mut random, Kind::Plain, (100, 30));
+    let solve = |max_operations: u64| {
+        let settings = Settings { max_operations, ..Settings::default() };
+        let mut distribution = Distribution::with_settings(100, 30, &settings);
+        let solution = distribution.solve(&owned.problem()).unwrap();
+        (solution.status, solution.iterations)
+    };
+    let (status, steps) = solve(Settings::default().max_operations);
+    assert!(status == Status::Optimal && steps >= 3, "{status:?} {steps}");
+    // A step takes 100 x 30^2 / 2 for the matrix, 30^3 / 6 for its factors, 100^2 for the line search.
+    assert_eq!(solve(59_000), (Status::NotConverged, 0));
+    assert_eq!(solve(2 * 60_000), (Status::NotConverged, 2));
+}
+
+#[test]
 fn sizes_without_muscles_or_joints_have_answers() {
     let none = Problem {
         moment_arms: &[],

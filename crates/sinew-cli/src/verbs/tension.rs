@@ -98,5 +98,10 @@ fn summary(answers: &[Answer]) -> String {
         "steps",
         "us",
     ];
-    table(&head, &rows, 2)
+    let unsolved = answers.iter().enumerate().filter(|(_, answer)| answer.status == "not_converged");
+    let unsolved = unsolved.map(|(k, answer)| {
+        let (muscles, joints) = (answer.tension_n.len(), answer.residual_nm.len());
+        format!("problem {k}, {muscles} muscles x {joints} joints, is not solved: too large or too ill-conditioned\n")
+    });
+    table(&head, &rows, 2) + &unsolved.collect::<String>()
 }

@@ -5,7 +5,7 @@ use super::line_search::{Line, Ray, Segment, room, search};
 use super::problem::Limit;
 use super::rows::{Block, Rows, dot, relative_residual};
 use super::scalar::Scalar;
-use super::settings::Settings;
+use super::settings::{Settings, Tolerances};
 use alloc::vec::Vec;
 
 /// Tensions and residual for some multipliers.
@@ -48,10 +48,33 @@ impl<S: Scalar> Point<S> {
     }
 }
 
+/// Newton steps taken, what each of them costs, and where they end.
+#[derive(Debug)]
+pub(super) struct Steps {
+    pub(super) taken: u32,
+    pub(super) limit: u32,
+    /// Multiplications in a step, and those allowed.
+    pub(super) operations: u64,
+    pub(super) budget: u64,
+}
+
+impl Steps {
+    /// Multiplications of all steps so far.
+    pub(super) fn spent(&self) -> u64 {
+        u64::from(self.taken) * self.operations
+    }
+
+    /// Whether there may be another.
+    pub(super) fn remain(&self) -> bool {
+        self.taken < self.limit && self.spent() + self.operations <= self.budget
+    }
+}
+
 /// State of the ascent.
 #[derive(Debug, Clone)]
 pub(super) struct Ascent<S> {
     settings: Settings,
+    tolerances: Tolerances,
     /// At the multipliers, and after a full step.
     pub(super) here: Point<S>,
     ahead: Point<S>,
@@ -74,12 +97,15 @@ pub(super) struct Ascent<S> {
 pub(super) struct Proximal<'a, S> {
     pub(super) regularization: f64,
     pub(super) center: &'a [S],
+    /// The ascent stops at gradients below this part of `|tau_j| + sum_i |R_ij F_i|`.
+    pub(super) tolerance: f64,
 }
 
 impl<S: Scalar> Ascent<S> {
-    pub(super) fn new(muscles: usize, joints: usize, settings: &Settings) -> Self {
+    pub(super) fn new(muscles: usize, joints: usize, settings: &Settings, tolerances: Tolerances) -> Self {
         Self {
             settings: *settings,
+            tolerances,
             here: Point::new(muscles, joints),
             ahead: Point::new(muscles, joints),
             limit: alloc::vec![Limit::Free; muscles],
@@ -94,9 +120,8 @@ impl<S: Scalar> Ascent<S> {
     }
 
     /// Maximises the dual, regularized or not, from `lambda` on; from multipliers of zero, it starts where
-    /// muscles without limits would have it. Takes no more than `limit` steps and adds their number to
-    /// `steps`. False where the dual is unbounded (no tensions within the limits give the torque), or where
-    /// rounding or the limit of steps ended the search.
+    /// muscles without limits would have it. False where the dual is unbounded (no tensions within the limits
+    /// give the torque), or where rounding or the limit of steps ended the search.
     ///
     /// ```text
     /// D(lambda) = min_{F_min <= F <= F_max} 1/2 (F - F_ref)^T W (F - F_ref) + lambda^T (tau - R^T F)
@@ -121,22 +146,23 @@ impl<S: Scalar> Ascent<S> {
         block: &Block<R, S>,
         proximal: Option<Proximal<S>>,
         lambda: &mut [S],
-        limit: u32,
-        steps: &mut u32,
+        steps: &mut Steps,
     ) -> bool {
         let n = block.joints();
         self.set_floor(block);
-        if proximal.is_none() && n > 0 && lambda.iter().all(|lambda| lambda.rounded() == 0.0) {
+        let possible = proximal.is_none() && n > 0 && steps.remain();
+        if possible && lambda.iter().all(|lambda| lambda.rounded() == 0.0) {
             self.start(block, lambda);
-            *steps += 1;
+            steps.taken += 1;
         }
         self.evaluate(block, lambda);
         let (mut active_set_unchanged, mut last) = (false, f64::INFINITY);
-        let tolerance = match proximal {
-            Some(_) => S::tolerances(&self.settings).gradient,
-            None => self.settings.residual,
-        };
-        for _ in 0..limit {
+        let tolerance = proximal.map_or(self.tolerances.residual, |proximal| proximal.tolerance);
+        // As a rule, each step settles at least one muscle.
+        for _ in 0..20 + 2 * (block.muscles() + n) {
+            if !steps.remain() {
+                break;
+            }
             self.set_gradient(n, lambda, proximal);
             let error = relative_residual(&self.step[..n], &self.here.scale[..n]);
             if error <= tolerance {
@@ -150,12 +176,12 @@ impl<S: Scalar> Ascent<S> {
                 self.factor(block, proximal);
             }
             solve(&self.factors[..n * n], &mut self.step[..n]);
-            *steps += 1;
+            steps.taken += 1;
             active_set_unchanged = self.try_full_step(block);
             let length =
                 if active_set_unchanged { S::from(1.0) } else { self.line_search(block, lambda, proximal) };
             // Along a null space, a residual of rounding leads far away.
-            if proximal.is_none() && length.rounded() > 2.0 && error <= self.settings.stagnation {
+            if proximal.is_none() && length.rounded() > 2.0 && error <= 50.0 * self.tolerances.residual {
                 return true;
             }
             if length.rounded() == f64::INFINITY {
@@ -176,12 +202,7 @@ impl<S: Scalar> Ascent<S> {
             }
         }
         // Tensions of this form cost least for the torque that they give, which may be the desired one.
-        proximal.is_none() && self.here.error(n) <= self.settings.stagnation
-    }
-
-    /// Largest diagonal entry of the Newton matrix with every muscle free.
-    pub(super) fn largest_diagonal(&self, joints: usize) -> f64 {
-        self.diagonal[..joints].iter().copied().fold(0.0, f64::max)
+        proximal.is_none() && self.here.error(n) <= 50.0 * self.tolerances.residual
     }
 
     /// Whether multipliers are small enough for the tensions that are sums of their terms: where joints are
@@ -191,7 +212,7 @@ impl<S: Scalar> Ascent<S> {
     /// H_jj sum_k H_kk lambda_k^2 <= c^2 (|tau_j| + sum_i |R_ij F_i|)^2,     H = R^T W^-1 R
     /// ```
     pub(super) fn is_accurate(&self, lambda: &[S]) -> bool {
-        let bound = S::tolerances(&self.settings).cancellation;
+        let bound = self.settings.cancellation / self.tolerances.rounding;
         let terms =
             self.diagonal.iter().zip(lambda).map(|(h, lambda)| h * lambda.rounded() * lambda.rounded());
         let energy: f64 = terms.sum();
@@ -199,10 +220,11 @@ impl<S: Scalar> Ascent<S> {
         joints.all(|(h, scale)| *scale == 0.0 || h * energy <= bound * bound * scale * scale)
     }
 
-    /// Diagonal of the Newton matrix with every muscle free, and the smallest pivots.
-    pub(super) fn set_floor<R: Rows>(&mut self, block: &Block<R, S>) {
+    /// Sets the diagonal of the Newton matrix with every muscle free, and the smallest pivots; the largest entry,
+    /// or 1 where there is none.
+    pub(super) fn set_floor<R: Rows, T>(&mut self, block: &Block<R, T>) -> f64 {
         let n = block.joints();
-        let pivot = S::tolerances(&self.settings).pivot;
+        let pivot = 10.0 * self.tolerances.rounding;
         self.diagonal[..n].fill(0.0);
         for (muscle, compliance) in block.compliance.iter().enumerate() {
             for (joint, arm) in block.rows.row(muscle) {
@@ -213,6 +235,8 @@ impl<S: Scalar> Ascent<S> {
             // No muscle crosses the joint, or its arms vanish in this pose.
             *floor = if *diagonal > 0.0 { pivot * diagonal } else { 1.0 };
         }
+        let most = self.diagonal[..n].iter().copied().fold(0.0, f64::max);
+        if most > 0.0 { most } else { 1.0 }
     }
 
     /// The multipliers that muscles without limits would have.
@@ -237,7 +261,7 @@ impl<S: Scalar> Ascent<S> {
         let (limit, lower, upper) = (&mut self.limit[..m], &block.lower[..m], &block.upper[..m]);
         let (reference, compliance) = (&block.reference[..m], &block.compliance[..m]);
         for i in 0..m {
-            unclipped[i] = S::from(reference[i]) + block.rows.dot(i, lambda) * compliance[i];
+            unclipped[i] = S::from(reference[i]) + block.rows.dot(i, lambda) * S::from(compliance[i]);
             limit[i] = Limit::of(unclipped[i], lower[i], upper[i]);
             tension[i] = clip(unclipped[i], lower[i], upper[i]);
         }
@@ -263,9 +287,9 @@ impl<S: Scalar> Ascent<S> {
     fn set_gradient(&mut self, joints: usize, lambda: &[S], proximal: Option<Proximal<S>>) {
         let gradient = &mut self.step[..joints];
         gradient.copy_from_slice(&self.here.residual[..joints]);
-        if let Some(Proximal { regularization, center }) = proximal {
+        if let Some(Proximal { regularization, center, .. }) = proximal {
             for ((gradient, lambda), center) in gradient.iter_mut().zip(lambda).zip(center) {
-                *gradient -= (*lambda - *center) * regularization;
+                *gradient -= (*lambda - *center) * S::from(regularization);
             }
         }
     }
@@ -282,7 +306,7 @@ impl<S: Scalar> Ascent<S> {
         let mut unchanged = true;
         for i in 0..m {
             pull[i] = block.rows.dot(i, &self.step);
-            rate[i] = pull[i] * compliance[i];
+            rate[i] = pull[i] * S::from(compliance[i]);
             unclipped[i] = here[i] + rate[i];
             tension[i] = clip(unclipped[i], lower[i], upper[i]);
             unchanged &= Limit::of(unclipped[i], lower[i], upper[i]) == limit[i];
@@ -308,10 +332,10 @@ impl<S: Scalar> Ascent<S> {
             torque: dot(step, &block.torque[..n]).rounded().abs(),
             regularization: S::ZERO,
         };
-        if let Some(Proximal { regularization, center }) = proximal {
+        if let Some(Proximal { regularization, center, .. }) = proximal {
             for ((step, lambda), center) in step.iter().zip(lambda).zip(center) {
-                line.slope -= *step * (*lambda - *center) * regularization;
-                line.regularization += *step * *step * regularization;
+                line.slope -= *step * (*lambda - *center) * S::from(regularization);
+                line.regularization += *step * *step * S::from(regularization);
             }
         }
         let (unclipped, pull, rate) = (&self.here.unclipped[..m], &self.pull[..m], &self.rate[..m]);
@@ -323,7 +347,7 @@ impl<S: Scalar> Ascent<S> {
             pull: pull[i],
             rate: rate[i],
         });
-        search(rays, &line, &self.settings, &mut self.segments)
+        search(rays, &line, self.tolerances.rounding, &mut self.segments)
     }
 }
 

@@ -1,7 +1,6 @@
 //! The exact maximum of the dual along a direction.
 
 use super::scalar::Scalar;
-use super::settings::Settings;
 
 /// One muscle along a direction.
 #[derive(Debug, Clone, Copy)]
@@ -48,7 +47,7 @@ pub(super) struct Line<S> {
 pub(super) fn search<S: Scalar>(
     rays: impl Iterator<Item = Ray<S>>,
     line: &Line<S>,
-    settings: &Settings,
+    rounding: f64,
     segments: &mut [Segment<S>],
 ) -> S {
     let (mut count, mut scale) = (0, line.torque);
@@ -75,7 +74,7 @@ pub(super) fn search<S: Scalar>(
         if next.rounded() == f64::INFINITY {
             return match curvature > S::ZERO {
                 true => at + slope / curvature,
-                false if at > S::ZERO && slope.rounded() <= settings.positive_slope * scale => at,
+                false if at > S::ZERO && slope.rounded() <= 1e3 * rounding * scale => at,
                 false => infinite,
             };
         }
@@ -85,7 +84,7 @@ pub(super) fn search<S: Scalar>(
         }
         slope -= fall;
         at = next;
-        if slope.rounded() <= settings.zero_slope * scale {
+        if slope.rounded() <= 10.0 * rounding * scale {
             return at;
         }
     }
@@ -98,17 +97,12 @@ pub(super) fn room<S: Scalar>(muscles: usize) -> alloc::vec::Vec<Segment<S>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Line, Ray, Settings, room, search};
+    use super::{Line, Ray, room, search};
 
     const MUSCLE: Ray<f64> = Ray { from: -1.0, lower: 0.0, upper: 2.0, rate: 1.0, pull: 1.0 };
 
     fn best(torque: f64, regularization: f64) -> f64 {
-        search(
-            [MUSCLE].into_iter(),
-            &Line { slope: torque, torque, regularization },
-            &Settings::default(),
-            &mut room(1),
-        )
+        search([MUSCLE].into_iter(), &Line { slope: torque, torque, regularization }, 1e-14, &mut room(1))
     }
 
     #[test]

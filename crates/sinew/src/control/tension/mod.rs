@@ -14,16 +14,12 @@
 //! | `problem`, `settings`, `solution` | problem, checks, tolerances, solution, status |
 //! | `distribution` | the public solver: groups of joints, warm starts |
 //! | `pattern` | joints that share no muscle are separate problems |
-//! | `solver` | the method: ascent, then closest torque, in `f64`, then in `scalar::DoubleDouble` |
+//! | `solver` | the method: ascent, closest torque, proof, in `f64`, then in `scalar::Wide` |
 //! | `ascent`, `line_search`, `factor` | the dual ascent, regularized or not |
-//! | `closest` | the closest torque from an active set, and the reduced problem that remains |
-//! | `certificate` | proofs of optimality and infeasibility |
 //! | `rows` | dense and sparse moment arms |
 //! | `cocontraction` | reference tensions for a level of co-contraction |
 
 mod ascent;
-mod certificate;
-mod closest;
 mod cocontraction;
 mod distribution;
 mod factor;

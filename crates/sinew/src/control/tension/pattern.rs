@@ -11,6 +11,8 @@ pub(super) struct Group {
     pub(super) joints: Range<usize>,
     /// Whether every arm is stored, zero or not.
     pub(super) dense: bool,
+    /// Multiplications in a Newton step, about: Newton matrix, its factors, line search.
+    pub(super) operations: u64,
 }
 
 /// A group of at most so many joints, or with at least so large a share of arms that are not zero, stores
@@ -110,7 +112,10 @@ impl Pattern {
         let count = self.muscles[from_muscle..].iter().map(arms).sum::<usize>();
         let all = (self.muscles.len() - from_muscle) * joints.len();
         let dense = joints.len() <= SMALL || count as f64 >= DENSE * all as f64;
+        let squares = |count: usize| (count * count) as u64;
+        let mut operations = squares(all / joints.len()) + squares(joints.len()) * joints.len() as u64 / 6;
         for &muscle in &self.muscles[from_muscle..] {
+            let before = self.column.len();
             for (column, &joint) in self.joints[from_joint..].iter().enumerate() {
                 if dense || crosses(muscle, joint) {
                     self.column.push(column);
@@ -118,9 +123,10 @@ impl Pattern {
                 }
             }
             self.start.push(self.column.len());
+            operations += squares(self.column.len() - before) / 2;
         }
         let (muscles, joints) = (from_muscle..self.muscles.len(), from_joint..self.joints.len());
-        self.groups.push(Group { muscles, joints, dense });
+        self.groups.push(Group { muscles, joints, dense, operations });
     }
 
     /// Muscles that cross no joint are a group without joints.
@@ -134,7 +140,12 @@ impl Pattern {
         }
         if self.muscles.len() > from {
             let end = self.joints.len();
-            self.groups.push(Group { muscles: from..self.muscles.len(), joints: end..end, dense: false });
+            self.groups.push(Group {
+                muscles: from..self.muscles.len(),
+                joints: end..end,
+                dense: false,
+                operations: 0,
+            });
         }
     }
 }

@@ -13,7 +13,7 @@ pub(super) trait Rows: Copy {
     /// `R_i x`.
     #[inline(always)]
     fn dot<S: Scalar>(self, muscle: usize, x: &[S]) -> S {
-        self.row(muscle).fold(S::ZERO, |sum, (joint, arm)| sum + x[joint] * arm)
+        self.row(muscle).fold(S::ZERO, |sum, (joint, arm)| sum + x[joint] * S::from(arm))
     }
 
     /// `residual -= R^T F`, and the magnitudes of the terms added to `scale`.
@@ -21,7 +21,7 @@ pub(super) trait Rows: Copy {
     fn subtract_torque<S: Scalar>(self, tension: &[S], residual: &mut [S], scale: &mut [f64]) {
         for (muscle, tension) in tension.iter().enumerate() {
             for (joint, arm) in self.row(muscle) {
-                let torque = *tension * arm;
+                let torque = *tension * S::from(arm);
                 residual[joint] -= torque;
                 scale[joint] += torque.rounded().abs();
             }
@@ -36,9 +36,9 @@ pub(super) trait Rows: Copy {
         for (muscle, f) in f.enumerate().filter(|(_, f)| *f != 0.0) {
             let mut rest = self.row(muscle);
             while let Some((joint, arm)) = rest.clone().next() {
-                let f = S::from(f) * arm;
+                let f = S::from(f) * S::from(arm);
                 for (other, second) in rest.clone() {
-                    h[joint * n + other] += f * second;
+                    h[joint * n + other] += f * S::from(second);
                 }
                 rest.next();
             }
@@ -110,7 +110,7 @@ fn subtract<S: Scalar>(arms: &[f64], tension: &[S], residual: &mut [S], scale: &
     let n = residual.len();
     for (row, tension) in arms.chunks_exact(n).zip(tension) {
         for j in 0..n {
-            let torque = *tension * row[j];
+            let torque = *tension * S::from(row[j]);
             residual[j] -= torque;
             scale[j] += torque.rounded().abs();
         }
@@ -123,9 +123,9 @@ fn add_outer_products<S: Scalar>(arms: &[f64], n: usize, f: impl Iterator<Item =
     for (row, f) in arms.chunks_exact(n).zip(f) {
         let Some(f) = f else { continue };
         for i in 0..n {
-            let f = S::from(f) * row[i];
+            let f = S::from(f) * S::from(row[i]);
             for j in i..n {
-                h[i * n + j] += f * row[j];
+                h[i * n + j] += f * S::from(row[j]);
             }
         }
     }
@@ -133,19 +133,16 @@ fn add_outer_products<S: Scalar>(arms: &[f64], n: usize, f: impl Iterator<Item =
 
 /// Sum of products, several at a time.
 #[inline(always)]
-pub(super) fn dot<S, T: Copy>(a: &[S], b: &[T]) -> S
-where
-    S: Scalar + core::ops::Mul<T, Output = S>,
-{
+pub(super) fn dot<S: Scalar, T: Copy + Into<S>>(a: &[S], b: &[T]) -> S {
     const LANES: usize = 4;
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     let mut sum = [S::ZERO; LANES];
     for (a, b) in a.iter().zip(b) {
         for k in 0..LANES {
-            sum[k] += a[k] * b[k];
+            sum[k] += a[k] * b[k].into();
         }
     }
-    let rest = a_rest.iter().zip(b_rest).map(|(a, b)| *a * *b).reduce(|sum, term| sum + term);
+    let rest = a_rest.iter().zip(b_rest).map(|(a, b)| *a * (*b).into()).reduce(|sum, term| sum + term);
     let rest = rest.unwrap_or(S::ZERO);
     if a.is_empty() {
         return rest;
@@ -190,7 +187,7 @@ pub(super) struct Block<'a, R, S> {
     pub(super) torque: &'a [S],
 }
 
-impl<'a, R: Rows, S: Scalar> Block<'a, R, S> {
+impl<'a, R: Rows, S> Block<'a, R, S> {
     /// The same problem with its arms in another layout and its torque in another precision.
     pub(super) fn with<Q, T>(&self, rows: Q, torque: &'a [T]) -> Block<'a, Q, T> {
         let Self { lower, upper, reference, compliance, .. } = *self;

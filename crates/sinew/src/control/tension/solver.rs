@@ -1,12 +1,11 @@
-//! The method: ascent of the dual, the closest torque where that is unbounded, and both again in twice the
-//! digits.
+//! The method: ascent of the dual, the closest torque where that is unbounded, and the latter again in numbers
+//! with more digits where rounding prevents a proof.
 
-use super::ascent::{Ascent, Point, Proximal};
-use super::certificate::certify;
-use super::closest::Closest;
-use super::rows::{Block, Rows, Sparse};
-use super::scalar::{DoubleDouble, Scalar};
-use super::settings::Settings;
+use super::ascent::{Ascent, Point, Proximal, Steps};
+use super::problem::Limit;
+use super::rows::{Block, Rows, Sparse, dot, relative_residual};
+use super::scalar::{Scalar, Wide};
+use super::settings::{Settings, Tolerances};
 use super::solution::Status;
 use alloc::vec::Vec;
 
@@ -15,10 +14,7 @@ use alloc::vec::Vec;
 pub(super) struct Solver {
     settings: Settings,
     double: Search<f64>,
-    double_double: Search<DoubleDouble>,
-    torque: Vec<DoubleDouble>,
-    lambda: Vec<DoubleDouble>,
-    regularized: Vec<DoubleDouble>,
+    wide: Search<Wide>,
 }
 
 /// Multipliers of a group's last solution, where the next search starts; those of the new one.
@@ -34,11 +30,8 @@ impl Solver {
     pub(super) fn new(muscles: usize, joints: usize, settings: &Settings) -> Self {
         Self {
             settings: *settings,
-            double: Search::new(muscles, joints, settings),
-            double_double: Search::new(muscles, joints, settings),
-            torque: alloc::vec![DoubleDouble::ZERO; joints],
-            lambda: alloc::vec![DoubleDouble::ZERO; joints],
-            regularized: alloc::vec![DoubleDouble::ZERO; joints],
+            double: Search::new(muscles, joints, settings, settings.double),
+            wide: Search::new(muscles, joints, settings, settings.wide),
         }
     }
 
@@ -47,25 +40,29 @@ impl Solver {
         (&self.double.ascent.here.tension, &self.double.ascent.here.residual)
     }
 
-    /// Tensions, multipliers and status of a group whose arms are also given as `rows` of another layout.
+    /// Status and Newton steps of a group whose arms are also given as `rows` of another layout, and one of
+    /// whose steps takes so many `operations`.
     pub(super) fn solve<R: Rows>(
         &mut self,
         block: &Block<Sparse, f64>,
         rows: R,
         start: &mut GroupStart,
-        steps: &mut u32,
-    ) -> Status {
+        operations: u64,
+    ) -> (Status, u32) {
         let fast = block.with(rows, block.torque);
-        let converged =
-            self.solve_double(&fast, start, steps) || self.solve_double_double(block, start.lambda, steps);
-        let Point { residual, scale, .. } = &self.double.ascent.here;
-        if converged {
-            return certify(&fast, residual, scale, &self.settings);
+        let Settings { max_iterations, max_operations, .. } = self.settings;
+        let steps = &mut Steps { taken: 0, limit: max_iterations, operations, budget: max_operations };
+        let mut status = self.solve_double(&fast, start, steps);
+        if status == Status::NotConverged {
+            steps.budget = steps.spent() + max_operations / 100;
         }
-        if !start.lambda.iter().all(|lambda| lambda.is_finite()) {
+        if status == Status::NotConverged && steps.remain() {
+            status = self.solve_wide(block, start.lambda, steps);
+        }
+        if status == Status::NotConverged && !start.lambda.iter().all(|lambda| lambda.is_finite()) {
             start.lambda.fill(0.0);
         }
-        Status::NotConverged
+        (status, steps.taken)
     }
 
     /// The search in `f64`. Where the last torque was out of reach, the next one likely is.
@@ -73,48 +70,41 @@ impl Solver {
         &mut self,
         block: &Block<R, f64>,
         start: &mut GroupStart,
-        steps: &mut u32,
-    ) -> bool {
-        let GroupStart { lambda, regularized, infeasible } = start;
-        if **infeasible && self.double.approach(block, lambda, regularized, steps) {
-            return true;
+        steps: &mut Steps,
+    ) -> Status {
+        let search = &mut self.double;
+        let n = block.joints();
+        if *start.infeasible {
+            search.start[..n].copy_from_slice(start.regularized);
+        } else if search.reach(block, start.lambda, steps) {
+            return search.certify(block, &search.ascent.here);
+        } else {
+            search.start[..n].copy_from_slice(start.lambda);
         }
-        **infeasible = false;
-        if self.double.reach(block, lambda, steps) {
-            return true;
+        if search.approach(block, steps) {
+            start.lambda.copy_from_slice(&search.lambda[..n]);
+            start.regularized.copy_from_slice(&search.start[..n]);
+            let status = search.certify(block, &search.ascent.here);
+            *start.infeasible = status == Status::Infeasible;
+            return status;
         }
-        regularized.copy_from_slice(lambda);
-        **infeasible = self.double.approach(block, lambda, regularized, steps);
-        **infeasible
+        let reached = *start.infeasible && search.reach(block, start.lambda, steps);
+        *start.infeasible = false;
+        if reached { search.certify(block, &search.ascent.here) } else { Status::NotConverged }
     }
 
-    /// The search in twice the digits, from nothing.
+    /// The search in numbers with more digits, from nothing.
     #[cold]
-    fn solve_double_double(
-        &mut self,
-        block: &Block<Sparse, f64>,
-        lambda: &mut [f64],
-        steps: &mut u32,
-    ) -> bool {
-        let (m, n) = (block.muscles(), block.joints());
-        for (torque, desired) in self.torque.iter_mut().zip(block.torque) {
-            *torque = DoubleDouble::from(*desired);
-        }
-        let extended_block = block.with(block.rows, &self.torque[..n]);
-        let (extended, regularized) = (&mut self.lambda[..n], &mut self.regularized[..n]);
-        extended.fill(DoubleDouble::ZERO);
-        regularized.fill(DoubleDouble::ZERO);
-        let search = &mut self.double_double;
-        let converged = search.approach(&extended_block, extended, regularized, steps);
-        let tension = self.double.ascent.here.tension[..m].iter_mut();
-        tension
-            .zip(&search.ascent.here.tension)
-            .for_each(|(tension, extended)| *tension = extended.rounded());
-        for (lambda, extended) in lambda.iter_mut().zip(extended) {
-            *lambda = extended.rounded();
-        }
-        self.double.ascent.here.measure(block);
-        converged
+    fn solve_wide(&mut self, block: &Block<Sparse, f64>, lambda: &mut [f64], steps: &mut Steps) -> Status {
+        let (search, answer) = (&mut self.wide, &mut self.double.ascent.here);
+        search.start.fill(Wide::ZERO);
+        let found = search.approach(block, steps);
+        search.hold_fixed_muscles(block);
+        let tensions = answer.tension.iter_mut().zip(&search.ascent.here.tension);
+        tensions.for_each(|(to, from)| *to = from.rounded());
+        lambda.iter_mut().zip(&search.lambda).for_each(|(to, from)| *to = from.rounded());
+        answer.measure(block);
+        if found { search.certify(block, answer) } else { Status::NotConverged }
     }
 }
 
@@ -122,94 +112,209 @@ impl Solver {
 #[derive(Debug, Clone)]
 struct Search<S> {
     settings: Settings,
+    tolerances: Tolerances,
     ascent: Ascent<S>,
-    closest: Closest<S>,
+    /// Multipliers to start [`Search::approach`] from, then those after its first step; and those that it ends at.
+    start: Vec<S>,
+    lambda: Vec<S>,
     center: Vec<S>,
+    /// The problem to solve: the torque wanted, or the closest, and limits that leave no choice where that
+    /// determines the tension.
+    torque: Vec<S>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    /// `tau - R^T F` of the closest torque.
+    closest: Vec<S>,
 }
 
 impl<S: Scalar> Search<S> {
-    fn new(muscles: usize, joints: usize, settings: &Settings) -> Self {
+    fn new(muscles: usize, joints: usize, settings: &Settings, tolerances: Tolerances) -> Self {
+        let per_joint = || alloc::vec![S::ZERO; joints];
         Self {
             settings: *settings,
-            ascent: Ascent::new(muscles, joints, settings),
-            closest: Closest::new(muscles, joints, settings),
-            center: alloc::vec![S::ZERO; joints],
+            tolerances,
+            ascent: Ascent::new(muscles, joints, settings, tolerances),
+            start: per_joint(),
+            lambda: per_joint(),
+            center: per_joint(),
+            torque: per_joint(),
+            lower: alloc::vec![0.0; muscles],
+            upper: alloc::vec![0.0; muscles],
+            closest: per_joint(),
         }
     }
 
     /// Tensions that give the torque at least cost, from `lambda` on; false where there are none or rounding
     /// hides them.
-    fn reach<R: Rows>(&mut self, block: &Block<R, S>, lambda: &mut [S], steps: &mut u32) -> bool {
-        let limit = self.limit(block, *steps);
-        self.ascent.maximise(block, None, lambda, limit, steps) && self.ascent.is_accurate(lambda)
+    fn reach<R: Rows>(&mut self, block: &Block<R, S>, lambda: &mut [S], steps: &mut Steps) -> bool {
+        self.ascent.maximise(block, None, lambda, steps) && self.ascent.is_accurate(lambda)
     }
 
-    /// Tensions that give the closest torque, at least cost among those that do; false where rounding hides
-    /// them.
+    /// Tensions that give the torque or the closest one, at least cost among those that do; false where
+    /// rounding hides them.
     ///
     /// ```text
     /// max_lambda  D(lambda) - eps/2 |lambda - center|^2           center := lambda, and again
     /// ```
     ///
-    /// The proximal-point method on the dual, which is the augmented Lagrangian method on the problem: it
-    /// goes to the closest torque `tau - r`, and its multipliers grow by `r / eps` each time. As soon as its
-    /// active set proves to be that of the closest torque, what remains is a problem within reach.
-    /// `regularized` holds the multipliers to start from and receives the last, as a start for the next tick.
+    /// The proximal-point method on the dual, which is the augmented Lagrangian method on the problem: its
+    /// torque goes to the closest, `tau - r`, and its multipliers grow by `r / eps` each time. As soon as `r`
+    /// proves to be the least residual, the torque is replaced by the one found, which is within reach,
+    /// muscles that it leaves no choice are fixed, and the growth is taken off the multipliers.
     ///
     /// # Source
     /// `chiche2014` for augmented Lagrangians of infeasible problems.
-    fn approach<R: Rows>(
-        &mut self,
-        block: &Block<R, S>,
-        lambda: &mut [S],
-        regularized: &mut [S],
-        steps: &mut u32,
-    ) -> bool {
-        let (m, n) = (block.muscles(), block.joints());
-        let tolerances = *S::tolerances(&self.settings);
-        self.ascent.set_floor(block);
-        let diagonal = self.ascent.largest_diagonal(n);
-        let diagonal = if diagonal > 0.0 { diagonal } else { 1.0 };
-        let [first, least, ratio] = tolerances.regularization;
-        let (mut relative, mut growth) = (first, 0.0);
+    fn approach<R: Rows>(&mut self, wanted: &Block<R, f64>, steps: &mut Steps) -> bool {
+        let (m, n) = (wanted.muscles(), wanted.joints());
+        self.lower[..m].copy_from_slice(wanted.lower);
+        self.upper[..m].copy_from_slice(wanted.upper);
+        self.torque.iter_mut().zip(wanted.torque).for_each(|(to, from)| *to = S::from(*from));
+        self.lambda[..n].copy_from_slice(&self.start[..n]);
         self.center[..n].fill(S::ZERO);
-        for _ in 0..tolerances.proximal_steps {
-            let regularization = relative * diagonal;
-            relative = least.max(ratio * relative);
-            growth += 1.0 / regularization;
-            let limit = self.limit(block, *steps);
-            let proximal = Proximal { regularization, center: &self.center[..n] };
-            if !self.ascent.maximise(block, Some(proximal), regularized, limit, steps) {
+        let diagonal = self.ascent.set_floor(wanted);
+        let [first, later] = self.tolerances.regularization;
+        let (mut reduced, mut last) = (false, f64::INFINITY);
+        for step in 0..self.tolerances.proximal_steps {
+            let regularization = diagonal * if step == 0 || reduced { first } else { later };
+            let tolerance = if reduced { self.tolerances.residual } else { self.tolerances.gradient };
+            let proximal = Proximal { regularization, center: &self.center[..n], tolerance };
+            let (lower, upper, torque) = (&self.lower[..m], &self.upper[..m], &self.torque[..n]);
+            let block = Block { lower, upper, ..wanted.with(wanted.rows, torque) };
+            if !self.ascent.maximise(&block, Some(proximal), &mut self.lambda[..n], steps) {
                 return false;
             }
-            if self.ascent.here.error(n) <= self.settings.residual && self.ascent.is_accurate(regularized) {
-                lambda.copy_from_slice(regularized);
+            if step == 0 {
+                self.start[..n].copy_from_slice(&self.lambda[..n]);
+            }
+            let error = self.ascent.here.error(n);
+            let stagnates = error <= 50.0 * self.tolerances.residual && error > 0.5 * last;
+            last = error;
+            if (error <= self.tolerances.residual || stagnates) && self.ascent.is_accurate(&self.lambda[..n])
+            {
+                if reduced {
+                    self.torque.iter_mut().zip(wanted.torque).for_each(|(to, from)| *to = S::from(*from));
+                    self.ascent.here.measure(&wanted.with(wanted.rows, &self.torque[..n]));
+                }
                 return true;
             }
-            if self.closest.reduce(block, &self.ascent.limit[..m]) {
-                // Without the part that grows with every proximal step.
-                for ((lambda, regularized), left) in
-                    lambda.iter_mut().zip(&*regularized).zip(&self.closest.residual)
-                {
-                    *lambda = *regularized - *left * growth;
-                }
-                let reduced = self.closest.reduced(block);
-                let limit = self.limit(block, *steps);
-                if self.ascent.maximise(&reduced, None, lambda, limit, steps)
-                    && self.ascent.is_accurate(lambda)
-                {
-                    self.ascent.here.measure(block);
-                    return true;
-                }
+            if !reduced && self.is_closest(wanted) {
+                reduced = true;
+                self.reduce(wanted);
             }
-            self.center[..n].copy_from_slice(regularized);
+            self.center[..n].copy_from_slice(&self.lambda[..n]);
         }
         false
     }
 
-    /// Steps allowed in one ascent: as a rule, each settles at least one muscle.
-    fn limit<R: Rows>(&self, block: &Block<R, S>, taken: u32) -> u32 {
-        let usual = 20 + u32::try_from(2 * (block.muscles() + block.joints())).unwrap_or(u32::MAX / 2);
-        usual.min(self.settings.max_iterations.saturating_sub(taken))
+    /// What the residual says of a muscle: `None` where its tension leaves the residual's length as it is or
+    /// there is one only, the limit that it has to be at otherwise.
+    fn pulled_to<R: Rows>(&self, block: &Block<R, f64>, muscle: usize) -> Option<Limit> {
+        let Point { residual, scale, .. } = &self.ascent.here;
+        let n = block.joints();
+        let certain = self.tolerances.rounding * norm(scale[..n].iter().copied())
+            + self.tolerances.reduced_gradient * norm(residual[..n].iter().map(|r| r.rounded()));
+        let certain = certain * norm(block.rows.row(muscle).map(|(_, arm)| arm));
+        let reduced_gradient = block.rows.dot(muscle, &residual[..n]).rounded();
+        if reduced_gradient.abs() <= certain || block.lower[muscle] >= block.upper[muscle] {
+            return None;
+        }
+        Some(if reduced_gradient > 0.0 { Limit::Upper } else { Limit::Lower })
     }
+
+    /// `h(d) - d^T R^T F`: by how much other tensions within the limits give more torque along a direction.
+    fn gap<R: Rows>(&self, block: &Block<R, f64>, direction: &[S]) -> S {
+        let mut gap = S::ZERO;
+        for (i, tension) in self.ascent.here.tension[..block.muscles()].iter().enumerate() {
+            let pull = block.rows.dot(i, direction);
+            let best = if pull > S::ZERO { block.upper[i] } else { block.lower[i] };
+            gap += pull * (S::from(best) - *tension);
+        }
+        gap
+    }
+
+    /// Whether the residual is the least: the optimality conditions of `min |tau - R^T F|` within the limits.
+    ///
+    /// ```text
+    /// R_i r >= 0 where F_max holds, <= 0 where F_min holds, = 0 elsewhere
+    /// ```
+    fn is_closest<R: Rows>(&self, block: &Block<R, f64>) -> bool {
+        let n = block.joints();
+        let residual = &self.ascent.here.residual[..n];
+        let square = dot(residual, residual).rounded();
+        let least = self.tolerances.least_residual * norm(self.ascent.here.scale[..n].iter().copied());
+        square > least * least
+            && self.gap(block, residual).rounded() <= 0.1 * self.settings.gap * square
+            && (0..block.muscles())
+                .all(|i| self.pulled_to(block, i).is_none_or(|limit| limit == self.ascent.limit[i]))
+    }
+
+    /// Makes the problem that remains where the torque is the closest one.
+    fn reduce<R: Rows>(&mut self, block: &Block<R, f64>) {
+        for i in 0..block.muscles() {
+            match self.pulled_to(block, i) {
+                Some(Limit::Upper) => self.lower[i] = self.upper[i],
+                Some(_) => self.upper[i] = self.lower[i],
+                None => {}
+            }
+        }
+        let n = block.joints();
+        self.closest[..n].copy_from_slice(&self.ascent.here.residual[..n]);
+        let left = &self.closest[..n];
+        let growth = dot(left, &self.lambda[..n]) / dot(left, left);
+        for ((torque, lambda), left) in self.torque.iter_mut().zip(&mut self.lambda).zip(left) {
+            *torque -= *left;
+            *lambda -= *left * growth;
+        }
+    }
+
+    /// Adds to the multipliers what holds fixed muscles at their limits, the least multiple of the residual:
+    /// the other muscles do not feel it.
+    fn hold_fixed_muscles<R: Rows>(&mut self, block: &Block<R, f64>) {
+        let n = block.joints();
+        let mut most = S::ZERO;
+        for i in (0..block.muscles())
+            .filter(|i| self.lower[*i] >= self.upper[*i] && block.lower[*i] < block.upper[*i])
+        {
+            let missing = S::from(self.lower[i]) - S::from(block.reference[i]);
+            let missing = missing / S::from(block.compliance[i]) - block.rows.dot(i, &self.lambda[..n]);
+            let factor = missing / block.rows.dot(i, &self.closest[..n]);
+            most = if factor > most { factor } else { most };
+        }
+        for (lambda, left) in self.lambda[..n].iter_mut().zip(&self.closest) {
+            *lambda += *left * most;
+        }
+    }
+
+    /// The status of an answer: the search's result, rounded.
+    ///
+    /// ```text
+    /// reached:     |tau_j - R_j^T F| <= tol (|tau_j| + sum_i |R_ij F_i|)
+    /// infeasible:  tau^T d > h(d) = sum_i max(R_i d F_min,i, R_i d F_max,i)  for some direction d
+    /// closest:     every F within the limits leaves |tau - R^T F| >= (tau^T d - h(d)) / |d|
+    /// ```
+    ///
+    /// With the least residual as the direction `d`, the last bound equals its length. Tensions of the form
+    /// `clip(F_ref + W^-1 R lambda)` cost least for the torque that they give (weak duality).
+    ///
+    /// # Source
+    /// Farkas' lemma for bounded variables: `boyd2004`, section 5.8.
+    fn certify<R: Rows>(&self, block: &Block<R, f64>, answer: &Point<f64>) -> Status {
+        let n = block.joints();
+        let (residual, scale) = (&answer.residual[..n], &answer.scale[..n]);
+        if relative_residual(residual, scale) <= self.settings.feasibility {
+            return Status::Optimal;
+        }
+        let (direction, found) = (&self.closest[..n], &self.ascent.here);
+        let length = norm(direction.iter().map(|d| d.rounded()));
+        let bound = dot(direction, &found.residual[..n]) - self.gap(block, direction);
+        let size = norm(scale.iter().copied());
+        let least = bound.rounded() / length - self.tolerances.rounding * size;
+        let closest = norm(residual.iter().copied())
+            <= (1.0 + self.settings.gap) * least + self.settings.double.rounding * size;
+        if least > 0.0 && closest { Status::Infeasible } else { Status::NotConverged }
+    }
+}
+
+fn norm(x: impl Iterator<Item = f64>) -> f64 {
+    libm::sqrt(x.map(|x| x * x).sum())
 }
