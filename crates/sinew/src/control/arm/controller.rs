@@ -12,7 +12,7 @@ use super::signals::{
 use super::status::ArmStatus;
 use crate::Error;
 use crate::body::Robot;
-use crate::control::tension::{Distribution, Problem, Status};
+use crate::control::tension::{Distribution, Problem, Settings, Status};
 use crate::predictor::CableModel;
 use crate::trajectory::Reference;
 use crate::transmission::Perceptron;
@@ -74,6 +74,10 @@ pub struct ArmController {
     zeros: Vec<f64>,
 }
 
+/// Multiplications allowed to the tension distribution in one cycle, per group of joints: a fraction of a
+/// millisecond. Attainable torques of an arm need some thousands.
+const MAX_OPERATIONS: u64 = 1_000_000;
+
 /// Largest position error of an anchor at which an arm comes to rest, and up to which it is at rest, m.
 const REST_ERROR: [f64; 2] = [5e-4, 1e-3];
 
@@ -110,7 +114,11 @@ impl ArmController {
             joints: JointObserver::new(joints, &gains),
             law: AccelerationLaw::new(joints),
             anchors: AnchorMotion::new(muscles),
-            distribution: Distribution::new(muscles, joints),
+            distribution: Distribution::with_settings(
+                muscles,
+                joints,
+                &Settings { max_operations: MAX_OPERATIONS, ..Settings::default() },
+            ),
             actuation: Actuation::new(muscles, mode)?,
             started: false,
             disturbance_initialized: false,
