@@ -1,10 +1,10 @@
-//! Tables on the terminal.
+//! Tables and numbers as plain text for the terminal.
 
 use crate::output::bold;
 use comfy_table::{CellAlignment, Table, presets::NOTHING};
 
-/// Two blanks between columns, the first `left` of them aligned to the left, the others to the right; bold
-/// header.
+/// A table as text with a line per row: two blanks between columns, the first `left` columns aligned to the
+/// left, the others to the right; the header is bold on a terminal.
 pub(crate) fn table(header: &[&str], rows: &[Vec<String>], left: usize) -> String {
     let mut table = Table::new();
     table.load_style(NOTHING).set_header(header.iter().copied()).add_rows(rows);
@@ -16,7 +16,8 @@ pub(crate) fn table(header: &[&str], rows: &[Vec<String>], left: usize) -> Strin
     text.split_once('\n').map_or(text.clone(), |(header, rows)| bold(header) + "\n" + rows)
 }
 
-/// Four significant digits, or a dash for a missing or non-finite number.
+/// Four significant digits; all digits of the integer part below 1e6, scientific notation below 1e-4 and from
+/// 1e6 on, a dash for a missing or non-finite number.
 pub(crate) fn number(value: Option<f64>) -> String {
     let Some(value) = value.filter(|v| v.is_finite()) else { return "-".to_owned() };
     if value == 0.0 {
@@ -32,7 +33,7 @@ pub(crate) fn number(value: Option<f64>) -> String {
     }
 }
 
-/// A fraction as a percentage with one digit.
+/// A fraction as a percentage with one decimal, or a dash as in [`number`].
 pub(crate) fn percent(fraction: Option<f64>) -> String {
     fraction.filter(|v| v.is_finite()).map_or_else(|| "-".to_owned(), |v| format!("{:.1} %", 100.0 * v))
 }

@@ -1,5 +1,7 @@
-//! The command line: arguments as written are parsed into values within their domain, or refused with the
-//! valid ones.
+//! The command line: every argument is parsed into a value within its domain, or refused with a message that
+//! names the valid values.
+//!
+//! The documentation comments of the structures and their fields are the text that `--help` prints.
 
 mod design;
 mod fault;
@@ -27,6 +29,7 @@ pub(crate) use simulation::{
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 
+/// Last paragraph of `--help`. 1 and 2 come from `Error::exit_code`; 130 = 128 + SIGINT, as in shells.
 const EXIT_CODES: &str = "\
 Exit codes:
   0    success
@@ -48,6 +51,7 @@ pub(crate) struct Arguments {
     pub(crate) verb: Verb,
 }
 
+// The help of a subcommand is the documentation comment of its arguments.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
     Identify(IdentifyArguments),

@@ -1,5 +1,5 @@
-//! Errors of the selected model as functions of speed, tension and time since reversal, the arguments of
-//! friction laws.
+//! Out-of-fold errors of the selected model, predicted minus measured, against speed, tension and time since
+//! reversal, the arguments of friction laws: the errors of an ideal model depend on none of them.
 
 use super::format::{significant, with_unit};
 use super::plot::Plot;
@@ -15,28 +15,38 @@ pub(super) struct Residual {
     pub(super) remark: String,
 }
 
-/// Quantiles of the error over samples that share a value of something.
+/// Quantiles of the error, in the far side's unit, over samples with neighbouring values of the abscissa.
 #[derive(Debug, Clone, Copy)]
 struct Bin {
+    /// Median of the abscissa.
     x: f64,
+    /// 5 %.
     low: f64,
+    /// 25 %.
     quarter: f64,
+    /// 50 %.
     median: f64,
+    /// 75 %.
     three_quarters: f64,
+    /// 95 %.
     high: f64,
 }
 
-/// Minimum number of samples per bin, for meaningful quantiles.
+/// Minimum number of samples per bin: of 30, two lie below the 5 % quantile and two above the 95 % quantile.
 const PER_BIN: usize = 30;
-/// Maximum number of bins.
+/// Maximum number of bins, the points of a line.
 const BINS: usize = 32;
 
 /// Abscissa of a residual plot.
 #[derive(Debug, Clone, Copy)]
 enum Abscissa {
+    /// Rate of the near signal, its unit per s, causally smoothed; a speed where that signal is a position.
     Speed,
+    /// Near signal.
     Near,
+    /// Measured far signal.
     Far,
+    /// Time since the near signal last reversed, s.
     Reversal,
 }
 
@@ -80,6 +90,7 @@ impl Abscissa {
     }
 }
 
+/// Whether a unit is that of a force or a torque.
 fn is_load(unit: &str) -> bool {
     matches!(unit, "N" | "N·m" | "N·mm")
 }
@@ -103,13 +114,15 @@ pub(super) fn plots(records: &[Record], signals: &Signals) -> Vec<Residual> {
         .collect()
 }
 
+/// Abscissa and error of every scored sample.
 fn collect(records: &[Record], abscissa: Abscissa) -> Vec<(f64, f64)> {
     let row = |r: &Record, i| (abscissa.value(r, i), r.scored_error(i));
     let pairs = records.iter().flat_map(|r| (0..r.len()).map(move |i| row(r, i)));
     pairs.filter(|(x, e)| x.is_finite() && e.is_finite()).collect()
 }
 
-/// Bins with equally many samples, over the inner 99 % of x.
+/// Bins of `pairs`, abscissa and error, with about equally many samples over the inner 99 % of the abscissa.
+/// A bin of fewer than [`PER_BIN`] samples becomes part of the next one; at the end it is left out.
 fn bins(mut pairs: Vec<(f64, f64)>) -> Vec<Bin> {
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let cut = pairs.len() / 200;
@@ -168,7 +181,7 @@ fn draw(bins: &[Bin], y: &Axis, abscissa: Abscissa, signals: &Signals) -> Plot {
     plot
 }
 
-/// Largest bias and largest spread.
+/// Largest bias (median error) and largest spread (5 to 95 %), and where they are, in words.
 fn remark(bins: &[Bin], unit: &str, x_unit: &str) -> String {
     let error = |v: f64| with_unit(&significant(v, 2), unit);
     let place = |v: f64| with_unit(&significant(v, 2), x_unit);

@@ -1,4 +1,5 @@
-//! Traces over time: static plots, and packed samples for the interactive ones.
+//! Out-of-fold predictions over time beside the measured far side: a static plot and thumbnails as SVG, and
+//! packed samples for the interactive plot.
 
 use super::error::Error;
 use super::format::{percent, percent_of_range};
@@ -9,50 +10,66 @@ use super::scale::{Axis, padded, robust_range};
 use super::svg_path::{Pen, decimate, line, ribbon};
 use super::view::{error_view, far_view};
 
-/// Points of a static plot.
+/// Points of a static plot, about one per unit of its width.
 const STILL_POINTS: usize = 2200;
-/// Points of all thumbnails together.
+/// Points of all thumbnails together; bounds the size of the page.
 const THUMB_POINTS: usize = 9000;
 /// Maximum number of thumbnails; the selection lists every record.
 const THUMBS: usize = 60;
 
-/// The section on traces.
+/// The section on traces; records are referred to by their index in `records`.
 #[derive(Debug)]
 pub(super) struct Traces {
     pub(super) records: Vec<Entry>,
+    /// The record that is shown first, the one with the median error.
     pub(super) start: usize,
     pub(super) start_label: String,
+    /// Static plots of that record, for a page without its script: far side, error, near side.
     pub(super) still: Vec<Plot>,
+    /// Empty for a single record.
     pub(super) thumbs: Vec<Thumb>,
+    /// Whether the samples of the interactive plot are decimated.
     pub(super) thinned: bool,
     /// Whether any interval is not scored.
     pub(super) skipped: bool,
+    /// The record with the least RMSE; records without a scored sample have no place in this order.
     pub(super) best: usize,
+    /// The record with the median RMSE, the upper one of two.
     pub(super) typical: usize,
+    /// The record with the largest RMSE.
     pub(super) worst: usize,
-    /// JSON, safe within a script element.
+    /// Samples as JSON, safe within a script element.
     pub(super) data: String,
 }
 
 /// One choice of the selection.
 #[derive(Debug)]
 pub(super) struct Entry {
+    /// Log and trial.
     pub(super) label: String,
+    /// RMSE as % of the range of the far signal.
     pub(super) percent: String,
 }
 
 /// One small picture that selects its record.
 #[derive(Debug)]
 pub(super) struct Thumb {
+    /// The record.
     pub(super) index: usize,
+    /// As in [`Entry`].
     pub(super) label: String,
+    /// As in [`Entry`].
     pub(super) percent: String,
+    /// Share of the samples within the 95 % band, %.
     pub(super) coverage: String,
+    /// SVG path data.
     pub(super) measured: String,
+    /// SVG path data.
     pub(super) predicted: String,
 }
 
-/// The content of the section; `None` without a record of two samples.
+/// The content of the section; `None` without a record of two samples. `range` is that of the far signal over
+/// all logs, in its unit; errors are relative to it.
 pub(super) fn section(records: &[Record], signals: &Signals, range: f64) -> Result<Option<Traces>, Error> {
     let records: Vec<&Record> = records.iter().filter(|r| r.len() > 1).collect();
     if records.is_empty() {
@@ -64,6 +81,7 @@ pub(super) fn section(records: &[Record], signals: &Signals, range: f64) -> Resu
     let pick = |place: usize| order.get(place).copied().unwrap_or(0);
     let (best, typical, worst) = (pick(0), pick(order.len() / 2), pick(order.len().saturating_sub(1)));
     let share = |i: usize| percent_of_range(100.0 * scores[i].rmse() / range);
+    // At most 260 points each: a thumbnail is about 170 px wide.
     let per_thumb = (THUMB_POINTS / records.len().min(THUMBS)).min(260);
     let thumbs = (0..records.len().min(THUMBS)).map(|i| {
         let (measured, predicted) = thumbnail(records[i], per_thumb);
@@ -87,18 +105,20 @@ pub(super) fn section(records: &[Record], signals: &Signals, range: f64) -> Resu
     }))
 }
 
-/// Axes over time for the far end of one record, with the band as far as the signal stays legible.
+/// Axes of one record: time, s, with about `ticks` ticks, and the far signal in its unit, widened by the band
+/// up to 30 % of the signal's range ([`far_view`]).
 pub(super) fn far_axes(record: &Record, ticks: usize) -> (Axis, Axis) {
     let time = Axis::new(robust_ends(&record.time_s), ticks);
     (time, Axis::new(far_view(record), 5))
 }
 
+/// Least and largest finite time, s; infinite without one, which [`Axis::new`] replaces.
 fn robust_ends(time_s: &[f64]) -> (f64, f64) {
     let finite = || time_s.iter().copied().filter(|t| t.is_finite());
     (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Measured, predicted and band of one record as path data.
+/// Measured, predicted and band (predicted ± half width) of the rows `kept` of one record, as SVG path data.
 pub(super) fn paths(record: &Record, kept: &[usize], x: &Axis, y: &Axis) -> [String; 3] {
     let t = |i: usize| record.time_s[i];
     let band = kept.iter().map(|&i| {
@@ -162,6 +182,7 @@ fn skipped(record: &Record) -> Vec<(f64, f64)> {
     stretches
 }
 
+/// Measured and predicted far signal as SVG path data, about `points` points each.
 fn thumbnail(record: &Record, points: usize) -> (String, String) {
     let kept = decimate(record, points);
     let x = Axis::new(robust_ends(&record.time_s), 2);

@@ -1,4 +1,8 @@
-//! Tables I to III, the elongation and other specimens.
+//! Tables of the page that compares the simulation with the paper `yuan2023`: its Tables I to III, the errors
+//! of the predicted elongation, and other specimens.
+//!
+//! Arrays are `[side][speed]`: first the active muscle, whose motor pulls the cable in, then the passive one,
+//! whose cable the load pulls out; at the cable speeds of [`SPEEDS`], m/s.
 
 use super::indices::{MUSCLES, largest, sides};
 use crate::report::format::{NONE, fixed};
@@ -7,36 +11,50 @@ use sinew_lab::CompensationVariant;
 use sinew_lab::paper::{self, SPEEDS};
 use sinew_lab::reproduce::{BenchPart, BenchResults, ByVariant, Indices, Sides};
 
+/// One table with a column per speed.
 #[derive(Default)]
 pub(super) struct Table {
     pub(super) heading: &'static str,
     pub(super) note: &'static str,
+    /// Whether it has a column of [`Row::pearson`].
     pub(super) pearson: bool,
+    /// Whether it has a column of [`Row::recovery`].
     pub(super) recovery: bool,
     pub(super) rows: Vec<Row>,
 }
 
+/// Results of a compensation, of the paper, of the simulation or of a specimen for one muscle.
 #[derive(Default)]
 pub(super) struct Row {
     pub(super) name: String,
+    /// Active or passive.
     pub(super) muscle: &'static str,
+    /// Whether it is this project's result, which the page emphasises.
     pub(super) ours: bool,
     /// Label on a narrow screen, and text.
     pub(super) cells: Vec<(String, String)>,
+    /// Least correlation over the speeds.
     pub(super) pearson: String,
+    /// Least and largest mean recovery time over the speeds, s.
     pub(super) recovery: String,
 }
 
+/// Errors of the elongation that methods predict from the same signals.
 pub(super) struct ElongationRow {
+    /// The signals.
     pub(super) known: &'static str,
+    /// mm rms: equation 10, the paper's network, this project's model.
     pub(super) cells: Vec<String>,
+    /// This project's model.
     pub(super) ours: &'static str,
 }
 
+/// A cell per speed.
 fn cells(row: &[f64; 6], decimals: usize) -> Vec<(String, String)> {
     SPEEDS.iter().zip(row).map(|(v, x)| (format!("{} m/s", fixed(*v, 2)), fixed(*x, decimals))).collect()
 }
 
+/// Errors of the far tension, N rms: (a) as in Table I, with the paper's numbers; (b) and (c) are added.
 pub(super) fn table1(results: &BenchResults) -> Vec<Table> {
     let rows = |table: &ByVariant| {
         let mut rows = Vec::new();
@@ -95,7 +113,10 @@ pub(super) fn table1(results: &BenchResults) -> Vec<Table> {
     ]
 }
 
+/// Tables II and III, mean ± standard deviation: the paper above the simulation. The efficiency is
+/// `T_out/T_in` for both sides, as in the paper: above 1 for the passive muscle.
 pub(super) fn tables23(part: &BenchPart) -> Vec<Table> {
+    // `ours` holds the pairs of mean and standard deviation.
     let table = |heading, ours: &[[[f64; 2]; 6]; 2], means: &[[f64; 6]; 2], spreads: &[[f64; 6]; 2]| {
         let mut rows = Vec::new();
         for (side, muscle) in MUSCLES.into_iter().enumerate() {
@@ -135,7 +156,8 @@ pub(super) fn tables23(part: &BenchPart) -> Vec<Table> {
     ]
 }
 
-/// Names the means that deviate by more than 16 %.
+/// Names the means of Tables II and III that deviate from the paper's by more than 16 %, this project's
+/// target for the largest deviation (`sinew-lab/tests/cable_tables.rs` tests it on the calibrated cable).
 pub(super) fn beyond(part: &BenchPart) -> String {
     let mut names = Vec::new();
     for (name, found, reported) in [
@@ -162,6 +184,7 @@ pub(super) fn beyond(part: &BenchPart) -> String {
     }
 }
 
+/// Errors of the predicted elongation over whole cycles, mm rms.
 pub(super) fn elongation(results: &BenchResults) -> Vec<ElongationRow> {
     let found = &results.elongation_mm;
     let cells = |table: &std::collections::BTreeMap<&str, f64>, ours: &str| {
@@ -183,6 +206,8 @@ pub(super) fn elongation(results: &BenchResults) -> Vec<ElongationRow> {
     ]
 }
 
+/// Specimens drawn at random, with the observer: largest error over the speeds, N rms. `max. ratio` is the
+/// largest ratio, over the speeds, of the errors (c) with the observer and with the true state of the cable.
 pub(super) fn others(results: &BenchResults) -> Vec<Row> {
     let mut rows = Vec::new();
     for specimen in &results.other_specimens {

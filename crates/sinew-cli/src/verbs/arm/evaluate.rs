@@ -1,4 +1,15 @@
-//! `sinew arm evaluate`.
+//! `sinew arm evaluate`: lengths, moment arms, wrap angles, gravity forces and site positions of a robot in
+//! given poses, as CSV or JSON.
+//!
+//! One row per pose, with these columns:
+//!
+//! | column | unit | shape | meaning |
+//! |---|---|---|---|
+//! | `length_m:MUSCLE` | m | `[muscles]` | length of the cable between first and last site |
+//! | `moment_arm_m:MUSCLE:JOINT` | m; 1 for a translation | `[muscles x nv]`, row by row | `R = -dl/dq` |
+//! | `wrap_rad:MUSCLE` | rad | `[muscles]` | wrap angle, the sum over the surfaces |
+//! | `gravity_torque_nm:JOINT` | Nm; N for a translation | `[nv]` | `g(q)`, balances gravity |
+//! | `x_m:SITE`, `y_m:SITE`, `z_m:SITE` | m | `[sites x 3]` | position in the world frame |
 
 use super::model::{display_name, load_robot, print_warnings};
 use super::poses::{read_poses, velocity_names};
@@ -35,6 +46,7 @@ pub(crate) fn run(arguments: &ArmEvaluateArguments) -> Result<(), Error> {
     print(&format!("Written: {} poses to {}\n", rows.len(), out.display()))
 }
 
+/// Names of the columns, in the order of a row of [`rows`].
 fn columns(robot: &Robot) -> Vec<String> {
     let parts = robot.parts();
     let muscles: Vec<String> =
@@ -53,6 +65,7 @@ fn columns(robot: &Robot) -> Vec<String> {
     names
 }
 
+/// One row of numbers per pose, `poses: [poses][nq]`, in rad or m.
 fn rows(robot: &Robot, poses: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
     let muscles = Muscles::new(robot);
     let mut geometry = Geometry::new(robot, &muscles);

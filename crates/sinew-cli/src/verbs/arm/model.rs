@@ -1,4 +1,4 @@
-//! Loading a robot from a file or by the name of a built-in one.
+//! Loading a robot from a file (TOML, MJCF or URDF) or by the name of a built-in one.
 
 use crate::error::Error;
 use crate::output::one_line;
@@ -7,7 +7,7 @@ use sinew::body::Robot;
 use sinew::description::{Description, Warning, from_mjcf, from_toml, from_urdf};
 use std::path::{Component, Path, PathBuf};
 
-/// Built-in robots.
+/// Built-in robots: name, and file in this program's TOML format.
 const BUILT_IN: [(&str, &str); 1] = [("lm_arm", include_str!("../../../../../models/lm_arm.toml"))];
 
 /// A valid robot and the warnings of its description.
@@ -16,12 +16,17 @@ pub(in crate::verbs) struct Loaded {
     pub(in crate::verbs) warnings: Vec<Warning>,
 }
 
-/// Reads a robot; a file takes precedence over a built-in robot of the same name.
+/// Reads and validates a robot; a file takes precedence over a built-in robot of the same name.
+///
+/// `muscles` is a TOML file with the muscles of a URDF robot, because URDF has none. By default it is
+/// `NAME.muscles.toml` beside `NAME.urdf`, where that exists. Other robots contain their muscles: with them
+/// `muscles` is an error.
 pub(in crate::verbs) fn load_robot(path: &Path, muscles: Option<&Path>) -> Result<Loaded, Error> {
     let (robot, warnings) = description(path, muscles)?.robot()?;
     Ok(Loaded { robot, warnings })
 }
 
+/// The robot as described, not yet validated.
 fn description(path: &Path, muscles: Option<&Path>) -> Result<Description, Error> {
     let built_in = BUILT_IN.iter().find(|(name, _)| path.as_os_str() == *name && !path.exists());
     if built_in.is_some() && muscles.is_some() {
@@ -56,8 +61,11 @@ fn description(path: &Path, muscles: Option<&Path>) -> Result<Description, Error
 /// File format of a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Format {
+    /// This program's own format.
     Toml,
+    /// XML of the simulator MuJoCo.
     Mjcf,
+    /// Unified Robot Description Format of ROS.
     Urdf,
 }
 
@@ -76,7 +84,8 @@ impl Format {
     }
 }
 
-/// An included file: only within the folder of the model, after resolving symbolic links.
+/// Text of a file that an MJCF model includes, or the reason why it cannot be read: only files within the
+/// model's folder are read, also after symbolic links are resolved.
 fn include(folder: &Path, file: &str) -> Result<String, String> {
     let name = Path::new(file);
     let inside = name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));

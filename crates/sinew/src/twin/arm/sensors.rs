@@ -4,22 +4,30 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 /// Measurements of the arm, with quantisation, noise, calibration errors and injected faults; may hold NaN.
+///
+/// The state at the start of a step is measured. The sensors of a drive may delay it further
+/// (`DriveParameters::delay_steps`), the joint encoders do not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmReading {
     /// Position of every cable by its motor's encoder, m, + toward the motor: `[muscles]`.
     pub motor: Vec<f64>,
     /// Tension at every drive's outlet, N: `[muscles]`.
     pub tension: Vec<f64>,
-    /// Angle of every joint, rad: `[joints]`.
+    /// Coordinate of every joint by its encoder, rad, or m for a slide: `[joints]`.
     pub joint: Vec<f64>,
 }
 
 impl ArmReading {
+    /// Zeros, until the first update.
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
         Self { motor: vec![0.0; muscles], tension: vec![0.0; muscles], joint: vec![0.0; joints] }
     }
 
-    /// Reads every sensor at `time` and applies the active faults; a stuck sensor keeps its last reading.
+    /// Reads every sensor and applies the faults that are active at `time`, s since the start; a stuck sensor
+    /// keeps its last reading. Where a sensor has several active faults, the first of the list applies.
+    ///
+    /// # Shapes
+    /// `drives: [muscles]`, `encoders` and `q`, the true coordinates, rad or m: `[joints]`.
     pub(super) fn update(
         &mut self,
         time: f64,
