@@ -258,3 +258,87 @@ impl FaultDetector {
 fn may_ignore_command(winch_speed: f64, tension: f64) -> bool {
     !winch_speed.is_finite() || (winch_speed < 0.0 && (tension.is_nan() || tension <= SLACK_TENSION))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const H: f64 = 1e-3;
+
+    /// One muscle and one joint, seen for a second; the sensors of cycle `k` are `[motor, tension, joint]`,
+    /// the tension of the observer is 40 N. Returns the time at which the arm stops, s, and the fault.
+    fn stops(winch_speed: f64, sensors: impl Fn(u32) -> [f64; 3]) -> Option<(f64, Fault)> {
+        let mut detector = FaultDetector::new(&[25e3], 1, 1.0);
+        let reference = Reference { q: vec![0.2], ..Reference::new(1) };
+        let prediction = Prediction {
+            winch_speed: &[winch_speed],
+            tension_in: &[40.0],
+            winch_correction: &[0.0],
+            joint: [&[0.2], &[0.0], &[0.0]],
+            joint_arm: &[0.02],
+            joint_stiffness: &[200.0],
+            reference: &reference,
+        };
+        (0..1000).find_map(|k| {
+            let [motor, tension, joint] = sensors(k);
+            let measurement = ArmMeasurement { motor: &[motor], tension: &[tension], joint: &[joint] };
+            detector.update(H, &measurement, &prediction);
+            match detector.status {
+                ArmStatus::Stopped(fault) => Some((H * f64::from(k), fault)),
+                _ => None,
+            }
+        })
+    }
+
+    /// A changing output around a value.
+    fn noisy(value: f64, k: u32) -> f64 {
+        value + 1e-4 * f64::from(k % 2)
+    }
+
+    #[test]
+    fn a_cable_that_lacks_its_tension_stops_the_arm_after_the_persistence_time() {
+        let lacking = |tension: f64, until: u32| {
+            stops(0.0, |k| [0.5, noisy(if k > 100 && k <= until { tension } else { 40.0 }, k), 0.2])
+        };
+        let (time, fault) = lacking(5.0, 1000).unwrap();
+        assert!(fault == Fault::Cable(0) && (0.130..0.133).contains(&time), "{time} {fault:?}");
+        assert_eq!(lacking(5.0, 127), None);
+        // A fifth of the estimate is the limit.
+        assert_eq!(lacking(9.0, 1000), None);
+    }
+
+    #[test]
+    fn a_winch_that_lags_its_command_stops_the_arm_in_either_direction_but_not_where_its_cable_is_slack() {
+        for speed in [0.05, -0.05] {
+            let lagging = |share: f64, tension: f64| {
+                let motor = |k: u32| 0.5 + share * speed * H * f64::from(k);
+                stops(speed, |k| [motor(k), noisy(tension, k), 0.2])
+            };
+            // r_v tends to 0.8 v_c t_f = 8 mm and passes 6 mm at t_f ln 4.
+            let (time, fault) = lagging(0.2, 40.0).unwrap();
+            assert!(fault == Fault::Drive(0) && (0.26..0.29).contains(&time), "{time} {fault:?}");
+            assert_eq!(lagging(0.5, 40.0), None);
+        }
+        let slack = stops(-0.05, |k| [noisy(0.5, k), if k == 0 { 40.0 } else { noisy(3.0, k) }, 0.2]);
+        assert_eq!(slack.map(|(_, fault)| fault), Some(Fault::Cable(0)));
+    }
+
+    #[test]
+    fn the_muscles_replace_a_joint_encoder_for_its_persistence_time_and_nothing_replaces_a_motor_encoder() {
+        let (time, fault) =
+            stops(0.0, |k| [0.5, noisy(40.0, k), if k > 100 { f64::NAN } else { 0.2 }]).unwrap();
+        assert!(fault == Fault::JointSensor(0) && (0.350..0.353).contains(&time), "{time} {fault:?}");
+        let (time, fault) =
+            stops(0.0, |k| [if k > 100 { f64::NAN } else { 0.5 }, noisy(40.0, k), 0.2]).unwrap();
+        assert!(fault == Fault::MotorSensor(0) && (0.130..0.133).contains(&time), "{time} {fault:?}");
+    }
+
+    #[test]
+    fn an_unchanged_motor_encoder_is_its_own_fault_where_the_load_cell_confirms_the_commanded_travel() {
+        let unchanged =
+            |tension: fn(u32) -> f64| stops(0.02, |k| [0.5, noisy(tension(k), k), 0.2]).unwrap().1;
+        assert_eq!(unchanged(|_| 40.0), Fault::Drive(0));
+        // 25 N/mm at 20 mm/s.
+        assert_eq!(unchanged(|k| 40.0 + 0.5 * f64::from(k)), Fault::MotorSensor(0));
+    }
+}
