@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let specimen = ArmSpecimen::draw(&robot, &start.q, 1)?;
     let models = oracle_models(&specimen);
     let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
-    let mut controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), mode)?;
+    let controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), mode)?;
     let run = TrackRun {
         specimen: &specimen,
         robot: &robot,
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     println!("time s | end-point error mm");
     let (mut step, mut squares) = (0_u32, 0.0);
-    track(&run, &mut controller, |row| {
+    track(&run, controller, |row| {
         let offset = [0, 1, 2].map(|i| row.end_point[i] - row.reference_point[i]);
         let error = 1e3 * offset.iter().map(|x| x * x).sum::<f64>().sqrt();
         squares += error * error;

@@ -77,7 +77,7 @@ fn run(case: Case<'_>, see: impl FnMut(&TrackRow<'_>)) -> TrackSummary {
     let robot = lm_arm();
     let specimen = ArmSpecimen::draw(&robot, &start(&robot), case.seed).unwrap();
     let way = trajectory(&robot, 1.0, case.seconds);
-    let mut controller = ArmController::new(&robot, &believed(&specimen), case.gains, case.way).unwrap();
+    let controller = ArmController::new(&robot, &believed(&specimen), case.gains, case.way).unwrap();
     let run = TrackRun {
         specimen: &specimen,
         robot: &robot,
@@ -89,7 +89,7 @@ fn run(case: Case<'_>, see: impl FnMut(&TrackRow<'_>)) -> TrackSummary {
         faults: case.faults,
         seed: case.seed,
     };
-    track(&run, &mut controller, see).unwrap()
+    track(&run, controller, see).unwrap()
 }
 
 #[test]
@@ -121,8 +121,7 @@ fn the_error_by_encoder_zeros_is_proportional_to_them_and_an_open_trajectory_is_
             encoder.zero = share * zero;
         }
         let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-        let mut controller =
-            ArmController::new(&robot, &believed(&specimen), ArmGains::lm_arm(), way).unwrap();
+        let controller = ArmController::new(&robot, &believed(&specimen), ArmGains::lm_arm(), way).unwrap();
         let run = TrackRun {
             specimen: &specimen,
             robot: &robot,
@@ -134,7 +133,7 @@ fn the_error_by_encoder_zeros_is_proportional_to_them_and_an_open_trajectory_is_
             faults: &[],
             seed: 1,
         };
-        track(&run, &mut controller, |_| {})
+        track(&run, controller, |_| {})
             .map(|found| (found.encoder_zero_error.mean, found.hold_encoder_zero_error.mean))
     };
     let (once, twice) = (hidden(1.0, 1).unwrap(), hidden(2.0, 1).unwrap());

@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::faults::campaign;
 use common::lm_arm;
 use sinew::control::arm::{ActuationMode, ArmController, ArmGains, CableStateSource, Fault};
 use sinew::predictor::CableModel;
@@ -48,7 +49,7 @@ impl Arm {
     fn fails(&self, what: Failure, lasting: f64) -> TrackSummary {
         let robot = lm_arm();
         let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-        let mut controller = ArmController::new(&robot, &self.models, ArmGains::lm_arm(), way).unwrap();
+        let controller = ArmController::new(&robot, &self.models, ArmGains::lm_arm(), way).unwrap();
         let run = TrackRun {
             specimen: &self.specimen,
             robot: &robot,
@@ -62,7 +63,7 @@ impl Arm {
         };
         let broken = if let Failure::Cable(k) = what { k } else { usize::MAX };
         let (mut last, mut rows) = ([f64::NAN; 15], 0);
-        let found = track(&run, &mut controller, |row| {
+        let found = track(&run, controller, |row| {
             rows += 1;
             for (k, (last, cable)) in last.iter_mut().zip(row.truth.cables).enumerate() {
                 let told = format!(
@@ -109,13 +110,13 @@ fn check_reactions(table: impl IntoIterator<Item = (Failure, f64, Fault, End)>) 
             Unseen => assert!(found.faults.is_empty(), "{told}"),
             Bridged => {
                 let said = said.unwrap_or_else(|| panic!("{told}"));
-                assert!((FROM..FROM + 0.02).contains(&said.from) && found.stopped.is_none(), "{told}");
+                assert!((FROM..FROM + 0.05).contains(&said.from) && found.stopped.is_none(), "{told}");
                 assert!(said.until < FROM + lasting + 0.01, "{told}");
             }
             Stopped => {
                 assert_eq!(found.stopped.map(|(_, fault)| fault), Some(named), "{told}");
                 let at = found.stopped.map_or(0.0, |(time, _)| time);
-                assert!((FROM..FROM + 0.2).contains(&at), "{told}");
+                assert!((FROM..FROM + 0.35).contains(&at), "{told}");
             }
         }
         // A fault that does not stop the arm leaves the tracking error within bounds.
@@ -129,12 +130,26 @@ fn durations(what: Failure, named: Fault, ends: [End; 4]) -> [(Failure, f64, Fau
 }
 
 #[test]
-fn a_lost_encoder_is_bridged_for_milliseconds_and_then_stops_the_arm() {
-    let ends = [Bridged, Bridged, Stopped, Stopped];
+fn a_lost_encoder_is_bridged_and_then_stops_the_arm() {
+    let motor = [Bridged, Bridged, Stopped, Stopped];
+    // The muscles replace a joint encoder for a quarter of a second.
+    let joint = [Bridged, Bridged, Bridged, Stopped];
     for how in [Lost, NotANumber] {
-        check_reactions(durations(Failure::Sensor(Sensor::Motor(7), how), Fault::MotorSensor(7), ends));
-        check_reactions(durations(Failure::Sensor(Sensor::Joint(3), how), Fault::JointSensor(3), ends));
+        check_reactions(durations(Failure::Sensor(Sensor::Motor(7), how), Fault::MotorSensor(7), motor));
+        check_reactions(durations(Failure::Sensor(Sensor::Joint(3), how), Fault::JointSensor(3), joint));
     }
+}
+
+#[test]
+fn single_faults_at_random_are_bridged_or_reported_and_named_rightly() {
+    let cases = campaign(7, 24);
+    for case in &cases {
+        assert!(case.stopped || case.error < 20e-3, "{case:?}");
+        assert!(case.named().is_none() || case.is_named_rightly(), "{case:?}");
+    }
+    let reported = cases.iter().filter(|case| case.named().is_some()).count();
+    let stopped = cases.iter().filter(|case| case.stopped).count();
+    assert!(reported > 8 && (2..16).contains(&stopped), "{reported} {stopped}");
 }
 
 #[test]
@@ -142,6 +157,7 @@ fn a_stuck_encoder_is_detected_once_it_should_have_moved() {
     // Within ten milliseconds it is not distinguishable from a sticking cable.
     let ends = [Unseen, Unseen, Stopped, Stopped];
     check_reactions(durations(Failure::Sensor(Sensor::Motor(7), Stuck), Fault::MotorSensor(7), ends));
+    let ends = [Unseen, Unseen, Bridged, Stopped];
     check_reactions(durations(Failure::Sensor(Sensor::Joint(3), Stuck), Fault::JointSensor(3), ends));
 }
 
@@ -170,7 +186,7 @@ fn an_arm_without_faults_has_no_incidents() {
     let never = Failure::Sensor(Sensor::Joint(0), Lost);
     let arm = Arm::new();
     let robot = lm_arm();
-    let mut controller = ArmController::new(
+    let controller = ArmController::new(
         &robot,
         &arm.models,
         ArmGains::lm_arm(),
@@ -188,6 +204,6 @@ fn an_arm_without_faults_has_no_incidents() {
         faults: &[InjectedFault { start: 1e6, duration: 1.0, failure: never }],
         seed: 1,
     };
-    let found = track(&run, &mut controller, |_| {}).unwrap();
+    let found = track(&run, controller, |_| {}).unwrap();
     assert!(found.faults.is_empty(), "{:?}", found.faults);
 }

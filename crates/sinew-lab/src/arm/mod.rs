@@ -9,6 +9,9 @@ mod tracking;
 
 pub use calibrate::{CALIBRATION_STROKES, CalibrationStroke, calibrate_arm, calibrate_networks};
 pub use plan::{EndPointMotion, first_infeasibility, initial_pose, plan};
-pub use report::{ErrorSpread, Hold, MuscleSpread, Trace, TraceRow, TrackIncident, TrackingNumbers};
+pub use report::{
+    ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MuscleSpread, Trace, TraceRow, TrackIncident, TrackOutcome,
+    TrackingNumbers,
+};
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
 pub use tracking::{CalibratedArm, INITIAL_REST_S, TrackingResult, TrackingTask, track_arm};

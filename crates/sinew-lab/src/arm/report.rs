@@ -86,9 +86,45 @@ fn named(fault: Fault, robot: &Robot) -> String {
     }
 }
 
+/// Largest end-point error of a run that counts as completed, m: three times what fault-free runs without a
+/// payload have at most in the median.
+pub const MAX_END_POINT_ERROR_M: f64 = 0.025;
+
+/// How a run ended, judged by its result as well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TrackOutcome {
+    /// To its end, with an end-point error of at most [`MAX_END_POINT_ERROR_M`] throughout.
+    Completed,
+    /// To its end, but at times with a larger error.
+    Inaccurate,
+    /// The controller stopped the arm.
+    Stopped,
+    /// The integration of the plant failed.
+    Diverged,
+}
+
+impl TrackOutcome {
+    /// The outcome of a run.
+    #[must_use]
+    pub fn of(summary: &TrackSummary) -> Self {
+        if summary.stopped.is_some() {
+            Self::Stopped
+        } else if summary.plant_failed.is_some() {
+            Self::Diverged
+        } else if summary.end_point_error.max.max(summary.hold_error.max) > MAX_END_POINT_ERROR_M {
+            Self::Inaccurate
+        } else {
+            Self::Completed
+        }
+    }
+}
+
 /// The numbers of a run in reports and files.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackingNumbers {
+    /// How the run ended.
+    pub outcome: TrackOutcome,
     /// Position error of the end point.
     pub end_point_error_m: ErrorSpread,
     /// Its share by the zeros of the joint encoders, which no controller without a sensor at the end point
@@ -127,6 +163,7 @@ impl TrackingNumbers {
         let squares: f64 =
             summary.length_error.iter().map(|statistics| statistics.std * statistics.std).sum();
         Self {
+            outcome: TrackOutcome::of(summary),
             end_point_error_m: (&summary.end_point_error).into(),
             unseen_error_m: (&summary.encoder_zero_error).into(),
             end_point_error_per_repeat_m: summary.repeat_error.iter().map(ErrorSpread::from).collect(),

@@ -110,7 +110,7 @@ pub fn track_arm(
     };
     let stride = (task.trace_interval * 1e3).round().clamp(1.0, 1e9) as u64;
     let (mut trace, mut count) = (Vec::new(), 0_u64);
-    let summary = track(&run, &mut controller, |row| {
+    let summary = track(&run, controller, |row| {
         if count.is_multiple_of(stride) {
             trace.push(trace_row(row));
         }

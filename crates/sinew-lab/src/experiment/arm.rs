@@ -42,58 +42,115 @@ pub const STEP: f64 = 1e-3;
 
 /// Runs the plant under the controller, calls `see` with every row, and returns the errors of the run.
 ///
+/// # Errors
+/// As [`TrackSession::new`] and [`TrackSession::step`].
+pub fn track(
+    run: &TrackRun<'_>,
+    controller: ArmController,
+    mut see: impl FnMut(&TrackRow<'_>),
+) -> Result<TrackSummary, Error> {
+    let mut session = TrackSession::new(run, controller)?;
+    while session.step(&mut see)? {}
+    Ok(session.finish())
+}
+
+/// A run in progress, one control cycle per step. A clone continues independently of the original.
+///
 /// The arm starts at rest in the first pose of the trajectory, with tensions that balance gravity and cables
 /// that have slid toward their motors. The controller gets true states of the cables only where it is an
 /// oracle.
-///
-/// # Errors
-/// As [`ArmTwin::new`], [`ArmController::step`] and [`Trajectory::sample`] for parts of different robots;
-/// [`Error::OutOfDomain`] where an open trajectory is to be repeated.
-pub fn track(
-    run: &TrackRun<'_>,
-    controller: &mut ArmController,
-    mut see: impl FnMut(&TrackRow<'_>),
-) -> Result<TrackSummary, Error> {
-    let repeatable = run.repeats <= 1 || run.trajectory.is_closed();
-    if !repeatable {
-        let (name, expected) = ("repeats", "1 for a trajectory that does not come back");
-        return Err(Error::OutOfDomain { name, expected, got: f64::from(run.repeats) });
+#[derive(Debug, Clone)]
+pub struct TrackSession<'a> {
+    run: TrackRun<'a>,
+    arm: ArmTwin,
+    controller: ArmController,
+    errors: TrackingErrors<'a>,
+    summary: TrackSummary,
+    cable_truth: CableTruth,
+    commands: Vec<DriveCommand>,
+    current: Reference,
+    previewed: Reference,
+    cycle: u64,
+}
+
+impl<'a> TrackSession<'a> {
+    /// A run before its first control cycle.
+    ///
+    /// # Errors
+    /// As [`ArmTwin::new`], [`ArmTwin::with_faults`] and [`Trajectory::sample`] for parts of different robots;
+    /// [`Error::OutOfDomain`] where an open trajectory is to be repeated.
+    pub fn new(run: &TrackRun<'a>, controller: ArmController) -> Result<Self, Error> {
+        let repeatable = run.repeats <= 1 || run.trajectory.is_closed();
+        if !repeatable {
+            let (name, expected) = ("repeats", "1 for a trajectory that does not come back");
+            return Err(Error::OutOfDomain { name, expected, got: f64::from(run.repeats) });
+        }
+        let mut current = Reference::new(run.robot.nv());
+        run.trajectory.sample(0.0, &mut current)?;
+        let tensions = resting_tensions(&run.specimen.robot, &current.q)?;
+        Ok(Self {
+            arm: ArmTwin::new(run.specimen, &current.q, &tensions, run.seed)?.with_faults(run.faults)?,
+            controller,
+            errors: TrackingErrors::new(run.specimen, run.robot, run.site),
+            summary: TrackSummary::new(tensions.len()),
+            cable_truth: CableTruth::new(tensions.len()),
+            commands: vec![DriveCommand::Velocity(0.0); tensions.len()],
+            previewed: current.clone(),
+            current,
+            cycle: 0,
+            run: run.clone(),
+        })
     }
-    let mut current = Reference::new(run.robot.nv());
-    let mut previewed = current.clone();
-    run.trajectory.sample(0.0, &mut current)?;
-    let tensions = resting_tensions(&run.specimen.robot, &current.q)?;
-    let mut arm = ArmTwin::new(run.specimen, &current.q, &tensions, run.seed)?.with_faults(run.faults)?;
-    let mut errors = TrackingErrors::new(run.specimen, run.robot, run.site);
-    let mut summary = TrackSummary::new(tensions.len());
-    let mut cable_truth = CableTruth::new(tensions.len());
-    let mut commands = vec![DriveCommand::Velocity(0.0); tensions.len()];
-    let motion = run.trajectory.duration() * f64::from(run.repeats);
-    let steps = libm::round((run.before + motion + run.after) / STEP) as u64;
-    for k in 0..steps {
-        let time = k as f64 * STEP;
+
+    /// Replaces the failures of the plant.
+    ///
+    /// # Errors
+    /// As [`ArmTwin::with_faults`].
+    pub fn with_faults(mut self, faults: &[InjectedFault]) -> Result<Self, Error> {
+        self.arm = self.arm.with_faults(faults)?;
+        Ok(self)
+    }
+
+    /// Time of the next control cycle, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.cycle as f64 * STEP
+    }
+
+    /// One control cycle; `false` after the last one, and where the integration of the plant failed.
+    ///
+    /// # Errors
+    /// As [`ArmController::step`] and [`Trajectory::sample`].
+    pub fn step(&mut self, mut see: impl FnMut(&TrackRow<'_>)) -> Result<bool, Error> {
+        let Self { run, arm, controller, errors, summary, current, previewed, .. } = self;
+        let motion = run.trajectory.duration() * f64::from(run.repeats);
+        let cycles = libm::round((run.before + motion + run.after) / STEP) as u64;
+        if self.cycle >= cycles || summary.plant_failed.is_some() {
+            return Ok(false);
+        }
+        let time = self.cycle as f64 * STEP;
         let since_start = time - run.before;
-        run.trajectory.sample(time_in_repeat(run, since_start), &mut current)?;
-        run.trajectory.sample(time_in_repeat(run, since_start + PREVIEW_HORIZON), &mut previewed)?;
+        run.trajectory.sample(time_in_repeat(run, since_start), current)?;
+        run.trajectory.sample(time_in_repeat(run, since_start + PREVIEW_HORIZON), previewed)?;
         let moving = since_start >= 0.0 && since_start < motion;
         let repeat = moving.then(|| (since_start / run.trajectory.duration()) as u32);
         let reading = arm.reading();
         let measurement =
             ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
         let reference = PreviewedReference {
-            current: &current,
-            previewed: &previewed,
+            current,
+            previewed,
             repeat_time: repeat.map(|_| time_in_repeat(run, since_start)),
         };
-        let truth = controller.requires_ground_truth().then(|| cable_truth.update(&arm));
+        let truth = controller.requires_ground_truth().then(|| self.cable_truth.update(arm));
         let command = controller.step(STEP, &measurement, &reference, truth.as_ref())?;
-        commands.copy_from_slice(command.drives);
+        self.commands.copy_from_slice(command.drives);
         errors.evaluate(&current.q, arm.truth().q)?;
         let row = TrackRow {
             time,
             repeat,
             rested: (since_start - motion).max(0.0),
-            reference: &current,
+            reference: current,
             reference_point: errors.reference_point,
             end_point: errors.end_point,
             encoder_point: errors.encoder_point,
@@ -105,12 +162,18 @@ pub fn track(
         };
         summary.record(&row);
         see(&row);
-        if arm.step(&commands, STEP).is_err() {
+        self.cycle += 1;
+        if arm.step(&self.commands, STEP).is_err() {
             summary.plant_failed = Some(time);
-            break;
         }
+        Ok(summary.plant_failed.is_none())
     }
-    Ok(summary)
+
+    /// The errors of the control cycles so far.
+    #[must_use]
+    pub fn finish(self) -> TrackSummary {
+        self.summary
+    }
 }
 
 /// Time within the present repeat, s; its ends at rest before the first and after the last.

@@ -31,6 +31,7 @@ fn true_path(cable: &Specimen) -> CablePath {
 }
 
 /// Buffers of the true states of all cables: `[muscles]` each.
+#[derive(Debug, Clone)]
 pub(super) struct CableTruth {
     tension_out: Vec<f64>,
     stretch: Vec<f64>,

@@ -4,6 +4,7 @@ use sinew::muscle::{Geometry, Muscles};
 use sinew::twin::arm::ArmSpecimen;
 
 /// Errors of end point and muscle lengths, evaluated on the arm as built.
+#[derive(Debug, Clone)]
 pub(super) struct TrackingErrors<'a> {
     specimen: &'a ArmSpecimen,
     poses: Poses,

@@ -1,4 +1,7 @@
-//! The arm of `models/`.
+//! The arm of `models/`; campaigns of faults.
+
+#[allow(dead_code, reason = "not every test uses all of it")]
+pub(crate) mod faults;
 
 use sinew::body::Robot;
 

@@ -66,3 +66,23 @@ impl VelocityLoop {
         given
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_saturated_loop_neither_winds_up_its_integral_nor_lets_its_reference_run_away() {
+        let (inertia, h) = (1e-5, 1e-3);
+        let limits = VelocityLimits { acceleration: 1e5, torque: [-0.1, 0.1] };
+        let mut velocity_loop = VelocityLoop::new(150.0);
+        // A blocked shaft, for a second; then it is to stand.
+        for _ in 0..1000 {
+            let torque = velocity_loop.torque(500.0, 0.0, inertia, limits, h);
+            assert!((torque - 0.1).abs() < 1e-12);
+        }
+        let torques: [f64; 4] = core::array::from_fn(|_| velocity_loop.torque(0.0, 0.0, inertia, limits, h));
+        // The reference leads by at most 133 rad/s and falls by 100 rad/s in a millisecond.
+        assert!(torques[3].abs() < 0.01, "{torques:?}");
+    }
+}

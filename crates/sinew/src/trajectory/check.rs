@@ -155,16 +155,30 @@ impl fmt::Display for Infeasibility {
             Violation::Torque { joint, needed, missing, muscle } => {
                 write!(
                     f,
-                    "`{joint}` needs {:.3} N m, of which tensions within their limits leave {:.3} unmet",
+                    "`{joint}` needs {:.3} N m, of which tensions within their limits leave {} N m unmet",
                     needed.abs(),
-                    missing.abs()
+                    Significant(missing.abs())
                 )?;
                 match muscle {
-                    Some((muscle, tension)) => write!(f, " (`{muscle}` is at its limit of {tension:.0} N)"),
+                    Some((muscle, tension)) => write!(
+                        f,
+                        ": `{muscle}` is at {tension:.0} N, what its drive holds continuously less the friction \
+                         of its cable"
+                    ),
                     None => Ok(()),
                 }
             }
         }
+    }
+}
+
+/// A positive number with at least two significant digits, and at least three decimals.
+struct Significant(f64);
+
+impl fmt::Display for Significant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let leading = -libm::floor(libm::log10(self.0.max(1e-12)));
+        write!(f, "{:.*}", (leading + 1.0).max(3.0) as usize, self.0)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::report::tracking::{TrackView, page, response};
 use crate::table::{number, table};
 use setup::Setup;
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{INITIAL_REST_S, TrackingNumbers, TrackingResult};
+use sinew_lab::arm::{INITIAL_REST_S, MAX_END_POINT_ERROR_M, TrackOutcome, TrackingNumbers, TrackingResult};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -135,17 +135,25 @@ fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> St
     text
 }
 
+/// How a run ended, by its result as well.
+pub(crate) fn ended(numbers: &TrackingNumbers) -> String {
+    match numbers.outcome {
+        TrackOutcome::Completed => "completed".to_owned(),
+        TrackOutcome::Inaccurate => format!("error above {} mm", 1e3 * MAX_END_POINT_ERROR_M),
+        TrackOutcome::Stopped => {
+            format!("stopped: {}", numbers.stopped_by.as_deref().unwrap_or("fault"))
+        }
+        TrackOutcome::Diverged => "diverged".to_owned(),
+    }
+}
+
 /// Errors by compensation variant.
 pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> String {
     let rows: Vec<Vec<String>> = tracking
         .iter()
         .map(|(variant, n)| {
             let e = &n.end_point_error_m;
-            let ended = match (&n.stopped_by, n.stopped_s) {
-                (Some(why), _) => format!("stopped: {why}"),
-                (None, Some(_)) => "diverged".to_owned(),
-                (None, None) => "completed".to_owned(),
-            };
+            let ended = ended(n);
             let mm = |m: f64| number(Some(1e3 * m));
             vec![
                 variant.to_string(),

@@ -5,7 +5,9 @@ use super::body_model::BodyModel;
 use super::cable_states::{CableStateSource, CableStates};
 use super::fault_detector::{FaultDetector, Prediction};
 use super::gains::ArmGains;
+use super::joint_monitor::Verdict;
 use super::joint_observer::JointObserver;
+use super::joint_stiffness::JointStiffness;
 use super::signals::{
     ArmCommand, ArmMeasurement, Dimensions, GroundTruth, PreviewedReference, require_length,
 };
@@ -50,6 +52,7 @@ pub struct ArmController {
     faults: FaultDetector,
     body: BodyModel,
     cables: CableStates,
+    stiffness: JointStiffness,
     joints: JointObserver,
     law: AccelerationLaw,
     anchors: AnchorMotion,
@@ -77,6 +80,10 @@ pub struct ArmController {
 /// Multiplications allowed to the tension distribution in one cycle, per group of joints: a fraction of a
 /// millisecond. Attainable torques of an arm need some thousands.
 const MAX_OPERATIONS: u64 = 1_000_000;
+
+/// Factor of the tolerances of the joint encoders where estimated far tensions are not fed back: the arm
+/// oscillates more.
+const TOLERANCE_WITHOUT_ESTIMATES: f64 = 2.5;
 
 /// Largest position error of an anchor at which an arm comes to rest, and up to which it is at rest, m.
 const REST_ERROR: [f64; 2] = [5e-4, 1e-3];
@@ -106,11 +113,16 @@ impl ArmController {
         let source = mode.cable_state_source();
         let limits = |model: &CableModel| Ok(gains.tension_limits(&model.law()?));
         let limits = models.iter().map(limits).collect::<Result<Vec<_>, Error>>()?;
+        let stiffness = JointStiffness::new(models, joints)?;
+        let estimated =
+            matches!(mode, ActuationMode::WinchSpeed(CableStateSource::Observer | CableStateSource::Oracle));
+        let joint_tolerance = if estimated { 1.0 } else { TOLERANCE_WITHOUT_ESTIMATES };
         Ok(Self {
             source,
             dimensions: Dimensions { muscles, joints },
-            faults: FaultDetector::new(muscles, joints),
+            faults: FaultDetector::new(&stiffness.cables, joints, joint_tolerance),
             cables: CableStates::new(models, source)?,
+            stiffness,
             joints: JointObserver::new(joints, &gains),
             law: AccelerationLaw::new(joints),
             anchors: AnchorMotion::new(muscles),
@@ -214,33 +226,54 @@ impl ArmController {
         let prediction = Prediction {
             winch_speed: &self.actuation.winch_speed,
             tension_in: &self.cables.tension_in,
-            joint_speed: &self.joints.v,
+            winch_correction: &self.cables.winch_correction,
+            joint: [&self.joints.q, &self.joints.v, &self.joints.disturbance],
+            joint_arm: &self.body.mean_arms,
+            joint_stiffness: &self.stiffness.joints,
             reference,
         };
         self.faults.update(h, measurement, &prediction);
     }
 
-    /// Far tensions and stretches, in the pose estimated last. A rejected joint angle is predicted from the
-    /// reference's speed.
+    /// Far tensions and stretches, in the pose estimated last.
     fn estimate_cables(
         &mut self,
         h: f64,
         reference: &Reference,
         truth: Option<&GroundTruth<'_>>,
     ) -> Result<(), Error> {
-        for (k, angle) in self.faults.joint.iter_mut().enumerate() {
-            let predicted = if self.started { self.joints.q[k] + h * reference.v[k] } else { reference.q[k] };
-            if !angle.is_finite() {
-                *angle = predicted;
-            }
-        }
-        if !self.started {
-            self.started = true;
-            self.joints.initialize(&self.faults.joint);
-        }
+        self.bridge_joints(h, reference);
         self.body.evaluate_geometry(&self.joints.q)?;
         let accepted = (&self.faults.motor[..], &self.faults.tension[..]);
         self.cables.update(h, accepted, &self.body, &self.desired_tension, truth)
+    }
+
+    /// Prepares the joint observers for encoders that were rejected or have returned. Without estimated far
+    /// tensions the model does not hold a joint to its muscles: it then follows its reference's speed.
+    fn bridge_joints(&mut self, h: f64, reference: &Reference) {
+        if !self.started {
+            self.started = true;
+            for (angle, reference) in self.faults.joint.iter_mut().zip(&reference.q) {
+                *angle = if angle.is_finite() { *angle } else { *reference };
+            }
+            self.joints.initialize(&self.faults.joint);
+        }
+        for (k, verdict) in self.faults.verdicts.iter().enumerate() {
+            match *verdict {
+                Verdict::Accepted | Verdict::Rejected => {}
+                Verdict::Returned => self.joints.q[k] = self.faults.joint[k],
+                Verdict::Withdrawn { shift, disturbance } => {
+                    self.joints.q[k] += shift;
+                    self.joints.disturbance[k] = disturbance;
+                    if shift != 0.0 {
+                        self.joints.v[k] = reference.v[k];
+                    }
+                }
+            }
+            if self.source == CableStateSource::Encoders && self.faults.joint[k].is_nan() {
+                self.faults.joint[k] = self.joints.q[k] + h * reference.v[k];
+            }
+        }
     }
 
     /// Angles, velocities and disturbances of the joints under the estimated tensions.
@@ -253,6 +286,7 @@ impl ArmController {
             joints.disturbance.iter_mut().zip(&*model_acceleration).for_each(|(d, a)| *d = -a);
             self.law.initialize(&self.gains, &joints.disturbance);
         }
+        self.stiffness.update(body, joints, &cables.tension_out, model_acceleration)?;
         joints.update(h, &self.faults.joint, model_acceleration);
         if !self.at_rest {
             let known = self.source != CableStateSource::Encoders;

@@ -1,3 +1,4 @@
+use super::joint_monitor::{JointMonitor, JointPrediction, Verdict};
 use super::sensor_monitor::{SensorLimits, SensorMonitor};
 use super::signals::ArmMeasurement;
 use super::status::{ArmStatus, Fault};
@@ -12,34 +13,34 @@ pub(super) struct Prediction<'a> {
     pub(super) winch_speed: &'a [f64],
     /// Estimated tension at every drive's outlet, N.
     pub(super) tension_in: &'a [f64],
-    /// Estimated speed of every joint, rad/s.
-    pub(super) joint_speed: &'a [f64],
+    /// Speed of every winch in addition to its encoder's, by its load cell, m/s: the observers' correction.
+    pub(super) winch_correction: &'a [f64],
+    /// Estimated angle, rad, speed, rad/s, and disturbance, rad/s^2, of every joint.
+    pub(super) joint: [&'a [f64]; 3],
+    /// Root mean square of the moment arms about every joint, m.
+    pub(super) joint_arm: &'a [f64],
+    /// Stiffness of every joint over its inertia, 1/s^2.
+    pub(super) joint_stiffness: &'a [f64],
     /// Reference of the joints.
     pub(super) reference: &'a Reference,
 }
 
 /// Time for which a fault has to persist before it stops the arm, s.
 const PERSISTENCE_TIME: f64 = 0.03;
-/// Error of a joint that stops the arm, rad; also the largest deviation of its first measurement from the
-/// reference.
+/// The same for a joint encoder, which the muscles replace.
+const JOINT_PERSISTENCE_TIME: f64 = 0.25;
+/// Error of a joint that stops the arm, rad.
 const MAX_TRACKING_ERROR: f64 = 0.5;
 
-/// Joint encoder, rad: 10 rad/s; unchanged over 0.012 rad of expected motion (5e-3 occur where cables stick).
-const JOINT: SensorLimits =
-    SensorLimits { initial_deviation: MAX_TRACKING_ERROR, max_rate: 10.0, max_unchanged: 0.012 };
 /// Motor encoder, m of cable: any origin; 2 m/s; unchanged over 0.8 mm of commanded travel (0.3 mm occur).
 const MOTOR: SensorLimits = SensorLimits { initial_deviation: 1e3, max_rate: 2.0, max_unchanged: 8e-4 };
 /// Load cell, N: 40 kN/s, exceeded only by a cable that breaks (8 kN/s occur); noise changes every sample, so
 /// that the expected change counts samples, of which eight may be equal.
 const LOAD_CELL: SensorLimits = SensorLimits { initial_deviation: 1e4, max_rate: 4e4, max_unchanged: 8.0 };
 
-/// Time constant with which the expected speed of a joint decays while its encoder's output is unchanged, s.
-const EXPECTED_SPEED_DECAY: f64 = 0.15;
-/// Travel of a joint's reference while its encoder's output is unchanged that is a fault, rad; 0.024 occur at
-/// reversals.
-const MAX_REFERENCE_TRAVEL: f64 = 0.1;
-/// Change of the tension residual that proves motion of a winch whose encoder's output is unchanged, N.
-const MOTION_RESIDUAL: f64 = 1.5;
+/// Share of the commanded travel that a load cell has to confirm for the fault of an unchanged motor encoder to
+/// be its own and not its drive's, 1.
+const CONFIRMED_SHARE: f64 = 0.5;
 /// Residual between commanded and measured travel of a winch that is a fault, m; 3 mm occur.
 const MAX_WINCH_RESIDUAL: f64 = 0.006;
 /// Time constant with which that residual is forgotten, s.
@@ -52,48 +53,43 @@ const SLACK_TENSION: f64 = 4.0;
 /// Detects faults from residuals between measurements and predictions; replaces or withholds what it rejects.
 ///
 /// ```text
-/// sensors       accepted as in SensorMonitor
-///                 joint encoder   e = h min(|q'^_0|, |q'_r|) exp(-t_u/t_d) while both have one sign, else 0
-///                 motor encoder   e = h v_c
-/// drive         r_v = (r_v + h v_c - dx)(1 - h/t_f);                    fault at |r_v| > r_v,max
-/// load          r_T <- r_T + (h/t_p)(T - T^ - r_T)
-///                 encoder unchanged over e_max: fault of the drive where r_T has changed by less than
-///                 r_T,min in the commanded direction, else of the encoder
-/// cable         T < T^ - max(dT, c T^) for longer than t_p
-/// tracking      |q_r - q^| >= e_q
+/// joint encoder   JointMonitor: against the muscles, the reference and itself
+/// motor encoder   SensorMonitor with e = h v_c; unchanged over e_max: fault of the encoder where
+///                   x_T + (T - T^)/K > c_x x_c, x_T = int v_T dt since the output changed; else of the drive
+/// load cell       SensorMonitor with e = 1
+/// drive           r_v = (r_v + h v_c - dx)(1 - h/t_f);                    fault at |r_v| > r_v,max
+/// cable           T < T^ - max(dT, c T^) for longer than t_p
+/// tracking        |q_r - q^| >= e_q
 /// ```
 ///
-/// | symbol        | meaning                                                               | unit      |
-/// |---------------|-----------------------------------------------------------------------|-----------|
-/// | q'^_0, t_u    | estimated speed when the output last changed, time since then           | rad/s, s  |
-/// | v_c, dx       | commanded speed and measured displacement of a winch                    | m/s, m    |
-/// | T, T^         | measured and estimated tension at the drive's outlet                    | N         |
-/// | t_d, t_f, t_p | decay of the expected speed and of `r_v`, persistence time               | s         |
+/// | symbol   | meaning                                                                    | unit   |
+/// |----------|----------------------------------------------------------------------------|--------|
+/// | v_c, dx  | commanded speed and measured displacement of a winch                         | m/s, m |
+/// | T, T^    | measured and estimated tension at the drive's outlet                         | N      |
+/// | v_T, x_c | correction of the observer by its load cell; commanded travel                | m/s, m |
+/// | K        | stiffness of the cable                                                       | N/m    |
+/// | t_f, t_p | decay of `r_v`, persistence time                                             | s      |
 ///
-/// A fault of a vital sensor degrades the arm at once and stops it after the persistence time; a fault of a
-/// load cell only degrades. A rejected motor position is continued by `h v_c`; a rejected joint angle or
-/// tension becomes NaN. Stopping is final.
+/// A winch that moves while its encoder stands changes the tension; a winch that stands does not. A fault
+/// degrades the arm at once; it stops it after the persistence time, but for that of a load cell. A rejected
+/// motor position is continued by `h v_c`; a rejected joint angle or tension becomes NaN. Stopping is final.
 ///
 /// # Source
-/// Residual evaluation with thresholds and persistence times, as usual; thresholds from fault-free runs of
-/// the twin.
+/// Residual evaluation with thresholds and persistence times, as usual; analytical redundancy as in
+/// `chow1984`; thresholds from fault-free runs of the twin.
 #[derive(Debug, Clone)]
 pub(super) struct FaultDetector {
     motors: Vec<SensorMonitor>,
     load_cells: Vec<SensorMonitor>,
-    encoders: Vec<SensorMonitor>,
+    encoders: Vec<JointMonitor>,
+    /// `K`, N/m: `[muscles]`.
+    cable_stiffness: Vec<f64>,
     /// `r_v` of every winch, m.
     winch_residual: Vec<f64>,
-    /// `q'^_0` of every joint, rad/s.
-    speed_at_change: Vec<f64>,
-    /// Travel of every joint's reference since the encoder's output last changed, rad.
-    reference_travel: Vec<f64>,
     /// Whether an unchanged motor encoder is attributed to its drive.
     drive_standing: Vec<bool>,
-    /// `r_T` of every load cell, N.
-    tension_residual: Vec<f64>,
-    /// `r_T` when the motor encoder's output last changed, N.
-    residual_at_change: Vec<f64>,
+    /// `x_T` and `x_c` of every winch, m.
+    unchanged_travel: Vec<[f64; 2]>,
     /// Time for which every cable has lacked its tension, s.
     missing_for: Vec<f64>,
     /// Accepted or continued motor positions, m: `[muscles]`.
@@ -102,26 +98,29 @@ pub(super) struct FaultDetector {
     pub(super) tension: Vec<f64>,
     /// Accepted joint angles, rad, NaN where rejected: `[joints]`.
     pub(super) joint: Vec<f64>,
+    /// Outcome for every joint encoder: `[joints]`.
+    pub(super) verdicts: Vec<Verdict>,
     pub(super) status: ArmStatus,
     started: bool,
 }
 
 impl FaultDetector {
-    pub(super) fn new(muscles: usize, joints: usize) -> Self {
+    /// With the stiffness of every cable, N/m, and a factor of the tolerances of the joint encoders.
+    pub(super) fn new(cable_stiffness: &[f64], joints: usize, joint_tolerance: f64) -> Self {
+        let muscles = cable_stiffness.len();
         Self {
             motors: vec![SensorMonitor::new(MOTOR); muscles],
             load_cells: vec![SensorMonitor::new(LOAD_CELL); muscles],
-            encoders: vec![SensorMonitor::new(JOINT); joints],
+            encoders: vec![JointMonitor::new(joint_tolerance); joints],
+            cable_stiffness: cable_stiffness.to_vec(),
             winch_residual: vec![0.0; muscles],
-            speed_at_change: vec![0.0; joints],
-            reference_travel: vec![0.0; joints],
             drive_standing: vec![false; muscles],
-            tension_residual: vec![0.0; muscles],
-            residual_at_change: vec![0.0; muscles],
+            unchanged_travel: vec![[0.0; 2]; muscles],
             missing_for: vec![0.0; muscles],
             motor: vec![0.0; muscles],
             tension: vec![0.0; muscles],
             joint: vec![0.0; joints],
+            verdicts: vec![Verdict::Rejected; joints],
             status: ArmStatus::Following,
             started: false,
         }
@@ -133,7 +132,7 @@ impl FaultDetector {
             self.status = ArmStatus::Following;
         }
         self.check_joints(h, measurement.joint, prediction);
-        self.check_motors(h, measurement, prediction.winch_speed);
+        self.check_motors(h, measurement, prediction);
         self.check_tensions(h, measurement.tension, prediction.tension_in);
         self.started = true;
     }
@@ -150,58 +149,69 @@ impl FaultDetector {
     }
 
     fn check_joints(&mut self, h: f64, measured: &[f64], prediction: &Prediction<'_>) {
+        let [angle, speed, disturbance] = prediction.joint;
         let winches_move = prediction.winch_speed.iter().all(|speed| speed.is_finite());
         for (k, &measured) in measured.iter().enumerate() {
-            let encoder = &mut self.encoders[k];
-            let reference_speed = prediction.reference.v[k];
-            if !self.started {
-                encoder.accepted = prediction.reference.q[k];
+            let predicted = JointPrediction {
+                angle: angle[k],
+                speed: speed[k],
+                disturbance: disturbance[k],
+                reference: prediction.reference.q[k],
+                reference_speed: prediction.reference.v[k],
+                arm: prediction.joint_arm[k],
+                stiffness: prediction.joint_stiffness[k],
+                winches_move,
+            };
+            let verdict = self.encoders[k].update(h, measured, &predicted);
+            let usable = matches!(verdict, Verdict::Accepted | Verdict::Returned);
+            self.joint[k] = if usable { measured } else { f64::NAN };
+            self.verdicts[k] = verdict;
+            self.report(verdict == Verdict::Accepted, Fault::JointSensor(k));
+            if self.encoders[k].rejected_for > JOINT_PERSISTENCE_TIME {
+                self.stop(Fault::JointSensor(k));
             }
-            if encoder.has_changed(h) {
-                self.speed_at_change[k] = prediction.joint_speed[k];
-                self.reference_travel[k] = 0.0;
-            } else {
-                self.reference_travel[k] += h * reference_speed;
-            }
-            let speed = self.speed_at_change[k];
-            let speed =
-                if speed * reference_speed > 0.0 { speed.abs().min(reference_speed.abs()) } else { 0.0 };
-            let mut expected = h * speed * libm::exp(-encoder.unchanged_for() / EXPECTED_SPEED_DECAY);
-            if winches_move && self.reference_travel[k].abs() > MAX_REFERENCE_TRAVEL {
-                expected = encoder.max_unchanged();
-            }
-            let accepted = encoder.update(h, measured, expected);
-            let rejected_for = encoder.rejected_for;
-            self.joint[k] = if accepted { measured } else { f64::NAN };
-            self.report_vital(accepted, rejected_for, Fault::JointSensor(k));
         }
     }
 
-    fn check_motors(&mut self, h: f64, measurement: &ArmMeasurement<'_>, winch_speed: &[f64]) {
+    fn check_motors(&mut self, h: f64, measurement: &ArmMeasurement<'_>, prediction: &Prediction<'_>) {
         for (k, &measured) in measurement.motor.iter().enumerate() {
-            let blocked = may_ignore_command(winch_speed[k], measurement.tension[k]);
-            let commanded = if winch_speed[k].is_finite() { h * winch_speed[k] } else { 0.0 };
+            let speed = prediction.winch_speed[k];
+            let blocked = may_ignore_command(speed, measurement.tension[k]);
+            let commanded = if speed.is_finite() { h * speed } else { 0.0 };
             let motor = &mut self.motors[k];
             let accepted = motor.update(h, measured, if blocked { 0.0 } else { commanded });
             let moved = if accepted && self.started { measured - self.motor[k] } else { commanded };
             self.motor[k] = if accepted { measured } else { self.motor[k] + commanded };
-            // A standing winch and a frozen encoder repeat the same output: only moving cable changes the
-            // tension.
-            if motor.has_changed(h) {
-                (self.drive_standing[k], self.residual_at_change[k]) = (false, self.tension_residual[k]);
+            let (changed, rejected_for) = (motor.has_changed(), motor.rejected_for);
+            let [by_tension, by_command] = &mut self.unchanged_travel[k];
+            if changed {
+                (*by_tension, *by_command) = (0.0, 0.0);
             } else if accepted {
-                let change = self.tension_residual[k] - self.residual_at_change[k];
-                self.drive_standing[k] = change * commanded < MOTION_RESIDUAL * commanded.abs();
+                *by_tension += h * prediction.winch_correction[k];
+                *by_command += commanded;
+            }
+            if changed {
+                self.drive_standing[k] = false;
+            } else if accepted {
+                self.drive_standing[k] = !self.is_travel_confirmed(k, prediction.tension_in[k]);
             }
             let fault = if self.drive_standing[k] { Fault::Drive(k) } else { Fault::MotorSensor(k) };
-            let rejected_for = motor.rejected_for;
             self.report_vital(accepted, rejected_for, fault);
-            let residual = if blocked { 0.0 } else { h * winch_speed[k] - moved };
+            let residual = if blocked { 0.0 } else { h * speed - moved };
             self.winch_residual[k] = (self.winch_residual[k] + residual) * (1.0 - h / WINCH_RESIDUAL_DECAY);
             if self.winch_residual[k].abs() > MAX_WINCH_RESIDUAL {
                 self.stop(Fault::Drive(k));
             }
         }
+    }
+
+    /// Whether the load cell of a winch confirms its commanded travel while the encoder's output is unchanged.
+    fn is_travel_confirmed(&self, k: usize, estimated: f64) -> bool {
+        let [by_tension, by_command] = self.unchanged_travel[k];
+        let innovation = self.tension[k] - estimated;
+        let innovation = if innovation.is_finite() { innovation } else { 0.0 };
+        let confirmed = (by_tension + innovation / self.cable_stiffness[k]) * by_command.signum();
+        confirmed > CONFIRMED_SHARE * by_command.abs()
     }
 
     fn check_tensions(&mut self, h: f64, measured: &[f64], estimated: &[f64]) {
@@ -215,9 +225,6 @@ impl FaultDetector {
             let accepted = plausible && !missing;
             self.tension[k] = if accepted { measured } else { f64::NAN };
             self.report(accepted, Fault::TensionSensor(k));
-            let residual = if accepted { measured - estimated } else { 0.0 };
-            self.tension_residual[k] +=
-                (h / PERSISTENCE_TIME).min(1.0) * (residual - self.tension_residual[k]);
             self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
             if self.missing_for[k] > PERSISTENCE_TIME {
                 self.stop(Fault::Cable(k));
@@ -250,4 +257,88 @@ impl FaultDetector {
 /// Whether a drive need not follow a speed: it was given a tension, or is to pay out cable that is slack.
 fn may_ignore_command(winch_speed: f64, tension: f64) -> bool {
     !winch_speed.is_finite() || (winch_speed < 0.0 && (tension.is_nan() || tension <= SLACK_TENSION))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const H: f64 = 1e-3;
+
+    /// One muscle and one joint, seen for a second; the sensors of cycle `k` are `[motor, tension, joint]`,
+    /// the tension of the observer is 40 N. Returns the time at which the arm stops, s, and the fault.
+    fn stops(winch_speed: f64, sensors: impl Fn(u32) -> [f64; 3]) -> Option<(f64, Fault)> {
+        let mut detector = FaultDetector::new(&[25e3], 1, 1.0);
+        let reference = Reference { q: vec![0.2], ..Reference::new(1) };
+        let prediction = Prediction {
+            winch_speed: &[winch_speed],
+            tension_in: &[40.0],
+            winch_correction: &[0.0],
+            joint: [&[0.2], &[0.0], &[0.0]],
+            joint_arm: &[0.02],
+            joint_stiffness: &[200.0],
+            reference: &reference,
+        };
+        (0..1000).find_map(|k| {
+            let [motor, tension, joint] = sensors(k);
+            let measurement = ArmMeasurement { motor: &[motor], tension: &[tension], joint: &[joint] };
+            detector.update(H, &measurement, &prediction);
+            match detector.status {
+                ArmStatus::Stopped(fault) => Some((H * f64::from(k), fault)),
+                _ => None,
+            }
+        })
+    }
+
+    /// A changing output around a value.
+    fn noisy(value: f64, k: u32) -> f64 {
+        value + 1e-4 * f64::from(k % 2)
+    }
+
+    #[test]
+    fn a_cable_that_lacks_its_tension_stops_the_arm_after_the_persistence_time() {
+        let lacking = |tension: f64, until: u32| {
+            stops(0.0, |k| [0.5, noisy(if k > 100 && k <= until { tension } else { 40.0 }, k), 0.2])
+        };
+        let (time, fault) = lacking(5.0, 1000).unwrap();
+        assert!(fault == Fault::Cable(0) && (0.130..0.133).contains(&time), "{time} {fault:?}");
+        assert_eq!(lacking(5.0, 127), None);
+        // A fifth of the estimate is the limit.
+        assert_eq!(lacking(9.0, 1000), None);
+    }
+
+    #[test]
+    fn a_winch_that_lags_its_command_stops_the_arm_in_either_direction_but_not_where_its_cable_is_slack() {
+        for speed in [0.05, -0.05] {
+            let lagging = |share: f64, tension: f64| {
+                let motor = |k: u32| 0.5 + share * speed * H * f64::from(k);
+                stops(speed, |k| [motor(k), noisy(tension, k), 0.2])
+            };
+            // r_v tends to 0.8 v_c t_f = 8 mm and passes 6 mm at t_f ln 4.
+            let (time, fault) = lagging(0.2, 40.0).unwrap();
+            assert!(fault == Fault::Drive(0) && (0.26..0.29).contains(&time), "{time} {fault:?}");
+            assert_eq!(lagging(0.5, 40.0), None);
+        }
+        let slack = stops(-0.05, |k| [noisy(0.5, k), if k == 0 { 40.0 } else { noisy(3.0, k) }, 0.2]);
+        assert_eq!(slack.map(|(_, fault)| fault), Some(Fault::Cable(0)));
+    }
+
+    #[test]
+    fn the_muscles_replace_a_joint_encoder_for_its_persistence_time_and_nothing_replaces_a_motor_encoder() {
+        let (time, fault) =
+            stops(0.0, |k| [0.5, noisy(40.0, k), if k > 100 { f64::NAN } else { 0.2 }]).unwrap();
+        assert!(fault == Fault::JointSensor(0) && (0.350..0.353).contains(&time), "{time} {fault:?}");
+        let (time, fault) =
+            stops(0.0, |k| [if k > 100 { f64::NAN } else { 0.5 }, noisy(40.0, k), 0.2]).unwrap();
+        assert!(fault == Fault::MotorSensor(0) && (0.130..0.133).contains(&time), "{time} {fault:?}");
+    }
+
+    #[test]
+    fn an_unchanged_motor_encoder_is_its_own_fault_where_the_load_cell_confirms_the_commanded_travel() {
+        let unchanged =
+            |tension: fn(u32) -> f64| stops(0.02, |k| [0.5, noisy(tension(k), k), 0.2]).unwrap().1;
+        assert_eq!(unchanged(|_| 40.0), Fault::Drive(0));
+        // 25 N/mm at 20 mm/s.
+        assert_eq!(unchanged(|k| 40.0 + 0.5 * f64::from(k)), Fault::MotorSensor(0));
+    }
 }

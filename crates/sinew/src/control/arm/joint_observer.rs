@@ -17,7 +17,7 @@ use alloc::vec::Vec;
 /// | w_o    | bandwidth                                                                   | rad/s   |
 /// | e_0, r | threshold of the innovation above which the bandwidth grows, largest growth   | rad, 1  |
 ///
-/// The low bandwidth filters the encoder's quantisation; the high one follows a joint that breaks away from
+/// Without a measurement, `e = 0`: the joint moves on its model. The low bandwidth filters the encoder's quantisation; the high one follows a joint that breaks away from
 /// stiction.
 ///
 /// # Source
@@ -54,10 +54,10 @@ impl JointObserver {
         self.disturbance.fill(0.0);
     }
 
-    /// One step of `h` s with the measured angles and the model's accelerations.
+    /// One step of `h` s with the measured angles, NaN where there is none, and the model's accelerations.
     pub(super) fn update(&mut self, h: f64, measured: &[f64], acceleration: &[f64]) {
         for (k, (measured, a)) in measured.iter().zip(acceleration).enumerate() {
-            let e = measured - self.q[k];
+            let e = if measured.is_finite() { measured - self.q[k] } else { 0.0 };
             let ratio = (e.abs() / self.innovation_threshold).clamp(1.0, self.max_bandwidth_ratio);
             let w = self.bandwidth * ratio;
             self.q[k] += h * (self.v[k] + 3.0 * w * e);

@@ -17,11 +17,11 @@
 pub(super) struct SensorMonitor {
     limits: SensorLimits,
     /// `y_a`, at first the initial value.
-    pub(super) accepted: f64,
+    accepted: f64,
     /// `t_r`, s.
     pub(super) rejected_for: f64,
-    /// Time for which the output has been the same to the bit, s.
-    unchanged_for: f64,
+    /// Whether the output has been the same to the bit since the sample before.
+    unchanged: bool,
     /// Expected change in that time.
     expected_change: f64,
     previous: f64,
@@ -45,7 +45,7 @@ impl SensorMonitor {
             limits,
             accepted: 0.0,
             rejected_for: 0.0,
-            unchanged_for: 0.0,
+            unchanged: false,
             expected_change: 0.0,
             previous: 0.0,
             started: false,
@@ -55,12 +55,8 @@ impl SensorMonitor {
     /// Whether a measurement, `h` s after the one before, is accepted; `expected` is the change expected
     /// since then.
     pub(super) fn update(&mut self, h: f64, measured: f64, expected: f64) -> bool {
-        if measured.to_bits() == self.previous.to_bits() {
-            self.unchanged_for += h;
-            self.expected_change += expected;
-        } else {
-            (self.unchanged_for, self.expected_change) = (0.0, 0.0);
-        }
+        self.unchanged = measured.to_bits() == self.previous.to_bits();
+        self.expected_change = if self.unchanged { self.expected_change + expected } else { 0.0 };
         self.previous = measured;
         let largest = if core::mem::replace(&mut self.started, true) {
             self.limits.max_rate * (h + self.rejected_for)
@@ -78,18 +74,8 @@ impl SensorMonitor {
     }
 
     /// Whether the output changed with the last sample.
-    pub(super) fn has_changed(&self, h: f64) -> bool {
-        self.unchanged_for < 0.5 * h
-    }
-
-    /// Time for which the output has been the same to the bit, s.
-    pub(super) fn unchanged_for(&self) -> f64 {
-        self.unchanged_for
-    }
-
-    /// `e_max`.
-    pub(super) fn max_unchanged(&self) -> f64 {
-        self.limits.max_unchanged
+    pub(super) fn has_changed(&self) -> bool {
+        !self.unchanged
     }
 }
 
@@ -121,6 +107,6 @@ mod tests {
         // Motion back and forth cancels.
         assert!(monitor.update(1e-3, 0.1, 0.011) && monitor.update(1e-3, 0.1, -0.011));
         assert!(monitor.update(1e-3, 0.1, 0.011) && !monitor.update(1e-3, 0.1, 0.011));
-        assert!(monitor.update(1e-3, 0.101, 0.011) && monitor.has_changed(1e-3));
+        assert!(monitor.update(1e-3, 0.101, 0.011) && monitor.has_changed());
     }
 }

@@ -1,0 +1,276 @@
+/// Compares a joint's encoder with what its muscles, the reference and the encoder itself imply.
+///
+/// Between measurements the joint observer is driven by the estimated tensions of the muscles, whose lengths
+/// are known from the motor encoders: the cables hold `q^` like springs ([`JointStiffness`]), and the model
+/// predicts the next measurements with a small error. Two residuals compare the encoder with the muscles: the
+/// innovation, and the change of the disturbance that it needs.
+///
+/// ```text
+/// e = y - q^,    x_r = int q'_r dt,    x_m = (d^_0 - d^)/W^2 - e        since y last changed
+/// x = x_r where |x_r| <= |x_m| and both have one sign, x_m where it is smaller, 0 where the signs differ
+/// rejected   |e| > dl/r                                                       a jump
+///            |x| > x_0 and |x_m| > x_max,  or |x_r| > x_r,max                 y unchanged to the bit
+/// returned   n consecutive samples with |e| <= (dl + v_d t_r)/r + a and |dy - h q'^| <= s
+/// ```
+///
+/// | symbol   | meaning                                                                     | unit    |
+/// |----------|-----------------------------------------------------------------------------|---------|
+/// | y, q^    | measured and predicted angle                                                  | rad     |
+/// | x_r, x_m | motion by the reference and by the muscles since the output last changed       | rad     |
+/// | d^, d^_0 | disturbance of the joint's observer, now and when the output last changed       | rad/s^2 |
+/// | W^2, r   | [`JointStiffness`]; moment arm of the joint's muscles                          | 1/s^2, m |
+/// | dl       | [`JUMP_LENGTH`], tolerance in length of the muscles                            | m       |
+/// | t_r, v_d | time since the rejection, [`DRIFT`] of the prediction                          | s, m/s  |
+/// | a        | `|x_r|` before the rejection: an encoder that was stuck returns with a jump      | rad     |
+///
+/// While an encoder is rejected, the observer continues on its model: over 0.2 s its error stays below 4 mrad
+/// (150 losses on five arms). Where the output was unchanged, the observer has followed it: it continues from
+/// `q^ + x` with `d^_0`.
+///
+/// # Source
+/// Analytical redundancy as in `chow1984`; thresholds from fault-free runs of the twin.
+///
+/// [`JointStiffness`]: super::joint_stiffness::JointStiffness
+#[derive(Debug, Clone, Copy)]
+pub(super) struct JointMonitor {
+    /// Factor of all tolerances, 1.
+    scale: f64,
+    /// Last measurement, rad.
+    previous: f64,
+    unchanged: Unchanged,
+    /// `t_r`, s.
+    pub(super) rejected_for: f64,
+    /// `a`, rad.
+    allowance: f64,
+    /// Consecutive samples that agree since the rejection.
+    agreeing: u32,
+    started: bool,
+}
+
+/// State of a joint since its encoder's output last changed.
+#[derive(Debug, Clone, Copy, Default)]
+struct Unchanged {
+    /// `x_r`, rad.
+    reference: f64,
+    /// `x`, rad.
+    implied: f64,
+    /// `d^_0`, rad/s^2.
+    disturbance: f64,
+}
+
+/// Outcome of a comparison.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Verdict {
+    /// Accepted.
+    Accepted,
+    /// Rejected, first sample: the estimate moves by an angle, rad, and its disturbance, rad/s^2, is replaced.
+    Withdrawn {
+        /// `x`, rad.
+        shift: f64,
+        /// `d^_0`, rad/s^2.
+        disturbance: f64,
+    },
+    /// Rejected again.
+    Rejected,
+    /// Accepted again: the estimated angle starts from the measurement.
+    Returned,
+}
+
+/// What a measurement is compared with.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct JointPrediction {
+    /// `q^`, rad.
+    pub(super) angle: f64,
+    /// `q'^`, rad/s.
+    pub(super) speed: f64,
+    /// `d^`, rad/s^2.
+    pub(super) disturbance: f64,
+    /// `q_r`, rad.
+    pub(super) reference: f64,
+    /// `q'_r`, rad/s.
+    pub(super) reference_speed: f64,
+    /// `r`, m.
+    pub(super) arm: f64,
+    /// `W^2`, 1/s^2.
+    pub(super) stiffness: f64,
+    /// Whether the winches follow speeds, so that the joint follows its reference.
+    pub(super) winches_move: bool,
+}
+
+/// Largest deviation of the first measurement from the reference, rad.
+const MAX_INITIAL_DEVIATION: f64 = 0.5;
+/// `dl`, m: 9 mrad at the shoulder, 4 at the elbow, 12 in the forearm; 0.5, 0.5 and 3 occur.
+const JUMP_LENGTH: f64 = 1.5e-4;
+/// `v_d`, m/s.
+const DRIFT: f64 = 1e-3;
+/// `x_0`, rad: five counts of the encoder.
+const MIN_TRAVEL: f64 = 2e-3;
+/// `x_max`, rad: 10 mrad occur.
+const MAX_IMPLIED: f64 = 0.016;
+/// `x_r,max`, rad: 24 mrad occur at reversals.
+const MAX_REFERENCE_TRAVEL: f64 = 0.06;
+/// `n`, samples.
+const CONSISTENT_SAMPLES: u32 = 4;
+/// `s`, rad: two counts of the encoder and an error of the speed of 1 rad/s.
+const MAX_STEP_DEVIATION: f64 = 2e-3;
+
+impl JointMonitor {
+    /// With all tolerances multiplied by `scale`.
+    pub(super) fn new(scale: f64) -> Self {
+        Self {
+            scale,
+            previous: f64::NAN,
+            unchanged: Unchanged::default(),
+            rejected_for: 0.0,
+            allowance: 0.0,
+            agreeing: 0,
+            started: false,
+        }
+    }
+
+    /// Compares a measurement, `h` s after the one before, with its prediction.
+    pub(super) fn update(&mut self, h: f64, measured: f64, predicted: &JointPrediction) -> Verdict {
+        let unchanged = measured.to_bits() == self.previous.to_bits();
+        let step = measured - self.previous;
+        self.previous = measured;
+        if !core::mem::replace(&mut self.started, true) {
+            return self.first(h, (measured - predicted.reference).abs() <= MAX_INITIAL_DEVIATION);
+        }
+        let before = self.unchanged;
+        if unchanged {
+            self.unchanged.reference += h * predicted.reference_speed;
+        } else {
+            self.unchanged = Unchanged { disturbance: predicted.disturbance, ..Unchanged::default() };
+        }
+        let e = measured - predicted.angle;
+        if self.rejected_for > 0.0 {
+            return self.examine_return(h, e, step, predicted);
+        }
+        if !unchanged {
+            let near = e.abs() <= self.scale * JUMP_LENGTH / predicted.arm;
+            return if near { Verdict::Accepted } else { self.withdraw(h, before) };
+        }
+        if self.is_contradicted(e, predicted) { self.withdraw(h, self.unchanged) } else { Verdict::Accepted }
+    }
+
+    fn first(&mut self, h: f64, accepted: bool) -> Verdict {
+        if accepted {
+            return Verdict::Accepted;
+        }
+        self.rejected_for = h;
+        Verdict::Rejected
+    }
+
+    /// Whether muscles and reference contradict an unchanged output; evaluates `x`.
+    fn is_contradicted(&mut self, e: f64, predicted: &JointPrediction) -> bool {
+        let by_muscles = (self.unchanged.disturbance - predicted.disturbance) / predicted.stiffness - e;
+        let by_reference = self.unchanged.reference;
+        let one_sign = by_muscles * by_reference > 0.0;
+        self.unchanged.implied =
+            if one_sign { by_reference.signum() * by_muscles.abs().min(by_reference.abs()) } else { 0.0 };
+        let moved = self.unchanged.implied.abs() > self.scale * MIN_TRAVEL
+            && by_muscles.abs() > self.scale * MAX_IMPLIED;
+        moved || (predicted.winches_move && by_reference.abs() > MAX_REFERENCE_TRAVEL)
+    }
+
+    fn withdraw(&mut self, h: f64, from: Unchanged) -> Verdict {
+        (self.rejected_for, self.agreeing, self.allowance) = (h, 0, from.reference.abs());
+        Verdict::Withdrawn { shift: from.implied, disturbance: from.disturbance }
+    }
+
+    fn examine_return(&mut self, h: f64, e: f64, step: f64, predicted: &JointPrediction) -> Verdict {
+        self.rejected_for += h;
+        let length = JUMP_LENGTH + DRIFT * self.rejected_for;
+        let near = e.abs() <= self.scale * length / predicted.arm + self.allowance;
+        let steady = (step - h * predicted.speed).abs() <= MAX_STEP_DEVIATION;
+        let alive = self.unchanged.reference.abs() < MIN_TRAVEL;
+        self.agreeing = if near && steady && alive { self.agreeing + 1 } else { 0 };
+        if self.agreeing < CONSISTENT_SAMPLES {
+            return Verdict::Rejected;
+        }
+        self.rejected_for = 0.0;
+        self.unchanged = Unchanged { disturbance: predicted.disturbance, ..Unchanged::default() };
+        Verdict::Returned
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const H: f64 = 1e-3;
+    /// A joint at 0.3 rad/s that follows its reference.
+    const MOVING: JointPrediction = JointPrediction {
+        angle: 0.5,
+        speed: 0.3,
+        disturbance: -1.0,
+        reference: 0.5,
+        reference_speed: 0.3,
+        arm: 0.02,
+        stiffness: 200.0,
+        winches_move: true,
+    };
+
+    /// A monitor that has accepted `MOVING` once.
+    fn started() -> JointMonitor {
+        let mut monitor = JointMonitor::new(1.0);
+        assert_eq!(monitor.update(H, 0.5, &MOVING), Verdict::Accepted);
+        monitor
+    }
+
+    #[test]
+    fn a_false_zero_is_never_accepted_however_long_it_lasts() {
+        let mut monitor = started();
+        for k in 1..1000 {
+            // The prediction stays in 0.4 to 0.6 rad.
+            let angle = 0.5 + 0.1 * libm::sin(3.0 * H * f64::from(k));
+            let verdict = monitor.update(H, 0.0, &JointPrediction { angle, ..MOVING });
+            assert!(matches!(verdict, Verdict::Rejected | Verdict::Withdrawn { .. }), "{k} {verdict:?}");
+        }
+        assert!((monitor.rejected_for - 0.999).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_return_takes_consecutive_samples_that_agree_with_the_prediction_and_with_each_other() {
+        let near = JUMP_LENGTH / MOVING.arm;
+        let after = |samples: &[f64]| {
+            let mut monitor = started();
+            assert!(matches!(monitor.update(H, f64::NAN, &MOVING), Verdict::Withdrawn { .. }));
+            samples.iter().map(|y| monitor.update(H, *y, &MOVING)).collect::<alloc::vec::Vec<_>>()
+        };
+        let smooth = [0.5, 0.5003, 0.5006, 0.5009, 0.5012];
+        assert_eq!(after(&smooth)[2..], [Verdict::Rejected, Verdict::Rejected, Verdict::Returned]);
+        // One sample off, however little, starts the count anew; so does one beyond the tolerance.
+        let off = [0.5, 0.5003, 0.5036, 0.5039, 0.5042];
+        let far = smooth.map(|y| y + 1.2 * near);
+        for samples in [off, far, [0.0; 5], [f64::NAN; 5]] {
+            assert!(after(&samples).iter().all(|verdict| *verdict == Verdict::Rejected), "{samples:?}");
+        }
+    }
+
+    #[test]
+    fn an_unchanged_output_is_rejected_only_where_muscles_and_reference_imply_motion_in_one_direction() {
+        let until_rejected = |change: f64, reference_speed: f64| {
+            let mut monitor = started();
+            assert_eq!(monitor.update(H, 0.5003, &MOVING), Verdict::Accepted);
+            (1..190).find_map(|k| {
+                let disturbance = -1.0 + change * f64::from(k);
+                let predicted = JointPrediction { disturbance, reference_speed, ..MOVING };
+                match monitor.update(H, 0.5003, &predicted) {
+                    Verdict::Withdrawn { shift, disturbance } => Some((k, shift, disturbance)),
+                    _ => None,
+                }
+            })
+        };
+        // d^ falls by W^2 x: the muscles imply +0.5 mrad per cycle, the reference +0.3.
+        let (cycles, shift, disturbance) = until_rejected(-0.1, 0.3).unwrap();
+        assert!((30..36).contains(&cycles) && (disturbance + 1.0).abs() < 1e-12, "{cycles}");
+        assert!((shift - 3e-4 * f64::from(cycles)).abs() < 1e-9, "{shift}");
+        // At rest, against the reference, and without a residual nothing is rejected before x_r,max.
+        assert_eq!(until_rejected(-0.1, 0.0), None);
+        assert_eq!(until_rejected(0.1, 0.3), None);
+        assert_eq!(until_rejected(0.0, 0.3), None);
+        // Without a residual, x_r,max is the limit.
+        assert!(until_rejected(0.0, 0.4).is_some());
+    }
+}
