@@ -86,8 +86,8 @@ fn named(fault: Fault, robot: &Robot) -> String {
     }
 }
 
-/// Largest end-point error of a run that counts as completed, m: three times what fault-free runs without a
-/// payload have at most in the median.
+/// Largest end-point error of a run that counts as completed, m: fault-free runs without a payload stay below
+/// 20 mm.
 pub const MAX_END_POINT_ERROR_M: f64 = 0.025;
 
 /// How a run ended, judged by its result as well.

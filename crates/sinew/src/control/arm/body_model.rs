@@ -14,16 +14,11 @@ pub(super) struct BodyModel {
     scratch: Scratch,
     /// `R`, m: `[muscles x joints]`, row-major.
     pub(super) moment_arms: Vec<f64>,
-    /// Root mean square of the moment arms of the muscles about every joint, m: `[joints]`.
-    pub(super) mean_arms: Vec<f64>,
     /// `phi(q)`, wrap angle of every muscle at its joints, rad: `[muscles]`.
     pub(super) wrap_angles: Vec<f64>,
     passive: Vec<f64>,
     torque: Vec<f64>,
 }
-
-/// Least mean moment arm, m: of a joint without muscles.
-const LEAST_MEAN_ARM: f64 = 1e-3;
 
 impl BodyModel {
     pub(super) fn new(robot: &Robot) -> Self {
@@ -32,7 +27,6 @@ impl BodyModel {
             geometry: Geometry::new(robot, &muscles),
             scratch: Scratch::new(robot),
             moment_arms: vec![0.0; muscles.count() * robot.nv()],
-            mean_arms: vec![LEAST_MEAN_ARM; robot.nv()],
             wrap_angles: vec![0.0; muscles.count()],
             passive: vec![0.0; robot.nv()],
             torque: vec![0.0; robot.nv()],
@@ -53,20 +47,17 @@ impl BodyModel {
     pub(super) fn evaluate_geometry(&mut self, q: &[f64]) -> Result<(), Error> {
         self.muscles.evaluate(q, &mut self.geometry)?;
         self.muscles.dense(&self.geometry, &mut self.moment_arms)?;
-        self.evaluate_mean_arms();
         self.muscles.bends(&self.geometry, &mut self.wrap_angles)
     }
 
-    fn evaluate_mean_arms(&mut self) {
-        let joints = self.mean_arms.len();
-        for (k, mean) in self.mean_arms.iter_mut().enumerate() {
-            let (mut squares, mut count) = (0.0, 0.0);
-            for arm in self.moment_arms.iter().skip(k).step_by(joints).filter(|arm| **arm != 0.0) {
-                squares += arm * arm;
-                count += 1.0;
-            }
-            *mean = libm::sqrt(squares / f64::max(count, 1.0)).max(LEAST_MEAN_ARM);
+    /// Root mean square of the moment arms of the muscles that cross a joint, m.
+    pub(super) fn mean_arm(&self, joint: usize) -> f64 {
+        let (mut squares, mut count) = (0.0, 0.0);
+        for row in self.moment_arms.chunks_exact(self.joints()).filter(|row| row[joint] != 0.0) {
+            squares += row[joint] * row[joint];
+            count += 1.0;
         }
+        libm::sqrt(squares / f64::max(count, 1.0))
     }
 
     /// Length of every muscle in the evaluated pose, m.

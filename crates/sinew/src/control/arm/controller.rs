@@ -228,7 +228,7 @@ impl ArmController {
             tension_in: &self.cables.tension_in,
             winch_correction: &self.cables.winch_correction,
             joint: [&self.joints.q, &self.joints.v, &self.joints.disturbance],
-            joint_arm: &self.body.mean_arms,
+            joint_arm: &self.stiffness.arms,
             joint_stiffness: &self.stiffness.joints,
             reference,
         };

@@ -32,6 +32,8 @@ pub(super) struct JointStiffness {
     pub(super) cables: Vec<f64>,
     /// `W_k^2`, 1/s^2: `[joints]`.
     pub(super) joints: Vec<f64>,
+    /// Root mean square of the moment arms about every joint, m: `[joints]`.
+    pub(super) arms: Vec<f64>,
     tension: Vec<f64>,
     acceleration: Vec<f64>,
     cycle: usize,
@@ -41,6 +43,8 @@ pub(super) struct JointStiffness {
 const INTERVAL: usize = 16;
 /// Displacement of a joint in the difference, rad.
 const DISPLACEMENT: f64 = 1e-3;
+/// Least mean moment arm, m: of a joint without muscles.
+const LEAST_ARM: f64 = 1e-3;
 /// Least `W^2`, 1/s^2: of a joint without muscles.
 const LEAST: f64 = 1.0;
 
@@ -52,6 +56,7 @@ impl JointStiffness {
         Ok(Self {
             cables: models.iter().map(stiffness).collect::<Result<_, Error>>()?,
             joints: vec![f64::INFINITY; joints],
+            arms: vec![LEAST_ARM; joints],
             tension: vec![0.0; models.len()],
             acceleration: vec![0.0; joints],
             cycle: 0,
@@ -94,6 +99,7 @@ impl JointStiffness {
         tension: &[f64],
         acceleration: &[f64],
     ) -> Result<(), Error> {
+        self.arms[joint] = body.mean_arm(joint).max(LEAST_ARM);
         let arms = body.moment_arms.chunks_exact(self.joints.len()).map(|row| row[joint]);
         for ((displaced, tension), (stiffness, arm)) in
             self.tension.iter_mut().zip(tension).zip(self.cables.iter().zip(arms))
