@@ -33,7 +33,7 @@ use clap_complete::Shell;
 const EXIT_CODES: &str = "\
 Exit codes:
   0    success
-  1    the system failed: no permission, no space, standard output closed
+  1    the system failed: no permission, no space, standard output that cannot be written
   2    bad input: an argument, a file or its content
   130  interrupted by Ctrl-C; no output is left incomplete";
 
