@@ -8,6 +8,7 @@ use crate::log::{Dataset, Input, Role, Roles, Sequence};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use std::f64::consts::TAU;
 
 /// `mu phi` and `T_0`, N.
 const TRUTH: [f64; 2] = [0.35, 5.0];
@@ -29,12 +30,12 @@ const CASES: [Case; 6] =
 /// 60 s at 100 Hz of a cable that slides whenever its near tension changes, and keeps its far tension at rest.
 fn log(case: Case, seed: u64) -> Dataset {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let phase: f64 = random.random::<f64>() * 6.28;
+    let phase: f64 = random.random::<f64>() * TAU;
     let period = 2.0 + 2.0 * random.random::<f64>();
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
     let n = 6000;
     let wave = |t: f64| -> f64 {
-        let turn = (t / period + phase / 6.28).fract();
+        let turn = (t / period + phase / TAU).fract();
         match case {
             Case::Triangle => 4.0 * (turn - 0.5).abs() - 1.0,
             // Half a stroke, a hold of two seconds, and so on.
@@ -52,7 +53,7 @@ fn log(case: Case, seed: u64) -> Dataset {
                     -1.0
                 }
             }
-            _ => (6.28318 * turn).sin(),
+            _ => (TAU * turn).sin(),
         }
     };
     let near: Vec<f64> = (0..n).map(|i| 60.0 + 30.0 * wave(f64::from(i) * 0.01)).collect();
