@@ -13,11 +13,12 @@ mod verbs;
 use arguments::{Arguments, Verb};
 use clap::{Command, CommandFactory, FromArgMatches};
 use std::process::ExitCode;
+use verbs::Outcome;
 
 fn main() -> ExitCode {
     let arguments = parse_arguments();
     match output::install_interrupt_handler().and_then(|()| run(&arguments.verb)) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(outcome) => outcome.into(),
         // A closed pipe, as in `sinew evaluate ... | head`, is no error.
         Err(error::Error::Stdout(e)) if e.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {
@@ -27,22 +28,23 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(verb: &Verb) -> Result<(), error::Error> {
+fn run(verb: &Verb) -> Result<Outcome, error::Error> {
     match verb {
+        Verb::Track(arguments) => return verbs::track::run(arguments),
+        Verb::Tension(arguments) => return verbs::tension::run(arguments),
+        Verb::Drive(arguments) => return verbs::drive::run(arguments),
         Verb::Identify(arguments) => verbs::identify::run(arguments),
         Verb::Evaluate(arguments) => verbs::evaluate::run(arguments),
         Verb::Predict(arguments) => verbs::predict::run(arguments),
         Verb::Adapt(arguments) => verbs::adapt::run(arguments),
         Verb::Demo(arguments) => verbs::demo::run(arguments),
         Verb::Arm(arguments) => verbs::arm::run(arguments),
-        Verb::Track(arguments) => verbs::track::run(arguments),
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments),
         Verb::Bench(arguments) => verbs::bench::run(arguments),
         Verb::Twin(arguments) => verbs::twin::run(arguments),
-        Verb::Tension(arguments) => verbs::tension::run(arguments),
-        Verb::Drive(arguments) => verbs::drive::run(arguments),
         Verb::Completions(arguments) => verbs::completions::run(arguments),
-    }
+    }?;
+    Ok(Outcome::AsAsked)
 }
 
 /// Parses the command line. A negative number is a value, not a flag, so that the flag's own parser refuses

@@ -35,6 +35,7 @@ Exit codes:
   0    success
   1    the system failed: no permission, no space, standard output that cannot be written
   2    bad input: an argument, a file or its content
+  3    done, but not as asked: a motion stopped or inaccurate, a torque out of reach, no drive that is strong enough
   130  interrupted by Ctrl-C; no output is left incomplete";
 
 /// Identifies, simulates and controls cable-driven robots whose cables run in sheaths.

@@ -1,6 +1,6 @@
 //! `sinew drive`.
 
-use super::read_text;
+use super::{Outcome, read_text};
 use crate::arguments::{DriveArguments, DriveSizeArguments, DriveVerb};
 use crate::error::Error;
 use crate::output::print;
@@ -13,21 +13,22 @@ use std::path::{Path, PathBuf};
 /// Points of a printed envelope.
 const ENVELOPE_POINTS: usize = 13;
 
-pub(crate) fn run(arguments: &DriveArguments) -> Result<(), Error> {
+pub(crate) fn run(arguments: &DriveArguments) -> Result<Outcome, Error> {
     match &arguments.verb {
         DriveVerb::Size(arguments) => size(arguments),
     }
 }
 
-fn size(arguments: &DriveSizeArguments) -> Result<(), Error> {
+fn size(arguments: &DriveSizeArguments) -> Result<Outcome, Error> {
     let required = requirement(arguments);
     let catalogue = catalogue(arguments.catalogue.as_deref())?;
     let choices = choose(&catalogue, &required)?;
     let answers: Vec<Answer<'_>> = choices.iter().map(|choice| Answer::of(choice, &required)).collect();
-    if arguments.json {
-        return print(&(serde_json::to_string(&Answers { choices: answers })? + "\n"));
-    }
     let able = answers.iter().filter(|answer| answer.meets).count();
+    if arguments.json {
+        print(&(serde_json::to_string(&Answers { choices: answers })? + "\n"))?;
+        return Ok(Outcome::of(able > 0));
+    }
     let mut text = format!("{able} of {} pairs of motor and reducer meet the requirement\n", answers.len());
     text += &summary_text(&answers);
     if let Some(first) = answers.first() {
@@ -37,7 +38,8 @@ fn size(arguments: &DriveSizeArguments) -> Result<(), Error> {
         );
         text += &envelope(&first.envelope);
     }
-    print(&text)
+    print(&text)?;
+    Ok(Outcome::of(able > 0))
 }
 
 fn requirement(arguments: &DriveSizeArguments) -> Requirement {

@@ -2,7 +2,7 @@
 
 mod problems;
 
-use super::read_text;
+use super::{Outcome, read_text};
 use crate::arguments::TensionArguments;
 use crate::error::Error;
 use crate::output::print;
@@ -29,7 +29,7 @@ struct Answer {
     at_limit: [usize; 2],
 }
 
-pub(crate) fn run(arguments: &TensionArguments) -> Result<(), Error> {
+pub(crate) fn run(arguments: &TensionArguments) -> Result<Outcome, Error> {
     let file = &arguments.problems;
     let refused = |problem| Error::TensionProblems { file: file.clone(), problem };
     let problems = problems::parse(&read_text(file)?).map_err(refused)?;
@@ -37,10 +37,13 @@ pub(crate) fn run(arguments: &TensionArguments) -> Result<(), Error> {
         solve(problem).map_err(|error| refused(format!("problems[{k}]{}", problem.locate(&error))))
     });
     let solutions = Solutions { solutions: solutions.collect::<Result<_, _>>()? };
+    let outcome = Outcome::of(solutions.solutions.iter().all(|answer| answer.status == "optimal"));
     if arguments.json {
-        return print(&(serde_json::to_string(&solutions)? + "\n"));
+        print(&(serde_json::to_string(&solutions)? + "\n"))?;
+    } else {
+        print(&summary(&solutions.solutions))?;
     }
-    print(&summary(&solutions.solutions))
+    Ok(outcome)
 }
 
 /// Solves one problem without a warm start; the time includes its check.

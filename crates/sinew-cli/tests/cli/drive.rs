@@ -45,3 +45,10 @@ fn a_wrong_number_is_named_with_its_file_line_or_flag() {
     }
     bench.refuses_usage(&REQUIRED.replace("--tension 250", "--tension nan"), &["'nan' for '--tension"]);
 }
+
+#[test]
+fn a_requirement_that_no_drive_meets_is_answered_and_ends_with_a_code_of_its_own() {
+    let run = Bench::new().run("drive size --tension 100000 --speed 1 --acceleration 1 --stroke 0.1");
+    assert_eq!(run.code, Some(3), "{}", run.stderr);
+    assert!(run.stdout.starts_with("0 of "), "{}", run.stdout);
+}

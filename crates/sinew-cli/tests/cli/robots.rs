@@ -173,7 +173,7 @@ fn a_fault_is_injected_by_name_and_reported_with_its_time() {
     let run = bench.run(&format!(
         "{short} --fault joint-encoder:elbow_flexion:nan@4+0.005 --fault cable:triceps@6 --report run.html --record run.csv --json"
     ));
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!(run.code, Some(3), "the arm was stopped: {}", run.stderr);
     for words in [
         "joint encoder of elbow_flexion",
         "bridged",

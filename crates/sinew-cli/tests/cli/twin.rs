@@ -57,7 +57,7 @@ fn an_infeasible_or_malformed_motion_is_refused_with_its_place() {
         ("track --path open.csv --duration 9", ["--duration 9", "their own times"]),
         ("track --path to:3,0,0", ["to:3,0,0", "reach of the end point"]),
         ("track --path to:0.6,0.2,-0.2 --repeats 2", ["--repeats 2", "end where it begins"]),
-        ("track --path jolt.csv", ["jolt.csv", "at its limit of"]),
+        ("track --path jolt.csv", ["jolt.csv", "what its drive holds continuously"]),
         ("track --duration 2", ["the winch of `brachialis`", "0.130 m/s"]),
         ("track --report t --record t", ["t", "two results"]),
         ("track models.xml", ["models.xml", "cannot be read"]),

@@ -11,6 +11,7 @@ use crate::output::{print, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::report::tracking::{TrackView, page, response};
 use crate::table::{number, table};
+use crate::verbs::Outcome;
 use setup::Setup;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{INITIAL_REST_S, MAX_END_POINT_ERROR_M, TrackOutcome, TrackingNumbers, TrackingResult};
@@ -22,7 +23,7 @@ const REPORT_ROWS: f64 = 3000.0;
 /// Interval between the rows of a record, s.
 const RECORD_INTERVAL_S: f64 = 0.01;
 
-pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
+pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
     check_outputs(arguments)?;
     let setup = Setup::new(arguments)?;
     let progress = Progress::new();
@@ -36,16 +37,19 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<(), Error> {
     let files = files(arguments, &setup, &result)?;
     let bytes: Vec<_> = files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
     write_all(&bytes)?;
+    let outcome = Outcome::of(result.numbers.outcome == TrackOutcome::Completed);
     let tracking = BTreeMap::from([(setup.variant, result.numbers)]);
     if arguments.json {
         let all = serde_json::json!({"simulated": true, "seed": setup.seed, "tracking": tracking});
-        return print(&(serde_json::to_string_pretty(&all)? + "\n"));
+        print(&(serde_json::to_string_pretty(&all)? + "\n"))?;
+        return Ok(outcome);
     }
     let mut text = summary_text(&tracking);
     for (path, _) in &files {
         text += &format!("Written: {}\n", path.display());
     }
-    print(&text)
+    print(&text)?;
+    Ok(outcome)
 }
 
 fn check_outputs(arguments: &TrackArguments) -> Result<(), Error> {

@@ -1,12 +1,6 @@
 //! The tension distribution where joints, arms, weights and limits differ by many powers of ten: what is claimed
 //! is proved anew from the answer alone, with sums of twice the digits.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stderr,
-    reason = "a failing test may panic, a long one tells its counts"
-)]
-
 use sinew::control::tension::{Distribution, Problem, Solution, Status};
 use sinew::random::Random;
 

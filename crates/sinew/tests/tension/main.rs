@@ -1,6 +1,12 @@
 //! Laws of the tension distribution, on problems of all sizes and kinds.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "a failing test may panic, a long one tells its counts"
+)]
+
+mod scaling;
 
 use sinew::Error;
 use sinew::control::tension::{Distribution, Limit, Problem, Settings, Solution, Status, cocontract};
