@@ -1,12 +1,12 @@
 //! The report of an identification from its results.
 
+use super::assessment::Assessment;
 use super::evidence::Evidence;
 use super::excitation;
 use super::parameters::parameters;
 use super::recommendations::{recommendations, warnings};
 use super::traces::traces;
 use super::types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport};
-use super::verdict::Verdict;
 use crate::fit::classical::fit_classical;
 use crate::fit::run::Run;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
@@ -49,9 +49,9 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
     };
     let poor = excitation::limits(logs, model);
     report.warnings = warnings(evidence, &report, &poor);
-    let verdict = Verdict::of(evidence, &poor);
-    report.grade = verdict.grade;
-    report.recommendations = recommendations(evidence, &report, &verdict);
+    let assessment = Assessment::of(evidence, &poor);
+    report.grade = assessment.grade;
+    report.recommendations = recommendations(evidence, &report, &assessment);
     report
 }
 

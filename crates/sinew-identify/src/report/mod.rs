@@ -1,6 +1,7 @@
 //! The report of an identification as plain data: what was fitted, with which error, how far it can be
 //! trusted.
 
+mod assessment;
 pub(crate) mod build;
 mod evidence;
 mod excitation;
@@ -8,7 +9,6 @@ mod parameters;
 mod recommendations;
 mod traces;
 mod types;
-mod verdict;
 
 pub use crate::fit::classical::{ClassicalFit, Parameter};
 pub use crate::select::influence::InfluenceRow;

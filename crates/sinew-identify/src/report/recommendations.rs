@@ -1,8 +1,8 @@
 //! Limits of an identification, and what to do next.
 
+use super::assessment::Assessment;
 use super::evidence::Evidence;
 use super::types::{Grade, IdentificationReport};
-use super::verdict::Verdict;
 use crate::select::cross_validation::FoldScore;
 use sinew::predictor::Role;
 
@@ -61,24 +61,24 @@ pub(super) fn warnings(
 pub(super) fn recommendations(
     evidence: &Evidence<'_>,
     report: &IdentificationReport,
-    verdict: &Verdict,
+    assessment: &Assessment,
 ) -> [String; 2] {
     let expected = report.expected.percent_of_range;
     let kind = if evidence.folds.grouped { "new logs" } else { "later stretches of the same day" };
     let error = format!(
         "expect an error of about {expected:.1} % of the range on {kind}{}{}",
         fold_range(evidence),
-        references(evidence, verdict)
+        references(evidence, assessment)
     );
-    let because = verdict.reasons.join("; ");
-    let validity = match verdict.grade {
+    let because = assessment.reasons.join("; ");
+    let validity = match assessment.grade {
         Grade::Use => format!("Use the model inside the ranges of these logs and {error}."),
         Grade::UseWithCare => {
             format!("Use the model with care, inside the ranges of these logs, because {because}; {error}.")
         }
         Grade::DoNotUse => format!("Do not use the model, because {because}; {error}."),
     };
-    let next = match verdict.grade {
+    let next = match assessment.grade {
         Grade::DoNotUse => {
             "Check the roles and the synchronisation of the signals, and record logs in which the near side \
                             moves through the whole range in both directions."
@@ -90,9 +90,9 @@ pub(super) fn recommendations(
 }
 
 /// The errors of the two references, in words.
-fn references(evidence: &Evidence<'_>, verdict: &Verdict) -> String {
+fn references(evidence: &Evidence<'_>, assessment: &Assessment) -> String {
     let percent = |rmse: f64| 100.0 * rmse / evidence.model.provenance.far_range;
-    match (verdict.constant, verdict.linear) {
+    match (assessment.constant, assessment.linear) {
         (Some(constant), Some(linear)) => {
             format!(
                 "; a constant has {:.1} %, a linear regression {:.1} %",

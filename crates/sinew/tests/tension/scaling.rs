@@ -1,7 +1,8 @@
 //! The tension distribution where joints, arms, weights and limits differ by many powers of ten: what is claimed
 //! is proved anew from the answer alone, with sums of twice the digits.
 
-use sinew::control::tension::{Distribution, Problem, Solution, Status};
+use super::{Owned, below};
+use sinew::control::tension::{Distribution, Solution, Status};
 use sinew::random::Random;
 
 const SIZES: [(usize, usize); 8] = [(2, 1), (3, 2), (6, 3), (8, 4), (15, 4), (15, 6), (15, 7), (20, 5)];
@@ -12,23 +13,10 @@ const DECADES: f64 = 9.0;
 /// Largest error of a claim, relative to the residual's length or the cost.
 const CLOSE: f64 = 1e-6;
 
-/// A problem with its numbers.
-#[derive(Debug, Clone)]
-struct Owned {
-    joints: usize,
-    arms: Vec<f64>,
-    torque: Vec<f64>,
-    minimum: Vec<f64>,
-    maximum: Vec<f64>,
-    reference: Vec<f64>,
-    weight: Vec<f64>,
-}
-
 impl Owned {
     /// Any of joints, muscles' arms, weights and limits scaled, or several of them; torques within reach, at the
     /// corners of what is, and beyond.
     fn draw(random: &mut Random) -> Self {
-        let below = |random: &mut Random, n: usize| ((random.unit() * n as f64) as usize).min(n - 1);
         let (muscles, joints) = SIZES[below(random, SIZES.len())];
         let mut scales = |count: usize| -> Vec<f64> {
             let decades = if random.unit() < 0.5 { DECADES } else { 0.0 };
@@ -65,18 +53,7 @@ impl Owned {
         if kind == 3 {
             torque.iter_mut().for_each(|torque| *torque *= 3.0 * random.normal());
         }
-        Self { joints, arms, torque, minimum, maximum, reference: times(&wanted), weight }
-    }
-
-    fn problem(&self) -> Problem<'_> {
-        Problem {
-            moment_arms: &self.arms,
-            torque: &self.torque,
-            minimum: &self.minimum,
-            maximum: &self.maximum,
-            reference: &self.reference,
-            weight: &self.weight,
-        }
+        Self { muscles, joints, arms, torque, minimum, maximum, reference: times(&wanted), weight }
     }
 }
 

@@ -1,5 +1,4 @@
-//! The 95 % intervals of the static capstan cover the parameters of simulated logs, whatever motion and noise; where a
-//! log cannot determine them they are called not identified.
+//! The 95 % intervals of the static capstan cover the parameters of simulated logs, whatever motion and noise.
 
 use super::capstan;
 use super::result::Parameter;
@@ -121,6 +120,6 @@ fn long_intervals_cover_in_90_to_98_percent() {
     for case in CASES {
         let share = coverage(case, 200);
         println!("{case:?}: mu phi {:.1} %, T_0 {:.1} %", 100.0 * share[0], 100.0 * share[1]);
-        assert!(share.iter().all(|share| (0.9..=0.99).contains(share)), "{case:?}: {share:?}");
+        assert!(share.iter().all(|share| (0.9..=0.98).contains(share)), "{case:?}: {share:?}");
     }
 }

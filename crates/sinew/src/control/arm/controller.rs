@@ -5,7 +5,7 @@ use super::body_model::BodyModel;
 use super::cable_states::{CableStateSource, CableStates};
 use super::fault_detector::{FaultDetector, Prediction};
 use super::gains::ArmGains;
-use super::joint_monitor::Verdict;
+use super::joint_monitor::EncoderCheck;
 use super::joint_observer::JointObserver;
 use super::joint_stiffness::JointStiffness;
 use super::signals::{
@@ -258,11 +258,11 @@ impl ArmController {
             }
             self.joints.initialize(&self.faults.joint);
         }
-        for (k, verdict) in self.faults.verdicts.iter().enumerate() {
-            match *verdict {
-                Verdict::Accepted | Verdict::Rejected => {}
-                Verdict::Returned => self.joints.q[k] = self.faults.joint[k],
-                Verdict::Withdrawn { shift, disturbance } => {
+        for (k, check) in self.faults.checks.iter().enumerate() {
+            match *check {
+                EncoderCheck::Accepted | EncoderCheck::Rejected => {}
+                EncoderCheck::Returned => self.joints.q[k] = self.faults.joint[k],
+                EncoderCheck::Withdrawn { shift, disturbance } => {
                     self.joints.q[k] += shift;
                     self.joints.disturbance[k] = disturbance;
                     if shift != 0.0 {

@@ -1,4 +1,4 @@
-use super::joint_monitor::{JointMonitor, JointPrediction, Verdict};
+use super::joint_monitor::{EncoderCheck, JointMonitor, JointPrediction};
 use super::sensor_monitor::{SensorLimits, SensorMonitor};
 use super::signals::ArmMeasurement;
 use super::status::{ArmStatus, Fault};
@@ -99,7 +99,7 @@ pub(super) struct FaultDetector {
     /// Accepted joint angles, rad, NaN where rejected: `[joints]`.
     pub(super) joint: Vec<f64>,
     /// Outcome for every joint encoder: `[joints]`.
-    pub(super) verdicts: Vec<Verdict>,
+    pub(super) checks: Vec<EncoderCheck>,
     pub(super) status: ArmStatus,
     started: bool,
 }
@@ -120,7 +120,7 @@ impl FaultDetector {
             motor: vec![0.0; muscles],
             tension: vec![0.0; muscles],
             joint: vec![0.0; joints],
-            verdicts: vec![Verdict::Rejected; joints],
+            checks: vec![EncoderCheck::Rejected; joints],
             status: ArmStatus::Following,
             started: false,
         }
@@ -162,11 +162,11 @@ impl FaultDetector {
                 stiffness: prediction.joint_stiffness[k],
                 winches_move,
             };
-            let verdict = self.encoders[k].update(h, measured, &predicted);
-            let usable = matches!(verdict, Verdict::Accepted | Verdict::Returned);
+            let check = self.encoders[k].update(h, measured, &predicted);
+            let usable = matches!(check, EncoderCheck::Accepted | EncoderCheck::Returned);
             self.joint[k] = if usable { measured } else { f64::NAN };
-            self.verdicts[k] = verdict;
-            self.report(verdict == Verdict::Accepted, Fault::JointSensor(k));
+            self.checks[k] = check;
+            self.report(check == EncoderCheck::Accepted, Fault::JointSensor(k));
             if self.encoders[k].rejected_for > JOINT_PERSISTENCE_TIME {
                 self.stop(Fault::JointSensor(k));
             }

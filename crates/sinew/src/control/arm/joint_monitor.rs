@@ -60,7 +60,7 @@ struct Unchanged {
 
 /// Outcome of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Verdict {
+pub(super) enum EncoderCheck {
     /// Accepted.
     Accepted,
     /// Rejected, first sample: the estimate moves by an angle, rad, and its disturbance, rad/s^2, is replaced.
@@ -129,7 +129,7 @@ impl JointMonitor {
     }
 
     /// Compares a measurement, `h` s after the one before, with its prediction.
-    pub(super) fn update(&mut self, h: f64, measured: f64, predicted: &JointPrediction) -> Verdict {
+    pub(super) fn update(&mut self, h: f64, measured: f64, predicted: &JointPrediction) -> EncoderCheck {
         let unchanged = measured.to_bits() == self.previous.to_bits();
         let step = measured - self.previous;
         self.previous = measured;
@@ -148,17 +148,21 @@ impl JointMonitor {
         }
         if !unchanged {
             let near = e.abs() <= self.scale * JUMP_LENGTH / predicted.arm;
-            return if near { Verdict::Accepted } else { self.withdraw(h, before) };
+            return if near { EncoderCheck::Accepted } else { self.withdraw(h, before) };
         }
-        if self.is_contradicted(e, predicted) { self.withdraw(h, self.unchanged) } else { Verdict::Accepted }
+        if self.is_contradicted(e, predicted) {
+            self.withdraw(h, self.unchanged)
+        } else {
+            EncoderCheck::Accepted
+        }
     }
 
-    fn first(&mut self, h: f64, accepted: bool) -> Verdict {
+    fn first(&mut self, h: f64, accepted: bool) -> EncoderCheck {
         if accepted {
-            return Verdict::Accepted;
+            return EncoderCheck::Accepted;
         }
         self.rejected_for = h;
-        Verdict::Rejected
+        EncoderCheck::Rejected
     }
 
     /// Whether muscles and reference contradict an unchanged output; evaluates `x`.
@@ -173,12 +177,12 @@ impl JointMonitor {
         moved || (predicted.winches_move && by_reference.abs() > MAX_REFERENCE_TRAVEL)
     }
 
-    fn withdraw(&mut self, h: f64, from: Unchanged) -> Verdict {
+    fn withdraw(&mut self, h: f64, from: Unchanged) -> EncoderCheck {
         (self.rejected_for, self.agreeing, self.allowance) = (h, 0, from.reference.abs());
-        Verdict::Withdrawn { shift: from.implied, disturbance: from.disturbance }
+        EncoderCheck::Withdrawn { shift: from.implied, disturbance: from.disturbance }
     }
 
-    fn examine_return(&mut self, h: f64, e: f64, step: f64, predicted: &JointPrediction) -> Verdict {
+    fn examine_return(&mut self, h: f64, e: f64, step: f64, predicted: &JointPrediction) -> EncoderCheck {
         self.rejected_for += h;
         let length = JUMP_LENGTH + DRIFT * self.rejected_for;
         let near = e.abs() <= self.scale * length / predicted.arm + self.allowance;
@@ -186,11 +190,11 @@ impl JointMonitor {
         let alive = self.unchanged.reference.abs() < MIN_TRAVEL;
         self.agreeing = if near && steady && alive { self.agreeing + 1 } else { 0 };
         if self.agreeing < CONSISTENT_SAMPLES {
-            return Verdict::Rejected;
+            return EncoderCheck::Rejected;
         }
         self.rejected_for = 0.0;
         self.unchanged = Unchanged { disturbance: predicted.disturbance, ..Unchanged::default() };
-        Verdict::Returned
+        EncoderCheck::Returned
     }
 }
 
@@ -214,7 +218,7 @@ mod tests {
     /// A monitor that has accepted `MOVING` once.
     fn started() -> JointMonitor {
         let mut monitor = JointMonitor::new(1.0);
-        assert_eq!(monitor.update(H, 0.5, &MOVING), Verdict::Accepted);
+        assert_eq!(monitor.update(H, 0.5, &MOVING), EncoderCheck::Accepted);
         monitor
     }
 
@@ -224,8 +228,11 @@ mod tests {
         for k in 1..1000 {
             // The prediction stays in 0.4 to 0.6 rad.
             let angle = 0.5 + 0.1 * libm::sin(3.0 * H * f64::from(k));
-            let verdict = monitor.update(H, 0.0, &JointPrediction { angle, ..MOVING });
-            assert!(matches!(verdict, Verdict::Rejected | Verdict::Withdrawn { .. }), "{k} {verdict:?}");
+            let check = monitor.update(H, 0.0, &JointPrediction { angle, ..MOVING });
+            assert!(
+                matches!(check, EncoderCheck::Rejected | EncoderCheck::Withdrawn { .. }),
+                "{k} {check:?}"
+            );
         }
         assert!((monitor.rejected_for - 0.999).abs() < 1e-9);
     }
@@ -235,16 +242,19 @@ mod tests {
         let near = JUMP_LENGTH / MOVING.arm;
         let after = |samples: &[f64]| {
             let mut monitor = started();
-            assert!(matches!(monitor.update(H, f64::NAN, &MOVING), Verdict::Withdrawn { .. }));
+            assert!(matches!(monitor.update(H, f64::NAN, &MOVING), EncoderCheck::Withdrawn { .. }));
             samples.iter().map(|y| monitor.update(H, *y, &MOVING)).collect::<alloc::vec::Vec<_>>()
         };
         let smooth = [0.5, 0.5003, 0.5006, 0.5009, 0.5012];
-        assert_eq!(after(&smooth)[2..], [Verdict::Rejected, Verdict::Rejected, Verdict::Returned]);
+        assert_eq!(
+            after(&smooth)[2..],
+            [EncoderCheck::Rejected, EncoderCheck::Rejected, EncoderCheck::Returned]
+        );
         // One sample off, however little, starts the count anew; so does one beyond the tolerance.
         let off = [0.5, 0.5003, 0.5036, 0.5039, 0.5042];
         let far = smooth.map(|y| y + 1.2 * near);
         for samples in [off, far, [0.0; 5], [f64::NAN; 5]] {
-            assert!(after(&samples).iter().all(|verdict| *verdict == Verdict::Rejected), "{samples:?}");
+            assert!(after(&samples).iter().all(|check| *check == EncoderCheck::Rejected), "{samples:?}");
         }
     }
 
@@ -252,12 +262,12 @@ mod tests {
     fn an_unchanged_output_is_rejected_only_where_muscles_and_reference_imply_motion_in_one_direction() {
         let until_rejected = |change: f64, reference_speed: f64| {
             let mut monitor = started();
-            assert_eq!(monitor.update(H, 0.5003, &MOVING), Verdict::Accepted);
+            assert_eq!(monitor.update(H, 0.5003, &MOVING), EncoderCheck::Accepted);
             (1..190).find_map(|k| {
                 let disturbance = -1.0 + change * f64::from(k);
                 let predicted = JointPrediction { disturbance, reference_speed, ..MOVING };
                 match monitor.update(H, 0.5003, &predicted) {
-                    Verdict::Withdrawn { shift, disturbance } => Some((k, shift, disturbance)),
+                    EncoderCheck::Withdrawn { shift, disturbance } => Some((k, shift, disturbance)),
                     _ => None,
                 }
             })

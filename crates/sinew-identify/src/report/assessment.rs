@@ -16,7 +16,7 @@ const DOUBTFUL: f64 = 0.33;
 const NO_BETTER_THAN_LINEAR: f64 = 0.9;
 
 /// The grade of a model with its reasons.
-pub(super) struct Verdict {
+pub(super) struct Assessment {
     pub(super) grade: Grade,
     /// Why it is not recommended without reserve, most important first; each completes "because".
     pub(super) reasons: Vec<String>,
@@ -25,8 +25,8 @@ pub(super) struct Verdict {
     pub(super) linear: Option<f64>,
 }
 
-impl Verdict {
-    /// The verdict on the chosen model; `poor` are the limits of the logs' excitation.
+impl Assessment {
+    /// The assessment on the chosen model; `poor` are the limits of the logs' excitation.
     pub(super) fn of(evidence: &Evidence<'_>, poor: &[String]) -> Self {
         let expected = evidence.model.provenance.rmse_unseen;
         let chosen = evidence.scored[evidence.chosen].name.as_str();
