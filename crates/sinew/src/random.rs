@@ -1,4 +1,7 @@
-//! Random numbers from a seed, the same on every machine: for sensor noise and for drawing specimens.
+//! Random numbers from a seed, the same on every machine, for sensor noise and for drawing specimens; evenly spread
+//! points for searches and samples.
+
+use alloc::vec::Vec;
 
 /// splitmix64: one 64-bit state, any seed.
 ///
@@ -50,6 +53,55 @@ impl Random {
         // The variance of the sum is 8/12 of the squared width.
         const SCALE: f64 = 1.224_744_871_391_589 / 65_536.0;
         (f64::from(sum) - 4.0 * 65_535.0) * SCALE
+    }
+}
+
+/// Points that fill the unit cube evenly, without end.
+///
+/// ```text
+/// x_i(k) = frac(1/2 + k a^-(i+1)),    a^(n+1) = a + 1
+/// ```
+///
+/// # Example
+/// ```
+/// use sinew::random::EvenPoints;
+/// let points: Vec<Vec<f64>> = EvenPoints::new(2).take(100).collect();
+/// let corner = points.iter().filter(|x| x[0] < 0.5 && x[1] < 0.5).count();
+/// assert!((24..=26).contains(&corner) && points[0] == [0.5, 0.5]);
+/// ```
+///
+/// # Source
+/// `roberts2018`: generalised golden ratio.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EvenPoints {
+    steps: Vec<f64>,
+    k: usize,
+}
+
+impl EvenPoints {
+    /// From the middle of a cube of `dimensions`.
+    #[must_use]
+    pub fn new(dimensions: usize) -> Self {
+        let mut ratio = 2.0_f64;
+        for _ in 0..60 {
+            ratio = libm::pow(1.0 + ratio, 1.0 / (dimensions as f64 + 1.0));
+        }
+        Self { steps: (0..dimensions).map(|i| libm::pow(ratio, -(i as f64 + 1.0))).collect(), k: 0 }
+    }
+}
+
+impl Iterator for EvenPoints {
+    type Item = Vec<f64>;
+
+    fn next(&mut self) -> Option<Vec<f64>> {
+        let k = self.k as f64;
+        self.k += 1;
+        Some(self.steps.iter().map(|step| (0.5 + k * step) % 1.0).collect())
+    }
+
+    fn nth(&mut self, n: usize) -> Option<Vec<f64>> {
+        self.k += n;
+        self.next()
     }
 }
 

@@ -1,19 +1,27 @@
-//! Robot files: text in, [`crate::body::Parts`] or one error out; and back.
+//! Robot files: text in, [`crate::body::Parts`] or one error out; and back. Machine files: text in, a
+//! [`crate::machine::Machine`] with the origin of every value out; their format is documented at [`machine`].
 //!
-//! Nothing here accesses a file system: the caller passes text, and resolves the names of included files. The
-//! result is a description; [`Description::robot`] validates it.
+//! Nothing here accesses a file system: the caller passes text, and resolves the names of other files. The
+//! result of a robot file is a description; [`Description::robot`] validates it. A robot file is a machine file
+//! with defaults for everything but the body ([`machine_of`], [`machine_from_toml`]).
 
 mod attributes;
+mod deserialized;
+mod document;
+mod domain;
 mod error;
+pub mod machine;
 mod mjcf;
 mod names;
 mod orientation;
 mod origin;
 mod robot_toml;
+mod spelling;
 mod tree;
 mod urdf;
 
 pub use error::{DescriptionError, Warning};
+pub use machine::{MachineDescription, machine_from_toml, machine_of, robot_from_toml};
 pub use mjcf::{from_mjcf, to_mjcf};
 pub use origin::Origins;
 pub use robot_toml::{from_toml, to_toml};

@@ -25,11 +25,19 @@ impl Keys {
     /// The line of a key, or of the one key that is this word and a unit, in the table whose head is on a
     /// line; of the head, where the table has no such key.
     pub(super) fn line(&self, head: usize, word: &str) -> usize {
+        self.find(head, word).map_or(head, |(line, _)| line)
+    }
+
+    /// That line and the whole key.
+    fn find(&self, head: usize, word: &str) -> Option<(usize, &str)> {
         let from = self.0.partition_point(|(line, _)| *line <= head);
         let within = self.0[from..].iter().take_while(|(_, key)| key != "[");
         let is =
             |key: &str| key.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
-        within.into_iter().find(|(_, key)| !word.is_empty() && is(key)).map_or(head, |(line, _)| *line)
+        within
+            .into_iter()
+            .find(|(_, key)| !word.is_empty() && is(key))
+            .map(|(line, key)| (*line, key.as_str()))
     }
 }
 
@@ -48,15 +56,28 @@ impl Origins {
         Origins { file: file.to_string(), lines: BTreeMap::new(), keys: BTreeMap::new() }
     }
 
+    /// The file that was read first.
+    pub(super) fn file(&self) -> &str {
+        &self.file
+    }
+
     pub(super) fn set_keys(&mut self, file: &str, text: &str) {
         self.keys.insert(file.to_string(), Keys::of(text));
     }
 
     /// File and line of a field of a part, or of the part where the field is not known.
-    fn of(&self, kind: &'static str, index: usize, field: &str) -> (String, usize) {
+    pub(super) fn of(&self, kind: &'static str, index: usize, field: &str) -> (String, usize) {
         let Some((file, line)) = self.lines.get(&(kind, index)) else { return (self.file.clone(), 1) };
-        let word = field.strip_prefix("its ").unwrap_or(field).replace(' ', "_");
+        let (word, _) = word(kind, field);
         (file.clone(), self.keys.get(file).map_or(*line, |keys| keys.line(*line, &word)))
+    }
+
+    /// The key that stands for a field of a part, where it is written.
+    fn key(&self, kind: &'static str, index: usize, field: &str) -> Option<String> {
+        let (file, line) = self.lines.get(&(kind, index))?;
+        let (word, inner) = word(kind, field);
+        let (_, key) = self.keys.get(file)?.find(*line, &word)?;
+        Some(inner.map_or_else(|| key.to_string(), |inner| format!("{key}: {inner}")))
     }
 
     pub(super) fn set(&mut self, kind: &'static str, index: usize, file: &str, line: usize) {
@@ -64,7 +85,26 @@ impl Origins {
     }
 }
 
+/// The word that a key begins with for a field of a part, and the key within its value.
+fn word(kind: &str, field: &str) -> (String, Option<&'static str>) {
+    match (kind, field) {
+        (_, "the length of its sheath") => ("sheath".into(), Some("length_m")),
+        (_, "the bend of its sheath") => ("sheath".into(), Some("bend_rad")),
+        (_, "the end axis of its sheath") => ("sheath".into(), Some("end_axis")),
+        (_, "the divisor of its pulley") => ("path".into(), Some("pulley")),
+        ("tendon", "its range") => ("length_range".into(), None),
+        (_, "its tendon") => ("muscle".into(), None),
+        _ => (field.strip_prefix("its ").unwrap_or(field).replace(' ', "_"), None),
+    }
+}
+
 impl Description {
+    /// The description of a robot that has been read before, from the file of this name.
+    #[must_use]
+    pub fn of(robot: &Robot, file: &str) -> Self {
+        Self { parts: robot.parts().clone(), warnings: Vec::new(), origins: Origins::new(file) }
+    }
+
     /// The validated robot.
     ///
     /// # Errors
@@ -88,12 +128,9 @@ impl Description {
             let (file, line) = origins.of(kind, index, field);
             let place =
                 if name.is_empty() { format!("{kind} number {index}") } else { format!("{kind} `{name}`") };
-            DescriptionError {
-                file,
-                line,
-                place,
-                problem: format!("{field} must be {expected}, but is {got}"),
-            }
+            let field = origins.key(kind, index, field).unwrap_or_else(|| field.to_string());
+            let problem = format!("{field} must be {expected}, but is {got}");
+            DescriptionError { file, line, place, problem }
         })?;
         Ok((robot, warnings))
     }

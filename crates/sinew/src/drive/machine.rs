@@ -78,6 +78,50 @@ impl DriveParameters {
         let turns = self.reducer.ratio / self.winch.arm(0);
         self.motor.inertia * turns * turns
     }
+
+    /// Current that takes up cable at a tension, N, and speed, m/s, >= 0, against the losses of the reducer, A.
+    #[must_use]
+    pub fn pulling_current(&self, tension: f64, speed: f64) -> f64 {
+        let Self { motor, reducer, winch, .. } = self;
+        let turns = reducer.ratio / winch.arm(0);
+        let torque =
+            tension / (turns * reducer.efficiency) + reducer.friction + reducer.viscous * turns * speed;
+        torque / motor.torque_constant
+    }
+
+    /// Current that pays out cable at a tension, N, and speed, m/s, >= 0, with the losses of the reducer on its
+    /// side, A; negative where the motor has to push.
+    #[must_use]
+    pub fn yielding_current(&self, tension: f64, speed: f64) -> f64 {
+        let Self { motor, reducer, winch, .. } = self;
+        let turns = reducer.ratio / winch.arm(0);
+        let torque =
+            tension * reducer.efficiency / turns - reducer.friction - reducer.viscous * turns * speed;
+        torque / motor.torque_constant
+    }
+
+    /// Tension that the drive may be asked for, N: 19 in 20 of the one above which it does not wind in, and what it
+    /// takes up with its peak current, or with the current at which a hot winding leaves half of the no-load speed.
+    /// Heat is not considered.
+    #[must_use]
+    pub fn working_tension(&self) -> f64 {
+        let Self { motor, reducer, winch, .. } = self;
+        let turns = reducer.ratio / winch.arm(0);
+        let current = motor.peak_current.min(0.5 * motor.voltage / motor.resistance_at(motor.hottest));
+        let torque = motor.torque_constant * current - reducer.friction;
+        (0.95 * self.most_tension).min(torque * reducer.efficiency * turns).max(0.0)
+    }
+
+    /// Speed at which the drive takes up cable at a tension, N, m/s: the limit of the voltage with a hot winding,
+    /// or of the bearings.
+    #[must_use]
+    pub fn speed_at(&self, tension: f64) -> f64 {
+        let Self { motor, reducer, winch, .. } = self;
+        let current = self.pulling_current(tension, 0.0);
+        let left = motor.voltage - motor.resistance_at(motor.hottest) * current;
+        let shaft = (left / motor.torque_constant).clamp(0.0, motor.top_speed);
+        shaft * winch.arm(0) / reducer.ratio
+    }
 }
 
 /// Command of a drive for the next step.
@@ -224,7 +268,7 @@ impl Drive {
             drum,
             per_ratio: 1.0 / parameters.reducer.ratio,
             current_loop: CurrentLoop::default(),
-            velocity_loop: VelocityLoop::new(150.0),
+            velocity_loop: VelocityLoop::new(VelocityLoop::DRIVE_GAIN),
             tension_loop: TensionLoop::new(2e-3, 0.5, 0.0),
             mode: Mode::Free,
             torque: 0.0,

@@ -27,7 +27,7 @@ pub use machine::{Drive, DriveCommand, DriveFault, DriveParameters, DriveReading
 pub use motor::{Motor, MotorState, ROOM};
 pub use quadrant::Quadrant;
 pub use reducer::{Reducer, Shaft, Turn};
-pub use sensors::{Delay, Encoder, LoadCell};
+pub use sensors::{Delay, Encoder, JointEncoder, LoadCell};
 pub use tension_loop::TensionLoop;
 pub use velocity_loop::{VelocityLimits, VelocityLoop};
 pub use winch::Winch;

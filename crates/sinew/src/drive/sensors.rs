@@ -45,6 +45,57 @@ impl Encoder {
     }
 }
 
+/// Encoder of a joint: a coordinate in whole counts.
+///
+/// ```text
+/// q^ = round((q + zero)/c) c
+/// ```
+///
+/// # Assumes
+/// As [`Encoder`].
+///
+/// # Source
+/// Textbook.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointEncoder {
+    /// `c`, rad or m per count, > 0.
+    pub resolution: f64,
+    /// Homing error, rad or m.
+    #[serde(default)]
+    pub zero: f64,
+}
+
+impl JointEncoder {
+    /// Of a hinge: 14 bits per turn.
+    #[must_use]
+    pub fn fourteen_bits() -> Self {
+        Self { resolution: 2.0 * core::f64::consts::PI / 16_384.0, zero: 0.0 }
+    }
+
+    /// Of a slide: 10 um.
+    #[must_use]
+    pub fn slide() -> Self {
+        Self { resolution: 1e-5, zero: 0.0 }
+    }
+
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the one outside its domain.
+    pub fn validate(&self) -> Result<(), Error> {
+        positive("resolution", self.resolution)?;
+        crate::error::finite("zero", self.zero).map(drop)
+    }
+
+    /// Measured coordinate, rad or m.
+    #[inline]
+    #[must_use]
+    pub fn read(&self, q: f64) -> f64 {
+        nearest((q + self.zero) / self.resolution) * self.resolution
+    }
+}
+
 /// Load cell: gain, offset, noise, resolution, range.
 ///
 /// ```text

@@ -35,6 +35,9 @@ pub struct VelocityLimits {
 }
 
 impl VelocityLoop {
+    /// `K` of a drive, 1/s.
+    pub const DRIVE_GAIN: f64 = 150.0;
+
     /// A loop at rest.
     #[must_use]
     pub fn new(gain: f64) -> Self {

@@ -220,10 +220,10 @@ fn what_is_no_robot_is_refused_with_file_and_line() {
     let error = |read: Result<Description, DescriptionError>| read.unwrap().robot().unwrap_err().to_string();
     let toml = "name = \"a\"\n\n[[body]]\nname = \"b\"\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"\n\
                 axis = [0, 0, 1]\nrange_rad = [1.0, -1.0]\n";
-    assert!(error(from_toml("a.toml", toml)).starts_with("a.toml:10: joint `j`: its range must be"));
+    assert!(error(from_toml("a.toml", toml)).starts_with("a.toml:10: joint `j`: range_rad must be"));
     let body = |mass: &str| format!("[[body]]\nname = \"b\"\ninertia_kg_m2 = [1, 1, 9]\nmass_kg = {mass}\n");
-    assert!(error(from_toml("a.toml", &body("-1"))).starts_with("a.toml:4: body `b`: its mass must be"));
-    assert!(error(from_toml("a.toml", &body("1"))).starts_with("a.toml:3: body `b`: its inertia must be"));
+    assert!(error(from_toml("a.toml", &body("-1"))).starts_with("a.toml:4: body `b`: mass_kg must be"));
+    assert!(error(from_toml("a.toml", &body("1"))).starts_with("a.toml:3: body `b`: inertia_kg_m2 must be"));
     let mut chain = String::from("[[body]]\nname = \"b0\"\n");
     (1..1000).for_each(|k| chain += &format!("[[body]]\nname = \"b{k}\"\nparent = \"b{}\"\n", k - 1));
     assert!(error(from_toml("a.toml", &chain)).starts_with("a.toml:2702: body `b900`: stands on 900 bodies"));

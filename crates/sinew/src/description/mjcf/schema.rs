@@ -2,6 +2,7 @@
 
 use crate::description::attributes::shortened;
 use crate::description::error::DescriptionError;
+use crate::description::spelling::near;
 use crate::description::tree::Tree;
 use alloc::format;
 use alloc::vec::Vec;
@@ -116,31 +117,4 @@ pub(in crate::description) fn law(actuator: &str) -> Vec<&'static str> {
 /// Whether an attribute of an actuator belongs to its force law.
 pub(super) fn of_law(attribute: &str) -> bool {
     !NO_LAW.contains(&attribute)
-}
-
-/// The most similar known name.
-fn near(name: &str, known: &[&str]) -> alloc::string::String {
-    let best = known.iter().map(|known| (distance(name, known), known)).min();
-    match best {
-        Some((distance, known)) if distance <= 1 + known.len() / 5 => format!(": expected `{known}`?"),
-        _ => alloc::string::String::new(),
-    }
-}
-
-/// Edit distance.
-fn distance(a: &str, b: &str) -> usize {
-    if a.len() > 40 {
-        return usize::MAX;
-    }
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.bytes().enumerate() {
-        let mut corner = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.bytes().enumerate() {
-            let change = corner + usize::from(x != y);
-            corner = row[j + 1];
-            row[j + 1] = change.min(row[j] + 1).min(corner + 1);
-        }
-    }
-    row[b.len()]
 }

@@ -1,15 +1,19 @@
 //! From the file as written to parts: names become indices.
 
+use super::top_level::{MACHINE_KEYS, ROBOT_KEYS};
 use super::written::{self as w, Finite, Vector};
 use crate::body::{
     Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, PathElement, SheathGeometry, Site,
     Tendon, TendonPath, Wrap, WrapKind,
 };
 use crate::description::Description;
+use crate::description::deserialized::refused;
+use crate::description::document::Document;
 use crate::description::error::DescriptionError;
 use crate::description::mjcf;
 use crate::description::orientation::IDENTITY;
 use crate::description::origin::{Keys, Origins};
+use crate::description::spelling::near;
 use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -52,17 +56,28 @@ impl Source<'_> {
         DescriptionError { file, line, place: place.to_string(), problem: problem.to_string() }
     }
 
-    /// The line, within the table at `at`, of the key that begins the message, else that of the table.
+    /// The line, within the table at `at`, of the name that the message quotes, else of the key that begins it,
+    /// else that of the table.
     fn field(&self, at: usize, problem: &str) -> usize {
+        let quoted = problem.split('`').nth(1).map(|name| format!("\"{name}\""));
+        let rest = self.text.get(at..).unwrap_or("").lines().enumerate();
+        let mut table = rest.take_while(|(index, line)| *index == 0 || !line.starts_with('['));
+        if let Some((index, _)) =
+            table.find(|(_, line)| quoted.as_ref().is_some_and(|name| line.contains(name)))
+        {
+            return self.line(at) + index;
+        }
         let key: String = problem.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
         Keys::of(self.text).line(self.line(at), &key)
     }
 
     fn parse(&self) -> Result<w::File, DescriptionError> {
         toml::from_str(self.text).map_err(|error| {
-            let at = error.span().map_or(0, |span| span.start);
-            let line_start = self.text.get(..at).and_then(|before| before.rfind('\n')).map_or(0, |i| i + 1);
-            self.error(at, &format!("column {}", at - line_start + 1), error.message())
+            let document = Document::new(self.file, self.text);
+            let span = error.span().unwrap_or(0..0);
+            document
+                .parse()
+                .map_or_else(|error| error, |table| refused(&document, &table, span, error.message()))
         })
     }
 }
@@ -80,7 +95,10 @@ impl Names {
 
     fn find(&self, name: &str) -> Result<usize, String> {
         let found = self.places.get(name).copied();
-        found.ok_or_else(|| format!("`{name}`: there is no {} of that name (before it)", self.kind))
+        found.ok_or_else(|| {
+            let known: Vec<&str> = self.places.keys().map(String::as_str).collect();
+            format!("`{name}`: there is no {} of that name (before it){}", self.kind, near(name, &known))
+        })
     }
 
     fn take(&mut self, name: &str, place: usize) -> Result<(), String> {
@@ -106,13 +124,27 @@ fn range(given: Vector<2>) -> Option<[f64; 2]> {
     given.map(|given| given.map(|x| x.0))
 }
 
-/// Reads a robot from this project's TOML.
+/// Refuses unknown outermost keys, and a machine file whose body is in another file.
+fn check_top_level(file: &str, text: &str, others: &[&str]) -> Result<(), DescriptionError> {
+    let document = Document::new(file, text);
+    let table = document.parse()?;
+    let root = document.root(&table);
+    let keys: Vec<&str> = ROBOT_KEYS.iter().chain(others).copied().collect();
+    root.check_keys(&keys)?;
+    match root.entry("body") {
+        Some(entry) if entry.is_text() => Err(entry.refuse("tables [[body]] in a robot file")),
+        _ => Ok(()),
+    }
+}
+
+/// Reads a robot from this project's TOML, or from a machine file that contains it.
 ///
 /// # Errors
 ///
 /// The first error: file, line, table and key, the value and what was expected.
 pub fn from_toml(file: &str, text: &str) -> Result<Description, DescriptionError> {
     let source = Source { file, text };
+    check_top_level(file, text, &MACHINE_KEYS)?;
     let written = source.parse()?;
     let mut parts = Parts { name: written.name.clone(), gravity: [0.0, 0.0, -9.81], ..Parts::default() };
     parts.gravity = vector(written.gravity_m_per_s2, parts.gravity);
@@ -163,6 +195,7 @@ pub(in crate::description) fn add_muscles(
     text: &str,
 ) -> Result<(), DescriptionError> {
     let source = Source { file, text };
+    check_top_level(file, text, &[])?;
     let written = source.parse()?;
     let first =
         written.body.first().map(|b| b.span().start).or(written.joint.first().map(|j| j.span().start));

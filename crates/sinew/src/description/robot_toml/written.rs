@@ -21,8 +21,8 @@ impl TryFrom<f64> for Finite {
 
 pub(super) type Vector<const N: usize> = Option<[Finite; N]>;
 
+/// Its keys are checked by name before: those of a machine file may stand beside these.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct File {
     #[serde(default)]
     pub(super) name: String,

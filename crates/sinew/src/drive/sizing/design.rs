@@ -167,9 +167,7 @@ impl Design {
     /// Continuous current of the winding, A: the smaller of data sheet and thermal limit.
     #[must_use]
     pub fn continuous_current(&self) -> f64 {
-        let m = &self.motor;
-        let heat = (m.hottest - crate::drive::ROOM) / (m.winding_to_housing + m.housing_to_air);
-        m.continuous_current.min(libm::sqrt(heat / m.resistance_at(m.hottest)))
+        self.motor.lasting_current()
     }
 
     /// Torque of the motor, Nm, at a tension, speed and acceleration of the cable; zero speed counts as

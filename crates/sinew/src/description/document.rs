@@ -1,0 +1,309 @@
+//! A TOML document whose values know their line, and typed access to them with one wording of errors.
+
+use super::domain::Domain;
+use crate::Error;
+use crate::description::attributes::shortened;
+use crate::description::error::DescriptionError;
+use crate::description::spelling;
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Name and text of a file.
+#[derive(Debug)]
+pub(in crate::description) struct Document<'a> {
+    file: &'a str,
+    text: &'a str,
+    /// Offsets of the ends of lines.
+    ends: Vec<usize>,
+}
+
+impl<'a> Document<'a> {
+    pub(in crate::description) fn new(file: &'a str, text: &'a str) -> Self {
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at).collect();
+        Self { file, text, ends }
+    }
+
+    pub(in crate::description) fn parse(&self) -> Result<Spanned<DeTable<'a>>, DescriptionError> {
+        DeTable::parse(self.text).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            let start = self.text.get(..at).and_then(|before| before.rfind('\n')).map_or(0, |i| i + 1);
+            let column = self.text.get(start..at).map_or(0, |before| before.chars().count()) + 1;
+            self.error(at, &format!("column {column}"), error.message())
+        })
+    }
+
+    /// The table of the whole document.
+    pub(in crate::description) fn root<'d>(&'d self, table: &'d Spanned<DeTable<'a>>) -> Table<'d> {
+        Table { document: self, entries: table.get_ref(), at: 0, place: "machine".to_string() }
+    }
+
+    fn line(&self, at: usize) -> usize {
+        self.ends.partition_point(|&end| end < at) + 1
+    }
+
+    pub(in crate::description) fn error(&self, at: usize, place: &str, problem: &str) -> DescriptionError {
+        let (file, line) = (self.file.to_string(), self.line(at));
+        DescriptionError { file, line, place: place.to_string(), problem: problem.to_string() }
+    }
+}
+
+/// A table of a document.
+#[derive(Debug, Clone)]
+pub(in crate::description) struct Table<'d> {
+    document: &'d Document<'d>,
+    entries: &'d DeTable<'d>,
+    at: usize,
+    /// As errors name it.
+    pub(in crate::description) place: String,
+}
+
+impl<'d> Table<'d> {
+    /// Refuses keys that are none of the known ones.
+    pub(in crate::description) fn check_keys(&self, known: &[&str]) -> Result<(), DescriptionError> {
+        let unknown = |key: &&Spanned<_>| {
+            let key: &alloc::borrow::Cow<'_, str> = Spanned::get_ref(key);
+            !known.contains(&key.as_ref())
+        };
+        // The first in the file, not in the alphabet.
+        let Some(key) = self.entries.keys().filter(unknown).min_by_key(|key| key.span().start) else {
+            return Ok(());
+        };
+        let expected = spelling::expected(key.get_ref(), known);
+        let problem = format!("`{}` is no key of it{expected}", shortened(key.get_ref()));
+        Err(self.document.error(key.span().start, &self.place, &problem))
+    }
+
+    pub(in crate::description) fn entry(&self, key: &str) -> Option<Entry<'d>> {
+        let (key, value) = self.entries.iter().find(|(known, _)| known.get_ref() == key)?;
+        Some(Entry { document: self.document, place: self.place.clone(), key: key.get_ref(), value })
+    }
+
+    pub(in crate::description) fn required(&self, key: &str) -> Result<Entry<'d>, DescriptionError> {
+        self.entry(key).ok_or_else(|| self.error(&format!("{key} is missing")))
+    }
+
+    /// All entries in the order of the file.
+    pub(in crate::description) fn entries(&self) -> Vec<Entry<'d>> {
+        let mut entries: Vec<_> = self.entries.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        let entry = |(key, value): (&'d Spanned<_>, _)| {
+            let key: &'d alloc::borrow::Cow<'_, str> = Spanned::get_ref(key);
+            Entry { document: self.document, place: self.place.clone(), key, value }
+        };
+        entries.into_iter().map(entry).collect()
+    }
+
+    /// The table at a key, with the same name as the key in errors.
+    pub(in crate::description) fn table(&self, key: &str) -> Result<Option<Table<'d>>, DescriptionError> {
+        let Some(entry) = self.entry(key) else { return Ok(None) };
+        let place = if self.at == 0 && self.place == "machine" {
+            format!("[{key}]")
+        } else {
+            format!("{}: {key}", self.place)
+        };
+        entry.table(place).map(Some)
+    }
+
+    /// The tables `[[key]]` with these keys, each named by the text at `name`.
+    pub(in crate::description) fn tables(
+        &self,
+        key: &str,
+        name: &str,
+        known: &[&str],
+    ) -> Result<Vec<(Table<'d>, Named)>, DescriptionError> {
+        let Some(entry) = self.entry(key) else { return Ok(Vec::new()) };
+        let expected = format!("tables [[{key}]]");
+        let Some(array) = entry.value.get_ref().as_array() else { return Err(entry.refuse(&expected)) };
+        let mut tables: Vec<(Table<'d>, Named)> = Vec::new();
+        let mut lines: BTreeMap<String, usize> = BTreeMap::new();
+        for value in array.iter() {
+            let Some(entries) = value.get_ref().as_table() else {
+                return Err(entry.refuse_part(value, &expected));
+            };
+            let at = value.span().start;
+            let mut table = Table { document: self.document, entries, at, place: format!("[[{key}]]") };
+            let named = table.entry(name);
+            let text = named.as_ref().and_then(|named| named.value.get_ref().as_str());
+            if let Some(text) = text {
+                table.place = format!("[[{key}]] `{}`", shortened(text));
+            }
+            table.check_keys(known)?;
+            let named = table.required(name)?;
+            let text = named.text("a name")?.to_string();
+            let line = named.line();
+            if let Some(other) = lines.insert(text.clone(), line) {
+                let expected = format!("a {name} of its own, not that of line {other}");
+                return Err(named.refuse(&expected));
+            }
+            tables.push((table, Named { text, line }));
+        }
+        Ok(tables)
+    }
+
+    pub(in crate::description) fn file(&self) -> &'d str {
+        self.document.file
+    }
+
+    pub(in crate::description) fn error(&self, problem: &str) -> DescriptionError {
+        self.document.error(self.at, &self.place, problem)
+    }
+
+    /// An error of the physics at the key of the quantity that it names, or of the table.
+    pub(in crate::description) fn out_of_domain(&self, error: Error) -> DescriptionError {
+        let name = match error {
+            Error::OutOfDomain { name, .. } | Error::EntryOutOfDomain { name, .. } => name,
+            _ => "",
+        };
+        let word = name.rsplit('.').next().unwrap_or(name).replace(' ', "_");
+        let is =
+            |key: &str| key.strip_prefix(&*word).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
+        match self.entries().into_iter().find(|entry| !word.is_empty() && is(entry.key)) {
+            Some(Entry { key, value, .. }) => {
+                let problem = format!("{key} is {}: {error}", self.document.written(value));
+                self.document.error(value.span().start, &self.place, &problem)
+            }
+            None => self.error(&error.to_string()),
+        }
+    }
+}
+
+/// A name and its line.
+#[derive(Debug, Clone)]
+pub(in crate::description) struct Named {
+    pub(in crate::description) text: String,
+    pub(in crate::description) line: usize,
+}
+
+impl Document<'_> {
+    /// A value as it stands in the file, on one line.
+    fn written(&self, value: &Spanned<DeValue<'_>>) -> String {
+        self.written_in(value.span())
+    }
+
+    /// What stands in a span, on one line.
+    pub(in crate::description) fn written_in(&self, span: Range<usize>) -> String {
+        let text = self.text.get(span).unwrap_or("");
+        shortened(&text.split_whitespace().collect::<Vec<_>>().join(" "))
+    }
+}
+
+/// A key of a table with its value.
+#[derive(Debug, Clone)]
+pub(in crate::description) struct Entry<'d> {
+    document: &'d Document<'d>,
+    place: String,
+    pub(in crate::description) key: &'d str,
+    value: &'d Spanned<DeValue<'d>>,
+}
+
+impl<'d> Entry<'d> {
+    pub(in crate::description) fn line(&self) -> usize {
+        self.document.line(self.value.span().start)
+    }
+
+    /// The error that the value is not what was expected.
+    pub(in crate::description) fn refuse(&self, expected: &str) -> DescriptionError {
+        self.refuse_part(self.value, expected)
+    }
+
+    fn refuse_part(&self, part: &Spanned<DeValue<'_>>, expected: &str) -> DescriptionError {
+        let problem = format!("{} is {}: expected {expected}", self.key, self.document.written(part));
+        self.document.error(part.span().start, &self.place, &problem)
+    }
+
+    /// The error that the key has this problem, whatever its value.
+    pub(in crate::description) fn bare(&self, problem: &str) -> DescriptionError {
+        self.document.error(self.value.span().start, &self.place, problem)
+    }
+
+    /// The error that the value has this problem.
+    pub(in crate::description) fn problem(&self, problem: &str) -> DescriptionError {
+        let problem = format!("{} is {}{problem}", self.key, self.document.written(self.value));
+        self.document.error(self.value.span().start, &self.place, &problem)
+    }
+
+    pub(in crate::description) fn is_text(&self) -> bool {
+        self.value.get_ref().is_str()
+    }
+
+    pub(in crate::description) fn is_table(&self) -> bool {
+        self.value.get_ref().is_table()
+    }
+
+    /// A text that is not empty.
+    pub(in crate::description) fn text(&self, expected: &str) -> Result<&'d str, DescriptionError> {
+        let text = self.value.get_ref().as_str().filter(|text| !text.is_empty());
+        text.ok_or_else(|| self.refuse(&format!("{expected} in quotes")))
+    }
+
+    pub(in crate::description) fn flag(&self) -> Result<bool, DescriptionError> {
+        self.value.get_ref().as_bool().ok_or_else(|| self.refuse("true or false"))
+    }
+
+    pub(in crate::description) fn number(&self, domain: Domain) -> Result<f64, DescriptionError> {
+        number(self.value)
+            .filter(|&number| domain.contains(number))
+            .ok_or_else(|| self.refuse(domain.expected))
+    }
+
+    /// Several numbers, each of the same domain.
+    pub(in crate::description) fn numbers<const N: usize>(
+        &self,
+        domain: Domain,
+    ) -> Result<[f64; N], DescriptionError> {
+        let all = || format!("{N} numbers, each {}", domain.expected);
+        let array = self.value.get_ref().as_array().filter(|array| array.len() == N);
+        let Some(array) = array else { return Err(self.refuse(&all())) };
+        let mut numbers = [0.0; N];
+        for (place, value) in numbers.iter_mut().zip(array.iter()) {
+            let given = number(value).filter(|&number| domain.contains(number));
+            *place = given.ok_or_else(|| self.refuse_part(value, domain.expected))?;
+        }
+        Ok(numbers)
+    }
+
+    /// Words, each one of the known ones.
+    pub(in crate::description) fn words(&self, known: &[&str]) -> Result<Vec<&'d str>, DescriptionError> {
+        let expected = || format!("a list of some of `{}`", known.join("`, `"));
+        let Some(array) = self.value.get_ref().as_array() else { return Err(self.refuse(&expected())) };
+        let word = |value: &'d Spanned<DeValue<'d>>| {
+            let word = value.get_ref().as_str().filter(|word| known.contains(word));
+            word.ok_or_else(|| self.refuse_part(value, &expected()))
+        };
+        array.iter().map(word).collect()
+    }
+
+    /// One of the known names: its index.
+    pub(in crate::description) fn name(&self, kind: &str, known: &[&str]) -> Result<usize, DescriptionError> {
+        let text = self.text(&format!("the name of a {kind}"))?;
+        known.iter().position(|name| *name == text).ok_or_else(|| {
+            let expected = spelling::expected(text, known);
+            self.problem(&format!(", but there is no {kind} of that name{expected}"))
+        })
+    }
+
+    pub(in crate::description) fn table(&self, place: String) -> Result<Table<'d>, DescriptionError> {
+        let Some(entries) = self.value.get_ref().as_table() else { return Err(self.refuse("a table")) };
+        Ok(Table { document: self.document, entries, at: self.value.span().start, place })
+    }
+}
+
+/// A number, whether written as a whole one or not.
+fn number(value: &Spanned<DeValue<'_>>) -> Option<f64> {
+    match value.get_ref() {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        #[expect(
+            clippy::cast_precision_loss,
+            reason = "counts are small; others are rounded as any decimal is"
+        )]
+        DeValue::Integer(integer) => {
+            i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64)
+        }
+        _ => None,
+    }
+}

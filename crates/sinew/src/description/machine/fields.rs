@@ -1,0 +1,179 @@
+//! Keys of the tables of numbers: one entry per number, for reading and for listing.
+
+use super::listing::{Listing, ValueSource};
+use crate::Error;
+use crate::description::document::{Entry, Table};
+use crate::description::domain::{
+    BELOW_ONE, Domain, FINITE, HOTTER_THAN_ROOM, LAG, LAYERS, NON_NEGATIVE, POSITIVE, UP_TO_ONE,
+};
+use crate::description::error::DescriptionError;
+use crate::drive::{LoadCell, Motor, ReducerLosses, Winch};
+use crate::machine::{ControlRules, Tolerances};
+use crate::transmission::cable::{CableParameters, Weakening};
+use alloc::format;
+use alloc::vec::Vec;
+
+/// A number of a structure: key with unit, domain, access.
+#[derive(Debug)]
+pub(super) struct Field<T> {
+    pub(super) key: &'static str,
+    pub(super) domain: Domain,
+    /// None for an optional number that is not set.
+    pub(super) get: fn(&T) -> Option<f64>,
+    pub(super) set: fn(&mut T, f64),
+}
+
+macro_rules! fields {
+    ($($key:literal: $domain:ident => $($field:ident).+),+ $(,)?) => {
+        &[$(Field { key: $key, domain: $domain, get: |x| Some(x.$($field).+), set: |x, value| x.$($field).+ = value }),+]
+    };
+}
+
+pub(super) const MOTOR: &[Field<Motor>] = fields![
+    "torque_constant_nm_per_a": POSITIVE => torque_constant,
+    "resistance_ohm": POSITIVE => resistance,
+    "inductance_h": NON_NEGATIVE => inductance,
+    "inertia_kg_m2": POSITIVE => inertia,
+    "voltage_v": POSITIVE => voltage,
+    "continuous_current_a": POSITIVE => continuous_current,
+    "peak_current_a": POSITIVE => peak_current,
+    "top_speed_rad_per_s": POSITIVE => top_speed,
+    "winding_to_housing_k_per_w": NON_NEGATIVE => winding_to_housing,
+    "housing_to_air_k_per_w": POSITIVE => housing_to_air,
+    "winding_capacity_j_per_k": POSITIVE => winding_capacity,
+    "housing_capacity_j_per_k": POSITIVE => housing_capacity,
+    "hottest_c": HOTTER_THAN_ROOM => hottest,
+];
+
+pub(super) const REDUCER: &[Field<ReducerLosses>] = fields![
+    "efficiency": UP_TO_ONE => efficiency,
+    "friction_nm": NON_NEGATIVE => friction,
+    "viscous_nm_s_per_rad": NON_NEGATIVE => viscous,
+    "backlash_rad": NON_NEGATIVE => backlash,
+    "ripple": BELOW_ONE => ripple,
+    "ripple_per_turn": POSITIVE => ripple_per_turn,
+];
+
+pub(super) const WINCH: &[Field<Winch>] = &[
+    Field { key: "radius_m", domain: POSITIVE, get: |w| Some(w.radius), set: |w, x| w.radius = x },
+    Field { key: "lead_m", domain: NON_NEGATIVE, get: |w| Some(w.lead), set: |w, x| w.lead = x },
+    Field {
+        key: "cable_diameter_m",
+        domain: POSITIVE,
+        get: |w| Some(w.cable_diameter),
+        set: |w, x| w.cable_diameter = x,
+    },
+    Field {
+        key: "turns_per_layer",
+        domain: POSITIVE,
+        get: |w| Some(w.turns_per_layer),
+        set: |w, x| w.turns_per_layer = x,
+    },
+    // In 1..=8: the domain.
+    Field {
+        key: "layers",
+        domain: LAYERS,
+        get: |w| Some(f64::from(w.layers)),
+        set: |w, x| w.layers = x as u8,
+    },
+];
+
+pub(super) const CABLE: &[Field<CableParameters>] = fields![
+    "friction": NON_NEGATIVE => friction,
+    "viscous_s_per_m": NON_NEGATIVE => viscous,
+    "efficiency": UP_TO_ONE => efficiency,
+    "drag_n_s_per_m": NON_NEGATIVE => drag,
+    "drag_fade_n": POSITIVE => drag_fade,
+    "pretension_n": NON_NEGATIVE => pretension,
+    "compliance_per_n": POSITIVE => compliance,
+    "sheath_compliance_per_n": NON_NEGATIVE => sheath_compliance,
+];
+
+pub(super) const WEAKENING: &[Field<Weakening>] = fields![
+    "rise": NON_NEGATIVE => rise,
+    "speed_m_per_s": POSITIVE => speed,
+    "lag_s": LAG => lag,
+];
+
+pub(super) const LOAD_CELL: &[Field<LoadCell>] = fields![
+    "gain": POSITIVE => gain,
+    "offset_n": FINITE => offset,
+    "noise_n": NON_NEGATIVE => noise,
+    "resolution_n": NON_NEGATIVE => resolution,
+    "range_n": POSITIVE => range,
+];
+
+pub(super) const TOLERANCES: &[Field<Tolerances>] = &[
+    Field { key: "mass", domain: BELOW_ONE, get: |t| Some(t.mass), set: |t, x| t.mass = x },
+    Field {
+        key: "attachment_m",
+        domain: NON_NEGATIVE,
+        get: |t| t.attachment,
+        set: |t, x| t.attachment = Some(x),
+    },
+    Field { key: "gain", domain: BELOW_ONE, get: |t| Some(t.gain), set: |t, x| t.gain = x },
+    Field { key: "zero_rad", domain: NON_NEGATIVE, get: |t| Some(t.zero), set: |t, x| t.zero = x },
+    Field { key: "zero_m", domain: NON_NEGATIVE, get: |t| Some(t.zero_slide), set: |t, x| t.zero_slide = x },
+];
+
+pub(super) const CONTROL: &[Field<ControlRules>] = fields![
+    "bandwidth_rad_per_s": POSITIVE => bandwidth,
+    "observer_bandwidth_rad_per_s": POSITIVE => observer_bandwidth,
+    "position_gain": POSITIVE => position_gain,
+    "pre_travel_gain": POSITIVE => pre_travel_gain,
+    "pre_travel_integral_per_s": POSITIVE => pre_travel_integral,
+    "damping_crossover_rad_per_s": POSITIVE => damping_crossover,
+    "shared_damping": POSITIVE => shared_damping,
+    "margin": UP_TO_ONE => margin,
+];
+
+/// The keys of a table of numbers, and others.
+pub(super) fn keys<T>(fields: &[Field<T>], others: &[&'static str]) -> Vec<&'static str> {
+    fields.iter().map(|field| field.key).chain(others.iter().copied()).collect()
+}
+
+/// The first table, in order of precedence, that has a key.
+pub(super) fn first<'d>(layers: &[Table<'d>], key: &str) -> Option<Entry<'d>> {
+    layers.iter().find_map(|table| table.entry(key))
+}
+
+/// Numbers of a structure from tables in order of precedence; what none of them has stays as it is, and comes
+/// from `other`. Keys are listed with the prefix.
+pub(super) fn overlay<T>(
+    layers: &[Table<'_>],
+    fields: &[Field<T>],
+    mut on: T,
+    validate: fn(&T) -> Result<(), Error>,
+    listing: &mut Listing,
+    (prefix, other): (&str, ValueSource),
+) -> Result<T, DescriptionError> {
+    for field in fields {
+        let entry = first(layers, field.key);
+        if let Some(entry) = &entry {
+            (field.set)(&mut on, entry.number(field.domain)?);
+        }
+        let source = entry.map_or(other, |entry| ValueSource::File { line: entry.line() });
+        listing.optional(&format!("{prefix}{}", field.key), (field.get)(&on), source);
+    }
+    // Without a table these are defaults, which are valid.
+    if let Some(table) = layers.first() {
+        validate(&on).map_err(|error| table.out_of_domain(error))?;
+    }
+    Ok(on)
+}
+
+/// As [`overlay`], where every key is required.
+pub(super) fn complete<T>(
+    layers: &[Table<'_>],
+    fields: &[Field<T>],
+    on: T,
+    validate: fn(&T) -> Result<(), Error>,
+    listing: &mut Listing,
+    named: (&str, ValueSource),
+) -> Result<T, DescriptionError> {
+    if let Some(table) = layers.first() {
+        let missing = fields.iter().find(|field| first(layers, field.key).is_none());
+        missing.map_or(Ok(()), |field| table.required(field.key).map(drop))?;
+    }
+    overlay(layers, fields, on, validate, listing, named)
+}

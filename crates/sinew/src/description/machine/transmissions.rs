@@ -1,0 +1,237 @@
+//! Sheath, cable, drive and sensors of every muscle.
+
+use super::drives::NamedDrive;
+use super::fields::{CABLE, LOAD_CELL, WEAKENING, complete, first, keys, overlay};
+use super::files::Files;
+use super::listing::{Listing, Value, ValueSource, source_of};
+use crate::body::{Parts, Tendon};
+use crate::description::document::Table;
+use crate::description::domain::{DELAY, Domain, NON_NEGATIVE, POSITIVE};
+use crate::description::error::DescriptionError;
+use crate::drive::LoadCell;
+use crate::machine::MuscleDesign;
+use crate::predictor::{CableModel, Model};
+use crate::transmission::cable::{CableParameters, Weakening};
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// Keys of `[every_transmission]`; `[[transmission]]` has `muscle` as well.
+pub(super) const TRANSMISSION: [&str; 10] = [
+    "near_length_m",
+    "sheath_length_m",
+    "sheath_bend_rad",
+    "cable",
+    "model",
+    "drive",
+    "tension_limits_n",
+    "load_cell",
+    "motor_encoder_counts",
+    "delay_s",
+];
+
+/// One step of a drive, s: the unit of its delays.
+const STEP: f64 = 1e-3;
+
+/// The designs of all muscles.
+pub(super) fn read(
+    root: &Table<'_>,
+    parts: &Parts,
+    drives: &[NamedDrive],
+    files: &mut Files<'_>,
+    listing: &mut Listing,
+) -> Result<Vec<MuscleDesign>, DescriptionError> {
+    let every = root.table("every_transmission")?;
+    every.iter().try_for_each(|table| table.check_keys(&TRANSMISSION))?;
+    let names: Vec<&str> = parts.tendons.iter().map(|tendon| tendon.name.as_str()).collect();
+    let mut own: Vec<Option<Table<'_>>> = names.iter().map(|_| None).collect();
+    let known: Vec<&str> = TRANSMISSION.iter().copied().chain(["muscle"]).collect();
+    for (table, _) in root.tables("transmission", "muscle", &known)? {
+        let muscle = table.required("muscle")?.name("muscle", &names)?;
+        own[muscle] = Some(table);
+    }
+    if let (Some(every), Some(tendon)) = (&every, parts.tendons.first()) {
+        // Checked also where every muscle has a table of its own.
+        let reader = Reader { layers: Vec::from([every.clone()]), own_layers: 0, drives };
+        reader.design(&Tendon { sheath: None, ..tendon.clone() }, files, &mut Listing::default())?;
+    }
+    let mut designs = Vec::new();
+    for (tendon, own) in parts.tendons.iter().zip(own) {
+        listing.begin(&format!("[[transmission]] `{}`", tendon.name));
+        let own_layers = usize::from(own.is_some());
+        let reader = Reader { layers: own.into_iter().chain(every.clone()).collect(), own_layers, drives };
+        designs.push(reader.design(tendon, files, listing)?);
+    }
+    Ok(designs)
+}
+
+/// Tables of one muscle in order of precedence.
+struct Reader<'d, 'a> {
+    layers: Vec<Table<'d>>,
+    /// How many of them are of this muscle alone.
+    own_layers: usize,
+    drives: &'a [NamedDrive],
+}
+
+impl<'d> Reader<'d, '_> {
+    fn design(
+        &self,
+        tendon: &Tendon,
+        files: &mut Files<'_>,
+        listing: &mut Listing,
+    ) -> Result<MuscleDesign, DescriptionError> {
+        let sheath = self.sheath(tendon, listing)?;
+        let mut design = MuscleDesign::in_sheath(Some(sheath));
+        design.near = self.number("near_length_m", POSITIVE, design.near, listing)?;
+        design.model = self.model(files, listing)?;
+        let cable = design.model.as_ref().map_or(design.cable, |model| model.parameters);
+        let source = if design.model.is_some() { ValueSource::Model } else { ValueSource::Default };
+        design.cable = self.cable(cable, source, listing)?;
+        let sensors = design.drive;
+        if let Some(drive) = self.drive(listing)? {
+            design.drive = drive.parameters;
+        }
+        design.drive.load_cell = self.load_cell(sensors.load_cell, listing)?;
+        design.drive.encoder.counts =
+            self.number("motor_encoder_counts", POSITIVE, sensors.encoder.counts, listing)?;
+        design.drive.delay_steps = self.number("delay_s", DELAY, sensors.delay_steps * STEP, listing)? / STEP;
+        design.tension = self.tension(listing)?;
+        if let Some(table) = self.layers.first() {
+            design.validate().map_err(|error| table.out_of_domain(error))?;
+        }
+        Ok(design)
+    }
+
+    fn number(
+        &self,
+        key: &'static str,
+        domain: Domain,
+        other: f64,
+        listing: &mut Listing,
+    ) -> Result<f64, DescriptionError> {
+        let entry = first(&self.layers, key);
+        let number = entry.as_ref().map_or(Ok(other), |entry| entry.number(domain))?;
+        listing.number(key, number, source_of(entry.map(|entry| entry.line())));
+        Ok(number)
+    }
+
+    /// Length and bend: of the muscle's own table, else of its description, else of the table for all.
+    fn sheath(&self, tendon: &Tendon, listing: &mut Listing) -> Result<[f64; 2], DescriptionError> {
+        let described = tendon.sheath.as_ref().map(|sheath| [sheath.length, sheath.bend]);
+        let default = MuscleDesign::in_sheath(None);
+        let mut sheath = described.unwrap_or([default.sheath, default.bend]);
+        let keys = [("sheath_length_m", POSITIVE), ("sheath_bend_rad", NON_NEGATIVE)];
+        for ((key, domain), number) in keys.into_iter().zip(&mut sheath) {
+            let layers = if described.is_some() { self.own_layers } else { self.layers.len() };
+            let entry = first(&self.layers[..layers], key);
+            if let Some(entry) = &entry {
+                *number = entry.number(domain)?;
+            }
+            let other = if described.is_some() { ValueSource::Body } else { ValueSource::Default };
+            listing.number(
+                key,
+                *number,
+                entry.map_or(other, |entry| ValueSource::File { line: entry.line() }),
+            );
+        }
+        Ok(sheath)
+    }
+
+    /// The tables at a key of this muscle and of all, their keys checked.
+    fn inner(&self, key: &str, known: &[&str]) -> Result<Vec<Table<'d>>, DescriptionError> {
+        let mut tables = Vec::new();
+        for table in &self.layers {
+            tables.extend(table.table(key)?);
+        }
+        tables.iter().try_for_each(|table| table.check_keys(known))?;
+        Ok(tables)
+    }
+
+    fn cable(
+        &self,
+        on: CableParameters,
+        other: ValueSource,
+        listing: &mut Listing,
+    ) -> Result<CableParameters, DescriptionError> {
+        let tables = self.inner("cable", &keys(CABLE, &["weakening"]))?;
+        let mut cable = overlay(&tables, CABLE, on, CableParameters::validate, listing, ("cable.", other))?;
+        let mut inner = Vec::new();
+        for table in &tables {
+            inner.extend(table.table("weakening")?);
+        }
+        inner.iter().try_for_each(|table| table.check_keys(&keys(WEAKENING, &[])))?;
+        let zero = Weakening { rise: 0.0, speed: 0.0, lag: 0.0 };
+        if !inner.is_empty() {
+            let (on, named) = (cable.weakening, ("cable.weakening.", other));
+            let read = if on.is_some() { overlay } else { complete };
+            cable.weakening = Some(read(&inner, WEAKENING, on.unwrap_or(zero), |_| Ok(()), listing, named)?);
+        } else if cable.weakening.is_none() {
+            listing.add("cable.weakening", Value::None, ValueSource::Default);
+        }
+        Ok(cable)
+    }
+
+    /// The cable of an identified model.
+    fn model(
+        &self,
+        files: &mut Files<'_>,
+        listing: &mut Listing,
+    ) -> Result<Option<CableModel>, DescriptionError> {
+        let Some(entry) = first(&self.layers, "model") else {
+            listing.add("model", Value::None, ValueSource::Default);
+            return Ok(None);
+        };
+        let path = entry.text("the path of a model file")?;
+        let text = files.read(path).map_err(|problem| entry.problem(&format!(": {problem}")))?;
+        let model = Model::from_json(&text).map_err(|error| entry.problem(&format!(": {error}")))?;
+        let cable = model.estimator.law.cable.map(|cable| cable.model);
+        listing.text("model", path, ValueSource::File { line: entry.line() });
+        let expected = "a model of a cable, identified with the displacements of both ends";
+        cable.map(Some).ok_or_else(|| entry.refuse(expected))
+    }
+
+    fn drive(&self, listing: &mut Listing) -> Result<Option<&NamedDrive>, DescriptionError> {
+        let Some(entry) = first(&self.layers, "drive") else {
+            listing.text("drive", DEFAULT_DRIVE, ValueSource::Default);
+            return Ok(None);
+        };
+        let names: Vec<&str> = self.drives.iter().map(|drive| drive.name.as_str()).collect();
+        let index = entry.name("[[drive]]", &names)?;
+        listing.text("drive", names[index], ValueSource::File { line: entry.line() });
+        Ok(Some(&self.drives[index]))
+    }
+
+    fn load_cell(&self, on: LoadCell, listing: &mut Listing) -> Result<LoadCell, DescriptionError> {
+        let tables = self.inner("load_cell", &keys(LOAD_CELL, &[]))?;
+        overlay(&tables, LOAD_CELL, on, LoadCell::validate, listing, ("load_cell.", ValueSource::Default))
+    }
+
+    fn tension(&self, listing: &mut Listing) -> Result<[Option<f64>; 2], DescriptionError> {
+        let Some(entry) = first(&self.layers, "tension_limits_n") else {
+            listing.add("tension_limits_n", Value::None, ValueSource::Default);
+            return Ok([None; 2]);
+        };
+        let [least, most] = entry.numbers(NON_NEGATIVE)?;
+        if most <= least {
+            return Err(entry.refuse("two numbers that rise"));
+        }
+        let numbers = Value::Numbers(Vec::from([least, most]));
+        listing.add("tension_limits_n", numbers, ValueSource::File { line: entry.line() });
+        Ok([Some(least), Some(most)])
+    }
+}
+
+/// Drives that no muscle has, with their lines.
+pub(super) fn unused<'a>(root: &Table<'_>, drives: &'a [NamedDrive]) -> Vec<&'a NamedDrive> {
+    let every = root.table("every_transmission").ok().flatten();
+    let known: Vec<&str> = TRANSMISSION.iter().copied().chain(["muscle"]).collect();
+    let own = root.tables("transmission", "muscle", &known).unwrap_or_default();
+    let tables = own.into_iter().map(|(table, _)| table).chain(every);
+    let used: Vec<String> = tables
+        .filter_map(|table| table.entry("drive").and_then(|entry| entry.text("").ok().map(String::from)))
+        .collect();
+    drives.iter().filter(|drive| !used.contains(&drive.name)).collect()
+}
+
+/// Name of the drive of muscles for which none is named.
+pub(super) const DEFAULT_DRIVE: &str = "mc_am";

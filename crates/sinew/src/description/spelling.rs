@@ -1,0 +1,67 @@
+//! The known name that a misspelt one probably stands for.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// `: expected `NAME`?` with the most similar known name, or nothing where none is similar.
+pub(super) fn near(name: &str, known: &[&str]) -> String {
+    let best = known.iter().map(|known| (distance(name, known), known)).min();
+    match best {
+        Some((distance, known)) if distance <= 1 + known.len() / 5 => format!(": expected `{known}`?"),
+        _ => String::new(),
+    }
+}
+
+/// What was expected in place of an unknown name: the most similar one, else the first of those there are.
+pub(super) fn expected(name: &str, known: &[&str]) -> String {
+    let near = near(name, known);
+    if !near.is_empty() {
+        return near;
+    }
+    let listed: Vec<String> = known.iter().take(LISTED).map(|known| format!("`{known}`")).collect();
+    match known.len() {
+        0 => ": there is none".into(),
+        1 => format!(": expected {}", listed.concat()),
+        all if all > LISTED => format!(": expected one of {} and {} more", listed.join(", "), all - LISTED),
+        _ => format!(": expected one of {}", listed.join(", ")),
+    }
+}
+
+/// Names that an error lists.
+const LISTED: usize = 12;
+
+/// Edit distance.
+fn distance(a: &str, b: &str) -> usize {
+    if a.len() > 40 {
+        return usize::MAX;
+    }
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.bytes().enumerate() {
+        let mut corner = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.bytes().enumerate() {
+            let change = corner + usize::from(x != y);
+            corner = row[j + 1];
+            row[j + 1] = change.min(row[j] + 1).min(corner + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec;
+
+    #[test]
+    fn a_slip_is_answered_with_one_name_and_anything_else_with_the_list() {
+        let known = ["elbow_flexion", "wrist_flexion", "shoulder"];
+        assert_eq!(near("elbow_flexon", &known), ": expected `elbow_flexion`?");
+        assert_eq!(near("hip", &known), "");
+        assert!(expected("hip", &known).contains("`shoulder`"));
+        assert_eq!(expected("hip", &[]), ": there is none");
+        let many = vec!["abcdefgh"; 20];
+        assert!(expected("x", &many).ends_with("and 8 more"));
+    }
+}

@@ -1,0 +1,192 @@
+use super::muscle::MuscleDesign;
+use super::rules::ControlRules;
+use super::task::{NamedPath, Task};
+use super::tolerances::Tolerances;
+use crate::Error;
+use crate::body::{JointKind, Robot};
+use crate::drive::JointEncoder;
+use crate::error::{non_negative, within};
+use crate::random::EvenPoints;
+use crate::trajectory::{Redundancy, finite_ranges};
+use alloc::vec::Vec;
+
+/// A machine on cables as designed, every number valid.
+///
+/// # Example
+/// ```
+/// use sinew::body::Robot;
+/// use sinew::machine::Machine;
+/// let text = include_str!("../../../../models/lm_arm.toml");
+/// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
+/// let machine = Machine::of(&Robot::new(parts)?)?;
+/// assert_eq!((machine.muscles.len(), machine.encoders.len()), (15, 7));
+/// # Ok::<(), sinew::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Machine {
+    /// Bodies, joints and tendon paths.
+    pub robot: Robot,
+    /// What belongs to every tendon: `[muscles]`.
+    pub muscles: Vec<MuscleDesign>,
+    /// Encoder of every independent joint, or none: `[joints]`.
+    pub encoders: Vec<Option<JointEncoder>>,
+    /// Coordinates of the independent joints where motions start, rad or m: `[joints]`.
+    pub start: Vec<f64>,
+    /// What it tracks.
+    pub task: Task,
+    /// Preferred pose where the task leaves joints free.
+    pub redundancy: Redundancy,
+    /// Closed paths of the end point.
+    pub paths: Vec<NamedPath>,
+    /// Mass that it carries at its end point, kg, >= 0.
+    pub payload: f64,
+    /// Tolerances of its manufacture.
+    pub tolerances: Tolerances,
+    /// Constants of the rules for its gains.
+    pub rules: ControlRules,
+}
+
+impl Machine {
+    /// A body with defaults for everything else.
+    ///
+    /// The start is the key pose `start`, else the reference pose moved into the joints' ranges. The end point
+    /// is the site `endpoint`; without it the joints are the task. Muscles without a described sheath have one
+    /// of 0.5 m; see [`MuscleDesign::in_sheath`].
+    ///
+    /// # Errors
+    /// As [`validate`](Self::validate).
+    pub fn of(robot: &Robot) -> Result<Self, Error> {
+        let parts = robot.parts();
+        let sheath =
+            |tendon: &crate::body::Tendon| tendon.sheath.as_ref().map(|sheath| [sheath.length, sheath.bend]);
+        let start = robot.key("start").map_or_else(|| pose_within_ranges(robot), <[f64]>::to_vec);
+        let independent = |joint: usize| start.get(robot.coordinates_of(joint).start).copied();
+        let joints = robot.independent_joints();
+        let start: Vec<f64> = joints.iter().filter_map(|joint| independent(*joint)).collect();
+        let encoder = |joint: usize| {
+            Some(match parts.joints[joint].kind {
+                JointKind::Slide => JointEncoder::slide(),
+                _ => JointEncoder::fourteen_bits(),
+            })
+        };
+        let machine = Self {
+            muscles: parts.tendons.iter().map(|tendon| MuscleDesign::in_sheath(sheath(tendon))).collect(),
+            encoders: joints.into_iter().map(encoder).collect(),
+            task: robot
+                .site("endpoint")
+                .map_or(Task::Joints, |site| Task::EndPoint { site, axes: [true; 3] }),
+            redundancy: Redundancy::near(&start),
+            start,
+            paths: Vec::new(),
+            payload: 0.0,
+            tolerances: Tolerances::default(),
+            rules: ControlRules::default(),
+            robot: robot.clone(),
+        };
+        machine.validate()?;
+        Ok(machine)
+    }
+
+    /// The same with its payload as part of its body, at its end point.
+    ///
+    /// # Errors
+    /// As [`Robot::with_payload`]; [`Error::OutOfDomain`] for a payload without an end point.
+    pub fn loaded(&self) -> Result<Self, Error> {
+        let mut machine = Self { payload: 0.0, ..self.clone() };
+        if self.payload > 0.0 {
+            let Some(site) = self.task.site() else {
+                return within("payload", "0 for a machine without an end point", self.payload, false)
+                    .map(|_| machine);
+            };
+            let site = &self.robot.parts().sites[site];
+            machine.robot = self.robot.with_payload(site.body, site.position, self.payload)?;
+        }
+        Ok(machine)
+    }
+
+    /// Ranges of the independent joints in which coupled joints keep theirs, too; finite: an unlimited joint moves by
+    /// an assumed 1 rad or 50 mm about the start. `[joints]`, rad or m.
+    ///
+    /// # Errors
+    /// As [`finite_ranges`].
+    pub fn ranges(&self) -> Result<Vec<[f64; 2]>, Error> {
+        finite_ranges(&self.robot, &self.start)
+    }
+
+    /// The start, and poses spread evenly over the [`ranges`](Self::ranges): `[places][joints]`.
+    ///
+    /// # Errors
+    /// As [`ranges`](Self::ranges).
+    pub fn poses(&self, places: usize) -> Result<Vec<Vec<f64>>, Error> {
+        let ranges = self.ranges()?;
+        let within = |point: Vec<f64>| {
+            ranges.iter().zip(point).map(|([low, high], share)| low + share * (high - low)).collect()
+        };
+        let spread = EvenPoints::new(ranges.len()).map(within);
+        Ok(core::iter::once(self.start.clone()).chain(spread).take(places).collect())
+    }
+
+    /// Bound of the error of every coordinate of a tendon's site, m: that of its tolerances, by default 1 mm, at most
+    /// 0.4 % of the sum of the distances between the bodies.
+    #[must_use]
+    pub fn attachment_tolerance(&self) -> f64 {
+        let parts = self.robot.parts();
+        let length = |x: &[f64; 3]| libm::sqrt(x.iter().map(|x| x * x).sum());
+        let reach: f64 = parts.bodies.iter().map(|body| length(&body.position)).sum();
+        let reach = parts.sites.iter().map(|site| length(&site.position)).fold(reach, f64::max);
+        self.tolerances.attachment.unwrap_or((4e-3 * reach).min(1e-3))
+    }
+
+    /// Checks every number and every length.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] and [`Error::OutOfDomain`] name the field; [`Error::Part`] a joint that is
+    /// neither hinge nor slide.
+    pub fn validate(&self) -> Result<(), Error> {
+        let parts = self.robot.parts();
+        let (muscles, joints) = (parts.tendons.len(), self.robot.independent_joints().len());
+        for (name, expected, got) in [
+            ("muscles", muscles, self.muscles.len()),
+            ("encoders", joints, self.encoders.len()),
+            ("start", joints, self.start.len()),
+        ] {
+            if expected != got {
+                return Err(Error::WrongLength { name, expected, got });
+            }
+        }
+        within("muscles", "at least one", muscles as f64, muscles > 0)?;
+        within("joints", "at least one that is not coupled", joints as f64, joints > 0)?;
+        for (index, joint) in parts.joints.iter().enumerate() {
+            if !matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
+                let (kind, field, expected) = ("joint", "its kind", "hinge or slide");
+                return Err(Error::Part { kind, index, field, expected });
+            }
+        }
+        self.muscles.iter().try_for_each(MuscleDesign::validate)?;
+        self.encoders.iter().flatten().try_for_each(JointEncoder::validate)?;
+        if let Task::EndPoint { site, axes } = self.task {
+            within("site", "an index of a site", site as f64, site < parts.sites.len())?;
+            within("axes", "at least one", 0.0, axes.contains(&true))?;
+        }
+        self.redundancy.validate(&self.robot)?;
+        self.paths.iter().try_for_each(|named| named.path.validate())?;
+        non_negative("payload", self.payload)?;
+        self.tolerances.validate()?;
+        self.rules.validate()
+    }
+}
+
+/// The reference pose, every coordinate within its range.
+fn pose_within_ranges(robot: &Robot) -> Vec<f64> {
+    let mut q = robot.reference_pose();
+    for (index, joint) in robot.parts().joints.iter().enumerate() {
+        let coordinates = robot.coordinates_of(index);
+        if let (Some([low, high]), 1) = (joint.range, coordinates.len()) {
+            let at = &mut q[coordinates.start];
+            if !(low..=high).contains(at) {
+                *at = 0.5 * (low + high);
+            }
+        }
+    }
+    q
+}

@@ -1,0 +1,27 @@
+//! A machine on cables as designed: its body, and for every muscle a sheath, a cable and a drive; sensors, task,
+//! limits and the tolerances of its manufacture.
+//!
+//! ```text
+//! body (robot)  +  muscles (sheath, cable, drive)  +  encoders  +  task  =  Machine
+//! Machine  ->  plant as designed and as built (twin)  ->  calibration
+//!          ->  gains and thresholds (control)         ->  controller
+//! ```
+//!
+//! [`Characteristics`] are what gains, thresholds and the integration of the plant follow from.
+//!
+//! Everything but the body has a default: [`Machine::of`].
+
+mod cables;
+mod characteristics;
+mod design;
+mod muscle;
+mod rules;
+mod task;
+mod tolerances;
+
+pub use characteristics::{Characteristics, JointCharacteristics, MuscleCharacteristics};
+pub use design::Machine;
+pub use muscle::MuscleDesign;
+pub use rules::ControlRules;
+pub use task::{NamedPath, Task};
+pub use tolerances::Tolerances;

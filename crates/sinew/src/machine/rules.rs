@@ -1,0 +1,71 @@
+use crate::Error;
+use crate::error::positive;
+use serde::{Deserialize, Serialize};
+
+/// Constants of the rules by which the gains of a machine's controller follow from its numbers.
+///
+/// The rules are written in full at [`synthesize`](crate::control::arm::synthesize).
+///
+/// # Source
+/// A study on random machines of one to eight joints, and the LM-Arm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ControlRules {
+    /// `w`, bandwidth of every joint, rad/s.
+    #[serde(rename = "bandwidth_rad_per_s")]
+    pub bandwidth: f64,
+    /// `w_o`, bandwidth of the joints' observers, rad/s.
+    #[serde(rename = "observer_bandwidth_rad_per_s")]
+    pub observer_bandwidth: f64,
+    /// `kappa`, share of an anchor's position error in the travel of its winch, 1.
+    pub position_gain: f64,
+    /// `lambda`, pre-travel across the dead band, 1.
+    pub pre_travel_gain: f64,
+    /// `lambda_i`, the same integrated, 1/s.
+    #[serde(rename = "pre_travel_integral_per_s")]
+    pub pre_travel_integral: f64,
+    /// `c`, largest crossover of the damping of a cable's mode, rad/s.
+    #[serde(rename = "damping_crossover_rad_per_s")]
+    pub damping_crossover: f64,
+    /// Largest rate at which all muscles together damp the motion of one, over `c`, 1.
+    pub shared_damping: f64,
+    /// Share of torque and drive limits that a planned motion may use, 1.
+    pub margin: f64,
+}
+
+impl Default for ControlRules {
+    fn default() -> Self {
+        Self {
+            bandwidth: 10.5,
+            observer_bandwidth: 58.0,
+            position_gain: 0.94,
+            pre_travel_gain: 7.3,
+            pre_travel_integral: 4.4,
+            damping_crossover: 60.0,
+            shared_damping: 2.0,
+            margin: 0.8,
+        }
+    }
+}
+
+impl ControlRules {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the number outside its domain.
+    pub fn validate(&self) -> Result<(), Error> {
+        for (name, value) in [
+            ("bandwidth", self.bandwidth),
+            ("observer_bandwidth", self.observer_bandwidth),
+            ("position_gain", self.position_gain),
+            ("pre_travel_gain", self.pre_travel_gain),
+            ("pre_travel_integral", self.pre_travel_integral),
+            ("damping_crossover", self.damping_crossover),
+            ("shared_damping", self.shared_damping),
+            ("margin", self.margin),
+        ] {
+            positive(name, value)?;
+        }
+        crate::error::within("margin", "a number in (0, 1]", self.margin, self.margin <= 1.0).map(drop)
+    }
+}
