@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::lm_arm;
+use common::{lm_arm, lm_machine, lm_path};
 use sinew::body::{Poses, Robot};
 use sinew::trajectory::{
     EndPointPath, JointPath, Limits, Loop, MinimumJerk, PathSegment, Redundancy, Reference, Sequence,
@@ -23,11 +23,11 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn resolved(robot: &Robot, path: &EndPointPath) -> JointPath {
-    JointPath::resolve(robot, robot.site("endpoint").unwrap(), path, &Redundancy::lm_arm(), 720).unwrap()
+    JointPath::resolve(robot, robot.site("endpoint").unwrap(), path, &lm_machine().redundancy, 720).unwrap()
 }
 
 fn around(robot: &Robot, shape: Loop, duration: f64) -> Trajectory {
-    let joints = resolved(robot, &EndPointPath::lm_arm(shape));
+    let joints = resolved(robot, &lm_path(shape));
     Trajectory::AlongPath { joints, law: TimeLaw::new(4.0 * PI, duration).unwrap() }
 }
 
@@ -39,7 +39,7 @@ fn worst(a: &[f64], b: &[f64]) -> f64 {
 fn the_end_point_is_on_the_path_at_every_knot_and_the_joints_close() {
     let robot = lm_arm();
     for shape in [Loop::Sine, Loop::Saddle] {
-        let path = EndPointPath::lm_arm(shape);
+        let path = lm_path(shape);
         let joints = resolved(&robot, &path);
         assert!(joints.first_unreached().is_none());
         for k in 0..720 {
@@ -57,7 +57,7 @@ fn the_end_point_is_on_the_path_at_every_knot_and_the_joints_close() {
 #[test]
 fn the_start_of_the_sine_is_the_key_of_the_model() {
     let robot = lm_arm();
-    let start = resolved(&robot, &EndPointPath::lm_arm(Loop::Sine)).pose(0.0);
+    let start = resolved(&robot, &lm_path(Loop::Sine)).pose(0.0);
     assert!(worst(&start, robot.key("start").unwrap()) < 1e-8, "{start:?}");
 }
 
@@ -65,8 +65,8 @@ fn the_start_of_the_sine_is_the_key_of_the_model() {
 fn the_resolved_pose_satisfies_the_optimality_condition() {
     // At the minimum the gradient W (q - r) has no component in the null space of the Jacobian.
     let robot = lm_arm();
-    let (rule, site) = (Redundancy::lm_arm(), robot.site("endpoint").unwrap());
-    let joints = resolved(&robot, &EndPointPath::lm_arm(Loop::Saddle));
+    let (rule, site) = (lm_machine().redundancy, robot.site("endpoint").unwrap());
+    let joints = resolved(&robot, &lm_path(Loop::Saddle));
     for k in 0..12 {
         let phase = 2.0 * PI * f64::from(k) / 12.0;
         let q = joints.pose(phase);
@@ -198,15 +198,15 @@ fn the_first_violated_limit_is_reported_with_its_time() {
     let law = TimeLaw::new(4.0 * PI, 115.0).unwrap();
     let far = Trajectory::AlongPath { joints: resolved(&robot, &far), law };
     let found = violated(&far, Limits::default(), free);
-    assert!(matches!(found.violation, Violation::Unreachable { distance, .. } if distance > 1e-3), "{found}");
+    assert!(matches!(&found.violation, Violation::Unreachable(point) if point.distance > 1e-3), "{found}");
     assert!((0.0..115.0).contains(&found.time) && found.to_string().contains("end point"), "{found}");
 
-    let slow = Limits { cable_speed: 0.005, ..Limits::default() };
+    let slow = Limits { cable_speed: vec![0.005], ..Limits::default() };
     let found = violated(&sine, slow, free);
     assert!(matches!(&found.violation, Violation::CableSpeed { speed, .. } if *speed > 0.005), "{found}");
     assert!(found.time > 0.0);
 
-    let lazy = Limits { cable_acceleration: 0.003, ..Limits::default() };
+    let lazy = Limits { cable_acceleration: vec![0.003], ..Limits::default() };
     let found = violated(&sine, lazy, free);
     assert!(
         matches!(&found.violation, Violation::CableAcceleration { acceleration, .. } if *acceleration > 0.003),
@@ -237,8 +237,8 @@ fn the_first_violated_limit_is_reported_with_its_time() {
 fn a_rule_for_another_robot_and_numbers_out_of_domain_are_refused() {
     let robot = lm_arm();
     let site = robot.site("endpoint").unwrap();
-    let path = EndPointPath::lm_arm(Loop::Sine);
-    let rule = Redundancy::lm_arm();
+    let path = lm_path(Loop::Sine);
+    let rule = lm_machine().redundancy;
     assert!(JointPath::resolve(&robot, 9999, &path, &rule, 720).is_err());
     assert!(JointPath::resolve(&robot, site, &path, &Redundancy::near(&[0.0; 3]), 720).is_err());
     assert!(JointPath::resolve(&robot, site, &path, &rule, 2).is_err());
@@ -258,7 +258,7 @@ fn a_rule_for_another_robot_and_numbers_out_of_domain_are_refused() {
 
 /// Path through waypoints as a sequence of segments between stops.
 fn with_stops(robot: &Robot, waypoints: &[Waypoint]) -> Trajectory {
-    let rule = Redundancy { swing: vec![0.0; 7], ..Redundancy::lm_arm() };
+    let rule = Redundancy { swing: vec![0.0; 7], ..lm_machine().redundancy };
     let motion = |leg: &PathSegment| {
         let EndPointPath::Waypoints { law, .. } = &leg.path else { panic!("{leg:?}") };
         let joints =

@@ -59,12 +59,6 @@ pub enum EndPointPath {
 }
 
 impl EndPointPath {
-    /// The paths of the LM-Arm: 0.15 m about (0.66, 0.10, -0.15) m.
-    #[must_use]
-    pub fn lm_arm(shape: Loop) -> Self {
-        Self::Loop { shape, center: [0.66, 0.10, -0.15], amplitude: 0.15 }
-    }
-
     /// Through waypoints in the order of their times, from rest to rest without a stop; through two, straight
     /// with minimum jerk.
     ///
@@ -72,21 +66,10 @@ impl EndPointPath {
     /// [`Error::WrongLength`] below two points, [`Error::OutOfDomain`] for one that is not finite or times
     /// that do not increase.
     pub fn through(points: &[Waypoint]) -> Result<Self, Error> {
-        let [first, second, before, last] = match points {
-            [a, b] => [a, b, a, b],
-            [a, b, .., c, d] => [a, b, c, d],
-            [a, b, c] => [a, b, b, c],
-            few => return Err(Error::WrongLength { name: "points", expected: 2, got: few.len() }),
-        };
-        let duration = last.time - first.time;
-        let ramp = (second.time - first.time).min(last.time - before.time).min(0.5 * duration);
-        let law = match points {
-            [_, _] => TimeLaw::minimum_jerk(duration, duration)?,
-            _ => TimeLaw::with_ramp(duration, duration, ramp)?,
-        };
-        let phases: Vec<f64> = points.iter().map(|point| law.at(point.time - first.time).phase).collect();
+        let times: Vec<f64> = points.iter().map(|point| point.time).collect();
         let values: Vec<f64> = points.iter().flat_map(|point| point.position).collect();
-        Ok(Self::Waypoints { points: Spline::natural(&phases, &values)?, law })
+        let (points, law) = timed_spline(&times, &values)?;
+        Ok(Self::Waypoints { points, law })
     }
 
     /// Checks the numbers.
@@ -142,13 +125,32 @@ impl EndPointPath {
     }
 }
 
+/// Spline through points at their times, s, in the phase of a time law from rest to rest: minimum jerk between
+/// two points, ramps no longer than the first and the last interval between more.
+pub(super) fn timed_spline(times: &[f64], values: &[f64]) -> Result<(Spline, TimeLaw), Error> {
+    let [first, second, before, last] = match *times {
+        [a, b] => [a, b, a, b],
+        [a, b, .., c, d] => [a, b, c, d],
+        [a, b, c] => [a, b, b, c],
+        _ => return Err(Error::WrongLength { name: "points", expected: 2, got: times.len() }),
+    };
+    let duration = last - first;
+    let ramp = (second - first).min(last - before).min(0.5 * duration);
+    let law = match times {
+        [_, _] => TimeLaw::minimum_jerk(duration, duration)?,
+        _ => TimeLaw::with_ramp(duration, duration, ramp)?,
+    };
+    let phases: Vec<f64> = times.iter().map(|time| law.at(time - first).phase).collect();
+    Ok((Spline::natural(&phases, values)?, law))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn the_sine_is_a_circle_about_the_diagonal() {
-        let path = EndPointPath::lm_arm(Loop::Sine);
+        let path = EndPointPath::Loop { shape: Loop::Sine, center: [0.66, 0.10, -0.15], amplitude: 0.15 };
         let radius = 0.15 * libm::sqrt(1.5);
         for k in 0..100 {
             let p = path.point(0.1 * f64::from(k));

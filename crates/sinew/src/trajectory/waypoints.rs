@@ -1,6 +1,7 @@
 use super::path::{EndPointPath, Waypoint};
 use crate::error::Error;
 use alloc::vec::Vec;
+use core::ops::Range;
 
 /// A part of a path through waypoints without an intermediate stop.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,26 +24,37 @@ const POSITION_TOLERANCE: f64 = 1e-9;
 /// As [`EndPointPath::through`].
 pub fn split_at_rests(points: &[Waypoint]) -> Result<Vec<PathSegment>, Error> {
     let whole = EndPointPath::through(points)?;
-    let coincide = |pair: &[Waypoint]| {
-        pair[0].position.iter().zip(pair[1].position).all(|(a, b)| (a - b).abs() < POSITION_TOLERANCE)
-    };
-    let begin = points[0].time;
+    let coincide = |a: usize, b: usize| close(&points[a].position, &points[b].position, POSITION_TOLERANCE);
     let mut segments = Vec::new();
-    let mut from = 0;
-    for to in 1..=points.len() {
-        if to < points.len() && !coincide(&points[to - 1..=to]) {
-            continue;
-        }
-        if to - from > 1 {
-            let path = EndPointPath::through(&points[from..to])?;
-            segments.push(PathSegment { start: points[from].time - begin, path });
-        }
-        from = to;
+    for range in between_rests(points.len(), coincide) {
+        let start = points[range.start].time - points[0].time;
+        segments.push(PathSegment { start, path: EndPointPath::through(&points[range])? });
     }
     if segments.is_empty() {
         segments.push(PathSegment { start: 0.0, path: whole });
     }
     Ok(segments)
+}
+
+/// Whether two points of one dimension differ by less than a tolerance in every coordinate.
+pub(super) fn close(a: &[f64], b: &[f64], tolerance: f64) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < tolerance)
+}
+
+/// Ranges of two points and more, split where a point and the next one coincide.
+pub(super) fn between_rests(count: usize, coincide: impl Fn(usize, usize) -> bool) -> Vec<Range<usize>> {
+    let mut ranges = Vec::new();
+    let mut from = 0;
+    for to in 1..=count {
+        if to < count && !coincide(to - 1, to) {
+            continue;
+        }
+        if to - from > 1 {
+            ranges.push(from..to);
+        }
+        from = to;
+    }
+    ranges
 }
 
 #[cfg(test)]

@@ -2,17 +2,34 @@
 
 #![allow(dead_code, reason = "not every test file needs every helper")]
 
+pub(crate) mod chains;
+
 use sinew::body::Robot;
+use sinew::machine::Machine;
 use sinew::predictor::{
     Ensemble, Estimator, Feature, Input, InputLimits, MEMBERS, MemoryLaw, Model, PerNetwork, Provenance,
     Role, Signal,
 };
+use sinew::trajectory::{EndPointPath, Loop};
 use sinew::transmission::{BasisTerm, Branch, ClampCell};
 
 /// The arm of `models/`.
 pub(crate) fn lm_arm() -> Robot {
     let text = include_str!("../../../../models/lm_arm.toml");
     Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
+}
+
+/// The machine of `models/`.
+pub(crate) fn lm_machine() -> Machine {
+    let text = include_str!("../../../../models/lm_arm.toml");
+    sinew::description::machine_from_toml("lm_arm.toml", text, &mut |_| Err("no other file".into()))
+        .unwrap()
+        .machine
+}
+
+/// Its closed path of this shape.
+pub(crate) fn lm_path(shape: Loop) -> EndPointPath {
+    EndPointPath::Loop { shape, center: [0.66, 0.10, -0.15], amplitude: 0.15 }
 }
 
 /// Far over near tension of [`capstan`] while it is pulled.

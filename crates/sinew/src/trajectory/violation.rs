@@ -1,0 +1,132 @@
+use super::unreached::UnreachedPoint;
+use alloc::string::String;
+use core::fmt;
+
+/// A violated limit.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Violation {
+    /// A point of the path that the joints do not follow.
+    Unreachable(UnreachedPoint),
+    /// A joint outside its range.
+    JointRange {
+        /// Its name.
+        joint: String,
+        /// rad or m.
+        position: f64,
+        /// rad or m.
+        range: [f64; 2],
+    },
+    /// A joint above its speed limit.
+    JointSpeed {
+        /// Its name.
+        joint: String,
+        /// rad/s or m/s.
+        speed: f64,
+        /// rad/s or m/s.
+        most: f64,
+    },
+    /// A cable above the speed limit of its winch.
+    CableSpeed {
+        /// Its name.
+        muscle: String,
+        /// m/s.
+        speed: f64,
+        /// m/s.
+        most: f64,
+    },
+    /// A cable above the acceleration limit of its winch.
+    CableAcceleration {
+        /// Its name.
+        muscle: String,
+        /// m/s^2.
+        acceleration: f64,
+        /// m/s^2.
+        most: f64,
+    },
+    /// A joint torque that the tension limits do not admit.
+    Torque {
+        /// Name of the joint.
+        joint: String,
+        /// Required, Nm or N.
+        needed: f64,
+        /// Residual, Nm or N.
+        missing: f64,
+        /// The saturated muscle with the largest moment arm in its direction, and its tension, N.
+        muscle: Option<(String, f64)>,
+    },
+    /// A winding above the temperature that it may reach.
+    Heat {
+        /// Muscle of the drive.
+        muscle: String,
+        /// Largest temperature of the winding, degrees Celsius.
+        hottest: f64,
+    },
+}
+
+/// The first time at which a trajectory violates a limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Infeasibility {
+    /// From the start, s.
+    pub time: f64,
+    /// The limit that is violated.
+    pub violation: Violation,
+}
+
+impl fmt::Display for Infeasibility {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "at {:.3} s: ", self.time)?;
+        match &self.violation {
+            Violation::Unreachable(point) => point.fmt(f),
+            Violation::JointRange { joint, position, range: [low, high] } => {
+                write!(
+                    f,
+                    "joint `{joint}` must be within {low:.5} and {high:.5}, but the reference is {position:.5}"
+                )
+            }
+            Violation::JointSpeed { joint, speed, most } => {
+                write!(f, "joint `{joint}` may move at most {most:.3} per s, but the reference is {speed:.3}")
+            }
+            Violation::CableSpeed { muscle, speed, most } => {
+                write!(
+                    f,
+                    "the winch of `{muscle}` winds at most {most:.3} m/s, but the reference needs {speed:.3}"
+                )
+            }
+            Violation::CableAcceleration { muscle, acceleration, most } => {
+                write!(
+                    f,
+                    "the winch of `{muscle}` accelerates by at most {most:.3} m/s^2, but the reference needs {acceleration:.3}"
+                )
+            }
+            Violation::Torque { joint, needed, missing, muscle } => {
+                write!(
+                    f,
+                    "`{joint}` needs {:.3} N m, of which tensions within their limits leave {} N m unmet",
+                    needed.abs(),
+                    Significant(missing.abs())
+                )?;
+                match muscle {
+                    Some((muscle, tension)) => write!(
+                        f,
+                        ": `{muscle}` is at {tension:.0} N, what its drive gives less the friction of its cable"
+                    ),
+                    None => Ok(()),
+                }
+            }
+            Violation::Heat { muscle, hottest } => {
+                write!(f, "the winding of `{muscle}` reaches {hottest:.0} degrees Celsius, what it may")
+            }
+        }
+    }
+}
+
+/// A positive number with at least two significant digits, and at least three decimals.
+struct Significant(f64);
+
+impl fmt::Display for Significant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let leading = -libm::floor(libm::log10(self.0.max(1e-12)));
+        write!(f, "{:.*}", (leading + 1.0).max(3.0) as usize, self.0)
+    }
+}
