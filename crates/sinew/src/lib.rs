@@ -11,9 +11,10 @@
 //! | [`drive`] | motor, reducer, winch, their control loops and sensors |
 //! | [`body`] | joints, kinematic tree, inverse and forward dynamics |
 //! | [`muscle`] | lengths, moment arms and bends of cables over a body |
-//! | `description` | robot files (MJCF, URDF, TOML) to a validated robot, and back |
+//! | `description` | robot files (MJCF, URDF, TOML) to a validated robot, and back; machine files |
+//! | [`machine`] | a machine as designed: body, cables, drives, sensors, task, tolerances |
 //! | [`trajectory`] | end-point paths, inverse kinematics along them, time laws |
-//! | [`control`] | friction compensation, tension distribution, the controller of an arm |
+//! | [`control`] | friction compensation, tension distribution, the controller of an arm, demands on drives |
 //! | [`twin`] | the plant: cables with effects that no model has, a bench, an arm |
 //! | [`metrics`], [`math`], [`random`] | error metrics, vectorisable functions, random numbers |
 //!
@@ -39,7 +40,7 @@
 //!
 //! | feature | default | adds |
 //! |---|---|---|
-//! | `description` | yes | `description`, `drive::Catalogue`, `drive::sizing`; pulls `roxmltree` and `toml` |
+//! | `description` | yes | `description`, `drive::Catalogue`, `drive::sizing`, `model-file`; pulls `roxmltree` and `toml` |
 //! | `model-file` | yes | `predictor::Model::from_json` and `to_json`; pulls `serde_json` and `crc32fast` |
 //!
 //! A build for a microcontroller takes `default-features = false`: simulation, estimation and control without
@@ -66,6 +67,7 @@ pub mod description;
 mod dispatch;
 pub mod drive;
 mod error;
+pub mod machine;
 pub mod math;
 pub mod metrics;
 pub mod muscle;

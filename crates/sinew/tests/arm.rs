@@ -4,12 +4,12 @@
 
 mod common;
 
-use common::lm_arm;
+use common::{lm_arm, lm_machine};
 use sinew::body::{Robot, Scratch};
 use sinew::drive::{Drive, DriveCommand, DriveParameters};
 use sinew::muscle::{Geometry, Muscles};
 use sinew::random::Random;
-use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Scatter, Sensor, SensorFailure};
+use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Sensor, SensorFailure};
 use sinew::twin::bench::Bench;
 use sinew::twin::cable::{Effects, Resolution, Specimen};
 
@@ -46,8 +46,7 @@ fn holding(robot: &Robot, q: &[f64], least: f64) -> Vec<f64> {
 }
 
 fn nominal() -> ArmSpecimen {
-    let robot = lm_arm();
-    ArmSpecimen::nominal(&robot, &start(&robot)).unwrap()
+    ArmSpecimen::nominal(&lm_machine()).unwrap()
 }
 
 /// Without slow effects: the laws alone.
@@ -130,8 +129,7 @@ fn a_posture_that_turns_a_cable_more_costs_it_more_tension() {
 
 #[test]
 fn every_transmission_of_an_arm_can_be_put_on_the_bench_alone() {
-    let robot = lm_arm();
-    let specimen = ArmSpecimen::draw(&robot, &start(&robot), 2).unwrap();
+    let specimen = ArmSpecimen::draw(&lm_machine(), 2).unwrap();
     for (cable, drive) in specimen.cables.iter().zip(&specimen.drives) {
         let mut bench = Bench::new(cable, specimen.resolution, *drive, 1).unwrap();
         bench.settle(60.0).unwrap();
@@ -160,7 +158,7 @@ fn for_any_commands_the_state_stays_finite_and_tensions_non_negative() {
     for seed in 0..4 {
         let robot = lm_arm();
         let q = start(&robot);
-        let specimen = ArmSpecimen::draw(&robot, &q, seed).unwrap();
+        let specimen = ArmSpecimen::draw(&lm_machine(), seed).unwrap();
         let mut arm = ArmTwin::new(&specimen, &q, &[60.0; 15], seed).unwrap();
         let mut random = Random::new(seed);
         for k in 0..4000 {
@@ -177,7 +175,7 @@ fn equal_seeds_give_equal_bits_and_different_seeds_different_arms() {
     let run = |seed| {
         let robot = lm_arm();
         let q = start(&robot);
-        let specimen = ArmSpecimen::draw(&robot, &q, seed).unwrap();
+        let specimen = ArmSpecimen::draw(&lm_machine(), seed).unwrap();
         let mut arm = ArmTwin::new(&specimen, &q, &[60.0; 15], seed).unwrap();
         let mut random = Random::new(9);
         let mut bits = Vec::new();
@@ -294,7 +292,7 @@ fn sensor_faults_last_for_their_duration_and_do_not_affect_the_plant() {
 fn measurements_are_delayed_by_a_millisecond_with_quantisation_noise_and_zero_errors_only() {
     let robot = lm_arm();
     let q = start(&robot);
-    let specimen = ArmSpecimen::draw(&robot, &q, 5).unwrap();
+    let specimen = ArmSpecimen::draw(&lm_machine(), 5).unwrap();
     let mut arm = ArmTwin::new(&specimen, &q, &[60.0; 15], 5).unwrap();
     let mut told = STAND;
     told[7] = DriveCommand::Velocity(0.05);
@@ -304,7 +302,7 @@ fn measurements_are_delayed_by_a_millisecond_with_quantisation_noise_and_zero_er
         let before = arm.truth().q.to_vec();
         let pull: Vec<f64> = arm.truth().cables.iter().map(|cable| cable.tension_in).collect();
         arm.step(&told, H).unwrap();
-        let zeros = specimen.encoders.iter().map(|encoder| encoder.zero);
+        let zeros = specimen.encoders.iter().flatten().map(|encoder| encoder.zero);
         for ((read, was), zero) in arm.reading().joint.iter().zip(&before).zip(zeros) {
             assert!((read - was - zero).abs() <= 0.5 * count + 1e-12);
         }
@@ -320,10 +318,10 @@ fn measurements_are_delayed_by_a_millisecond_with_quantisation_noise_and_zero_er
 fn specimens_scatter_within_their_bounds_and_a_payload_adds_its_weight() {
     let robot = lm_arm();
     let q = start(&robot);
-    let of = ArmSpecimen::nominal(&robot, &q).unwrap();
+    let of = ArmSpecimen::nominal(&lm_machine()).unwrap();
     let mut furthest = [0.0_f64; 4];
     for seed in 0..50 {
-        let drawn = ArmSpecimen::drawn_around(&of, &Scatter::default(), seed).unwrap();
+        let drawn = ArmSpecimen::drawn_around(&of, &lm_machine(), seed).unwrap();
         for (a, b) in drawn.robot.parts().bodies.iter().zip(&robot.parts().bodies) {
             if b.mass > 0.0 {
                 furthest[0] = furthest[0].max((a.mass / b.mass - 1.0).abs());
@@ -335,7 +333,7 @@ fn specimens_scatter_within_their_bounds_and_a_payload_adds_its_weight() {
         for drive in &drawn.drives {
             furthest[2] = furthest[2].max((drive.load_cell.gain - 1.0).abs());
         }
-        for encoder in &drawn.encoders {
+        for encoder in drawn.encoders.iter().flatten() {
             furthest[3] = furthest[3].max(encoder.zero.abs());
         }
         assert!(ArmTwin::new(&drawn, &q, &[60.0; 15], seed).is_ok());

@@ -177,20 +177,20 @@ fn mechanics_and_muscles_never_allocate_once_built() {
 #[test]
 fn the_arm_and_its_trajectory_never_allocate_not_even_in_failing() {
     use sinew::drive::DriveCommand;
-    use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
+    use sinew::trajectory::{JointPath, Loop, Reference, TimeLaw, Trajectory};
     use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Sensor, SensorFailure};
     let robot = common::lm_arm();
     let pose = robot.key("start").unwrap();
     let joints = JointPath::resolve(
         &robot,
         robot.site("endpoint").unwrap(),
-        &EndPointPath::lm_arm(Loop::Sine),
-        &Redundancy::lm_arm(),
+        &common::lm_path(Loop::Sine),
+        &common::lm_machine().redundancy,
         720,
     )
     .unwrap();
     let trajectory = Trajectory::AlongPath { joints, law: TimeLaw::new(12.0, 2.0).unwrap() };
-    let specimen = ArmSpecimen::draw(&robot, pose, 1).unwrap();
+    let specimen = ArmSpecimen::draw(&common::lm_machine(), 1).unwrap();
     let fault = |from, what| InjectedFault { start: from, duration: 0.1, failure: what };
     let faults = [
         fault(0.2, Failure::Cable(4)),
@@ -245,8 +245,8 @@ fn distributing_a_torque_never_allocates_whether_it_can_be_reached_or_not() {
 #[test]
 fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
     use sinew::control::arm::{
-        ActuationMode, ArmController, ArmGains, ArmMeasurement, CableStateSource, PreviewedReference,
-        ResidualNetwork,
+        ActuationMode, ArmController, ArmMeasurement, CableStateSource, PreviewedReference, ResidualNetwork,
+        synthesize,
     };
     use sinew::predictor::CableModel;
     use sinew::trajectory::Reference;
@@ -254,7 +254,7 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
     use sinew::twin::arm::{ArmSpecimen, ArmTwin};
     let robot = common::lm_arm();
     let pose = robot.key("start").unwrap();
-    let specimen = ArmSpecimen::nominal(&robot, pose).unwrap();
+    let specimen = ArmSpecimen::nominal(&common::lm_machine()).unwrap();
     let model = |cable: &sinew::twin::cable::Specimen| CableModel {
         path: cable.path.clone(),
         parameters: cable.parameters,
@@ -273,7 +273,9 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
         skip: vec![],
     })
     .unwrap();
-    let mut controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), way)
+    let machine = common::lm_machine();
+    let (gains, _) = synthesize(&machine, &models, &machine.poses(40).unwrap()).unwrap();
+    let mut controller = ArmController::new(&robot, &models, gains, way)
         .and_then(|controller| controller.with_residuals(vec![network; 15]))
         .unwrap();
     let mut arm = ArmTwin::new(&specimen, pose, &[60.0; 15], 1).unwrap();
@@ -292,7 +294,6 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
                     1e-3,
                     &sample,
                     &PreviewedReference { current: &goal, previewed: &goal, repeat_time: None },
-                    None,
                 )
                 .unwrap();
             moved += arm.step(answer.drives, 1e-3).unwrap().v[3].abs() * 1e-3;

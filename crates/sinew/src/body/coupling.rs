@@ -1,3 +1,4 @@
+use super::cholesky;
 use super::parts::Coupling;
 use super::robot::Robot;
 use super::scratch::Scratch;
@@ -58,6 +59,16 @@ impl Robot {
         self.check_coordinates(q)
     }
 
+    /// The pose with the independent joints at `x`, for robots of hinges and slides.
+    ///
+    /// # Errors
+    /// As [`Reduction::expand`].
+    pub fn pose_from_independent(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
+        let mut q = vec![0.0; self.nq()];
+        Reduction::new(self).expand(self, x, &mut q)?;
+        Ok(q)
+    }
+
     /// Couplings in an order in which leaders come before followers.
     fn followers(&self) -> impl Iterator<Item = &Coupling> {
         self.followers.iter().map(|&index| &self.parts().couplings[index])
@@ -104,6 +115,41 @@ impl Reduction {
     #[must_use]
     pub fn independent(&self) -> &[usize] {
         &self.independent
+    }
+
+    /// The pose from the coordinates of the independent joints; evaluates slopes and curvatures in it.
+    ///
+    /// # Shapes
+    /// `x: [n]`, hinges and slides that follow no other, in order; `q: [nq]`.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a coordinate is not finite.
+    pub fn expand(&mut self, robot: &Robot, x: &[f64], q: &mut [f64]) -> Result<(), Error> {
+        // With hinges and slides alone a joint's coordinate has the index of its velocity.
+        check_length("coordinates of a robot of hinges and slides", robot.nq(), robot.nv())?;
+        check_entries("independent coordinates", x, self.independent.len())?;
+        check_length("q", q.len(), self.leader.len())?;
+        q.fill(0.0);
+        for (&place, x) in self.independent.iter().zip(x) {
+            q[place] = *x;
+        }
+        robot.apply_couplings(q)?;
+        self.update(robot, q)
+    }
+
+    /// Rows over all velocities, such as a Jacobian or moment arms, as rows over the independent ones: `A J`.
+    ///
+    /// # Shapes
+    /// `rows: [k x nv]`, `reduced: [k x n]`, row by row.
+    ///
+    /// # Errors
+    /// As [`forces`](Self::forces).
+    pub fn rows(&self, rows: &[f64], reduced: &mut [f64]) -> Result<(), Error> {
+        let (n, nv) = (self.independent.len().max(1), self.leader.len().max(1));
+        check_length("reduced", reduced.len(), rows.len() / nv * n)?;
+        rows.chunks_exact(nv)
+            .zip(reduced.chunks_exact_mut(n))
+            .try_for_each(|(row, out)| self.forces(row, out))
     }
 
     /// Evaluates slopes and curvatures in a pose.
@@ -249,33 +295,11 @@ impl Reduction {
                 *load = tau - *load;
             }
             self.forces(load, du)?;
-            solve(&mut reduced, du)
+            cholesky::factor(&mut reduced, n)?;
+            cholesky::solve(&reduced, du);
+            Ok(())
         })();
         (self.reduced, self.full) = (reduced, full);
         done
     }
-}
-
-/// Solves `A x = b` in place for a positive definite `A`, by Cholesky factorisation.
-fn solve(a: &mut [f64], b: &mut [f64]) -> Result<(), Error> {
-    let n = b.len();
-    for i in 0..n {
-        for j in 0..=i {
-            let sum: f64 = (0..j).map(|k| a[i * n + k] * a[j * n + k]).sum();
-            let rest = a[i * n + j] - sum;
-            if i != j {
-                a[i * n + j] = rest / a[j * n + j];
-            } else {
-                let pivot = crate::error::positive("pivot of the reduced mass matrix", rest)?;
-                a[i * n + i] = libm::sqrt(pivot);
-            }
-        }
-        let sum: f64 = (0..i).map(|k| a[i * n + k] * b[k]).sum();
-        b[i] = (b[i] - sum) / a[i * n + i];
-    }
-    for i in (0..n).rev() {
-        let sum: f64 = (i + 1..n).map(|k| a[k * n + i] * b[k]).sum();
-        b[i] = (b[i] - sum) / a[i * n + i];
-    }
-    Ok(())
 }

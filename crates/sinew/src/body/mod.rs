@@ -6,6 +6,7 @@
 
 mod chain;
 mod check;
+pub(crate) mod cholesky;
 mod coupling;
 mod energy;
 mod forward_dynamics;

@@ -118,6 +118,13 @@ impl Robot {
         self.link_of(joint).map_or(0..0, |link| link.v..link.v + link.kind.velocities())
     }
 
+    /// The joints that follow no other, in order.
+    #[must_use]
+    pub fn independent_joints(&self) -> Vec<usize> {
+        let follows = |joint: usize| self.parts.couplings.iter().any(|coupling| coupling.follower == joint);
+        (0..self.parts.joints.len()).filter(|&joint| !follows(joint)).collect()
+    }
+
     /// The joint that a velocity belongs to.
     #[must_use]
     pub fn joint_of_velocity(&self, velocity: usize) -> Option<usize> {

@@ -1,9 +1,11 @@
 //! Commands of the drives: distribution of tensions for a torque, compensation of friction and stretch,
-//! control of an arm.
+//! control of an arm; what motions demand of the drives.
 //!
 //! The controller has measurements, references and identified models; it does not import the plant.
 
 pub mod arm;
+pub mod capability;
 pub mod compensation;
+pub mod demand;
 pub mod stretch;
 pub mod tension;

@@ -1,14 +1,19 @@
 //! Muscles: path of each cable over the body, its length and its moment arms.
 //!
-//! [`Muscles`] is independent of the pose; [`Muscles::evaluate`] writes the [`Geometry`] of one pose.
+//! [`Muscles`] is independent of the pose; [`Muscles::evaluate`] writes the [`Geometry`] of one pose;
+//! [`MuscleDynamics`] adds the dynamics of the joints.
 
 mod bend;
 mod circle;
+mod dynamics;
 mod geometry;
 mod path;
 mod rate;
 mod surface;
+#[cfg(test)]
+pub(crate) mod testing;
 mod topology;
 
+pub use dynamics::MuscleDynamics;
 pub use geometry::{Geometry, Muscles};
 pub use rate::MomentArmRates;

@@ -44,20 +44,20 @@ impl AccelerationLaw {
 
     /// Starts with an estimated disturbance, rad/s^2, where it is compensated at all.
     pub(super) fn initialize(&mut self, gains: &ArmGains, estimated: &[f64]) {
-        let estimated = gains.disturbance_bandwidth.iter().zip(estimated);
+        let estimated = gains.joints.iter().zip(estimated);
         self.disturbance
             .iter_mut()
             .zip(estimated)
-            .for_each(|(used, (w, d))| *used = if *w > 0.0 { *d } else { 0.0 });
+            .for_each(|(used, (gains, d))| *used = if gains.disturbance_bandwidth > 0.0 { *d } else { 0.0 });
     }
 
     /// One step of `d_u`, `h` s; without an estimate the errors of the last control cycle are integrated.
     pub(super) fn update_disturbance(&mut self, h: f64, gains: &ArmGains, estimated: Option<&[f64]>) {
         for (k, used) in self.disturbance.iter_mut().enumerate() {
             *used += match estimated {
-                Some(estimated) => h * gains.disturbance_bandwidth[k] * (estimated[k] - *used),
+                Some(estimated) => h * gains.joints[k].disturbance_bandwidth * (estimated[k] - *used),
                 None => {
-                    let w = gains.bandwidth[k];
+                    let w = gains.joints[k].bandwidth;
                     -h * INTEGRAL_GAIN * w * w * w * self.error[k]
                 }
             };
@@ -74,7 +74,7 @@ impl AccelerationLaw {
     /// `q''_d` from the errors and the estimated velocities, rad/s, (25) and (26).
     pub(super) fn evaluate(&mut self, gains: &ArmGains, reference: &Reference, v: &[f64], at_rest: bool) {
         for (k, output) in self.output.iter_mut().enumerate() {
-            let w = gains.bandwidth[k];
+            let w = gains.joints[k].bandwidth;
             *output = if at_rest {
                 -self.disturbance[k]
             } else {

@@ -1,7 +1,7 @@
 use super::anchor_motion::AnchorMotion;
 use super::cable_states::{CableStateSource, CableStates};
 use super::fault_detector::FaultDetector;
-use super::gains::ArmGains;
+use super::gains::{ArmGains, MuscleGains};
 use super::iterative_learning::IterativeLearning;
 use super::signals::require_length;
 use super::winch::{MuscleReference, WinchController};
@@ -45,9 +45,6 @@ pub(super) struct Actuation {
     /// Commanded speed of every winch, m/s; NaN where its drive was given a tension. `[muscles]`
     pub(super) winch_speed: Vec<f64>,
 }
-
-/// Deceleration of the winches when the arm is stopped, m/s^2.
-const STOP_DECELERATION: f64 = 2.0;
 
 /// State of the controller from which commands are computed, `[muscles]` each.
 #[derive(Debug)]
@@ -120,10 +117,10 @@ impl Actuation {
                         learned: learning.as_ref().map_or(0.0, |learning| learning.output[k]),
                         rest_stretch: inputs.at_rest.then_some(cables.stretch[k]),
                     };
-                    let winch = &mut self.winches[k];
+                    let (winch, muscle) = (&mut self.winches[k], &gains.muscles[k]);
                     let (law, drag) = (cables.law(k)?, cables.drag_factor[k]);
-                    let stretch = winch.desired_stretch(h, law, &reference, drag, gains)?;
-                    let speed = winch.speed(&reference, stretch, cables.stretch[k], gains);
+                    let stretch = winch.desired_stretch(h, law, &reference, drag, gains, muscle)?;
+                    let speed = winch.speed(&reference, stretch, cables.stretch[k], muscle);
                     if let Some(learning) = &mut learning {
                         learning.record(k, winch.feedback);
                     }
@@ -150,10 +147,11 @@ impl Actuation {
     }
 
     /// Decelerates all winches to rest.
-    pub(super) fn brake(&mut self, h: f64) {
-        for (winch_speed, drive) in self.winch_speed.iter_mut().zip(&mut self.drives) {
+    pub(super) fn brake(&mut self, h: f64, gains: &[MuscleGains]) {
+        let winches = self.winch_speed.iter_mut().zip(&mut self.drives);
+        for ((winch_speed, drive), gains) in winches.zip(gains) {
             let speed = if winch_speed.is_finite() { *winch_speed } else { 0.0 };
-            *winch_speed = speed - speed.clamp(-h * STOP_DECELERATION, h * STOP_DECELERATION);
+            *winch_speed = speed - speed.clamp(-h * gains.stop_deceleration, h * gains.stop_deceleration);
             *drive = DriveCommand::Velocity(*winch_speed);
         }
     }

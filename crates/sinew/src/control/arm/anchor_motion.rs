@@ -1,6 +1,6 @@
-use super::body_model::BodyModel;
 use super::joint_observer::JointObserver;
 use super::signals::PreviewedReference;
+use crate::muscle::MuscleDynamics;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -35,7 +35,7 @@ impl AnchorMotion {
     /// filter of slip advances by `filter_share` of its input.
     pub(super) fn update(
         &mut self,
-        body: &BodyModel,
+        body: &MuscleDynamics,
         reference: &PreviewedReference<'_>,
         joints: &JointObserver,
         error: &[f64],
@@ -50,8 +50,9 @@ impl AnchorMotion {
         }
     }
 
-    /// Largest magnitude of the position errors, m.
-    pub(super) fn largest_error(&self) -> f64 {
-        self.error.iter().fold(0.0, |largest, d| largest.max(d.abs()))
+    /// Whether the position error of every anchor is below a limit, m, and its speed below another, m/s.
+    pub(super) fn is_near(&self, limits: impl Iterator<Item = [f64; 2]>) -> bool {
+        let anchors = self.error.iter().zip(&self.estimated);
+        anchors.zip(limits).all(|((d, v), [error, speed])| d.abs() < error && v.abs() < speed)
     }
 }

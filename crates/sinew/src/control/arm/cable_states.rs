@@ -1,7 +1,7 @@
-use super::body_model::BodyModel;
 use super::residual_network::ResidualNetwork;
-use super::signals::{GroundTruth, require_length};
+use super::signals::require_length;
 use crate::Error;
+use crate::muscle::MuscleDynamics;
 use crate::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
 use crate::transmission::Perceptron;
 use crate::transmission::cable::CableLaw;
@@ -16,26 +16,6 @@ pub enum CableStateSource {
     /// The encoders alone: stretch is the relative displacement of a cable's ends since the start, far
     /// tensions are taken as the desired ones.
     Encoders,
-    /// The true state, from [`GroundTruth`]: the upper bound that an observer is compared with.
-    Oracle,
-}
-
-impl CableStateSource {
-    /// Checks that ground truth is given to an oracle of `muscles` cables, and to nothing else.
-    fn check(self, truth: Option<&GroundTruth<'_>>, muscles: usize) -> Result<(), Error> {
-        match (self, truth) {
-            (Self::Oracle, None) => require_length("ground truth", muscles, 0),
-            (Self::Oracle, Some(GroundTruth { tension_out, stretch, drag_factor })) => {
-                let lengths = [tension_out.len(), stretch.len(), drag_factor.len()];
-                lengths.into_iter().try_for_each(|got| require_length("ground truth", muscles, got))
-            }
-            (_, Some(truth)) => {
-                let (name, got) = ("ground truth without an oracle", truth.tension_out.len());
-                Err(Error::WrongLength { name, expected: 0, got })
-            }
-            (_, None) => Ok(()),
-        }
-    }
 }
 
 /// Estimated state of all cables: `[muscles]` each.
@@ -118,12 +98,10 @@ impl CableStates {
         &mut self,
         h: f64,
         (motor, tension): (&[f64], &[f64]),
-        body: &BodyModel,
+        body: &MuscleDynamics,
         desired_tension: &[f64],
-        truth: Option<&GroundTruth<'_>>,
     ) -> Result<(), Error> {
-        self.source.check(truth, self.samples.len())?;
-        self.update_wraps(&body.wrap_angles)?;
+        self.update_wraps(body.wrap_angles())?;
         for (k, (sample, length)) in self.samples.iter_mut().zip(body.lengths()).enumerate() {
             *sample = CableSample { motor: motor[k], anchor: -length, tension_in: tension[k] };
         }
@@ -147,11 +125,6 @@ impl CableStates {
             };
         }
         self.started = true;
-        if let Some(truth) = truth {
-            self.tension_out.copy_from_slice(truth.tension_out);
-            self.stretch.copy_from_slice(truth.stretch);
-            self.drag_factor.copy_from_slice(truth.drag_factor);
-        }
         Ok(())
     }
 
@@ -176,26 +149,5 @@ impl CableStates {
         }
         self.next_wrap = (self.next_wrap + 1) % n;
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ground_truth_is_required_by_an_oracle_and_refused_without_one() {
-        let numbers = [1.0; 3];
-        let of = |n: usize| GroundTruth {
-            tension_out: &numbers[..n],
-            stretch: &numbers[..3],
-            drag_factor: &numbers[..3],
-        };
-        assert!(CableStateSource::Oracle.check(Some(&of(3)), 3).is_ok());
-        assert!(CableStateSource::Oracle.check(Some(&of(2)), 3).is_err());
-        assert!(CableStateSource::Oracle.check(None, 3).is_err());
-        for source in [CableStateSource::Observer, CableStateSource::Encoders] {
-            assert!(source.check(None, 3).is_ok() && source.check(Some(&of(3)), 3).is_err());
-        }
     }
 }

@@ -1,20 +1,18 @@
 use super::acceleration_law::AccelerationLaw;
 use super::actuation::{Actuation, ActuationInputs, ActuationMode};
 use super::anchor_motion::AnchorMotion;
-use super::body_model::BodyModel;
 use super::cable_states::{CableStateSource, CableStates};
 use super::fault_detector::{FaultDetector, Prediction};
 use super::gains::ArmGains;
 use super::joint_monitor::EncoderCheck;
 use super::joint_observer::JointObserver;
 use super::joint_stiffness::JointStiffness;
-use super::signals::{
-    ArmCommand, ArmMeasurement, Dimensions, GroundTruth, PreviewedReference, require_length,
-};
+use super::signals::{ArmCommand, ArmMeasurement, Dimensions, PreviewedReference, require_length};
 use super::status::ArmStatus;
 use crate::Error;
 use crate::body::Robot;
 use crate::control::tension::{Distribution, Problem, Settings, Status};
+use crate::muscle::MuscleDynamics;
 use crate::predictor::CableModel;
 use crate::trajectory::Reference;
 use crate::transmission::Perceptron;
@@ -50,7 +48,7 @@ pub struct ArmController {
     source: CableStateSource,
     dimensions: Dimensions,
     faults: FaultDetector,
-    body: BodyModel,
+    body: MuscleDynamics,
     cables: CableStates,
     stiffness: JointStiffness,
     joints: JointObserver,
@@ -85,12 +83,6 @@ const MAX_OPERATIONS: u64 = 1_000_000;
 /// oscillates more.
 const TOLERANCE_WITHOUT_ESTIMATES: f64 = 2.5;
 
-/// Largest position error of an anchor at which an arm comes to rest, and up to which it is at rest, m.
-const REST_ERROR: [f64; 2] = [5e-4, 1e-3];
-
-/// Largest speed of a joint at which an arm comes to rest, rad/s.
-const REST_SPEED: f64 = 0.05;
-
 /// Largest speed of a reference at rest, rad/s or m/s.
 const REST_REFERENCE_SPEED: f64 = 1e-9;
 
@@ -106,24 +98,21 @@ impl ArmController {
         gains: ArmGains,
         mode: ActuationMode,
     ) -> Result<Self, Error> {
-        let body = BodyModel::new(robot);
+        let body = MuscleDynamics::new(robot)?;
         let (muscles, joints) = (body.muscles(), body.joints());
-        gains.validate(joints)?;
+        gains.validate(muscles, joints)?;
         require_length("models", muscles, models.len())?;
         let source = mode.cable_state_source();
-        let limits = |model: &CableModel| Ok(gains.tension_limits(&model.law()?));
-        let limits = models.iter().map(limits).collect::<Result<Vec<_>, Error>>()?;
         let stiffness = JointStiffness::new(models, joints)?;
-        let estimated =
-            matches!(mode, ActuationMode::WinchSpeed(CableStateSource::Observer | CableStateSource::Oracle));
+        let estimated = matches!(mode, ActuationMode::WinchSpeed(CableStateSource::Observer));
         let joint_tolerance = if estimated { 1.0 } else { TOLERANCE_WITHOUT_ESTIMATES };
         Ok(Self {
             source,
             dimensions: Dimensions { muscles, joints },
-            faults: FaultDetector::new(&stiffness.cables, joints, joint_tolerance),
+            faults: FaultDetector::new(&stiffness.cables, &gains, joint_tolerance),
             cables: CableStates::new(models, source)?,
             stiffness,
-            joints: JointObserver::new(joints, &gains),
+            joints: JointObserver::new(models, &gains)?,
             law: AccelerationLaw::new(joints),
             anchors: AnchorMotion::new(muscles),
             distribution: Distribution::with_settings(
@@ -140,8 +129,8 @@ impl ArmController {
             model_acceleration: vec![0.0; joints],
             torque: vec![0.0; joints],
             desired_tension: vec![0.0; muscles],
-            min_tension: limits.iter().map(|limit| limit[0]).collect(),
-            max_tension: limits.iter().map(|limit| limit[1]).collect(),
+            min_tension: gains.muscles.iter().map(|muscle| muscle.tension[0]).collect(),
+            max_tension: gains.muscles.iter().map(|muscle| muscle.tension[1]).collect(),
             ones: vec![1.0; muscles],
             zeros: vec![0.0; muscles],
             body,
@@ -170,12 +159,6 @@ impl ArmController {
         Ok(self)
     }
 
-    /// Whether every [`step`](Self::step) takes the true state of the cables.
-    #[must_use]
-    pub fn requires_ground_truth(&self) -> bool {
-        self.source == CableStateSource::Oracle
-    }
-
     /// Operating state of the arm.
     #[must_use]
     pub fn status(&self) -> ArmStatus {
@@ -189,21 +172,20 @@ impl ArmController {
     /// beginning. Nothing is allocated.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for slices of another robot, for an oracle without ground truth, and for ground
-    /// truth without an oracle; [`Error::OutOfDomain`] for references that are not finite.
+    /// [`Error::WrongLength`] for slices of another robot; [`Error::OutOfDomain`] for references that are not
+    /// finite.
     pub fn step(
         &mut self,
         h: f64,
         measurement: &ArmMeasurement<'_>,
         reference: &PreviewedReference<'_>,
-        truth: Option<&GroundTruth<'_>>,
     ) -> Result<ArmCommand<'_>, Error> {
         self.dimensions.check(measurement, reference)?;
         self.detect_faults(h, measurement, reference.current);
         if self.faults.is_stopped() {
-            self.actuation.brake(h);
+            self.actuation.brake(h, &self.gains.muscles);
         } else {
-            self.estimate_cables(h, reference.current, truth)?; // (7), (10) at the lengths of (19)
+            self.estimate_cables(h, reference.current)?; // (7), (10) at the lengths of (19)
             self.estimate_joints(h)?; // (21), (23)
             self.evaluate_errors(h, reference); // (24), and (20)
             self.detect_rest(reference);
@@ -228,7 +210,6 @@ impl ArmController {
             tension_in: &self.cables.tension_in,
             winch_correction: &self.cables.winch_correction,
             joint: [&self.joints.q, &self.joints.v, &self.joints.disturbance],
-            joint_arm: &self.stiffness.arms,
             joint_stiffness: &self.stiffness.joints,
             reference,
         };
@@ -236,16 +217,11 @@ impl ArmController {
     }
 
     /// Far tensions and stretches, in the pose estimated last.
-    fn estimate_cables(
-        &mut self,
-        h: f64,
-        reference: &Reference,
-        truth: Option<&GroundTruth<'_>>,
-    ) -> Result<(), Error> {
+    fn estimate_cables(&mut self, h: f64, reference: &Reference) -> Result<(), Error> {
         self.bridge_joints(h, reference);
-        self.body.evaluate_geometry(&self.joints.q)?;
+        self.body.evaluate(&self.joints.q)?;
         let accepted = (&self.faults.motor[..], &self.faults.tension[..]);
-        self.cables.update(h, accepted, &self.body, &self.desired_tension, truth)
+        self.cables.update(h, accepted, &self.body, &self.desired_tension)
     }
 
     /// Prepares the joint observers for encoders that were rejected or have returned. Without estimated far
@@ -260,7 +236,7 @@ impl ArmController {
         }
         for (k, check) in self.faults.checks.iter().enumerate() {
             match *check {
-                EncoderCheck::Accepted | EncoderCheck::Rejected => {}
+                EncoderCheck::Accepted | EncoderCheck::Rejected | EncoderCheck::Absent => {}
                 EncoderCheck::Returned => self.joints.q[k] = self.faults.joint[k],
                 EncoderCheck::Withdrawn { shift, disturbance } => {
                     self.joints.q[k] += shift;
@@ -279,7 +255,7 @@ impl ArmController {
     /// Angles, velocities and disturbances of the joints under the estimated tensions.
     fn estimate_joints(&mut self, h: f64) -> Result<(), Error> {
         let Self { body, joints, cables, model_acceleration, .. } = self;
-        body.forward_dynamics(&joints.q, &joints.v, &cables.tension_out, model_acceleration)?;
+        body.forward_dynamics(&joints.v, &cables.tension_out, None, model_acceleration)?;
         if !self.disturbance_initialized {
             self.disturbance_initialized = true;
             // The arm starts at rest: the disturbance balances the model's acceleration.
@@ -287,7 +263,7 @@ impl ArmController {
             self.law.initialize(&self.gains, &joints.disturbance);
         }
         self.stiffness.update(body, joints, &cables.tension_out, model_acceleration)?;
-        joints.update(h, &self.faults.joint, model_acceleration);
+        joints.update(h, &self.faults.joint, model_acceleration, body)?;
         if !self.at_rest {
             let known = self.source != CableStateSource::Encoders;
             self.law.update_disturbance(h, &self.gains, known.then_some(&joints.disturbance[..]));
@@ -307,21 +283,23 @@ impl ArmController {
     fn detect_rest(&mut self, reference: &PreviewedReference<'_>) {
         let speeds = reference.current.v.iter().chain(&reference.previewed.v);
         let reference_rests = speeds.fold(0.0_f64, |most, v| most.max(v.abs())) <= REST_REFERENCE_SPEED;
-        let error = self.anchors.largest_error();
-        let speed = self.joints.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-        let [begins, ends] = REST_ERROR;
-        let near = if self.at_rest { error < ends } else { error < begins && speed < REST_SPEED };
+        let muscles = self.gains.muscles.iter();
+        let near = if self.at_rest {
+            self.anchors.is_near(muscles.map(|muscle| [muscle.rest_error[1], f64::INFINITY]))
+        } else {
+            self.anchors.is_near(muscles.map(|muscle| [muscle.rest_error[0], muscle.rest_speed]))
+        };
         self.at_rest = reference_rests && near;
         self.holding = self.at_rest && self.actuation.is_within_tolerance(&self.anchors);
     }
 
     fn evaluate_torque(&mut self) -> Result<(), Error> {
-        self.body.inverse_dynamics(&self.joints.q, &self.joints.v, &self.law.output, &mut self.torque)
+        self.body.inverse_dynamics(&self.joints.v, &self.law.output, &mut self.torque)
     }
 
     fn distribute_tensions(&mut self) -> Result<(), Error> {
         let solution = self.distribution.solve(&Problem {
-            moment_arms: &self.body.moment_arms,
+            moment_arms: self.body.moment_arms(),
             torque: &self.torque,
             minimum: &self.min_tension,
             maximum: &self.max_tension,

@@ -1,3 +1,4 @@
+use super::gains::{ArmGains, JointGains, MuscleGains};
 use super::joint_monitor::{EncoderCheck, JointMonitor, JointPrediction};
 use super::sensor_monitor::{SensorLimits, SensorMonitor};
 use super::signals::ArmMeasurement;
@@ -17,8 +18,6 @@ pub(super) struct Prediction<'a> {
     pub(super) winch_correction: &'a [f64],
     /// Estimated angle, rad, speed, rad/s, and disturbance, rad/s^2, of every joint.
     pub(super) joint: [&'a [f64]; 3],
-    /// Root mean square of the moment arms about every joint, m.
-    pub(super) joint_arm: &'a [f64],
     /// Stiffness of every joint over its inertia, 1/s^2.
     pub(super) joint_stiffness: &'a [f64],
     /// Reference of the joints.
@@ -29,26 +28,16 @@ pub(super) struct Prediction<'a> {
 const PERSISTENCE_TIME: f64 = 0.03;
 /// The same for a joint encoder, which the muscles replace.
 const JOINT_PERSISTENCE_TIME: f64 = 0.25;
-/// Error of a joint that stops the arm, rad.
-const MAX_TRACKING_ERROR: f64 = 0.5;
-
-/// Motor encoder, m of cable: any origin; 2 m/s; unchanged over 0.8 mm of commanded travel (0.3 mm occur).
-const MOTOR: SensorLimits = SensorLimits { initial_deviation: 1e3, max_rate: 2.0, max_unchanged: 8e-4 };
-/// Load cell, N: 40 kN/s, exceeded only by a cable that breaks (8 kN/s occur); noise changes every sample, so
-/// that the expected change counts samples, of which eight may be equal.
-const LOAD_CELL: SensorLimits = SensorLimits { initial_deviation: 1e4, max_rate: 4e4, max_unchanged: 8.0 };
+/// Any origin of a motor encoder, m, and of a load cell, N.
+const ANY_ORIGIN: f64 = 1e4;
 
 /// Share of the commanded travel that a load cell has to confirm for the fault of an unchanged motor encoder to
 /// be its own and not its drive's, 1.
 const CONFIRMED_SHARE: f64 = 0.5;
-/// Residual between commanded and measured travel of a winch that is a fault, m; 3 mm occur.
-const MAX_WINCH_RESIDUAL: f64 = 0.006;
-/// Time constant with which that residual is forgotten, s.
+/// Time constant with which the residual of a winch's travel is forgotten, s.
 const WINCH_RESIDUAL_DECAY: f64 = 0.2;
-/// Tension below its estimate that is a fault: in N, and as a share of the estimate. Both must be exceeded.
-const MISSING_TENSION: (f64, f64) = (8.0, 0.8);
-/// Tension below which a drive does not pay out cable, N.
-const SLACK_TENSION: f64 = 4.0;
+/// `c`, share of its estimate by which a tension has to be below it, beside `dT`, to be missing.
+const MISSING_SHARE: f64 = 0.8;
 
 /// Detects faults from residuals between measurements and predictions; replaces or withholds what it rejects.
 ///
@@ -69,6 +58,7 @@ const SLACK_TENSION: f64 = 4.0;
 /// | v_T, x_c | correction of the observer by its load cell; commanded travel                | m/s, m |
 /// | K        | stiffness of the cable                                                       | N/m    |
 /// | t_f, t_p | decay of `r_v`, persistence time                                             | s      |
+/// | r_v,max, dT, e_q, e_max | [`MuscleGains`], [`JointGains`]                                |        |
 ///
 /// A winch that moves while its encoder stands changes the tension; a winch that stands does not. A fault
 /// degrades the arm at once; it stops it after the persistence time, but for that of a load cell. A rejected
@@ -82,6 +72,8 @@ pub(super) struct FaultDetector {
     motors: Vec<SensorMonitor>,
     load_cells: Vec<SensorMonitor>,
     encoders: Vec<JointMonitor>,
+    joint_gains: Vec<JointGains>,
+    muscle_gains: Vec<MuscleGains>,
     /// `K`, N/m: `[muscles]`.
     cable_stiffness: Vec<f64>,
     /// `r_v` of every winch, m.
@@ -106,11 +98,18 @@ pub(super) struct FaultDetector {
 
 impl FaultDetector {
     /// With the stiffness of every cable, N/m, and a factor of the tolerances of the joint encoders.
-    pub(super) fn new(cable_stiffness: &[f64], joints: usize, joint_tolerance: f64) -> Self {
-        let muscles = cable_stiffness.len();
+    pub(super) fn new(cable_stiffness: &[f64], gains: &ArmGains, joint_tolerance: f64) -> Self {
+        let (muscles, joints) = (gains.muscles.len(), gains.joints.len());
+        let monitor = |max_rate: f64, max_unchanged: f64| {
+            SensorMonitor::new(SensorLimits { initial_deviation: ANY_ORIGIN, max_rate, max_unchanged })
+        };
+        let motor = |gains: &MuscleGains| monitor(gains.max_motor_rate, gains.max_unchanged_travel);
+        let load_cell = |gains: &MuscleGains| monitor(gains.max_tension_rate, gains.max_equal_tensions);
         Self {
-            motors: vec![SensorMonitor::new(MOTOR); muscles],
-            load_cells: vec![SensorMonitor::new(LOAD_CELL); muscles],
+            motors: gains.muscles.iter().map(motor).collect(),
+            load_cells: gains.muscles.iter().map(load_cell).collect(),
+            joint_gains: gains.joints.clone(),
+            muscle_gains: gains.muscles.clone(),
             encoders: vec![JointMonitor::new(joint_tolerance); joints],
             cable_stiffness: cable_stiffness.to_vec(),
             winch_residual: vec![0.0; muscles],
@@ -139,7 +138,9 @@ impl FaultDetector {
 
     /// Stops the arm where the error of a joint, rad, is beyond its threshold or no number.
     pub(super) fn check_tracking(&mut self, error: &[f64]) {
-        if let Some(joint) = error.iter().position(|e| e.is_nan() || e.abs() >= MAX_TRACKING_ERROR) {
+        let mut joints = error.iter().zip(&self.joint_gains);
+        let lost = joints.position(|(e, gains)| e.is_nan() || e.abs() >= gains.tracking_error);
+        if let Some(joint) = lost {
             self.stop(Fault::TrackingError(joint));
         }
     }
@@ -152,13 +153,17 @@ impl FaultDetector {
         let [angle, speed, disturbance] = prediction.joint;
         let winches_move = prediction.winch_speed.iter().all(|speed| speed.is_finite());
         for (k, &measured) in measured.iter().enumerate() {
+            if !self.joint_gains[k].encoder {
+                (self.joint[k], self.checks[k]) = (f64::NAN, EncoderCheck::Absent);
+                continue;
+            }
             let predicted = JointPrediction {
                 angle: angle[k],
                 speed: speed[k],
                 disturbance: disturbance[k],
                 reference: prediction.reference.q[k],
                 reference_speed: prediction.reference.v[k],
-                arm: prediction.joint_arm[k],
+                gains: &self.joint_gains[k],
                 stiffness: prediction.joint_stiffness[k],
                 winches_move,
             };
@@ -176,7 +181,9 @@ impl FaultDetector {
     fn check_motors(&mut self, h: f64, measurement: &ArmMeasurement<'_>, prediction: &Prediction<'_>) {
         for (k, &measured) in measurement.motor.iter().enumerate() {
             let speed = prediction.winch_speed[k];
-            let blocked = may_ignore_command(speed, measurement.tension[k]);
+            let gains = &self.muscle_gains[k];
+            let blocked = may_ignore_command(speed, measurement.tension[k], gains.slack_tension);
+            let max_residual = gains.max_winch_residual;
             let commanded = if speed.is_finite() { h * speed } else { 0.0 };
             let motor = &mut self.motors[k];
             let accepted = motor.update(h, measured, if blocked { 0.0 } else { commanded });
@@ -199,7 +206,7 @@ impl FaultDetector {
             self.report_vital(accepted, rejected_for, fault);
             let residual = if blocked { 0.0 } else { h * speed - moved };
             self.winch_residual[k] = (self.winch_residual[k] + residual) * (1.0 - h / WINCH_RESIDUAL_DECAY);
-            if self.winch_residual[k].abs() > MAX_WINCH_RESIDUAL {
+            if self.winch_residual[k].abs() > max_residual {
                 self.stop(Fault::Drive(k));
             }
         }
@@ -215,13 +222,12 @@ impl FaultDetector {
     }
 
     fn check_tensions(&mut self, h: f64, measured: &[f64], estimated: &[f64]) {
-        let (least_difference, share) = MISSING_TENSION;
         for (k, (&measured, &estimated)) in measured.iter().zip(estimated).enumerate() {
             let plausible = self.load_cells[k].update(h, measured, 1.0);
             let missing = plausible
                 && self.started
-                && measured < (1.0 - share) * estimated
-                && estimated - measured > least_difference;
+                && measured < (1.0 - MISSING_SHARE) * estimated
+                && estimated - measured > self.muscle_gains[k].missing_tension;
             let accepted = plausible && !missing;
             self.tension[k] = if accepted { measured } else { f64::NAN };
             self.report(accepted, Fault::TensionSensor(k));
@@ -255,8 +261,8 @@ impl FaultDetector {
 }
 
 /// Whether a drive need not follow a speed: it was given a tension, or is to pay out cable that is slack.
-fn may_ignore_command(winch_speed: f64, tension: f64) -> bool {
-    !winch_speed.is_finite() || (winch_speed < 0.0 && (tension.is_nan() || tension <= SLACK_TENSION))
+fn may_ignore_command(winch_speed: f64, tension: f64, slack: f64) -> bool {
+    !winch_speed.is_finite() || (winch_speed < 0.0 && (tension.is_nan() || tension <= slack))
 }
 
 #[cfg(test)]
@@ -268,14 +274,13 @@ mod tests {
     /// One muscle and one joint, seen for a second; the sensors of cycle `k` are `[motor, tension, joint]`,
     /// the tension of the observer is 40 N. Returns the time at which the arm stops, s, and the fault.
     fn stops(winch_speed: f64, sensors: impl Fn(u32) -> [f64; 3]) -> Option<(f64, Fault)> {
-        let mut detector = FaultDetector::new(&[25e3], 1, 1.0);
+        let mut detector = FaultDetector::new(&[25e3], &ArmGains::for_tests(1, 1), 1.0);
         let reference = Reference { q: vec![0.2], ..Reference::new(1) };
         let prediction = Prediction {
             winch_speed: &[winch_speed],
             tension_in: &[40.0],
             winch_correction: &[0.0],
             joint: [&[0.2], &[0.0], &[0.0]],
-            joint_arm: &[0.02],
             joint_stiffness: &[200.0],
             reference: &reference,
         };

@@ -1,54 +1,24 @@
-use crate::Error;
-use crate::error::{non_negative, positive, within};
-use crate::transmission::cable::CableLaw;
-use alloc::vec;
+use crate::error::{Error, non_negative, positive, within};
 use alloc::vec::Vec;
+use serde::{Deserialize, Serialize};
 
-/// Gains and limits of the arm's controller.
+/// Gains, limits and thresholds of a machine's controller.
 ///
 /// Each field names the term of the control law in which it stands. The laws are written in full at the
-/// controller ([`ArmController`](super::ArmController), `q''_d`), the joints' observer (`joint_observer.rs`)
-/// and the winches (`winch.rs`).
-///
-/// # Source
-/// A random search on two arms of the twin, drawn and calibrated; checked on other arms of the same kind.
-#[derive(Debug, Clone, PartialEq)]
+/// controller ([`ArmController`](super::ArmController), `q''_d`), the joints' observer (`joint_observer.rs`),
+/// the winches (`winch.rs`) and fault detection (`fault_detector.rs`, `joint_monitor.rs`).
+/// [`synthesize`](super::synthesize) derives all of them from a machine's own numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ArmGains {
-    /// `w` of every joint in `q''_d = .. + w^2 (q_r - q^) + 2 zeta w (q'_r - q'^)`, rad/s, >= 0: bandwidth.
-    /// `[joints]`
-    pub bandwidth: Vec<f64>,
-    /// `zeta` of the same, 1, >= 0: damping ratio.
+    /// `zeta` in `q''_d = .. + w^2 (q_r - q^) + 2 zeta w (q'_r - q'^)`, 1, >= 0: damping ratio.
     pub damping: f64,
-    /// `w_d` of every joint in `d_u' = w_d (d^ - d_u)`, rad/s, >= 0: bandwidth of the disturbance
-    /// compensation `d_u`, 0 for none. `[joints]`
-    pub disturbance_bandwidth: Vec<f64>,
     /// `w_o` in `w = w_o clip(|e|/e_0, 1, r)`, rad/s, > 0: bandwidth of the joints' observers at small
     /// innovations `e`.
+    #[serde(rename = "observer_bandwidth_rad_per_s")]
     pub observer_bandwidth: f64,
-    /// `e_0` of the same, rad, > 0: innovation above which the bandwidth grows; larger than the encoders'
-    /// quantisation.
-    pub innovation_threshold: f64,
     /// `r` of the same, 1, >= 1: largest ratio by which it grows.
     pub max_bandwidth_ratio: f64,
-    /// `kappa` in `x = e* - e^ + kappa d + t_d (v_r - v^)`, 1, >= 0: share of an anchor's position error `d`
-    /// in the travel `x` of its winch; oscillates beyond 2.
-    pub position_gain: f64,
-    /// `t_d` of the same, s, >= 0: gain of the anchor's speed error; damps limit cycles of the dead band.
-    pub rate_gain: f64,
-    /// `t_v` in `v = v_r + clip(x/t_v, +-sqrt(2 a |x|))`, s, > 0: time constant of a winch's travel.
-    pub stretch_time_constant: f64,
-    /// `a` of the same, m/s^2, > 0: deceleration that a winch is assumed capable of.
-    pub winch_deceleration: f64,
-    /// `v_max` in `|v| <= v_max`, m/s, > 0: largest commanded speed of a winch.
-    pub max_winch_speed: f64,
-    /// `x_t` in `s_r' = v_r/x_t`, m, > 0: presliding distance, travel of an anchor over which its cable
-    /// crosses half of the dead band.
-    pub presliding_distance: f64,
-    /// `lambda` in `s = .. + lambda d/G`, 1, >= 0: pre-travel across the dead band `G`, proportional to the
-    /// anchor's position error.
-    pub pre_travel_gain: f64,
-    /// `lambda_i` in `s_i' = lambda_i d/G`, 1/s, >= 0: the same, integrated.
-    pub pre_travel_integral: f64,
     /// `beta_0` in `beta = beta_0 + beta_c/(1 + (v_r/v_c)^2)`, 1, >= 0: share of the dead band that
     /// feedforward leaves to feedback, the uncertainty of friction.
     pub feedback_share: f64,
@@ -56,120 +26,273 @@ pub struct ArmGains {
     /// friction.
     pub creep_feedback_share: f64,
     /// `t_s` in `t_s v_s' = v^ - v_s`, s, > 0: filter of the anchor's speed at which friction is evaluated.
+    #[serde(rename = "slip_filter_time_s")]
     pub slip_filter_time: f64,
-    /// `F_min` of (22), N, >= 0: least desired tension at an anchor.
-    pub min_tension: f64,
-    /// N, >= 0: least difference of `F_min` to the cable's `T_0`, below which no tension can be reached.
-    pub pretension_margin: f64,
-    /// N, > 0: continuous tension of a drive; with the friction of its cable it gives `F_max` of (22).
-    pub max_drive_tension: f64,
-    /// `delta_min`, `delta_max` in `d_0 = d - clip(d, +-delta)`, m, >= 0 and rising: dead zone of the
-    /// anchors' position errors at rest, and its limit.
-    pub rest_tolerance: [f64; 2],
     /// `t_r` in `s_r' = d_0/(t_r x_t)`, s, > 0: time constant with which errors beyond the dead zone are
     /// corrected at rest.
+    #[serde(rename = "rest_time_constant_s")]
     pub rest_time_constant: f64,
+    /// Of every joint: `[joints]`.
+    pub joints: Vec<JointGains>,
+    /// Of every muscle: `[muscles]`.
+    pub muscles: Vec<MuscleGains>,
+}
+
+/// Gains of one joint, and the thresholds beyond which its encoder or its error is a fault; its unit is the
+/// radian or the metre.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointGains {
+    /// `w` in `q''_d`, rad/s, >= 0: bandwidth.
+    #[serde(rename = "bandwidth_rad_per_s")]
+    pub bandwidth: f64,
+    /// `w_d` in `d_u' = w_d (d^ - d_u)`, rad/s, >= 0: bandwidth of the disturbance compensation `d_u`, 0 for
+    /// none.
+    #[serde(rename = "disturbance_bandwidth_rad_per_s")]
+    pub disturbance_bandwidth: f64,
+    /// `e_0` of the joint's observer, > 0: innovation above which its bandwidth grows; larger than the
+    /// encoder's quantisation.
+    pub innovation_threshold: f64,
+    /// Whether it has an encoder; without one its angle follows from its muscles.
+    pub encoder: bool,
+    /// `D`, resolution of its encoder.
+    pub resolution: f64,
+    /// `x_j`: innovation of the encoder that is a jump.
+    pub jump: f64,
+    /// `x_max`: deviation implied by the muscles beyond which an unchanged output is a fault.
+    pub implied: f64,
+    /// `x_r,max`: travel of the reference beyond which an unchanged output is a fault.
+    pub reference_travel: f64,
+    /// `e_q`: error that stops the machine, and largest deviation of the first measurement.
+    pub tracking_error: f64,
+}
+
+/// Gains of one muscle's winch, its limits, and the thresholds beyond which its sensors, its drive or its cable
+/// are at fault.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MuscleGains {
+    /// `kappa` in `x = e* - e^ + kappa d + t_d (v_r - v^)`, 1, >= 0: share of an anchor's position error `d`
+    /// in the travel `x` of its winch; oscillates beyond 2.
+    pub position_gain: f64,
+    /// `t_d` of the same, s, >= 0: gain of the anchor's speed error; damps limit cycles of the dead band.
+    #[serde(rename = "rate_gain_s")]
+    pub rate_gain: f64,
+    /// `t_v` in `v = v_r + clip(x/t_v, +-sqrt(2 a |x|))`, s, > 0: time constant of a winch's travel.
+    #[serde(rename = "stretch_time_constant_s")]
+    pub stretch_time_constant: f64,
+    /// `a` of the same, m/s^2, > 0: deceleration that a winch is assumed capable of.
+    #[serde(rename = "winch_deceleration_m_per_s2")]
+    pub winch_deceleration: f64,
+    /// `v_max` in `|v| <= v_max`, m/s, > 0: largest commanded speed of a winch.
+    #[serde(rename = "max_winch_speed_m_per_s")]
+    pub max_winch_speed: f64,
+    /// `a_s`, m/s^2, > 0: deceleration when the machine is stopped.
+    #[serde(rename = "stop_deceleration_m_per_s2")]
+    pub stop_deceleration: f64,
+    /// `x_t` in `s_r' = v_r/x_t`, m, > 0: presliding distance, travel of an anchor over which its cable
+    /// crosses half of the dead band.
+    #[serde(rename = "presliding_distance_m")]
+    pub presliding_distance: f64,
+    /// `lambda` in `s = .. + lambda d/G`, 1, >= 0: pre-travel across the dead band `G`, proportional to the
+    /// anchor's position error.
+    pub pre_travel_gain: f64,
+    /// `lambda_i` in `s_i' = lambda_i d/G`, 1/s, >= 0: the same, integrated.
+    #[serde(rename = "pre_travel_integral_per_s")]
+    pub pre_travel_integral: f64,
+    /// `F_min`, `F_max` of (22), N, >= 0 and rising: desired tension at the anchor.
+    #[serde(rename = "tension_limits_n")]
+    pub tension: [f64; 2],
+    /// `delta_min`, `delta_max` in `d_0 = d - clip(d, +-delta)`, m, >= 0 and rising: dead zone of the
+    /// anchor's position error at rest, and its limit.
+    #[serde(rename = "rest_tolerance_m")]
+    pub rest_tolerance: [f64; 2],
+    /// m, rising: position error of the anchor at which the machine comes to rest, and up to which it is at rest.
+    #[serde(rename = "rest_error_m")]
+    pub rest_error: [f64; 2],
+    /// m/s: largest speed of the anchor at which the machine comes to rest.
+    #[serde(rename = "rest_speed_m_per_s")]
+    pub rest_speed: f64,
+    /// m/s: largest rate of change of the motor encoder.
+    #[serde(rename = "max_motor_rate_m_per_s")]
+    pub max_motor_rate: f64,
+    /// m: commanded travel over which the motor encoder may stand.
+    #[serde(rename = "max_unchanged_travel_m")]
+    pub max_unchanged_travel: f64,
+    /// `r_v,max`, m: residual between commanded and measured travel of the winch.
+    #[serde(rename = "max_winch_residual_m")]
+    pub max_winch_residual: f64,
+    /// N/s: largest rate of change of the load cell.
+    #[serde(rename = "max_tension_rate_n_per_s")]
+    pub max_tension_rate: f64,
+    /// Number of equal samples of the load cell that are a fault; large where its noise is below its resolution.
+    pub max_equal_tensions: f64,
+    /// `dT`, N: tension below its estimate that is a fault.
+    #[serde(rename = "missing_tension_n")]
+    pub missing_tension: f64,
+    /// N: tension below which a drive does not pay out cable.
+    #[serde(rename = "slack_tension_n")]
+    pub slack_tension: f64,
 }
 
 impl ArmGains {
-    /// For the LM-Arm with the drives of the bench.
-    #[must_use]
-    pub fn lm_arm() -> Self {
-        Self {
-            bandwidth: vec![11.5, 11.5, 11.5, 10.4, 8.8, 8.8, 8.8],
-            damping: 0.53,
-            disturbance_bandwidth: vec![14.9, 14.9, 14.9, 11.5, 12.4, 12.4, 12.4],
-            observer_bandwidth: 58.0,
-            innovation_threshold: 3.8e-3,
-            max_bandwidth_ratio: 5.4,
-            position_gain: 0.94,
-            rate_gain: 0.15,
-            stretch_time_constant: 0.0056,
-            winch_deceleration: 1.77,
-            max_winch_speed: 0.13,
-            presliding_distance: 1.14e-4,
-            pre_travel_gain: 7.3,
-            pre_travel_integral: 4.4,
-            feedback_share: 0.05,
-            creep_feedback_share: 0.16,
-            slip_filter_time: 0.009,
-            min_tension: 21.0,
-            pretension_margin: 4.0,
-            max_drive_tension: 445.0,
-            rest_tolerance: [9e-5, 1.4e-4],
-            rest_time_constant: 0.38,
-        }
-    }
-
     /// The same with lower gains, for [`CableStateSource::Encoders`](super::CableStateSource::Encoders):
     /// without estimated tensions the phase margin is smaller.
     #[must_use]
-    pub fn without_tension_estimates(self) -> Self {
-        Self {
-            bandwidth: self.bandwidth.iter().map(|w| 0.7 * w).collect(),
-            position_gain: 0.5,
-            rate_gain: 0.06,
-            pre_travel_gain: 3.3,
-            ..self
+    pub fn without_tension_estimates(mut self) -> Self {
+        self.joints.iter_mut().for_each(|joint| joint.bandwidth *= 0.7);
+        for muscle in &mut self.muscles {
+            muscle.position_gain *= 0.53;
+            muscle.rate_gain *= 0.4;
+            muscle.pre_travel_gain *= 0.45;
         }
+        self
     }
 
-    /// `F_min` and `F_max` of (22), N, at the anchor of a cable; the first is never above the second.
-    ///
-    /// ```text
-    /// F_min = max(F_min,0, T_0 + margin),     F_max = F_drive exp(-A) + T_0,   A the friction angle
-    /// ```
+    /// The same without compensation of disturbances and without any other integral action.
     #[must_use]
-    pub fn tension_limits(&self, cable: &CableLaw) -> [f64; 2] {
-        let least = self.min_tension.max(cable.pretension() + self.pretension_margin);
-        let most = self.max_drive_tension * libm::exp(-cable.friction_angle()) + cable.pretension();
-        [least, most.max(least)]
+    pub fn without_integral_action(mut self) -> Self {
+        self.joints.iter_mut().for_each(|joint| joint.disturbance_bandwidth = 0.0);
+        self.muscles.iter_mut().for_each(|muscle| muscle.pre_travel_integral = 0.0);
+        self
     }
 
-    /// Checks them for a robot with this number of joints.
+    /// `F_min` and `F_max` of every muscle, N: `[muscles]`.
+    #[must_use]
+    pub fn tension_limits(&self) -> Vec<[f64; 2]> {
+        self.muscles.iter().map(|muscle| muscle.tension).collect()
+    }
+
+    /// Checks them for a machine with these numbers of muscles and joints.
     ///
     /// # Errors
     /// [`Error::WrongLength`] and [`Error::OutOfDomain`] name the field.
-    pub fn validate(&self, joints: usize) -> Result<(), Error> {
-        for (name, list) in
-            [("bandwidth", &self.bandwidth), ("disturbance_bandwidth", &self.disturbance_bandwidth)]
-        {
-            if list.len() != joints {
-                return Err(Error::WrongLength { name, expected: joints, got: list.len() });
+    pub fn validate(&self, muscles: usize, joints: usize) -> Result<(), Error> {
+        for (name, expected, got) in [
+            ("gains of joints", joints, self.joints.len()),
+            ("gains of muscles", muscles, self.muscles.len()),
+        ] {
+            if expected != got {
+                return Err(Error::WrongLength { name, expected, got });
             }
-            list.iter().try_for_each(|w| non_negative(name, *w).map(drop))?;
         }
+        positive("observer_bandwidth", self.observer_bandwidth)?;
+        positive("slip_filter_time", self.slip_filter_time)?;
+        positive("rest_time_constant", self.rest_time_constant)?;
+        non_negative("damping", self.damping)?;
+        non_negative("feedback_share", self.feedback_share)?;
+        non_negative("creep_feedback_share", self.creep_feedback_share)?;
+        let ratio = self.max_bandwidth_ratio;
+        within("max_bandwidth_ratio", "at least 1", ratio, ratio >= 1.0 && ratio.is_finite())?;
+        self.joints.iter().try_for_each(JointGains::validate)?;
+        self.muscles.iter().try_for_each(MuscleGains::validate)
+    }
+}
+
+impl JointGains {
+    fn validate(&self) -> Result<(), Error> {
+        non_negative("bandwidth", self.bandwidth)?;
+        non_negative("disturbance_bandwidth", self.disturbance_bandwidth)?;
         for (name, value) in [
-            ("observer_bandwidth", self.observer_bandwidth),
             ("innovation_threshold", self.innovation_threshold),
+            ("resolution", self.resolution),
+            ("jump", self.jump),
+            ("implied", self.implied),
+            ("reference_travel", self.reference_travel),
+            ("tracking_error", self.tracking_error),
+        ] {
+            positive(name, value)?;
+        }
+        Ok(())
+    }
+}
+
+impl MuscleGains {
+    fn validate(&self) -> Result<(), Error> {
+        for (name, value) in [
             ("stretch_time_constant", self.stretch_time_constant),
             ("winch_deceleration", self.winch_deceleration),
             ("max_winch_speed", self.max_winch_speed),
+            ("stop_deceleration", self.stop_deceleration),
             ("presliding_distance", self.presliding_distance),
-            ("slip_filter_time", self.slip_filter_time),
-            ("max_drive_tension", self.max_drive_tension),
-            ("rest_time_constant", self.rest_time_constant),
+            ("rest_speed", self.rest_speed),
+            ("max_motor_rate", self.max_motor_rate),
+            ("max_unchanged_travel", self.max_unchanged_travel),
+            ("max_winch_residual", self.max_winch_residual),
+            ("max_tension_rate", self.max_tension_rate),
+            ("max_equal_tensions", self.max_equal_tensions),
+            ("missing_tension", self.missing_tension),
         ] {
             positive(name, value)?;
         }
         for (name, value) in [
-            ("damping", self.damping),
             ("position_gain", self.position_gain),
             ("rate_gain", self.rate_gain),
             ("pre_travel_gain", self.pre_travel_gain),
             ("pre_travel_integral", self.pre_travel_integral),
-            ("feedback_share", self.feedback_share),
-            ("creep_feedback_share", self.creep_feedback_share),
-            ("min_tension", self.min_tension),
-            ("pretension_margin", self.pretension_margin),
-            ("rest_tolerance", self.rest_tolerance[0]),
+            ("slack_tension", self.slack_tension),
         ] {
             non_negative(name, value)?;
         }
-        let ratio = self.max_bandwidth_ratio;
-        within("max_bandwidth_ratio", "a number >= 1", ratio, ratio.is_finite() && ratio >= 1.0)?;
-        let [least, most] = self.rest_tolerance;
-        within("rest_tolerance", "two numbers that rise", most, most >= least)?;
+        for (name, [least, most]) in [
+            ("tension limits", self.tension),
+            ("rest_tolerance", self.rest_tolerance),
+            ("rest_error", self.rest_error),
+        ] {
+            let least = non_negative(name, least)?;
+            within(name, "finite and rising", most, most >= least && most.is_finite())?;
+        }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+impl ArmGains {
+    /// Those of an arm with the paper's drives.
+    pub(super) fn for_tests(muscles: usize, joints: usize) -> Self {
+        let joint = JointGains {
+            bandwidth: 10.5,
+            disturbance_bandwidth: 13.65,
+            innovation_threshold: 3.8e-3,
+            encoder: true,
+            resolution: 3.8e-4,
+            jump: 7.5e-3,
+            implied: 0.016,
+            reference_travel: 0.06,
+            tracking_error: 0.5,
+        };
+        let muscle = MuscleGains {
+            position_gain: 0.94,
+            rate_gain: 0.15,
+            stretch_time_constant: 0.0056,
+            winch_deceleration: 1.75,
+            max_winch_speed: 0.19,
+            stop_deceleration: 2.0,
+            presliding_distance: 1.14e-4,
+            pre_travel_gain: 7.3,
+            pre_travel_integral: 4.4,
+            tension: [21.0, 200.0],
+            rest_tolerance: [9e-5, 1.4e-4],
+            rest_error: [5e-4, 1e-3],
+            rest_speed: 1e-3,
+            max_motor_rate: 2.0,
+            max_unchanged_travel: 8e-4,
+            max_winch_residual: 0.006,
+            max_tension_rate: 4e4,
+            max_equal_tensions: 8.0,
+            missing_tension: 8.0,
+            slack_tension: 4.0,
+        };
+        Self {
+            damping: 0.53,
+            observer_bandwidth: 58.0,
+            max_bandwidth_ratio: 5.4,
+            feedback_share: 0.05,
+            creep_feedback_share: 0.16,
+            slip_filter_time: 0.009,
+            rest_time_constant: 0.38,
+            joints: alloc::vec![joint; joints],
+            muscles: alloc::vec![muscle; muscles],
+        }
     }
 }

@@ -1,3 +1,5 @@
+use super::gains::JointGains;
+
 /// Compares a joint's encoder with what its muscles, the reference and the encoder itself imply.
 ///
 /// Between measurements the joint observer is driven by the estimated tensions of the muscles, whose lengths
@@ -8,9 +10,9 @@
 /// ```text
 /// e = y - q^,    x_r = int q'_r dt,    x_m = (d^_0 - d^)/W^2 - e        since y last changed
 /// x = x_r where |x_r| <= |x_m| and both have one sign, x_m where it is smaller, 0 where the signs differ
-/// rejected   |e| > dl/r                                                       a jump
+/// rejected   |e| > x_j                                                        a jump
 ///            |x| > x_0 and |x_m| > x_max,  or |x_r| > x_r,max                 y unchanged to the bit
-/// returned   n consecutive samples with |e| <= (dl + v_d t_r)/r + a and |dy - h q'^| <= s
+/// returned   n consecutive samples with |e| <= x_j (1 + t_r/t_d) + a and |dy - h q'^| <= s
 /// ```
 ///
 /// | symbol   | meaning                                                                     | unit    |
@@ -18,9 +20,10 @@
 /// | y, q^    | measured and predicted angle                                                  | rad     |
 /// | x_r, x_m | motion by the reference and by the muscles since the output last changed       | rad     |
 /// | d^, d^_0 | disturbance of the joint's observer, now and when the output last changed       | rad/s^2 |
-/// | W^2, r   | [`JointStiffness`]; moment arm of the joint's muscles                          | 1/s^2, m |
-/// | dl       | [`JUMP_LENGTH`], tolerance in length of the muscles                            | m       |
-/// | t_r, v_d | time since the rejection, [`DRIFT`] of the prediction                          | s, m/s  |
+/// | W^2      | [`JointStiffness`]                                                           | 1/s^2   |
+/// | x_j, x_max, x_r,max | [`JointGains`]                                                    | rad     |
+/// | t_r, t_d | time since the rejection, [`DRIFT_TIME`] of the prediction                     | s       |
+/// | x_0, s   | five counts of the encoder; two counts and an eighth of `x_j`                  | rad     |
 /// | a        | `|x_r|` before the rejection: an encoder that was stuck returns with a jump      | rad     |
 ///
 /// While an encoder is rejected, the observer continues on its model: over 0.2 s its error stays below 4 mrad
@@ -61,6 +64,8 @@ struct Unchanged {
 /// Outcome of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum EncoderCheck {
+    /// The joint has no encoder.
+    Absent,
     /// Accepted.
     Accepted,
     /// Rejected, first sample: the estimate moves by an angle, rad, and its disturbance, rad/s^2, is replaced.
@@ -78,7 +83,7 @@ pub(super) enum EncoderCheck {
 
 /// What a measurement is compared with.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct JointPrediction {
+pub(super) struct JointPrediction<'a> {
     /// `q^`, rad.
     pub(super) angle: f64,
     /// `q'^`, rad/s.
@@ -89,30 +94,23 @@ pub(super) struct JointPrediction {
     pub(super) reference: f64,
     /// `q'_r`, rad/s.
     pub(super) reference_speed: f64,
-    /// `r`, m.
-    pub(super) arm: f64,
+    /// Thresholds of the joint.
+    pub(super) gains: &'a JointGains,
     /// `W^2`, 1/s^2.
     pub(super) stiffness: f64,
     /// Whether the winches follow speeds, so that the joint follows its reference.
     pub(super) winches_move: bool,
 }
 
-/// Largest deviation of the first measurement from the reference, rad.
-const MAX_INITIAL_DEVIATION: f64 = 0.5;
-/// `dl`, m: 9 mrad at the shoulder, 4 at the elbow, 12 in the forearm; 0.5, 0.5 and 3 occur.
-const JUMP_LENGTH: f64 = 1.5e-4;
-/// `v_d`, m/s.
-const DRIFT: f64 = 1e-3;
-/// `x_0`, rad: five counts of the encoder.
-const MIN_TRAVEL: f64 = 2e-3;
-/// `x_max`, rad: 10 mrad occur.
-const MAX_IMPLIED: f64 = 0.016;
-/// `x_r,max`, rad: 24 mrad occur at reversals.
-const MAX_REFERENCE_TRAVEL: f64 = 0.06;
 /// `n`, samples.
 const CONSISTENT_SAMPLES: u32 = 4;
-/// `s`, rad: two counts of the encoder and an error of the speed of 1 rad/s.
-const MAX_STEP_DEVIATION: f64 = 2e-3;
+/// `t_d`, s: the error of the prediction grows by `x_j` in this time.
+const DRIFT_TIME: f64 = 0.15;
+
+/// `x_0`, rad: five counts of the encoder.
+fn min_travel(gains: &JointGains) -> f64 {
+    5.0 * gains.resolution
+}
 
 impl JointMonitor {
     /// With all tolerances multiplied by `scale`.
@@ -129,12 +127,12 @@ impl JointMonitor {
     }
 
     /// Compares a measurement, `h` s after the one before, with its prediction.
-    pub(super) fn update(&mut self, h: f64, measured: f64, predicted: &JointPrediction) -> EncoderCheck {
+    pub(super) fn update(&mut self, h: f64, measured: f64, predicted: &JointPrediction<'_>) -> EncoderCheck {
         let unchanged = measured.to_bits() == self.previous.to_bits();
         let step = measured - self.previous;
         self.previous = measured;
         if !core::mem::replace(&mut self.started, true) {
-            return self.first(h, (measured - predicted.reference).abs() <= MAX_INITIAL_DEVIATION);
+            return self.first(h, (measured - predicted.reference).abs() <= predicted.gains.tracking_error);
         }
         let before = self.unchanged;
         if unchanged {
@@ -147,7 +145,7 @@ impl JointMonitor {
             return self.examine_return(h, e, step, predicted);
         }
         if !unchanged {
-            let near = e.abs() <= self.scale * JUMP_LENGTH / predicted.arm;
+            let near = e.abs() <= self.scale * predicted.gains.jump;
             return if near { EncoderCheck::Accepted } else { self.withdraw(h, before) };
         }
         if self.is_contradicted(e, predicted) {
@@ -166,15 +164,15 @@ impl JointMonitor {
     }
 
     /// Whether muscles and reference contradict an unchanged output; evaluates `x`.
-    fn is_contradicted(&mut self, e: f64, predicted: &JointPrediction) -> bool {
+    fn is_contradicted(&mut self, e: f64, predicted: &JointPrediction<'_>) -> bool {
         let by_muscles = (self.unchanged.disturbance - predicted.disturbance) / predicted.stiffness - e;
         let by_reference = self.unchanged.reference;
         let one_sign = by_muscles * by_reference > 0.0;
         self.unchanged.implied =
             if one_sign { by_reference.signum() * by_muscles.abs().min(by_reference.abs()) } else { 0.0 };
-        let moved = self.unchanged.implied.abs() > self.scale * MIN_TRAVEL
-            && by_muscles.abs() > self.scale * MAX_IMPLIED;
-        moved || (predicted.winches_move && by_reference.abs() > MAX_REFERENCE_TRAVEL)
+        let moved = self.unchanged.implied.abs() > self.scale * min_travel(predicted.gains)
+            && by_muscles.abs() > self.scale * predicted.gains.implied;
+        moved || (predicted.winches_move && by_reference.abs() > predicted.gains.reference_travel)
     }
 
     fn withdraw(&mut self, h: f64, from: Unchanged) -> EncoderCheck {
@@ -182,12 +180,13 @@ impl JointMonitor {
         EncoderCheck::Withdrawn { shift: from.implied, disturbance: from.disturbance }
     }
 
-    fn examine_return(&mut self, h: f64, e: f64, step: f64, predicted: &JointPrediction) -> EncoderCheck {
+    fn examine_return(&mut self, h: f64, e: f64, step: f64, predicted: &JointPrediction<'_>) -> EncoderCheck {
         self.rejected_for += h;
-        let length = JUMP_LENGTH + DRIFT * self.rejected_for;
-        let near = e.abs() <= self.scale * length / predicted.arm + self.allowance;
-        let steady = (step - h * predicted.speed).abs() <= MAX_STEP_DEVIATION;
-        let alive = self.unchanged.reference.abs() < MIN_TRAVEL;
+        let growth = 1.0 + self.rejected_for / DRIFT_TIME;
+        let near = e.abs() <= self.scale * predicted.gains.jump * growth + self.allowance;
+        let steady = (step - h * predicted.speed).abs()
+            <= 2.0 * predicted.gains.resolution + 0.125 * predicted.gains.jump;
+        let alive = self.unchanged.reference.abs() < min_travel(predicted.gains);
         self.agreeing = if near && steady && alive { self.agreeing + 1 } else { 0 };
         if self.agreeing < CONSISTENT_SAMPLES {
             return EncoderCheck::Rejected;
@@ -203,14 +202,25 @@ mod tests {
     use super::*;
 
     const H: f64 = 1e-3;
+    const GAINS: JointGains = JointGains {
+        bandwidth: 10.0,
+        disturbance_bandwidth: 13.0,
+        innovation_threshold: 4e-3,
+        encoder: true,
+        resolution: 4e-4,
+        jump: 7.5e-3,
+        implied: 0.016,
+        reference_travel: 0.06,
+        tracking_error: 0.5,
+    };
     /// A joint at 0.3 rad/s that follows its reference.
-    const MOVING: JointPrediction = JointPrediction {
+    const MOVING: JointPrediction<'_> = JointPrediction {
         angle: 0.5,
         speed: 0.3,
         disturbance: -1.0,
         reference: 0.5,
         reference_speed: 0.3,
-        arm: 0.02,
+        gains: &GAINS,
         stiffness: 200.0,
         winches_move: true,
     };
@@ -239,7 +249,7 @@ mod tests {
 
     #[test]
     fn a_return_takes_consecutive_samples_that_agree_with_the_prediction_and_with_each_other() {
-        let near = JUMP_LENGTH / MOVING.arm;
+        let near = GAINS.jump;
         let after = |samples: &[f64]| {
             let mut monitor = started();
             assert!(matches!(monitor.update(H, f64::NAN, &MOVING), EncoderCheck::Withdrawn { .. }));

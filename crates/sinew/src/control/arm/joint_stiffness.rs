@@ -1,6 +1,6 @@
-use super::body_model::BodyModel;
 use super::joint_observer::JointObserver;
 use crate::Error;
+use crate::muscle::MuscleDynamics;
 use crate::predictor::CableModel;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -32,8 +32,6 @@ pub(super) struct JointStiffness {
     pub(super) cables: Vec<f64>,
     /// `W_k^2`, 1/s^2: `[joints]`.
     pub(super) joints: Vec<f64>,
-    /// Root mean square of the moment arms about every joint, m: `[joints]`.
-    pub(super) arms: Vec<f64>,
     tension: Vec<f64>,
     acceleration: Vec<f64>,
     cycle: usize,
@@ -43,8 +41,6 @@ pub(super) struct JointStiffness {
 const INTERVAL: usize = 16;
 /// Displacement of a joint in the difference, rad.
 const DISPLACEMENT: f64 = 1e-3;
-/// Least mean moment arm, m: of a joint without muscles.
-const LEAST_ARM: f64 = 1e-3;
 /// Least `W^2`, 1/s^2: of a joint without muscles.
 const LEAST: f64 = 1.0;
 
@@ -56,7 +52,6 @@ impl JointStiffness {
         Ok(Self {
             cables: models.iter().map(stiffness).collect::<Result<_, Error>>()?,
             joints: vec![f64::INFINITY; joints],
-            arms: vec![LEAST_ARM; joints],
             tension: vec![0.0; models.len()],
             acceleration: vec![0.0; joints],
             cycle: 0,
@@ -67,10 +62,10 @@ impl JointStiffness {
     /// these tensions, N, which give this `acceleration`, rad/s^2.
     ///
     /// # Errors
-    /// As [`BodyModel::forward_dynamics`].
+    /// As [`MuscleDynamics::forward_dynamics`].
     pub(super) fn update(
         &mut self,
-        body: &mut BodyModel,
+        body: &mut MuscleDynamics,
         observer: &JointObserver,
         tension: &[f64],
         acceleration: &[f64],
@@ -94,19 +89,18 @@ impl JointStiffness {
     fn evaluate(
         &mut self,
         joint: usize,
-        body: &mut BodyModel,
+        body: &mut MuscleDynamics,
         observer: &JointObserver,
         tension: &[f64],
         acceleration: &[f64],
     ) -> Result<(), Error> {
-        self.arms[joint] = body.mean_arm(joint).max(LEAST_ARM);
-        let arms = body.moment_arms.chunks_exact(self.joints.len()).map(|row| row[joint]);
+        let arms = body.moment_arms().chunks_exact(self.joints.len()).map(|row| row[joint]);
         for ((displaced, tension), (stiffness, arm)) in
             self.tension.iter_mut().zip(tension).zip(self.cables.iter().zip(arms))
         {
             *displaced = tension - stiffness * arm * DISPLACEMENT;
         }
-        body.forward_dynamics(&observer.q, &observer.v, &self.tension, &mut self.acceleration)?;
+        body.forward_dynamics(&observer.v, &self.tension, None, &mut self.acceleration)?;
         self.joints[joint] = ((acceleration[joint] - self.acceleration[joint]) / DISPLACEMENT).max(LEAST);
         Ok(())
     }

@@ -13,7 +13,7 @@ pub struct ArmMeasurement<'a> {
     pub motor: &'a [f64],
     /// Tension at every drive's outlet by its load cell, N: `[muscles]`.
     pub tension: &'a [f64],
-    /// Angle of every joint by its encoder, rad: `[joints]`.
+    /// Coordinate of every independent joint by its encoder, rad or m: `[joints]`; not read where a joint has none.
     pub joint: &'a [f64],
 }
 
@@ -28,18 +28,6 @@ pub struct PreviewedReference<'a> {
     /// Time since the present repeat of a periodic motion began, s, for iterative learning; none outside of
     /// repeats.
     pub repeat_time: Option<f64>,
-}
-
-/// True state of the cables, `[muscles]` each: only a simulation has it, only
-/// [`CableStateSource::Oracle`](super::CableStateSource::Oracle) uses it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GroundTruth<'a> {
-    /// Tension at every anchor, N.
-    pub tension_out: &'a [f64],
-    /// Elongation of every cable from zero tension, m.
-    pub stretch: &'a [f64],
-    /// Drag of every cable as a multiple of its model's drag, 1.
-    pub drag_factor: &'a [f64],
 }
 
 /// Commands for the drives with the intermediate results that led to them; valid until the next control

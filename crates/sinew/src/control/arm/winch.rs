@@ -1,4 +1,4 @@
-use super::gains::ArmGains;
+use super::gains::{ArmGains, MuscleGains};
 use crate::Error;
 use crate::control::stretch::VANISHING_SPEED;
 use crate::transmission::cable::CableLaw;
@@ -56,7 +56,7 @@ pub(super) struct MuscleReference {
 /// | t_p       | [`PREVIEW_HORIZON`](crate::control::stretch::PREVIEW_HORIZON)                  | s      |
 /// | v_c       | [`CREEP_SPEED`]                                                              | m/s    |
 ///
-/// The other symbols are the [`ArmGains`]. At a reversal of the reference the winch crosses the dead band
+/// The other symbols are those of [`ArmGains`] and [`MuscleGains`]. At a reversal of the reference the winch crosses the dead band
 /// while the anchor travels `x_t`; the last share `beta` of the crossing is left to feedback, because a cable
 /// that is driven across too far breaks away. `e_+` and `e_-` take the friction at the speed of slip. The
 /// term `t_d` damps break-away. At rest the growing dead zone `delta` ends limit cycles between stiction and
@@ -89,7 +89,7 @@ const TOLERANCE_GROWTH: f64 = 1.5;
 const CREEP_SPEED: f64 = 2e-3;
 
 /// Least dead band, m: bounds `1/G`.
-const MIN_DEAD_BAND: f64 = 1e-3;
+const MIN_DEAD_BAND: f64 = 1e-5;
 
 impl WinchController {
     /// `e*`, m, `h` s after the one before, with the drag as a multiple of the law's.
@@ -103,6 +103,7 @@ impl WinchController {
         reference: &MuscleReference,
         drag_factor: f64,
         gains: &ArmGains,
+        muscle: &MuscleGains,
     ) -> Result<f64, Error> {
         let stretch = |s: f64| {
             let velocity = reference.velocity;
@@ -116,7 +117,7 @@ impl WinchController {
         let feedback_share =
             gains.feedback_share + gains.creep_feedback_share / (1.0 + creep_ratio * creep_ratio);
         let (velocity, error, proportional) = if let Some(estimated) = reference.rest_stretch {
-            let excess = self.excess_at_rest(reference.error, gains);
+            let excess = self.excess_at_rest(reference.error, muscle);
             if !self.at_rest || excess == 0.0 {
                 let s = (2.0 * (estimated - reference.error) - toward - away) / dead_band;
                 self.feedforward = s.clamp(-1.0, 1.0);
@@ -124,17 +125,17 @@ impl WinchController {
             }
             (excess / gains.rest_time_constant, excess, 0.0)
         } else {
-            self.tolerance = gains.rest_tolerance[0];
-            let proportional = gains.pre_travel_gain * reference.error / dead_band;
+            self.tolerance = muscle.rest_tolerance[0];
+            let proportional = muscle.pre_travel_gain * reference.error / dead_band;
             (reference.previewed_velocity, reference.error, proportional)
         };
         self.at_rest = reference.rest_stretch.is_some();
         // What feedforward has already crossed is kept when beta grows.
         let most = (1.0 - feedback_share).max(self.feedforward.abs().min(1.0 - gains.feedback_share));
-        self.feedforward = (self.feedforward + h * velocity / gains.presliding_distance).clamp(-most, most);
+        self.feedforward = (self.feedforward + h * velocity / muscle.presliding_distance).clamp(-most, most);
         let end = 1.0 + feedback_share;
         let known = self.feedforward + reference.learned;
-        let integral = self.integral + h * gains.pre_travel_integral * error / dead_band;
+        let integral = self.integral + h * muscle.pre_travel_integral * error / dead_band;
         self.integral = integral.clamp((-end - known).min(0.0), (end - known).max(0.0));
         self.feedback = self.integral + proportional;
         let s = (known + self.feedback).clamp(-end, end);
@@ -142,7 +143,7 @@ impl WinchController {
     }
 
     /// `d_0`, m; a change of its sign widens the dead zone.
-    fn excess_at_rest(&mut self, error: f64, gains: &ArmGains) -> f64 {
+    fn excess_at_rest(&mut self, error: f64, gains: &MuscleGains) -> f64 {
         let excess = error - error.clamp(-self.tolerance, self.tolerance);
         if excess * self.last_excess < 0.0 {
             self.tolerance = (TOLERANCE_GROWTH * self.tolerance).min(gains.rest_tolerance[1]);
@@ -164,7 +165,7 @@ impl WinchController {
         reference: &MuscleReference,
         desired_stretch: f64,
         estimated_stretch: f64,
-        gains: &ArmGains,
+        gains: &MuscleGains,
     ) -> f64 {
         let travel = desired_stretch - estimated_stretch
             + gains.position_gain * reference.error

@@ -1,113 +1,137 @@
 use crate::Error;
-use crate::body::{Poses, Robot, Scratch};
-use crate::error::within;
-use crate::muscle::{Geometry, Muscles};
+use crate::body::{JointKind, Poses, Robot, Scratch, cholesky};
+use crate::muscle::MuscleDynamics;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Stiffness of a joint's stops, Nm/rad; assumed: rubber on a short lever.
-pub const STOP_STIFFNESS: f64 = 300.0;
-/// Damping of a joint's stops, Nm s/rad.
-const STOP_DAMPING: f64 = 0.2;
+/// Stiffness of the stops of a hinge, Nm/rad, and of a slide, N/m; assumed: rubber on a short lever.
+const STOP_STIFFNESS: [f64; 2] = [300.0, 3e5];
+/// Largest product of step and natural frequency of a joint on its stops, 1.
+const STOP_STEP_ANGLE: f64 = 0.5;
+/// `zeta_s`, damping ratio of the same, 1.
+const STOP_DAMPING: f64 = 0.3;
 
-/// The rigid bodies of the arm under cable tensions.
+/// The rigid bodies of a machine under cable tensions, in the coordinates of its independent joints.
 ///
 /// ```text
 /// M v' = R^T T_out - c - g - damping - stops
 /// v <- v + h v',   q <- q + h v                    semi-implicit
+/// stop:  -k x - 2 zeta_s sqrt(k I) v,   x beyond the range,   k = min(k_s, I (0.5/h)^2),   I = 1/(M^-1)_jj at the start
 /// ```
 ///
-/// A sticking cable is a spring of about 40 N/mm at a moment arm of 13 mm: with the forearm's 4.5e-4 kg m^2
-/// its natural frequency is 170 rad/s, that of two cables 250. Semi-implicit steps are stable up to 2/h, 4000
-/// rad/s at half a millisecond, and conserve energy in the mean.
+/// A cable whose far end sticks is a spring on the joint's inertia. Semi-implicit steps are stable up to 2/h and
+/// conserve energy in the mean; [`ArmSpecimen`](super::ArmSpecimen) chooses their number. A light
+/// joint has softer stops, whose mode these steps integrate, too.
 #[derive(Debug, Clone)]
 pub(super) struct Limb {
-    robot: Robot,
-    muscles: Muscles,
-    geometry: Geometry,
+    model: MuscleDynamics,
     scratch: Scratch,
     poses: Poses,
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     a: Vec<f64>,
-    torque: Vec<f64>,
-    passive: Vec<f64>,
-    /// Range of every velocity's coordinate, where it has stops.
-    stops: Vec<Option<[f64; 2]>>,
+    stop_force: Vec<f64>,
+    stops: Vec<Option<Stop>>,
+}
+
+/// The stops of a joint.
+#[derive(Debug, Clone, Copy)]
+struct Stop {
+    /// rad or m.
+    range: [f64; 2],
+    /// Nm/rad or N/m.
+    stiffness: f64,
+    /// Nm s/rad or N s/m.
+    damping: f64,
 }
 
 impl Limb {
-    pub(super) fn new(robot: &Robot, q: &[f64]) -> Result<Self, Error> {
-        let plain = robot.nq() == robot.nv() && robot.parts().couplings.is_empty();
-        within("joints", "hinges and slides, none of them coupled", robot.nq() as f64, plain)?;
-        let muscles = Muscles::new(robot);
-        let nv = robot.nv();
-        let range = |k| robot.joint_of_velocity(k).and_then(|joint| robot.parts().joints[joint].range);
-        let mut limb = Self {
-            geometry: Geometry::new(robot, &muscles),
+    /// At rest with these coordinates of the independent joints, for steps of `h` s.
+    pub(super) fn new(robot: &Robot, q: &[f64], h: f64) -> Result<Self, Error> {
+        let mut model = MuscleDynamics::new(robot)?;
+        let n = model.joints();
+        model.evaluate(q)?;
+        let mut factor = vec![0.0; n * n];
+        model.mass_matrix(&mut factor)?;
+        cholesky::factor(&mut factor, n)?;
+        let joints = robot.independent_joints();
+        let stop = |(j, joint): (usize, usize)| {
+            let mut unit = vec![0.0; n];
+            unit[j] = 1.0;
+            cholesky::solve_lower(&factor, &mut unit);
+            let inertia = 1.0 / unit.iter().map(|x| x * x).sum::<f64>();
+            let joint = &robot.parts().joints[joint];
+            let firm = STOP_STIFFNESS[usize::from(joint.kind == JointKind::Slide)];
+            let stiffness = firm.min(inertia * (STOP_STEP_ANGLE / h) * (STOP_STEP_ANGLE / h));
+            let damping = 2.0 * STOP_DAMPING * libm::sqrt(stiffness * inertia);
+            joint.range.map(|range| Stop { range, stiffness, damping })
+        };
+        Ok(Self {
             scratch: Scratch::new(robot),
             poses: Poses::new(robot),
-            muscles,
             q: q.to_vec(),
-            v: vec![0.0; nv],
-            a: vec![0.0; nv],
-            torque: vec![0.0; nv],
-            passive: vec![0.0; nv],
-            stops: (0..nv).map(range).collect(),
-            robot: robot.clone(),
-        };
-        limb.muscles.evaluate(q, &mut limb.geometry)?;
-        Ok(limb)
+            v: vec![0.0; n],
+            a: vec![0.0; n],
+            stop_force: vec![0.0; n],
+            stops: joints.into_iter().enumerate().map(stop).collect(),
+            model,
+        })
     }
 
     pub(super) fn lengths(&self) -> &[f64] {
-        self.geometry.lengths()
+        self.model.lengths()
     }
 
     /// `phi(q)` of every muscle, rad.
-    pub(super) fn bends(&self, bends: &mut [f64]) -> Result<(), Error> {
-        self.muscles.bends(&self.geometry, bends)
+    pub(super) fn bends(&self) -> &[f64] {
+        self.model.wrap_angles()
     }
 
     /// Advances by `h` seconds under these tensions at the anchors.
     pub(super) fn advance(&mut self, h: f64, tensions: &[f64]) -> Result<(), Error> {
-        self.muscles.torque(&self.geometry, tensions, &mut self.torque)?;
-        self.robot.passive_force(&self.q, &self.v, &mut self.passive)?;
-        let forces = self.torque.iter_mut().zip(&self.passive);
-        for (k, (torque, passive)) in forces.enumerate() {
-            *torque += passive + self.stops[k].map_or(0.0, |range| stop(range, self.q[k], self.v[k]));
+        for (k, (force, stop)) in self.stop_force.iter_mut().zip(&self.stops).enumerate() {
+            *force = stop.map_or(0.0, |stop| stop.force(self.q[k], self.v[k]));
         }
-        self.robot.forward_dynamics(&self.q, &self.v, &self.torque, &mut self.scratch, &mut self.a)?;
-        self.v.iter_mut().zip(&self.a).for_each(|(v, a)| *v += h * a);
-        self.robot.integrate(&mut self.q, &self.v, h)?;
-        self.muscles.evaluate(&self.q, &mut self.geometry)
+        self.model.forward_dynamics(&self.v, tensions, Some(&self.stop_force), &mut self.a)?;
+        for ((q, v), a) in self.q.iter_mut().zip(&mut self.v).zip(&self.a) {
+            *v += h * a;
+            *q += h * *v;
+        }
+        self.model.evaluate(&self.q)
     }
 
     /// Kinetic, potential and elastic energy of the stops, J.
     pub(super) fn energy(&mut self) -> Result<f64, Error> {
-        self.robot.forward_kinematics(&self.q, &mut self.poses)?;
-        let stops = self.stops.iter().zip(&self.q).filter_map(|(range, &q)| Some(beyond((*range)?, q)));
-        let pressed: f64 = stops.map(|x| 0.5 * STOP_STIFFNESS * x * x).sum();
-        let height = self.robot.potential_energy(&self.q, &self.poses)?;
-        Ok(self.robot.kinetic_energy(&self.q, &self.v, &mut self.scratch)? + height + pressed)
+        let stops = self.stops.iter().flatten().zip(&self.q);
+        let pressed: f64 =
+            stops.map(|(stop, q)| 0.5 * stop.stiffness * stop.beyond(*q) * stop.beyond(*q)).sum();
+        // The forces of a step expand the velocities of coupled joints.
+        self.model.forward_dynamics(&self.v, &vec![0.0; self.model.muscles()], None, &mut self.a)?;
+        let (robot, q) = (self.model.robot(), self.model.coordinates());
+        robot.forward_kinematics(q, &mut self.poses)?;
+        let height = robot.potential_energy(q, &self.poses)?;
+        Ok(robot.kinetic_energy(q, self.model.velocities(), &mut self.scratch)? + height + pressed)
     }
 }
 
-/// Signed penetration of a coordinate into its stops.
-fn beyond([low, high]: [f64; 2], q: f64) -> f64 {
-    (q - high).max(0.0) + (q - low).min(0.0)
-}
+impl Stop {
+    /// Signed penetration.
+    fn beyond(&self, q: f64) -> f64 {
+        let [low, high] = self.range;
+        (q - high).max(0.0) + (q - low).min(0.0)
+    }
 
-/// A unilateral spring and damper.
-fn stop(range: [f64; 2], q: f64, v: f64) -> f64 {
-    let x = beyond(range, q);
-    let push = -STOP_STIFFNESS * x - STOP_DAMPING * v;
-    if x > 0.0 {
-        push.min(0.0)
-    } else if x < 0.0 {
-        push.max(0.0)
-    } else {
-        0.0
+    /// A unilateral spring and damper.
+    fn force(&self, q: f64, v: f64) -> f64 {
+        let x = self.beyond(q);
+        let push = -self.stiffness * x - self.damping * v;
+        if x > 0.0 {
+            push.min(0.0)
+        } else if x < 0.0 {
+            push.max(0.0)
+        } else {
+            0.0
+        }
     }
 }
 
@@ -117,8 +141,8 @@ mod tests {
 
     #[test]
     fn the_force_of_a_stop_is_unilateral() {
-        let range = [-1.0, 2.0];
-        assert!(stop(range, 2.1, 0.0) < 0.0 && stop(range, -1.1, 0.0) > 0.0);
-        assert!(stop(range, 2.001, -50.0).abs() < 1e-12 && stop(range, 0.0, 9.0).abs() < 1e-12);
+        let stop = Stop { range: [-1.0, 2.0], stiffness: 300.0, damping: 0.2 };
+        assert!(stop.force(2.1, 0.0) < 0.0 && stop.force(-1.1, 0.0) > 0.0);
+        assert!(stop.force(2.001, -50.0).abs() < 1e-12 && stop.force(0.0, 9.0).abs() < 1e-12);
     }
 }

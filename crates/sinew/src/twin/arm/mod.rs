@@ -13,8 +13,7 @@ mod sensors;
 mod specimen;
 mod state;
 
-pub use body::STOP_STIFFNESS;
 pub use fault::{Failure, InjectedFault, Sensor, SensorFailure};
 pub use sensors::ArmReading;
-pub use specimen::{ArmSpecimen, Scatter};
+pub use specimen::ArmSpecimen;
 pub use state::{ArmTruth, ArmTwin};

@@ -1,5 +1,5 @@
 use super::fault::{Failure, InjectedFault, Sensor, SensorFailure};
-use crate::drive::{Drive, Encoder};
+use crate::drive::{Drive, JointEncoder};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -13,7 +13,7 @@ pub struct ArmReading {
     pub motor: Vec<f64>,
     /// Tension at every drive's outlet, N: `[muscles]`.
     pub tension: Vec<f64>,
-    /// Coordinate of every joint by its encoder, rad, or m for a slide: `[joints]`.
+    /// Coordinate of every independent joint by its encoder, rad or m; NaN where it has none: `[joints]`.
     pub joint: Vec<f64>,
 }
 
@@ -32,7 +32,7 @@ impl ArmReading {
         &mut self,
         time: f64,
         drives: &[Drive],
-        encoders: &[Encoder],
+        encoders: &[Option<JointEncoder>],
         q: &[f64],
         faults: &[InjectedFault],
     ) {
@@ -54,7 +54,8 @@ impl ArmReading {
             set(&mut self.tension[k], drive.tension, Sensor::Tension(k));
         }
         for (k, (encoder, &angle)) in encoders.iter().zip(q).enumerate() {
-            set(&mut self.joint[k], encoder.read(angle), Sensor::Joint(k));
+            let measured = encoder.map_or(f64::NAN, |encoder| encoder.read(angle));
+            set(&mut self.joint[k], measured, Sensor::Joint(k));
         }
     }
 }

@@ -1,14 +1,14 @@
 use crate::Error;
-use crate::body::{Parts, PathElement, Robot, TendonPath};
-use crate::drive::{DriveParameters, Encoder, LoadCell};
-use crate::muscle::{Geometry, Muscles};
+use crate::body::{JointKind, Parts, PathElement, Robot, TendonPath};
+use crate::drive::{DriveParameters, JointEncoder, LoadCell};
+use crate::machine::{Characteristics, Machine};
+use crate::muscle::MuscleDynamics;
 use crate::random::Random;
-use crate::transmission::cable::{CableParameters, CablePath, Segment};
-use crate::twin::cable::{Resolution, Specimen};
-use alloc::vec;
+use crate::transmission::cable::CableLaw;
+use crate::twin::cable::{Effects, Resolution, Specimen};
 use alloc::vec::Vec;
 
-/// Parameters of an arm as built; the controller does not have them.
+/// Parameters of a machine as built; its controller does not have them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmSpecimen {
     /// Bodies and tendon paths.
@@ -17,99 +17,100 @@ pub struct ArmSpecimen {
     pub cables: Vec<Specimen>,
     /// Drive of every muscle, with the load cell of the muscle.
     pub drives: Vec<DriveParameters>,
-    /// Encoder of every joint.
-    pub encoders: Vec<Encoder>,
+    /// Encoder of every independent joint, or none.
+    pub encoders: Vec<Option<JointEncoder>>,
     /// Cells of the cables; substeps of cables and bodies.
     pub resolution: Resolution,
 }
 
-/// Manufacturing tolerances: bounds of the difference between an arm as built and its design.
-///
-/// Every number is uniform within its bounds; cables scatter as in [`Specimen::drawn_around`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scatter {
-    /// Relative, of every mass and, independently, of every inertia.
-    pub mass: f64,
-    /// Of every coordinate of every site of a tendon, m.
-    pub attachment: f64,
-    /// Relative, of the load cells' gain.
-    pub gain: f64,
-    /// Of the joint encoders' zero, rad.
-    pub zero: f64,
-}
-
-impl Default for Scatter {
-    /// 10 %, 1 mm, 0.5 %, 1 mrad: assumed for careful manufacturing.
-    fn default() -> Self {
-        Self { mass: 0.1, attachment: 1e-3, gain: 5e-3, zero: 1e-3 }
-    }
-}
-
-/// Cable between winch and sheath, m; assumed.
-const NEAR: f64 = 0.05;
-
-/// Counts of a joint's encoder: 14 bits.
-const JOINT_COUNTS: f64 = 16_384.0;
-
-/// Length of the bench's sheath, to which its drag belongs, m.
-const BENCH_SHEATH: f64 = 0.806;
+/// Largest product of step and natural frequency of the stiffest mode, 1: 2 is the limit of stability, the margin
+/// is for poses that were not sampled and for tolerances.
+const MAX_STEP_ANGLE: f64 = 1.2;
+/// Largest product of step and rate of the joints' dampers, 1: 2 is the limit of an explicit step.
+const MAX_DAMPING_STEP: f64 = 0.5;
+/// Substeps of a millisecond beyond which a machine is refused.
+const MAX_SUBSTEPS: usize = 100;
+/// Step of the plant, s.
+const STEP: f64 = 1e-3;
+/// Poses in which the modes are evaluated.
+const PLACES: usize = 40;
+/// Tension at which cables are compared, N; it does not enter the modes.
+const ANY_TENSION: f64 = 50.0;
 
 impl ArmSpecimen {
-    /// As designed: the robot as described, the bench's cable in the sheath of every muscle, sensors with
-    /// noise and quantisation only.
+    /// As designed: the body as described, sensors with noise and quantisation only, every cable as the
+    /// calibrated one of the bench with the effects that its model does not have.
     ///
-    /// Friction and compliance are the bench's; the drag is proportional to the length of the sheath. The
-    /// free cable at the anchor is as long as in `pose`, the one at the winch 50 mm (assumed).
-    ///
-    /// The drive is [`DriveParameters::mc_am`]: 81 kg reflected to the cable, 287 N continuous; at 250 N its
-    /// peak current accelerates by 9.7 m/s^2, and its reference is limited to 5. Sensors are sampled at the
-    /// start of a step and available at its end: that is their delay.
+    /// The free cable at the anchor is as long as in the machine's start. As many substeps are taken as the
+    /// stiffest mode of cables and bodies needs in poses over all ranges of the joints.
     ///
     /// # Errors
-    /// [`Error::Part`] names a muscle without a sheath; [`Error::WrongLength`] where `pose` is another
-    /// robot's.
-    pub fn nominal(robot: &Robot, pose: &[f64]) -> Result<Self, Error> {
-        let muscles = Muscles::new(robot);
-        let mut geometry = Geometry::new(robot, &muscles);
-        let mut bends = vec![0.0; muscles.count()];
-        muscles.evaluate(pose, &mut geometry)?;
-        muscles.bends(&geometry, &mut bends)?;
-        let each = geometry.lengths().iter().zip(&bends).enumerate();
-        let cables = each.map(|(k, (&free, &wrap))| cable(robot.parts(), k, free, wrap));
-        let drive = DriveParameters { delay_steps: 0.0, ..DriveParameters::mc_am() };
-        Ok(Self {
-            robot: robot.clone(),
-            cables: cables.collect::<Result<_, _>>()?,
-            drives: vec![drive; muscles.count()],
-            encoders: vec![Encoder { counts: JOINT_COUNTS, zero: 0.0 }; robot.nv()],
+    /// [`Error::OutOfDomain`] for a machine whose modes would need more than 100 substeps in a millisecond.
+    pub fn nominal(machine: &Machine) -> Result<Self, Error> {
+        let mut model = MuscleDynamics::new(&machine.robot)?;
+        model.evaluate(&machine.start)?;
+        let places = model.lengths().iter().zip(model.wrap_angles());
+        let cables = machine.muscles.iter().zip(places).map(|(design, (free, wrap))| {
+            let path = design.path(free.max(SHORTEST), *wrap)?;
+            Ok(Specimen { path, parameters: design.cable, effects: Effects::default() })
+        });
+        let mut specimen = Self {
+            robot: machine.robot.clone(),
+            cables: cables.collect::<Result<_, Error>>()?,
+            drives: machine.muscles.iter().map(|design| design.drive).collect(),
+            encoders: machine.encoders.clone(),
             resolution: Resolution::default(),
-        })
+        };
+        specimen.resolution.substeps = specimen.stable_substeps(&mut model, &machine.poses(PLACES)?)?;
+        Ok(specimen)
     }
 
-    /// A random specimen of a design; the same seed gives the same specimen.
+    /// Substeps of a millisecond in which the stiffest mode is stable.
+    fn stable_substeps(&self, model: &mut MuscleDynamics, poses: &[Vec<f64>]) -> Result<usize, Error> {
+        let cells = self.resolution.cells;
+        let laws = self.cables.iter().map(|cable| cable.law(cells)).collect::<Result<Vec<CableLaw>, _>>()?;
+        let tensions = alloc::vec![ANY_TENSION; laws.len()];
+        let found = Characteristics::new(model, &laws, &tensions, poses, 0.0)?;
+        let needed = (found.stuck_mode * STEP / MAX_STEP_ANGLE)
+            .max(found.damping_rate * STEP / MAX_DAMPING_STEP)
+            .max(self.resolution.substeps as f64);
+        let expected = "a machine that 100 substeps per millisecond simulate (heavier links, softer cables)";
+        crate::error::within("stiffest mode of the machine, in substeps", expected, needed, needed <= 100.0)?;
+        Ok((libm::ceil(needed) as usize).min(MAX_SUBSTEPS))
+    }
+
+    /// A random specimen of a design within the machine's tolerances; the same seed gives the same specimen.
     ///
     /// # Errors
-    /// As [`Robot::new`], where the drawn numbers are no valid robot.
-    pub fn drawn_around(of: &Self, scatter: &Scatter, seed: u64) -> Result<Self, Error> {
+    /// As [`Robot::new`], where the drawn numbers are no valid robot, and as [`nominal`](Self::nominal).
+    pub fn drawn_around(of: &Self, machine: &Machine, seed: u64) -> Result<Self, Error> {
+        let tolerances = &machine.tolerances;
         let mut random = Random::new(seed);
         let mut within = |bound: f64| bound * (2.0 * random.unit() - 1.0);
         let mut drawn = of.clone();
         let mut parts = of.robot.parts().clone();
         for body in &mut parts.bodies {
-            body.mass *= 1.0 + within(scatter.mass);
-            let factor = 1.0 + within(scatter.mass);
+            body.mass *= 1.0 + within(tolerances.mass);
+            let factor = 1.0 + within(tolerances.mass);
             body.inertia.iter_mut().for_each(|entry| *entry *= factor);
         }
+        let attachment = machine.attachment_tolerance();
         for site in tendon_sites(&parts) {
-            parts.sites[site].position.iter_mut().for_each(|x| *x += within(scatter.attachment));
+            parts.sites[site].position.iter_mut().for_each(|x| *x += within(attachment));
         }
+        let joints = of.robot.independent_joints();
+        let slides = joints.iter().map(|joint| parts.joints[*joint].kind == JointKind::Slide);
+        let slides: Vec<bool> = slides.collect();
         drawn.robot = Robot::new(parts)?;
         for drive in &mut drawn.drives {
-            drive.load_cell =
-                LoadCell { gain: drive.load_cell.gain * (1.0 + within(scatter.gain)), ..drive.load_cell };
+            let gain = drive.load_cell.gain * (1.0 + within(tolerances.gain));
+            drive.load_cell = LoadCell { gain, ..drive.load_cell };
         }
-        for encoder in &mut drawn.encoders {
-            encoder.zero += within(scatter.zero);
+        for (encoder, slide) in drawn.encoders.iter_mut().zip(slides) {
+            let zero = within(if slide { tolerances.zero_slide } else { tolerances.zero });
+            if let Some(encoder) = encoder {
+                encoder.zero += zero;
+            }
         }
         for cable in &mut drawn.cables {
             *cable = Specimen::drawn_around(cable, random.bits());
@@ -117,15 +118,15 @@ impl ArmSpecimen {
         Ok(drawn)
     }
 
-    /// [`nominal`](Self::nominal) with the default scatter.
+    /// [`nominal`](Self::nominal) with the machine's tolerances.
     ///
     /// # Errors
     /// As there and as [`drawn_around`](Self::drawn_around).
-    pub fn draw(robot: &Robot, pose: &[f64], seed: u64) -> Result<Self, Error> {
-        Self::drawn_around(&Self::nominal(robot, pose)?, &Scatter::default(), seed)
+    pub fn draw(machine: &Machine, seed: u64) -> Result<Self, Error> {
+        Self::drawn_around(&Self::nominal(machine)?, machine, seed)
     }
 
-    /// The same arm with a point mass on a body.
+    /// The same machine with a point mass on a body.
     ///
     /// # Errors
     /// As [`Robot::with_payload`].
@@ -135,23 +136,8 @@ impl ArmSpecimen {
     }
 }
 
-/// The bench's cable in the sheath of a muscle.
-fn cable(parts: &Parts, muscle: usize, free: f64, wrap: f64) -> Result<Specimen, Error> {
-    let tendon = &parts.tendons[muscle];
-    let Some(sheath) = &tendon.sheath else {
-        let expected = "given by its length and bend";
-        return Err(Error::Part { kind: "muscle", index: muscle, field: "its sheath", expected });
-    };
-    let path = CablePath::new(vec![
-        Segment::Free { length: NEAR },
-        Segment::Sheath { length: sheath.length, bend: sheath.bend, curvature: vec![] },
-        Segment::Pulley { wrap },
-        Segment::Free { length: free },
-    ])?;
-    let bench = CableParameters::bench();
-    let parameters = CableParameters { drag: bench.drag * sheath.length / BENCH_SHEATH, ..bench };
-    Ok(Specimen { path, parameters, ..Specimen::bench() })
-}
+/// Shortest free cable at an anchor, m.
+const SHORTEST: f64 = 1e-3;
 
 /// Sites of tendons, each once.
 fn tendon_sites(parts: &Parts) -> Vec<usize> {

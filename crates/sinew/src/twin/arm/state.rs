@@ -20,18 +20,18 @@ const MAX_WRAP: f64 = 4.0;
 /// ```
 /// use sinew::body::Robot;
 /// use sinew::drive::DriveCommand;
+/// use sinew::machine::Machine;
 /// use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 /// let text = include_str!("../../../../../models/lm_arm.toml");
 /// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
-/// let robot = Robot::new(parts)?;
-/// let pose = robot.key("start").unwrap_or_default();
-/// let specimen = ArmSpecimen::draw(&robot, pose, 1)?;
-/// let mut arm = ArmTwin::new(&specimen, pose, &[40.0; 15], 1)?;
+/// let machine = Machine::of(&Robot::new(parts)?)?;
+/// let specimen = ArmSpecimen::draw(&machine, 1)?;
+/// let mut arm = ArmTwin::new(&specimen, &machine.start, &[40.0; 15], 1)?;
 /// for _ in 0..100 {
 ///     arm.step(&[DriveCommand::Velocity(0.0); 15], 1e-3)?;
 /// }
 /// // The winches are held; the arm sinks a little by the elasticity of the cables.
-/// assert!(arm.truth().q.iter().zip(pose).all(|(q, start)| (q - start).abs() < 0.2));
+/// assert!(arm.truth().q.iter().zip(&machine.start).all(|(q, start)| (q - start).abs() < 0.2));
 /// # Ok::<(), sinew::Error>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -49,7 +49,6 @@ pub struct ArmTwin {
     motions: Vec<EndMotion>,
     anchor_tension: Vec<f64>,
     lengths_before: Vec<f64>,
-    bends: Vec<f64>,
 }
 
 /// True state of the arm.
@@ -57,7 +56,7 @@ pub struct ArmTwin {
 pub struct ArmTruth<'a> {
     /// Since the start, s.
     pub time: f64,
-    /// `[joints]`, rad or m.
+    /// Coordinates of the independent joints, rad or m: `[joints]`.
     pub q: &'a [f64],
     /// `[joints]`, per s.
     pub v: &'a [f64],
@@ -75,13 +74,13 @@ impl ArmTwin {
     /// arm starts to move.
     ///
     /// # Shapes
-    /// `q: [joints]`, `tension_out: [muscles]`.
+    /// `q: [joints]`, the independent ones; `tension_out: [muscles]`.
     ///
     /// # Errors
     /// [`Error::WrongLength`], and [`Error::OutOfDomain`] for a tension below a cable's pretension and
     /// whatever [`CablePlants::new`] and [`Drive::new`] refuse.
     pub fn new(specimen: &ArmSpecimen, q: &[f64], tension_out: &[f64], seed: u64) -> Result<Self, Error> {
-        let limb = Limb::new(&specimen.robot, q)?;
+        let limb = Limb::new(&specimen.robot, q, 1e-3 / specimen.resolution.substeps as f64)?;
         let (muscles, joints) = (limb.lengths().len(), q.len());
         for (name, expected, got) in [
             ("tension_out", muscles, tension_out.len()),
@@ -93,7 +92,7 @@ impl ArmTwin {
                 return Err(Error::WrongLength { name, expected, got });
             }
         }
-        specimen.encoders.iter().try_for_each(|encoder| encoder.validate())?;
+        specimen.encoders.iter().flatten().try_for_each(|encoder| encoder.validate())?;
         specimen.resolution.validate()?;
         let finest = Resolution { substeps: 1, ..specimen.resolution };
         let drive = |(k, p): (usize, _)| Drive::new(p, seed.wrapping_mul(0x1_0000).wrapping_add(k as u64));
@@ -108,7 +107,6 @@ impl ArmTwin {
             motions: vec![EndMotion::default(); muscles],
             anchor_tension: tension_out.to_vec(),
             lengths_before: limb.lengths().to_vec(),
-            bends: vec![0.0; muscles],
             limb,
             specimen: specimen.clone(),
         };
@@ -248,8 +246,7 @@ impl ArmTwin {
 
     /// Sets the wrap of every cable at its joint from the pose.
     fn update_wraps(&mut self) -> Result<(), Error> {
-        self.limb.bends(&mut self.bends)?;
-        for (k, bend) in self.bends.iter().enumerate() {
+        for (k, bend) in self.limb.bends().iter().enumerate() {
             let last = self.specimen.cables[k].path.pulleys().saturating_sub(1);
             self.cables.set_wrap(k, last, bend.min(MAX_WRAP))?;
         }

@@ -1,0 +1,226 @@
+//! What a motion demands of the drives of a machine.
+
+use crate::Error;
+use crate::control::arm::tension_limits;
+use crate::control::tension::{Distribution, Problem, Status};
+use crate::error::{positive, within};
+use crate::machine::Machine;
+use crate::muscle::MuscleDynamics;
+use crate::random::EvenPoints;
+use crate::transmission::cable::CableLaw;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// A motion of every joint by which drives are sized.
+///
+/// ```text
+/// q_j = m_j + s w_j/2 sin(2 pi t/T + p_j)
+/// ```
+///
+/// | symbol | field    | unit | domain | meaning                                             |
+/// |--------|----------|------|--------|-----------------------------------------------------|
+/// | T      | `period` | s    | > 0    | of every joint                                      |
+/// | s      | `share`  | 1    | (0, 1] | share of the joint's range that the motion covers    |
+/// | m, w   |          | rad or m |    | middle and width of the joint's range                |
+/// | p      |          | rad  |        | any phases: every combination of phases has to be possible |
+///
+/// The ranges are [`Machine::ranges`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SizingMotion {
+    /// s, > 0.
+    pub period: f64,
+    /// 1, in (0, 1].
+    pub share: f64,
+}
+
+/// Largest demand on one drive over a motion, at the cable.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DriveDemand {
+    /// Tension at the drive's outlet while it takes up cable, N.
+    pub tension: f64,
+    /// Speed, m/s.
+    pub speed: f64,
+    /// Acceleration, m/s^2.
+    pub acceleration: f64,
+    /// Difference between the greatest and the least length of the muscle over the ranges of all joints, and
+    /// the stretch of the cable under the largest tension, m.
+    pub stroke: f64,
+}
+
+/// Demands on all drives of a machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DriveDemands {
+    /// `[muscles]`.
+    pub muscles: Vec<DriveDemand>,
+    /// Sampled instants at which no tensions give the torque, whatever the drives.
+    pub unreachable: usize,
+    /// Index of the joint with the largest missing torque, and that torque, Nm or N.
+    pub missing: Option<(usize, f64)>,
+    /// All sampled instants.
+    pub samples: usize,
+}
+
+/// Cells of a cable.
+const CELLS: usize = 8;
+/// Sampled instants.
+const SAMPLES: usize = 400;
+/// Largest tension that is considered, N: none.
+const MOST_TENSION: f64 = 1e6;
+
+/// Demands on the drives of a machine by a motion with its payload, from inverse dynamics and the distribution
+/// of least tensions.
+///
+/// # Assumes
+/// Friction of a cable is that of sliding toward the drive, `T_in = (T_out - T_0) e^A`, at the largest demand.
+///
+/// # Errors
+/// [`Error::OutOfDomain`] for a motion outside its domain; as [`Machine::validate`].
+pub fn drive_demands(machine: &Machine, motion: &SizingMotion) -> Result<DriveDemands, Error> {
+    positive("period", motion.period)?;
+    within("share", "a number in (0, 1]", motion.share, motion.share > 0.0 && motion.share <= 1.0)?;
+    let machine = &machine.loaded()?;
+    let mut dynamics = MuscleDynamics::new(&machine.robot)?;
+    let laws = machine.laws(CELLS)?;
+    let minimum: Vec<f64> = tension_limits(machine, &laws).iter().map(|[least, _]| *least).collect();
+    let mut sampler = Sampler::new(machine, motion)?;
+    // Less than its least tension no muscle is ever asked for.
+    let least = minimum
+        .iter()
+        .zip(&laws)
+        .map(|(least, law)| DriveDemand { tension: near_tension(*least, law), ..DriveDemand::default() });
+    let least = least.collect();
+    let mut torques = Torques::new(minimum, machine.encoders.len());
+    let mut demands = DriveDemands { muscles: least, unreachable: 0, missing: None, samples: SAMPLES };
+    for _ in 0..SAMPLES {
+        let [q, v, a] = sampler.next();
+        dynamics.evaluate(&q)?;
+        torques.include(&mut dynamics, &v, &a, &laws, &mut demands)?;
+    }
+    let strokes = strokes(machine, &mut dynamics)?;
+    for ((demand, stroke), law) in demands.muscles.iter_mut().zip(strokes).zip(&laws) {
+        demand.stroke = stroke + demand.tension * law.compliance().iter().sum::<f64>();
+    }
+    Ok(demands)
+}
+
+/// Tension at the drive that pulls its cable in against this tension at the anchor, N.
+fn near_tension(anchor: f64, law: &CableLaw) -> f64 {
+    (anchor - law.pretension()).max(0.0) * libm::exp(law.friction_angle())
+}
+
+/// Instants of the motion at any phases of all joints.
+struct Sampler {
+    middle: Vec<f64>,
+    amplitude: Vec<f64>,
+    rate: f64,
+    points: EvenPoints,
+}
+
+impl Sampler {
+    fn new(machine: &Machine, motion: &SizingMotion) -> Result<Self, Error> {
+        let ranges = machine.ranges()?;
+        Ok(Self {
+            middle: ranges.iter().map(|[low, high]| 0.5 * (low + high)).collect(),
+            amplitude: ranges.iter().map(|[low, high]| 0.5 * motion.share * (high - low)).collect(),
+            rate: 2.0 * core::f64::consts::PI / motion.period,
+            points: EvenPoints::new(ranges.len()),
+        })
+    }
+
+    /// Coordinates, velocities and accelerations of the independent joints.
+    fn next(&mut self) -> [Vec<f64>; 3] {
+        let mut state = [vec![], vec![], vec![]];
+        let point = self.points.next().into_iter().flatten();
+        for ((middle, amplitude), share) in self.middle.iter().zip(&self.amplitude).zip(point) {
+            let phase = 2.0 * core::f64::consts::PI * share;
+            let (sine, cosine) = (libm::sin(phase), libm::cos(phase));
+            state[0].push(middle + amplitude * sine);
+            state[1].push(amplitude * self.rate * cosine);
+            state[2].push(-amplitude * self.rate * self.rate * sine);
+        }
+        state
+    }
+}
+
+/// Least tensions for the torque of an instant.
+struct Torques {
+    distribution: Distribution,
+    minimum: Vec<f64>,
+    maximum: Vec<f64>,
+    zeros: Vec<f64>,
+    ones: Vec<f64>,
+    torque: Vec<f64>,
+    motion: Vec<f64>,
+}
+
+impl Torques {
+    fn new(minimum: Vec<f64>, joints: usize) -> Self {
+        let muscles = minimum.len();
+        Self {
+            distribution: Distribution::new(muscles, joints),
+            minimum,
+            maximum: vec![MOST_TENSION; muscles],
+            zeros: vec![0.0; muscles],
+            ones: vec![1.0; muscles],
+            torque: vec![0.0; joints],
+            motion: vec![0.0; muscles],
+        }
+    }
+
+    fn include(
+        &mut self,
+        dynamics: &mut MuscleDynamics,
+        v: &[f64],
+        a: &[f64],
+        laws: &[CableLaw],
+        demands: &mut DriveDemands,
+    ) -> Result<(), Error> {
+        dynamics.inverse_dynamics(v, a, &mut self.torque)?;
+        let solution = self.distribution.solve(&Problem {
+            moment_arms: dynamics.moment_arms(),
+            torque: &self.torque,
+            minimum: &self.minimum,
+            maximum: &self.maximum,
+            reference: &self.zeros,
+            weight: &self.ones,
+        })?;
+        if solution.status == Status::Optimal {
+            for ((demand, tension), law) in demands.muscles.iter_mut().zip(solution.tension).zip(laws) {
+                demand.tension = demand.tension.max(near_tension(*tension, law));
+            }
+        } else {
+            demands.unreachable += 1;
+            for (joint, missing) in solution.residual.iter().enumerate() {
+                if demands.missing.is_none_or(|(_, most)| missing.abs() > most.abs()) {
+                    demands.missing = Some((joint, *missing));
+                }
+            }
+        }
+        dynamics.anchor_motion(v, &mut self.motion);
+        for (demand, speed) in demands.muscles.iter_mut().zip(&self.motion) {
+            demand.speed = demand.speed.max(speed.abs());
+        }
+        dynamics.anchor_motion(a, &mut self.motion);
+        for (demand, acceleration) in demands.muscles.iter_mut().zip(&self.motion) {
+            demand.acceleration = demand.acceleration.max(acceleration.abs());
+        }
+        Ok(())
+    }
+}
+
+/// Travel of every muscle over the ranges of all joints, m.
+fn strokes(machine: &Machine, dynamics: &mut MuscleDynamics) -> Result<Vec<f64>, Error> {
+    let ranges = machine.ranges()?;
+    let mut travel = vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.muscles.len()];
+    for (sample, point) in EvenPoints::new(ranges.len()).take(SAMPLES).enumerate() {
+        // Half of them at corners of the ranges, where lengths are extreme.
+        let share = |share: f64| if sample % 2 == 0 { share } else { libm::rint(share) };
+        let q: Vec<f64> =
+            ranges.iter().zip(point).map(|([low, high], x)| low + share(x) * (high - low)).collect();
+        dynamics.evaluate(&q)?;
+        for ([least, most], length) in travel.iter_mut().zip(dynamics.lengths()) {
+            (*least, *most) = (least.min(*length), most.max(*length));
+        }
+    }
+    Ok(travel.into_iter().map(|[least, most]| most - least).collect())
+}

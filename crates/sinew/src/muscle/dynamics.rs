@@ -1,0 +1,262 @@
+use super::geometry::{Geometry, Muscles};
+use crate::body::{Reduction, Robot, Scratch};
+use crate::error::{Error, check_length};
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Geometry of the muscles and dynamics of the joints in one pose, in the coordinates of the independent joints.
+///
+/// ```text
+/// M u' + c + g = R^T F + tau_p + tau_e,      R = -dl/du,      x' = R u
+/// ```
+///
+/// | symbol | code                        | shape               | unit            | meaning                      |
+/// |--------|-----------------------------|---------------------|-----------------|------------------------------|
+/// | u      | `v`                         | `[joints]`          | rad/s, m/s      | velocities of the independent joints |
+/// | R, l   | [`moment_arms`](Self::moment_arms), [`lengths`](Self::lengths) | `[muscles x joints]`, `[muscles]` | m, m | moment arms, lengths |
+/// | F      | `tension`                   | `[muscles]`         | N               | tensions at the anchors       |
+/// | tau_p, tau_e | , `external`          | `[joints]`          | Nm, N           | springs and dampers of the joints; other forces |
+/// | x      |                             | `[muscles]`         | m               | position of the anchors, + toward the motor |
+///
+/// Coupled joints follow ([`Reduction`]); without couplings all joints are independent.
+///
+/// # Source
+/// `yuan2023`, eqs. 19 to 21 and 23.
+#[derive(Debug, Clone)]
+pub struct MuscleDynamics {
+    robot: Robot,
+    muscles: Muscles,
+    geometry: Geometry,
+    scratch: Scratch,
+    /// None where no joint is coupled.
+    reduction: Option<Reduction>,
+    /// Index of every independent joint among all coordinates.
+    independent: Vec<usize>,
+    moment_arms: Vec<f64>,
+    wrap_angles: Vec<f64>,
+    /// Of all joints: coordinates, velocities, accelerations, forces.
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    passive: Vec<f64>,
+    torque: Vec<f64>,
+    /// Moment arms of all joints; empty without couplings.
+    all_arms: Vec<f64>,
+}
+
+impl MuscleDynamics {
+    /// Of a robot with hinges and slides.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for ball and free joints.
+    pub fn new(robot: &Robot) -> Result<Self, Error> {
+        let (nq, nv) = (robot.nq(), robot.nv());
+        crate::error::within("joints", "hinges and slides", nq as f64, nq == nv)?;
+        let muscles = Muscles::new(robot);
+        let coupled = !robot.parts().couplings.is_empty();
+        let joints = robot.independent_joints();
+        let independent: Vec<usize> =
+            joints.into_iter().map(|joint| robot.velocities_of(joint).start).collect();
+        let (m, n) = (muscles.count(), independent.len());
+        Ok(Self {
+            geometry: Geometry::new(robot, &muscles),
+            scratch: Scratch::new(robot),
+            reduction: coupled.then(|| Reduction::new(robot)),
+            moment_arms: vec![0.0; m * n],
+            wrap_angles: vec![0.0; m],
+            q: robot.reference_pose(),
+            v: vec![0.0; nv],
+            a: vec![0.0; nv],
+            passive: vec![0.0; nv],
+            torque: vec![0.0; nv],
+            all_arms: vec![0.0; if coupled { m * nv } else { 0 }],
+            independent,
+            muscles,
+            robot: robot.clone(),
+        })
+    }
+
+    /// The robot.
+    #[must_use]
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// Number of muscles.
+    #[must_use]
+    pub fn muscles(&self) -> usize {
+        self.muscles.count()
+    }
+
+    /// Number of independent joints.
+    #[must_use]
+    pub fn joints(&self) -> usize {
+        self.independent.len()
+    }
+
+    /// Index of every independent joint among all coordinates: `[joints]`.
+    #[must_use]
+    pub fn independent(&self) -> &[usize] {
+        &self.independent
+    }
+
+    /// All coordinates of the evaluated pose, rad or m: `[nq]`.
+    #[must_use]
+    pub fn coordinates(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// All velocities of those that were used last, per s: `[nv]`.
+    #[must_use]
+    pub fn velocities(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// Length of every muscle in the evaluated pose, m: `[muscles]`.
+    #[must_use]
+    pub fn lengths(&self) -> &[f64] {
+        self.geometry.lengths()
+    }
+
+    /// `R` in the evaluated pose, m, row by row: `[muscles x joints]`.
+    #[must_use]
+    pub fn moment_arms(&self) -> &[f64] {
+        &self.moment_arms
+    }
+
+    /// `phi`, wrap angle of every muscle at its joints in the evaluated pose, rad: `[muscles]`.
+    #[must_use]
+    pub fn wrap_angles(&self) -> &[f64] {
+        &self.wrap_angles
+    }
+
+    /// Sets the pose by the independent joints, rad or m: lengths (19), moment arms (20), wrap angles.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a coordinate is not finite.
+    pub fn evaluate(&mut self, u: &[f64]) -> Result<(), Error> {
+        check_length("pose", u.len(), self.joints())?;
+        for (&k, u) in self.independent.iter().zip(u) {
+            self.q[k] = *u;
+        }
+        if self.reduction.is_some() {
+            self.robot.apply_couplings(&mut self.q)?;
+        }
+        self.muscles.evaluate(&self.q, &mut self.geometry)?;
+        self.muscles.bends(&self.geometry, &mut self.wrap_angles)?;
+        let Some(reduction) = &mut self.reduction else {
+            return self.muscles.dense(&self.geometry, &mut self.moment_arms);
+        };
+        reduction.update(&self.robot, &self.q)?;
+        self.muscles.dense(&self.geometry, &mut self.all_arms)?;
+        let (n, nv) = (self.independent.len(), self.v.len());
+        let rows = self.all_arms.chunks_exact(nv).zip(self.moment_arms.chunks_exact_mut(n));
+        rows.into_iter().try_for_each(|(all, row)| reduction.forces(all, row))
+    }
+
+    /// `R u`: speed of every anchor toward its motor, m/s, from joint velocities; displacement, m, from
+    /// small changes of the joints.
+    pub fn anchor_motion(&self, v: &[f64], out: &mut [f64]) {
+        for (row, out) in self.moment_arms.chunks_exact(v.len()).zip(out) {
+            *out = row.iter().zip(v).map(|(arm, v)| arm * v).sum();
+        }
+    }
+
+    /// `u'` in the evaluated pose under tensions at the anchors and external forces.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
+    pub fn forward_dynamics(
+        &mut self,
+        v: &[f64],
+        tension: &[f64],
+        external: Option<&[f64]>,
+        out: &mut [f64],
+    ) -> Result<(), Error> {
+        self.expand_velocities(v)?;
+        let Self { robot, muscles, geometry, scratch, reduction, q, torque, passive, .. } = self;
+        muscles.torque(geometry, tension, torque)?;
+        robot.passive_force(q, &self.v, passive)?;
+        torque.iter_mut().zip(&*passive).for_each(|(torque, passive)| *torque += passive);
+        if let Some(external) = external {
+            self.independent.iter().zip(external).for_each(|(&k, external)| torque[k] += external);
+        }
+        match reduction {
+            None => robot.forward_dynamics(q, &self.v, torque, scratch, out),
+            Some(reduction) => reduction.forward_dynamics(robot, q, v, torque, scratch, out),
+        }
+    }
+
+    /// `R^T F = M u' + c + g - tau_p` in the evaluated pose: force that the muscles have to give for an
+    /// acceleration, (23).
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
+    pub fn inverse_dynamics(&mut self, v: &[f64], a: &[f64], out: &mut [f64]) -> Result<(), Error> {
+        self.expand_velocities(v)?;
+        let Self { robot, scratch, reduction, q, torque, passive, .. } = self;
+        robot.passive_force(q, &self.v, passive)?;
+        match reduction {
+            None => {
+                robot.inverse_dynamics(q, v, a, scratch, out)?;
+                out.iter_mut().zip(&*passive).for_each(|(torque, passive)| *torque -= passive);
+                Ok(())
+            }
+            Some(reduction) => {
+                reduction.accelerations(v, a, &mut self.a)?;
+                robot.inverse_dynamics(q, &self.v, &self.a, scratch, torque)?;
+                torque.iter_mut().zip(&*passive).for_each(|(torque, passive)| *torque -= passive);
+                reduction.forces(torque, out)
+            }
+        }
+    }
+
+    /// `M` in the evaluated pose, row by row: `[joints x joints]`.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`].
+    pub fn mass_matrix(&mut self, out: &mut [f64]) -> Result<(), Error> {
+        let Self { robot, scratch, reduction, q, .. } = self;
+        match reduction {
+            None => robot.mass_matrix(q, scratch, out),
+            Some(reduction) => reduction.mass_matrix(robot, q, scratch, out),
+        }
+    }
+
+    fn expand_velocities(&mut self, v: &[f64]) -> Result<(), Error> {
+        match &self.reduction {
+            Some(reduction) => reduction.velocities(v, &mut self.v),
+            None => {
+                check_length("velocities", v.len(), self.v.len())?;
+                self.v.copy_from_slice(v);
+                Ok(())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inverse_and_forward_dynamics_agree_with_and_without_couplings() {
+        for coupled in [false, true] {
+            let robot = crate::muscle::testing::chain(coupled);
+            let mut model = MuscleDynamics::new(&robot).unwrap();
+            let n = model.joints();
+            let value = |seed: usize, k: usize| 0.3 * libm::sin((seed * 7 + 3 * k) as f64);
+            let list = |seed| (0..n).map(|k| value(seed, k)).collect::<Vec<_>>();
+            let (u, v, a) = (list(1), list(2), list(3));
+            let tension = [30.0, 45.0, 20.0];
+            model.evaluate(&u).unwrap();
+            let (mut needed, mut found) = (vec![0.0; n], vec![0.0; n]);
+            model.inverse_dynamics(&v, &a, &mut needed).unwrap();
+            // External forces are what the muscles do not give.
+            let given = |j: usize| (0..3).map(|m| tension[m] * model.moment_arms()[m * n + j]).sum::<f64>();
+            let external: Vec<f64> = (0..n).map(|j| needed[j] - given(j)).collect();
+            model.forward_dynamics(&v, &tension, Some(&external), &mut found).unwrap();
+            assert!(found.iter().zip(&a).all(|(f, a)| (f - a).abs() < 1e-9), "{coupled} {found:?} {a:?}");
+        }
+    }
+}
