@@ -20,24 +20,43 @@ const CRATES: [(&str, &[&str]); 7] = [
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,
 /// so that plant and controller cannot share a secret.
-const ROOMS: [(&str, &[&str]); 15] = [
+const ROOMS: [(&str, &[&str]); 16] = [
     ("dispatch", &[]),
     ("error", &[]),
     ("math", &["error"]),
     ("metrics", &["error", "math"]),
     ("random", &[]),
-    ("trajectory", &["error", "math", "muscle", "body"]),
+    ("trajectory", &["error", "math", "random", "muscle", "body"]),
     ("drive", &["error", "math", "random", "transmission"]),
     ("transmission", &["dispatch", "error", "math"]),
     ("muscle", &["error", "math", "body"]),
     ("body", &["dispatch", "error", "math"]),
     ("predictor", &["error", "math", "transmission"]),
-    ("description", &["error", "math", "drive", "transmission", "muscle", "body"]),
+    ("machine", &["error", "random", "body", "drive", "muscle", "predictor", "trajectory", "transmission"]),
+    (
+        "description",
+        &["error", "math", "drive", "transmission", "muscle", "body", "predictor", "trajectory", "machine"],
+    ),
     (
         "control",
-        &["dispatch", "error", "math", "trajectory", "drive", "transmission", "muscle", "body", "predictor"],
+        &[
+            "dispatch",
+            "random",
+            "error",
+            "math",
+            "trajectory",
+            "drive",
+            "transmission",
+            "muscle",
+            "body",
+            "predictor",
+            "machine",
+        ],
     ),
-    ("twin", &["error", "math", "random", "trajectory", "drive", "transmission", "muscle", "body"]),
+    (
+        "twin",
+        &["error", "math", "random", "trajectory", "drive", "transmission", "muscle", "body", "machine"],
+    ),
     (
         "lib",
         &[
@@ -52,6 +71,7 @@ const ROOMS: [(&str, &[&str]); 15] = [
             "muscle",
             "body",
             "predictor",
+            "machine",
             "description",
             "control",
             "twin",

@@ -47,13 +47,15 @@ pub(crate) enum Error {
         /// The robot's file.
         file: PathBuf,
     },
-    /// A robot that lacks what tracking starts from.
-    #[error("{}: expected a {part}, which tracking needs", file.display())]
-    MissingPart {
-        /// The robot's file.
+    /// A file of gains that cannot be read.
+    #[error("{}: {place}: {source}", file.display())]
+    GainsFile {
+        /// The file.
         file: PathBuf,
-        /// Kind and name of the part.
-        part: &'static str,
+        /// Line and key.
+        place: String,
+        /// What is wrong there.
+        source: serde_json::Error,
     },
     /// A name that no part of the robot has.
     #[error("{flag} {value}: expected the name of a {kind}: {}", known.join(", "))]
@@ -158,6 +160,18 @@ pub(crate) enum Error {
         file: PathBuf,
         /// Why.
         source: io::Error,
+    },
+    /// An output that exists and may not be replaced.
+    #[error("{}: exists already: expected another place, or --force", file.display())]
+    Exists {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A machine file to write whose name is that of another format.
+    #[error("{}: expected a machine file ending in .toml", file.display())]
+    MachineFormat {
+        /// The file.
+        file: PathBuf,
     },
     /// An output that would replace an input of the same run.
     #[error("{}: cannot be written: it is read by this run; expected another place", file.display())]

@@ -33,6 +33,7 @@ fn run(verb: &Verb) -> Result<Outcome, error::Error> {
         Verb::Track(arguments) => return verbs::track::run(arguments),
         Verb::Tension(arguments) => return verbs::tension::run(arguments),
         Verb::Drive(arguments) => return verbs::drive::run(arguments),
+        Verb::Machine(arguments) => return verbs::machine::run(arguments),
         Verb::Identify(arguments) => verbs::identify::run(arguments),
         Verb::Evaluate(arguments) => verbs::evaluate::run(arguments),
         Verb::Predict(arguments) => verbs::predict::run(arguments),

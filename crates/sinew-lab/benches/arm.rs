@@ -7,11 +7,12 @@
 use divan::{Bencher, black_box, counter::ItemsCount};
 use sinew::body::Robot;
 use sinew::control::arm::{
-    ActuationMode, ArmController, ArmGains, ArmMeasurement, ArmStatus, CableStateSource, PreviewedReference,
+    ActuationMode, ArmController, ArmMeasurement, ArmStatus, CableStateSource, PreviewedReference, synthesize,
 };
 use sinew::control::stretch::PREVIEW_HORIZON;
 use sinew::drive::DriveCommand;
-use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
+use sinew::machine::Machine;
+use sinew::trajectory::{JointPath, Loop, Reference, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTwin};
 use sinew::twin::cable::Resolution;
 use sinew_lab::experiment::arm::resting_tensions;
@@ -38,7 +39,6 @@ fn tail() {
                         1e-3,
                         &sample,
                         &PreviewedReference { current: now, previewed: coming, repeat_time: None },
-                        None,
                     )
                     .unwrap()
                     .drives,
@@ -59,9 +59,18 @@ fn lm_arm() -> Robot {
     Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
 }
 
+fn lm_machine() -> Machine {
+    let text = include_str!("../../../models/lm_arm.toml");
+    sinew::description::machine_from_toml("lm_arm.toml", text, &mut |_| Err("no other file".into()))
+        .unwrap()
+        .machine
+}
+
 fn along(robot: &Robot, shape: Loop) -> JointPath {
     let site = robot.site("endpoint").unwrap();
-    JointPath::resolve(robot, site, &EndPointPath::lm_arm(shape), &Redundancy::lm_arm(), 720).unwrap()
+    let machine = lm_machine();
+    let path = &machine.paths[usize::from(shape == Loop::Saddle)].path;
+    JointPath::resolve(robot, site, path, &machine.redundancy, 720).unwrap()
 }
 
 /// Items are steps of a millisecond. Arguments: cells per cable, substeps.
@@ -69,7 +78,7 @@ fn along(robot: &Robot, shape: Loop) -> JointPath {
 fn step(bencher: Bencher, (cells, substeps): (usize, usize)) {
     let robot = lm_arm();
     let pose = robot.key("start").unwrap();
-    let mut specimen = ArmSpecimen::draw(&robot, pose, 1).unwrap();
+    let mut specimen = ArmSpecimen::draw(&lm_machine(), 1).unwrap();
     specimen.resolution = Resolution { cells, substeps };
     let start = ArmTwin::new(&specimen, pose, &[60.0; 15], 1).unwrap();
     let bencher = bencher.counter(ItemsCount::new(STEPS));
@@ -91,11 +100,15 @@ fn controller_in_motion() -> (ArmController, Vec<(ArmReading, Reference, Referen
     let trajectory = Trajectory::AlongPath { joints: along(&robot, Loop::Sine), law };
     let mut now = Reference::new(7);
     trajectory.sample(0.0, &mut now).unwrap();
-    let specimen = ArmSpecimen::draw(&robot, &now.q, 1).unwrap();
-    let mut arm = ArmTwin::new(&specimen, &now.q, &resting_tensions(&robot, &now.q).unwrap(), 1).unwrap();
+    let machine = lm_machine();
+    let specimen = ArmSpecimen::draw(&machine, 1).unwrap();
     let models = oracle_models(&specimen);
+    let (gains, _) = synthesize(&machine, &models, &machine.poses(40).unwrap()).unwrap();
+    let limits = gains.tension_limits();
+    let tensions = resting_tensions(&robot, &now.q, &limits).unwrap();
+    let mut arm = ArmTwin::new(&specimen, &now.q, &tensions, 1).unwrap();
     let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-    let mut controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), way).unwrap();
+    let mut controller = ArmController::new(&robot, &models, gains, way).unwrap();
     let (mut coming, mut told, mut start) = (now.clone(), Vec::new(), None);
     for k in 0..3000 + STEPS {
         let time = f64::from(k) * 1e-3;
@@ -108,12 +121,7 @@ fn controller_in_motion() -> (ArmController, Vec<(ArmReading, Reference, Referen
         let said = arm.reading();
         let sample = ArmMeasurement { motor: &said.motor, tension: &said.tension, joint: &said.joint };
         let answer = controller
-            .step(
-                1e-3,
-                &sample,
-                &PreviewedReference { current: &now, previewed: &coming, repeat_time: None },
-                None,
-            )
+            .step(1e-3, &sample, &PreviewedReference { current: &now, previewed: &coming, repeat_time: None })
             .unwrap();
         arm.step(answer.drives, 1e-3).unwrap();
     }
@@ -134,7 +142,6 @@ fn control(bencher: Bencher) {
                     1e-3,
                     black_box(&sample),
                     &PreviewedReference { current: now, previewed: coming, repeat_time: None },
-                    None,
                 )
                 .unwrap();
             black_box(answer.drives);

@@ -1,34 +1,26 @@
-//! Tracks one sine loop of the end point with the arm `models/lm_arm.toml` on the twin, its cable models
-//! known exactly, and prints the end point's error over time.
+//! Calibrates the cables of the arm `models/lm_arm.toml` on the twin, tracks two turns of a closed path of its
+//! end point, and prints the end point's error over time.
 
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
-use sinew::control::arm::{ActuationMode, ArmController, ArmGains, CableStateSource};
-use sinew::description::from_toml;
-use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, Reference, TimeLaw, Trajectory};
-use sinew::twin::arm::ArmSpecimen;
+use sinew::description::machine_from_toml;
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::{CalibratedArm, DesiredMotion, plan};
 use sinew_lab::experiment::arm::{TrackRun, track};
-use sinew_lab::experiment::oracle_models;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let text = include_str!("../../../models/lm_arm.toml");
-    let (robot, _warnings) = from_toml("lm_arm.toml", text)?.robot()?;
-    let site = robot.site("endpoint").ok_or("the model has no site `endpoint`")?;
-    let path = EndPointPath::lm_arm(Loop::Sine);
-    let joints = JointPath::resolve(&robot, site, &path, &Redundancy::lm_arm(), 720)?;
-    let law = TimeLaw::new(4.0 * std::f64::consts::PI, 11.5)?;
-    let trajectory = Trajectory::AlongPath { joints, law };
-    let mut start = Reference::new(robot.nv());
-    trajectory.sample(0.0, &mut start)?;
+    let machine = machine_from_toml("lm_arm.toml", text, &mut |_| Err("no other file".into()))?.machine;
+    let path = machine.paths.first().ok_or("the machine has no path")?.path.clone();
+    let trajectory = plan(&machine, &DesiredMotion::ClosedPath(path), Some(11.5))?;
 
-    let specimen = ArmSpecimen::draw(&robot, &start.q, 1)?;
-    let models = oracle_models(&specimen);
-    let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
-    let controller = ArmController::new(&robot, &models, ArmGains::lm_arm(), mode)?;
+    let arm = CalibratedArm::new(&machine, 1)?;
+    let controller = arm.controller(CompensationVariant::Observer, &trajectory)?;
     let run = TrackRun {
-        specimen: &specimen,
-        robot: &robot,
-        site,
+        specimen: &arm.specimen,
+        robot: &machine.robot,
+        site: machine.task.site(),
+        tension_limits: &arm.gains(&trajectory)?.0.tension_limits(),
         trajectory: &trajectory,
         repeats: 1,
         before: 1.0,

@@ -2,25 +2,19 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
-use sinew::body::Robot;
-use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, TimeLaw, Trajectory};
-use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{CalibratedArm, TrackingTask, initial_pose, track_arm};
+mod common;
 
-fn lm_arm() -> Robot {
-    let text = include_str!("../../../models/lm_arm.toml");
-    Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
-}
+use common::lm_machine;
+use sinew::predictor::CableModel;
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::{CalibratedArm, DesiredMotion, TrackingTask, plan, track_arm};
 
 #[test]
 fn a_calibrated_arm_tracks_its_path_and_the_identified_parameters_are_near_the_true_ones() {
-    let robot = lm_arm();
-    let site = robot.site("endpoint").unwrap();
-    let path = EndPointPath::lm_arm(Loop::Sine);
-    let joints = JointPath::resolve(&robot, site, &path, &Redundancy::lm_arm(), 720).unwrap();
-    let law = TimeLaw::new(2.0 * std::f64::consts::PI, 5.75).unwrap();
-    let trajectory = Trajectory::AlongPath { joints, law };
-    let arm = CalibratedArm::new(&robot, &initial_pose(&trajectory).unwrap(), 1).unwrap();
+    let machine = lm_machine();
+    let path = machine.paths[0].path.clone();
+    let trajectory = plan(&machine, &DesiredMotion::ClosedPath(path), Some(11.5)).unwrap();
+    let arm = CalibratedArm::new(&machine, 1).unwrap();
     for (model, cable) in arm.models.iter().zip(&arm.specimen.cables) {
         let truth = cable.parameters.friction * cable.path.angle() - cable.parameters.efficiency.ln();
         let angle = model.law().unwrap().friction_angle();
@@ -35,19 +29,33 @@ fn a_calibrated_arm_tracks_its_path_and_the_identified_parameters_are_near_the_t
     }
     let task = TrackingTask {
         trajectory: &trajectory,
-        site,
         repeats: 1,
         learning: true,
         final_rest: 0.0,
         faults: &[],
+        gains: None,
         trace_interval: 0.01,
     };
     let observed = track_arm(&arm, CompensationVariant::Observer, &task).unwrap();
     let numbers = &observed.numbers;
     assert!(numbers.end_point_error_m.mean < 4e-3 && numbers.end_point_error_m.max < 11e-3, "{numbers:?}");
     assert!(numbers.muscle_length_error_m.mean < 0.11e-3 && numbers.per_muscle.len() == 15);
-    assert_eq!(observed.trace.len(), 875);
+    assert_eq!(observed.trace.len(), 1450);
     let lost = track_arm(&arm, CompensationVariant::None, &task).unwrap().numbers;
     assert!(lost.end_point_error_m.mean > 5.0 * numbers.end_point_error_m.mean && lost.stopped_s.is_some());
     assert!(serde_json::to_string(&lost).unwrap().contains("\"per_muscle\":["));
+}
+
+#[test]
+fn a_cable_that_was_identified_before_is_not_calibrated_again() {
+    let mut machine = lm_machine();
+    for (k, muscle) in machine.muscles.iter_mut().enumerate() {
+        let path = muscle.path(0.1, 0.5).unwrap();
+        let correction = 1e-3 + 1e-5 * k as f64;
+        muscle.model = Some(CableModel { path, correction, ..CableModel::bench() });
+    }
+    let arm = CalibratedArm::new(&machine, 1).unwrap();
+    assert!(
+        arm.models.iter().zip(&machine.muscles).all(|(model, muscle)| Some(model) == muscle.model.as_ref())
+    );
 }

@@ -6,11 +6,11 @@
 mod common;
 
 use common::faults::{Case, campaign};
-use common::lm_arm;
+use common::{gains, lm_arm, lm_machine};
 use rayon::prelude::*;
 use sinew::control::arm::{ActuationMode, ArmController, ArmGains, CableStateSource, Fault};
 use sinew::predictor::CableModel;
-use sinew::trajectory::{EndPointPath, JointPath, Loop, Redundancy, TimeLaw, Trajectory};
+use sinew::trajectory::{JointPath, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, Failure, InjectedFault, Sensor, SensorFailure};
 use sinew_lab::experiment::arm::{TrackRun, track};
 use sinew_lab::experiment::{TrackSummary, oracle_models};
@@ -32,30 +32,35 @@ struct Arm {
     specimen: ArmSpecimen,
     models: Vec<CableModel>,
     trajectory: Trajectory,
-    site: usize,
+    gains: ArmGains,
+    limits: Vec<[f64; 2]>,
 }
 
 impl Arm {
     fn new() -> Self {
         let robot = lm_arm();
         let site = robot.site("endpoint").unwrap();
-        let path = EndPointPath::lm_arm(Loop::Sine);
-        let joints = JointPath::resolve(&robot, site, &path, &Redundancy::lm_arm(), 720).unwrap();
+        let machine = lm_machine();
+        let path = &machine.paths[0].path;
+        let joints = JointPath::resolve(&robot, site, path, &machine.redundancy, 720).unwrap();
         let law = TimeLaw::new(2.0 * std::f64::consts::PI, 5.75).unwrap();
-        let specimen = ArmSpecimen::draw(&robot, robot.key("start").unwrap(), 1).unwrap();
+        let specimen = ArmSpecimen::draw(&lm_machine(), 1).unwrap();
         let models = oracle_models(&specimen);
-        Self { models, specimen, trajectory: Trajectory::AlongPath { joints, law }, site }
+        let gains = gains(&models);
+        let limits = gains.tension_limits();
+        Self { models, specimen, trajectory: Trajectory::AlongPath { joints, law }, gains, limits }
     }
 
     /// Runs with one fault and checks the bounds that hold for every fault.
     fn fails(&self, what: Failure, lasting: f64) -> TrackSummary {
         let robot = lm_arm();
         let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-        let controller = ArmController::new(&robot, &self.models, ArmGains::lm_arm(), way).unwrap();
+        let controller = ArmController::new(&robot, &self.models, self.gains.clone(), way).unwrap();
         let run = TrackRun {
             specimen: &self.specimen,
             robot: &robot,
-            site: self.site,
+            site: robot.site("endpoint"),
+            tension_limits: &self.limits,
             trajectory: &self.trajectory,
             repeats: 1,
             before: 1.0,
@@ -81,7 +86,7 @@ impl Arm {
             let commands = row.command.drives.iter();
             commands.for_each(|told| {
                 assert!(
-                    matches!(told, sinew::drive::DriveCommand::Velocity(v) if v.abs() <= 0.14),
+                    matches!(told, sinew::drive::DriveCommand::Velocity(v) if v.abs() <= 0.2),
                     "{told:?}"
                 );
             });
@@ -191,14 +196,15 @@ fn an_arm_without_faults_has_no_incidents() {
     let controller = ArmController::new(
         &robot,
         &arm.models,
-        ArmGains::lm_arm(),
+        arm.gains.clone(),
         ActuationMode::WinchSpeed(CableStateSource::Observer),
     )
     .unwrap();
     let run = TrackRun {
         specimen: &arm.specimen,
         robot: &robot,
-        site: arm.site,
+        site: robot.site("endpoint"),
+        tension_limits: &arm.limits,
         trajectory: &arm.trajectory,
         repeats: 2,
         before: 1.0,

@@ -6,6 +6,7 @@
 mod design;
 mod fault;
 mod identification;
+mod machine;
 mod path;
 mod robot;
 mod simulation;
@@ -17,7 +18,11 @@ pub(crate) use identification::{
     AdaptArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PredictArguments, RoleArguments,
     WriteArguments,
 };
-pub(crate) use path::PathArgument;
+pub(crate) use machine::{
+    MachineArguments, MachineMapArguments, MachineNewArguments, MachineShowArguments, MachineTuneArguments,
+    MachineVerb,
+};
+pub(crate) use path::{PATH_FORMS, PathArgument};
 pub(crate) use robot::{
     ArmArguments, ArmEvaluateArguments, ArmVerb, ConvertArguments, InspectArguments, TrackArguments,
 };
@@ -61,6 +66,7 @@ pub(crate) enum Verb {
     Adapt(AdaptArguments),
     Demo(DemoArguments),
     Arm(ArmArguments),
+    Machine(MachineArguments),
     Track(TrackArguments),
     Reproduce(ReproduceArguments),
     Bench(BenchArguments),

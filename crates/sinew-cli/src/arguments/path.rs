@@ -1,39 +1,70 @@
-//! The value of `--path`: a named path, a point, or a table of waypoints.
+//! The value of `--path`: a name, a point, a pose, or a table of waypoints.
 
 use super::values::invalid_value;
-use clap::builder::{PossibleValue, TypedValueParser};
+use clap::builder::TypedValueParser;
 use clap::{Arg, Command};
-use sinew::trajectory::Loop;
 use std::ffi::OsStr;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// A desired motion of the end point, as named on the command line.
+/// A desired motion as named on the command line.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum PathArgument {
-    /// A closed path by its name.
-    Closed(Loop),
-    /// A point, m.
+    /// A path of the machine by its name.
+    Named(String),
+    /// A tour of all joints.
+    Tour,
+    /// A position of the end point, m.
     Point([f64; 3]),
-    /// A file of waypoints.
+    /// Positions of independent joints by their names, rad or m.
+    Pose(Vec<(String, f64)>),
+    /// A file of waypoints of the end point.
     Waypoints(PathBuf),
+    /// A file of poses of the joints.
+    JointWaypoints(PathBuf),
 }
 
-/// Prefix of a point's coordinates.
+/// Name of the tour, and prefixes of a point, a pose and a table of poses.
+const TOUR: &str = "tour";
 const POINT_PREFIX: &str = "to:";
+const POSE_PREFIX: &str = "to-joints:";
+const JOINTS_PREFIX: &str = "joints:";
+
+/// What may stand for a motion that is not named by the machine.
+pub(crate) const PATH_FORMS: &str =
+    "tour, to:X,Y,Z, to-joints:JOINT=VALUE,.., joints:EXISTING_FILE.csv or EXISTING_FILE.csv";
 
 impl fmt::Display for PathArgument {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Closed(Loop::Sine) => f.write_str("sine"),
-            Self::Closed(Loop::Saddle) => f.write_str("saddle"),
+            Self::Named(name) => f.write_str(name),
+            Self::Tour => f.write_str(TOUR),
             Self::Point([x, y, z]) => write!(f, "{POINT_PREFIX}{x},{y},{z}"),
+            Self::Pose(joints) => {
+                f.write_str(POSE_PREFIX)?;
+                for (k, (name, value)) in joints.iter().enumerate() {
+                    write!(f, "{}{name}={value}", if k > 0 { "," } else { "" })?;
+                }
+                Ok(())
+            }
             Self::Waypoints(file) => write!(f, "{}", file.display()),
+            Self::JointWaypoints(file) => write!(f, "{JOINTS_PREFIX}{}", file.display()),
         }
     }
 }
 
-/// Parses a [`PathArgument`]; a file must exist, so that a misspelt name is answered with the valid ones.
+impl PathArgument {
+    /// The file that is read for it.
+    pub(crate) fn file(&self) -> Option<&PathBuf> {
+        match self {
+            Self::Waypoints(file) | Self::JointWaypoints(file) => Some(file),
+            Self::Named(_) | Self::Tour | Self::Point(_) | Self::Pose(_) => None,
+        }
+    }
+}
+
+/// Parses a [`PathArgument`]. What has no form of its own is a file where it ends in an extension or exists, and
+/// a name of the machine's paths otherwise.
 #[derive(Debug, Clone)]
 pub(super) struct PathParser;
 
@@ -46,37 +77,71 @@ impl TypedValueParser for PathParser {
         arg: Option<&Arg>,
         value: &OsStr,
     ) -> Result<PathArgument, clap::Error> {
-        match value.to_str() {
-            Some("sine") => return Ok(PathArgument::Closed(Loop::Sine)),
-            Some("saddle") => return Ok(PathArgument::Closed(Loop::Saddle)),
-            _ => {}
+        let refuse = |valid: &[&str]| invalid_value(command, arg, value, valid);
+        let Some(text) = value.to_str() else { return Ok(PathArgument::Waypoints(value.into())) };
+        if text == TOUR {
+            return Ok(PathArgument::Tour);
         }
-        if let Some(coordinates) = value.to_str().and_then(|text| text.strip_prefix(POINT_PREFIX)) {
+        if let Some(coordinates) = text.strip_prefix(POINT_PREFIX) {
             let point = point(coordinates).map(PathArgument::Point);
-            let valid = ["to:X,Y,Z with three finite numbers, m"];
-            return point.ok_or_else(|| invalid_value(command, arg, value, &valid));
+            return point.ok_or_else(|| refuse(&["to:X,Y,Z with three finite numbers, m"]));
         }
-        let file = PathBuf::from(value);
-        if file.exists() {
-            return Ok(PathArgument::Waypoints(file));
+        if let Some(joints) = text.strip_prefix(POSE_PREFIX) {
+            let pose = pose(joints).map(PathArgument::Pose);
+            let valid = "to-joints:JOINT=VALUE,JOINT=VALUE with each joint once and finite numbers, rad or m";
+            return pose.ok_or_else(|| refuse(&[valid]));
         }
-        Err(invalid_value(command, arg, value, &["sine", "saddle", "to:X,Y,Z", "EXISTING_FILE.csv"]))
+        if let Some(file) = text.strip_prefix(JOINTS_PREFIX) {
+            let file = Path::new(file);
+            let found = file.exists().then(|| PathArgument::JointWaypoints(file.to_owned()));
+            return found.ok_or_else(|| refuse(&["joints:EXISTING_FILE.csv"]));
+        }
+        if Path::new(text).exists() {
+            return Ok(PathArgument::Waypoints(text.into()));
+        }
+        if text.is_empty() || Path::new(text).extension().is_some() {
+            return Err(refuse(&["the name of a path", PATH_FORMS]));
+        }
+        Ok(PathArgument::Named(text.to_owned()))
     }
+}
 
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        Some(Box::new(
-            [
-                PossibleValue::new("sine").help("two turns of the paper's sine-shaped closed path"),
-                PossibleValue::new("saddle").help("two turns of a saddle-shaped closed path"),
-            ]
-            .into_iter(),
-        ))
-    }
+/// A finite number.
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|x: &f64| x.is_finite())
 }
 
 /// Three finite numbers between commas.
 fn point(text: &str) -> Option<[f64; 3]> {
-    let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
     let coordinates: Option<Vec<f64>> = text.split(',').map(number).collect();
     coordinates?.try_into().ok()
+}
+
+/// Names and finite numbers, each name once.
+fn pose(text: &str) -> Option<Vec<(String, f64)>> {
+    let mut joints: Vec<(String, f64)> = Vec::new();
+    for entry in text.split(',') {
+        let (name, value) = entry.rsplit_once('=')?;
+        let name = name.trim();
+        if name.is_empty() || joints.iter().any(|(other, _)| other == name) {
+            return None;
+        }
+        joints.push((name.to_owned(), number(value)?));
+    }
+    Some(joints)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pose_names_every_joint_once_with_a_finite_number() {
+        let named = |text| pose(text).map(|joints| joints.len());
+        assert_eq!(pose("elbow=0.5, wrist = -1"), Some(vec![("elbow".into(), 0.5), ("wrist".into(), -1.0)]));
+        assert_eq!(
+            [named("elbow"), named("elbow="), named("=1"), named("a=1,a=2"), named("a=nan")],
+            [None; 5]
+        );
+    }
 }

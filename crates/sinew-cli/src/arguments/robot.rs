@@ -10,8 +10,9 @@ use std::path::PathBuf;
 
 /// Cable-driven robots: inspect a model, evaluate its muscles, convert it.
 ///
-/// A MODEL is a file (.toml: this program's format, .xml: MJCF, .urdf: URDF) or the name of a built-in one:
-/// lm_arm.
+/// A MODEL is a file (.toml: this program's format or a machine file, whose body is taken, .xml: MJCF, .urdf: URDF)
+/// or the name of a built-in machine: lm_arm, bench_joint, planar_leg, finger, exosuit_elbow, surgical_wrist,
+/// shoulder, chain10.
 #[derive(Debug, Args)]
 pub(crate) struct ArmArguments {
     #[command(subcommand)]
@@ -83,25 +84,30 @@ pub(crate) struct ConvertArguments {
 /// offsets. Each cable is calibrated in a run of its own, then the end point tracks the path. An infeasible
 /// path is refused before the simulation, with its first infeasible instant.
 ///
-/// to:X,Y,Z is a point-to-point motion from the key pose `start` to a position (m), every joint with minimum
-/// jerk. FILE.csv has waypoints in the columns time_s, x_m, y_m, z_m: two give a straight line with minimum
-/// jerk, more a smooth curve from rest to rest through all of them at their times; a waypoint given twice in
-/// a row is a stop.
+/// to:X,Y,Z is a point-to-point motion from the start pose to a position (m), every joint with minimum jerk;
+/// to-joints:JOINT=VALUE,.. to a pose (rad or m), in which joints that are not named stay. FILE.csv has
+/// waypoints in the columns time_s, x_m, y_m, z_m: two give a straight line with minimum jerk, more a smooth
+/// curve from rest to rest through all of them at their times; a waypoint given twice in a row is a stop.
+/// joints:FILE.csv is the same for the joints, with the columns time_s and names of joints (rad or m); joints
+/// without a column stay at the start pose. tour is a closed motion of all joints over half of their ranges, at
+/// a feasible speed.
 ///
 /// Example: sinew track --duration 11.5 --repeats 1 --report track.html
 ///
 /// Example: sinew track --path to:0.6,0.2,-0.2 --duration 3
 #[derive(Debug, Args)]
 pub(crate) struct TrackArguments {
-    /// A robot's file, or the name of a built-in one; it needs a key pose `start` and a site `endpoint`
+    /// A machine's or robot's file, or the name of a built-in machine
     #[arg(default_value = "lm_arm")]
     pub(crate) model: PathBuf,
-    /// Desired path of the end point: a closed path by name, a position (m), or a table of waypoints
-    #[arg(long, value_name = "sine|saddle|to:X,Y,Z|FILE.csv", default_value = "sine",
-        value_parser = PathParser)]
-    pub(crate) path: PathArgument,
-    /// Seconds for two turns of a closed path [default: 115] or for a point-to-point motion [default: 5], 2
-    /// to 3600; waypoints have times of their own
+    /// Desired motion: a closed path of the machine by NAME (lm_arm: sine, saddle), a tour, a position of the
+    /// end point (m), a pose of the joints (rad or m), or a table of waypoints [default: the first named path,
+    /// otherwise tour]
+    #[arg(long, value_parser = PathParser,
+        value_name = "NAME|tour|to:X,Y,Z|to-joints:JOINT=VALUE,..|joints:FILE.csv|FILE.csv")]
+    pub(crate) path: Option<PathArgument>,
+    /// Seconds for two turns of a closed path [default: 115], of a tour [default: as fast as feasible, at least
+    /// 12], or for a point-to-point motion [default: 5], 2 to 3600; waypoints have times of their own
     #[arg(long, value_name = "SECONDS",
         value_parser = number("2 to 3600 s", |s| (2.0..=3600.0).contains(&s)))]
     pub(crate) duration: Option<f64>,
@@ -119,12 +125,14 @@ pub(crate) struct TrackArguments {
     #[arg(long, value_name = "NAME", default_value = "observer",
         value_parser = compensation(&CompensationVariant::ALL))]
     pub(crate) compensation: CompensationVariant,
-    /// Mass carried at the end point, 0 to 5 kg; known to the controller
-    #[arg(long, value_name = "KG", default_value_t = 0.0,
-        value_parser = number("0 to 5 kg", |kg| (0.0..=5.0).contains(&kg)))]
-    pub(crate) payload: f64,
+    /// Mass carried at the end point, 0 to 100 kg; known to the controller [default: the machine's]
+    #[arg(long, value_name = "KG", value_parser = number("0 to 100 kg", |kg| (0.0..=100.0).contains(&kg)))]
+    pub(crate) payload: Option<f64>,
     #[arg(long, value_name = "COMPONENT:NAME[:MODE]@START[+DURATION]", help = fault_help())]
     pub(crate) fault: Vec<FaultArgument>,
+    /// Gains of the controller (JSON, as `sinew machine tune` writes them) [default: derived for the motion]
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) gains: Option<PathBuf>,
     /// Seed of the arm's deviations from the model and of the sensor noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,

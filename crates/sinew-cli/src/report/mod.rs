@@ -7,6 +7,8 @@
 //! zoomable traces are uPlot (`assets/uplot`); the page is an askama template, which escapes every name.
 
 pub(crate) mod cable;
+pub(crate) mod capability;
+pub(crate) mod capability_plots;
 mod checks;
 pub(crate) mod error;
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::tracking_plots::{end_point, errors, lengths, means};
 use super::variants::label;
 use askama::Template;
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{MAX_END_POINT_ERROR_M, TraceRow, TrackIncident, TrackOutcome, TrackingNumbers};
+use sinew_lab::arm::{TraceRow, TrackIncident, TrackOutcome, TrackingNumbers};
 use sinew_lab::paper;
 use std::collections::BTreeMap;
 
@@ -188,8 +188,8 @@ fn rows(view: &TrackView<'_>) -> Vec<Row> {
         let ended = match (&n.stopped_by, n.stopped_s) {
             (Some(why), Some(time)) => format!("stopped at {} s: {why}", fixed(time, 1)),
             (None, Some(time)) => format!("diverged at {} s", fixed(time, 1)),
-            _ if n.outcome == TrackOutcome::Completed => "completed".to_owned(),
-            _ => format!("error above {} mm", fixed(1e3 * MAX_END_POINT_ERROR_M, 0)),
+            _ if n.ended == TrackOutcome::Completed => "completed".to_owned(),
+            _ => n.reason.clone().unwrap_or_default(),
         };
         rows.push(Row {
             name: label(variant),

@@ -8,6 +8,7 @@ pub(crate) mod demo;
 pub(crate) mod drive;
 pub(crate) mod evaluate;
 pub(crate) mod identify;
+pub(crate) mod machine;
 mod numeric_table;
 pub(crate) mod predict;
 pub(crate) mod reproduce;

@@ -1,6 +1,6 @@
 //! `sinew reproduce`.
 
-use super::arm::model::load_robot;
+use super::arm::model::load_machine;
 use super::{track, twin};
 use crate::arguments::{Part, ReproduceArguments};
 use crate::error::Error;
@@ -29,10 +29,10 @@ pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {
         .transpose()?;
     let arm = (both || arguments.part == Part::Arm)
         .then(|| {
-            let robot = load_robot(Path::new("lm_arm"), None)?.robot;
+            let machine = load_machine(Path::new("lm_arm"), None)?.machine;
             let options = if quick { ArmOptions::quick(seed) } else { ArmOptions::full(seed) };
             let begin = if both { 0.6 } else { 0.0 };
-            let part = reproduce_arm(&robot, &options, &|stage, done| {
+            let part = reproduce_arm(&machine, &options, &|stage, done| {
                 progress.show(stage, begin + (1.0 - begin) * done);
             })?;
             Ok::<_, Error>(part)

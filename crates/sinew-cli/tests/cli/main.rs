@@ -7,6 +7,8 @@ mod bad_models;
 mod bench;
 mod determinism;
 mod drive;
+mod machine;
+mod map;
 mod robots;
 mod tension;
 mod twin;

@@ -46,6 +46,12 @@ fn an_infeasible_or_malformed_motion_is_refused_with_its_place() {
     bench.write("long.csv", format!("{header}1,0.6,0.1,-0.15\n4000,0.6,0.1,-0.15\n"));
     bench.write("open.csv", format!("{header}0,0.6,0.1,-0.15\n2,0.6,0.15,-0.15\n"));
     bench.write("jolt.csv", format!("{header}0,0.6,0.1,-0.15\n0.01,0.6,0.102,-0.15\n2,0.6,0.102,-0.15\n"));
+    bench.write("unknown.csv", "time_s,elbow\n0,1.2\n2,1.3\n");
+    bench.write("timeless.csv", "elbow_flexion,wrist_flexion\n1.2,0\n1.3,0\n");
+    bench.write("word.csv", "time_s,elbow_flexion\n0,1.2\n2,bent\n");
+    bench.write("back.csv", "time_s,elbow_flexion\n1,1.2\n0.5,1.3\n");
+    bench.write("one.csv", "time_s,elbow_flexion\n1,1.2\n");
+    bench.write("poses.csv", "time_s,elbow_flexion\n0,1.2\n2,1.3\n");
     for (arguments, words) in [
         ("twin cable fast.csv --out o.csv", ["line 3", "at most 5 m/s, got 1000"]),
         ("track --path way.csv", ["way.csv", "reach of the end point"]),
@@ -55,10 +61,28 @@ fn an_infeasible_or_malformed_motion_is_refused_with_its_place() {
         ("track --path long.csv", ["line 3", "at most 3600 s"]),
         ("track --path open.csv --repeats 2", ["--repeats 2", "end where it begins"]),
         ("track --path open.csv --duration 9", ["--duration 9", "their own times"]),
-        ("track --path to:3,0,0", ["to:3,0,0", "reach of the end point"]),
+        ("track --path to:3,0,0", ["to:3,0,0", "lies outside of the workspace"]),
+        ("track --path sadle", ["--path sadle", "sine, saddle, tour, to:X,Y,Z"]),
+        (
+            "track --path to-joints:elbow=1",
+            ["to-joints:elbow=1", "expected the name of a joint: shoulder_flexion"],
+        ),
+        (
+            "track --path to-joints:elbow_flexion=3",
+            ["`elbow_flexion` must be within", "but the reference is"],
+        ),
+        (
+            "track --path joints:unknown.csv",
+            ["line 1, column `elbow`", "independent joint: shoulder_flexion"],
+        ),
+        ("track --path joints:timeless.csv", ["line 1: expected a column `time_s`", "elbow_flexion"]),
+        ("track --path joints:word.csv", ["line 3, column `elbow_flexion`", "`bent`"]),
+        ("track --path joints:back.csv", ["line 3, column `time_s`", "more than 1"]),
+        ("track --path joints:one.csv", ["one.csv", "at least 2 poses, got 1"]),
+        ("track --path joints:poses.csv --duration 9", ["--duration 9", "their own times"]),
         ("track --path to:0.6,0.2,-0.2 --repeats 2", ["--repeats 2", "end where it begins"]),
-        ("track --path jolt.csv", ["jolt.csv", "what its drive holds continuously"]),
-        ("track --duration 2", ["the winch of `brachialis`", "0.130 m/s"]),
+        ("track --path jolt.csv", ["jolt.csv", "what its drive gives"]),
+        ("track --duration 2", ["the winch of `brachialis`", "0.082 m/s"]),
         ("track --report t --record t", ["t", "two results"]),
         ("track models.xml", ["models.xml", "cannot be read"]),
         ("track way.csv", ["way.csv", "expected a robot file ending in .toml, .xml or .urdf"]),
@@ -79,9 +103,11 @@ fn a_value_outside_its_domain_is_refused_with_the_valid_ones() {
         ("drive size --tension -5 --speed 0.1 --acceleration 3 --stroke 0.4", ["--tension", "'-5'"]),
         ("track --path to:0.6,0.2", ["'to:0.6,0.2'", "three finite numbers"]),
         ("track --path to:0.6,0.2,nan", ["'to:0.6,0.2,nan'", "three finite numbers"]),
-        ("track --path sadle", ["'sadle'", "sine, saddle, to:X,Y,Z"]),
+        ("track --path to-joints:elbow_flexion", ["'to-joints:elbow_flexion'", "JOINT=VALUE"]),
+        ("track --path joints:none.csv", ["'joints:none.csv'", "joints:EXISTING_FILE.csv"]),
+        ("track --path none.csv", ["'none.csv'", "EXISTING_FILE.csv"]),
         ("track --compensation luck", ["'luck' for '--compensation", "no_disturbance_observer, observer,"]),
-        ("track --payload 50", ["'50' for '--payload", "0 to 5 kg"]),
+        ("track --payload 500", ["'500' for '--payload", "0 to 100 kg"]),
         ("track --repeats 0", ["'0' for '--repeats", "1..=100"]),
         ("track --hold 1e4", ["'1e4' for '--hold", "0 to 3600 s"]),
         ("track --fault gearbox:triceps@5", ["'gearbox:triceps@5' for '--fault", "joint-encoder"]),

@@ -5,11 +5,14 @@ use crate::Error;
 use crate::calibrate::{cable_log, networks};
 use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, run};
 use rayon::prelude::*;
+use sinew::control::arm::MuscleGains;
 use sinew::control::compensation::{Compensation, NetworkCompensation};
+use sinew::machine::{Machine, MuscleCharacteristics};
 use sinew::predictor::CableModel;
 use sinew::transmission::cable::CableParameters;
 use sinew::twin::arm::ArmSpecimen;
-use sinew_identify::cable::{CableFit, CableLog, FitOptions, INITIAL_WEAKENING, Quantity, fit_cable};
+use sinew::twin::cable::Resolution;
+use sinew_identify::cable::{CableLog, FitOptions, INITIAL_WEAKENING, Quantity, fit_cable};
 
 /// One calibration run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,22 +28,63 @@ pub struct CalibrationStroke {
     pub decimation: usize,
 }
 
-/// The calibration of a transmission, from the creeping speeds at which an arm works to its largest.
-pub const CALIBRATION_STROKES: [CalibrationStroke; 3] = [
-    CalibrationStroke { speed: 0.003, length: 0.06, duration: 50.0, decimation: 12 },
-    CalibrationStroke { speed: 0.02, length: 0.2, duration: 20.0, decimation: 4 },
-    CalibrationStroke { speed: 0.1, length: 0.35, duration: 15.0, decimation: 4 },
-];
+/// The calibration programme of one transmission.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CalibrationProgramme {
+    /// From the creeping speeds at which a machine works to its largest.
+    pub strokes: [CalibrationStroke; 3],
+    /// Range of the far tension, N.
+    pub tension: [f64; 2],
+}
 
-/// Range of the far tension, N: the working range of the arm.
-const TENSION: [f64; 2] = [25.0, 150.0];
+/// Speeds of the strokes over the largest commanded speed of the winch, the durations, s, and decimations.
+const STROKES: [(f64, f64, usize); 3] = [(0.016, 50.0, 12), (0.105, 20.0, 4), (0.53, 15.0, 4)];
+/// Least length of a stroke over the dead band: the whole cable slides for most of it.
+const DEAD_BANDS: f64 = 4.0;
+/// Number of strokes in a run.
+const STROKES_PER_RUN: [f64; 3] = [2.5, 2.0, 4.3];
+/// Bounds of the working range: over the least desired tension, and as a share of the largest.
+const WORKING_RANGE: (f64, f64) = (1.2, 0.4);
 
-/// Rate of drag adaptation during tracking, 1/(N m).
-const DRAG_ADAPTATION: f64 = 3.0;
+impl CalibrationProgramme {
+    /// For a muscle with these limits of its desired tension, N, and its winch's largest speed, m/s.
+    ///
+    /// ```text
+    /// T from 1.2 F_min to 0.4 F_max,     v = (0.016, 0.105, 0.53) v_max,     L = max(4 G, v t/n)
+    /// ```
+    ///
+    /// The dead band `G` is at the working tension of [`MuscleCharacteristics`]. The stroke is that of the
+    /// bench, not of the joint: it may be longer than the muscle's travel, up to what the drum holds.
+    #[must_use]
+    pub fn new(muscle: &MuscleCharacteristics, gains: &MuscleGains, drum: f64) -> Self {
+        let [least, most] = gains.tension;
+        let low = WORKING_RANGE.0 * least;
+        let high = (WORKING_RANGE.1 * most).max(1.5 * low);
+        let stroke = |k: usize| {
+            let (share, duration, decimation) = STROKES[k];
+            let speed = share * gains.max_winch_speed;
+            let wanted = (speed * duration / STROKES_PER_RUN[k]).max(DEAD_BANDS * muscle.dead_band);
+            // Half of the drum is left to the stretch of the cable.
+            CalibrationStroke { speed, length: wanted.min(0.5 * drum), duration, decimation }
+        };
+        Self { strokes: [0, 1, 2].map(stroke), tension: [low, high] }
+    }
+
+    /// Rate of drag adaptation during tracking, 1/(N m): the working range and the travel of the calibration set
+    /// the scale of an innovation times a displacement.
+    fn drag_adaptation(&self) -> f64 {
+        let scale = 0.5 * (self.tension[0] + self.tension[1]) * self.strokes[1].length;
+        DRAG_ADAPTATION / scale
+    }
+}
+
+/// Rate of drag adaptation during tracking times tension and travel, 1.
+const DRAG_ADAPTATION: f64 = 45.0;
 
 /// Identifies the observer model of every transmission of an arm from its own runs on the bench.
 ///
-/// Every fit starts from the parameters of `design`.
+/// Every fit starts from the parameters of `design`. A muscle whose design has an identified model
+/// ([`MuscleDesign::model`](sinew::machine::MuscleDesign::model)) keeps it.
 ///
 /// # Errors
 /// [`Error::Experiment`] where a run ends early or the arms have different numbers of muscles;
@@ -48,10 +92,13 @@ const DRAG_ADAPTATION: f64 = 3.0;
 /// specimen.
 pub fn calibrate_arm(
     specimen: &ArmSpecimen,
+    machine: &Machine,
     design: &ArmSpecimen,
+    programmes: &[CalibrationProgramme],
     seed: u64,
-) -> Result<Vec<CableFit>, Error> {
-    if specimen.cables.len() != design.cables.len() || specimen.drives.len() != design.cables.len() {
+) -> Result<Vec<CableModel>, Error> {
+    let count = design.cables.len();
+    if [specimen.cables.len(), specimen.drives.len(), machine.muscles.len(), programmes.len()] != [count; 4] {
         return Err(Error::experiment("muscles", "as many as in the design", &specimen.cables.len()));
     }
     design
@@ -59,10 +106,14 @@ pub fn calibrate_arm(
         .par_iter()
         .enumerate()
         .map(|(muscle, designed)| {
-            let logs = runs(specimen, muscle, seed)?;
+            if let Some(model) = &machine.muscles[muscle].model {
+                return Ok(model.clone());
+            }
+            let programme = &programmes[muscle];
+            let logs = runs(specimen, muscle, programme, seed)?;
             let logs: Vec<CableLog> = logs
                 .iter()
-                .zip(&CALIBRATION_STROKES)
+                .zip(&programme.strokes)
                 .map(|(rows, strokes)| cable_log(rows, strokes.decimation))
                 .collect();
             let parameters = CableParameters { weakening: Some(INITIAL_WEAKENING), ..designed.parameters };
@@ -70,10 +121,10 @@ pub fn calibrate_arm(
             let start =
                 CableModel { path: designed.path.clone(), parameters, start: 1.0, ..CableModel::bench() };
             let mut fit = fit_cable(&logs, &start, &options())?;
-            fit.model.learning = DRAG_ADAPTATION;
+            fit.model.learning = programme.drag_adaptation();
             // The zeros of the arm's encoders differ from those of the bench.
             fit.model.zero_stretch = None;
-            Ok(fit)
+            Ok(fit.model)
         })
         .collect()
 }
@@ -82,11 +133,15 @@ pub fn calibrate_arm(
 ///
 /// # Errors
 /// As [`calibrate_arm`].
-pub fn calibrate_networks(specimen: &ArmSpecimen, seed: u64) -> Result<Vec<NetworkCompensation>, Error> {
-    (0..specimen.cables.len().min(specimen.drives.len()))
+pub fn calibrate_networks(
+    specimen: &ArmSpecimen,
+    programmes: &[CalibrationProgramme],
+    seed: u64,
+) -> Result<Vec<NetworkCompensation>, Error> {
+    (0..specimen.cables.len().min(specimen.drives.len()).min(programmes.len()))
         .into_par_iter()
         .map(|muscle| {
-            let mut logs = runs(specimen, muscle, seed)?;
+            let mut logs = runs(specimen, muscle, &programmes[muscle], seed)?;
             for rows in &mut logs {
                 *rows = rows.iter().step_by(NETWORK_DECIMATION).copied().collect();
             }
@@ -109,15 +164,21 @@ fn options() -> FitOptions {
     }
 }
 
-/// The calibration runs of one transmission, one for each of [`CALIBRATION_STROKES`].
-pub(super) fn runs(specimen: &ArmSpecimen, muscle: usize, seed: u64) -> Result<Vec<Vec<BenchRow>>, Error> {
-    let each = CALIBRATION_STROKES.iter().enumerate().map(|(n, strokes)| {
+/// The calibration runs of one transmission, one for each stroke of its programme.
+pub(super) fn runs(
+    specimen: &ArmSpecimen,
+    muscle: usize,
+    programme: &CalibrationProgramme,
+    seed: u64,
+) -> Result<Vec<Vec<BenchRow>>, Error> {
+    let each = programme.strokes.iter().enumerate().map(|(n, strokes)| {
         let seed = seed.wrapping_mul(1009).wrapping_add((16 * muscle + n) as u64);
         let bench_run = BenchRun {
-            resolution: specimen.resolution,
+            // The bench has no light joint that would need more substeps.
+            resolution: Resolution { substeps: Resolution::default().substeps, ..specimen.resolution },
             drives: specimen.drives[muscle],
             stroke: strokes.length,
-            tension: TENSION,
+            tension: programme.tension,
             period: strokes.length / strokes.speed,
             ..BenchRun::paper(specimen.cables[muscle].clone(), Programme::Calibrate, strokes.speed, seed)
         };

@@ -1,69 +1,72 @@
-//! The arm controller of a compensation variant: its gains, its actuation mode and what it is calibrated by.
+//! The controller of a compensation variant: its gains, its actuation mode and what it is calibrated by.
 
-use super::calibrate::calibrate_networks;
+use super::calibrate::{CalibrationProgramme, calibrate_networks};
 use super::residual_network::calibrate_residuals;
 use crate::experiment::oracle_models;
 use crate::{CompensationVariant, Error};
-use sinew::body::Robot;
 use sinew::control::arm::{ActuationMode, ArmController, ArmGains, CableStateSource};
 use sinew::control::compensation::{CapstanCompensation, Compensation};
+use sinew::machine::Machine;
 use sinew::predictor::CableModel;
 use sinew::twin::arm::ArmSpecimen;
 
-/// Payload that halves the bandwidth, kg: tuned on three arms, both paths in 11.5 s, 0.1 to 0.45 kg.
-const HALF_BANDWIDTH_KG: f64 = 0.45;
+/// What a controller is made of.
+pub(super) struct Parts<'a> {
+    /// As designed, with its payload.
+    pub(super) machine: &'a Machine,
+    /// As built; only its bench is used.
+    pub(super) specimen: &'a ArmSpecimen,
+    /// Identified model of every cable.
+    pub(super) models: &'a [CableModel],
+    pub(super) programmes: &'a [CalibrationProgramme],
+    pub(super) gains: ArmGains,
+    pub(super) seed: u64,
+}
 
-/// The controller of a variant for an arm whose cables were identified as `models`, carrying `payload` kg.
+/// The controller of a variant.
 ///
 /// # Errors
 /// As [`ArmController::new`], and as [`calibrate_networks`] and [`calibrate_residuals`] where networks are
 /// trained.
-pub(super) fn controller(
-    variant: CompensationVariant,
-    robot: &Robot,
-    specimen: &ArmSpecimen,
-    models: &[CableModel],
-    payload: f64,
-    seed: u64,
-) -> Result<ArmController, Error> {
-    let perfect;
+pub(super) fn controller(variant: CompensationVariant, parts: &Parts<'_>) -> Result<ArmController, Error> {
+    let true_models;
     let models = if variant == CompensationVariant::Perfect {
-        perfect = oracle_models(specimen);
-        &perfect
+        true_models = oracle_models(parts.specimen);
+        // Only the parameters differ: the gains of the observers are those of the identified models.
+        &true_models
+            .into_iter()
+            .zip(parts.models)
+            .map(|(model, identified)| CableModel {
+                correction: identified.correction,
+                learning: identified.learning,
+                ..model
+            })
+            .collect::<Vec<_>>()
     } else {
-        models
+        parts.models
     };
-    let actuation = actuation_mode(variant, specimen, models, seed)?;
-    let controller = ArmController::new(robot, models, gains(variant, payload), actuation)?;
+    let actuation = actuation_mode(variant, parts, models)?;
+    let robot = &parts.machine.robot;
+    let controller = ArmController::new(robot, models, gains(variant, parts.gains.clone()), actuation)?;
     if variant != CompensationVariant::ObserverNetwork {
         return Ok(controller);
     }
-    let residuals = calibrate_residuals(specimen, models, seed)?;
+    let residuals = calibrate_residuals(parts.specimen, models, parts.programmes, parts.seed)?;
     Ok(controller.with_residuals(residuals.into_iter().map(|fit| fit.network).collect())?)
 }
 
-/// A payload lowers the bandwidth: friction grows with the tensions that carry it, and a stiff loop starts a
-/// limit cycle between the two directions of sliding.
-fn gains(variant: CompensationVariant, payload: f64) -> ArmGains {
-    let mut gains = ArmGains::lm_arm();
-    let share = payload / HALF_BANDWIDTH_KG;
-    gains.bandwidth.iter_mut().for_each(|bandwidth| *bandwidth /= 1.0 + share * share);
-    if variant == CompensationVariant::NoObserver {
-        gains = gains.without_tension_estimates();
+fn gains(variant: CompensationVariant, gains: ArmGains) -> ArmGains {
+    match variant {
+        CompensationVariant::NoObserver => gains.without_tension_estimates(),
+        CompensationVariant::NoDisturbanceObserver => gains.without_integral_action(),
+        _ => gains,
     }
-    if variant == CompensationVariant::NoDisturbanceObserver {
-        gains.disturbance_bandwidth.fill(0.0);
-        // Without any other integral action either.
-        gains.pre_travel_integral = 0.0;
-    }
-    gains
 }
 
 fn actuation_mode(
     variant: CompensationVariant,
-    specimen: &ArmSpecimen,
+    parts: &Parts<'_>,
     models: &[CableModel],
-    seed: u64,
 ) -> Result<ActuationMode, Error> {
     Ok(match variant {
         CompensationVariant::None => ActuationMode::DriveTension(vec![Compensation::None; models.len()]),
@@ -78,7 +81,7 @@ fn actuation_mode(
             ActuationMode::DriveTension(models.iter().map(capstan).collect::<Result<_, Error>>()?)
         }
         CompensationVariant::Paper => {
-            let networks = calibrate_networks(specimen, seed)?.into_iter();
+            let networks = calibrate_networks(parts.specimen, parts.programmes, parts.seed)?.into_iter();
             ActuationMode::DriveTension(
                 networks.map(|network| Compensation::Network(Box::new(network))).collect(),
             )
@@ -86,7 +89,7 @@ fn actuation_mode(
         CompensationVariant::NoObserver => ActuationMode::WinchSpeed(CableStateSource::Encoders),
         CompensationVariant::NoDisturbanceObserver
         | CompensationVariant::Observer
-        | CompensationVariant::ObserverNetwork => ActuationMode::WinchSpeed(CableStateSource::Observer),
-        CompensationVariant::Perfect => ActuationMode::WinchSpeed(CableStateSource::Oracle),
+        | CompensationVariant::ObserverNetwork
+        | CompensationVariant::Perfect => ActuationMode::WinchSpeed(CableStateSource::Observer),
     })
 }

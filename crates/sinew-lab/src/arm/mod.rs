@@ -2,16 +2,26 @@
 
 mod calibrate;
 mod controller;
+mod feasibility;
+mod heat;
 mod plan;
 mod report;
 mod residual_network;
+#[cfg(test)]
+mod testing;
 mod tracking;
+mod verification;
 
-pub use calibrate::{CALIBRATION_STROKES, CalibrationStroke, calibrate_arm, calibrate_networks};
-pub use plan::{EndPointMotion, first_infeasibility, initial_pose, plan};
+pub use calibrate::{CalibrationProgramme, CalibrationStroke, calibrate_arm, calibrate_networks};
+pub use feasibility::first_infeasibility;
+pub use heat::{DriveHeat, drive_heat};
+pub use plan::{DesiredMotion, initial_pose, plan, plan_tour};
 pub use report::{
-    ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MuscleSpread, Trace, TraceRow, TrackIncident, TrackOutcome,
-    TrackingNumbers,
+    ErrorRange, ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MuscleSpread, Trace, TraceRow, TrackIncident,
+    TrackOutcome, TrackingNumbers, max_end_point_error,
 };
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
-pub use tracking::{CalibratedArm, INITIAL_REST_S, TrackingResult, TrackingTask, track_arm};
+pub use tracking::{
+    CalibratedArm, INITIAL_REST_S, TrackingResult, TrackingTask, calibration_programmes, track_arm,
+};
+pub use verification::{Verified, verify};

@@ -1,7 +1,8 @@
 use crate::experiment::{FaultInterval, Statistics, TrackSummary};
 use serde::Serialize;
-use sinew::body::Robot;
+use sinew::body::{JointKind, Robot};
 use sinew::control::arm::Fault;
+use sinew::machine::Machine;
 
 /// Position error of the end point, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -15,8 +16,32 @@ pub struct ErrorSpread {
 }
 
 impl From<&Statistics> for ErrorSpread {
+    /// NaN, in JSON null, of a run without an end point.
     fn from(statistics: &Statistics) -> Self {
+        if statistics.is_empty() {
+            return Self { mean: f64::NAN, std: f64::NAN, max: f64::NAN };
+        }
         Self { mean: statistics.mean, std: statistics.std, max: statistics.max }
+    }
+}
+
+/// Mean and largest magnitude of an error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ErrorRange {
+    /// Over parts and time.
+    pub mean: f64,
+    /// Of all parts and times.
+    pub max: f64,
+}
+
+impl ErrorRange {
+    /// Of some parts; none where there is no part.
+    fn over<'a>(parts: impl Iterator<Item = &'a Statistics>) -> Option<Self> {
+        let (mut sum, mut count, mut max) = (0.0, 0.0, 0.0_f64);
+        for part in parts {
+            (sum, count, max) = (sum + part.mean, count + 1.0, max.max(part.max));
+        }
+        (count > 0.0).then(|| Self { mean: sum / count, max })
     }
 }
 
@@ -70,12 +95,10 @@ fn to_milliseconds(time: f64) -> f64 {
 }
 
 /// A fault by the name of its muscle or joint.
-fn named(fault: Fault, robot: &Robot) -> String {
+pub(super) fn named(fault: Fault, robot: &Robot) -> String {
     let muscle = |k: usize| robot.parts().tendons.get(k).map_or("?", |tendon| tendon.name.as_str());
-    let joint = |k| {
-        let joint = robot.joint_of_velocity(k).and_then(|joint| robot.parts().joints.get(joint));
-        joint.map_or("?", |joint| joint.name.as_str())
-    };
+    let independent = robot.independent_joints();
+    let joint = |k: usize| independent.get(k).map_or("?", |joint| robot.parts().joints[*joint].name.as_str());
     match fault {
         Fault::JointSensor(k) => format!("joint encoder of {}", joint(k)),
         Fault::MotorSensor(k) => format!("motor encoder of {}", muscle(k)),
@@ -86,15 +109,48 @@ fn named(fault: Fault, robot: &Robot) -> String {
     }
 }
 
-/// Largest end-point error of a run that counts as completed, m: fault-free runs without a payload stay below
-/// 20 mm.
+/// Largest end-point error of a run that counts as completed, m, of a large machine: fault-free runs of the LM-Arm
+/// without a payload stay below 20 mm.
 pub const MAX_END_POINT_ERROR_M: f64 = 0.025;
+/// The same as a share of the machine's reach, the sum of the distances between its bodies: 3.5 mm of a finger.
+const MAX_ERROR_SHARE: f64 = 0.035;
+/// Largest joint error of a machine without an end point, as a share of the joint's range.
+const MAX_RANGE_SHARE: f64 = 0.1;
+
+/// Largest end-point error of a completed run, m.
+#[must_use]
+pub fn max_end_point_error(machine: &Machine) -> f64 {
+    let parts = machine.robot.parts();
+    let length = |x: [f64; 3]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let tip = machine.task.site().map_or(0.0, |site| length(parts.sites[site].position));
+    let reach = tip + parts.bodies.iter().map(|body| length(body.position)).sum::<f64>();
+    (MAX_ERROR_SHARE * reach).min(MAX_END_POINT_ERROR_M)
+}
+
+/// What was larger than in a completed run.
+fn inaccuracy(summary: &TrackSummary, machine: &Machine) -> Option<String> {
+    let limit = max_end_point_error(machine);
+    if machine.task.site().is_some() {
+        let error = summary.end_point_error.max.max(summary.hold_error.max);
+        return (error > limit).then(|| format!("end-point error above {:.2} mm", 1e3 * limit));
+    }
+    let joints = machine.robot.independent_joints().into_iter().zip(&summary.joint_error);
+    joints.into_iter().find_map(|(joint, error)| {
+        let joint = &machine.robot.parts().joints[joint];
+        let [low, high] = joint.range?;
+        let share = MAX_RANGE_SHARE * 100.0;
+        (error.max > MAX_RANGE_SHARE * (high - low))
+            .then(|| format!("error of {} above {share:.0} % of its range", joint.name))
+    })
+}
 
 /// How a run ended, judged by its result as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TrackOutcome {
-    /// To its end, with an end-point error of at most [`MAX_END_POINT_ERROR_M`] throughout.
+    /// To its end, with an end-point error of at most [`max_end_point_error`] throughout, or joint errors of at most
+    /// a tenth of the ranges.
+    #[serde(rename = "as_planned")]
     Completed,
     /// To its end, but at times with a larger error.
     Inaccurate,
@@ -107,12 +163,12 @@ pub enum TrackOutcome {
 impl TrackOutcome {
     /// The outcome of a run.
     #[must_use]
-    pub fn of(summary: &TrackSummary) -> Self {
+    pub fn of(summary: &TrackSummary, machine: &Machine) -> Self {
         if summary.stopped.is_some() {
             Self::Stopped
         } else if summary.plant_failed.is_some() {
             Self::Diverged
-        } else if summary.end_point_error.max.max(summary.hold_error.max) > MAX_END_POINT_ERROR_M {
+        } else if inaccuracy(summary, machine).is_some() {
             Self::Inaccurate
         } else {
             Self::Completed
@@ -124,7 +180,14 @@ impl TrackOutcome {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackingNumbers {
     /// How the run ended.
-    pub outcome: TrackOutcome,
+    pub ended: TrackOutcome,
+    /// Why it ended otherwise than planned.
+    pub reason: Option<String>,
+    /// Magnitude of the error of the hinges, over joints and time, without the zeros of their encoders, rad;
+    /// none without hinges.
+    pub joint_error_rad: Option<ErrorRange>,
+    /// The same of the slides, m.
+    pub joint_error_m: Option<ErrorRange>,
     /// Position error of the end point.
     pub end_point_error_m: ErrorSpread,
     /// Its share by the zeros of the joint encoders, which no controller without a sensor at the end point
@@ -140,6 +203,8 @@ pub struct TrackingNumbers {
     pub per_muscle: Vec<f64>,
     /// Least tension at an anchor, N.
     pub least_anchor_tension_n: f64,
+    /// Longest time for which a cable was slack, less than 1 N above its pretension, s.
+    pub longest_slack_s: f64,
     /// Greatest tension at a drive, N.
     pub most_drive_tension_n: f64,
     /// Time at which the run was stopped, s.
@@ -151,9 +216,10 @@ pub struct TrackingNumbers {
 }
 
 impl TrackingNumbers {
-    /// The numbers of a run of this robot.
+    /// The numbers of a run of this machine.
     #[must_use]
-    pub fn new(summary: &TrackSummary, robot: &Robot) -> Self {
+    pub fn new(summary: &TrackSummary, machine: &Machine) -> Self {
+        let robot = &machine.robot;
         let hold = Hold {
             end_point_error_m: (&summary.hold_error).into(),
             unseen_error_m: summary.hold_encoder_zero_error.mean,
@@ -162,12 +228,30 @@ impl TrackingNumbers {
         let muscles = summary.length_error.len().max(1) as f64;
         let squares: f64 =
             summary.length_error.iter().map(|statistics| statistics.std * statistics.std).sum();
+        let joints = robot.independent_joints().into_iter().zip(&summary.joint_error);
+        let of_kind = |kind: JointKind| {
+            let of_kind = joints.clone().filter(move |(joint, _)| robot.parts().joints[*joint].kind == kind);
+            ErrorRange::over(of_kind.map(|(_, statistics)| statistics))
+        };
+        let ended = TrackOutcome::of(summary, machine);
+        let stopped_by = summary.stopped.map(|(_, fault)| named(fault, robot));
         Self {
-            outcome: TrackOutcome::of(summary),
+            ended,
+            reason: match ended {
+                TrackOutcome::Completed => None,
+                TrackOutcome::Inaccurate => inaccuracy(summary, machine),
+                TrackOutcome::Stopped => stopped_by.clone(),
+                TrackOutcome::Diverged => {
+                    Some("the simulated machine moved faster than its cables allow".to_owned())
+                }
+            },
+            joint_error_rad: of_kind(JointKind::Hinge),
+            joint_error_m: of_kind(JointKind::Slide),
+            longest_slack_s: summary.slack.0,
             end_point_error_m: (&summary.end_point_error).into(),
             unseen_error_m: (&summary.encoder_zero_error).into(),
             end_point_error_per_repeat_m: summary.repeat_error.iter().map(ErrorSpread::from).collect(),
-            hold: (!summary.hold_error.is_empty()).then_some(hold),
+            hold: (!summary.hold_tension.iter().all(Statistics::is_empty)).then_some(hold),
             muscle_length_error_m: MuscleSpread {
                 mean: summary.mean_length_error(),
                 std: (squares / muscles).sqrt(),
@@ -176,7 +260,7 @@ impl TrackingNumbers {
             least_anchor_tension_n: summary.min_anchor_tension.0,
             most_drive_tension_n: summary.max_drive_tension.0,
             stopped_s: summary.stopped.map(|(time, _)| time).or(summary.plant_failed).map(to_milliseconds),
-            stopped_by: summary.stopped.map(|(_, fault)| named(fault, robot)),
+            stopped_by,
             incidents: summary.faults.iter().map(|one| TrackIncident::new(one, robot)).collect(),
         }
     }

@@ -1,7 +1,7 @@
 //! Networks for the residuals of the cable observers of an arm, trained on the calibration runs: only
 //! measurements of the plant are used.
 
-use super::calibrate::{CALIBRATION_STROKES, runs};
+use super::calibrate::{CalibrationProgramme, runs};
 use crate::Error;
 use crate::calibrate::cable_log;
 use rayon::prelude::*;
@@ -49,18 +49,21 @@ const HIDDEN: usize = 8;
 pub fn calibrate_residuals(
     specimen: &ArmSpecimen,
     models: &[CableModel],
+    programmes: &[CalibrationProgramme],
     seed: u64,
 ) -> Result<Vec<ResidualFit>, Error> {
-    if models.len() != specimen.cables.len() || models.len() != specimen.drives.len() {
+    let count = models.len();
+    if [specimen.cables.len(), specimen.drives.len(), programmes.len()] != [count; 3] {
         return Err(Error::experiment("models", "as many as cables and drives", &models.len()));
     }
     let indexed = models.par_iter().enumerate();
     indexed
         .map(|(muscle, model)| {
-            let rows = runs(specimen, muscle, seed)?;
+            let programme = &programmes[muscle];
+            let rows = runs(specimen, muscle, programme, seed)?;
             let logs = rows
                 .iter()
-                .zip(&CALIBRATION_STROKES)
+                .zip(&programme.strokes)
                 .map(|(rows, strokes)| cable_log(rows, strokes.decimation));
             fit_residual(&logs.collect::<Vec<_>>(), model, seed.wrapping_add(muscle as u64))
         })
@@ -146,27 +149,28 @@ impl Samples {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sinew::body::Robot;
+    use crate::arm::{calibration_programmes, testing::lm_arm};
 
     #[test]
     fn a_network_lowers_the_residual_of_an_observer_with_wrong_friction() {
-        let text = include_str!("../../../../models/lm_arm.toml");
-        let robot = Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap();
-        let specimen = ArmSpecimen::draw(&robot, robot.key("start").unwrap(), 1).unwrap();
+        let machine = lm_arm();
+        let specimen = ArmSpecimen::draw(&machine, 1).unwrap();
+        let design = ArmSpecimen::nominal(&machine).unwrap();
+        let programme = calibration_programmes(&machine, &design).unwrap()[0];
         let cable = &specimen.cables[0];
         let mut parameters = cable.parameters;
         parameters.friction *= 1.05;
         let model = CableModel { path: cable.path.clone(), parameters, start: 1.0, ..CableModel::bench() };
-        let rows = runs(&specimen, 0, 1).unwrap();
+        let rows = runs(&specimen, 0, &programme, 1).unwrap();
         let logs: Vec<CableLog> = rows
             .iter()
-            .zip(&CALIBRATION_STROKES)
+            .zip(&programme.strokes)
             .map(|(rows, strokes)| cable_log(rows, strokes.decimation))
             .collect();
         let fit = fit_residual(&logs, &model, 1).unwrap();
         assert!(fit.training.network_n < 0.7 * fit.training.observer_n, "{fit:?}");
         assert!(fit.held_out.observer_n > 0.1 && fit.held_out.network_n.is_finite(), "{fit:?}");
         assert_eq!(fit, fit_residual(&logs, &model, 1).unwrap());
-        assert!(calibrate_residuals(&specimen, &[model], 1).is_err());
+        assert!(calibrate_residuals(&specimen, &[model], &[programme], 1).is_err());
     }
 }

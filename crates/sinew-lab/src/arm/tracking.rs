@@ -1,14 +1,15 @@
 //! One tracking run: an arm drawn from a seed, calibrated cable by cable, and controlled along a trajectory.
 
-use super::calibrate::calibrate_arm;
-use super::controller::controller;
+use super::calibrate::{CalibrationProgramme, calibrate_arm};
+use super::controller::{Parts, controller};
 use super::report::{Trace, TraceRow, TrackingNumbers};
 use crate::experiment::arm::{TrackRun, track};
-use crate::experiment::{TrackRow, TrackSummary};
+use crate::experiment::{TrackRow, TrackSummary, oracle_models};
 use crate::{CompensationVariant, Error};
-use sinew::body::Robot;
+use sinew::control::arm::{ArmController, ArmGains, synthesize};
+use sinew::machine::{Characteristics, Machine};
 use sinew::predictor::CableModel;
-use sinew::trajectory::Trajectory;
+use sinew::trajectory::{Reference, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, InjectedFault};
 
 /// A trajectory with the conditions under which it is tracked.
@@ -16,8 +17,6 @@ use sinew::twin::arm::{ArmSpecimen, InjectedFault};
 pub struct TrackingTask<'a> {
     /// Reference of the joints.
     pub trajectory: &'a Trajectory,
-    /// Index of the site whose position error is measured.
-    pub site: usize,
     /// Number of repeats, one after the other.
     pub repeats: u32,
     /// Whether iterative learning carries over from repeat to repeat.
@@ -26,6 +25,8 @@ pub struct TrackingTask<'a> {
     pub final_rest: f64,
     /// Failures that the plant is subjected to; the motion begins at [`INITIAL_REST_S`] s.
     pub faults: &'a [InjectedFault],
+    /// Gains of the controller; none: derived for the trajectory.
+    pub gains: Option<&'a ArmGains>,
     /// Sampling interval of the trace, s, at least a millisecond.
     pub trace_interval: f64,
 }
@@ -36,39 +37,95 @@ pub const INITIAL_REST_S: f64 = 3.0;
 /// An arm as built, with the cable models that its calibration identified.
 #[derive(Debug, Clone)]
 pub struct CalibratedArm {
-    /// As designed: the body model of the controller.
-    pub robot: Robot,
+    /// As designed, with its payload: the model of the controller.
+    pub machine: Machine,
     /// As built: the plant.
     pub specimen: ArmSpecimen,
     /// Identified model of every cable: `[muscles]`.
     pub models: Vec<CableModel>,
-    /// kg.
-    payload: f64,
+    /// Programme of every calibration: `[muscles]`.
+    pub programmes: Vec<CalibrationProgramme>,
     seed: u64,
 }
 
+/// Poses over the ranges of the joints that a machine is calibrated for.
+const CALIBRATION_PLACES: usize = 40;
+/// Poses of a motion for which gains are derived.
+const MOTION_PLACES: usize = 60;
+
 impl CalibratedArm {
-    /// Draws an arm around the design and calibrates it; `pose` sets the free lengths of the cables.
+    /// Draws a machine around the design, calibrates its cables, and loads it with its payload.
     ///
     /// # Errors
-    /// As [`calibrate_arm`]; [`Error::Physics`] where the robot has no cables in sheaths.
-    pub fn new(robot: &Robot, pose: &[f64], seed: u64) -> Result<Self, Error> {
-        let design = ArmSpecimen::nominal(robot, pose)?;
-        let specimen = ArmSpecimen::draw(robot, pose, seed)?;
-        let models = calibrate_arm(&specimen, &design, seed)?.into_iter().map(|fit| fit.model).collect();
-        Ok(Self { robot: robot.clone(), specimen, models, payload: 0.0, seed })
+    /// As [`calibrate_arm`] and [`ArmSpecimen::draw`]; [`Error::Physics`] where a payload has no end point.
+    pub fn new(machine: &Machine, seed: u64) -> Result<Self, Error> {
+        let design = ArmSpecimen::nominal(machine)?;
+        let specimen = ArmSpecimen::drawn_around(&design, machine, seed)?;
+        let programmes = calibration_programmes(machine, &design)?;
+        let models = calibrate_arm(&specimen, machine, &design, &programmes, seed)?;
+        let specimen = match machine.task.site() {
+            Some(site) if machine.payload > 0.0 => {
+                let site = &machine.robot.parts().sites[site];
+                specimen.with_payload(site.body, site.position, machine.payload)?
+            }
+            _ => specimen,
+        };
+        Ok(Self { machine: machine.loaded()?, specimen, models, programmes, seed })
     }
 
-    /// The same with a point mass, kg, on a body of the robot; plant and controller have the same payload.
+    /// The controller of a variant for a motion.
     ///
     /// # Errors
-    /// [`Error::Physics`] for an invalid mass, position or body.
-    pub fn with_payload(mut self, body: usize, position: [f64; 3], mass: f64) -> Result<Self, Error> {
-        self.robot = self.robot.with_payload(body, position, mass)?;
-        self.specimen = self.specimen.with_payload(body, position, mass)?;
-        self.payload += mass;
-        Ok(self)
+    /// As [`gains`](Self::gains); as [`calibrate_arm`] where networks are trained.
+    pub fn controller(
+        &self,
+        variant: CompensationVariant,
+        trajectory: &Trajectory,
+    ) -> Result<ArmController, Error> {
+        self.controller_with(variant, self.gains(trajectory)?.0)
     }
+
+    /// The same with these gains.
+    fn controller_with(&self, variant: CompensationVariant, gains: ArmGains) -> Result<ArmController, Error> {
+        let Self { machine, specimen, models, programmes, seed } = self;
+        controller(variant, &Parts { machine, specimen, models, programmes, gains, seed: *seed })
+    }
+
+    /// The gains for a motion, from the identified cables, with the characteristics they follow from.
+    ///
+    /// # Errors
+    /// As [`synthesize`].
+    pub fn gains(&self, trajectory: &Trajectory) -> Result<(ArmGains, Characteristics), Error> {
+        Ok(synthesize(&self.machine, &self.models, &poses_along(trajectory)?)?)
+    }
+}
+
+/// Poses spread evenly over the duration of a trajectory: `[places][joints]`.
+pub(super) fn poses_along(trajectory: &Trajectory) -> Result<Vec<Vec<f64>>, Error> {
+    let mut reference = Reference::new(trajectory.joints());
+    let place = |k: usize| {
+        let time = trajectory.duration() * k as f64 / (MOTION_PLACES - 1) as f64;
+        trajectory.sample(time, &mut reference)?;
+        Ok(reference.q.clone())
+    };
+    (0..MOTION_PLACES).map(place).collect()
+}
+
+/// The calibration programme of every muscle, from the design: `[muscles]`.
+///
+/// # Errors
+/// As [`synthesize`].
+pub fn calibration_programmes(
+    machine: &Machine,
+    design: &ArmSpecimen,
+) -> Result<Vec<CalibrationProgramme>, Error> {
+    let (gains, found) = synthesize(machine, &oracle_models(design), &machine.poses(CALIBRATION_PLACES)?)?;
+    let muscles = gains.muscles.iter().zip(&found.muscles).zip(&machine.muscles);
+    Ok(muscles
+        .map(|((gains, muscle), design)| {
+            CalibrationProgramme::new(muscle, gains, design.drive.winch.capacity())
+        })
+        .collect())
 }
 
 /// Result of a tracking run.
@@ -92,15 +149,21 @@ pub fn track_arm(
     variant: CompensationVariant,
     task: &TrackingTask<'_>,
 ) -> Result<TrackingResult, Error> {
-    let CalibratedArm { robot, specimen, models, payload, seed } = arm;
-    let mut controller = controller(variant, robot, specimen, models, *payload, *seed)?;
+    let CalibratedArm { machine, specimen, seed, .. } = arm;
+    let gains = match task.gains {
+        Some(gains) => gains.clone(),
+        None => arm.gains(task.trajectory)?.0,
+    };
+    let limits = gains.tension_limits();
+    let mut controller = arm.controller_with(variant, gains)?;
     if task.learning && task.repeats > 1 {
         controller = controller.with_iterative_learning(task.trajectory.duration())?;
     }
     let run = TrackRun {
         specimen,
-        robot,
-        site: task.site,
+        robot: &machine.robot,
+        site: machine.task.site(),
+        tension_limits: &limits,
         trajectory: task.trajectory,
         repeats: task.repeats,
         before: INITIAL_REST_S,
@@ -116,7 +179,7 @@ pub fn track_arm(
         }
         count += 1;
     })?;
-    Ok(TrackingResult { numbers: TrackingNumbers::new(&summary, robot), summary, trace })
+    Ok(TrackingResult { numbers: TrackingNumbers::new(&summary, machine), summary, trace })
 }
 
 fn trace_row(row: &TrackRow<'_>) -> TraceRow {

@@ -1,16 +1,15 @@
 //! An arm along a trajectory: the twin as the plant, under a controller.
 
-use super::oracle::CableTruth;
 use super::track_row::TrackRow;
 use super::track_summary::TrackSummary;
 use super::tracking_errors::TrackingErrors;
 use sinew::Error;
-use sinew::body::{Robot, Scratch};
+use sinew::body::Robot;
 use sinew::control::arm::{ArmController, ArmMeasurement, PreviewedReference};
 use sinew::control::stretch::PREVIEW_HORIZON;
 use sinew::control::tension::{Distribution, Problem};
 use sinew::drive::DriveCommand;
-use sinew::muscle::{Geometry, Muscles};
+use sinew::muscle::MuscleDynamics;
 use sinew::trajectory::{Reference, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, InjectedFault};
 
@@ -21,8 +20,10 @@ pub struct TrackRun<'a> {
     pub specimen: &'a ArmSpecimen,
     /// The arm as designed: the body model of the controller.
     pub robot: &'a Robot,
-    /// Index of the site whose position error is measured.
-    pub site: usize,
+    /// Index of the site whose position error is measured; none where only the joints are the task.
+    pub site: Option<usize>,
+    /// Tensions at the start are between these limits, N: `[muscles]`.
+    pub tension_limits: &'a [[f64; 2]],
     /// Reference of the joints, from rest to rest.
     pub trajectory: &'a Trajectory,
     /// Number of repeats, one after the other.
@@ -57,8 +58,7 @@ pub fn track(
 /// A run in progress, one control cycle per step. A clone continues independently of the original.
 ///
 /// The arm starts at rest in the first pose of the trajectory, with tensions that balance gravity and cables
-/// that have slid toward their motors. The controller gets true states of the cables only where it is an
-/// oracle.
+/// that have slid toward their motors.
 #[derive(Debug, Clone)]
 pub struct TrackSession<'a> {
     run: TrackRun<'a>,
@@ -66,7 +66,8 @@ pub struct TrackSession<'a> {
     controller: ArmController,
     errors: TrackingErrors<'a>,
     summary: TrackSummary,
-    cable_truth: CableTruth,
+    /// N: `[muscles]`.
+    pretension: Vec<f64>,
     commands: Vec<DriveCommand>,
     current: Reference,
     previewed: Reference,
@@ -85,15 +86,15 @@ impl<'a> TrackSession<'a> {
             let (name, expected) = ("repeats", "1 for a trajectory that does not come back");
             return Err(Error::OutOfDomain { name, expected, got: f64::from(run.repeats) });
         }
-        let mut current = Reference::new(run.robot.nv());
+        let mut current = Reference::new(run.robot.independent_joints().len());
         run.trajectory.sample(0.0, &mut current)?;
-        let tensions = resting_tensions(&run.specimen.robot, &current.q)?;
+        let tensions = resting_tensions(&run.specimen.robot, &current.q, run.tension_limits)?;
         Ok(Self {
             arm: ArmTwin::new(run.specimen, &current.q, &tensions, run.seed)?.with_faults(run.faults)?,
             controller,
-            errors: TrackingErrors::new(run.specimen, run.robot, run.site),
-            summary: TrackSummary::new(tensions.len()),
-            cable_truth: CableTruth::new(tensions.len()),
+            errors: TrackingErrors::new(run.specimen, run.robot, run.site)?,
+            summary: TrackSummary::new(tensions.len(), current.q.len()),
+            pretension: run.specimen.cables.iter().map(|cable| cable.parameters.pretension).collect(),
             commands: vec![DriveCommand::Velocity(0.0); tensions.len()],
             previewed: current.clone(),
             current,
@@ -142,8 +143,7 @@ impl<'a> TrackSession<'a> {
             previewed,
             repeat_time: repeat.map(|_| time_in_repeat(run, since_start)),
         };
-        let truth = controller.requires_ground_truth().then(|| self.cable_truth.update(arm));
-        let command = controller.step(STEP, &measurement, &reference, truth.as_ref())?;
+        let command = controller.step(STEP, &measurement, &reference)?;
         self.commands.copy_from_slice(command.drives);
         errors.evaluate(&current.q, arm.truth().q)?;
         let row = TrackRow {
@@ -154,6 +154,8 @@ impl<'a> TrackSession<'a> {
             reference_point: errors.reference_point,
             end_point: errors.end_point,
             encoder_point: errors.encoder_point,
+            joint_error: &errors.joint_error,
+            pretension: &self.pretension,
             length: &errors.length,
             length_error: &errors.length_error,
             command: &command,
@@ -182,29 +184,30 @@ fn time_in_repeat(run: &TrackRun<'_>, since_start: f64) -> f64 {
     if since_start >= duration * f64::from(run.repeats) { duration } else { since_start.max(0.0) % duration }
 }
 
-/// Tensions that balance gravity in a pose, N: `[muscles]`.
+/// Tensions that balance gravity in a pose, N: `[muscles]`, between these limits, a fifth of the least
+/// ones above them.
 ///
 /// # Errors
-/// [`Error::WrongLength`] where the pose is another robot's.
-pub fn resting_tensions(robot: &Robot, q: &[f64]) -> Result<Vec<f64>, Error> {
-    let muscles = Muscles::new(robot);
-    let n = muscles.count();
-    let mut geometry = Geometry::new(robot, &muscles);
-    let (mut arms, mut torque) = (vec![0.0; n * robot.nv()], vec![0.0; robot.nv()]);
-    muscles.evaluate(q, &mut geometry)?;
-    muscles.dense(&geometry, &mut arms)?;
-    robot.gravity_force(q, &mut Scratch::new(robot), &mut torque)?;
-    let [least, most] = RESTING_TENSION;
+/// [`sinew::Error::WrongLength`] where the pose is another robot's.
+pub fn resting_tensions(robot: &Robot, q: &[f64], limits: &[[f64; 2]]) -> Result<Vec<f64>, Error> {
+    let mut model = MuscleDynamics::new(robot)?;
+    let (n, joints) = (model.muscles(), model.joints());
+    let (zero, mut torque) = (vec![0.0; joints], vec![0.0; joints]);
+    model.evaluate(q)?;
+    model.inverse_dynamics(&zero, &zero, &mut torque)?;
+    let (minimum, maximum): (Vec<f64>, Vec<f64>) =
+        limits.iter().map(|[least, most]| ((1.0 + RESTING_SHARE) * least, *most)).unzip();
+    let maximum: Vec<f64> = maximum.iter().zip(&minimum).map(|(most, least)| most.max(*least)).collect();
     let problem = Problem {
-        moment_arms: &arms,
+        moment_arms: model.moment_arms(),
         torque: &torque,
-        minimum: &vec![least; n],
-        maximum: &vec![most; n],
+        minimum: &minimum,
+        maximum: &maximum,
         reference: &vec![0.0; n],
         weight: &vec![1.0; n],
     };
-    Ok(Distribution::new(n, robot.nv()).solve(&problem)?.tension.to_vec())
+    Ok(Distribution::new(n, joints).solve(&problem)?.tension.to_vec())
 }
 
-/// Least and largest tension of an arm at rest before a run, N.
-const RESTING_TENSION: [f64; 2] = [25.0, 400.0];
+/// Share by which the tensions of a machine at rest before a run exceed the least desired ones.
+const RESTING_SHARE: f64 = 0.2;

@@ -1,13 +1,12 @@
-//! True parameters and states of the cables, for the oracle that observers are compared with.
+//! True parameters of the cables, for the observers that identified ones are compared with.
 
-use sinew::control::arm::GroundTruth;
 use sinew::predictor::CableModel;
 use sinew::transmission::cable::{CablePath, Segment};
-use sinew::twin::arm::{ArmSpecimen, ArmTwin};
+use sinew::twin::arm::ArmSpecimen;
 use sinew::twin::cable::Specimen;
 
 /// Models with the true parameters of the cables, which no identification can reach. The drag's change with
-/// temperature is part of the state, not of the model.
+/// temperature is part of the state, not of the model; the observer adapts to it.
 #[must_use]
 pub fn oracle_models(specimen: &ArmSpecimen) -> Vec<CableModel> {
     let model = |cable: &Specimen| {
@@ -28,29 +27,4 @@ fn true_path(cable: &Specimen) -> CablePath {
         }
     }
     CablePath::new(segments).unwrap_or_else(|_| cable.path.clone())
-}
-
-/// Buffers of the true states of all cables: `[muscles]` each.
-#[derive(Debug, Clone)]
-pub(super) struct CableTruth {
-    tension_out: Vec<f64>,
-    stretch: Vec<f64>,
-    drag_factor: Vec<f64>,
-}
-
-impl CableTruth {
-    pub(super) fn new(muscles: usize) -> Self {
-        Self { tension_out: vec![0.0; muscles], stretch: vec![0.0; muscles], drag_factor: vec![1.0; muscles] }
-    }
-
-    /// The true states of the plant at the present time.
-    pub(super) fn update(&mut self, arm: &ArmTwin) -> GroundTruth<'_> {
-        for (k, cable) in arm.truth().cables.iter().enumerate() {
-            self.tension_out[k] = cable.tension_out;
-            self.stretch[k] = cable.stretch;
-            let heat = arm.specimen().cables[k].effects.heat;
-            self.drag_factor[k] = heat.map_or(1.0, |heat| libm::exp(-heat.softening * cable.warming));
-        }
-        GroundTruth { tension_out: &self.tension_out, stretch: &self.stretch, drag_factor: &self.drag_factor }
-    }
 }

@@ -21,6 +21,11 @@ pub struct TrackRow<'a> {
     /// reference by the zero errors of the encoders, which no controller without a sensor at the end point
     /// can compensate.
     pub encoder_point: [f64; 3],
+    /// True coordinates of the joints minus those in which every encoder reads its reference, rad or m:
+    /// `[joints]`.
+    pub joint_error: &'a [f64],
+    /// True pretension of every cable, N: `[muscles]`.
+    pub pretension: &'a [f64],
     /// Lengths of the muscles in the reference, m: `[muscles]`.
     pub length: &'a [f64],
     /// True minus reference lengths, m: `[muscles]`.

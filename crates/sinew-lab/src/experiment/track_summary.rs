@@ -21,6 +21,12 @@ pub struct FaultInterval {
     pub stopped: bool,
 }
 
+/// Control cycle, s.
+const STEP: f64 = 1e-3;
+
+/// Far tension above the pretension below which a cable is slack, N.
+pub(super) const SLACK_TENSION: f64 = 1.0;
+
 /// Longest time between two reports of one interval, s.
 const MAX_GAP: f64 = 0.1;
 
@@ -43,6 +49,13 @@ pub struct TrackSummary {
     pub hold_encoder_zero_error: Statistics,
     /// Tension at every anchor at rest, N: `[muscles]`.
     pub hold_tension: Vec<Statistics>,
+    /// Magnitude of the error of every joint during motion, without the zero errors of the encoders, rad or m:
+    /// `[joints]`.
+    pub joint_error: Vec<Statistics>,
+    /// Longest time for which a cable was slack, its far tension less than 1 N above its
+    /// pretension, s, and its muscle.
+    pub slack: (f64, usize),
+    slack_for: Vec<f64>,
     /// Least tension at an anchor, N, and its muscle.
     pub min_anchor_tension: (f64, usize),
     /// Largest tension at a drive's outlet, N, and its muscle.
@@ -60,8 +73,11 @@ pub struct TrackSummary {
 }
 
 impl TrackSummary {
-    pub(super) fn new(muscles: usize) -> Self {
+    pub(super) fn new(muscles: usize, joints: usize) -> Self {
         Self {
+            joint_error: vec![Statistics::default(); joints],
+            slack: (0.0, 0),
+            slack_for: vec![0.0; muscles],
             end_point_error: Statistics::default(),
             repeat_error: Vec::new(),
             length_error: vec![Statistics::default(); muscles],
@@ -81,6 +97,11 @@ impl TrackSummary {
 
     pub(super) fn record(&mut self, row: &TrackRow<'_>) {
         for (k, cable) in row.truth.cables.iter().enumerate() {
+            let slack = cable.tension_out - row.pretension[k] < SLACK_TENSION;
+            self.slack_for[k] = if slack { self.slack_for[k] + STEP } else { 0.0 };
+            if self.slack_for[k] > self.slack.0 {
+                self.slack = (self.slack_for[k], k);
+            }
             if cable.tension_out < self.min_anchor_tension.0 {
                 self.min_anchor_tension = (cable.tension_out, k);
             }
@@ -95,20 +116,29 @@ impl TrackSummary {
         let error = distance(row.reference_point, row.end_point);
         let encoder_zero_error = distance(row.reference_point, row.encoder_point);
         if row.rested > SETTLING {
-            self.hold_error.record(error);
-            self.hold_encoder_zero_error.record(encoder_zero_error);
+            if error.is_finite() {
+                self.hold_error.record(error);
+                self.hold_encoder_zero_error.record(encoder_zero_error);
+            }
             for (tension, cable) in self.hold_tension.iter_mut().zip(row.truth.cables) {
                 tension.record(cable.tension_out);
             }
         }
         if let Some(repeat) = row.repeat {
-            self.end_point_error.record(error);
-            self.encoder_zero_error.record(encoder_zero_error);
+            for (statistics, error) in self.joint_error.iter_mut().zip(row.joint_error) {
+                statistics.record(error.abs());
+            }
+            if error.is_finite() {
+                self.end_point_error.record(error);
+                self.encoder_zero_error.record(encoder_zero_error);
+            }
             let repeat = repeat as usize;
             if self.repeat_error.len() <= repeat {
                 self.repeat_error.resize(repeat + 1, Statistics::default());
             }
-            self.repeat_error[repeat].record(error);
+            if error.is_finite() {
+                self.repeat_error[repeat].record(error);
+            }
             for (statistics, error) in self.length_error.iter_mut().zip(row.length_error) {
                 statistics.record(error.abs());
             }

@@ -1,25 +1,25 @@
 use sinew::Error;
 use sinew::body::{Poses, Robot};
-use sinew::muscle::{Geometry, Muscles};
+use sinew::muscle::MuscleDynamics;
 use sinew::twin::arm::ArmSpecimen;
 
-/// Errors of end point and muscle lengths, evaluated on the arm as built.
+/// Errors of joints, end point and muscle lengths, evaluated on the machine as built.
 #[derive(Debug, Clone)]
 pub(super) struct TrackingErrors<'a> {
     specimen: &'a ArmSpecimen,
     poses: Poses,
-    muscles: Muscles,
-    geometry: Geometry,
-    body: usize,
-    /// Position of the end point on its body, m.
-    position: [f64; 3],
-    /// Pose in which every encoder reads its reference, rad.
+    model: MuscleDynamics,
+    /// Body of the end point, and its position on it, m; none where only the joints are the task.
+    end_point_on: Option<(usize, [f64; 3])>,
+    /// Pose in which every encoder reads its reference, rad or m: `[joints]`.
     encoder_pose: Vec<f64>,
     /// End point of the reference, of the true pose, and of the pose in which every encoder reads its
-    /// reference, m.
+    /// reference, m; NaN without an end point.
     pub(super) reference_point: [f64; 3],
     pub(super) end_point: [f64; 3],
     pub(super) encoder_point: [f64; 3],
+    /// True pose minus the one in which every encoder reads its reference, rad or m: `[joints]`.
+    pub(super) joint_error: Vec<f64>,
     /// Lengths in the reference, and true minus reference lengths, m: `[muscles]`.
     pub(super) length: Vec<f64>,
     pub(super) length_error: Vec<f64>,
@@ -27,49 +27,53 @@ pub(super) struct TrackingErrors<'a> {
 
 impl<'a> TrackingErrors<'a> {
     /// For a site of the design, `robot`.
-    pub(super) fn new(specimen: &'a ArmSpecimen, robot: &Robot, site: usize) -> Self {
-        let built = &specimen.robot;
-        let muscles = Muscles::new(built);
-        let site = &robot.parts().sites[site];
-        Self {
+    ///
+    /// # Errors
+    /// As [`MuscleDynamics::new`].
+    pub(super) fn new(specimen: &'a ArmSpecimen, robot: &Robot, site: Option<usize>) -> Result<Self, Error> {
+        let model = MuscleDynamics::new(&specimen.robot)?;
+        let (muscles, joints) = (model.muscles(), model.joints());
+        let site = site.and_then(|site| robot.parts().sites.get(site));
+        Ok(Self {
             specimen,
-            poses: Poses::new(built),
-            geometry: Geometry::new(built, &muscles),
-            body: site.body,
-            position: site.position,
-            encoder_pose: vec![0.0; built.nv()],
-            reference_point: [0.0; 3],
-            end_point: [0.0; 3],
-            encoder_point: [0.0; 3],
-            length: vec![0.0; muscles.count()],
-            length_error: vec![0.0; muscles.count()],
-            muscles,
-        }
+            poses: Poses::new(&specimen.robot),
+            model,
+            end_point_on: site.map(|site| (site.body, site.position)),
+            encoder_pose: vec![0.0; joints],
+            reference_point: [f64::NAN; 3],
+            end_point: [f64::NAN; 3],
+            encoder_point: [f64::NAN; 3],
+            joint_error: vec![0.0; joints],
+            length: vec![0.0; muscles],
+            length_error: vec![0.0; muscles],
+        })
     }
 
-    /// Evaluates all errors for a reference and a true pose, rad.
+    /// Evaluates all errors for a reference and a true pose, rad or m: `[joints]`.
     pub(super) fn evaluate(&mut self, reference: &[f64], q: &[f64]) -> Result<(), Error> {
-        let built = &self.specimen.robot;
-        let readings = reference.iter().zip(&self.specimen.encoders);
-        for (angle, (reference, encoder)) in self.encoder_pose.iter_mut().zip(readings) {
-            *angle = reference - encoder.zero;
+        for (k, (reference, encoder)) in reference.iter().zip(&self.specimen.encoders).enumerate() {
+            self.encoder_pose[k] = reference - encoder.map_or(0.0, |encoder| encoder.zero);
+            self.joint_error[k] = q[k] - self.encoder_pose[k];
         }
-        let poses = [
-            (reference, &mut self.reference_point),
-            (q, &mut self.end_point),
-            (self.encoder_pose.as_slice(), &mut self.encoder_point),
-        ];
-        for (q, point) in poses {
-            built.forward_kinematics(q, &mut self.poses)?;
-            *point = built.body_pose(&self.poses, self.body).point(self.position);
-        }
-        self.muscles.evaluate(reference, &mut self.geometry)?;
-        self.length.copy_from_slice(self.geometry.lengths());
-        self.muscles.evaluate(q, &mut self.geometry)?;
-        let lengths = self.geometry.lengths().iter().zip(&self.length);
+        self.model.evaluate(reference)?;
+        self.reference_point = self.end_point_of_pose()?;
+        self.length.copy_from_slice(self.model.lengths());
+        self.model.evaluate(&self.encoder_pose)?;
+        self.encoder_point = self.end_point_of_pose()?;
+        self.model.evaluate(q)?;
+        self.end_point = self.end_point_of_pose()?;
+        let lengths = self.model.lengths().iter().zip(&self.length);
         for (error, (true_length, reference)) in self.length_error.iter_mut().zip(lengths) {
             *error = true_length - reference;
         }
         Ok(())
+    }
+
+    /// End point in the evaluated pose, m.
+    fn end_point_of_pose(&mut self) -> Result<[f64; 3], Error> {
+        let Some((body, position)) = self.end_point_on else { return Ok([f64::NAN; 3]) };
+        let robot = self.model.robot();
+        robot.forward_kinematics(self.model.coordinates(), &mut self.poses)?;
+        Ok(robot.body_pose(&self.poses, body).point(position))
     }
 }

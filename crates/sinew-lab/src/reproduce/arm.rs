@@ -1,10 +1,9 @@
 //! The arm's part of the paper: one trajectory tracked with every compensation variant, on a drawn specimen.
 
-use crate::arm::{CalibratedArm, EndPointMotion, Trace, TrackingNumbers, TrackingTask, plan, track_arm};
+use crate::arm::{CalibratedArm, DesiredMotion, Trace, TrackingNumbers, TrackingTask, plan, track_arm};
 use crate::{CompensationVariant, Error};
 use rayon::prelude::*;
-use sinew::body::Robot;
-use sinew::trajectory::{EndPointPath, Loop};
+use sinew::machine::Machine;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -56,19 +55,19 @@ const FINAL_REST_S: f64 = 3.0;
 /// Draws an arm, calibrates each of its cables and tracks the paper's path.
 ///
 /// # Errors
-/// [`Error::Physics`] where the robot has no key `start` or no site `endpoint`; as [`track_arm`].
+/// [`Error::Experiment`] where the machine has no closed path; as [`track_arm`].
 pub fn reproduce_arm(
-    robot: &Robot,
+    machine: &Machine,
     options: &ArmOptions,
     progress: &(dyn Fn(&str, f64) + Sync),
 ) -> Result<ArmPart, Error> {
-    let missing = |what: &'static str| Error::experiment("robot", what, &"none");
-    let pose = robot.key("start").ok_or_else(|| missing("a key pose `start`"))?;
-    let site = robot.site("endpoint").ok_or_else(|| missing("a site `endpoint`"))?;
-    let motion = EndPointMotion::ClosedPath(EndPointPath::lm_arm(Loop::Sine));
-    let trajectory = plan(robot, site, &motion, pose, options.duration)?;
+    let missing = |what: &'static str| Error::experiment("machine", what, &"none");
+    let robot = &machine.robot;
+    let path = machine.paths.first().ok_or_else(|| missing("a closed path of its end point"))?;
+    let motion = DesiredMotion::ClosedPath(path.path.clone());
+    let trajectory = plan(machine, &motion, Some(options.duration))?;
     progress("calibrating the arm's cables", 0.0);
-    let arm = CalibratedArm::new(robot, pose, options.seed)?;
+    let arm = CalibratedArm::new(machine, options.seed)?;
     let variants: Vec<CompensationVariant> = CompensationVariant::ALL
         .into_iter()
         .filter(|variant| {
@@ -83,11 +82,11 @@ pub fn reproduce_arm(
             let trace_interval = options.duration * f64::from(repeats) / TRACE_ROWS;
             let task = TrackingTask {
                 trajectory: &trajectory,
-                site,
                 repeats,
                 learning: true,
                 final_rest: FINAL_REST_S,
                 faults: &[],
+                gains: None,
                 trace_interval,
             };
             let tracked = track_arm(&arm, *variant, &task)?;

@@ -1,11 +1,11 @@
 //! Campaigns of single faults at random parts, times and durations on calibrated arms.
 
-use super::lm_arm;
-use sinew::control::arm::{ActuationMode, ArmController, ArmGains, ArmStatus, CableStateSource, Fault};
+use super::lm_machine;
+use sinew::control::arm::{ArmStatus, Fault};
 use sinew::random::Random;
-use sinew::trajectory::{EndPointPath, Loop};
 use sinew::twin::arm::{Failure, InjectedFault, Sensor, SensorFailure};
-use sinew_lab::arm::{CalibratedArm, EndPointMotion, MAX_END_POINT_ERROR_M, plan};
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::{CalibratedArm, DesiredMotion, MAX_END_POINT_ERROR_M, plan};
 use sinew_lab::experiment::arm::{TrackRun, TrackSession};
 use sinew_lab::experiment::{FaultInterval, TrackRow};
 
@@ -80,19 +80,17 @@ fn drawn(random: &mut Random) -> InjectedFault {
 /// Runs `count` single faults on the arm of a seed: each branches off one fault-free run, which is continued
 /// to its end and has to be free of reports.
 pub(crate) fn campaign(seed: u64, count: usize) -> Vec<Case> {
-    let robot = lm_arm();
-    let site = robot.site("endpoint").unwrap();
-    let pose = robot.key("start").unwrap().to_vec();
-    let arm = CalibratedArm::new(&robot, &pose, seed).unwrap();
-    let shape = if seed.is_multiple_of(2) { Loop::Sine } else { Loop::Saddle };
-    let path = EndPointMotion::ClosedPath(EndPointPath::lm_arm(shape));
-    let trajectory = plan(&robot, site, &path, &pose, MOTION).unwrap();
-    let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
-    let controller = ArmController::new(&robot, &arm.models, ArmGains::lm_arm(), mode).unwrap();
+    let machine = lm_machine();
+    let arm = CalibratedArm::new(&machine, seed).unwrap();
+    let path = machine.paths[(seed % 2) as usize].path.clone();
+    let trajectory = plan(&machine, &DesiredMotion::ClosedPath(path), Some(MOTION)).unwrap();
+    let controller = arm.controller(CompensationVariant::Observer, &trajectory).unwrap();
+    let limits = arm.gains(&trajectory).unwrap().0.tension_limits();
     let run = TrackRun {
         specimen: &arm.specimen,
-        robot: &robot,
-        site,
+        robot: &machine.robot,
+        site: machine.task.site(),
+        tension_limits: &limits,
         trajectory: &trajectory,
         repeats: 1,
         before: REST[0],

@@ -3,9 +3,42 @@
 #[allow(dead_code, reason = "not every test uses all of it")]
 pub(crate) mod faults;
 
-use sinew::body::Robot;
+#[allow(dead_code, reason = "not every test uses all of it")]
+pub(crate) mod random_machine;
 
+use sinew::body::Robot;
+use sinew::control::arm::{ArmGains, synthesize};
+use sinew::machine::Machine;
+use sinew::predictor::CableModel;
+use sinew::trajectory::Reference;
+use sinew_lab::arm::{DesiredMotion, plan};
+
+#[allow(dead_code, reason = "not every test uses all of it")]
 pub(crate) fn lm_arm() -> Robot {
     let text = include_str!("../../../../models/lm_arm.toml");
     Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
+}
+
+/// The machine of `models/`.
+#[allow(dead_code, reason = "not every test uses all of it")]
+pub(crate) fn lm_machine() -> Machine {
+    let text = include_str!("../../../../models/lm_arm.toml");
+    sinew::description::machine_from_toml("lm_arm.toml", text, &mut |_| Err("no other file".into()))
+        .unwrap()
+        .machine
+}
+
+/// Its gains for the first of its paths.
+#[allow(dead_code, reason = "not every test uses all of it")]
+pub(crate) fn gains(models: &[CableModel]) -> ArmGains {
+    let machine = lm_machine();
+    let path = DesiredMotion::ClosedPath(machine.paths[0].path.clone());
+    let motion = plan(&machine, &path, Some(11.5)).unwrap();
+    let mut reference = Reference::new(motion.joints());
+    let pose = |k: u32| {
+        motion.sample(motion.duration() * f64::from(k) / 59.0, &mut reference).unwrap();
+        reference.q.clone()
+    };
+    let poses: Vec<Vec<f64>> = (0..60).map(pose).collect();
+    synthesize(&machine, models, &poses).unwrap().0
 }

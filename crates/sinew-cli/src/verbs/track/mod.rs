@@ -1,6 +1,8 @@
 //! `sinew track`.
 
 mod fault;
+mod joints;
+mod motion;
 mod record;
 mod setup;
 mod waypoints;
@@ -14,7 +16,7 @@ use crate::table::{number, table};
 use crate::verbs::Outcome;
 use setup::Setup;
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{INITIAL_REST_S, MAX_END_POINT_ERROR_M, TrackOutcome, TrackingNumbers, TrackingResult};
+use sinew_lab::arm::{INITIAL_REST_S, TrackOutcome, TrackingNumbers, TrackingResult};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -25,7 +27,11 @@ const RECORD_INTERVAL_S: f64 = 0.01;
 
 pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
     check_outputs(arguments)?;
-    let setup = Setup::new(arguments)?;
+    let progress = Progress::new();
+    progress.show("planning and verifying the motion", 0.0);
+    let setup = Setup::new(arguments);
+    drop(progress);
+    let setup = setup.or_else(|error| refuse(arguments, error))?;
     let progress = Progress::new();
     progress.show("calibrating the arm's cables", 0.0);
     let arm = setup.calibrate()?;
@@ -37,7 +43,7 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
     let files = files(arguments, &setup, &result)?;
     let bytes: Vec<_> = files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
     write_all(&bytes)?;
-    let outcome = Outcome::of(result.numbers.outcome == TrackOutcome::Completed);
+    let outcome = Outcome::of(result.numbers.ended == TrackOutcome::Completed);
     let tracking = BTreeMap::from([(setup.variant, result.numbers)]);
     if arguments.json {
         let all = serde_json::json!({"simulated": true, "seed": setup.seed, "tracking": tracking});
@@ -52,13 +58,21 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
     Ok(outcome)
 }
 
+/// A refused motion is a result for programs, too.
+fn refuse(arguments: &TrackArguments, error: Error) -> Result<Setup, Error> {
+    if arguments.json && matches!(error, Error::Infeasible { .. } | Error::Overloaded { .. }) {
+        let refused = serde_json::json!({
+            "simulated": true, "seed": arguments.seed, "ended": "refused", "reason": error.to_string(),
+        });
+        print(&(serde_json::to_string_pretty(&refused)? + "\n"))?;
+    }
+    Err(error)
+}
+
 fn check_outputs(arguments: &TrackArguments) -> Result<(), Error> {
     let outputs: Vec<PathBuf> =
         [&arguments.report, &arguments.record].into_iter().flatten().cloned().collect();
-    let waypoints = match &arguments.path {
-        PathArgument::Waypoints(file) => Some(file),
-        PathArgument::Closed(_) | PathArgument::Point(_) => None,
-    };
+    let waypoints = arguments.path.as_ref().and_then(PathArgument::file);
     refuse_overwrite([&arguments.model].into_iter().chain(waypoints), &outputs)
 }
 
@@ -68,7 +82,8 @@ fn files(
     setup: &Setup,
     result: &TrackingResult,
 ) -> Result<Vec<(PathBuf, String)>, Error> {
-    let muscles: Vec<String> = setup.robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect();
+    let muscles: Vec<String> =
+        setup.machine.robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect();
     let mut files = Vec::new();
     if let Some(path) = &arguments.report {
         let step = (result.trace.len() as f64 / REPORT_ROWS).ceil().max(1.0) as usize;
@@ -85,7 +100,7 @@ fn files(
             repeats: setup.repeats,
             paper: false,
         };
-        let title = format!("{} along {}", setup.robot.parts().name, arguments.path);
+        let title = format!("{} along {}", setup.machine.robot.parts().name, setup.path);
         files.push((path.clone(), page(&view, &title, &conditions(arguments, setup))?));
     }
     if let Some(path) = &arguments.record {
@@ -101,8 +116,8 @@ fn conditions(arguments: &TrackArguments, setup: &Setup) -> String {
         1 => text += ", once",
         n => text += &format!(", {n} times"),
     }
-    if setup.payload_kg > 0.0 {
-        text += &format!(", payload {} kg", setup.payload_kg);
+    if setup.machine.payload > 0.0 {
+        text += &format!(", payload {} kg", setup.machine.payload);
     }
     text += &format!(", compensation {}, seed {}.", setup.variant, setup.seed);
     if !arguments.fault.is_empty() {
@@ -141,9 +156,9 @@ fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> St
 
 /// How a run ended, by its result as well.
 pub(crate) fn ended(numbers: &TrackingNumbers) -> String {
-    match numbers.outcome {
+    match numbers.ended {
         TrackOutcome::Completed => "completed".to_owned(),
-        TrackOutcome::Inaccurate => format!("error above {} mm", 1e3 * MAX_END_POINT_ERROR_M),
+        TrackOutcome::Inaccurate => numbers.reason.clone().unwrap_or_default(),
         TrackOutcome::Stopped => {
             format!("stopped: {}", numbers.stopped_by.as_deref().unwrap_or("fault"))
         }

@@ -1,79 +1,99 @@
-//! A tracking run as valid: robot, feasible trajectory, payload and faults from the arguments.
+//! A tracking run as valid: machine, feasible trajectory, payload and faults from the arguments.
 
-use super::{fault, waypoints};
+use super::{fault, motion};
 use crate::arguments::{PathArgument, TrackArguments};
 use crate::error::Error;
-use crate::verbs::arm::model::load_robot;
-use sinew::body::Robot;
-use sinew::trajectory::{EndPointPath, Trajectory};
+use crate::verbs::arm::model::load_machine;
+use crate::verbs::read_text;
+use sinew::control::arm::ArmGains;
+use sinew::machine::Machine;
+use sinew::trajectory::Trajectory;
 use sinew::twin::arm::InjectedFault;
 use sinew_lab::arm::{
-    CalibratedArm, EndPointMotion, TrackingResult, TrackingTask, first_infeasibility, plan, track_arm,
+    CalibratedArm, TrackingResult, TrackingTask, Verified, first_infeasibility, track_arm, verify,
 };
 use sinew_lab::{CompensationVariant, Error as LabError};
+use std::path::Path;
 
-/// Default durations, s, and repeats.
-const CLOSED_PATH_S: f64 = 115.0;
-const POINT_TO_POINT_S: f64 = 5.0;
+/// Default of the repeats of a closed path.
 const REPEATS: u32 = 6;
 
 /// A run that can be simulated.
 pub(super) struct Setup {
-    pub(super) robot: Robot,
-    /// Index of the site that tracks the path.
-    site: usize,
-    /// Initial pose.
-    pose: Vec<f64>,
+    /// With its payload.
+    pub(super) machine: Machine,
+    /// As given, or the machine's default.
+    pub(super) path: PathArgument,
     pub(super) trajectory: Trajectory,
     pub(super) repeats: u32,
     learning: bool,
     /// Rest after the motion, s.
     hold_s: f64,
     pub(super) variant: CompensationVariant,
-    pub(super) payload_kg: f64,
     faults: Vec<InjectedFault>,
+    /// Of a file, in place of those derived for the motion.
+    gains: Option<ArmGains>,
     pub(super) seed: u64,
 }
 
 impl Setup {
-    /// Loads the robot, plans the trajectory and refuses what the robot cannot track.
+    /// Loads the machine, plans the trajectory and refuses what the machine cannot track.
     pub(super) fn new(arguments: &TrackArguments) -> Result<Self, Error> {
-        let robot = load_robot(&arguments.model, None)?.robot;
-        let missing = |part| Error::MissingPart { file: arguments.model.clone(), part };
-        let pose = robot.key("start").ok_or_else(|| missing("key pose `start`"))?.to_vec();
-        let site = robot.site("endpoint").ok_or_else(|| missing("site `endpoint`"))?;
-        let faults = fault::resolve(&arguments.fault, &robot)?;
-        let (motion, duration) = motion(&arguments.path, arguments.duration)?;
-        let trajectory = plan(&robot, site, &motion, &pose, duration)?;
+        let machine = load_machine(&arguments.model, None)?.machine;
+        let payload = arguments.payload.unwrap_or(machine.payload);
+        let machine = Machine { payload, ..machine };
+        let faults = fault::resolve(&arguments.fault, &machine.robot)?;
+        let path = arguments.path.clone().unwrap_or_else(|| motion::default_path(&machine));
+        let trajectory = motion::trajectory(&machine, &path, arguments.duration)?;
         let repeats = repeats(arguments.repeats, trajectory.is_closed())?;
-        let setup = Self {
-            robot,
-            site,
-            pose,
+        let mut setup = Self {
+            machine,
+            path,
             trajectory,
             repeats,
             learning: !arguments.no_learning,
             hold_s: arguments.hold,
             variant: arguments.compensation,
-            payload_kg: arguments.payload,
             faults,
+            gains: arguments.gains.as_deref().map(read_gains).transpose()?,
             seed: arguments.seed,
         };
-        setup.check_feasible(&arguments.path)?;
+        if let Some(gains) = &setup.gains {
+            let joints = setup.machine.robot.independent_joints().len();
+            gains.validate(setup.machine.muscles.len(), joints)?;
+        }
+        setup.check_feasible()?;
+        if setup.gains.is_none() && setup.variant == CompensationVariant::Observer {
+            setup.verify()?;
+        }
         Ok(setup)
     }
 
-    /// The unloaded robot must be able to track the path, then the loaded one.
-    fn check_feasible(&self, path: &PathArgument) -> Result<(), Error> {
-        if let Some(infeasibility) = first_infeasibility(&self.robot, &self.trajectory)? {
+    /// The unloaded machine must be able to track the path, then the loaded one.
+    fn check_feasible(&self) -> Result<(), Error> {
+        let violated = |machine: &Machine| first_infeasibility(machine, &self.trajectory, self.repeats);
+        let unloaded = Machine { payload: 0.0, ..self.machine.clone() };
+        if let Some(infeasibility) = violated(&unloaded)? {
             let infeasibility = Box::new(infeasibility);
-            return Err(Error::Infeasible { path: path.to_string(), infeasibility });
+            return Err(Error::Infeasible { path: self.path.to_string(), infeasibility });
         }
-        let tip = &self.robot.parts().sites[self.site];
-        let loaded = self.robot.with_payload(tip.body, tip.position, self.payload_kg)?;
-        if let Some(infeasibility) = first_infeasibility(&loaded, &self.trajectory)? {
+        if self.machine.payload > 0.0
+            && let Some(infeasibility) = violated(&self.machine)?
+        {
             let infeasibility = Box::new(infeasibility);
-            return Err(Error::Overloaded { payload: self.payload_kg, infeasibility });
+            return Err(Error::Overloaded { payload: self.machine.payload, infeasibility });
+        }
+        Ok(())
+    }
+
+    /// Lowers the gains until simulated machines of the design track the motion; where none do, says so.
+    fn verify(&mut self) -> Result<(), Error> {
+        match verify(&self.machine, &self.trajectory)? {
+            Verified::Tracks(rules) => self.machine.rules = rules,
+            Verified::Fails(reason) => eprintln!(
+                "warning: in simulation the controller does not track this motion on every machine of this design: \
+                 {reason}"
+            ),
         }
         Ok(())
     }
@@ -85,48 +105,32 @@ impl Setup {
 
     /// The arm with its deviations from the model, every cable calibrated.
     pub(super) fn calibrate(&self) -> Result<CalibratedArm, LabError> {
-        let arm = CalibratedArm::new(&self.robot, &self.pose, self.seed)?;
-        if self.payload_kg > 0.0 {
-            let tip = &self.robot.parts().sites[self.site];
-            return arm.with_payload(tip.body, tip.position, self.payload_kg);
-        }
-        Ok(arm)
+        CalibratedArm::new(&self.machine, self.seed)
     }
 
     /// Simulates the run, with a row of its trace every `trace_interval` s.
     pub(super) fn track(&self, arm: &CalibratedArm, trace_interval: f64) -> Result<TrackingResult, LabError> {
         let task = TrackingTask {
             trajectory: &self.trajectory,
-            site: self.site,
             repeats: self.repeats,
             learning: self.learning,
             final_rest: self.hold_s,
             faults: &self.faults,
+            gains: self.gains.as_ref(),
             trace_interval,
         };
         track_arm(arm, self.variant, &task)
     }
 }
 
-/// The desired motion, and its duration in s where it has no times of its own.
-fn motion(path: &PathArgument, duration: Option<f64>) -> Result<(EndPointMotion, f64), Error> {
-    match path {
-        PathArgument::Closed(shape) => {
-            let path = EndPointPath::lm_arm(*shape);
-            Ok((EndPointMotion::ClosedPath(path), duration.unwrap_or(CLOSED_PATH_S)))
-        }
-        PathArgument::Point(position) => {
-            Ok((EndPointMotion::PointToPoint(*position), duration.unwrap_or(POINT_TO_POINT_S)))
-        }
-        PathArgument::Waypoints(file) => match duration {
-            // The duration is not used with waypoints.
-            None => Ok((EndPointMotion::Waypoints(waypoints::read(file)?), CLOSED_PATH_S)),
-            Some(given) => {
-                let expected = "none with waypoints, which have their own times";
-                Err(Error::Argument { flag: "--duration", value: given.to_string(), expected })
-            }
-        },
-    }
+/// Gains as `sinew machine tune` writes them.
+fn read_gains(path: &Path) -> Result<ArmGains, Error> {
+    let text = read_text(path)?;
+    let mut json = serde_json::Deserializer::from_str(&text);
+    serde_path_to_error::deserialize(&mut json).map_err(|error| {
+        let place = format!("line {}, {}", error.inner().line(), error.path());
+        Error::GainsFile { file: path.to_owned(), place, source: error.into_inner() }
+    })
 }
 
 /// An open path is tracked once.

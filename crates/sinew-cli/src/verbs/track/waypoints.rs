@@ -18,7 +18,8 @@ const MIN_INTERVAL_S: f64 = 1e-6;
 pub(super) fn read(file: &Path) -> Result<Vec<Waypoint>, Error> {
     let mut points: Vec<Waypoint> = Vec::new();
     for (line, [time, x, y, z]) in numeric_table::read(file, COLUMNS)? {
-        check_time(time, &points).map_err(|expected| {
+        let ends = points.first().zip(points.last()).map(|(first, last)| [first.time, last.time]);
+        check_time(time, ends).map_err(|expected| {
             Error::table(file)(TableError::in_column(line, COLUMNS[0], expected, &time.to_string()))
         })?;
         points.push(Waypoint { time, position: [x, y, z] });
@@ -31,13 +32,13 @@ pub(super) fn read(file: &Path) -> Result<Vec<Waypoint>, Error> {
     Ok(points)
 }
 
-/// What was expected of a time after `earlier` waypoints, where it is not met.
-fn check_time(time: f64, earlier: &[Waypoint]) -> Result<(), String> {
-    let (Some(first), Some(last)) = (earlier.first(), earlier.last()) else { return Ok(()) };
-    if time - last.time <= MIN_INTERVAL_S {
-        return Err(format!("more than {}", last.time));
+/// What was expected of a time after waypoints from a first to a last time, s, where it is not met.
+pub(super) fn check_time(time: f64, earlier: Option<[f64; 2]>) -> Result<(), String> {
+    let Some([first, last]) = earlier else { return Ok(()) };
+    if time - last <= MIN_INTERVAL_S {
+        return Err(format!("more than {last}"));
     }
-    if time - first.time > MAX_DURATION_S {
+    if time - first > MAX_DURATION_S {
         return Err(format!("at most {MAX_DURATION_S} s after the first"));
     }
     Ok(())

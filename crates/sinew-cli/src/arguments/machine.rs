@@ -1,0 +1,130 @@
+//! Arguments of the verbs about machines.
+
+use super::values::number;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// Machine files: a body with its cables, drives, sensors and task.
+///
+/// A MACHINE is a machine file (.toml), a robot file (.toml, .xml: MJCF, .urdf: URDF; everything but the body has
+/// its default), or the name of a built-in machine: lm_arm, bench_joint, planar_leg, finger, exosuit_elbow,
+/// surgical_wrist, shoulder, chain10.
+#[derive(Debug, Args)]
+pub(crate) struct MachineArguments {
+    #[command(subcommand)]
+    pub(crate) verb: MachineVerb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum MachineVerb {
+    Show(MachineShowArguments),
+    New(MachineNewArguments),
+    Tune(MachineTuneArguments),
+    Map(MachineMapArguments),
+}
+
+/// Print every value of a machine with its unit and its origin: a line of the file, the body, or a default.
+///
+/// The first tables show what decides how the machine can be controlled. The dead band of a joint is the angle (or
+/// length) by which it can move while its cables stick in their sheaths.
+///
+/// Example: sinew machine show finger
+#[derive(Debug, Args)]
+pub(crate) struct MachineShowArguments {
+    /// A machine's or robot's file, or the name of a built-in machine
+    pub(crate) machine: PathBuf,
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Write a commented machine file for a body, with drives that are strong enough for a motion.
+///
+/// The motion: every joint moves sinusoidally over a share of its range, all at one period and at any phases. The
+/// torques it needs are distributed over the muscles; every muscle gets the lightest drive of the catalogue that
+/// holds its largest tension and reaches its speed with a quarter to spare. Where the default cable of 3 mm gives a
+/// joint a dead band above 0.2 rad, and the tensions are small enough, the machine gets steel rope of 0.5 mm.
+///
+/// Ends with code 3 where no drive of the catalogue is strong enough for a muscle; the file is written.
+///
+/// Example: sinew machine new leg.xml --out leg.toml
+#[derive(Debug, Args)]
+pub(crate) struct MachineNewArguments {
+    /// A robot's file (.toml, .xml or .urdf), or the name of a built-in machine, of which the body is copied
+    pub(crate) body: PathBuf,
+    /// Machine file to write; the path of the body is written relative to its folder
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) out: PathBuf,
+    /// Replace an existing file
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    /// Period of the motion that drives are selected for
+    #[arg(long, value_name = "SECONDS", default_value_t = 4.0,
+        value_parser = number("0.01 to 3600 s", |s| (0.01..=3600.0).contains(&s)))]
+    pub(crate) period: f64,
+    /// Share of every joint's range that the motion covers
+    #[arg(long, value_name = "SHARE", default_value_t = 0.6,
+        value_parser = number("a number in (0, 1]", |share| share > 0.0 && share <= 1.0))]
+    pub(crate) share: f64,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Map what a machine can do over its workspace: torques and forces, payload, speed, stiffness, and which muscle
+/// limits them.
+///
+/// Friction of the sheaths counts with the direction in which each cable slides: a muscle that winds in gives less
+/// at its anchor than its drive pulls, one that pays out holds more. Payload is therefore given for lifting, for
+/// holding whichever way the cables slid before, and for lowering. Heat of the drives is not considered.
+///
+/// Example: sinew machine map lm_arm --report map.html
+#[derive(Debug, Args)]
+pub(crate) struct MachineMapArguments {
+    /// A machine's or robot's file, or the name of a built-in machine
+    pub(crate) machine: PathBuf,
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    /// Number of poses, spread evenly over the joints' ranges, 10 to 20000
+    #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u32).range(10..=20_000))]
+    pub(crate) poses: u32,
+    /// Write an HTML report
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Print the result as JSON, with every pose
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Derive the gains, limits and thresholds of a machine's controller from its own numbers, by rules.
+///
+/// The table of joints says what limits each of them; that of muscles gives the margins of the loop in which the
+/// winches damp the joints, the least over poses and over machines drawn within the tolerances. `track` derives the
+/// same gains anew from the cables that it has identified; a file written here can be changed by hand and given to
+/// it with --gains.
+///
+/// Example: sinew machine tune finger --out gains.json
+#[derive(Debug, Args)]
+pub(crate) struct MachineTuneArguments {
+    /// A machine's or robot's file, or the name of a built-in machine
+    pub(crate) machine: PathBuf,
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    /// Number of machines drawn within the tolerances for the margins, 0 to 1000
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    pub(crate) specimens: u32,
+    /// Write the gains (JSON), for `sinew track --gains`
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}

@@ -1,0 +1,181 @@
+//! What a machine can do over its workspace: a page with tables, maps and sets.
+
+use super::capability_plots::{Outlines, map, outlines};
+use super::error::Error;
+use super::format::significant;
+use super::plot::Plot;
+use askama::Template;
+use sinew::control::capability::{Extreme, PoseCapability};
+use std::collections::BTreeMap;
+
+/// A map, as it is shown.
+#[derive(Debug)]
+pub(crate) struct MapView<'a> {
+    /// Of the machine.
+    pub(crate) name: String,
+    /// Name and unit of every independent joint.
+    pub(crate) joints: Vec<(String, &'static str)>,
+    /// Names.
+    pub(crate) muscles: Vec<String>,
+    /// In every pose, the start first.
+    pub(crate) poses: &'a [PoseCapability],
+    /// Torques of neighbouring joints at the start.
+    pub(crate) torques: Vec<Outlines>,
+    /// Forces of the end point at the start.
+    pub(crate) forces: Vec<Outlines>,
+}
+
+/// A quantity over all poses.
+#[derive(Debug)]
+pub(crate) struct Quantity {
+    pub(crate) name: String,
+    pub(crate) unit: &'static str,
+    /// Poses in which it has a value.
+    pub(crate) count: usize,
+    /// Minimum, median and maximum.
+    pub(crate) spread: [f64; 3],
+    /// The muscle that limits it in most poses, and their number.
+    pub(crate) limited_by: Option<(String, usize)>,
+}
+
+/// All quantities of a map: of the end point, then of the joints.
+pub(crate) fn quantities(view: &MapView<'_>) -> Vec<Quantity> {
+    let mut all = Vec::new();
+    let mut add = |name: String, unit, values: Vec<Extreme>| {
+        if !values.is_empty() {
+            all.push(quantity(view, name, unit, &values));
+        }
+    };
+    let end_points = || view.poses.iter().filter_map(|pose| pose.end_point.as_ref());
+    let plain = |value: f64| Extreme { value, muscle: None, largest: true };
+    for (k, name) in ["payload lifted", "payload held", "payload lowered"].into_iter().enumerate() {
+        add(name.to_owned(), "kg", end_points().filter_map(|end_point| end_point.payload[k]).collect());
+    }
+    add("force".to_owned(), "N", end_points().filter_map(|e| e.force.map(|found| found.0)).collect());
+    add("speed".to_owned(), "m/s", end_points().filter_map(|e| e.speed.map(|found| found.0)).collect());
+    let stiffness = end_points().filter_map(|e| e.stiffness.map(|[least, _]| plain(least)));
+    add("stiffness, least".to_owned(), "N/m", stiffness.collect());
+    for (j, (name, unit)) in view.joints.iter().enumerate() {
+        let slide = *unit == "m";
+        let joints = || view.poses.iter().map(|pose| &pose.joints[j]);
+        for (k, sign) in ["-", "+"].into_iter().enumerate() {
+            let torque = joints().filter_map(|joint| joint.torque.map(|torque| torque[k])).collect();
+            add(format!("{name}: torque {sign}"), if slide { "N" } else { "Nm" }, torque);
+        }
+        let unit = if slide { "m/s" } else { "rad/s" };
+        add(format!("{name}: speed"), unit, joints().map(|joint| joint.speed).collect());
+        let stiffness = joints().filter_map(|joint| joint.stiffness.map(plain)).collect();
+        add(format!("{name}: stiffness"), if slide { "N/m" } else { "Nm/rad" }, stiffness);
+    }
+    all
+}
+
+fn quantity(view: &MapView<'_>, name: String, unit: &'static str, values: &[Extreme]) -> Quantity {
+    let mut sorted: Vec<f64> = values.iter().map(|extreme| extreme.value).collect();
+    sorted.sort_by(f64::total_cmp);
+    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+    values
+        .iter()
+        .filter_map(|extreme| extreme.muscle)
+        .for_each(|muscle| *counts.entry(muscle).or_default() += 1);
+    let most = counts.into_iter().max_by_key(|&(muscle, count)| (count, std::cmp::Reverse(muscle)));
+    Quantity {
+        name,
+        unit,
+        count: values.len(),
+        spread: [sorted[0], sorted[sorted.len() / 2], sorted[sorted.len() - 1]],
+        limited_by: most.map(|(muscle, count)| (view.muscles[muscle].clone(), count)),
+    }
+}
+
+#[derive(Template)]
+#[template(path = "capability.html")]
+struct Page<'a> {
+    version: &'static str,
+    style: &'static str,
+    script: &'static str,
+    name: &'a str,
+    poses: usize,
+    rows: Vec<Row>,
+    maps: Vec<Map>,
+    torques: Vec<Plot>,
+    forces: Vec<Plot>,
+}
+
+struct Row {
+    name: String,
+    cells: Vec<(&'static str, String)>,
+    limited_by: String,
+}
+
+/// A quantity over the workspace, in two views.
+struct Map {
+    heading: String,
+    plots: Vec<Plot>,
+    /// Classes of the quarters with their ranges.
+    legend: Vec<(&'static str, String)>,
+}
+
+/// A page of its own.
+pub(crate) fn page(view: &MapView<'_>) -> Result<String, Error> {
+    let rows = quantities(view).into_iter().map(|quantity| {
+        let [least, median, most] = quantity.spread.map(|value| significant(value, 3));
+        Row {
+            cells: vec![
+                ("unit", quantity.unit.to_owned()),
+                ("poses", quantity.count.to_string()),
+                ("minimum", least),
+                ("median", median),
+                ("maximum", most),
+            ],
+            limited_by: quantity
+                .limited_by
+                .map_or_else(String::new, |(muscle, count)| format!("{muscle} ({count})")),
+            name: quantity.name,
+        }
+    });
+    let page = Page {
+        version: env!("CARGO_PKG_VERSION"),
+        style: include_str!("../../assets/report.css"),
+        script: include_str!("../../assets/report.js"),
+        name: &view.name,
+        poses: view.poses.len(),
+        rows: rows.collect(),
+        maps: maps(view),
+        torques: view.torques.iter().map(|one| outlines("Joint torques", one)).collect(),
+        forces: view.forces.iter().map(|one| outlines("Forces of the end point", one)).collect(),
+    };
+    Ok(page.render()?)
+}
+
+type Value = fn(&PoseCapability) -> Option<f64>;
+
+fn maps(view: &MapView<'_>) -> Vec<Map> {
+    let all: [(&str, Value); 6] = [
+        ("Payload lifted (kg)", |pose| pose.end_point.as_ref()?.payload[0].map(|extreme| extreme.value)),
+        ("Payload held (kg)", |pose| pose.end_point.as_ref()?.payload[1].map(|extreme| extreme.value)),
+        ("Payload lowered (kg)", |pose| pose.end_point.as_ref()?.payload[2].map(|extreme| extreme.value)),
+        ("Force in the weakest direction (N)", |pose| {
+            pose.end_point.as_ref()?.force.map(|found| found.0.value)
+        }),
+        ("Speed in the slowest direction (m/s)", |pose| {
+            pose.end_point.as_ref()?.speed.map(|found| found.0.value)
+        }),
+        ("Stiffness in the softest direction (N/m)", |pose| {
+            pose.end_point.as_ref()?.stiffness.map(|[least, _]| least)
+        }),
+    ];
+    let mut maps = Vec::new();
+    for (heading, value) in all {
+        let points: Vec<([f64; 3], Option<f64>)> = view
+            .poses
+            .iter()
+            .filter_map(|pose| Some((pose.end_point.as_ref()?.position, value(pose))))
+            .collect();
+        if points.iter().any(|point| point.1.is_some()) {
+            let (plots, legend) = map(heading, &points);
+            maps.push(Map { heading: heading.to_owned(), plots, legend });
+        }
+    }
+    maps
+}

@@ -1,0 +1,234 @@
+//! The text of a new machine file.
+
+use super::choice::{Choice, ChosenDrive, ThinRope};
+use sinew::body::JointKind;
+use sinew::control::demand::SizingMotion;
+use sinew::machine::Task;
+use std::fmt::Write as _;
+
+/// How the file says what its body is.
+pub(super) enum Body {
+    /// Another file, and for URDF that of its muscles: paths relative to the new file.
+    File { body: String, muscles: Option<String> },
+    /// The tables of a robot file.
+    Tables(String),
+}
+
+/// The file's text.
+pub(super) fn text(choice: &Choice, body: &Body, motion: &SizingMotion) -> String {
+    let mut out = head(choice);
+    match body {
+        Body::File { body, muscles } => {
+            let _ = writeln!(out, "body = {}", quoted(body));
+            if let Some(muscles) = muscles {
+                let _ = writeln!(out, "muscles = {}", quoted(muscles));
+            }
+        }
+        // Outermost keys stand before the first table.
+        Body::Tables(_) => {}
+    }
+    start(&mut out, choice);
+    if let Body::Tables(tables) = body {
+        out.push('\n');
+        out += tables;
+    }
+    task(&mut out, choice);
+    joints(&mut out, choice);
+    every_transmission(&mut out, choice);
+    for drive in &choice.drives {
+        self::drive(&mut out, choice, drive, motion);
+    }
+    transmissions(&mut out, choice);
+    out += REST;
+    out
+}
+
+/// Tables that are defaults as a whole.
+const REST: &str = "
+# Mass carried at the end point.
+# [payload]
+# mass_kg = 0.0
+
+# What a workshop leaves: bounds of the differences between the machine and this file.
+# [tolerances]
+# mass = 0.1
+# attachment_m = 0.001
+# gain = 0.005
+# zero_rad = 0.001
+
+# Constants of the rules by which the controller's gains follow from this file.
+# [control]
+# bandwidth_rad_per_s = 10.5
+# margin = 0.8
+";
+
+fn head(choice: &Choice) -> String {
+    let parts = choice.machine.robot.parts();
+    let name: String = parts.name.chars().filter(|c| !c.is_control()).collect();
+    format!(
+        "# A machine on cables: {name}, {} joints, {} muscles; written by `sinew machine new`.\n\
+         # SI units, in the names of keys. Everything but the body has a default; `sinew machine show FILE` prints\n\
+         # them all. Lines behind a `#` show defaults.\n\n",
+        choice.machine.encoders.len(),
+        parts.tendons.len()
+    )
+}
+
+/// Names and values of the independent joints.
+fn by_joint(choice: &Choice, values: &[f64]) -> String {
+    let parts = choice.machine.robot.parts();
+    let joints = choice.machine.robot.independent_joints();
+    let each = joints.into_iter().zip(values);
+    let each = each.map(|(joint, value)| format!("{} = {value:?}", key(&parts.joints[joint].name)));
+    format!("{{ {} }}", each.collect::<Vec<_>>().join(", "))
+}
+
+fn start(out: &mut String, choice: &Choice) {
+    *out += "\n# Where motions start, rad or m.\n";
+    let _ = writeln!(out, "start = {}", by_joint(choice, &choice.machine.start));
+}
+
+fn task(out: &mut String, choice: &Choice) {
+    let machine = &choice.machine;
+    *out += "\n# What is tracked: coordinates of a site, or the joints.\n[task]\n";
+    match machine.task {
+        Task::EndPoint { site, axes } => {
+            let site = quoted(&machine.robot.parts().sites[site].name);
+            let axes: Vec<&str> =
+                ["x", "y", "z"].into_iter().zip(axes).filter_map(|(axis, is)| is.then_some(axis)).collect();
+            let _ = writeln!(out, "endpoint = {site}\naxes = {axes:?}");
+        }
+        Task::Joints => *out += "space = \"joints\"\n",
+    }
+    *out += "\n# The pose that is preferred where the task leaves joints free.\n# [redundancy]\n";
+    let _ = writeln!(out, "# rest = {}", by_joint(choice, &machine.redundancy.rest));
+    let _ = writeln!(out, "# weight = {}", by_joint(choice, &machine.redundancy.weight));
+}
+
+fn joints(out: &mut String, choice: &Choice) {
+    let parts = choice.machine.robot.parts();
+    let kinds = choice.machine.robot.independent_joints().into_iter().map(|joint| parts.joints[joint].kind);
+    let kinds: Vec<JointKind> = kinds.collect();
+    *out += "\n# Encoders of the joints: 14 bits, 10 um on slides; `none = true` for none.\n# [every_joint_encoder]\n";
+    if kinds.contains(&JointKind::Hinge) {
+        *out += "# counts_per_turn = 16384\n";
+    }
+    if kinds.contains(&JointKind::Slide) {
+        *out += "# resolution_m = 1e-5\n";
+    }
+}
+
+fn every_transmission(out: &mut String, choice: &Choice) {
+    let parts = choice.machine.robot.parts();
+    *out += "\n# Sheath, cable and sensors of all muscles; [[transmission]] changes them for one muscle.\n";
+    *out += "[every_transmission]\nnear_length_m = 0.05\n";
+    let described = parts.tendons.iter().filter(|tendon| tendon.sheath.is_some()).count();
+    if described < parts.tendons.len() {
+        *out += "# Of the muscles whose sheath the body does not describe: assumed.\n";
+        *out += "sheath_length_m = 0.5\nsheath_bend_rad = 1.57\n";
+    }
+    let Some(band) = choice.thin else {
+        *out += "# The bench's cable; friction and compliance decide most.\n";
+        *out += "# cable = { friction = 0.156, pretension_n = 15.5, compliance_per_n = 2.56e-4 }\n";
+        return;
+    };
+    let (cable, cell) = (ThinRope::cable(), ThinRope::load_cell());
+    let [least, most] = ThinRope::TENSION;
+    let _ = writeln!(out, "tension_limits_n = [{least:?}, {most:?}]");
+    let _ = write!(
+        out,
+        "\n# With the default cable of 3 mm a joint has a dead band of {band:.2} rad: steel rope of 0.5 mm instead; all\n\
+         # numbers assumed.\n[every_transmission.cable]\nfriction = {:?}\nefficiency = {:?}\ndrag_n_s_per_m = {:?}\n\
+         drag_fade_n = {:?}\npretension_n = {:?}\ncompliance_per_n = {:?}\n",
+        cable.friction, cable.efficiency, cable.drag, cable.drag_fade, cable.pretension, cable.compliance
+    );
+    let _ = write!(
+        out,
+        "\n[every_transmission.load_cell]\nnoise_n = {:?}\nresolution_n = {:?}\nrange_n = {:?}\n",
+        cell.noise, cell.resolution, cell.range
+    );
+}
+
+fn drive(out: &mut String, choice: &Choice, drive: &ChosenDrive, motion: &SizingMotion) {
+    let mine = || {
+        let of = choice.drive_of.iter().enumerate();
+        of.filter(|(_, index)| choice.drives[**index].name == drive.name).map(|(muscle, _)| muscle)
+    };
+    let most = |number: fn(&sinew::drive::sizing::Requirement) -> f64| {
+        mine().map(|muscle| number(&choice.required[muscle])).fold(0.0, f64::max)
+    };
+    let _ = write!(
+        out,
+        "\n# For up to {:.3} N, {:.3} m/s and {:.2} m/s^2: {} % of every range in {:?} s, and a quarter to spare.\n",
+        most(|required| required.tension),
+        most(|required| required.speed),
+        most(|required| required.acceleration),
+        (100.0 * motion.share).round(),
+        motion.period
+    );
+    let used = mine().map(|muscle| choice.used[muscle]).fold(0.0, f64::max);
+    if used > 1.0 {
+        let _ = writeln!(
+            out,
+            "# TOO WEAK by a factor of {used:.2}: the catalogue has none that is strong enough."
+        );
+    }
+    let _ = write!(
+        out,
+        "[[drive]]\nname = {}\nmotor = {}\nreducer = {}\nratio = {:?}\n",
+        quoted(&drive.name),
+        quoted(&drive.motor),
+        quoted(&drive.reducer),
+        drive.ratio
+    );
+    match &drive.winch {
+        Some(winch) => {
+            let _ = writeln!(out, "winch = {}", quoted(winch));
+        }
+        None => {
+            let winch = ThinRope::winch();
+            let [least, most] = ThinRope::DRIVE;
+            let _ = writeln!(
+                out,
+                "winch = {{ radius_m = {:?}, lead_m = {:?}, cable_diameter_m = {:?}, turns_per_layer = {:?}, layers = {} }}",
+                winch.radius, winch.lead, winch.cable_diameter, winch.turns_per_layer, winch.layers
+            );
+            let _ = writeln!(out, "most_tension_n = {most:?}\nleast_tension_n = {least:?}");
+        }
+    }
+}
+
+fn transmissions(out: &mut String, choice: &Choice) {
+    let tendons = &choice.machine.robot.parts().tendons;
+    for (index, tendon) in tendons.iter().enumerate() {
+        let drive = &choice.drives[choice.drive_of[index]].name;
+        let _ =
+            write!(out, "\n[[transmission]]\nmuscle = {}\ndrive = {}\n", quoted(&tendon.name), quoted(drive));
+        if let Some(sheath) = &tendon.sheath {
+            let _ = writeln!(out, "# sheath_length_m = {:?}", sheath.length);
+            let _ = writeln!(out, "# sheath_bend_rad = {:?}", sheath.bend);
+        }
+    }
+}
+
+/// A TOML string.
+fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' => out.push_str("\\\""),
+            '\\' => out.push_str("\\\\"),
+            c if c.is_control() => {
+                let _ = write!(out, "\\u{:04X}", u32::from(c));
+            }
+            c => out.push(c),
+        }
+    }
+    out + "\""
+}
+
+/// A TOML key: quoted where it is no bare one.
+fn key(name: &str) -> String {
+    let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if !name.is_empty() && name.chars().all(bare) { name.to_owned() } else { quoted(name) }
+}

@@ -1,0 +1,176 @@
+//! `sinew machine new`.
+
+use super::choice::{self, Choice};
+use super::draft::{self, Body};
+use crate::arguments::MachineNewArguments;
+use crate::error::Error;
+use crate::output::{one_line, print, refuse_overwrite, write_all};
+use crate::table::{number, percent, table};
+use crate::verbs::Outcome;
+use crate::verbs::arm::model::{Source, load_robot, machine_in, print_warnings, source_of};
+use serde::Serialize;
+use sinew::body::Poses;
+use sinew::control::demand::SizingMotion;
+use sinew::description::{Description, machine_of, to_toml};
+use sinew::machine::{Machine, Task};
+use sinew::muscle::MuscleDynamics;
+use std::path::{Component, Path, PathBuf};
+
+pub(super) fn run(arguments: &MachineNewArguments) -> Result<Outcome, Error> {
+    let (body, out) = (&arguments.body, &arguments.out);
+    refuse_overwrite([body].into_iter().chain(&arguments.muscles), std::slice::from_ref(out))?;
+    if out.exists() && !arguments.force {
+        return Err(Error::Exists { file: out.clone() });
+    }
+    if out.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
+        return Err(Error::MachineFormat { file: out.clone() });
+    }
+    let loaded = load_robot(body, arguments.muscles.as_deref())?;
+    print_warnings(&loaded.warnings);
+    let described = Description::of(&loaded.robot, &body.display().to_string());
+    let mut machine = machine_of(described)?.machine;
+    machine.task = movable(&machine)?;
+    let motion = SizingMotion { period: arguments.period, share: arguments.share };
+    let choice = choice::of(&machine, &motion)?;
+    let body = match source_of(body, arguments.muscles.as_deref())? {
+        Source::Robot { muscles } => Body::File {
+            body: relative(body, out)?,
+            muscles: muscles.map(|muscles| relative(&muscles, out)).transpose()?,
+        },
+        Source::Machine => Body::Tables(to_toml(machine.robot.parts())),
+    };
+    let text = draft::text(&choice, &body, &motion);
+    // What is written runs: it is read as any machine file.
+    machine_in(out, &text)?;
+    write_all(&[(out.clone(), text.as_bytes())])?;
+    report(&choice, arguments)
+}
+
+/// The task restricted to the coordinates that the end point can change; the joints, where these are more than the
+/// joints.
+fn movable(machine: &Machine) -> Result<Task, Error> {
+    let Task::EndPoint { site, .. } = machine.task else { return Ok(machine.task) };
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    let mut dynamics = MuscleDynamics::new(&machine.robot)?;
+    let mut poses = Poses::new(&machine.robot);
+    for pose in machine.poses(POSES)? {
+        dynamics.evaluate(&pose)?;
+        machine.robot.forward_kinematics(dynamics.coordinates(), &mut poses)?;
+        let place = machine.robot.site_pose(&poses, site).origin;
+        low = std::array::from_fn(|k| low[k].min(place[k]));
+        high = std::array::from_fn(|k| high[k].max(place[k]));
+    }
+    let span: [f64; 3] = std::array::from_fn(|k| high[k] - low[k]);
+    let most = span.into_iter().fold(0.0, f64::max);
+    let axes = span.map(|span| span > LEAST_SPAN * most);
+    let count = axes.iter().filter(|moves| **moves).count();
+    Ok(if (1..=machine.encoders.len()).contains(&count) {
+        Task::EndPoint { site, axes }
+    } else {
+        Task::Joints
+    })
+}
+
+/// Poses over which the end point's coordinates are compared, and the least of their spans over the largest.
+const POSES: usize = 60;
+const LEAST_SPAN: f64 = 0.01;
+
+/// What is printed with `--json`.
+#[derive(Debug, Serialize)]
+struct Answer<'a> {
+    file: String,
+    thin_rope: bool,
+    unreachable_share: f64,
+    muscles: Vec<Muscle<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct Muscle<'a> {
+    muscle: &'a str,
+    drive: &'a str,
+    motor: &'a str,
+    reducer: &'a str,
+    ratio: f64,
+    tension_n: f64,
+    speed_m_per_s: f64,
+    acceleration_m_per_s2: f64,
+    stroke_m: f64,
+    used: f64,
+}
+
+fn report(choice: &Choice, arguments: &MachineNewArguments) -> Result<Outcome, Error> {
+    let tendons = &choice.machine.robot.parts().tendons;
+    let muscles = tendons.iter().enumerate().map(|(index, tendon)| {
+        let (drive, required) = (&choice.drives[choice.drive_of[index]], &choice.required[index]);
+        Muscle {
+            muscle: &tendon.name,
+            drive: &drive.name,
+            motor: &drive.motor,
+            reducer: &drive.reducer,
+            ratio: drive.ratio,
+            tension_n: required.tension,
+            speed_m_per_s: required.speed,
+            acceleration_m_per_s2: required.acceleration,
+            stroke_m: required.stroke,
+            used: choice.used[index],
+        }
+    });
+    let demands = &choice.demands;
+    #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
+    let unreachable_share = demands.unreachable as f64 / demands.samples as f64;
+    let answer = Answer {
+        file: arguments.out.display().to_string(),
+        thin_rope: choice.thin.is_some(),
+        unreachable_share,
+        muscles: muscles.collect(),
+    };
+    let strong = choice.used.iter().all(|used| *used <= 1.0) && demands.unreachable == 0;
+    if arguments.json {
+        print(&(serde_json::to_string(&answer)? + "\n"))?;
+        return Ok(Outcome::of(strong));
+    }
+    let mut text = summary(&answer);
+    if let (Some((joint, missing)), true) = (demands.missing, demands.unreachable > 0) {
+        let joint = choice.machine.robot.independent_joints()[joint];
+        let name = one_line(&choice.machine.robot.parts().joints[joint].name);
+        text += &format!(
+            "\nIn {} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {} Nm or N\n",
+            percent(Some(unreachable_share)),
+            number(Some(missing))
+        );
+    }
+    text += &format!("\nWritten: {}\n", arguments.out.display());
+    print(&text)?;
+    Ok(Outcome::of(strong))
+}
+
+fn summary(answer: &Answer<'_>) -> String {
+    let row = |muscle: &Muscle<'_>| {
+        let words = [muscle.muscle, muscle.drive, muscle.motor, muscle.reducer].map(one_line);
+        let numbers = [
+            muscle.ratio,
+            muscle.tension_n,
+            muscle.speed_m_per_s,
+            muscle.acceleration_m_per_s2,
+            muscle.stroke_m,
+        ];
+        let numbers = numbers.map(|value| number(Some(value)));
+        words.into_iter().chain(numbers).chain([percent(Some(muscle.used))]).collect()
+    };
+    let head = ["muscle", "drive", "motor", "reducer", "ratio", "N", "m/s", "m/s^2", "stroke m", "used"];
+    table(&head, &answer.muscles.iter().map(row).collect::<Vec<_>>(), 4)
+}
+
+/// The path of an existing file from the folder of another one.
+fn relative(file: &Path, from: &Path) -> Result<String, Error> {
+    let absolute = |path: &Path| {
+        path.canonicalize().map_err(|source| Error::Unreadable { file: path.to_owned(), source })
+    };
+    let parent = from.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let (file, folder) = (absolute(file)?, absolute(parent)?);
+    let common = file.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    let mut path = PathBuf::new();
+    folder.components().skip(common).for_each(|_| path.push(Component::ParentDir));
+    file.components().skip(common).for_each(|part| path.push(part));
+    Ok(path.display().to_string())
+}

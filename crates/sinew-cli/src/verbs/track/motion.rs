@@ -1,0 +1,59 @@
+//! `--path`, resolved for a machine: a desired motion of its end point or of its joints.
+
+use super::{joints, waypoints};
+use crate::arguments::{PATH_FORMS, PathArgument};
+use crate::error::Error;
+use sinew::machine::Machine;
+use sinew::trajectory::Trajectory;
+use sinew_lab::arm::{DesiredMotion, first_infeasibility, plan, plan_tour};
+
+/// The path of a machine where none is given: its first one by name, else a tour.
+pub(super) fn default_path(machine: &Machine) -> PathArgument {
+    machine.paths.first().map_or(PathArgument::Tour, |first| PathArgument::Named(first.name.clone()))
+}
+
+/// Plans the trajectory of a path.
+pub(super) fn trajectory(
+    machine: &Machine,
+    path: &PathArgument,
+    duration: Option<f64>,
+) -> Result<Trajectory, Error> {
+    let Some(motion) = desired(machine, path)? else {
+        let check = |trajectory: &Trajectory| first_infeasibility(machine, trajectory, 1);
+        return Ok(plan_tour(machine, duration, check)?);
+    };
+    if motion.needs_end_point() && machine.task.site().is_none() {
+        let value = path.to_string();
+        let expected =
+            "a motion of the joints (tour, to-joints: or joints:), because the machine has no end point";
+        return Err(Error::Argument { flag: "--path", value, expected });
+    }
+    if let Some(given) = duration.filter(|_| motion.has_times()) {
+        let expected = "none with waypoints, which have their own times";
+        return Err(Error::Argument { flag: "--duration", value: given.to_string(), expected });
+    }
+    Ok(plan(machine, &motion, duration)?)
+}
+
+/// The motion, or none for a tour.
+fn desired(machine: &Machine, path: &PathArgument) -> Result<Option<DesiredMotion>, Error> {
+    Ok(Some(match path {
+        PathArgument::Tour => return Ok(None),
+        PathArgument::Named(name) => {
+            let named = machine.paths.iter().find(|named| named.name == *name);
+            let known =
+                || machine.paths.iter().map(|named| named.name.clone()).chain([PATH_FORMS.to_owned()]);
+            let unknown = || Error::UnknownPart {
+                flag: "--path",
+                value: name.clone(),
+                kind: "path",
+                known: known().collect(),
+            };
+            DesiredMotion::ClosedPath(named.ok_or_else(unknown)?.path.clone())
+        }
+        PathArgument::Point(position) => DesiredMotion::ToPoint(*position),
+        PathArgument::Pose(joints) => DesiredMotion::ToPose(joints::pose(machine, joints)?),
+        PathArgument::Waypoints(file) => DesiredMotion::Waypoints(waypoints::read(file)?),
+        PathArgument::JointWaypoints(file) => DesiredMotion::JointWaypoints(joints::read(machine, file)?),
+    }))
+}

@@ -1,0 +1,187 @@
+//! Machine files: shown, written, and refused.
+
+use crate::bench::Bench;
+use serde_json::Value;
+
+const BUILT_IN: [&str; 8] = [
+    "lm_arm",
+    "bench_joint",
+    "planar_leg",
+    "finger",
+    "exosuit_elbow",
+    "surgical_wrist",
+    "shoulder",
+    "chain10",
+];
+
+fn json(bench: &Bench, arguments: &str) -> Value {
+    let run = bench.run(arguments);
+    assert!(matches!(run.code, Some(0 | 3)), "{arguments}: {}", run.stderr);
+    serde_json::from_str(&run.stdout).unwrap()
+}
+
+/// The value and the origin of a setting.
+fn setting<'a>(shown: &'a Value, table: &str, key: &str) -> (&'a Value, &'a str) {
+    let settings = shown["settings"].as_array().unwrap();
+    let found = settings.iter().find(|row| row["table"] == table && row["key"] == key);
+    let row = found.unwrap_or_else(|| panic!("{table} {key}"));
+    (&row["value"], row["source"].as_str().unwrap())
+}
+
+#[test]
+fn every_built_in_machine_is_shown_with_units_and_origins() {
+    let bench = Bench::new();
+    for name in BUILT_IN {
+        let run = bench.succeeds(&format!("machine show {name}"));
+        for part in [name, "dead band", "default", "body", "[control]", "rad/s", "kg at cable"] {
+            assert!(run.stdout.contains(part), "{name}: {part}");
+        }
+    }
+    let shown = json(&bench, "machine show finger --json");
+    assert_eq!(
+        (shown["joints"].as_array().unwrap().len(), shown["muscles"].as_array().unwrap().len()),
+        (3, 5)
+    );
+    assert_eq!(
+        setting(&shown, "[[transmission]] `extensor`", "sheath_length_m"),
+        (&Value::from(0.4), "body")
+    );
+    assert_eq!(setting(&shown, "[[transmission]] `extensor`", "cable.friction"), (&Value::from(0.1), "file"));
+    assert_eq!(setting(&shown, "[control]", "margin"), (&Value::from(0.8), "default"));
+    let count =
+        |unit: &str| shown["settings"].as_array().unwrap().iter().filter(|row| row["unit"] == unit).count();
+    assert!(count("1/N") > 0 && count("rad") > 0 && count("N") > 0);
+}
+
+#[test]
+fn a_new_machine_file_runs_at_once_and_an_existing_one_is_kept() {
+    let bench = Bench::new();
+    bench.succeeds("arm convert planar_leg leg.xml");
+    let answer = json(&bench, "machine new leg.xml --out leg.toml --json");
+    let muscles = answer["muscles"].as_array().unwrap();
+    assert!(muscles.len() == 4 && muscles.iter().all(|muscle| muscle["used"].as_f64().unwrap() <= 1.0));
+    let text = bench.read("leg.toml");
+    assert!(
+        text.contains("body = \"leg.xml\"") && text.contains("# ") && text.contains("axes = [\"x\", \"z\"]"),
+        "{text}"
+    );
+    let shown = json(&bench, "machine show leg.toml --json");
+    assert_eq!(shown["warnings"], Value::from(Vec::<Value>::new()));
+    let drive = muscles[0]["drive"].as_str().unwrap();
+    assert_eq!(setting(&shown, "[[transmission]] `hip_flexor`", "drive"), (&Value::from(drive), "file"));
+    bench.succeeds("arm inspect leg.toml");
+
+    bench.refuses("machine new leg.xml --out leg.toml", &["leg.toml", "exists already", "--force"]);
+    bench.succeeds("machine new leg.xml --out leg.toml --force --period 1");
+    assert_ne!(bench.read("leg.toml"), text);
+    bench.refuses("machine new leg.xml --out leg.xml --force", &["leg.xml", "read by this run"]);
+    bench.refuses("machine new leg.xml --out other.xml", &["other.xml", ".toml"]);
+    bench.refuses("machine new foot.xml --out foot.toml", &["foot.xml"]);
+    bench.refuses_usage("machine new leg.xml --out a.toml --share 0", &["--share", "(0, 1]"]);
+}
+
+#[test]
+fn a_machine_file_in_another_folder_finds_its_body() {
+    let bench = Bench::new();
+    std::fs::create_dir_all(bench.path("bodies")).unwrap();
+    std::fs::create_dir_all(bench.path("machines")).unwrap();
+    bench.succeeds("arm convert bench_joint bodies/lever.toml");
+    bench.succeeds("machine new bodies/lever.toml --out machines/lever.toml");
+    assert!(bench.read("machines/lever.toml").contains("body = \"../bodies/lever.toml\""));
+    for verb in ["machine show", "arm inspect"] {
+        assert!(bench.succeeds(&format!("{verb} machines/lever.toml")).stdout.contains("lever"));
+    }
+    bench.write("bodies/lever.toml", "[[body]]\nmass = 1");
+    bench.refuses(
+        "machine show machines/lever.toml",
+        &["machines/../bodies/lever.toml:2:", "`mass`", "`mass_kg`"],
+    );
+}
+
+#[test]
+fn a_urdf_robot_with_its_muscles_becomes_a_machine() {
+    let bench = Bench::new();
+    bench.write(
+        "leg.urdf",
+        r#"<robot name="leg"><link name="world"/><link name="shank"><inertial><origin xyz="0 0 -0.2"/>
+<mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="knee" type="revolute"><parent link="world"/><child link="shank"/><axis xyz="0 1 0"/>
+<limit lower="0" upper="1.57" effort="1" velocity="1"/></joint></robot>"#,
+    );
+    let muscle = |name: &str, arm: f64| {
+        format!("[[muscle]]\nname = \"{name}\"\njoints = [{{ joint = \"knee\", coefficient = {arm:?} }}]\n")
+    };
+    bench.write("leg.muscles.toml", muscle("extensor", 0.03) + &muscle("flexor", -0.03));
+    bench.succeeds("machine new leg.urdf --out machine.toml");
+    assert!(bench.read("machine.toml").contains("muscles = \"leg.muscles.toml\""));
+    let shown = json(&bench, "machine show machine.toml --json");
+    assert_eq!(setting(&shown, "[task]", "space").0, "joints");
+    // The cable that pulls as gravity does cannot hold the joint: said, and ended with a code of its own.
+    bench.write("leg.muscles.toml", muscle("extensor", 0.03));
+    let run = bench.run("machine new leg.urdf --out weak.toml");
+    assert_eq!(run.code, Some(3), "{}", run.stderr);
+    assert!(
+        run.stdout.contains("no tensions give the torque") && run.stdout.contains("knee"),
+        "{}",
+        run.stdout
+    );
+}
+
+#[test]
+fn small_joints_get_thin_rope_and_a_machine_is_copied_with_its_body() {
+    let bench = Bench::new();
+    bench.succeeds("arm convert finger finger.toml");
+    let answer = json(&bench, "machine new finger.toml --out thin.toml --json");
+    assert_eq!(answer["thin_rope"], true);
+    let shown = json(&bench, "machine show thin.toml --json");
+    let bands = shown["joints"].as_array().unwrap().iter().map(|joint| joint["dead_band"].as_f64().unwrap());
+    assert!(bands.clone().all(|band| band > 0.0 && band < 0.2), "{:?}", bands.collect::<Vec<_>>());
+    bench.succeeds("machine new exosuit_elbow --out suit.toml");
+    let text = bench.read("suit.toml");
+    assert!(text.contains("[[body]]") && !text.contains("body = \"exo"), "{text}");
+    bench.succeeds("machine show suit.toml");
+}
+
+#[test]
+fn a_wrong_machine_file_is_refused_with_file_line_field_and_the_nearest_name() {
+    let bench = Bench::new();
+    bench.succeeds("arm convert bench_joint lever.xml");
+    for (text, parts) in [
+        ("body = \"leaver.xml\"\n", ["m.toml:1:", "leaver.xml", "cannot be read"]),
+        ("body = \"lever.xml\"\n[payload]\nmass_kg = -1\n", ["m.toml:3:", "mass_kg is -1", ">= 0"]),
+        ("body = \"lever.xml\"\n[[transmission]]\nmuscle = \"frond\"\n", ["m.toml:3:", "frond", "`front`"]),
+        ("body = \"lever.xml\"\n[controls]\nmargin = 1\n", ["m.toml:2:", "`controls`", "`control`"]),
+        ("body = \"lever.xml\"\nstart = { lever = nan }\n", ["m.toml:2:", "lever is nan", "finite"]),
+    ] {
+        bench.write("m.toml", text);
+        bench.refuses("machine show m.toml", &parts);
+    }
+    // A verb about robots reads of a machine file what concerns the robot.
+    bench.write("m.toml", "body = \"lever.xml\"\n[[travel]]\njoint = \"lever\"\nrange_rad = [-9.0, 1.0]\n");
+    bench.refuses("arm inspect m.toml", &["m.toml:4:", "range_rad is [-9.0, 1.0]", "-1.2 to 1.2"]);
+    bench.refuses("machine show fingr", &["fingr", "finger"]);
+    bench.refuses("machine show finger --muscles lever.xml", &["finger", "--muscles"]);
+}
+
+#[test]
+fn gains_follow_for_every_built_in_machine_and_for_one_with_chosen_drives_and_are_read_again() {
+    let bench = Bench::new();
+    for name in BUILT_IN {
+        bench.run(&format!("machine new {name} --out chosen.toml --force"));
+        for machine in [name, "chosen.toml"] {
+            let tuned = json(&bench, &format!("machine tune {machine} --specimens 2 --json"));
+            for muscle in tuned["muscles"].as_array().unwrap() {
+                assert!(muscle["max_winch_speed_m_per_s"].as_f64().unwrap() > 0.0, "{machine}");
+                assert!(muscle["phase_margin_deg"].as_f64().unwrap() > 10.0, "{machine}: {muscle}");
+            }
+            assert!(tuned["joints"].as_array().unwrap().iter().all(|joint| joint["limited_by"].is_string()));
+        }
+    }
+    bench.succeeds("machine tune finger --out gains.json");
+    let motion = "--path to-joints:base_flexion=0.5 --duration 3 --hold 0";
+    bench.succeeds(&format!("track finger {motion} --gains gains.json"));
+    bench.refuses(&format!("track shoulder {motion} --gains gains.json"), &["base_flexion"]);
+    bench.refuses("track shoulder --gains gains.json", &["gains of muscles", "8", "5"]);
+    bench.write("gains.json", "{\"damping\": 1, \"dampings\": 2}");
+    bench.refuses("track finger --gains gains.json", &["gains.json", "line 1", "dampings"]);
+}

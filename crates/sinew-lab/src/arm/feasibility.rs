@@ -1,0 +1,180 @@
+//! Feasibility of a planned motion: the limits of joints, winches and tensions.
+
+use super::heat::{allowed_temperature, drive_heat};
+use super::tracking::poses_along;
+use crate::Error;
+use crate::experiment::oracle_models;
+use sinew::control::arm::{ArmGains, synthesize};
+use sinew::control::tension::{Distribution, Problem, Status};
+use sinew::machine::Machine;
+use sinew::trajectory::{self, Infeasibility, Limits, TorqueDeficit, TorqueDemand, Trajectory, Violation};
+use sinew::twin::arm::ArmSpecimen;
+
+/// The first time at which a machine with its payload violates a limit: of the joints, of speed or acceleration
+/// of a winch, of the tensions that the controller may ask for, where they cannot produce the torque, or of the
+/// heat of a drive over `repeats` of the motion.
+///
+/// A motion may use a share of the limits of drives and tensions alone
+/// ([`ControlRules::margin`](sinew::machine::ControlRules::margin)): a machine as built is heavier and has more
+/// friction than its design.
+///
+/// # Errors
+/// [`Error::Physics`] where trajectory and machine do not belong together.
+pub fn first_infeasibility(
+    machine: &Machine,
+    trajectory: &Trajectory,
+    repeats: u32,
+) -> Result<Option<Infeasibility>, Error> {
+    let design = ArmSpecimen::nominal(machine)?;
+    let models = oracle_models(&design);
+    let machine = &machine.loaded()?;
+    let unreached = trajectory::first_unreachable(trajectory);
+    if unreached.is_some() {
+        return Ok(unreached);
+    }
+    let (gains, found) = synthesize(machine, &models, &poses_along(trajectory)?)?;
+    let margin = machine.rules.margin;
+    let mut torques = TorqueCheck::new(trajectory.joints(), tension_limits(&gains, margin));
+    let limits = Limits {
+        cable_speed: gains
+            .muscles
+            .iter()
+            .map(|muscle| margin * ANCHOR_SPEED * muscle.max_winch_speed)
+            .collect(),
+        cable_acceleration: machine.muscles.iter().map(|muscle| margin * muscle.drive.acceleration).collect(),
+        interval: check_interval(trajectory),
+        ..Limits::default()
+    };
+    let check = |demand: TorqueDemand<'_>| torques.deficit(demand);
+    let violated = trajectory::first_infeasibility(&machine.robot, trajectory, &limits, check)?;
+    if violated.is_some() {
+        return Ok(violated);
+    }
+    let pretension: Vec<f64> = models.iter().map(|model| model.parameters.pretension).collect();
+    let heat = drive_heat(machine, &gains, &found, &pretension, trajectory, repeats)?;
+    Ok(heat.overheated.map(|(time, k)| Infeasibility {
+        time,
+        violation: Violation::Heat {
+            muscle: machine.robot.parts().tendons[k].name.clone(),
+            hottest: allowed_temperature(machine, k),
+        },
+    }))
+}
+
+/// Share of a winch's largest speed that an anchor may have: the rest moves the stretch of the cable and its dead
+/// band.
+const ANCHOR_SPEED: f64 = 0.55;
+
+/// Lower and upper tension limit of every muscle, N, of which the upper is lowered to a share of its range.
+fn tension_limits(gains: &ArmGains, margin: f64) -> Vec<[f64; 2]> {
+    let limits = gains.muscles.iter().map(|muscle| {
+        let [least, most] = muscle.tension;
+        [least, least + margin * (most - least)]
+    });
+    limits.collect()
+}
+
+/// Tension distribution within the limits of the muscles.
+struct TorqueCheck {
+    distribution: Distribution,
+    joints: usize,
+    minimum: Vec<f64>,
+    maximum: Vec<f64>,
+    zeros: Vec<f64>,
+    ones: Vec<f64>,
+}
+
+impl TorqueCheck {
+    fn new(joints: usize, limits: Vec<[f64; 2]>) -> Self {
+        let muscles = limits.len();
+        let (minimum, maximum) = limits.into_iter().map(|[lower, upper]| (lower, upper)).unzip();
+        Self {
+            distribution: Distribution::new(muscles, joints),
+            joints,
+            minimum,
+            maximum,
+            zeros: vec![0.0; muscles],
+            ones: vec![1.0; muscles],
+        }
+    }
+
+    /// The part of a torque that no admissible tensions produce.
+    ///
+    /// # Errors
+    /// As [`Distribution::solve`]: an invalid problem is not a feasible one.
+    fn deficit(&mut self, demand: TorqueDemand<'_>) -> Result<Option<TorqueDeficit>, sinew::Error> {
+        let Self { distribution, joints, minimum, maximum, zeros, ones } = self;
+        let solution = distribution.solve(&Problem {
+            moment_arms: demand.moment_arms,
+            torque: demand.torque,
+            minimum,
+            maximum,
+            reference: zeros,
+            weight: ones,
+        })?;
+        if solution.status == Status::Optimal {
+            return Ok(None);
+        }
+        let residual = solution.residual.iter().copied().enumerate();
+        let (velocity, torque) =
+            residual.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, f64::NAN));
+        // The saturated muscle with the largest moment arm in the direction of the torque.
+        let leverage =
+            |muscle: usize| demand.moment_arms[muscle * *joints + velocity] * demand.torque[velocity];
+        let muscle = (0..maximum.len())
+            .filter(|&m| leverage(m) > 0.0 && solution.tension[m] >= maximum[m])
+            .max_by(|&a, &b| leverage(a).total_cmp(&leverage(b)))
+            .map(|m| (m, solution.tension[m]));
+        Ok(Some(TorqueDeficit { velocity, torque, muscle }))
+    }
+}
+
+/// Time between checked instants, s: at least fifty within each motion.
+fn check_interval(trajectory: &Trajectory) -> f64 {
+    let default = Limits::default().interval;
+    match trajectory {
+        Trajectory::Sequence(sequence) => {
+            sequence.motions().map(|(_, motion)| check_interval(motion)).fold(default, f64::min)
+        }
+        _ => default.min(0.02 * trajectory.duration()).max(1e-3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm::{DesiredMotion, plan, testing::lm_arm};
+
+    fn sine(machine: &Machine) -> Trajectory {
+        let path = machine.paths[0].path.clone();
+        plan(machine, &DesiredMotion::ClosedPath(path), Some(11.5)).unwrap()
+    }
+
+    #[test]
+    fn a_distribution_problem_that_is_invalid_is_an_error_and_not_feasible() {
+        let mut check = TorqueCheck::new(7, vec![[25.0, 150.0]; 15]);
+        let mut torque = vec![0.0; 7];
+        let arms = vec![0.01; 15 * 7];
+        torque[2] = f64::NAN;
+        assert!(check.deficit(TorqueDemand { moment_arms: &arms, torque: &torque }).is_err());
+        assert!(check.deficit(TorqueDemand { moment_arms: &arms[1..], torque: &[0.0; 7] }).is_err());
+    }
+
+    #[test]
+    fn a_payload_beyond_the_tension_limits_or_the_heat_of_a_drive_is_reported() {
+        let machine = lm_arm();
+        let trajectory = sine(&machine);
+        assert_eq!(first_infeasibility(&machine, &trajectory, 1).unwrap(), None);
+        let loaded = Machine { payload: 5.0, ..machine.clone() };
+        let found = first_infeasibility(&loaded, &trajectory, 1).unwrap().unwrap();
+        assert!(matches!(found.violation, Violation::Torque { .. }), "{found}");
+        // Windings that hardly give off heat hold for a while only.
+        let mut warm = machine;
+        for muscle in &mut warm.muscles {
+            muscle.drive.motor.winding_to_housing *= 3000.0;
+            muscle.drive.motor.winding_capacity *= 0.1;
+        }
+        let found = first_infeasibility(&warm, &trajectory, 2000).unwrap().unwrap();
+        assert!(matches!(found.violation, Violation::Heat { .. }) && found.time > 20.0, "{found}");
+    }
+}

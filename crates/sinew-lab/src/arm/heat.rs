@@ -1,0 +1,135 @@
+//! Heat of the drives along a planned motion.
+
+use crate::Error;
+use sinew::control::arm::ArmGains;
+use sinew::control::tension::{Distribution, Problem};
+use sinew::drive::{DriveParameters, ROOM};
+use sinew::machine::{Characteristics, Machine};
+use sinew::muscle::MuscleDynamics;
+use sinew::trajectory::{Reference, Trajectory};
+
+/// Temperatures of the windings of a machine that repeats a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DriveHeat {
+    /// The first winding beyond its limit: time since the start, s, and its muscle; none where all stay below.
+    pub overheated: Option<(f64, usize)>,
+    /// Hottest temperature of every winding, degrees Celsius: `[muscles]`.
+    pub windings: Vec<f64>,
+}
+
+/// Longest step of the integration, s: an eighth of the time constant of a small winding.
+const LONGEST_STEP: f64 = 1.0;
+/// Instants of one repeat at which the currents are computed.
+const INSTANTS: usize = 400;
+
+/// Integrates the heat of every drive over repeats of a motion from room temperature, for the tensions that the
+/// controller asks for on cables as designed.
+///
+/// ```text
+/// T_in - T_0 = (F - T_0) e^(s A),   s the direction of sliding;    i from the losses of the reducer
+/// C_w T_w' = R(T_w) i^2 - (T_w - T_h)/R_wh,    C_h T_h' = (T_w - T_h)/R_wh - (T_h - T_a)/R_ha
+/// ```
+///
+/// # Errors
+/// [`Error::Physics`] where trajectory and machine do not belong together.
+pub fn drive_heat(
+    machine: &Machine,
+    gains: &ArmGains,
+    found: &Characteristics,
+    pretension: &[f64],
+    trajectory: &Trajectory,
+    repeats: u32,
+) -> Result<DriveHeat, Error> {
+    let currents = currents(machine, gains, found, pretension, trajectory)?;
+    let interval = trajectory.duration() / INSTANTS as f64;
+    let steps = (interval / LONGEST_STEP).ceil().max(1.0);
+    let mut heat = DriveHeat { overheated: None, windings: vec![ROOM; machine.muscles.len()] };
+    for (k, muscle) in machine.muscles.iter().enumerate() {
+        let mut motor = Temperatures { winding: ROOM, housing: ROOM };
+        let limit = allowed_temperature(machine, k);
+        'repeats: for repeat in 0..repeats {
+            for (n, currents) in currents.iter().enumerate() {
+                for _ in 0..steps as usize {
+                    motor.advance(&muscle.drive, currents[k], interval / steps);
+                }
+                heat.windings[k] = heat.windings[k].max(motor.winding);
+                if motor.winding > limit {
+                    let time = f64::from(repeat) * trajectory.duration() + n as f64 * interval;
+                    if heat.overheated.is_none_or(|(first, _)| time < first) {
+                        heat.overheated = Some((time, k));
+                    }
+                    break 'repeats;
+                }
+            }
+        }
+    }
+    Ok(heat)
+}
+
+/// Temperature that a planned motion may heat a winding to, degrees Celsius: the machine's margin is a share of the
+/// rise.
+pub(super) fn allowed_temperature(machine: &Machine, muscle: usize) -> f64 {
+    ROOM + machine.rules.margin * (machine.muscles[muscle].drive.motor.hottest - ROOM)
+}
+
+/// Current of every drive at every instant, A: `[instants][muscles]`.
+fn currents(
+    machine: &Machine,
+    gains: &ArmGains,
+    found: &Characteristics,
+    pretension: &[f64],
+    trajectory: &Trajectory,
+) -> Result<Vec<Vec<f64>>, Error> {
+    let mut model = MuscleDynamics::new(&machine.robot)?;
+    let (muscles, joints) = (model.muscles(), model.joints());
+    let mut distribution = Distribution::new(muscles, joints);
+    let mut reference = Reference::new(joints);
+    let (mut torque, mut speed) = (vec![0.0; joints], vec![0.0; muscles]);
+    let limit = |k: usize| gains.muscles.iter().map(move |muscle| muscle.tension[k]).collect::<Vec<_>>();
+    let (minimum, maximum) = (limit(0), limit(1));
+    let (zeros, ones) = (vec![0.0; muscles], vec![1.0; muscles]);
+    let mut instants = Vec::with_capacity(INSTANTS);
+    for n in 0..INSTANTS {
+        trajectory.sample(trajectory.duration() * n as f64 / INSTANTS as f64, &mut reference)?;
+        model.evaluate(&reference.q)?;
+        model.inverse_dynamics(&reference.v, &reference.a, &mut torque)?;
+        model.anchor_motion(&reference.v, &mut speed);
+        let solution = distribution.solve(&Problem {
+            moment_arms: model.moment_arms(),
+            torque: &torque,
+            minimum: &minimum,
+            maximum: &maximum,
+            reference: &zeros,
+            weight: &ones,
+        })?;
+        let each = solution.tension.iter().zip(&speed).enumerate().map(|(k, (force, speed))| {
+            let drive = &machine.muscles[k].drive;
+            let near =
+                (force - pretension[k]).max(0.0) * (speed.signum() * found.muscles[k].friction_angle).exp();
+            if *speed >= 0.0 {
+                drive.pulling_current(near, *speed)
+            } else {
+                drive.yielding_current(near, -speed)
+            }
+        });
+        instants.push(each.collect());
+    }
+    Ok(instants)
+}
+
+/// Of one motor, degrees Celsius.
+struct Temperatures {
+    winding: f64,
+    housing: f64,
+}
+
+impl Temperatures {
+    fn advance(&mut self, drive: &DriveParameters, current: f64, h: f64) {
+        let motor = &drive.motor;
+        let loss = motor.resistance_at(self.winding) * current * current;
+        let to_housing = (self.winding - self.housing) / motor.winding_to_housing.max(1e-3);
+        let to_air = (self.housing - ROOM) / motor.housing_to_air;
+        self.winding += h * (loss - to_housing) / motor.winding_capacity;
+        self.housing += h * (to_housing - to_air) / motor.housing_capacity;
+    }
+}

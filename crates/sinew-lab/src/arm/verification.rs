@@ -1,0 +1,105 @@
+//! Verification of a controller before the start: the motion is simulated on machines drawn within the tolerances,
+//! other ones than that of the run, and gains are lowered until all of them track it.
+
+use super::tracking::poses_along;
+use crate::Error;
+use crate::experiment::arm::{TrackRun, track};
+use crate::experiment::{TrackSummary, oracle_models};
+use rayon::prelude::*;
+use sinew::control::arm::{ActuationMode, ArmController, CableStateSource, synthesize};
+use sinew::machine::{ControlRules, Machine};
+use sinew::trajectory::Trajectory;
+use sinew::twin::arm::ArmSpecimen;
+
+/// Outcome of a verification.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verified {
+    /// Every drawn machine tracks the motion with these rules.
+    Tracks(ControlRules),
+    /// No set of rules does; what stopped a machine with the softest.
+    Fails(String),
+}
+
+/// Factors of bandwidth, pre-travel, position gain and damping crossover, from the rules' own to the softest.
+const SOFTER: [[f64; 4]; 4] =
+    [[1.0, 1.0, 1.0, 1.0], [0.65, 1.0, 1.0, 1.0], [0.48, 0.55, 0.75, 1.0], [0.33, 0.4, 0.55, 0.65]];
+/// Seeds of the drawn machines: not those of any run.
+const SEEDS: [u64; 2] = [0x7665_7269_6679_0001, 0x7665_7269_6679_0002];
+/// Rest before and after the motion, s.
+const REST: [f64; 2] = [1.0, 0.5];
+/// Longest time for which a cable may be slack, s.
+const MAX_SLACK: f64 = 0.25;
+
+/// Finds rules with which drawn machines track one repeat of a motion; the controller has the designed body and the
+/// true parameters of their cables, which a calibration would identify.
+///
+/// # Errors
+/// [`Error::Physics`] where trajectory and machine do not belong together.
+pub fn verify(machine: &Machine, trajectory: &Trajectory) -> Result<Verified, Error> {
+    let loaded = machine.loaded()?;
+    let design = ArmSpecimen::nominal(&loaded)?;
+    let specimens = SEEDS.map(|seed| ArmSpecimen::drawn_around(&design, &loaded, seed));
+    let specimens: Vec<ArmSpecimen> = specimens.into_iter().collect::<Result<_, _>>()?;
+    let poses = poses_along(trajectory)?;
+    let mut failure = None;
+    for factors in SOFTER {
+        let rules = softened(&machine.rules, factors);
+        let trial = Machine { rules, ..loaded.clone() };
+        let found = specimens.par_iter().map(|built| simulate(&trial, built, trajectory, &poses));
+        let found = found.collect::<Result<Vec<TrackSummary>, Error>>()?;
+        failure = found.iter().find_map(|summary| problem(summary, &trial));
+        if failure.is_none() {
+            return Ok(Verified::Tracks(rules));
+        }
+    }
+    Ok(Verified::Fails(failure.unwrap_or_default()))
+}
+
+fn softened(rules: &ControlRules, [bandwidth, pre_travel, position, damping]: [f64; 4]) -> ControlRules {
+    ControlRules {
+        bandwidth: bandwidth * rules.bandwidth,
+        pre_travel_gain: pre_travel * rules.pre_travel_gain,
+        position_gain: position * rules.position_gain,
+        damping_crossover: damping * rules.damping_crossover,
+        ..*rules
+    }
+}
+
+fn simulate(
+    machine: &Machine,
+    built: &ArmSpecimen,
+    trajectory: &Trajectory,
+    poses: &[Vec<f64>],
+) -> Result<TrackSummary, Error> {
+    let models = oracle_models(built);
+    let (gains, _) = synthesize(machine, &models, poses)?;
+    let limits = gains.tension_limits();
+    let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
+    let controller = ArmController::new(&machine.robot, &models, gains, mode)?;
+    let run = TrackRun {
+        specimen: built,
+        robot: &machine.robot,
+        site: machine.task.site(),
+        tension_limits: &limits,
+        trajectory,
+        repeats: 1,
+        before: REST[0],
+        after: REST[1],
+        faults: &[],
+        seed: SEEDS[0],
+    };
+    Ok(track(&run, controller, |_| {})?)
+}
+
+/// What keeps a run from being one that tracks.
+fn problem(summary: &TrackSummary, machine: &Machine) -> Option<String> {
+    let name = |k: usize| machine.robot.parts().tendons[k].name.as_str();
+    if let Some((_, fault)) = summary.stopped {
+        return Some(super::report::named(fault, &machine.robot));
+    }
+    if summary.plant_failed.is_some() {
+        return Some("motion faster than the cables allow".to_owned());
+    }
+    let (slack, muscle) = summary.slack;
+    (slack > MAX_SLACK).then(|| format!("cable of {} slack for {slack:.2} s", name(muscle)))
+}

