@@ -210,6 +210,7 @@ impl ArmController {
             tension_in: &self.cables.tension_in,
             winch_correction: &self.cables.winch_correction,
             joint: [&self.joints.q, &self.joints.v, &self.joints.disturbance],
+            disturbance_torque: &self.stiffness.disturbance_torque,
             joint_stiffness: &self.stiffness.joints,
             reference,
         };
@@ -262,8 +263,8 @@ impl ArmController {
             joints.disturbance.iter_mut().zip(&*model_acceleration).for_each(|(d, a)| *d = -a);
             self.law.initialize(&self.gains, &joints.disturbance);
         }
-        self.stiffness.update(body, joints, &cables.tension_out, model_acceleration)?;
         joints.update(h, &self.faults.joint, model_acceleration, body)?;
+        self.stiffness.update(body, joints);
         if !self.at_rest {
             let known = self.source != CableStateSource::Encoders;
             self.law.update_disturbance(h, &self.gains, known.then_some(&joints.disturbance[..]));

@@ -18,7 +18,9 @@ pub(super) struct Prediction<'a> {
     pub(super) winch_correction: &'a [f64],
     /// Estimated angle, rad, speed, rad/s, and disturbance, rad/s^2, of every joint.
     pub(super) joint: [&'a [f64]; 3],
-    /// Stiffness of every joint over its inertia, 1/s^2.
+    /// Torque of the disturbances at every joint, Nm.
+    pub(super) disturbance_torque: &'a [f64],
+    /// Stiffness with which the muscles hold every joint, Nm/rad.
     pub(super) joint_stiffness: &'a [f64],
     /// Reference of the joints.
     pub(super) reference: &'a Reference,
@@ -161,6 +163,7 @@ impl FaultDetector {
                 angle: angle[k],
                 speed: speed[k],
                 disturbance: disturbance[k],
+                torque: prediction.disturbance_torque[k],
                 reference: prediction.reference.q[k],
                 reference_speed: prediction.reference.v[k],
                 gains: &self.joint_gains[k],
@@ -281,6 +284,7 @@ mod tests {
             tension_in: &[40.0],
             winch_correction: &[0.0],
             joint: [&[0.2], &[0.0], &[0.0]],
+            disturbance_torque: &[0.0],
             joint_stiffness: &[200.0],
             reference: &reference,
         };

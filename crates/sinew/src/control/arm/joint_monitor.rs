@@ -5,10 +5,10 @@ use super::gains::JointGains;
 /// Between measurements the joint observer is driven by the estimated tensions of the muscles, whose lengths
 /// are known from the motor encoders: the cables hold `q^` like springs ([`JointStiffness`]), and the model
 /// predicts the next measurements with a small error. Two residuals compare the encoder with the muscles: the
-/// innovation, and the change of the disturbance that it needs.
+/// innovation, and the change of the disturbances' torque that it needs.
 ///
 /// ```text
-/// e = y - q^,    x_r = int q'_r dt,    x_m = (d^_0 - d^)/W^2 - e        since y last changed
+/// e = y - q^,    x_r = int q'_r dt,    x_m = (tau_d,0 - tau_d)/k - e        since y last changed
 /// x = x_r where |x_r| <= |x_m| and both have one sign, x_m where it is smaller, 0 where the signs differ
 /// rejected   |e| > x_j                                                        a jump
 ///            |x| > x_0 and |x_m| > x_max,  or |x_r| > x_r,max                 y unchanged to the bit
@@ -19,8 +19,9 @@ use super::gains::JointGains;
 /// |----------|-----------------------------------------------------------------------------|---------|
 /// | y, q^    | measured and predicted angle                                                  | rad     |
 /// | x_r, x_m | motion by the reference and by the muscles since the output last changed       | rad     |
-/// | d^, d^_0 | disturbance of the joint's observer, now and when the output last changed       | rad/s^2 |
-/// | W^2      | [`JointStiffness`]                                                           | 1/s^2   |
+/// | tau_d, tau_d,0 | torque of the disturbances at the joint, now and when the output last changed | Nm    |
+/// | k        | stiffness of the joint, [`JointStiffness`]                                   | Nm/rad  |
+/// | d^_0     | disturbance of the joint's observer when the output last changed               | rad/s^2 |
 /// | x_j, x_max, x_r,max | [`JointGains`]                                                    | rad     |
 /// | t_r, t_d | time since the rejection, [`DRIFT_TIME`] of the prediction                     | s       |
 /// | x_0, s   | five counts of the encoder; two counts and an eighth of `x_j`                  | rad     |
@@ -57,8 +58,17 @@ struct Unchanged {
     reference: f64,
     /// `x`, rad.
     implied: f64,
+    /// `tau_d,0`, Nm.
+    torque: f64,
     /// `d^_0`, rad/s^2.
     disturbance: f64,
+}
+
+impl Unchanged {
+    /// At a change of the output.
+    fn since_now(predicted: &JointPrediction<'_>) -> Self {
+        Self { torque: predicted.torque, disturbance: predicted.disturbance, ..Self::default() }
+    }
 }
 
 /// Outcome of a comparison.
@@ -90,13 +100,15 @@ pub(super) struct JointPrediction<'a> {
     pub(super) speed: f64,
     /// `d^`, rad/s^2.
     pub(super) disturbance: f64,
+    /// `tau_d`, Nm.
+    pub(super) torque: f64,
     /// `q_r`, rad.
     pub(super) reference: f64,
     /// `q'_r`, rad/s.
     pub(super) reference_speed: f64,
     /// Thresholds of the joint.
     pub(super) gains: &'a JointGains,
-    /// `W^2`, 1/s^2.
+    /// `k`, Nm/rad.
     pub(super) stiffness: f64,
     /// Whether the winches follow speeds, so that the joint follows its reference.
     pub(super) winches_move: bool,
@@ -138,7 +150,7 @@ impl JointMonitor {
         if unchanged {
             self.unchanged.reference += h * predicted.reference_speed;
         } else {
-            self.unchanged = Unchanged { disturbance: predicted.disturbance, ..Unchanged::default() };
+            self.unchanged = Unchanged::since_now(predicted);
         }
         let e = measured - predicted.angle;
         if self.rejected_for > 0.0 {
@@ -165,7 +177,7 @@ impl JointMonitor {
 
     /// Whether muscles and reference contradict an unchanged output; evaluates `x`.
     fn is_contradicted(&mut self, e: f64, predicted: &JointPrediction<'_>) -> bool {
-        let by_muscles = (self.unchanged.disturbance - predicted.disturbance) / predicted.stiffness - e;
+        let by_muscles = (self.unchanged.torque - predicted.torque) / predicted.stiffness - e;
         let by_reference = self.unchanged.reference;
         let one_sign = by_muscles * by_reference > 0.0;
         self.unchanged.implied =
@@ -192,7 +204,7 @@ impl JointMonitor {
             return EncoderCheck::Rejected;
         }
         self.rejected_for = 0.0;
-        self.unchanged = Unchanged { disturbance: predicted.disturbance, ..Unchanged::default() };
+        self.unchanged = Unchanged::since_now(predicted);
         EncoderCheck::Returned
     }
 }
@@ -218,6 +230,7 @@ mod tests {
         angle: 0.5,
         speed: 0.3,
         disturbance: -1.0,
+        torque: -1.0,
         reference: 0.5,
         reference_speed: 0.3,
         gains: &GAINS,
@@ -274,15 +287,15 @@ mod tests {
             let mut monitor = started();
             assert_eq!(monitor.update(H, 0.5003, &MOVING), EncoderCheck::Accepted);
             (1..190).find_map(|k| {
-                let disturbance = -1.0 + change * f64::from(k);
-                let predicted = JointPrediction { disturbance, reference_speed, ..MOVING };
+                let torque = -1.0 + change * f64::from(k);
+                let predicted = JointPrediction { torque, disturbance: torque, reference_speed, ..MOVING };
                 match monitor.update(H, 0.5003, &predicted) {
                     EncoderCheck::Withdrawn { shift, disturbance } => Some((k, shift, disturbance)),
                     _ => None,
                 }
             })
         };
-        // d^ falls by W^2 x: the muscles imply +0.5 mrad per cycle, the reference +0.3.
+        // tau_d falls by k x: the muscles imply +0.5 mrad per cycle, the reference +0.3.
         let (cycles, shift, disturbance) = until_rejected(-0.1, 0.3).unwrap();
         assert!((30..36).contains(&cycles) && (disturbance + 1.0).abs() < 1e-12, "{cycles}");
         assert!((shift - 3e-4 * f64::from(cycles)).abs() < 1e-9, "{shift}");

@@ -44,7 +44,8 @@ pub(super) struct JointObserver {
     max_bandwidth_ratio: f64,
     /// `1/c_b`, N/m: `[muscles]`.
     stiffness: Vec<f64>,
-    mass: Vec<f64>,
+    /// `M` of the last step, row by row: `[joints x joints]`.
+    pub(super) mass: Vec<f64>,
     augmented: Vec<f64>,
     impulse: Vec<f64>,
     change: Vec<f64>,
