@@ -8,6 +8,7 @@ mod common;
 use common::random_machine::{RandomMachine, machine};
 use rayon::prelude::*;
 use sinew::machine::Machine;
+use sinew::trajectory::Trajectory;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
     CalibratedArm, TrackOutcome, TrackingTask, Verified, first_infeasibility, plan_tour, track_arm, verify,
@@ -34,14 +35,28 @@ struct Tracked {
     stuck_mode: f64,
 }
 
-fn track(seed: u64) -> Result<Tracked, String> {
-    let RandomMachine { machine, first_link } = machine(seed);
+/// Masses of the links that are tried until the tensions give the torque.
+const LIGHTER: [f64; 4] = [1.0, 0.7, 0.49, 0.34];
+
+/// A random machine with a tour of its ranges.
+fn feasible(seed: u64) -> Result<(RandomMachine, Trajectory), String> {
     let text = |error: sinew_lab::Error| error.to_string();
-    let check = |trajectory: &sinew::trajectory::Trajectory| first_infeasibility(&machine, trajectory, 1);
-    let trajectory = plan_tour(&machine, None, check).map_err(text)?;
-    if let Some(violated) = first_infeasibility(&machine, &trajectory, 1).map_err(text)? {
-        return Err(violated.to_string());
+    let mut reason = String::new();
+    for lighter in LIGHTER {
+        let drawn = machine(seed, lighter);
+        let check = |trajectory: &Trajectory| first_infeasibility(&drawn.machine, trajectory, 1);
+        let trajectory = plan_tour(&drawn.machine, None, check).map_err(text)?;
+        match first_infeasibility(&drawn.machine, &trajectory, 1).map_err(text)? {
+            None => return Ok((drawn, trajectory)),
+            Some(violated) => reason = violated.to_string(),
+        }
     }
+    Err(reason)
+}
+
+fn track(seed: u64) -> Result<Tracked, String> {
+    let text = |error: sinew_lab::Error| error.to_string();
+    let (RandomMachine { machine, first_link }, trajectory) = feasible(seed)?;
     let machine = match verify(&machine, &trajectory).map_err(text)? {
         Verified::Tracks(rules) => Machine { rules, ..machine },
         Verified::Fails(reason) => return Err(format!("verification: {reason}")),

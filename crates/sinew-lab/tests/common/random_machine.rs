@@ -36,8 +36,9 @@ pub(crate) struct RandomMachine {
     pub(crate) first_link: f64,
 }
 
-/// One to eight joints, one more muscle than joints to twice as many and three, from a finger to an arm.
-pub(crate) fn machine(seed: u64) -> RandomMachine {
+/// One to eight joints, one more muscle than joints to twice as many and three, from a finger to an arm; every mass
+/// is multiplied by `lighter`.
+pub(crate) fn machine(seed: u64, lighter: f64) -> RandomMachine {
     let mut draw = Draw(Random::new(0x6d61_6368 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     let joints = 1 + draw.below(8);
     let first_link = draw.log_between(0.035, 0.33);
@@ -52,7 +53,7 @@ pub(crate) fn machine(seed: u64) -> RandomMachine {
     parts.bodies.push(body("world", 0, [0.0; 3], 0.0, 0.0));
     for (k, length) in links.iter().enumerate() {
         let at = if k == 0 { 0.0 } else { links[k - 1] };
-        let mass = 0.02 * density * (length / 0.04_f64).powf(2.05);
+        let mass = lighter * 0.02 * density * (length / 0.04_f64).powf(2.05);
         parts.bodies.push(body(&format!("link{k}"), k, [at, 0.0, 0.0], mass, *length));
         let across = draw.below(2);
         let center = draw.between(-0.3, 0.3);
@@ -131,10 +132,10 @@ fn add_muscle(draw: &mut Draw, parts: &mut Parts, links: &[f64], arm: f64, over:
         let axis = parts.joints[joint].axis;
         // A positive rotation about y moves x toward -z, about z toward y: the site on this side shortens.
         let offset = |r: f64| if axis[1] > 0.5 { [0.0, 0.0, -side * r] } else { [0.0, side * r, 0.0] };
-        // Without a surface the sites are near the joint, so that the moment arm keeps its sign over the range.
-        let along = if wrapped { 0.35 * links[joint] } else { 0.8 * radius };
+        // Sites near the joint keep the moment arm: one that grows as the muscle pulls is a negative stiffness.
+        let along = if wrapped { 1.5 * radius } else { 0.7 * radius };
         let parent_x = if joint == 0 { -along } else { links[joint - 1] - along };
-        let before = offset(radius);
+        let before = offset(if wrapped { 0.5 * radius } else { radius });
         let mut site = |name: String, body: usize, position: [f64; 3]| {
             parts.sites.push(Site { name, body, position, orientation: UPRIGHT });
             parts.sites.len() - 1
@@ -153,7 +154,7 @@ fn add_muscle(draw: &mut Draw, parts: &mut Parts, links: &[f64], arm: f64, over:
                 name: format!("w{index}_{n}"),
                 body: joint,
                 kind: WrapKind::Cylinder,
-                radius: 0.9 * radius,
+                radius,
                 position: [joint_x, 0.0, 0.0],
                 orientation,
             });

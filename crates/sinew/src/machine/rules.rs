@@ -36,10 +36,10 @@ pub struct ControlRules {
 impl Default for ControlRules {
     fn default() -> Self {
         Self {
-            bandwidth: 10.5,
+            bandwidth: 9.0,
             observer_bandwidth: 58.0,
             position_gain: 0.94,
-            pre_travel_gain: 7.3,
+            pre_travel_gain: 5.0,
             pre_travel_integral: 4.4,
             damping_crossover: 60.0,
             shared_damping: 2.0,

@@ -124,7 +124,10 @@ impl Actuation {
                     if let Some(learning) = &mut learning {
                         learning.record(k, winch.feedback);
                     }
-                    self.winch_speed[k] = if inputs.holding { 0.0 } else { speed };
+                    let target = if inputs.holding { 0.0 } else { speed };
+                    // A drive cannot follow a faster change; what it would lack is not its fault.
+                    let most = h * muscle.max_winch_acceleration;
+                    self.winch_speed[k] += (target - self.winch_speed[k]).clamp(-most, most);
                     *drive = DriveCommand::Velocity(self.winch_speed[k]);
                 }
                 ActuationMode::DriveTension(compensations) => {

@@ -87,6 +87,9 @@ pub struct MuscleGains {
     /// `v_max` in `|v| <= v_max`, m/s, > 0: largest commanded speed of a winch.
     #[serde(rename = "max_winch_speed_m_per_s")]
     pub max_winch_speed: f64,
+    /// `a_max` in `|v'| <= a_max`, m/s^2, > 0: largest commanded acceleration of a winch, at most its drive's.
+    #[serde(rename = "max_winch_acceleration_m_per_s2")]
+    pub max_winch_acceleration: f64,
     /// `a_s`, m/s^2, > 0: deceleration when the machine is stopped.
     #[serde(rename = "stop_deceleration_m_per_s2")]
     pub stop_deceleration: f64,
@@ -213,6 +216,7 @@ impl MuscleGains {
             ("stretch_time_constant", self.stretch_time_constant),
             ("winch_deceleration", self.winch_deceleration),
             ("max_winch_speed", self.max_winch_speed),
+            ("max_winch_acceleration", self.max_winch_acceleration),
             ("stop_deceleration", self.stop_deceleration),
             ("presliding_distance", self.presliding_distance),
             ("rest_speed", self.rest_speed),
@@ -267,6 +271,7 @@ impl ArmGains {
             stretch_time_constant: 0.0056,
             winch_deceleration: 1.75,
             max_winch_speed: 0.19,
+            max_winch_acceleration: 5.0,
             stop_deceleration: 2.0,
             presliding_distance: 1.14e-4,
             pre_travel_gain: 7.3,

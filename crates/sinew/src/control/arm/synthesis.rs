@@ -12,10 +12,10 @@ use alloc::vec::Vec;
 ///
 /// ```text
 /// F_min = T_0 + max(14 sigma, 1.5 T_l e^A),    F_max = T_h e^-A + T_0
-/// w = 10.5 rad/s,   w_d = 1.3 w,   zeta = 0.53,   w_o = 58 rad/s
-/// kappa = 0.94,   lambda = 7.3,   lambda_i = 4.4 1/s,   c = 60 rad/s
+/// w = 9 rad/s,   w_d = 1.3 w,   zeta = 0.53,   w_o = 58 rad/s
+/// kappa = 0.94,   lambda = 5,   lambda_i = 4.4 1/s,   c = 60 rad/s
 /// t_d,k = min(0.15 s, c/Om_k^2),   lowered until  sum_j B_kj t_d,j <= 2 c   (`shared_damping`)
-/// v_max = 0.93 v_d,   a = 0.35 a_d,   a_s = 0.4 a_d,   t_v = 5.6 ms,   x_t = 3.8 mrad r_k,   e_0 = 10 D
+/// v_max = 0.93 v_d,   a_max = a_d,   a = 0.35 a_d,   a_s = 0.4 a_d,   t_v = 5.6 ms,   x_t = 3.8 mrad r_k,   e_0 = 10 D
 /// rest    delta_min = max(5.5 D r_k, 0.0072 G_k),   delta_max = 1.55 delta_min,   speed below 0.05 rad/s r_k,
 ///         from an error of max(min(0.5 mm, 0.04 r_k), 8 D r_k) to twice as much
 /// joint   x_j = max(25 D, 3 tau/(I 3 (r w_o)^2)),   x_max = max(40 D, theta_G/10),
@@ -179,6 +179,7 @@ fn of_muscle(
         stretch_time_constant: 0.0056,
         winch_deceleration: 0.35 * drive.acceleration,
         max_winch_speed: 0.93 * speed,
+        max_winch_acceleration: drive.acceleration,
         stop_deceleration: 0.4 * drive.acceleration,
         presliding_distance: 3.8e-3 * arm,
         pre_travel_gain: rules.pre_travel_gain,
