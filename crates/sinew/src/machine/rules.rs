@@ -36,7 +36,7 @@ pub struct ControlRules {
 impl Default for ControlRules {
     fn default() -> Self {
         Self {
-            bandwidth: 9.0,
+            bandwidth: 9.5,
             observer_bandwidth: 58.0,
             position_gain: 0.94,
             pre_travel_gain: 5.0,

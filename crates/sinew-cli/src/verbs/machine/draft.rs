@@ -58,7 +58,7 @@ const REST: &str = "
 
 # Constants of the rules by which the controller's gains follow from this file.
 # [control]
-# bandwidth_rad_per_s = 9.0
+# bandwidth_rad_per_s = 9.5
 # margin = 0.8
 ";
 
