@@ -39,7 +39,7 @@ impl Default for ControlRules {
             bandwidth: 9.5,
             observer_bandwidth: 58.0,
             position_gain: 0.94,
-            pre_travel_gain: 5.0,
+            pre_travel_gain: 5.5,
             pre_travel_integral: 4.4,
             damping_crossover: 60.0,
             shared_damping: 2.0,

@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 /// ```text
 /// F_min = T_0 + max(14 sigma, 1.5 T_l e^A),    F_max = T_h e^-A + T_0
 /// w = 9.5 rad/s,   w_d = 1.3 w,   zeta = 0.53,   w_o = 58 rad/s
-/// kappa = 0.94,   lambda = 5,   lambda_i = 4.4 1/s,   c = 60 rad/s
+/// kappa = 0.94,   lambda = 5.5,   lambda_i = 4.4 1/s,   c = 60 rad/s
 /// t_d,k = min(0.15 s, c/Om_k^2),   lowered until  sum_j B_kj t_d,j <= 2 c   (`shared_damping`)
 /// v_max = 0.93 v_d,   a_max = a_d,   a = 0.35 a_d,   a_s = 0.4 a_d,   t_v = 5.6 ms,   x_t = 3.8 mrad r_k,   e_0 = 10 D
 /// rest    delta_min = max(5.5 D r_k, 0.0072 G_k),   delta_max = 1.55 delta_min,   speed below 0.05 rad/s r_k,
