@@ -1,5 +1,5 @@
 use crate::Error;
-use crate::body::cholesky;
+use crate::body::{PathElement, Robot, Tendon, TendonPath, cholesky};
 use crate::error::check_length;
 use crate::muscle::MuscleDynamics;
 use crate::transmission::cable::CableLaw;
@@ -106,11 +106,7 @@ impl Characteristics {
         let last: Vec<f64> =
             laws.iter().map(|law| law.compliance().last().copied().unwrap_or(f64::INFINITY)).collect();
         let mut mass = vec![0.0; n * n];
-        let mut crosses = vec![false; m * n];
-        for pose in poses {
-            model.evaluate(pose)?;
-            crosses.iter_mut().zip(model.moment_arms()).for_each(|(crosses, arm)| *crosses |= *arm != 0.0);
-        }
+        let crosses = crossed_joints(model.robot());
         let errors: Vec<f64> = crosses.iter().map(|crosses| if *crosses { arm_error } else { 0.0 }).collect();
         for pose in poses {
             model.evaluate(pose)?;
@@ -228,6 +224,40 @@ fn largest_eigenvalue(factor: &[f64], arms: &[f64], compliance: &[f64]) -> f64 {
         x = y;
     }
     eigenvalue
+}
+
+/// Whether a tendon passes over an independent joint, or one that follows it, so that its moment arm may be off:
+/// `[muscles x joints]`. Tendons that are sums of joint coordinates have no attachments.
+fn crossed_joints(robot: &Robot) -> Vec<bool> {
+    let parts = robot.parts();
+    let independent = robot.independent_joints();
+    let moved_by = |joint: usize, body: usize| {
+        let moves = |joint: usize| {
+            let target = parts.joints[joint].body;
+            core::iter::successors(Some(body), |&body| (body != 0).then(|| parts.bodies[body].parent))
+                .any(|body| body == target)
+        };
+        let mut followers = parts.couplings.iter().filter(|coupling| coupling.leader == Some(joint));
+        moves(joint) || followers.any(|coupling| moves(coupling.follower))
+    };
+    let body_of = |element: &PathElement| match element {
+        PathElement::Site(site) => Some(parts.sites[*site].body),
+        PathElement::Wrap { wrap, .. } => Some(parts.wraps[*wrap].body),
+        PathElement::Pulley(_) => None,
+    };
+    let crosses = |tendon: &Tendon, joint: usize| match &tendon.path {
+        TendonPath::Fixed(_) => false,
+        TendonPath::Spatial(elements) => {
+            let mut moved = elements.iter().filter_map(body_of).map(|body| moved_by(joint, body));
+            let first = moved.next();
+            moved.any(|other| Some(other) != first)
+        }
+    };
+    parts
+        .tendons
+        .iter()
+        .flat_map(|tendon| independent.iter().map(move |&joint| crosses(tendon, joint)))
+        .collect()
 }
 
 #[cfg(test)]
