@@ -161,10 +161,10 @@ fn single_faults_at_random_are_bridged_or_reported_and_named_rightly() {
 
 #[test]
 fn a_stuck_encoder_is_detected_once_it_should_have_moved() {
-    // Within ten milliseconds it is not distinguishable from a sticking cable.
+    // Within ten milliseconds a motor encoder is not distinguishable from a sticking cable.
     let ends = [Unseen, Unseen, Stopped, Stopped];
     check_reactions(durations(Failure::Sensor(Sensor::Motor(7), Stuck), Fault::MotorSensor(7), ends));
-    let ends = [Unseen, Unseen, Bridged, Stopped];
+    let ends = [Unseen, Bridged, Bridged, Stopped];
     check_reactions(durations(Failure::Sensor(Sensor::Joint(3), Stuck), Fault::JointSensor(3), ends));
 }
 
