@@ -98,8 +98,14 @@ fn run(case: Case<'_>, see: impl FnMut(&TrackRow<'_>)) -> TrackSummary {
 #[test]
 fn a_specimen_that_differs_from_the_design_tracks_a_circle_within_millimetres() {
     for seed in [1, 2] {
-        let mut inside = true;
+        let (mut inside, mut last) = (true, [0.0; 15]);
         let found = run(Case { seed, ..Case::default() }, |row| {
+            for (last, told) in last.iter_mut().zip(row.command.drives) {
+                let DriveCommand::Velocity(speed) = *told else { panic!("{told:?}") };
+                // A drive accelerates its winch by at most 5 m/s^2.
+                assert!((speed - *last).abs() <= 5e-3 + 1e-12, "{last} m/s -> {speed} m/s");
+                *last = speed;
+            }
             inside &= row.command.desired_tension.iter().all(|f| (16.0..=445.0).contains(f));
         });
         let error = found.end_point_error;

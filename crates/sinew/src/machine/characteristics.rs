@@ -232,13 +232,9 @@ fn crossed_joints(robot: &Robot) -> Vec<bool> {
     let parts = robot.parts();
     let independent = robot.independent_joints();
     let moved_by = |joint: usize, body: usize| {
-        let moves = |joint: usize| {
-            let target = parts.joints[joint].body;
-            core::iter::successors(Some(body), |&body| (body != 0).then(|| parts.bodies[body].parent))
-                .any(|body| body == target)
-        };
-        let mut followers = parts.couplings.iter().filter(|coupling| coupling.leader == Some(joint));
-        moves(joint) || followers.any(|coupling| moves(coupling.follower))
+        let target = parts.joints[joint].body;
+        core::iter::successors(Some(body), |&body| (body != 0).then(|| parts.bodies[body].parent))
+            .any(|body| body == target)
     };
     let body_of = |element: &PathElement| match element {
         PathElement::Site(site) => Some(parts.sites[*site].body),
@@ -253,11 +249,12 @@ fn crossed_joints(robot: &Robot) -> Vec<bool> {
             moved.any(|other| Some(other) != first)
         }
     };
-    parts
-        .tendons
-        .iter()
-        .flat_map(|tendon| independent.iter().map(move |&joint| crosses(tendon, joint)))
-        .collect()
+    let with_followers = |tendon: &Tendon, joint: usize| {
+        let mut followers = parts.couplings.iter().filter(|coupling| coupling.leader == Some(joint));
+        crosses(tendon, joint) || followers.any(|coupling| crosses(tendon, coupling.follower))
+    };
+    let row = |tendon| independent.iter().map(move |&joint| with_followers(tendon, joint));
+    parts.tendons.iter().flat_map(row).collect()
 }
 
 #[cfg(test)]
@@ -285,5 +282,16 @@ mod tests {
         let built = Characteristics::new(&mut model, &laws, &[40.0; 3], &pose, 1e-3).unwrap();
         assert!(built.interaction.iter().zip(&found.interaction).all(|(built, found)| built > found));
         assert!((found.joints[2].dead_band * arm - found.muscles[2].dead_band).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_muscle_crosses_the_joints_between_its_ends_and_those_that_a_crossed_follower_follows() {
+        let each = [true, false, false, false, true, false, false, false, true];
+        assert_eq!(crossed_joints(&crate::muscle::testing::chain(false)), each);
+        // The last joint follows the second.
+        assert_eq!(
+            crossed_joints(&crate::muscle::testing::chain(true)),
+            [true, false, false, true, false, true]
+        );
     }
 }

@@ -3,7 +3,7 @@
 use super::choice::{Choice, ChosenDrive, ThinRope};
 use sinew::body::JointKind;
 use sinew::control::demand::SizingMotion;
-use sinew::machine::Task;
+use sinew::machine::{Machine, Task};
 use std::fmt::Write as _;
 
 /// How the file says what its body is.
@@ -39,28 +39,40 @@ pub(super) fn text(choice: &Choice, body: &Body, motion: &SizingMotion) -> Strin
         self::drive(&mut out, choice, drive, motion);
     }
     transmissions(&mut out, choice);
-    out += REST;
+    rest(&mut out, &choice.machine);
     out
 }
 
 /// Tables that are defaults as a whole.
-const REST: &str = "
+fn rest(out: &mut String, machine: &Machine) {
+    let (tolerances, rules) = (&machine.tolerances, &machine.rules);
+    let _ = write!(
+        out,
+        "
 # Mass carried at the end point.
 # [payload]
 # mass_kg = 0.0
 
 # What a workshop leaves: bounds of the differences between the machine and this file.
 # [tolerances]
-# mass = 0.1
-# attachment_m = 0.001
-# gain = 0.005
-# zero_rad = 0.001
+# mass = {:?}
+# attachment_m = {:?}
+# gain = {:?}
+# zero_rad = {:?}
 
 # Constants of the rules by which the controller's gains follow from this file.
 # [control]
-# bandwidth_rad_per_s = 9.5
-# margin = 0.8
-";
+# bandwidth_rad_per_s = {:?}
+# margin = {:?}
+",
+        tolerances.mass,
+        machine.attachment_tolerance(),
+        tolerances.gain,
+        tolerances.zero,
+        rules.bandwidth,
+        rules.margin
+    );
+}
 
 fn head(choice: &Choice) -> String {
     let parts = choice.machine.robot.parts();

@@ -65,3 +65,46 @@ impl JointStiffness {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{PathElement, Robot, TendonPath, cholesky};
+    use crate::control::arm::gains::ArmGains;
+
+    /// A chain whose second muscle crosses its last two joints, the last of them with a light body.
+    fn light_chain() -> Robot {
+        let mut parts = crate::muscle::testing::chain(false).parts().clone();
+        parts.tendons[1].path = TendonPath::Spatial([PathElement::Site(2), PathElement::Site(5)].to_vec());
+        parts.bodies[3].mass = 3e-3;
+        parts.bodies[3].inertia = [1e-6, 1e-6, 1e-6, 0.0, 0.0, 0.0];
+        Robot::new(parts).unwrap()
+    }
+
+    #[test]
+    fn the_torque_of_the_disturbances_tells_by_how_much_a_joint_is_off_beside_a_light_neighbour() {
+        let (n, x) = (3, 0.01);
+        let models = vec![CableModel::bench(); 3];
+        let mut body = MuscleDynamics::new(&light_chain()).unwrap();
+        body.evaluate(&[0.1, 0.2, -0.3]).unwrap();
+        let mut stiffness = JointStiffness::new(&models, n).unwrap();
+        let mut observer = JointObserver::new(&models, &ArmGains::for_tests(3, n)).unwrap();
+        body.mass_matrix(&mut observer.mass).unwrap();
+        let mut factor = observer.mass.clone();
+        cholesky::factor(&mut factor, n).unwrap();
+        for joint in 0..n {
+            // Tensions by -K R x; the disturbances are the accelerations that they take away.
+            let mut change = vec![0.0; n];
+            for (row, k) in body.moment_arms().chunks_exact(n).zip(&stiffness.cables) {
+                change.iter_mut().zip(row).for_each(|(sum, arm)| *sum -= arm * k * row[joint] * x);
+            }
+            cholesky::solve(&factor, &mut change);
+            observer.disturbance.copy_from_slice(&change);
+            stiffness.update(&body, &observer);
+            let told = -stiffness.disturbance_torque[joint] / stiffness.joints[joint];
+            assert!((told - x).abs() < 1e-9, "{joint}: {told}");
+            // The joint's own acceleration has the wrong sign where its neighbour is light.
+            assert_eq!(change[joint] > 0.0, joint == 1, "{joint}: {change:?}");
+        }
+    }
+}
