@@ -1,7 +1,7 @@
 //! The whole drive: energy, loops, limits, faults.
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
-use sinew::drive::{Drive, DriveCommand, DriveFault, DriveParameters, DriveStep, Quadrant};
+use sinew::drive::{Drive, DriveCommand, DriveFault, DriveParameters, DriveStep, Quadrant, Reducer};
 use sinew::random::Random;
 
 const H: f64 = 1e-3;
@@ -141,6 +141,21 @@ fn changing_the_mode_is_bumpless() {
     for _ in 0..200 {
         tension = spring.pull(drive.step(DriveCommand::Velocity(0.0), tension, H).moved);
         assert!((tension - 120.0).abs() < 10.0, "{tension}");
+    }
+}
+
+#[test]
+fn a_settled_drive_under_tension_does_not_move_within_its_backlash() {
+    let play = DriveParameters::mc_am();
+    let play = DriveParameters { reducer: Reducer { backlash: 0.02, ..play.reducer }, ..play };
+    let mut drive = Drive::new(play, 1).unwrap();
+    drive.settle(40.0);
+    let position = drive.reading().position;
+    for _ in 0..20 {
+        // Half of the backlash is 0.2 mm of cable.
+        let step = drive.step(DriveCommand::Velocity(0.0), 40.0, H);
+        assert!(step.moved.abs() < 1e-5, "{step:?}");
+        assert!((drive.reading().position - position).abs() < 5e-5, "{:?}", drive.reading());
     }
 }
 

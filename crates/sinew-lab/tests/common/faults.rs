@@ -1,28 +1,32 @@
-//! Campaigns of single faults at random parts, times and durations on calibrated arms.
+//! Campaigns of single faults at random parts, times and durations on calibrated machines.
 
-use super::lm_machine;
 use sinew::control::arm::{ArmStatus, Fault};
+use sinew::machine::{Machine, Task};
 use sinew::random::Random;
+use sinew::trajectory::Trajectory;
 use sinew::twin::arm::{Failure, InjectedFault, Sensor, SensorFailure};
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{CalibratedArm, DesiredMotion, MAX_END_POINT_ERROR_M, plan};
+use sinew_lab::arm::{CalibratedArm, max_end_point_error};
 use sinew_lab::experiment::arm::{TrackRun, TrackSession};
 use sinew_lab::experiment::{FaultInterval, TrackRow};
 
-/// Rest before and after the motion, s, and the motion.
+/// Rest before and after the motion, s.
 const REST: [f64; 2] = [3.0, 2.0];
-const MOTION: f64 = 11.5;
 /// Time after the end of a fault until which a run is observed, s.
 const AFTER: f64 = 2.5;
 /// Longest fault, s; a broken cable stays broken.
 const LONGEST: f64 = 0.2;
+/// Largest joint error of a machine without an end point in a completed run, as a share of the joint's range.
+const JOINT_SHARE: f64 = 0.1;
 
 /// A run with one fault.
 #[derive(Debug)]
+#[allow(dead_code, reason = "printed")]
 pub(crate) struct Case {
+    pub(crate) machine: String,
     pub(crate) seed: u64,
     pub(crate) fault: InjectedFault,
-    /// Largest end-point error until the arm was stopped, m.
+    /// Largest error until the controller stopped the machine, over that of a completed run.
     pub(crate) error: f64,
     /// The same without a fault, up to the time of the fault.
     pub(crate) error_before: f64,
@@ -31,7 +35,7 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    /// The part that the controller names: where it stopped the arm, else in its first report.
+    /// The part that the controller names: where it stopped the machine, else in its first report.
     pub(crate) fn named(&self) -> Option<Fault> {
         let stop = self.reported.iter().find(|report| report.stopped);
         stop.or(self.reported.first()).map(|report| report.fault)
@@ -43,7 +47,12 @@ impl Case {
 
     /// Whether the run counts as completed without a report.
     pub(crate) fn is_as_planned(&self) -> bool {
-        !self.stopped && self.reported.is_empty() && self.error <= MAX_END_POINT_ERROR_M
+        !self.stopped && self.reported.is_empty() && self.error <= 1.0
+    }
+
+    /// Time from the fault to its first report, s.
+    pub(crate) fn delay(&self) -> Option<f64> {
+        self.reported.first().map(|report| report.from - self.fault.start)
     }
 }
 
@@ -57,11 +66,16 @@ fn part_of(failure: Failure) -> Fault {
     }
 }
 
-/// Every kind of fault with the same probability, durations uniform in their logarithm.
-fn drawn(random: &mut Random) -> InjectedFault {
+/// Every kind of fault with the same probability, durations uniform in their logarithm; a joint without an encoder
+/// has no fault of it.
+fn drawn(random: &mut Random, machine: &Machine, motion: f64) -> InjectedFault {
     use SensorFailure::{Lost, NotANumber, Stuck};
+    let encoders: Vec<usize> =
+        (0..machine.encoders.len()).filter(|k| machine.encoders[*k].is_some()).collect();
     let mut below = |n: usize| (random.unit() * n as f64) as usize % n;
-    let (kind, muscle, joint) = (below(12), below(15), below(7));
+    let first = if encoders.is_empty() { 3 } else { 0 };
+    let (kind, muscle) = (first + below(12 - first), below(machine.muscles.len()));
+    let joint = encoders.get(below(encoders.len().max(1))).copied().unwrap_or(0);
     let mode = [Lost, Stuck, NotANumber][kind % 3];
     let failure = match kind {
         0..=2 => Failure::Sensor(Sensor::Joint(joint), mode),
@@ -71,27 +85,29 @@ fn drawn(random: &mut Random) -> InjectedFault {
         10 => Failure::Amplifier(muscle),
         _ => Failure::Winch(muscle),
     };
-    let start = (random.unit() * (REST[0] + MOTION + REST[1] - LONGEST) * 1e3).floor() * 1e-3;
+    let start = (random.unit() * (REST[0] + motion + REST[1] - LONGEST) * 1e3).floor() * 1e-3;
     let milliseconds = (1e3 * LONGEST).powf(random.unit()).round();
     let duration = if kind == 9 { f64::INFINITY } else { 1e-3 * milliseconds };
     InjectedFault { start, duration, failure }
 }
 
-/// Runs `count` single faults on the arm of a seed: each branches off one fault-free run, which is continued
-/// to its end and has to be free of reports.
-pub(crate) fn campaign(seed: u64, count: usize) -> Vec<Case> {
-    let machine = lm_machine();
-    let arm = CalibratedArm::new(&machine, seed).unwrap();
-    let path = machine.paths[(seed % 2) as usize].path.clone();
-    let trajectory = plan(&machine, &DesiredMotion::ClosedPath(path), Some(MOTION)).unwrap();
-    let controller = arm.controller(CompensationVariant::Observer, &trajectory).unwrap();
-    let limits = arm.gains(&trajectory).unwrap().0.tension_limits();
+/// Runs `count` single faults on the machine of a seed: each branches off one fault-free run, which is continued to
+/// its end; what that one reports comes second.
+pub(crate) fn campaign(
+    machine: &Machine,
+    trajectory: &Trajectory,
+    seed: u64,
+    count: usize,
+) -> (Vec<Case>, Vec<FaultInterval>) {
+    let arm = CalibratedArm::new(machine, seed).unwrap();
+    let controller = arm.controller(CompensationVariant::Observer, trajectory).unwrap();
+    let limits = arm.gains(trajectory).unwrap().0.tension_limits();
     let run = TrackRun {
         specimen: &arm.specimen,
         robot: &machine.robot,
         site: machine.task.site(),
         tension_limits: &limits,
-        trajectory: &trajectory,
+        trajectory,
         repeats: 1,
         before: REST[0],
         after: REST[1],
@@ -99,24 +115,29 @@ pub(crate) fn campaign(seed: u64, count: usize) -> Vec<Case> {
         seed,
     };
     let mut random = Random::new(seed ^ 0x5eed);
-    let mut faults: Vec<InjectedFault> = (0..count).map(|_| drawn(&mut random)).collect();
+    let mut faults: Vec<InjectedFault> =
+        (0..count).map(|_| drawn(&mut random, machine, trajectory.duration())).collect();
     faults.sort_by(|a, b| a.start.total_cmp(&b.start));
     let mut healthy = TrackSession::new(&run, controller).unwrap();
     let mut error_before = 0.0_f64;
     let mut cases = Vec::new();
     for fault in faults {
         while healthy.time() < fault.start - 5e-4 {
-            healthy.step(|row| error_before = error_before.max(error(row))).unwrap();
+            healthy.step(|row| error_before = error_before.max(error(machine, row))).unwrap();
         }
-        cases.push(case(&healthy, seed, fault, error_before));
+        cases.push(case(&healthy, machine, seed, fault, error_before));
     }
     while healthy.step(|_| {}).unwrap() {}
-    let reports = healthy.finish().faults;
-    assert!(reports.is_empty(), "seed {seed}: reported without a fault: {reports:?}");
-    cases
+    (cases, healthy.finish().faults)
 }
 
-fn case(healthy: &TrackSession<'_>, seed: u64, fault: InjectedFault, error_before: f64) -> Case {
+fn case(
+    healthy: &TrackSession<'_>,
+    machine: &Machine,
+    seed: u64,
+    fault: InjectedFault,
+    error_before: f64,
+) -> Case {
     let mut session = healthy.clone().with_faults(&[fault]).unwrap();
     let end = fault.start + fault.duration.min(LONGEST) + AFTER;
     let (mut largest, mut running, mut going) = (0.0_f64, true, true);
@@ -124,17 +145,31 @@ fn case(healthy: &TrackSession<'_>, seed: u64, fault: InjectedFault, error_befor
         going = session
             .step(|row| {
                 running &= !matches!(row.command.status, ArmStatus::Stopped(_));
-                largest = if running { largest.max(error(row)) } else { largest };
+                largest = if running { largest.max(error(machine, row)) } else { largest };
             })
             .unwrap();
     }
     let summary = session.finish();
-    assert!(summary.plant_failed.is_none(), "seed {seed}: {fault:?}");
+    assert!(summary.plant_failed.is_none(), "{}, seed {seed}: {fault:?}", machine.robot.parts().name);
     let stopped = summary.stopped.is_some();
-    Case { seed, fault, error: largest, error_before, stopped, reported: summary.faults }
+    let name = machine.robot.parts().name.clone();
+    Case { machine: name, seed, fault, error: largest, error_before, stopped, reported: summary.faults }
 }
 
-/// Distance of the end point from its reference, m.
-fn error(row: &TrackRow<'_>) -> f64 {
-    (0..3).map(|i| (row.end_point[i] - row.reference_point[i]).powi(2)).sum::<f64>().sqrt()
+/// Error over that of a completed run, 1: of the end point, or of the joints where there is none.
+fn error(machine: &Machine, row: &TrackRow<'_>) -> f64 {
+    match machine.task {
+        Task::EndPoint { .. } => {
+            let squares = (0..3).map(|i| (row.end_point[i] - row.reference_point[i]).powi(2));
+            squares.sum::<f64>().sqrt() / max_end_point_error(machine)
+        }
+        Task::Joints => {
+            let joints = machine.robot.independent_joints().into_iter().zip(row.joint_error);
+            let over = joints.filter_map(|(joint, error)| {
+                let [low, high] = machine.robot.parts().joints[joint].range?;
+                Some(error.abs() / (JOINT_SHARE * (high - low)))
+            });
+            over.fold(0.0, f64::max)
+        }
+    }
 }

@@ -22,8 +22,26 @@ pub(crate) fn lm_arm() -> Robot {
 /// The machine of `models/`.
 #[allow(dead_code, reason = "not every test uses all of it")]
 pub(crate) fn lm_machine() -> Machine {
-    let text = include_str!("../../../../models/lm_arm.toml");
-    sinew::description::machine_from_toml("lm_arm.toml", text, &mut |_| Err("no other file".into()))
+    read(include_str!("../../../../models/lm_arm.toml"))
+}
+
+/// Every machine of `models/`.
+#[allow(dead_code, reason = "not every test uses all of it")]
+pub(crate) fn machines() -> [Machine; 8] {
+    [
+        lm_machine(),
+        read(include_str!("../../../../models/bench_joint.toml")),
+        read(include_str!("../../../../models/planar_leg.toml")),
+        read(include_str!("../../../../models/finger.toml")),
+        read(include_str!("../../../../models/exosuit_elbow.toml")),
+        read(include_str!("../../../../models/surgical_wrist.toml")),
+        read(include_str!("../../../../models/shoulder.toml")),
+        read(include_str!("../../../../models/chain10.toml")),
+    ]
+}
+
+fn read(text: &str) -> Machine {
+    sinew::description::machine_from_toml("machine.toml", text, &mut |_| Err("no other file".into()))
         .unwrap()
         .machine
 }

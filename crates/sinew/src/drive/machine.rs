@@ -322,8 +322,19 @@ impl Drive {
         self.motor.warmth(&self.parameters.motor)
     }
 
-    /// Sets the sensors to their steady state under a cable tension, N.
+    /// Its steady state under a cable tension, N: the tension keeps the winch on one flank of the reducer.
     pub fn settle(&mut self, tension: f64) {
+        if tension > 0.0 {
+            let reducer = &self.parameters.reducer;
+            self.angle = (self.winch + 0.5 * reducer.backlash) * reducer.ratio;
+            let position = self.drum.wound(self.angle * self.per_ratio);
+            self.delays[0].fill(position);
+        }
+        self.stand(tension);
+    }
+
+    /// Measurements of a drive that stands under a cable tension, N.
+    pub fn stand(&mut self, tension: f64) {
         let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
         self.delays[1].fill(self.parameters.load_cell.read(tension, &mut self.random));
         self.sense(tension);

@@ -38,6 +38,9 @@ const ANY_ORIGIN: f64 = 1e4;
 const CONFIRMED_SHARE: f64 = 0.5;
 /// Time constant with which the residual of a winch's travel is forgotten, s.
 const WINCH_RESIDUAL_DECAY: f64 = 0.2;
+/// `t_m`, s: time for which a tension has to be missing before it is rejected; a light limb that vibrates at the mode
+/// of its cables lets the drives' ends go slack for some milliseconds.
+const MISSING_TIME: f64 = 0.005;
 /// `c`, share of its estimate by which a tension has to be below it, beside `dT`, to be missing.
 const MISSING_SHARE: f64 = 0.8;
 
@@ -49,7 +52,7 @@ const MISSING_SHARE: f64 = 0.8;
 ///                   x_T + (T - T^)/K > c_x x_c, x_T = int v_T dt since the output changed; else of the drive
 /// load cell       SensorMonitor with e = 1
 /// drive           r_v = (r_v + h v_c - dx)(1 - h/t_f);                    fault at |r_v| > r_v,max
-/// cable           T < T^ - max(dT, c T^) for longer than t_p
+/// load cell, cable   T < T^ - max(dT, c T^) for longer than t_m: rejected; t_p: the cable has broken
 /// tracking        |q_r - q^| >= e_q
 /// ```
 ///
@@ -59,12 +62,13 @@ const MISSING_SHARE: f64 = 0.8;
 /// | T, T^    | measured and estimated tension at the drive's outlet                         | N      |
 /// | v_T, x_c | correction of the observer by its load cell; commanded travel                | m/s, m |
 /// | K        | stiffness of the cable                                                       | N/m    |
-/// | t_f, t_p | decay of `r_v`, persistence time                                             | s      |
+/// | t_f, t_m, t_p | decay of `r_v`, [`MISSING_TIME`], persistence time                     | s      |
 /// | r_v,max, dT, e_q, e_max | [`MuscleGains`], [`JointGains`]                                |        |
 ///
 /// A winch that moves while its encoder stands changes the tension; a winch that stands does not. A fault
 /// degrades the arm at once; it stops it after the persistence time, but for that of a load cell. A rejected
-/// motor position is continued by `h v_c`; a rejected joint angle or tension becomes NaN. Stopping is final.
+/// motor position is continued by `h v_c`; a rejected joint angle or tension becomes NaN. A tracking error while a
+/// tension is missing is the fault of the cable. Stopping is final.
 ///
 /// # Source
 /// Residual evaluation with thresholds and persistence times, as usual; analytical redundancy as in
@@ -143,7 +147,9 @@ impl FaultDetector {
         let mut joints = error.iter().zip(&self.joint_gains);
         let lost = joints.position(|(e, gains)| e.is_nan() || e.abs() >= gains.tracking_error);
         if let Some(joint) = lost {
-            self.stop(Fault::TrackingError(joint));
+            let slackest = self.missing_for.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+            let broken = slackest.filter(|(_, missing_for)| **missing_for > MISSING_TIME);
+            self.stop(broken.map_or(Fault::TrackingError(joint), |(cable, _)| Fault::Cable(cable)));
         }
     }
 
@@ -174,7 +180,8 @@ impl FaultDetector {
             let usable = matches!(check, EncoderCheck::Accepted | EncoderCheck::Returned);
             self.joint[k] = if usable { measured } else { f64::NAN };
             self.checks[k] = check;
-            self.report(check == EncoderCheck::Accepted, Fault::JointSensor(k));
+            let unsuspicious = matches!(check, EncoderCheck::Accepted | EncoderCheck::Awaited);
+            self.report(unsuspicious, Fault::JointSensor(k));
             if self.encoders[k].rejected_for > JOINT_PERSISTENCE_TIME {
                 self.stop(Fault::JointSensor(k));
             }
@@ -231,10 +238,10 @@ impl FaultDetector {
                 && self.started
                 && measured < (1.0 - MISSING_SHARE) * estimated
                 && estimated - measured > self.muscle_gains[k].missing_tension;
-            let accepted = plausible && !missing;
+            self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
+            let accepted = plausible && self.missing_for[k] <= MISSING_TIME;
             self.tension[k] = if accepted { measured } else { f64::NAN };
             self.report(accepted, Fault::TensionSensor(k));
-            self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
             if self.missing_for[k] > PERSISTENCE_TIME {
                 self.stop(Fault::Cable(k));
             }

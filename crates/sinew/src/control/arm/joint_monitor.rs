@@ -11,8 +11,10 @@ use super::gains::JointGains;
 /// e = y - q^,    x_r = int q'_r dt,    x_m = (tau_d,0 - tau_d)/k - e        since y last changed
 /// x = x_r where |x_r| <= |x_m| and both have one sign, x_m where it is smaller, 0 where the signs differ
 /// rejected   |e| > x_j                                                        a jump
+///            |e| > x_c and y unchanged to the bit in the next sample            a jump to a constant
 ///            |x| > x_0 and |x_m| > x_max,  or |x_r| > x_r,max                 y unchanged to the bit
-/// returned   n consecutive samples with |e| <= x_j (1 + t_r/t_d) + a and |dy - h q'^| <= s
+/// awaited    |e| > x_c: the next sample decides
+/// returned   n consecutive samples with |e| <= x_c (1 + t_r/t_d) + a and |dy - h q'^| <= s
 /// ```
 ///
 /// | symbol   | meaning                                                                     | unit    |
@@ -24,7 +26,8 @@ use super::gains::JointGains;
 /// | d^_0     | disturbance of the joint's observer when the output last changed               | rad/s^2 |
 /// | x_j, x_max, x_r,max | [`JointGains`]                                                    | rad     |
 /// | t_r, t_d | time since the rejection, [`DRIFT_TIME`] of the prediction                     | s       |
-/// | x_0, s   | five counts of the encoder; two counts and an eighth of `x_j`                  | rad     |
+/// | x_c      | `x_j`, at most 25 counts of the encoder                                      | rad     |
+/// | x_0, s   | five counts of the encoder; two counts and an eighth of `x_c`                  | rad     |
 /// | a        | `|x_r|` before the rejection: an encoder that was stuck returns with a jump      | rad     |
 ///
 /// While an encoder is rejected, the observer continues on its model: over 0.2 s its error stays below 4 mrad
@@ -42,6 +45,10 @@ pub(super) struct JointMonitor {
     /// Last measurement, rad.
     previous: f64,
     unchanged: Unchanged,
+    /// State before a jump that the next sample has to confirm.
+    awaited: Option<Unchanged>,
+    /// Whether the output has moved on since it left its prediction.
+    breaking_away: bool,
     /// `t_r`, s.
     pub(super) rejected_for: f64,
     /// `a`, rad.
@@ -78,6 +85,8 @@ pub(super) enum EncoderCheck {
     Absent,
     /// Accepted.
     Accepted,
+    /// Beside its prediction, but not farther than a joint that breaks away: neither used nor rejected yet.
+    Awaited,
     /// Rejected, first sample: the estimate moves by an angle, rad, and its disturbance, rad/s^2, is replaced.
     Withdrawn {
         /// `x`, rad.
@@ -114,14 +123,21 @@ pub(super) struct JointPrediction<'a> {
     pub(super) winches_move: bool,
 }
 
+/// Counts of the encoder in a jump that no joint makes within a cycle but one that breaks away.
+pub(super) const JUMP_COUNTS: f64 = 25.0;
 /// `n`, samples.
 const CONSISTENT_SAMPLES: u32 = 4;
-/// `t_d`, s: the error of the prediction grows by `x_j` in this time.
+/// `t_d`, s: the error of the prediction grows by `x_c` in this time.
 const DRIFT_TIME: f64 = 0.15;
 
 /// `x_0`, rad: five counts of the encoder.
 fn min_travel(gains: &JointGains) -> f64 {
     5.0 * gains.resolution
+}
+
+/// `x_c`, rad.
+fn min_jump(gains: &JointGains) -> f64 {
+    gains.jump.min(JUMP_COUNTS * gains.resolution)
 }
 
 impl JointMonitor {
@@ -131,6 +147,8 @@ impl JointMonitor {
             scale,
             previous: f64::NAN,
             unchanged: Unchanged::default(),
+            awaited: None,
+            breaking_away: false,
             rejected_for: 0.0,
             allowance: 0.0,
             agreeing: 0,
@@ -156,9 +174,12 @@ impl JointMonitor {
         if self.rejected_for > 0.0 {
             return self.examine_return(h, e, step, predicted);
         }
+        let awaited = self.awaited.take();
         if !unchanged {
-            let near = e.abs() <= self.scale * predicted.gains.jump;
-            return if near { EncoderCheck::Accepted } else { self.withdraw(h, before) };
+            return self.examine_change(h, e, before, awaited.is_some(), predicted);
+        }
+        if let Some(before) = awaited {
+            return self.withdraw(h, before);
         }
         if self.is_contradicted(e, predicted) {
             self.withdraw(h, self.unchanged)
@@ -187,6 +208,28 @@ impl JointMonitor {
         moved || (predicted.winches_move && by_reference.abs() > predicted.gains.reference_travel)
     }
 
+    /// A changed output, `before` which the joint was in this state.
+    fn examine_change(
+        &mut self,
+        h: f64,
+        e: f64,
+        before: Unchanged,
+        awaited: bool,
+        predicted: &JointPrediction<'_>,
+    ) -> EncoderCheck {
+        let near = e.abs() <= self.scale * predicted.gains.jump;
+        if !near {
+            return self.withdraw(h, before);
+        }
+        let jumped = e.abs() > self.scale * min_jump(predicted.gains);
+        self.breaking_away = jumped && (awaited || self.breaking_away);
+        if jumped && !self.breaking_away {
+            self.awaited = Some(before);
+            return EncoderCheck::Awaited;
+        }
+        EncoderCheck::Accepted
+    }
+
     fn withdraw(&mut self, h: f64, from: Unchanged) -> EncoderCheck {
         (self.rejected_for, self.agreeing, self.allowance) = (h, 0, from.reference.abs());
         EncoderCheck::Withdrawn { shift: from.implied, disturbance: from.disturbance }
@@ -195,9 +238,9 @@ impl JointMonitor {
     fn examine_return(&mut self, h: f64, e: f64, step: f64, predicted: &JointPrediction<'_>) -> EncoderCheck {
         self.rejected_for += h;
         let growth = 1.0 + self.rejected_for / DRIFT_TIME;
-        let near = e.abs() <= self.scale * predicted.gains.jump * growth + self.allowance;
-        let steady = (step - h * predicted.speed).abs()
-            <= 2.0 * predicted.gains.resolution + 0.125 * predicted.gains.jump;
+        let jump = min_jump(predicted.gains);
+        let near = e.abs() <= self.scale * jump * growth + self.allowance;
+        let steady = (step - h * predicted.speed).abs() <= 2.0 * predicted.gains.resolution + 0.125 * jump;
         let alive = self.unchanged.reference.abs() < min_travel(predicted.gains);
         self.agreeing = if near && steady && alive { self.agreeing + 1 } else { 0 };
         if self.agreeing < CONSISTENT_SAMPLES {
@@ -258,6 +301,23 @@ mod tests {
             );
         }
         assert!((monitor.rejected_for - 0.999).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_jump_within_that_of_a_break_away_is_believed_where_the_output_moves_on() {
+        let gains = JointGains { jump: 0.2, ..GAINS };
+        let light = JointPrediction { gains: &gains, ..MOVING };
+        let after = |samples: [f64; 3]| {
+            let mut monitor = started();
+            samples.map(|y| monitor.update(H, y, &light))
+        };
+        let [awaited, rejected, _] = after([0.4, 0.4, 0.4]);
+        assert!(awaited == EncoderCheck::Awaited && matches!(rejected, EncoderCheck::Withdrawn { .. }));
+        assert_eq!(
+            after([0.48, 0.45, 0.42]),
+            [EncoderCheck::Awaited, EncoderCheck::Accepted, EncoderCheck::Accepted]
+        );
+        assert!(matches!(after([0.29, 0.28, 0.27])[0], EncoderCheck::Withdrawn { .. }));
     }
 
     #[test]

@@ -1,4 +1,5 @@
 use super::gains::{ArmGains, JointGains, MuscleGains};
+use super::joint_monitor::JUMP_COUNTS;
 use crate::Error;
 use crate::drive::{DriveParameters, JointEncoder};
 use crate::machine::{Characteristics, ControlRules, JointCharacteristics, Machine, MuscleCharacteristics};
@@ -131,7 +132,7 @@ fn of_joint(
         innovation_threshold: 10.0 * resolution,
         encoder: encoder.is_some(),
         resolution,
-        jump: (25.0 * resolution).max(3.0 * break_away),
+        jump: (JUMP_COUNTS * resolution).max(3.0 * break_away),
         implied: (40.0 * resolution).max(0.1 * band),
         reference_travel: (150.0 * resolution).max(0.4 * band),
         tracking_error: (1300.0 * resolution).max(band),

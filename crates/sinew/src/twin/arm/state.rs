@@ -231,7 +231,7 @@ impl ArmTwin {
             }
             let tension = self.cable_readings[k].tension_in;
             self.steps[k] = if jammed {
-                drive.settle(tension);
+                drive.stand(tension);
                 JAMMED
             } else {
                 drive.step(command, tension, h)
