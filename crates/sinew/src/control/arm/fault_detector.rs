@@ -38,6 +38,8 @@ const ANY_ORIGIN: f64 = 1e4;
 const CONFIRMED_SHARE: f64 = 0.5;
 /// Time constant with which the residual of a winch's travel is forgotten, s.
 const WINCH_RESIDUAL_DECAY: f64 = 0.2;
+/// Time in which commanded travel without a change of the motor encoder is forgotten, s.
+const TRAVEL_FORGETTING_TIME: f64 = 1.0;
 /// `t_m`, s: time for which a tension has to be missing before it is rejected; a light limb that vibrates at the mode
 /// of its cables lets the drives' ends go slack for some milliseconds.
 const MISSING_TIME: f64 = 0.005;
@@ -106,11 +108,15 @@ impl FaultDetector {
     /// With the stiffness of every cable, N/m, and a factor of the tolerances of the joint encoders.
     pub(super) fn new(cable_stiffness: &[f64], gains: &ArmGains, joint_tolerance: f64) -> Self {
         let (muscles, joints) = (gains.muscles.len(), gains.joints.len());
-        let monitor = |max_rate: f64, max_unchanged: f64| {
-            SensorMonitor::new(SensorLimits { initial_deviation: ANY_ORIGIN, max_rate, max_unchanged })
+        let monitor = |max_rate: f64, max_unchanged: f64, forgetting_time: f64| {
+            let initial_deviation = ANY_ORIGIN;
+            SensorMonitor::new(SensorLimits { initial_deviation, max_rate, max_unchanged, forgetting_time })
         };
-        let motor = |gains: &MuscleGains| monitor(gains.max_motor_rate, gains.max_unchanged_travel);
-        let load_cell = |gains: &MuscleGains| monitor(gains.max_tension_rate, gains.max_equal_tensions);
+        let motor = |gains: &MuscleGains| {
+            monitor(gains.max_motor_rate, gains.max_unchanged_travel, TRAVEL_FORGETTING_TIME)
+        };
+        let load_cell =
+            |gains: &MuscleGains| monitor(gains.max_tension_rate, gains.max_equal_tensions, f64::INFINITY);
         Self {
             motors: gains.muscles.iter().map(motor).collect(),
             load_cells: gains.muscles.iter().map(load_cell).collect(),

@@ -1,7 +1,7 @@
 /// Plausibility of one sensor: finite values, bounded rate of change, no frozen output.
 ///
 /// ```text
-/// accepted:   |y - y_a| <= v_max (h + t_r)   and   |sum of e since y last changed| <= e_max
+/// accepted:   |y - y_a| <= v_max (h + t_r)   and   |s| <= e_max,   s = (s + e)(1 - h/t_f) since y last changed
 /// ```
 ///
 /// | symbol | meaning                                                              | unit            |
@@ -11,6 +11,7 @@
 /// | t_r    | time for which measurements have been rejected                         | s               |
 /// | e      | change expected between two samples, from the other side of its loop   | as `e_max`      |
 /// | e_max  | largest expected change with unchanged output                        | see [`SensorLimits`] |
+/// | t_f    | time in which expected changes are forgotten: friction may hold a creeping drive | s    |
 ///
 /// The first measurement is compared with an initial value, within `y_0`, instead.
 #[derive(Debug, Clone, Copy)]
@@ -37,6 +38,8 @@ pub(super) struct SensorLimits {
     pub(super) max_rate: f64,
     /// `e_max`.
     pub(super) max_unchanged: f64,
+    /// `t_f`, s.
+    pub(super) forgetting_time: f64,
 }
 
 impl SensorMonitor {
@@ -56,7 +59,8 @@ impl SensorMonitor {
     /// since then.
     pub(super) fn update(&mut self, h: f64, measured: f64, expected: f64) -> bool {
         self.unchanged = measured.to_bits() == self.previous.to_bits();
-        self.expected_change = if self.unchanged { self.expected_change + expected } else { 0.0 };
+        let kept = 1.0 - h / self.limits.forgetting_time;
+        self.expected_change = if self.unchanged { (self.expected_change + expected) * kept } else { 0.0 };
         self.previous = measured;
         let largest = if core::mem::replace(&mut self.started, true) {
             self.limits.max_rate * (h + self.rejected_for)
@@ -84,7 +88,7 @@ mod tests {
     use super::*;
 
     const LIMITS: SensorLimits =
-        SensorLimits { initial_deviation: 0.5, max_rate: 10.0, max_unchanged: 0.012 };
+        SensorLimits { initial_deviation: 0.5, max_rate: 10.0, max_unchanged: 0.012, forgetting_time: 1.0 };
 
     #[test]
     fn the_rate_limit_holds_for_any_control_cycle_and_widens_with_the_time_of_rejection() {
@@ -108,5 +112,8 @@ mod tests {
         assert!(monitor.update(1e-3, 0.1, 0.011) && monitor.update(1e-3, 0.1, -0.011));
         assert!(monitor.update(1e-3, 0.1, 0.011) && !monitor.update(1e-3, 0.1, 0.011));
         assert!(monitor.update(1e-3, 0.101, 0.011) && monitor.has_changed());
+        // So does motion slower than e_max/t_f.
+        assert!((0..10_000).all(|_| monitor.update(1e-3, 0.101, 1.1e-5)));
+        assert!(!(0..10_000).all(|_| monitor.update(1e-3, 0.101, 1.3e-5)));
     }
 }
