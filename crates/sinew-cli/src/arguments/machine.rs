@@ -27,6 +27,8 @@ pub(crate) enum MachineVerb {
 ///
 /// The first tables show what decides how the machine can be controlled. The dead band of a joint is the angle (or
 /// length) by which it can move while its cables stick in their sheaths.
+/// Where a machine with held winches leaves a pose by itself, the pose, the rate and the cause are named, and sites
+/// that the attachment tolerance may move into the surface beside them.
 ///
 /// Example: sinew machine show finger
 #[derive(Debug, Args)]

@@ -54,6 +54,44 @@ fn every_built_in_machine_is_shown_with_units_and_origins() {
 }
 
 #[test]
+fn a_pose_that_a_machine_leaves_by_itself_and_a_wrap_that_it_may_lose_are_named() {
+    let bench = Bench::new();
+    let held = json(&bench, "machine show bench_joint --json");
+    assert!(
+        held["held_winches"][0]["unstable_rate_per_s"] == 0.0
+            && held["warnings"] == Value::from(Vec::<Value>::new())
+    );
+    // The arm leaves a pose under gravity, too slowly for a warning.
+    let arm = bench.succeeds("machine show lm_arm");
+    assert!(
+        arm.stdout.contains("leaves the pose") && arm.stdout.contains("gravity outweighs"),
+        "{}",
+        arm.stdout
+    );
+    assert!(arm.stderr.is_empty(), "{}", arm.stderr);
+
+    let text = include_str!("../../../../models/bench_joint.toml");
+    let near = text.replace("[0.005371, 0.0, -0.0311402]", "[0.005201, 0.0, -0.0301548]");
+    assert_ne!(near, text);
+    std::fs::write(bench.path("near.toml"), near).unwrap();
+    let near = bench.succeeds("machine show near.toml");
+    for part in [
+        "warning: muscle `front`",
+        "`front_i`",
+        "0.6000 mm clear",
+        "`lever_drum`",
+        "1.414 mm",
+        "lose the wrap",
+    ] {
+        assert!(near.stderr.contains(part), "{part}: {}", near.stderr);
+    }
+    let inside = text.replace("[0.005371, 0.0, -0.0311402]", "[0.005, 0.0, -0.028]");
+    std::fs::write(bench.path("inside.toml"), inside).unwrap();
+    let shown = json(&bench, "machine show inside.toml --json");
+    assert!(shown["warnings"][0].as_str().unwrap().contains("mm within the surface `lever_drum`"), "{shown}");
+}
+
+#[test]
 fn a_new_machine_file_runs_at_once_and_an_existing_one_is_kept() {
     let bench = Bench::new();
     bench.succeeds("arm convert planar_leg leg.xml");

@@ -4,15 +4,16 @@ use super::heat::{allowed_temperature, drive_heat};
 use super::tracking::poses_along;
 use crate::Error;
 use crate::experiment::oracle_models;
-use sinew::control::arm::{ArmGains, synthesize};
+use sinew::control::arm::{ArmGains, MAX_UNSTABLE_RATE, least_stable_pose, synthesize};
 use sinew::control::tension::{Distribution, Problem, Status};
-use sinew::machine::Machine;
+use sinew::machine::{Machine, NegativeStiffness};
+use sinew::predictor::CableModel;
 use sinew::trajectory::{self, Infeasibility, Limits, TorqueDeficit, TorqueDemand, Trajectory, Violation};
 use sinew::twin::arm::ArmSpecimen;
 
 /// The first time at which a machine with its payload violates a limit: of the joints, of speed or acceleration
-/// of a winch, of the tensions that the controller may ask for, where they cannot produce the torque, or of the
-/// heat of a drive over `repeats` of the motion.
+/// of a winch, of the tensions that the controller may ask for, where they cannot produce the torque, of the rate at
+/// which it leaves a pose by itself, or of the heat of a drive over `repeats` of the motion.
 ///
 /// A motion may use a share of the limits of drives and tensions alone
 /// ([`ControlRules::margin`](sinew::machine::ControlRules::margin)): a machine as built is heavier and has more
@@ -32,7 +33,8 @@ pub fn first_infeasibility(
     if unreached.is_some() {
         return Ok(unreached);
     }
-    let (gains, found) = synthesize(machine, &models, &poses_along(trajectory)?)?;
+    let poses = poses_along(trajectory)?;
+    let (gains, found) = synthesize(machine, &models, &poses)?;
     let margin = machine.rules.margin;
     let mut torques = TorqueCheck::new(trajectory.joints(), tension_limits(&gains, margin));
     let limits = Limits {
@@ -50,6 +52,10 @@ pub fn first_infeasibility(
     if violated.is_some() {
         return Ok(violated);
     }
+    let unstable = first_unstable(machine, &models, &poses, trajectory.duration())?;
+    if unstable.is_some() {
+        return Ok(unstable);
+    }
     let pretension: Vec<f64> = models.iter().map(|model| model.parameters.pretension).collect();
     let heat = drive_heat(machine, &gains, &found, &pretension, trajectory, repeats)?;
     Ok(heat.overheated.map(|(time, k)| Infeasibility {
@@ -57,6 +63,35 @@ pub fn first_infeasibility(
         violation: Violation::Heat {
             muscle: machine.robot.parts().tendons[k].name.clone(),
             hottest: allowed_temperature(machine, k),
+        },
+    }))
+}
+
+/// The pose of some, spread evenly over `duration` s, that the machine leaves fastest with held winches, if its
+/// controller cannot hold it.
+fn first_unstable(
+    machine: &Machine,
+    models: &[CableModel],
+    poses: &[Vec<f64>],
+    duration: f64,
+) -> Result<Option<Infeasibility>, Error> {
+    let laws = models.iter().map(CableModel::law).collect::<Result<Vec<_>, _>>()?;
+    let least = least_stable_pose(machine, &laws, poses, 0.0)?;
+    let Some(least) = least.filter(|least| least.stability.rate() > MAX_UNSTABLE_RATE) else {
+        return Ok(None);
+    };
+    let parts = machine.robot.parts();
+    let joint = machine.robot.independent_joints()[least.stability.joint];
+    Ok(Some(Infeasibility {
+        time: duration * least.index as f64 / (poses.len() - 1).max(1) as f64,
+        violation: Violation::Unstable {
+            joint: parts.joints[joint].name.clone(),
+            muscle: match least.stability.cause {
+                NegativeStiffness::Muscle(muscle) => Some(parts.tendons[muscle].name.clone()),
+                NegativeStiffness::Gravity => None,
+            },
+            rate: least.stability.rate(),
+            most: MAX_UNSTABLE_RATE,
         },
     }))
 }
@@ -176,5 +211,45 @@ mod tests {
         }
         let found = first_infeasibility(&warm, &trajectory, 2000).unwrap().unwrap();
         assert!(matches!(found.violation, Violation::Heat { .. }) && found.time > 20.0, "{found}");
+    }
+
+    /// A bar of 50 mm and 20 g between straight cables whose ends are far from its joint.
+    const BOWSTRINGING: &str = r#"
+        name = "bar"
+        gravity_m_per_s2 = [0.0, 0.0, -9.81]
+        body = [{ name = "bar", parent = "world", position_m = [0.0, 0.0, 0.0], mass_kg = 0.02,
+                  center_of_mass_m = [0.0, 0.0, -0.025], inertia_kg_m2 = [5e-6, 5e-6, 1e-7] }]
+        joint = [{ name = "hinge", body = "bar", kind = "hinge", axis = [0.0, 1.0, 0.0], range_rad = [-0.5, 0.5] }]
+        site = [{ name = "front_o", body = "world", position_m = [0.005, 0.0, 0.03] },
+                { name = "front_i", body = "bar", position_m = [0.005, 0.0, -0.03] },
+                { name = "back_o", body = "world", position_m = [-0.005, 0.0, 0.03] },
+                { name = "back_i", body = "bar", position_m = [-0.005, 0.0, -0.03] }]
+        muscle = [{ name = "front", path = [{ site = "front_o" }, { site = "front_i" }] },
+                  { name = "back", path = [{ site = "back_o" }, { site = "back_i" }] }]
+    "#;
+
+    #[test]
+    fn a_machine_that_bowstrings_faster_than_its_controller_is_refused_by_name() {
+        let machine =
+            sinew::description::machine_from_toml("bar.toml", BOWSTRINGING, &mut |_| Err(String::new()));
+        let machine = machine.unwrap().machine;
+        let motion = plan(&machine, &DesiredMotion::ToPose(vec![0.02]), Some(5.0)).unwrap();
+        let found = first_infeasibility(&machine, &motion, 1).unwrap().unwrap();
+        let Violation::Unstable { joint, muscle: Some(muscle), rate, most } = &found.violation else {
+            panic!("{found}")
+        };
+        assert!(joint == "hinge" && ["front", "back"].contains(&muscle.as_str()) && rate > most, "{found}");
+        assert!(found.to_string().contains("grows as it shortens"), "{found}");
+        // Ten times heavier, it falls out of the pose slowly enough.
+        let parts = machine.robot.parts().clone();
+        let heavier = sinew::body::Body {
+            mass: 0.2,
+            inertia: [2e-3, 2e-3, 1e-6, 0.0, 0.0, 0.0],
+            ..parts.bodies[1].clone()
+        };
+        let bodies = vec![parts.bodies[0].clone(), heavier];
+        let robot = sinew::body::Robot::new(sinew::body::Parts { bodies, ..parts }).unwrap();
+        let found = first_infeasibility(&Machine { robot, ..machine }, &motion, 1).unwrap();
+        assert_eq!(found, None);
     }
 }

@@ -32,8 +32,13 @@ pub(crate) fn solve_lower(l: &[f64], b: &mut [f64]) {
 
 /// `b := A^-1 b` with the factor of `A`.
 pub(crate) fn solve(l: &[f64], b: &mut [f64]) {
-    let n = b.len();
     solve_lower(l, b);
+    solve_upper(l, b);
+}
+
+/// `b := L^-T b`.
+pub(crate) fn solve_upper(l: &[f64], b: &mut [f64]) {
+    let n = b.len();
     for i in (0..n).rev() {
         let sum: f64 = (i + 1..n).map(|k| l[k * n + i] * b[k]).sum();
         b[i] = (b[i] - sum) / l[i * n + i];

@@ -21,6 +21,7 @@ mod part_error;
 mod parts;
 mod robot;
 mod scratch;
+pub(crate) mod symmetric;
 mod tree;
 pub(crate) mod vector;
 

@@ -13,15 +13,19 @@
 
 mod cables;
 mod characteristics;
+mod clearance;
 mod design;
 mod muscle;
 mod rules;
+mod stability;
 mod task;
 mod tolerances;
 
 pub use characteristics::{Characteristics, JointCharacteristics, MuscleCharacteristics};
+pub use clearance::Clearance;
 pub use design::Machine;
 pub use muscle::MuscleDesign;
 pub use rules::ControlRules;
+pub use stability::{HeldStability, NegativeStiffness};
 pub use task::{NamedPath, Task};
 pub use tolerances::Tolerances;

@@ -182,8 +182,11 @@ pub fn feasible_tour<E: From<Error>>(
             loop {
                 let trajectory = tour.trajectory(time)?;
                 let Some(found) = check(&trajectory)? else { return Ok(trajectory) };
-                if matches!(found.violation, Violation::Torque { .. }) {
-                    lacking += 1;
+                match found.violation {
+                    Violation::Torque { .. } => lacking += 1,
+                    // At any speed.
+                    Violation::Unstable { .. } => lacking = TORQUE_STRETCHES + 1,
+                    _ => {}
                 }
                 if duration.is_some() || lacking > TORQUE_STRETCHES || time >= LONGEST_DURATION {
                     first = first.or(Some(trajectory));

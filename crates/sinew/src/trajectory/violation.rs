@@ -55,6 +55,17 @@ pub enum Violation {
         /// The saturated muscle with the largest moment arm in its direction, and its tension, N.
         muscle: Option<(String, f64)>,
     },
+    /// A pose that the machine leaves by itself while its winches are held, faster than its controller can hold it.
+    Unstable {
+        /// Name of the joint that moves most.
+        joint: String,
+        /// The muscle whose moment arm grows as it shortens; none where that is gravity.
+        muscle: Option<String>,
+        /// At which it leaves the pose, 1/s.
+        rate: f64,
+        /// 1/s.
+        most: f64,
+    },
     /// A winding above the temperature that it may reach.
     Heat {
         /// Muscle of the drive.
@@ -112,6 +123,17 @@ impl fmt::Display for Infeasibility {
                         ": `{muscle}` is at {tension:.0} N, what its drive gives less the friction of its cable"
                     ),
                     None => Ok(()),
+                }
+            }
+            Violation::Unstable { joint, muscle, rate, most } => {
+                write!(
+                    f,
+                    "with held winches the machine leaves the pose by itself, mostly `{joint}`, at a rate of {rate:.0} 1/s, \
+                     and its controller holds at most {most:.0} 1/s: "
+                )?;
+                match muscle {
+                    Some(muscle) => write!(f, "the moment arm of `{muscle}` grows as it shortens"),
+                    None => write!(f, "gravity outweighs the stiffness of the cables"),
                 }
             }
             Violation::Heat { muscle, hottest } => {

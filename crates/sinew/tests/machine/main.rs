@@ -3,9 +3,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
+mod clearance;
 mod demand;
 mod files;
 mod models;
+mod stability;
 mod wrong;
 
 use sinew::description::{DescriptionError, MachineDescription, machine_from_toml};

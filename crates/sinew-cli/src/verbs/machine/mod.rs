@@ -1,6 +1,7 @@
 //! `sinew machine`: one file per verb within it.
 
 mod choice;
+mod design_checks;
 mod draft;
 mod map;
 mod map_json;

@@ -1,5 +1,6 @@
 //! `sinew machine show`.
 
+use super::design_checks::{DesignChecks, HeldWinches};
 use crate::arguments::MachineShowArguments;
 use crate::error::Error;
 use crate::output::{one_line, print};
@@ -19,11 +20,15 @@ const CELLS: usize = 12;
 pub(super) fn run(arguments: &MachineShowArguments) -> Result<(), Error> {
     let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
-    let shown = Shown::of(&loaded)?;
+    let machine = loaded.machine.loaded()?;
+    let checks = DesignChecks::of(&machine, &machine.laws(CELLS)?, &machine.poses(POSES)?)?;
+    checks.print_warnings();
+    let held_winches = checks.text(&machine);
+    let shown = Shown::of(&loaded, checks)?;
     if arguments.json {
         return print(&(serde_json::to_string(&shown)? + "\n"));
     }
-    print(&text(&shown, &loaded.machine))
+    print(&text(&shown, &held_winches, &loaded.machine))
 }
 
 /// What is printed with `--json`.
@@ -33,6 +38,7 @@ struct Shown {
     moving_mass_kg: f64,
     joints: Vec<Joint>,
     muscles: Vec<Muscle>,
+    held_winches: Vec<HeldWinches>,
     settings: Vec<Row>,
     warnings: Vec<String>,
 }
@@ -70,7 +76,7 @@ struct Row {
 }
 
 impl Shown {
-    fn of(loaded: &LoadedMachine) -> Result<Self, Error> {
+    fn of(loaded: &LoadedMachine, checks: DesignChecks) -> Result<Self, Error> {
         let machine = &loaded.machine;
         let laws = machine.laws(CELLS)?;
         let (limits, found) = characterize(machine, &laws, &machine.poses(POSES)?)?;
@@ -106,7 +112,8 @@ impl Shown {
             joints: joints.collect(),
             muscles: muscles.collect(),
             settings: loaded.settings.iter().map(|setting| Row::of(setting, machine)).collect(),
-            warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
+            held_winches: checks.held_winches,
+            warnings: loaded.warnings.iter().map(ToString::to_string).chain(checks.warnings).collect(),
         })
     }
 }
@@ -189,7 +196,7 @@ fn unit(key: &str, machine: &Machine) -> &'static str {
     }
 }
 
-fn text(shown: &Shown, machine: &Machine) -> String {
+fn text(shown: &Shown, held_winches: &str, machine: &Machine) -> String {
     let mut text = format!(
         "{}: {} independent joints, {} muscles, {} kg moving\n\n",
         one_line(&shown.name),
@@ -200,6 +207,8 @@ fn text(shown: &Shown, machine: &Machine) -> String {
     text += &joints(&shown.joints);
     text.push('\n');
     text += &muscles(&shown.muscles);
+    text.push('\n');
+    text += held_winches;
     text += "\n`default` marks what neither the machine file nor the body says.\n\n";
     text += &settings(&shown.settings, machine.muscles.len());
     text

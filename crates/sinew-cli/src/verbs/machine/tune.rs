@@ -1,5 +1,6 @@
 //! `sinew machine tune`.
 
+use super::design_checks::{DesignChecks, HeldWinches};
 use crate::arguments::MachineTuneArguments;
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
@@ -16,13 +17,19 @@ use sinew_lab::experiment::oracle_models;
 
 /// Poses over which the rules look.
 const POSES: usize = 60;
+/// Cells of a cable whose stiffness is needed.
+const CELLS: usize = 12;
 
 pub(super) fn run(arguments: &MachineTuneArguments) -> Result<(), Error> {
     refuse_overwrite([&arguments.machine], &arguments.out.iter().cloned().collect::<Vec<_>>())?;
     let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
     let machine = loaded.machine.loaded()?;
-    let tuned = Tuned::of(&machine, arguments.specimens)?;
+    let poses = machine.poses(POSES)?;
+    let checks = DesignChecks::of(&machine, &machine.laws(CELLS)?, &poses)?;
+    checks.print_warnings();
+    let held_winches = checks.text(&machine);
+    let tuned = Tuned::of(&machine, &poses, checks, arguments.specimens)?;
     if let Some(path) = &arguments.out {
         let text = serde_json::to_string_pretty(&tuned.gains)? + "\n";
         write_all(&[(path.clone(), text.as_bytes())])?;
@@ -30,7 +37,7 @@ pub(super) fn run(arguments: &MachineTuneArguments) -> Result<(), Error> {
     if arguments.json {
         return print(&(serde_json::to_string_pretty(&tuned)? + "\n"));
     }
-    let mut text = tuned.text();
+    let mut text = tuned.text() + "\n" + &held_winches;
     if let Some(path) = &arguments.out {
         text += &format!("Written: {}\n", path.display());
     }
@@ -45,6 +52,7 @@ struct Tuned {
     muscles: Vec<Muscle>,
     /// Highest natural frequency, far ends stuck.
     stuck_mode_rad_per_s: f64,
+    held_winches: Vec<HeldWinches>,
     gains: ArmGains,
 }
 
@@ -73,11 +81,15 @@ struct Muscle {
 }
 
 impl Tuned {
-    fn of(machine: &Machine, specimens: u32) -> Result<Self, Error> {
+    fn of(
+        machine: &Machine,
+        poses: &[Vec<f64>],
+        checks: DesignChecks,
+        specimens: u32,
+    ) -> Result<Self, Error> {
         let progress = Progress::new();
-        let poses = machine.poses(POSES)?;
         let design = ArmSpecimen::nominal(machine)?;
-        let (gains, found) = synthesize(machine, &oracle_models(&design), &poses)?;
+        let (gains, found) = synthesize(machine, &oracle_models(&design), poses)?;
         let mut margins = DampingMargins::of(&gains, &found);
         for seed in 0..specimens {
             progress.show("margins of drawn machines", f64::from(seed) / f64::from(specimens));
@@ -85,7 +97,7 @@ impl Tuned {
             // As it is built: no further tolerance.
             let tolerances = Tolerances { attachment: Some(0.0), ..machine.tolerances };
             let of_built = Machine { robot: built.robot.clone(), tolerances, ..machine.clone() };
-            let (_, found) = synthesize(&of_built, &oracle_models(&built), &poses)?;
+            let (_, found) = synthesize(&of_built, &oracle_models(&built), poses)?;
             for (least, other) in margins.iter_mut().zip(DampingMargins::of(&gains, &found)) {
                 if other.crossover > least.crossover {
                     *least = other;
@@ -123,6 +135,7 @@ impl Tuned {
             joints: joints.collect(),
             muscles: muscles.collect(),
             stuck_mode_rad_per_s: found.stuck_mode,
+            held_winches: checks.held_winches,
             gains,
         })
     }

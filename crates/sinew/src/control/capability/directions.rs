@@ -1,6 +1,6 @@
 //! Directions in which the end point can move in a pose.
 
-use super::symmetric::eigen;
+use crate::body::symmetric::eigen;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -18,11 +18,13 @@ const BLOCKED: f64 = 1e-6;
 pub(super) fn directions(rows: &[f64]) -> Directions {
     let n = rows.len() / 3;
     let product = |a: usize, b: usize| (0..n).map(|j| rows[a * n + j] * rows[b * n + j]).sum::<f64>();
-    let gram: [[f64; 3]; 3] = core::array::from_fn(|a| core::array::from_fn(|b| product(a, b)));
-    let (values, vectors) = eigen(gram);
-    let most = values.iter().copied().fold(0.0, f64::max);
-    let open = |k: &usize| values[*k] > BLOCKED * most && most > 0.0;
-    Directions { axes: (0..3).filter(open).map(|k| (values[k], vectors[k])).collect(), rows: rows.to_vec() }
+    let mut gram: [f64; 9] = core::array::from_fn(|k| product(k / 3, k % 3));
+    let mut vectors = [0.0; 9];
+    eigen(&mut gram, &mut vectors, 3);
+    let most = (0..3).map(|k| gram[4 * k]).fold(0.0, f64::max);
+    let axis = |k: usize| (gram[4 * k], core::array::from_fn(|i| vectors[3 * k + i]));
+    let open = |(value, _): &(f64, [f64; 3])| *value > BLOCKED * most && most > 0.0;
+    Directions { axes: (0..3).map(axis).filter(open).collect(), rows: rows.to_vec() }
 }
 
 impl Directions {

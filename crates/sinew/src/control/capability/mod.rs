@@ -24,7 +24,6 @@ mod load;
 mod model;
 mod pose;
 mod stiffness;
-mod symmetric;
 mod torque_set;
 mod zonotope;
 

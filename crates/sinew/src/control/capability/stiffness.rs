@@ -1,8 +1,7 @@
 //! Stiffness of joints and end point that cables behind standing winches give.
 
 use super::directions::directions;
-use super::symmetric::eigen;
-use crate::body::cholesky;
+use crate::body::{cholesky, symmetric};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -61,9 +60,9 @@ pub(super) fn end_point_stiffness(stiffness: &JointStiffness, rows: &[f64]) -> O
         (Some(a), Some(b)) => stiffness.compliance(a, b),
         _ => 0.0,
     };
-    let compliance = core::array::from_fn(|a| core::array::from_fn(|b| entry(a, b)));
-    let (values, _) = eigen(compliance);
-    let mut values: Vec<f64> = values.into_iter().filter(|value| *value > 0.0).collect();
+    let mut compliance: [f64; 9] = core::array::from_fn(|k| entry(k / 3, k % 3));
+    symmetric::eigen(&mut compliance, &mut [0.0; 9], 3);
+    let mut values: Vec<f64> = (0..3).map(|k| compliance[4 * k]).filter(|value| *value > 0.0).collect();
     values.sort_by(f64::total_cmp);
     Some([1.0 / values.last()?, 1.0 / values.first()?])
 }

@@ -4,7 +4,7 @@ use super::sensors::ArmReading;
 use super::specimen::ArmSpecimen;
 use crate::Error;
 use crate::drive::{Drive, DriveCommand, DriveStep, Quadrant};
-use crate::error::within;
+use crate::error::{check_entries, within};
 use crate::transmission::Sliding;
 use crate::transmission::cable::EndMotion;
 use crate::twin::cable::{CablePlants, CableReading, Resolution};
@@ -122,6 +122,16 @@ impl ArmTwin {
         let (muscles, joints) = (self.drives.len(), self.limb.q.len());
         faults.iter().try_for_each(|fault| fault.validate(muscles, joints))?;
         self.faults = faults.to_vec();
+        Ok(self)
+    }
+
+    /// The same with these velocities of the independent joints, per s: `[joints]`.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a velocity is not finite.
+    pub fn with_velocities(mut self, v: &[f64]) -> Result<Self, Error> {
+        check_entries("velocities", v, self.limb.v.len())?;
+        self.limb.v.copy_from_slice(v);
         Ok(self)
     }
 

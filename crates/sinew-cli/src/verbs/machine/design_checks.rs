@@ -1,0 +1,158 @@
+//! What a design says about itself before anything is simulated: poses that it leaves by itself, and wraps that its
+//! tolerances may undo.
+
+use crate::error::Error;
+use crate::output::one_line;
+use crate::table::number;
+use serde::Serialize;
+use sinew::body::JointKind;
+use sinew::control::arm::{LeastStable, least_stable_pose};
+use sinew::machine::{Clearance, Machine, NegativeStiffness};
+use sinew::transmission::cable::CableLaw;
+
+/// Co-contractions at which stability is given: the controller's, and a quarter of the range of the tensions.
+const COCONTRACTIONS: [f64; 2] = [0.0, 0.25];
+
+/// The least stable of the sampled poses, winches held; what is printed with `--json`.
+#[derive(Debug, Serialize)]
+pub(super) struct HeldWinches {
+    cocontraction: f64,
+    /// Least eigenvalue of M^-1 K.
+    eigenvalue_per_s2: f64,
+    /// At which the machine leaves the pose; 0 where it stays.
+    unstable_rate_per_s: f64,
+    /// Of the independent joints.
+    pose: Vec<f64>,
+    joint: String,
+    /// The muscle whose moment arms change most unfavourably; none where that is gravity.
+    muscle: Option<String>,
+}
+
+/// Of a machine with its payload in the body.
+#[derive(Debug)]
+pub(super) struct DesignChecks {
+    /// One of every co-contraction; none where no pose is held.
+    pub(super) held_winches: Vec<HeldWinches>,
+    pub(super) warnings: Vec<String>,
+}
+
+impl DesignChecks {
+    pub(super) fn of(machine: &Machine, laws: &[CableLaw], poses: &[Vec<f64>]) -> Result<Self, Error> {
+        let mut warnings = Vec::new();
+        let mut held_winches = Vec::new();
+        for cocontraction in COCONTRACTIONS {
+            let Some(found) = least_stable_pose(machine, laws, poses, cocontraction)? else { continue };
+            let held = HeldWinches::of(machine, &found, &poses[found.index], cocontraction);
+            if cocontraction == 0.0 && found.stability.rate() > machine.rules.bandwidth {
+                warnings.push(format!("with held winches, {}", held.sentence(machine)));
+            }
+            held_winches.push(held);
+        }
+        let lost = machine.clearances(poses)?.into_iter().filter(Clearance::is_lost);
+        warnings.extend(
+            lost.map(|clearance| lost_wrap(machine, &clearance, clearance.pose.map(|index| &poses[index]))),
+        );
+        Ok(Self { held_winches, warnings })
+    }
+
+    /// On standard error, one per line.
+    pub(super) fn print_warnings(&self) {
+        for warning in &self.warnings {
+            eprintln!("warning: {}", one_line(warning));
+        }
+    }
+
+    /// A paragraph.
+    pub(super) fn text(&self, machine: &Machine) -> String {
+        let mut text = "Winches held, cables sliding freely\n".to_owned();
+        for held in &self.held_winches {
+            text += &format!("  {}\n", held.sentence(machine));
+        }
+        if self.held_winches.is_empty() {
+            text += "  tensions within their limits hold none of the sampled poses\n";
+        }
+        text
+    }
+}
+
+impl HeldWinches {
+    fn of(machine: &Machine, found: &LeastStable, pose: &[f64], cocontraction: f64) -> Self {
+        let parts = machine.robot.parts();
+        let stability = &found.stability;
+        Self {
+            cocontraction,
+            eigenvalue_per_s2: stability.eigenvalue,
+            unstable_rate_per_s: stability.rate(),
+            pose: pose.to_vec(),
+            joint: parts.joints[machine.robot.independent_joints()[stability.joint]].name.clone(),
+            muscle: match stability.cause {
+                NegativeStiffness::Muscle(muscle) => Some(parts.tendons[muscle].name.clone()),
+                NegativeStiffness::Gravity => None,
+            },
+        }
+    }
+
+    fn sentence(&self, machine: &Machine) -> String {
+        let tensions = if self.cocontraction == 0.0 {
+            "at the least tensions".to_owned()
+        } else {
+            format!("at a co-contraction of {}", number(Some(self.cocontraction)))
+        };
+        if self.eigenvalue_per_s2 >= 0.0 {
+            let frequency = number(Some(self.eigenvalue_per_s2.sqrt()));
+            return format!(
+                "{tensions} it stays in every sampled pose; the softest motion, mostly of `{}`, has {frequency} rad/s",
+                self.joint
+            );
+        }
+        let cause = self.muscle.as_ref().map_or("gravity outweighs the stiffness of the cables".to_owned(), |muscle| {
+            format!(
+                "the moment arm of `{muscle}` grows as it shortens; guide the cable closer to the joint, or make it \
+                 shorter or stiffer"
+            )
+        });
+        let rate = number(Some(self.unstable_rate_per_s));
+        let slow = self.unstable_rate_per_s <= machine.rules.bandwidth;
+        let slow = if slow { ", below the bandwidth of the joints" } else { "" };
+        format!(
+            "{tensions} it leaves the pose {} by itself, mostly `{}`, at a rate of {rate} 1/s{slow}: {cause}",
+            in_words(machine, &self.pose),
+            self.joint
+        )
+    }
+}
+
+fn lost_wrap(machine: &Machine, clearance: &Clearance, pose: Option<&Vec<f64>>) -> String {
+    let parts = machine.robot.parts();
+    let (site, wrap) = (&parts.sites[clearance.site], &parts.wraps[clearance.wrap]);
+    let moving = pose.map_or(String::new(), |pose| format!(" in the pose {}", in_words(machine, pose)));
+    let millimetres = |metres: f64| number(Some(1e3 * metres));
+    let beside = format!("muscle `{}`: site `{}`", parts.tendons[clearance.muscle].name, site.name);
+    if clearance.least < 0.0 {
+        return format!(
+            "{beside} lies {} mm within the surface `{}`{moving}: the cable does not wrap it there",
+            millimetres(-clearance.least),
+            wrap.name
+        );
+    }
+    format!(
+        "{beside} is {} mm clear of the surface `{}`{moving}, and an attachment tolerance of {} mm moves it by up to \
+         {} mm: a machine built within it may lose the wrap",
+        millimetres(clearance.least),
+        wrap.name,
+        millimetres(machine.attachment_tolerance()),
+        millimetres(clearance.displacement)
+    )
+}
+
+/// The coordinates of the independent joints by name.
+fn in_words(machine: &Machine, pose: &[f64]) -> String {
+    let parts = machine.robot.parts();
+    let joints = machine.robot.independent_joints().into_iter().zip(pose);
+    let each = joints.map(|(index, at)| {
+        let joint = &parts.joints[index];
+        let unit = if joint.kind == JointKind::Slide { "m" } else { "rad" };
+        format!("{} {} {unit}", joint.name, number(Some(*at)))
+    });
+    each.collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,83 @@
+use super::synthesis::tension_limits;
+use crate::Error;
+use crate::control::tension::{Distribution, Problem, Status, cocontract};
+use crate::machine::{HeldStability, Machine};
+use crate::muscle::MuscleDynamics;
+use crate::transmission::cable::CableLaw;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// The pose of some that a machine leaves fastest, or to which it returns most slowly, while its winches are held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeastStable {
+    /// Its index among the poses.
+    pub index: usize,
+    /// Tensions at the anchors, N: `[muscles]`.
+    pub tension: Vec<f64>,
+    /// There.
+    pub stability: HeldStability,
+}
+
+/// Rate at which a machine may leave a pose by itself and still be tracked, 1/s.
+///
+/// Of random machines whose largest rate on their tour was above it, 3 of 90 were tracked in simulation; of those
+/// between half of it and itself 6 of 34, of those without an unstable pose 22 of 25 (`docs/campaigns.md`). A controller
+/// stabilises rates well below the crossover of its damping alone
+/// ([`ControlRules::damping_crossover`](crate::machine::ControlRules::damping_crossover), 60 rad/s); friction of the
+/// cables, which sticks, holds the rest.
+pub const MAX_UNSTABLE_RATE: f64 = 100.0;
+
+/// The least stable of some poses, under the tensions with which the controller holds the machine in each.
+///
+/// ```text
+/// F = argmin |F - F_ref|^2   subject to   R^T F = g - tau_p,  F_min <= F <= F_max
+/// F_ref = F_min + c (F_max - F_min);   F_ref = 0 for c = 0, which is the controller's
+/// ```
+///
+/// Poses that no tensions within the limits hold are passed over; none where that is all of them. `level` is
+/// `c`, in `[0, 1]`; machine with its payload in the body.
+///
+/// # Shapes
+/// `laws: [muscles]`, `poses: [places][joints]`.
+///
+/// # Errors
+/// As [`HeldStability::new`] and [`cocontract`].
+pub fn least_stable_pose(
+    machine: &Machine,
+    laws: &[CableLaw],
+    poses: &[Vec<f64>],
+    level: f64,
+) -> Result<Option<LeastStable>, Error> {
+    let mut model = MuscleDynamics::new(&machine.robot)?;
+    let (m, n) = (model.muscles(), model.joints());
+    let compliance: Vec<f64> = laws.iter().map(|law| law.compliance().iter().sum()).collect();
+    let limits = tension_limits(machine, laws);
+    let (minimum, maximum): (Vec<f64>, Vec<f64>) = limits.iter().map(|[least, most]| (*least, *most)).unzip();
+    let mut reference = vec![0.0; m];
+    if level != 0.0 {
+        cocontract(level, &minimum, &maximum, &mut reference)?;
+    }
+    let (weight, zero, mut torque) = (vec![1.0; m], vec![0.0; n], vec![0.0; n]);
+    let mut distribution = Distribution::new(m, n);
+    let mut least: Option<LeastStable> = None;
+    for (index, pose) in poses.iter().enumerate() {
+        model.evaluate(pose)?;
+        model.inverse_dynamics(&zero, &zero, &mut torque)?;
+        let solution = distribution.solve(&Problem {
+            moment_arms: model.moment_arms(),
+            torque: &torque,
+            minimum: &minimum,
+            maximum: &maximum,
+            reference: &reference,
+            weight: &weight,
+        })?;
+        if solution.status != Status::Optimal {
+            continue;
+        }
+        let stability = HeldStability::new(&mut model, &compliance, solution.tension, pose)?;
+        if least.as_ref().is_none_or(|least| stability.eigenvalue < least.stability.eigenvalue) {
+            least = Some(LeastStable { index, tension: solution.tension.to_vec(), stability });
+        }
+    }
+    Ok(least)
+}
