@@ -37,6 +37,7 @@ const LARGEST_RISE: f64 = 4e-4;
 /// One run.
 #[derive(Debug)]
 struct Run {
+    #[allow(dead_code, reason = "printed")]
     name: String,
     /// Whether tensions within their limits balance gravity; without them a machine falls.
     held: bool,

@@ -74,7 +74,8 @@ fn a_pose_that_a_machine_leaves_by_itself_and_a_wrap_that_it_may_lose_are_named(
     let near = text.replace("[0.005371, 0.0, -0.0311402]", "[0.005201, 0.0, -0.0301548]");
     assert_ne!(near, text);
     std::fs::write(bench.path("near.toml"), near).unwrap();
-    let near = bench.succeeds("machine show near.toml");
+    let near = bench.run("machine show near.toml");
+    assert_eq!(near.code, Some(0), "{}", near.stderr);
     for part in [
         "warning: muscle `front`",
         "`front_i`",
