@@ -4,6 +4,7 @@
 mod check;
 mod hygiene;
 mod layering;
+mod pictures;
 mod readme;
 mod tree;
 
@@ -15,6 +16,7 @@ The project's own checks.
 usage: cargo xtask check [STEP...]     run every step, or only those named, in the order of the list
        cargo xtask check --long        the same, and the statistical tests over many seeds
        cargo xtask check --list        the steps and what each is for
+       cargo xtask pictures            draw the machines of models/ anew, into docs/machines
        cargo xtask --help              this text
 
 The first step that fails ends the run with exit code 1; exit code 2 means the command was not understood.
@@ -35,11 +37,18 @@ fn main() -> ExitCode {
             println!("{}", check::list());
             ExitCode::SUCCESS
         }
+        ["pictures"] => match pictures::make(&tree::root()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(message) => {
+                eprintln!("error: {message}");
+                ExitCode::FAILURE
+            }
+        },
         ["check", names @ ..] => match check::chosen(names) {
             Ok(steps) => check::run(&steps),
             Err(message) => misunderstood(&message),
         },
-        [other, ..] => misunderstood(&format!("`{other}` is not a command; expected `check`")),
+        [other, ..] => misunderstood(&format!("`{other}` is not a command; expected `check` or `pictures`")),
     }
 }
 

@@ -1,7 +1,8 @@
 //! The README cannot go stale: its `sh` blocks run, its usage names the program's verbs and flags, its links lead
-//! somewhere.
+//! somewhere, and its pictures are what the program draws.
 
 use crate::check::{cargo, succeed};
+use crate::pictures;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -40,11 +41,12 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     let blocks = blocks(&text);
     let program = program(root)?;
     usage(&blocks, &program)?;
+    pictures::check(root, &program)?;
     run(root, &blocks, &program)
 }
 
 /// Builds the program as the tests did and says where it is.
-fn program(root: &Path) -> Result<PathBuf, String> {
+pub(crate) fn program(root: &Path) -> Result<PathBuf, String> {
     // With the examples the features are those of the tests, and nothing is compiled anew.
     let arguments = ["build", "--workspace", "--all-features", "--bins", "--examples"];
     succeed(&mut cargo(root, &arguments))?;

@@ -30,7 +30,7 @@ pub(crate) enum MachineVerb {
 /// Where a machine with held winches leaves a pose by itself, the pose, the rate and the cause are named, and sites
 /// that the attachment tolerance may move into the surface beside them.
 ///
-/// Example: sinew machine show finger
+/// Example: sinew machine show finger --picture finger.svg
 #[derive(Debug, Args)]
 pub(crate) struct MachineShowArguments {
     /// A machine's or robot's file, or the name of a built-in machine
@@ -38,6 +38,9 @@ pub(crate) struct MachineShowArguments {
     /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) muscles: Option<PathBuf>,
+    /// Draw bodies, joints, cables and end point in the start pose
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) picture: Option<PathBuf>,
     /// Print the result as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -107,12 +110,13 @@ pub(crate) struct MachineMapArguments {
 
 /// Derive the gains, limits and thresholds of a machine's controller from its own numbers, by rules.
 ///
-/// The table of joints says what limits each of them; that of muscles gives the margins of the loop in which the
-/// winches damp the joints, the least over poses and over machines drawn within the tolerances. `track` derives the
-/// same gains anew from the cables that it has identified; a file written here can be changed by hand and given to
-/// it with --gains.
+/// For every joint it says what limits it, and whether a faster winch, a stiffer cable, a straighter sheath or a finer
+/// encoder would help, found by evaluating the rules again with that one number changed. The table of muscles gives
+/// the margins of the loop in which the winches damp the joints, the least over poses and over machines drawn within
+/// the tolerances. `track` derives the same gains anew from the cables that it has identified; a file written here
+/// can be changed by hand and given to it with --gains.
 ///
-/// Example: sinew machine tune finger --out gains.json
+/// Example: sinew machine tune finger --out gains.json --report gains.html
 #[derive(Debug, Args)]
 pub(crate) struct MachineTuneArguments {
     /// A machine's or robot's file, or the name of a built-in machine
@@ -126,6 +130,9 @@ pub(crate) struct MachineTuneArguments {
     /// Write the gains (JSON), for `sinew track --gains`
     #[arg(long, value_name = "FILE.json")]
     pub(crate) out: Option<PathBuf>,
+    /// Write an HTML report: picture, margins, limits of the joints, rules and their numbers
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
     /// Print the result as JSON
     #[arg(long)]
     pub(crate) json: bool,

@@ -1,6 +1,7 @@
 //! One cable as a picture: tensions of both ends over time, tension and slip along the cable, and hysteresis
 //! loops.
 
+use super::colours::Colours;
 use super::scale::Axis;
 use std::fmt::Write;
 
@@ -19,42 +20,6 @@ pub(crate) struct Frame {
     /// Of every node in the last substep, m.
     pub(crate) slips: Vec<f64>,
 }
-
-/// Colours: fixed in a standalone file, those of the theme within a page.
-pub(crate) struct Colours {
-    card: &'static str,
-    line: &'static str,
-    ink: &'static str,
-    soft: &'static str,
-    near: &'static str,
-    far: &'static str,
-    toward: &'static str,
-    away: &'static str,
-}
-
-/// For a standalone file.
-pub(crate) const STANDALONE: Colours = Colours {
-    card: "#ffffff",
-    line: "#aeb6bf",
-    ink: "#14181d",
-    soft: "#4d5763",
-    near: "#8d949c",
-    far: "#0a66c9",
-    toward: "#c2570a",
-    away: "#1b7f5c",
-};
-
-/// For the report, whose style sheet defines these names.
-pub(crate) const PAGE: Colours = Colours {
-    card: "none",
-    line: "var(--rule)",
-    ink: "var(--ink)",
-    soft: "var(--soft)",
-    near: "var(--measured)",
-    far: "var(--accent)",
-    toward: "var(--warm)",
-    away: "var(--near)",
-};
 
 /// Left, top, width and height of a panel.
 struct Panel([f64; 4]);
@@ -94,7 +59,7 @@ pub(crate) fn draw(frames: &[Frame], title: &str, colours: &Colours) -> String {
 
 /// Frame, title and legend.
 fn head(title: &str, c: &Colours) -> String {
-    let Colours { card, line, ink, soft, near, far, toward, away } = c;
+    let Colours { card, line, ink, soft, near, far, toward, away, .. } = c;
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1200 740\" role=\"img\" aria-label=\"Tensions of a simulated \
          cable\" font-family=\"system-ui, sans-serif\" font-size=\"14\"><rect x=\"0.5\" y=\"0.5\" width=\"1199\" height=\"739\" \

@@ -10,4 +10,7 @@ pub(crate) enum Error {
     /// The traces could not be packed for the page.
     #[error("the report's traces could not be packed: {0}")]
     Data(#[from] serde_json::Error),
+    /// The machine could not be drawn.
+    #[error("the machine could not be drawn: {0}")]
+    Drawing(#[from] sinew::Error),
 }

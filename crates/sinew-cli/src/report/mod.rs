@@ -10,12 +10,15 @@ pub(crate) mod cable;
 pub(crate) mod capability;
 pub(crate) mod capability_plots;
 mod checks;
+pub(crate) mod colours;
 pub(crate) mod error;
 #[cfg(test)]
 mod fixture;
 mod format;
 mod laws;
 mod loops;
+pub(crate) mod machine_picture;
+mod machine_scene;
 mod models;
 mod pack;
 mod page;
@@ -31,6 +34,7 @@ mod tests;
 mod traces;
 pub(crate) mod tracking;
 mod tracking_plots;
+pub(crate) mod tuning;
 mod variants;
 mod view;
 

@@ -224,3 +224,52 @@ fn gains_follow_for_every_built_in_machine_and_for_one_with_chosen_drives_and_ar
     bench.write("gains.json", "{\"damping\": 1, \"dampings\": 2}");
     bench.refuses("track finger --gains gains.json", &["gains.json", "line 1", "dampings"]);
 }
+
+#[test]
+fn a_tuning_report_shows_picture_margins_limits_and_rules_and_leaves_the_json_as_it_is() {
+    let bench = Bench::new();
+    let plain = bench.run("machine tune finger --specimens 2 --json");
+    let run = bench.run("machine tune finger --specimens 2 --report tuned.html --json");
+    assert_eq!((run.code, &run.stdout), (Some(0), &plain.stdout), "{}", run.stderr);
+    let page = bench.read("tuned.html");
+    for words in [
+        "in its start pose",
+        "What limits each joint",
+        "a finer encoder (1.0",
+        "Margins of the damping",
+        "t_d,k = min(0.15 s, c/Om_k^2)",
+        "rest_tolerance_m",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert!(
+        !page.contains("http://")
+            || page.matches("http://").count() == page.matches("http://www.w3.org/").count()
+    );
+    bench.refuses("machine tune finger --report a.html --out a.html", &["a.html"]);
+    bench.write("leg.toml", "body = \"x.xml\"\n");
+    bench.refuses("machine tune leg.toml --report leg.toml", &["leg.toml", "it is read by this run"]);
+    let json: Value = serde_json::from_str(&plain.stdout).unwrap();
+    let joint = &json["joints"][0];
+    let changes = joint["changes"].as_array().unwrap();
+    let helps: Vec<&str> = changes
+        .iter()
+        .filter(|change| change["helps"] == true)
+        .map(|change| change["change"].as_str().unwrap())
+        .collect();
+    assert_eq!(helps, ["finer encoder"], "{joint}");
+}
+
+#[test]
+fn every_built_in_machine_is_drawn_with_its_cables() {
+    let bench = Bench::new();
+    for name in BUILT_IN {
+        bench.succeeds(&format!("machine show {name} --picture machine.svg"));
+        let svg = bench.read("machine.svg");
+        let ends = svg.matches("stroke-width=\"3\"").count();
+        assert!(svg.contains(&format!(">{name}</text>")) && ends == 1 && svg.ends_with("</svg>\n"), "{name}");
+        assert!(!svg.contains("NaN") && !svg.contains("inf") && svg.len() < 20_000, "{name}");
+    }
+    bench.write("leg.toml", "body = \"x.xml\"\n");
+    bench.refuses("machine show leg.toml --picture leg.toml", &["leg.toml", "it is read by this run"]);
+}

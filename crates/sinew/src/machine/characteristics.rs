@@ -35,6 +35,8 @@ pub struct Characteristics {
     pub muscles: Vec<MuscleCharacteristics>,
     /// `[joints]`.
     pub joints: Vec<JointCharacteristics>,
+    /// Largest magnitudes of the moment arms, m per unit of the joint, row by row: `[muscles x joints]`.
+    pub arms: Vec<f64>,
     /// `B`, 1/s^2, row by row: `[muscles x muscles]`.
     pub interaction: Vec<f64>,
     /// `Om_b`, rad/s.
@@ -99,6 +101,7 @@ impl Characteristics {
         let mut found = Self {
             muscles: muscles.collect::<Result<_, _>>()?,
             joints: vec![unseen; n],
+            arms: vec![0.0; m * n],
             interaction: vec![0.0; m * m],
             stuck_mode: 0.0,
             damping_rate: 0.0,
@@ -127,6 +130,7 @@ impl Characteristics {
         for (muscle, row) in self.muscles.iter_mut().zip(arms.chunks_exact(n)) {
             muscle.arm = row.iter().fold(muscle.arm, |most, arm| most.max(arm.abs()));
         }
+        self.arms.iter_mut().zip(arms).for_each(|(most, arm)| *most = most.max(arm.abs()));
         for k in 0..m {
             let row = &arms[k * n..(k + 1) * n];
             // Motion of the joints by a force of muscle k.

@@ -12,6 +12,7 @@
 //! Everything but the body has a default: [`Machine::of`].
 
 mod cables;
+mod change;
 mod characteristics;
 mod clearance;
 mod design;
@@ -21,6 +22,7 @@ mod stability;
 mod task;
 mod tolerances;
 
+pub use change::DesignChange;
 pub use characteristics::{Characteristics, JointCharacteristics, MuscleCharacteristics};
 pub use clearance::Clearance;
 pub use design::Machine;

@@ -3,6 +3,7 @@
 mod choice;
 mod design_checks;
 mod draft;
+mod limit_words;
 mod map;
 mod map_json;
 mod new;

@@ -3,7 +3,9 @@
 use super::design_checks::{DesignChecks, HeldWinches};
 use crate::arguments::MachineShowArguments;
 use crate::error::Error;
-use crate::output::{one_line, print};
+use crate::output::{one_line, print, refuse_overwrite, write_all};
+use crate::report::colours::STANDALONE;
+use crate::report::machine_picture::draw;
 use crate::table::{number, table};
 use crate::verbs::arm::model::{LoadedMachine, load_machine, print_warnings};
 use serde::Serialize;
@@ -18,6 +20,8 @@ const POSES: usize = 60;
 const CELLS: usize = 12;
 
 pub(super) fn run(arguments: &MachineShowArguments) -> Result<(), Error> {
+    let inputs = [&arguments.machine].into_iter().chain(&arguments.muscles);
+    refuse_overwrite(inputs, arguments.picture.as_slice())?;
     let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
     let machine = loaded.machine.loaded()?;
@@ -25,10 +29,17 @@ pub(super) fn run(arguments: &MachineShowArguments) -> Result<(), Error> {
     checks.print_warnings();
     let held_winches = checks.text(&machine);
     let shown = Shown::of(&loaded, checks)?;
+    if let Some(path) = &arguments.picture {
+        write_all(&[(path.clone(), draw(&loaded.machine, &STANDALONE)?.as_bytes())])?;
+    }
     if arguments.json {
         return print(&(serde_json::to_string(&shown)? + "\n"));
     }
-    print(&text(&shown, &held_winches, &loaded.machine))
+    let mut text = text(&shown, &held_winches, &loaded.machine);
+    if let Some(path) = &arguments.picture {
+        text += &format!("\nWritten: {}\n", path.display());
+    }
+    print(&text)
 }
 
 /// What is printed with `--json`.

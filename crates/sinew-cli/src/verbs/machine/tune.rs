@@ -1,19 +1,21 @@
 //! `sinew machine tune`.
 
 use super::design_checks::{DesignChecks, HeldWinches};
+use super::limit_words::Subject;
 use crate::arguments::MachineTuneArguments;
 use crate::error::Error;
-use crate::output::{print, refuse_overwrite, write_all};
+use crate::output::{one_line, print, refuse_overwrite, write_all};
 use crate::progress::Progress;
+use crate::report::tuning::{Changed, Figures, Margins, Tuned, TunedJoint, TunedMuscle, page};
 use crate::table::{number, table};
 use crate::verbs::arm::model::{load_machine, print_warnings};
 use serde::Serialize;
 use sinew::body::JointKind;
-use sinew::control::arm::{ArmGains, DampingMargins, JointGains, MuscleGains, synthesize};
-use sinew::machine::{Characteristics, JointCharacteristics, Machine, MuscleCharacteristics, Tolerances};
-use sinew::muscle::MuscleDynamics;
+use sinew::control::arm::{DampingMargins, JointFigures, joint_limits, synthesize};
+use sinew::machine::{Machine, Tolerances};
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::experiment::oracle_models;
+use std::path::PathBuf;
 
 /// Poses over which the rules look.
 const POSES: usize = 60;
@@ -21,24 +23,31 @@ const POSES: usize = 60;
 const CELLS: usize = 12;
 
 pub(super) fn run(arguments: &MachineTuneArguments) -> Result<(), Error> {
-    refuse_overwrite([&arguments.machine], &arguments.out.iter().cloned().collect::<Vec<_>>())?;
+    let outputs: Vec<PathBuf> = arguments.out.iter().chain(&arguments.report).cloned().collect();
+    refuse_overwrite([&arguments.machine].into_iter().chain(&arguments.muscles), &outputs)?;
     let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
     let machine = loaded.machine.loaded()?;
     let poses = machine.poses(POSES)?;
     let checks = DesignChecks::of(&machine, &machine.laws(CELLS)?, &poses)?;
     checks.print_warnings();
-    let held_winches = checks.text(&machine);
-    let tuned = Tuned::of(&machine, &poses, checks, arguments.specimens)?;
+    let tuned = tuned(&machine, &poses, checks.text(&machine), arguments.specimens)?;
+    let mut files = Vec::new();
     if let Some(path) = &arguments.out {
-        let text = serde_json::to_string_pretty(&tuned.gains)? + "\n";
-        write_all(&[(path.clone(), text.as_bytes())])?;
+        files.push((path.clone(), serde_json::to_string_pretty(&tuned.gains)? + "\n"));
     }
+    if let Some(path) = &arguments.report {
+        files.push((path.clone(), page(&tuned, &machine)?));
+    }
+    let bytes: Vec<(PathBuf, &[u8])> =
+        files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
+    write_all(&bytes)?;
     if arguments.json {
-        return print(&(serde_json::to_string_pretty(&tuned)? + "\n"));
+        let printed = Printed { tuned: &tuned, held_winches: &checks.held_winches };
+        return print(&(serde_json::to_string_pretty(&printed)? + "\n"));
     }
-    let mut text = tuned.text() + "\n" + &held_winches;
-    if let Some(path) = &arguments.out {
+    let mut text = text(&tuned) + "\n" + &tuned.held_winches;
+    for path in &outputs {
         text += &format!("Written: {}\n", path.display());
     }
     print(&text)
@@ -46,203 +55,142 @@ pub(super) fn run(arguments: &MachineTuneArguments) -> Result<(), Error> {
 
 /// What is printed with `--json`.
 #[derive(Debug, Serialize)]
-struct Tuned {
-    name: String,
-    joints: Vec<Joint>,
-    muscles: Vec<Muscle>,
-    /// Highest natural frequency, far ends stuck.
-    stuck_mode_rad_per_s: f64,
-    held_winches: Vec<HeldWinches>,
-    gains: ArmGains,
+struct Printed<'a> {
+    #[serde(flatten)]
+    tuned: &'a Tuned,
+    held_winches: &'a [HeldWinches],
 }
 
-#[derive(Debug, Serialize)]
-struct Joint {
-    name: String,
-    unit: &'static str,
-    bandwidth_rad_per_s: f64,
-    dead_band: f64,
-    inertia: f64,
-    limited_by: String,
-}
-
-#[derive(Debug, Serialize)]
-struct Muscle {
-    name: String,
-    mode_rad_per_s: f64,
-    rate_gain_s: f64,
-    dead_band_m: f64,
-    tension_limits_n: [f64; 2],
-    max_winch_speed_m_per_s: f64,
-    /// Least of the nominal machine and those drawn.
-    phase_margin_deg: f64,
-    gain_margin: f64,
-    delay_margin_s: Option<f64>,
-}
-
-impl Tuned {
-    fn of(
-        machine: &Machine,
-        poses: &[Vec<f64>],
-        checks: DesignChecks,
-        specimens: u32,
-    ) -> Result<Self, Error> {
-        let progress = Progress::new();
-        let design = ArmSpecimen::nominal(machine)?;
-        let (gains, found) = synthesize(machine, &oracle_models(&design), poses)?;
-        let mut margins = DampingMargins::of(&gains, &found);
-        for seed in 0..specimens {
-            progress.show("margins of drawn machines", f64::from(seed) / f64::from(specimens));
-            let built = ArmSpecimen::drawn_around(&design, machine, u64::from(seed))?;
-            // As it is built: no further tolerance.
-            let tolerances = Tolerances { attachment: Some(0.0), ..machine.tolerances };
-            let of_built = Machine { robot: built.robot.clone(), tolerances, ..machine.clone() };
-            let (_, found) = synthesize(&of_built, &oracle_models(&built), poses)?;
-            for (least, other) in margins.iter_mut().zip(DampingMargins::of(&gains, &found)) {
-                if other.crossover > least.crossover {
-                    *least = other;
-                }
+fn tuned(
+    machine: &Machine,
+    poses: &[Vec<f64>],
+    held_winches: String,
+    specimens: u32,
+) -> Result<Tuned, Error> {
+    let progress = Progress::new();
+    progress.show("limits of the joints", 0.0);
+    let design = ArmSpecimen::nominal(machine)?;
+    let models = oracle_models(&design);
+    let (gains, found) = synthesize(machine, &models, poses)?;
+    let limits = joint_limits(machine, &models, poses)?;
+    let designed = DampingMargins::of(&gains, &found);
+    let mut least = designed.clone();
+    for seed in 0..specimens {
+        progress.show("margins of drawn machines", f64::from(seed + 1) / f64::from(specimens + 1));
+        let built = ArmSpecimen::drawn_around(&design, machine, u64::from(seed))?;
+        // As it is built: no further tolerance.
+        let tolerances = Tolerances { attachment: Some(0.0), ..machine.tolerances };
+        let of_built = Machine { robot: built.robot.clone(), tolerances, ..machine.clone() };
+        let (_, found) = synthesize(&of_built, &oracle_models(&built), poses)?;
+        for (least, other) in least.iter_mut().zip(DampingMargins::of(&gains, &found)) {
+            if other.crossover > least.crossover {
+                *least = other;
             }
         }
-        let mut start = MuscleDynamics::new(&machine.robot)?;
-        start.evaluate(&machine.start)?;
-        let parts = machine.robot.parts();
-        let joints = machine.robot.independent_joints().into_iter().enumerate().map(|(j, index)| {
-            let slide = parts.joints[index].kind == JointKind::Slide;
-            Joint {
-                name: parts.joints[index].name.clone(),
-                unit: if slide { "m" } else { "rad" },
-                bandwidth_rad_per_s: gains.joints[j].bandwidth,
-                dead_band: found.joints[j].dead_band,
-                inertia: found.joints[j].inertia,
-                limited_by: limit(machine, &gains, &found, j, &crossing_muscles(&start, j)),
-            }
+    }
+    let parts = machine.robot.parts();
+    let names: Vec<String> = parts.tendons.iter().map(|tendon| tendon.name.clone()).collect();
+    let joints = machine.robot.independent_joints().into_iter().zip(&limits).enumerate();
+    let joints = joints.map(|(j, (index, limit))| {
+        let joint = &parts.joints[index];
+        let unit = if joint.kind == JointKind::Slide { "m" } else { "rad" };
+        let subject = Subject { unit, names: &names, gains: &gains, found: &found };
+        let changed = limit.changed.iter().map(|(change, after)| Changed {
+            change: change.name(),
+            helps: limit.is_helped_by(after),
+            figures: figures(after),
         });
-        let muscles = parts.tendons.iter().zip(gains.muscles.iter().zip(&found.muscles)).zip(&margins);
-        let muscles = muscles.map(|((tendon, (gains, muscle)), margins)| Muscle {
-            name: tendon.name.clone(),
+        TunedJoint {
+            name: joint.name.clone(),
+            unit,
+            bandwidth_rad_per_s: gains.joints[j].bandwidth,
+            dead_band: found.joints[j].dead_band,
+            inertia: found.joints[j].inertia,
+            limited_by: subject.sentence(j, limit),
+            figures: limit.figures.as_ref().map(figures),
+            changes: changed.collect(),
+        }
+    });
+    let of_muscles = gains.muscles.iter().zip(&found.muscles).zip(designed.iter().zip(&least));
+    let muscles =
+        names.iter().zip(of_muscles).map(|(name, ((gains, muscle), (designed, least)))| TunedMuscle {
+            name: name.clone(),
             mode_rad_per_s: muscle.mode,
             rate_gain_s: gains.rate_gain,
             dead_band_m: muscle.dead_band,
             tension_limits_n: gains.tension,
             max_winch_speed_m_per_s: gains.max_winch_speed,
-            phase_margin_deg: margins.phase.to_degrees(),
-            gain_margin: margins.gain,
-            delay_margin_s: margins.delay.is_finite().then_some(margins.delay),
+            least: margins(least),
+            as_designed: margins(designed),
         });
-        Ok(Self {
-            name: parts.name.clone(),
-            joints: joints.collect(),
-            muscles: muscles.collect(),
-            stuck_mode_rad_per_s: found.stuck_mode,
-            held_winches: checks.held_winches,
-            gains,
-        })
-    }
+    Ok(Tuned {
+        name: parts.name.clone(),
+        joints: joints.collect(),
+        muscles: muscles.collect(),
+        stuck_mode_rad_per_s: found.stuck_mode,
+        held_winches,
+        amount: [poses.len(), specimens as usize],
+        gains,
+    })
+}
 
-    fn text(&self) -> String {
-        let joints: Vec<Vec<String>> = self
-            .joints
-            .iter()
-            .map(|joint| {
-                let of = |x: f64| number(Some(x));
-                let band = format!("{} {}", of(joint.dead_band), joint.unit);
-                vec![joint.name.clone(), of(joint.bandwidth_rad_per_s), band, of(joint.inertia)]
-            })
-            .collect();
-        let muscles: Vec<Vec<String>> = self
-            .muscles
-            .iter()
-            .map(|muscle| {
-                let of = |x: f64| number(Some(x));
-                let [least, most] = muscle.tension_limits_n;
-                vec![
-                    muscle.name.clone(),
-                    of(muscle.mode_rad_per_s),
-                    of(1e3 * muscle.rate_gain_s),
-                    of(1e3 * muscle.dead_band_m),
-                    format!("{least:.1} to {most:.1}"),
-                    of(muscle.max_winch_speed_m_per_s),
-                    format!("{:.0}", muscle.phase_margin_deg),
-                    format!("{:.1}", muscle.gain_margin),
-                    muscle.delay_margin_s.map_or("-".to_owned(), |s| format!("{:.1}", 1e3 * s)),
-                ]
-            })
-            .collect();
-        let mut text = format!("{}\n\n", self.name);
-        text += &table(&["joint", "bandwidth, rad/s", "dead band", "inertia"], &joints, 1);
-        text += "\n";
-        let header = [
-            "muscle",
-            "mode, rad/s",
-            "rate gain, ms",
-            "dead band, mm",
-            "tension, N",
-            "winch, m/s",
-            "phase, deg",
-            "gain",
-            "delay, ms",
-        ];
-        text += &table(&header, &muscles, 1);
-        text += "\nWhat limits each joint\n";
-        for joint in &self.joints {
-            text += &format!("  {}: {}\n", joint.name, joint.limited_by);
-        }
-        text
+fn figures(of: &JointFigures) -> Figures {
+    Figures {
+        crossing_s: of.crossing,
+        left_to_feedback: of.friction,
+        tolerance_at_rest: of.rest,
+        damping_ratio: of.damping,
     }
 }
 
-/// Time to cross a dead band beyond which it limits a joint, s.
-const LONG_CROSSING: f64 = 0.05;
-/// Rate gain below which a mode limits a joint, s: half of the largest.
-const SHORT_RATE_GAIN: f64 = 0.075;
+fn margins(of: &DampingMargins) -> Margins {
+    Margins {
+        phase_margin_deg: of.phase.to_degrees(),
+        gain_margin: of.gain,
+        delay_margin_s: of.delay.is_finite().then_some(of.delay),
+    }
+}
 
-/// What limits a joint, by the muscle that takes longest to cross its dead band.
-fn limit(
-    machine: &Machine,
-    gains: &ArmGains,
-    found: &Characteristics,
-    joint: usize,
-    crossing_it: &[usize],
-) -> String {
-    let JointCharacteristics { arm, .. } = found.joints[joint];
-    let crossing =
-        |(muscle, gains): (&MuscleCharacteristics, &MuscleGains)| muscle.dead_band / gains.max_winch_speed;
-    let muscles = || found.muscles.iter().zip(&gains.muscles);
-    let slowest = muscles().enumerate().filter(|(k, _)| crossing_it.contains(k));
-    let Some((k, (muscle, gain))) = slowest.max_by(|a, b| crossing(a.1).total_cmp(&crossing(b.1))) else {
-        return "no muscle crosses it".to_owned();
+fn text(tuned: &Tuned) -> String {
+    let of = |x: f64| number(Some(x));
+    let joint = |joint: &TunedJoint| {
+        let band = format!("{} {}", of(joint.dead_band), joint.unit);
+        vec![one_line(&joint.name), of(joint.bandwidth_rad_per_s), band, of(joint.inertia)]
     };
-    let name = &machine.robot.parts().tendons[k].name;
-    let JointGains { resolution, encoder, .. } = gains.joints[joint];
-    let time = crossing((muscle, gain));
-    if !encoder {
-        return "it has no encoder: its position follows from the stretch of its cables".to_owned();
+    let muscle = |muscle: &TunedMuscle| {
+        let [least, most] = muscle.tension_limits_n;
+        vec![
+            one_line(&muscle.name),
+            of(muscle.mode_rad_per_s),
+            of(1e3 * muscle.rate_gain_s),
+            of(1e3 * muscle.dead_band_m),
+            format!("{least:.1} to {most:.1}"),
+            of(muscle.max_winch_speed_m_per_s),
+            format!("{:.0}", muscle.least.phase_margin_deg),
+            format!("{:.1}", muscle.least.gain_margin),
+            muscle.least.delay_margin_s.map_or("-".to_owned(), |s| format!("{:.1}", 1e3 * s)),
+        ]
+    };
+    let joints: Vec<Vec<String>> = tuned.joints.iter().map(joint).collect();
+    let muscles: Vec<Vec<String>> = tuned.muscles.iter().map(muscle).collect();
+    let mut text = format!("{}\n\n", one_line(&tuned.name));
+    text += &table(&["joint", "bandwidth, rad/s", "dead band", "inertia"], &joints, 1);
+    text += "\n";
+    let header = [
+        "muscle",
+        "mode, rad/s",
+        "rate gain, ms",
+        "dead band, mm",
+        "tension, N",
+        "winch, m/s",
+        "phase, deg",
+        "gain",
+        "delay, ms",
+    ];
+    text += &table(&header, &muscles, 1);
+    text += "\nWhat limits each joint; changes: half more winch speed, half the compliance, bend or encoder count\n";
+    for joint in &tuned.joints {
+        text += &format!("  {}: {}\n", one_line(&joint.name), one_line(&joint.limited_by));
     }
-    if time > LONG_CROSSING {
-        return format!(
-            "{name}: {:.1} mm of dead band at {:.3} m/s take {time:.2} s at every reversal; a faster winch, a \
-             stiffer cable or less bend would help",
-            1e3 * muscle.dead_band,
-            gain.max_winch_speed
-        );
-    }
-    if gain.rate_gain < SHORT_RATE_GAIN {
-        return format!(
-            "{name}: at a mode of {:.0} rad/s the winch damps for {:.1} ms only; a heavier link, a softer cable or a \
-             faster drive would help",
-            muscle.mode,
-            1e3 * gain.rate_gain
-        );
-    }
-    if resolution * arm > 0.02 * muscle.dead_band {
-        return format!("its encoder: a count is {:.3} mm at its cables", 1e3 * resolution * arm);
-    }
-    format!("{name}: uncertain friction, some per cent of {:.2} mm of dead band", 1e3 * muscle.dead_band)
-}
-
-/// Muscles with a moment arm about an independent joint in the evaluated pose.
-fn crossing_muscles(model: &MuscleDynamics, joint: usize) -> Vec<usize> {
-    let rows = model.moment_arms().chunks_exact(model.joints()).enumerate();
-    rows.filter(|(_, row)| row[joint] != 0.0).map(|(k, _)| k).collect()
+    text
 }

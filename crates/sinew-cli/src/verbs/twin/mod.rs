@@ -6,6 +6,7 @@ use crate::arguments::{TwinArguments, TwinVerb};
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
 use crate::report::cable::{self, Frame};
+use crate::report::colours;
 use scenario::Scenario;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::EndMotion;
@@ -32,7 +33,7 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
     if let Some(path) = &arguments.picture {
         files.push((
             path.clone(),
-            cable::draw(&frames, "Prescribed motion of both ends", &cable::STANDALONE).into_bytes(),
+            cable::draw(&frames, "Prescribed motion of both ends", &colours::STANDALONE).into_bytes(),
         ));
     }
     let borrowed: Vec<_> = files.iter().map(|(path, bytes)| (path.clone(), bytes.as_slice())).collect();
@@ -50,7 +51,7 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
 /// The picture of two strokes of the bench specimen, for the report.
 pub(super) fn two_strokes() -> Result<String, Error> {
     let (_, frames, ..) = simulate(&Specimen::bench(), 60.0, &Scenario::two_strokes())?;
-    Ok(cable::draw(&frames, "Two strokes, anchor fixed", &cable::PAGE))
+    Ok(cable::draw(&frames, "Two strokes, anchor fixed", &colours::PAGE))
 }
 
 /// The log, the frames of a picture, the largest tensions, and a sentence on a broken cable.

@@ -1,0 +1,309 @@
+//! Gains by rules: a page with margins, limits of the joints, rules and their numbers.
+
+use super::colours::PAGE;
+use super::error::Error;
+use super::format::{NONE, fixed, plural, significant};
+use super::machine_picture::draw;
+use super::plot::css_percent;
+use askama::Template;
+use serde::Serialize;
+use sinew::control::arm::ArmGains;
+use sinew::machine::Machine;
+
+/// Gains, margins and limits of a machine, as printed with `--json`.
+#[derive(Debug, Serialize)]
+pub(crate) struct Tuned {
+    pub(crate) name: String,
+    pub(crate) joints: Vec<TunedJoint>,
+    pub(crate) muscles: Vec<TunedMuscle>,
+    /// Highest natural frequency, far ends stuck.
+    pub(crate) stuck_mode_rad_per_s: f64,
+    pub(crate) gains: ArmGains,
+    /// Paragraph on the stability with held winches.
+    #[serde(skip)]
+    pub(crate) held_winches: String,
+    /// Poses and drawn machines of the margins.
+    #[serde(skip)]
+    pub(crate) amount: [usize; 2],
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct TunedJoint {
+    pub(crate) name: String,
+    pub(crate) unit: &'static str,
+    pub(crate) bandwidth_rad_per_s: f64,
+    pub(crate) dead_band: f64,
+    pub(crate) inertia: f64,
+    /// A sentence.
+    pub(crate) limited_by: String,
+    /// None without a muscle.
+    pub(crate) figures: Option<Figures>,
+    /// The same after each change of the design.
+    pub(crate) changes: Vec<Changed>,
+}
+
+/// Numbers that limit a joint, in its unit.
+#[derive(Debug, Serialize)]
+pub(crate) struct Figures {
+    pub(crate) crossing_s: f64,
+    pub(crate) left_to_feedback: f64,
+    pub(crate) tolerance_at_rest: f64,
+    pub(crate) damping_ratio: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct Changed {
+    pub(crate) change: &'static str,
+    pub(crate) helps: bool,
+    #[serde(flatten)]
+    pub(crate) figures: Figures,
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct TunedMuscle {
+    pub(crate) name: String,
+    pub(crate) mode_rad_per_s: f64,
+    pub(crate) rate_gain_s: f64,
+    pub(crate) dead_band_m: f64,
+    pub(crate) tension_limits_n: [f64; 2],
+    pub(crate) max_winch_speed_m_per_s: f64,
+    /// Least of the machine as designed and of those drawn.
+    #[serde(flatten)]
+    pub(crate) least: Margins,
+    pub(crate) as_designed: Margins,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(crate) struct Margins {
+    pub(crate) phase_margin_deg: f64,
+    pub(crate) gain_margin: f64,
+    pub(crate) delay_margin_s: Option<f64>,
+}
+
+#[derive(Template)]
+#[template(path = "tuning.html")]
+struct Page<'a> {
+    version: &'static str,
+    style: &'static str,
+    script: &'static str,
+    tuned: &'a Tuned,
+    amount: String,
+    verdict: String,
+    picture: String,
+    joints: Vec<Row>,
+    changes: Vec<Change>,
+    margins: Vec<MarginRow>,
+    scales: [[String; 2]; 3],
+    muscles: Vec<Row>,
+    equations: [(&'static str, String); 3],
+    gains: [Matrix; 2],
+}
+
+struct Row {
+    name: String,
+    cells: Vec<(&'static str, String)>,
+}
+
+/// A joint as designed and after every change.
+struct Change {
+    joint: String,
+    sentence: String,
+    rows: Vec<(String, bool, [String; 4])>,
+}
+
+struct MarginRow {
+    name: String,
+    tracks: [Track; 3],
+}
+
+/// A margin on a scale: where usual values begin, as designed, least.
+struct Track {
+    label: &'static str,
+    usual: Option<String>,
+    designed: String,
+    least: String,
+    low: bool,
+    text: String,
+}
+
+/// Gains by name over joints or muscles.
+struct Matrix {
+    heading: &'static str,
+    columns: Vec<String>,
+    rows: Vec<(String, Vec<String>)>,
+}
+
+/// Where usual margins begin: phase in degrees, gain.
+const USUAL: [Option<f64>; 3] = [Some(30.0), Some(2.0), None];
+
+/// A page of its own.
+pub(crate) fn page(tuned: &Tuned, machine: &Machine) -> Result<String, Error> {
+    let [poses, drawn] = tuned.amount;
+    let (margins, scales) = margins(tuned);
+    let page = Page {
+        version: env!("CARGO_PKG_VERSION"),
+        style: include_str!("../../assets/report.css"),
+        script: include_str!("../../assets/report.js"),
+        amount: format!(
+            "{}, {}; {} over the joints’ ranges, {} drawn within the tolerances.",
+            plural(tuned.joints.len(), "joint", "joints"),
+            plural(tuned.muscles.len(), "muscle", "muscles"),
+            plural(poses, "pose", "poses"),
+            plural(drawn, "machine", "machines"),
+        ),
+        verdict: verdict(tuned),
+        picture: draw(machine, &PAGE)?,
+        joints: tuned.joints.iter().map(joint).collect(),
+        changes: tuned.joints.iter().map(change).collect(),
+        margins,
+        scales,
+        muscles: tuned.muscles.iter().map(muscle).collect(),
+        equations: [
+            ("Rules", equations(include_str!("../../../sinew/src/control/arm/synthesis.rs"))),
+            (
+                "What they follow from",
+                equations(include_str!("../../../sinew/src/machine/characteristics.rs")),
+            ),
+            (
+                "What limits a joint",
+                equations(include_str!("../../../sinew/src/control/arm/joint_limits.rs")),
+            ),
+        ],
+        gains: matrices(tuned)?,
+        tuned,
+    };
+    Ok(page.render()?)
+}
+
+/// The first block of equations in the documentation of a source file, which is thus the only place where they stand.
+fn equations(source: &str) -> String {
+    let docs = source.lines().filter_map(|line| line.strip_prefix("///"));
+    let block =
+        docs.skip_while(|line| line.trim() != "```text").skip(1).take_while(|line| line.trim() != "```");
+    block.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
+}
+
+fn verdict(tuned: &Tuned) -> String {
+    let weakest =
+        tuned.muscles.iter().min_by(|a, b| a.least.phase_margin_deg.total_cmp(&b.least.phase_margin_deg));
+    weakest.map_or_else(String::new, |muscle| {
+        format!(
+            "Least margins of the damping by the winches: phase {}°, gain {}, delay {} ms, all at {}.",
+            fixed(muscle.least.phase_margin_deg, 0),
+            fixed(muscle.least.gain_margin, 1),
+            milliseconds(muscle.least.delay_margin_s),
+            muscle.name
+        )
+    })
+}
+
+fn milliseconds(seconds: Option<f64>) -> String {
+    seconds.map_or_else(|| NONE.to_owned(), |s| fixed(1e3 * s, 1))
+}
+
+fn joint(joint: &TunedJoint) -> Row {
+    let of = |value: f64| significant(value, 3);
+    let cells = vec![
+        ("bandwidth, rad/s", of(joint.bandwidth_rad_per_s)),
+        ("dead band", format!("{} {}", of(joint.dead_band), joint.unit)),
+        ("inertia", format!("{} {}", of(joint.inertia), if joint.unit == "m" { "kg" } else { "kg m²" })),
+    ];
+    Row { name: joint.name.clone(), cells }
+}
+
+fn muscle(muscle: &TunedMuscle) -> Row {
+    let of = |value: f64| significant(value, 3);
+    let [least, most] = muscle.tension_limits_n;
+    let cells = vec![
+        ("mode, rad/s", of(muscle.mode_rad_per_s)),
+        ("rate gain, ms", of(1e3 * muscle.rate_gain_s)),
+        ("dead band, mm", of(1e3 * muscle.dead_band_m)),
+        ("tension, N", format!("{} to {}", fixed(least, 1), fixed(most, 1))),
+        ("winch, m/s", of(muscle.max_winch_speed_m_per_s)),
+    ];
+    Row { name: muscle.name.clone(), cells }
+}
+
+fn change(joint: &TunedJoint) -> Change {
+    let cells = |figures: &Figures| {
+        let (a, b) = (significant(figures.left_to_feedback, 3), significant(figures.tolerance_at_rest, 3));
+        [fixed(1e3 * figures.crossing_s, 1), a, b, significant(figures.damping_ratio, 2)]
+    };
+    let own = joint.figures.iter().map(|figures| ("as designed".to_owned(), false, cells(figures)));
+    let changed = joint.changes.iter().map(|one| (one.change.to_owned(), one.helps, cells(&one.figures)));
+    Change {
+        joint: joint.name.clone(),
+        sentence: joint.limited_by.clone(),
+        rows: own.chain(changed).collect(),
+    }
+}
+
+/// Rows of tracks, and the ends of their scales.
+fn margins(tuned: &Tuned) -> (Vec<MarginRow>, [[String; 2]; 3]) {
+    let values = |margins: &Margins| {
+        [margins.phase_margin_deg, margins.gain_margin, 1e3 * margins.delay_margin_s.unwrap_or(f64::NAN)]
+    };
+    let lows = [0.0, 1.0, 0.0];
+    let highs: [f64; 3] = std::array::from_fn(|k| {
+        let most = tuned.muscles.iter().map(|muscle| values(&muscle.as_designed)[k]);
+        1.05 * most.filter(|value| value.is_finite()).fold(2.0 * USUAL[k].unwrap_or(1.0), f64::max)
+    });
+    let rows = tuned.muscles.iter().map(|muscle| {
+        let (designed, least) = (values(&muscle.as_designed), values(&muscle.least));
+        let track = |k: usize| {
+            let at = |value: f64| css_percent((value - lows[k]) / (highs[k] - lows[k]));
+            Track {
+                label: ["phase, degrees", "gain", "delay, ms"][k],
+                usual: USUAL[k].map(at),
+                designed: at(designed[k]),
+                least: at(least[k]),
+                low: USUAL[k].is_some_and(|usual| least[k] < usual),
+                text: fixed(least[k], usize::from(k > 0)),
+            }
+        };
+        MarginRow { name: muscle.name.clone(), tracks: [track(0), track(1), track(2)] }
+    });
+    let scales = std::array::from_fn(|k| [lows[k], highs[k]].map(|end| fixed(end, 0)));
+    (rows.collect(), scales)
+}
+
+/// All gains by the names that they have in the file of `--out`.
+fn matrices(tuned: &Tuned) -> Result<[Matrix; 2], Error> {
+    let value = serde_json::to_value(&tuned.gains)?;
+    let joints: Vec<String> = tuned.joints.iter().map(|joint| joint.name.clone()).collect();
+    let muscles: Vec<String> = tuned.muscles.iter().map(|muscle| muscle.name.clone()).collect();
+    Ok([
+        matrix("Of every joint", joints, &value["joints"]),
+        matrix("Of every muscle", muscles, &value["muscles"]),
+    ])
+}
+
+fn matrix(heading: &'static str, columns: Vec<String>, entries: &serde_json::Value) -> Matrix {
+    let entries: Vec<&serde_json::Value> = entries.as_array().into_iter().flatten().collect();
+    let names = entries.first().and_then(|first| first.as_object());
+    let rows = names.into_iter().flat_map(|names| names.keys()).map(|name| {
+        let values = entries.iter().map(|entry| shown(&entry[name.as_str()]));
+        (name.clone(), values.collect())
+    });
+    Matrix { heading, columns, rows: rows.collect() }
+}
+
+fn shown(value: &serde_json::Value) -> String {
+    match value {
+        serde_json::Value::Array(ends) => ends.iter().map(shown).collect::<Vec<_>>().join(" to "),
+        serde_json::Value::Bool(yes) => (if *yes { "yes" } else { "no" }).to_owned(),
+        _ => significant(value.as_f64().unwrap_or(f64::NAN), 3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_equations_are_those_of_the_documentation() {
+        let rules = equations(include_str!("../../../sinew/src/control/arm/synthesis.rs"));
+        assert!(rules.starts_with("F_min = ") && rules.contains("t_d,k = min(") && !rules.contains("```"));
+        assert_eq!(equations("// none\n"), "");
+    }
+}

@@ -1,0 +1,221 @@
+use super::gains::ArmGains;
+use super::synthesis::synthesize;
+use crate::Error;
+use crate::machine::{Characteristics, DesignChange, Machine};
+use crate::predictor::CableModel;
+use alloc::vec::Vec;
+
+/// Changes of a design that bear on the accuracy of its joints.
+pub const ACCURACY_CHANGES: [DesignChange; 4] = [
+    DesignChange::FasterWinch,
+    DesignChange::StifferCable,
+    DesignChange::LessBend,
+    DesignChange::FinerEncoder,
+];
+
+/// Numbers that limit how accurately a joint is tracked, from its gains and characteristics.
+///
+/// ```text
+/// t_G  = max_k G_k/v_max,k              the winches cross the dead band; delays the loop by w t_G at its bandwidth
+/// x_f  = (beta_0 + beta_c) theta_G      part of the dead band that feedforward leaves to feedback at creep speed
+/// x_r  = min_k delta_min,k/r_kj         position error at which the first winch moves at rest
+/// zeta = min_k sum_i B_ki t_d,i/(2 Om_k)    damping ratio of the cables' modes by the winches
+/// ```
+///
+/// over the muscles `k` whose largest moment arm about the joint, `r_kj`, is at least a tenth of that of the strongest.
+///
+/// | symbol | meaning                                                | unit         |
+/// |--------|--------------------------------------------------------|--------------|
+/// | G_k, theta_G, B, Om_k | [`Characteristics`]                     | m, rad or m, 1/s^2, rad/s |
+/// | v_max, beta, delta_min, t_d, w | [`ArmGains`]                   | m/s, 1, m, s, rad/s |
+///
+/// # Source
+/// Our own: the terms of the rules at [`synthesize`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointFigures {
+    /// `t_G`, s.
+    pub crossing: f64,
+    /// The muscle that takes longest.
+    pub slowest: usize,
+    /// `x_f`, rad or m.
+    pub friction: f64,
+    /// `x_r`, rad or m.
+    pub rest: f64,
+    /// `zeta`, 1.
+    pub damping: f64,
+}
+
+/// What limits a joint most.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LimitedBy {
+    /// No muscle moves it.
+    NoMuscle,
+    /// It has no encoder: its position follows from the stretch of its cables.
+    NoEncoder,
+    /// The time in which the winches cross the dead band: it takes half a radian or more of the loop's phase at its
+    /// bandwidth.
+    Crossing,
+    /// Uncertain friction: `x_f > x_r`.
+    Friction,
+    /// The tolerance at rest: `x_r >= x_f`.
+    Rest,
+}
+
+/// What limits one joint, and what each change of the design does to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointLimit {
+    /// What limits it.
+    pub limited_by: LimitedBy,
+    /// As designed; none without a muscle.
+    pub figures: Option<JointFigures>,
+    /// After each of [`ACCURACY_CHANGES`].
+    pub changed: Vec<(DesignChange, JointFigures)>,
+}
+
+/// Phase that the crossing may take at the bandwidth before it limits a joint, rad.
+const CROSSING_PHASE: f64 = 0.5;
+/// Least moment arm of a muscle that counts, relative to the largest about the joint.
+const LEAST_ARM: f64 = 0.1;
+/// Least relative decrease of the limiting number that counts as a help.
+const LEAST_HELP: f64 = 0.1;
+
+impl JointFigures {
+    /// Of one joint; none where no muscle moves it.
+    #[must_use]
+    pub fn of(gains: &ArmGains, found: &Characteristics, joint: usize) -> Option<Self> {
+        let (m, n) = (found.muscles.len(), found.joints.len());
+        let arm = |k: usize| found.arms[k * n + joint];
+        let strongest = (0..m).map(arm).fold(0.0, f64::max);
+        let muscles = || (0..m).filter(|&k| strongest > 0.0 && arm(k) >= LEAST_ARM * strongest);
+        let crossing = |k: usize| found.muscles[k].dead_band / gains.muscles[k].max_winch_speed;
+        let slowest = muscles().max_by(|&a, &b| crossing(a).total_cmp(&crossing(b)))?;
+        let damping = |k: usize| {
+            let rates = found.interaction[k * m..(k + 1) * m].iter().zip(&gains.muscles);
+            rates.map(|(b, muscle)| b * muscle.rate_gain).sum::<f64>() / (2.0 * found.muscles[k].mode)
+        };
+        let share = gains.feedback_share + gains.creep_feedback_share;
+        Some(Self {
+            crossing: crossing(slowest),
+            slowest,
+            friction: share * found.joints[joint].dead_band,
+            rest: muscles()
+                .map(|k| gains.muscles[k].rest_tolerance[0] / arm(k))
+                .fold(f64::INFINITY, f64::min),
+            damping: muscles().map(damping).fold(f64::INFINITY, f64::min),
+        })
+    }
+
+    /// The number that a limit is about; none for a limit without one.
+    #[must_use]
+    pub fn limiting(&self, limit: LimitedBy) -> Option<f64> {
+        match limit {
+            LimitedBy::NoMuscle => None,
+            LimitedBy::Crossing => Some(self.crossing),
+            LimitedBy::NoEncoder | LimitedBy::Friction => Some(self.friction),
+            LimitedBy::Rest => Some(self.rest),
+        }
+    }
+}
+
+impl JointLimit {
+    /// Whether a change lowers the limiting number by a tenth or more.
+    #[must_use]
+    pub fn is_helped_by(&self, after: &JointFigures) -> bool {
+        let before = self.figures.and_then(|figures| figures.limiting(self.limited_by));
+        let pair = before.zip(after.limiting(self.limited_by));
+        pair.is_some_and(|(before, after)| after <= (1.0 - LEAST_HELP) * before)
+    }
+}
+
+/// What limits every joint of a machine with its gains by the rules, and what each change of the design does to it,
+/// found by evaluating the rules again: `[joints]`.
+///
+/// # Shapes
+/// `models: [muscles]`, as designed or identified; `poses: [places][joints]`.
+///
+/// # Errors
+/// As [`synthesize`].
+pub fn joint_limits(
+    machine: &Machine,
+    models: &[CableModel],
+    poses: &[Vec<f64>],
+) -> Result<Vec<JointLimit>, Error> {
+    let (gains, found) = synthesize(machine, models, poses)?;
+    let mut limits = Vec::new();
+    for (joint, own) in gains.joints.iter().enumerate() {
+        let figures = JointFigures::of(&gains, &found, joint);
+        let limited_by = figures.map_or(LimitedBy::NoMuscle, |figures| match own.encoder {
+            false => LimitedBy::NoEncoder,
+            true if own.bandwidth * figures.crossing >= CROSSING_PHASE => LimitedBy::Crossing,
+            true if figures.friction > figures.rest => LimitedBy::Friction,
+            true => LimitedBy::Rest,
+        });
+        limits.push(JointLimit { limited_by, figures, changed: Vec::new() });
+    }
+    for change in ACCURACY_CHANGES {
+        let models: Vec<CableModel> =
+            models.iter().map(|model| change.of_cable(model)).collect::<Result<_, Error>>()?;
+        let (gains, found) = synthesize(&machine.with(change)?, &models, poses)?;
+        for (joint, limit) in limits.iter_mut().enumerate() {
+            limit.changed.extend(JointFigures::of(&gains, &found, joint).map(|figures| (change, figures)));
+        }
+    }
+    Ok(limits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lever() -> Machine {
+        Machine::of(&crate::muscle::testing::chain(false)).unwrap()
+    }
+
+    /// With cables of this many times the bench's compliance.
+    fn limited(machine: &Machine, compliance: f64) -> Vec<JointLimit> {
+        let mut model = CableModel::bench();
+        model.parameters.compliance *= compliance;
+        joint_limits(machine, &[model.clone(), model.clone(), model], &machine.poses(8).unwrap()).unwrap()
+    }
+
+    fn helps(limit: &JointLimit) -> Vec<DesignChange> {
+        limit
+            .changed
+            .iter()
+            .filter(|(_, after)| limit.is_helped_by(after))
+            .map(|(change, _)| *change)
+            .collect()
+    }
+
+    #[test]
+    fn a_slow_winch_across_a_long_cable_limits_by_its_crossing_which_a_faster_winch_shortens() {
+        let limits = limited(&lever(), 20.0);
+        let last = limits.last().unwrap();
+        assert_eq!(last.limited_by, LimitedBy::Crossing);
+        let helps = helps(last);
+        assert!(helps.contains(&DesignChange::FasterWinch) && helps.contains(&DesignChange::StifferCable));
+        assert!(!helps.contains(&DesignChange::FinerEncoder));
+        // Half the compliance is half the dead band at the same speed.
+        let stiffer = last.changed.iter().find(|(change, _)| *change == DesignChange::StifferCable).unwrap();
+        assert!((stiffer.1.crossing / last.figures.unwrap().crossing - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_coarse_encoder_limits_by_the_tolerance_at_rest_which_a_finer_one_alone_lowers() {
+        let mut machine = lever();
+        machine.encoders.iter_mut().flatten().for_each(|encoder| encoder.resolution = 0.02);
+        for limit in limited(&machine, 0.01) {
+            assert_eq!(limit.limited_by, LimitedBy::Rest);
+            assert_eq!(helps(&limit), [DesignChange::FinerEncoder]);
+        }
+    }
+
+    #[test]
+    fn a_joint_without_an_encoder_is_limited_by_that() {
+        let mut machine = lever();
+        machine.encoders[1] = None;
+        let limits = limited(&machine, 1.0);
+        assert_eq!(limits[1].limited_by, LimitedBy::NoEncoder);
+        assert!(limits.iter().all(|limit| limit.changed.len() == ACCURACY_CHANGES.len()));
+    }
+}
