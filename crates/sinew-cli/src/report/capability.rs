@@ -3,6 +3,7 @@
 use super::capability_plots::{Outlines, map, outlines};
 use super::error::Error;
 use super::format::significant;
+use super::payload::Payload;
 use super::plot::Plot;
 use askama::Template;
 use sinew::control::capability::{Extreme, PoseCapability};
@@ -23,6 +24,8 @@ pub(crate) struct MapView<'a> {
     pub(crate) torques: Vec<Outlines>,
     /// Forces of the end point at the start.
     pub(crate) forces: Vec<Outlines>,
+    /// With the heat of the drives.
+    pub(crate) payload: Payload,
 }
 
 /// A quantity over all poses.
@@ -100,6 +103,8 @@ struct Page<'a> {
     maps: Vec<Map>,
     torques: Vec<Plot>,
     forces: Vec<Plot>,
+    held: Vec<[String; 6]>,
+    raised: Vec<[String; 4]>,
 }
 
 struct Row {
@@ -142,6 +147,8 @@ pub(crate) fn page(view: &MapView<'_>) -> Result<String, Error> {
         poses: view.poses.len(),
         rows: rows.collect(),
         maps: maps(view),
+        held: view.payload.held_rows(),
+        raised: view.payload.raised_rows(),
         torques: view.torques.iter().map(|one| outlines("Joint torques", one)).collect(),
         forces: view.forces.iter().map(|one| outlines("Forces of the end point", one)).collect(),
     };
@@ -175,6 +182,16 @@ fn maps(view: &MapView<'_>) -> Vec<Map> {
         if points.iter().any(|point| point.1.is_some()) {
             let (plots, legend) = map(heading, &points);
             maps.push(Map { heading: heading.to_owned(), plots, legend });
+        }
+    }
+    if let Some(held) = view.payload.held.last() {
+        let places = view.poses.iter().zip(&held.each);
+        let points: Vec<([f64; 3], Option<f64>)> =
+            places.filter_map(|(pose, mass)| Some((pose.end_point.as_ref()?.position, *mass))).collect();
+        if points.iter().any(|point| point.1.is_some()) {
+            let heading = "Payload held for ever (kg)";
+            let (plots, legend) = map(heading, &points);
+            maps.insert(0, Map { heading: heading.to_owned(), plots, legend });
         }
     }
     maps

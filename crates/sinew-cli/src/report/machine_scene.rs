@@ -50,7 +50,7 @@ impl MachineScene {
                 bodies[body.parent].points.push(place(index, [0.0; 3]));
             }
         }
-        let end_point = machine.task.site();
+        let end_point = machine.payload_site();
         let of_tendons = parts.tendons.iter().flat_map(|tendon| match &tendon.path {
             TendonPath::Spatial(elements) => elements.as_slice(),
             TendonPath::Fixed(_) => &[],

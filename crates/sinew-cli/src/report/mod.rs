@@ -22,6 +22,7 @@ mod machine_scene;
 mod models;
 mod pack;
 mod page;
+pub(crate) mod payload;
 mod picture;
 mod plot;
 mod record;

@@ -3,7 +3,7 @@
 use crate::Error;
 use sinew::control::arm::ArmGains;
 use sinew::control::tension::{Distribution, Problem};
-use sinew::drive::{DriveParameters, ROOM};
+use sinew::drive::{MotorTemperatures, ROOM};
 use sinew::machine::{Characteristics, Machine};
 use sinew::muscle::MuscleDynamics;
 use sinew::trajectory::{Reference, Trajectory};
@@ -26,9 +26,10 @@ const INSTANTS: usize = 400;
 /// controller asks for on cables as designed.
 ///
 /// ```text
-/// T_in - T_0 = (F - T_0) e^(s A),   s the direction of sliding;    i from the losses of the reducer
-/// C_w T_w' = R(T_w) i^2 - (T_w - T_h)/R_wh,    C_h T_h' = (T_w - T_h)/R_wh - (T_h - T_a)/R_ha
+/// T_in = (F - T_0) e^(s A),   s the direction of sliding;    i from the losses of the reducer
 /// ```
+///
+/// and the heat of [`Motor`](sinew::drive::Motor).
 ///
 /// # Errors
 /// [`Error::Physics`] where trajectory and machine do not belong together.
@@ -45,12 +46,12 @@ pub fn drive_heat(
     let steps = (interval / LONGEST_STEP).ceil().max(1.0);
     let mut heat = DriveHeat { overheated: None, windings: vec![ROOM; machine.muscles.len()] };
     for (k, muscle) in machine.muscles.iter().enumerate() {
-        let mut motor = Temperatures { winding: ROOM, housing: ROOM };
+        let mut motor = MotorTemperatures::room();
         let limit = allowed_temperature(machine, k);
         'repeats: for repeat in 0..repeats {
             for (n, currents) in currents.iter().enumerate() {
                 for _ in 0..steps as usize {
-                    motor.advance(&muscle.drive, currents[k], interval / steps);
+                    motor.advance(&muscle.drive.motor, currents[k], interval / steps);
                 }
                 heat.windings[k] = heat.windings[k].max(motor.winding);
                 if motor.winding > limit {
@@ -115,21 +116,4 @@ fn currents(
         instants.push(each.collect());
     }
     Ok(instants)
-}
-
-/// Of one motor, degrees Celsius.
-struct Temperatures {
-    winding: f64,
-    housing: f64,
-}
-
-impl Temperatures {
-    fn advance(&mut self, drive: &DriveParameters, current: f64, h: f64) {
-        let motor = &drive.motor;
-        let loss = motor.resistance_at(self.winding) * current * current;
-        let to_housing = (self.winding - self.housing) / motor.winding_to_housing.max(1e-3);
-        let to_air = (self.housing - ROOM) / motor.housing_to_air;
-        self.winding += h * (loss - to_housing) / motor.winding_capacity;
-        self.housing += h * (to_housing - to_air) / motor.housing_capacity;
-    }
 }

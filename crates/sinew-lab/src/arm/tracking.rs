@@ -63,7 +63,7 @@ impl CalibratedArm {
         let specimen = ArmSpecimen::drawn_around(&design, machine, seed)?;
         let programmes = calibration_programmes(machine, &design)?;
         let models = calibrate_arm(&specimen, machine, &design, &programmes, seed)?;
-        let specimen = match machine.task.site() {
+        let specimen = match machine.payload_site() {
             Some(site) if machine.payload > 0.0 => {
                 let site = &machine.robot.parts().sites[site];
                 specimen.with_payload(site.body, site.position, machine.payload)?

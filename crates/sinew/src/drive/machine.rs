@@ -105,11 +105,25 @@ impl DriveParameters {
     /// Heat is not considered.
     #[must_use]
     pub fn working_tension(&self) -> f64 {
+        let motor = &self.motor;
+        let current = motor.peak_current.min(0.5 * motor.voltage / motor.resistance_at(motor.hottest));
+        self.allowed_tension().min(self.tension_of(current))
+    }
+
+    /// Tension that the drive may be asked for whatever its motor gives, N.
+    #[must_use]
+    pub fn allowed_tension(&self) -> f64 {
+        0.95 * self.most_tension
+    }
+
+    /// Tension at which a current takes up cable slowly, N: the inverse of
+    /// [`pulling_current`](Self::pulling_current) at standstill, 0 where friction takes all of it.
+    #[must_use]
+    pub fn tension_of(&self, current: f64) -> f64 {
         let Self { motor, reducer, winch, .. } = self;
         let turns = reducer.ratio / winch.arm(0);
-        let current = motor.peak_current.min(0.5 * motor.voltage / motor.resistance_at(motor.hottest));
         let torque = motor.torque_constant * current - reducer.friction;
-        (0.95 * self.most_tension).min(torque * reducer.efficiency * turns).max(0.0)
+        (torque * reducer.efficiency * turns).max(0.0)
     }
 
     /// Speed at which the drive takes up cable at a tension, N, m/s: the limit of the voltage with a hot winding,

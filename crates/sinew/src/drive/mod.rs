@@ -7,6 +7,7 @@
 #[cfg(feature = "description")]
 mod catalogue;
 mod current_loop;
+mod endurance;
 mod machine;
 mod motor;
 mod quadrant;
@@ -23,6 +24,7 @@ pub use catalogue::{
     Catalogue, CatalogueError, CatalogueMotor, CatalogueReducer, CatalogueWinch, ReducerLosses,
 };
 pub use current_loop::CurrentLoop;
+pub use endurance::MotorTemperatures;
 pub use machine::{Drive, DriveCommand, DriveFault, DriveParameters, DriveReading, DriveStep};
 pub use motor::{Motor, MotorState, ROOM};
 pub use quadrant::Quadrant;

@@ -38,7 +38,7 @@ pub struct Machine {
     pub redundancy: Redundancy,
     /// Closed paths of the end point.
     pub paths: Vec<NamedPath>,
-    /// Mass that it carries at its end point, kg, >= 0.
+    /// Mass that it carries at its [`payload_site`](Self::payload_site), kg, >= 0.
     pub payload: f64,
     /// Tolerances of its manufacture.
     pub tolerances: Tolerances,
@@ -94,7 +94,7 @@ impl Machine {
     pub fn loaded(&self) -> Result<Self, Error> {
         let mut machine = Self { payload: 0.0, ..self.clone() };
         if self.payload > 0.0 {
-            let Some(site) = self.task.site() else {
+            let Some(site) = self.payload_site() else {
                 return within("payload", "0 for a machine without an end point", self.payload, false)
                     .map(|_| machine);
             };
@@ -102,6 +102,12 @@ impl Machine {
             machine.robot = self.robot.with_payload(site.body, site.position, self.payload)?;
         }
         Ok(machine)
+    }
+
+    /// Index of the site that carries a payload: the end point of the task, or else the site `endpoint`.
+    #[must_use]
+    pub fn payload_site(&self) -> Option<usize> {
+        self.task.site().or_else(|| self.robot.site("endpoint"))
     }
 
     /// Ranges of the independent joints in which coupled joints keep theirs, too; finite: an unlimited joint moves by

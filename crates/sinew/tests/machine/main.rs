@@ -6,6 +6,7 @@
 mod clearance;
 mod demand;
 mod files;
+mod holding;
 mod models;
 mod stability;
 mod wrong;

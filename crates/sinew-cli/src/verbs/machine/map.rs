@@ -1,12 +1,14 @@
 //! `sinew machine map`.
 
 use super::map_json::json;
+use super::payload::{payload, text as payload_text};
 use crate::arguments::MachineMapArguments;
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::report::capability::{MapView, Quantity, page, quantities};
 use crate::report::capability_plots::Outlines;
+use crate::report::payload::Payload;
 use crate::table::{number, table};
 use crate::verbs::arm::model::{load_machine, print_warnings};
 use sinew::body::JointKind;
@@ -32,7 +34,8 @@ pub(super) fn run(arguments: &MachineMapArguments) -> Result<(), Error> {
         }
         poses.push(model.at(pose)?);
     }
-    let view = view(machine, &mut model, &poses)?;
+    let mut view = view(machine, &mut model, &poses)?;
+    view.payload = payload(machine, &places, &progress)?;
     drop(progress);
     if let Some(path) = &arguments.report {
         write_all(&[(path.clone(), page(&view)?.as_bytes())])?;
@@ -66,6 +69,7 @@ fn view<'a>(
         poses,
         torques: Vec::new(),
         forces: Vec::new(),
+        payload: Payload::default(),
     };
     model.evaluate(&machine.start)?;
     let up = model.upward()?;
@@ -132,7 +136,8 @@ fn text(view: &MapView<'_>) -> String {
     text += &table(&["", "unit", "poses", "min", "median", "max", "limited by", "in poses"], &rows, 2);
     text += "\nPayload: what is lifted slowly, held whichever way the cables slid before, and lowered slowly. Poses: \
              in which there is such a number; elsewhere the muscles do not hold the machine itself. Force and \
-             speed: in the direction in which they are least. Stiffness: while the winches stand.\n";
+             speed: in the direction in which they are least. Stiffness: while the winches stand. Heat: not in this table.\n";
+    text += &payload_text(&view.payload);
     text
 }
 

@@ -26,7 +26,8 @@ pub(super) fn json(view: &MapView<'_>) -> Value {
             json!({"q": pose.pose, "joints": joints, "end_point": end_point})
         })
         .collect();
-    json!({"name": view.name, "joints": names, "muscles": view.muscles, "summary": summary, "poses": poses})
+    json!({"name": view.name, "joints": names, "muscles": view.muscles, "summary": summary, "poses": poses,
+        "payload": view.payload})
 }
 
 fn extreme(view: &MapView<'_>, extreme: &Extreme) -> Value {

@@ -7,6 +7,7 @@ mod limit_words;
 mod map;
 mod map_json;
 mod new;
+mod payload;
 mod show;
 mod tune;
 

@@ -18,6 +18,7 @@
 //! multiple of a load that they contain.
 
 mod directions;
+mod holding;
 mod limits;
 mod linear;
 mod load;
@@ -27,6 +28,7 @@ mod stiffness;
 mod torque_set;
 mod zonotope;
 
+pub use holding::{HeldPayload, TensionLimit};
 pub use limits::{CableMotion, SlidingState, anchor_limits};
 pub use load::{Binding, LargestLoad, LoadSearch};
 pub use model::{CapabilityModel, EndPointJacobian};

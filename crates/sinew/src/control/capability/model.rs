@@ -22,8 +22,9 @@ pub struct EndPointJacobian {
 /// A machine's muscles through their transmissions, pose by pose.
 ///
 /// # Assumes
-/// Cables slide slowly ([`anchor_limits`]). Heat of the drives is not considered: tensions up to
-/// [`working_tension`](crate::drive::DriveParameters::working_tension). Stiffness is that of the cables alone, all
+/// Cables slide slowly ([`anchor_limits`]). Tensions of the drives up to
+/// [`working_tension`](crate::drive::DriveParameters::working_tension): heat is considered by
+/// [`holding_for`](Self::holding_for) alone. Stiffness is that of the cables alone, all
 /// of each cable sliding; the change of the moment arms with the pose is left out.
 #[derive(Debug, Clone)]
 pub struct CapabilityModel {
@@ -34,6 +35,8 @@ pub struct CapabilityModel {
     reduction: Reduction,
     /// Compliance of every cable, m/N.
     pub(super) compliance: Vec<f64>,
+    /// Largest tension of every drive, N.
+    pub(super) most_tension: Vec<f64>,
     /// Largest speed of every winch at three quarters of its drive's largest tension, m/s.
     pub(super) speeds: Vec<f64>,
 }
@@ -54,6 +57,7 @@ impl CapabilityModel {
         let laws = machine.laws(CELLS)?;
         Ok(Self {
             compliance: laws.iter().map(|law| law.compliance().iter().sum()).collect(),
+            most_tension: machine.muscles.iter().map(|design| design.drive.working_tension()).collect(),
             speeds: machine
                 .muscles
                 .iter()
@@ -111,7 +115,7 @@ impl CapabilityModel {
                     (state.unwrap_or(SlidingState::Either), self.friction_angle(k))
                 }
             };
-            let drive = [design.drive.least_tension, design.drive.working_tension()];
+            let drive = [design.drive.least_tension, self.most_tension[k]];
             let [least, most] = anchor_limits(drive, angle, design.cable.pretension, state)?;
             let [lower, upper] = design.tension;
             let (least, most) = (lower.map_or(least, |x| x.max(least)), upper.map_or(most, |x| x.min(most)));
@@ -127,8 +131,9 @@ impl CapabilityModel {
     /// As [`end_point`](Self::end_point).
     pub fn upward(&self) -> Result<Option<Vec<f64>>, Error> {
         let up = self.machine.robot.parts().gravity.map(|g| -g);
-        let along = |end_point: EndPointJacobian| directions(&end_point.rows).velocity(up);
-        Ok(self.end_point()?.map(along).filter(|velocity| velocity.iter().any(|v| *v != 0.0)))
+        let Some(rows) = self.payload_jacobian()? else { return Ok(None) };
+        let velocity = directions(&rows).velocity(up);
+        Ok(Some(velocity).filter(|velocity| velocity.iter().any(|v| *v != 0.0)))
     }
 
     /// Friction angle of a muscle's cable in the pose, 1.
@@ -145,6 +150,30 @@ impl CapabilityModel {
     /// As [`Robot::jacobian`](crate::body::Robot::jacobian).
     pub fn end_point(&self) -> Result<Option<EndPointJacobian>, Error> {
         let Task::EndPoint { site, axes } = self.machine.task else { return Ok(None) };
+        let mut found = self.jacobian(site)?;
+        for (row, used) in found.rows.chunks_exact_mut(self.model.joints()).zip(axes) {
+            if !used {
+                row.fill(0.0);
+            }
+        }
+        Ok(Some(found))
+    }
+
+    /// Joint torques that hold 1 kg at the end point in the pose, Nm or N: `[joints]`; none without gravity or end
+    /// point.
+    pub(super) fn weight(&self) -> Result<Option<Vec<f64>>, Error> {
+        let up = self.machine.robot.parts().gravity.map(|g| -g);
+        let rows = self.payload_jacobian()?.filter(|_| up.iter().any(|x| *x != 0.0));
+        Ok(rows.map(|rows| transposed(&rows, up)))
+    }
+
+    /// Jacobian of the end point that carries a payload, in all axes: its weight acts along axes that the task does not
+    /// track, too.
+    pub(super) fn payload_jacobian(&self) -> Result<Option<Vec<f64>>, Error> {
+        self.machine.payload_site().map(|site| Ok(self.jacobian(site)?.rows)).transpose()
+    }
+
+    fn jacobian(&self, site: usize) -> Result<EndPointJacobian, Error> {
         let robot = &self.machine.robot;
         let (n, nv) = (self.model.joints(), robot.nv());
         let point = robot.site_pose(&self.poses, site).origin;
@@ -152,12 +181,7 @@ impl CapabilityModel {
         robot.jacobian(&self.poses, robot.parts().sites[site].body, point, &mut linear, &mut angular)?;
         let mut rows = vec![0.0; 3 * n];
         self.reduction.rows(&linear, &mut rows)?;
-        for (row, used) in rows.chunks_exact_mut(n).zip(axes) {
-            if !used {
-                row.fill(0.0);
-            }
-        }
-        Ok(Some(EndPointJacobian { position: point, rows }))
+        Ok(EndPointJacobian { position: point, rows })
     }
 
     /// Outline of the forces that the end point can exert within a plane of the world's axes, N: the largest force in

@@ -88,7 +88,7 @@ impl CapabilityModel {
             None => None,
             Some(EndPointJacobian { position, rows }) => Some(EndPointCapability {
                 position,
-                payload: self.payload(&rows)?,
+                payload: self.payload()?,
                 force: self.weakest_force(&rows)?,
                 speed: self.slowest_speed(&rows),
                 stiffness: stiffness.and_then(|stiffness| end_point_stiffness(&stiffness, &rows)),
@@ -98,13 +98,8 @@ impl CapabilityModel {
     }
 
     /// Mass that is lifted, held and lowered, kg.
-    fn payload(&mut self, rows: &[f64]) -> Result<[Option<Extreme>; 3], Error> {
-        let gravity = self.machine.robot.parts().gravity;
-        let weight = transposed(rows, gravity.map(|g| -g));
-        if weight.iter().all(|x| *x == 0.0) {
-            return Ok([None; 3]);
-        }
-        let up = directions(rows).velocity(gravity.map(|g| -g));
+    fn payload(&mut self) -> Result<[Option<Extreme>; 3], Error> {
+        let (Some(weight), Some(up)) = (self.weight()?, self.upward()?) else { return Ok([None; 3]) };
         let down: Vec<f64> = up.iter().map(|x| -x).collect();
         let motions = [CableMotion::Along(&up), CableMotion::Either, CableMotion::Along(&down)];
         let mut payload = [None; 3];

@@ -16,7 +16,7 @@
 //! | `[[drive]]` | `name`; `motor`, `reducer`, `winch` by name in the catalogue or as numbers, `ratio`, `acceleration_m_per_s2`, `most_tension_n`, `least_tension_n` | [`DriveParameters::mc_am`](crate::drive::DriveParameters::mc_am) |
 //! | `[every_joint_encoder]`, `[[joint_encoder]]` | `joint`; `counts_per_turn`, `resolution_rad` or `resolution_m`, or `none = true` | 14 bits, 10 um |
 //! | `[[travel]]` | `joint`, `range_rad` or `range_m`: narrower than that of the body | range of the body |
-//! | `[payload]` | `mass_kg` at the end point | 0 |
+//! | `[payload]` | `mass_kg` at the end point, else at the site `endpoint` | 0 |
 //! | `[tolerances]` | [`Tolerances`](crate::machine::Tolerances) | |
 //! | `[control]` | [`ControlRules`](crate::machine::ControlRules) | |
 //!

@@ -102,13 +102,19 @@ pub(super) fn paths(
 const RESERVED: [&str; 1] = ["tour"];
 
 /// Mass at the end point, kg.
-pub(super) fn payload(root: &Table<'_>, task: Task, listing: &mut Listing) -> Result<f64, DescriptionError> {
+pub(super) fn payload(
+    root: &Table<'_>,
+    end_point: Option<usize>,
+    listing: &mut Listing,
+) -> Result<f64, DescriptionError> {
     let table = root.table("payload")?;
     table.iter().try_for_each(|table| table.check_keys(&PAYLOAD))?;
     let entry = table.map(|table| table.required("mass_kg")).transpose()?;
     let mass = entry.as_ref().map_or(Ok(0.0), |entry| entry.number(NON_NEGATIVE))?;
-    if let (Some(entry), Task::Joints, true) = (&entry, task, mass > 0.0) {
-        return Err(entry.problem(", but there is no end point that carries it: expected 0"));
+    if let (Some(entry), None, true) = (&entry, end_point, mass > 0.0) {
+        return Err(
+            entry.problem(", but there is no end point that carries it: expected 0, or a site `endpoint`")
+        );
     }
     listing.begin("[payload]");
     listing.number("mass_kg", mass, source_of(entry.map(|entry| entry.line())));

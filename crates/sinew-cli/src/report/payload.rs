@@ -1,0 +1,91 @@
+//! Payload by the time for which it is held, and what would raise it: as data, and as rows of a page.
+
+use super::format::significant;
+use serde::Serialize;
+
+/// Payload that a machine holds for a time, over all poses.
+#[derive(Debug, Serialize)]
+pub(crate) struct HeldFor {
+    /// `10 s`.
+    #[serde(rename = "time")]
+    pub(crate) words: &'static str,
+    /// None for ever.
+    pub(crate) seconds: Option<f64>,
+    /// Poses in which the machine itself is held.
+    pub(crate) poses: usize,
+    /// Worst, median and best pose, kg; zero where the machine itself is not held.
+    #[serde(flatten)]
+    pub(crate) spread: Spread,
+    /// What limits it in most poses.
+    pub(crate) limited_by: Option<Limit>,
+    /// Of every pose, kg; none where the machine itself is not held.
+    #[serde(rename = "of_poses_kg")]
+    pub(crate) each: Vec<Option<f64>>,
+}
+
+/// kg.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(crate) struct Spread {
+    pub(crate) min_kg: f64,
+    pub(crate) median_kg: f64,
+    pub(crate) max_kg: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct Limit {
+    pub(crate) muscle: String,
+    pub(crate) limit: &'static str,
+    pub(crate) poses: usize,
+}
+
+/// Median payloads after a change of the design, for the shortest time and for ever.
+#[derive(Debug, Serialize)]
+pub(crate) struct Raised {
+    pub(crate) change: &'static str,
+    pub(crate) amount: &'static str,
+    pub(crate) short_kg: f64,
+    pub(crate) for_ever_kg: f64,
+}
+
+/// Everything about payload; empty for a machine that carries none.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct Payload {
+    /// Shortest time first, the last for ever.
+    pub(crate) held: Vec<HeldFor>,
+    /// As designed, then after every change.
+    pub(crate) raised: Vec<Raised>,
+}
+
+impl Spread {
+    /// Of the poses; none counts as zero.
+    pub(crate) fn of(each: &[Option<f64>]) -> Self {
+        let mut sorted: Vec<f64> = each.iter().map(|mass| mass.unwrap_or(0.0)).collect();
+        sorted.sort_by(f64::total_cmp);
+        let at = |k: usize| sorted.get(k).copied().unwrap_or(f64::NAN);
+        Self { min_kg: at(0), median_kg: at(sorted.len() / 2), max_kg: at(sorted.len().saturating_sub(1)) }
+    }
+}
+
+impl Payload {
+    /// Cells of the table of times: time, poses, least, median, most, limit.
+    pub(super) fn held_rows(&self) -> Vec<[String; 6]> {
+        let row = |held: &HeldFor| {
+            let Spread { min_kg, median_kg, max_kg } = held.spread;
+            let limit = held.limited_by.as_ref();
+            let [least, median, most] = [min_kg, median_kg, max_kg].map(|mass| significant(mass, 3));
+            let limit = limit
+                .map_or_else(String::new, |one| format!("{}: {} ({})", one.muscle, one.limit, one.poses));
+            [held.words.to_owned(), held.poses.to_string(), least, median, most, limit]
+        };
+        self.held.iter().map(row).collect()
+    }
+
+    /// Cells of the table of changes: change, amount, for the shortest time, for ever.
+    pub(super) fn raised_rows(&self) -> Vec<[String; 4]> {
+        let row = |one: &Raised| {
+            let [short, ever] = [one.short_kg, one.for_ever_kg].map(|mass| significant(mass, 3));
+            [one.change.to_owned(), one.amount.to_owned(), short, ever]
+        };
+        self.raised.iter().map(row).collect()
+    }
+}
