@@ -62,7 +62,7 @@ pub(crate) fn draw(machine: &Machine, colours: &Colours) -> Result<String, Error
     path(ends, format!("stroke=\"{far}\" stroke-width=\"3\" {round}"));
     let joints: String = scene.joints.iter().map(|point| dot(view.place(*point))).collect();
     path(joints.clone(), format!("stroke=\"{ink}\" stroke-width=\"7\" {round}"));
-    path(joints, format!("stroke=\"{}\" stroke-width=\"4\" {round}", paper));
+    path(joints, format!("stroke=\"{paper}\" stroke-width=\"4\" {round}"));
     let end_point = scene.end_point.map(|point| dot(view.place(point))).unwrap_or_default();
     path(end_point, format!("stroke=\"{toward}\" stroke-width=\"6.5\" {round}"));
     svg += &view.scale_bar(soft);
