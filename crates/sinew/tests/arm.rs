@@ -84,6 +84,48 @@ fn an_arm_whose_tensions_balance_gravity_stays_at_rest() {
 }
 
 #[test]
+fn friction_of_a_sheath_that_passes_a_joint_follows_the_pose() {
+    let plain = lm_machine();
+    let mut machine = plain.clone();
+    machine.muscles[3].bend_by_joint = vec![0.5, 0.0, 0.0, -0.3, 0.0, 0.0, 0.0];
+    let bare = |machine: &sinew::machine::Machine| {
+        let mut specimen = ArmSpecimen::nominal(machine).unwrap();
+        specimen.cables.iter_mut().for_each(|cable| cable.effects = Effects::none());
+        specimen
+    };
+    let (with, without) = (bare(&machine), bare(&plain));
+    assert_eq!(with.cables, without.cables);
+    for turn in [[0.0, 0.0], [0.4, 0.2], [-0.5, 0.6]] {
+        let mut q = machine.start.clone();
+        q[0] += turn[0];
+        q[3] += turn[1];
+        // Steady sliding toward the motor, the profile with which a twin starts.
+        let near = |specimen: &ArmSpecimen| {
+            let twin = ArmTwin::new(specimen, &q, &[60.0; 15], 1).unwrap();
+            twin.truth().cables.iter().map(|cable| cable.tension_in).collect::<Vec<f64>>()
+        };
+        let (near_with, near_without) = (near(&with), near(&without));
+        let change = with.cables[3].parameters.friction * (0.5 * turn[0] - 0.3 * turn[1]);
+        for (k, (a, b)) in near_with.iter().zip(&near_without).enumerate() {
+            let expected = if k == 3 { change } else { 0.0 };
+            assert!(((a / b).ln() - expected).abs() < 2e-3, "{k}: {a} {b} {expected}");
+        }
+    }
+    // Stepped, it follows the pose in motion; of a specimen the coefficients are its own.
+    let drawn = ArmSpecimen::draw(&machine, 5).unwrap();
+    assert!(drawn.bends[3] != with.bends[3] && drawn.bends[2] == with.bends[2]);
+    assert_eq!(drawn.cables, ArmSpecimen::draw(&plain, 5).unwrap().cables);
+    let q = &machine.start;
+    let [mut moved, mut same] =
+        [&with, &without].map(|specimen| ArmTwin::new(specimen, q, &[16.0; 15], 1).unwrap());
+    for _ in 0..400 {
+        moved.step(&STAND, H).unwrap();
+        same.step(&STAND, H).unwrap();
+    }
+    assert!(worst(moved.truth().q, q) > 0.02 && worst(moved.truth().q, same.truth().q) > 1e-9);
+}
+
+#[test]
 fn with_all_winches_jammed_no_energy_is_ever_created() {
     let specimen = bare();
     let q = start(&specimen.robot);

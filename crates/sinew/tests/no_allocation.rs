@@ -254,7 +254,9 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
     use sinew::twin::arm::{ArmSpecimen, ArmTwin};
     let robot = common::lm_arm();
     let pose = robot.key("start").unwrap();
-    let specimen = ArmSpecimen::nominal(&common::lm_machine()).unwrap();
+    let mut machine = common::lm_machine();
+    machine.muscles[4].bend_by_joint = vec![0.3; 7];
+    let specimen = ArmSpecimen::nominal(&machine).unwrap();
     let model = |cable: &sinew::twin::cable::Specimen| CableModel {
         path: cable.path.clone(),
         parameters: cable.parameters,
@@ -273,10 +275,10 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
         skip: vec![],
     })
     .unwrap();
-    let machine = common::lm_machine();
     let (gains, _) = synthesize(&machine, &models, &machine.poses(40).unwrap()).unwrap();
     let mut controller = ArmController::new(&robot, &models, gains, way)
         .and_then(|controller| controller.with_residuals(vec![network; 15]))
+        .and_then(|controller| controller.with_sheath_bends(&machine.sheath_bends()?))
         .unwrap();
     let mut arm = ArmTwin::new(&specimen, pose, &[60.0; 15], 1).unwrap();
     let (mut goal, mut moved) = (Reference::new(7), 0.0);

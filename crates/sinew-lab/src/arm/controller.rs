@@ -47,7 +47,12 @@ pub(super) fn controller(variant: CompensationVariant, parts: &Parts<'_>) -> Res
     };
     let actuation = actuation_mode(variant, parts, models)?;
     let robot = &parts.machine.robot;
-    let controller = ArmController::new(robot, models, gains(variant, parts.gains.clone()), actuation)?;
+    let bends = match variant {
+        CompensationVariant::Perfect => parts.specimen.bends.clone(),
+        _ => parts.machine.sheath_bends()?,
+    };
+    let controller = ArmController::new(robot, models, gains(variant, parts.gains.clone()), actuation)?
+        .with_sheath_bends(&bends)?;
     if variant != CompensationVariant::ObserverNetwork {
         return Ok(controller);
     }

@@ -75,7 +75,8 @@ fn simulate(
     let (gains, _) = synthesize(machine, &models, poses)?;
     let limits = gains.tension_limits();
     let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
-    let controller = ArmController::new(&machine.robot, &models, gains, mode)?;
+    let controller =
+        ArmController::new(&machine.robot, &models, gains, mode)?.with_sheath_bends(&built.bends)?;
     let run = TrackRun {
         specimen: built,
         robot: &machine.robot,

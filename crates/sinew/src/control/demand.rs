@@ -80,7 +80,9 @@ pub fn drive_demands(machine: &Machine, motion: &SizingMotion) -> Result<DriveDe
     within("share", "a number in (0, 1]", motion.share, motion.share > 0.0 && motion.share <= 1.0)?;
     let machine = &machine.loaded()?;
     let mut dynamics = MuscleDynamics::new(&machine.robot)?;
-    let laws = machine.laws(CELLS)?;
+    let start = machine.laws(CELLS)?;
+    let mut laws = start.clone();
+    let bends = machine.sheath_bends()?;
     let minimum: Vec<f64> = tension_limits(machine, &laws).iter().map(|[least, _]| *least).collect();
     let mut sampler = Sampler::new(machine, motion)?;
     // Less than its least tension no muscle is ever asked for.
@@ -94,6 +96,11 @@ pub fn drive_demands(machine: &Machine, motion: &SizingMotion) -> Result<DriveDe
     for _ in 0..SAMPLES {
         let [q, v, a] = sampler.next();
         dynamics.evaluate(&q)?;
+        for ((law, bend), start) in laws.iter_mut().zip(&bends).zip(&start) {
+            if !bend.is_constant() {
+                *law = start.clone().with_sheath_bend(bend.at(&q))?;
+            }
+        }
         torques.include(&mut dynamics, &v, &a, &laws, &mut demands)?;
     }
     let strokes = strokes(machine, &mut dynamics)?;

@@ -1,6 +1,7 @@
 use super::design::Machine;
 use crate::Error;
 use crate::muscle::MuscleDynamics;
+use crate::transmission::SheathBend;
 use crate::transmission::cable::CableLaw;
 use alloc::vec::Vec;
 
@@ -8,6 +9,39 @@ use alloc::vec::Vec;
 const SHORTEST: f64 = 1e-3;
 
 impl Machine {
+    /// The bend of every sheath, that of the design in the start: `[muscles]`.
+    ///
+    /// # Errors
+    /// As [`SheathBend::new`].
+    pub fn sheath_bends(&self) -> Result<Vec<SheathBend>, Error> {
+        let bend = |design: &super::MuscleDesign| {
+            let reference = if design.bend_by_joint.is_empty() { Vec::new() } else { self.start.clone() };
+            SheathBend::new(design.bend, design.bend_by_joint.clone(), reference)
+        };
+        self.muscles.iter().map(bend).collect()
+    }
+
+    /// The same laws where the bend of a sheath depends on the pose, at its largest over these poses:
+    /// `laws: [muscles]`, `poses: [places][joints]`.
+    ///
+    /// # Errors
+    /// As [`CableLaw::with_sheath_bend`].
+    pub fn laws_at_largest_bend(
+        &self,
+        laws: &[CableLaw],
+        poses: &[Vec<f64>],
+    ) -> Result<Vec<CableLaw>, Error> {
+        let at_largest = |(law, bend): (&CableLaw, SheathBend)| {
+            if bend.is_constant() {
+                return Ok(law.clone());
+            }
+            let bend = bend.scaled_to(law.sheath_bend())?;
+            let largest = poses.iter().map(|pose| bend.at(pose)).fold(law.sheath_bend(), f64::max);
+            law.clone().with_sheath_bend(largest)
+        };
+        laws.iter().zip(self.sheath_bends()?).map(at_largest).collect()
+    }
+
     /// The laws of all cables as designed, at the start, each cut into `cells`: `[muscles]`.
     ///
     /// # Errors

@@ -8,6 +8,7 @@ use crate::drive::JointEncoder;
 use crate::error::{non_negative, within};
 use crate::random::EvenPoints;
 use crate::trajectory::{Redundancy, finite_ranges};
+use crate::transmission::SheathBend;
 use alloc::vec::Vec;
 
 /// A machine on cables as designed, every number valid.
@@ -169,6 +170,7 @@ impl Machine {
             }
         }
         self.muscles.iter().try_for_each(MuscleDesign::validate)?;
+        self.check_bends()?;
         self.encoders.iter().flatten().try_for_each(JointEncoder::validate)?;
         if let Task::EndPoint { site, axes } = self.task {
             within("site", "an index of a site", site as f64, site < parts.sites.len())?;
@@ -179,6 +181,23 @@ impl Machine {
         non_negative("payload", self.payload)?;
         self.tolerances.validate()?;
         self.rules.validate()
+    }
+}
+
+impl Machine {
+    /// Refuses a sheath that bends by more than two turns within the ranges of the joints.
+    fn check_bends(&self) -> Result<(), Error> {
+        let bends = self.sheath_bends()?;
+        if bends.iter().all(SheathBend::is_constant) {
+            return Ok(());
+        }
+        let ranges = self.ranges()?;
+        for bend in bends.iter().filter(|bend| !bend.is_constant()) {
+            let largest = bend.largest(&ranges);
+            let expected = "at most 4 pi over the ranges of the joints";
+            within("bend_by_joint", expected, largest, largest <= SheathBend::LARGEST)?;
+        }
+        Ok(())
     }
 }
 

@@ -1,9 +1,10 @@
 use crate::Error;
 use crate::drive::DriveParameters;
-use crate::error::{non_negative, positive, within};
+use crate::error::{finite, non_negative, positive, within};
 use crate::predictor::CableModel;
 use crate::transmission::cable::{CableParameters, CablePath, Segment};
 use alloc::vec;
+use alloc::vec::Vec;
 
 /// What a body's description does not say about a muscle: its sheath, cable and drive.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,8 +13,11 @@ pub struct MuscleDesign {
     pub near: f64,
     /// Length of the sheath, m, > 0.
     pub sheath: f64,
-    /// Sum of the magnitudes of its bends, rad, >= 0.
+    /// Sum of the magnitudes of its bends in the machine's start, rad, >= 0.
     pub bend: f64,
+    /// Change of its bend with every independent joint, rad/rad or rad/m: `[joints]`, or empty where it passes none;
+    /// see [`SheathBend`](crate::transmission::SheathBend).
+    pub bend_by_joint: Vec<f64>,
     /// Friction and elasticity of the cable.
     pub cable: CableParameters,
     /// Its drive, with load cell and encoder.
@@ -51,6 +55,7 @@ impl MuscleDesign {
             near: NEAR,
             sheath,
             bend,
+            bend_by_joint: vec![],
             cable: CableParameters { drag: bench.drag * sheath / BENCH_SHEATH, ..bench },
             drive: DriveParameters { delay_steps: 0.0, ..DriveParameters::mc_am() },
             model: None,
@@ -66,6 +71,7 @@ impl MuscleDesign {
         positive("near_length", self.near)?;
         positive("sheath_length", self.sheath)?;
         non_negative("sheath_bend", self.bend)?;
+        self.bend_by_joint.iter().try_for_each(|slope| finite("bend_by_joint", *slope).map(drop))?;
         self.cable.validate()?;
         self.drive.validate()?;
         if let Some(model) = &self.model {

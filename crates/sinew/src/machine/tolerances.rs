@@ -16,6 +16,9 @@ pub struct Tolerances {
     pub attachment: Option<f64>,
     /// Relative, of the load cells' gain.
     pub gain: f64,
+    /// Relative, of the changes of sheaths' bends with the joints.
+    #[serde(rename = "bend_by_joint")]
+    pub bend: f64,
     /// Of the joint encoders' zero, rad.
     #[serde(rename = "zero_rad")]
     pub zero: f64,
@@ -25,9 +28,9 @@ pub struct Tolerances {
 }
 
 impl Default for Tolerances {
-    /// 10 %, 1 mm, 0.5 %, 1 mrad, 0.1 mm: assumed for careful manufacturing.
+    /// 10 %, 1 mm, 0.5 %, 20 % of the bends, 1 mrad, 0.1 mm: assumed for careful manufacturing.
     fn default() -> Self {
-        Self { mass: 0.1, attachment: None, gain: 5e-3, zero: 1e-3, zero_slide: 1e-4 }
+        Self { mass: 0.1, attachment: None, gain: 5e-3, bend: 0.2, zero: 1e-3, zero_slide: 1e-4 }
     }
 }
 
@@ -41,6 +44,8 @@ impl Tolerances {
         within("mass tolerance", "a number in [0, 1)", self.mass, share)?;
         let share = (0.0..1.0).contains(&self.gain);
         within("gain tolerance", "a number in [0, 1)", self.gain, share)?;
+        let share = (0.0..1.0).contains(&self.bend);
+        within("bend tolerance", "a number in [0, 1)", self.bend, share)?;
         self.attachment.map_or(Ok(0.0), |bound| non_negative("attachment tolerance", bound))?;
         non_negative("zero tolerance", self.zero)?;
         non_negative("zero tolerance of slides", self.zero_slide).map(drop)

@@ -17,6 +17,7 @@ mod network;
 mod play;
 mod pulley;
 mod sheath;
+mod sheath_bend;
 mod sliding;
 mod stribeck;
 
@@ -31,5 +32,6 @@ pub use network::{Perceptron, PerceptronWeights};
 pub use play::Play;
 pub use pulley::{Pulley, total_wrap_angle};
 pub use sheath::SheathLaw;
+pub use sheath_bend::SheathBend;
 pub use sliding::Sliding;
 pub use stribeck::Stribeck;

@@ -177,6 +177,9 @@ proptest! {
                 // Refused where it would be too strong for its node; never half done.
                 let _ = cable.set_wrap(k % path.pulleys(), wraps[k % 8]);
             }
+            if k % 5 == 2 {
+                let _ = cable.set_sheath_bend(2.0 * wraps[(k + 3) % 8]);
+            }
             let ends = cable.step(interval, EndMotion { motor, anchor }).unwrap();
             let done = ends.tension_in * motor - (ends.tension_out - parameters.pretension) * anchor;
             work += done;

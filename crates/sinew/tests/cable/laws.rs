@@ -210,6 +210,55 @@ fn a_wrap_that_shrinks_lets_the_stuck_cable_slip() {
 }
 
 #[test]
+fn a_sheath_that_bends_further_is_the_cable_built_with_that_bend() {
+    let bent = |bend: f64, curvature: &[f64]| {
+        let mut segments = CablePath::bench().segments().to_vec();
+        segments[1] = Segment::Sheath { length: 0.806, bend, curvature: curvature.to_vec() };
+        CableLaw::new(&CablePath::new(segments).unwrap(), &CableParameters::bench(), 12).unwrap()
+    };
+    for curvature in [&[][..], &[1.0, 3.0, 0.5]] {
+        for (from, to) in [(1.0, 2.5), (2.5, 0.4), (3.0, 0.0)] {
+            let (changed, built) = (bent(from, curvature).with_sheath_bend(to).unwrap(), bent(to, curvature));
+            assert!((changed.friction_angle() - built.friction_angle()).abs() < 1e-12);
+            for velocity in [0.08, -0.03] {
+                let [a, b] = [&changed, &built].map(|law| law.steady(90.0, velocity, 1.0).unwrap());
+                assert!((a.tension_in - b.tension_in).abs() < 1e-9 && (a.stretch - b.stretch).abs() < 1e-12);
+            }
+        }
+    }
+    // A straight sheath bends evenly.
+    let straight = bent(0.0, &[]).with_sheath_bend(2.0).unwrap();
+    assert!(
+        (straight.steady(90.0, 0.1, 1.0).unwrap().tension_in
+            - bent(2.0, &[]).steady(90.0, 0.1, 1.0).unwrap().tension_in)
+            .abs()
+            < 1e-9
+    );
+    // One cable and a lane of several are the same to the bit, refusals leave them as they were.
+    let law = bent(1.0, &[]);
+    let (mut one, mut many) = (Cable::new(law.clone()), CableBatch::new(&vec![law; 9]).unwrap());
+    one.settle(80.0, Sliding::TowardMotor).unwrap();
+    many.settle(8, 80.0, Sliding::TowardMotor).unwrap();
+    let mut ends = [EndTensions::default(); 9];
+    for k in 0..400 {
+        let bend = 1.0 + (f64::from(k) * 0.02).sin();
+        one.set_sheath_bend(bend).unwrap();
+        many.set_sheath_bend(8, bend).unwrap();
+        let motion = EndMotion { motor: 1e-4 * (f64::from(k) * 0.05).cos(), anchor: 0.0 };
+        let alone = one.step(1e-3, motion).unwrap();
+        many.step(1e-3, &[motion; 9], &mut ends).unwrap();
+        assert_eq!(alone.tension_out.to_bits(), ends[8].tension_out.to_bits());
+        for wrong in [-0.1, f64::NAN, f64::INFINITY, 500.0] {
+            assert!(one.set_sheath_bend(wrong).is_err() && many.set_sheath_bend(8, wrong).is_err());
+        }
+    }
+    let segments =
+        vec![Segment::Free { length: 1.0 }, Segment::Pulley { wrap: 1.0 }, Segment::Free { length: 1.0 }];
+    let pulley = CableLaw::new(&CablePath::new(segments).unwrap(), &CableParameters::bench(), 2).unwrap();
+    assert!(pulley.clone().with_sheath_bend(0.0).is_ok() && pulley.with_sheath_bend(0.1).is_err());
+}
+
+#[test]
 fn the_travel_that_a_tension_asks_for_brings_it() {
     for (start, wanted, sliding) in [
         (60.0, 110.0, Sliding::TowardMotor),

@@ -139,6 +139,8 @@ fn every_transmission(out: &mut String, choice: &Choice) {
         *out += "# Of the muscles whose sheath the body does not describe: assumed.\n";
         *out += "sheath_length_m = 0.5\nsheath_bend_rad = 1.57\n";
     }
+    *out += "# Change of the bend with joints that a sheath passes, rad per rad or m, from the start on: joint = slope.\n";
+    *out += "# bend_by_joint = {}\n";
     let Some(band) = choice.thin else {
         *out += "# The bench's cable; friction and compliance decide most.\n";
         *out += "# cable = { friction = 0.156, pretension_n = 15.5, compliance_per_n = 2.56e-4 }\n";

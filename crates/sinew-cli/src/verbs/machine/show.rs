@@ -203,6 +203,10 @@ fn unit(key: &str, machine: &Machine) -> &'static str {
     match key.split_once('.') {
         Some(("start" | "rest" | "swing" | "joints", joint)) => of_joint(joint).unwrap_or("rad"),
         Some(("weight", _)) => "",
+        Some(("bend_by_joint", joint)) => match of_joint(joint) {
+            Some("m") => "rad/m",
+            _ => "rad/rad",
+        },
         _ => UNITS.iter().find(|(end, _)| key.ends_with(end)).map_or("", |(_, unit)| unit),
     }
 }

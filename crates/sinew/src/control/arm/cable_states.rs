@@ -3,8 +3,8 @@ use super::signals::require_length;
 use crate::Error;
 use crate::muscle::MuscleDynamics;
 use crate::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
-use crate::transmission::Perceptron;
 use crate::transmission::cable::CableLaw;
+use crate::transmission::{Perceptron, SheathBend};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -28,6 +28,8 @@ pub(super) struct CableStates {
     /// Corrections of the observers: `[muscles]`, or none.
     residuals: Vec<ResidualNetwork>,
     wraps: Vec<JointWrap>,
+    /// Bends of the sheaths that pass joints: `[muscles]`, or none.
+    bends: Vec<SheathBend>,
     next_wrap: usize,
     /// Stretch minus relative displacement of a cable's ends at the start, m.
     stretch_offset: Vec<f64>,
@@ -73,6 +75,7 @@ impl CableStates {
             estimates: vec![CableEstimate::default(); n],
             residuals: Vec::new(),
             wraps: models.iter().map(wrap).collect(),
+            bends: Vec::new(),
             next_wrap: 0,
             stretch_offset: vec![0.0; n],
             started: false,
@@ -92,16 +95,31 @@ impl CableStates {
         Ok(())
     }
 
-    /// One step of `h` s with measured motor positions, m, and tensions, N, and the tensions desired before,
-    /// N.
+    /// Lets the bends of the sheaths follow the pose: `[muscles]`, each scaled to the bend for which its friction was
+    /// identified.
+    pub(super) fn set_sheath_bends(&mut self, bends: &[SheathBend]) -> Result<(), Error> {
+        require_length("bends", self.samples.len(), bends.len())?;
+        self.bends.clear();
+        if bends.iter().any(|bend| !bend.is_constant()) {
+            let identified = |(k, bend): (usize, &SheathBend)| match bend.is_constant() {
+                true => Ok(bend.clone()),
+                false => bend.scaled_to(self.law(k)?.sheath_bend()),
+            };
+            self.bends = bends.iter().enumerate().map(identified).collect::<Result<_, _>>()?;
+        }
+        Ok(())
+    }
+
+    /// One step of `h` s with measured motor positions, m, and tensions, N, in a pose of the independent joints in
+    /// which the body was evaluated, and the tensions desired before, N.
     pub(super) fn update(
         &mut self,
         h: f64,
         (motor, tension): (&[f64], &[f64]),
-        body: &MuscleDynamics,
+        (body, pose): (&MuscleDynamics, &[f64]),
         desired_tension: &[f64],
     ) -> Result<(), Error> {
-        self.update_wraps(body.wrap_angles())?;
+        self.update_angles(body.wrap_angles(), pose)?;
         for (k, (sample, length)) in self.samples.iter_mut().zip(body.lengths()).enumerate() {
             *sample = CableSample { motor: motor[k], anchor: -length, tension_in: tension[k] };
         }
@@ -128,15 +146,15 @@ impl CableStates {
         Ok(())
     }
 
-    /// The law of a cable at its present wrap angles.
+    /// The law of a cable at its present wrap angles and bend.
     pub(super) fn law(&self, cable: usize) -> Result<&CableLaw, Error> {
         let expected = self.samples.len();
         self.observers.cables().law(cable).ok_or(Error::WrongLength { name: "cables", expected, got: cable })
     }
 
-    /// Sets the wrap angles of the pose: of all cables at first, then of one cable per cycle, because poses
+    /// Sets the wrap angles and bends of the pose: of all cables at first, then of one cable per cycle, because poses
     /// change slowly.
-    fn update_wraps(&mut self, angles: &[f64]) -> Result<(), Error> {
+    fn update_angles(&mut self, angles: &[f64], pose: &[f64]) -> Result<(), Error> {
         let n = self.wraps.len();
         let first = self.wraps.iter().any(|wrap| wrap.angle.is_nan());
         for k in if first { 0..n } else { self.next_wrap..self.next_wrap + 1 } {
@@ -145,6 +163,9 @@ impl CableStates {
             if wrap.angle.is_nan() || (angle - wrap.angle).abs() >= WRAP_RESOLUTION {
                 self.observers.set_wrap(k, wrap.pulley, angle)?;
                 wrap.angle = angle;
+            }
+            if let Some(bend) = self.bends.get(k).filter(|bend| !bend.is_constant()) {
+                self.observers.set_sheath_bend(k, bend.at(pose))?;
             }
         }
         self.next_wrap = (self.next_wrap + 1) % n;

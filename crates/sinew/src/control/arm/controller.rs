@@ -15,7 +15,7 @@ use crate::control::tension::{Distribution, Problem, Settings, Status};
 use crate::muscle::MuscleDynamics;
 use crate::predictor::CableModel;
 use crate::trajectory::Reference;
-use crate::transmission::Perceptron;
+use crate::transmission::{Perceptron, SheathBend};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -159,6 +159,17 @@ impl ArmController {
         Ok(self)
     }
 
+    /// Lets the bends of the sheaths that pass joints follow the estimated pose: `[muscles]`, as designed. The friction
+    /// angle of a model holds in the bends' reference, in which it was identified, and changes in proportion to the
+    /// bend.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for bends of another number than muscles; as [`SheathBend::scaled_to`].
+    pub fn with_sheath_bends(mut self, bends: &[SheathBend]) -> Result<Self, Error> {
+        self.cables.set_sheath_bends(bends)?;
+        Ok(self)
+    }
+
     /// Operating state of the arm.
     #[must_use]
     pub fn status(&self) -> ArmStatus {
@@ -222,7 +233,7 @@ impl ArmController {
         self.bridge_joints(h, reference);
         self.body.evaluate(&self.joints.q)?;
         let accepted = (&self.faults.motor[..], &self.faults.tension[..]);
-        self.cables.update(h, accepted, &self.body, &self.desired_tension)
+        self.cables.update(h, accepted, (&self.body, &self.joints.q), &self.desired_tension)
     }
 
     /// Prepares the joint observers for encoders that were rejected or have returned. Without estimated far

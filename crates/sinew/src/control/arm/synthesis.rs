@@ -83,7 +83,8 @@ pub fn synthesize(
 /// tensions, `T_0 + 1.2 F_min`, with moment arms that are off by the tolerance of the attachments.
 ///
 /// # Shapes
-/// `laws: [muscles]`, `poses: [places][joints]`.
+/// `laws: [muscles]`, at the start; `poses: [places][joints]`. A sheath that passes joints counts with its largest bend
+/// in these poses.
 ///
 /// # Errors
 /// As [`Characteristics::new`].
@@ -92,6 +93,7 @@ pub fn characterize(
     laws: &[CableLaw],
     poses: &[Vec<f64>],
 ) -> Result<(Vec<[f64; 2]>, Characteristics), Error> {
+    let laws = &machine.laws_at_largest_bend(laws, poses)?;
     let limits = tension_limits(machine, laws);
     let working: Vec<f64> =
         limits.iter().zip(laws).map(|([least, _], law)| law.pretension() + WORKING_SHARE * least).collect();

@@ -6,7 +6,7 @@ use crate::body::{Poses, Reduction};
 use crate::error::Error;
 use crate::machine::{Machine, Task};
 use crate::muscle::MuscleDynamics;
-use crate::transmission::Sliding;
+use crate::transmission::{SheathBend, Sliding};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -30,6 +30,9 @@ pub struct EndPointJacobian {
 pub struct CapabilityModel {
     pub(super) machine: Machine,
     pub(super) model: MuscleDynamics,
+    /// Bend of every sheath by the pose, and in the pose, rad.
+    bends: Vec<SheathBend>,
+    bend: Vec<f64>,
     search: LoadSearch,
     poses: Poses,
     reduction: Reduction,
@@ -63,6 +66,8 @@ impl CapabilityModel {
                 .iter()
                 .map(|design| design.drive.speed_at(SPEED_SHARE * design.drive.most_tension))
                 .collect(),
+            bends: machine.sheath_bends()?,
+            bend: machine.muscles.iter().map(|design| design.bend).collect(),
             search: LoadSearch::new(model.muscles(), model.joints()),
             poses: Poses::new(&machine.robot),
             reduction: Reduction::new(&machine.robot),
@@ -77,6 +82,7 @@ impl CapabilityModel {
     /// As [`MuscleDynamics::evaluate`].
     pub fn evaluate(&mut self, pose: &[f64]) -> Result<(), Error> {
         self.model.evaluate(pose)?;
+        self.bend.iter_mut().zip(&self.bends).for_each(|(bend, law)| *bend = law.at(pose));
         self.machine.robot.forward_kinematics(self.model.coordinates(), &mut self.poses)?;
         self.reduction.update(&self.machine.robot, self.model.coordinates())
     }
@@ -140,7 +146,7 @@ impl CapabilityModel {
     #[must_use]
     pub fn friction_angle(&self, muscle: usize) -> f64 {
         let design = &self.machine.muscles[muscle];
-        let bend = design.bend + self.model.wrap_angles()[muscle];
+        let bend = self.bend[muscle] + self.model.wrap_angles()[muscle];
         design.cable.friction * bend - libm::log(design.cable.efficiency)
     }
 

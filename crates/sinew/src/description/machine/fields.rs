@@ -112,6 +112,7 @@ pub(super) const TOLERANCES: &[Field<Tolerances>] = &[
         set: |t, x| t.attachment = Some(x),
     },
     Field { key: "gain", domain: BELOW_ONE, get: |t| Some(t.gain), set: |t, x| t.gain = x },
+    Field { key: "bend_by_joint", domain: BELOW_ONE, get: |t| Some(t.bend), set: |t, x| t.bend = x },
     Field { key: "zero_rad", domain: NON_NEGATIVE, get: |t| Some(t.zero), set: |t, x| t.zero = x },
     Field { key: "zero_m", domain: NON_NEGATIVE, get: |t| Some(t.zero_slide), set: |t, x| t.zero_slide = x },
 ];

@@ -217,7 +217,7 @@ fn machine(
     machine.paths = task::paths(root, machine.task, list)?;
     machine.payload = task::payload(root, machine.payload_site(), list)?;
     let drives = drives::read(root, list)?;
-    machine.muscles = transmissions::read(root, robot.parts(), &drives, files, list)?;
+    machine.muscles = transmissions::read(root, &machine, &drives, files, list)?;
     machine.encoders = joints::encoders(root, &robot, list)?;
     machine.tolerances = task::tolerances(root, list)?;
     machine.rules = task::rules(root, list)?;

@@ -18,6 +18,12 @@ pub(super) const ENCODER: [&str; 4] = ["counts_per_turn", "resolution_rad", "res
 
 const TURN: f64 = 2.0 * core::f64::consts::PI;
 
+/// Names of the joints that follow no other.
+pub(super) fn independent_names(robot: &Robot) -> Vec<&str> {
+    let joints = robot.independent_joints().into_iter();
+    joints.map(|joint| robot.parts().joints[joint].name.as_str()).collect()
+}
+
 /// The joints that follow no other, with their names and kinds.
 pub(super) struct Joints<'a> {
     names: Vec<&'a str>,
@@ -32,7 +38,7 @@ impl<'a> Joints<'a> {
         let joints = robot.independent_joints();
         let all = &robot.parts().joints;
         Self {
-            names: joints.iter().map(|&joint| all[joint].name.as_str()).collect(),
+            names: independent_names(robot),
             kinds: joints.iter().map(|&joint| all[joint].kind).collect(),
             ranges: joints.iter().map(|&joint| all[joint].range).collect(),
             coordinates: joints.iter().map(|&joint| robot.coordinates_of(joint).start).collect(),

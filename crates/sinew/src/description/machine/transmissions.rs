@@ -3,24 +3,28 @@
 use super::drives::NamedDrive;
 use super::fields::{CABLE, LOAD_CELL, WEAKENING, complete, first, keys, overlay};
 use super::files::Files;
+use super::joints::independent_names;
 use super::listing::{Listing, Value, ValueSource, source_of};
-use crate::body::{Parts, Tendon};
-use crate::description::document::Table;
-use crate::description::domain::{DELAY, Domain, NON_NEGATIVE, POSITIVE};
+use crate::Error;
+use crate::body::Tendon;
+use crate::description::document::{Entry, Table};
+use crate::description::domain::{DELAY, Domain, FINITE, NON_NEGATIVE, POSITIVE};
 use crate::description::error::DescriptionError;
 use crate::drive::LoadCell;
-use crate::machine::MuscleDesign;
+use crate::machine::{Machine, MuscleDesign};
 use crate::predictor::{CableModel, Model};
+use crate::transmission::SheathBend;
 use crate::transmission::cable::{CableParameters, Weakening};
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
 /// Keys of `[every_transmission]`; `[[transmission]]` has `muscle` as well.
-pub(super) const TRANSMISSION: [&str; 10] = [
+pub(super) const TRANSMISSION: [&str; 11] = [
     "near_length_m",
     "sheath_length_m",
     "sheath_bend_rad",
+    "bend_by_joint",
     "cable",
     "model",
     "drive",
@@ -36,11 +40,12 @@ const STEP: f64 = 1e-3;
 /// The designs of all muscles.
 pub(super) fn read(
     root: &Table<'_>,
-    parts: &Parts,
+    machine: &Machine,
     drives: &[NamedDrive],
     files: &mut Files<'_>,
     listing: &mut Listing,
 ) -> Result<Vec<MuscleDesign>, DescriptionError> {
+    let parts = machine.robot.parts();
     let every = root.table("every_transmission")?;
     every.iter().try_for_each(|table| table.check_keys(&TRANSMISSION))?;
     let names: Vec<&str> = parts.tendons.iter().map(|tendon| tendon.name.as_str()).collect();
@@ -52,14 +57,15 @@ pub(super) fn read(
     }
     if let (Some(every), Some(tendon)) = (&every, parts.tendons.first()) {
         // Checked also where every muscle has a table of its own.
-        let reader = Reader { layers: Vec::from([every.clone()]), own_layers: 0, drives };
+        let reader = Reader { layers: Vec::from([every.clone()]), own_layers: 0, machine, drives };
         reader.design(&Tendon { sheath: None, ..tendon.clone() }, files, &mut Listing::default())?;
     }
     let mut designs = Vec::new();
     for (tendon, own) in parts.tendons.iter().zip(own) {
         listing.begin(&format!("[[transmission]] `{}`", tendon.name));
         let own_layers = usize::from(own.is_some());
-        let reader = Reader { layers: own.into_iter().chain(every.clone()).collect(), own_layers, drives };
+        let reader =
+            Reader { layers: own.into_iter().chain(every.clone()).collect(), own_layers, machine, drives };
         designs.push(reader.design(tendon, files, listing)?);
     }
     Ok(designs)
@@ -70,6 +76,7 @@ struct Reader<'d, 'a> {
     layers: Vec<Table<'d>>,
     /// How many of them are of this muscle alone.
     own_layers: usize,
+    machine: &'a Machine,
     drives: &'a [NamedDrive],
 }
 
@@ -82,6 +89,7 @@ impl<'d> Reader<'d, '_> {
     ) -> Result<MuscleDesign, DescriptionError> {
         let sheath = self.sheath(tendon, listing)?;
         let mut design = MuscleDesign::in_sheath(Some(sheath));
+        design.bend_by_joint = self.bend_by_joint(design.bend, listing)?;
         design.near = self.number("near_length_m", POSITIVE, design.near, listing)?;
         design.model = self.model(files, listing)?;
         let cable = design.model.as_ref().map_or(design.cable, |model| model.parameters);
@@ -135,6 +143,43 @@ impl<'d> Reader<'d, '_> {
             );
         }
         Ok(sheath)
+    }
+
+    /// Change of the sheath's bend with the joints: `[joints]`, or empty.
+    fn bend_by_joint(&self, bend: f64, listing: &mut Listing) -> Result<Vec<f64>, DescriptionError> {
+        let joints = independent_names(&self.machine.robot);
+        let tables = self.inner("bend_by_joint", &joints)?;
+        let Some(table) = tables.first() else {
+            listing.add("bend_by_joint", Value::None, ValueSource::Default);
+            return Ok(Vec::new());
+        };
+        let refused = |error: Error| table.error(&format!("{error}"));
+        let ranges = self.machine.ranges().map_err(refused)?;
+        let mut slopes = Vec::new();
+        let mut largest: Option<(f64, Entry<'_>)> = None;
+        for (name, [low, high]) in joints.iter().zip(&ranges) {
+            let entry = first(&tables, name);
+            let slope = entry.as_ref().map_or(Ok(0.0), |entry| entry.number(FINITE))?;
+            listing.number(
+                &format!("bend_by_joint.{name}"),
+                slope,
+                source_of(entry.as_ref().map(Entry::line)),
+            );
+            slopes.push(slope);
+            let change = slope.abs() * (high - low);
+            if let (Some(entry), true) = (entry, largest.as_ref().is_none_or(|(most, _)| change > *most)) {
+                largest = Some((change, entry));
+            }
+        }
+        let law = SheathBend::new(bend, slopes.clone(), self.machine.start.clone());
+        let most =
+            law.map_err(|error| self.layers.first().unwrap_or(table).out_of_domain(error))?.largest(&ranges);
+        match largest {
+            Some((_, entry)) if most > SheathBend::LARGEST || !most.is_finite() => Err(entry.refuse(&format!(
+                "a number with which the sheath bends by at most 4 pi over the joints' ranges, not by {most:.3} rad"
+            ))),
+            _ => Ok(slopes),
+        }
     }
 
     /// The tables at a key of this muscle and of all, their keys checked.

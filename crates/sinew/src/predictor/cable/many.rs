@@ -124,6 +124,18 @@ impl CableObservers {
         Ok(())
     }
 
+    /// As [`CableBatch::set_sheath_bend`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn set_sheath_bend(&mut self, cable: usize, bend: f64) -> Result<(), Error> {
+        self.cables.set_sheath_bend(cable, bend)?;
+        if let Some(law) = self.cables.law(cable) {
+            self.states[cable].update_law(law);
+        }
+        Ok(())
+    }
+
     fn advance(&mut self, interval: f64, n: f64) {
         for motion in &mut self.motions {
             *motion = EndMotion { motor: motion.motor / n, anchor: motion.anchor / n };

@@ -104,10 +104,24 @@ impl<const N: usize> LaneGroup<N> {
         law.check_angle(&node)?;
         law.nodes[place.node] = node;
         law.pulleys[pulley].wrap = wrap;
-        let drag = self.nodes[place.node].drag.0[k];
-        self.refresh(k, place.node, 1.0);
-        self.nodes[place.node].drag.0[k] = drag;
+        self.refresh_friction(k, place.node);
         Ok(())
+    }
+
+    /// Sets the bend of all sheaths.
+    pub(super) fn set_sheath_bend(&mut self, k: usize, bend: f64) -> Result<(), Error> {
+        self.laws[k].set_sheath_bend(bend)?;
+        for node in 0..self.nodes.len() {
+            self.refresh_friction(k, node);
+        }
+        Ok(())
+    }
+
+    /// Writes a node from its law with the drag that it has.
+    fn refresh_friction(&mut self, k: usize, node: usize) {
+        let drag = self.nodes[node].drag.0[k];
+        self.refresh(k, node, 1.0);
+        self.nodes[node].drag.0[k] = drag;
     }
 
     /// Multiplies the drag of a lane as built by a factor.

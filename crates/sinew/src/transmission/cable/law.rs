@@ -1,8 +1,8 @@
 //! A cable discretised: parameters per cell and per node.
 
 use super::parameters::{CableParameters, Weakening};
-use super::path::CablePath;
-use crate::error::{Error, within};
+use super::path::{CablePath, NodePlace};
+use crate::error::{Error, non_negative, within};
 use alloc::vec::Vec;
 
 /// Largest half friction angle of one node: there the series for `tanh` errs by 2e-5.
@@ -43,6 +43,9 @@ pub struct CableLaw {
     pub(super) compliance: Vec<f64>,
     pub(super) nodes: Vec<NodeLaw>,
     pub(super) pulleys: Vec<PulleyPlace>,
+    /// Bend of all sheaths, rad, and the share of it at every node.
+    sheath_bend: f64,
+    bend_shares: Vec<f64>,
     pub(super) friction: f64,
     pub(super) viscous: f64,
     pub(super) pretension: f64,
@@ -66,6 +69,13 @@ impl CableLaw {
             cell.length * (parameters.compliance + wall)
         });
         let sheathed: f64 = layout.nodes.iter().map(|node| node.sheathed).sum();
+        let sheath_bend = path.sheath_bend();
+        // A straight sheath bends as one of even curvature.
+        let bend_share = |node: &NodePlace| match (sheath_bend > 0.0, sheathed > 0.0) {
+            (true, _) => node.bend / sheath_bend,
+            (false, true) => node.sheathed / sheathed,
+            (false, false) => 0.0,
+        };
         let drag_per_length = if sheathed > 0.0 { parameters.drag / sheathed } else { 0.0 };
         let nodes = layout.nodes.iter().enumerate().map(|(i, node)| NodeLaw {
             friction: 0.5 * parameters.friction * (node.bend + node.wrap),
@@ -77,6 +87,8 @@ impl CableLaw {
             compliance: compliance.collect(),
             nodes: nodes.collect(),
             pulleys: layout.pulleys.iter().map(|&(node, wrap)| PulleyPlace { node, wrap }).collect(),
+            sheath_bend,
+            bend_shares: layout.nodes.iter().map(bend_share).collect(),
             friction: parameters.friction,
             viscous: parameters.viscous,
             pretension: parameters.pretension,
@@ -89,6 +101,39 @@ impl CableLaw {
             within("compliance of a cell", "a number in [1e-12, 1] m/N", *compliance, sane)?;
         }
         Ok(law)
+    }
+
+    /// The same with this bend of all its sheaths, rad, distributed as it was.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for a negative bend, for a path without a sheath, or for a friction angle that is too
+    /// large for one node.
+    pub fn with_sheath_bend(mut self, bend: f64) -> Result<Self, Error> {
+        self.set_sheath_bend(bend)?;
+        Ok(self)
+    }
+
+    /// As [`with_sheath_bend`](Self::with_sheath_bend); unchanged where the bend is refused.
+    pub(super) fn set_sheath_bend(&mut self, bend: f64) -> Result<(), Error> {
+        non_negative("sheath bend", bend)?;
+        let sheath = self.bend_shares.iter().any(|share| *share > 0.0);
+        within("sheath bend", "0 for a path without a sheath", bend, sheath || bend == 0.0)?;
+        let change = bend - self.sheath_bend;
+        let (friction, viscous) = (0.5 * self.friction * change, 0.5 * self.viscous * change);
+        let bent = |node: &NodeLaw, share: f64| NodeLaw {
+            // Rounding must not leave a negative angle.
+            friction: (node.friction + friction * share).max(0.0),
+            viscous: (node.viscous + viscous * share).max(0.0),
+            ..*node
+        };
+        for (node, share) in self.nodes.iter().zip(&self.bend_shares) {
+            self.check_angle(&bent(node, *share))?;
+        }
+        for (node, share) in self.nodes.iter_mut().zip(&self.bend_shares) {
+            *node = bent(node, *share);
+        }
+        self.sheath_bend = bend;
+        Ok(())
     }
 
     /// Refuses a friction angle beyond the validity of the series for `tanh`.
@@ -121,6 +166,12 @@ impl CableLaw {
     #[must_use]
     pub fn friction_angle(&self) -> f64 {
         self.nodes.iter().map(|node| 2.0 * (node.friction + node.loss)).sum()
+    }
+
+    /// Bend of all sheaths, rad.
+    #[must_use]
+    pub fn sheath_bend(&self) -> f64 {
+        self.sheath_bend
     }
 
     /// `T_0`, N.

@@ -153,6 +153,15 @@ impl CableBatch {
         self.groups[group].set_wrap(k, pulley, wrap)
     }
 
+    /// As [`Cable::set_sheath_bend`](super::Cable::set_sheath_bend) for one cable.
+    ///
+    /// # Errors
+    /// As there, and [`Error::OutOfDomain`] for an index out of range.
+    pub fn set_sheath_bend(&mut self, cable: usize, bend: f64) -> Result<(), Error> {
+        let (group, k) = self.place(cable)?;
+        self.groups[group].set_sheath_bend(k, bend)
+    }
+
     /// As [`Cable::scale_drag`](super::Cable::scale_drag) for one cable.
     ///
     /// # Errors
@@ -178,7 +187,7 @@ impl CableBatch {
         lanes.into_iter().flat_map(move |lanes| lanes.tension.iter().map(move |row| row.0[cable % LANES]))
     }
 
-    /// The law of one cable as built, with its current wraps.
+    /// The law of one cable as built, with its current wraps and bend.
     #[must_use]
     pub fn law(&self, cable: usize) -> Option<&CableLaw> {
         let (group, k) = self.place(cable).ok()?;

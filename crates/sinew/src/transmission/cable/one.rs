@@ -127,7 +127,7 @@ impl Cable {
         Ok(self.lanes.travel_to(0, far, sliding))
     }
 
-    /// The law as built, with its current wraps.
+    /// The law as built, with its current wraps and bend.
     #[must_use]
     pub fn law(&self) -> &CableLaw {
         &self.lanes.laws[0]
@@ -162,6 +162,14 @@ impl Cable {
     /// too large for one node.
     pub fn set_wrap(&mut self, pulley: usize, wrap: f64) -> Result<(), Error> {
         self.lanes.set_wrap(0, pulley, wrap)
+    }
+
+    /// Sets the bend of all sheaths together, rad, distributed along them as it was.
+    ///
+    /// # Errors
+    /// As [`CableLaw::with_sheath_bend`].
+    pub fn set_sheath_bend(&mut self, bend: f64) -> Result<(), Error> {
+        self.lanes.set_sheath_bend(0, bend)
     }
 
     /// Sets the drag to a multiple of the law's, as for grease that warms or ages.

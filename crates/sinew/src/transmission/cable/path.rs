@@ -117,6 +117,12 @@ impl CablePath {
         self.segments.iter().map(|segment| length_and_angle(segment).1).sum()
     }
 
+    /// Sum of the bends of all sheaths, rad.
+    #[must_use]
+    pub fn sheath_bend(&self) -> f64 {
+        self.sheaths().map(|(_, bend)| bend).sum()
+    }
+
     /// Number of pulleys.
     #[must_use]
     pub fn pulleys(&self) -> usize {

@@ -4,6 +4,7 @@ use crate::drive::{DriveParameters, JointEncoder, LoadCell};
 use crate::machine::{Characteristics, Machine};
 use crate::muscle::MuscleDynamics;
 use crate::random::Random;
+use crate::transmission::SheathBend;
 use crate::transmission::cable::CableLaw;
 use crate::twin::cable::{Effects, Resolution, Specimen};
 use alloc::vec::Vec;
@@ -15,6 +16,8 @@ pub struct ArmSpecimen {
     pub robot: Robot,
     /// Cable of every muscle, drive to anchor; its last pulley is the wrap at the joint.
     pub cables: Vec<Specimen>,
+    /// Bend of every sheath by the pose: `[muscles]`.
+    pub bends: Vec<SheathBend>,
     /// Drive of every muscle, with the load cell of the muscle.
     pub drives: Vec<DriveParameters>,
     /// Encoder of every independent joint, or none.
@@ -57,6 +60,7 @@ impl ArmSpecimen {
         let mut specimen = Self {
             robot: machine.robot.clone(),
             cables: cables.collect::<Result<_, Error>>()?,
+            bends: machine.sheath_bends()?,
             drives: machine.muscles.iter().map(|design| design.drive).collect(),
             encoders: machine.encoders.clone(),
             resolution: Resolution::default(),
@@ -114,6 +118,9 @@ impl ArmSpecimen {
         }
         for cable in &mut drawn.cables {
             *cable = Specimen::drawn_around(cable, random.bits());
+        }
+        for bend in drawn.bends.iter_mut().filter(|bend| !bend.is_constant()) {
+            *bend = bend.with_slopes(|| 1.0 + tolerances.bend * (2.0 * random.unit() - 1.0))?;
         }
         Ok(drawn)
     }

@@ -5,8 +5,8 @@ use super::specimen::ArmSpecimen;
 use crate::Error;
 use crate::drive::{Drive, DriveCommand, DriveStep, Quadrant};
 use crate::error::{check_entries, within};
-use crate::transmission::Sliding;
 use crate::transmission::cable::EndMotion;
+use crate::transmission::{SheathBend, Sliding};
 use crate::twin::cable::{CablePlants, CableReading, Resolution};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -39,6 +39,8 @@ pub struct ArmTwin {
     specimen: ArmSpecimen,
     limb: Limb,
     cables: CablePlants,
+    /// Sheaths whose bend depends on the pose, with their muscles.
+    bends: Vec<(usize, SheathBend)>,
     drives: Vec<Drive>,
     faults: Vec<InjectedFault>,
     time: f64,
@@ -85,6 +87,7 @@ impl ArmTwin {
         for (name, expected, got) in [
             ("tension_out", muscles, tension_out.len()),
             ("cables", muscles, specimen.cables.len()),
+            ("bends", muscles, specimen.bends.len()),
             ("drives", muscles, specimen.drives.len()),
             ("encoders", joints, specimen.encoders.len()),
         ] {
@@ -99,6 +102,13 @@ impl ArmTwin {
         let mut twin = Self {
             cables: CablePlants::new(&specimen.cables, finest)?,
             drives: specimen.drives.iter().copied().enumerate().map(drive).collect::<Result<_, _>>()?,
+            bends: specimen
+                .bends
+                .iter()
+                .cloned()
+                .enumerate()
+                .filter(|(_, bend)| !bend.is_constant())
+                .collect(),
             faults: Vec::new(),
             time: 0.0,
             reading: ArmReading::new(muscles, joints),
@@ -167,7 +177,7 @@ impl ArmTwin {
                 *tension = cable.tension_out;
             }
         }
-        self.update_wraps()?;
+        self.update_angles()?;
         self.time += h;
         Ok(self.truth())
     }
@@ -214,7 +224,7 @@ impl ArmTwin {
 
     /// Sets every cable to its steady state and updates the measurements.
     fn settle(&mut self, tension_out: &[f64]) -> Result<(), Error> {
-        self.update_wraps()?;
+        self.update_angles()?;
         for (k, &tension) in tension_out.iter().enumerate() {
             self.cables.settle(k, tension, Sliding::TowardMotor)?;
         }
@@ -254,11 +264,14 @@ impl ArmTwin {
         self.reading.update(*time, drives, &specimen.encoders, &limb.q, faults);
     }
 
-    /// Sets the wrap of every cable at its joint from the pose.
-    fn update_wraps(&mut self) -> Result<(), Error> {
+    /// Sets the wrap of every cable at its joint, and the bend of the sheaths that pass joints, from the pose.
+    fn update_angles(&mut self) -> Result<(), Error> {
         for (k, bend) in self.limb.bends().iter().enumerate() {
             let last = self.specimen.cables[k].path.pulleys().saturating_sub(1);
             self.cables.set_wrap(k, last, bend.min(MAX_WRAP))?;
+        }
+        for (k, bend) in &self.bends {
+            self.cables.set_sheath_bend(*k, bend.at(&self.limb.q))?;
         }
         Ok(())
     }

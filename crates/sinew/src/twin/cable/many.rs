@@ -59,6 +59,14 @@ impl CablePlants {
         self.cables.set_wrap(cable, pulley, wrap)
     }
 
+    /// As [`CableBatch::set_sheath_bend`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn set_sheath_bend(&mut self, cable: usize, bend: f64) -> Result<(), Error> {
+        self.cables.set_sheath_bend(cable, bend)
+    }
+
     /// Advances all cables: `motions: [cables]` in, `readings: [cables]` out.
     ///
     /// # Errors

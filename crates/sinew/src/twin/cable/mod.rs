@@ -10,7 +10,7 @@
 //! | [`SlowFriction`]              | friction is higher at creeping speed                  | a tenth, gone at 3 mm/s           |
 //! | [`Breakage`]                  | the cable breaks                                      | above 800 N                      |
 //!
-//! A wrap that changes with a joint is [`CablePlant::set_wrap`]. A [`Specimen`] has all of them, drawn from a
+//! A wrap that changes with a joint is [`CablePlant::set_wrap`], a bend [`CablePlants::set_sheath_bend`]. A [`Specimen`] has all of them, drawn from a
 //! seed.
 
 mod effects;
