@@ -47,6 +47,20 @@ pub(crate) enum Error {
         /// The robot's file.
         file: PathBuf,
     },
+    /// A part with which a machine cannot be simulated.
+    #[error("{}: {kind} `{name}`: {field} must be {expected}", file.display())]
+    UnusablePart {
+        /// The file of the body.
+        file: PathBuf,
+        /// Kind of part.
+        kind: &'static str,
+        /// Its name.
+        name: String,
+        /// The property.
+        field: &'static str,
+        /// What is required of it.
+        expected: &'static str,
+    },
     /// A file of gains that cannot be read.
     #[error("{}: {place}: {source}", file.display())]
     GainsFile {

@@ -167,6 +167,43 @@ fn a_urdf_robot_with_its_muscles_becomes_a_machine() {
 }
 
 #[test]
+fn a_body_that_cannot_run_is_refused_before_a_machine_file_is_written() {
+    let bench = Bench::new();
+    let body = |joint: &str, mass: &str, coefficient: &str| {
+        format!(
+            "<mujoco><worldbody><body name=\"tip\">\n{joint}<inertial pos=\"0 0 -0.02\" {mass}/></body></worldbody>\
+             <tendon><fixed name=\"up\"><joint joint=\"tip\" coef=\"{coefficient}\"/></fixed></tendon></mujoco>"
+        )
+    };
+    let hinge = "<joint name=\"tip\" axis=\"0 1 0\" range=\"0 60\"/>";
+    let light = "mass=\"0.01\" diaginertia=\"1e-6 1e-6 1e-7\"";
+    for (text, parts) in [
+        // A moment arm of half a metre on a fingertip.
+        (body(hinge, light, "0.5"), ["body.xml: joint `tip`", "armature"]),
+        (body("<joint name=\"tip\" type=\"ball\"/>", light, "0.5"), ["body.xml:2:", "a slide"]),
+        (body(hinge, "mass=\"0\" diaginertia=\"0 0 0\"", "0.01"), ["body.xml:2:", "`tip`"]),
+    ] {
+        bench.write("body.xml", &text);
+        bench.refuses("machine new body.xml --out m.toml", &parts);
+        assert!(!bench.path("m.toml").exists());
+    }
+    // Names that no TOML key can be without quotes.
+    let text = body(hinge, light, "0.01").replace("\"tip\"", "\"Spitze &quot;α&quot; 1.2\"");
+    bench.write("body.xml", &text);
+    let run = bench.run("machine new body.xml --out m.toml");
+    assert!(matches!(run.code, Some(0 | 3)), "{}", run.stderr);
+    let machine = bench
+        .read("m.toml")
+        .replace("muscle = \"up\"", "muscle = \"up\"\nbend_by_joint = { 'Spitze \"α\" 1.2' = 0.4 }");
+    bench.write("m.toml", &machine);
+    let shown = json(&bench, "machine show m.toml --json");
+    let key = "bend_by_joint.Spitze \"α\" 1.2";
+    assert_eq!(setting(&shown, "[[transmission]] `up`", key), (&Value::from(0.4), "file"));
+    let row = shown["settings"].as_array().unwrap().iter().find(|row| row["key"] == key).unwrap();
+    assert_eq!(row["unit"], "rad/rad");
+}
+
+#[test]
 fn small_joints_get_thin_rope_and_a_machine_is_copied_with_its_body() {
     let bench = Bench::new();
     bench.succeeds("arm convert finger finger.toml");

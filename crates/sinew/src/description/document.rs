@@ -1,6 +1,6 @@
 //! A TOML document whose values know their line, and typed access to them with one wording of errors.
 
-use super::domain::Domain;
+use super::domain::{AT_MOST_LARGEST, Domain, LARGEST};
 use crate::Error;
 use crate::description::attributes::shortened;
 use crate::description::error::DescriptionError;
@@ -246,9 +246,16 @@ impl<'d> Entry<'d> {
     }
 
     pub(in crate::description) fn number(&self, domain: Domain) -> Result<f64, DescriptionError> {
-        number(self.value)
-            .filter(|&number| domain.contains(number))
-            .ok_or_else(|| self.refuse(domain.expected))
+        self.checked(self.value, domain)
+    }
+
+    /// A number of this value or of a part of it.
+    fn checked(&self, part: &Spanned<DeValue<'_>>, domain: Domain) -> Result<f64, DescriptionError> {
+        match number(part).filter(|number| number.is_finite()) {
+            Some(number) if number.abs() > LARGEST => Err(self.refuse_part(part, AT_MOST_LARGEST)),
+            Some(number) if domain.contains(number) => Ok(number),
+            _ => Err(self.refuse_part(part, domain.expected)),
+        }
     }
 
     /// Several numbers, each of the same domain.
@@ -261,8 +268,7 @@ impl<'d> Entry<'d> {
         let Some(array) = array else { return Err(self.refuse(&all())) };
         let mut numbers = [0.0; N];
         for (place, value) in numbers.iter_mut().zip(array.iter()) {
-            let given = number(value).filter(|&number| domain.contains(number));
-            *place = given.ok_or_else(|| self.refuse_part(value, domain.expected))?;
+            *place = self.checked(value, domain)?;
         }
         Ok(numbers)
     }

@@ -6,12 +6,47 @@ use alloc::vec::Vec;
 
 /// `: expected `NAME`?` with the most similar known name, or nothing where none is similar.
 pub(super) fn near(name: &str, known: &[&str]) -> String {
+    if let Some(known) = in_si(name, known) {
+        return format!(": expected `{known}`?");
+    }
     let best = known.iter().map(|known| (distance(name, known), known)).min();
     match best {
         Some((distance, known)) if distance <= 1 + known.len() / 5 => format!(": expected `{known}`?"),
         _ => String::new(),
     }
 }
+
+/// The known name of the same quantity in SI units: `top_speed_rad_per_s` for `top_speed_rpm`.
+fn in_si<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
+    let word = |word| UNITS.iter().find(|(other, _)| *other == word).map_or(word, |(_, si)| *si);
+    let si: Vec<&str> = name.split('_').map(word).collect();
+    let si = si.join("_");
+    known.iter().find(|known| **known == si && si != name).copied()
+}
+
+/// Other units in keys, with those of SI.
+const UNITS: [(&str, &str); 20] = [
+    ("deg", "rad"),
+    ("rpm", "rad_per_s"),
+    ("mm", "m"),
+    ("cm", "m"),
+    ("cm2", "m2"),
+    ("mm2", "m2"),
+    ("g", "kg"),
+    ("kn", "n"),
+    ("nmm", "nm"),
+    ("mnm", "nm"),
+    ("ms", "s"),
+    ("min", "s"),
+    ("us", "s"),
+    ("ma", "a"),
+    ("mv", "v"),
+    ("mohm", "ohm"),
+    ("mh", "h"),
+    ("uh", "h"),
+    ("k", "c"),
+    ("mj", "j"),
+];
 
 /// What was expected in place of an unknown name: the most similar one, else the first of those there are.
 pub(super) fn expected(name: &str, known: &[&str]) -> String {

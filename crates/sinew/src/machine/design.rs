@@ -6,8 +6,9 @@ use crate::Error;
 use crate::body::{JointKind, Robot};
 use crate::drive::JointEncoder;
 use crate::error::{non_negative, within};
+use crate::muscle::MuscleDynamics;
 use crate::random::EvenPoints;
-use crate::trajectory::{Redundancy, finite_ranges};
+use crate::trajectory::{Redundancy, finite_ranges, independent_ranges};
 use crate::transmission::SheathBend;
 use alloc::vec::Vec;
 
@@ -60,10 +61,14 @@ impl Machine {
         let parts = robot.parts();
         let sheath =
             |tendon: &crate::body::Tendon| tendon.sheath.as_ref().map(|sheath| [sheath.length, sheath.bend]);
+        check_kinds(robot)?;
         let start = robot.key("start").map_or_else(|| pose_within_ranges(robot), <[f64]>::to_vec);
         let independent = |joint: usize| start.get(robot.coordinates_of(joint).start).copied();
         let joints = robot.independent_joints();
-        let start: Vec<f64> = joints.iter().filter_map(|joint| independent(*joint)).collect();
+        let mut start: Vec<f64> = joints.iter().filter_map(|joint| independent(*joint)).collect();
+        if robot.key("start").is_none() && start.len() == joints.len() {
+            move_into(&mut start, &independent_ranges(robot)?);
+        }
         let encoder = |joint: usize| {
             Some(match parts.joints[joint].kind {
                 JointKind::Slide => JointEncoder::slide(),
@@ -161,16 +166,13 @@ impl Machine {
                 return Err(Error::WrongLength { name, expected, got });
             }
         }
-        within("muscles", "at least one", muscles as f64, muscles > 0)?;
-        within("joints", "at least one that is not coupled", joints as f64, joints > 0)?;
-        for (index, joint) in parts.joints.iter().enumerate() {
-            if !matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
-                let (kind, field, expected) = ("joint", "its kind", "hinge or slide");
-                return Err(Error::Part { kind, index, field, expected });
-            }
-        }
+        within("muscles", SOME_MUSCLE, muscles as f64, muscles > 0)?;
+        within("joints", SOME_JOINT, joints as f64, joints > 0)?;
+        check_kinds(&self.robot)?;
         self.muscles.iter().try_for_each(MuscleDesign::validate)?;
+        self.ranges()?;
         self.check_bends()?;
+        self.check_inertia()?;
         self.encoders.iter().flatten().try_for_each(JointEncoder::validate)?;
         if let Task::EndPoint { site, axes } = self.task {
             within("site", "an index of a site", site as f64, site < parts.sites.len())?;
@@ -184,7 +186,26 @@ impl Machine {
     }
 }
 
+const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a [[muscle]] of a TOML file or, for NAME.urdf, of \
+                          NAME.muscles.toml";
+const SOME_JOINT: &str = "at least one hinge or slide that follows no other";
+
 impl Machine {
+    /// Refuses a joint that moves nothing: its acceleration would have no limit.
+    fn check_inertia(&self) -> Result<(), Error> {
+        let mut model = MuscleDynamics::new(&self.robot)?;
+        model.evaluate(&self.start)?;
+        let n = self.start.len();
+        let mut mass = alloc::vec![0.0; n * n];
+        model.mass_matrix(&mut mass)?;
+        let still = (0..n).find(|&j| mass[j * n + j] <= 0.0);
+        still.map_or(Ok(()), |j| {
+            let (kind, field) = ("joint", "the inertia that it moves");
+            let expected = "> 0: give a body behind it a mass, or the joint an armature";
+            Err(Error::Part { kind, index: self.robot.independent_joints()[j], field, expected })
+        })
+    }
+
     /// Refuses a sheath that bends by more than two turns within the ranges of the joints.
     fn check_bends(&self) -> Result<(), Error> {
         let bends = self.sheath_bends()?;
@@ -198,6 +219,28 @@ impl Machine {
             within("bend_by_joint", expected, largest, largest <= SheathBend::LARGEST)?;
         }
         Ok(())
+    }
+}
+
+/// Refuses joints that are neither hinge nor slide.
+fn check_kinds(robot: &Robot) -> Result<(), Error> {
+    for (index, joint) in robot.parts().joints.iter().enumerate() {
+        if !matches!(joint.kind, JointKind::Hinge | JointKind::Slide) {
+            let (kind, field) = ("joint", "its kind");
+            let expected = "hinge or slide: a ball as three hinges, a floating base fixed to the world";
+            return Err(Error::Part { kind, index, field, expected });
+        }
+    }
+    Ok(())
+}
+
+/// Moves coordinates with which a joint that follows them is out of its range into the middle of the range where it is
+/// not.
+fn move_into(coordinates: &mut [f64], ranges: &[[f64; 2]]) {
+    for (at, [low, high]) in coordinates.iter_mut().zip(ranges) {
+        if !(*low..=*high).contains(at) {
+            *at = (0.5 * (low + high)).clamp(*low, *high);
+        }
     }
 }
 

@@ -15,7 +15,8 @@ use alloc::vec::Vec;
 /// rad or m of its reference.
 ///
 /// # Errors
-/// As [`Robot::pose_from_independent`].
+/// [`Error::Part`] for a joint whose followers are out of their ranges wherever it is; as
+/// [`Robot::pose_from_independent`].
 pub fn independent_ranges(robot: &Robot) -> Result<Vec<[f64; 2]>, Error> {
     let parts = robot.parts();
     let independent = robot.independent_joints();
@@ -45,7 +46,10 @@ pub fn independent_ranges(robot: &Robot) -> Result<Vec<[f64; 2]>, Error> {
                 parts.joints[follower].range.is_none_or(|[low, high]| (low..=high).contains(&at))
             }))
         };
-        ranges[k] = longest_interval(window, &mut inside)?;
+        let (kind, field) = ("joint", "its range");
+        let expected = "one in which the joints that follow it can keep theirs";
+        let none = Error::Part { kind, index: joint, field, expected };
+        ranges[k] = longest_interval(window, &mut inside)?.ok_or(none)?;
         x[k] = own;
     }
     Ok(ranges)
@@ -68,11 +72,11 @@ fn followers_of(robot: &Robot, joint: usize) -> Vec<usize> {
     all.into_iter().skip(1).filter(|&follower| robot.parts().joints[follower].range.is_some()).collect()
 }
 
-/// The longest run of grid points inside, its ends by bisection; the whole window where no point is inside.
+/// The longest run of grid points inside, its ends by bisection; none where no point is inside.
 fn longest_interval(
     [low, high]: [f64; 2],
     inside: &mut impl FnMut(f64) -> Result<bool, Error>,
-) -> Result<[f64; 2], Error> {
+) -> Result<Option<[f64; 2]>, Error> {
     let at = |k: usize| low + (high - low) * k as f64 / GRID as f64;
     let (mut best, mut from): ([usize; 2], Option<usize>) = ([0, 0], None);
     for k in 0..=GRID {
@@ -85,7 +89,7 @@ fn longest_interval(
     }
     let [from, to] = best;
     if from == to {
-        return Ok([low, high]);
+        return Ok(None);
     }
     let mut end = |mut good: f64, mut bad: f64| {
         for _ in 0..60 {
@@ -96,7 +100,7 @@ fn longest_interval(
     };
     let first = if from == 0 { low } else { end(at(from), at(from - 1))? };
     let last = if to > GRID { high } else { end(at(to - 1), at(to))? };
-    Ok([first, last])
+    Ok(Some([first, last]))
 }
 
 /// Half of the travel that is assumed of an unlimited hinge, rad, or slide, m.

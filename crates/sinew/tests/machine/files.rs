@@ -244,6 +244,70 @@ fn a_coupled_joint_follows_and_has_neither_start_nor_encoder() {
     assert!(told.contains("`end_flexion` is no key"), "{told}");
 }
 
+/// The error of a machine whose body is this MJCF.
+fn refused_body(mjcf: &str) -> String {
+    let described = from_mjcf("leg.xml", mjcf, &mut |_| Err(String::new())).unwrap();
+    machine_of(described).unwrap_err().to_string()
+}
+
+#[test]
+fn a_body_that_no_machine_can_have_is_refused_with_its_joint_and_the_remedy() {
+    // A joint behind which nothing has a mass.
+    let light = LEG.replace("mass=\"1\" diaginertia=\"0.01 0.01 0.001\"", "mass=\"0\" diaginertia=\"0 0 0\"");
+    let told = refused_body(&light);
+    let remedy = told.contains("mass") && told.contains("armature");
+    assert!(told.starts_with("leg.xml:2:") && told.contains("`knee`") && remedy, "{told}");
+    // A follower that is out of its range wherever its leader is.
+    let follower = "<body name=\"foot\" pos=\"0 0 -0.4\">\n<joint name=\"ankle\" axis=\"0 1 0\" range=\"10 20\"/>\
+                    <inertial pos=\"0 0 -0.1\" mass=\"1\" diaginertia=\"0.01 0.01 0.001\"/></body></body></worldbody>\
+                    <equality><joint joint1=\"ankle\" joint2=\"knee\" polycoef=\"0 -1 0 0 0\"/></equality>";
+    let coupled = LEG.replace("</body></worldbody>", follower).replace("0.7\"", "0.7 -0.7\"");
+    let told = refused_body(&coupled);
+    assert!(
+        told.starts_with("leg.xml:2:") && told.contains("`knee`") && told.contains("follow it"),
+        "{told}"
+    );
+    // A joint that no machine has is named first.
+    let ball = coupled.replace("range=\"0 90\"/>", "range=\"0 90\"/><joint name=\"hip\" type=\"ball\"/>");
+    let told = refused_body(&ball.replace("0.7 -0.7", "0.7 1 0 0 0 -0.7"));
+    assert!(told.contains("`hip`") && told.contains("hinge or slide"), "{told}");
+    // Where some poses serve, one of them is the start.
+    let serves = coupled.replace("polycoef=\"0 -1", "polycoef=\"0 1");
+    let start = machine_of(from_mjcf("leg.xml", &serves, &mut |_| Err(String::new())).unwrap())
+        .unwrap()
+        .machine
+        .start;
+    assert!((10.0_f64.to_radians()..=20.0_f64.to_radians()).contains(&start[0]), "{start:?}");
+    let told = refused_body("<mujoco><worldbody><body name=\"a\"/></worldbody></mujoco>");
+    assert!(told.contains("NAME.muscles.toml") && told.contains("[[muscle]]"), "{told}");
+}
+
+#[test]
+fn a_bend_by_joint_is_of_joints_that_follow_no_other_and_keeps_the_sheath_within_two_turns() {
+    let bent = |table: &str| {
+        let text =
+            format!("body = \"leg.xml\"\n[[transmission]]\nmuscle = \"flexor\"\nbend_by_joint = {table}\n");
+        with_files(&text)
+    };
+    let machine = bent("{ knee = 0.4 }").unwrap().machine;
+    assert_eq!(
+        (machine.muscles[1].bend_by_joint.as_slice(), machine.muscles[0].bend_by_joint.len()),
+        (&[0.4][..], 0)
+    );
+    let bends = machine.sheath_bends().unwrap();
+    assert!(bends[0].is_constant() && (bends[1].at(&[0.5]) - machine.muscles[1].bend - 0.2).abs() < 1e-12);
+    for (table, parts) in [
+        ("{ kne = 0.4 }", ["`kne`", "`knee`"]),
+        ("{ knee = 40.0 }", ["knee is 40.0", "at most 4 pi"]),
+        ("{ knee = nan }", ["knee is nan", "finite"]),
+        ("0.4", ["bend_by_joint is 0.4", "a table"]),
+    ] {
+        let told = bent(table).unwrap_err();
+        assert_eq!(told.line, 4, "{told}");
+        parts.iter().for_each(|part| assert!(told.to_string().contains(part), "`{part}`: {told}"));
+    }
+}
+
 #[test]
 fn a_body_alone_is_a_machine_of_defaults() {
     let described = from_mjcf("leg.xml", LEG, &mut |_| Err(String::new())).unwrap();

@@ -5,6 +5,7 @@
 
 mod clearance;
 mod demand;
+mod extreme;
 mod files;
 mod holding;
 mod models;

@@ -7,19 +7,19 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-const EVERY_KEY: &str = include_str!("every_key.toml");
+pub(crate) const EVERY_KEY: &str = include_str!("every_key.toml");
 
 /// A key of the file: its name, where name and value stand, and what the value is.
 #[derive(Debug, Clone)]
-struct Field {
-    key: String,
-    name: Range<usize>,
-    value: Range<usize>,
-    kind: Kind,
+pub(crate) struct Field {
+    pub(crate) key: String,
+    pub(crate) name: Range<usize>,
+    pub(crate) value: Range<usize>,
+    pub(crate) kind: Kind,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(crate) enum Kind {
     Number,
     Text,
     Flag,
@@ -28,7 +28,7 @@ enum Kind {
 }
 
 /// All fields, and the single entries of lists.
-fn fields() -> Vec<Field> {
+pub(crate) fn fields() -> Vec<Field> {
     let table = DeTable::parse(EVERY_KEY).unwrap();
     let mut fields = Vec::new();
     collect(table.get_ref(), &mut fields);
@@ -87,16 +87,16 @@ fn is_header(value: &Spanned<DeValue<'_>>) -> bool {
     }
 }
 
-fn replaced(at: &Range<usize>, by: &str) -> String {
+pub(crate) fn replaced(at: &Range<usize>, by: &str) -> String {
     format!("{}{by}{}", &EVERY_KEY[..at.start], &EVERY_KEY[at.end..])
 }
 
-fn line_of(at: usize) -> usize {
+pub(crate) fn line_of(at: usize) -> usize {
     EVERY_KEY[..at].matches('\n').count() + 1
 }
 
 /// The error of the file with something replaced.
-fn error(at: &Range<usize>, by: &str) -> DescriptionError {
+pub(crate) fn error(at: &Range<usize>, by: &str) -> DescriptionError {
     match read(&replaced(at, by)) {
         Err(error) => error,
         Ok(_) => panic!("line {}: `{}` may be {by}", line_of(at.start), &EVERY_KEY[at.clone()]),
@@ -104,7 +104,7 @@ fn error(at: &Range<usize>, by: &str) -> DescriptionError {
 }
 
 /// The error stands on the line of the value, and names key and value.
-fn check(field: &Field, by: &str) {
+pub(crate) fn check(field: &Field, by: &str) {
     let error = error(&field.value, by);
     let told = error.to_string();
     assert_eq!(error.line, line_of(field.value.start), "{told}");

@@ -7,13 +7,14 @@ use crate::error::Error;
 use crate::output::{one_line, print, refuse_overwrite, write_all};
 use crate::table::{number, percent, table};
 use crate::verbs::Outcome;
-use crate::verbs::arm::model::{Source, load_robot, machine_in, print_warnings, source_of};
+use crate::verbs::arm::model::{Source, load_machine, load_robot, machine_in, print_warnings, source_of};
 use serde::Serialize;
 use sinew::body::Poses;
 use sinew::control::demand::SizingMotion;
 use sinew::description::{Description, machine_of, to_toml};
 use sinew::machine::{Machine, Task};
 use sinew::muscle::MuscleDynamics;
+use sinew::twin::arm::ArmSpecimen;
 use std::path::{Component, Path, PathBuf};
 
 pub(super) fn run(arguments: &MachineNewArguments) -> Result<Outcome, Error> {
@@ -25,14 +26,12 @@ pub(super) fn run(arguments: &MachineNewArguments) -> Result<Outcome, Error> {
     if out.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
         return Err(Error::MachineFormat { file: out.clone() });
     }
-    let loaded = load_robot(body, arguments.muscles.as_deref())?;
-    print_warnings(&loaded.warnings);
-    let described = Description::of(&loaded.robot, &body.display().to_string());
-    let mut machine = machine_of(described)?.machine;
+    let source = source_of(body, arguments.muscles.as_deref())?;
+    let mut machine = of_body(body, &source, arguments)?;
     machine.task = movable(&machine)?;
     let motion = SizingMotion { period: arguments.period, share: arguments.share };
     let choice = choice::of(&machine, &motion)?;
-    let body = match source_of(body, arguments.muscles.as_deref())? {
+    let body = match source {
         Source::Robot { muscles } => Body::File {
             body: relative(body, out)?,
             muscles: muscles.map(|muscles| relative(&muscles, out)).transpose()?,
@@ -41,9 +40,33 @@ pub(super) fn run(arguments: &MachineNewArguments) -> Result<Outcome, Error> {
     };
     let text = draft::text(&choice, &body, &motion);
     // What is written runs: it is read as any machine file.
-    machine_in(out, &text)?;
+    let written = machine_in(out, &text)?.machine;
+    ArmSpecimen::nominal(&written).map_err(|error| unusable(error, &arguments.body, &written))?;
     write_all(&[(out.clone(), text.as_bytes())])?;
     report(&choice, arguments)
+}
+
+/// The error with the name of its joint.
+fn unusable(error: sinew::Error, body: &Path, machine: &Machine) -> Error {
+    let sinew::Error::Part { kind, index, field, expected } = error else { return error.into() };
+    let joint = machine.robot.parts().joints.get(index);
+    let name = joint.map_or_else(String::new, |joint| one_line(&joint.name));
+    Error::UnusablePart { file: body.to_owned(), kind, name, field, expected }
+}
+
+/// The machine of defaults around a body; of a machine file the body alone.
+fn of_body(body: &Path, source: &Source, arguments: &MachineNewArguments) -> Result<Machine, Error> {
+    let muscles = arguments.muscles.as_deref();
+    let described = match source {
+        Source::Robot { .. } => load_machine(body, muscles)?,
+        Source::Machine => {
+            let loaded = load_robot(body, muscles)?;
+            print_warnings(&loaded.warnings);
+            machine_of(Description::of(&loaded.robot, &body.display().to_string()))?
+        }
+    };
+    print_warnings(&described.warnings);
+    Ok(described.machine)
 }
 
 /// The task restricted to the coordinates that the end point can change; the joints, where these are more than the

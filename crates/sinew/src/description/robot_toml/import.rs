@@ -113,7 +113,7 @@ impl Names {
 }
 
 fn vector<const N: usize>(given: Vector<N>, other: [f64; N]) -> [f64; N] {
-    given.map_or(other, |given| given.map(|x| x.0))
+    given.map_or(other, |given| given.0)
 }
 
 fn number(given: Option<Finite>) -> f64 {
@@ -121,7 +121,7 @@ fn number(given: Option<Finite>) -> f64 {
 }
 
 fn range(given: Vector<2>) -> Option<[f64; 2]> {
-    given.map(|given| given.map(|x| x.0))
+    given.map(|given| given.0)
 }
 
 /// Refuses unknown outermost keys, and a machine file whose body is in another file.
@@ -267,13 +267,7 @@ fn body(parts: &mut Parts, bodies: &mut Names, b: &w::Body) -> Result<(), String
     let parent =
         b.parent.as_deref().map_or(Ok(0), |parent| bodies.find(parent).map_err(|e| format!("parent {e}")))?;
     bodies.take(&b.name, parts.bodies.len())?;
-    let tensor: Vec<f64> = b.inertia_kg_m2.iter().flatten().map(|x| x.0).collect();
-    let inertia = match tensor[..] {
-        [] => [0.0; 6],
-        [xx, yy, zz] => [xx, yy, zz, 0.0, 0.0, 0.0],
-        [xx, yy, zz, xy, xz, yz] => [xx, yy, zz, xy, xz, yz],
-        _ => return Err(format!("inertia_kg_m2 has {} numbers: expected 3 or 6", tensor.len())),
-    };
+    let inertia = b.inertia_kg_m2.map_or([0.0; 6], |tensor| tensor.0);
     parts.bodies.push(Body {
         name: b.name.clone(),
         parent,
@@ -343,7 +337,7 @@ fn coupling(parts: &mut Parts, joints: &Names, c: &w::Coupling) -> Result<(), St
     let find = |key: &str, name: &str| joints.find(name).map_err(|problem| format!("{key} {problem}"));
     let follower = find("follower", &c.follower)?;
     let leader = c.leader.as_deref().map(|leader| find("leader", leader)).transpose()?;
-    parts.couplings.push(Coupling { follower, leader, coefficients: c.coefficients.map(|x| x.0) });
+    parts.couplings.push(Coupling { follower, leader, coefficients: c.coefficients.0 });
     Ok(())
 }
 
@@ -386,6 +380,12 @@ fn muscle(sites: &Names, wraps: &Names, joints: &Names, m: &w::Muscle) -> Result
     let term = |term: &w::Term| joints.find(&term.joint).map(|joint| (joint, term.coefficient.0));
     let within = |key: &'static str| move |problem: String| format!("{key}: {problem}");
     let path = match (&m.path, &m.joints) {
+        (Some(path), None) if path.is_empty() => {
+            return Err("path is []: expected at least two sites".to_string());
+        }
+        (None, Some(terms)) if terms.is_empty() => {
+            return Err("joints is []: expected at least one joint".to_string());
+        }
         (Some(path), None) => TendonPath::Spatial(
             path.iter().map(path_element).collect::<Result<_, _>>().map_err(within("path"))?,
         ),
@@ -397,7 +397,7 @@ fn muscle(sites: &Names, wraps: &Names, joints: &Names, m: &w::Muscle) -> Result
     let sheath = m.sheath.as_ref().map(|sheath| SheathGeometry {
         length: sheath.length_m.0,
         bend: sheath.bend_rad.0,
-        end_axis: sheath.end_axis.map(|axis| axis.map(|x| x.0)),
+        end_axis: sheath.end_axis.map(|axis| axis.0),
     });
     Ok(Tendon {
         name: m.name.clone(),

@@ -1,6 +1,8 @@
 //! The file as written: keys and types; values are validated later.
 
+use crate::description::domain::LARGEST;
 use alloc::collections::BTreeMap;
+use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use serde::Deserialize;
@@ -15,11 +17,49 @@ impl TryFrom<f64> for Finite {
     type Error = &'static str;
 
     fn try_from(value: f64) -> Result<Finite, &'static str> {
-        if value.is_finite() { Ok(Finite(value)) } else { Err("expected a finite number") }
+        if !value.is_finite() {
+            Err("expected a finite number")
+        } else if value.abs() > LARGEST {
+            Err("expected a number of magnitude up to 1e12")
+        } else {
+            Ok(Finite(value))
+        }
     }
 }
 
-pub(super) type Vector<const N: usize> = Option<[Finite; N]>;
+/// As many numbers as expected: an array alone would ignore those beyond its length.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(try_from = "Vec<Finite>")]
+pub(super) struct Numbers<const N: usize>(pub(super) [f64; N]);
+
+impl<const N: usize> TryFrom<Vec<Finite>> for Numbers<N> {
+    type Error = String;
+
+    fn try_from(list: Vec<Finite>) -> Result<Self, String> {
+        let numbers: Vec<f64> = list.into_iter().map(|number| number.0).collect();
+        numbers.try_into().map(Self).map_err(|_| format!("expected {N} numbers"))
+    }
+}
+
+pub(super) type Vector<const N: usize> = Option<Numbers<N>>;
+
+/// `[xx, yy, zz]` or `[xx, yy, zz, xy, xz, yz]`.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(try_from = "Vec<Finite>")]
+pub(super) struct Inertia(pub(super) [f64; 6]);
+
+impl TryFrom<Vec<Finite>> for Inertia {
+    type Error = &'static str;
+
+    fn try_from(list: Vec<Finite>) -> Result<Self, &'static str> {
+        let numbers: Vec<f64> = list.into_iter().map(|number| number.0).collect();
+        match numbers[..] {
+            [xx, yy, zz] => Ok(Self([xx, yy, zz, 0.0, 0.0, 0.0])),
+            [xx, yy, zz, xy, xz, yz] => Ok(Self([xx, yy, zz, xy, xz, yz])),
+            _ => Err("expected 3 or 6 numbers"),
+        }
+    }
+}
 
 /// Its keys are checked by name before: those of a machine file may stand beside these.
 #[derive(Debug, Deserialize)]
@@ -54,8 +94,7 @@ pub(super) struct Body {
     pub(super) orientation_wxyz: Vector<4>,
     pub(super) mass_kg: Option<Finite>,
     pub(super) center_of_mass_m: Vector<3>,
-    /// `[xx, yy, zz]` or `[xx, yy, zz, xy, xz, yz]`.
-    pub(super) inertia_kg_m2: Option<Vec<Finite>>,
+    pub(super) inertia_kg_m2: Option<Inertia>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -163,7 +202,7 @@ pub(super) struct Muscle {
 pub(super) struct Coupling {
     pub(super) follower: String,
     pub(super) leader: Option<String>,
-    pub(super) coefficients: [Finite; 5],
+    pub(super) coefficients: Numbers<5>,
 }
 
 #[derive(Debug, Deserialize)]

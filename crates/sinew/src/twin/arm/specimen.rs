@@ -48,7 +48,8 @@ impl ArmSpecimen {
     /// stiffest mode of cables and bodies needs in poses over all ranges of the joints.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a machine whose modes would need more than 100 substeps in a millisecond.
+    /// [`Error::Part`] with the joint, or [`Error::OutOfDomain`] for its damping, where more than 100 substeps in a
+    /// millisecond would be needed.
     pub fn nominal(machine: &Machine) -> Result<Self, Error> {
         let mut model = MuscleDynamics::new(&machine.robot)?;
         model.evaluate(&machine.start)?;
@@ -75,11 +76,23 @@ impl ArmSpecimen {
         let laws = self.cables.iter().map(|cable| cable.law(cells)).collect::<Result<Vec<CableLaw>, _>>()?;
         let tensions = alloc::vec![ANY_TENSION; laws.len()];
         let found = Characteristics::new(model, &laws, &tensions, poses, 0.0)?;
+        if found.stuck_mode * STEP / MAX_STEP_ANGLE > MAX_SUBSTEPS as f64 {
+            let (kind, field) = ("joint", "the inertia that it moves");
+            let expected = "larger for its cables, whose oscillation needs more than 100 steps per millisecond: heavier \
+                            links, an armature, softer cables or smaller moment arms";
+            let joint = stiffest_joint(model.moment_arms(), &laws, &found);
+            return Err(Error::Part { kind, index: self.robot.independent_joints()[joint], field, expected });
+        }
         let needed = (found.stuck_mode * STEP / MAX_STEP_ANGLE)
             .max(found.damping_rate * STEP / MAX_DAMPING_STEP)
             .max(self.resolution.substeps as f64);
-        let expected = "a machine that 100 substeps per millisecond simulate (heavier links, softer cables)";
-        crate::error::within("stiffest mode of the machine, in substeps", expected, needed, needed <= 100.0)?;
+        let expected = "at most 100: less damping of the joints, or heavier links";
+        crate::error::within(
+            "damping of the machine, in steps per millisecond",
+            expected,
+            needed,
+            needed <= 100.0,
+        )?;
         Ok((libm::ceil(needed) as usize).min(MAX_SUBSTEPS))
     }
 
@@ -141,6 +154,17 @@ impl ArmSpecimen {
         self.robot = self.robot.with_payload(body, position, mass)?;
         Ok(self)
     }
+}
+
+/// The joint with the largest stiffness of cables that stick over its inertia.
+fn stiffest_joint(arms: &[f64], laws: &[CableLaw], found: &Characteristics) -> usize {
+    let joints = found.joints.len();
+    let stiffness = |j: usize| {
+        let last = laws.iter().map(|law| law.compliance().last().copied().unwrap_or(f64::INFINITY));
+        let arms = arms.iter().skip(j).step_by(joints);
+        arms.zip(last).map(|(arm, compliance)| arm * arm / compliance).sum::<f64>() / found.joints[j].inertia
+    };
+    (0..joints).max_by(|a, b| stiffness(*a).total_cmp(&stiffness(*b))).unwrap_or(0)
 }
 
 /// Shortest free cable at an anchor, m.
