@@ -1,5 +1,7 @@
-//! Cost of a millisecond of the arm's twin: 15 muscles, 7 joints, all effects; of its controller; and of a
-//! sample of its trajectory.
+//! Cost of a millisecond of the arm's twin: 15 muscles, 7 joints, all effects; of its controller and of those of other
+//! machines; and of a sample of its trajectory.
+//!
+//! `SINEW_MYOARM` may name the file of the MyoSuite arm (`myoarm.xml`), whose controller is then measured, too.
 
 #![allow(clippy::unwrap_used, reason = "a bench that cannot start may panic")]
 #![allow(clippy::print_stdout, reason = "a bench prints")]
@@ -15,6 +17,7 @@ use sinew::machine::Machine;
 use sinew::trajectory::{JointPath, Loop, Reference, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTwin};
 use sinew::twin::cable::Resolution;
+use sinew_lab::arm::plan_tour;
 use sinew_lab::experiment::arm::resting_tensions;
 use sinew_lab::experiment::oracle_models;
 use std::time::Instant;
@@ -24,31 +27,26 @@ fn main() {
     tail();
 }
 
-/// Distribution of the time of single control cycles, the clock's overhead included.
+/// Distribution of the time of single control cycles of every machine, the clock's overhead included.
 fn tail() {
-    let (start, told) = controller_in_motion();
-    let mut times: Vec<u128> = Vec::new();
-    for _ in 0..200 {
-        let mut controller = start.clone();
-        for (said, now, coming) in &told {
-            let sample = ArmMeasurement { motor: &said.motor, tension: &said.tension, joint: &said.joint };
-            let begin = Instant::now();
-            black_box(
-                controller
-                    .step(
-                        1e-3,
-                        &sample,
-                        &PreviewedReference { current: now, previewed: coming, repeat_time: None },
-                    )
-                    .unwrap()
-                    .drives,
-            );
-            times.push(begin.elapsed().as_nanos());
+    println!("a control cycle, us  muscles  joints  median   p99  p99.9");
+    for name in machine_names() {
+        let (start, told) = controller_in_motion(name);
+        let mut times: Vec<u128> = Vec::new();
+        for _ in 0..200 {
+            let mut controller = start.clone();
+            for moment in &told {
+                let begin = Instant::now();
+                black_box(moment.control(&mut controller));
+                times.push(begin.elapsed().as_nanos());
+            }
         }
+        times.sort_unstable();
+        let at = |part: usize| times[times.len() * part / 10_000] as f64 / 1000.0;
+        let (muscles, joints) = (told[0].reading.motor.len(), told[0].now.q.len());
+        let (median, p99, p999) = (at(5000), at(9900), at(9990));
+        println!("{name:<19}  {muscles:>7}  {joints:>6}  {median:>6.1}  {p99:>4.1}  {p999:>5.1}");
     }
-    times.sort_unstable();
-    let at = |part: usize| times[times.len() * part / 10_000] as f64 / 1000.0;
-    println!("a tick: median {:.1} us, p99 {:.1} us, p99.9 {:.1} us", at(5000), at(9900), at(9990));
 }
 
 /// Milliseconds per measured call.
@@ -59,16 +57,9 @@ fn lm_arm() -> Robot {
     Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
 }
 
-fn lm_machine() -> Machine {
-    let text = include_str!("../../../models/lm_arm.toml");
-    sinew::description::machine_from_toml("lm_arm.toml", text, &mut |_| Err("no other file".into()))
-        .unwrap()
-        .machine
-}
-
 fn along(robot: &Robot, shape: Loop) -> JointPath {
+    let machine = machine("lm_arm");
     let site = robot.site("endpoint").unwrap();
-    let machine = lm_machine();
     let path = &machine.paths[usize::from(shape == Loop::Saddle)].path;
     JointPath::resolve(robot, site, path, &machine.redundancy, 720).unwrap()
 }
@@ -78,7 +69,7 @@ fn along(robot: &Robot, shape: Loop) -> JointPath {
 fn step(bencher: Bencher, (cells, substeps): (usize, usize)) {
     let robot = lm_arm();
     let pose = robot.key("start").unwrap();
-    let mut specimen = ArmSpecimen::draw(&lm_machine(), 1).unwrap();
+    let mut specimen = ArmSpecimen::draw(&machine("lm_arm"), 1).unwrap();
     specimen.resolution = Resolution { cells, substeps };
     let start = ArmTwin::new(&specimen, pose, &[60.0; 15], 1).unwrap();
     let bencher = bencher.counter(ItemsCount::new(STEPS));
@@ -93,22 +84,68 @@ fn step(bencher: Bencher, (cells, substeps): (usize, usize)) {
     });
 }
 
-/// A controller in the middle of a motion, with the inputs of the next milliseconds.
-fn controller_in_motion() -> (ArmController, Vec<(ArmReading, Reference, Reference)>) {
-    let robot = lm_arm();
-    let law = TimeLaw::new(4.0 * std::f64::consts::PI, 11.5).unwrap();
-    let trajectory = Trajectory::AlongPath { joints: along(&robot, Loop::Sine), law };
-    let mut now = Reference::new(7);
+/// Machines whose files are at hand.
+fn machine_names() -> impl Iterator<Item = &'static str> {
+    let myoarm = std::env::var_os("SINEW_MYOARM").map(|_| MYOARM);
+    ["bench_joint", "finger", "shoulder", "lm_arm", "chain10"].into_iter().chain(myoarm)
+}
+
+const MYOARM: &str = "myoarm";
+
+/// A machine; the MyoSuite arm without gravity, which default drives do not hold.
+fn machine(name: &str) -> Machine {
+    if name == MYOARM {
+        let path = std::env::var_os("SINEW_MYOARM").unwrap();
+        let text = std::fs::read_to_string(path).unwrap();
+        let mut parts =
+            sinew::description::from_mjcf("myoarm.xml", &text, &mut |_| Err("no other file".into()))
+                .unwrap()
+                .parts;
+        parts.gravity = [0.0; 3];
+        return Machine::of(&Robot::new(parts).unwrap()).unwrap();
+    }
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/");
+    let text = std::fs::read_to_string(format!("{path}{name}.toml")).unwrap();
+    sinew::description::machine_from_toml(name, &text, &mut |_| Err("no other file".into())).unwrap().machine
+}
+
+/// Inputs of a control cycle.
+struct Moment {
+    reading: ArmReading,
+    now: Reference,
+    coming: Reference,
+}
+
+impl Moment {
+    fn control(&self, controller: &mut ArmController) -> DriveCommand {
+        let Self { reading, now, coming } = self;
+        let sample =
+            ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
+        let reference = PreviewedReference { current: now, previewed: coming, repeat_time: None };
+        controller.step(1e-3, black_box(&sample), &reference).unwrap().drives[0]
+    }
+}
+
+/// A controller in the middle of a motion, with the inputs of the next milliseconds: the arm's fast sine, a tour of
+/// other machines.
+fn controller_in_motion(name: &str) -> (ArmController, Vec<Moment>) {
+    let machine = machine(name);
+    let trajectory = if name == "lm_arm" {
+        let law = TimeLaw::new(4.0 * std::f64::consts::PI, 11.5).unwrap();
+        Trajectory::AlongPath { joints: along(&machine.robot, Loop::Sine), law }
+    } else {
+        plan_tour(&machine, Some(20.0), |_| Ok(None)).unwrap()
+    };
+    let mut now = Reference::new(trajectory.joints());
     trajectory.sample(0.0, &mut now).unwrap();
-    let machine = lm_machine();
     let specimen = ArmSpecimen::draw(&machine, 1).unwrap();
     let models = oracle_models(&specimen);
     let (gains, _) = synthesize(&machine, &models, &machine.poses(40).unwrap()).unwrap();
     let limits = gains.tension_limits();
-    let tensions = resting_tensions(&robot, &now.q, &limits).unwrap();
+    let tensions = resting_tensions(&machine.robot, &now.q, &limits).unwrap();
     let mut arm = ArmTwin::new(&specimen, &now.q, &tensions, 1).unwrap();
     let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-    let mut controller = ArmController::new(&robot, &models, gains, way).unwrap();
+    let mut controller = ArmController::new(&machine.robot, &models, gains, way).unwrap();
     let (mut coming, mut told, mut start) = (now.clone(), Vec::new(), None);
     for k in 0..3000 + STEPS {
         let time = f64::from(k) * 1e-3;
@@ -116,7 +153,8 @@ fn controller_in_motion() -> (ArmController, Vec<(ArmReading, Reference, Referen
         trajectory.sample(time + PREVIEW_HORIZON, &mut coming).unwrap();
         if k >= 3000 {
             start.get_or_insert_with(|| controller.clone());
-            told.push((arm.reading().clone(), now.clone(), coming.clone()));
+            let reading = arm.reading().clone();
+            told.push(Moment { reading, now: now.clone(), coming: coming.clone() });
         }
         let said = arm.reading();
         let sample = ArmMeasurement { motor: &said.motor, tension: &said.tension, joint: &said.joint };
@@ -125,26 +163,18 @@ fn controller_in_motion() -> (ArmController, Vec<(ArmReading, Reference, Referen
             .unwrap();
         arm.step(answer.drives, 1e-3).unwrap();
     }
-    assert!(!matches!(controller.status(), ArmStatus::Stopped(_)), "{:?}", controller.status());
+    assert!(!matches!(controller.status(), ArmStatus::Stopped(_)), "{name}: {:?}", controller.status());
     (start.unwrap(), told)
 }
 
 /// The whole control cycle, from measurements to commands. Items are cycles.
-#[divan::bench]
-fn control(bencher: Bencher) {
-    let (start, told) = controller_in_motion();
+#[divan::bench(args = machine_names())]
+fn control(bencher: Bencher, name: &str) {
+    let (start, told) = controller_in_motion(name);
     let bencher = bencher.counter(ItemsCount::new(STEPS));
     bencher.with_inputs(|| start.clone()).bench_local_refs(|controller| {
-        for (said, now, coming) in &told {
-            let sample = ArmMeasurement { motor: &said.motor, tension: &said.tension, joint: &said.joint };
-            let answer = controller
-                .step(
-                    1e-3,
-                    black_box(&sample),
-                    &PreviewedReference { current: now, previewed: coming, repeat_time: None },
-                )
-                .unwrap();
-            black_box(answer.drives);
+        for moment in &told {
+            black_box(moment.control(controller));
         }
     });
 }
