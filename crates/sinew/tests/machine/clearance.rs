@@ -27,7 +27,7 @@ fn no_machine_of_this_repository_may_lose_a_wrap_within_its_tolerances() {
 
 #[test]
 fn a_clearance_is_the_distance_to_the_surface_and_its_least_pose_is_found() {
-    // The lever's anchor turns with the drum's axis: 1.6 mm in every pose.
+    // The lever's anchor turns with the drum's axis: 2 mm in every pose.
     let machine = model("bench_joint").machine;
     let parts = machine.robot.parts();
     let anchor = parts.sites.iter().position(|site| site.name == "front_i").unwrap();
@@ -37,14 +37,14 @@ fn a_clearance_is_the_distance_to_the_surface_and_its_least_pose_is_found() {
         all.into_iter().find(|clearance| clearance.site == anchor).unwrap()
     };
     let of_lever = found(&machine);
-    assert!((of_lever.least - 1.6e-3).abs() < 1e-6 && of_lever.pose.is_none(), "{of_lever:?}");
+    assert!((of_lever.least - 2e-3).abs() < 1e-6 && of_lever.pose.is_none(), "{of_lever:?}");
     assert!((of_lever.displacement - 2_f64.sqrt() * machine.attachment_tolerance()).abs() < 1e-12);
-    let loose = Tolerances { attachment: Some(1.2e-3), ..machine.tolerances };
+    let loose = Tolerances { attachment: Some(1.5e-3), ..machine.tolerances };
     assert!(!of_lever.is_lost() && found(&Machine { tolerances: loose, ..machine.clone() }).is_lost());
     // Off the axis, the drum comes nearest in one pose; large enough, it swallows the anchor.
     for (radius, lost) in [(0.03, true), (0.02, false)] {
         let mut parts = parts.clone();
-        parts.wraps[0].position[0] += 0.002;
+        parts.wraps[0].position[0] += 0.0025;
         parts.wraps.iter_mut().for_each(|wrap| wrap.radius = radius);
         let moved = Machine { robot: Robot::new(parts).unwrap(), ..machine.clone() };
         let found = found(&moved);
@@ -66,5 +66,5 @@ fn a_site_within_its_surface_loses_the_wrap() {
         model.moment_arms()[0].abs()
     };
     assert!((arm(0.0) - 0.03).abs() < 1e-4, "{}", arm(0.0));
-    assert!((arm(2e-3) - 0.03).abs() > 2e-3, "{}", arm(2e-3));
+    assert!((arm(3e-3) - 0.03).abs() > 2e-3, "{}", arm(3e-3));
 }

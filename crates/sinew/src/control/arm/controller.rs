@@ -248,10 +248,7 @@ impl ArmController {
         }
         for (k, check) in self.faults.checks.iter().enumerate() {
             match *check {
-                EncoderCheck::Accepted
-                | EncoderCheck::Awaited
-                | EncoderCheck::Rejected
-                | EncoderCheck::Absent => {}
+                EncoderCheck::Accepted | EncoderCheck::Rejected | EncoderCheck::Absent => {}
                 EncoderCheck::Returned => self.joints.q[k] = self.faults.joint[k],
                 EncoderCheck::Withdrawn { shift, disturbance } => {
                     self.joints.q[k] += shift;

@@ -186,8 +186,7 @@ impl FaultDetector {
             let usable = matches!(check, EncoderCheck::Accepted | EncoderCheck::Returned);
             self.joint[k] = if usable { measured } else { f64::NAN };
             self.checks[k] = check;
-            let unsuspicious = matches!(check, EncoderCheck::Accepted | EncoderCheck::Awaited);
-            self.report(unsuspicious, Fault::JointSensor(k));
+            self.report(check == EncoderCheck::Accepted, Fault::JointSensor(k));
             if self.encoders[k].rejected_for > JOINT_PERSISTENCE_TIME {
                 self.stop(Fault::JointSensor(k));
             }
