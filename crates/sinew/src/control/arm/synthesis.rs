@@ -21,7 +21,7 @@ use alloc::vec::Vec;
 ///         from an error of max(min(0.5 mm, 0.04 r_k), 8 D r_k) to twice as much
 /// joint   x_j = max(25 D, 3 tau/(I 3 (r w_o)^2)),   x_max = max(40 D, theta_G/10),
 ///         x_r,max = max(150 D, 0.4 theta_G),   e_q = max(1300 D, theta_G)
-/// winch   encoder: 10 v_d, stands for 30 mrad r_k, 2 ms v_d to 4 ms v_d;   r_v,max = 30 ms v_d
+/// winch   encoder: 10 v_d, stands for 30 mrad r_k, 3 ms v_d to 4 ms v_d;   r_v,max = 30 ms v_d
 /// cable   load cell: 40 ranges per s;   dT = max(0.38 F_min, 10 sigma);   slack below T_l + 0.14 F_min
 /// ```
 ///
@@ -192,7 +192,7 @@ fn of_muscle(
         rest_error: [(0.04 * arm).min(5e-4).max(8.0 * count), (0.08 * arm).min(1e-3).max(16.0 * count)],
         rest_speed: 0.05 * arm,
         max_motor_rate: 10.0 * speed,
-        max_unchanged_travel: (0.03 * arm).clamp(0.002 * speed, 0.004 * speed),
+        max_unchanged_travel: (0.03 * arm).clamp(0.003 * speed, 0.004 * speed),
         max_winch_residual: 0.03 * speed,
         max_tension_rate: 40.0 * drive.load_cell.range,
         max_equal_tensions: equal_samples(drive),
