@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 const SYSTEM: u8 = 1;
 /// Exit code for bad input, the same as clap's for arguments.
 const BAD_INPUT: u8 = 2;
+/// A motion that is not started, because it would not be tracked.
+const NOT_AS_ASKED: u8 = 3;
 
 /// One error; its message names the place, the value and what was expected.
 #[derive(Debug, thiserror::Error)]
@@ -151,6 +153,17 @@ pub(crate) enum Error {
         /// When and why.
         infeasibility: Box<sinew::trajectory::Infeasibility>,
     },
+    /// A motion that simulated machines of the design do not track.
+    #[error(
+        "{motion}: simulated machines of this design do not track this motion: {reason}; a slower motion may help, and \
+         --unverified starts it nevertheless"
+    )]
+    Untracked {
+        /// Flag and value of the payload or path.
+        motion: String,
+        /// What stopped one of them.
+        reason: String,
+    },
     /// A file that is larger than any real one.
     #[error("{}: expected at most {limit_mb} MB, got more", file.display())]
     TooLarge {
@@ -234,7 +247,7 @@ impl From<sinew::description::DescriptionError> for Error {
 }
 
 impl Error {
-    /// 1 where the system is the cause, 2 where the input is.
+    /// 1 where the system is the cause, 2 where the input is, 3 for a motion that would not be tracked.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Unwritable { .. }
@@ -247,6 +260,7 @@ impl Error {
             Self::Unreadable { source, .. } | Self::Identify(IdentifyError::Unreadable { source, .. }) => {
                 reading_code(source)
             }
+            Self::Untracked { .. } => NOT_AS_ASKED,
             _ => BAD_INPUT,
         }
     }

@@ -293,6 +293,17 @@ fn single_faults_at_random_are_bridged_or_reported_and_named_rightly() {
 }
 
 #[test]
+fn single_faults_of_other_machines_are_bridged_or_reported_and_named_rightly() {
+    let small = machines().into_iter().filter(|machine| machine.muscles.len() <= 6);
+    small.collect::<Vec<_>>().par_iter().for_each(|machine| {
+        let found = faults_on(machine, 7..8, 8);
+        let bad = found.count(Outcome::inaccurate) + found.count(Outcome::wrong) + found.false_alarms;
+        let reported = found.count(|case| case.named().is_some());
+        assert!(bad == 0 && reported > 2, "{}: {bad} {reported}", machine.robot.parts().name);
+    });
+}
+
+#[test]
 fn long_campaign_of_single_faults() {
     // Forty LM-Arms with fifty faults each, or `SINEW_FAULTS=machine,first seed,seeds,faults`; minutes long.
     let given = std::env::var("SINEW_FAULTS").ok();

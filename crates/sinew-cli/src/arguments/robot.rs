@@ -117,6 +117,9 @@ pub(crate) struct TrackArguments {
     /// Disable iterative learning from repeat to repeat
     #[arg(long)]
     pub(crate) no_learning: bool,
+    /// Start also a motion that simulated machines of the design do not track
+    #[arg(long)]
+    pub(crate) unverified: bool,
     /// Seconds at rest after the motion, 0 to 3600
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0,
         value_parser = number("0 to 3600 s", |s| (0.0..=3600.0).contains(&s)))]

@@ -203,7 +203,8 @@ pub struct TrackingNumbers {
     pub per_muscle: Vec<f64>,
     /// Least tension at an anchor, N.
     pub least_anchor_tension_n: f64,
-    /// Longest time for which a cable was slack, less than 1 N above its pretension, s.
+    /// Longest time for which a cable was slack, less than 1 N above its pretension, of a small machine less than a
+    /// fifth of what its least tension leaves, s.
     pub longest_slack_s: f64,
     /// Greatest tension at a drive, N.
     pub most_drive_tension_n: f64,

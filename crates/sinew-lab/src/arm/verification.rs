@@ -1,6 +1,7 @@
 //! Verification of a controller before the start: the motion is simulated on machines drawn within the tolerances,
 //! other ones than that of the run, and gains are lowered until all of them track it.
 
+use super::report::max_end_point_error;
 use super::tracking::poses_along;
 use crate::Error;
 use crate::experiment::arm::{TrackRun, track};
@@ -102,5 +103,11 @@ fn problem(summary: &TrackSummary, machine: &Machine) -> Option<String> {
         return Some("motion faster than the cables allow".to_owned());
     }
     let (slack, muscle) = summary.slack;
-    (slack > MAX_SLACK).then(|| format!("cable of {} slack for {slack:.2} s", name(muscle)))
+    if slack > MAX_SLACK {
+        return Some(format!("cable of {} slack for {slack:.2} s", name(muscle)));
+    }
+    // Zero errors of the encoders and everything that differs from machine to machine need a margin.
+    let (error, limit) = (summary.end_point_error.max, machine.rules.margin * max_end_point_error(machine));
+    (machine.task.site().is_some() && error > limit)
+        .then(|| format!("end-point error of {:.1} mm, above {:.1} mm", 1e3 * error, 1e3 * limit))
 }

@@ -1,7 +1,7 @@
 //! An arm along a trajectory: the twin as the plant, under a controller.
 
 use super::track_row::TrackRow;
-use super::track_summary::TrackSummary;
+use super::track_summary::{TrackSummary, slack_below};
 use super::tracking_errors::TrackingErrors;
 use sinew::Error;
 use sinew::body::Robot;
@@ -89,12 +89,16 @@ impl<'a> TrackSession<'a> {
         let mut current = Reference::new(run.robot.independent_joints().len());
         run.trajectory.sample(0.0, &mut current)?;
         let tensions = resting_tensions(&run.specimen.robot, &current.q, run.tension_limits)?;
+        let pretension: Vec<f64> =
+            run.specimen.cables.iter().map(|cable| cable.parameters.pretension).collect();
+        let least = run.tension_limits.iter().map(|[least, _]| *least);
+        let slack_below = least.zip(&pretension).map(|(least, pretension)| slack_below(least, *pretension));
         Ok(Self {
             arm: ArmTwin::new(run.specimen, &current.q, &tensions, run.seed)?.with_faults(run.faults)?,
             controller,
             errors: TrackingErrors::new(run.specimen, run.robot, run.site)?,
-            summary: TrackSummary::new(tensions.len(), current.q.len()),
-            pretension: run.specimen.cables.iter().map(|cable| cable.parameters.pretension).collect(),
+            summary: TrackSummary::new(slack_below.collect(), current.q.len()),
+            pretension,
             commands: vec![DriveCommand::Velocity(0.0); tensions.len()],
             previewed: current.clone(),
             current,

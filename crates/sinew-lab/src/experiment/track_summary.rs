@@ -24,8 +24,16 @@ pub struct FaultInterval {
 /// Control cycle, s.
 const STEP: f64 = 1e-3;
 
-/// Far tension above the pretension below which a cable is slack, N.
-pub(super) const SLACK_TENSION: f64 = 1.0;
+/// Far tension above the pretension below which a cable is slack, N, at most; of a small machine the share
+/// [`SLACK_SHARE`] of what its least tension leaves.
+const SLACK_TENSION: f64 = 1.0;
+/// 1.
+const SLACK_SHARE: f64 = 0.2;
+
+/// Far tension below which a cable is slack, N, from its least desired tension and its pretension, N.
+pub(super) fn slack_below(least: f64, pretension: f64) -> f64 {
+    pretension + (SLACK_SHARE * (least - pretension)).clamp(0.0, SLACK_TENSION)
+}
 
 /// Longest time between two reports of one interval, s.
 const MAX_GAP: f64 = 0.1;
@@ -52,9 +60,10 @@ pub struct TrackSummary {
     /// Magnitude of the error of every joint during motion, without the zero errors of the encoders, rad or m:
     /// `[joints]`.
     pub joint_error: Vec<Statistics>,
-    /// Longest time for which a cable was slack, its far tension less than 1 N above its
-    /// pretension, s, and its muscle.
+    /// Longest time for which a cable was slack, its far tension less than 1 N above its pretension, of a small
+    /// machine less than a fifth of what its least tension leaves, s, and its muscle.
     pub slack: (f64, usize),
+    slack_below: Vec<f64>,
     slack_for: Vec<f64>,
     /// Least tension at an anchor, N, and its muscle.
     pub min_anchor_tension: (f64, usize),
@@ -73,8 +82,11 @@ pub struct TrackSummary {
 }
 
 impl TrackSummary {
-    pub(super) fn new(muscles: usize, joints: usize) -> Self {
+    /// `slack_below: [muscles]`, N.
+    pub(super) fn new(slack_below: Vec<f64>, joints: usize) -> Self {
+        let muscles = slack_below.len();
         Self {
+            slack_below,
             joint_error: vec![Statistics::default(); joints],
             slack: (0.0, 0),
             slack_for: vec![0.0; muscles],
@@ -97,7 +109,7 @@ impl TrackSummary {
 
     pub(super) fn record(&mut self, row: &TrackRow<'_>) {
         for (k, cable) in row.truth.cables.iter().enumerate() {
-            let slack = cable.tension_out - row.pretension[k] < SLACK_TENSION;
+            let slack = cable.tension_out < self.slack_below[k];
             self.slack_for[k] = if slack { self.slack_for[k] + STEP } else { 0.0 };
             if self.slack_for[k] > self.slack.0 {
                 self.slack = (self.slack_for[k], k);

@@ -60,7 +60,9 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
 
 /// A refused motion is a result for programs, too.
 fn refuse(arguments: &TrackArguments, error: Error) -> Result<Setup, Error> {
-    if arguments.json && matches!(error, Error::Infeasible { .. } | Error::Overloaded { .. }) {
+    if arguments.json
+        && matches!(error, Error::Infeasible { .. } | Error::Overloaded { .. } | Error::Untracked { .. })
+    {
         let refused = serde_json::json!({
             "simulated": true, "seed": arguments.seed, "ended": "refused", "reason": error.to_string(),
         });

@@ -64,7 +64,7 @@ impl Setup {
         }
         setup.check_feasible()?;
         if setup.gains.is_none() && setup.variant == CompensationVariant::Observer {
-            setup.verify()?;
+            setup.verify(arguments.unverified)?;
         }
         Ok(setup)
     }
@@ -86,14 +86,22 @@ impl Setup {
         Ok(())
     }
 
-    /// Lowers the gains until simulated machines of the design track the motion; where none do, says so.
-    fn verify(&mut self) -> Result<(), Error> {
+    /// Lowers the gains until simulated machines of the design track the motion; refuses it where none do, or warns.
+    fn verify(&mut self, start_nevertheless: bool) -> Result<(), Error> {
         match verify(&self.machine, &self.trajectory)? {
             Verified::Tracks(rules) => self.machine.rules = rules,
-            Verified::Fails(reason) => eprintln!(
-                "warning: in simulation the controller does not track this motion on every machine of this design: \
-                 {reason}"
-            ),
+            Verified::Fails(reason) if start_nevertheless => {
+                eprintln!("warning: simulated machines of this design do not track this motion: {reason}");
+            }
+            Verified::Fails(reason) => {
+                let payload = self.machine.payload;
+                let motion = if payload > 0.0 {
+                    format!("--payload {payload} kg")
+                } else {
+                    format!("--path {}", self.path)
+                };
+                return Err(Error::Untracked { motion, reason });
+            }
         }
         Ok(())
     }
