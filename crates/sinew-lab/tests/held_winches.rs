@@ -15,17 +15,6 @@ use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault};
 use sinew_lab::experiment::arm::resting_tensions;
 use std::f64::consts::PI;
 
-const MODELS: [&str; 8] = [
-    "lm_arm",
-    "bench_joint",
-    "planar_leg",
-    "finger",
-    "exosuit_elbow",
-    "surgical_wrist",
-    "shoulder",
-    "chain10",
-];
-
 /// Duration, ms.
 const CYCLES: usize = 2000;
 /// Joint speed below which a machine stands still, rad/s or m/s. Measured: 1.6e-4.
@@ -87,21 +76,17 @@ fn hold(name: String, machine: &Machine, seed: u64, speed: f64) -> Run {
 
 /// All machines, each in several poses.
 fn runs(speed: f64) -> Vec<Run> {
-    let models = MODELS.iter().flat_map(|name| (0..3).map(move |seed| ((*name).to_owned(), seed)));
-    let random = (2000..2040).map(|seed| (String::new(), seed));
-    let all: Vec<(String, u64)> = models.chain(random).collect();
-    all.into_par_iter()
-        .map(|(name, seed)| {
-            if name.is_empty() {
-                let drawn = common::random_machine::machine(seed, 1.0).machine;
-                return hold(format!("random {seed}"), &drawn, seed, speed);
-            }
-            let path = format!("{}/../../models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-            let text = std::fs::read_to_string(&path).unwrap();
-            let machine = sinew::description::machine_from_toml(&path, &text, &mut |_| Err(String::new()));
-            hold(format!("{name} {seed}"), &machine.unwrap().machine.loaded().unwrap(), seed, speed)
-        })
-        .collect()
+    let models = common::machines().into_iter().flat_map(|machine| {
+        let loaded = machine.loaded().unwrap();
+        (0..3).map(move |seed| (loaded.clone(), seed))
+    });
+    let random = (2000..2040).map(|seed| (common::random_machine::machine(seed, 1.0).machine, seed));
+    let all: Vec<(Machine, u64)> = models.chain(random).collect();
+    let run = |(machine, seed): (Machine, u64)| {
+        let name = format!("{} {seed}", machine.robot.parts().name);
+        hold(name, &machine, seed, speed)
+    };
+    all.into_par_iter().map(run).collect()
 }
 
 fn worst<'a>(runs: impl Iterator<Item = &'a Run>, figure: fn(&Run) -> f64) -> &'a Run {

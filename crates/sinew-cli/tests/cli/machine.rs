@@ -310,3 +310,25 @@ fn every_built_in_machine_is_drawn_with_its_cables() {
     bench.write("leg.toml", "body = \"x.xml\"\n");
     bench.refuses("machine show leg.toml --picture leg.toml", &["leg.toml", "it is read by this run"]);
 }
+
+#[test]
+fn a_motion_that_simulated_machines_of_the_design_do_not_track_is_refused_unless_asked_for() {
+    let bench = Bench::new();
+    // Anchors nearer to the drum than the tolerance of the attachments: drawn machines lose a wrap, and the lever.
+    let text = include_str!("../../../../models/bench_joint.toml");
+    let near = text
+        .replace("[-0.000119, 0.0, -0.0319998]", "[0.005201, 0.0, -0.0301548]")
+        .replace("[0.000119, 0.0, -0.0319998]", "[-0.005201, 0.0, -0.0301548]");
+    std::fs::write(bench.path("near.toml"), near).unwrap();
+    let refused = bench.run("track near.toml --path tour --json --report out.html");
+    assert_eq!(refused.code, Some(3), "{}", refused.stderr);
+    let json: Value = serde_json::from_str(&refused.stdout).unwrap();
+    assert_eq!(json["ended"], "refused");
+    let reason = json["reason"].as_str().unwrap();
+    assert!(reason.contains("--path tour") && reason.contains("lever") && reason.contains("--unverified"));
+    assert!(!bench.path("out.html").exists());
+    let started = bench.run("track near.toml --path tour --unverified --json --seed 500");
+    assert!(started.stderr.contains("warning: simulated machines"), "{}", started.stderr);
+    let json: Value = serde_json::from_str(&started.stdout).unwrap();
+    assert!(json["tracking"]["observer"]["ended"].is_string(), "{json}");
+}

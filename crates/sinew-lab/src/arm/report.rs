@@ -114,8 +114,9 @@ pub(super) fn named(fault: Fault, robot: &Robot) -> String {
 pub const MAX_END_POINT_ERROR_M: f64 = 0.025;
 /// The same as a share of the machine's reach, the sum of the distances between its bodies: 3.5 mm of a finger.
 const MAX_ERROR_SHARE: f64 = 0.035;
-/// Largest joint error of a machine without an end point, as a share of the joint's range.
-const MAX_RANGE_SHARE: f64 = 0.1;
+/// Largest joint error of a run that counts as completed, of a machine without an end point, as a share of the joint's
+/// range.
+pub const MAX_JOINT_ERROR_SHARE: f64 = 0.1;
 
 /// Largest end-point error of a completed run, m.
 #[must_use]
@@ -138,8 +139,8 @@ fn inaccuracy(summary: &TrackSummary, machine: &Machine) -> Option<String> {
     joints.into_iter().find_map(|(joint, error)| {
         let joint = &machine.robot.parts().joints[joint];
         let [low, high] = joint.range?;
-        let share = MAX_RANGE_SHARE * 100.0;
-        (error.max > MAX_RANGE_SHARE * (high - low))
+        let share = MAX_JOINT_ERROR_SHARE * 100.0;
+        (error.max > MAX_JOINT_ERROR_SHARE * (high - low))
             .then(|| format!("error of {} above {share:.0} % of its range", joint.name))
     })
 }

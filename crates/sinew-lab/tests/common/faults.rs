@@ -6,7 +6,7 @@ use sinew::random::Random;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::{Failure, InjectedFault, Sensor, SensorFailure};
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{CalibratedArm, max_end_point_error};
+use sinew_lab::arm::{CalibratedArm, MAX_JOINT_ERROR_SHARE, max_end_point_error};
 use sinew_lab::experiment::arm::{TrackRun, TrackSession};
 use sinew_lab::experiment::{FaultInterval, TrackRow};
 
@@ -16,8 +16,6 @@ const REST: [f64; 2] = [3.0, 2.0];
 const AFTER: f64 = 2.5;
 /// Longest fault, s; a broken cable stays broken.
 const LONGEST: f64 = 0.2;
-/// Largest joint error of a machine without an end point in a completed run, as a share of the joint's range.
-const JOINT_SHARE: f64 = 0.1;
 
 /// A run with one fault.
 #[derive(Debug)]
@@ -167,7 +165,7 @@ fn error(machine: &Machine, row: &TrackRow<'_>) -> f64 {
             let joints = machine.robot.independent_joints().into_iter().zip(row.joint_error);
             let over = joints.filter_map(|(joint, error)| {
                 let [low, high] = machine.robot.parts().joints[joint].range?;
-                Some(error.abs() / (JOINT_SHARE * (high - low)))
+                Some(error.abs() / (MAX_JOINT_ERROR_SHARE * (high - low)))
             });
             over.fold(0.0, f64::max)
         }

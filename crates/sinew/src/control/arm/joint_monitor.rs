@@ -45,7 +45,7 @@ pub(super) struct JointMonitor {
     /// Last measurement, rad.
     previous: f64,
     unchanged: Unchanged,
-    /// Last first difference of the measurements, rad.
+    /// Difference of the last two measurements, rad.
     step: f64,
     /// `t_r`, s.
     pub(super) rejected_for: f64,
@@ -163,7 +163,7 @@ impl JointMonitor {
     pub(super) fn update(&mut self, h: f64, measured: f64, predicted: &JointPrediction<'_>) -> EncoderCheck {
         let unchanged = measured.to_bits() == self.previous.to_bits();
         let step = if self.started { measured - self.previous } else { 0.0 };
-        let bend = step - self.step;
+        let second_difference = step - self.step;
         (self.previous, self.step) = (measured, step);
         if !core::mem::replace(&mut self.started, true) {
             return self.first(h, (measured - predicted.reference).abs() <= predicted.gains.tracking_error);
@@ -182,7 +182,7 @@ impl JointMonitor {
         if !unchanged {
             let gains = predicted.gains;
             let near = e.abs() <= self.scale * gains.jump;
-            let smooth = bend.abs() <= self.scale * min_jump(gains).max(0.25 * gains.jump);
+            let smooth = second_difference.abs() <= self.scale * min_jump(gains).max(0.25 * gains.jump);
             return if near && smooth { EncoderCheck::Accepted } else { self.withdraw(h, before) };
         }
         if self.is_contradicted(e, predicted) {
