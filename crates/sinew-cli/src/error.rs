@@ -21,6 +21,9 @@ pub(crate) enum Error {
     /// An experiment in simulation.
     #[error(transparent)]
     Experiment(#[from] sinew_lab::Error),
+    /// A run on a bus.
+    #[error(transparent)]
+    Runtime(#[from] sinew_runtime::Error),
     /// A model file that cannot be used.
     #[error("{}: {source}", file.display())]
     Model {
@@ -261,6 +264,7 @@ impl Error {
                 reading_code(source)
             }
             Self::Untracked { .. } => NOT_AS_ASKED,
+            Self::Runtime(sinew_runtime::Error::Clock(_)) => SYSTEM,
             _ => BAD_INPUT,
         }
     }

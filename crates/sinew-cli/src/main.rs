@@ -31,6 +31,7 @@ fn main() -> ExitCode {
 fn run(verb: &Verb) -> Result<Outcome, error::Error> {
     match verb {
         Verb::Track(arguments) => return verbs::track::run(arguments),
+        Verb::Run(arguments) => return verbs::run::run(arguments),
         Verb::Tension(arguments) => return verbs::tension::run(arguments),
         Verb::Drive(arguments) => return verbs::drive::run(arguments),
         Verb::Machine(arguments) => return verbs::machine::run(arguments),

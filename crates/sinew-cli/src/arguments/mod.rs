@@ -7,8 +7,10 @@ mod design;
 mod fault;
 mod identification;
 mod machine;
+mod motion;
 mod path;
 mod robot;
+mod run;
 mod simulation;
 mod values;
 
@@ -22,10 +24,12 @@ pub(crate) use machine::{
     MachineArguments, MachineMapArguments, MachineNewArguments, MachineShowArguments, MachineTuneArguments,
     MachineVerb,
 };
+pub(crate) use motion::MotionArguments;
 pub(crate) use path::{PATH_FORMS, PathArgument};
 pub(crate) use robot::{
     ArmArguments, ArmEvaluateArguments, ArmVerb, ConvertArguments, InspectArguments, TrackArguments,
 };
+pub(crate) use run::{BusArgument, RunArguments};
 pub(crate) use simulation::{
     BenchArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part, ReproduceArguments, TwinArguments,
     TwinVerb,
@@ -68,6 +72,7 @@ pub(crate) enum Verb {
     Arm(ArmArguments),
     Machine(MachineArguments),
     Track(TrackArguments),
+    Run(RunArguments),
     Reproduce(ReproduceArguments),
     Bench(BenchArguments),
     Twin(TwinArguments),

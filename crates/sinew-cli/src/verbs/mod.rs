@@ -12,6 +12,7 @@ pub(crate) mod machine;
 mod numeric_table;
 pub(crate) mod predict;
 pub(crate) mod reproduce;
+pub(crate) mod run;
 pub(crate) mod tension;
 pub(crate) mod track;
 pub(crate) mod twin;

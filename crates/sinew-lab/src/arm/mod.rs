@@ -22,6 +22,7 @@ pub use report::{
 };
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
 pub use tracking::{
-    CalibratedArm, INITIAL_REST_S, TrackingResult, TrackingTask, calibration_programmes, track_arm,
+    CalibratedArm, INITIAL_REST_S, PreparedRun, TrackingResult, TrackingTask, calibration_programmes,
+    track_arm,
 };
 pub use verification::{Verified, verify};

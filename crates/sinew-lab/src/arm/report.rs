@@ -106,6 +106,7 @@ pub(super) fn named(fault: Fault, robot: &Robot) -> String {
         Fault::Drive(k) => format!("drive of {}", muscle(k)),
         Fault::Cable(k) => format!("cable of {}", muscle(k)),
         Fault::TrackingError(k) => format!("tracking error of {}", joint(k)),
+        Fault::Bus => "no answer from the bus".to_owned(),
     }
 }
 

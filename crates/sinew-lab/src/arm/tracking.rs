@@ -139,47 +139,78 @@ pub struct TrackingResult {
     pub trace: Trace,
 }
 
+/// A calibrated arm before a run: its controller, and what plant and evaluation need.
+#[derive(Debug)]
+pub struct PreparedRun<'a> {
+    /// In its initial state.
+    pub controller: ArmController,
+    arm: &'a CalibratedArm,
+    task: TrackingTask<'a>,
+    /// N: `[muscles]`.
+    tension_limits: Vec<[f64; 2]>,
+}
+
+impl<'a> PreparedRun<'a> {
+    /// The controller of a variant for a task.
+    ///
+    /// # Errors
+    /// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where networks are
+    /// trained.
+    pub fn new(
+        arm: &'a CalibratedArm,
+        variant: CompensationVariant,
+        task: &TrackingTask<'a>,
+    ) -> Result<Self, Error> {
+        let gains = match task.gains {
+            Some(gains) => gains.clone(),
+            None => arm.gains(task.trajectory)?.0,
+        };
+        let tension_limits = gains.tension_limits();
+        let mut controller = arm.controller_with(variant, gains)?;
+        if task.learning && task.repeats > 1 {
+            controller = controller.with_iterative_learning(task.trajectory.duration())?;
+        }
+        Ok(Self { controller, arm, task: task.clone(), tension_limits })
+    }
+
+    /// Plant, reference and conditions of the run.
+    #[must_use]
+    pub fn run(&self) -> TrackRun<'_> {
+        let CalibratedArm { machine, specimen, seed, .. } = self.arm;
+        TrackRun {
+            specimen,
+            robot: &machine.robot,
+            site: machine.task.site(),
+            tension_limits: &self.tension_limits,
+            trajectory: self.task.trajectory,
+            repeats: self.task.repeats,
+            before: INITIAL_REST_S,
+            after: self.task.final_rest,
+            faults: self.task.faults,
+            seed: *seed,
+        }
+    }
+}
+
 /// Runs a tracking task with the controller of a variant.
 ///
 /// # Errors
-/// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where networks are
-/// trained.
+/// As [`PreparedRun::new`] and [`track`].
 pub fn track_arm(
     arm: &CalibratedArm,
     variant: CompensationVariant,
     task: &TrackingTask<'_>,
 ) -> Result<TrackingResult, Error> {
-    let CalibratedArm { machine, specimen, seed, .. } = arm;
-    let gains = match task.gains {
-        Some(gains) => gains.clone(),
-        None => arm.gains(task.trajectory)?.0,
-    };
-    let limits = gains.tension_limits();
-    let mut controller = arm.controller_with(variant, gains)?;
-    if task.learning && task.repeats > 1 {
-        controller = controller.with_iterative_learning(task.trajectory.duration())?;
-    }
-    let run = TrackRun {
-        specimen,
-        robot: &machine.robot,
-        site: machine.task.site(),
-        tension_limits: &limits,
-        trajectory: task.trajectory,
-        repeats: task.repeats,
-        before: INITIAL_REST_S,
-        after: task.final_rest,
-        faults: task.faults,
-        seed: *seed,
-    };
+    let prepared = PreparedRun::new(arm, variant, task)?;
     let stride = (task.trace_interval * 1e3).round().clamp(1.0, 1e9) as u64;
     let (mut trace, mut count) = (Vec::new(), 0_u64);
-    let summary = track(&run, controller, |row| {
+    let summary = track(&prepared.run(), prepared.controller.clone(), |row| {
         if count.is_multiple_of(stride) {
             trace.push(trace_row(row));
         }
         count += 1;
     })?;
-    Ok(TrackingResult { numbers: TrackingNumbers::new(&summary, machine), summary, trace })
+    Ok(TrackingResult { numbers: TrackingNumbers::new(&summary, &arm.machine), summary, trace })
 }
 
 fn trace_row(row: &TrackRow<'_>) -> TraceRow {

@@ -1,8 +1,8 @@
 //! An arm along a trajectory: the twin as the plant, under a controller.
 
+use super::evaluation::Evaluation;
 use super::track_row::TrackRow;
-use super::track_summary::{TrackSummary, slack_below};
-use super::tracking_errors::TrackingErrors;
+use super::track_summary::TrackSummary;
 use sinew::Error;
 use sinew::body::Robot;
 use sinew::control::arm::{ArmController, ArmMeasurement, PreviewedReference};
@@ -10,7 +10,7 @@ use sinew::control::stretch::PREVIEW_HORIZON;
 use sinew::control::tension::{Distribution, Problem};
 use sinew::drive::DriveCommand;
 use sinew::muscle::MuscleDynamics;
-use sinew::trajectory::{Reference, Trajectory};
+use sinew::trajectory::{Reference, Schedule, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, InjectedFault};
 
 /// One run of an arm.
@@ -61,49 +61,55 @@ pub fn track(
 /// that have slid toward their motors.
 #[derive(Debug, Clone)]
 pub struct TrackSession<'a> {
-    run: TrackRun<'a>,
+    schedule: Schedule<'a>,
     arm: ArmTwin,
     controller: ArmController,
-    errors: TrackingErrors<'a>,
-    summary: TrackSummary,
-    /// N: `[muscles]`.
-    pretension: Vec<f64>,
+    evaluation: Evaluation<'a>,
     commands: Vec<DriveCommand>,
     current: Reference,
     previewed: Reference,
     cycle: u64,
 }
 
+impl<'a> TrackRun<'a> {
+    /// When the reference rests and moves.
+    ///
+    /// # Errors
+    /// As [`Schedule::new`].
+    pub fn schedule(&self) -> Result<Schedule<'a>, Error> {
+        Schedule::new(self.trajectory, self.repeats, self.before, self.after)
+    }
+
+    /// The plant at the start of the run.
+    ///
+    /// # Errors
+    /// As [`ArmTwin::new`], [`ArmTwin::with_faults`] and [`Trajectory::sample`] for parts of different robots.
+    pub fn plant(&self) -> Result<ArmTwin, Error> {
+        let mut start = Reference::new(self.trajectory.joints());
+        self.trajectory.sample(0.0, &mut start)?;
+        let tensions = resting_tensions(&self.specimen.robot, &start.q, self.tension_limits)?;
+        ArmTwin::new(self.specimen, &start.q, &tensions, self.seed)?.with_faults(self.faults)
+    }
+}
+
 impl<'a> TrackSession<'a> {
     /// A run before its first control cycle.
     ///
     /// # Errors
-    /// As [`ArmTwin::new`], [`ArmTwin::with_faults`] and [`Trajectory::sample`] for parts of different robots;
-    /// [`Error::OutOfDomain`] where an open trajectory is to be repeated.
+    /// As [`TrackRun::schedule`] and [`TrackRun::plant`].
     pub fn new(run: &TrackRun<'a>, controller: ArmController) -> Result<Self, Error> {
-        let repeatable = run.repeats <= 1 || run.trajectory.is_closed();
-        if !repeatable {
-            let (name, expected) = ("repeats", "1 for a trajectory that does not come back");
-            return Err(Error::OutOfDomain { name, expected, got: f64::from(run.repeats) });
-        }
-        let mut current = Reference::new(run.robot.independent_joints().len());
-        run.trajectory.sample(0.0, &mut current)?;
-        let tensions = resting_tensions(&run.specimen.robot, &current.q, run.tension_limits)?;
-        let pretension: Vec<f64> =
-            run.specimen.cables.iter().map(|cable| cable.parameters.pretension).collect();
-        let least = run.tension_limits.iter().map(|[least, _]| *least);
-        let slack_below = least.zip(&pretension).map(|(least, pretension)| slack_below(least, *pretension));
+        let schedule = run.schedule()?;
+        let current = Reference::new(run.robot.independent_joints().len());
+        let arm = run.plant()?;
         Ok(Self {
-            arm: ArmTwin::new(run.specimen, &current.q, &tensions, run.seed)?.with_faults(run.faults)?,
+            commands: vec![DriveCommand::Velocity(0.0); arm.specimen().drives.len()],
+            arm,
             controller,
-            errors: TrackingErrors::new(run.specimen, run.robot, run.site)?,
-            summary: TrackSummary::new(slack_below.collect(), current.q.len()),
-            pretension,
-            commands: vec![DriveCommand::Velocity(0.0); tensions.len()],
+            evaluation: Evaluation::new(run)?,
             previewed: current.clone(),
             current,
             cycle: 0,
-            run: run.clone(),
+            schedule,
         })
     }
 
@@ -127,65 +133,33 @@ impl<'a> TrackSession<'a> {
     /// # Errors
     /// As [`ArmController::step`] and [`Trajectory::sample`].
     pub fn step(&mut self, mut see: impl FnMut(&TrackRow<'_>)) -> Result<bool, Error> {
-        let Self { run, arm, controller, errors, summary, current, previewed, .. } = self;
-        let motion = run.trajectory.duration() * f64::from(run.repeats);
-        let cycles = libm::round((run.before + motion + run.after) / STEP) as u64;
-        if self.cycle >= cycles || summary.plant_failed.is_some() {
+        let time = self.time();
+        let Self { schedule, arm, controller, evaluation, current, previewed, .. } = self;
+        let cycles = libm::round(schedule.duration() / STEP) as u64;
+        if self.cycle >= cycles || evaluation.summary().plant_failed.is_some() {
             return Ok(false);
         }
-        let time = self.cycle as f64 * STEP;
-        let since_start = time - run.before;
-        run.trajectory.sample(time_in_repeat(run, since_start), current)?;
-        run.trajectory.sample(time_in_repeat(run, since_start + PREVIEW_HORIZON), previewed)?;
-        let moving = since_start >= 0.0 && since_start < motion;
-        let repeat = moving.then(|| (since_start / run.trajectory.duration()) as u32);
+        let moment = schedule.sample(time, PREVIEW_HORIZON, current, previewed)?;
         let reading = arm.reading();
         let measurement =
             ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
-        let reference = PreviewedReference {
-            current,
-            previewed,
-            repeat_time: repeat.map(|_| time_in_repeat(run, since_start)),
-        };
+        let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
         let command = controller.step(STEP, &measurement, &reference)?;
         self.commands.copy_from_slice(command.drives);
-        errors.evaluate(&current.q, arm.truth().q)?;
-        let row = TrackRow {
-            time,
-            repeat,
-            rested: (since_start - motion).max(0.0),
-            reference: current,
-            reference_point: errors.reference_point,
-            end_point: errors.end_point,
-            encoder_point: errors.encoder_point,
-            joint_error: &errors.joint_error,
-            pretension: &self.pretension,
-            length: &errors.length,
-            length_error: &errors.length_error,
-            command: &command,
-            reading,
-            truth: &arm.truth(),
-        };
-        summary.record(&row);
-        see(&row);
+        see(&evaluation.record(&moment, current, &command, arm)?);
         self.cycle += 1;
-        if arm.step(&self.commands, STEP).is_err() {
-            summary.plant_failed = Some(time);
+        let failed = arm.step(&self.commands, STEP).is_err();
+        if failed {
+            evaluation.plant_failed(time);
         }
-        Ok(summary.plant_failed.is_none())
+        Ok(!failed)
     }
 
     /// The errors of the control cycles so far.
     #[must_use]
     pub fn finish(self) -> TrackSummary {
-        self.summary
+        self.evaluation.finish()
     }
-}
-
-/// Time within the present repeat, s; its ends at rest before the first and after the last.
-fn time_in_repeat(run: &TrackRun<'_>, since_start: f64) -> f64 {
-    let duration = run.trajectory.duration();
-    if since_start >= duration * f64::from(run.repeats) { duration } else { since_start.max(0.0) % duration }
 }
 
 /// Tensions that balance gravity in a pose, N: `[muscles]`, between these limits, a fifth of the least

@@ -2,12 +2,14 @@
 
 pub mod arm;
 pub mod bench;
+mod evaluation;
 mod oracle;
 mod statistics;
 mod track_row;
 mod track_summary;
 mod tracking_errors;
 
+pub use evaluation::Evaluation;
 pub use oracle::oracle_models;
 pub use statistics::Statistics;
 pub use track_row::TrackRow;

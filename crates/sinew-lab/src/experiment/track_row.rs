@@ -35,5 +35,5 @@ pub struct TrackRow<'a> {
     /// Readings of the sensors.
     pub reading: &'a ArmReading,
     /// True state of the plant.
-    pub truth: &'a ArmTruth<'a>,
+    pub truth: ArmTruth<'a>,
 }

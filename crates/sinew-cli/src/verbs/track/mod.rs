@@ -4,7 +4,7 @@ mod fault;
 mod joints;
 mod motion;
 mod record;
-mod setup;
+pub(crate) mod setup;
 mod waypoints;
 
 use crate::arguments::{PathArgument, TrackArguments};
@@ -29,9 +29,9 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
     check_outputs(arguments)?;
     let progress = Progress::new();
     progress.show("planning and verifying the motion", 0.0);
-    let setup = Setup::new(arguments);
+    let setup = Setup::new(&arguments.motion);
     drop(progress);
-    let setup = setup.or_else(|error| refuse(arguments, error))?;
+    let setup = setup.or_else(|error| refuse(arguments.motion.seed, arguments.json, error))?;
     let progress = Progress::new();
     progress.show("calibrating the arm's cables", 0.0);
     let arm = setup.calibrate()?;
@@ -59,12 +59,11 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
 }
 
 /// A refused motion is a result for programs, too.
-fn refuse(arguments: &TrackArguments, error: Error) -> Result<Setup, Error> {
-    if arguments.json
-        && matches!(error, Error::Infeasible { .. } | Error::Overloaded { .. } | Error::Untracked { .. })
+pub(crate) fn refuse(seed: u64, json: bool, error: Error) -> Result<Setup, Error> {
+    if json && matches!(error, Error::Infeasible { .. } | Error::Overloaded { .. } | Error::Untracked { .. })
     {
         let refused = serde_json::json!({
-            "simulated": true, "seed": arguments.seed, "ended": "refused", "reason": error.to_string(),
+            "simulated": true, "seed": seed, "ended": "refused", "reason": error.to_string(),
         });
         print(&(serde_json::to_string_pretty(&refused)? + "\n"))?;
     }
@@ -74,8 +73,8 @@ fn refuse(arguments: &TrackArguments, error: Error) -> Result<Setup, Error> {
 fn check_outputs(arguments: &TrackArguments) -> Result<(), Error> {
     let outputs: Vec<PathBuf> =
         [&arguments.report, &arguments.record].into_iter().flatten().cloned().collect();
-    let waypoints = arguments.path.as_ref().and_then(PathArgument::file);
-    refuse_overwrite([&arguments.model].into_iter().chain(waypoints), &outputs)
+    let waypoints = arguments.motion.path.as_ref().and_then(PathArgument::file);
+    refuse_overwrite([&arguments.motion.model].into_iter().chain(waypoints), &outputs)
 }
 
 /// The contents of the report and the record.
@@ -122,8 +121,8 @@ fn conditions(arguments: &TrackArguments, setup: &Setup) -> String {
         text += &format!(", payload {} kg", setup.machine.payload);
     }
     text += &format!(", compensation {}, seed {}.", setup.variant, setup.seed);
-    if !arguments.fault.is_empty() {
-        let faults: Vec<&str> = arguments.fault.iter().map(|fault| fault.text.as_str()).collect();
+    if !arguments.motion.fault.is_empty() {
+        let faults: Vec<&str> = arguments.motion.fault.iter().map(|fault| fault.text.as_str()).collect();
         text += &format!(
             " Injected faults: {}; the run starts with {INITIAL_REST_S} s at rest.",
             faults.join(", ")
@@ -133,7 +132,7 @@ fn conditions(arguments: &TrackArguments, setup: &Setup) -> String {
 }
 
 /// Table, final rest and faults for the terminal.
-fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> String {
+pub(crate) fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> String {
     let mut text = tracking_table(tracking);
     for hold in tracking.values().filter_map(|numbers| numbers.hold) {
         let e = hold.end_point_error_m;

@@ -1,7 +1,7 @@
 //! A tracking run as valid: machine, feasible trajectory, payload and faults from the arguments.
 
 use super::{fault, motion};
-use crate::arguments::{PathArgument, TrackArguments};
+use crate::arguments::{MotionArguments, PathArgument};
 use crate::error::Error;
 use crate::verbs::arm::model::load_machine;
 use crate::verbs::read_text;
@@ -19,26 +19,26 @@ use std::path::Path;
 const REPEATS: u32 = 6;
 
 /// A run that can be simulated.
-pub(super) struct Setup {
+pub(crate) struct Setup {
     /// With its payload.
-    pub(super) machine: Machine,
+    pub(crate) machine: Machine,
     /// As given, or the machine's default.
-    pub(super) path: PathArgument,
-    pub(super) trajectory: Trajectory,
-    pub(super) repeats: u32,
+    pub(crate) path: PathArgument,
+    pub(crate) trajectory: Trajectory,
+    pub(crate) repeats: u32,
     learning: bool,
     /// Rest after the motion, s.
     hold_s: f64,
-    pub(super) variant: CompensationVariant,
+    pub(crate) variant: CompensationVariant,
     faults: Vec<InjectedFault>,
     /// Of a file, in place of those derived for the motion.
     gains: Option<ArmGains>,
-    pub(super) seed: u64,
+    pub(crate) seed: u64,
 }
 
 impl Setup {
     /// Loads the machine, plans the trajectory and refuses what the machine cannot track.
-    pub(super) fn new(arguments: &TrackArguments) -> Result<Self, Error> {
+    pub(crate) fn new(arguments: &MotionArguments) -> Result<Self, Error> {
         let machine = load_machine(&arguments.model, None)?.machine;
         let payload = arguments.payload.unwrap_or(machine.payload);
         let machine = Machine { payload, ..machine };
@@ -107,18 +107,18 @@ impl Setup {
     }
 
     /// Duration of the motion with all repeats, s.
-    pub(super) fn motion_s(&self) -> f64 {
+    pub(crate) fn motion_s(&self) -> f64 {
         self.trajectory.duration() * f64::from(self.repeats)
     }
 
     /// The arm with its deviations from the model, every cable calibrated.
-    pub(super) fn calibrate(&self) -> Result<CalibratedArm, LabError> {
+    pub(crate) fn calibrate(&self) -> Result<CalibratedArm, LabError> {
         CalibratedArm::new(&self.machine, self.seed)
     }
 
-    /// Simulates the run, with a row of its trace every `trace_interval` s.
-    pub(super) fn track(&self, arm: &CalibratedArm, trace_interval: f64) -> Result<TrackingResult, LabError> {
-        let task = TrackingTask {
+    /// The motion with its conditions, and a row of its trace every `trace_interval` s.
+    pub(crate) fn task(&self, trace_interval: f64) -> TrackingTask<'_> {
+        TrackingTask {
             trajectory: &self.trajectory,
             repeats: self.repeats,
             learning: self.learning,
@@ -126,8 +126,12 @@ impl Setup {
             faults: &self.faults,
             gains: self.gains.as_ref(),
             trace_interval,
-        };
-        track_arm(arm, self.variant, &task)
+        }
+    }
+
+    /// Simulates the run, with a row of its trace every `trace_interval` s.
+    pub(crate) fn track(&self, arm: &CalibratedArm, trace_interval: f64) -> Result<TrackingResult, LabError> {
+        track_arm(arm, self.variant, &self.task(trace_interval))
     }
 }
 

@@ -8,7 +8,7 @@ use super::joint_monitor::EncoderCheck;
 use super::joint_observer::JointObserver;
 use super::joint_stiffness::JointStiffness;
 use super::signals::{ArmCommand, ArmMeasurement, Dimensions, PreviewedReference, require_length};
-use super::status::ArmStatus;
+use super::status::{ArmStatus, Fault};
 use crate::Error;
 use crate::body::Robot;
 use crate::control::tension::{Distribution, Problem, Settings, Status};
@@ -168,6 +168,18 @@ impl ArmController {
     pub fn with_sheath_bends(mut self, bends: &[SheathBend]) -> Result<Self, Error> {
         self.cables.set_sheath_bends(bends)?;
         Ok(self)
+    }
+
+    /// Number of muscles and of independent joints.
+    #[must_use]
+    pub fn dimensions(&self) -> [usize; 2] {
+        [self.dimensions.muscles, self.dimensions.joints]
+    }
+
+    /// Stops the arm for a fault that was found outside of the controller: from the next control cycle on its winches are
+    /// braked to rest. A controller that has stopped keeps its first fault.
+    pub fn stop(&mut self, fault: Fault) {
+        self.faults.stop(fault);
     }
 
     /// Operating state of the arm.

@@ -268,7 +268,8 @@ impl FaultDetector {
         }
     }
 
-    fn stop(&mut self, fault: Fault) {
+    /// Stops the arm, unless it has stopped already.
+    pub(super) fn stop(&mut self, fault: Fault) {
         if !self.is_stopped() {
             self.status = ArmStatus::Stopped(fault);
         }

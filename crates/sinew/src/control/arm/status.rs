@@ -15,6 +15,8 @@ pub enum Fault {
     Cable(usize),
     /// The error of a joint is beyond its threshold.
     TrackingError(usize),
+    /// The bus: no reading came for longer than the drives' own watchdogs wait.
+    Bus,
 }
 
 /// Operating state of an arm under control.

@@ -1,0 +1,69 @@
+//! A run on a simulated bus: the plant's truth is known, so the errors are those of `sinew track`.
+
+use crate::error::Error;
+use crate::progress::Progress;
+use crate::verbs::track::setup::Setup;
+use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingNumbers};
+use sinew_lab::experiment::Evaluation;
+use sinew_lab::experiment::arm::STEP;
+use sinew_runtime::bus::{Bus, BusFault, SimulatedBus, TwinBus};
+use sinew_runtime::cycle::{Clock, Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
+use std::sync::atomic::AtomicBool;
+
+/// Result of a run.
+pub(super) struct Executed {
+    pub(super) numbers: TrackingNumbers,
+    pub(super) timing: Timing,
+    pub(super) real_time: RealTime,
+}
+
+/// Control cycle, ns.
+const PERIOD: u64 = 1_000_000;
+/// Cycles between two updates of the progress.
+const PROGRESS_CYCLES: u64 = 500;
+
+/// Runs the task of a setup on the simulated machine.
+pub(super) fn execute(
+    setup: &Setup,
+    arm: &CalibratedArm,
+    virtual_time: bool,
+    progress: &Progress,
+) -> Result<Executed, Error> {
+    let prepared = PreparedRun::new(arm, setup.variant, &setup.task(1.0))?;
+    let bus = TwinBus::new(prepared.run().plant()?, STEP);
+    if virtual_time {
+        return execute_on(bus, &prepared, arm, &mut VirtualClock::default(), RealTime::default(), progress);
+    }
+    let real_time = RealTime::request();
+    execute_on(bus, &prepared, arm, &mut MonotonicClock, real_time, progress)
+}
+
+fn execute_on<B: Bus + SimulatedBus>(
+    bus: B,
+    prepared: &PreparedRun<'_>,
+    arm: &CalibratedArm,
+    clock: &mut impl Clock,
+    real_time: RealTime,
+    progress: &Progress,
+) -> Result<Executed, Error> {
+    let conditions = prepared.run();
+    let schedule = conditions.schedule()?;
+    let mut evaluation = Evaluation::new(&conditions)?;
+    let mut cycle = Cycle::new(bus, prepared.controller.clone(), schedule, STEP);
+    let (mut timing, mut count) = (Timing::new(), 0_u64);
+    let stop = AtomicBool::new(false);
+    let see = |record: &CycleRecord<'_, B>| {
+        if record.exchange.fault == Some(BusFault::Plant) {
+            evaluation.plant_failed(record.moment.time);
+            stop.store(true, std::sync::atomic::Ordering::Relaxed);
+        }
+        evaluation.record(&record.moment, record.reference, &record.command, record.bus.arm())?;
+        if count.is_multiple_of(PROGRESS_CYCLES) {
+            progress.show("running", record.moment.time / schedule.duration());
+        }
+        count += 1;
+        Ok(())
+    };
+    run(&mut cycle, clock, PERIOD, &stop, &mut timing, see)?;
+    Ok(Executed { numbers: TrackingNumbers::new(&evaluation.finish(), &arm.machine), timing, real_time })
+}

@@ -1,0 +1,88 @@
+//! Errors of a run against the truth of its plant, cycle by cycle.
+
+use super::arm::TrackRun;
+use super::track_row::TrackRow;
+use super::track_summary::{TrackSummary, slack_below};
+use super::tracking_errors::TrackingErrors;
+use sinew::Error;
+use sinew::control::arm::ArmCommand;
+use sinew::trajectory::{Moment, Reference};
+use sinew::twin::arm::ArmTwin;
+
+/// Evaluates a run on a simulated plant, whatever stands between plant and controller.
+#[derive(Debug, Clone)]
+pub struct Evaluation<'a> {
+    errors: TrackingErrors<'a>,
+    summary: TrackSummary,
+    /// N: `[muscles]`.
+    pretension: Vec<f64>,
+}
+
+impl<'a> Evaluation<'a> {
+    /// Before the first control cycle.
+    ///
+    /// # Errors
+    /// As [`MuscleDynamics::new`](sinew::muscle::MuscleDynamics::new).
+    pub fn new(run: &TrackRun<'a>) -> Result<Self, Error> {
+        let pretension: Vec<f64> =
+            run.specimen.cables.iter().map(|cable| cable.parameters.pretension).collect();
+        let least = run.tension_limits.iter().map(|[least, _]| *least);
+        let slack_below = least.zip(&pretension).map(|(least, pretension)| slack_below(least, *pretension));
+        Ok(Self {
+            errors: TrackingErrors::new(run.specimen, run.robot, run.site)?,
+            summary: TrackSummary::new(slack_below.collect(), run.trajectory.joints()),
+            pretension,
+        })
+    }
+
+    /// Records one control cycle: the reference, the command and the plant's state before the command takes effect.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for a pose of another robot.
+    pub fn record<'row>(
+        &'row mut self,
+        moment: &Moment,
+        reference: &'row Reference,
+        command: &'row ArmCommand<'row>,
+        arm: &'row ArmTwin,
+    ) -> Result<TrackRow<'row>, Error> {
+        let Self { errors, summary, pretension } = self;
+        let truth = arm.truth();
+        errors.evaluate(&reference.q, truth.q)?;
+        let row = TrackRow {
+            time: moment.time,
+            repeat: moment.repeat,
+            rested: moment.rested,
+            reference,
+            reference_point: errors.reference_point,
+            end_point: errors.end_point,
+            encoder_point: errors.encoder_point,
+            joint_error: &errors.joint_error,
+            pretension,
+            length: &errors.length,
+            length_error: &errors.length_error,
+            command,
+            reading: arm.reading(),
+            truth,
+        };
+        summary.record(&row);
+        Ok(row)
+    }
+
+    /// Records that the integration of the plant failed at a time, s.
+    pub fn plant_failed(&mut self, time: f64) {
+        self.summary.plant_failed = Some(time);
+    }
+
+    /// The errors so far.
+    #[must_use]
+    pub fn summary(&self) -> &TrackSummary {
+        &self.summary
+    }
+
+    /// The errors of the run.
+    #[must_use]
+    pub fn finish(self) -> TrackSummary {
+        self.summary
+    }
+}

@@ -1,0 +1,85 @@
+use sinew::control::arm::ArmMeasurement;
+use sinew::drive::DriveCommand;
+
+/// Drives and sensors of a machine, exchanged once a cycle.
+pub trait Bus {
+    /// Writes the commands, which take effect until the next exchange, and reads the sensors. Before the first command
+    /// the drives stand.
+    ///
+    /// # Shapes
+    /// `commands: [muscles]`.
+    fn exchange(&mut self, commands: &[DriveCommand], feedback: &mut Feedback) -> Exchange;
+}
+
+/// Readings of all sensors; a number that is missing in this cycle is NaN.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Feedback {
+    /// Position of every cable by its motor's encoder, m, + toward the motor: `[muscles]`.
+    pub motor: Vec<f64>,
+    /// Tension at every drive's outlet by its load cell, N: `[muscles]`.
+    pub tension: Vec<f64>,
+    /// Coordinate of every independent joint by its encoder, rad or m: `[joints]`.
+    pub joint: Vec<f64>,
+}
+
+impl Feedback {
+    /// Nothing has been read.
+    #[must_use]
+    pub fn new(muscles: usize, joints: usize) -> Self {
+        Self {
+            motor: vec![f64::NAN; muscles],
+            tension: vec![f64::NAN; muscles],
+            joint: vec![f64::NAN; joints],
+        }
+    }
+
+    /// Marks every reading as missing.
+    pub fn clear(&mut self) {
+        for readings in [&mut self.motor, &mut self.tension, &mut self.joint] {
+            readings.fill(f64::NAN);
+        }
+    }
+
+    /// As the controller takes it.
+    #[must_use]
+    pub fn measurement(&self) -> ArmMeasurement<'_> {
+        ArmMeasurement { motor: &self.motor, tension: &self.tension, joint: &self.joint }
+    }
+}
+
+/// How an exchange went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Exchange {
+    /// What is wrong with the bus in this cycle; none where every device took part.
+    pub fault: Option<BusFault>,
+}
+
+/// What is wrong with a bus in one cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BusFault {
+    /// No answer came back in time: all readings are missing.
+    Lost,
+    /// Fewer devices than expected took part in the exchange.
+    WorkingCounter {
+        /// Of all devices.
+        expected: u16,
+        /// Of this cycle.
+        got: u16,
+    },
+    /// A device is not operational: its readings are missing, and its drive stands.
+    NotOperational {
+        /// Its place on the wire, from 0.
+        device: usize,
+        /// Its EtherCAT state, as in the register AL status.
+        state: u8,
+    },
+    /// The drive of a muscle reports a fault.
+    Drive {
+        /// Its muscle.
+        muscle: usize,
+        /// Its error code, as in object 0x603F.
+        code: u16,
+    },
+    /// The simulated machine moved faster than the laws of its cables allow.
+    Plant,
+}

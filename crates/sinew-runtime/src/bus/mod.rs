@@ -1,0 +1,7 @@
+//! What a control cycle exchanges with drives and sensors.
+
+mod exchange;
+mod twin;
+
+pub use exchange::{Bus, BusFault, Exchange, Feedback};
+pub use twin::{SimulatedBus, TwinBus};

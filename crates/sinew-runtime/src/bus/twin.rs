@@ -1,0 +1,62 @@
+use super::exchange::{Bus, BusFault, Exchange, Feedback};
+use sinew::drive::DriveCommand;
+use sinew::twin::arm::ArmTwin;
+
+/// A simulated machine as a bus without wires: every exchange advances it by one cycle.
+///
+/// # Example
+/// ```
+/// use sinew::drive::DriveCommand;
+/// use sinew::machine::Machine;
+/// use sinew::body::Robot;
+/// use sinew::twin::arm::{ArmSpecimen, ArmTwin};
+/// use sinew_runtime::bus::{Bus, Feedback, TwinBus};
+/// let text = include_str!("../../../../models/lm_arm.toml");
+/// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
+/// let machine = Machine::of(&Robot::new(parts)?)?;
+/// let arm = ArmTwin::new(&ArmSpecimen::nominal(&machine)?, &machine.start, &[40.0; 15], 1)?;
+/// let (mut bus, mut feedback) = (TwinBus::new(arm, 1e-3), Feedback::new(15, 7));
+/// for _ in 0..100 {
+///     assert!(bus.exchange(&[DriveCommand::Velocity(0.0); 15], &mut feedback).fault.is_none());
+/// }
+/// assert!(feedback.tension.iter().all(|tension| *tension > 10.0));
+/// # Ok::<(), sinew::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct TwinBus {
+    arm: ArmTwin,
+    period: f64,
+    started: bool,
+}
+
+impl TwinBus {
+    /// A bus whose machine advances by a period, s, with every exchange but the first, which reads its initial state.
+    #[must_use]
+    pub fn new(arm: ArmTwin, period: f64) -> Self {
+        Self { arm, period, started: false }
+    }
+}
+
+/// A bus whose machine is simulated, so that its true state is known.
+pub trait SimulatedBus {
+    /// The machine.
+    fn arm(&self) -> &ArmTwin;
+}
+
+impl SimulatedBus for TwinBus {
+    fn arm(&self) -> &ArmTwin {
+        &self.arm
+    }
+}
+
+impl Bus for TwinBus {
+    fn exchange(&mut self, commands: &[DriveCommand], feedback: &mut Feedback) -> Exchange {
+        let advanced = !self.started || self.arm.step(commands, self.period).is_ok();
+        self.started = true;
+        let reading = self.arm.reading();
+        feedback.motor.copy_from_slice(&reading.motor);
+        feedback.tension.copy_from_slice(&reading.tension);
+        feedback.joint.copy_from_slice(&reading.joint);
+        Exchange { fault: (!advanced).then_some(BusFault::Plant) }
+    }
+}

@@ -1,0 +1,106 @@
+use crate::Error;
+use crate::bus::{Bus, BusFault, Exchange, Feedback};
+use sinew::control::arm::{ArmCommand, ArmController, Fault, PreviewedReference};
+use sinew::control::stretch::PREVIEW_HORIZON;
+use sinew::drive::DriveCommand;
+use sinew::trajectory::{Moment, Reference, Schedule};
+
+/// A machine under control: its bus, its controller and its reference.
+#[derive(Debug)]
+pub struct Cycle<'a, B> {
+    bus: B,
+    controller: ArmController,
+    schedule: Schedule<'a>,
+    period: f64,
+    commands: Vec<DriveCommand>,
+    feedback: Feedback,
+    current: Reference,
+    previewed: Reference,
+    count: u64,
+    lost: u32,
+}
+
+/// One control cycle: what was read, what was wanted, what is commanded.
+#[derive(Debug)]
+pub struct CycleRecord<'a, B> {
+    /// The bus, after the exchange.
+    pub bus: &'a B,
+    /// When, and where in the motion.
+    pub moment: Moment,
+    /// How the exchange went.
+    pub exchange: Exchange,
+    /// Readings of the sensors.
+    pub feedback: &'a Feedback,
+    /// Reference of the joints.
+    pub reference: &'a Reference,
+    /// Output of the controller; its commands are written by the next exchange.
+    pub command: ArmCommand<'a>,
+}
+
+/// Exchanges lost in a row after which the machine is stopped, as if every drive had failed: theirs have a watchdog.
+const MAX_LOST: u32 = 20;
+
+impl<'a, B: Bus> Cycle<'a, B> {
+    /// Before the first cycle; `period` is in s.
+    #[must_use]
+    pub fn new(bus: B, controller: ArmController, schedule: Schedule<'a>, period: f64) -> Self {
+        let [muscles, joints] = controller.dimensions();
+        Self {
+            bus,
+            controller,
+            schedule,
+            period,
+            commands: vec![DriveCommand::Velocity(0.0); muscles],
+            feedback: Feedback::new(muscles, joints),
+            current: Reference::new(joints),
+            previewed: Reference::new(joints),
+            count: 0,
+            lost: 0,
+        }
+    }
+
+    /// The bus.
+    #[must_use]
+    pub fn bus(&self) -> &B {
+        &self.bus
+    }
+
+    /// The bus, its cycles done.
+    #[must_use]
+    pub fn into_bus(self) -> B {
+        self.bus
+    }
+
+    /// Whether the schedule is at its end.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.count >= (self.schedule.duration() / self.period).round() as u64
+    }
+
+    /// The first half of a cycle: the commands of the last one are written, the sensors are read.
+    pub fn exchange(&mut self) -> Exchange {
+        let exchange = self.bus.exchange(&self.commands, &mut self.feedback);
+        self.lost = if exchange.fault == Some(BusFault::Lost) { self.lost + 1 } else { 0 };
+        exchange
+    }
+
+    /// The second half: observers, fault detection, computed muscle force, winch commands. Nothing is allocated.
+    ///
+    /// # Errors
+    /// As [`ArmController::step`] and [`Schedule::sample`].
+    pub fn control(&mut self, exchange: Exchange) -> Result<CycleRecord<'_, B>, Error> {
+        let time = self.count as f64 * self.period;
+        let Self { bus, controller, current, previewed, feedback, .. } = self;
+        let moment = self.schedule.sample(time, PREVIEW_HORIZON, current, previewed)?;
+        match exchange.fault {
+            Some(BusFault::Drive { muscle, .. }) => controller.stop(Fault::Drive(muscle)),
+            Some(BusFault::Lost) if self.lost > MAX_LOST => controller.stop(Fault::Bus),
+            _ => {}
+        }
+        let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
+        let command = controller.step(self.period, &feedback.measurement(), &reference)?;
+        self.commands.copy_from_slice(command.drives);
+        self.count += 1;
+        Ok(CycleRecord { bus, moment, exchange, feedback, reference: current, command })
+    }
+}

@@ -1,0 +1,42 @@
+use super::clock::Clock;
+use super::one::{Cycle, CycleRecord};
+use super::timing::Timing;
+use crate::Error;
+use crate::bus::Bus;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Runs cycles at absolute deadlines, a period of nanoseconds apart, until the schedule ends or `stop` is set, and calls `see` after
+/// every one.
+///
+/// A cycle that ends after the next deadline is late: the following one begins at once, and deadlines that have passed
+/// are skipped, not made up for.
+///
+/// # Errors
+/// As [`Clock::wait_until`] and [`Cycle::control`].
+pub fn run<B: Bus>(
+    cycle: &mut Cycle<'_, B>,
+    clock: &mut impl Clock,
+    period: u64,
+    stop: &AtomicBool,
+    timing: &mut Timing,
+    mut see: impl FnMut(&CycleRecord<'_, B>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let mut deadline = clock.now() + period;
+    while !cycle.is_finished() && !stop.load(Ordering::Relaxed) {
+        clock.wait_until(deadline)?;
+        let woken = clock.now();
+        let exchange = cycle.exchange();
+        let exchanged = clock.now();
+        let record = cycle.control(exchange)?;
+        timing.record(deadline, woken, exchanged, clock.now());
+        see(&record)?;
+        deadline += period;
+        let now = clock.now();
+        if now > deadline + period {
+            let skipped = (now - deadline) / period;
+            timing.skip(skipped);
+            deadline += skipped * period;
+        }
+    }
+    Ok(())
+}
