@@ -1,42 +1,15 @@
 //! An arm along a trajectory: the twin as the plant, under a controller.
 
 use super::evaluation::Evaluation;
+pub use super::run::{TrackRun, resting_tensions};
 use super::track_row::TrackRow;
 use super::track_summary::TrackSummary;
 use sinew::Error;
-use sinew::body::Robot;
 use sinew::control::arm::{ArmController, ArmMeasurement, PreviewedReference};
 use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::control::tension::{Distribution, Problem};
 use sinew::drive::DriveCommand;
-use sinew::muscle::MuscleDynamics;
-use sinew::trajectory::{Reference, Schedule, Trajectory};
-use sinew::twin::arm::{ArmSpecimen, ArmTwin, InjectedFault};
-
-/// One run of an arm.
-#[derive(Debug, Clone)]
-pub struct TrackRun<'a> {
-    /// The arm as built: the plant.
-    pub specimen: &'a ArmSpecimen,
-    /// The arm as designed: the body model of the controller.
-    pub robot: &'a Robot,
-    /// Index of the site whose position error is measured; none where only the joints are the task.
-    pub site: Option<usize>,
-    /// Tensions at the start are between these limits, N: `[muscles]`.
-    pub tension_limits: &'a [[f64; 2]],
-    /// Reference of the joints, from rest to rest.
-    pub trajectory: &'a Trajectory,
-    /// Number of repeats, one after the other.
-    pub repeats: u32,
-    /// Rest before the first repeat, s; not part of the errors.
-    pub before: f64,
-    /// Rest after the last repeat, s.
-    pub after: f64,
-    /// Failures of the plant; times are those of the rows.
-    pub faults: &'a [InjectedFault],
-    /// Seed of the sensors' noise.
-    pub seed: u64,
-}
+use sinew::trajectory::{Reference, Schedule};
+use sinew::twin::arm::{ArmTwin, InjectedFault};
 
 /// Control cycle, s.
 pub const STEP: f64 = 1e-3;
@@ -69,27 +42,6 @@ pub struct TrackSession<'a> {
     current: Reference,
     previewed: Reference,
     cycle: u64,
-}
-
-impl<'a> TrackRun<'a> {
-    /// When the reference rests and moves.
-    ///
-    /// # Errors
-    /// As [`Schedule::new`].
-    pub fn schedule(&self) -> Result<Schedule<'a>, Error> {
-        Schedule::new(self.trajectory, self.repeats, self.before, self.after)
-    }
-
-    /// The plant at the start of the run.
-    ///
-    /// # Errors
-    /// As [`ArmTwin::new`], [`ArmTwin::with_faults`] and [`Trajectory::sample`] for parts of different robots.
-    pub fn plant(&self) -> Result<ArmTwin, Error> {
-        let mut start = Reference::new(self.trajectory.joints());
-        self.trajectory.sample(0.0, &mut start)?;
-        let tensions = resting_tensions(&self.specimen.robot, &start.q, self.tension_limits)?;
-        ArmTwin::new(self.specimen, &start.q, &tensions, self.seed)?.with_faults(self.faults)
-    }
 }
 
 impl<'a> TrackSession<'a> {
@@ -131,7 +83,7 @@ impl<'a> TrackSession<'a> {
     /// One control cycle; `false` after the last one, and where the integration of the plant failed.
     ///
     /// # Errors
-    /// As [`ArmController::step`] and [`Trajectory::sample`].
+    /// As [`ArmController::step`] and [`Schedule::sample`].
     pub fn step(&mut self, mut see: impl FnMut(&TrackRow<'_>)) -> Result<bool, Error> {
         let time = self.time();
         let Self { schedule, arm, controller, evaluation, current, previewed, .. } = self;
@@ -161,31 +113,3 @@ impl<'a> TrackSession<'a> {
         self.evaluation.finish()
     }
 }
-
-/// Tensions that balance gravity in a pose, N: `[muscles]`, between these limits, a fifth of the least
-/// ones above them.
-///
-/// # Errors
-/// [`sinew::Error::WrongLength`] where the pose is another robot's.
-pub fn resting_tensions(robot: &Robot, q: &[f64], limits: &[[f64; 2]]) -> Result<Vec<f64>, Error> {
-    let mut model = MuscleDynamics::new(robot)?;
-    let (n, joints) = (model.muscles(), model.joints());
-    let (zero, mut torque) = (vec![0.0; joints], vec![0.0; joints]);
-    model.evaluate(q)?;
-    model.inverse_dynamics(&zero, &zero, &mut torque)?;
-    let (minimum, maximum): (Vec<f64>, Vec<f64>) =
-        limits.iter().map(|[least, most]| ((1.0 + RESTING_SHARE) * least, *most)).unzip();
-    let maximum: Vec<f64> = maximum.iter().zip(&minimum).map(|(most, least)| most.max(*least)).collect();
-    let problem = Problem {
-        moment_arms: model.moment_arms(),
-        torque: &torque,
-        minimum: &minimum,
-        maximum: &maximum,
-        reference: &vec![0.0; n],
-        weight: &vec![1.0; n],
-    };
-    Ok(Distribution::new(n, joints).solve(&problem)?.tension.to_vec())
-}
-
-/// Share by which the tensions of a machine at rest before a run exceed the least desired ones.
-const RESTING_SHARE: f64 = 0.2;

@@ -1,6 +1,6 @@
 //! Errors of a run against the truth of its plant, cycle by cycle.
 
-use super::arm::TrackRun;
+use super::run::TrackRun;
 use super::track_row::TrackRow;
 use super::track_summary::{TrackSummary, slack_below};
 use super::tracking_errors::TrackingErrors;

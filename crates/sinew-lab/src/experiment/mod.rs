@@ -4,6 +4,7 @@ pub mod arm;
 pub mod bench;
 mod evaluation;
 mod oracle;
+mod run;
 mod statistics;
 mod track_row;
 mod track_summary;

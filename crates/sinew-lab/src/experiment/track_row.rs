@@ -5,7 +5,7 @@ use sinew::twin::arm::{ArmReading, ArmTruth};
 /// One control cycle of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct TrackRow<'a> {
-    /// Time since the run began, s: the motion starts at [`TrackRun::before`](super::arm::TrackRun::before).
+    /// Time since the run began, s: the motion starts at [`TrackRun::before`](super::run::TrackRun::before).
     pub time: f64,
     /// Index of the repeat; none at rest before and after.
     pub repeat: Option<u32>,
