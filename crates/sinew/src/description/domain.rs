@@ -41,3 +41,15 @@ pub(in crate::description) const HOTTER_THAN_ROOM: Domain =
     Domain { expected: "a finite number > 25", holds: |x| x > 25.0 };
 pub(in crate::description) const DELAY: Domain =
     Domain { expected: "a number in [0, 10]", holds: |x| (0.0..=10.0).contains(&x) };
+pub(in crate::description) const NOT_ZERO: Domain =
+    Domain { expected: "a finite number other than 0", holds: |x| x != 0.0 };
+pub(in crate::description) const UNSIGNED_32: Domain =
+    Domain { expected: "a whole number in 0..=0xffffffff", holds: |x| is_whole(x, 4_294_967_295.0) };
+pub(in crate::description) const UNSIGNED_16: Domain =
+    Domain { expected: "a whole number in 0..=0xffff", holds: |x| is_whole(x, 65_535.0) };
+pub(in crate::description) const STATION_ALIAS: Domain =
+    Domain { expected: "a whole number in 1..=0xffff", holds: |x| x > 0.0 && is_whole(x, 65_535.0) };
+
+fn is_whole(x: f64, largest: f64) -> bool {
+    (0.0..=largest).contains(&x) && libm::trunc(x).to_bits() == x.abs().to_bits()
+}

@@ -1,3 +1,4 @@
+use super::device::{self, Device};
 use super::muscle::MuscleDesign;
 use super::rules::ControlRules;
 use super::task::{NamedPath, Task};
@@ -46,6 +47,8 @@ pub struct Machine {
     pub tolerances: Tolerances,
     /// Constants of the rules for its gains.
     pub rules: ControlRules,
+    /// Devices on its fieldbus, in the order on the wire.
+    pub devices: Vec<Device>,
 }
 
 impl Machine {
@@ -75,7 +78,8 @@ impl Machine {
                 _ => JointEncoder::fourteen_bits(),
             })
         };
-        let machine = Self {
+        let mut machine = Self {
+            devices: Vec::new(),
             muscles: parts.tendons.iter().map(|tendon| MuscleDesign::in_sheath(sheath(tendon))).collect(),
             encoders: joints.into_iter().map(encoder).collect(),
             task: robot
@@ -89,6 +93,7 @@ impl Machine {
             rules: ControlRules::default(),
             robot: robot.clone(),
         };
+        machine.devices = Device::defaults(robot, &machine.muscles, &machine.encoders);
         machine.validate()?;
         Ok(machine)
     }
@@ -182,7 +187,8 @@ impl Machine {
         self.paths.iter().try_for_each(|named| named.path.validate())?;
         non_negative("payload", self.payload)?;
         self.tolerances.validate()?;
-        self.rules.validate()
+        self.rules.validate()?;
+        device::validate(&self.devices, muscles, joints)
     }
 }
 

@@ -16,6 +16,7 @@ mod change;
 mod characteristics;
 mod clearance;
 mod design;
+mod device;
 mod muscle;
 mod rules;
 mod stability;
@@ -26,6 +27,10 @@ pub use change::DesignChange;
 pub use characteristics::{Characteristics, JointCharacteristics, MuscleCharacteristics};
 pub use clearance::Clearance;
 pub use design::Machine;
+pub use device::{
+    Device, DeviceIdentity, DeviceRole, DriveDevice, DriveMode, ObjectAddress, RevisionRule, SensorChannel,
+    Signal,
+};
 pub use muscle::MuscleDesign;
 pub use rules::ControlRules;
 pub use stability::{HeldStability, NegativeStiffness};

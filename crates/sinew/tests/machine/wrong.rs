@@ -120,6 +120,7 @@ fn the_file_of_every_key_is_a_machine() {
     assert!(read.warnings.is_empty(), "{:?}", read.warnings);
     let machine = read.machine;
     assert_eq!((machine.muscles.len(), machine.start.as_slice()), (3, &[0.2, 0.4, 0.01][..]));
+    assert_eq!(machine.devices.len(), 5);
     assert!(machine.encoders[1].is_none() && machine.muscles[0].cable.weakening.is_some());
 }
 
@@ -148,7 +149,7 @@ fn numbers_that_are_not_finite_are_refused() {
 }
 
 /// Keys whose numbers may have any sign and size.
-const ANY: [&str; 12] = [
+const ANY: [&str; 16] = [
     "gravity_m_per_s2",
     "center_of_mass_m",
     "position_m",
@@ -162,6 +163,10 @@ const ANY: [&str; 12] = [
     "range_rad",
     "range_m",
     "offset_n",
+    "counts_per_turn",
+    "offset_rad",
+    "scale",
+    "offset",
 ];
 
 #[test]
@@ -247,6 +252,20 @@ fn what_is_missing_twice_or_contradictory_is_refused() {
         &["rise"],
     );
     wrong("space = \"endpoint\"", "space = \"joints\"", "endpoint = \"endpoint\"", &["expected none"]);
+    wrong(
+        "muscle = \"pusher\"\n",
+        "muscle = \"extensor\"\n",
+        "muscle = \"extensor\"",
+        &["extensor", "`drive of the extensor` is its drive"],
+    );
+    wrong(
+        "joint = \"shoulder\"\nvalue",
+        "joint = \"shoulder\"\nmuscle = \"flexor\"\nvalue",
+        "joint = \"shoulder\"",
+        &["expected one of both"],
+    );
+    wrong("counts_per_turn = -131072", "counts_per_turn = 0", "counts_per_turn = 0", &["other than 0"]);
+    wrong("muscle = \"flexor\"\nmode", "mode", "mode = \"torque\"", &["no drive", "`muscle`"]);
     wrong("name = \"by_numbers\"", "name = \"by_name\"", "name = \"by_name\"", &["its own"]);
     wrong("name = \"loop\"", "name = \"tour\"", "name = \"tour\"", &["tour"]);
     wrong(

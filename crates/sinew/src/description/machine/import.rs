@@ -2,7 +2,7 @@
 
 use super::files::{Files, ReadFile};
 use super::listing::{Listing, Setting};
-use super::{drives, joints, task, transmissions};
+use super::{devices, drives, joints, task, transmissions};
 use crate::Error;
 use crate::body::{Parts, Robot};
 use crate::description::Description;
@@ -219,6 +219,7 @@ fn machine(
     let drives = drives::read(root, list)?;
     machine.muscles = transmissions::read(root, &machine, &drives, files, list)?;
     machine.encoders = joints::encoders(root, &robot, list)?;
+    machine.devices = devices::read(root, &machine, list)?;
     machine.tolerances = task::tolerances(root, list)?;
     machine.rules = task::rules(root, list)?;
     machine.validate().map_err(|error| refused(root, &robot, &origins, error))?;

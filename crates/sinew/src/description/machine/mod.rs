@@ -17,12 +17,14 @@
 //! | `[every_joint_encoder]`, `[[joint_encoder]]` | `joint`; `counts_per_turn`, `resolution_rad` or `resolution_m`, or `none = true` | 14 bits, 10 um |
 //! | `[[travel]]` | `joint`, `range_rad` or `range_m`: narrower than that of the body | range of the body |
 //! | `[payload]` | `mass_kg` at the end point, else at the site `endpoint` | 0 |
+//! | `[[device]]` | `name`, `vendor`, `product`, `revision`, `revision_rule`, `alias`; of a drive `muscle`, `mode`, `counts_per_turn`, `offset_rad`, `rated_torque_nm`; of sensors `[[device.channel]]` with `name`, `muscle` or `joint`, `value`, `status`, `scale`, `offset`: in the order on the wire | [`Device::defaults`](crate::machine::Device::defaults) |
 //! | `[tolerances]` | [`Tolerances`](crate::machine::Tolerances) | |
 //! | `[control]` | [`ControlRules`](crate::machine::ControlRules) | |
 //!
 //! A muscle's own table precedes its body's description, which precedes `[every_transmission]`. Numbers of a
 //! motor, a reducer or a winch are complete, or change those of the part that is named `like`.
 
+mod devices;
 mod drives;
 mod fields;
 mod files;
