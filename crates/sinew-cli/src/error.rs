@@ -24,6 +24,12 @@ pub(crate) enum Error {
     /// A run on a bus.
     #[error(transparent)]
     Runtime(#[from] sinew_runtime::Error),
+    /// A machine on EtherCAT that does not start.
+    #[error(transparent)]
+    Ethercat(#[from] sinew_runtime::ethercat::EthercatError),
+    /// A simulated device that contradicts itself.
+    #[error(transparent)]
+    Device(#[from] sinew_segment::DescriptionError),
     /// A model file that cannot be used.
     #[error("{}: {source}", file.display())]
     Model {

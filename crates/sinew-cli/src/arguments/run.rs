@@ -32,4 +32,6 @@ pub(crate) struct RunArguments {
 pub(crate) enum BusArgument {
     /// The simulated machine, without wires
     Twin,
+    /// The same behind an EtherCAT master and simulated EtherCAT devices
+    Segment,
 }

@@ -68,10 +68,12 @@ pub enum BusFault {
     },
     /// A device is not operational: its readings are missing, and its drive stands.
     NotOperational {
-        /// Its place on the wire, from 0.
+        /// Index in the machine's list of devices.
         device: usize,
         /// Its EtherCAT state, as in the register AL status.
         state: u8,
+        /// The muscle that it drives.
+        muscle: Option<usize>,
     },
     /// The drive of a muscle reports a fault.
     Drive {
@@ -80,6 +82,4 @@ pub enum BusFault {
         /// Its error code, as in object 0x603F.
         code: u16,
     },
-    /// The simulated machine moved faster than the laws of its cables allow.
-    Plant,
 }

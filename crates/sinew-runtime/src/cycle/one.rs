@@ -93,7 +93,9 @@ impl<'a, B: Bus> Cycle<'a, B> {
         let Self { bus, controller, current, previewed, feedback, .. } = self;
         let moment = self.schedule.sample(time, PREVIEW_HORIZON, current, previewed)?;
         match exchange.fault {
-            Some(BusFault::Drive { muscle, .. }) => controller.stop(Fault::Drive(muscle)),
+            Some(BusFault::Drive { muscle, .. } | BusFault::NotOperational { muscle: Some(muscle), .. }) => {
+                controller.stop(Fault::Drive(muscle));
+            }
             Some(BusFault::Lost) if self.lost > MAX_LOST => controller.stop(Fault::Bus),
             _ => {}
         }

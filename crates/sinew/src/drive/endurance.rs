@@ -1,6 +1,6 @@
 //! How long a motor and its drive give a torque or a tension.
 
-use super::machine::DriveParameters;
+use super::parameters::DriveParameters;
 use super::motor::{Motor, ROOM};
 
 /// Temperatures of a motor, degrees Celsius, for plans of seconds to hours.

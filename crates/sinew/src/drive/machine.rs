@@ -1,148 +1,25 @@
 //! The whole drive: sensors, loops, motor, reducer, winch, one step of a millisecond.
 
 use super::current_loop::CurrentLoop;
-use super::motor::{Motor, MotorState, Winding};
+use super::motor::{MotorState, Winding};
+use super::parameters::DriveParameters;
 use super::quadrant::Quadrant;
-use super::reducer::{Reducer, Shaft, Turn};
-use super::sensors::{Delay, Encoder, LoadCell};
+use super::reducer::{Shaft, Turn};
+use super::sensors::Delay;
+use super::speed_control::{MeasuredShaft, SpeedControl};
 use super::tension_loop::TensionLoop;
-use super::velocity_loop::{VelocityLimits, VelocityLoop};
-use super::winch::{Drum, Winch};
+use super::winch::Drum;
 use crate::Error;
-use crate::error::{positive, within};
 use crate::random::Random;
 use crate::transmission::saturate;
-
-/// Parameters of a drive.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DriveParameters {
-    /// The motor.
-    pub motor: Motor,
-    /// The reducer.
-    pub reducer: Reducer,
-    /// The winch.
-    pub winch: Winch,
-    /// Encoder on the motor's shaft.
-    pub encoder: Encoder,
-    /// Load cell at the outlet.
-    pub load_cell: LoadCell,
-    /// Delay of every reading, steps, >= 0.
-    pub delay_steps: f64,
-    /// Limit of the velocity reference at the cable, m/s^2, > 0.
-    pub acceleration: f64,
-    /// Tension above which the drive does not wind in, N, > 0.
-    pub most_tension: f64,
-    /// Tension below which the drive does not pay out, N, >= 0.
-    pub least_tension: f64,
-}
-
-impl DriveParameters {
-    /// The paper's drive: 35 mm motor of 120 W, 53 : 1, 15 mm winch; other values are assumed, as documented
-    /// with each part.
-    #[must_use]
-    pub fn mc_am() -> Self {
-        Self {
-            motor: Motor::class_35_mm(),
-            reducer: Reducer::ratio_53(),
-            winch: Winch::fifteen_millimetres(),
-            encoder: Encoder { counts: 2048.0, zero: 0.0 },
-            load_cell: LoadCell::one_kilonewton(),
-            delay_steps: 1.0,
-            acceleration: 5.0,
-            most_tension: 600.0,
-            least_tension: 1.0,
-        }
-    }
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`Error::OutOfDomain`] names the number outside its domain.
-    pub fn validate(&self) -> Result<(), Error> {
-        self.motor.validate()?;
-        self.reducer.validate()?;
-        self.winch.validate()?;
-        self.encoder.validate()?;
-        self.load_cell.validate()?;
-        positive("acceleration", self.acceleration)?;
-        positive("most_tension", self.most_tension)?;
-        let least = self.least_tension;
-        let below = least >= 0.0 && least < self.most_tension;
-        within("least_tension", "a number in [0, most_tension)", least, below)?;
-        Ok(())
-    }
-
-    /// Rotor inertia reflected to the cable, kg.
-    #[must_use]
-    pub fn mass_at_cable(&self) -> f64 {
-        let turns = self.reducer.ratio / self.winch.arm(0);
-        self.motor.inertia * turns * turns
-    }
-
-    /// Current that takes up cable at a tension, N, and speed, m/s, >= 0, against the losses of the reducer, A.
-    #[must_use]
-    pub fn pulling_current(&self, tension: f64, speed: f64) -> f64 {
-        let Self { motor, reducer, winch, .. } = self;
-        let turns = reducer.ratio / winch.arm(0);
-        let torque =
-            tension / (turns * reducer.efficiency) + reducer.friction + reducer.viscous * turns * speed;
-        torque / motor.torque_constant
-    }
-
-    /// Current that pays out cable at a tension, N, and speed, m/s, >= 0, with the losses of the reducer on its
-    /// side, A; negative where the motor has to push.
-    #[must_use]
-    pub fn yielding_current(&self, tension: f64, speed: f64) -> f64 {
-        let Self { motor, reducer, winch, .. } = self;
-        let turns = reducer.ratio / winch.arm(0);
-        let torque =
-            tension * reducer.efficiency / turns - reducer.friction - reducer.viscous * turns * speed;
-        torque / motor.torque_constant
-    }
-
-    /// Tension that the drive may be asked for, N: 19 in 20 of the one above which it does not wind in, and what it
-    /// takes up with its peak current, or with the current at which a hot winding leaves half of the no-load speed.
-    /// Heat is not considered.
-    #[must_use]
-    pub fn working_tension(&self) -> f64 {
-        let motor = &self.motor;
-        let current = motor.peak_current.min(0.5 * motor.voltage / motor.resistance_at(motor.hottest));
-        self.allowed_tension().min(self.tension_of(current))
-    }
-
-    /// Tension that the drive may be asked for whatever its motor gives, N.
-    #[must_use]
-    pub fn allowed_tension(&self) -> f64 {
-        0.95 * self.most_tension
-    }
-
-    /// Tension at which a current takes up cable slowly, N: the inverse of
-    /// [`pulling_current`](Self::pulling_current) at standstill, 0 where friction takes all of it.
-    #[must_use]
-    pub fn tension_of(&self, current: f64) -> f64 {
-        let Self { motor, reducer, winch, .. } = self;
-        let turns = reducer.ratio / winch.arm(0);
-        let torque = motor.torque_constant * current - reducer.friction;
-        (torque * reducer.efficiency * turns).max(0.0)
-    }
-
-    /// Speed at which the drive takes up cable at a tension, N, m/s: the limit of the voltage with a hot winding,
-    /// or of the bearings.
-    #[must_use]
-    pub fn speed_at(&self, tension: f64) -> f64 {
-        let Self { motor, reducer, winch, .. } = self;
-        let current = self.pulling_current(tension, 0.0);
-        let left = motor.voltage - motor.resistance_at(motor.hottest) * current;
-        let shaft = (left / motor.torque_constant).clamp(0.0, motor.top_speed);
-        shaft * winch.arm(0) / reducer.ratio
-    }
-}
 
 /// Command of a drive for the next step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DriveCommand {
     /// Amplifier off; friction of the reducer still acts.
     Off,
+    /// Amplifier off, the shaft held by its brake.
+    Brake,
     /// Motor current, A.
     Current(f64),
     /// Cable speed, m/s, + toward the motor.
@@ -205,6 +82,20 @@ pub struct DriveStep {
     pub fault: Option<DriveFault>,
 }
 
+impl DriveStep {
+    /// A drive that stands without power.
+    pub(crate) const STANDING: Self = Self {
+        moved: 0.0,
+        speed: 0.0,
+        electrical: 0.0,
+        heat: 0.0,
+        to_air: 0.0,
+        lost: 0.0,
+        quadrant: Quadrant::First,
+        fault: None,
+    };
+}
+
 /// Winding and shaft after a step.
 struct Powered {
     turn: Turn,
@@ -244,7 +135,7 @@ pub struct Drive {
     /// Turns of the winch per turn of the motor.
     per_ratio: f64,
     current_loop: CurrentLoop,
-    velocity_loop: VelocityLoop,
+    speed_control: SpeedControl,
     tension_loop: TensionLoop,
     mode: Mode,
     torque: f64,
@@ -282,8 +173,8 @@ impl Drive {
             drum,
             per_ratio: 1.0 / parameters.reducer.ratio,
             current_loop: CurrentLoop::default(),
-            velocity_loop: VelocityLoop::new(VelocityLoop::DRIVE_GAIN),
-            tension_loop: TensionLoop::new(2e-3, 0.5, 0.0),
+            speed_control: SpeedControl::new(),
+            tension_loop: TensionLoop::of_drive(),
             mode: Mode::Free,
             torque: 0.0,
             delays: [delay(position)?, delay(0.0)?, delay(0.0)?],
@@ -358,6 +249,9 @@ impl Drive {
     /// [`DriveCommand::Off`], such a tension as 0.
     pub fn step(&mut self, command: DriveCommand, tension: f64, h: f64) -> DriveStep {
         let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
+        if command == DriveCommand::Brake {
+            return self.brake(tension);
+        }
         self.sense(tension);
         let arm = self.drum.arm(self.winch);
         let wanted = self.commanded_torque(command, arm, h).filter(|_| self.fault.is_none());
@@ -374,6 +268,13 @@ impl Drive {
             quadrant: Quadrant::of(self.speed, powered.winding.mean),
             fault: self.fault,
         }
+    }
+
+    /// The brake holds the shaft at once; nothing moves.
+    fn brake(&mut self, tension: f64) -> DriveStep {
+        (self.mode, self.torque, self.speed) = (Mode::Free, 0.0, 0.0);
+        self.stand(tension);
+        DriveStep { fault: self.fault, ..DriveStep::STANDING }
     }
 
     /// Winding and shaft, coupled implicitly: the back-EMF is that of the speed at the end of the step.
@@ -444,19 +345,8 @@ impl Drive {
                 return None;
             }
         };
-        let p = &self.parameters;
-        let velocity = limited_speed(velocity, self.reading.tension, p);
-        let turns = p.reducer.ratio / arm;
-        let wanted = (velocity * turns).max(-p.motor.top_speed).min(p.motor.top_speed);
-        // Feed-forward of the load; the integral compensates the losses.
-        let holding = self.reading.tension.max(0.0) * arm * self.per_ratio;
-        let most = p.motor.torque_constant * p.motor.peak_current;
-        let limits = VelocityLimits {
-            acceleration: p.acceleration * turns,
-            torque: [-most - holding, most - holding],
-        };
-        let beside = self.velocity_loop.torque(wanted, self.speed, p.motor.inertia, limits, h);
-        self.torque = holding + beside;
+        let measured = MeasuredShaft { tension: self.reading.tension, speed: self.speed, arm };
+        self.torque = self.speed_control.torque(&self.parameters, velocity, measured, h);
         Some(self.torque)
     }
 
@@ -466,7 +356,7 @@ impl Drive {
             return;
         }
         if self.mode == Mode::Free {
-            self.velocity_loop.take_over(self.speed, 0.0);
+            self.speed_control.take_over(self.speed);
         }
         if mode == Mode::Tension {
             self.tension_loop.reset();
@@ -505,16 +395,5 @@ impl Drive {
         } else {
             None
         };
-    }
-}
-
-/// Limits the speed so that the tension stays between its limits.
-fn limited_speed(velocity: f64, tension: f64, p: &DriveParameters) -> f64 {
-    if tension > p.most_tension {
-        velocity.min(0.0)
-    } else if tension < p.least_tension {
-        velocity.max(0.0)
-    } else {
-        velocity
     }
 }

@@ -10,11 +10,13 @@ mod current_loop;
 mod endurance;
 mod machine;
 mod motor;
+mod parameters;
 mod quadrant;
 mod reducer;
 mod sensors;
 #[cfg(feature = "description")]
 pub mod sizing;
+mod speed_control;
 mod tension_loop;
 mod velocity_loop;
 mod winch;
@@ -25,11 +27,13 @@ pub use catalogue::{
 };
 pub use current_loop::CurrentLoop;
 pub use endurance::MotorTemperatures;
-pub use machine::{Drive, DriveCommand, DriveFault, DriveParameters, DriveReading, DriveStep};
+pub use machine::{Drive, DriveCommand, DriveFault, DriveReading, DriveStep};
 pub use motor::{Motor, MotorState, ROOM};
+pub use parameters::DriveParameters;
 pub use quadrant::Quadrant;
 pub use reducer::{Reducer, Shaft, Turn};
 pub use sensors::{Delay, Encoder, JointEncoder, LoadCell};
+pub use speed_control::{MeasuredShaft, SpeedControl};
 pub use tension_loop::TensionLoop;
 pub use velocity_loop::{VelocityLimits, VelocityLoop};
 pub use winch::Winch;

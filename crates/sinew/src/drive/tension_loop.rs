@@ -44,6 +44,12 @@ impl TensionLoop {
         Self { gain, reset_time, compliance, integral: 0.0, last: None }
     }
 
+    /// That of a drive.
+    #[must_use]
+    pub fn of_drive() -> Self {
+        Self::new(2e-3, 0.5, 0.0)
+    }
+
     /// Resets the integral and the derivative of the command.
     pub fn reset(&mut self) {
         (self.integral, self.last) = (0.0, None);

@@ -89,6 +89,18 @@ impl Winch {
         below + (angle - f64::from(layer) * per_layer) * self.arm(layer)
     }
 
+    /// Angle at which there is this much cable on the drum, m: the inverse of [`wound`](Self::wound), rad.
+    #[must_use]
+    pub fn angle(&self, wound: f64) -> f64 {
+        let per_layer = TURN * self.turns_per_layer;
+        let (mut below, mut layer) = (0.0, 0);
+        while layer + 1 < self.layers && wound >= below + per_layer * self.arm(layer) {
+            below += per_layer * self.arm(layer);
+            layer += 1;
+        }
+        f64::from(layer) * per_layer + (wound - below) / self.arm(layer)
+    }
+
     /// Angle at which the drum is full, rad.
     #[must_use]
     pub fn full(&self) -> f64 {
@@ -171,6 +183,7 @@ mod tests {
                 let angle = winch.full() * f64::from(k) / 777.0;
                 assert!((drum.wound(angle) - winch.wound(angle)).abs() < 1e-12, "{layers} {angle}");
                 assert!((drum.arm(angle) - winch.arm(winch.layer(angle))).abs() < 1e-15);
+                assert!((winch.angle(winch.wound(angle)) - angle).abs() < 1e-9, "{layers} {angle}");
             }
         }
     }

@@ -4,7 +4,7 @@ mod simulated;
 mod timing;
 
 use super::track::{refuse, setup::Setup, summary_text};
-use crate::arguments::{BusArgument, RunArguments};
+use crate::arguments::RunArguments;
 use crate::error::Error;
 use crate::output::print;
 use crate::progress::Progress;
@@ -22,9 +22,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<Outcome, Error> {
     let progress = Progress::new();
     progress.show("calibrating the machine's cables", 0.0);
     let arm = setup.calibrate()?;
-    let executed = match arguments.bus {
-        BusArgument::Twin => execute(&setup, &arm, arguments.virtual_time, &progress)?,
-    };
+    let executed = execute(&setup, &arm, (arguments.bus, arguments.virtual_time), &progress)?;
     drop(progress);
     report(arguments, &setup, &executed)?;
     Ok(Outcome::of(executed.numbers.ended == TrackOutcome::Completed))

@@ -1,12 +1,14 @@
 //! A run on a simulated bus: the plant's truth is known, so the errors are those of `sinew track`.
 
+use crate::arguments::BusArgument;
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::verbs::track::setup::Setup;
 use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
 use sinew_lab::experiment::arm::STEP;
-use sinew_runtime::bus::{Bus, BusFault, SimulatedBus, TwinBus};
+use sinew_runtime::bus::{Bus, SimulatedBus, TwinBus};
+use sinew_runtime::ethercat::{FrameStorage, Master, SegmentLink, SimulatedMachine};
 use sinew_runtime::cycle::{Clock, Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
 use std::sync::atomic::AtomicBool;
 
@@ -22,20 +24,41 @@ const PERIOD: u64 = 1_000_000;
 /// Cycles between two updates of the progress.
 const PROGRESS_CYCLES: u64 = 500;
 
-/// Runs the task of a setup on the simulated machine.
+/// Runs the task of a setup on a simulated bus, at its deadlines or on virtual time.
 pub(super) fn execute(
     setup: &Setup,
+    arm: &CalibratedArm,
+    (bus, virtual_time): (BusArgument, bool),
+    progress: &Progress,
+) -> Result<Executed, Error> {
+    let prepared = PreparedRun::new(arm, setup.variant, &setup.task(1.0))?;
+    let plant = prepared.run().plant()?;
+    let storage = FrameStorage::new();
+    match bus {
+        BusArgument::Twin => paced(TwinBus::new(plant, STEP), &prepared, arm, virtual_time, progress),
+        BusArgument::Segment => {
+            let simulated = SimulatedMachine::new(plant, &setup.machine);
+            let segment = simulated.segment(|_| None)?;
+            let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
+            let matched = master.match_devices(&setup.machine.devices)?;
+            let bus = matched.operate(&setup.machine, PERIOD)?;
+            paced(bus, &prepared, arm, virtual_time, progress)
+        }
+    }
+}
+
+fn paced<B: Bus + SimulatedBus>(
+    bus: B,
+    prepared: &PreparedRun<'_>,
     arm: &CalibratedArm,
     virtual_time: bool,
     progress: &Progress,
 ) -> Result<Executed, Error> {
-    let prepared = PreparedRun::new(arm, setup.variant, &setup.task(1.0))?;
-    let bus = TwinBus::new(prepared.run().plant()?, STEP);
     if virtual_time {
-        return execute_on(bus, &prepared, arm, &mut VirtualClock::default(), RealTime::default(), progress);
+        return execute_on(bus, prepared, arm, &mut VirtualClock::default(), RealTime::default(), progress);
     }
     let real_time = RealTime::request();
-    execute_on(bus, &prepared, arm, &mut MonotonicClock, real_time, progress)
+    execute_on(bus, prepared, arm, &mut MonotonicClock, real_time, progress)
 }
 
 fn execute_on<B: Bus + SimulatedBus>(
@@ -53,7 +76,7 @@ fn execute_on<B: Bus + SimulatedBus>(
     let (mut timing, mut count) = (Timing::new(), 0_u64);
     let stop = AtomicBool::new(false);
     let see = |record: &CycleRecord<'_, B>| {
-        if record.exchange.fault == Some(BusFault::Plant) {
+        if record.bus.plant_failed() {
             evaluation.plant_failed(record.moment.time);
             stop.store(true, std::sync::atomic::Ordering::Relaxed);
         }

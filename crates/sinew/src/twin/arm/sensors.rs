@@ -13,6 +13,8 @@ pub struct ArmReading {
     pub motor: Vec<f64>,
     /// Tension at every drive's outlet, N: `[muscles]`.
     pub tension: Vec<f64>,
+    /// Current of every motor, A: `[muscles]`.
+    pub current: Vec<f64>,
     /// Coordinate of every independent joint by its encoder, rad or m; NaN where it has none: `[joints]`.
     pub joint: Vec<f64>,
 }
@@ -20,7 +22,7 @@ pub struct ArmReading {
 impl ArmReading {
     /// Zeros, until the first update.
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
-        Self { motor: vec![0.0; muscles], tension: vec![0.0; muscles], joint: vec![0.0; joints] }
+        Self { motor: vec![0.0; muscles], tension: vec![0.0; muscles], current: vec![0.0; muscles], joint: vec![0.0; joints] }
     }
 
     /// Reads every sensor and applies the faults that are active at `time`, s since the start; a stuck sensor
@@ -52,6 +54,7 @@ impl ArmReading {
             let drive = drive.reading();
             set(&mut self.motor[k], drive.position, Sensor::Motor(k));
             set(&mut self.tension[k], drive.tension, Sensor::Tension(k));
+            self.current[k] = drive.current;
         }
         for (k, (encoder, &angle)) in encoders.iter().zip(q).enumerate() {
             let measured = encoder.map_or(f64::NAN, |encoder| encoder.read(angle));

@@ -3,7 +3,7 @@ use super::fault::{Failure, InjectedFault};
 use super::sensors::ArmReading;
 use super::specimen::ArmSpecimen;
 use crate::Error;
-use crate::drive::{Drive, DriveCommand, DriveStep, Quadrant};
+use crate::drive::{Drive, DriveCommand, DriveStep};
 use crate::error::{check_entries, within};
 use crate::transmission::cable::EndMotion;
 use crate::transmission::{SheathBend, Sliding};
@@ -113,7 +113,7 @@ impl ArmTwin {
             time: 0.0,
             reading: ArmReading::new(muscles, joints),
             cable_readings: vec![CableReading::default(); muscles],
-            steps: vec![JAMMED; muscles],
+            steps: vec![DriveStep::STANDING; muscles],
             motions: vec![EndMotion::default(); muscles],
             anchor_tension: tension_out.to_vec(),
             lengths_before: limb.lengths().to_vec(),
@@ -240,22 +240,18 @@ impl ArmTwin {
     fn step_drives(&mut self, commands: &[DriveCommand], h: f64) {
         for (k, (drive, &command)) in self.drives.iter_mut().zip(commands).enumerate() {
             let mut command = command;
-            let mut jammed = false;
             for fault in self.faults.iter().filter(|fault| fault.is_active(self.time)) {
                 match fault.failure {
                     Failure::Cable(muscle) if muscle == k => self.cables.snap(k),
-                    Failure::Amplifier(muscle) if muscle == k => command = DriveCommand::Off,
-                    Failure::Winch(muscle) if muscle == k => jammed = true,
+                    // A jammed winch stands whatever else has failed.
+                    Failure::Amplifier(muscle) if muscle == k && command != DriveCommand::Brake => {
+                        command = DriveCommand::Off;
+                    }
+                    Failure::Winch(muscle) if muscle == k => command = DriveCommand::Brake,
                     _ => {}
                 }
             }
-            let tension = self.cable_readings[k].tension_in;
-            self.steps[k] = if jammed {
-                drive.stand(tension);
-                JAMMED
-            } else {
-                drive.step(command, tension, h)
-            };
+            self.steps[k] = drive.step(command, self.cable_readings[k].tension_in, h);
         }
     }
 
@@ -276,15 +272,3 @@ impl ArmTwin {
         Ok(())
     }
 }
-
-/// Step of a jammed drive.
-const JAMMED: DriveStep = DriveStep {
-    moved: 0.0,
-    speed: 0.0,
-    electrical: 0.0,
-    heat: 0.0,
-    to_air: 0.0,
-    lost: 0.0,
-    quadrant: Quadrant::First,
-    fault: None,
-};

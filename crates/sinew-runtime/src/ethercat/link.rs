@@ -1,0 +1,25 @@
+use std::io;
+
+/// What carries Ethernet frames to the devices and back.
+pub trait Link {
+    /// Time, ns: of the system's monotonic clock, or virtual.
+    fn now(&mut self) -> u64;
+
+    /// Sends one frame, without checksum.
+    ///
+    /// # Errors
+    /// Of the operating system, where the interface is down or gone.
+    fn send(&mut self, frame: &[u8]) -> io::Result<()>;
+
+    /// The length of a frame that has come back and is now in `buffer`; none where there is none yet.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send).
+    fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>>;
+
+    /// Lets a little time pass while nothing comes back.
+    fn idle(&mut self);
+
+    /// A cycle of this period, ns, begins: where time is virtual, the rest of the last one passes.
+    fn begin_cycle(&mut self, period: u64);
+}

@@ -1,0 +1,33 @@
+//! A machine on EtherCAT.
+//!
+//! ```text
+//! Link (raw socket, simulated segment) <-> ethercrab <-> Master --scan, match--> Matched --configure, enable--> EthercatBus
+//! ```
+//!
+//! The states of the bus are types: only an [`EthercatBus`], whose devices matched the machine and are operational, is a
+//! [`Bus`](crate::bus::Bus), so that no torque can be written before.
+//!
+//! Frames are pumped in the calling thread, so that a cycle starts no other thread and allocates nothing.
+
+mod bring_up;
+mod cia402;
+mod drive;
+mod error;
+mod image;
+mod link;
+mod master;
+mod operational;
+mod pump;
+mod segment_link;
+mod sii;
+mod simulated_machine;
+mod time;
+
+pub use cia402::DriveState;
+pub use error::{EthercatError, Mismatch};
+pub use link::Link;
+pub use master::{FoundDevice, Master, Matched};
+pub use operational::EthercatBus;
+pub use pump::FrameStorage;
+pub use segment_link::SegmentLink;
+pub use simulated_machine::SimulatedMachine;

@@ -1,0 +1,127 @@
+//! Runs ethercrab's futures to their end in the calling thread.
+
+use super::link::Link;
+use super::time;
+use core::future::Future;
+use core::pin::pin;
+use core::task::{Context, Poll, Waker};
+use ethercrab::{PduLoop, PduRx, PduStorage, PduTx};
+
+/// Frames in flight, at most: a power of 2.
+const FRAMES: usize = 16;
+/// Largest payload of an Ethernet frame, less the headers of EtherCAT.
+const DATA: usize = PduStorage::element_size(1486);
+/// Largest Ethernet frame, without checksum.
+pub(super) const MAX_FRAME: usize = 1514;
+
+/// Memory of the frames of one master.
+pub struct FrameStorage(PduStorage<FRAMES, DATA>);
+
+impl Default for FrameStorage {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl FrameStorage {
+    /// For one master.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(PduStorage::new())
+    }
+
+    /// Its ends; none where it is in use.
+    pub(super) fn split(&self) -> Option<(PduTx<'_>, PduRx<'_>, PduLoop<'_>)> {
+        self.0.try_split().ok()
+    }
+}
+
+/// Sends what futures want to send and gives them what comes back.
+pub(super) struct Pump<'a, L> {
+    tx: PduTx<'a>,
+    rx: PduRx<'a>,
+    link: L,
+    buffer: [u8; MAX_FRAME],
+    /// The last error of the link.
+    error: Option<std::io::Error>,
+}
+
+impl<'a, L: Link> Pump<'a, L> {
+    pub(super) fn new(tx: PduTx<'a>, rx: PduRx<'a>, link: L) -> Self {
+        Self { tx, rx, link, buffer: [0; MAX_FRAME], error: None }
+    }
+
+    pub(super) fn link(&self) -> &L {
+        &self.link
+    }
+
+    pub(super) fn link_mut(&mut self) -> &mut L {
+        &mut self.link
+    }
+
+    /// Why the link failed last.
+    pub(super) fn take_error(&mut self) -> Option<std::io::Error> {
+        self.error.take()
+    }
+
+    /// Runs a future to its end: its own time-outs end it where no answer comes.
+    pub(super) fn complete<F: Future>(&mut self, future: F) -> F::Output {
+        let mut future = pin!(future);
+        loop {
+            if let Some(output) = self.poll_once(future.as_mut()) {
+                return output;
+            }
+        }
+    }
+
+    /// Runs a future until a time, ns; none where it has not ended by then. What it sent may come back later and is
+    /// then ignored.
+    pub(super) fn complete_by<F: Future>(&mut self, deadline: u64, future: F) -> Option<F::Output> {
+        let mut future = pin!(future);
+        loop {
+            if let Some(output) = self.poll_once(future.as_mut()) {
+                return Some(output);
+            }
+            if self.link.now() >= deadline {
+                return None;
+            }
+        }
+    }
+
+    fn poll_once<F: Future>(&mut self, future: core::pin::Pin<&mut F>) -> Option<F::Output> {
+        time::set(self.link.now());
+        if let Poll::Ready(output) = future.poll(&mut Context::from_waker(Waker::noop())) {
+            return Some(output);
+        }
+        let Self { tx, rx, link, buffer, error } = self;
+        while let Some(frame) = tx.next_sendable_frame() {
+            // Where the link fails, the frame counts as sent and lost: the future's time-out ends it.
+            let sent = frame.send_blocking(|bytes| {
+                if let Err(reason) = link.send(bytes) {
+                    *error = Some(reason);
+                }
+                Ok(bytes.len())
+            });
+            debug_assert!(sent.is_ok());
+        }
+        let mut received = false;
+        loop {
+            match link.receive(buffer) {
+                Ok(Some(length)) => {
+                    received = true;
+                    // A frame that came too late belongs to no future any more: ethercrab calls that an error.
+                    let _ = rx.receive_frame(&buffer[..length.min(MAX_FRAME)]);
+                }
+                Ok(None) => break,
+                Err(reason) => {
+                    *error = Some(reason);
+                    break;
+                }
+            }
+        }
+        if !received {
+            link.idle();
+        }
+        None
+    }
+}

@@ -1,0 +1,201 @@
+//! The simulated machine behind simulated devices: their set-points move it, its sensors fill their inputs.
+
+use sinew::drive::{DriveCommand, DriveParameters};
+use sinew::machine::{Device, DeviceRole, DriveDevice, Machine, ObjectAddress, SensorChannel, Signal};
+use sinew::twin::arm::ArmTwin;
+use sinew_segment::{AxisCommand, DescriptionError, DeviceDescription, DeviceSettings, Segment, builtin};
+
+/// A machine as built, with the devices of its fieldbus.
+#[derive(Debug, Clone)]
+pub struct SimulatedMachine {
+    arm: ArmTwin,
+    devices: Vec<Device>,
+    /// Of the design, from which the drives were configured: `[muscles]`.
+    drives: Vec<DriveParameters>,
+    commands: Vec<DriveCommand>,
+    started: bool,
+    failed: bool,
+}
+
+/// Error code of a drive whose encoder gives no position, CiA 402: incremental sensor 1.
+const ENCODER_FAULT: u16 = 0x7305;
+/// Error code of a drive whose winding is too hot.
+const MOTOR_HOT: u16 = 0x4310;
+/// Error code of a drive whose winch is at the end of its drum: positive or negative limit switch.
+const DRUM_END: u16 = 0x8611;
+/// Speed with which a drive approaches a position, per s.
+const POSITION_GAIN: f64 = 20.0;
+
+impl SimulatedMachine {
+    /// A machine as built; `machine` is its design, whose devices stand on the wire in their order.
+    #[must_use]
+    pub fn new(arm: ArmTwin, machine: &Machine) -> Self {
+        Self {
+            devices: machine.devices.clone(),
+            drives: machine.muscles.iter().map(|muscle| muscle.drive).collect(),
+            commands: vec![DriveCommand::Brake; machine.muscles.len()],
+            started: false,
+            failed: false,
+            arm,
+        }
+    }
+
+    /// The segment with the devices of this machine; `describe` gives those that do not come with this program.
+    ///
+    /// # Errors
+    /// The first field of a description that contradicts itself; a device that nobody describes.
+    pub fn segment(
+        &self,
+        mut describe: impl FnMut(&Device) -> Option<DeviceDescription>,
+    ) -> Result<Segment, DescriptionError> {
+        let mut devices = Vec::new();
+        for device in &self.devices {
+            let description = describe(device).unwrap_or_else(|| stand_in(device));
+            let settings = DeviceSettings { alias: device.alias.unwrap_or(0), ..DeviceSettings::default() };
+            devices.push(sinew_segment::Device::new(&description, settings)?);
+        }
+        let mut segment = Segment::new(devices);
+        self.show(&mut segment);
+        Ok(segment)
+    }
+
+    /// The machine.
+    #[must_use]
+    pub fn arm(&self) -> &ArmTwin {
+        &self.arm
+    }
+
+    /// Whether it moved faster than the laws of its cables allow; it stands since.
+    #[must_use]
+    pub fn failed(&self) -> bool {
+        self.failed
+    }
+
+    /// The machine follows the set-points of its drives for a period, ns, and shows its measurements.
+    pub fn advance(&mut self, segment: &mut Segment, period: u64) {
+        for (place, device) in self.devices.iter().enumerate() {
+            let DeviceRole::Drive(drive) = &device.role else { continue };
+            let Some(axis) = segment.device(place).and_then(|device| device.drive()) else { continue };
+            self.started |= axis.brake_released();
+            self.commands[drive.muscle] = if axis.brake_released() {
+                self.command(drive, axis.command())
+            } else {
+                DriveCommand::Brake
+            };
+        }
+        if self.started && !self.failed {
+            self.failed = self.arm.step(&self.commands, period as f64 * 1e-9).is_err();
+        }
+        self.show(segment);
+    }
+
+    /// The set-point of a drive in SI units.
+    fn command(&self, device: &DriveDevice, command: AxisCommand) -> DriveCommand {
+        let parameters = &self.drives[device.muscle];
+        let angle = self.motor_angle(device.muscle);
+        let [_, per_radian] = DriveDevice::cable(&parameters.winch, parameters.reducer.ratio, angle);
+        let per_count = core::f64::consts::TAU / device.counts_per_turn;
+        match command {
+            AxisCommand::Off => DriveCommand::Off,
+            AxisCommand::QuickStop => DriveCommand::Velocity(0.0),
+            AxisCommand::Velocity(counts) => DriveCommand::Velocity(f64::from(counts) * per_count * per_radian),
+            AxisCommand::Position(counts) => {
+                let ahead = device.angle(f64::from(counts)) - angle;
+                DriveCommand::Velocity(POSITION_GAIN * ahead * per_radian)
+            }
+            AxisCommand::Torque(per_mille) => {
+                let torque = 1e-3 * f64::from(per_mille) * device.rated_torque * device.counts_per_turn.signum();
+                DriveCommand::Current(torque / parameters.motor.torque_constant)
+            }
+        }
+    }
+
+    /// Angle of a muscle's motor by its encoder, rad; NaN where the encoder gives none.
+    fn motor_angle(&self, muscle: usize) -> f64 {
+        let built = &self.arm.specimen().drives[muscle];
+        built.winch.angle(self.arm.reading().motor[muscle]) * built.reducer.ratio
+    }
+
+    /// All measurements as counts.
+    fn show(&self, segment: &mut Segment) {
+        let truth = self.arm.truth();
+        for (place, device) in self.devices.iter().enumerate() {
+            let Some(simulated) = segment.device_mut(place) else { continue };
+            match &device.role {
+                DeviceRole::Drive(drive) => {
+                    let Some(axis) = simulated.drive_mut() else { continue };
+                    let parameters = &self.drives[drive.muscle];
+                    let angle = self.motor_angle(drive.muscle);
+                    if !angle.is_finite() {
+                        axis.raise_fault(ENCODER_FAULT);
+                        continue;
+                    }
+                    let step = &truth.drives[drive.muscle];
+                    if let Some(fault) = step.fault {
+                        axis.raise_fault(error_code(fault));
+                    }
+                    let [_, per_radian] =
+                        DriveDevice::cable(&parameters.winch, parameters.reducer.ratio, angle);
+                    let per_turn = drive.counts_per_turn / core::f64::consts::TAU;
+                    let torque = parameters.motor.torque_constant * self.arm.reading().current[drive.muscle];
+                    let per_mille = 1000.0 * torque / drive.rated_torque * drive.counts_per_turn.signum();
+                    axis.set_actual(
+                        drive.counts(angle).round() as i32,
+                        (step.speed / per_radian * per_turn).round() as i32,
+                        per_mille.round() as i16,
+                    );
+                }
+                DeviceRole::Sensors(channels) => {
+                    for channel in channels {
+                        show_channel(channel, self.reading(channel), simulated);
+                    }
+                }
+            }
+        }
+    }
+
+    /// What a sensor measures, N, rad or m.
+    fn reading(&self, channel: &SensorChannel) -> f64 {
+        let reading = self.arm.reading();
+        match channel.signal {
+            Signal::Tension(muscle) => reading.tension[muscle],
+            Signal::Joint(joint) => reading.joint[joint],
+        }
+    }
+}
+
+/// A reading as a count with a clear status, or a status that marks it as invalid.
+fn show_channel(channel: &SensorChannel, reading: f64, device: &mut sinew_segment::Device) {
+    let mut set = |object: ObjectAddress, octets: &[u8]| device.set_object(object.index, object.subindex, octets);
+    if let Some((object, mask)) = channel.status {
+        set(object, &(if reading.is_finite() { 0 } else { mask }).to_le_bytes());
+    }
+    if reading.is_finite() {
+        let count = ((reading - channel.offset) / channel.scale).round();
+        set(channel.value, &(count as i32).to_le_bytes());
+    }
+}
+
+fn error_code(fault: sinew::drive::DriveFault) -> u16 {
+    match fault {
+        sinew::drive::DriveFault::Hot { .. } => MOTOR_HOT,
+        sinew::drive::DriveFault::DrumFull | sinew::drive::DriveFault::DrumEmpty => DRUM_END,
+    }
+}
+
+/// A simulated device in the place of one that is not described: the built-in drive, or a terminal with its channels, under its identity.
+fn stand_in(device: &Device) -> DeviceDescription {
+    let mut description = match &device.role {
+        DeviceRole::Drive(_) => builtin::drive(),
+        DeviceRole::Sensors(channels) => match channels.as_slice() {
+            [] => builtin::coupler(),
+            [one] if matches!(one.signal, Signal::Tension(_)) => builtin::load_cell(),
+            all => builtin::encoder(all.len()),
+        },
+    };
+    let identity = device.identity;
+    description.identity.vendor = identity.vendor;
+    description.identity.product = identity.product;
+    description.identity.revision = identity.revision;
+    description
+}
