@@ -8,13 +8,14 @@ use std::path::Path;
 
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
-const CRATES: [(&str, &[&str]); 7] = [
+const CRATES: [(&str, &[&str]); 8] = [
     ("sinew", &[]),
     ("sinew-identify", &["sinew"]),
     ("sinew-lab", &["sinew", "sinew-identify"]),
-    ("sinew-runtime", &["sinew"]),
+    ("sinew-segment", &[]),
+    ("sinew-runtime", &["sinew", "sinew-segment"]),
     ("sinew-mujoco", &["sinew"]),
-    ("sinew-cli", &["sinew", "sinew-identify", "sinew-lab", "sinew-runtime"]),
+    ("sinew-cli", &["sinew", "sinew-identify", "sinew-lab", "sinew-segment", "sinew-runtime"]),
     ("sinew-py", &["sinew", "sinew-identify", "sinew-lab", "sinew-runtime", "sinew-mujoco"]),
 ];
 

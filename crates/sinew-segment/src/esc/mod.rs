@@ -1,0 +1,12 @@
+//! The slave controller of a device: registers, memory, sync managers, memory management, EEPROM, watchdogs, clock.
+
+mod clock;
+mod controller;
+mod eeprom;
+mod fmmu;
+pub(crate) mod register;
+mod sync_manager;
+mod watchdog;
+
+pub(crate) use controller::{Controller, Hardware, HardwareClock};
+pub(crate) use sync_manager::SyncManager;

@@ -1,0 +1,58 @@
+//! A chain of simulated EtherCAT devices in virtual time.
+//!
+//! [`Segment::process`] takes one Ethernet frame and changes it as it would be changed on its way through every
+//! device of the line and back; [`Segment::advance`] lets virtual time pass: the firmware of the devices runs,
+//! mailboxes are answered, watchdogs expire, clocks drift. Nothing here reads a clock, starts a thread or opens a
+//! file, so that a run is repeatable to the bit. A device is data: a table in TOML or an ESI file.
+//!
+//! ```
+//! use sinew_segment::{Device, DeviceSettings, Segment, builtin};
+//!
+//! let coupler = Device::new(&builtin::coupler(), DeviceSettings::default())?;
+//! let drive = Device::new(&builtin::drive(), DeviceSettings::default())?;
+//! let mut segment = Segment::new(vec![coupler, drive]);
+//!
+//! // BRD of the type register: how many devices are there?
+//! let mut frame = [0_u8; 60];
+//! frame[12..14].copy_from_slice(&[0x88, 0xa4]); // EtherType
+//! frame[14..16].copy_from_slice(&[0x0d, 0x10]); // 13 octets of datagrams, type 1
+//! frame[16] = 7; // BRD
+//! frame[22] = 1; // one octet of data
+//! segment.process(&mut frame);
+//! assert_eq!(frame[27], 2, "the working counter");
+//! # Ok::<(), sinew_segment::DescriptionError>(())
+//! ```
+//!
+//! What is simulated follows ETG.1000.4 (data link layer), ETG.1000.6 (application layer), ETG.2010 (SII), CiA 402 /
+//! IEC 61800-7-201 (drives) and, where these leave it open, the data sheets of common slave controllers.
+
+mod al;
+mod bytes;
+mod coe;
+mod description;
+mod device;
+mod dictionary;
+mod drive;
+mod esc;
+mod frame;
+mod mailbox;
+mod pdo;
+#[cfg(all(feature = "raw-socket", target_os = "linux"))]
+mod raw_socket;
+mod segment;
+mod settings;
+mod sii;
+
+pub use al::{AlState, AlStatusCode};
+pub use coe::Abort;
+pub use description::{
+    Access, ClockDescription, DataType, DescriptionError, DeviceDescription, Direction, EntryDescription,
+    FmmuUse, Identity, MailboxDescription, ObjectCode, ObjectDescription, PdoDescription, PdoEntry,
+    PdoMappable, Profile, SyncManagerDescription, SyncManagerKind, builtin,
+};
+pub use device::Device;
+pub use drive::{AxisCommand, Drive, DriveState, Mode};
+#[cfg(all(feature = "raw-socket", target_os = "linux"))]
+pub use raw_socket::{RawSocket, RawSocketError};
+pub use segment::{Passed, Segment};
+pub use settings::DeviceSettings;
