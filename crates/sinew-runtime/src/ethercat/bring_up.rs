@@ -197,7 +197,11 @@ pub(super) const OP: u8 = 8;
 pub(super) const AL_ERROR: u8 = 0x10;
 
 /// The first device, by name in the order on the wire, that is below a state or reports an error.
-pub(super) async fn not_in_state(main: &MainDevice<'_>, devices: &[String], wanted: u8) -> Option<EthercatError> {
+pub(super) async fn not_in_state(
+    main: &MainDevice<'_>,
+    devices: &[String],
+    wanted: u8,
+) -> Option<EthercatError> {
     for (position, name) in devices.iter().enumerate() {
         let station = FIRST_STATION + position as u16;
         let status = Command::fprd(station, AL_STATUS).receive::<u16>(main).await;
@@ -209,7 +213,11 @@ pub(super) async fn not_in_state(main: &MainDevice<'_>, devices: &[String], want
         if status & 0x0f < wanted || status & AL_ERROR != 0 {
             let code = Command::fprd(station, AL_STATUS_CODE).receive::<u16>(main).await.unwrap_or(0);
             let reason = format!("{} (AL status code {code:#06x})", ethercrab::AlStatusCode::from(code));
-            return Some(EthercatError::NotOperational { device: name.clone(), state: state_name(status), reason });
+            return Some(EthercatError::NotOperational {
+                device: name.clone(),
+                state: state_name(status),
+                reason,
+            });
         }
     }
     None
@@ -226,4 +234,3 @@ pub(super) fn state_name(status: u8) -> &'static str {
         _ => "no state",
     }
 }
-

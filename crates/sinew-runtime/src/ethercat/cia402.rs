@@ -63,7 +63,9 @@ const FAULT_RESET: u16 = 0x80;
 pub(super) fn controlword(state: DriveState, goal: Goal, last: u16) -> u16 {
     match (goal, state) {
         (_, DriveState::Fault) if last & FAULT_RESET == 0 => FAULT_RESET,
-        (_, DriveState::Fault | DriveState::FaultReactionActive | DriveState::NotReadyToSwitchOn) => DISABLE_VOLTAGE,
+        (_, DriveState::Fault | DriveState::FaultReactionActive | DriveState::NotReadyToSwitchOn) => {
+            DISABLE_VOLTAGE
+        }
         (Goal::Stopped, DriveState::OperationEnabled | DriveState::QuickStopActive) => QUICK_STOP,
         (Goal::Stopped, _) => DISABLE_VOLTAGE,
         (Goal::Enabled, DriveState::SwitchOnDisabled) => SHUTDOWN,

@@ -94,7 +94,10 @@ impl std::fmt::Display for Mismatch {
         }
         match &self.found {
             Some((name, [vendor, product, revision])) => {
-                write!(f, ", found `{name}` (vendor {vendor:#x}, product {product:#x}, revision {revision:#x})")
+                write!(
+                    f,
+                    ", found `{name}` (vendor {vendor:#x}, product {product:#x}, revision {revision:#x})"
+                )
             }
             None => write!(f, ", found none"),
         }

@@ -102,7 +102,9 @@ mod tests {
     #[test]
     fn objects_are_found_behind_those_mapped_before_and_not_between_octets() {
         let mut mapping = Mapping::default();
-        for entry in [0x6041_0010, 0x6064_0020, 0x6000_0101, 0x0000_0007, 0x6061_0008, 0x6000_0204, 0x6077_0010] {
+        for entry in
+            [0x6041_0010, 0x6064_0020, 0x6000_0101, 0x0000_0007, 0x6061_0008, 0x6000_0204, 0x6077_0010]
+        {
             mapping.push(entry);
         }
         assert_eq!(mapping.length(), 11);

@@ -103,7 +103,10 @@ impl<'a, L: Link> Master<'a, L> {
 /// The position of every expected device: first those with a station alias, then the others in their order.
 pub(super) fn positions(expected: &[Device], found: &[FoundDevice]) -> Result<Vec<usize>, Vec<Mismatch>> {
     let by_alias = |device: &Device| {
-        device.alias.and_then(|alias| found.iter().find(|found| found.alias == alias)).map(|found| found.position)
+        device
+            .alias
+            .and_then(|alias| found.iter().find(|found| found.alias == alias))
+            .map(|found| found.position)
     };
     let aliased: Vec<Option<usize>> = expected.iter().map(by_alias).collect();
     let mut free = found.iter().filter(|found| !aliased.contains(&Some(found.position)));
@@ -152,7 +155,13 @@ mod tests {
     }
 
     fn found(position: usize, product: u32, alias: u16) -> FoundDevice {
-        FoundDevice { position, name: format!("device {product}"), identity: [1, product, 0], serial: 0, alias }
+        FoundDevice {
+            position,
+            name: format!("device {product}"),
+            identity: [1, product, 0],
+            serial: 0,
+            alias,
+        }
     }
 
     #[test]

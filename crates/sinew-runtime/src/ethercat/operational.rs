@@ -236,7 +236,12 @@ fn slots(machine: &Machine, positions: &[usize], mappings: &[Mappings]) -> Resul
         let role = match &device.role {
             DeviceRole::Drive(drive) => {
                 let parameters = machine.muscles[drive.muscle].drive;
-                SlotRole::Drive(Box::new(DriveSlot::new(&device.name, *drive, parameters, [outputs, inputs])?))
+                SlotRole::Drive(Box::new(DriveSlot::new(
+                    &device.name,
+                    *drive,
+                    parameters,
+                    [outputs, inputs],
+                )?))
             }
             DeviceRole::Sensors(channels) => {
                 let sensor = |channel: &SensorChannel| {

@@ -79,7 +79,8 @@ mod tests {
         // General category first, which is passed over; a TxPDO with two entries, one that is not assigned.
         let tx = [
             TX_PDO, 20, //
-            0x1a00, 0x0302, 0, 0, 0x6000, 0x0001, 0x1000, 0, 0x6000, 0x0002, 0x2000, 0, // two entries, sync manager 3
+            0x1a00, 0x0302, 0, 0, 0x6000, 0x0001, 0x1000, 0, 0x6000, 0x0002, 0x2000,
+            0, // two entries, sync manager 3
             0x1a01, 0xff01, 0, 0, 0x7000, 0x0001, 0x0800, 0, // not assigned
         ];
         let words: Vec<u16> = [30, 1, 0x1234].into_iter().chain(tx).chain([END]).collect();

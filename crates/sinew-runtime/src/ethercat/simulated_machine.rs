@@ -77,11 +77,8 @@ impl SimulatedMachine {
             let DeviceRole::Drive(drive) = &device.role else { continue };
             let Some(axis) = segment.device(place).and_then(|device| device.drive()) else { continue };
             self.started |= axis.brake_released();
-            self.commands[drive.muscle] = if axis.brake_released() {
-                self.command(drive, axis.command())
-            } else {
-                DriveCommand::Brake
-            };
+            self.commands[drive.muscle] =
+                if axis.brake_released() { self.command(drive, axis.command()) } else { DriveCommand::Brake };
         }
         if self.started && !self.failed {
             self.failed = self.arm.step(&self.commands, period as f64 * 1e-9).is_err();
@@ -98,13 +95,16 @@ impl SimulatedMachine {
         match command {
             AxisCommand::Off => DriveCommand::Off,
             AxisCommand::QuickStop => DriveCommand::Velocity(0.0),
-            AxisCommand::Velocity(counts) => DriveCommand::Velocity(f64::from(counts) * per_count * per_radian),
+            AxisCommand::Velocity(counts) => {
+                DriveCommand::Velocity(f64::from(counts) * per_count * per_radian)
+            }
             AxisCommand::Position(counts) => {
                 let ahead = device.angle(f64::from(counts)) - angle;
                 DriveCommand::Velocity(POSITION_GAIN * ahead * per_radian)
             }
             AxisCommand::Torque(per_mille) => {
-                let torque = 1e-3 * f64::from(per_mille) * device.rated_torque * device.counts_per_turn.signum();
+                let torque =
+                    1e-3 * f64::from(per_mille) * device.rated_torque * device.counts_per_turn.signum();
                 DriveCommand::Current(torque / parameters.motor.torque_constant)
             }
         }
@@ -166,7 +166,8 @@ impl SimulatedMachine {
 
 /// A reading as a count with a clear status, or a status that marks it as invalid.
 fn show_channel(channel: &SensorChannel, reading: f64, device: &mut sinew_segment::Device) {
-    let mut set = |object: ObjectAddress, octets: &[u8]| device.set_object(object.index, object.subindex, octets);
+    let mut set =
+        |object: ObjectAddress, octets: &[u8]| device.set_object(object.index, object.subindex, octets);
     if let Some((object, mask)) = channel.status {
         set(object, &(if reading.is_finite() { 0 } else { mask }).to_le_bytes());
     }

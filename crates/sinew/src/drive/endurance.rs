@@ -1,7 +1,7 @@
 //! How long a motor and its drive give a torque or a tension.
 
-use super::parameters::DriveParameters;
 use super::motor::{Motor, ROOM};
+use super::parameters::DriveParameters;
 
 /// Temperatures of a motor, degrees Celsius, for plans of seconds to hours.
 ///

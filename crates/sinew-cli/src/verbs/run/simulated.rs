@@ -8,8 +8,8 @@ use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
 use sinew_lab::experiment::arm::STEP;
 use sinew_runtime::bus::{Bus, SimulatedBus, TwinBus};
-use sinew_runtime::ethercat::{FrameStorage, Master, SegmentLink, SimulatedMachine};
 use sinew_runtime::cycle::{Clock, Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
+use sinew_runtime::ethercat::{FrameStorage, Master, SegmentLink, SimulatedMachine};
 use std::sync::atomic::AtomicBool;
 
 /// Result of a run.

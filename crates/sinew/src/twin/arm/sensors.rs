@@ -22,7 +22,12 @@ pub struct ArmReading {
 impl ArmReading {
     /// Zeros, until the first update.
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
-        Self { motor: vec![0.0; muscles], tension: vec![0.0; muscles], current: vec![0.0; muscles], joint: vec![0.0; joints] }
+        Self {
+            motor: vec![0.0; muscles],
+            tension: vec![0.0; muscles],
+            current: vec![0.0; muscles],
+            joint: vec![0.0; joints],
+        }
     }
 
     /// Reads every sensor and applies the faults that are active at `time`, s since the start; a stuck sensor
