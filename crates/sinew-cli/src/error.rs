@@ -27,6 +27,9 @@ pub(crate) enum Error {
     /// A machine on EtherCAT that does not start.
     #[error(transparent)]
     Ethercat(#[from] sinew_runtime::ethercat::EthercatError),
+    /// An interface on which no frames can be exchanged.
+    #[error(transparent)]
+    Interface(#[from] sinew_segment::RawSocketError),
     /// A simulated device that contradicts itself.
     #[error(transparent)]
     Device(#[from] sinew_segment::DescriptionError),
@@ -270,7 +273,10 @@ impl Error {
                 reading_code(source)
             }
             Self::Untracked { .. } => NOT_AS_ASKED,
-            Self::Runtime(sinew_runtime::Error::Clock(_)) => SYSTEM,
+            Self::Runtime(sinew_runtime::Error::Clock(_))
+            | Self::Ethercat(sinew_runtime::ethercat::EthercatError::Link { .. }) => SYSTEM,
+            Self::Interface(sinew_segment::RawSocketError::NoInterface { .. }) => BAD_INPUT,
+            Self::Interface(_) => SYSTEM,
             _ => BAD_INPUT,
         }
     }

@@ -3,6 +3,7 @@
 mod arguments;
 mod csv_text;
 mod error;
+mod interrupt;
 mod output;
 mod progress;
 mod report;
@@ -32,6 +33,7 @@ fn run(verb: &Verb) -> Result<Outcome, error::Error> {
     match verb {
         Verb::Track(arguments) => return verbs::track::run(arguments),
         Verb::Run(arguments) => return verbs::run::run(arguments),
+        Verb::Ethercat(arguments) => return verbs::ethercat::run(arguments),
         Verb::Tension(arguments) => return verbs::tension::run(arguments),
         Verb::Drive(arguments) => return verbs::drive::run(arguments),
         Verb::Machine(arguments) => return verbs::machine::run(arguments),

@@ -1,6 +1,7 @@
 //! Output files that appear complete or not at all.
 
 use crate::error::Error;
+use crate::interrupt;
 use std::fs::OpenOptions;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -15,6 +16,9 @@ static CREATED_FOLDERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// during one.
 pub(crate) fn install_interrupt_handler() -> Result<(), Error> {
     ctrlc::set_handler(|| {
+        if interrupt::is_answered() {
+            return;
+        }
         let mut created = lock();
         remove_empty_folders(&mut created);
         eprintln!("\ninterrupted: no output was left incomplete");

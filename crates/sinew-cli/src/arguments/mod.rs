@@ -4,6 +4,7 @@
 //! The documentation comments of the structures and their fields are the text that `--help` prints.
 
 mod design;
+mod ethercat;
 mod fault;
 mod identification;
 mod machine;
@@ -15,6 +16,9 @@ mod simulation;
 mod values;
 
 pub(crate) use design::{DriveArguments, DriveSizeArguments, DriveVerb, TensionArguments};
+pub(crate) use ethercat::{
+    EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
+};
 pub(crate) use fault::{Component, FaultArgument};
 pub(crate) use identification::{
     AdaptArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PredictArguments, RoleArguments,
@@ -73,6 +77,7 @@ pub(crate) enum Verb {
     Machine(MachineArguments),
     Track(TrackArguments),
     Run(RunArguments),
+    Ethercat(EthercatArguments),
     Reproduce(ReproduceArguments),
     Bench(BenchArguments),
     Twin(TwinArguments),

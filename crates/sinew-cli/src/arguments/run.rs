@@ -19,8 +19,11 @@ pub(crate) struct RunArguments {
     /// Drives and sensors
     #[arg(long, value_enum, default_value_t = BusArgument::Twin)]
     pub(crate) bus: BusArgument,
+    /// Network interface of the devices, for --bus ethercat
+    #[arg(long, value_name = "IF", required_if_eq("bus", "ethercat"))]
+    pub(crate) interface: Option<String>,
     /// Do not wait for deadlines; for simulated buses
-    #[arg(long)]
+    #[arg(long, conflicts_with = "interface")]
     pub(crate) virtual_time: bool,
     /// Print the result as JSON
     #[arg(long)]
@@ -34,4 +37,6 @@ pub(crate) enum BusArgument {
     Twin,
     /// The same behind an EtherCAT master and simulated EtherCAT devices
     Segment,
+    /// Devices on a network interface
+    Ethercat,
 }

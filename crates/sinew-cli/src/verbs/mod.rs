@@ -6,6 +6,7 @@ pub(crate) mod bench;
 pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod drive;
+pub(crate) mod ethercat;
 pub(crate) mod evaluate;
 pub(crate) mod identify;
 pub(crate) mod machine;

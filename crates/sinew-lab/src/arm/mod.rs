@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod controller;
+mod designed;
 mod feasibility;
 mod heat;
 mod plan;
@@ -13,12 +14,13 @@ mod tracking;
 mod verification;
 
 pub use calibrate::{CalibrationProgramme, CalibrationStroke, calibrate_arm, calibrate_networks};
+pub use designed::designed_controller;
 pub use feasibility::first_infeasibility;
 pub use heat::{DriveHeat, drive_heat};
 pub use plan::{DesiredMotion, initial_pose, plan, plan_tour};
 pub use report::{
     ErrorRange, ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, MuscleSpread, Trace,
-    TraceRow, TrackIncident, TrackOutcome, TrackingNumbers, max_end_point_error,
+    TraceRow, TrackIncident, TrackOutcome, TrackingNumbers, fault_name, max_end_point_error,
 };
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
 pub use tracking::{

@@ -83,7 +83,7 @@ impl TrackIncident {
         Self {
             from_s: to_milliseconds(interval.from),
             until_s: to_milliseconds(interval.until),
-            what: named(interval.fault, robot),
+            what: fault_name(interval.fault, robot),
             answer: if interval.stopped { "stopped" } else { "bridged" },
         }
     }
@@ -95,7 +95,8 @@ fn to_milliseconds(time: f64) -> f64 {
 }
 
 /// A fault by the name of its muscle or joint.
-pub(super) fn named(fault: Fault, robot: &Robot) -> String {
+#[must_use]
+pub fn fault_name(fault: Fault, robot: &Robot) -> String {
     let muscle = |k: usize| robot.parts().tendons.get(k).map_or("?", |tendon| tendon.name.as_str());
     let independent = robot.independent_joints();
     let joint = |k: usize| independent.get(k).map_or("?", |joint| robot.parts().joints[*joint].name.as_str());
@@ -237,7 +238,7 @@ impl TrackingNumbers {
             ErrorRange::over(of_kind.map(|(_, statistics)| statistics))
         };
         let ended = TrackOutcome::of(summary, machine);
-        let stopped_by = summary.stopped.map(|(_, fault)| named(fault, robot));
+        let stopped_by = summary.stopped.map(|(_, fault)| fault_name(fault, robot));
         Self {
             ended,
             reason: match ended {

@@ -20,7 +20,7 @@ impl Statistics {
     }
 
     /// Adds a sample, >= 0, by Welford's recurrence.
-    pub(super) fn record(&mut self, value: f64) {
+    pub fn record(&mut self, value: f64) {
         self.count += 1.0;
         let deviation = value - self.mean;
         self.mean += deviation / self.count;

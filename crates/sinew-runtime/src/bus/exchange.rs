@@ -83,3 +83,36 @@ pub enum BusFault {
         code: u16,
     },
 }
+
+/// Exchanges of a run by their outcome.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BusStatistics {
+    /// All exchanges.
+    pub exchanges: u64,
+    /// Without an answer.
+    pub lost: u64,
+    /// In which fewer devices than expected took part.
+    pub working_counter: u64,
+    /// In which a device was not operational.
+    pub not_operational: u64,
+    /// In which a drive reported a fault.
+    pub drive: u64,
+    /// The first fault, and the cycle in which it was.
+    pub first: Option<(u64, BusFault)>,
+}
+
+impl BusStatistics {
+    /// Counts one exchange.
+    pub fn record(&mut self, exchange: Exchange) {
+        if let Some(fault) = exchange.fault {
+            *match fault {
+                BusFault::Lost => &mut self.lost,
+                BusFault::WorkingCounter { .. } => &mut self.working_counter,
+                BusFault::NotOperational { .. } => &mut self.not_operational,
+                BusFault::Drive { .. } => &mut self.drive,
+            } += 1;
+            self.first = self.first.or(Some((self.exchanges, fault)));
+        }
+        self.exchanges += 1;
+    }
+}

@@ -1,5 +1,5 @@
 use crate::Error;
-use crate::bus::{Bus, BusFault, Exchange, Feedback};
+use crate::bus::{Bus, BusFault, BusStatistics, Exchange, Feedback};
 use sinew::control::arm::{ArmCommand, ArmController, Fault, PreviewedReference};
 use sinew::control::stretch::PREVIEW_HORIZON;
 use sinew::drive::DriveCommand;
@@ -18,6 +18,7 @@ pub struct Cycle<'a, B> {
     previewed: Reference,
     count: u64,
     lost: u32,
+    statistics: BusStatistics,
 }
 
 /// One control cycle: what was read, what was wanted, what is commanded.
@@ -56,6 +57,7 @@ impl<'a, B: Bus> Cycle<'a, B> {
             previewed: Reference::new(joints),
             count: 0,
             lost: 0,
+            statistics: BusStatistics::default(),
         }
     }
 
@@ -63,6 +65,12 @@ impl<'a, B: Bus> Cycle<'a, B> {
     #[must_use]
     pub fn bus(&self) -> &B {
         &self.bus
+    }
+
+    /// How the exchanges went.
+    #[must_use]
+    pub fn statistics(&self) -> BusStatistics {
+        self.statistics
     }
 
     /// The bus, its cycles done.
@@ -80,6 +88,7 @@ impl<'a, B: Bus> Cycle<'a, B> {
     /// The first half of a cycle: the commands of the last one are written, the sensors are read.
     pub fn exchange(&mut self) -> Exchange {
         let exchange = self.bus.exchange(&self.commands, &mut self.feedback);
+        self.statistics.record(exchange);
         self.lost = if exchange.fault == Some(BusFault::Lost) { self.lost + 1 } else { 0 };
         exchange
     }

@@ -134,6 +134,12 @@ pub(super) fn positions(expected: &[Device], found: &[FoundDevice]) -> Result<Ve
     if mismatches.is_empty() { Ok(positions) } else { Err(mismatches) }
 }
 
+/// What differs between the devices of a machine file and those on the wire; empty where nothing does.
+#[must_use]
+pub fn compare(expected: &[Device], found: &[FoundDevice]) -> Vec<Mismatch> {
+    positions(expected, found).err().unwrap_or_default()
+}
+
 impl<'a, L: Link> Matched<'a, L> {
     /// Configures the devices for a period of the cycle, ns, brings them to OP and enables the drives, which hold still.
     ///

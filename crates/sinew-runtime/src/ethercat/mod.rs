@@ -18,7 +18,11 @@ mod link;
 mod master;
 mod operational;
 mod pump;
+#[cfg(target_os = "linux")]
+mod raw_link;
 mod segment_link;
+#[cfg(target_os = "linux")]
+mod serve;
 mod sii;
 mod simulated_machine;
 mod time;
@@ -26,8 +30,12 @@ mod time;
 pub use cia402::DriveState;
 pub use error::{EthercatError, Mismatch};
 pub use link::Link;
-pub use master::{FoundDevice, Master, Matched};
+pub use master::{FoundDevice, Master, Matched, compare};
 pub use operational::EthercatBus;
 pub use pump::FrameStorage;
+#[cfg(target_os = "linux")]
+pub use raw_link::RawSocketLink;
 pub use segment_link::SegmentLink;
+#[cfg(target_os = "linux")]
+pub use serve::serve;
 pub use simulated_machine::SimulatedMachine;

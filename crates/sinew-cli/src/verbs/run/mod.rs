@@ -1,25 +1,39 @@
 //! `sinew run`.
 
+mod bus;
+mod measured;
 mod simulated;
 mod timing;
 
 use super::track::{refuse, setup::Setup, summary_text};
-use crate::arguments::RunArguments;
+use crate::arguments::{BusArgument, MotionArguments, RunArguments};
 use crate::error::Error;
 use crate::output::print;
 use crate::progress::Progress;
 use crate::verbs::Outcome;
+use measured::Measured;
 use simulated::{Executed, execute};
+use sinew_lab::CompensationVariant;
 use sinew_lab::arm::TrackOutcome;
+use sinew_runtime::cycle::RealTime;
 use std::collections::BTreeMap;
 
 pub(crate) fn run(arguments: &RunArguments) -> Result<Outcome, Error> {
+    let interface = arguments.interface.as_deref().filter(|_| arguments.bus == BusArgument::Ethercat);
+    if interface.is_some() {
+        refuse_simulated(&arguments.motion)?;
+    }
     let progress = Progress::new();
     progress.show("planning and verifying the motion", 0.0);
     let setup = Setup::new(&arguments.motion);
     drop(progress);
     let setup = setup.or_else(|error| refuse(arguments.motion.seed, arguments.json, error))?;
     let progress = Progress::new();
+    if let Some(interface) = interface {
+        let measured = measured::execute(&setup, interface, &progress)?;
+        drop(progress);
+        return report_measured(arguments, &setup, &measured);
+    }
     progress.show("calibrating the machine's cables", 0.0);
     let arm = setup.calibrate()?;
     let executed = execute(&setup, &arm, (arguments.bus, arguments.virtual_time), &progress)?;
@@ -28,22 +42,60 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<Outcome, Error> {
     Ok(Outcome::of(executed.numbers.ended == TrackOutcome::Completed))
 }
 
+/// What only a simulated machine can do.
+fn refuse_simulated(motion: &MotionArguments) -> Result<(), Error> {
+    let refuse = |flag, value: String| {
+        let expected = "it with a simulated bus only";
+        Err(Error::Argument { flag, value, expected })
+    };
+    if let Some(fault) = motion.fault.first() {
+        return refuse("--fault", fault.text.clone());
+    }
+    if motion.compensation != CompensationVariant::Observer {
+        return refuse("--compensation", motion.compensation.to_string());
+    }
+    Ok(())
+}
+
 fn report(arguments: &RunArguments, setup: &Setup, executed: &Executed) -> Result<(), Error> {
     let tracking = BTreeMap::from([(setup.variant, executed.numbers.clone())]);
     let timed = !arguments.virtual_time;
     if arguments.json {
-        let mut all = serde_json::json!({"simulated": true, "seed": setup.seed, "tracking": tracking});
+        let mut all = serde_json::json!({
+            "simulated": true, "seed": setup.seed, "tracking": tracking,
+            "bus": bus::json(&executed.statistics),
+        });
         if timed {
             all["timing_us"] = timing::json(&executed.timing);
         }
         return print(&(serde_json::to_string_pretty(&all)? + "\n"));
     }
-    let mut text = summary_text(&tracking);
+    let mut text = summary_text(&tracking) + &bus::text(&executed.statistics, &setup.machine);
     if timed {
         text += &timing::text(&executed.timing);
     }
-    for shortcoming in &executed.real_time.shortcomings {
+    warn(&executed.real_time);
+    print(&text)
+}
+
+fn report_measured(arguments: &RunArguments, setup: &Setup, measured: &Measured) -> Result<Outcome, Error> {
+    let numbers = &measured.numbers;
+    if arguments.json {
+        let all = serde_json::json!({
+            "simulated": false, "run": numbers, "bus": bus::json(&measured.statistics),
+            "timing_us": timing::json(&measured.timing),
+        });
+        print(&(serde_json::to_string_pretty(&all)? + "\n"))?;
+    } else {
+        warn(&measured.real_time);
+        let text = measured::text(measured, &setup.machine) + &timing::text(&measured.timing);
+        print(&text)?;
+    }
+    Ok(Outcome::of(numbers.ended == "as_planned"))
+}
+
+fn warn(real_time: &RealTime) {
+    for shortcoming in &real_time.shortcomings {
         eprintln!("warning: {shortcoming}");
     }
-    print(&text)
 }

@@ -7,7 +7,7 @@ use crate::verbs::track::setup::Setup;
 use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
 use sinew_lab::experiment::arm::STEP;
-use sinew_runtime::bus::{Bus, SimulatedBus, TwinBus};
+use sinew_runtime::bus::{Bus, BusStatistics, SimulatedBus, TwinBus};
 use sinew_runtime::cycle::{Clock, Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
 use sinew_runtime::ethercat::{FrameStorage, Master, SegmentLink, SimulatedMachine};
 use std::sync::atomic::AtomicBool;
@@ -17,6 +17,7 @@ pub(super) struct Executed {
     pub(super) numbers: TrackingNumbers,
     pub(super) timing: Timing,
     pub(super) real_time: RealTime,
+    pub(super) statistics: BusStatistics,
 }
 
 /// Control cycle, ns.
@@ -36,7 +37,8 @@ pub(super) fn execute(
     let storage = FrameStorage::new();
     match bus {
         BusArgument::Twin => paced(TwinBus::new(plant, STEP), &prepared, arm, virtual_time, progress),
-        BusArgument::Segment => {
+        // The latter has an interface and is not simulated.
+        BusArgument::Segment | BusArgument::Ethercat => {
             let simulated = SimulatedMachine::new(plant, &setup.machine);
             let segment = simulated.segment(|_| None)?;
             let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
@@ -88,5 +90,7 @@ fn execute_on<B: Bus + SimulatedBus>(
         Ok(())
     };
     run(&mut cycle, clock, PERIOD, &stop, &mut timing, see)?;
-    Ok(Executed { numbers: TrackingNumbers::new(&evaluation.finish(), &arm.machine), timing, real_time })
+    let statistics = cycle.statistics();
+    let numbers = TrackingNumbers::new(&evaluation.finish(), &arm.machine);
+    Ok(Executed { numbers, timing, real_time, statistics })
 }

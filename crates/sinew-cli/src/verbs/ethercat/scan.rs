@@ -1,0 +1,78 @@
+//! `sinew ethercat scan`.
+
+use crate::arguments::EthercatScanArguments;
+use crate::error::Error;
+use crate::output::print;
+use crate::table::table;
+use crate::verbs::Outcome;
+use crate::verbs::arm::model::load_machine;
+use sinew::machine::Device;
+use sinew_runtime::ethercat::{FoundDevice, FrameStorage, Master, RawSocketLink, compare};
+
+pub(super) fn run(arguments: &EthercatScanArguments) -> Result<Outcome, Error> {
+    let expected = load_machine(&arguments.machine, None)?.machine.devices;
+    let storage = FrameStorage::new();
+    let mut master = Master::new(&storage, RawSocketLink::open(&arguments.interface)?)?;
+    let found = master.scan()?;
+    let fits = compare(&expected, &found).is_empty();
+    if arguments.json {
+        print(&(serde_json::to_string_pretty(&json(&expected, &found, fits))? + "\n"))?;
+    } else {
+        print(&text(&expected, &found))?;
+    }
+    Ok(Outcome::of(fits))
+}
+
+fn json(expected: &[Device], found: &[FoundDevice], fits: bool) -> serde_json::Value {
+    let found: Vec<_> = found
+        .iter()
+        .map(|device| {
+            let [vendor, product, revision] = device.identity;
+            serde_json::json!({
+                "position": device.position, "name": device.name, "vendor": vendor, "product": product,
+                "revision": revision, "serial": device.serial, "alias": device.alias,
+            })
+        })
+        .collect();
+    let expected: Vec<_> = expected
+        .iter()
+        .map(|device| {
+            let identity = device.identity;
+            serde_json::json!({
+                "name": device.name, "vendor": identity.vendor, "product": identity.product,
+                "revision": identity.revision, "alias": device.alias,
+            })
+        })
+        .collect();
+    serde_json::json!({"found": found, "expected": expected, "matches": fits})
+}
+
+/// Both lists side by side in the order on the wire, differences marked.
+fn text(expected: &[Device], found: &[FoundDevice]) -> String {
+    let mismatches = compare(expected, found);
+    let rows: Vec<Vec<String>> = (0..expected.len().max(found.len()))
+        .map(|k| {
+            let on_wire = found.get(k).map_or([String::from("none"), String::new()], |device| {
+                [device.name.clone(), identity(device.identity)]
+            });
+            let differs = mismatches.iter().any(|mismatch| mismatch.position == k);
+            let wanted = expected.get(k).map_or([String::from("none"), String::new()], |device| {
+                let of = device.identity;
+                [device.name.clone(), identity([of.vendor, of.product, of.revision])]
+            });
+            let mark = if differs { "differs" } else { "" };
+            [k.to_string()].into_iter().chain(on_wire).chain(wanted).chain([mark.to_owned()]).collect()
+        })
+        .collect();
+    let header =
+        ["position", "on the wire", "vendor:product:revision", "machine file", "vendor:product:revision", ""];
+    let mut text = table(&header, &rows, 6);
+    for mismatch in &mismatches {
+        text += &format!("{mismatch}\n");
+    }
+    text
+}
+
+fn identity([vendor, product, revision]: [u32; 3]) -> String {
+    format!("{vendor:#x}:{product:#x}:{revision:#x}")
+}

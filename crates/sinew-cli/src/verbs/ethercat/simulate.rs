@@ -1,0 +1,47 @@
+//! `sinew ethercat simulate`.
+
+use crate::arguments::EthercatSimulateArguments;
+use crate::error::Error;
+use crate::interrupt;
+use crate::output::print;
+use crate::verbs::Outcome;
+use crate::verbs::arm::model::load_machine;
+use sinew::control::arm::synthesize;
+use sinew::twin::arm::{ArmSpecimen, ArmTwin};
+use sinew_lab::experiment::arm::resting_tensions;
+use sinew_lab::experiment::oracle_models;
+use sinew_runtime::ethercat::{SimulatedMachine, serve};
+use sinew_segment::RawSocket;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+/// Control cycle, ns.
+const PERIOD: u64 = 1_000_000;
+
+pub(super) fn run(arguments: &EthercatSimulateArguments) -> Result<Outcome, Error> {
+    let machine = load_machine(&arguments.machine, None)?.machine;
+    let socket = RawSocket::open(&arguments.interface)?;
+    let design = ArmSpecimen::nominal(&machine)?;
+    let (gains, _) = synthesize(&machine, &oracle_models(&design), &[machine.start.clone()])?;
+    let specimen = ArmSpecimen::drawn_around(&design, &machine, arguments.seed)?;
+    let tensions = resting_tensions(&specimen.robot, &machine.start, &gains.tension_limits())?;
+    let arm = ArmTwin::new(&specimen, &machine.start, &tensions, arguments.seed)?;
+    let mut simulated = SimulatedMachine::new(arm, &machine);
+    let mut segment = simulated.segment(|_| None)?;
+    print(&format!(
+        "SIMULATED {}: {} devices answer on {}; Ctrl-C ends\n",
+        machine.robot.parts().name,
+        segment.devices().len(),
+        arguments.interface
+    ))?;
+    let stop = interrupt::answer();
+    if let Some(seconds) = arguments.duration {
+        std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_secs_f64(seconds));
+            stop.store(true, Ordering::SeqCst);
+        });
+    }
+    let answered = serve(&socket, (&mut segment, &mut simulated), PERIOD, stop)?;
+    print(&format!("{answered} frames answered\n"))?;
+    Ok(Outcome::AsAsked)
+}

@@ -1,0 +1,120 @@
+//! A run of a real machine: only what its sensors measure is known.
+
+use super::bus;
+use crate::error::Error;
+use crate::interrupt;
+use crate::progress::Progress;
+use crate::table::{number, table};
+use crate::verbs::track::setup::Setup;
+use serde::Serialize;
+use sinew::control::arm::ArmStatus;
+use sinew::machine::Machine;
+use sinew::trajectory::Schedule;
+use sinew_lab::arm::{INITIAL_REST_S, designed_controller, fault_name};
+use sinew_lab::experiment::Statistics;
+use sinew_lab::experiment::arm::STEP;
+use sinew_runtime::bus::BusStatistics;
+use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, RealTime, Timing, run};
+use sinew_runtime::ethercat::{EthercatBus, FrameStorage, Master, RawSocketLink};
+
+/// Result of a run on a real bus.
+pub(super) struct Measured {
+    pub(super) numbers: MeasuredNumbers,
+    pub(super) timing: Timing,
+    pub(super) real_time: RealTime,
+    pub(super) statistics: BusStatistics,
+}
+
+/// Errors by the joint encoders, and how the run ended.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct MeasuredNumbers {
+    pub(super) ended: &'static str,
+    pub(super) reason: Option<String>,
+    /// During motion, by the joint encoders: `[joints]`.
+    pub(super) joint_error: Vec<MeanMax>,
+    pub(super) degraded_cycles: u64,
+}
+
+/// Magnitude of an error, rad or m.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct MeanMax {
+    pub(super) mean: f64,
+    pub(super) max: f64,
+}
+
+/// Table of the joints, and how the run ended.
+pub(super) fn text(measured: &Measured, machine: &Machine) -> String {
+    let numbers = &measured.numbers;
+    let joints = &machine.robot.parts().joints;
+    let independent = machine.robot.independent_joints();
+    let rows: Vec<Vec<String>> = independent
+        .iter()
+        .zip(&numbers.joint_error)
+        .map(|(joint, error)| {
+            let errors = [error.mean, error.max].map(|error| number(Some(1e3 * error)));
+            [joints[*joint].name.clone()].into_iter().chain(errors).collect()
+        })
+        .collect();
+    let mut text = table(&["joint, by its encoder", "error, mrad or mm: mean", "max"], &rows, 1);
+    let ended = match (numbers.ended, &numbers.reason) {
+        (_, Some(reason)) => format!("stopped: {reason}"),
+        ("interrupted", None) => "interrupted; the drives braked".to_owned(),
+        _ => "as planned".to_owned(),
+    };
+    text += &format!("Ended {ended}\n");
+    text + &bus::text(&measured.statistics, machine)
+}
+
+/// Control cycle, ns.
+const PERIOD: u64 = 1_000_000;
+
+/// Runs the task of a setup on the devices of an interface.
+pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Result<Measured, Error> {
+    let task = setup.task(1.0);
+    let mut controller = designed_controller(&setup.machine, &setup.trajectory, task.gains)?;
+    if task.learning && task.repeats > 1 {
+        controller = controller.with_iterative_learning(setup.trajectory.duration())?;
+    }
+    let schedule = Schedule::new(&setup.trajectory, task.repeats, INITIAL_REST_S, task.final_rest)?;
+    let storage = FrameStorage::new();
+    progress.show("bringing the devices into operation", 0.0);
+    let master = Master::new(&storage, RawSocketLink::open(interface)?)?;
+    let bus = master.match_devices(&setup.machine.devices)?.operate(&setup.machine, PERIOD)?;
+    let mut cycle = Cycle::new(bus, controller, schedule, STEP);
+    let real_time = RealTime::request();
+    let mut timing = Timing::new();
+    let mut errors = vec![Statistics::default(); schedule.joints()];
+    let (mut stopped, mut degraded) = (None, 0);
+    let see = |record: &CycleRecord<'_, EthercatBus<'_, RawSocketLink>>| {
+        match record.command.status {
+            ArmStatus::Stopped(fault) => {
+                stopped = stopped.or(Some((record.moment.time, fault)));
+            }
+            ArmStatus::Degraded(_) => degraded += 1,
+            ArmStatus::Following | ArmStatus::Holding => {}
+        }
+        if record.moment.repeat.is_some() {
+            let measured = record.feedback.joint.iter().zip(&record.reference.q);
+            for (statistics, (measured, reference)) in errors.iter_mut().zip(measured) {
+                if measured.is_finite() {
+                    statistics.record((measured - reference).abs());
+                }
+            }
+        }
+        Ok(())
+    };
+    run(&mut cycle, &mut MonotonicClock, PERIOD, interrupt::answer(), &mut timing, see)?;
+    let statistics = cycle.statistics();
+    cycle.into_bus().stop();
+    let (ended, reason) = match stopped {
+        Some((time, fault)) => {
+            ("stopped", Some(format!("{} at {time:.3} s", fault_name(fault, &setup.machine.robot))))
+        }
+        None if interrupt::is_requested() => ("interrupted", None),
+        None => ("as_planned", None),
+    };
+    let joint_error =
+        errors.iter().map(|statistics| MeanMax { mean: statistics.mean, max: statistics.max }).collect();
+    let numbers = MeasuredNumbers { ended, reason, joint_error, degraded_cycles: degraded };
+    Ok(Measured { numbers, timing, real_time, statistics })
+}
