@@ -7,7 +7,7 @@ use crate::description::{
 };
 use crate::dictionary::{Dictionary, Slot};
 use crate::drive::Drive;
-use crate::esc::{Controller, Hardware, HardwareClock, register};
+use crate::esc::{Controller, Hardware, HardwareClock, SyncPulses, register};
 use crate::frame::{Command, Datagram, Transfer};
 use crate::mailbox::Mailbox;
 use crate::pdo::{ProcessData, channel};
@@ -31,6 +31,8 @@ pub struct Device {
     identity: Identity,
     machine: Machine,
     firmware: Firmware,
+    pulses: SyncPulses,
+    origin: Box<(DeviceDescription, DeviceSettings)>,
     pub(crate) forward_delay_ns: u64,
 }
 
@@ -91,6 +93,8 @@ impl Device {
         Ok(Self {
             name: description.name.clone(),
             identity: Identity { serial, ..description.identity },
+            pulses: SyncPulses::default(),
+            origin: Box::new((description.clone(), settings)),
             machine: Machine::new(settings.transition_ns, settings.identification),
             forward_delay_ns: u64::from(settings.forward_delay_ns),
             firmware: Firmware {
@@ -200,10 +204,25 @@ impl Device {
         &mut self.firmware.controller
     }
 
-    /// Virtual time passes: clock, watchdog, state machine, mailbox, application.
-    pub(crate) fn advance(&mut self, nanoseconds: u64) {
+    /// Starts anew, in INIT; the EEPROM keeps its content.
+    pub fn power_cycle(&mut self) {
+        let eeprom = self.eeprom_mut().to_vec();
+        let now = self.firmware.controller.now();
+        // What made this device makes it again.
+        if let Ok(anew) = Self::new(&self.origin.0, self.origin.1) {
+            *self = anew;
+        }
+        self.firmware.controller.restart(&eeprom, now);
+    }
+
+    /// Clock and watchdog.
+    pub(crate) fn pass_time(&mut self, nanoseconds: u64) {
+        self.pulses = self.firmware.controller.advance(nanoseconds);
+    }
+
+    /// State machine, mailbox and application, after `pass_time`.
+    pub(crate) fn run(&mut self, nanoseconds: u64) {
         let firmware = &mut self.firmware;
-        let pulses = firmware.controller.advance(nanoseconds);
         let now = firmware.controller.now();
         if let Some(control) = firmware.controller.take_request() {
             self.machine.request(control, now);
@@ -211,7 +230,7 @@ impl Device {
         if let Some(transition) = self.machine.advance(now, firmware) {
             firmware.show(transition);
         }
-        if pulses.sync0 > 0 {
+        if self.pulses.sync0 > 0 {
             firmware.take_outputs(self.machine.state());
         }
         if self.machine.state() == AlState::Op && firmware.controller.watchdog_expired() {

@@ -34,12 +34,15 @@ mod device;
 mod dictionary;
 mod drive;
 mod esc;
+mod fault;
 mod frame;
 mod mailbox;
 mod pdo;
 #[cfg(all(feature = "raw-socket", target_os = "linux"))]
 mod raw_socket;
 mod segment;
+#[cfg(all(feature = "raw-socket", target_os = "linux"))]
+mod serve;
 mod settings;
 mod sii;
 
@@ -54,5 +57,8 @@ pub use device::Device;
 pub use drive::{AxisCommand, Drive, DriveState, Mode};
 #[cfg(all(feature = "raw-socket", target_os = "linux"))]
 pub use raw_socket::{RawSocket, RawSocketError};
+pub use fault::{Fault, FaultKind, NoSuchDevice};
 pub use segment::{Passed, Segment};
+#[cfg(all(feature = "raw-socket", target_os = "linux"))]
+pub use serve::{Served, serve};
 pub use settings::DeviceSettings;

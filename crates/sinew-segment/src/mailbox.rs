@@ -16,6 +16,7 @@ const COE: u8 = 3;
 /// Octets of a CoE header and of the smallest SDO.
 const COE_HEADER: usize = 2;
 const SMALLEST_SDO: usize = 3;
+const SMALLEST_INITIATING: usize = 10;
 const SMALLEST_INFORMATION: usize = 6;
 /// Emergencies that wait for the master; more are lost, as in a device.
 const MOST_WAITING: usize = 16;
@@ -177,6 +178,9 @@ impl Mailbox {
             coe::SDO_INFORMATION if self.information => SMALLEST_INFORMATION,
             _ => return self.refuse(Refusal::UnsupportedService),
         };
+        // All SDO requests but segments name an object.
+        let segment = content.get(2).is_some_and(|command| matches!(command >> 5, 0 | 3));
+        let smallest = if service == coe::SDO_REQUEST && !segment { SMALLEST_INITIATING } else { smallest };
         if content.len() < smallest {
             return self.refuse(Refusal::TooShort);
         }

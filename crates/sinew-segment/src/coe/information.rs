@@ -111,8 +111,13 @@ fn object(dictionary: &Dictionary, index: u16) -> Result<Vec<u8>, Abort> {
 fn entry(dictionary: &Dictionary, index: u16, subindex: u8, wanted: u8) -> Result<Vec<u8>, Abort> {
     let object = dictionary.object(index).ok_or(Abort::NoObject)?;
     let entries = dictionary.entries(object);
-    let entry =
-        entries.iter().find(|entry| entry.description.subindex == subindex).ok_or(Abort::NoSubindex)?;
+    let last = entries.last().map_or(0, |entry| entry.description.subindex);
+    let Some(entry) = entries.iter().find(|entry| entry.description.subindex == subindex) else {
+        // A gap between entries is described as empty, so that a master can go through all of them.
+        let [low, high] = index.to_le_bytes();
+        let gap = vec![low, high, subindex, 0, 0, 0, 0, 0, 0, 0];
+        return if subindex < last { Ok(gap) } else { Err(Abort::NoSubindex) };
+    };
     let description = &entry.description;
     let mappable = |direction, bit: u16| if description.pdo.allows(direction) { bit } else { 0 };
     let rights =

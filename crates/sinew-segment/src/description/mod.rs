@@ -2,6 +2,9 @@
 
 pub mod builtin;
 mod error;
+mod esi;
+mod esi_node;
+mod esi_objects;
 mod kinds;
 mod table;
 mod types;

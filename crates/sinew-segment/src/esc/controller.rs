@@ -106,6 +106,15 @@ impl Controller {
         controller
     }
 
+    /// Power comes back: the EEPROM has kept its content and virtual time has gone on.
+    pub(crate) fn restart(&mut self, eeprom: &[u8], now: u64) {
+        self.now = now;
+        let image = self.eeprom.image_mut();
+        let kept = image.len().min(eeprom.len());
+        image[..kept].copy_from_slice(&eeprom[..kept]);
+        self.load_configuration();
+    }
+
     /// What the EEPROM configures: interface, pulse length, alias.
     fn load_configuration(&mut self) {
         let head: [u8; 16] = core::array::from_fn(|at| self.eeprom.image().get(at).copied().unwrap_or(0xff));

@@ -8,5 +8,6 @@ pub(crate) mod register;
 mod sync_manager;
 mod watchdog;
 
+pub(crate) use clock::SyncPulses;
 pub(crate) use controller::{Controller, Hardware, HardwareClock};
 pub(crate) use sync_manager::SyncManager;

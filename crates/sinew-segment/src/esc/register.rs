@@ -59,11 +59,10 @@ pub(super) const WRITE: u8 = 2;
 const BOTH: u8 = READ | WRITE;
 
 /// Start, length, rights of what every controller has.
-const COMMON: [(u16, u16, u8); 24] = [
+const COMMON: [(u16, u16, u8); 23] = [
     (0x0000, 10, READ),
     (STATION, 2, BOTH),
     (ALIAS, 2, READ),
-    (0x0040, 1, BOTH),
     (0x0100, 4, BOTH),
     (DL_STATUS, 2, READ),
     (AL_CONTROL, 2, BOTH),
