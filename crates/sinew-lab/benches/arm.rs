@@ -8,6 +8,7 @@
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use sinew::body::Robot;
+use sinew::control::arm::resting_tensions;
 use sinew::control::arm::{
     ActuationMode, ArmController, ArmMeasurement, ArmStatus, CableStateSource, PreviewedReference, synthesize,
 };
@@ -18,7 +19,6 @@ use sinew::trajectory::{JointPath, Loop, Reference, TimeLaw, Trajectory};
 use sinew::twin::arm::{ArmReading, ArmSpecimen, ArmTwin};
 use sinew::twin::cable::Resolution;
 use sinew_lab::arm::plan_tour;
-use sinew_lab::experiment::arm::resting_tensions;
 use sinew_lab::experiment::oracle_models;
 use std::time::Instant;
 

@@ -6,6 +6,7 @@ mod common;
 
 use common::{gains, lm_arm, lm_machine};
 use sinew::body::Robot;
+use sinew::control::arm::resting_tensions;
 use sinew::control::arm::{
     ActuationMode, ArmController, ArmGains, ArmMeasurement, ArmStatus, CableStateSource, Fault,
     PreviewedReference, ResidualNetwork,
@@ -16,7 +17,7 @@ use sinew::predictor::CableModel;
 use sinew::trajectory::{JointPath, MinimumJerk, Reference, TimeLaw, Trajectory};
 use sinew::transmission::{Perceptron, PerceptronWeights};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Sensor, SensorFailure};
-use sinew_lab::experiment::arm::{TrackRun, resting_tensions, track};
+use sinew_lab::experiment::arm::{TrackRun, track};
 use sinew_lab::experiment::{TrackRow, TrackSummary};
 
 const H: f64 = 1e-3;

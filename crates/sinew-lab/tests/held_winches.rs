@@ -7,12 +7,12 @@
 mod common;
 
 use rayon::prelude::*;
+use sinew::control::arm::resting_tensions;
 use sinew::control::arm::{least_stable_pose, tension_limits};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::random::Random;
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault};
-use sinew_lab::experiment::arm::resting_tensions;
 use std::f64::consts::PI;
 
 /// Duration, ms.

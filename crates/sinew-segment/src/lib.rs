@@ -55,9 +55,9 @@ pub use description::{
 };
 pub use device::Device;
 pub use drive::{AxisCommand, Drive, DriveState, Mode};
+pub use fault::{Fault, FaultKind, NoSuchDevice};
 #[cfg(all(feature = "raw-socket", target_os = "linux"))]
 pub use raw_socket::{RawSocket, RawSocketError};
-pub use fault::{Fault, FaultKind, NoSuchDevice};
 pub use segment::{Passed, Segment};
 #[cfg(all(feature = "raw-socket", target_os = "linux"))]
 pub use serve::{Served, serve};

@@ -142,7 +142,8 @@ impl Segment {
             *octet |= PASSED;
         }
         let intact = self.disturbances[..reached].iter().position(|disturbance| disturbance.corrupted);
-        let complete = self.answer(frame.get_mut(range.clone()).unwrap_or_default(), intact.unwrap_or(reached));
+        let complete =
+            self.answer(frame.get_mut(range.clone()).unwrap_or_default(), intact.unwrap_or(reached));
         for device in &mut self.devices[..reached] {
             device.after_frame();
         }
@@ -192,8 +193,10 @@ impl Segment {
 
     /// Devices that a frame reaches: up to one whose master has closed its second port, or an open cable.
     fn reached(&self) -> usize {
-        let closing = self.devices.iter().position(Device::closes_line).map_or(self.devices.len(), |at| at + 1);
-        let open = self.disturbances.iter().position(|disturbance| disturbance.off).unwrap_or(self.devices.len());
+        let closing =
+            self.devices.iter().position(Device::closes_line).map_or(self.devices.len(), |at| at + 1);
+        let open =
+            self.disturbances.iter().position(|disturbance| disturbance.off).unwrap_or(self.devices.len());
         closing.min(open)
     }
 

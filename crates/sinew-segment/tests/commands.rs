@@ -4,16 +4,16 @@ mod wire;
 
 use sinew_segment::{DeviceSettings, Passed, Segment, builtin};
 use wire::{
-    APRD, APRW, APWR, ARMW, BRD, BRW, BWR, Datagram, FPRD, FPRW, FPWR, FRMW, LRD, LRW, LWR, NOP, STATION, Wire,
+    APRD, APRW, APWR, ARMW, BRD, BRW, BWR, Datagram, FPRD, FPRW, FPWR, FRMW, LRD, LRW, LWR, NOP, STATION,
+    Wire,
 };
 
 /// Three devices with user memory at 0x0f80 set to 1, 2 and 4, the alias of the last in use.
 fn line() -> Wire {
-    let settings = |position| DeviceSettings {
-        alias: if position == 2 { 77 } else { 0 },
-        ..DeviceSettings::default()
-    };
-    let mut wire = Wire::with_settings(&[builtin::coupler(), builtin::coupler(), builtin::coupler()], settings);
+    let settings =
+        |position| DeviceSettings { alias: if position == 2 { 77 } else { 0 }, ..DeviceSettings::default() };
+    let mut wire =
+        Wire::with_settings(&[builtin::coupler(), builtin::coupler(), builtin::coupler()], settings);
     for (position, value) in [(0, 1), (1, 2), (2, 4)] {
         wire.write(position, 0x0f80, &[value]);
     }
@@ -98,7 +98,11 @@ fn logical_commands_count_once_for_reading_and_twice_for_writing_in_an_exchange(
             wire.fmmu(position, 0, 0x8000_0000 + u32::from(position), 1, 0x1e00, kind);
         }
         let answer = wire.send_all(&[Datagram::logical(*command, 0x8000_0000, &data)]).remove(0);
-        assert_eq!((answer.counter, &answer.data[..2]), (*counter, &expected[..]), "{first} {second} {command}");
+        assert_eq!(
+            (answer.counter, &answer.data[..2]),
+            (*counter, &expected[..]),
+            "{first} {second} {command}"
+        );
         assert_eq!(answer.data[2..], data[2..], "what nobody maps stays");
         let written = |kind: u8| command != &LRD && kind & 2 != 0;
         let expected = [if written(*first) { 9 } else { 1 }, if written(*second) { 9 } else { 2 }];
@@ -149,7 +153,11 @@ fn registers_that_are_read_only_or_absent_are_not_counted() {
         (0xffff, false, false),
     ] {
         assert_eq!(wire.send(FPRD, STATION, offset, &[0]).counter, u16::from(readable), "read {offset:#06x}");
-        assert_eq!(wire.send(FPWR, STATION, offset, &[0]).counter, u16::from(writable), "write {offset:#06x}");
+        assert_eq!(
+            wire.send(FPWR, STATION, offset, &[0]).counter,
+            u16::from(writable),
+            "write {offset:#06x}"
+        );
     }
     // Part of the range is enough.
     assert_eq!(wire.send(FPRD, STATION, 0x000e, &[0; 4]).counter, 1);

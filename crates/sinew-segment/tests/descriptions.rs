@@ -5,7 +5,8 @@
 mod wire;
 
 use sinew_segment::{
-    Access, DataType, Device, DeviceDescription, DeviceSettings, Direction, ObjectCode, PdoMappable, Profile, builtin,
+    Access, DataType, Device, DeviceDescription, DeviceSettings, Direction, ObjectCode, PdoMappable, Profile,
+    builtin,
 };
 use wire::Wire;
 
@@ -15,7 +16,10 @@ const ESI: &str = include_str!("esi/drive.xml");
 #[test]
 fn an_esi_file_gives_identity_pdos_and_objects() {
     let device = DeviceDescription::from_esi("drive.xml", ESI, Some(0x1234), None).unwrap();
-    assert_eq!((device.identity.vendor, device.identity.product, device.identity.revision), (0x777, 0x1234, 0x0002_0001));
+    assert_eq!(
+        (device.identity.vendor, device.identity.product, device.identity.revision),
+        (0x777, 0x1234, 0x0002_0001)
+    );
     assert_eq!((device.name.as_str(), device.title.as_str()), ("DRV-9", "Nine drive"));
     assert_eq!(device.profile, Profile::Drive);
     assert_eq!(device.mailbox.map(|mailbox| (mailbox.information, mailbox.mapping)), Some((true, false)));
@@ -65,7 +69,11 @@ fn an_esi_file_that_is_none_gives_one_error_with_its_line() {
         (">Outputs</Sm>", ">Output</Sm>", "`Output`, expected MBoxOut, MBoxIn, Outputs or Inputs"),
         ("<Type>UDINT</Type><BitSize>32</BitSize>", "<Type>QUAD</Type>", "unknown data type `QUAD`"),
         ("<BitLen>32</BitLen>", "<BitLen>16</BitLen>", "is not mappable"),
-        ("<DefaultData>10270000</DefaultData>", "<DefaultData>1027000000</DefaultData>", "5 octets in 32 bits"),
+        (
+            "<DefaultData>10270000</DefaultData>",
+            "<DefaultData>1027000000</DefaultData>",
+            "5 octets in 32 bits",
+        ),
         ("<Index>#x1600</Index>", "<Index>#x1a00</Index>", "expected an index from 0x1600"),
     ] {
         let error = broken(from, to);
@@ -87,8 +95,18 @@ fn a_wrong_table_gives_one_error_with_line_and_field() {
         ("name = \"Controlword\"", "nam = \"Controlword\"", "nam = \"Controlword\"", "unknown field `nam`"),
         ("limits = [0, 6]", "limits = [6, 0]", "index = 0x605a", "limits 6 to 0"),
         ("[[0x6040, 0, 16], [0x6071", "[[0x6040, 0, 8], [0x6071", "index = 0x1600", "object.0x6040 of 16"),
-        ("[[0x6040, 0, 16], [0x6071", "[[0x7000, 0, 16], [0x6071", "index = 0x1600", "0x7000:0 is not in the dictionary"),
-        ("value = 0x0002_0192", "value = 0x1_0000_0000", "index = 0x1000", "4294967296, expected 0 to 4294967295"),
+        (
+            "[[0x6040, 0, 16], [0x6071",
+            "[[0x7000, 0, 16], [0x6071",
+            "index = 0x1600",
+            "0x7000:0 is not in the dictionary",
+        ),
+        (
+            "value = 0x0002_0192",
+            "value = 0x1_0000_0000",
+            "index = 0x1000",
+            "4294967296, expected 0 to 4294967295",
+        ),
         ("value = 0x0002_0192", "value = \"drive\"", "index = 0x1000", "is no value of the type U32"),
         ("start = 0x1000", "start = 0x0800", "", "0x0800 + 256, expected within 0x1000..0x3000"),
         ("kind = \"mailbox-in\"", "kind = \"inputs\"", "", "0 of MailboxIn, expected 1"),

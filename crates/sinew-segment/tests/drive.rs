@@ -74,11 +74,44 @@ fn every_transition_follows_its_command() {
     };
     // State; after shutdown, switch on, enable operation, disable voltage, quick stop.
     let table = [
-        (S::SwitchOnDisabled, [S::ReadyToSwitchOn, S::SwitchOnDisabled, S::SwitchOnDisabled, S::SwitchOnDisabled, S::SwitchOnDisabled]),
-        (S::ReadyToSwitchOn, [S::ReadyToSwitchOn, S::SwitchedOn, S::SwitchedOn, S::SwitchOnDisabled, S::SwitchOnDisabled]),
-        (S::SwitchedOn, [S::ReadyToSwitchOn, S::SwitchedOn, S::OperationEnabled, S::SwitchOnDisabled, S::SwitchOnDisabled]),
-        (S::OperationEnabled, [S::ReadyToSwitchOn, S::SwitchedOn, S::OperationEnabled, S::SwitchOnDisabled, S::QuickStopActive]),
-        (S::QuickStopActive, [S::QuickStopActive, S::QuickStopActive, S::OperationEnabled, S::SwitchOnDisabled, S::QuickStopActive]),
+        (
+            S::SwitchOnDisabled,
+            [
+                S::ReadyToSwitchOn,
+                S::SwitchOnDisabled,
+                S::SwitchOnDisabled,
+                S::SwitchOnDisabled,
+                S::SwitchOnDisabled,
+            ],
+        ),
+        (
+            S::ReadyToSwitchOn,
+            [S::ReadyToSwitchOn, S::SwitchedOn, S::SwitchedOn, S::SwitchOnDisabled, S::SwitchOnDisabled],
+        ),
+        (
+            S::SwitchedOn,
+            [
+                S::ReadyToSwitchOn,
+                S::SwitchedOn,
+                S::OperationEnabled,
+                S::SwitchOnDisabled,
+                S::SwitchOnDisabled,
+            ],
+        ),
+        (
+            S::OperationEnabled,
+            [S::ReadyToSwitchOn, S::SwitchedOn, S::OperationEnabled, S::SwitchOnDisabled, S::QuickStopActive],
+        ),
+        (
+            S::QuickStopActive,
+            [
+                S::QuickStopActive,
+                S::QuickStopActive,
+                S::OperationEnabled,
+                S::SwitchOnDisabled,
+                S::QuickStopActive,
+            ],
+        ),
     ];
     for (from, after) in table {
         for (control, expected) in [6, 7, 15, 0, 2].into_iter().zip(after) {

@@ -37,7 +37,10 @@ fn frames_are_disturbed_from_the_start_to_the_end_of_a_fault() {
         assert_eq!(count(&mut wire), 4, "{name} before");
         wire.wait_ms(1);
         if counter == 0 {
-            assert_eq!(wire.segment.process(&mut wire::frame(&[Datagram::new(BRD, 0, 0, &[0])])), Passed::Lost);
+            assert_eq!(
+                wire.segment.process(&mut wire::frame(&[Datagram::new(BRD, 0, 0, &[0])])),
+                Passed::Lost
+            );
         } else {
             assert_eq!(count(&mut wire), counter, "{name}");
         }

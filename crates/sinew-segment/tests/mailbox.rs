@@ -134,7 +134,11 @@ impl Wire {
     fn drive_to_safe_op_after_mapping(&mut self) {
         assert_eq!(self.request(0, 1), (1, 0));
         for (at, mapped) in [0x6040_0010_u32, 0x6071_0010, 0x6060_0008, 0x0000_0008].into_iter().enumerate() {
-            assert!(self.segment.device_mut(0).unwrap().set_object(0x1600, at as u8 + 1, &mapped.to_le_bytes()));
+            assert!(self.segment.device_mut(0).unwrap().set_object(
+                0x1600,
+                at as u8 + 1,
+                &mapped.to_le_bytes()
+            ));
         }
         let device = self.segment.device_mut(0).unwrap();
         assert!(device.set_object(0x1600, 0, &[4]) && device.set_object(0x1c12, 0, &[1]));
@@ -198,7 +202,8 @@ fn lists_come_in_fragments_that_count_down() {
     // Another device, whose small mailbox makes fragments.
     let answers = information(&mut wire, 1, &[1, 0]);
     let octets: Vec<u8> = answers.iter().flat_map(|answer| answer[6..].to_vec()).collect();
-    let indices: Vec<u16> = octets[2..].chunks(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
+    let indices: Vec<u16> =
+        octets[2..].chunks(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
     assert_eq!(indices.len(), all);
     assert!(indices.is_sorted() && indices.contains(&0x1018) && indices.contains(&0x6502));
     let left: Vec<u8> = answers.iter().map(|answer| answer[4]).collect();

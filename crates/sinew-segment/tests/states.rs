@@ -89,7 +89,11 @@ fn the_mailbox_has_to_fit_before_pre_op() {
     ] {
         let mut wire = drive_in(INIT);
         wire.sync_manager(0, channel, start, length, control);
-        assert_eq!(wire.request(0, PRE_OP), (INIT | ERROR, 0x16), "{channel} {start:#x} {length} {control:#x}");
+        assert_eq!(
+            wire.request(0, PRE_OP),
+            (INIT | ERROR, 0x16),
+            "{channel} {start:#x} {length} {control:#x}"
+        );
     }
 }
 
@@ -107,7 +111,11 @@ fn process_data_have_to_fit_before_safe_op() {
     ] {
         let mut wire = drive_in(PRE_OP);
         wire.sync_manager(0, channel, start, length, control);
-        assert_eq!(wire.request(0, SAFE_OP), (PRE_OP | ERROR, code), "{channel} {start:#x} {length} {control:#x}");
+        assert_eq!(
+            wire.request(0, SAFE_OP),
+            (PRE_OP | ERROR, code),
+            "{channel} {start:#x} {length} {control:#x}"
+        );
     }
 }
 

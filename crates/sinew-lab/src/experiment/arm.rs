@@ -1,7 +1,7 @@
 //! An arm along a trajectory: the twin as the plant, under a controller.
 
 use super::evaluation::Evaluation;
-pub use super::run::{TrackRun, resting_tensions};
+pub use super::run::TrackRun;
 use super::track_row::TrackRow;
 use super::track_summary::TrackSummary;
 use sinew::Error;

@@ -2,8 +2,7 @@
 
 use sinew::Error;
 use sinew::body::Robot;
-use sinew::control::tension::{Distribution, Problem};
-use sinew::muscle::MuscleDynamics;
+use sinew::control::arm::resting_tensions;
 use sinew::trajectory::{Reference, Schedule, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, InjectedFault};
 
@@ -52,31 +51,3 @@ impl<'a> TrackRun<'a> {
         ArmTwin::new(self.specimen, &start.q, &tensions, self.seed)?.with_faults(self.faults)
     }
 }
-
-/// Tensions that balance gravity in a pose, N: `[muscles]`, between these limits, a fifth of the least
-/// ones above them.
-///
-/// # Errors
-/// [`sinew::Error::WrongLength`] where the pose is another robot's.
-pub fn resting_tensions(robot: &Robot, q: &[f64], limits: &[[f64; 2]]) -> Result<Vec<f64>, Error> {
-    let mut model = MuscleDynamics::new(robot)?;
-    let (n, joints) = (model.muscles(), model.joints());
-    let (zero, mut torque) = (vec![0.0; joints], vec![0.0; joints]);
-    model.evaluate(q)?;
-    model.inverse_dynamics(&zero, &zero, &mut torque)?;
-    let (minimum, maximum): (Vec<f64>, Vec<f64>) =
-        limits.iter().map(|[least, most]| ((1.0 + RESTING_SHARE) * least, *most)).unzip();
-    let maximum: Vec<f64> = maximum.iter().zip(&minimum).map(|(most, least)| most.max(*least)).collect();
-    let problem = Problem {
-        moment_arms: model.moment_arms(),
-        torque: &torque,
-        minimum: &minimum,
-        maximum: &maximum,
-        reference: &vec![0.0; n],
-        weight: &vec![1.0; n],
-    };
-    Ok(Distribution::new(n, joints).solve(&problem)?.tension.to_vec())
-}
-
-/// Share by which the tensions of a machine at rest before a run exceed the least desired ones.
-const RESTING_SHARE: f64 = 0.2;

@@ -38,6 +38,26 @@ pub struct Matched<'a, L> {
     positions: Vec<usize>,
 }
 
+/// Devices that are not those of the machine, and the master to look for them again.
+pub struct Refused<'a, L> {
+    /// The master.
+    pub master: Box<Master<'a, L>>,
+    /// What is wrong.
+    pub error: EthercatError,
+}
+
+impl<L> std::fmt::Debug for Refused<'_, L> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        std::fmt::Debug::fmt(&self.error, f)
+    }
+}
+
+impl<L> From<Refused<'_, L>> for EthercatError {
+    fn from(refused: Refused<'_, L>) -> Self {
+        refused.error
+    }
+}
+
 /// Before operation a lost frame is sent again.
 const RETRIES: usize = 3;
 /// Rounds of the static compensation of the clocks' drift.
@@ -64,9 +84,8 @@ impl<'a, L: Link> Master<'a, L> {
     }
 
     /// The link.
-    #[must_use]
-    pub fn link(&self) -> &L {
-        self.pump.link()
+    pub fn link_mut(&mut self) -> &mut L {
+        self.pump.link_mut()
     }
 
     /// Brings all devices to PRE-OP and lists them in the order on the wire.
@@ -80,14 +99,22 @@ impl<'a, L: Link> Master<'a, L> {
     /// Compares the devices on the wire with those of a machine.
     ///
     /// # Errors
-    /// As [`scan`](Self::scan); [`EthercatError::NoDevices`] and [`EthercatError::Mismatch`].
-    pub fn match_devices(mut self, expected: &[Device]) -> Result<Matched<'a, L>, EthercatError> {
+    /// As [`scan`](Self::scan); [`EthercatError::NoDevices`] and [`EthercatError::Mismatch`]. The master is given back, to
+    /// try again.
+    pub fn match_devices(mut self, expected: &[Device]) -> Result<Matched<'a, L>, Refused<'a, L>> {
+        match self.matching(expected) {
+            Ok((group, positions)) => Ok(Matched { master: self, group, positions }),
+            Err(error) => Err(Refused { master: Box::new(self), error }),
+        }
+    }
+
+    fn matching(&mut self, expected: &[Device]) -> Result<(PreOpGroup, Vec<usize>), EthercatError> {
         let (group, found) = self.pre_op()?;
         if found.is_empty() {
             return Err(EthercatError::NoDevices { expected: expected.len() });
         }
         let positions = positions(expected, &found).map_err(EthercatError::Mismatch)?;
-        Ok(Matched { master: self, group, positions })
+        Ok((group, positions))
     }
 
     pub(super) fn pre_op(&mut self) -> Result<(PreOpGroup, Vec<FoundDevice>), EthercatError> {

@@ -20,6 +20,7 @@ mod operational;
 mod pump;
 #[cfg(target_os = "linux")]
 mod raw_link;
+mod recovery;
 mod segment_link;
 #[cfg(target_os = "linux")]
 mod serve;
@@ -30,7 +31,7 @@ mod time;
 pub use cia402::DriveState;
 pub use error::{EthercatError, Mismatch};
 pub use link::Link;
-pub use master::{FoundDevice, Master, Matched, compare};
+pub use master::{FoundDevice, Master, Matched, Refused, compare};
 pub use operational::EthercatBus;
 pub use pump::FrameStorage;
 #[cfg(target_os = "linux")]

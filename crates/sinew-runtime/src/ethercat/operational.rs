@@ -8,6 +8,7 @@ use super::image::Field;
 use super::link::Link;
 use super::master::Master;
 use super::pump::Pump;
+use super::recovery;
 use crate::bus::{Bus, BusFault, Exchange, Feedback};
 use ethercrab::{MainDevice, SubDeviceState};
 use sinew::drive::DriveCommand;
@@ -24,6 +25,8 @@ pub struct EthercatBus<'a, L> {
     /// ns.
     period: u64,
     names: Vec<String>,
+    /// Cycles until the next step that brings a device back.
+    until_recovery: u32,
 }
 
 /// A device of the machine and what it does in a cycle.
@@ -73,7 +76,7 @@ impl<'a, L: Link> EthercatBus<'a, L> {
             u16::from(inputs.length() > 0) + 2 * u16::from(outputs.length() > 0)
         };
         let expected_counter = mappings.iter().map(counts).sum();
-        let mut bus = Self { main, pump, group, slots, expected_counter, period, names };
+        let mut bus = Self { main, pump, group, slots, expected_counter, period, names, until_recovery: 0 };
         bus.enable(machine)?;
         Ok(bus)
     }
@@ -117,6 +120,28 @@ impl<'a, L: Link> EthercatBus<'a, L> {
     /// The link.
     pub fn link_mut(&mut self) -> &mut L {
         self.pump.link_mut()
+    }
+
+    /// The master alone, to start the bus anew: devices that were switched off or exchanged are looked for, compared with the
+    /// machine and configured again.
+    #[must_use]
+    pub fn into_master(self) -> Master<'a, L> {
+        Master { main: self.main, pump: self.pump }
+    }
+
+    /// One step that brings the first device back that is not operational, where it is due and still has an address.
+    fn recover(&mut self, states: &[SubDeviceState], deadline: u64) {
+        let Some(position) = states.iter().position(|state| *state == SubDeviceState::SafeOp) else {
+            self.until_recovery = 0;
+            return;
+        };
+        if self.until_recovery > 0 {
+            self.until_recovery -= 1;
+            return;
+        }
+        self.until_recovery = RECOVERY_CYCLES;
+        // Without an answer the next step tries again.
+        let _ = self.pump.complete_by(deadline, recovery::step(&self.main, position));
     }
 
     /// Brakes all drives and closes their brakes; the devices stay in OP.
@@ -188,6 +213,9 @@ impl<'a, L: Link> EthercatBus<'a, L> {
     }
 }
 
+/// Cycles between two steps that bring a device back.
+const RECOVERY_CYCLES: u32 = 10;
+
 /// Cycles in which drives brake before the program ends.
 const STOP_CYCLES: u32 = 200;
 
@@ -226,6 +254,7 @@ impl<L: Link> Bus for EthercatBus<'_, L> {
             fault = Some(BusFault::WorkingCounter { expected, got });
         }
         self.feed_tensions(feedback);
+        self.recover(&answer.subdevice_states, deadline);
         Exchange { fault }
     }
 }

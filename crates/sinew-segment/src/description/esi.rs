@@ -5,9 +5,9 @@
 use super::esi_node::{EsiFile, child, children, is_set, number, text_of};
 use super::esi_objects::{Types, plain};
 use super::{
-    Access, ClockDescription, DataType, DescriptionError, DeviceDescription, Direction, EntryDescription, FmmuUse,
-    Identity, MailboxDescription, ObjectCode, ObjectDescription, PdoDescription, PdoEntry, PdoMappable, Profile,
-    SyncManagerDescription, SyncManagerKind,
+    Access, ClockDescription, DataType, DescriptionError, DeviceDescription, Direction, EntryDescription,
+    FmmuUse, Identity, MailboxDescription, ObjectCode, ObjectDescription, PdoDescription, PdoEntry,
+    PdoMappable, Profile, SyncManagerDescription, SyncManagerKind,
 };
 use roxmltree::{Document, Node};
 
@@ -74,7 +74,8 @@ fn choose<'a, 'input>(
     let mut products = Vec::new();
     for node in devices.into_iter().flat_map(|devices| children(devices, "Device")) {
         let (code, number) = identity_of(file, node)?;
-        if product.is_none_or(|product| product == code) && revision.is_none_or(|revision| revision == number) {
+        if product.is_none_or(|product| product == code) && revision.is_none_or(|revision| revision == number)
+        {
             fitting.push((number, node));
             if !products.contains(&code) {
                 products.push(code);
@@ -83,10 +84,14 @@ fn choose<'a, 'input>(
     }
     if products.len() > 1 {
         let products: Vec<String> = products.iter().map(|code| format!("{code:#x}")).collect();
-        return Err(file.error(root, format!("several devices ({}); choose a product code", products.join(", "))));
+        return Err(
+            file.error(root, format!("several devices ({}); choose a product code", products.join(", ")))
+        );
     }
     let newest = fitting.into_iter().max_by_key(|(number, _)| *number);
-    newest.map(|(_, node)| node).ok_or_else(|| file.error(root, "no device with this product code and revision"))
+    newest
+        .map(|(_, node)| node)
+        .ok_or_else(|| file.error(root, "no device with this product code and revision"))
 }
 
 fn device(file: EsiFile<'_>, vendor: u32, node: Node<'_, '_>) -> Result<DeviceDescription, DescriptionError> {
@@ -135,7 +140,10 @@ fn device(file: EsiFile<'_>, vendor: u32, node: Node<'_, '_>) -> Result<DeviceDe
     })
 }
 
-fn sync_managers(file: EsiFile<'_>, node: Node<'_, '_>) -> Result<Vec<SyncManagerDescription>, DescriptionError> {
+fn sync_managers(
+    file: EsiFile<'_>,
+    node: Node<'_, '_>,
+) -> Result<Vec<SyncManagerDescription>, DescriptionError> {
     let mut managers = Vec::new();
     for manager in children(node, "Sm") {
         let kind = match manager.text().unwrap_or_default().trim() {
@@ -174,7 +182,9 @@ fn fmmus(file: EsiFile<'_>, node: Node<'_, '_>) -> Result<Vec<FmmuUse>, Descript
 fn pdo(file: EsiFile<'_>, node: Node<'_, '_>, first: u16) -> Result<PdoDescription, DescriptionError> {
     let index: u16 = file.required(node, "Index")?;
     if !(first..first + 0x200).contains(&index) {
-        return Err(file.error(node, format!("expected an index from {first:#06x} to {:#06x}", first + 0x1ff)));
+        return Err(
+            file.error(node, format!("expected an index from {first:#06x} to {:#06x}", first + 0x1ff))
+        );
     }
     let mut entries = Vec::new();
     for entry in children(node, "Entry") {

@@ -39,13 +39,22 @@ impl EsiFile<'_> {
     }
 
     /// A number that has to be there and to fit.
-    pub(super) fn required<T: TryFrom<u64>>(self, node: Node<'_, '_>, name: &str) -> Result<T, DescriptionError> {
+    pub(super) fn required<T: TryFrom<u64>>(
+        self,
+        node: Node<'_, '_>,
+        name: &str,
+    ) -> Result<T, DescriptionError> {
         let value = self.number(node, name)?;
         let value = value.ok_or_else(|| self.error(node, format!("expected an element <{name}>")))?;
         self.fit(node, name, value)
     }
 
-    pub(super) fn fit<T: TryFrom<u64>>(self, node: Node<'_, '_>, name: &str, value: u64) -> Result<T, DescriptionError> {
+    pub(super) fn fit<T: TryFrom<u64>>(
+        self,
+        node: Node<'_, '_>,
+        name: &str,
+        value: u64,
+    ) -> Result<T, DescriptionError> {
         T::try_from(value).map_err(|_| self.error(node, format!("{name} {value} is too large")))
     }
 }
@@ -62,7 +71,10 @@ pub(super) fn child<'a, 'input>(node: Node<'a, 'input>, name: &str) -> Option<No
     children(node, name).next()
 }
 
-pub(super) fn children<'a, 'input>(node: Node<'a, 'input>, name: &str) -> impl Iterator<Item = Node<'a, 'input>> {
+pub(super) fn children<'a, 'input>(
+    node: Node<'a, 'input>,
+    name: &str,
+) -> impl Iterator<Item = Node<'a, 'input>> {
     node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
 }
 
@@ -78,5 +90,8 @@ pub(super) fn is_set(node: Node<'_, '_>, attribute: &str) -> bool {
 /// Octets as pairs of hexadecimal digits.
 pub(super) fn octets(text: &str) -> Option<Vec<u8>> {
     let digits: Vec<u32> = text.chars().map(|digit| digit.to_digit(16)).collect::<Option<_>>()?;
-    digits.len().is_multiple_of(2).then(|| digits.chunks(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect())
+    digits
+        .len()
+        .is_multiple_of(2)
+        .then(|| digits.chunks(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect())
 }

@@ -3,7 +3,9 @@
 //! Source: ETG.2000, clause 8 (Profile, Dictionary, DataTypes, Objects).
 
 use super::esi_node::{EsiFile, child, children, number, octets, text_of};
-use super::{Access, DataType, DescriptionError, EntryDescription, ObjectCode, ObjectDescription, PdoMappable};
+use super::{
+    Access, DataType, DescriptionError, EntryDescription, ObjectCode, ObjectDescription, PdoMappable,
+};
 use roxmltree::Node;
 use std::collections::BTreeMap;
 
@@ -24,7 +26,10 @@ impl<'a, 'input: 'a> Types<'a, 'input> {
     }
 
     /// All objects but those that follow from PDOs and sync managers.
-    pub(super) fn objects(&self, dictionary: Node<'a, 'input>) -> Result<Vec<ObjectDescription>, DescriptionError> {
+    pub(super) fn objects(
+        &self,
+        dictionary: Node<'a, 'input>,
+    ) -> Result<Vec<ObjectDescription>, DescriptionError> {
         let list = child(dictionary, "Objects");
         let mut objects = Vec::new();
         for node in list.into_iter().flat_map(|list| children(list, "Object")) {
@@ -40,7 +45,8 @@ impl<'a, 'input: 'a> Types<'a, 'input> {
 
     fn object(&self, index: u16, node: Node<'a, 'input>) -> Result<ObjectDescription, DescriptionError> {
         let name = text_of(node, "Name").unwrap_or_default().to_owned();
-        let type_name = text_of(node, "Type").ok_or_else(|| self.file.error(node, "expected an element <Type>"))?;
+        let type_name =
+            text_of(node, "Type").ok_or_else(|| self.file.error(node, "expected an element <Type>"))?;
         let info = child(node, "Info");
         let composed = self.named.get(type_name).filter(|found| child(**found, "SubItem").is_some());
         let Some(composed) = composed else {
@@ -58,7 +64,8 @@ impl<'a, 'input: 'a> Types<'a, 'input> {
                 code = ObjectCode::Array;
                 let (data_type, bits) = self.resolve(item, base)?;
                 for element in 1..=count {
-                    let mut entry = self.entry(element, &format!("Element {element}"), data_type, bits, item)?;
+                    let mut entry =
+                        self.entry(element, &format!("Element {element}"), data_type, bits, item)?;
                     self.set_value(&mut entry, infos.get(usize::from(element)).copied().and_then(info_of))?;
                     entries.push(entry);
                 }
@@ -67,7 +74,8 @@ impl<'a, 'input: 'a> Types<'a, 'input> {
             let number = self.file.number(item, "SubIdx")?.unwrap_or(entries.len() as u64);
             let subindex = self.file.fit(item, "SubIdx", number)?;
             let (data_type, bits) = self.resolve(item, item_type)?;
-            let mut entry = self.entry(subindex, text_of(item, "Name").unwrap_or_default(), data_type, bits, item)?;
+            let mut entry =
+                self.entry(subindex, text_of(item, "Name").unwrap_or_default(), data_type, bits, item)?;
             self.set_value(&mut entry, infos.get(at).copied().and_then(info_of))?;
             entries.push(entry);
         }
@@ -92,7 +100,9 @@ impl<'a, 'input: 'a> Types<'a, 'input> {
             if let Some(found) = plain(&name) {
                 return Ok(found);
             }
-            let Some(next) = self.named.get(name.as_str()).and_then(|node| text_of(*node, "BaseType")) else { break };
+            let Some(next) = self.named.get(name.as_str()).and_then(|node| text_of(*node, "BaseType")) else {
+                break;
+            };
             name = next.to_owned();
         }
         // A type without a base: as many bits as it says.
@@ -118,9 +128,13 @@ impl<'a, 'input: 'a> Types<'a, 'input> {
         let access = match access.and_then(|access| access.text()).map(str::trim) {
             None | Some("ro") => Access::Read,
             Some("wo") => Access::Write,
-            Some("rw") if restricted.is_some_and(|when| when.eq_ignore_ascii_case("PreOP")) => Access::WriteInPreOp,
+            Some("rw") if restricted.is_some_and(|when| when.eq_ignore_ascii_case("PreOP")) => {
+                Access::WriteInPreOp
+            }
             Some("rw") => Access::ReadWrite,
-            Some(other) => return Err(self.file.error(node, format!("access `{other}`, expected ro, wo or rw"))),
+            Some(other) => {
+                return Err(self.file.error(node, format!("access `{other}`, expected ro, wo or rw")));
+            }
         };
         let mapping = flags.and_then(|flags| text_of(flags, "PdoMapping")).unwrap_or_default().to_uppercase();
         let pdo = match (mapping.contains('R'), mapping.contains('T')) {
@@ -144,10 +158,12 @@ impl<'a, 'input: 'a> Types<'a, 'input> {
         if let Some(text) = text_of(info, "DefaultString") {
             entry.value = text.bytes().take(length).collect();
         } else if let Some(text) = text_of(info, "DefaultData").filter(|text| !text.is_empty()) {
-            entry.value = octets(text).ok_or_else(|| self.file.error(info, format!("`{text}`, expected octets")))?;
+            entry.value =
+                octets(text).ok_or_else(|| self.file.error(info, format!("`{text}`, expected octets")))?;
         } else if let Some(text) = text_of(info, "DefaultValue").filter(|text| !text.is_empty()) {
             let value = number(text).map(u64::cast_signed).or_else(|| text.parse().ok());
-            let value: i64 = value.ok_or_else(|| self.file.error(info, format!("`{text}`, expected a number")))?;
+            let value: i64 =
+                value.ok_or_else(|| self.file.error(info, format!("`{text}`, expected a number")))?;
             entry.value = value.to_le_bytes()[..length.min(8)].to_vec();
         }
         if entry.value.len() > length {

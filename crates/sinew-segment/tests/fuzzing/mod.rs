@@ -1,7 +1,9 @@
 //! Octets as a play of frames, time and faults on a line, and what must hold of every answer. Used by the tests and by
 //! the fuzz target.
 
-use sinew_segment::{AlState, AlStatusCode, Device, DeviceSettings, Fault, FaultKind, Passed, Segment, builtin};
+use sinew_segment::{
+    AlState, AlStatusCode, Device, DeviceSettings, Fault, FaultKind, Passed, Segment, builtin,
+};
 
 /// Octets that decide; zeros behind the end.
 struct Choices<'a>(&'a [u8]);
@@ -36,8 +38,8 @@ fn line() -> Segment {
 
 /// Registers at which something happens, and memory.
 const OFFSETS: [u16; 26] = [
-    0x0000, 0x0010, 0x0100, 0x0103, 0x0110, 0x0120, 0x0130, 0x0200, 0x0210, 0x0300, 0x0400, 0x0420, 0x0440, 0x0500,
-    0x0502, 0x0600, 0x0610, 0x0800, 0x0806, 0x080e, 0x0810, 0x0900, 0x0910, 0x0980, 0x1000, 0x1200,
+    0x0000, 0x0010, 0x0100, 0x0103, 0x0110, 0x0120, 0x0130, 0x0200, 0x0210, 0x0300, 0x0400, 0x0420, 0x0440,
+    0x0500, 0x0502, 0x0600, 0x0610, 0x0800, 0x0806, 0x080e, 0x0810, 0x0900, 0x0910, 0x0980, 0x1000, 0x1200,
 ];
 const STATION: u16 = 0x1000;
 const MAILBOX: usize = 256;
@@ -76,7 +78,8 @@ pub(crate) fn play(octets: &[u8]) -> Played {
             10 => {
                 let registers = datagram(4, STATION + 1, 0x0808, &[0; 8]);
                 let content = datagram(4, STATION + 1, 0x1100, &[0; MAILBOX]);
-                played.messages += usize::from(check_mailbox(&pass_back(&mut segment, &frame(&[registers, content]))));
+                played.messages +=
+                    usize::from(check_mailbox(&pass_back(&mut segment, &frame(&[registers, content]))));
             }
             11 => configure(&mut segment, &mut choices),
             12 => {
@@ -84,7 +87,15 @@ pub(crate) fn play(octets: &[u8]) -> Played {
                 pass(&mut segment, &choices.octets(length));
             }
             13 => disturb(&mut segment, &mut choices),
-            _ => segment.advance(choices.one_of(&[0, 1, 1000, 50_000, 1_000_000, 200_000_000, u64::from(u32::MAX)])),
+            _ => segment.advance(choices.one_of(&[
+                0,
+                1,
+                1000,
+                50_000,
+                1_000_000,
+                200_000_000,
+                u64::from(u32::MAX),
+            ])),
         }
         played.frames += usize::from(action < 13);
         played.in_op += usize::from(segment.device(1).is_some_and(|drive| drive.state() == AlState::Op));
@@ -153,9 +164,13 @@ fn message(choices: &mut Choices) -> Vec<u8> {
     message.extend([0, 0, 0, kind | counter << 4]);
     message.extend([0, choices.one_of(&[0x20, 0x20, 0x20, 0x80, 0x80, 0x10, 0xf0])]);
     let any = choices.octet();
-    message.push(choices.one_of(&[0x40, 0x50, 0x60, 0x70, 0x21, 0x23, 0x2f, 0x31, 0x00, 0x01, 0x10, 0x11, 1, 3, 5, any]));
+    message.push(
+        choices
+            .one_of(&[0x40, 0x50, 0x60, 0x70, 0x21, 0x23, 0x2f, 0x31, 0x00, 0x01, 0x10, 0x11, 1, 3, 5, any]),
+    );
     let any = choices.word();
-    let index = choices.one_of(&[0x1008, 0x1018, 0x1600, 0x1a00, 0x1c12, 0x1c13, 0x1c32, 0x6040, 0x607d, any]);
+    let index =
+        choices.one_of(&[0x1008, 0x1018, 0x1600, 0x1a00, 0x1c12, 0x1c13, 0x1c32, 0x6040, 0x607d, any]);
     message.extend(u16::to_le_bytes(index));
     message.extend(choices.octets(16));
     if choices.octet() == 0 {
@@ -168,7 +183,8 @@ fn message(choices: &mut Choices) -> Vec<u8> {
 
 /// Settings of the drive that are mostly right, and a state.
 fn configure(segment: &mut Segment, choices: &mut Choices) {
-    let length = |right: u16, choices: &mut Choices| if choices.octet() == 0 { choices.word() } else { right };
+    let length =
+        |right: u16, choices: &mut Choices| if choices.octet() == 0 { choices.word() } else { right };
     for (channel, start, right, control) in
         [(0, 0x1000_u16, 256, 0x26), (1, 0x1100, 256, 0x22), (2, 0x1200, 6, 0x64), (3, 0x1800, 16, 0x20)]
     {
@@ -205,7 +221,8 @@ fn disturb(segment: &mut Segment, choices: &mut Choices) {
         8 => FaultKind::Emergency(choices.word(), 1, [0; 5]),
         9 => FaultKind::DriveFault(choices.word()),
         10 => {
-            let other = Device::new(&builtin::encoder(1), DeviceSettings::default()).expect("a built-in device");
+            let other =
+                Device::new(&builtin::encoder(1), DeviceSettings::default()).expect("a built-in device");
             FaultKind::Swapped(Box::new(other))
         }
         _ => return segment.clear_faults(),
@@ -256,7 +273,11 @@ fn check_frame(sent: &[u8], back: &[u8]) {
         assert_eq!(sent[at..at + 2], back[at..at + 2], "command and index");
         assert_eq!(sent[at + 4..at + 8], back[at + 4..at + 8], "offset, length and flags");
         if sent[at] == 0 || sent[at] > 14 {
-            assert_eq!(sent[at + 10..at + 10 + length], back[at + 10..at + 10 + length], "no data without a command");
+            assert_eq!(
+                sent[at + 10..at + 10 + length],
+                back[at + 10..at + 10 + length],
+                "no data without a command"
+            );
         }
         at += 12 + length;
         if flags & 0x8000 == 0 {
@@ -280,7 +301,11 @@ fn check_mailbox(frame: &[u8]) -> bool {
     assert!(length <= MAILBOX - 6, "{length} octets in a mailbox of {MAILBOX}");
     match message[5] & 0x0f {
         0 => assert_eq!(length, 4, "a mailbox error"),
-        3 => assert!(length >= 10 || message[7] >> 4 == 8, "CoE service {} of {length} octets", message[7] >> 4),
+        3 => assert!(
+            length >= 10 || message[7] >> 4 == 8,
+            "CoE service {} of {length} octets",
+            message[7] >> 4
+        ),
         other => panic!("type {other}"),
     }
     assert_ne!(message[5] >> 4 & 7, 0, "messages of the device are counted");

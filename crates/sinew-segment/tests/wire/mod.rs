@@ -159,7 +159,15 @@ impl Wire {
     }
 
     /// Maps a logical area to a device: kind 1 reads, 2 writes.
-    pub(crate) fn fmmu(&mut self, position: u16, channel: u16, logical: u32, length: u16, start: u16, kind: u8) {
+    pub(crate) fn fmmu(
+        &mut self,
+        position: u16,
+        channel: u16,
+        logical: u32,
+        length: u16,
+        start: u16,
+        kind: u8,
+    ) {
         let mut octets = logical.to_le_bytes().to_vec();
         octets.extend(length.to_le_bytes());
         octets.extend([0, 7]);
@@ -213,7 +221,14 @@ impl Wire {
     }
 
     /// SDO request with command, index, subindex and four octets; the answer without CoE header.
-    pub(crate) fn sdo(&mut self, position: u16, command: u8, index: u16, subindex: u8, data: &[u8]) -> Vec<u8> {
+    pub(crate) fn sdo(
+        &mut self,
+        position: u16,
+        command: u8,
+        index: u16,
+        subindex: u8,
+        data: &[u8],
+    ) -> Vec<u8> {
         let mut content = vec![0, 0x20, command];
         content.extend(index.to_le_bytes());
         content.push(subindex);
@@ -234,7 +249,13 @@ impl Wire {
     }
 
     /// Expedited download of one to four octets, or the abort code.
-    pub(crate) fn download(&mut self, position: u16, index: u16, subindex: u8, value: &[u8]) -> Result<(), u32> {
+    pub(crate) fn download(
+        &mut self,
+        position: u16,
+        index: u16,
+        subindex: u8,
+        value: &[u8],
+    ) -> Result<(), u32> {
         let command = 0x23 | (4 - value.len() as u8) << 2;
         let mut data = value.to_vec();
         data.resize(4, 0);

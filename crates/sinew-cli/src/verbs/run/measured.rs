@@ -15,7 +15,7 @@ use sinew_lab::experiment::Statistics;
 use sinew_lab::experiment::arm::STEP;
 use sinew_runtime::bus::BusStatistics;
 use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, RealTime, Timing, run};
-use sinew_runtime::ethercat::{EthercatBus, FrameStorage, Master, RawSocketLink};
+use sinew_runtime::ethercat::{EthercatBus, EthercatError, FrameStorage, Master, RawSocketLink};
 
 /// Result of a run on a real bus.
 pub(super) struct Measured {
@@ -79,7 +79,10 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
     let storage = FrameStorage::new();
     progress.show("bringing the devices into operation", 0.0);
     let master = Master::new(&storage, RawSocketLink::open(interface)?)?;
-    let bus = master.match_devices(&setup.machine.devices)?.operate(&setup.machine, PERIOD)?;
+    let bus = master
+        .match_devices(&setup.machine.devices)
+        .map_err(EthercatError::from)?
+        .operate(&setup.machine, PERIOD)?;
     let mut cycle = Cycle::new(bus, controller, schedule, STEP);
     let real_time = RealTime::request();
     let mut timing = Timing::new();

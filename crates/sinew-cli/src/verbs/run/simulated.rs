@@ -9,7 +9,7 @@ use sinew_lab::experiment::Evaluation;
 use sinew_lab::experiment::arm::STEP;
 use sinew_runtime::bus::{Bus, BusStatistics, SimulatedBus, TwinBus};
 use sinew_runtime::cycle::{Clock, Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
-use sinew_runtime::ethercat::{FrameStorage, Master, SegmentLink, SimulatedMachine};
+use sinew_runtime::ethercat::{EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine};
 use std::sync::atomic::AtomicBool;
 
 /// Result of a run.
@@ -42,7 +42,7 @@ pub(super) fn execute(
             let simulated = SimulatedMachine::new(plant, &setup.machine);
             let segment = simulated.segment(|_| None)?;
             let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
-            let matched = master.match_devices(&setup.machine.devices)?;
+            let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
             let bus = matched.operate(&setup.machine, PERIOD)?;
             paced(bus, &prepared, arm, virtual_time, progress)
         }

@@ -1,0 +1,195 @@
+//! Faults of wire and devices while a machine is tracked: named, bridged or stopped.
+
+use crate::common::{PERIOD, Setup, machine};
+use sinew::control::arm::{ArmStatus, Fault};
+use sinew::drive::DriveCommand;
+use sinew_runtime::bus::{Bus, BusFault, BusStatistics, Feedback, SimulatedBus};
+use sinew_runtime::ethercat::{EthercatBus, EthercatError, FrameStorage, Link, Master, SegmentLink};
+use sinew_segment::{AlStatusCode, Device, DeviceSettings, FaultKind, builtin};
+
+/// Position of a load cell, of a drive and of the joint encoders of the planar leg.
+const DRIVE: usize = 2;
+const LOAD_CELL: usize = 3;
+const ENCODERS: usize = 8;
+/// Start of the faults after the start of the run, ns: the machine moves.
+const START: u64 = 1_000_000_000;
+
+/// What became of a run with one fault.
+#[derive(Debug)]
+struct Outcome {
+    statistics: BusStatistics,
+    stopped: Option<Fault>,
+    degraded: bool,
+    /// Largest true error of a joint, rad.
+    error: f64,
+    /// Whether a drive had torque while a device that drives it was not in OP.
+    unchecked_torque: bool,
+}
+
+fn run(device: usize, kind: FaultKind, duration: Option<u64>) -> Outcome {
+    let setup = Setup::new(machine("planar_leg"), 3, &[]);
+    let storage = FrameStorage::new();
+    let mut bus = setup.segment_bus(&storage);
+    let start_ns = bus.link_mut().now() + START;
+    let fault = sinew_segment::Fault { device, kind, start_ns, duration_ns: duration };
+    bus.link_mut().segment_mut().inject(fault).unwrap();
+    let mut outcome = Outcome {
+        statistics: BusStatistics::default(),
+        stopped: None,
+        degraded: false,
+        error: 0.0,
+        unchecked_torque: false,
+    };
+    let cycle = setup.run(bus, |record| {
+        match record.command.status {
+            ArmStatus::Stopped(fault) => outcome.stopped = outcome.stopped.or(Some(fault)),
+            ArmStatus::Degraded(_) => outcome.degraded = true,
+            ArmStatus::Following | ArmStatus::Holding => {}
+        }
+        if outcome.stopped.is_none() {
+            for (reference, truth) in record.reference.q.iter().zip(record.bus.arm().truth().q) {
+                outcome.error = outcome.error.max((reference - truth).abs());
+            }
+        }
+        for device in record.bus.link().segment().devices() {
+            let powered = device.drive().is_some_and(|drive| drive.brake_released());
+            let operational = device.state() == sinew_segment::AlState::Op;
+            // A drive that left OP brakes with its own power.
+            let braking = device
+                .drive()
+                .is_some_and(|drive| matches!(drive.command(), sinew_segment::AxisCommand::QuickStop));
+            outcome.unchecked_torque |= powered && !operational && !braking;
+        }
+    });
+    outcome.statistics = cycle.statistics();
+    assert!(!outcome.unchecked_torque, "{outcome:?}");
+    outcome
+}
+
+#[test]
+fn lost_frames_are_bridged_for_ten_milliseconds_and_stop_the_machine_when_they_last() {
+    for (milliseconds, stops) in [(1, false), (10, false), (100, true)] {
+        let outcome = run(0, FaultKind::Lost, Some(milliseconds * PERIOD));
+        assert!(
+            outcome.statistics.lost >= milliseconds && outcome.statistics.lost <= milliseconds + 2,
+            "{outcome:?}"
+        );
+        assert_eq!(outcome.stopped.is_some(), stops, "{milliseconds} ms: {outcome:?}");
+        assert!(outcome.error < 0.05, "{milliseconds} ms: {outcome:?}");
+    }
+    let outcome = run(0, FaultKind::Lost, None);
+    assert!(outcome.stopped.is_some() && outcome.statistics.lost > 1000, "{outcome:?}");
+}
+
+#[test]
+fn a_drive_that_leaves_op_stops_the_machine_under_its_name_and_comes_back() {
+    let outcome = run(DRIVE, FaultKind::DropToSafeOp(AlStatusCode::Watchdog), None);
+    assert_eq!(outcome.stopped, Some(Fault::Drive(1)), "{outcome:?}");
+    let cycles = outcome.statistics.not_operational;
+    assert!(cycles > 0 && cycles < 200, "acknowledged and back in OP: {outcome:?}");
+}
+
+#[test]
+fn a_fault_of_a_drive_stops_the_machine_with_its_code() {
+    let outcome = run(DRIVE, FaultKind::DriveFault(0x2310), None);
+    assert_eq!(outcome.stopped, Some(Fault::Drive(1)), "{outcome:?}");
+    let first = outcome.statistics.first.map(|(_, fault)| fault);
+    assert_eq!(first, Some(BusFault::Drive { muscle: 1, code: 0x2310 }));
+}
+
+#[test]
+fn a_load_cell_that_leaves_op_is_bridged_by_the_observers_until_it_is_back() {
+    let outcome = run(LOAD_CELL, FaultKind::DropToSafeOp(AlStatusCode::Watchdog), None);
+    assert!(outcome.stopped.is_none() && outcome.statistics.not_operational > 0, "{outcome:?}");
+    assert!(outcome.error < 0.05, "{outcome:?}");
+}
+
+#[test]
+fn an_emergency_in_operation_changes_nothing() {
+    let outcome = run(DRIVE, FaultKind::Emergency(0x3210, 4, [1, 2, 3, 4, 5]), None);
+    assert!(outcome.stopped.is_none() && outcome.statistics.first.is_none(), "{outcome:?}");
+}
+
+#[test]
+fn a_wrong_working_counter_late_and_damaged_frames_are_counted_and_bridged() {
+    for kind in [FaultKind::WorkingCounter(-1), FaultKind::Late(700_000), FaultKind::Corrupted] {
+        let name = format!("{kind:?}");
+        let outcome = run(0, kind, Some(5 * PERIOD));
+        let BusStatistics { lost, working_counter, .. } = outcome.statistics;
+        assert!((4..=7).contains(&(lost + working_counter)), "{name}: {outcome:?}");
+        assert!(outcome.stopped.is_none() && outcome.error < 0.05, "{name}: {outcome:?}");
+    }
+}
+
+#[test]
+fn a_device_without_power_stops_the_machine_and_a_new_start_finds_it_again() {
+    for device in [0, DRIVE, ENCODERS] {
+        let setup = Setup::new(machine("planar_leg"), 3, &[]);
+        let storage = FrameStorage::new();
+        let mut bus = setup.segment_bus(&storage);
+        let start_ns = bus.link_mut().now() + START;
+        let fault = |kind| sinew_segment::Fault { device, kind, start_ns, duration_ns: Some(300 * PERIOD) };
+        bus.link_mut().segment_mut().inject(fault(FaultKind::PowerLoss)).unwrap();
+        let mut stopped = false;
+        let cycle = setup.run(bus, |record| {
+            stopped |= matches!(record.command.status, ArmStatus::Stopped(_));
+        });
+        assert!(stopped && cycle.statistics().first.is_some(), "{device}: {:?}", cycle.statistics());
+        let master = cycle.into_bus().into_master();
+        let bus = master.match_devices(&setup.machine.devices).unwrap().operate(&setup.machine, PERIOD);
+        assert_in_operation(bus.unwrap(), &setup);
+    }
+}
+
+fn assert_in_operation(mut bus: EthercatBus<'_, SegmentLink>, setup: &Setup) {
+    let mut feedback = Feedback::new(setup.machine.muscles.len(), setup.machine.encoders.len());
+    let hold = vec![DriveCommand::Velocity(0.0); setup.machine.muscles.len()];
+    for _ in 0..10 {
+        assert_eq!(bus.exchange(&hold, &mut feedback).fault, None);
+    }
+    assert!(feedback.motor.iter().chain(&feedback.tension).chain(&feedback.joint).all(|x| x.is_finite()));
+}
+
+#[test]
+fn another_device_in_the_place_of_one_is_named_and_gets_no_set_point() {
+    let setup = Setup::new(machine("planar_leg"), 3, &[]);
+    let storage = FrameStorage::new();
+    let mut bus = setup.segment_bus(&storage);
+    let start_ns = bus.link_mut().now() + START;
+    let other = Device::new(&builtin::load_cell(), DeviceSettings::default()).unwrap();
+    let kind = FaultKind::Swapped(Box::new(other));
+    bus.link_mut()
+        .segment_mut()
+        .inject(sinew_segment::Fault { device: DRIVE, kind, start_ns, duration_ns: None })
+        .unwrap();
+    let mut stopped = None;
+    let cycle = setup.run(bus, |record| {
+        if let ArmStatus::Stopped(fault) = record.command.status {
+            stopped = stopped.or(Some(fault));
+        }
+    });
+    assert_eq!(stopped, Some(Fault::Drive(1)));
+    let refused = cycle.into_bus().into_master().match_devices(&setup.machine.devices).err().unwrap();
+    let text = refused.error.to_string();
+    assert!(
+        text.contains("position 2") && text.contains("drive of hip_extensor") && text.contains("SIM-LC1"),
+        "{text}"
+    );
+}
+
+#[test]
+fn missing_wrong_and_surplus_devices_are_named_before_anything_moves() {
+    let setup = Setup::new(machine("planar_leg"), 3, &[]);
+    let mut devices = setup.machine.devices.clone();
+    devices.swap(0, 1);
+    let storage = FrameStorage::new();
+    let refused = Master::new(&storage, setup.link()).unwrap().match_devices(&devices).err().unwrap();
+    assert!(matches!(refused.error, EthercatError::Mismatch(_)), "{refused:?}");
+    let mut devices = setup.machine.devices.clone();
+    devices.pop();
+    let mut refused = refused.master.match_devices(&devices).err().unwrap();
+    assert!(refused.error.to_string().contains("expected no device"), "{refused:?}");
+    let before = refused.master.link_mut().machine().arm().truth().time;
+    assert!(before == 0.0, "nothing moved");
+    assert!(refused.master.match_devices(&setup.machine.devices).is_ok(), "the master tries again");
+}

@@ -1,0 +1,126 @@
+//! Machines of this repository under control, with the parameters of their design.
+
+use sinew::control::arm::{ActuationMode, ArmController, CableStateSource, resting_tensions, synthesize};
+use sinew::description::machine_from_toml;
+use sinew::machine::{DeviceRole, DriveMode, Machine};
+use sinew::predictor::CableModel;
+use sinew::trajectory::{MinimumJerk, Schedule, Trajectory};
+use sinew::twin::arm::{ArmSpecimen, ArmTwin, InjectedFault};
+use sinew_runtime::bus::{Bus, TwinBus};
+use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
+use sinew_runtime::ethercat::{EthercatBus, FrameStorage, Master, SegmentLink, SimulatedMachine};
+use std::sync::atomic::AtomicBool;
+
+pub(crate) const PERIOD: u64 = 1_000_000;
+pub(crate) const STEP: f64 = 1e-3;
+
+/// A machine with a motion of all of its joints, and its plant.
+pub(crate) struct Setup {
+    pub(crate) machine: Machine,
+    pub(crate) trajectory: Trajectory,
+    pub(crate) controller: ArmController,
+    pub(crate) plant: ArmTwin,
+}
+
+pub(crate) fn machine(name: &str) -> Machine {
+    let file = format!("{}/../../models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&file).unwrap();
+    machine_from_toml(name, &text, &mut |_| Err("no other file".into())).unwrap().machine
+}
+
+/// Torque commands instead of speeds.
+pub(crate) fn with_mode(mut machine: Machine, mode: DriveMode) -> Machine {
+    for device in &mut machine.devices {
+        if let DeviceRole::Drive(drive) = &mut device.role {
+            drive.mode = mode;
+        }
+    }
+    machine
+}
+
+impl Setup {
+    pub(crate) fn new(machine: Machine, seed: u64, faults: &[InjectedFault]) -> Self {
+        let design = ArmSpecimen::nominal(&machine).unwrap();
+        let specimen = ArmSpecimen::drawn_around(&design, &machine, seed).unwrap();
+        let models: Vec<CableModel> = specimen
+            .cables
+            .iter()
+            .map(|cable| CableModel {
+                path: cable.path.clone(),
+                parameters: cable.parameters,
+                start: 1.0,
+                ..CableModel::bench()
+            })
+            .collect();
+        let ranges = machine.ranges().unwrap();
+        let end: Vec<f64> = machine
+            .start
+            .iter()
+            .zip(&ranges)
+            .map(|(start, [low, high])| {
+                let towards = if high - start > start - low { *high } else { *low };
+                start + 0.3 * (towards - start)
+            })
+            .collect();
+        let trajectory = Trajectory::PointToPoint(MinimumJerk::new(&machine.start, &end, 2.0).unwrap());
+        let (gains, _) = synthesize(&machine, &models, &[machine.start.clone(), end]).unwrap();
+        let limits = gains.tension_limits();
+        let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
+        let controller = ArmController::new(&machine.robot, &models, gains, mode).unwrap();
+        let tensions = resting_tensions(&specimen.robot, &machine.start, &limits).unwrap();
+        let plant =
+            ArmTwin::new(&specimen, &machine.start, &tensions, seed).unwrap().with_faults(faults).unwrap();
+        Self { machine, trajectory, controller, plant }
+    }
+
+    pub(crate) fn schedule(&self) -> Schedule<'_> {
+        Schedule::new(&self.trajectory, 1, 0.3, 0.7).unwrap()
+    }
+
+    pub(crate) fn twin_bus(&self) -> TwinBus {
+        TwinBus::new(self.plant.clone(), STEP)
+    }
+
+    pub(crate) fn link(&self) -> SegmentLink {
+        let simulated = SimulatedMachine::new(self.plant.clone(), &self.machine);
+        let segment = simulated.segment(|_| None).unwrap();
+        SegmentLink::new(segment, simulated)
+    }
+
+    pub(crate) fn segment_bus<'a>(&self, storage: &'a FrameStorage) -> EthercatBus<'a, SegmentLink> {
+        let matched =
+            Master::new(storage, self.link()).unwrap().match_devices(&self.machine.devices).unwrap();
+        matched.operate(&self.machine, PERIOD).unwrap()
+    }
+
+    /// Runs the motion and gives every cycle to `see`; returns the bus.
+    pub(crate) fn run<B: Bus>(&self, bus: B, mut see: impl FnMut(&CycleRecord<'_, B>)) -> Cycle<'_, B> {
+        let mut cycle = Cycle::new(bus, self.controller.clone(), self.schedule(), STEP);
+        let (stop, mut timing) = (AtomicBool::new(false), Timing::new());
+        let see = |record: &CycleRecord<'_, B>| {
+            see(record);
+            Ok(())
+        };
+        run(&mut cycle, &mut VirtualClock::default(), PERIOD, &stop, &mut timing, see).unwrap();
+        cycle
+    }
+}
+
+/// Mean and largest magnitude of the true errors of the joints over a run, rad or m.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Errors {
+    pub(crate) mean: f64,
+    pub(crate) max: f64,
+    count: f64,
+}
+
+impl Errors {
+    pub(crate) fn record(&mut self, reference: &[f64], truth: &[f64]) {
+        for (reference, truth) in reference.iter().zip(truth) {
+            let error = (reference - truth).abs();
+            self.count += 1.0;
+            self.mean += (error - self.mean) / self.count;
+            self.max = self.max.max(error);
+        }
+    }
+}
