@@ -23,7 +23,7 @@ const DENSE: f64 = 0.3;
 /// The places of the moment arms that are not zero, group by group.
 ///
 /// A robot arm of seven joints is as a rule several small problems, not one large one.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Pattern {
     joint_count: usize,
     /// Muscle and joint at each place.
@@ -40,6 +40,29 @@ pub(super) struct Pattern {
     parent: Vec<usize>,
     /// Whether groups were found.
     pub(super) found: bool,
+}
+
+/// A clone has the same room: it allocates as little as the original.
+impl Clone for Pattern {
+    fn clone(&self) -> Self {
+        Self {
+            joint_count: self.joint_count,
+            muscles: with_room(&self.muscles),
+            joints: with_room(&self.joints),
+            groups: with_room(&self.groups),
+            start: with_room(&self.start),
+            column: with_room(&self.column),
+            source: with_room(&self.source),
+            parent: self.parent.clone(),
+            found: self.found,
+        }
+    }
+}
+
+fn with_room<T: Clone>(list: &Vec<T>) -> Vec<T> {
+    let mut clone = Vec::with_capacity(list.capacity());
+    clone.extend_from_slice(list);
+    clone
 }
 
 impl Pattern {
