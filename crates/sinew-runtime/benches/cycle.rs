@@ -55,6 +55,8 @@ impl Link for Timed {
         self.timed(Link::idle);
     }
 
+    fn rest_until(&mut self, _time: u64) {}
+
     fn begin_cycle(&mut self, period: u64) {
         self.timed(|link| link.begin_cycle(period));
     }

@@ -86,7 +86,7 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         let hold = vec![DriveCommand::Velocity(0.0); machine.muscles.len()];
         let mut feedback = Feedback::new(machine.muscles.len(), machine.encoders.len());
         for _ in 0..MAX_START_CYCLES {
-            let exchange = self.exchange(&hold, &mut feedback);
+            let exchange = self.paced_exchange(&hold, &mut feedback);
             if exchange.fault.is_none() && self.disabled_drive().is_none() {
                 return Ok(());
             }
@@ -154,8 +154,16 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         let mut feedback = Feedback::new(drives, joints.sum());
         let brake = vec![DriveCommand::Brake; drives];
         for _ in 0..STOP_CYCLES {
-            self.exchange(&brake, &mut feedback);
+            self.paced_exchange(&brake, &mut feedback);
         }
+    }
+
+    /// An exchange outside of a control cycle: it takes a whole period.
+    fn paced_exchange(&mut self, commands: &[DriveCommand], feedback: &mut Feedback) -> Exchange {
+        let begin = self.pump.link_mut().now();
+        let exchange = self.exchange(commands, feedback);
+        self.pump.link_mut().rest_until(begin + self.period);
+        exchange
     }
 
     fn write_outputs(&mut self, commands: &[DriveCommand]) {

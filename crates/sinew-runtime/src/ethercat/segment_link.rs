@@ -93,6 +93,8 @@ impl Link for SegmentLink {
         self.segment.advance(next.unwrap_or(IDLE).max(1));
     }
 
+    fn rest_until(&mut self, _time: u64) {}
+
     fn begin_cycle(&mut self, period: u64) {
         let now = self.segment.now();
         let left = period - now % period;

@@ -16,6 +16,7 @@ use sinew_lab::experiment::arm::STEP;
 use sinew_runtime::bus::BusStatistics;
 use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, RealTime, Timing, run};
 use sinew_runtime::ethercat::{EthercatBus, EthercatError, FrameStorage, Master, RawSocketLink};
+use std::sync::atomic::Ordering;
 
 /// Result of a run on a real bus.
 pub(super) struct Measured {
@@ -68,6 +69,9 @@ pub(super) fn text(measured: &Measured, machine: &Machine) -> String {
 /// Control cycle, ns.
 const PERIOD: u64 = 1_000_000;
 
+/// Time after a fault in which the controller brakes the winches before the drives are switched off, s.
+const BRAKING_S: f64 = 1.0;
+
 /// Runs the task of a setup on the devices of an interface.
 pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Result<Measured, Error> {
     let task = setup.task(1.0);
@@ -88,10 +92,14 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
     let mut timing = Timing::new();
     let mut errors = vec![Statistics::default(); schedule.joints()];
     let (mut stopped, mut degraded) = (None, 0);
+    let stop = interrupt::answer();
     let see = |record: &CycleRecord<'_, EthercatBus<'_, RawSocketLink>>| {
         match record.command.status {
             ArmStatus::Stopped(fault) => {
-                stopped = stopped.or(Some((record.moment.time, fault)));
+                let (since, _) = *stopped.get_or_insert((record.moment.time, fault));
+                if record.moment.time > since + BRAKING_S {
+                    stop.store(true, Ordering::Relaxed);
+                }
             }
             ArmStatus::Degraded(_) => degraded += 1,
             ArmStatus::Following | ArmStatus::Holding => {}
@@ -106,7 +114,7 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
         }
         Ok(())
     };
-    run(&mut cycle, &mut MonotonicClock, PERIOD, interrupt::answer(), &mut timing, see)?;
+    run(&mut cycle, &mut MonotonicClock, PERIOD, stop, &mut timing, see)?;
     let statistics = cycle.statistics();
     cycle.into_bus().stop();
     let (ended, reason) = match stopped {

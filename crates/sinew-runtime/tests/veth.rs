@@ -1,0 +1,93 @@
+//! Master and simulated devices over raw frames on a pair of virtual interfaces, in network namespaces of their own.
+//!
+//! Skipped where such namespaces are not permitted. Times are not judged: they are those of the machine's load.
+
+#![cfg(target_os = "linux")]
+#![allow(dead_code, reason = "the machines are those of the other tests")]
+#![allow(clippy::print_stdout, reason = "a skipped test says so")]
+
+#[path = "runtime/common.rs"]
+mod common;
+
+use common::{PERIOD, STEP, Setup, machine};
+use sinew_runtime::cycle::{Cycle, MonotonicClock, Timing, run};
+use sinew_runtime::ethercat::{FrameStorage, Master, RawSocketLink, SimulatedMachine, serve};
+use sinew_segment::RawSocket;
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Set in the process that runs inside of the namespaces.
+const INSIDE: &str = "SINEW_VETH_INSIDE";
+
+#[test]
+fn fifteen_drives_come_into_operation_over_raw_frames() {
+    if std::env::var_os(INSIDE).is_some() {
+        inside();
+        return;
+    }
+    let itself = std::env::current_exe().unwrap();
+    let script = "ip link add sinew0 type veth peer name sinew1 && ip link set sinew0 up && ip link set sinew1 up \
+                  && exec \"$0\" --exact fifteen_drives_come_into_operation_over_raw_frames --nocapture";
+    let prepared = Command::new("unshare")
+        .args(["-Urn", "sh", "-c", "ip link add sinew0 type veth peer name sinew1"])
+        .output();
+    if !prepared.is_ok_and(|output| output.status.success()) {
+        println!("skipped: network namespaces or virtual interfaces are not permitted here");
+        return;
+    }
+    let inside = Command::new("unshare")
+        .args(["-Urn", "sh", "-c", script])
+        .arg(itself)
+        .env(INSIDE, "1")
+        .output()
+        .unwrap();
+    let printed = String::from_utf8_lossy(&inside.stdout);
+    println!("{printed}");
+    assert!(inside.status.success(), "{printed}\n{}", String::from_utf8_lossy(&inside.stderr));
+}
+
+fn inside() {
+    let setup = Setup::new(machine("lm_arm"), 1, &[]);
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let served = scope.spawn(|| {
+            let socket = RawSocket::open("sinew1").unwrap();
+            let mut simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine);
+            let mut segment = simulated.segment(|_| None).unwrap();
+            serve(&socket, (&mut segment, &mut simulated), PERIOD, &stop).unwrap()
+        });
+        let begin = Instant::now();
+        let storage = FrameStorage::new();
+        // The interfaces need a moment to find their carrier.
+        let mut master = Master::new(&storage, RawSocketLink::open("sinew0").unwrap()).unwrap();
+        while master.scan().map_or(0, |found| found.len()) < setup.machine.devices.len() {
+            assert!(begin.elapsed().as_secs() < 30, "the devices do not answer");
+        }
+        let matched = master.match_devices(&setup.machine.devices).unwrap();
+        let bus = matched.operate(&setup.machine, PERIOD).unwrap();
+        println!(
+            "{} devices in operation after {:.2} s",
+            setup.machine.devices.len(),
+            begin.elapsed().as_secs_f64()
+        );
+        let mut cycle = Cycle::new(bus, setup.controller.clone(), setup.schedule(), STEP);
+        let mut timing = Timing::new();
+        let ends = AtomicBool::new(false);
+        run(&mut cycle, &mut MonotonicClock, PERIOD, &ends, &mut timing, |_| Ok(())).unwrap();
+        let statistics = cycle.statistics();
+        println!("{statistics:?}");
+        for row in timing.rows() {
+            println!(
+                "{:<16} median {:>8.1} us, p99 {:>8.1} us, max {:>9.1} us",
+                row.quantity, row.median, row.p99, row.max
+            );
+        }
+        cycle.into_bus().stop();
+        stop.store(true, Ordering::Relaxed);
+        assert!(served.join().unwrap() > 1000);
+        assert_eq!(statistics.working_counter, 0, "{statistics:?}");
+        // Frames are late where other programs have the processors.
+        assert!(statistics.exchanges > 1000 && statistics.exchanges - statistics.lost > 100, "{statistics:?}");
+    });
+}
