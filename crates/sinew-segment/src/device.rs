@@ -14,6 +14,8 @@ use crate::pdo::{ProcessData, channel};
 use crate::settings::DeviceSettings;
 use crate::sii;
 
+/// Memory management units and sync managers of common controllers; a device uses those that it describes.
+const UNITS: usize = 8;
 /// Bits of the activation of SYNC0.
 const CYCLIC: u8 = 1;
 const SYNC0: u8 = 1 << 1;
@@ -66,8 +68,8 @@ impl Device {
         let serial = settings.serial.unwrap_or(description.identity.serial);
         let hardware = Hardware {
             memory: description.memory,
-            fmmus: description.fmmus.len(),
-            sync_managers: description.sync_managers.len(),
+            fmmus: description.fmmus.len().max(UNITS),
+            sync_managers: description.sync_managers.len().max(UNITS),
             clock: description.clock.map(|clock| HardwareClock {
                 sync: clock.sync,
                 wide: clock.wide,

@@ -91,7 +91,6 @@ fn logical_commands_count_once_for_reading_and_twice_for_writing_in_an_exchange(
         (0, 0, LRW, 0, [9, 9]),
     ];
     for (first, second, command, counter, expected) in table {
-        // Terminals have one memory management unit each.
         let mut wire = Wire::new(&[builtin::encoder(1), builtin::encoder(1)]);
         for (position, kind) in [(0, *first), (1, *second)] {
             wire.write(position, 0x1e00, &[position as u8 + 1]);
