@@ -19,6 +19,11 @@ const UNITS: usize = 8;
 /// Bits of the activation of SYNC0.
 const CYCLIC: u8 = 1;
 const SYNC0: u8 = 1 << 1;
+/// Synchronisation types in objects 0x1C32 and 0x1C33.
+const FREE_RUN: u64 = 0;
+const WITH_EVENT: u64 = 1;
+const WITH_SYNC0: u64 = 2;
+const WITH_SYNC1: u64 = 3;
 /// Limits of the settings.
 const MOST_DRIFT_PPB: i32 = 1_000_000;
 /// Working counter: a read counts one, a write one, both in one datagram three.
@@ -51,6 +56,8 @@ struct Firmware {
     drive: Option<Drive>,
     channels: Vec<Option<Slot>>,
     seen_outputs: bool,
+    /// OP was entered with SYNC0.
+    synchronized: bool,
 }
 
 impl Device {
@@ -110,6 +117,7 @@ impl Device {
                 drive,
                 channels,
                 seen_outputs: false,
+                synchronized: false,
             },
         })
     }
@@ -235,8 +243,10 @@ impl Device {
         if self.pulses.sync0 > 0 {
             firmware.take_outputs(self.machine.state());
         }
-        if self.machine.state() == AlState::Op && firmware.controller.watchdog_expired() {
-            let transition = self.machine.fall(AlState::SafeOp, AlStatusCode::Watchdog, firmware);
+        if !self.machine.is_busy()
+            && let Some((to, code)) = firmware.failure(self.machine.state())
+        {
+            let transition = self.machine.fall(to, code, firmware);
             firmware.show(transition);
         }
         firmware.run(self.machine.state(), nanoseconds);
@@ -423,6 +433,26 @@ impl Firmware {
             && manager.master_writes() == writes
     }
 
+    /// Why a state cannot be kept, and where it leads.
+    fn failure(&self, state: AlState) -> Option<(AlState, AlStatusCode)> {
+        if state >= AlState::PreOp && !self.mailbox_fits() {
+            return Some((AlState::Init, AlStatusCode::InvalidMailbox));
+        }
+        if state >= AlState::SafeOp && !self.fits(SyncManagerKind::Outputs, self.outputs.length()) {
+            return Some((AlState::PreOp, AlStatusCode::InvalidOutputs));
+        }
+        if state >= AlState::SafeOp && !self.fits(SyncManagerKind::Inputs, self.inputs.length()) {
+            return Some((AlState::PreOp, AlStatusCode::InvalidInputs));
+        }
+        let watched = channel(&self.managers, SyncManagerKind::Outputs)
+            .is_some_and(|at| self.controller.managers()[at].has_watchdog());
+        if state == AlState::Op && watched && self.controller.watchdog_expired() {
+            return Some((AlState::SafeOp, AlStatusCode::Watchdog));
+        }
+        let lost = state == AlState::Op && self.synchronized && !self.is_synchronized();
+        lost.then_some((AlState::SafeOp, AlStatusCode::FatalSync))
+    }
+
     fn mailbox_fits(&self) -> bool {
         [SyncManagerKind::MailboxOut, SyncManagerKind::MailboxIn].into_iter().all(|kind| {
             let length = channel(&self.managers, kind).map_or(0, |at| usize::from(self.managers[at].length));
@@ -448,6 +478,21 @@ impl Firmware {
         None
     }
 
+    /// The synchronisation type that the master has written, object 0x1C3n:1, against what is switched on.
+    fn synchronization_type(&self) -> Option<AlStatusCode> {
+        let at = channel(&self.managers, SyncManagerKind::Outputs)?;
+        let number = self.dictionary.number(0x1c30 + at as u16, 1);
+        let clock = self.clock.is_some_and(|clock| clock.sync);
+        match number {
+            FREE_RUN | WITH_EVENT => None,
+            WITH_SYNC0 | WITH_SYNC1 if clock => {
+                let active = self.controller.word(register::SYNC_ACTIVATION - 1) >> 8 & 1 != 0;
+                (!active).then_some(AlStatusCode::InvalidSyncConfiguration)
+            }
+            _ => Some(AlStatusCode::SyncModeNotSupported),
+        }
+    }
+
     fn synchronization(&self) -> Option<AlStatusCode> {
         let clock = self.clock.filter(|clock| clock.sync)?;
         let activation = (self.controller.word(register::SYNC_ACTIVATION - 1) >> 8) as u8;
@@ -458,7 +503,11 @@ impl Firmware {
             return Some(AlStatusCode::InvalidSyncConfiguration);
         }
         let cycle = self.controller.double(register::SYNC0_CYCLE);
-        (cycle < clock.min_cycle_ns.max(1)).then_some(AlStatusCode::InvalidSync0CycleTime)
+        if cycle < clock.min_cycle_ns.max(1) {
+            return Some(AlStatusCode::InvalidSync0CycleTime);
+        }
+        let limit = self.controller.watchdog_ns();
+        (limit > 0 && limit < u64::from(cycle)).then_some(AlStatusCode::InvalidWatchdog)
     }
 }
 
@@ -467,7 +516,9 @@ impl Surroundings for Firmware {
         match to {
             AlState::Init => None,
             AlState::PreOp => (!self.mailbox_fits()).then_some(AlStatusCode::InvalidMailbox),
-            AlState::SafeOp => self.process_data().or_else(|| self.synchronization()),
+            AlState::SafeOp => {
+                self.process_data().or_else(|| self.synchronization_type()).or_else(|| self.synchronization())
+            }
             AlState::Op => {
                 let sync = self.clock.is_some_and(|clock| clock.sync)
                     && self.controller.word(register::SYNC_ACTIVATION - 1) >> 8 & 1 != 0;
@@ -498,6 +549,7 @@ impl Surroundings for Firmware {
             }
         }
         if from == AlState::SafeOp && to == AlState::Op {
+            self.synchronized = self.is_synchronized();
             self.controller.reset_watchdog();
         }
     }

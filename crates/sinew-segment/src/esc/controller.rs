@@ -167,6 +167,11 @@ impl Controller {
         self.watchdog.expired
     }
 
+    /// Time of the process-data watchdog; 0 is none.
+    pub(crate) fn watchdog_ns(&self) -> u64 {
+        Watchdog::limit_ns(self.word(register::WATCHDOG_DIVIDER), self.word(register::WATCHDOG_DATA))
+    }
+
     /// Forgets earlier outputs.
     pub(crate) fn reset_watchdog(&mut self) {
         self.watchdog = Watchdog::default();
@@ -211,8 +216,8 @@ impl Controller {
 
     pub(crate) fn advance(&mut self, nanoseconds: u64) -> SyncPulses {
         self.now += nanoseconds;
-        let (divider, time) = (self.word(register::WATCHDOG_DIVIDER), self.word(register::WATCHDOG_DATA));
-        if self.watchdog.check(self.now, divider, time) {
+        let limit = self.watchdog_ns();
+        if self.watchdog.check(self.now, limit) {
             self.set(register::WATCHDOG_STATUS, &[0]);
             self.count_error(register::WATCHDOG_COUNTER);
         }
