@@ -26,6 +26,10 @@
 //! What is simulated follows ETG.1000.4 (data link layer), ETG.1000.6 (application layer), ETG.2010 (SII), CiA 402 /
 //! IEC 61800-7-201 (drives) and, where these leave it open, the data sheets of common slave controllers.
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}
+
 mod al;
 mod bytes;
 mod coe;

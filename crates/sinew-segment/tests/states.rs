@@ -1,5 +1,7 @@
 //! Every transition of the application layer and what is checked before it, after ETG.1000.6.
 
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
 mod wire;
 
 use sinew_segment::{AlState, DeviceSettings, builtin};

@@ -197,7 +197,13 @@ impl Controller {
         for (port, linked) in [before, behind].into_iter().enumerate() {
             status |= if linked { 1 << (4 + port) | 2 << (8 + 2 * port) } else { 1 << (8 + 2 * port) };
         }
-        if self.word(register::DL_STATUS) != status {
+        let old = self.word(register::DL_STATUS);
+        for port in 0..2 {
+            if old & !status & 1 << (4 + port) != 0 {
+                self.count_error(register::LOST_LINK + port);
+            }
+        }
+        if old != status {
             self.set(register::DL_STATUS, &status.to_le_bytes());
             self.events |= DL_STATUS_EVENT;
         }
@@ -505,7 +511,7 @@ impl Controller {
             let wide = range.end >= time + 8;
             let from = source.get(time - range.start..).unwrap_or_default();
             let received = if wide { u64_at(from, 0) } else { u64::from(u32_at(from, 0)) };
-            clock.follow(received, wide, memory[usize::from(register::FILTER_DEPTH)]);
+            clock.follow(received, wide, memory[usize::from(register::FILTER_DEPTH)], self.port_delays[0]);
         }
         if sync && touches(range, register::SYNC_ACTIVATION, 1) {
             let activation = memory[usize::from(register::SYNC_ACTIVATION)];
