@@ -31,6 +31,7 @@
 mod readme {}
 
 mod al;
+mod answer;
 mod bytes;
 mod coe;
 mod description;
@@ -39,6 +40,7 @@ mod dictionary;
 mod drive;
 mod esc;
 mod fault;
+mod firmware;
 mod frame;
 mod mailbox;
 mod pdo;

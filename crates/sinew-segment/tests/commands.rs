@@ -27,12 +27,14 @@ fn memory(wire: &mut Wire) -> [u8; 3] {
     [0, 1, 2].map(|position| wire.read(position, 0x0f80, 1)[0])
 }
 
+/// Command, address as sent, data as sent; then the data, the counter, the address and the memory after it.
+type Row = (u8, u16, u8, u8, u16, u16, [u8; 3]);
+
 #[test]
 fn every_command_reads_writes_and_counts_as_the_standard_says() {
     let before = [1, 2, 4];
     let minus = |positions: u16| 0_u16.wrapping_sub(positions);
-    // Command, address as sent, data as sent; then the data, the counter, the address and the memory after it.
-    let table: &[(u8, u16, u8, u8, u16, u16, [u8; 3])] = &[
+    let table: &[Row] = &[
         (NOP, 0, 9, 9, 0, 0, before),
         (APRD, 0, 9, 1, 1, 3, before),
         (APRD, minus(1), 9, 2, 1, 2, before),
