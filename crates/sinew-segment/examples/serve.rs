@@ -5,10 +5,21 @@
 use sinew_segment::{AxisCommand, Device, DeviceSettings, RawSocket, Segment, builtin, serve};
 use std::error::Error;
 use std::io::Read;
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let interface = arguments.next().ok_or("usage: serve INTERFACE [DRIVES [ENCODERS]]")?;
     let drives = arguments.next().map_or(Ok(3), |drives| drives.parse())?;
