@@ -31,7 +31,7 @@ const NO_WINDOW: i64 = 0xffff_ffff;
 pub enum AxisCommand {
     /// No torque.
     Off,
-    /// Stop as fast as the quick stop deceleration allows, then hold.
+    /// Stop as fast as the quick stop deceleration (object 0x6085) allows, then hold. Also without a mode of operation.
     QuickStop,
     /// Follow a velocity, counts/s.
     Velocity(i32),
