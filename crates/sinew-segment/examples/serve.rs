@@ -1,18 +1,30 @@
-//! Serves a line of simulated devices on an interface: `serve INTERFACE [DRIVES]`. Ends at the end of its input.
+//! Serves a line of simulated devices on an interface: `serve INTERFACE [DRIVES [ENCODERS]]`. Ends at the end of its input.
 //!
 //! Motors are ideal: they have the commanded velocity at once.
 
 use sinew_segment::{AxisCommand, Device, DeviceSettings, RawSocket, Segment, builtin, serve};
 use std::error::Error;
 use std::io::Read;
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
-    let interface = arguments.next().ok_or("usage: serve INTERFACE [DRIVES]")?;
+    let interface = arguments.next().ok_or("usage: serve INTERFACE [DRIVES [ENCODERS]]")?;
     let drives = arguments.next().map_or(Ok(3), |drives| drives.parse())?;
-    let mut segment = line(drives)?;
+    let encoders = arguments.next().map_or(Ok(4), |encoders| encoders.parse())?;
+    let mut segment = line(drives, encoders)?;
     let socket = RawSocket::open(&interface)?;
 
     let stop = Arc::new(AtomicBool::new(false));
@@ -41,13 +53,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn line(drives: u32) -> Result<Segment, Box<dyn Error>> {
+/// A coupler, drives, a load cell and, where encoders are wanted, their terminal.
+fn line(drives: u32, encoders: usize) -> Result<Segment, Box<dyn Error>> {
     let settings = |serial| DeviceSettings { serial: Some(serial), ..DeviceSettings::default() };
     let mut devices = vec![Device::new(&builtin::coupler(), settings(0))?];
     for serial in 1..=drives {
         devices.push(Device::new(&builtin::drive(), settings(serial))?);
     }
     devices.push(Device::new(&builtin::load_cell(), settings(drives + 1))?);
-    devices.push(Device::new(&builtin::encoder(4), settings(drives + 2))?);
+    if encoders > 0 {
+        devices.push(Device::new(&builtin::encoder(encoders), settings(drives + 2))?);
+    }
     Ok(Segment::new(devices))
 }

@@ -68,12 +68,14 @@ def main():
     master.open(sys.argv[1])
     count = master.config_init()
     check(count > 0, f"{count} devices found")
+    seen = set()
     for position, device in enumerate(master.slaves):
         device.add_emergency_callback(emergency)
         print(f"      {position} {device.name} {device.man:#x} {device.id:#x} {device.rev:#x}")
         alias_and_config = device.eeprom_read(8)
         check(alias_and_config == struct.pack("<I", device.man), "vendor in the EEPROM")
-        if device.name in ("SIM-DRV1", "SIM-LC1"):
+        if device.name in ("SIM-DRV1", "SIM-LC1") and device.name not in seen:
+            seen.add(device.name)
             objects, entries, failed = read_dictionary(device)
             check(objects > 10 and failed == 0, f"{objects} objects, {entries} entries, {failed} not read")
             identity = device.sdo_read(0x1018, 0, ca=True)

@@ -4,11 +4,12 @@ use crate::raw_socket::{RawSocket, RawSocketError};
 use crate::segment::{Passed, Segment};
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
-use std::collections::VecDeque;
 use std::time::Instant;
 
 /// Without frames the devices run at least this often.
 const IDLE: Duration = Duration::from_micros(500);
+/// A shorter delay of a frame is less than what waking up takes.
+const NOTICEABLE: Duration = Duration::from_micros(50);
 /// The longest frame with a VLAN tag.
 const LONGEST: usize = 1518;
 
@@ -40,10 +41,11 @@ pub fn serve(
     let mut served = Served::default();
     let mut frame = [0; LONGEST];
     // Frames that a fault holds back, with the time at which they are due.
-    let mut late: VecDeque<(Instant, Vec<u8>)> = VecDeque::new();
+    let mut late: Vec<(Instant, Vec<u8>)> = Vec::new();
     let mut last = Instant::now();
     while !stop.load(Ordering::Relaxed) {
-        let received = socket.receive(&mut frame, IDLE)?;
+        let due = late.iter().map(|(due, _)| due.saturating_duration_since(last)).min();
+        let received = socket.receive(&mut frame, due.unwrap_or(IDLE).min(IDLE))?;
         let now = Instant::now();
         let elapsed = u64::try_from((now - last).as_nanos()).unwrap_or(u64::MAX);
         last = now;
@@ -53,15 +55,15 @@ pub fn serve(
             served.frames += 1;
             let frame = &mut frame[..length.min(LONGEST)];
             match segment.process(frame) {
-                Passed::Returned { delay_ns } if delay_ns >= 1_000_000 => {
-                    late.push_back((now + Duration::from_nanos(delay_ns), frame.to_vec()));
+                Passed::Returned { delay_ns } if Duration::from_nanos(delay_ns) >= NOTICEABLE => {
+                    late.push((now + Duration::from_nanos(delay_ns), frame.to_vec()));
                 }
                 Passed::Returned { .. } | Passed::Malformed => answer(socket, frame, &mut served)?,
                 _ => served.dropped += 1,
             }
         }
-        while let Some((_, frame)) = late.pop_front_if(|(due, _)| *due <= now) {
-            answer(socket, &frame, &mut served)?;
+        while let Some(at) = late.iter().position(|(due, _)| *due <= now) {
+            answer(socket, &late.remove(at).1, &mut served)?;
         }
     }
     Ok(served)

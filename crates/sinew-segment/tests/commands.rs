@@ -1,5 +1,7 @@
 //! Every command with every addressing, answered as ETG.1000.4 says.
 
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
 mod wire;
 
 use sinew_segment::{DeviceSettings, Passed, Segment, builtin};
@@ -25,12 +27,14 @@ fn memory(wire: &mut Wire) -> [u8; 3] {
     [0, 1, 2].map(|position| wire.read(position, 0x0f80, 1)[0])
 }
 
+/// Command, address as sent, data as sent; then the data, the counter, the address and the memory after it.
+type Row = (u8, u16, u8, u8, u16, u16, [u8; 3]);
+
 #[test]
 fn every_command_reads_writes_and_counts_as_the_standard_says() {
     let before = [1, 2, 4];
     let minus = |positions: u16| 0_u16.wrapping_sub(positions);
-    // Command, address as sent, data as sent; then the data, the counter, the address and the memory after it.
-    let table: &[(u8, u16, u8, u8, u16, u16, [u8; 3])] = &[
+    let table: &[Row] = &[
         (NOP, 0, 9, 9, 0, 0, before),
         (APRD, 0, 9, 1, 1, 3, before),
         (APRD, minus(1), 9, 2, 1, 2, before),
@@ -91,7 +95,6 @@ fn logical_commands_count_once_for_reading_and_twice_for_writing_in_an_exchange(
         (0, 0, LRW, 0, [9, 9]),
     ];
     for (first, second, command, counter, expected) in table {
-        // Terminals have one memory management unit each.
         let mut wire = Wire::new(&[builtin::encoder(1), builtin::encoder(1)]);
         for (position, kind) in [(0, *first), (1, *second)] {
             wire.write(position, 0x1e00, &[position as u8 + 1]);

@@ -4,6 +4,7 @@
 
 mod wire;
 
+use proptest::prelude::*;
 use sinew_segment::{
     Access, DataType, Device, DeviceDescription, DeviceSettings, Direction, ObjectCode, PdoMappable, Profile,
     builtin,
@@ -122,6 +123,35 @@ fn a_wrong_table_gives_one_error_with_line_and_field() {
             let number: usize = error.split(':').nth(1).unwrap().parse().unwrap();
             let shown: Vec<&str> = text.lines().skip(number.saturating_sub(2)).take(3).collect();
             assert!(shown.iter().any(|shown| shown.contains(line)), "{error}\nlines {shown:?}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// Parts of a valid file in another order, repeated, left out or with other digits.
+    #[test]
+    fn a_damaged_file_gives_an_error_or_a_device(
+        esi in any::<bool>(),
+        damages in proptest::collection::vec((any::<proptest::sample::Index>(), 0..40_usize, "[0-9a-f#<>=,\\[\\]\"\n.-]{0,6}"), 1..4),
+    ) {
+        let mut text = if esi { ESI.to_owned() } else { builtin::DRIVE_TOML.to_owned() };
+        for (place, length, other) in damages {
+            let start = place.index(text.len());
+            let end = (start + length).min(text.len());
+            if text.is_char_boundary(start) && text.is_char_boundary(end) {
+                text.replace_range(start..end, &other);
+            }
+        }
+        let read = if esi {
+            DeviceDescription::from_esi("file", &text, Some(0x1234), None)
+        } else {
+            DeviceDescription::from_toml("file", &text)
+        };
+        match read {
+            Ok(description) => drop(Device::new(&description, DeviceSettings::default()).unwrap()),
+            Err(error) => prop_assert!(error.line <= text.lines().count() + 1, "{error}"),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Injected faults begin and end at their time and do what they say.
 
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
 mod wire;
 
 use sinew_segment::{AlState, Device, DeviceSettings, Fault, FaultKind, Passed, builtin};
@@ -84,6 +86,7 @@ fn an_open_cable_is_seen_in_the_link_status_of_both_neighbours() {
     inject(&mut wire, 2, FaultKind::OffTheWire);
     wire.wait_ms(1);
     assert_eq!(links(&mut wire, 1), 0x10);
+    assert_eq!(wire.read(1, 0x0310, 2), [0, 1], "links lost");
     wire.wait_ms(2);
     assert_eq!(links(&mut wire, 1), 0x30);
 }

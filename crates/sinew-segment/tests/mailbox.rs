@@ -1,5 +1,7 @@
 //! Mailbox and CoE: transfers of every kind, descriptions of objects, abort codes, repeated and broken messages.
 
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
 mod wire;
 
 use sinew_segment::builtin;

@@ -1,5 +1,7 @@
 //! Every transition of the application layer and what is checked before it, after ETG.1000.6.
 
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
 mod wire;
 
 use sinew_segment::{AlState, DeviceSettings, builtin};
@@ -182,6 +184,47 @@ fn settings_of_sync0_are_checked() {
         outputs(&mut wire);
         assert_eq!(wire.request(0, OP), expected, "start in {start_ms} ms");
     }
+}
+
+#[test]
+fn a_synchronisation_type_has_to_be_supported_and_switched_on() {
+    for (written, code) in [(0_u16, 0), (1, 0), (2, 0x30), (3, 0x30), (4, 0x27), (0x22, 0x27)] {
+        let mut wire = drive_in(PRE_OP);
+        assert_eq!(wire.download(0, 0x1c32, 1, &written.to_le_bytes()), Ok(()));
+        let expected = if code == 0 { (SAFE_OP, 0) } else { (PRE_OP | ERROR, code) };
+        assert_eq!(wire.request(0, SAFE_OP), expected, "type {written}");
+    }
+}
+
+#[test]
+fn a_watchdog_shorter_than_the_cycle_is_refused() {
+    let mut wire = drive_in(PRE_OP);
+    wire.write(0, 0x09a0, &2_000_000_u32.to_le_bytes());
+    wire.write(0, 0x0981, &[3]);
+    wire.write(0, 0x0420, &10_u16.to_le_bytes());
+    assert_eq!(wire.request(0, SAFE_OP), (PRE_OP | ERROR, 0x1f), "1 ms and 2 ms");
+}
+
+#[test]
+fn a_device_falls_when_its_sync_managers_or_sync0_are_taken_away() {
+    // Channel; state and code that follow from OP.
+    for (channel, status, code) in [(0, INIT, 0x16), (1, INIT, 0x16), (2, PRE_OP, 0x1d), (3, PRE_OP, 0x1e)] {
+        let mut wire = drive_in(OP);
+        wire.write(0, 0x0806 + 8 * channel, &[0]);
+        wire.wait_ms(1);
+        assert_eq!((wire.word(0, 0x0130), wire.word(0, 0x0134)), (status | ERROR, code), "channel {channel}");
+    }
+    let mut wire = drive_in(PRE_OP);
+    let now = u64::from_le_bytes(wire.read(0, 0x0910, 8).try_into().unwrap());
+    wire.write(0, 0x09a0, &1_000_000_u32.to_le_bytes());
+    wire.write(0, 0x0990, &(now + 5_000_000).to_le_bytes());
+    wire.write(0, 0x0981, &[3]);
+    assert_eq!(wire.request(0, SAFE_OP), (SAFE_OP, 0));
+    outputs(&mut wire);
+    assert_eq!(wire.request(0, OP), (OP, 0));
+    wire.write(0, 0x0981, &[0]);
+    wire.wait_ms(1);
+    assert_eq!((wire.word(0, 0x0130), wire.word(0, 0x0134)), (SAFE_OP | ERROR, 0x2c));
 }
 
 #[test]

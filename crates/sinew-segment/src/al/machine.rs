@@ -67,6 +67,11 @@ impl Machine {
         self.code
     }
 
+    /// A request is still worked on.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.pending.is_some()
+    }
+
     /// AL control was written. A newer request replaces one that is still worked on.
     pub(crate) fn request(&mut self, control: u16, now: u64) {
         self.pending = Some(Pending { request: control, due: now + self.transition_ns, waiting_since: None });

@@ -39,6 +39,10 @@ pub enum AlStatusCode {
     InvalidMapping = 0x0024,
     /// Settings are inconsistent.
     InconsistentSettings = 0x0025,
+    /// The device has no such synchronisation type.
+    SyncModeNotSupported = 0x0027,
+    /// SYNC0 has stopped.
+    FatalSync = 0x002c,
     /// SYNC0 does not come.
     NoSync = 0x002d,
     /// SYNC settings are invalid.

@@ -6,6 +6,10 @@ use super::{DataType, DescriptionError, DeviceDescription, Direction, EntryDescr
 const MEMORY_START: u32 = 0x1000;
 /// Mailboxes hold at least a header and an expedited SDO with its command.
 const SMALLEST_MAILBOX: u16 = 24;
+/// A category of the EEPROM counts its words in 16 bits; half of it is more than any device needs.
+const LARGEST_CATEGORY: usize = 0xffff;
+/// Subindices of an assignment.
+const MOST_ASSIGNED: usize = 254;
 /// One Ethernet frame carries this much in a datagram.
 const LARGEST_AREA: u16 = 1486;
 
@@ -143,7 +147,25 @@ impl DeviceDescription {
         Ok(())
     }
 
+    /// PDOs have to fit into the EEPROM's categories and into their assignment.
+    fn check_pdo_number(&self) -> Result<(), DescriptionError> {
+        for direction in [Direction::Outputs, Direction::Inputs] {
+            let all = self.pdos.iter().filter(|pdo| pdo.direction() == direction);
+            let octets: usize = all.clone().map(|pdo| 8 * (1 + pdo.entries.len())).sum();
+            let assigned = all.filter(|pdo| pdo.assigned).count();
+            if octets > LARGEST_CATEGORY || assigned > MOST_ASSIGNED {
+                let problem = format!(
+                    "{octets} octets of {direction:?} in the EEPROM and {assigned} of them assigned, \
+                     at most {LARGEST_CATEGORY} and {MOST_ASSIGNED}"
+                );
+                return Err(self.error("pdo", problem));
+            }
+        }
+        Ok(())
+    }
+
     fn check_pdos(&self) -> Result<(), DescriptionError> {
+        self.check_pdo_number()?;
         for (i, pdo) in self.pdos.iter().enumerate() {
             let field = format!("pdo.{:#06x}", pdo.index);
             if !(0x1600..0x1800).contains(&pdo.index) && !(0x1a00..0x1c00).contains(&pdo.index) {

@@ -21,6 +21,8 @@ const GENERIC_ERROR: i64 = 1;
 /// A motor slower than this, counts/s, is at rest; a stop that takes longer than this, ns, is ended.
 const REST: i64 = 100;
 const LONGEST_STOP_NS: u64 = 2_000_000_000;
+/// The largest torque that the type of the target holds, per mille.
+const MOST_TORQUE: i64 = 0x7fff;
 /// A following error window of this size is none.
 const NO_WINDOW: i64 = 0xffff_ffff;
 
@@ -29,7 +31,7 @@ const NO_WINDOW: i64 = 0xffff_ffff;
 pub enum AxisCommand {
     /// No torque.
     Off,
-    /// Stop as fast as the quick stop deceleration allows, then hold.
+    /// Stop as fast as the quick stop deceleration (object 0x6085) allows, then hold. Also without a mode of operation.
     QuickStop,
     /// Follow a velocity, counts/s.
     Velocity(i32),
@@ -182,11 +184,10 @@ impl Drive {
         self.follow_controlword(dictionary);
         self.follow_stop(dictionary, elapsed);
         self.mode = Mode::from_number(dictionary.get(self.objects.mode));
-        self.limited = false;
-        self.command = match self.state {
+        (self.command, self.limited) = match self.state {
             DriveState::OperationEnabled => self.target(dictionary),
-            DriveState::QuickStopActive | DriveState::FaultReactionActive => AxisCommand::QuickStop,
-            _ => AxisCommand::Off,
+            DriveState::QuickStopActive | DriveState::FaultReactionActive => (AxisCommand::QuickStop, false),
+            _ => (AxisCommand::Off, false),
         };
         let following = self.supervise_following(dictionary, elapsed);
         self.show(dictionary, following);
@@ -228,40 +229,35 @@ impl Drive {
         }
     }
 
-    fn target(&mut self, dictionary: &Dictionary) -> AxisCommand {
+    /// The command of the mode, and whether a limit has changed it.
+    fn target(&self, dictionary: &Dictionary) -> (AxisCommand, bool) {
+        let objects = &self.objects;
         let get = |slot| dictionary.get(slot);
-        let objects = self.objects.clone();
         let (low, high) = (get(objects.min_position), get(objects.max_position));
-        let position = i64::from(self.actual.0);
+        let (position, velocity) = (i64::from(self.actual.0), i64::from(self.actual.1));
         // Limits of which the lower is not below the upper are none.
         let (at_low, at_high) = (low < high && position <= low, low < high && position >= high);
         match self.mode {
-            Mode::None => AxisCommand::QuickStop,
+            Mode::None => (AxisCommand::QuickStop, false),
             Mode::Position => {
                 let wanted = get(objects.target_position);
                 let allowed = if low < high { wanted.clamp(low, high) } else { wanted };
-                self.limited = allowed != wanted;
-                AxisCommand::Position(allowed as i32)
+                (AxisCommand::Position(allowed as i32), allowed != wanted)
             }
             Mode::Velocity => {
                 let wanted = get(objects.target_velocity) + get(objects.velocity_offset);
-                let most = max_velocity(dictionary, &objects);
-                let lowest = if at_low { 0 } else { -most };
-                let highest = if at_high { 0 } else { most };
-                let allowed = wanted.clamp(lowest, highest);
-                self.limited = allowed != wanted;
-                AxisCommand::Velocity(allowed as i32)
+                let most = max_velocity(dictionary, objects);
+                let allowed = wanted.clamp(if at_low { 0 } else { -most }, if at_high { 0 } else { most });
+                (AxisCommand::Velocity(allowed as i32), allowed != wanted)
             }
             Mode::Torque => {
                 let wanted = get(objects.target_torque) + get(objects.torque_offset);
-                let most = objects.max_torque.map_or(i64::from(i16::MAX), |slot| get(Some(slot)));
-                let velocity = i64::from(self.actual.1);
-                let speed = max_velocity(dictionary, &objects);
+                let most = objects.max_torque.map_or(MOST_TORQUE, |slot| get(Some(slot)).min(MOST_TORQUE));
+                let speed = max_velocity(dictionary, objects);
                 let lowest = if at_low || velocity < -speed { 0 } else { -most };
                 let highest = if at_high || velocity > speed { 0 } else { most };
                 let allowed = wanted.clamp(lowest, highest);
-                self.limited = allowed != wanted;
-                AxisCommand::Torque(allowed.clamp(i64::from(i16::MIN), i64::from(i16::MAX)) as i16)
+                (AxisCommand::Torque(allowed as i16), allowed != wanted)
             }
         }
     }

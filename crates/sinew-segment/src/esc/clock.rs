@@ -95,10 +95,10 @@ impl Clock {
         SyncPulses { sync0: more + 1 }
     }
 
-    /// The reference's time has arrived, in its low 32 bits or all of them.
-    pub(crate) fn follow(&mut self, received: u64, wide: bool, filter_depth: u8) {
+    /// The reference's time has arrived, in its low 32 bits or all of them, `later` ns after the present.
+    pub(crate) fn follow(&mut self, received: u64, wide: bool, filter_depth: u8, later: u64) {
         let expected = received.wrapping_add(u64::from(self.delay));
-        let all = self.system().wrapping_sub(expected);
+        let all = self.system().wrapping_add(later).wrapping_sub(expected);
         let difference = if wide { all as i64 } else { i64::from(all as u32 as i32) };
         self.mean += (difference - self.mean) >> filter_depth.min(12);
         let step = (difference / SHARE).clamp(-MAX_STEP_NS, MAX_STEP_NS);
@@ -143,7 +143,7 @@ mod tests {
         for _ in 0..4000 {
             clock.advance(1_000_000);
             time += 1_000_000;
-            clock.follow(time, true, 4);
+            clock.follow(time, true, 4, 0);
         }
         let error = clock.system().wrapping_sub(time) as i64;
         assert!(error.abs() < 20, "{error} ns");

@@ -3,12 +3,13 @@
 //! Source: ETG.1000.4, clause 6.
 
 use super::clock::{Clock, SyncPulses};
+use super::clock_registers;
 use super::eeprom::{Eeprom, Outcome};
-use super::fmmu::{Fmmu, Window};
-use super::register::{self, MEMORY, READ, WRITE};
+use super::fmmu::Fmmu;
+use super::register::{self, MEMORY, READ, WRITE, touches};
 use super::sync_manager::SyncManager;
 use super::watchdog::Watchdog;
-use crate::bytes::{put, u16_at, u32_at, u64_at};
+use crate::bytes::{put, u16_at, u32_at};
 use crate::sii;
 use core::ops::Range;
 
@@ -48,13 +49,13 @@ pub(crate) struct HardwareClock {
 /// Registers, memory and the units behind them.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
-    memory: Vec<u8>,
+    pub(super) memory: Vec<u8>,
     rights: Vec<u8>,
-    managers: Vec<SyncManager>,
-    fmmus: Vec<Option<Fmmu>>,
-    used_fmmus: usize,
+    pub(super) managers: Vec<SyncManager>,
+    pub(super) fmmus: Vec<Option<Fmmu>>,
+    pub(super) used_fmmus: usize,
     /// Octets of a datagram before they are replaced by what is read.
-    scratch: Vec<u8>,
+    pub(super) scratch: Vec<u8>,
     eeprom: Eeprom,
     clock: Option<Clock>,
     watchdog: Watchdog,
@@ -167,6 +168,11 @@ impl Controller {
         self.watchdog.expired
     }
 
+    /// Time of the process-data watchdog; 0 is none.
+    pub(crate) fn watchdog_ns(&self) -> u64 {
+        Watchdog::limit_ns(self.word(register::WATCHDOG_DIVIDER), self.word(register::WATCHDOG_DATA))
+    }
+
     /// Forgets earlier outputs.
     pub(crate) fn reset_watchdog(&mut self) {
         self.watchdog = Watchdog::default();
@@ -192,7 +198,13 @@ impl Controller {
         for (port, linked) in [before, behind].into_iter().enumerate() {
             status |= if linked { 1 << (4 + port) | 2 << (8 + 2 * port) } else { 1 << (8 + 2 * port) };
         }
-        if self.word(register::DL_STATUS) != status {
+        let old = self.word(register::DL_STATUS);
+        for port in 0..2 {
+            if old & !status & 1 << (4 + port) != 0 {
+                self.count_error(register::LOST_LINK + port);
+            }
+        }
+        if old != status {
             self.set(register::DL_STATUS, &status.to_le_bytes());
             self.events |= DL_STATUS_EVENT;
         }
@@ -211,8 +223,8 @@ impl Controller {
 
     pub(crate) fn advance(&mut self, nanoseconds: u64) -> SyncPulses {
         self.now += nanoseconds;
-        let (divider, time) = (self.word(register::WATCHDOG_DIVIDER), self.word(register::WATCHDOG_DATA));
-        if self.watchdog.check(self.now, divider, time) {
+        let limit = self.watchdog_ns();
+        if self.watchdog.check(self.now, limit) {
             self.set(register::WATCHDOG_STATUS, &[0]);
             self.count_error(register::WATCHDOG_COUNTER);
         }
@@ -396,19 +408,11 @@ impl Controller {
                 self.set(status, &[self.managers[channel].status()]);
             }
         }
-        if range.start < 0x09b0 && range.end > usize::from(register::PORT_TIMES) {
-            self.refresh_clock();
-        }
-    }
-
-    fn refresh_clock(&mut self) {
-        let Some(clock) = &self.clock else { return };
-        let (system, difference) = (clock.system().wrapping_add(self.port_delays[0]), clock.difference());
-        let next = clock.next_sync0();
-        self.set(register::SYSTEM_TIME, &system.to_le_bytes());
-        self.set(register::TIME_DIFFERENCE, &difference.to_le_bytes());
-        if let Some(next) = next {
-            self.set(register::SYNC_START, &next.to_le_bytes());
+        if range.start < 0x09b0
+            && range.end > usize::from(register::PORT_TIMES)
+            && let Some(clock) = &self.clock
+        {
+            clock_registers::show(clock, &mut self.memory, self.port_delays);
         }
     }
 
@@ -448,7 +452,10 @@ impl Controller {
             }
         }
         if range.start < 0x09b0 && range.end > usize::from(register::PORT_TIMES) {
-            self.clock_written(&range, source);
+            let sync = self.rights[usize::from(register::SYNC_ACTIVATION)] != 0;
+            if let Some(clock) = &mut self.clock {
+                clock_registers::written(clock, &mut self.memory, &range, source, self.port_delays, sync);
+            }
         }
     }
 
@@ -475,151 +482,4 @@ impl Controller {
             Outcome::Reload => self.load_configuration(),
         }
     }
-
-    fn clock_written(&mut self, range: &Range<usize>, source: &[u8]) {
-        let sync = self.rights[usize::from(register::SYNC_ACTIVATION)] != 0;
-        let memory = &mut self.memory;
-        let Some(clock) = &mut self.clock else { return };
-        if touches(range, register::PORT_TIMES, 4) {
-            // A write to the first receive time latches all of them.
-            let [port0, port1] = self.port_delays.map(|delay| clock.local().wrapping_add(delay));
-            put(memory, usize::from(register::PORT_TIMES), &(port0 as u32).to_le_bytes());
-            put(memory, usize::from(register::PORT_TIMES) + 4, &(port1 as u32).to_le_bytes());
-            put(memory, usize::from(register::PORT_TIMES) + 8, &[0; 8]);
-            put(memory, usize::from(register::UNIT_TIME), &port0.to_le_bytes());
-        }
-        if touches(range, register::TIME_OFFSET, 12) {
-            clock.offset = u64_at(memory, usize::from(register::TIME_OFFSET));
-            clock.delay = u32_at(memory, usize::from(register::TIME_DELAY));
-        }
-        if touches(range, register::SPEED_COUNTER, 2) {
-            clock.reset_control();
-        }
-        let time = usize::from(register::SYSTEM_TIME);
-        if range.start <= time && range.end >= time + 4 {
-            let wide = range.end >= time + 8;
-            let from = source.get(time - range.start..).unwrap_or_default();
-            let received = if wide { u64_at(from, 0) } else { u64::from(u32_at(from, 0)) };
-            clock.follow(received, wide, memory[usize::from(register::FILTER_DEPTH)]);
-        }
-        if sync && touches(range, register::SYNC_ACTIVATION, 1) {
-            let activation = memory[usize::from(register::SYNC_ACTIVATION)];
-            let on = activation & 0x03 == 0x03;
-            let start = u64_at(memory, usize::from(register::SYNC_START));
-            let plausible = clock.activate(on, start, u32_at(memory, usize::from(register::SYNC0_CYCLE)));
-            memory[usize::from(register::SYNC_ACTIVATION_STATUS)] =
-                u8::from(on && plausible) | u8::from(!plausible) << 2;
-        }
-    }
-
-    // Logical addresses.
-
-    /// A datagram with a logical address: reads before it writes, each where `read` and `write` ask for it. Returns
-    /// whether anything was read and written.
-    pub(crate) fn logical(&mut self, address: u32, data: &mut [u8], read: bool, write: bool) -> (bool, bool) {
-        let (mut any_read, mut any_write) = (false, false);
-        if write && read {
-            for at in 0..self.used_fmmus {
-                if let Some((_, window)) = self.mapped(at, address, data.len(), |fmmu| fmmu.writes) {
-                    let range = window.start..window.end;
-                    if let (Some(kept), Some(data)) = (self.scratch.get_mut(range.clone()), data.get(range)) {
-                        kept.copy_from_slice(data);
-                    }
-                }
-            }
-        }
-        if read {
-            for at in 0..self.used_fmmus {
-                if let Some((fmmu, window)) = self.mapped(at, address, data.len(), |fmmu| fmmu.reads) {
-                    any_read |= self.read_mapped(fmmu, window, data);
-                }
-            }
-        }
-        if write {
-            let scratch = core::mem::take(&mut self.scratch);
-            for at in 0..self.used_fmmus {
-                if let Some((fmmu, window)) = self.mapped(at, address, data.len(), |fmmu| fmmu.writes) {
-                    let source = if read { &scratch } else { &*data };
-                    any_write |= self.write_mapped(fmmu, window, source);
-                }
-            }
-            self.scratch = scratch;
-        }
-        (any_read, any_write)
-    }
-
-    fn mapped(
-        &self,
-        at: usize,
-        address: u32,
-        length: usize,
-        wanted: fn(&Fmmu) -> bool,
-    ) -> Option<(Fmmu, Window)> {
-        let fmmu = self.fmmus[at].filter(wanted)?;
-        let window = fmmu.window(address, length)?;
-        Some((fmmu, window))
-    }
-
-    fn read_mapped(&mut self, fmmu: Fmmu, window: Window, data: &mut [u8]) -> bool {
-        if fmmu.is_bytewise() {
-            let Some(address) = physical(fmmu, window) else { return false };
-            return self.read(address, &mut data[window.start..window.end]);
-        }
-        let mut any = false;
-        let (mut octet, mut loaded) = ([0], None);
-        for bit in fmmu.bits(window) {
-            let Ok(address) = u16::try_from(bit.physical) else { continue };
-            if loaded.is_none_or(|(known, _)| known != address) {
-                loaded = Some((address, self.read(address, &mut octet)));
-            }
-            if loaded.is_some_and(|(_, success)| success) {
-                let mask = 1 << bit.bit;
-                let set = octet[0] >> bit.physical_bit & 1 == 1;
-                data[bit.octet] = if set { data[bit.octet] | mask } else { data[bit.octet] & !mask };
-                any = true;
-            }
-        }
-        any
-    }
-
-    fn write_mapped(&mut self, fmmu: Fmmu, window: Window, source: &[u8]) -> bool {
-        if fmmu.is_bytewise() {
-            let Some(address) = physical(fmmu, window) else { return false };
-            return self.write(address, source.get(window.start..window.end).unwrap_or_default());
-        }
-        let mut any = false;
-        let mut pending: Option<(u16, u8)> = None;
-        for bit in fmmu.bits(window) {
-            let Ok(address) = u16::try_from(bit.physical) else { continue };
-            if let Some((known, octet)) = pending.filter(|(known, _)| *known != address) {
-                any |= self.write(known, &[octet]);
-                pending = None;
-            }
-            let (_, octet) = pending.unwrap_or((address, self.present(address)));
-            let mask = 1 << bit.physical_bit;
-            let set = source.get(bit.octet).is_some_and(|octet| octet >> bit.bit & 1 == 1);
-            pending = Some((address, if set { octet | mask } else { octet & !mask }));
-        }
-        if let Some((address, octet)) = pending {
-            any |= self.write(address, &[octet]);
-        }
-        any
-    }
-
-    /// What an octet holds, so that bits beside those written stay.
-    fn present(&self, address: u16) -> u8 {
-        let covered = self.managers.iter().find_map(|manager| {
-            let offset = manager.covers(u32::from(address))?;
-            manager.peek().get(offset).copied()
-        });
-        covered.or_else(|| self.memory.get(usize::from(address)).copied()).unwrap_or(0)
-    }
-}
-
-fn physical(fmmu: Fmmu, window: Window) -> Option<u16> {
-    u16::try_from(usize::from(fmmu.physical) + window.offset).ok()
-}
-
-fn touches(range: &Range<usize>, start: u16, length: u16) -> bool {
-    range.start < usize::from(start + length) && range.end > usize::from(start)
 }

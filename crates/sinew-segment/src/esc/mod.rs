@@ -1,9 +1,11 @@
 //! The slave controller of a device: registers, memory, sync managers, memory management, EEPROM, watchdogs, clock.
 
 mod clock;
+mod clock_registers;
 mod controller;
 mod eeprom;
 mod fmmu;
+mod logical;
 pub(crate) mod register;
 mod sync_manager;
 mod watchdog;

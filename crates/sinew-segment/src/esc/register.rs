@@ -2,6 +2,8 @@
 //!
 //! Source: ETG.1000.4, table 31 to 61; where it is silent, the register description of common slave controllers.
 
+use core::ops::Range;
+
 /// Registers end and memory begins here.
 pub(crate) const MEMORY: usize = 0x1000;
 pub(crate) const STATION: u16 = 0x0010;
@@ -132,4 +134,9 @@ pub(super) fn rights(fmmus: usize, sync_managers: usize, clock: bool, sync: bool
         enter(&SYNC);
     }
     rights
+}
+
+/// Whether a range of addresses has a part of a register.
+pub(super) fn touches(range: &Range<usize>, start: u16, length: u16) -> bool {
+    range.start < usize::from(start + length) && range.end > usize::from(start)
 }

@@ -20,10 +20,15 @@ impl Watchdog {
         *self = Self { expired: false, started: true, last: now };
     }
 
-    /// True at the moment at which it expires. `divider` and `time` are the registers.
-    pub(crate) fn check(&mut self, now: u64, divider: u16, time: u16) -> bool {
-        let limit = UNIT_NS * (u64::from(divider) + 2) * u64::from(time);
-        let expires = self.started && time > 0 && !self.expired && now.saturating_sub(self.last) > limit;
+    /// The time that the registers of divider and watchdog say, ns; 0 switches it off.
+    pub(crate) fn limit_ns(divider: u16, time: u16) -> u64 {
+        UNIT_NS * (u64::from(divider) + 2) * u64::from(time)
+    }
+
+    /// True at the moment at which it expires.
+    pub(crate) fn check(&mut self, now: u64, limit_ns: u64) -> bool {
+        let late = now.saturating_sub(self.last) > limit_ns;
+        let expires = self.started && limit_ns > 0 && !self.expired && late;
         self.expired |= expires;
         expires
     }

@@ -55,6 +55,7 @@ impl Line {
         &self.segment
     }
 
+    #[allow(dead_code, reason = "each test uses a part")]
     pub(crate) fn segment_mut(&mut self) -> &mut Segment {
         &mut self.segment
     }
