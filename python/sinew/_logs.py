@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import _sinew
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 
 @runtime_checkable
@@ -25,9 +23,9 @@ class DataFrame(Protocol):
 
 
 #: One log: a path, a data frame, or a mapping of column names to arrays of equal length.
-Log: TypeAlias = "str | os.PathLike[str] | DataFrame | Mapping[str, ArrayLike]"
+Log: TypeAlias = str | os.PathLike[str] | DataFrame | Mapping[str, ArrayLike]
 #: One log or several.
-Logs: TypeAlias = "Log | Sequence[Log]"
+Logs: TypeAlias = Log | Sequence[Log]
 
 
 def native_logs(logs: Logs) -> list[str] | list[tuple[str, bytes]]:
@@ -35,7 +33,7 @@ def native_logs(logs: Logs) -> list[str] | list[tuple[str, bytes]]:
     many = list(logs) if isinstance(logs, Sequence) and not isinstance(logs, str) else [logs]
     if all(isinstance(log, str | os.PathLike) for log in many):
         return [os.fspath(log) for log in many]  # type: ignore[arg-type]
-    return [_content(log, number) for number, log in enumerate(many, 1)]  # type: ignore[arg-type]
+    return [_content(log, number) for number, log in enumerate(many, 1)]
 
 
 def _content(log: Log, number: int) -> tuple[str, bytes]:

@@ -6,18 +6,16 @@ import os
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self, TypeAlias
+from typing import Any, Self, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _sinew
 from ._display import html_table, number
 
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
 #: A desired motion; see `Machine.plan`.
-Path: TypeAlias = "str | Mapping[str, ArrayLike] | ArrayLike"
+Path: TypeAlias = str | Mapping[str, ArrayLike] | ArrayLike
 
 
 class Machine(_sinew.Machine):

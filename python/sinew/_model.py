@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _sinew
 from ._display import html_table, number, percent
 from ._logs import Logs, native_logs
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Receives the stage of a long call and the share that is done, 0 to 1.
 Progress: TypeAlias = Callable[[str, float], object]
@@ -288,6 +285,8 @@ def names(given: Iterable[str], argument: str) -> list[str]:
 
 def write_whole(path: str | os.PathLike[str], text: str) -> None:
     """Writes a file that appears complete or not at all."""
+    import tempfile  # slow, and rarely needed
+
     target = os.path.realpath(path)
     if os.path.isdir(target):
         raise IsADirectoryError(f"{os.fspath(path)}: is a folder, expected a file")

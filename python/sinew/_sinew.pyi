@@ -6,8 +6,30 @@ from typing import Any, Literal, Self, SupportsFloat, SupportsIndex, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
 
 from ._machine import Machine as PythonMachine
+
+__all__ = [
+    "Cable",
+    "CableEnds",
+    "Command",
+    "Controller",
+    "Machine",
+    "Model",
+    "Prediction",
+    "Predictor",
+    "Trajectory",
+    "Twin",
+    "__version__",
+    "demo_logs",
+    "distribute",
+    "identify",
+    "plan_motion",
+    "reproduce",
+    "table_text",
+    "track",
+]
 
 __version__: str
 
@@ -116,6 +138,7 @@ class Predictor:
     def reset(self) -> None:
         """Resets all states: the next sample starts a new sequence."""
 
+@disjoint_base
 class Machine:
     """A machine on cables: bodies, joints, muscles with sheaths, cables and drives."""
 
@@ -188,6 +211,7 @@ class CableEnds:
     def dissipated(self) -> float:
         """Energy dissipated by friction in the step, J."""
 
+@disjoint_base
 class Cable:
     """An elastic cable with friction in its sheath, cut into cells; see `sinew.Cable`."""
 
