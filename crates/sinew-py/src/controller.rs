@@ -144,6 +144,7 @@ impl Controller {
     /// `(q, v, a)` 0.12 s ahead, by default the present one.
     #[pyo3(signature = (motor, tension, joint, q, v=None, a=None, *, previewed=None, interval_s=1e-3))]
     #[expect(clippy::too_many_arguments, reason = "one per sensor and reference")]
+    #[expect(clippy::needless_pass_by_value, reason = "a tuple is extracted, not borrowed")]
     fn step(
         &mut self,
         motor: &Bound<'_, PyAny>,

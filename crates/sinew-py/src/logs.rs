@@ -67,6 +67,7 @@ enum Column<'py> {
 
 /// A table of columns as the text of a log: every number to its last bit, NaN as an empty cell.
 #[pyfunction]
+#[expect(clippy::needless_pass_by_value, reason = "a list is extracted, not borrowed")]
 pub(crate) fn table_text<'py>(
     py: Python<'py>,
     columns: Vec<(String, Bound<'py, PyAny>)>,

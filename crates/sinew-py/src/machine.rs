@@ -41,6 +41,9 @@ impl Drop for Borrowed<'_> {
 /// Array of numbers as it is returned.
 type Array<'py> = PyResult<Bound<'py, PyArrayDyn<f64>>>;
 
+/// File or name of a machine, and the file of its muscles.
+type Source = (PathBuf, Option<PathBuf>);
+
 /// Poses over the ranges for which gains are derived.
 const PLACES: usize = 40;
 
@@ -142,7 +145,7 @@ impl Machine {
         })
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (PathBuf, Option<PathBuf>))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Source)> {
         let this = slf.get();
         let load = slf.py().import("sinew")?.getattr("_load_machine")?;
         Ok((load, (this.source.clone(), this.muscles_file.clone())))

@@ -39,9 +39,9 @@ pub(crate) fn identify(
     models: Vec<String>,
     seed: u64,
     threads: Option<usize>,
-    progress: Option<Bound<'_, PyAny>>,
+    progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Model> {
-    long_call::run(py, progress.as_ref(), threads, move |progress| {
+    long_call::run(py, progress, threads, move |progress| {
         progress.tell("reading logs", 0.0);
         let data = logs.read(&roles.into(), skip_s)?;
         let options = Options { seed, models };
@@ -151,10 +151,10 @@ impl Model {
         skip_s: f64,
         seed: u64,
         threads: Option<usize>,
-        progress: Option<Bound<'_, PyAny>>,
+        progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let model = self.model.clone();
-        long_call::run(py, progress.as_ref(), threads, move |progress: &Progress| {
+        long_call::run(py, progress, threads, move |progress: &Progress| {
             let data = logs.read_for(&model, skip_s, true)?;
             let options = Options { seed, models: Vec::new() };
             Ok(adapt(&model, &data, &options, &|stage, done| progress.tell(stage, done))?.into())

@@ -15,7 +15,7 @@ pub(crate) fn reproduce(
     quick: bool,
     seed: u64,
     threads: Option<usize>,
-    progress: Option<Bound<'_, PyAny>>,
+    progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
     let (bench, arm) = match part {
         "all" => (true, true),
@@ -26,7 +26,7 @@ pub(crate) fn reproduce(
             return Err(Failure::refused(format!("{expected}, but is {other:?}")).into());
         }
     };
-    long_call::run(py, progress.as_ref(), threads, move |progress| {
+    long_call::run(py, progress, threads, move |progress| {
         let share = if bench && arm { 0.6 } else { f64::from(u8::from(bench)) };
         let mut all = serde_json::json!({"simulated": true, "seed": seed});
         if bench {

@@ -80,9 +80,12 @@ pub(crate) fn distribute<'py>(
     let (muscles, joints) = match *arms.shape() {
         [muscles, joints] | [_, muscles, joints] => (muscles, joints),
         _ => {
-            return Err(
-                wrong_shape("moment_arms", "(muscles, joints) or (n, muscles, joints)", arms.shape()).into()
-            );
+            return Err(wrong_shape(
+                "moment_arms",
+                "(muscles, joints) or (n, muscles, joints)",
+                arms.shape(),
+            )
+            .into());
         }
     };
     let mut count = None;

@@ -166,10 +166,10 @@ pub(crate) fn track<'py>(
     machine: &Machine,
     trajectory: &Trajectory,
     conditions: Conditions,
-    progress: Option<Bound<'py, PyAny>>,
+    progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(String, Bound<'py, PyDict>)> {
     let (machine, trajectory) = (machine.machine.clone(), trajectory.inner.clone());
-    let (numbers, trace) = long_call::run(py, progress.as_ref(), None, move |progress| {
+    let (numbers, trace) = long_call::run(py, progress, None, move |progress| {
         let variant: CompensationVariant = conditions.compensation.parse()?;
         for (name, value) in
             [("hold_s", conditions.hold_s), ("trace_interval_s", conditions.trace_interval_s)]
