@@ -122,12 +122,12 @@ class Model:
 
         Raises `FileNotFoundError`, and `ValueError` for another kind of file, a newer version or a damaged file.
         """
-        with open(path, encoding="utf-8") as file:
-            text = file.read()
-        try:
-            return Model.from_json(text)
-        except ValueError as error:
-            raise ValueError(f"{os.fspath(path)}: {error}") from None
+        place = os.fspath(path)
+        with open(place, encoding="utf-8") as file:
+            try:
+                return Model.from_json(file.read())
+            except ValueError as error:
+                raise ValueError(f"{place!s}: {error}") from None
 
     @staticmethod
     def from_json(text: str) -> Model:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -19,6 +20,13 @@ ROOT = Path(__file__).parents[2]
 settings.register_profile("short", max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("long", settings.get_profile("short"), max_examples=4000)
 settings.load_profile("long" if os.environ.get("SINEW_LONG") else "short")
+
+
+def columns_of(file: Path) -> dict[str, Any]:
+    """The columns of a simulated log, every number as it is read by Python."""
+    lines = [line for line in file.read_text().splitlines() if not line.startswith("#")]
+    rows = [[float(cell) for cell in line.split(",")] for line in lines[1:]]
+    return dict(zip(lines[0].split(","), np.array(rows).T, strict=True))
 
 
 @pytest.fixture(scope="session")

@@ -182,7 +182,7 @@ def test_a_damaged_model_is_refused_with_its_file(model: sinew.Model, tmp_path: 
     assert sinew.Model.load(file).to_json() == model.to_json()
     text = file.read_text()
     file.write_text(text.replace("tension_in_n", "tension_on_n", 1))
-    with pytest.raises(ValueError, match=r"model.json: checksum"):
+    with pytest.raises(ValueError, match=r"model.json: .*checksum"):
         sinew.Model.load(file)
     with pytest.raises(FileNotFoundError):
         model.save(tmp_path / "none" / "model.json")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,21 +10,22 @@ import numpy as np
 import pandas
 import polars
 import pytest
+from conftest import columns_of
 
 import sinew
 
 
 def frame(file: Path) -> Any:
-    return pandas.read_csv(io.StringIO(file.read_text()), comment="#", float_precision="round_trip")
+    return pandas.DataFrame(columns_of(file))
 
 
 FORMS: dict[str, Callable[[Path], Any]] = {
     "text": str,
     "path": lambda file: file,
     "pandas": frame,
-    "polars": lambda file: polars.from_pandas(frame(file)),
-    "columns": lambda file: {name: np.asarray(column) for name, column in frame(file).items()},
-    "lists": lambda file: {name: column.tolist() for name, column in frame(file).items()},
+    "polars": lambda file: polars.DataFrame(columns_of(file)),
+    "columns": columns_of,
+    "lists": lambda file: {name: column.tolist() for name, column in columns_of(file).items()},
 }
 
 
@@ -51,11 +51,10 @@ def test_the_fit_does_not_depend_on_the_form_of_the_logs(log_files: list[Path]) 
 
 
 def test_trials_are_labels_and_missing_numbers_are_missing(model: sinew.Model, log_files: list[Path]) -> None:
-    table = frame(log_files[0]).head(600)
+    table = {name: column[:600].copy() for name, column in columns_of(log_files[0]).items()}
     trial = np.repeat(["first", "second", "third"], 200)
-    near = table["tension_in_n"].to_numpy().copy()
-    near[10] = np.nan
-    found = model.predict(dict(table.items()) | {"trial": trial, "tension_in_n": near})
+    table["tension_in_n"][10] = np.nan
+    found = model.predict(table | {"trial": trial})
     assert found.trial.tolist() == trial.tolist()
     assert np.flatnonzero(found.reset).tolist() == [0, 200, 400]
     assert found.input_held[10] and set(found.log) == {"table 1"}

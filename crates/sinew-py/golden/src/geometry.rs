@@ -88,3 +88,26 @@ impl CableSteps {
         )
     }
 }
+
+/// The time of a loop over a pose, for the benchmarks of the package.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PoseLoop {
+    machine: String,
+    count: usize,
+}
+
+impl PoseLoop {
+    pub(crate) fn answer(&self) -> Answer {
+        let machine = machine(&self.machine)?;
+        let mut model = MuscleDynamics::new(&machine.robot)?;
+        let poses = machine.start.repeat(self.count);
+        let mut lengths = vec![0.0; self.count * model.muscles()];
+        let began = std::time::Instant::now();
+        for (q, out) in poses.chunks(model.joints()).zip(lengths.chunks_mut(machine.muscles.len())) {
+            model.evaluate(q)?;
+            out.copy_from_slice(model.lengths());
+        }
+        Ok(json!(began.elapsed().as_secs_f64()))
+    }
+}

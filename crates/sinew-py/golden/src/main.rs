@@ -17,6 +17,7 @@ use std::io::{BufRead, Write};
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum Request {
     Pose(geometry::Pose),
+    PoseLoop(geometry::PoseLoop),
     Distribute(tension::Torque),
     Cable(geometry::CableSteps),
     Identify(identification::Identify),
@@ -33,6 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for line in std::io::stdin().lock().lines() {
         let answer = match serde_json::from_str(&line?)? {
             Request::Pose(request) => request.answer(),
+            Request::PoseLoop(request) => request.answer(),
             Request::Distribute(request) => request.answer(),
             Request::Cable(request) => request.answer(),
             Request::Identify(request) => request.answer(),
