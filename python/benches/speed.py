@@ -1,6 +1,6 @@
 """Times of the package, least of several runs, beside those of a Rust loop where there is one.
 
-Run with a release build: `pip install . && python python/benches/speed.py PROGRAM`, where PROGRAM is
+Run with a release build: `pip install . && python python/benches/speed.py PROGRAM [MODEL.xml]`, where PROGRAM is
 `sinew-py-golden` of `cargo build --release --manifest-path crates/sinew-py/golden/Cargo.toml`.
 """
 
@@ -65,10 +65,12 @@ def two_threads(files: list[Path]) -> float:
 
 
 def main() -> None:
-    arm, count = sinew.Machine("lm_arm"), 100_000
-    poses = np.tile(arm.start, (count, 1))
-    here, there = least(lambda: arm.lengths(poses)), rust_loop(sys.argv[1], "lm_arm", count)
-    print(f"lm_arm, {count} poses          {1e6 * here / count:8.3f} us a pose, {here / there:.3f} of the Rust loop")
+    for name in ["lm_arm", *sys.argv[2:]]:
+        machine, count = sinew.Machine(name), 100_000
+        poses = np.tile(machine.start, (count, 1))
+        here, there = least(lambda: machine.lengths(poses)), rust_loop(sys.argv[1], name, count)
+        print(f"{machine.name}, {count} poses: {1e6 * here / count:.3f} us a pose, {here / there:.3f} of the Rust loop")
+    arm = sinew.Machine("lm_arm")
     q, zero = arm.start, np.zeros(7)
     print(f"lm_arm, one pose               {each(lambda: arm.lengths(q)):8.2f} us")
     print(f"lm_arm, inverse dynamics       {each(lambda: arm.inverse_dynamics(q, zero, zero)):8.2f} us")

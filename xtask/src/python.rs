@@ -23,7 +23,9 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     let manifest = ["--manifest-path", MANIFEST, "--workspace", "--target-dir", "target"];
     let lint = [&["clippy", "--all-targets"], &manifest[..], &["--", "-D", "warnings"]].concat();
     succeed(&mut cargo(root, &lint))?;
-    succeed(&mut cargo(root, &[&["build"], &manifest[..]].concat()))?;
+    let golden =
+        ["build", "--package", "sinew-py-golden", "--manifest-path", MANIFEST, "--target-dir", "target"];
+    succeed(&mut cargo(root, &golden))?;
     let mut maturin = python(root, &interpreter, &["-m", "maturin", "develop", "--quiet"]);
     let target = root.join("target");
     succeed(maturin.env("CARGO_TARGET_DIR", &target).env("VIRTUAL_ENV", &environment))?;
@@ -37,7 +39,8 @@ fn prepare(root: &Path, environment: &Path, interpreter: &Path) -> Result<(), St
         let new_enough = "import sys; sys.exit(sys.version_info < (3, 11))";
         let quiet = |name: &str| {
             let mut command = Command::new(name);
-            let status = command.args(["-c", new_enough]).stdout(Stdio::null()).stderr(Stdio::null()).status();
+            let status =
+                command.args(["-c", new_enough]).stdout(Stdio::null()).stderr(Stdio::null()).status();
             status.is_ok_and(|status| status.success())
         };
         let found = ["python3", "python"].into_iter().find(|name| quiet(name));

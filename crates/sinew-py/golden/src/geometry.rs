@@ -9,8 +9,13 @@ use sinew::muscle::MuscleDynamics;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::{Cable, CableLaw, CableParameters, CablePath, EndMotion};
 
-/// A machine of the repository.
+/// A machine of the repository, or of a file in MJCF.
 pub(crate) fn machine(name: &str) -> Result<Machine, Box<dyn std::error::Error>> {
+    if name.ends_with(".xml") {
+        let text = std::fs::read_to_string(name)?;
+        let described = sinew::description::from_mjcf(name, &text, &mut |_| Err("no other file".into()))?;
+        return Ok(sinew::description::machine_of(described)?.machine);
+    }
     let path = format!("{}/../../../models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path)?;
     Ok(sinew::description::machine_from_toml(name, &text, &mut |_| Err("no other file".into()))?.machine)
