@@ -1,6 +1,6 @@
 //! The steps of `cargo xtask check`, in the order in which a mistake is found soonest.
 
-use crate::{hygiene, layering, readme, tree};
+use crate::{hygiene, layering, python, readme, tree};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 use std::time::Instant;
@@ -43,16 +43,21 @@ const STEPS: [Step; 12] = [
 /// Left to `cargo xtask check --long`: statistics over many seeds, minutes of them.
 const LONG: Step = Step { name: "long", purpose: "statistical tests over many seeds", run: long };
 
+/// Left to `cargo xtask check python`: it needs an interpreter, and packages that it installs into `target`.
+const PYTHON: Step =
+    Step { name: "python", purpose: "the Python package: types, tests, documentation", run: python::check };
+
 /// The steps with their purpose, one a line.
 pub(crate) fn list() -> String {
-    let lines = STEPS.iter().chain([&LONG]).map(|s| format!("{:<12}{}", s.name, s.purpose));
+    let lines = STEPS.iter().chain([&LONG, &PYTHON]).map(|s| format!("{:<12}{}", s.name, s.purpose));
     lines.collect::<Vec<_>>().join("\n")
 }
 
 /// The named steps in the order of [`STEPS`]; all of them, and [`LONG`] if `--long` stands there, where none is named.
+/// [`PYTHON`] runs only by its name.
 pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
     let (flags, names): (Vec<&str>, Vec<&str>) = names.iter().partition(|name| **name == "--long");
-    let all = || STEPS.iter().chain([&LONG]);
+    let all = || STEPS.iter().chain([&LONG, &PYTHON]);
     if let Some(unknown) = names.iter().find(|name| all().all(|step| step.name != **name)) {
         let known: Vec<&str> = all().map(|step| step.name).collect();
         return Err(format!("`{unknown}` is not a step; expected one of {}", known.join(", ")));
@@ -60,6 +65,7 @@ pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
     let wanted = |step: &&Step| match step.name {
         name if names.contains(&name) => true,
         "long" => !flags.is_empty(),
+        "python" => false,
         _ => names.is_empty(),
     };
     Ok(all().filter(wanted).collect())
@@ -116,11 +122,14 @@ fn shown(command: &Command) -> String {
 
 fn fmt(root: &Path) -> Result<(), String> {
     succeed(&mut cargo(root, &["fmt", "--all", "--check"]))?;
-    if root.join("fuzz/Cargo.toml").is_file() {
-        succeed(&mut cargo(root, &["fmt", "--manifest-path", "fuzz/Cargo.toml", "--all", "--check"]))?;
+    for manifest in OTHER_WORKSPACES.into_iter().filter(|manifest| root.join(manifest).is_file()) {
+        succeed(&mut cargo(root, &["fmt", "--manifest-path", manifest, "--all", "--check"]))?;
     }
     Ok(())
 }
+
+/// Workspaces of their own beside that of the root.
+const OTHER_WORKSPACES: [&str; 2] = ["fuzz/Cargo.toml", python::MANIFEST];
 
 fn clippy(root: &Path) -> Result<(), String> {
     let arguments = ["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"];
@@ -223,6 +232,7 @@ mod tests {
         assert_eq!(chosen(&[]).unwrap().len(), STEPS.len());
         assert_eq!(chosen(&["--long"]).unwrap().len(), STEPS.len() + 1);
         assert_eq!(chosen(&["long"]).unwrap().len(), 1);
+        assert_eq!(chosen(&["python"]).unwrap().len(), 1);
         let refused = chosen(&["fmt", "clipy"]).err().unwrap();
         assert!(refused.contains("`clipy`") && refused.contains("clippy"), "{refused}");
     }

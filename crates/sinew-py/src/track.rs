@@ -1,0 +1,267 @@
+//! Motions of a machine: planned, and tracked by its simulated twin.
+
+use crate::array::{Numbers, array};
+use crate::failure::Failure;
+use crate::long_call;
+use crate::machine::Machine;
+use numpy::{PyArray1, PyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use sinew::trajectory::{JointWaypoint, Reference, Waypoint};
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::{
+    CalibratedArm, DesiredMotion, TraceRow, TrackingTask, Verified, first_infeasibility, plan, plan_tour,
+    track_arm, verify,
+};
+use std::sync::Arc;
+
+/// A reference of the joints over time, from rest to rest.
+///
+/// Made by `Machine.plan`.
+#[pyclass(frozen, module = "sinew")]
+pub(crate) struct Trajectory {
+    inner: Arc<sinew::trajectory::Trajectory>,
+}
+
+/// Array of numbers as it is returned.
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+#[pymethods]
+impl Trajectory {
+    /// From rest to rest, s.
+    #[getter]
+    fn duration_s(&self) -> f64 {
+        self.inner.duration()
+    }
+
+    /// Whether it ends in its initial pose.
+    #[getter]
+    fn closed(&self) -> bool {
+        self.inner.is_closed()
+    }
+
+    /// Pose, velocity and acceleration, rad or m, per s, per s^2, shapes `(..., joints)`.
+    ///
+    /// `time_s`: time, s, any shape; at rest before 0 and after the end.
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        time_s: &Bound<'py, PyAny>,
+    ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
+        let time = Numbers::of(time_s, "time_s")?;
+        let (lead, time) = (time.shape().to_vec(), time.slice()?);
+        if let Some(wrong) = time.iter().find(|t| !t.is_finite()) {
+            return Err(Failure::refused(format!("time_s must be finite, but is {wrong}")).into());
+        }
+        let n = self.inner.joints();
+        let (mut q, mut v, mut a) = (Vec::new(), Vec::new(), Vec::new());
+        let mut at = Reference::new(n);
+        long_call::for_each(py, time.len(), |k| {
+            self.inner.sample(time[k], &mut at)?;
+            q.extend_from_slice(&at.q);
+            v.extend_from_slice(&at.v);
+            a.extend_from_slice(&at.a);
+            Ok(())
+        })?;
+        Ok((array(py, q, &lead, &[n])?, array(py, v, &lead, &[n])?, array(py, a, &lead, &[n])?))
+    }
+}
+
+/// A desired motion as the Python face gives it.
+#[derive(FromPyObject)]
+pub(crate) enum Desired {
+    #[pyo3(transparent)]
+    Named(String),
+    Point {
+        #[pyo3(item)]
+        point: [f64; 3],
+    },
+    Pose {
+        #[pyo3(item)]
+        pose: Vec<f64>,
+    },
+    Waypoints {
+        #[pyo3(item)]
+        waypoints: Vec<(f64, [f64; 3])>,
+    },
+    JointWaypoints {
+        #[pyo3(item)]
+        joint_waypoints: Vec<(f64, Vec<f64>)>,
+    },
+}
+
+impl Desired {
+    /// The motion, or none for a tour.
+    fn motion(self, machine: &sinew::machine::Machine) -> Result<Option<DesiredMotion>, Failure> {
+        Ok(Some(match self {
+            Self::Named(name) if name == "tour" => return Ok(None),
+            Self::Named(name) => {
+                let found = machine.paths.iter().find(|path| path.name == name);
+                let known = machine.paths.iter().map(|path| path.name.as_str()).chain(["tour"]);
+                let known = known.collect::<Vec<_>>().join(", ");
+                let unknown = || Failure::refused(format!("path must be one of {known}, but is {name:?}"));
+                DesiredMotion::ClosedPath(found.ok_or_else(unknown)?.path.clone())
+            }
+            Self::Point { point } => DesiredMotion::ToPoint(point),
+            Self::Pose { pose } => DesiredMotion::ToPose(pose),
+            Self::Waypoints { waypoints } => {
+                let point = |(time, position)| Waypoint { time, position };
+                DesiredMotion::Waypoints(waypoints.into_iter().map(point).collect())
+            }
+            Self::JointWaypoints { joint_waypoints } => {
+                let point = |(time, q)| JointWaypoint { time, q };
+                DesiredMotion::JointWaypoints(joint_waypoints.into_iter().map(point).collect())
+            }
+        }))
+    }
+}
+
+/// Plans a motion; see `Machine.plan`.
+#[pyfunction]
+pub(crate) fn plan_motion(
+    py: Python<'_>,
+    machine: &Machine,
+    desired: Desired,
+    duration_s: Option<f64>,
+) -> PyResult<Trajectory> {
+    let machine = machine.machine.clone();
+    let inner = long_call::run(py, None, None, move |_| {
+        if duration_s.is_some_and(|d| !d.is_finite()) {
+            return Err(Failure::refused("duration_s must be a finite number of seconds"));
+        }
+        Ok(match desired.motion(&machine)? {
+            None => plan_tour(&machine, duration_s, |t| first_infeasibility(&machine, t, 1))?,
+            Some(motion) if motion.has_times() && duration_s.is_some() => {
+                return Err(Failure::refused(
+                    "duration_s must be none with waypoints, which have their own times",
+                ));
+            }
+            Some(motion) => plan(&machine, &motion, duration_s)?,
+        })
+    })?;
+    Ok(Trajectory { inner: Arc::new(inner) })
+}
+
+/// How a motion is tracked.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Conditions {
+    repeats: Option<u32>,
+    learning: bool,
+    hold_s: f64,
+    compensation: String,
+    payload_kg: Option<f64>,
+    seed: u64,
+    unverified: bool,
+    trace_interval_s: f64,
+}
+
+/// Repeats of a closed motion where none are given.
+const REPEATS: u32 = 6;
+
+/// Tracks a motion; see `sinew.track`. Numbers as JSON, and the trace as columns.
+#[pyfunction]
+pub(crate) fn track<'py>(
+    py: Python<'py>,
+    machine: &Machine,
+    trajectory: &Trajectory,
+    conditions: Conditions,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(String, Bound<'py, PyDict>)> {
+    let (machine, trajectory) = (machine.machine.clone(), trajectory.inner.clone());
+    let (numbers, trace) = long_call::run(py, progress, None, move |progress| {
+        let variant: CompensationVariant = conditions.compensation.parse()?;
+        for (name, value) in
+            [("hold_s", conditions.hold_s), ("trace_interval_s", conditions.trace_interval_s)]
+        {
+            if !(0.0..=3600.0).contains(&value) {
+                return Err(Failure::refused(format!("{name} must be 0 to 3600 s, but is {value}")));
+            }
+        }
+        let payload = conditions.payload_kg.unwrap_or(machine.payload);
+        let mut machine = sinew::machine::Machine { payload, ..(*machine).clone() };
+        machine.validate()?;
+        let repeats = repeats(conditions.repeats, trajectory.is_closed())?;
+        progress.tell("checking and verifying the motion", 0.0);
+        check_feasible(&machine, &trajectory, repeats)?;
+        if variant == CompensationVariant::Observer {
+            match verify(&machine, &trajectory)? {
+                Verified::Tracks(rules) => machine.rules = rules,
+                Verified::Fails(_) if conditions.unverified => {}
+                Verified::Fails(reason) => {
+                    return Err(Failure::refused(format!(
+                        "simulated machines of this design do not track this motion: {reason}; a slower motion may help, and \
+                         unverified=True starts it nevertheless"
+                    )));
+                }
+            }
+        }
+        progress.tell("calibrating the cables", 0.2);
+        let arm = CalibratedArm::new(&machine, conditions.seed)?;
+        progress.tell("tracking", 0.4);
+        let task = TrackingTask {
+            trajectory: &trajectory,
+            repeats,
+            learning: conditions.learning,
+            final_rest: conditions.hold_s,
+            faults: &[],
+            gains: None,
+            trace_interval: conditions.trace_interval_s,
+        };
+        let result = track_arm(&arm, variant, &task)?;
+        Ok((serde_json::to_string(&result.numbers)?, result.trace))
+    })?;
+    Ok((numbers, columns(py, &trace)?))
+}
+
+/// An open motion is tracked once.
+fn repeats(given: Option<u32>, closed: bool) -> Result<u32, Failure> {
+    match given {
+        Some(0) => Err(Failure::refused("repeats must be at least 1")),
+        _ if closed => Ok(given.unwrap_or(REPEATS)),
+        None | Some(1) => Ok(1),
+        Some(many) => Err(Failure::refused(format!(
+            "repeats must be 1 for a motion that does not end where it begins, but is {many}"
+        ))),
+    }
+}
+
+/// The unloaded machine must be able to track the motion, then the loaded one.
+fn check_feasible(
+    machine: &sinew::machine::Machine,
+    trajectory: &sinew::trajectory::Trajectory,
+    repeats: u32,
+) -> Result<(), Failure> {
+    let unloaded = sinew::machine::Machine { payload: 0.0, ..machine.clone() };
+    if let Some(why) = first_infeasibility(&unloaded, trajectory, repeats)? {
+        return Err(Failure::refused(format!("the machine cannot track the motion: {why}")));
+    }
+    if machine.payload > 0.0
+        && let Some(why) = first_infeasibility(machine, trajectory, repeats)?
+    {
+        let payload = machine.payload;
+        return Err(Failure::refused(format!(
+            "the machine cannot track the motion with {payload} kg: {why}"
+        )));
+    }
+    Ok(())
+}
+
+fn columns<'py>(py: Python<'py>, trace: &[TraceRow]) -> PyResult<Bound<'py, PyDict>> {
+    let result = PyDict::new(py);
+    result.set_item("time_s", PyArray1::from_vec(py, trace.iter().map(|row| row.time_s).collect()))?;
+    let repeat = |row: &TraceRow| row.repeat.map_or(-1, i64::from);
+    result.set_item("repeat", PyArray1::from_vec(py, trace.iter().map(repeat).collect()))?;
+    let table = |of: &dyn Fn(&TraceRow) -> &[f64]| {
+        let width = trace.first().map_or(0, |row| of(row).len());
+        array(py, trace.iter().flat_map(|row| of(row).iter().copied()).collect(), &[trace.len()], &[width])
+    };
+    result.set_item("wanted_m", table(&|row| &row.wanted_m)?)?;
+    result.set_item("end_point_m", table(&|row| &row.end_point_m)?)?;
+    result.set_item("length_m", table(&|row| &row.length_m)?)?;
+    result.set_item("length_error_m", table(&|row| &row.length_error_m)?)?;
+    result.set_item("wanted_n", table(&|row| &row.wanted_n)?)?;
+    result.set_item("anchor_n", table(&|row| &row.anchor_n)?)?;
+    result.set_item("drive_n", table(&|row| &row.drive_n)?)?;
+    Ok(result)
+}

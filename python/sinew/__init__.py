@@ -1,0 +1,38 @@
+"""Robots whose muscles are motors pulling cables through sheaths: identify, simulate, control.
+
+Units are SI and radians. Arrays of float64 in C order are read without a copy, other numbers with one.
+"""
+
+from ._cable import Cable, Free, Pulley, Sheath
+from ._experiment import Reproduction, Run, reproduce, track
+from ._machine import Distribution, Machine, _load_machine, distribute
+from ._model import Evaluation, Model, Predictions, Scores, demo_logs, identify
+from ._sinew import CableEnds, Command, Controller, Prediction, Predictor, Trajectory, Twin, __version__
+
+__all__ = [
+    "Cable",
+    "CableEnds",
+    "Command",
+    "Controller",
+    "Distribution",
+    "Evaluation",
+    "Free",
+    "Machine",
+    "Model",
+    "Prediction",
+    "Predictions",
+    "Predictor",
+    "Pulley",
+    "Reproduction",
+    "Run",
+    "Scores",
+    "Sheath",
+    "Trajectory",
+    "Twin",
+    "__version__",
+    "demo_logs",
+    "distribute",
+    "identify",
+    "reproduce",
+    "track",
+]

@@ -1,0 +1,148 @@
+"""Whole experiments on simulated machines."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+from . import _sinew
+from ._display import html_table, number
+from ._machine import Machine, Path
+from ._model import Progress
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A tracking run of a simulated machine."""
+
+    #: How it ended, errors of end point, joints and muscles, faults; units are part of the names.
+    numbers: dict[str, Any]
+    #: Over time, arrays of shape `(n,)`, `(n, 3)` and `(n, muscles)`; units are part of the names.
+    trace: dict[str, NDArray[Any]]
+    #: Names of the muscles.
+    muscle_names: tuple[str, ...]
+
+    @property
+    def completed(self) -> bool:
+        """Whether it ended as planned."""
+        return bool(self.numbers["ended"] == "as_planned")
+
+    def plot(self) -> Figure:
+        """Error of the end point and tensions at the anchors over time; needs matplotlib."""
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(8, 5), layout="constrained")
+        above, below = figure.subplots(2, 1, sharex=True)
+        time = self.trace["time_s"]
+        offset = self.trace["end_point_m"] - self.trace["wanted_m"]
+        above.plot(time, 1e3 * (offset**2).sum(axis=1) ** 0.5)
+        above.set_ylabel("end-point error, mm")
+        for tension, name in zip(self.trace["anchor_n"].T, self.muscle_names, strict=True):
+            below.plot(time, tension, label=name, linewidth=0.8)
+        below.set_ylabel("tension at the anchors, N")
+        below.set_xlabel("time, s (simulated)")
+        return figure
+
+    def __repr__(self) -> str:
+        return f"Run({self.numbers['ended']}, {len(self.trace['time_s'])} rows, simulated)"
+
+    def _repr_html_(self) -> str:
+        return _tracking_table({"this run": self.numbers})
+
+
+def track(
+    machine: Machine,
+    path: Path | _sinew.Trajectory | None = None,
+    *,
+    duration_s: float | None = None,
+    repeats: int | None = None,
+    learning: bool = True,
+    hold_s: float = 0.0,
+    compensation: str = "observer",
+    payload_kg: float | None = None,
+    seed: int = 1,
+    unverified: bool = False,
+    trace_interval_s: float = 0.01,
+    progress: Progress | None = None,
+) -> Run:
+    """Moves a SIMULATED machine, which deviates from the design by errors unknown to the controller, along a motion.
+
+    Each cable is calibrated first. `path`, `duration_s`: as in `Machine.plan`. `repeats`: of a closed motion, by default 6,
+    with iterative `learning` from one to the next. `hold_s`: rest after the motion, s. `compensation`: `"observer"`,
+    `"observer_network"`, `"no_observer"`, `"no_disturbance_observer"`, `"paper"`, `"capstan"`, `"none"` or `"perfect"`.
+    `payload_kg`: by default the machine's. `seed`: draws the machine. `trace_interval_s`: s between rows of the trace.
+
+    Raises `ValueError` for a motion that the machine cannot track, with the reason; `unverified` starts one that only
+    simulated machines of the design did not track.
+    """
+    if isinstance(path, _sinew.Trajectory):
+        if duration_s is not None:
+            raise ValueError("duration_s must be none with a planned trajectory, which has its own")
+        trajectory = path
+    else:
+        trajectory = machine.plan(path, duration_s=duration_s)
+    conditions = {
+        "repeats": repeats,
+        "learning": learning,
+        "hold_s": hold_s,
+        "compensation": compensation,
+        "payload_kg": payload_kg,
+        "seed": seed,
+        "unverified": unverified,
+        "trace_interval_s": trace_interval_s,
+    }
+    numbers, trace = _sinew.track(machine, trajectory, conditions, progress)
+    return Run(json.loads(numbers), trace, tuple(machine.muscle_names))
+
+
+@dataclass(frozen=True, slots=True)
+class Reproduction:
+    """Numbers of one paper's experiments, repeated on a SIMULATED plant: those of `results.json`."""
+
+    #: Tables and errors by name; units are part of the names.
+    results: dict[str, Any]
+
+    def _repr_html_(self) -> str:
+        text = ""
+        if "table1" in self.results:
+            rows = [
+                [variant, side, *(number(value, 3) for value in indices["rmse_n"])]
+                for variant, sides in self.results["table1"].items()
+                for side, indices in sides.items()
+            ]
+            head = ["SIMULATED bench", "muscle", *(f"speed {k}" for k in range(1, 7))]
+            text += html_table("Tracking error of the far tension, N rms, by speed", head, rows)
+        if "tracking" in self.results:
+            text += _tracking_table(self.results["tracking"])
+        return text
+
+
+def reproduce(
+    *,
+    part: str = "all",
+    quick: bool = False,
+    seed: int = 1,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Reproduction:
+    """Repeats the experiments of Yuan et al. (2023) on a SIMULATED bench and arm.
+
+    `part`: `"all"`, `"bench"` or `"arm"`. `quick`: in seconds, coarser. The same `seed` gives the same bits.
+    """
+    return Reproduction(json.loads(_sinew.reproduce(part, quick, seed, threads, progress)))
+
+
+def _tracking_table(tracking: dict[str, dict[str, Any]]) -> str:
+    def row(name: str, found: dict[str, Any]) -> list[str]:
+        error = found["end_point_error_m"]
+        in_mm = [number(None if error[key] is None else 1e3 * error[key], 3) for key in ("mean", "std", "max")]
+        return [name, found["ended"], *in_mm, number(1e3 * found["muscle_length_error_m"]["mean"], 3)]
+
+    head = ["SIMULATED machine", "ended", "end point, mm: mean", "std", "max", "muscle length, mm"]
+    return html_table("Tracking", head, [row(name, found) for name, found in tracking.items()])

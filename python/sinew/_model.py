@@ -1,0 +1,308 @@
+"""Identified models of transmissions."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _sinew
+from ._display import html_table, number, percent
+from ._logs import Logs, native_logs
+
+#: Receives the stage of a long call and the share that is done, 0 to 1.
+Progress: TypeAlias = Callable[[str, float], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Scores:
+    """Errors of a model on samples that counted, in the unit of the far end; `None` where there is no number."""
+
+    #: Samples that counted.
+    n: int
+    #: Mean squared error, unit squared.
+    mse: float | None
+    #: Root mean squared error.
+    rmse: float | None
+    #: Pearson correlation.
+    pearson: float | None
+    #: RMSE as % of the range of the far end in these samples.
+    percent_of_range: float | None
+    #: Fraction of samples inside the 95 % band.
+    coverage95: float | None
+    #: Fraction of samples outside the ranges of the training logs.
+    out_of_range: float | None
+    #: RMSE of the samples inside those ranges.
+    rmse_in_range: float | None
+    #: RMSE of the samples outside of them.
+    rmse_out_of_range: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """Scores of a model on logs."""
+
+    #: All samples together.
+    overall: Scores
+    #: Log by log, by name.
+    logs: dict[str, Scores]
+
+    def _repr_html_(self) -> str:
+        def row(name: str, s: Scores) -> list[str]:
+            share = None if s.percent_of_range is None else s.percent_of_range / 100
+            return [
+                name,
+                str(s.n),
+                number(s.rmse),
+                percent(share),
+                number(s.pearson),
+                percent(s.coverage95),
+                percent(s.out_of_range),
+            ]
+
+        rows = [*(row(name, scores) for name, scores in self.logs.items()), row("all", self.overall)]
+        head = ["log", "samples", "RMSE", "of range", "Pearson", "in 95 % band", "outside"]
+        return html_table("Evaluation", head, rows)
+
+
+@dataclass(frozen=True, slots=True)
+class Predictions:
+    """Predictions of the samples of logs, arrays of shape `(n,)`; the unit is that of the far end."""
+
+    #: Names of log and trial of every sample.
+    log: NDArray[np.str_]
+    trial: NDArray[np.str_]
+    #: Time, s.
+    time_s: NDArray[np.float64]
+    #: The far end.
+    mean: NDArray[np.float64]
+    standard_deviation: NDArray[np.float64]
+    #: Half width of the 95 % band.
+    half_width: NDArray[np.float64]
+    #: Gate on the learned correction, 0 to 1.
+    gate: NDArray[np.float64]
+    #: Whether the state in the dead band depends on its start.
+    state_unknown: NDArray[np.bool_]
+    #: Whether an input lies outside the range of the training logs.
+    out_of_range: NDArray[np.bool_]
+    #: Whether an input was missing or jumped.
+    input_held: NDArray[np.bool_]
+    #: Whether all states were reset.
+    reset: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.mean)
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The columns by name: `pandas.DataFrame(predictions.columns())`."""
+        return {name: getattr(self, name) for name in self.__slots__}
+
+
+class Model:
+    """A model of one transmission: near side in, far end out.
+
+    Made by :func:`identify`, :meth:`Model.load` and :meth:`adapt`.
+    """
+
+    __slots__ = ("_native",)
+
+    def __init__(self, native: _sinew.Model) -> None:
+        if not isinstance(native, _sinew.Model):
+            raise TypeError("a Model is made by sinew.identify, Model.load or Model.from_json")
+        self._native = native
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Model:
+        """Reads a `model.json`.
+
+        Raises `FileNotFoundError`, and `ValueError` for another kind of file, a newer version or a damaged file.
+        """
+        place = os.fspath(path)
+        with open(place, encoding="utf-8") as file:
+            try:
+                return Model.from_json(file.read())
+            except ValueError as error:
+                raise ValueError(f"{place!s}: {error}") from None
+
+    @staticmethod
+    def from_json(text: str) -> Model:
+        """Reads the text of a `model.json`."""
+        return Model(_sinew.Model.from_json(text))
+
+    def to_json(self) -> str:
+        """The text of a `model.json`; every number survives the round trip to the bit."""
+        return self._native.to_json()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a `model.json`, complete or not at all."""
+        write_whole(path, self.to_json())
+
+    def __reduce__(self) -> tuple[Callable[[str], Model], tuple[str]]:
+        return Model.from_json, (self.to_json(),)
+
+    @property
+    def far(self) -> str:
+        """The column that it predicts."""
+        return self._native.far
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """The columns that it reads, in the order of a predictor's inputs, and their roles."""
+        return dict(self._native.inputs)
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """Origin: candidate, logs, samples, seed, error on unseen data in the unit of the far end."""
+        return _object(self._native.provenance_json())
+
+    @property
+    def identification(self) -> dict[str, Any] | None:
+        """Report of the identification: candidates, errors, laws, warnings, grade, advice.
+
+        `None` of a model that was read from a file.
+        """
+        text = self._native.report_json()
+        return None if text is None else _object(text)
+
+    def evaluate(self, logs: Logs, *, skip_s: float = 0.0) -> Evaluation:
+        """Scores on logs that hold the far end; `skip_s` seconds at the start of every trial are not scored."""
+        found = _object(self._native.evaluate(native_logs(logs), skip_s))
+        logs_scores = {log.pop("log"): Scores(**log) for log in found["logs"]}
+        return Evaluation(Scores(**found["overall"]), logs_scores)
+
+    def predict(self, logs: Logs) -> Predictions:
+        """Predicts every sample of logs, causally, as a predictor in real time does; the far end need not be there."""
+        found: dict[str, Any] = self._native.predict(native_logs(logs))
+        names = {name: np.asarray(found.pop(f"{name}_names"), dtype=np.str_) for name in ("log", "trial")}
+        labels = {name: names[name][found.pop(f"{name}_index")] for name in names}
+        return Predictions(**labels, **found)
+
+    def predictor(self) -> _sinew.Predictor:
+        """A predictor before its first sample: `predictor.step(time_s, inputs)`."""
+        return self._native.predictor()
+
+    def adapt(
+        self,
+        logs: Logs,
+        *,
+        skip_s: float = 0.0,
+        seed: int = 1,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> Model:
+        """Refits the model to a short calibration of another specimen, with this model as prior."""
+        return Model(self._native.adapt(native_logs(logs), skip_s, seed, threads, progress))
+
+    def __repr__(self) -> str:
+        origin = self.provenance
+        reads = ", ".join(self.inputs)
+        return f"Model({self.far} from {reads}; {origin['member']}, RMSE {number(origin['rmse_unseen'])} on unseen data)"
+
+    def _repr_html_(self) -> str:
+        report = self.identification
+        if report is None:
+            rows = [[name, value] for name, value in self.provenance.items() if name != "logs"]
+            return html_table(f"Model of {self.far}", ["", ""], rows)
+        head = ["", "model", "mean of folds", "RMSE", "of range", "Pearson", "in 95 % band"]
+        rows = [
+            [
+                "→" if c["chosen"] else "",
+                c["name"],
+                number(c["score"]),
+                number(c["rmse"]),
+                percent(None if c["percent_of_range"] is None else c["percent_of_range"] / 100),
+                number(c["pearson"]),
+                percent(c["coverage95"]),
+            ]
+            for c in report["candidates"]
+        ]
+        notes = [report["chosen"]["reason"], *report["warnings"], " ".join(report["advice"])]
+        return html_table(f"Cross-validated prediction of {self.far}", head, rows, notes)
+
+
+def identify(
+    logs: Logs,
+    far: str | None = None,
+    *,
+    effort: Iterable[str] = (),
+    motion: Iterable[str] = (),
+    anchor: str | None = None,
+    given: Iterable[str] = (),
+    time: str | None = None,
+    trial: str | None = None,
+    group: str | None = None,
+    skip_s: float = 0.0,
+    models: Iterable[str] = (),
+    seed: int = 1,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Model:
+    """Identifies the transmission that made logs.
+
+    Candidates are compared by cross-validation, the best is fitted to all data and its 95 % band calibrated.
+
+    `logs`: paths (CSV, TSV, MATLAB, Parquet), data frames of pandas or polars, mappings of column names to arrays of shape
+    `(n,)`, or a list of these. `far`: the column to predict. `effort`, `motion`, `anchor`, `given`: near-side tensions or
+    torques, positions or strokes, displacement of the far end, slow quantities. Roles that are not given are found by
+    names with units such as `tension_in_n`, `position_in_m`, `tension_out_n`, `time_s`. `time`: seconds. `trial`: label at
+    whose changes states are reset. `group`: condition by whose values folds are formed. `skip_s`: seconds at the start of
+    every trial that are neither fitted nor scored. `models`: names of candidates, all by default. The same `seed` gives
+    the same bits whatever the `threads`, by default all that are there, shared by all calls. `progress(stage, share)` is
+    called while it runs.
+
+    Raises `FileNotFoundError`, and `ValueError` that names log, line and column.
+    """
+    roles = {
+        "far": far,
+        "effort": names(effort, "effort"),
+        "motion": names(motion, "motion"),
+        "anchor": anchor,
+        "given": names(given, "given"),
+        "time": time,
+        "trial": trial,
+        "group": group,
+    }
+    found = _sinew.identify(native_logs(logs), roles, skip_s, names(models, "models"), seed, threads, progress)
+    return Model(found)
+
+
+def demo_logs(seed: int = 1) -> dict[str, str]:
+    """SIMULATED logs of a bench, names and texts of CSV files; the last one is that of another day."""
+    return dict(_sinew.demo_logs(seed))
+
+
+def names(given: Iterable[str], argument: str) -> list[str]:
+    """Names as a list; a text alone, whose letters would be names, is refused."""
+    if isinstance(given, str):
+        raise TypeError(f"{argument} must be a list of names, but is the text {given!r}")
+    return list(given)
+
+
+def write_whole(path: str | os.PathLike[str], text: str) -> None:
+    """Writes a file that appears complete or not at all."""
+    import tempfile  # slow, and rarely needed
+
+    target = os.path.realpath(path)
+    if os.path.isdir(target):
+        raise IsADirectoryError(f"{os.fspath(path)}: is a folder, expected a file")
+    handle, temporary = tempfile.mkstemp(dir=os.path.dirname(target), prefix=".sinew-")
+    try:
+        with open(handle, "w", encoding="utf-8", newline="") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, target)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+def _object(text: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(text)
+    return found

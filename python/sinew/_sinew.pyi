@@ -1,0 +1,372 @@
+"""The native part of the package."""
+
+import os
+from collections.abc import Callable
+from typing import Any, Literal, Self, SupportsFloat, SupportsIndex, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
+
+from ._machine import Machine as PythonMachine
+
+__all__ = [
+    "Cable",
+    "CableEnds",
+    "Command",
+    "Controller",
+    "Machine",
+    "Model",
+    "Prediction",
+    "Predictor",
+    "Trajectory",
+    "Twin",
+    "__version__",
+    "demo_logs",
+    "distribute",
+    "identify",
+    "plan_motion",
+    "reproduce",
+    "table_text",
+    "track",
+]
+
+__version__: str
+
+type _Array = NDArray[np.float64]
+type _Logs = list[str] | list[tuple[str, bytes]]
+type _Progress = Callable[[str, float], object] | None
+type _Number = SupportsFloat | SupportsIndex
+
+def identify(
+    logs: _Logs,
+    roles: dict[str, Any],
+    skip_s: _Number,
+    models: list[str],
+    seed: SupportsIndex,
+    threads: SupportsIndex | None,
+    progress: _Progress,
+) -> Model: ...
+def demo_logs(seed: SupportsIndex) -> list[tuple[str, str]]: ...
+def table_text(columns: list[tuple[str, Any]]) -> bytes: ...
+def distribute(
+    moment_arms: ArrayLike,
+    torque: ArrayLike,
+    minimum: ArrayLike,
+    maximum: ArrayLike,
+    reference: ArrayLike,
+    weight: ArrayLike,
+    warm_start: bool,
+) -> dict[str, Any]: ...
+def plan_motion(machine: Machine, desired: Any, duration_s: _Number | None) -> Trajectory: ...
+def track(
+    machine: Machine, trajectory: Trajectory, conditions: dict[str, Any], progress: _Progress
+) -> tuple[str, dict[str, NDArray[Any]]]: ...
+def reproduce(
+    part: str, quick: bool, seed: SupportsIndex, threads: SupportsIndex | None, progress: _Progress
+) -> str: ...
+
+@final
+class Model:
+    """A model of one transmission, with the report of its identification where it was identified in this process."""
+
+    @staticmethod
+    def from_json(text: str) -> Model: ...
+    def to_json(self) -> str: ...
+    @property
+    def far(self) -> str: ...
+    @property
+    def inputs(self) -> list[tuple[str, str]]: ...
+    def provenance_json(self) -> str: ...
+    def report_json(self) -> str | None: ...
+    def evaluate(self, logs: _Logs, skip_s: _Number) -> str: ...
+    def predict(self, logs: _Logs) -> dict[str, Any]: ...
+    def adapt(
+        self,
+        logs: _Logs,
+        skip_s: _Number,
+        seed: SupportsIndex,
+        threads: SupportsIndex | None,
+        progress: _Progress,
+    ) -> Model: ...
+    def predictor(self) -> Predictor: ...
+
+@final
+class Prediction:
+    """Prediction of the far end at one sample."""
+
+    @property
+    def mean(self) -> float:
+        """The far end, in the unit of the training logs."""
+    @property
+    def standard_deviation(self) -> float:
+        """Standard deviation in the same unit; `mean ± half_width` is the 95 % band."""
+    @property
+    def half_width(self) -> float:
+        """Half width of the 95 % band, in the same unit."""
+    @property
+    def gate(self) -> float:
+        """Gate on the learned correction, 0 to 1."""
+    @property
+    def state_unknown(self) -> bool:
+        """Whether the state in the dead band depends on its start."""
+    @property
+    def out_of_range(self) -> bool:
+        """Whether an input lies outside the range of the training logs."""
+    @property
+    def input_held(self) -> bool:
+        """Whether an input was missing or jumped, and was replaced by its last value."""
+    @property
+    def reset(self) -> bool:
+        """Whether all states were reset at this sample."""
+    @property
+    def repeated(self) -> bool:
+        """Whether the time stamp equals that of the sample before."""
+    def __float__(self) -> float: ...
+
+@final
+class Predictor:
+    """Predicts the far end of one transmission from its near side, sample by sample and causally.
+
+    Made by `Model.predictor`. Missing (NaN) and implausible inputs are replaced by the last accepted value and flagged.
+    """
+
+    def step(self, time_s: _Number, inputs: ArrayLike) -> Prediction:
+        """Predicts the far end at one sample; `time_s`: s, `inputs`: shape `(inputs,)`, NaN for missing."""
+    def run(self, time_s: ArrayLike, inputs: ArrayLike) -> dict[str, NDArray[Any]]:
+        """Predicts the far end at many samples; `time_s`: shape `(n,)`, `inputs`: shape `(n, inputs)`."""
+    def reset(self) -> None:
+        """Resets all states: the next sample starts a new sequence."""
+
+@disjoint_base
+class Machine:
+    """A machine on cables: bodies, joints, muscles with sheaths, cables and drives."""
+
+    def __new__(
+        cls, source: str | os.PathLike[str], *, muscles: str | os.PathLike[str] | None = None
+    ) -> Self: ...
+    @staticmethod
+    def built_in() -> list[str]:
+        """Names of the built-in machines."""
+    @property
+    def warnings(self) -> list[str]:
+        """What its file contains and the reader ignored, in sentences."""
+    @property
+    def name(self) -> str:
+        """Its name."""
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the independent joints, in the order of every `q`."""
+    @property
+    def muscle_names(self) -> list[str]:
+        """Names of the muscles."""
+    @property
+    def site_names(self) -> list[str]:
+        """Names of the sites."""
+    @property
+    def path_names(self) -> list[str]:
+        """Names of the closed paths of its end point."""
+    @property
+    def start(self) -> _Array:
+        """Pose in which motions start, rad or m, shape `(joints,)`."""
+    @property
+    def ranges(self) -> _Array:
+        """Ranges of the joints, rad or m, shape `(joints, 2)`; an unlimited joint has an assumed one."""
+    @property
+    def mass(self) -> float:
+        """Mass of its moving bodies, kg."""
+    def lengths(self, q: ArrayLike) -> _Array:
+        """Lengths of the muscles, m, shape `(..., muscles)`; `q`: shape `(..., joints)`, rad or m."""
+    def moment_arms(self, q: ArrayLike) -> _Array:
+        """Moment arms `R = -dl/dq`, m, shape `(..., muscles, joints)`; `q`: shape `(..., joints)`, rad or m."""
+    def wrap_angles(self, q: ArrayLike) -> _Array:
+        """Wrap angles of the muscles at the joints, rad, shape `(..., muscles)`; `q`: shape `(..., joints)`, rad or m."""
+    def mass_matrix(self, q: ArrayLike) -> _Array:
+        """Mass matrix `M(q)`, kg m^2, shape `(..., joints, joints)`; `q`: shape `(..., joints)`, rad or m."""
+    def inverse_dynamics(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> _Array:
+        """Torque that the muscles have to give, N m or N, shape `(..., joints)`."""
+    def forward_dynamics(self, q: ArrayLike, v: ArrayLike, tension: ArrayLike) -> _Array:
+        """Accelerations under tensions at the anchors, rad/s^2 or m/s^2, shape `(..., joints)`."""
+    def position(self, q: ArrayLike, *, site: str | None = None) -> _Array:
+        """Position of a site, by default of the end point, m, shape `(..., 3)`."""
+    def jacobian(self, q: ArrayLike, *, site: str | None = None) -> _Array:
+        """Jacobian of a site, shape `(..., 6, joints)`: velocity, m/s, above angular velocity, rad/s."""
+    def controller(self, seed: SupportsIndex | None = None, *, poses: ArrayLike | None = None) -> Controller:
+        """A controller in its initial state."""
+    def __reduce__(
+        self,
+    ) -> tuple[Callable[[str, str | None], PythonMachine], tuple[str, str | None]]: ...
+
+@final
+class CableEnds:
+    """Tensions at the ends of a cable after a step."""
+
+    @property
+    def tension_in(self) -> float:
+        """Tension at the drive's outlet, N."""
+    @property
+    def tension_out(self) -> float:
+        """Tension at the anchor, N."""
+    @property
+    def dissipated(self) -> float:
+        """Energy dissipated by friction in the step, J."""
+
+@disjoint_base
+class Cable:
+    """An elastic cable with friction in its sheath, cut into cells; see `sinew.Cable`."""
+
+    def __new__(cls, path: str | None, parameters: str | None, cells: SupportsIndex) -> Self: ...
+    @staticmethod
+    def bench_parameters() -> str:
+        """The parameters of the bench as JSON."""
+    def step(self, interval_s: _Number, motor_m: _Number, anchor_m: _Number = 0.0) -> CableEnds:
+        """Advances the cable by `interval_s` seconds while its ends move by `motor_m` and `anchor_m`, m."""
+    def run(
+        self, interval_s: _Number, motor_m: ArrayLike, anchor_m: ArrayLike | None = None
+    ) -> dict[str, _Array]:
+        """Many steps; displacements in m, shapes `(n,)`."""
+    def settle(self, tension_out_n: _Number, *, toward_motor: bool = True) -> CableEnds:
+        """Sets the profile of steady sliding with this tension at the anchor, N."""
+    @property
+    def ends(self) -> CableEnds:
+        """Tensions at the ends after the last step."""
+    @property
+    def tensions(self) -> _Array:
+        """Tension of every cell, N, drive end first, shape `(cells,)`."""
+    @property
+    def slips(self) -> _Array:
+        """Slip of every node in the last step, m, positive toward the motor, shape `(cells - 1,)`."""
+    @property
+    def stretch(self) -> float:
+        """Total stretch, m; negative by the slack of a slack cable."""
+    @property
+    def energy(self) -> float:
+        """Elastic energy, J, without that of the pretension."""
+    def travel_to(self, tension_out_n: _Number, *, toward_motor: bool = True) -> float:
+        """Travel of the winch, m, that brings the anchor to a tension, N, while it stands still."""
+    def _assign(self, other: Cable) -> None: ...
+
+@final
+class Trajectory:
+    """A reference of the joints over time, from rest to rest.
+
+    Made by `Machine.plan`.
+    """
+
+    @property
+    def duration_s(self) -> float:
+        """From rest to rest, s."""
+    @property
+    def closed(self) -> bool:
+        """Whether it ends in its initial pose."""
+    def sample(self, time_s: ArrayLike) -> tuple[_Array, _Array, _Array]:
+        """Pose, velocity and acceleration, rad or m, per s, per s^2, shapes `(..., joints)`."""
+
+@final
+class Twin:
+    """A simulated machine: bodies, elastic cables with friction and effects that no model has, drives, sensors.
+
+    `seed` draws a specimen within the machine's tolerances; without it the machine is as designed.
+    """
+
+    def __new__(
+        cls,
+        machine: Machine,
+        seed: SupportsIndex | None = None,
+        *,
+        q: ArrayLike | None = None,
+        tension_n: ArrayLike | None = None,
+    ) -> Twin: ...
+    def step(
+        self,
+        command: ArrayLike,
+        interval_s: _Number = 0.001,
+        *,
+        kind: Literal["speed", "tension", "current"] = "speed",
+    ) -> None:
+        """All drives execute their commands for `interval_s` seconds; `command`: shape `(muscles,)`."""
+    def copy(self) -> Twin:
+        """A twin that continues independently from the same state."""
+    def __copy__(self) -> Twin: ...
+    def __deepcopy__(self, _memo: object) -> Twin: ...
+    @property
+    def time_s(self) -> float:
+        """Time since the start, s."""
+    @property
+    def q(self) -> _Array:
+        """True pose, rad or m, shape `(joints,)`."""
+    @property
+    def v(self) -> _Array:
+        """True velocities, per s, shape `(joints,)`."""
+    @property
+    def lengths(self) -> _Array:
+        """True lengths from sheath to anchor, m, shape `(muscles,)`."""
+    @property
+    def tension_in(self) -> _Array:
+        """True tensions at the drives, N, shape `(muscles,)`."""
+    @property
+    def tension_out(self) -> _Array:
+        """True tensions at the anchors, N, shape `(muscles,)`."""
+    @property
+    def stretch(self) -> _Array:
+        """True stretch of the cables, m, shape `(muscles,)`."""
+    @property
+    def measured_motor(self) -> _Array:
+        """Measured positions of the cables at the motors, m, shape `(muscles,)`."""
+    @property
+    def measured_tension(self) -> _Array:
+        """Measured tensions at the drives' outlets, N, shape `(muscles,)`."""
+    @property
+    def measured_joint(self) -> _Array:
+        """Measured pose by the joints' encoders, rad or m, NaN without one, shape `(joints,)`."""
+
+@final
+class Controller:
+    """The controller of a machine: observers, inverse dynamics, distribution of tensions, winch commands.
+
+    Made by `Machine.controller`.
+    """
+
+    def step(
+        self,
+        motor: ArrayLike,
+        tension: ArrayLike,
+        joint: ArrayLike,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        previewed: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+        interval_s: _Number = 0.001,
+    ) -> Command:
+        """One control cycle: the commands for the `interval_s` seconds to come."""
+    def copy(self) -> Controller:
+        """A controller that continues independently from the same state."""
+    def __copy__(self) -> Controller: ...
+    def __deepcopy__(self, _memo: object) -> Controller: ...
+
+@final
+class Command:
+    """Commands for the drives, with the intermediate results that led to them."""
+
+    @property
+    def speed(self) -> _Array:
+        """Speeds of the cables at the winches, m/s, positive toward the motor, shape `(muscles,)`."""
+    @property
+    def desired_tension(self) -> _Array:
+        """Desired tensions at the anchors, N, shape `(muscles,)`."""
+    @property
+    def estimated_tension(self) -> _Array:
+        """Estimated tensions at the anchors, N, shape `(muscles,)`."""
+    @property
+    def q(self) -> _Array:
+        """Estimated pose, rad or m, shape `(joints,)`."""
+    @property
+    def reached(self) -> bool:
+        """Whether the desired tensions give the desired torque."""
+    @property
+    def status(self) -> Literal["following", "holding", "degraded", "stopped"]:
+        """Operating state."""
+    @property
+    def fault(self) -> str | None:
+        """The fault that degraded or stopped the machine, with the index of its joint or muscle."""

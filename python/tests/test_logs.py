@@ -1,0 +1,69 @@
+"""The same log as a file, as columns and as a data frame gives the same model to the bit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas
+import polars
+import pytest
+from conftest import columns_of
+
+import sinew
+
+
+def frame(file: Path) -> Any:
+    return pandas.DataFrame(columns_of(file))
+
+
+FORMS: dict[str, Callable[[Path], Any]] = {
+    "text": str,
+    "path": lambda file: file,
+    "pandas": frame,
+    "polars": lambda file: polars.DataFrame(columns_of(file)),
+    "columns": columns_of,
+    "lists": lambda file: {name: column.tolist() for name, column in columns_of(file).items()},
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_of_a_log_gives_the_same_predictions(
+    form: str, model: sinew.Model, log_files: list[Path]
+) -> None:
+    expected = model.predict(log_files)
+    found = model.predict([FORMS[form](file) for file in log_files])
+    assert len(found) == len(expected) == 27_000
+    assert (found.mean == expected.mean).all() and (found.time_s == expected.time_s).all()
+    assert model.evaluate(FORMS[form](log_files[0])).overall == model.evaluate(log_files[0]).overall
+
+
+def test_the_fit_does_not_depend_on_the_form_of_the_logs(log_files: list[Path]) -> None:
+    from_files = sinew.identify(log_files[:2], far="tension_out_n", models=["linear"])
+    from_frames = sinew.identify([frame(file) for file in log_files[:2]], far="tension_out_n", models=["linear"])
+    mixed = sinew.identify([log_files[0], frame(log_files[1])], far="tension_out_n", models=["linear"])
+    for other in (from_frames, mixed):
+        assert from_files.provenance["rmse_unseen"] == other.provenance["rmse_unseen"]
+        near = np.full(len(from_files.inputs), 60.0)
+        assert from_files.predictor().step(0.0, near).mean == other.predictor().step(0.0, near).mean
+
+
+def test_trials_are_labels_and_missing_numbers_are_missing(model: sinew.Model, log_files: list[Path]) -> None:
+    table = {name: column[:600].copy() for name, column in columns_of(log_files[0]).items()}
+    trial = np.repeat(["first", "second", "third"], 200)
+    table["tension_in_n"][10] = np.nan
+    found = model.predict(table | {"trial": trial})
+    assert found.trial.tolist() == trial.tolist()
+    assert np.flatnonzero(found.reset).tolist() == [0, 200, 400]
+    assert found.input_held[10] and set(found.log) == {"table 1"}
+    columns = pandas.DataFrame(found.columns())
+    assert columns.shape == (600, 11)
+
+
+def test_adapting_starts_from_the_old_model(model: sinew.Model, log_files: list[Path]) -> None:
+    adapted = model.adapt(log_files[2])
+    report = adapted.identification
+    assert report is not None and "transfer" in [candidate["name"] for candidate in report["candidates"]]
+    assert adapted.inputs == model.inputs

@@ -1,0 +1,113 @@
+"""The package as a package: types, documentation, display, time of import."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+import re
+import subprocess
+import sys
+import time
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import columns_of
+
+import sinew
+from sinew import _cable, _machine
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("arguments", [["mypy"], ["mypy.stubtest", "sinew", "--mypy-config-file", "pyproject.toml"]])
+def test_types_hold_and_the_stubs_are_those_of_the_native_module(arguments: list[str]) -> None:
+    done = subprocess.run([sys.executable, "-m", *arguments], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("module", [_cable, _machine])
+def test_examples_of_the_documentation_hold(module: Any) -> None:
+    found = doctest.testmod(module)
+    assert found.attempted > 0 and found.failed == 0
+
+
+def public() -> list[tuple[str, Any]]:
+    objects = [(name, getattr(sinew, name)) for name in sinew.__all__ if name != "__version__"]
+    members = [
+        (f"{name}.{member}", inspect.getattr_static(value, member))
+        for name, value in objects
+        if inspect.isclass(value)
+        for member in dir(value)
+        if not member.startswith("_")
+        # Fields of data classes are documented where they stand.
+        and type(inspect.getattr_static(value, member)).__name__ != "member_descriptor"
+    ]
+    return objects + members
+
+
+@pytest.mark.parametrize(("name", "value"), public(), ids=[name for name, _ in public()])
+def test_everything_public_is_documented(name: str, value: Any) -> None:
+    text = inspect.getdoc(value) or ""
+    assert len(text) > 8, f"{name} has no documentation"
+    quantities = r"\b(q|v|a|tension|torque|lengths|moment_arms|poses|time_s|inputs|command|motor|joint)`"
+    if re.search(quantities, text) and callable(value) and not inspect.isclass(value):
+        assert "shape" in text, f"{name} has arrays without a shape"
+
+
+class Balanced(HTMLParser):
+    """Fails on a tag that is not closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: Any) -> None:
+        self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def test_what_notebooks_show_is_balanced_and_escaped(model: sinew.Model, log_files: list[Path]) -> None:
+    run = sinew.track(sinew.Machine("bench_joint"), "tour", repeats=1)
+    shown = [
+        model,
+        sinew.Model.from_json(model.to_json()),
+        model.evaluate({"<b>": np.ones(9000)} | columns_of(log_files[0])),
+        sinew.Machine("finger"),
+        run,
+        sinew.Reproduction({"tracking": {"<none>": run.numbers}}),
+    ]
+    for one in shown:
+        text = one._repr_html_()
+        parser = Balanced()
+        parser.feed(text)
+        assert not parser.open and "<table>" in text and "<b><" not in text and "<none>" not in text
+        assert len(repr(one)) > 5
+
+
+def test_a_run_can_be_plotted() -> None:
+    pytest.importorskip("matplotlib")
+    run = sinew.track(sinew.Machine("planar_leg"), "tour", repeats=1)
+    figure = run.plot()
+    assert len(figure.axes) == 2 and len(figure.axes[1].lines) == len(run.muscle_names)
+
+
+def test_import_is_quick_and_brings_numpy_alone() -> None:
+    code = "import sys, sinew; print(*{name.split('.')[0] for name in sys.modules})"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"pandas", "polars", "matplotlib", "hypothesis"} & set(loaded)
+
+    def least(code: str) -> float:
+        def once() -> float:
+            began = time.perf_counter()
+            subprocess.run([sys.executable, "-c", code], check=True)
+            return time.perf_counter() - began
+
+        return min(once() for _ in range(5))
+
+    # NumPy alone takes most of it; the rest has to stay small on a busy machine as well.
+    assert least("import sinew") - least("import numpy") < 0.1

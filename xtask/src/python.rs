@@ -1,0 +1,61 @@
+//! The Python package, checked in an environment of its own below `target`.
+
+use crate::check::{cargo, succeed};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// The workspace of the native part of the package.
+pub(crate) const MANIFEST: &str = "crates/sinew-py/Cargo.toml";
+
+/// What the tests of the package need, and what builds it.
+const PACKAGES: [&str; 8] =
+    ["hypothesis", "maturin>=1.9,<2", "matplotlib", "mypy", "numpy>=1.26", "pandas", "polars", "pytest"];
+
+/// Lints and builds the native part, then runs the tests; skipped with a message where there is no Python.
+pub(crate) fn check(root: &Path) -> Result<(), String> {
+    let environment = root.join("target/python");
+    let interpreter = environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    if let Err(missing) = prepare(root, &environment, &interpreter) {
+        println!("skipped: {missing}");
+        return Ok(());
+    }
+    // The folder of the other steps, whose dependencies serve here as well.
+    let manifest = ["--manifest-path", MANIFEST, "--workspace", "--target-dir", "target"];
+    let lint = [&["clippy", "--all-targets"], &manifest[..], &["--", "-D", "warnings"]].concat();
+    succeed(&mut cargo(root, &lint))?;
+    let golden =
+        ["build", "--package", "sinew-py-golden", "--manifest-path", MANIFEST, "--target-dir", "target"];
+    succeed(&mut cargo(root, &golden))?;
+    let mut maturin = python(root, &interpreter, &["-m", "maturin", "develop", "--quiet"]);
+    let target = root.join("target");
+    succeed(maturin.env("CARGO_TARGET_DIR", &target).env("VIRTUAL_ENV", &environment))?;
+    let golden = target.join("debug").join(format!("sinew-py-golden{}", std::env::consts::EXE_SUFFIX));
+    succeed(python(root, &interpreter, &["-m", "pytest", "--quiet"]).env("SINEW_GOLDEN", golden))
+}
+
+/// An environment with all packages, or what is missing for one.
+fn prepare(root: &Path, environment: &Path, interpreter: &Path) -> Result<(), String> {
+    if !interpreter.is_file() {
+        let new_enough = "import sys; sys.exit(sys.version_info < (3, 11))";
+        let quiet = |name: &str| {
+            let mut command = Command::new(name);
+            let status =
+                command.args(["-c", new_enough]).stdout(Stdio::null()).stderr(Stdio::null()).status();
+            status.is_ok_and(|status| status.success())
+        };
+        let found = ["python3", "python"].into_iter().find(|name| quiet(name));
+        let name = found.ok_or("there is no Python 3.11 or newer")?;
+        let place = environment.display().to_string();
+        succeed(&mut python(root, Path::new(name), &["-m", "venv", &place]))
+            .map_err(|error| format!("no environment could be made: {error}"))?;
+    }
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
+    succeed(python(root, interpreter, &install).args(PACKAGES))
+        .map_err(|error| format!("the packages of its tests could not be installed: {error}"))
+}
+
+fn python(root: &Path, interpreter: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(interpreter);
+    command.current_dir(root).args(arguments);
+    command
+}
