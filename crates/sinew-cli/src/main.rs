@@ -5,7 +5,6 @@ mod csv_text;
 mod error;
 mod output;
 mod progress;
-mod report;
 mod table;
 mod table_error;
 mod verbs;

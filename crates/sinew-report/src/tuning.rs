@@ -12,72 +12,72 @@ use sinew::machine::Machine;
 
 /// Gains, margins and limits of a machine, as printed with `--json`.
 #[derive(Debug, Serialize)]
-pub(crate) struct Tuned {
-    pub(crate) name: String,
-    pub(crate) joints: Vec<TunedJoint>,
-    pub(crate) muscles: Vec<TunedMuscle>,
+pub struct Tuned {
+    pub name: String,
+    pub joints: Vec<TunedJoint>,
+    pub muscles: Vec<TunedMuscle>,
     /// Highest natural frequency, far ends stuck.
-    pub(crate) stuck_mode_rad_per_s: f64,
-    pub(crate) gains: ArmGains,
+    pub stuck_mode_rad_per_s: f64,
+    pub gains: ArmGains,
     /// Paragraph on the stability with held winches.
     #[serde(skip)]
-    pub(crate) held_winches: String,
+    pub held_winches: String,
     /// Poses and drawn machines of the margins.
     #[serde(skip)]
-    pub(crate) amount: [usize; 2],
+    pub amount: [usize; 2],
 }
 
 #[derive(Debug, Serialize)]
-pub(crate) struct TunedJoint {
-    pub(crate) name: String,
-    pub(crate) unit: &'static str,
-    pub(crate) bandwidth_rad_per_s: f64,
-    pub(crate) dead_band: f64,
-    pub(crate) inertia: f64,
+pub struct TunedJoint {
+    pub name: String,
+    pub unit: &'static str,
+    pub bandwidth_rad_per_s: f64,
+    pub dead_band: f64,
+    pub inertia: f64,
     /// A sentence.
-    pub(crate) limited_by: String,
+    pub limited_by: String,
     /// None without a muscle.
-    pub(crate) figures: Option<Figures>,
+    pub figures: Option<Figures>,
     /// The same after each change of the design.
-    pub(crate) changes: Vec<Changed>,
+    pub changes: Vec<Changed>,
 }
 
 /// Numbers that limit a joint, in its unit.
 #[derive(Debug, Serialize)]
-pub(crate) struct Figures {
-    pub(crate) crossing_s: f64,
-    pub(crate) left_to_feedback: f64,
-    pub(crate) tolerance_at_rest: f64,
-    pub(crate) damping_ratio: f64,
+pub struct Figures {
+    pub crossing_s: f64,
+    pub left_to_feedback: f64,
+    pub tolerance_at_rest: f64,
+    pub damping_ratio: f64,
 }
 
 #[derive(Debug, Serialize)]
-pub(crate) struct Changed {
-    pub(crate) change: &'static str,
-    pub(crate) helps: bool,
+pub struct Changed {
+    pub change: &'static str,
+    pub helps: bool,
     #[serde(flatten)]
-    pub(crate) figures: Figures,
+    pub figures: Figures,
 }
 
 #[derive(Debug, Serialize)]
-pub(crate) struct TunedMuscle {
-    pub(crate) name: String,
-    pub(crate) mode_rad_per_s: f64,
-    pub(crate) rate_gain_s: f64,
-    pub(crate) dead_band_m: f64,
-    pub(crate) tension_limits_n: [f64; 2],
-    pub(crate) max_winch_speed_m_per_s: f64,
+pub struct TunedMuscle {
+    pub name: String,
+    pub mode_rad_per_s: f64,
+    pub rate_gain_s: f64,
+    pub dead_band_m: f64,
+    pub tension_limits_n: [f64; 2],
+    pub max_winch_speed_m_per_s: f64,
     /// Least of the machine as designed and of those drawn.
     #[serde(flatten)]
-    pub(crate) least: Margins,
-    pub(crate) as_designed: Margins,
+    pub least: Margins,
+    pub as_designed: Margins,
 }
 
 #[derive(Debug, Clone, Copy, Serialize)]
-pub(crate) struct Margins {
-    pub(crate) phase_margin_deg: f64,
-    pub(crate) gain_margin: f64,
-    pub(crate) delay_margin_s: Option<f64>,
+pub struct Margins {
+    pub phase_margin_deg: f64,
+    pub gain_margin: f64,
+    pub delay_margin_s: Option<f64>,
 }
 
 #[derive(Template)]
@@ -137,13 +137,13 @@ struct Matrix {
 const USUAL: [Option<f64>; 3] = [Some(30.0), Some(2.0), None];
 
 /// A page of its own.
-pub(crate) fn page(tuned: &Tuned, machine: &Machine) -> Result<String, Error> {
+pub fn page(tuned: &Tuned, machine: &Machine) -> Result<String, Error> {
     let [poses, drawn] = tuned.amount;
     let (margins, scales) = margins(tuned);
     let page = Page {
         version: env!("CARGO_PKG_VERSION"),
-        style: include_str!("../../assets/report.css"),
-        script: include_str!("../../assets/report.js"),
+        style: include_str!("../assets/report.css"),
+        script: include_str!("../assets/report.js"),
         amount: format!(
             "{}, {}; {} over the joints’ ranges, {} drawn within the tolerances.",
             plural(tuned.joints.len(), "joint", "joints"),
@@ -159,15 +159,9 @@ pub(crate) fn page(tuned: &Tuned, machine: &Machine) -> Result<String, Error> {
         scales,
         muscles: tuned.muscles.iter().map(muscle).collect(),
         equations: [
-            ("Rules", equations(include_str!("../../../sinew/src/control/arm/synthesis.rs"))),
-            (
-                "What they follow from",
-                equations(include_str!("../../../sinew/src/machine/characteristics.rs")),
-            ),
-            (
-                "What limits a joint",
-                equations(include_str!("../../../sinew/src/control/arm/joint_limits.rs")),
-            ),
+            ("Rules", equations(include_str!("../../sinew/src/control/arm/synthesis.rs"))),
+            ("What they follow from", equations(include_str!("../../sinew/src/machine/characteristics.rs"))),
+            ("What limits a joint", equations(include_str!("../../sinew/src/control/arm/joint_limits.rs"))),
         ],
         gains: matrices(tuned)?,
         tuned,
@@ -302,7 +296,7 @@ mod tests {
 
     #[test]
     fn the_equations_are_those_of_the_documentation() {
-        let rules = equations(include_str!("../../../sinew/src/control/arm/synthesis.rs"));
+        let rules = equations(include_str!("../../sinew/src/control/arm/synthesis.rs"));
         assert!(rules.starts_with("F_min = ") && rules.contains("t_d,k = min(") && !rules.contains("```"));
         assert_eq!(equations("// none\n"), "");
     }
