@@ -31,7 +31,9 @@ pub struct MapView<'a> {
 /// A quantity over all poses.
 #[derive(Debug)]
 pub struct Quantity {
+    /// Its name, with the axis or joint.
     pub name: String,
+    /// Its unit.
     pub unit: &'static str,
     /// Poses in which it has a value.
     pub count: usize,

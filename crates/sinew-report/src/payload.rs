@@ -26,24 +26,35 @@ pub struct HeldFor {
 /// kg.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Spread {
+    /// Worst pose.
     pub min_kg: f64,
+    /// Median pose.
     pub median_kg: f64,
+    /// Best pose.
     pub max_kg: f64,
 }
 
+/// What limits a payload in most poses.
 #[derive(Debug, Serialize)]
 pub struct Limit {
+    /// The muscle at its limit.
     pub muscle: String,
+    /// The limit in words.
     pub limit: &'static str,
+    /// Poses in which it is this one.
     pub poses: usize,
 }
 
 /// Median payloads after a change of the design, for the shortest time and for ever.
 #[derive(Debug, Serialize)]
 pub struct Raised {
+    /// The change in words.
     pub change: &'static str,
+    /// By how much, in words.
     pub amount: &'static str,
+    /// For the shortest time, kg.
     pub short_kg: f64,
+    /// For ever, kg.
     pub for_ever_kg: f64,
 }
 

@@ -13,11 +13,15 @@ use sinew::machine::Machine;
 /// Gains, margins and limits of a machine, as printed with `--json`.
 #[derive(Debug, Serialize)]
 pub struct Tuned {
+    /// The machine.
     pub name: String,
+    /// In the order of the independent joints.
     pub joints: Vec<TunedJoint>,
+    /// In the order of the muscles.
     pub muscles: Vec<TunedMuscle>,
     /// Highest natural frequency, far ends stuck.
     pub stuck_mode_rad_per_s: f64,
+    /// As the controller reads them.
     pub gains: ArmGains,
     /// Paragraph on the stability with held winches.
     #[serde(skip)]
@@ -27,12 +31,18 @@ pub struct Tuned {
     pub amount: [usize; 2],
 }
 
+/// A joint with its gains and what limits it.
 #[derive(Debug, Serialize)]
 pub struct TunedJoint {
+    /// Its name.
     pub name: String,
+    /// Unit of its coordinate: rad or m.
     pub unit: &'static str,
+    /// Bandwidth of its controller, rad/s.
     pub bandwidth_rad_per_s: f64,
+    /// Its dead band with held winches, rad or m.
     pub dead_band: f64,
+    /// Inertia that it moves, kg m^2 or kg.
     pub inertia: f64,
     /// A sentence.
     pub limited_by: String,
@@ -45,38 +55,58 @@ pub struct TunedJoint {
 /// Numbers that limit a joint, in its unit.
 #[derive(Debug, Serialize)]
 pub struct Figures {
+    /// Time in which the winches cross its dead band, s.
     pub crossing_s: f64,
+    /// Motion that is left to feedback, rad or m.
     pub left_to_feedback: f64,
+    /// Error that is tolerated at rest, rad or m.
     pub tolerance_at_rest: f64,
+    /// Damping ratio of its mode, 1.
     pub damping_ratio: f64,
 }
 
+/// The figures of a joint after a change of the design.
 #[derive(Debug, Serialize)]
 pub struct Changed {
+    /// The change in words.
     pub change: &'static str,
+    /// Whether a figure that limits the joint improves.
     pub helps: bool,
+    /// After the change.
     #[serde(flatten)]
     pub figures: Figures,
 }
 
+/// A muscle with its gains and margins.
 #[derive(Debug, Serialize)]
 pub struct TunedMuscle {
+    /// Its name.
     pub name: String,
+    /// Antiresonance of its motor behind the cable, rad/s.
     pub mode_rad_per_s: f64,
+    /// Gain of the anchor's speed error, s.
     pub rate_gain_s: f64,
+    /// Dead band of its cable, m.
     pub dead_band_m: f64,
+    /// Least and largest desired tension at the anchor, N.
     pub tension_limits_n: [f64; 2],
+    /// Largest commanded speed of its winch, m/s.
     pub max_winch_speed_m_per_s: f64,
     /// Least of the machine as designed and of those drawn.
     #[serde(flatten)]
     pub least: Margins,
+    /// Of the machine as designed.
     pub as_designed: Margins,
 }
 
+/// Margins of stability of the loop of a winch.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Margins {
+    /// Phase margin, degrees.
     pub phase_margin_deg: f64,
+    /// Gain margin, 1.
     pub gain_margin: f64,
+    /// Delay margin, s; none where no delay destabilises.
     pub delay_margin_s: Option<f64>,
 }
 
