@@ -169,6 +169,16 @@ class Model:
         text = self._native.report_json()
         return None if text is None else _object(text)
 
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Writes the report of the identification: one HTML file that opens in any browser, complete or not at all.
+
+        Raises `ValueError` for a model that was read from a file.
+        """
+        text = self._native.report_html()
+        if text is None:
+            raise ValueError("a report belongs to a model of sinew.identify or Model.adapt, this one was read from a file")
+        write_whole(path, text)
+
     def evaluate(self, logs: Logs, *, skip_s: float = 0.0) -> Evaluation:
         """Scores on logs that hold the far end; `skip_s` seconds at the start of every trial are not scored."""
         found = _object(self._native.evaluate(native_logs(logs), skip_s))

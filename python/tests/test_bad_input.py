@@ -184,6 +184,8 @@ def test_a_damaged_model_is_refused_with_its_file(model: sinew.Model, tmp_path: 
     file.write_text(text.replace("tension_in_n", "tension_on_n", 1))
     with pytest.raises(ValueError, match=r"model.json: .*checksum"):
         sinew.Model.load(file)
+    with pytest.raises(ValueError, match="read from a file"):
+        sinew.Model.from_json(text).report(tmp_path / "report.html")
     with pytest.raises(FileNotFoundError):
         model.save(tmp_path / "none" / "model.json")
     assert list(tmp_path.iterdir()) == [file]

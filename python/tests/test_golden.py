@@ -159,7 +159,9 @@ def test_cables_have_the_bits_of_rust(
 
 
 @pytest.mark.parametrize("candidate", ["cell", "linear"])
-def test_identification_has_the_bits_of_rust(rust: Rust, log_files: list[Path], candidate: str) -> None:
+def test_identification_has_the_bits_of_rust(
+    rust: Rust, log_files: list[Path], candidate: str, tmp_path: Path
+) -> None:
     found = sinew.identify(log_files[:2], far="tension_out_n", models=[candidate], seed=7, threads=1)
     expected = rust(
         "identify",
@@ -171,6 +173,8 @@ def test_identification_has_the_bits_of_rust(rust: Rust, log_files: list[Path], 
     )
     assert found.to_json() == expected["model"]
     assert found.identification == expected["report"]
+    found.report(tmp_path / "report.html")
+    assert (tmp_path / "report.html").read_text(encoding="utf-8") == expected["page"]
     evaluation = found.evaluate(log_files[2])
     assert asdict(evaluation.overall) == expected["evaluation"]["overall"]
     assert bits(found.predict(log_files[2]).mean) == bits(expected["means"])

@@ -8,15 +8,19 @@ use std::path::Path;
 
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
-const CRATES: [(&str, &[&str]); 8] = [
+const CRATES: [(&str, &[&str]); 9] = [
     ("sinew", &[]),
     ("sinew-identify", &["sinew"]),
     ("sinew-lab", &["sinew", "sinew-identify"]),
+    ("sinew-report", &["sinew", "sinew-identify", "sinew-lab"]),
     ("sinew-segment", &[]),
     ("sinew-runtime", &["sinew", "sinew-segment"]),
     ("sinew-mujoco", &["sinew"]),
-    ("sinew-cli", &["sinew", "sinew-identify", "sinew-lab", "sinew-segment", "sinew-runtime"]),
-    ("sinew-py", &["sinew", "sinew-identify", "sinew-lab", "sinew-runtime", "sinew-mujoco"]),
+    (
+        "sinew-cli",
+        &["sinew", "sinew-identify", "sinew-lab", "sinew-report", "sinew-segment", "sinew-runtime"],
+    ),
+    ("sinew-py", &["sinew", "sinew-identify", "sinew-lab", "sinew-report", "sinew-runtime", "sinew-mujoco"]),
 ];
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,

@@ -234,7 +234,7 @@ pub(crate) enum Error {
     },
     /// The report could not be made.
     #[error(transparent)]
-    Report(#[from] crate::report::error::Error),
+    Report(#[from] sinew_report::error::Error),
     /// A result could not be written as JSON.
     #[error("the result could not be written as JSON: {0}")]
     Json(#[from] serde_json::Error),

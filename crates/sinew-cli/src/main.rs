@@ -6,7 +6,6 @@ mod error;
 mod interrupt;
 mod output;
 mod progress;
-mod report;
 mod table;
 mod table_error;
 mod verbs;

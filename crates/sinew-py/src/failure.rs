@@ -75,6 +75,12 @@ impl From<sinew_lab::Error> for Failure {
     }
 }
 
+impl From<sinew_report::error::Error> for Failure {
+    fn from(error: sinew_report::error::Error) -> Self {
+        Self::Internal(error.to_string())
+    }
+}
+
 impl From<serde_json::Error> for Failure {
     fn from(error: serde_json::Error) -> Self {
         Self::Internal(format!("a result could not be written as JSON: {error}"))

@@ -117,6 +117,12 @@ impl Model {
         Ok(Some(text.map_err(Failure::from)?))
     }
 
+    /// The page of the identification, one HTML file.
+    fn report_html(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let Some(report) = &self.report else { return Ok(None) };
+        Ok(Some(py.detach(|| sinew_report::render(report)).map_err(Failure::from)?))
+    }
+
     /// Scores on logs that hold the far end, as JSON.
     fn evaluate(&self, py: Python<'_>, logs: Logs, skip_s: f64) -> PyResult<String> {
         let model = self.model.clone();

@@ -4,11 +4,11 @@ use crate::arguments::{IdentifyArguments, RoleArguments, WriteArguments};
 use crate::error::Error;
 use crate::output::{Folder, bold, print, refuse_overwrite, write_all};
 use crate::progress::Progress;
-use crate::report::{picture_svg, render};
 use crate::table::{number, percent, table};
 use sinew_identify::identify::{Identification, Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_dataset};
 use sinew_identify::report::IdentificationReport;
+use sinew_report::{picture_svg, render};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

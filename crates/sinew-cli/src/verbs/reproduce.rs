@@ -6,13 +6,13 @@ use crate::arguments::{Part, ReproduceArguments};
 use crate::error::Error;
 use crate::output::{Folder, print, write_all};
 use crate::progress::Progress;
-use crate::report::{reproduction, tracking};
 use crate::table::{number, table};
 use serde_json::Value;
 use sinew_lab::paper;
 use sinew_lab::reproduce::{
     ArmOptions, ArmPart, BenchOptions, BenchPart, Indices, Sides, reproduce_arm, reproduce_bench,
 };
+use sinew_report::{reproduction, tracking};
 use std::path::Path;
 
 pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {

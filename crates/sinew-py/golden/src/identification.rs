@@ -33,8 +33,9 @@ impl Identify {
         let mut report = serde_json::to_value(&found.report)?;
         report["traces"] = json!([]);
         let evaluation = serde_json::to_value(evaluate(&found.model, &unseen)?)?;
+        let (model, page) = (found.model.to_json()?, sinew_report::render(&found.report)?);
         Ok(
-            json!({ "model": found.model.to_json()?, "report": report, "evaluation": evaluation, "means": means }),
+            json!({ "model": model, "report": report, "page": page, "evaluation": evaluation, "means": means }),
         )
     }
 }

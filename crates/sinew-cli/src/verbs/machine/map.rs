@@ -6,14 +6,14 @@ use crate::arguments::MachineMapArguments;
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
 use crate::progress::Progress;
-use crate::report::capability::{MapView, Quantity, page, quantities};
-use crate::report::capability_plots::Outlines;
-use crate::report::payload::Payload;
 use crate::table::{number, table};
 use crate::verbs::arm::model::{load_machine, print_warnings};
 use sinew::body::JointKind;
 use sinew::control::capability::{CableMotion, CapabilityModel, EndPointJacobian, PoseCapability};
 use sinew::machine::Machine;
+use sinew_report::capability::{MapView, Quantity, page, quantities};
+use sinew_report::capability_plots::Outlines;
+use sinew_report::payload::Payload;
 
 /// Directions of an outline of forces.
 const DIRECTIONS: usize = 90;

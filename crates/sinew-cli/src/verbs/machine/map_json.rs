@@ -1,8 +1,8 @@
 //! A map as JSON.
 
-use crate::report::capability::{MapView, quantities};
 use serde_json::{Value, json};
 use sinew::control::capability::{EndPointCapability, Extreme, JointCapability};
+use sinew_report::capability::{MapView, quantities};
 
 /// The summary, and every pose.
 pub(super) fn json(view: &MapView<'_>) -> Value {

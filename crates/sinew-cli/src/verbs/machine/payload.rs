@@ -3,10 +3,10 @@
 use crate::error::Error;
 use crate::output::one_line;
 use crate::progress::Progress;
-use crate::report::payload::{HeldFor, Limit, Payload, Raised, Spread};
 use crate::table::{number, table};
 use sinew::control::capability::{CapabilityModel, HeldPayload};
 use sinew::machine::{DesignChange, Machine};
+use sinew_report::payload::{HeldFor, Limit, Payload, Raised, Spread};
 use std::collections::BTreeMap;
 
 /// Times for which a payload is held, s.

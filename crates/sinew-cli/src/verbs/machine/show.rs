@@ -4,8 +4,6 @@ use super::design_checks::{DesignChecks, HeldWinches};
 use crate::arguments::MachineShowArguments;
 use crate::error::Error;
 use crate::output::{one_line, print, refuse_overwrite, write_all};
-use crate::report::colours::STANDALONE;
-use crate::report::machine_picture::draw;
 use crate::table::{number, table};
 use crate::verbs::arm::model::{LoadedMachine, load_machine, print_warnings};
 use serde::Serialize;
@@ -13,6 +11,8 @@ use sinew::body::JointKind;
 use sinew::control::arm::characterize;
 use sinew::description::machine::{Setting, Value, ValueSource};
 use sinew::machine::Machine;
+use sinew_report::colours::STANDALONE;
+use sinew_report::machine_picture::draw;
 
 /// Poses over which dead bands are averaged and moment arms are compared.
 const POSES: usize = 60;

@@ -6,7 +6,6 @@ use crate::arguments::MachineTuneArguments;
 use crate::error::Error;
 use crate::output::{one_line, print, refuse_overwrite, write_all};
 use crate::progress::Progress;
-use crate::report::tuning::{Changed, Figures, Margins, Tuned, TunedJoint, TunedMuscle, page};
 use crate::table::{number, table};
 use crate::verbs::arm::model::{load_machine, print_warnings};
 use serde::Serialize;
@@ -15,6 +14,7 @@ use sinew::control::arm::{DampingMargins, JointFigures, joint_limits, synthesize
 use sinew::machine::{Machine, Tolerances};
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::experiment::oracle_models;
+use sinew_report::tuning::{Changed, Figures, Margins, Tuned, TunedJoint, TunedMuscle, page};
 use std::path::PathBuf;
 
 /// Poses over which the rules look.

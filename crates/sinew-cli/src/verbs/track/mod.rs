@@ -11,12 +11,12 @@ use crate::arguments::{PathArgument, TrackArguments};
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
 use crate::progress::Progress;
-use crate::report::tracking::{TrackView, page, response};
 use crate::table::{number, table};
 use crate::verbs::Outcome;
 use setup::Setup;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{INITIAL_REST_S, TrackOutcome, TrackingNumbers, TrackingResult};
+use sinew_report::tracking::{TrackView, page, response};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

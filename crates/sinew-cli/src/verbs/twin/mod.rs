@@ -5,13 +5,13 @@ mod scenario;
 use crate::arguments::{TwinArguments, TwinVerb};
 use crate::error::Error;
 use crate::output::{print, refuse_overwrite, write_all};
-use crate::report::cable::{self, Frame};
-use crate::report::colours;
 use scenario::Scenario;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::EndMotion;
 use sinew::twin::cable::Specimen;
 use sinew::twin::cable::{CablePlant, Resolution};
+use sinew_report::cable::{self, Frame};
+use sinew_report::colours;
 use std::fmt::Write;
 
 /// Step of the log, s.

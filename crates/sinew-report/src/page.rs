@@ -71,7 +71,7 @@ struct LogRow<'a> {
 ///
 /// # Errors
 /// [`Error`] where the page could not be written; no content of a report makes that happen.
-pub(crate) fn render(report: &IdentificationReport) -> Result<String, Error> {
+pub fn render(report: &IdentificationReport) -> Result<String, Error> {
     let signals = Signals::of(report);
     let records = records(report);
     let samples: usize = report.logs.iter().map(|l| l.samples).sum();
@@ -114,11 +114,11 @@ pub(crate) fn render(report: &IdentificationReport) -> Result<String, Error> {
         band_factor: significant(report.chosen.band_factor, 3),
         size: count(report.chosen.size),
         range: with_unit(&significant(report.far_range, 3), signals.far_unit),
-        style: include_str!("../../assets/report.css"),
-        uplot_style: include_str!("../../assets/uplot/uPlot.min.css"),
-        uplot: include_str!("../../assets/uplot/uPlot.iife.min.js"),
-        uplot_licence: include_str!("../../assets/uplot/LICENSE"),
-        script: include_str!("../../assets/report.js"),
+        style: include_str!("../assets/report.css"),
+        uplot_style: include_str!("../assets/uplot/uPlot.min.css"),
+        uplot: include_str!("../assets/uplot/uPlot.iife.min.js"),
+        uplot_licence: include_str!("../assets/uplot/LICENSE"),
+        script: include_str!("../assets/report.js"),
     };
     Ok(page.render()?)
 }

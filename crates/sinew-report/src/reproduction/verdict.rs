@@ -1,7 +1,7 @@
 //! The main results in words and in figures.
 
 use super::indices::{largest, sides};
-use crate::report::format::fixed;
+use crate::format::fixed;
 
 use sinew_lab::CompensationVariant;
 use sinew_lab::paper::{self, SPEEDS};
@@ -10,7 +10,7 @@ use sinew_lab::reproduce::{ArmPart, BenchResults, ByVariant, Indices, Sides};
 /// This project's targets for the observer's errors, N: active, passive.
 const TARGETS_N: [f64; 2] = [1.7, 1.2];
 /// The paper's mean tracking error over the speeds, N: active, passive.
-pub(crate) fn paper_mean_rmse() -> [f64; 2] {
+pub fn paper_mean_rmse() -> [f64; 2] {
     paper::RMSE_N.map(|speeds| speeds.iter().sum::<f64>() / SPEEDS.len() as f64)
 }
 

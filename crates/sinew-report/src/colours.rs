@@ -1,7 +1,7 @@
 //! Colours of drawings: fixed in a standalone file, those of the theme within a page.
 
 /// Colours of a drawing.
-pub(crate) struct Colours {
+pub struct Colours {
     /// Background of the drawing.
     pub(super) card: &'static str,
     /// What hides that which lies below.
@@ -16,7 +16,7 @@ pub(crate) struct Colours {
 }
 
 /// For a standalone file, on a white card that is legible on light and dark pages.
-pub(crate) const STANDALONE: Colours = Colours {
+pub const STANDALONE: Colours = Colours {
     card: "#ffffff",
     paper: "#ffffff",
     line: "#aeb6bf",
@@ -29,7 +29,7 @@ pub(crate) const STANDALONE: Colours = Colours {
 };
 
 /// For the report, whose style sheet defines these names.
-pub(crate) const PAGE: Colours = Colours {
+pub const PAGE: Colours = Colours {
     card: "none",
     paper: "var(--card)",
     line: "var(--rule)",

@@ -11,38 +11,40 @@ use std::collections::BTreeMap;
 
 /// A map, as it is shown.
 #[derive(Debug)]
-pub(crate) struct MapView<'a> {
+pub struct MapView<'a> {
     /// Of the machine.
-    pub(crate) name: String,
+    pub name: String,
     /// Name and unit of every independent joint.
-    pub(crate) joints: Vec<(String, &'static str)>,
+    pub joints: Vec<(String, &'static str)>,
     /// Names.
-    pub(crate) muscles: Vec<String>,
+    pub muscles: Vec<String>,
     /// In every pose, the start first.
-    pub(crate) poses: &'a [PoseCapability],
+    pub poses: &'a [PoseCapability],
     /// Torques of neighbouring joints at the start.
-    pub(crate) torques: Vec<Outlines>,
+    pub torques: Vec<Outlines>,
     /// Forces of the end point at the start.
-    pub(crate) forces: Vec<Outlines>,
+    pub forces: Vec<Outlines>,
     /// With the heat of the drives.
-    pub(crate) payload: Payload,
+    pub payload: Payload,
 }
 
 /// A quantity over all poses.
 #[derive(Debug)]
-pub(crate) struct Quantity {
-    pub(crate) name: String,
-    pub(crate) unit: &'static str,
+pub struct Quantity {
+    /// Its name, with the axis or joint.
+    pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
     /// Poses in which it has a value.
-    pub(crate) count: usize,
+    pub count: usize,
     /// Minimum, median and maximum.
-    pub(crate) spread: [f64; 3],
+    pub spread: [f64; 3],
     /// The muscle that limits it in most poses, and their number.
-    pub(crate) limited_by: Option<(String, usize)>,
+    pub limited_by: Option<(String, usize)>,
 }
 
 /// All quantities of a map: of the end point, then of the joints.
-pub(crate) fn quantities(view: &MapView<'_>) -> Vec<Quantity> {
+pub fn quantities(view: &MapView<'_>) -> Vec<Quantity> {
     let mut all = Vec::new();
     let mut add = |name: String, unit, values: Vec<Extreme>| {
         if !values.is_empty() {
@@ -122,7 +124,7 @@ struct Map {
 }
 
 /// A page of its own.
-pub(crate) fn page(view: &MapView<'_>) -> Result<String, Error> {
+pub fn page(view: &MapView<'_>) -> Result<String, Error> {
     let rows = quantities(view).into_iter().map(|quantity| {
         let [least, median, most] = quantity.spread.map(|value| significant(value, 3));
         Row {
@@ -141,8 +143,8 @@ pub(crate) fn page(view: &MapView<'_>) -> Result<String, Error> {
     });
     let page = Page {
         version: env!("CARGO_PKG_VERSION"),
-        style: include_str!("../../assets/report.css"),
-        script: include_str!("../../assets/report.js"),
+        style: include_str!("../assets/report.css"),
+        script: include_str!("../assets/report.js"),
         name: &view.name,
         poses: view.poses.len(),
         rows: rows.collect(),

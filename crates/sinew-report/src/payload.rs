@@ -5,60 +5,71 @@ use serde::Serialize;
 
 /// Payload that a machine holds for a time, over all poses.
 #[derive(Debug, Serialize)]
-pub(crate) struct HeldFor {
+pub struct HeldFor {
     /// `10 s`.
     #[serde(rename = "time")]
-    pub(crate) words: &'static str,
+    pub words: &'static str,
     /// None for ever.
-    pub(crate) seconds: Option<f64>,
+    pub seconds: Option<f64>,
     /// Poses in which the machine itself is held.
-    pub(crate) poses: usize,
+    pub poses: usize,
     /// Worst, median and best pose, kg; zero where the machine itself is not held.
     #[serde(flatten)]
-    pub(crate) spread: Spread,
+    pub spread: Spread,
     /// What limits it in most poses.
-    pub(crate) limited_by: Option<Limit>,
+    pub limited_by: Option<Limit>,
     /// Of every pose, kg; none where the machine itself is not held.
     #[serde(rename = "of_poses_kg")]
-    pub(crate) each: Vec<Option<f64>>,
+    pub each: Vec<Option<f64>>,
 }
 
 /// kg.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub(crate) struct Spread {
-    pub(crate) min_kg: f64,
-    pub(crate) median_kg: f64,
-    pub(crate) max_kg: f64,
+pub struct Spread {
+    /// Worst pose.
+    pub min_kg: f64,
+    /// Median pose.
+    pub median_kg: f64,
+    /// Best pose.
+    pub max_kg: f64,
 }
 
+/// What limits a payload in most poses.
 #[derive(Debug, Serialize)]
-pub(crate) struct Limit {
-    pub(crate) muscle: String,
-    pub(crate) limit: &'static str,
-    pub(crate) poses: usize,
+pub struct Limit {
+    /// The muscle at its limit.
+    pub muscle: String,
+    /// The limit in words.
+    pub limit: &'static str,
+    /// Poses in which it is this one.
+    pub poses: usize,
 }
 
 /// Median payloads after a change of the design, for the shortest time and for ever.
 #[derive(Debug, Serialize)]
-pub(crate) struct Raised {
-    pub(crate) change: &'static str,
-    pub(crate) amount: &'static str,
-    pub(crate) short_kg: f64,
-    pub(crate) for_ever_kg: f64,
+pub struct Raised {
+    /// The change in words.
+    pub change: &'static str,
+    /// By how much, in words.
+    pub amount: &'static str,
+    /// For the shortest time, kg.
+    pub short_kg: f64,
+    /// For ever, kg.
+    pub for_ever_kg: f64,
 }
 
 /// Everything about payload; empty for a machine that carries none.
 #[derive(Debug, Default, Serialize)]
-pub(crate) struct Payload {
+pub struct Payload {
     /// Shortest time first, the last for ever.
-    pub(crate) held: Vec<HeldFor>,
+    pub held: Vec<HeldFor>,
     /// As designed, then after every change.
-    pub(crate) raised: Vec<Raised>,
+    pub raised: Vec<Raised>,
 }
 
 impl Spread {
     /// Of the poses; none counts as zero.
-    pub(crate) fn of(each: &[Option<f64>]) -> Self {
+    pub fn of(each: &[Option<f64>]) -> Self {
         let mut sorted: Vec<f64> = each.iter().map(|mass| mass.unwrap_or(0.0)).collect();
         sorted.sort_by(f64::total_cmp);
         let at = |k: usize| sorted.get(k).copied().unwrap_or(f64::NAN);

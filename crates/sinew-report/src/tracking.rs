@@ -49,23 +49,23 @@ struct Row {
 
 /// Results of tracking, as they are shown.
 #[derive(Debug)]
-pub(crate) struct TrackView<'a> {
+pub struct TrackView<'a> {
     /// Above the table.
-    pub(crate) heading: String,
+    pub heading: String,
     /// Below the heading.
-    pub(crate) lead: String,
+    pub lead: String,
     /// By variant.
-    pub(crate) tracking: &'a BTreeMap<CompensationVariant, TrackingNumbers>,
+    pub tracking: &'a BTreeMap<CompensationVariant, TrackingNumbers>,
     /// Trace of the plotted run.
-    pub(crate) trace: &'a [TraceRow],
+    pub trace: &'a [TraceRow],
     /// Variant of the plotted run.
-    pub(crate) drawn: CompensationVariant,
+    pub drawn: CompensationVariant,
     /// Names of the muscles.
-    pub(crate) names: &'a [String],
+    pub names: &'a [String],
     /// Repeats of the plotted run.
-    pub(crate) repeats: u32,
+    pub repeats: u32,
     /// Whether the run is that of the paper, whose results are then a row of the table.
-    pub(crate) paper: bool,
+    pub paper: bool,
 }
 
 const LABELS: [&str; 6] = [
@@ -98,7 +98,7 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
 }
 
 /// A page of its own.
-pub(crate) fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<String, Error> {
+pub fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<String, Error> {
     let numbers = view.tracking.get(&view.drawn);
     let verdict = numbers.map_or_else(String::new, |n| match (&n.stopped_by, n.stopped_s) {
         (Some(why), time) => format!(
@@ -116,8 +116,8 @@ pub(crate) fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<St
     });
     let page = Page {
         version: env!("CARGO_PKG_VERSION"),
-        style: include_str!("../../assets/report.css"),
-        script: include_str!("../../assets/report.js"),
+        style: include_str!("../assets/report.css"),
+        script: include_str!("../assets/report.js"),
         title,
         amount,
         verdict,
@@ -165,7 +165,7 @@ fn incidents(view: &TrackView<'_>) -> Vec<String> {
 }
 
 /// The controller's response to a fault.
-pub(crate) fn response(incident: &TrackIncident) -> &'static str {
+pub fn response(incident: &TrackIncident) -> &'static str {
     match incident.answer {
         "stopped" => "arm stopped",
         _ => "run continued",

@@ -12,72 +12,102 @@ use sinew::machine::Machine;
 
 /// Gains, margins and limits of a machine, as printed with `--json`.
 #[derive(Debug, Serialize)]
-pub(crate) struct Tuned {
-    pub(crate) name: String,
-    pub(crate) joints: Vec<TunedJoint>,
-    pub(crate) muscles: Vec<TunedMuscle>,
+pub struct Tuned {
+    /// The machine.
+    pub name: String,
+    /// In the order of the independent joints.
+    pub joints: Vec<TunedJoint>,
+    /// In the order of the muscles.
+    pub muscles: Vec<TunedMuscle>,
     /// Highest natural frequency, far ends stuck.
-    pub(crate) stuck_mode_rad_per_s: f64,
-    pub(crate) gains: ArmGains,
+    pub stuck_mode_rad_per_s: f64,
+    /// As the controller reads them.
+    pub gains: ArmGains,
     /// Paragraph on the stability with held winches.
     #[serde(skip)]
-    pub(crate) held_winches: String,
+    pub held_winches: String,
     /// Poses and drawn machines of the margins.
     #[serde(skip)]
-    pub(crate) amount: [usize; 2],
+    pub amount: [usize; 2],
 }
 
+/// A joint with its gains and what limits it.
 #[derive(Debug, Serialize)]
-pub(crate) struct TunedJoint {
-    pub(crate) name: String,
-    pub(crate) unit: &'static str,
-    pub(crate) bandwidth_rad_per_s: f64,
-    pub(crate) dead_band: f64,
-    pub(crate) inertia: f64,
+pub struct TunedJoint {
+    /// Its name.
+    pub name: String,
+    /// Unit of its coordinate: rad or m.
+    pub unit: &'static str,
+    /// Bandwidth of its controller, rad/s.
+    pub bandwidth_rad_per_s: f64,
+    /// Its dead band with held winches, rad or m.
+    pub dead_band: f64,
+    /// Inertia that it moves, kg m^2 or kg.
+    pub inertia: f64,
     /// A sentence.
-    pub(crate) limited_by: String,
+    pub limited_by: String,
     /// None without a muscle.
-    pub(crate) figures: Option<Figures>,
+    pub figures: Option<Figures>,
     /// The same after each change of the design.
-    pub(crate) changes: Vec<Changed>,
+    pub changes: Vec<Changed>,
 }
 
 /// Numbers that limit a joint, in its unit.
 #[derive(Debug, Serialize)]
-pub(crate) struct Figures {
-    pub(crate) crossing_s: f64,
-    pub(crate) left_to_feedback: f64,
-    pub(crate) tolerance_at_rest: f64,
-    pub(crate) damping_ratio: f64,
+pub struct Figures {
+    /// Time in which the winches cross its dead band, s.
+    pub crossing_s: f64,
+    /// Motion that is left to feedback, rad or m.
+    pub left_to_feedback: f64,
+    /// Error that is tolerated at rest, rad or m.
+    pub tolerance_at_rest: f64,
+    /// Damping ratio of its mode, 1.
+    pub damping_ratio: f64,
 }
 
+/// The figures of a joint after a change of the design.
 #[derive(Debug, Serialize)]
-pub(crate) struct Changed {
-    pub(crate) change: &'static str,
-    pub(crate) helps: bool,
+pub struct Changed {
+    /// The change in words.
+    pub change: &'static str,
+    /// Whether a figure that limits the joint improves.
+    pub helps: bool,
+    /// After the change.
     #[serde(flatten)]
-    pub(crate) figures: Figures,
+    pub figures: Figures,
 }
 
+/// A muscle with its gains and margins.
 #[derive(Debug, Serialize)]
-pub(crate) struct TunedMuscle {
-    pub(crate) name: String,
-    pub(crate) mode_rad_per_s: f64,
-    pub(crate) rate_gain_s: f64,
-    pub(crate) dead_band_m: f64,
-    pub(crate) tension_limits_n: [f64; 2],
-    pub(crate) max_winch_speed_m_per_s: f64,
+pub struct TunedMuscle {
+    /// Its name.
+    pub name: String,
+    /// Antiresonance of its motor behind the cable, rad/s.
+    pub mode_rad_per_s: f64,
+    /// Gain of the anchor's speed error, s.
+    pub rate_gain_s: f64,
+    /// Dead band of its cable, m.
+    pub dead_band_m: f64,
+    /// Least and largest desired tension at the anchor, N.
+    pub tension_limits_n: [f64; 2],
+    /// Largest commanded speed of its winch, m/s.
+    pub max_winch_speed_m_per_s: f64,
     /// Least of the machine as designed and of those drawn.
     #[serde(flatten)]
-    pub(crate) least: Margins,
-    pub(crate) as_designed: Margins,
+    pub least: Margins,
+    /// Of the machine as designed.
+    pub as_designed: Margins,
 }
 
+/// Margins of stability of the loop of a winch.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub(crate) struct Margins {
-    pub(crate) phase_margin_deg: f64,
-    pub(crate) gain_margin: f64,
-    pub(crate) delay_margin_s: Option<f64>,
+pub struct Margins {
+    /// Phase margin, degrees.
+    pub phase_margin_deg: f64,
+    /// Gain margin, 1.
+    pub gain_margin: f64,
+    /// Delay margin, s; none where no delay destabilises.
+    pub delay_margin_s: Option<f64>,
 }
 
 #[derive(Template)]
@@ -137,13 +167,13 @@ struct Matrix {
 const USUAL: [Option<f64>; 3] = [Some(30.0), Some(2.0), None];
 
 /// A page of its own.
-pub(crate) fn page(tuned: &Tuned, machine: &Machine) -> Result<String, Error> {
+pub fn page(tuned: &Tuned, machine: &Machine) -> Result<String, Error> {
     let [poses, drawn] = tuned.amount;
     let (margins, scales) = margins(tuned);
     let page = Page {
         version: env!("CARGO_PKG_VERSION"),
-        style: include_str!("../../assets/report.css"),
-        script: include_str!("../../assets/report.js"),
+        style: include_str!("../assets/report.css"),
+        script: include_str!("../assets/report.js"),
         amount: format!(
             "{}, {}; {} over the joints’ ranges, {} drawn within the tolerances.",
             plural(tuned.joints.len(), "joint", "joints"),
@@ -159,15 +189,9 @@ pub(crate) fn page(tuned: &Tuned, machine: &Machine) -> Result<String, Error> {
         scales,
         muscles: tuned.muscles.iter().map(muscle).collect(),
         equations: [
-            ("Rules", equations(include_str!("../../../sinew/src/control/arm/synthesis.rs"))),
-            (
-                "What they follow from",
-                equations(include_str!("../../../sinew/src/machine/characteristics.rs")),
-            ),
-            (
-                "What limits a joint",
-                equations(include_str!("../../../sinew/src/control/arm/joint_limits.rs")),
-            ),
+            ("Rules", equations(include_str!("../../sinew/src/control/arm/synthesis.rs"))),
+            ("What they follow from", equations(include_str!("../../sinew/src/machine/characteristics.rs"))),
+            ("What limits a joint", equations(include_str!("../../sinew/src/control/arm/joint_limits.rs"))),
         ],
         gains: matrices(tuned)?,
         tuned,
@@ -302,7 +326,7 @@ mod tests {
 
     #[test]
     fn the_equations_are_those_of_the_documentation() {
-        let rules = equations(include_str!("../../../sinew/src/control/arm/synthesis.rs"));
+        let rules = equations(include_str!("../../sinew/src/control/arm/synthesis.rs"));
         assert!(rules.starts_with("F_min = ") && rules.contains("t_d,k = min(") && !rules.contains("```"));
         assert_eq!(equations("// none\n"), "");
     }

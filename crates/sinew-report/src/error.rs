@@ -3,7 +3,7 @@
 /// Why no report could be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub(crate) enum Error {
+pub enum Error {
     /// The page template could not be filled.
     #[error("the report's page could not be written: {0}")]
     Page(#[from] askama::Error),

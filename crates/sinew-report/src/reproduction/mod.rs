@@ -7,5 +7,5 @@ mod plots;
 mod tables;
 mod verdict;
 
-pub(crate) use page::{arm_view, render};
-pub(crate) use verdict::paper_mean_rmse;
+pub use page::{arm_view, render};
+pub use verdict::paper_mean_rmse;

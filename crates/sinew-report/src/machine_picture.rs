@@ -18,7 +18,7 @@ const ELEVATIONS: [f64; 2] = [0.0, 20.0];
 const CIRCLE: usize = 24;
 
 /// A drawing of a machine in the pose in which motions start.
-pub(crate) fn draw(machine: &Machine, colours: &Colours) -> Result<String, Error> {
+pub fn draw(machine: &Machine, colours: &Colours) -> Result<String, Error> {
     let scene = MachineScene::at_start(machine)?;
     let view = View::of(&scene);
     let Colours { card, paper, line, ink, soft, far, toward, .. } = colours;
@@ -225,7 +225,14 @@ fn dot([x, y]: [f64; 2]) -> String {
 
 /// Text that stands in SVG.
 fn escaped(text: &str) -> String {
-    let clean = crate::output::one_line(text);
+    let clean = text.chars().fold(String::new(), |mut line, c| {
+        if c.is_control() {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
+        }
+        line
+    });
     clean.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -247,12 +254,12 @@ mod tests {
                 sinew::description::robot_from_toml("m", text, &mut |_| Err(String::new())).unwrap();
             Machine::of(&robot).unwrap()
         };
-        let text = include_str!("../../../../models/planar_leg.toml");
+        let text = include_str!("../../../models/planar_leg.toml");
         let scene = MachineScene::at_start(&robot(text)).unwrap();
         let view = View::of(&scene);
         assert!((view.right[0] - 1.0).abs() < 1e-9 && (view.up[2] - 1.0).abs() < 1e-9);
         let named = text.replacen("\"planar_leg\"", "\"<b>&\"", 1);
-        let svg = draw(&robot(&named), &crate::report::colours::STANDALONE).unwrap();
+        let svg = draw(&robot(&named), &crate::colours::STANDALONE).unwrap();
         assert!(svg.contains("&lt;b&gt;&amp;") && !svg.contains("<b>") && !svg.contains("NaN"));
     }
 }

@@ -40,7 +40,7 @@ struct Panel {
 ///
 /// # Errors
 /// [`Error`] where the picture could not be written; no content of a report makes that happen.
-pub(crate) fn picture_svg(report: &IdentificationReport) -> Result<String, Error> {
+pub fn picture_svg(report: &IdentificationReport) -> Result<String, Error> {
     let signals = Signals::of(report);
     let records = records(report);
     let subtitle = match chosen(report) {

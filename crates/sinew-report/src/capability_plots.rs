@@ -7,12 +7,15 @@ use super::svg_path::{Pen, line};
 
 /// Outlines of a set in a plane: without friction, held, lifted, lowered.
 #[derive(Debug)]
-pub(crate) struct Outlines {
-    pub(crate) x_label: String,
-    pub(crate) y_label: String,
-    pub(crate) lines: Vec<Vec<[f64; 2]>>,
+pub struct Outlines {
+    /// Of the horizontal axis, with its unit.
+    pub x_label: String,
+    /// Of the vertical axis, with its unit.
+    pub y_label: String,
+    /// Closed polygons in the plane's unit.
+    pub lines: Vec<Vec<[f64; 2]>>,
     /// What the pose needs, where that is a point of the plane.
-    pub(crate) needed: Option<[f64; 2]>,
+    pub needed: Option<[f64; 2]>,
 }
 
 /// Classes of the quarters of a map, least first, and of the points without a value.

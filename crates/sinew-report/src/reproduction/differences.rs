@@ -1,7 +1,7 @@
 //! Differences between simulation and paper in words.
 
 use super::indices::{largest, sides};
-use crate::report::format::fixed;
+use crate::format::fixed;
 use sinew_lab::CompensationVariant;
 use sinew_lab::paper::{self, SPEEDS};
 use sinew_lab::reproduce::{ArmPart, BenchPart, BenchResults};

@@ -6,19 +6,19 @@ use super::scale::Axis;
 use std::fmt::Write;
 
 /// The cable at one time.
-pub(crate) struct Frame {
+pub struct Frame {
     /// s.
-    pub(crate) time: f64,
+    pub time: f64,
     /// Of the winch, m.
-    pub(crate) motor: f64,
+    pub motor: f64,
     /// N.
-    pub(crate) tension_in: f64,
+    pub tension_in: f64,
     /// N.
-    pub(crate) tension_out: f64,
+    pub tension_out: f64,
     /// Along the cable, N, drive end first.
-    pub(crate) profile: Vec<f64>,
+    pub profile: Vec<f64>,
     /// Of every node in the last substep, m.
-    pub(crate) slips: Vec<f64>,
+    pub slips: Vec<f64>,
 }
 
 /// Left, top, width and height of a panel.
@@ -34,7 +34,7 @@ const SHADES: usize = 12;
 const MIN_SLIP: f64 = 2.5e-8;
 
 /// The picture as SVG.
-pub(crate) fn draw(frames: &[Frame], title: &str, colours: &Colours) -> String {
+pub fn draw(frames: &[Frame], title: &str, colours: &Colours) -> String {
     let range = |of: fn(&Frame) -> f64| {
         frames.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
     };

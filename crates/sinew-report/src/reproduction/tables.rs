@@ -5,8 +5,8 @@
 //! whose cable the load pulls out; at the cable speeds of [`SPEEDS`], m/s.
 
 use super::indices::{MUSCLES, largest, sides};
-use crate::report::format::{NONE, fixed};
-use crate::report::variants::label;
+use crate::format::{NONE, fixed};
+use crate::variants::label;
 use sinew_lab::CompensationVariant;
 use sinew_lab::paper::{self, SPEEDS};
 use sinew_lab::reproduce::{BenchPart, BenchResults, ByVariant, Indices, Sides};

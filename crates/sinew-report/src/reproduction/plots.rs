@@ -1,11 +1,11 @@
 //! Figures 7 to 10.
 
 use super::indices::MUSCLES;
-use crate::report::format::fixed;
-use crate::report::plot::Plot;
-use crate::report::scale::{Axis, padded};
-use crate::report::svg_path::{Pen, line};
-use crate::report::variants::label;
+use crate::format::fixed;
+use crate::plot::Plot;
+use crate::scale::{Axis, padded};
+use crate::svg_path::{Pen, line};
+use crate::variants::label;
 use sinew_lab::CompensationVariant;
 use sinew_lab::paper::SPEEDS;
 use sinew_lab::reproduce::{BenchPart, Point, Trace};

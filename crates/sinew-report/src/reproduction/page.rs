@@ -4,10 +4,10 @@ use super::differences::differences;
 use super::plots::{scatters, strokes};
 use super::tables::{ElongationRow, Row, Table, beyond, elongation, others, table1, tables23};
 use super::verdict::{arm_verdict, figures, verdict};
-use crate::report::error::Error;
-use crate::report::format::fixed;
-use crate::report::plot::Plot;
-use crate::report::tracking::{self, TrackView};
+use crate::error::Error;
+use crate::format::fixed;
+use crate::plot::Plot;
+use crate::tracking::{self, TrackView};
 use askama::Template;
 use sinew_lab::CompensationVariant;
 use sinew_lab::paper::{self, SPEEDS};
@@ -44,18 +44,13 @@ struct Page<'a> {
 }
 
 /// The whole page, with the arm's sections where the arm was part of the run.
-pub(crate) fn render(
-    part: &BenchPart,
-    arm: Option<&ArmPart>,
-    cable: &str,
-    quick: bool,
-) -> Result<String, Error> {
+pub fn render(part: &BenchPart, arm: Option<&ArmPart>, cable: &str, quick: bool) -> Result<String, Error> {
     let results = &part.results;
     let [rms, largest] = part.mechanism.differences();
     let page = Page {
         version: env!("CARGO_PKG_VERSION"),
-        style: include_str!("../../../assets/report.css"),
-        script: include_str!("../../../assets/report.js"),
+        style: include_str!("../../assets/report.css"),
+        script: include_str!("../../assets/report.js"),
         seed: results.seed,
         quick,
         verdict: verdict(results) + &arm.map_or_else(String::new, arm_verdict),
@@ -103,7 +98,7 @@ pub(crate) fn render(
 }
 
 /// The arm's results as a section.
-pub(crate) fn arm_view(part: &ArmPart) -> TrackView<'_> {
+pub fn arm_view(part: &ArmPart) -> TrackView<'_> {
     let seconds = fixed(part.options.duration, 1);
     TrackView {
         heading: "Tracking with the arm".to_owned(),
