@@ -26,9 +26,6 @@ pub(crate) struct ReproduceArguments {
     /// Seed of all random numbers: the same seed gives the same bytes
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Print the numbers as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Parts of the paper.
@@ -87,9 +84,6 @@ pub(crate) struct BenchRunArguments {
     /// Log to write (CSV)
     #[arg(long, value_name = "LOG")]
     pub(crate) out: PathBuf,
-    /// Print a summary as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Strokes by their direction, seen from the muscle.

@@ -1,21 +1,21 @@
 //! `sinew evaluate`.
 
 use super::read_model;
-use crate::arguments::EvaluateArguments;
+use crate::answer::{Answer, Content};
+use crate::arguments::{EvaluateArguments, General};
 use crate::error::Error;
-use crate::output::print;
 use crate::table::{number, percent, table};
 use sinew::predictor::Model;
 use sinew_identify::evaluate::{Evaluation, Scores, evaluate, read_for};
 use sinew_identify::log::ReadOptions;
 
-pub(crate) fn run(arguments: &EvaluateArguments) -> Result<(), Error> {
+pub(crate) fn run(arguments: &EvaluateArguments, general: &General) -> Result<Answer, Error> {
     let model = read_model(&arguments.model)?;
     let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
     let data = read_for(&model, &options)?;
     let evaluation = evaluate(&model, &data)?;
-    if arguments.json {
-        return print(&(serde_json::to_string(&evaluation)? + "\n"));
+    if general.json {
+        return Ok(Answer::done(Content::json(&evaluation)?, Vec::new()));
     }
     let mut text = String::new();
     for log in &data.logs {
@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &EvaluateArguments) -> Result<(), Error> {
     if !text.is_empty() {
         text.push('\n');
     }
-    print(&(text + &scores_table(&model, &evaluation)))
+    Ok(Answer::done(Content::Text(text + &scores_table(&model, &evaluation)), Vec::new()))
 }
 
 /// Share of samples outside the ranges of the training logs from which a note is due.

@@ -1,6 +1,8 @@
 //! `sinew identify`.
 
-use crate::arguments::{IdentifyArguments, RoleArguments, WriteArguments};
+use super::columns::account;
+use crate::answer::{Answer, Content};
+use crate::arguments::{General, IdentifyArguments, RoleArguments, WriteArguments};
 use crate::error::Error;
 use crate::output::{Folder, bold, print, refuse_overwrite, write_all};
 use crate::progress::Progress;
@@ -12,19 +14,30 @@ use sinew_identify::report::IdentificationReport;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-pub(crate) fn run(arguments: &IdentifyArguments) -> Result<(), Error> {
-    let folder = Folder::open(&arguments.write.out)?;
-    refuse_overwrite(&arguments.logs, &output_files(&folder, &arguments.write))?;
+pub(crate) fn run(arguments: &IdentifyArguments, general: &General) -> Result<Answer, Error> {
+    let folder = arguments.out.as_deref().map(Folder::open).transpose()?;
+    if let Some(folder) = &folder {
+        refuse_overwrite(&arguments.logs, &output_files(folder, &arguments.write), general.no_clobber)?;
+    }
     let progress = Progress::new();
     progress.show("reading logs", 0.0);
     let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
     let data = read_dataset(&role_flags(&arguments.roles), &options)?;
+    let (Some(folder), false) = (folder, arguments.dry_run) else {
+        let logs = || serde_json::json!({"logs": data.logs, "columns": data.columns});
+        let content = if general.json { Content::json(&logs())? } else { Content::Text(account(&data)) };
+        return Ok(Answer::done(content, Vec::new()));
+    };
+    if !general.json {
+        // Before the fit, so that a wrong role is seen in time.
+        print(&(account(&data) + "\n"))?;
+    }
     let models =
         if arguments.model.iter().any(|m| m == "auto") { Vec::new() } else { arguments.model.clone() };
     let options = Options { seed: arguments.write.seed, models };
     let identification = identify(&data, &options, &|stage, done| progress.show(stage, done))?;
     drop(progress);
-    write_results(&folder, &arguments.write, &identification)
+    write_results(&folder, &arguments.write, &identification, general.json)
 }
 
 fn role_flags(roles: &RoleArguments) -> RequestedRoles {
@@ -37,6 +50,7 @@ fn role_flags(roles: &RoleArguments) -> RequestedRoles {
         time: roles.time.clone(),
         trial: roles.trial.clone(),
         group: roles.group.clone(),
+        ignore: roles.ignore.clone(),
     }
 }
 
@@ -46,12 +60,13 @@ pub(crate) fn output_files(folder: &Folder, write: &WriteArguments) -> Vec<PathB
     files.into_iter().chain(write.picture.clone()).collect()
 }
 
-/// Writes model, report and picture, all or none, and prints the summary.
+/// Writes model, report and picture, all or none; the answer is the summary.
 pub(crate) fn write_results(
     folder: &Folder,
     write: &WriteArguments,
     identification: &Identification,
-) -> Result<(), Error> {
+    json: bool,
+) -> Result<Answer, Error> {
     let report = &identification.report;
     let (model_path, page_path) = (folder.file("model.json"), folder.file("report.html"));
     let model = identification.model.to_json().map_err(sinew_identify::Error::from)?;
@@ -62,11 +77,13 @@ pub(crate) fn write_results(
     if let Some((path, picture)) = &picture {
         files.push(((*path).clone(), picture.as_bytes()));
     }
-    write_all(&files)?;
-    if write.json {
-        return print(&(serde_json::to_string(&summary(report, &model_path))? + "\n"));
-    }
-    print(&summary_text(report, &model_path, &page_path))
+    let written = write_all(&files)?;
+    let content = if json {
+        Content::json(&summary(report, &model_path))?
+    } else {
+        Content::Text(summary_text(report))
+    };
+    Ok(Answer::done(content, written))
 }
 
 /// The report without its traces, for `--json`.
@@ -88,7 +105,7 @@ fn summary(report: &IdentificationReport, model: &Path) -> serde_json::Value {
 }
 
 /// The summary for the terminal.
-fn summary_text(report: &IdentificationReport, model: &Path, page: &Path) -> String {
+fn summary_text(report: &IdentificationReport) -> String {
     let mut text = String::new();
     for log in &report.logs {
         for finding in &log.findings {
@@ -122,7 +139,6 @@ fn summary_text(report: &IdentificationReport, model: &Path, page: &Path) -> Str
     for warning in &report.warnings {
         let _ = writeln!(text, "Note: {warning}");
     }
-    let _ = writeln!(text, "{} {}", report.recommendations[0], report.recommendations[1]);
-    let _ = writeln!(text, "\nWritten: {}, {}", model.display(), page.display());
+    let _ = writeln!(text, "{} {}\n", report.recommendations[0], report.recommendations[1]);
     text
 }

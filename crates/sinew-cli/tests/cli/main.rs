@@ -10,6 +10,7 @@ mod drive;
 mod machine;
 mod map;
 mod robots;
+mod roles;
 mod tension;
 mod twin;
 mod verbs;

@@ -7,13 +7,13 @@ mod record;
 pub(crate) mod setup;
 mod waypoints;
 
-use crate::arguments::{PathArgument, TrackArguments};
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{General, PathArgument, TrackArguments};
 use crate::error::Error;
-use crate::output::{print, refuse_overwrite, write_all};
+use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::report::tracking::{TrackView, page, response};
 use crate::table::{number, table};
-use crate::verbs::Outcome;
 use setup::Setup;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{INITIAL_REST_S, TrackOutcome, TrackingNumbers, TrackingResult};
@@ -25,13 +25,13 @@ const REPORT_ROWS: f64 = 3000.0;
 /// Interval between the rows of a record, s.
 const RECORD_INTERVAL_S: f64 = 0.01;
 
-pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
-    check_outputs(arguments)?;
+pub(crate) fn run(arguments: &TrackArguments, general: &General) -> Result<Answer, Error> {
+    check_outputs(arguments, general.no_clobber)?;
     let progress = Progress::new();
     progress.show("planning and verifying the motion", 0.0);
     let setup = Setup::new(&arguments.motion);
     drop(progress);
-    let setup = setup.or_else(|error| refuse(arguments.motion.seed, arguments.json, error))?;
+    let setup = setup?;
     let progress = Progress::new();
     progress.show("calibrating the arm's cables", 0.0);
     let arm = setup.calibrate()?;
@@ -42,39 +42,22 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
     drop(progress);
     let files = files(arguments, &setup, &result)?;
     let bytes: Vec<_> = files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
-    write_all(&bytes)?;
+    let written = write_all(&bytes)?;
     let outcome = Outcome::of(result.numbers.ended == TrackOutcome::Completed);
     let tracking = BTreeMap::from([(setup.variant, result.numbers)]);
-    if arguments.json {
-        let all = serde_json::json!({"simulated": true, "seed": setup.seed, "tracking": tracking});
-        print(&(serde_json::to_string_pretty(&all)? + "\n"))?;
-        return Ok(outcome);
-    }
-    let mut text = summary_text(&tracking);
-    for (path, _) in &files {
-        text += &format!("Written: {}\n", path.display());
-    }
-    print(&text)?;
-    Ok(outcome)
+    let content = if general.json {
+        Content::json(&serde_json::json!({"simulated": true, "seed": setup.seed, "tracking": tracking}))?
+    } else {
+        Content::Text(summary_text(&tracking))
+    };
+    Ok(Answer { outcome, content, written })
 }
 
-/// A refused motion is a result for programs, too.
-pub(crate) fn refuse(seed: u64, json: bool, error: Error) -> Result<Setup, Error> {
-    if json && matches!(error, Error::Infeasible { .. } | Error::Overloaded { .. } | Error::Untracked { .. })
-    {
-        let refused = serde_json::json!({
-            "simulated": true, "seed": seed, "ended": "refused", "reason": error.to_string(),
-        });
-        print(&(serde_json::to_string_pretty(&refused)? + "\n"))?;
-    }
-    Err(error)
-}
-
-fn check_outputs(arguments: &TrackArguments) -> Result<(), Error> {
+fn check_outputs(arguments: &TrackArguments, no_clobber: bool) -> Result<(), Error> {
     let outputs: Vec<PathBuf> =
         [&arguments.report, &arguments.record].into_iter().flatten().cloned().collect();
     let waypoints = arguments.motion.path.as_ref().and_then(PathArgument::file);
-    refuse_overwrite([&arguments.motion.model].into_iter().chain(waypoints), &outputs)
+    refuse_overwrite([&arguments.motion.model].into_iter().chain(waypoints), &outputs, no_clobber)
 }
 
 /// The contents of the report and the record.
