@@ -311,6 +311,7 @@ fn flag_hint(error: &IdentifyError) -> String {
         IdentifyError::StackedTrials { .. } => role_flag(ColumnRole::Trial),
         IdentifyError::OneGroup { .. } | IdentifyError::GroupChanges { .. } => role_flag(ColumnRole::Group),
         IdentifyError::UnknownModel { .. } => "--model NAME,..",
+        IdentifyError::UnknownLog { .. } => "--keep LOG,..",
         _ => return String::new(),
     };
     format!(" (set by {flag})")

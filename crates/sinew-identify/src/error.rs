@@ -70,6 +70,14 @@ pub enum Error {
         /// The candidates for these logs.
         known: Vec<String>,
     },
+    /// A name that no log has.
+    #[error("no log is named `{name}`; the logs are {}", list(.known))]
+    UnknownLog {
+        /// The name asked for.
+        name: String,
+        /// The logs.
+        known: Vec<String>,
+    },
     /// Data that hold too little for a fit.
     #[error("the logs hold too little to fit {what}")]
     NothingFitted {

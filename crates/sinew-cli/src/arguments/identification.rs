@@ -29,6 +29,9 @@ pub(crate) struct IdentifyArguments {
     /// Seconds at the start of every trial that are neither fitted nor scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,
+    /// Logs that stay although they look like foreign recordings, by their names, or all
+    #[arg(long, value_name = "LOG,..|all", value_delimiter = ',')]
+    pub(crate) keep: Vec<String>,
     /// Print the logs, their columns and the role of each, and stop before the fit
     #[arg(long)]
     pub(crate) dry_run: bool,

@@ -81,8 +81,8 @@ pub(crate) struct MachineNewArguments {
 ///
 /// Friction of the sheaths counts with the direction in which each cable slides: a muscle that winds in gives less
 /// at its anchor than its drive pulls, one that pays out holds more. Payload is therefore given for lifting, for
-/// holding whichever way the cables slid before, and for lowering; and for holding 10 s, a minute, an hour and for
-/// ever from room temperature on, with the limit that binds and the changes of the design that would raise it.
+/// holding whichever way the cables slid before, and for lowering; and for holding 10 s, a minute, an hour and
+/// continuously from room temperature on, with the limit that binds and the changes of the design that would raise it.
 ///
 /// Example: sinew machine map lm_arm --report map.html
 #[derive(Debug, Args)]

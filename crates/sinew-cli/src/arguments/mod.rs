@@ -35,7 +35,7 @@ pub(crate) use robot::{
 };
 pub(crate) use run::{BusArgument, RunArguments};
 pub(crate) use simulation::{
-    BenchArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part, ReproduceArguments, TwinArguments,
+    BenchArguments, BenchPlanArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part, ReproduceArguments, TwinArguments,
     TwinVerb,
 };
 

@@ -9,7 +9,7 @@ pub(crate) struct HeldFor {
     /// `10 s`.
     #[serde(rename = "time")]
     pub(crate) words: &'static str,
-    /// None for ever.
+    /// None: continuously.
     pub(crate) seconds: Option<f64>,
     /// Poses in which the machine itself is held.
     pub(crate) poses: usize,
@@ -38,19 +38,19 @@ pub(crate) struct Limit {
     pub(crate) poses: usize,
 }
 
-/// Median payloads after a change of the design, for the shortest time and for ever.
+/// Median payloads after a change of the design, for the shortest time and continuously.
 #[derive(Debug, Serialize)]
 pub(crate) struct Raised {
     pub(crate) change: &'static str,
     pub(crate) amount: &'static str,
     pub(crate) short_kg: f64,
-    pub(crate) for_ever_kg: f64,
+    pub(crate) continuous_kg: f64,
 }
 
 /// Everything about payload; empty for a machine that carries none.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Payload {
-    /// Shortest time first, the last for ever.
+    /// Shortest time first, the last continuous.
     pub(crate) held: Vec<HeldFor>,
     /// As designed, then after every change.
     pub(crate) raised: Vec<Raised>,
@@ -80,10 +80,10 @@ impl Payload {
         self.held.iter().map(row).collect()
     }
 
-    /// Cells of the table of changes: change, amount, for the shortest time, for ever.
+    /// Cells of the table of changes: change, amount, for the shortest time, continuous.
     pub(super) fn raised_rows(&self) -> Vec<[String; 4]> {
         let row = |one: &Raised| {
-            let [short, ever] = [one.short_kg, one.for_ever_kg].map(|mass| significant(mass, 3));
+            let [short, ever] = [one.short_kg, one.continuous_kg].map(|mass| significant(mass, 3));
             [one.change.to_owned(), one.amount.to_owned(), short, ever]
         };
         self.raised.iter().map(row).collect()

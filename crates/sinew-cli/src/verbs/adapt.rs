@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &AdaptArguments, general: &General) -> Result<Answe
     let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
     let data = read_for(&old, &options)?;
     let progress = Progress::new();
-    let options = Options { seed: arguments.write.seed, models: Vec::new() };
+    let options = Options { seed: arguments.write.seed, ..Options::default() };
     let adapted = adapt(&old, &data, &options, &|stage, done| progress.show(stage, done))?;
     drop(progress);
     write_results(&folder, &arguments.write, &adapted, general.json)

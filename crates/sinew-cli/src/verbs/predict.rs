@@ -10,7 +10,7 @@ use crate::output::{refuse_overwrite, write_all};
 use crate::table::percent;
 use sinew::predictor::{Flags, Prediction};
 use sinew_identify::evaluate::{predict, read_for};
-use sinew_identify::log::{Dataset, ReadOptions};
+use sinew_identify::log::{Dataset, ReadOptions, unit_of};
 
 pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Answer, Error> {
     let inputs = arguments.logs.iter().chain([&arguments.model]);
@@ -30,7 +30,7 @@ pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Ans
     let share = outside as f64 / rows.max(1) as f64;
     let content = if general.json {
         Content::json(&serde_json::json!({
-            "far": model.far, "predictions": rows, "state_unknown": unknown, "out_of_range": outside,
+            "far": model.far, "far_unit": unit_of(&model.far), "predictions": rows, "state_unknown": unknown, "out_of_range": outside,
         }))?
     } else {
         Content::Text(summary(&model.far, rows, unknown, outside, share))

@@ -83,7 +83,7 @@ fn an_infeasible_or_malformed_motion_is_refused_with_its_place() {
         bench.refuses(arguments, &words);
     }
     for (arguments, words) in [
-        ("track --path way.csv", ["way.csv", "reach of the end point"]),
+        ("track --path way.csv", ["way.csv", "target unreachable"]),
         ("track --path to:3,0,0", ["to:3,0,0", "lies outside of the workspace"]),
         ("track --path jolt.csv", ["jolt.csv", "what its drive gives"]),
         ("track --duration 2", ["the winch of `brachialis`", "0.082 m/s"]),

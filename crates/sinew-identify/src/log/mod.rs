@@ -41,6 +41,7 @@ mod types;
 mod uses;
 
 pub use memory_limit::MEMORY_LIMIT_BYTES;
+pub use names::unit_of;
 pub use read::{read_bytes, read_bytes_with_roles, read_dataset, read_with_roles};
 pub use signal_checks::MIN_SCORED;
 pub use times::{GAP_INTERVALS, GAP_TYPICAL};

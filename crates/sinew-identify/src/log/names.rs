@@ -122,10 +122,12 @@ fn is_plain_unit(word: &str) -> bool {
     OTHER_UNITS.contains(&word) || TIME_UNITS.iter().any(|(name, _)| *name == word)
 }
 
-/// The unit at the end of a name, as it is written in text, or an empty string.
-pub(super) fn unit_of(column: &str) -> String {
+/// The unit in a name, as it is written in text, or an empty string: that of its last word which is a unit, so that
+/// `tension_n_filtered` has one. The first word is the quantity.
+#[must_use]
+pub fn unit_of(column: &str) -> String {
     let plain = plain(column);
-    let unit = split_unit(&plain).1.unwrap_or_default();
+    let unit = plain.split('_').skip(1).filter(|word| is_plain_unit(word)).last().unwrap_or_default();
     let written = CAPITAL_UNITS.iter().find(|name| name.eq_ignore_ascii_case(unit));
     written.map_or_else(|| unit.to_owned(), |name| (*name).to_owned())
 }

@@ -14,6 +14,8 @@ pub struct IdentificationReport {
     pub seed: u64,
     /// The far-side column.
     pub far: String,
+    /// Its unit, in which errors are; empty where its name states none.
+    pub far_unit: String,
     /// The near-side columns.
     pub inputs: Vec<Input>,
     /// The logs and what was found in them.

@@ -135,7 +135,7 @@ fn inaccuracy(summary: &TrackSummary, machine: &Machine) -> Option<String> {
     let limit = max_end_point_error(machine);
     if machine.task.site().is_some() {
         let error = summary.end_point_error.max.max(summary.hold_error.max);
-        return (error > limit).then(|| format!("end-point error above {:.2} mm", 1e3 * limit));
+        return (error > limit).then(|| format!("the end point exceeded {:.2} mm tracking error", 1e3 * limit));
     }
     let joints = machine.robot.independent_joints().into_iter().zip(&summary.joint_error);
     joints.into_iter().find_map(|(joint, error)| {
@@ -143,7 +143,7 @@ fn inaccuracy(summary: &TrackSummary, machine: &Machine) -> Option<String> {
         let [low, high] = joint.range?;
         let share = MAX_JOINT_ERROR_SHARE * 100.0;
         (error.max > MAX_JOINT_ERROR_SHARE * (high - low))
-            .then(|| format!("error of {} above {share:.0} % of its range", joint.name))
+            .then(|| format!("{} exceeded {share:.0} % of its range in tracking error", joint.name))
     })
 }
 

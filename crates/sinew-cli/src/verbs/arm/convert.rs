@@ -1,11 +1,14 @@
 //! `sinew arm convert`.
 
-use super::model::{Format, load_robot, print_warnings};
+use super::model::{Format, Source, load_robot, print_warnings, source_of};
 use crate::answer::{Answer, Content};
 use crate::arguments::{ConvertArguments, General};
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use sinew::description::{to_mjcf, to_toml};
+
+/// What a machine file says and a robot file has no place for.
+const MACHINE_ALONE: [&str; 5] = ["transmissions", "drives", "encoders", "task", "tolerances"];
 
 pub(crate) fn run(arguments: &ConvertArguments, general: &General) -> Result<Answer, Error> {
     let output = &arguments.output;
@@ -18,14 +21,17 @@ pub(crate) fn run(arguments: &ConvertArguments, general: &General) -> Result<Ans
     }
     let loaded = load_robot(&arguments.input, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
+    let machine = matches!(source_of(&arguments.input, arguments.muscles.as_deref())?, Source::Machine);
+    let left_out = if machine { &MACHINE_ALONE[..] } else { &[] };
     let parts = loaded.robot.parts();
     let text = if kind == Format::Toml { to_toml(parts) } else { to_mjcf(parts) };
     let written = write_all(&[(output.clone(), text.as_bytes())])?;
     let (bodies, joints, muscles) = (parts.bodies.len() - 1, parts.joints.len(), parts.tendons.len());
     let content = if general.json {
-        Content::json(&serde_json::json!({"bodies": bodies, "joints": joints, "muscles": muscles}))?
+        Content::json(&serde_json::json!({"bodies": bodies, "joints": joints, "muscles": muscles, "left_out": left_out}))?
     } else {
-        Content::Text(format!("{bodies} bodies, {joints} joints and {muscles} muscles\n"))
+        let rest = if machine { format!("; left out: {} of the machine", left_out.join(", ")) } else { String::new() };
+        Content::Text(format!("{bodies} bodies, {joints} joints and {muscles} muscles{rest}\n"))
     };
     Ok(Answer::done(content, written))
 }

@@ -122,8 +122,8 @@ pub(crate) fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumb
         let [mean, max] = [e.mean, e.max].map(|m| number(Some(1e3 * m)));
         let [offsets, tension] = [1e3 * hold.unseen_error_m, hold.tension_unrest_n].map(|x| number(Some(x)));
         text += &format!(
-            "Final rest: end point error {mean} mm mean, {max} mm max, of which {offsets} mm from the joint \
-             encoders' offsets; anchor tensions vary by {tension} N rms\n"
+            "Mean error while holding: {mean} mm (max {max}), lower bound from encoder zero offsets: {offsets} mm. \
+             Tension ripple while holding: {tension} N rms\n"
         );
     }
     for incident in tracking.values().flat_map(|numbers| &numbers.incidents) {
@@ -170,13 +170,12 @@ pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNu
         })
         .collect();
     let header =
-        ["SIMULATED arm", "ended", "end point, mm: mean", "std", "max", "last repeat", "muscle length, mm"];
+        ["SIMULATED", "ended", "mean tracking error, mm", "std", "max", "last repeat", "muscle length, mm"];
     let mut text = table(&header, &rows, 2);
     if let Some(offsets) = tracking.values().map(|n| n.unseen_error_m).next() {
         let [mean, max] = [offsets.mean, offsets.max].map(|m| number(Some(1e3 * m)));
         text += &format!(
-            "The joint encoders' zero offsets alone account for an end point error of {mean} mm mean, {max} \
-             mm max.\n"
+            "Lower bound of the mean error from encoder zero offsets: {mean} mm (max {max})\n"
         );
     }
     text

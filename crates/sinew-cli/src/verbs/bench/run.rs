@@ -1,7 +1,7 @@
 //! `sinew bench run`.
 
 use crate::answer::{Answer, Content, Outcome};
-use crate::arguments::{BenchArguments, BenchRunArguments, BenchVerb, General, MuscleStrokes};
+use crate::arguments::{BenchRunArguments, General, MuscleStrokes};
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
@@ -28,8 +28,7 @@ struct Summary {
     stopped: Option<String>,
 }
 
-pub(crate) fn run(arguments: &BenchArguments, general: &General) -> Result<Answer, Error> {
-    let BenchVerb::Run(arguments) = &arguments.verb;
+pub(super) fn run(arguments: &BenchRunArguments, general: &General) -> Result<Answer, Error> {
     refuse_overwrite([], std::slice::from_ref(&arguments.out), general.no_clobber)?;
     let progress = Progress::new();
     progress.show("calibration", 0.0);
