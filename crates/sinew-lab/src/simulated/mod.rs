@@ -120,7 +120,7 @@ pub fn simulated_log(options: &SimulatedLog) -> String {
 /// testing.
 #[must_use]
 pub fn demo_logs(seed: u64) -> Vec<(String, String)> {
-    let log = |day| simulated_log(&SimulatedLog { seed, day, duration_s: 60.0, ..SimulatedLog::default() });
+    let log = |day| simulated_log(&SimulatedLog { seed, day, ..SimulatedLog::default() });
     (1..=5).map(|day| (format!("simulated_day_{day}.csv"), log(day))).collect()
 }
 
