@@ -52,6 +52,7 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Arm(arguments) => verbs::arm::run(arguments, general),
         Verb::Machine(arguments) => verbs::machine::run(arguments, general),
         Verb::Track(arguments) => verbs::track::run(arguments, general),
+        Verb::Plot(arguments) => verbs::plot::run(arguments, general),
         Verb::Run(arguments) => verbs::run::run(arguments, general),
         Verb::Ethercat(arguments) => verbs::ethercat::run(arguments, general),
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments, general),

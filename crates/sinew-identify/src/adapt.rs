@@ -77,7 +77,15 @@ pub fn adapt(
         scored[chosen].name,
         100.0 * (1.0 - MARGIN)
     );
-    let evidence = Evidence { logs: &logs, scored: &scored, chosen, not_compared: &[], reason, model: &model, folds: &folds };
+    let evidence = Evidence {
+        logs: &logs,
+        scored: &scored,
+        chosen,
+        not_compared: &[],
+        reason,
+        model: &model,
+        folds: &folds,
+    };
     let report = report(&evidence, Vec::new());
     Ok(Identification { model, report })
 }

@@ -35,8 +35,8 @@ pub(crate) use robot::{
 };
 pub(crate) use run::{BusArgument, RunArguments};
 pub(crate) use simulation::{
-    BenchArguments, BenchPlanArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part, ReproduceArguments, TwinArguments,
-    TwinVerb,
+    BenchArguments, BenchPlanArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part,
+    ReproduceArguments, TwinArguments, TwinVerb,
 };
 
 use crate::version::version;
@@ -92,6 +92,7 @@ pub(crate) enum Verb {
     Arm(ArmArguments),
     Machine(MachineArguments),
     Track(TrackArguments),
+    Plot(PlotArguments),
     Run(RunArguments),
     Ethercat(EthercatArguments),
     Reproduce(ReproduceArguments),
@@ -101,6 +102,22 @@ pub(crate) enum Verb {
     Drive(DriveArguments),
     Completions(CompletionsArguments),
     Man(ManArguments),
+}
+
+/// Draw the report of a run again from its record, which `sinew track --record` writes.
+///
+/// The record is a table (CSV): time, status, end point, joints (reference, true, read, believed), winches (read,
+/// commanded), tensions (desired, believed and true at the anchor, true and read at the drive), one row per 10 ms.
+///
+/// Example: sinew plot run.csv --report run.html
+#[derive(Debug, Args)]
+pub(crate) struct PlotArguments {
+    /// A record
+    #[arg(value_name = "RECORD.csv")]
+    pub(crate) record: PathBuf,
+    /// HTML report to write
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: PathBuf,
 }
 
 /// Print a completion script for a shell.

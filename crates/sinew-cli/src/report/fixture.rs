@@ -150,6 +150,7 @@ fn report(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRepo
             Input { column: "stroke_mm".to_owned(), role: Role::Motion },
         ],
         logs: names.iter().map(log).collect(),
+        columns: Vec::new(),
         conditions: Vec::new(),
         question: "Each fold holds out one log.".to_owned(),
         folds: 5,

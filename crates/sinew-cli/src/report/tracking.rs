@@ -166,7 +166,7 @@ fn incidents(view: &TrackView<'_>) -> Vec<String> {
 
 /// The controller's response to a fault.
 pub(crate) fn response(incident: &TrackIncident) -> &'static str {
-    match incident.answer {
+    match incident.answer.as_str() {
         "stopped" => "arm stopped",
         _ => "run continued",
     }

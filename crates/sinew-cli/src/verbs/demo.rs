@@ -45,7 +45,9 @@ pub(crate) fn run(arguments: &DemoArguments, general: &General) -> Result<Answer
             keys.insert("simulated".to_owned(), true.into());
             keys.insert("held_out".to_owned(), serde_json::to_value(&evaluation)?);
             let truth: Vec<_> = demo_truth(arguments.write.seed)
-                .map(|truth| serde_json::json!({"name": truth.name, "unit": truth.unit, "value": truth.value}))
+                .map(
+                    |truth| serde_json::json!({"name": truth.name, "unit": truth.unit, "value": truth.value}),
+                )
                 .to_vec();
             keys.insert("truth".to_owned(), truth.into());
         }
@@ -63,7 +65,8 @@ fn truth_table(seed: u64, parameters: &[Parameter]) -> String {
     let row = |truth: Truth| {
         let found = parameters.iter().find(|parameter| parameter.name == truth.name)?;
         let covered = (found.low..=found.high).contains(&truth.value);
-        let [made_of, value, low, high] = [truth.value, found.value, found.low, found.high].map(|x| number(Some(x)));
+        let [made_of, value, low, high] =
+            [truth.value, found.value, found.low, found.high].map(|x| number(Some(x)));
         let verdict = if covered { "inside" } else { "outside" };
         let name = truth.name.to_owned();
         Some(vec![name, truth.unit.to_owned(), made_of, value, low, high, verdict.to_owned()])

@@ -109,6 +109,7 @@ fn summary(report: &IdentificationReport, model: &Path) -> serde_json::Value {
         "influence": report.influence,
         "classical": report.classical,
         "logs": report.logs,
+        "columns": report.columns,
         "question": report.question,
         "warnings": report.warnings,
         "advice": report.recommendations,
@@ -129,8 +130,9 @@ fn influence_text(report: &IdentificationReport) -> String {
             vec![one_line(&row.log), verdict.to_owned(), number(Some(row.influence.exp()))]
         })
         .collect();
-    let mut text = "Leave-one-log-out influence: error on the other logs with it in training, over that without it\n\n"
-        .to_owned();
+    let mut text =
+        "Leave-one-log-out influence: error on the other logs with it in training, over that without it\n\n"
+            .to_owned();
     text += &table(&["log", "", "ratio"], &rows, 2);
     for row in report.influence.iter().filter(|row| !row.remark.is_empty()) {
         let _ = writeln!(text, "{}: {}", one_line(&row.log), row.remark);

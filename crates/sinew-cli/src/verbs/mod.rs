@@ -13,6 +13,7 @@ pub(crate) mod identify;
 pub(crate) mod machine;
 pub(crate) mod man;
 mod numeric_table;
+pub(crate) mod plot;
 pub(crate) mod predict;
 pub(crate) mod reproduce;
 pub(crate) mod run;

@@ -7,6 +7,8 @@ mod bad_models;
 mod bench;
 mod determinism;
 mod drive;
+mod json;
+mod limits;
 mod machine;
 mod map;
 mod robots;

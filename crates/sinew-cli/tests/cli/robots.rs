@@ -183,7 +183,7 @@ fn a_fault_is_injected_by_name_and_reported_with_its_time() {
         assert!(run.stdout.contains(words), "{words}: {}", run.stdout);
     }
     assert!(bench.read("run.html").contains("cable of triceps, arm stopped"));
-    assert_eq!(bench.read("run.csv").lines().count(), 2 + 1200, "recorded to the end");
+    assert_eq!(bench.read("run.csv").lines().count(), 3 + 1200, "recorded to the end");
     for (fault, words) in
         [("cable:biceps@5", "name of a muscle: "), ("joint-encoder:triceps:nan@5", "name of a joint: ")]
     {

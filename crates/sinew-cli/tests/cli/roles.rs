@@ -66,3 +66,64 @@ fn an_ignored_column_has_no_role_and_the_model_does_not_ask_for_it() {
         &["position_in_m", "motion", "ignored"],
     );
 }
+
+#[test]
+fn the_choice_says_why_and_what_was_not_compared() {
+    let bench = Bench::new();
+    let said = bench.succeeds("identify a.csv b.csv --out out").stdout;
+    for words in [
+        "was chosen because it has the least mean error",
+        "observer: not compared, because",
+        "motion",
+        "Sorted by",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    // One order: the column of the scores rises.
+    let rows = said.lines().skip_while(|line| !line.contains("mean of folds")).skip(1);
+    let score = |line: &str| line.trim_start_matches('*').split_whitespace().nth(1)?.parse::<f64>().ok();
+    let scores: Vec<f64> = rows.map_while(score).collect();
+    assert!(scores.len() > 5 && scores.is_sorted(), "{scores:?}");
+}
+
+#[test]
+fn a_foreign_log_is_judged_with_figures_and_stays_where_it_is_to_be_kept() {
+    let bench = Bench::new();
+    let mut logs = String::new();
+    for (k, frequency) in [0.31, 0.4, 0.47, 0.53].into_iter().enumerate() {
+        bench.write(&format!("day{k}.csv"), crate::bench::log(frequency));
+        logs += &format!(" day{k}.csv");
+    }
+    let mut foreign = String::from("time_s,tension_in_n,tension_out_n\n");
+    for [t, near, far] in samples(0.37) {
+        writeln!(foreign, "{t:.2},{near:.4},{:.4}", 120.0 - far).unwrap();
+    }
+    bench.write("foreign.csv", foreign);
+    let said = bench.succeeds(&format!("identify{logs} foreign.csv --model cell --out out")).stdout;
+    let row = said.lines().find(|line| line.starts_with("foreign.csv") && line.contains("excluded")).unwrap();
+    assert!(row.split_whitespace().last().unwrap().parse::<f64>().unwrap() > 1.5, "{row}");
+    assert!(said.contains("above the limit of 1.49"), "{said}");
+    for keep in ["foreign.csv", "all"] {
+        let said = bench
+            .succeeds(&format!("identify{logs} foreign.csv --model cell --keep {keep} --out kept"))
+            .stdout;
+        assert!(!said.contains("excluded") && said.contains("It was kept: as requested"), "{said}");
+    }
+    bench.refuses(
+        &format!("identify{logs} foreign.csv --model cell --keep freign.csv --out new"),
+        &["freign.csv", "--keep", "foreign.csv"],
+    );
+}
+
+#[test]
+fn a_planned_programme_shows_what_a_model_needs() {
+    let bench = Bench::new();
+    let said = bench.succeeds("bench plan --stroke 0.03 --out plan.csv").stdout;
+    assert!(said.contains("reversals") && said.contains("3 speeds"), "{said}");
+    bench.succeeds("twin cable plan.csv --start 60 --out day.csv");
+    let said = bench.succeeds("identify day.csv --model cell --out out").stdout;
+    for poor in ["never reverses", "have one length", "have one mean speed", "samples count"] {
+        assert!(!said.contains(poor), "{poor}: {said}");
+    }
+    bench.refuses_usage("bench plan --stroke 0 --out p.csv", &["--stroke", "0.0001 to 10 m"]);
+}

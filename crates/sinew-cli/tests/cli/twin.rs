@@ -149,6 +149,23 @@ fn an_arm_tracks_waypoints_with_a_payload_stops_at_a_repeated_one_and_writes_rep
     let row = |line: &str| line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect::<Vec<f64>>();
     let stop: Vec<Vec<f64>> = rows.map(row).filter(|row| (4.5..6.0).contains(&row[time])).collect();
     assert_eq!(stop.len(), 150, "a row per 10 ms");
+    for name in [
+        "status",
+        "reference:elbow_flexion",
+        "believed:elbow_flexion",
+        "winch_command_m_per_s:brachialis",
+        "believed_n:brachialis",
+        "load_cell_n:brachialis",
+    ] {
+        assert!(header.contains(&name), "{name}");
+    }
+    // The report is drawn again from the record, up to its digits.
+    bench.succeeds("plot run.csv --report again.html");
+    let (page, again) = (bench.read("run.html"), bench.read("again.html"));
+    let plain = |page: &str| page.split("<svg").next().unwrap().to_owned();
+    assert_eq!(plain(&page), plain(&again));
+    assert_eq!(page.matches("<svg").count(), again.matches("<svg").count());
+    bench.refuses("plot points.csv --report x.html", &["points.csv", "line 1", "--record"]);
     for row in &stop {
         assert!((row[x] - 0.64).abs() < 1e-6, "{row:?}");
         assert!((row[length] - stop[0][length]).abs() < 1e-6, "{row:?}");

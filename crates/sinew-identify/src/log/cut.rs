@@ -166,11 +166,7 @@ impl<'a> Cutter<'a> {
             }
         };
         report(&self.gaps, "gap, states reset after it", "gaps, states reset after each");
-        report(
-            &self.repeated,
-            "repeated row, dropped",
-            "repeated rows, dropped",
-        );
+        report(&self.repeated, "repeated row, dropped", "repeated rows, dropped");
         report(
             &self.simultaneous,
             "duplicate timestamp with other values, first kept",

@@ -28,6 +28,7 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
         far_unit: unit_of(&model.far),
         inputs: model.inputs.clone(),
         logs: logs.data.logs.clone(),
+        columns: logs.data.columns.clone(),
         conditions: logs.data.conditions.clone(),
         question: folds.question.clone(),
         folds: folds.held_out.len(),
@@ -89,7 +90,8 @@ fn candidate(scored: &ScoredCandidate, range: f64, chosen: bool, runs: &[Run]) -
 
 /// A candidate that these logs do not allow.
 fn not_compared((name, reason): &(String, String)) -> Candidate {
-    let none = ScoredCandidate { name: name.clone(), description: String::new(), outcome: Err(reason.clone()) };
+    let none =
+        ScoredCandidate { name: name.clone(), description: String::new(), outcome: Err(reason.clone()) };
     candidate(&none, f64::NAN, false, &[])
 }
 

@@ -132,7 +132,8 @@ impl Units {
 
     /// The far side's unit over those of the signals; words where one of them is unknown.
     fn ratio(&self, over: &[usize]) -> String {
-        let mut below: Vec<&str> = over.iter().map(|&k| self.signals[k].as_str()).filter(|u| *u != "1").collect();
+        let mut below: Vec<&str> =
+            over.iter().map(|&k| self.signals[k].as_str()).filter(|u| *u != "1").collect();
         if self.far.is_empty() || below.iter().any(|unit| unit.is_empty()) {
             return if over.is_empty() { "unit of the far side" } else { "far side per signal" }.to_owned();
         }

@@ -226,7 +226,11 @@ impl<'a> Family<'a> {
         let joint_short = "`joint` with the changes over the last instants";
         vec![
             self.cell_alone("cell", &RIGID, elastic),
-            self.cell_alone("cells", distributed, "several `cells` side by side: friction that gives way piece by piece"),
+            self.cell_alone(
+                "cells",
+                distributed,
+                "several `cells` side by side: friction that gives way piece by piece",
+            ),
             self.hybrid(),
             self.hybrid_with("hybrid-rigid", &RIGID, &[], rigid),
             self.hybrid_with("hybrid-short", distributed, &self.short(), short),

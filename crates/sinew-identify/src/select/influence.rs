@@ -145,7 +145,8 @@ fn alone_in(data: &Dataset, log: usize, input: usize) -> bool {
     let span = |log: usize| {
         let width = data.roles.inputs.len();
         let values = data.sequences.iter().filter(|s| s.log == log);
-        let values = values.flat_map(|s| s.inputs.iter().skip(input).step_by(width)).filter(|x| x.is_finite());
+        let values =
+            values.flat_map(|s| s.inputs.iter().skip(input).step_by(width)).filter(|x| x.is_finite());
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
     };
     let (low, high) = span(log);

@@ -28,9 +28,15 @@ pub(crate) fn run(arguments: &ConvertArguments, general: &General) -> Result<Ans
     let written = write_all(&[(output.clone(), text.as_bytes())])?;
     let (bodies, joints, muscles) = (parts.bodies.len() - 1, parts.joints.len(), parts.tendons.len());
     let content = if general.json {
-        Content::json(&serde_json::json!({"bodies": bodies, "joints": joints, "muscles": muscles, "left_out": left_out}))?
+        Content::json(
+            &serde_json::json!({"bodies": bodies, "joints": joints, "muscles": muscles, "left_out": left_out}),
+        )?
     } else {
-        let rest = if machine { format!("; left out: {} of the machine", left_out.join(", ")) } else { String::new() };
+        let rest = if machine {
+            format!("; left out: {} of the machine", left_out.join(", "))
+        } else {
+            String::new()
+        };
         Content::Text(format!("{bodies} bodies, {joints} joints and {muscles} muscles{rest}\n"))
     };
     Ok(Answer::done(content, written))

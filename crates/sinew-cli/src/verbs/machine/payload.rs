@@ -10,7 +10,8 @@ use sinew::machine::{DesignChange, Machine};
 use std::collections::BTreeMap;
 
 /// Times for which a payload is held, s.
-const TIMES: [(f64, &str); 4] = [(10.0, "10 s"), (60.0, "1 min"), (3600.0, "1 h"), (f64::INFINITY, "continuous")];
+const TIMES: [(f64, &str); 4] =
+    [(10.0, "10 s"), (60.0, "1 min"), (3600.0, "1 h"), (f64::INFINITY, "continuous")];
 
 /// Changes that bear on payload.
 const CHANGES: [DesignChange; 6] = [

@@ -3,7 +3,7 @@
 mod fault;
 mod joints;
 mod motion;
-mod record;
+pub(crate) mod record;
 pub(crate) mod setup;
 mod waypoints;
 
@@ -14,9 +14,10 @@ use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::report::tracking::{TrackView, page, response};
 use crate::table::{number, table};
+use record::RunHead;
 use setup::Setup;
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{INITIAL_REST_S, TrackOutcome, TrackingNumbers, TrackingResult};
+use sinew_lab::arm::{INITIAL_REST_S, TraceRow, TrackOutcome, TrackingNumbers, TrackingResult};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -66,31 +67,48 @@ fn files(
     setup: &Setup,
     result: &TrackingResult,
 ) -> Result<Vec<(PathBuf, String)>, Error> {
-    let muscles: Vec<String> =
-        setup.machine.robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect();
+    let parts = setup.machine.robot.parts();
+    let joints = setup.machine.robot.independent_joints().into_iter();
+    let head = RunHead {
+        title: format!("{} along {}", parts.name, setup.path),
+        conditions: conditions(arguments, setup),
+        compensation: setup.variant.to_string(),
+        repeats: setup.repeats,
+        muscles: parts.tendons.iter().map(|tendon| tendon.name.clone()).collect(),
+        joints: joints.map(|joint| parts.joints[joint].name.clone()).collect(),
+        numbers: result.numbers.clone(),
+    };
     let mut files = Vec::new();
     if let Some(path) = &arguments.report {
-        let step = (result.trace.len() as f64 / REPORT_ROWS).ceil().max(1.0) as usize;
-        let trace: Vec<_> = result.trace.iter().step_by(step).cloned().collect();
-        let view = TrackView {
-            heading: "Errors".to_owned(),
-            lead: "The simulated arm deviates from the controller's model; each cable was calibrated in a \
-             run of its own."
-                .to_owned(),
-            tracking: &BTreeMap::from([(setup.variant, result.numbers.clone())]),
-            trace: &trace,
-            drawn: setup.variant,
-            names: &muscles,
-            repeats: setup.repeats,
-            paper: false,
-        };
-        let title = format!("{} along {}", setup.machine.robot.parts().name, setup.path);
-        files.push((path.clone(), page(&view, &title, &conditions(arguments, setup))?));
+        files.push((path.clone(), report(&head, setup.variant, &result.trace)?));
     }
     if let Some(path) = &arguments.record {
-        files.push((path.clone(), record::csv(&muscles, &result.trace)?));
+        files.push((path.clone(), record::csv(&head, &result.trace)?));
     }
     Ok(files)
+}
+
+/// The page of a run, from its rows or from its record.
+pub(crate) fn report(
+    head: &RunHead,
+    variant: CompensationVariant,
+    trace: &[TraceRow],
+) -> Result<String, Error> {
+    let step = (trace.len() as f64 / REPORT_ROWS).ceil().max(1.0) as usize;
+    let trace: Vec<_> = trace.iter().step_by(step).cloned().collect();
+    let view = TrackView {
+        heading: "Errors".to_owned(),
+        lead: "The simulated arm deviates from the controller's model; each cable was calibrated in a \
+             run of its own."
+            .to_owned(),
+        tracking: &BTreeMap::from([(variant, head.numbers.clone())]),
+        trace: &trace,
+        drawn: variant,
+        names: &head.muscles,
+        repeats: head.repeats,
+        paper: false,
+    };
+    Ok(page(&view, &head.title, &head.conditions)?)
 }
 
 /// The conditions of the run, for the head of its report.
@@ -174,9 +192,7 @@ pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNu
     let mut text = table(&header, &rows, 2);
     if let Some(offsets) = tracking.values().map(|n| n.unseen_error_m).next() {
         let [mean, max] = [offsets.mean, offsets.max].map(|m| number(Some(1e3 * m)));
-        text += &format!(
-            "Lower bound of the mean error from encoder zero offsets: {mean} mm (max {max})\n"
-        );
+        text += &format!("Lower bound of the mean error from encoder zero offsets: {mean} mm (max {max})\n");
     }
     text
 }

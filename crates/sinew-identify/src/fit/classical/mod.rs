@@ -49,7 +49,8 @@ pub fn fit_classical(data: &Dataset) -> Vec<ClassicalFit> {
     let mut fits = Vec::new();
     if !signals.near_is_effort && signals.effort_is_like_far {
         // A position follows the far side better; the capstan still makes one tension of the other.
-        let ([all, thinned], signals) = ([&all, &thinned].map(Samples::with_effort_near), signals.with_effort_near());
+        let ([all, thinned], signals) =
+            ([&all, &thinned].map(Samples::with_effort_near), signals.with_effort_near());
         fits.extend(fit_all(&capstan_laws(&thinned, &signals), &thinned, &all, &signals));
     }
     let mut laws = if signals.near_is_effort {

@@ -271,7 +271,9 @@ impl<'d> Reader<'d, '_> {
         };
         let [least, most] = entry.numbers(NON_NEGATIVE)?;
         if described[1].is_some_and(|allowed| most > allowed) {
-            return Err(entry.refuse("at most what the body's actuator allows in its control and force ranges"));
+            return Err(
+                entry.refuse("at most what the body's actuator allows in its control and force ranges")
+            );
         }
         if most <= least {
             return Err(entry.refuse("two numbers that rise"));

@@ -48,7 +48,11 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
     let (length, bend, end_axis) = match data[..] {
         [length, bend] => (length, bend, None),
         [length, bend, x, y, z] => (length, bend, Some([x, y, z])),
-        _ => return Err(at.error("data", "is no sheath: expected length, bend and perhaps three of its end axis")),
+        _ => {
+            return Err(
+                at.error("data", "is no sheath: expected length, bend and perhaps three of its end axis")
+            );
+        }
     };
     import.parts.tendons[index].sheath = Some(SheathGeometry { length, bend, end_axis });
     Ok(())
