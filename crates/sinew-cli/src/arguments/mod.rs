@@ -104,7 +104,7 @@ pub(crate) enum Verb {
     Man(ManArguments),
 }
 
-/// Draw the report of a run again from its record, which `sinew track --record` writes.
+/// Draw the report of a run again from the record that `sinew track` has written of it.
 ///
 /// The record is a table (CSV): time, status, end point, joints (reference, true, read, believed), winches (read,
 /// commanded), tensions (desired, believed and true at the anchor, true and read at the drive), one row per 10 ms.

@@ -8,7 +8,10 @@ use sinew_identify::log::{ColumnUse, Dataset};
 pub(super) fn account(data: &Dataset) -> String {
     let mut text = logs(data);
     text.push('\n');
-    text += &columns(&data.columns);
+    // A model fixes the roles of its logs.
+    if !data.columns.is_empty() {
+        text += &columns(&data.columns);
+    }
     for log in &data.logs {
         for finding in &log.findings {
             text += &format!("{}: {}\n", one_line(&log.name), one_line(finding));

@@ -157,8 +157,8 @@ pub(crate) const SYSTEM: i32 = 1;
 pub(crate) const BAD_INPUT: i32 = 2;
 pub(crate) const NOT_AS_ASKED: i32 = 3;
 
-/// One line of error; standard output is empty, or the same error as a document, or what `identify` says before it
-/// fits.
+/// One line of error; standard output is empty, or the same error as a document, or what `identify` and
+/// `adapt` say before they fit.
 #[track_caller]
 pub(crate) fn ended(expected: i32, what: &str, outcome: &Outcome, parts: &[&str]) {
     let Outcome { code, stdout, stderr } = outcome;
@@ -168,7 +168,8 @@ pub(crate) fn ended(expected: i32, what: &str, outcome: &Outcome, parts: &[&str]
         assert_eq!(document["exit_code"], expected, "{what}: {stdout}");
         assert_eq!(stderr.trim_end(), format!("error: {}", document["error"]["message"].as_str().unwrap()));
     } else {
-        let account = what.starts_with("identify") && stdout.starts_with("log ");
+        let fits = ["identify", "adapt"].iter().any(|verb| what.starts_with(verb));
+        let account = fits && stdout.starts_with("log ");
         assert!(stdout.is_empty() || account, "{what}: {stdout}");
     }
     assert!(stderr.starts_with("error: ") && stderr.ends_with('\n'), "{what}: {stderr}");

@@ -142,12 +142,12 @@ fn evaluate_has_exactly_the_promised_shape() {
         names.into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
     let head = ["exit_code", "outcome", "program", "schema_version", "verb", "written"];
-    assert_eq!(keys(&all), sorted(&[&head[..], &["logs", "overall"]].concat()));
+    assert_eq!(keys(&all), sorted(&[&head[..], &["far", "far_unit", "logs", "overall"]].concat()));
     assert_eq!(keys(&all["overall"]), sorted(&SCORES));
     let logs = all["logs"].as_array().unwrap();
     assert_eq!(logs.len(), 2);
     for (log, name) in logs.iter().zip(["a.csv", "b.csv"]) {
-        assert_eq!(keys(log), sorted(&[&SCORES[..], &["log"]].concat()));
+        assert_eq!(keys(log), sorted(&[&SCORES[..], &["log", "in_training"]].concat()));
         assert_eq!(log["log"], name);
         assert_eq!(log["n"], ROWS);
     }

@@ -218,6 +218,7 @@ pub struct TrackingNumbers {
     /// Length error over all muscles.
     pub muscle_length_error_m: MuscleSpread,
     /// Mean magnitude of every muscle's error, m.
+    #[serde(rename = "length_error_per_muscle_m")]
     pub per_muscle: Vec<f64>,
     /// Least tension at an anchor, N.
     #[serde(deserialize_with = "number_or_nan")]

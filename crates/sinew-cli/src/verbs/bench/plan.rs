@@ -9,9 +9,9 @@ use std::fmt::Write;
 
 /// Turning points at each speed, as shares of the stroke: two whole loops, then inner loops of a half, a quarter and a
 /// tenth of it at its top, at its bottom and in its middle.
-const TURNS: [f64; 23] = [
+const TURNS: [f64; 22] = [
     1.0, 0.0, 1.0, 0.5, 1.0, 0.75, 1.0, 0.9, 1.0, 0.0, 0.5, 0.0, 0.25, 0.0, 0.1, 0.0, 0.75, 0.25, 0.6, 0.35,
-    0.55, 0.45, 0.0,
+    0.55, 0.0,
 ];
 
 pub(super) fn run(arguments: &BenchPlanArguments, general: &General) -> Result<Answer, Error> {
