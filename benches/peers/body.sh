@@ -9,13 +9,13 @@
 # where g++ and pip's headers (cmeel-eigen beside pin) are at hand.
 set -eu
 cd "$(dirname "$0")/../.."
-robot=$1 rounds=${2:-3} python=${PYTHON:-python3}
+robot=$1 rounds=${2:-3} python=${PYTHON:-python3} target=${CARGO_TARGET_DIR:-target}
 golden=$(mktemp -d)
 trap 'rm -rf "$golden"' EXIT
 cargo run --quiet -p sinew-cli -- arm convert lm_arm "$golden/lm_arm.xml" >"$golden/said"
 "$python" benches/peers/body_golden.py "$golden" "$robot" "$golden/lm_arm.xml" --poses 64 >"$golden/made"
 cargo bench --quiet -p sinew --bench body --no-run
-(cd benches/peers/dynibo && cargo build --quiet --release)
+cargo build --quiet --release --manifest-path benches/peers/dynibo/Cargo.toml --target-dir "$target/peers"
 "$python" - "$golden" <<'PYTHON'
 import json, sys, pinocchio
 arm = json.load(open("crates/sinew/tests/description/pinocchio.json"))["robots"][0]
@@ -33,7 +33,7 @@ for round in $(seq "$rounds"); do
     echo "round $round"
     cargo bench --quiet -p sinew --bench body -- muscles
     cargo bench --quiet -p sinew --bench body -- inverse_dynamics
-    benches/peers/dynibo/target/release/sinew-peer-dynibo
+    "$target/peers/release/sinew-peer-dynibo"
     if [ -x "$golden/pinocchio" ]; then "$golden/pinocchio" "$golden/arm.txt"; fi
     for file in "$robot" "$golden/lm_arm.xml"; do
         echo "$(basename "$file")"

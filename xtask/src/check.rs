@@ -41,7 +41,8 @@ const STEPS: [Step; 12] = [
 ];
 
 /// Left to `cargo xtask check --long`: statistics over many seeds, minutes of them.
-const LONG: Step = Step { name: "long", purpose: "statistical tests over many seeds", run: long };
+const LONG: Step =
+    Step { name: "long", purpose: "statistical tests over many seeds, every bench once", run: long };
 
 /// Left to `cargo xtask check python`: it needs an interpreter, and packages that it installs into `target`.
 const PYTHON: Step =
@@ -205,7 +206,9 @@ fn long(root: &Path) -> Result<(), String> {
         "2",
         "long_",
     ];
-    succeed(cargo(root, &arguments).env("SINEW_LONG", "1"))
+    succeed(cargo(root, &arguments).env("SINEW_LONG", "1"))?;
+    // Every bench once, without measuring.
+    succeed(&mut cargo(root, &["bench", "--workspace", "--all-features", "--benches", "--", "--test"]))
 }
 
 fn fuzz(root: &Path) -> Result<(), String> {

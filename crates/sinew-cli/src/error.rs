@@ -5,13 +5,6 @@ use sinew_identify::{ColumnRole, Error as IdentifyError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// Exit code where the system, not the input, is the cause.
-const SYSTEM: u8 = 1;
-/// Exit code for bad input, the same as clap's for arguments.
-const BAD_INPUT: u8 = 2;
-/// A motion that is not started, because it would not be tracked.
-const NOT_AS_ASKED: u8 = 3;
-
 /// One error; its message names the place, the value and what was expected.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Error {
@@ -201,10 +194,12 @@ pub(crate) enum Error {
         source: io::Error,
     },
     /// An output that exists and may not be replaced.
-    #[error("{}: exists already: expected another place, or --force", file.display())]
+    #[error("{}: exists already: expected another place, or {remedy}", file.display())]
     Exists {
         /// The file.
         file: PathBuf,
+        /// The change of the command line that replaces it.
+        remedy: &'static str,
     },
     /// A machine file to write whose name is that of another format.
     #[error("{}: expected a machine file ending in .toml", file.display())]
@@ -259,7 +254,14 @@ impl From<sinew::description::DescriptionError> for Error {
 }
 
 impl Error {
-    /// 1 where the system is the cause, 2 where the input is, 3 for a motion that would not be tracked.
+    /// Exit code where the system, not the input, is the cause.
+    pub(crate) const SYSTEM: u8 = 1;
+    /// Exit code for bad input, the same as clap's for arguments.
+    pub(crate) const BAD_INPUT: u8 = 2;
+    /// Exit code where the input is good and the result is not what was asked for.
+    pub(crate) const NOT_AS_ASKED: u8 = 3;
+
+    /// 1 where the system is the cause, 2 where the input is, 3 for a motion that cannot or would not be tracked.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Unwritable { .. }
@@ -268,16 +270,16 @@ impl Error {
             | Self::Report(_)
             | Self::Json(_)
             | Self::Csv(_)
-            | Self::NoSimulatedLog => SYSTEM,
+            | Self::NoSimulatedLog => Self::SYSTEM,
             Self::Unreadable { source, .. } | Self::Identify(IdentifyError::Unreadable { source, .. }) => {
                 reading_code(source)
             }
-            Self::Untracked { .. } => NOT_AS_ASKED,
+            Self::Infeasible { .. } | Self::Overloaded { .. } | Self::Untracked { .. } => Self::NOT_AS_ASKED,
             Self::Runtime(sinew_runtime::Error::Clock(_))
-            | Self::Ethercat(sinew_runtime::ethercat::EthercatError::Link { .. }) => SYSTEM,
-            Self::Interface(sinew_segment::RawSocketError::NoInterface { .. }) => BAD_INPUT,
-            Self::Interface(_) => SYSTEM,
-            _ => BAD_INPUT,
+            | Self::Ethercat(sinew_runtime::ethercat::EthercatError::Link { .. }) => Self::SYSTEM,
+            Self::Interface(sinew_segment::RawSocketError::NoInterface { .. }) => Self::BAD_INPUT,
+            Self::Interface(_) => Self::SYSTEM,
+            _ => Self::BAD_INPUT,
         }
     }
 
@@ -295,8 +297,8 @@ fn reading_code(source: &io::Error) -> u8 {
         | ErrorKind::IsADirectory
         | ErrorKind::NotADirectory
         | ErrorKind::InvalidInput
-        | ErrorKind::InvalidData => BAD_INPUT,
-        _ => SYSTEM,
+        | ErrorKind::InvalidData => Error::BAD_INPUT,
+        _ => Error::SYSTEM,
     }
 }
 
@@ -309,6 +311,7 @@ fn flag_hint(error: &IdentifyError) -> String {
         IdentifyError::StackedTrials { .. } => role_flag(ColumnRole::Trial),
         IdentifyError::OneGroup { .. } | IdentifyError::GroupChanges { .. } => role_flag(ColumnRole::Group),
         IdentifyError::UnknownModel { .. } => "--model NAME,..",
+        IdentifyError::UnknownLog { .. } => "--keep LOG,..",
         _ => return String::new(),
     };
     format!(" (set by {flag})")
@@ -324,5 +327,6 @@ fn role_flag(role: ColumnRole) -> &'static str {
         ColumnRole::Time => "--time COL",
         ColumnRole::Trial => "--trial COL",
         ColumnRole::Group => "--group COL",
+        ColumnRole::Ignored => "--ignore COL,..",
     }
 }

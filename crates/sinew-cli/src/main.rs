@@ -1,5 +1,6 @@
 //! The `sinew` program: identifies, simulates and controls cable transmissions.
 
+mod answer;
 mod arguments;
 mod csv_text;
 mod error;
@@ -9,53 +10,90 @@ mod progress;
 mod table;
 mod table_error;
 mod verbs;
+mod version;
 
-use arguments::{Arguments, Verb};
-use clap::{Command, CommandFactory, FromArgMatches};
+use answer::Answer;
+use arguments::{Arguments, General, Verb};
+use clap::error::ErrorKind;
+use clap::{ArgMatches, Command, CommandFactory, FromArgMatches};
+use error::Error;
 use std::process::ExitCode;
-use verbs::Outcome;
 
 fn main() -> ExitCode {
-    let arguments = parse_arguments();
-    match output::install_interrupt_handler().and_then(|()| run(&arguments.verb)) {
-        Ok(outcome) => outcome.into(),
+    let (arguments, verb) = match parse_arguments() {
+        Ok(parsed) => parsed,
+        Err(error) => return refuse_arguments(&error),
+    };
+    let answer = output::install_interrupt_handler().and_then(|()| run(&arguments.verb, &arguments.general));
+    match answer.and_then(|answer| answer.print(&verb)) {
+        Ok(code) => code,
         // A closed pipe, as in `sinew evaluate ... | head`, is no error.
-        Err(error::Error::Stdout(e)) if e.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(Error::Stdout(e)) if e.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{}: {}", output::red("error"), output::one_line(&error.to_string()));
-            ExitCode::from(error.exit_code())
+            let (message, code) = (output::one_line(&error.to_string()), error.exit_code());
+            if arguments.general.json {
+                // Where standard output fails, the line below is what is left.
+                let _ = answer::print_error(&verb, code, &message);
+            }
+            eprintln!("{}: {message}", output::red("error"));
+            ExitCode::from(code)
         }
     }
 }
 
-fn run(verb: &Verb) -> Result<Outcome, error::Error> {
+fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
     match verb {
-        Verb::Track(arguments) => return verbs::track::run(arguments),
-        Verb::Run(arguments) => return verbs::run::run(arguments),
-        Verb::Ethercat(arguments) => return verbs::ethercat::run(arguments),
-        Verb::Tension(arguments) => return verbs::tension::run(arguments),
-        Verb::Drive(arguments) => return verbs::drive::run(arguments),
-        Verb::Machine(arguments) => return verbs::machine::run(arguments),
-        Verb::Identify(arguments) => verbs::identify::run(arguments),
-        Verb::Evaluate(arguments) => verbs::evaluate::run(arguments),
-        Verb::Predict(arguments) => verbs::predict::run(arguments),
-        Verb::Adapt(arguments) => verbs::adapt::run(arguments),
-        Verb::Demo(arguments) => verbs::demo::run(arguments),
-        Verb::Arm(arguments) => verbs::arm::run(arguments),
-        Verb::Reproduce(arguments) => verbs::reproduce::run(arguments),
-        Verb::Bench(arguments) => verbs::bench::run(arguments),
-        Verb::Twin(arguments) => verbs::twin::run(arguments),
-        Verb::Completions(arguments) => verbs::completions::run(arguments),
-    }?;
-    Ok(Outcome::AsAsked)
+        Verb::Identify(arguments) => verbs::identify::run(arguments, general),
+        Verb::Evaluate(arguments) => verbs::evaluate::run(arguments, general),
+        Verb::Predict(arguments) => verbs::predict::run(arguments, general),
+        Verb::Adapt(arguments) => verbs::adapt::run(arguments, general),
+        Verb::Demo(arguments) => verbs::demo::run(arguments, general),
+        Verb::Arm(arguments) => verbs::arm::run(arguments, general),
+        Verb::Machine(arguments) => verbs::machine::run(arguments, general),
+        Verb::Track(arguments) => verbs::track::run(arguments, general),
+        Verb::Plot(arguments) => verbs::plot::run(arguments, general),
+        Verb::Run(arguments) => verbs::run::run(arguments, general),
+        Verb::Ethercat(arguments) => verbs::ethercat::run(arguments, general),
+        Verb::Reproduce(arguments) => verbs::reproduce::run(arguments, general),
+        Verb::Bench(arguments) => verbs::bench::run(arguments, general),
+        Verb::Twin(arguments) => verbs::twin::run(arguments, general),
+        Verb::Tension(arguments) => verbs::tension::run(arguments, general),
+        Verb::Drive(arguments) => verbs::drive::run(arguments, general),
+        Verb::Completions(arguments) => verbs::completions::run(arguments, general),
+        Verb::Man(arguments) => verbs::man::run(arguments, general),
+    }
 }
 
-/// Parses the command line. A negative number is a value, not a flag, so that the flag's own parser refuses
-/// it.
-fn parse_arguments() -> Arguments {
+/// The command line and the name of its verb. A negative number is a value, not a flag, so that the flag's own
+/// parser refuses it.
+fn parse_arguments() -> Result<(Arguments, String), clap::Error> {
     fn negative_numbers(command: Command) -> Command {
         command.allow_negative_numbers(true).mut_subcommands(negative_numbers)
     }
-    let matches = negative_numbers(Arguments::command()).get_matches();
-    Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    let matches = negative_numbers(Arguments::command()).try_get_matches()?;
+    let verb = verb_name(&matches);
+    Ok((Arguments::from_arg_matches(&matches)?, verb))
+}
+
+/// The verb and the verb within it, separated by a blank.
+fn verb_name(matches: &ArgMatches) -> String {
+    let Some((verb, inner)) = matches.subcommand() else { return String::new() };
+    inner.subcommand_name().map_or_else(|| verb.to_owned(), |inner| format!("{verb} {inner}"))
+}
+
+/// Help and version, or the reason for which the command line is refused; `sinew` alone prints its help.
+fn refuse_arguments(error: &clap::Error) -> ExitCode {
+    if std::env::args_os().len() < 2 {
+        let help = Arguments::command().render_long_help();
+        let help = if output::stdout_is_coloured() { help.ansi().to_string() } else { help.to_string() };
+        return if output::print(&help).is_ok() { ExitCode::SUCCESS } else { Error::SYSTEM.into() };
+    }
+    let asked = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+    if !asked && std::env::args_os().any(|argument| argument == "--json") {
+        let text = error.render().to_string();
+        let reason = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
+        let message = reason.split_whitespace().collect::<Vec<_>>().join(" ");
+        let _ = answer::print_error("", Error::BAD_INPUT, &message);
+    }
+    error.exit()
 }

@@ -71,11 +71,12 @@ impl Drop for Folder {
     }
 }
 
-/// Refuses, before any work, outputs that would replace an input or one another, and places that cannot be
-/// written.
+/// Refuses, before any work, outputs that would replace an input or one another, places that cannot be written,
+/// and with `no_clobber` those of files that exist.
 pub(crate) fn refuse_overwrite<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     outputs: &[PathBuf],
+    no_clobber: bool,
 ) -> Result<(), Error> {
     let real = |path: &Path| path.canonicalize().ok();
     for input in inputs {
@@ -89,6 +90,9 @@ pub(crate) fn refuse_overwrite<'a>(
     for (k, output) in outputs.iter().enumerate() {
         refuse_duplicate(output, &outputs[..k])?;
         check_writable(output).map_err(|source| Error::Unwritable { file: output.clone(), source })?;
+        if no_clobber && output.is_file() {
+            return Err(Error::Exists { file: output.clone(), remedy: "no --no-clobber" });
+        }
     }
     Ok(())
 }
@@ -140,10 +144,20 @@ enum Staged {
     Stream(std::fs::File),
 }
 
+/// A file that a run has written.
+#[derive(Debug)]
+pub(crate) struct Written {
+    pub(crate) file: PathBuf,
+    /// Whether a file stood there before.
+    pub(crate) replaced: bool,
+}
+
 /// Writes files so that either all of them appear complete or none does.
-pub(crate) fn write_all(files: &[(PathBuf, &[u8])]) -> Result<(), Error> {
+pub(crate) fn write_all(files: &[(PathBuf, &[u8])]) -> Result<Vec<Written>, Error> {
     let _guard = lock();
     let mut staged = Vec::new();
+    let report = |path: &PathBuf| Written { file: path.clone(), replaced: path.is_file() };
+    let all = files.iter().map(|(path, _)| report(path)).collect();
     let targets: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
     for (k, (path, bytes)) in files.iter().enumerate() {
         let unwritable = |source| Error::Unwritable { file: path.clone(), source };
@@ -157,7 +171,7 @@ pub(crate) fn write_all(files: &[(PathBuf, &[u8])]) -> Result<(), Error> {
         };
         written.map_err(|source| Error::Unwritable { file: path.clone(), source })?;
     }
-    Ok(())
+    Ok(all)
 }
 
 fn stage(path: &Path, bytes: &[u8]) -> io::Result<Staged> {

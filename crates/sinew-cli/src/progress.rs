@@ -1,12 +1,19 @@
 //! A progress bar on terminals, for runs of more than two seconds.
 
-use indicatif::{ProgressBar, ProgressStyle};
-use std::time::{Duration, Instant};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::Duration;
 
-/// A bar that appears after two seconds.
+/// Time after which the bar appears.
+const DELAY: Duration = Duration::from_secs(2);
+/// Interval at which its clock is drawn, also while a stage reports nothing.
+const TICK: Duration = Duration::from_millis(250);
+
+/// A bar that appears after two seconds and says what is being done.
 pub(crate) struct Progress {
     bar: ProgressBar,
-    start: Instant,
+    /// Dropped with the bar, which ends the thread that shows it.
+    _ended: Sender<()>,
 }
 
 impl Progress {
@@ -16,14 +23,19 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} % {elapsed:>4} {msg}") {
             bar.set_style(style);
         }
-        Self { bar, start: Instant::now() }
+        let (ended, waiting) = channel();
+        let shown = bar.clone();
+        std::thread::spawn(move || {
+            if waiting.recv_timeout(DELAY) == Err(RecvTimeoutError::Timeout) {
+                shown.set_draw_target(ProgressDrawTarget::stderr());
+                shown.enable_steady_tick(TICK);
+            }
+        });
+        Self { bar, _ended: ended }
     }
 
     /// Shows a stage and the progress of the whole run, 0 to 1.
     pub(crate) fn show(&self, stage: &str, done: f64) {
-        if self.bar.is_hidden() && self.start.elapsed() > Duration::from_secs(2) {
-            self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
-        }
         self.bar.set_message(stage.to_owned());
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..100")]
         self.bar.set_position((100.0 * done.clamp(0.0, 1.0)) as u64);

@@ -62,8 +62,8 @@ pub fn adapt(
     let mut scored = Vec::new();
     for (k, (name, description, fit)) in variants.iter().enumerate() {
         progress("cross-validating the adaptations", 0.1 + 0.2 * k as f64);
-        let validation = cross_validate(*fit, &logs.runs, &folds);
-        scored.push(ScoredCandidate { name: (*name).into(), description: (*description).into(), validation });
+        let outcome = cross_validate(*fit, &logs.runs, &folds);
+        scored.push(ScoredCandidate { name: (*name).into(), description: (*description).into(), outcome });
     }
     let choose = |without| choose(&scored, without);
     let chosen = choose(None).ok_or(Error::NothingFitted { what: "any adaptation" })?;
@@ -77,7 +77,15 @@ pub fn adapt(
         scored[chosen].name,
         100.0 * (1.0 - MARGIN)
     );
-    let evidence = Evidence { logs: &logs, scored: &scored, chosen, reason, model: &model, folds: &folds };
+    let evidence = Evidence {
+        logs: &logs,
+        scored: &scored,
+        chosen,
+        not_compared: &[],
+        reason,
+        model: &model,
+        folds: &folds,
+    };
     let report = report(&evidence, Vec::new());
     Ok(Identification { model, report })
 }

@@ -19,7 +19,7 @@ pub(crate) fn calibrate(
     seed: u64,
 ) -> Result<Model, Error> {
     let roles = &logs.data.roles;
-    let folds = chosen.validation.as_ref().map_or(&[][..], |validation| validation.folds.as_slice());
+    let folds = chosen.validation().map_or(&[][..], |validation| validation.folds.as_slice());
     let model = Model {
         far: roles.far.clone().unwrap_or_default(),
         inputs: roles.inputs.clone(),

@@ -1,7 +1,8 @@
 use std::fmt;
 
 /// What a column of a log stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum ColumnRole {
     /// The signal to predict.
     Far,
@@ -19,6 +20,8 @@ pub enum ColumnRole {
     Trial,
     /// Condition label.
     Group,
+    /// None, as requested.
+    Ignored,
 }
 
 impl fmt::Display for ColumnRole {
@@ -32,6 +35,7 @@ impl fmt::Display for ColumnRole {
             Self::Time => "time",
             Self::Trial => "trial",
             Self::Group => "group",
+            Self::Ignored => "ignored",
         })
     }
 }
@@ -64,6 +68,14 @@ pub enum Error {
         /// The name asked for.
         name: String,
         /// The candidates for these logs.
+        known: Vec<String>,
+    },
+    /// A name that no log has.
+    #[error("no log is named `{name}`; the logs are {}", list(.known))]
+    UnknownLog {
+        /// The name asked for.
+        name: String,
+        /// The logs.
         known: Vec<String>,
     },
     /// Data that hold too little for a fit.
@@ -131,6 +143,21 @@ pub enum Error {
     /// Text where a number should be.
     #[error("{file}, line {line}, column `{column}`: expected a number, found `{value}`")]
     NotANumber {
+        /// The log.
+        file: String,
+        /// Line or row, counted from 1.
+        line: usize,
+        /// The column.
+        column: String,
+        /// The cell, shortened if long.
+        value: String,
+    },
+    /// A number of which the decimal mark cannot be told from a thousands separator.
+    #[error(
+        "{file}, line {line}, column `{column}`: expected a number, found `{value}`, whose mark separates thousands or \
+         decimals: write numbers without thousands separators and with a decimal point"
+    )]
+    AmbiguousNumber {
         /// The log.
         file: String,
         /// Line or row, counted from 1.

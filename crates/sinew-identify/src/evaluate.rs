@@ -1,7 +1,7 @@
 //! A model against logs: predictions, and how good they are.
 
 use crate::Error;
-use crate::log::{Dataset, ReadOptions, Roles, read_with_roles};
+use crate::log::{Dataset, ReadOptions, Roles, read_with_roles, unit_of};
 use serde::Serialize;
 use sinew::metrics::Comparison;
 use sinew::predictor::{Model, Prediction, Predictor, Sample};
@@ -66,6 +66,8 @@ impl Compared {
 pub struct LogScores {
     /// Its name.
     pub log: String,
+    /// Whether the model was fitted to a log of this name: such an error is no error on unseen data.
+    pub in_training: bool,
     /// Its scores.
     #[serde(flatten)]
     pub scores: Scores,
@@ -74,6 +76,10 @@ pub struct LogScores {
 /// Scores of a model on logs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evaluation {
+    /// The column that is predicted.
+    pub far: String,
+    /// Its unit, in which the errors are; empty where its name states none.
+    pub far_unit: String,
     /// All samples together.
     pub overall: Scores,
     /// Log by log.
@@ -144,7 +150,11 @@ pub fn evaluate(model: &Model, data: &Dataset) -> Result<Evaluation, Error> {
         .logs
         .iter()
         .zip(&logs)
-        .map(|(info, compared)| LogScores { log: info.name.clone(), scores: compared.scores() })
+        .map(|(info, compared)| LogScores {
+            log: info.name.clone(),
+            in_training: model.provenance.logs.contains(&info.name),
+            scores: compared.scores(),
+        })
         .collect();
-    Ok(Evaluation { overall: overall.scores(), logs })
+    Ok(Evaluation { far: model.far.clone(), far_unit: unit_of(&model.far), overall: overall.scores(), logs })
 }

@@ -6,21 +6,24 @@ use crate::conditioning::ConditionedLogs;
 use crate::log::Dataset;
 use crate::report::build::report;
 use crate::report::{Evidence, IdentificationReport};
-use crate::select::candidates::candidates;
+use crate::select::candidates::{candidates, not_compared};
 use crate::select::choice::{Choice, selection_rmse};
 use crate::select::cross_validation::cross_validate_all;
 use crate::select::folds::Folds;
+pub use crate::select::influence::Keep;
 use crate::select::influence::exclude_foreign_logs;
 use crate::training::fit;
 use sinew::predictor::Model;
 
 /// Options of an identification.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Options {
     /// Seed of every random draw.
     pub seed: u64,
     /// Names of the candidates to compare; empty for all.
     pub models: Vec<String>,
+    /// Logs that stay whatever the influence check says.
+    pub keep: Keep,
 }
 
 /// Receives the stage of an identification and the share that is done, for a progress display.
@@ -38,7 +41,8 @@ pub struct Identification {
 /// Identifies the transmission that made a dataset.
 ///
 /// # Errors
-/// [`Error::UnknownModel`] where no candidate has a wanted name, [`Error::NothingFitted`] where no candidate could be
+/// [`Error::UnknownModel`] where no candidate has a wanted name, [`Error::UnknownLog`] where no log has the name of one
+/// to keep, [`Error::NothingFitted`] where no candidate could be
 /// fitted.
 pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> Result<Identification, Error> {
     // 1. Read: conditioned as the predictor conditions its samples.
@@ -46,7 +50,8 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
     let candidates = candidates(&logs, &options.models)?;
 
     progress("measuring the influence of each log", 0.05);
-    let (logs, influence) = exclude_foreign_logs(logs); // 2. Influence.
+    let not_compared = if options.models.is_empty() { not_compared(&logs) } else { Vec::new() };
+    let (logs, influence) = exclude_foreign_logs(logs, &options.keep)?; // 2. Influence.
     let folds = Folds::of(&logs.data); // 3. Folds.
 
     let stage = |done: f64| progress("cross-validating the candidates", 0.1 + 0.7 * done);
@@ -63,7 +68,15 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
 
     progress("writing the report", 0.95);
     let reason = choice.reason(chosen);
-    let evidence = Evidence { logs: &logs, scored: &scored, chosen, reason, model: &model, folds: &folds };
+    let evidence = Evidence {
+        logs: &logs,
+        scored: &scored,
+        not_compared: &not_compared,
+        chosen,
+        reason,
+        model: &model,
+        folds: &folds,
+    };
     let report = report(&evidence, influence); // 6. Report.
     Ok(Identification { model, report })
 }

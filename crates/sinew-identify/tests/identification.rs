@@ -33,7 +33,7 @@ fn logs(all: &[(&str, Vec<Sample>)]) -> Dataset {
 
 fn identified(data: &Dataset, models: &[&str]) -> Identification {
     let models = models.iter().map(|m| (*m).to_string()).collect();
-    identify(data, &Options { seed: 1, models }, &|_, _| {}).unwrap()
+    identify(data, &Options { seed: 1, models, ..Options::default() }, &|_, _| {}).unwrap()
 }
 
 const BAND: [f64; 2] = [0.7, 0.9];
@@ -127,7 +127,7 @@ fn a_short_calibration_reaches_another_specimen() {
     let error = |model| evaluate(model, &test).unwrap().overall.percent_of_range.unwrap();
     let calibration: Vec<String> = [0.3, 1.3, 2.3].map(|phase| other(500, phase)).to_vec();
     let calibration: Vec<&str> = calibration.iter().map(String::as_str).collect();
-    let options = Options { seed: 1, models: vec![] };
+    let options = Options { seed: 1, ..Options::default() };
     let new = adapt(&old, &read(&calibration), &options, &|_, _| {}).unwrap();
     let (before, after) = (error(&old), error(&new.model));
     assert!(before > 12.0, "the other tool is another one: {before} %");
@@ -144,7 +144,7 @@ fn the_same_specimen_needs_no_adaptation() {
     let logs: Vec<(&str, &[u8])> = again.iter().map(|text| ("same.csv", text.as_bytes())).collect();
     let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
     let calibration = read_bytes_with_roles(&logs, &roles_of(&old), &options).unwrap();
-    let new = adapt(&old, &calibration, &Options { seed: 1, models: vec![] }, &|_, _| {}).unwrap();
+    let new = adapt(&old, &calibration, &Options { seed: 1, ..Options::default() }, &|_, _| {}).unwrap();
     let error = |model| evaluate(model, &calibration).unwrap().overall.rmse.unwrap();
     assert!(error(&new.model) < 1.05 * error(&old), "{} {}", error(&new.model), error(&old));
 }

@@ -45,7 +45,7 @@ fn days(specimen: &Specimen, count: usize, random: &mut ChaCha8Rng) -> Vec<(Stri
 fn identified(logs: &[(String, String)], models: &[&str], seed: u64) -> Identification {
     let data = read_bytes(&read(logs), &RequestedRoles::default(), &options()).unwrap();
     let models = models.iter().map(|name| (*name).to_owned()).collect();
-    identify(&data, &Options { seed, models }, &|_, _| {}).unwrap()
+    identify(&data, &Options { seed, models, ..Options::default() }, &|_, _| {}).unwrap()
 }
 
 /// Expected error over the error on four fresh logs, and the share of fresh samples inside the band.

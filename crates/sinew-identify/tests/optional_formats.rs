@@ -41,7 +41,7 @@ fn column(samples: &[Sample], k: usize) -> Vec<f64> {
 #[cfg(not(feature = "parquet"))]
 #[test]
 fn parquet_names_its_feature() {
-    assert!(refusal(b"PAR1 and more").contains("--features parquet"));
+    assert!(refusal(b"PAR1 and more").contains("cargo feature `parquet`"));
 }
 
 #[cfg(not(feature = "mat73"))]
@@ -49,7 +49,7 @@ fn parquet_names_its_feature() {
 fn matlab_73_names_its_feature() {
     let mut file = vec![b' '; 512];
     file.extend(b"\x89HDF\r\n\x1a\n");
-    assert!(refusal(&file).contains("--features mat73"));
+    assert!(refusal(&file).contains("cargo feature `mat73`"));
 }
 
 #[cfg(feature = "mat73")]

@@ -34,7 +34,7 @@ fn a_gap_cuts_and_is_told() {
     let lengths: Vec<usize> = dataset.sequences.iter().map(|s| s.row.len()).collect();
     assert_eq!(lengths, [200, 200]);
     assert_eq!(dataset.logs[0].trials, 1);
-    assert!(findings(&dataset).contains("1 gap, states start anew after it: 1.51 s after 1.99 s (line 202)"));
+    assert!(findings(&dataset).contains("1 gap, states reset after it: 1.51 s after 1.99 s (line 202)"));
     assert!((dataset.logs[0].duration_s - 3.98).abs() < 1e-9);
 }
 
@@ -58,7 +58,7 @@ fn repeated_rows_are_dropped_and_told() {
     logged.insert(51, logged[49]);
     let dataset = read(&csv(&logged), &plain()).unwrap();
     assert_eq!(dataset.logs[0].samples, 100);
-    assert!(findings(&dataset).contains("2 rows repeat the one before and were dropped: line 52, line 53"));
+    assert!(findings(&dataset).contains("2 repeated rows, dropped: line 52, line 53"));
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn of_two_rows_at_one_time_the_first_is_kept_and_that_is_told() {
     let dataset = read(&csv(&logged), &plain()).unwrap();
     assert_eq!(dataset.logs[0].samples, 99);
     assert_eq!(dataset.sequences[0].inputs[49].to_bits(), logged[49][1].to_bits());
-    assert!(findings(&dataset).contains("1 row has the time of the one before but other values"));
+    assert!(findings(&dataset).contains("1 duplicate timestamp with other values, first kept"));
     assert!(dataset.sequences[0].time_s.windows(2).all(|w| w[0] < w[1]));
 }
 
@@ -88,7 +88,7 @@ fn missing_cells_are_nan_counted_and_not_scored_on_the_far_side() {
     let findings = findings(&dataset);
     assert!(findings.contains("1 cell without a number in `tension_in_n`: line 11"), "{findings}");
     assert!(findings.contains("2 cells without a number in `tension_out_n`: line 21, line 31"), "{findings}");
-    assert!(findings.contains("1 row has no time and was dropped: line 41"), "{findings}");
+    assert!(findings.contains("1 row without a timestamp, dropped: line 41"), "{findings}");
 }
 
 #[test]

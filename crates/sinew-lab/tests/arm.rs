@@ -43,7 +43,7 @@ fn a_calibrated_arm_tracks_its_path_and_the_identified_parameters_are_near_the_t
     assert_eq!(observed.trace.len(), 1450);
     let lost = track_arm(&arm, CompensationVariant::None, &task).unwrap().numbers;
     assert!(lost.end_point_error_m.mean > 5.0 * numbers.end_point_error_m.mean && lost.stopped_s.is_some());
-    assert!(serde_json::to_string(&lost).unwrap().contains("\"per_muscle\":["));
+    assert!(serde_json::to_string(&lost).unwrap().contains("\"length_error_per_muscle_m\":["));
 }
 
 #[test]

@@ -191,7 +191,7 @@ fn maps(view: &MapView<'_>) -> Vec<Map> {
         let points: Vec<([f64; 3], Option<f64>)> =
             places.filter_map(|(pose, mass)| Some((pose.end_point.as_ref()?.position, *mass))).collect();
         if points.iter().any(|point| point.1.is_some()) {
-            let heading = "Payload held for ever (kg)";
+            let heading = "Continuous payload (kg)";
             let (plots, legend) = map(heading, &points);
             maps.insert(0, Map { heading: heading.to_owned(), plots, legend });
         }

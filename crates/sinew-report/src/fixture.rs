@@ -144,11 +144,13 @@ fn report(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRepo
         version: "0.1.0".to_owned(),
         seed: 42,
         far: "tension_out_n".to_owned(),
+        far_unit: "N".to_owned(),
         inputs: vec![
             Input { column: "tension_in_n".to_owned(), role: Role::Effort },
             Input { column: "stroke_mm".to_owned(), role: Role::Motion },
         ],
         logs: names.iter().map(log).collect(),
+        columns: Vec::new(),
         conditions: Vec::new(),
         question: "Each fold holds out one log.".to_owned(),
         folds: 5,

@@ -9,7 +9,7 @@ pub struct HeldFor {
     /// `10 s`.
     #[serde(rename = "time")]
     pub words: &'static str,
-    /// None for ever.
+    /// None: continuously.
     pub seconds: Option<f64>,
     /// Poses in which the machine itself is held.
     pub poses: usize,
@@ -45,7 +45,7 @@ pub struct Limit {
     pub poses: usize,
 }
 
-/// Median payloads after a change of the design, for the shortest time and for ever.
+/// Median payloads after a change of the design, for the shortest time and continuously.
 #[derive(Debug, Serialize)]
 pub struct Raised {
     /// The change in words.
@@ -54,14 +54,14 @@ pub struct Raised {
     pub amount: &'static str,
     /// For the shortest time, kg.
     pub short_kg: f64,
-    /// For ever, kg.
-    pub for_ever_kg: f64,
+    /// Continuously, kg.
+    pub continuous_kg: f64,
 }
 
 /// Everything about payload; empty for a machine that carries none.
 #[derive(Debug, Default, Serialize)]
 pub struct Payload {
-    /// Shortest time first, the last for ever.
+    /// Shortest time first, the last continuous.
     pub held: Vec<HeldFor>,
     /// As designed, then after every change.
     pub raised: Vec<Raised>,
@@ -91,10 +91,10 @@ impl Payload {
         self.held.iter().map(row).collect()
     }
 
-    /// Cells of the table of changes: change, amount, for the shortest time, for ever.
+    /// Cells of the table of changes: change, amount, for the shortest time, continuous.
     pub(super) fn raised_rows(&self) -> Vec<[String; 4]> {
         let row = |one: &Raised| {
-            let [short, ever] = [one.short_kg, one.for_ever_kg].map(|mass| significant(mass, 3));
+            let [short, ever] = [one.short_kg, one.continuous_kg].map(|mass| significant(mass, 3));
             [one.change.to_owned(), one.amount.to_owned(), short, ever]
         };
         self.raised.iter().map(row).collect()

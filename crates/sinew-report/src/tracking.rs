@@ -133,8 +133,8 @@ fn remarks(view: &TrackView<'_>) -> Vec<String> {
     let unseen = numbers.unseen_error_m;
     let [mean, max] = [(unseen.mean, 2), (unseen.max, 1)].map(|(m, digits)| fixed(1e3 * m, digits));
     remarks.push(format!(
-        "The zero offsets of the joint encoders alone account for an end point error of {mean} mm mean, \
-         {max} mm max; it cannot be observed without a sensor at the end point."
+        "Lower bound of the mean error from encoder zero offsets: {mean} mm (max {max}); it cannot be observed without a \
+         sensor at the end point."
     ));
     let repeats = &numbers.end_point_error_per_repeat_m;
     if repeats.len() > 1 {
@@ -146,8 +146,8 @@ fn remarks(view: &TrackView<'_>) -> Vec<String> {
         let [mean, max] = [(e.mean, 2), (e.max, 2)].map(|(m, digits)| fixed(1e3 * m, digits));
         let [unrest, unseen] = [hold.tension_unrest_n, 1e3 * hold.unseen_error_m].map(|x| fixed(x, 2));
         remarks.push(format!(
-            "Final rest: end point error {mean} mm mean, {max} mm max, of which {unseen} mm from the \
-             encoders’ zero offsets; anchor tensions vary by {unrest} N rms."
+            "Mean error while holding: {mean} mm (max {max}), lower bound from encoder zero offsets: {unseen} mm. \
+             Tension ripple while holding: {unrest} N rms."
         ));
     }
     remarks
@@ -166,7 +166,7 @@ fn incidents(view: &TrackView<'_>) -> Vec<String> {
 
 /// The controller's response to a fault.
 pub fn response(incident: &TrackIncident) -> &'static str {
-    match incident.answer {
+    match incident.answer.as_str() {
         "stopped" => "arm stopped",
         _ => "run continued",
     }

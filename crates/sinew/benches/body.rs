@@ -32,6 +32,11 @@ fn robots() -> impl Iterator<Item = &'static str> {
     ["lm_arm", "chain7", "myoarm"].into_iter().filter(|name| load(name).is_some())
 }
 
+/// Those of them that have muscles.
+fn robots_with_muscles() -> impl Iterator<Item = &'static str> {
+    robots().filter(|name| load(name).is_some_and(|(robot, _)| !robot.parts().tendons.is_empty()))
+}
+
 /// A robot and some of its poses; nothing where its file is not at hand.
 fn load(name: &str) -> Option<(Robot, Vec<Case>)> {
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
@@ -95,7 +100,7 @@ fn forward_kinematics(bencher: Bencher, name: &str) {
 }
 
 /// Lengths and moment arms, kinematics included.
-#[divan::bench(args = ["lm_arm", "myoarm"], sample_size = 100)]
+#[divan::bench(args = robots_with_muscles(), sample_size = 100)]
 fn muscles(bencher: Bencher, name: &str) {
     let (robot, _) = load(name).unwrap();
     let muscles = Muscles::new(&robot);

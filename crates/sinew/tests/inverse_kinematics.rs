@@ -82,7 +82,7 @@ fn a_place_beyond_the_workspace_is_refused_with_its_distance() {
         let point = joints.first_unreached().unwrap();
         assert_eq!(point.cause, UnreachedCause::OutsideWorkspace, "{seed}: {point}");
         assert!(point.distance >= 0.05 - 1e-9 && point.distance < 0.05 + 2.0 * reach, "{seed}: {point}");
-        assert!(point.to_string().contains("reach of the end point by"));
+        assert!(point.to_string().contains("target unreachable, missed by"));
     }
 }
 

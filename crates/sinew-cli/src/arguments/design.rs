@@ -11,16 +11,12 @@ use std::path::PathBuf;
 /// "reference_n":[..],"weight":[..]}]}; moment_arms is muscles x joints in m; reference_n (0) and weight (1)
 /// are optional. Each solution minimises the weighted squares of tension minus reference subject to the
 /// torque; where no tensions within the limits give the torque, it has the least cost among those closest to
-/// it in N m. --json prints {"solutions":[{"status","tension_n","residual_nm","iterations","seconds"}]};
-/// seconds is the time to validate and solve one problem without a warm start.
+/// it in N m, and the program ends with code 3.
 #[derive(Debug, Args)]
 pub(crate) struct TensionArguments {
     /// Problems to solve
     #[arg(value_name = "FILE.json")]
     pub(crate) problems: PathBuf,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Motor, reducer and winch of a muscle.
@@ -62,7 +58,4 @@ pub(crate) struct DriveSizeArguments {
     /// Motors, reducers and winches to select from [default: the built-in catalogue]
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) catalogue: Option<PathBuf>,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }

@@ -30,9 +30,6 @@ pub(crate) struct EthercatScanArguments {
     /// Network interface
     #[arg(long, value_name = "IF")]
     pub(crate) interface: String,
-    /// Print the devices as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Answer another master with the simulated devices of a machine, whose twin moves behind them.

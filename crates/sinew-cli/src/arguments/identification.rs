@@ -11,7 +11,8 @@ const SKIP: &str = "a finite number of seconds >= 0";
 /// A bench log is a table (CSV, TSV, MATLAB v5; Parquet and MATLAB v7.3 in builds with those features) with
 /// one row per sample: signals of the near side (the motor's) and the signal of the far end to be predicted.
 /// Roles that no flag sets are inferred from column names with unit suffixes: tension_in_n, position_in_m,
-/// tension_out_n, anchor_m, time_s, trial.
+/// tension_out_n, anchor_m, time_s, trial. A motion by name with two or three values is a label and left. Every
+/// column is listed with its role and the reason before the fit; --dry-run stops there.
 ///
 /// Candidate models are compared by cross-validation whose folds hold out values of --group; without it,
 /// values of conditions found in the logs (a load, a frequency), else whole logs, trials, or intervals of
@@ -28,9 +29,18 @@ pub(crate) struct IdentifyArguments {
     /// Seconds at the start of every trial that are neither fitted nor scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,
+    /// Logs that stay although they look like foreign recordings, by their names, or all
+    #[arg(long, value_name = "LOG,..|all", value_delimiter = ',')]
+    pub(crate) keep: Vec<String>,
+    /// Print the logs, their columns and the role of each, and stop before the fit
+    #[arg(long)]
+    pub(crate) dry_run: bool,
     /// Candidate models: auto, or names from the report's table, separated by commas
     #[arg(long, value_name = "NAME,..", default_value = "auto", value_delimiter = ',')]
     pub(crate) model: Vec<String>,
+    /// Folder for model.json and report.html; created if missing
+    #[arg(long, value_name = "DIR", required_unless_present = "dry_run")]
+    pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) write: WriteArguments,
 }
@@ -62,23 +72,20 @@ pub(crate) struct RoleArguments {
     /// Condition whose values are the folds of the cross-validation
     #[arg(long, value_name = "COL")]
     pub(crate) group: Option<String>,
+    /// Columns that get no role by their names
+    #[arg(long, value_name = "COL,..", value_delimiter = ',')]
+    pub(crate) ignore: Vec<String>,
 }
 
 /// Output of a verb that writes a model.
 #[derive(Debug, Args)]
 pub(crate) struct WriteArguments {
-    /// Folder for model.json and report.html; created if missing
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: PathBuf,
     /// Also write the hysteresis loop and a trace as one SVG picture
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) picture: Option<PathBuf>,
     /// Seed of all random numbers: the same seed gives the same bytes
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Evaluate a model on logs: MSE, RMSE, Pearson correlation, % of range, coverage of the 95 % band.
@@ -92,9 +99,6 @@ pub(crate) struct EvaluateArguments {
     /// Seconds at the start of every trial that are not scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Predict the far end of logs, sample by sample and causally, as a real-time predictor does.
@@ -128,6 +132,9 @@ pub(crate) struct AdaptArguments {
     /// Seconds at the start of every trial that are neither fitted nor scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,
+    /// Folder for model.json and report.html; created if missing
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) write: WriteArguments,
 }
@@ -138,6 +145,9 @@ pub(crate) struct AdaptArguments {
 /// all outputs are labelled as simulated.
 #[derive(Debug, Args)]
 pub(crate) struct DemoArguments {
+    /// Folder for the logs, model.json and report.html; created if missing
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) write: WriteArguments,
 }

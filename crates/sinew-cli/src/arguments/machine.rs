@@ -41,9 +41,6 @@ pub(crate) struct MachineShowArguments {
     /// Draw bodies, joints, cables and end point in the start pose
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) picture: Option<PathBuf>,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Write a commented machine file for a body, with drives that are strong enough for a motion.
@@ -77,9 +74,6 @@ pub(crate) struct MachineNewArguments {
     #[arg(long, value_name = "SHARE", default_value_t = 0.6,
         value_parser = number("a number in (0, 1]", |share| share > 0.0 && share <= 1.0))]
     pub(crate) share: f64,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Map what a machine can do over its workspace: torques and forces, payload, speed, stiffness, and which muscle
@@ -87,8 +81,8 @@ pub(crate) struct MachineNewArguments {
 ///
 /// Friction of the sheaths counts with the direction in which each cable slides: a muscle that winds in gives less
 /// at its anchor than its drive pulls, one that pays out holds more. Payload is therefore given for lifting, for
-/// holding whichever way the cables slid before, and for lowering; and for holding 10 s, a minute, an hour and for
-/// ever from room temperature on, with the limit that binds and the changes of the design that would raise it.
+/// holding whichever way the cables slid before, and for lowering; and for holding 10 s, a minute, an hour and
+/// continuously from room temperature on, with the limit that binds and the changes of the design that would raise it.
 ///
 /// Example: sinew machine map lm_arm --report map.html
 #[derive(Debug, Args)]
@@ -104,9 +98,6 @@ pub(crate) struct MachineMapArguments {
     /// Write an HTML report
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
-    /// Print the result as JSON, with every pose
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Derive the gains, limits and thresholds of a machine's controller from its own numbers, by rules.
@@ -134,7 +125,4 @@ pub(crate) struct MachineTuneArguments {
     /// Write an HTML report: picture, margins, limits of the joints, rules and their numbers
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }

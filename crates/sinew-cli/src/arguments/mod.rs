@@ -35,20 +35,23 @@ pub(crate) use robot::{
 };
 pub(crate) use run::{BusArgument, RunArguments};
 pub(crate) use simulation::{
-    BenchArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part, ReproduceArguments, TwinArguments,
-    TwinVerb,
+    BenchArguments, BenchPlanArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part,
+    ReproduceArguments, TwinArguments, TwinVerb,
 };
 
+use crate::version::version;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
+use std::path::PathBuf;
 
 /// Last paragraph of `--help`. 1 and 2 come from `Error::exit_code`; 130 = 128 + SIGINT, as in shells.
 const EXIT_CODES: &str = "\
 Exit codes:
-  0    success
-  1    the system failed: no permission, no space, standard output that cannot be written
+  0    done as asked
+  1    the machine that runs the program failed: no permission, no space, standard output that cannot be written
   2    bad input: an argument, a file or its content
-  3    done, but not as asked: a motion stopped or inaccurate, a torque out of reach, no drive that is strong enough
+  3    the input is good and the result is not what was asked for: a motion infeasible, stopped or inaccurate, a
+       bench run stopped, a cable broken, a torque out of reach, no drive that is strong enough
   130  interrupted by Ctrl-C; no output is left incomplete";
 
 /// Identifies, simulates and controls cable-driven robots whose cables run in sheaths.
@@ -59,10 +62,23 @@ Exit codes:
 /// Start with `sinew demo --out DIR`, or with a bench log in which both ends are measured:
 /// `sinew identify LOG --far COLUMN --effort COLUMN --out DIR`, then open DIR/report.html.
 #[derive(Debug, Parser)]
-#[command(name = "sinew", version, about, long_about, propagate_version = true, after_help = EXIT_CODES)]
+#[command(name = "sinew", version = version(), about, long_about, propagate_version = true, after_help = EXIT_CODES)]
 pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub(crate) general: General,
     #[command(subcommand)]
     pub(crate) verb: Verb,
+}
+
+/// What every verb takes.
+#[derive(Debug, Args)]
+pub(crate) struct General {
+    /// Print the result, or the error, as one JSON document
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    /// Refuse to replace files that exist
+    #[arg(long, global = true)]
+    pub(crate) no_clobber: bool,
 }
 
 // The help of a subcommand is the documentation comment of its arguments.
@@ -76,6 +92,7 @@ pub(crate) enum Verb {
     Arm(ArmArguments),
     Machine(MachineArguments),
     Track(TrackArguments),
+    Plot(PlotArguments),
     Run(RunArguments),
     Ethercat(EthercatArguments),
     Reproduce(ReproduceArguments),
@@ -84,6 +101,23 @@ pub(crate) enum Verb {
     Tension(TensionArguments),
     Drive(DriveArguments),
     Completions(CompletionsArguments),
+    Man(ManArguments),
+}
+
+/// Draw the report of a run again from the record that `sinew track` has written of it.
+///
+/// The record is a table (CSV): time, status, end point, joints (reference, true, read, believed), winches (read,
+/// commanded), tensions (desired, believed and true at the anchor, true and read at the drive), one row per 10 ms.
+///
+/// Example: sinew plot run.csv --report run.html
+#[derive(Debug, Args)]
+pub(crate) struct PlotArguments {
+    /// A record
+    #[arg(value_name = "RECORD.csv")]
+    pub(crate) record: PathBuf,
+    /// HTML report to write
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: PathBuf,
 }
 
 /// Print a completion script for a shell.
@@ -94,6 +128,16 @@ pub(crate) struct CompletionsArguments {
     /// Shell that reads the script
     #[arg(value_enum)]
     pub(crate) shell: Shell,
+}
+
+/// Print the manual page of the program, or write those of all verbs.
+///
+/// Example: sinew man --out ~/.local/share/man/man1, then man sinew-identify
+#[derive(Debug, Args)]
+pub(crate) struct ManArguments {
+    /// Folder for sinew.1, sinew-identify.1 and so on; created if missing [default: sinew.1 to standard output]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 #[cfg(test)]

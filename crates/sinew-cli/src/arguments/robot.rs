@@ -33,9 +33,6 @@ pub(crate) struct InspectArguments {
     /// Write an HTML report with moment arms and a three-dimensional view of the robot
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Compute muscle lengths, moment arms (-dl/dq), wrap angles and gravity torques of a robot in given poses.
@@ -53,11 +50,8 @@ pub(crate) struct ArmEvaluateArguments {
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) muscles: Option<PathBuf>,
     /// File to write [default: standard output]
-    #[arg(long, value_name = "FILE.csv", conflicts_with = "json")]
+    #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: Option<PathBuf>,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Convert a robot between formats, given by the extensions: from .toml, .xml or .urdf to .toml or .xml.
@@ -102,7 +96,4 @@ pub(crate) struct TrackArguments {
     /// Write the run as a table (CSV), one row per 10 ms
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) record: Option<PathBuf>,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }

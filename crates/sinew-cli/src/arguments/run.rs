@@ -25,9 +25,6 @@ pub(crate) struct RunArguments {
     /// Do not wait for deadlines; for simulated buses
     #[arg(long, conflicts_with = "interface")]
     pub(crate) virtual_time: bool,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Drives and sensors of a machine.

@@ -26,9 +26,6 @@ pub(crate) struct ReproduceArguments {
     /// Seed of all random numbers: the same seed gives the same bytes
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Print the numbers as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 /// Parts of the paper.
@@ -52,6 +49,7 @@ pub(crate) struct BenchArguments {
 #[derive(Debug, Subcommand)]
 pub(crate) enum BenchVerb {
     Run(BenchRunArguments),
+    Plan(BenchPlanArguments),
 }
 
 /// Run the bench and write a log of its sensors, one row per millisecond.
@@ -87,9 +85,32 @@ pub(crate) struct BenchRunArguments {
     /// Log to write (CSV)
     #[arg(long, value_name = "LOG")]
     pub(crate) out: PathBuf,
-    /// Print a summary as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
+}
+
+/// Write a programme of motions for a bench (CSV) that shows what a model needs.
+///
+/// The motor moves along straight lines between the rows: whole strokes, and inner loops of a half, a quarter and a tenth
+/// of them at the top, at the bottom and in the middle, at every speed, with a rest at each reversal. The anchor is held.
+/// `sinew twin cable PLAN` simulates a cable under it.
+///
+/// Example: sinew bench plan --stroke 0.05 --speeds 0.01,0.05 --out plan.csv
+#[derive(Debug, Args)]
+pub(crate) struct BenchPlanArguments {
+    /// Largest stroke of the motor, m of cable, 0.0001 to 10
+    #[arg(long, value_name = "M", default_value_t = 0.05,
+        value_parser = number("0.0001 to 10 m", |m| (1e-4..=10.0).contains(&m)))]
+    pub(crate) stroke: f64,
+    /// Cable speeds, m/s, 0.0001 to 5; two and more show the effect of speed
+    #[arg(long, value_name = "V,..", value_delimiter = ',', default_values_t = [0.01, 0.03, 0.1],
+        value_parser = number("0.0001 to 5 m/s", |v| (1e-4..=5.0).contains(&v)))]
+    pub(crate) speeds: Vec<f64>,
+    /// Rest at each reversal, s, 0 to 60
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.3,
+        value_parser = number("0 to 60 s", |s| (0.0..=60.0).contains(&s)))]
+    pub(crate) rest: f64,
+    /// Table to write, with the columns time_s, motor_m and anchor_m
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: PathBuf,
 }
 
 /// Strokes by their direction, seen from the muscle.

@@ -1,12 +1,15 @@
 //! `sinew completions`.
 
-use crate::arguments::{Arguments, CompletionsArguments};
+use crate::answer::{Answer, Content};
+use crate::arguments::{Arguments, CompletionsArguments, General};
 use crate::error::Error;
-use crate::output::print;
 use clap::CommandFactory;
 
-pub(crate) fn run(arguments: &CompletionsArguments) -> Result<(), Error> {
+pub(crate) fn run(arguments: &CompletionsArguments, general: &General) -> Result<Answer, Error> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Arguments::command(), "sinew", &mut script);
-    print(&String::from_utf8_lossy(&script))
+    let text = String::from_utf8_lossy(&script).into_owned();
+    let content =
+        if general.json { Content::json(&serde_json::json!({"script": text}))? } else { Content::Text(text) };
+    Ok(Answer::done(content, Vec::new()))
 }

@@ -1,9 +1,9 @@
 //! `sinew drive`.
 
-use super::{Outcome, read_text};
-use crate::arguments::{DriveArguments, DriveSizeArguments, DriveVerb};
+use super::read_text;
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{DriveArguments, DriveSizeArguments, DriveVerb, General};
 use crate::error::Error;
-use crate::output::print;
 use crate::table::{number, percent, table};
 use serde::Serialize;
 use sinew::drive::Catalogue;
@@ -13,21 +13,23 @@ use std::path::{Path, PathBuf};
 /// Points of a printed envelope.
 const ENVELOPE_POINTS: usize = 13;
 
-pub(crate) fn run(arguments: &DriveArguments) -> Result<Outcome, Error> {
+pub(crate) fn run(arguments: &DriveArguments, general: &General) -> Result<Answer, Error> {
     match &arguments.verb {
-        DriveVerb::Size(arguments) => size(arguments),
+        DriveVerb::Size(arguments) => size(arguments, general),
     }
 }
 
-fn size(arguments: &DriveSizeArguments) -> Result<Outcome, Error> {
+fn size(arguments: &DriveSizeArguments, general: &General) -> Result<Answer, Error> {
     let required = requirement(arguments);
     let catalogue = catalogue(arguments.catalogue.as_deref())?;
     let choices = choose(&catalogue, &required)?;
-    let answers: Vec<Answer<'_>> = choices.iter().map(|choice| Answer::of(choice, &required)).collect();
+    let answers: Vec<FoundDrive<'_>> =
+        choices.iter().map(|choice| FoundDrive::of(choice, &required)).collect();
     let able = answers.iter().filter(|answer| answer.meets).count();
-    if arguments.json {
-        print(&(serde_json::to_string(&Answers { choices: answers })? + "\n"))?;
-        return Ok(Outcome::of(able > 0));
+    let outcome = Outcome::of(able > 0);
+    if general.json {
+        let content = Content::json(&FoundDrives { choices: answers })?;
+        return Ok(Answer { outcome, content, written: Vec::new() });
     }
     let mut text = format!("{able} of {} pairs of motor and reducer meet the requirement\n", answers.len());
     text += &summary_text(&answers);
@@ -38,8 +40,7 @@ fn size(arguments: &DriveSizeArguments) -> Result<Outcome, Error> {
         );
         text += &envelope(&first.envelope);
     }
-    print(&text)?;
-    Ok(Outcome::of(able > 0))
+    Ok(Answer { outcome, content: Content::Text(text), written: Vec::new() })
 }
 
 fn requirement(arguments: &DriveSizeArguments) -> Requirement {
@@ -60,12 +61,12 @@ fn catalogue(file: Option<&Path>) -> Result<Catalogue, Error> {
 
 /// What is printed with `--json`.
 #[derive(Debug, Serialize)]
-struct Answers<'a> {
-    choices: Vec<Answer<'a>>,
+struct FoundDrives<'a> {
+    choices: Vec<FoundDrive<'a>>,
 }
 
 #[derive(Debug, Serialize)]
-struct Answer<'a> {
+struct FoundDrive<'a> {
     meets: bool,
     motor: &'a str,
     reducer: &'a str,
@@ -106,7 +107,7 @@ impl From<EnvelopePoint> for Point {
     }
 }
 
-impl<'a> Answer<'a> {
+impl<'a> FoundDrive<'a> {
     fn of(choice: &Choice<'a>, required: &Requirement) -> Self {
         let design: &Design = &choice.design;
         let (limit, used) = choice.demand.worst();
@@ -131,9 +132,9 @@ impl<'a> Answer<'a> {
     }
 }
 
-fn summary_text(answers: &[Answer<'_>]) -> String {
+fn summary_text(answers: &[FoundDrive<'_>]) -> String {
     let end = |end: Option<f64>| end.map_or_else(|| "any".to_owned(), |end| format!("{end:.1}"));
-    let row = |answer: &Answer<'_>| {
+    let row = |answer: &FoundDrive<'_>| {
         vec![
             if answer.meets { "yes" } else { "no" }.to_owned(),
             answer.motor.to_owned(),

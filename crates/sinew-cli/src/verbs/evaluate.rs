@@ -1,21 +1,22 @@
 //! `sinew evaluate`.
 
 use super::read_model;
-use crate::arguments::EvaluateArguments;
+use crate::answer::{Answer, Content};
+use crate::arguments::{EvaluateArguments, General};
 use crate::error::Error;
-use crate::output::print;
+use crate::output::one_line;
 use crate::table::{number, percent, table};
 use sinew::predictor::Model;
-use sinew_identify::evaluate::{Evaluation, Scores, evaluate, read_for};
+use sinew_identify::evaluate::{Evaluation, LogScores, Scores, evaluate, read_for};
 use sinew_identify::log::ReadOptions;
 
-pub(crate) fn run(arguments: &EvaluateArguments) -> Result<(), Error> {
+pub(crate) fn run(arguments: &EvaluateArguments, general: &General) -> Result<Answer, Error> {
     let model = read_model(&arguments.model)?;
     let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
     let data = read_for(&model, &options)?;
     let evaluation = evaluate(&model, &data)?;
-    if arguments.json {
-        return print(&(serde_json::to_string(&evaluation)? + "\n"));
+    if general.json {
+        return Ok(Answer::done(Content::json(&evaluation)?, Vec::new()));
     }
     let mut text = String::new();
     for log in &data.logs {
@@ -26,7 +27,7 @@ pub(crate) fn run(arguments: &EvaluateArguments) -> Result<(), Error> {
     if !text.is_empty() {
         text.push('\n');
     }
-    print(&(text + &scores_table(&model, &evaluation)))
+    Ok(Answer::done(Content::Text(text + &scores_table(&model, &evaluation)), Vec::new()))
 }
 
 /// Share of samples outside the ranges of the training logs from which a note is due.
@@ -49,9 +50,10 @@ fn range_note(model: &Model, scores: &Scores) -> String {
 
 /// Scores as a table; the last column is the share of samples outside the ranges of the training logs.
 pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
-    let row = |name: &str, scores: &Scores| {
+    let row = |name: &str, fitted: &str, scores: &Scores| {
         vec![
-            name.to_owned(),
+            one_line(name),
+            fitted.to_owned(),
             scores.n.to_string(),
             number(scores.mse),
             number(scores.rmse),
@@ -61,9 +63,29 @@ pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
             percent(scores.out_of_range),
         ]
     };
-    let mut rows: Vec<Vec<String>> = evaluation.logs.iter().map(|log| row(&log.log, &log.scores)).collect();
-    rows.push(row("all", &evaluation.overall));
-    let head =
-        [model.far.as_str(), "samples", "MSE", "RMSE", "Pearson", "of range", "in 95 % band", "outside"];
-    table(&head, &rows, 1) + &range_note(model, &evaluation.overall)
+    let fitted = |log: &LogScores| if log.in_training { "yes" } else { "no" };
+    let mut rows: Vec<Vec<String>> =
+        evaluation.logs.iter().map(|log| row(&log.log, fitted(log), &log.scores)).collect();
+    rows.push(row("all", "", &evaluation.overall));
+    let head = [
+        model.far.as_str(),
+        "in training",
+        "samples",
+        "MSE",
+        "RMSE",
+        "Pearson",
+        "of range",
+        "in 95 % band",
+        "outside",
+    ];
+    let mut text = table(&head, &rows, 2);
+    let seen = evaluation.logs.iter().filter(|log| log.in_training).count();
+    if seen > 0 {
+        text += &format!(
+            "\nNote: {seen} of {} logs have the name of one that the model was fitted to; their errors are not those on \
+             unseen data.\n",
+            evaluation.logs.len()
+        );
+    }
+    text + &range_note(model, &evaluation.overall)
 }

@@ -1,30 +1,52 @@
 //! `sinew identify`.
 
-use crate::arguments::{IdentifyArguments, RoleArguments, WriteArguments};
+use super::columns::account;
+use crate::answer::{Answer, Content};
+use crate::arguments::{General, IdentifyArguments, RoleArguments, WriteArguments};
 use crate::error::Error;
-use crate::output::{Folder, bold, print, refuse_overwrite, write_all};
+use crate::output::{Folder, bold, one_line, print, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, percent, table};
-use sinew_identify::identify::{Identification, Options, identify};
+use sinew_identify::identify::{Identification, Keep, Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_dataset};
-use sinew_identify::report::IdentificationReport;
+use sinew_identify::report::{Grade, IdentificationReport};
 use sinew_report::{picture_svg, render};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-pub(crate) fn run(arguments: &IdentifyArguments) -> Result<(), Error> {
-    let folder = Folder::open(&arguments.write.out)?;
-    refuse_overwrite(&arguments.logs, &output_files(&folder, &arguments.write))?;
+pub(crate) fn run(arguments: &IdentifyArguments, general: &General) -> Result<Answer, Error> {
+    let folder = arguments.out.as_deref().map(Folder::open).transpose()?;
+    if let Some(folder) = &folder {
+        refuse_overwrite(&arguments.logs, &output_files(folder, &arguments.write), general.no_clobber)?;
+    }
     let progress = Progress::new();
     progress.show("reading logs", 0.0);
     let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
     let data = read_dataset(&role_flags(&arguments.roles), &options)?;
+    let (Some(folder), false) = (folder, arguments.dry_run) else {
+        let logs = || serde_json::json!({"logs": data.logs, "columns": data.columns});
+        let content = if general.json { Content::json(&logs())? } else { Content::Text(account(&data)) };
+        return Ok(Answer::done(content, Vec::new()));
+    };
+    if !general.json {
+        // Before the fit, so that a wrong role is seen in time.
+        print(&(account(&data) + "\n"))?;
+    }
     let models =
         if arguments.model.iter().any(|m| m == "auto") { Vec::new() } else { arguments.model.clone() };
-    let options = Options { seed: arguments.write.seed, models };
+    let options = Options { seed: arguments.write.seed, models, keep: keep(&arguments.keep) };
     let identification = identify(&data, &options, &|stage, done| progress.show(stage, done))?;
     drop(progress);
-    write_results(&folder, &arguments.write, &identification)
+    write_results(&folder, &arguments.write, &identification, general.json)
+}
+
+/// `all`, or names.
+fn keep(names: &[String]) -> Keep {
+    match names {
+        [] => Keep::Judged,
+        [all] if all == "all" => Keep::All,
+        names => Keep::Logs(names.to_vec()),
+    }
 }
 
 fn role_flags(roles: &RoleArguments) -> RequestedRoles {
@@ -37,6 +59,7 @@ fn role_flags(roles: &RoleArguments) -> RequestedRoles {
         time: roles.time.clone(),
         trial: roles.trial.clone(),
         group: roles.group.clone(),
+        ignore: roles.ignore.clone(),
     }
 }
 
@@ -46,12 +69,13 @@ pub(crate) fn output_files(folder: &Folder, write: &WriteArguments) -> Vec<PathB
     files.into_iter().chain(write.picture.clone()).collect()
 }
 
-/// Writes model, report and picture, all or none, and prints the summary.
+/// Writes model, report and picture, all or none; the answer is the summary.
 pub(crate) fn write_results(
     folder: &Folder,
     write: &WriteArguments,
     identification: &Identification,
-) -> Result<(), Error> {
+    json: bool,
+) -> Result<Answer, Error> {
     let report = &identification.report;
     let (model_path, page_path) = (folder.file("model.json"), folder.file("report.html"));
     let model = identification.model.to_json().map_err(sinew_identify::Error::from)?;
@@ -62,17 +86,22 @@ pub(crate) fn write_results(
     if let Some((path, picture)) = &picture {
         files.push(((*path).clone(), picture.as_bytes()));
     }
-    write_all(&files)?;
-    if write.json {
-        return print(&(serde_json::to_string(&summary(report, &model_path))? + "\n"));
-    }
-    print(&summary_text(report, &model_path, &page_path))
+    let written = write_all(&files)?;
+    let content = if json {
+        Content::json(&summary(report, &model_path))?
+    } else {
+        Content::Text(summary_text(report))
+    };
+    Ok(Answer::done(content, written))
 }
 
 /// The report without its traces, for `--json`.
 fn summary(report: &IdentificationReport, model: &Path) -> serde_json::Value {
     serde_json::json!({
         "model": model.display().to_string(),
+        "far": report.far,
+        "far_unit": report.far_unit,
+        "far_range": report.far_range,
         "chosen": report.chosen,
         "expected": report.expected,
         "grade": report.grade,
@@ -80,6 +109,7 @@ fn summary(report: &IdentificationReport, model: &Path) -> serde_json::Value {
         "influence": report.influence,
         "classical": report.classical,
         "logs": report.logs,
+        "columns": report.columns,
         "question": report.question,
         "warnings": report.warnings,
         "advice": report.recommendations,
@@ -87,24 +117,38 @@ fn summary(report: &IdentificationReport, model: &Path) -> serde_json::Value {
     })
 }
 
+/// How much each log spoils the prediction of the others; nothing with too few logs.
+fn influence_text(report: &IdentificationReport) -> String {
+    if report.influence.is_empty() {
+        return String::new();
+    }
+    let rows: Vec<Vec<String>> = report
+        .influence
+        .iter()
+        .map(|row| {
+            let verdict = if row.dropped { "excluded" } else { "kept" };
+            vec![one_line(&row.log), verdict.to_owned(), number(Some(row.influence.exp()))]
+        })
+        .collect();
+    let mut text =
+        "Leave-one-log-out influence: error on the other logs with it in training, over that without it\n\n"
+            .to_owned();
+    text += &table(&["log", "", "ratio"], &rows, 2);
+    for row in report.influence.iter().filter(|row| !row.remark.is_empty()) {
+        let _ = writeln!(text, "{}: {}", one_line(&row.log), row.remark);
+    }
+    text.push('\n');
+    text
+}
+
 /// The summary for the terminal.
-fn summary_text(report: &IdentificationReport, model: &Path, page: &Path) -> String {
-    let mut text = String::new();
-    for log in &report.logs {
-        for finding in &log.findings {
-            let _ = writeln!(text, "{}: {finding}", log.name);
-        }
-    }
-    for row in report.influence.iter().filter(|row| row.dropped) {
-        let _ = writeln!(text, "{}: {}", row.log, row.remark);
-    }
-    if !text.is_empty() {
-        text.push('\n');
-    }
+fn summary_text(report: &IdentificationReport) -> String {
+    let mut text = influence_text(report);
     let _ = writeln!(text, "Cross-validated prediction of {}. {}\n", bold(&report.far), report.question);
     let rows: Vec<Vec<String>> = report
         .candidates
         .iter()
+        .filter(|c| c.failed.is_none())
         .map(|c| {
             vec![
                 if c.chosen { "*".to_owned() } else { String::new() },
@@ -118,11 +162,24 @@ fn summary_text(report: &IdentificationReport, model: &Path, page: &Path) -> Str
         })
         .collect();
     text += &table(&["", "model", "mean of folds", "RMSE", "of range", "Pearson", "in 95 % band"], &rows, 2);
-    let _ = writeln!(text, "\n{}\n", report.chosen.reason);
+    for candidate in &report.candidates {
+        if let Some(reason) = &candidate.failed {
+            let _ = writeln!(text, "   {}: not compared, because {reason}", candidate.name);
+        }
+    }
+    let unit = if report.far_unit.is_empty() { "the unit of the far side" } else { &report.far_unit };
+    let _ = writeln!(
+        text,
+        "Sorted by the geometric mean of the RMSEs of the folds, in {unit}, by which a model is chosen.\n"
+    );
+    let _ = writeln!(text, "{}\n", report.chosen.reason);
     for warning in &report.warnings {
         let _ = writeln!(text, "Note: {warning}");
     }
     let _ = writeln!(text, "{} {}", report.recommendations[0], report.recommendations[1]);
-    let _ = writeln!(text, "\nWritten: {}, {}", model.display(), page.display());
+    if report.grade != Grade::Use {
+        text += "`sinew bench plan --out plan.csv` writes a programme of motions that shows what a model needs.\n";
+    }
+    text.push('\n');
     text
 }

@@ -3,6 +3,7 @@
 pub(crate) mod adapt;
 pub(crate) mod arm;
 pub(crate) mod bench;
+mod columns;
 pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod drive;
@@ -10,7 +11,9 @@ pub(crate) mod ethercat;
 pub(crate) mod evaluate;
 pub(crate) mod identify;
 pub(crate) mod machine;
+pub(crate) mod man;
 mod numeric_table;
+pub(crate) mod plot;
 pub(crate) mod predict;
 pub(crate) mod reproduce;
 pub(crate) mod run;
@@ -22,33 +25,6 @@ use crate::error::Error;
 use sinew::predictor::Model;
 use std::io::Read;
 use std::path::Path;
-use std::process::ExitCode;
-
-/// How a run without an error ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Outcome {
-    /// As it was asked for.
-    AsAsked,
-    /// Otherwise: a motion that was stopped or inaccurate, a torque out of reach, no drive that meets a
-    /// requirement. All results are written and printed.
-    Otherwise,
-}
-
-impl Outcome {
-    /// As asked where `held`.
-    pub(crate) fn of(held: bool) -> Self {
-        if held { Self::AsAsked } else { Self::Otherwise }
-    }
-}
-
-impl From<Outcome> for ExitCode {
-    fn from(outcome: Outcome) -> Self {
-        match outcome {
-            Outcome::AsAsked => Self::SUCCESS,
-            Outcome::Otherwise => Self::from(3),
-        }
-    }
-}
 
 /// Largest model, robot or table that is read, MB; real ones have some ten kilobytes.
 const MAX_FILE_MB: u64 = 64;

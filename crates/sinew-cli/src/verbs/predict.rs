@@ -2,23 +2,25 @@
 
 use super::evaluate::NOTABLE_SHARE;
 use super::read_model;
-use crate::arguments::PredictArguments;
+use crate::answer::{Answer, Content};
+use crate::arguments::{General, PredictArguments};
 use crate::csv_text::Csv;
 use crate::error::Error;
-use crate::output::{print, refuse_overwrite, write_all};
+use crate::output::{refuse_overwrite, write_all};
 use crate::table::percent;
 use sinew::predictor::{Flags, Prediction};
 use sinew_identify::evaluate::{predict, read_for};
-use sinew_identify::log::{Dataset, ReadOptions};
+use sinew_identify::log::{Dataset, ReadOptions, unit_of};
 
-pub(crate) fn run(arguments: &PredictArguments) -> Result<(), Error> {
-    refuse_overwrite(arguments.logs.iter().chain([&arguments.model]), std::slice::from_ref(&arguments.out))?;
+pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Answer, Error> {
+    let inputs = arguments.logs.iter().chain([&arguments.model]);
+    refuse_overwrite(inputs, std::slice::from_ref(&arguments.out), general.no_clobber)?;
     let model = read_model(&arguments.model)?;
     let options = ReadOptions { skip_s: 0.0, far_required: false, paths: arguments.logs.clone() };
     let data = read_for(&model, &options)?;
     let predictions = predict(&model, &data)?;
     let text = csv_text(&data, &predictions)?;
-    write_all(&[(arguments.out.clone(), text.as_bytes())])?;
+    let written = write_all(&[(arguments.out.clone(), text.as_bytes())])?;
     let (mut rows, mut unknown, mut outside) = (0_usize, 0_usize, 0_usize);
     for prediction in predictions.iter().flatten() {
         rows += 1;
@@ -26,21 +28,29 @@ pub(crate) fn run(arguments: &PredictArguments) -> Result<(), Error> {
         outside += usize::from(prediction.flags.out_of_range);
     }
     let share = outside as f64 / rows.max(1) as f64;
-    let note = if share > NOTABLE_SHARE {
-        format!(
-            "Note: {} of the samples lie outside the ranges of the training logs; the expected error and the 95 % band \
-             hold inside them only.\n",
-            percent(Some(share))
-        )
+    let content = if general.json {
+        Content::json(&serde_json::json!({
+            "far": model.far, "far_unit": unit_of(&model.far), "predictions": rows, "state_unknown": unknown, "out_of_range": outside,
+        }))?
     } else {
-        String::new()
+        Content::Text(summary(&model.far, rows, unknown, outside, share))
     };
-    print(&format!(
-        "{note}Written: {rows} predictions of `{}` to {}; state unknown in {unknown}, outside the range of the \
-         training data in {outside}\n",
-        model.far,
-        arguments.out.display()
-    ))
+    Ok(Answer::done(content, written))
+}
+
+fn summary(far: &str, rows: usize, unknown: usize, outside: usize, share: f64) -> String {
+    let mut text = format!(
+        "{rows} predictions of `{far}`; the state of the hysteresis is unknown in {unknown}, {outside} lie outside the \
+         range of the training logs\n"
+    );
+    if share > NOTABLE_SHARE {
+        text += &format!(
+            "Warning: {} of the samples lie outside the ranges of the training logs; the expected error and the \
+             95 % band hold inside them only.\n",
+            percent(Some(share))
+        );
+    }
+    text
 }
 
 fn csv_text(data: &Dataset, predictions: &[Vec<Prediction>]) -> Result<String, Error> {

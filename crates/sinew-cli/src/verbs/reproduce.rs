@@ -2,12 +2,14 @@
 
 use super::arm::model::load_machine;
 use super::{track, twin};
-use crate::arguments::{Part, ReproduceArguments};
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{General, Part, ReproduceArguments};
 use crate::error::Error;
-use crate::output::{Folder, print, write_all};
+use crate::output::{Folder, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
 use serde_json::Value;
+use sinew_lab::arm::TrackOutcome;
 use sinew_lab::paper;
 use sinew_lab::reproduce::{
     ArmOptions, ArmPart, BenchOptions, BenchPart, Indices, Sides, reproduce_arm, reproduce_bench,
@@ -15,8 +17,10 @@ use sinew_lab::reproduce::{
 use sinew_report::{reproduction, tracking};
 use std::path::Path;
 
-pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {
+pub(crate) fn run(arguments: &ReproduceArguments, general: &General) -> Result<Answer, Error> {
     let folder = Folder::open(&arguments.out)?;
+    let (report, results) = (folder.file("report.html"), folder.file("results.json"));
+    refuse_overwrite([], &[report.clone(), results.clone()], general.no_clobber)?;
     let progress = Progress::new();
     let (quick, seed) = (arguments.quick, arguments.seed);
     let both = arguments.part == Part::All;
@@ -39,12 +43,14 @@ pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {
         })
         .transpose()?;
     drop(progress);
-    let json = serde_json::to_string_pretty(&numbers(bench.as_ref(), arm.as_ref(), seed)?)? + "\n";
+    let numbers = numbers(bench.as_ref(), arm.as_ref(), seed)?;
+    let json = serde_json::to_string_pretty(&numbers)? + "\n";
     let page = page(bench.as_ref(), arm.as_ref(), quick)?;
-    let (report, results) = (folder.file("report.html"), folder.file("results.json"));
-    write_all(&[(report.clone(), page.as_bytes()), (results.clone(), json.as_bytes())])?;
-    if arguments.json {
-        return print(&json);
+    let written = write_all(&[(report, page.as_bytes()), (results, json.as_bytes())])?;
+    let completed = |part: &ArmPart| part.tracking.values().all(|n| n.ended == TrackOutcome::Completed);
+    let outcome = Outcome::of(arm.as_ref().is_none_or(completed));
+    if general.json {
+        return Ok(Answer { outcome, content: Content::json(&numbers)?, written });
     }
     let mut text = bench.as_ref().map_or_else(String::new, |part| summary_text(part) + "\n");
     if let Some(part) = &arm {
@@ -52,7 +58,7 @@ pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Error> {
         text += &track::tracking_table(&part.tracking);
         text += &format!("The paper reports {mean_mm} mm mean and {max_mm} mm max.\n\n");
     }
-    print(&format!("{text}Written: {}, {}\n", report.display(), results.display()))
+    Ok(Answer { outcome, content: Content::Text(text), written })
 }
 
 /// Everything as one object.

@@ -2,10 +2,10 @@
 
 mod problems;
 
-use super::{Outcome, read_text};
-use crate::arguments::TensionArguments;
+use super::read_text;
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{General, TensionArguments};
 use crate::error::Error;
-use crate::output::print;
 use crate::table::{number, table};
 use problems::ValidProblem;
 use serde::Serialize;
@@ -15,11 +15,11 @@ use std::time::Instant;
 /// What is printed with `--json`.
 #[derive(Debug, Serialize)]
 struct Solutions {
-    solutions: Vec<Answer>,
+    solutions: Vec<Solved>,
 }
 
 #[derive(Debug, Serialize)]
-struct Answer {
+struct Solved {
     status: &'static str,
     tension_n: Vec<f64>,
     residual_nm: Vec<f64>,
@@ -29,7 +29,7 @@ struct Answer {
     at_limit: [usize; 2],
 }
 
-pub(crate) fn run(arguments: &TensionArguments) -> Result<Outcome, Error> {
+pub(crate) fn run(arguments: &TensionArguments, general: &General) -> Result<Answer, Error> {
     let file = &arguments.problems;
     let refused = |problem| Error::TensionProblems { file: file.clone(), problem };
     let problems = problems::parse(&read_text(file)?).map_err(refused)?;
@@ -38,22 +38,19 @@ pub(crate) fn run(arguments: &TensionArguments) -> Result<Outcome, Error> {
     });
     let solutions = Solutions { solutions: solutions.collect::<Result<_, _>>()? };
     let outcome = Outcome::of(solutions.solutions.iter().all(|answer| answer.status == "optimal"));
-    if arguments.json {
-        print(&(serde_json::to_string(&solutions)? + "\n"))?;
-    } else {
-        print(&summary(&solutions.solutions))?;
-    }
-    Ok(outcome)
+    let content =
+        if general.json { Content::json(&solutions)? } else { Content::Text(summary(&solutions.solutions)) };
+    Ok(Answer { outcome, content, written: Vec::new() })
 }
 
 /// Solves one problem without a warm start; the time includes its check.
-fn solve(valid: &ValidProblem) -> Result<Answer, sinew::Error> {
+fn solve(valid: &ValidProblem) -> Result<Solved, sinew::Error> {
     let mut distribution = Distribution::new(valid.min_n.len(), valid.torque_nm.len());
     let start = Instant::now();
     let solution = distribution.solve(&valid.problem())?;
     let seconds = start.elapsed().as_secs_f64();
     let at = |limit: Limit| solution.limit.iter().filter(|l| **l == limit).count();
-    Ok(Answer {
+    Ok(Solved {
         status: match solution.status {
             Status::Optimal => "optimal",
             Status::Infeasible => "infeasible",
@@ -68,9 +65,9 @@ fn solve(valid: &ValidProblem) -> Result<Answer, sinew::Error> {
 }
 
 /// One line per problem.
-fn summary(answers: &[Answer]) -> String {
+fn summary(answers: &[Solved]) -> String {
     let most = |list: &[f64]| list.iter().copied().map(f64::abs).reduce(f64::max);
-    let row = |(k, answer): (usize, &Answer)| {
+    let row = |(k, answer): (usize, &Solved)| {
         let [lower, upper] = answer.at_limit;
         let least = answer.tension_n.iter().copied().reduce(f64::min);
         vec![

@@ -91,6 +91,12 @@ impl Bench {
         self.ends_with(SYSTEM, arguments, parts);
     }
 
+    /// As [`refuses`](Self::refuses), with the exit code of a result that is not what was asked for.
+    #[track_caller]
+    pub(crate) fn declines(&self, arguments: &str, parts: &[&str]) {
+        self.ends_with(NOT_AS_ASKED, arguments, parts);
+    }
+
     #[track_caller]
     fn ends_with(&self, code: i32, arguments: &str, parts: &[&str]) {
         let before = self.content();
@@ -149,12 +155,23 @@ fn collect(folder: &Path, content: &mut BTreeMap<PathBuf, Option<Vec<u8>>>) {
 /// Exit codes.
 pub(crate) const SYSTEM: i32 = 1;
 pub(crate) const BAD_INPUT: i32 = 2;
+pub(crate) const NOT_AS_ASKED: i32 = 3;
 
+/// One line of error; standard output is empty, or the same error as a document, or what `identify` and
+/// `adapt` say before they fit.
 #[track_caller]
 pub(crate) fn ended(expected: i32, what: &str, outcome: &Outcome, parts: &[&str]) {
     let Outcome { code, stdout, stderr } = outcome;
     assert_eq!(*code, Some(expected), "{what}: {stdout}{stderr}");
-    assert_eq!(stdout, "", "{what}");
+    if what.contains("--json") {
+        let document: serde_json::Value = serde_json::from_str(stdout).unwrap();
+        assert_eq!(document["exit_code"], expected, "{what}: {stdout}");
+        assert_eq!(stderr.trim_end(), format!("error: {}", document["error"]["message"].as_str().unwrap()));
+    } else {
+        let fits = ["identify", "adapt"].iter().any(|verb| what.starts_with(verb));
+        let account = fits && stdout.starts_with("log ");
+        assert!(stdout.is_empty() || account, "{what}: {stdout}");
+    }
     assert!(stderr.starts_with("error: ") && stderr.ends_with('\n'), "{what}: {stderr}");
     assert_eq!(stderr.lines().count(), 1, "{what}: {stderr}");
     for part in parts {

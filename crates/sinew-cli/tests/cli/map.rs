@@ -48,7 +48,7 @@ fn a_map_has_a_table_a_report_and_every_pose_as_json() {
     assert_eq!(held[3]["of_poses_kg"].as_array().unwrap().len(), 40);
     let raised = map["payload"]["raised"].as_array().unwrap();
     let cooler = raised.iter().find(|one| one["change"] == "more continuous torque").unwrap();
-    assert!(cooler["for_ever_kg"].as_f64().unwrap() > 1.3 * median(3), "{cooler}");
+    assert!(cooler["continuous_kg"].as_f64().unwrap() > 1.3 * median(3), "{cooler}");
     assert_eq!(run.stdout, bench.run("machine map planar_leg --poses 40 --json").stdout);
 }
 

@@ -55,12 +55,40 @@ fn every_shell_gets_a_script_that_completes_verbs_and_flags() {
 fn an_unknown_verb_flag_or_value_is_bad_input() {
     let bench = Bench::new();
     for arguments in
-        ["", "identfy a.csv", "identify a.csv", "identify --out out", "identify a.csv --out out --seed x"]
+        ["identfy a.csv", "identify a.csv", "identify --out out", "identify a.csv --out out --seed x"]
     {
         let outcome = bench.run(arguments);
         assert_eq!(outcome.code, Some(2), "{arguments}");
         assert_eq!(outcome.stdout, "", "{arguments}");
     }
+}
+
+#[test]
+fn the_program_alone_says_what_its_help_says() {
+    let bench = Bench::new();
+    assert_eq!(bench.succeeds("").stdout, bench.succeeds("--help").stdout);
+}
+
+#[test]
+fn the_version_names_commit_and_features() {
+    let version = Bench::new().succeeds("--version").stdout;
+    assert!(version.starts_with(concat!("sinew ", env!("CARGO_PKG_VERSION"), " (")), "{version}");
+    for (feature, built) in [("parquet", cfg!(feature = "parquet")), ("mat73", cfg!(feature = "mat73"))] {
+        assert_eq!(version.contains(feature), built, "{version}");
+    }
+}
+
+#[test]
+fn every_verb_has_a_manual_page() {
+    let bench = Bench::new();
+    bench.succeeds("man --out man");
+    let pages = bench.files("man");
+    for page in ["sinew.1", "sinew-identify.1", "sinew-arm-convert.1", "sinew-machine-tune.1"] {
+        assert!(pages.iter().any(|name| name == page), "{page}: {pages:?}");
+    }
+    let page = bench.read("man/sinew-identify.1");
+    assert!(page.contains(".TH sinew-identify 1") && page.contains("\\-\\-ignore"), "{page}");
+    assert_eq!(bench.succeeds("man").stdout, bench.read("man/sinew.1"));
 }
 
 #[test]
@@ -113,12 +141,13 @@ fn evaluate_has_exactly_the_promised_shape() {
         names.sort_unstable();
         names.into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
-    assert_eq!(keys(&all), ["logs", "overall"]);
+    let head = ["exit_code", "outcome", "program", "schema_version", "verb", "written"];
+    assert_eq!(keys(&all), sorted(&[&head[..], &["far", "far_unit", "logs", "overall"]].concat()));
     assert_eq!(keys(&all["overall"]), sorted(&SCORES));
     let logs = all["logs"].as_array().unwrap();
     assert_eq!(logs.len(), 2);
     for (log, name) in logs.iter().zip(["a.csv", "b.csv"]) {
-        assert_eq!(keys(log), sorted(&[&SCORES[..], &["log"]].concat()));
+        assert_eq!(keys(log), sorted(&[&SCORES[..], &["log", "in_training"]].concat()));
         assert_eq!(log["log"], name);
         assert_eq!(log["n"], ROWS);
     }

@@ -12,6 +12,27 @@ fn a_second_run_replaces_the_first_result() {
 }
 
 #[test]
+fn a_replaced_file_is_said_and_refused_where_none_may_be() {
+    let bench = Bench::with_model();
+    let first = bench.succeeds("predict out/model.json a.csv --out p.csv").stdout;
+    assert!(first.ends_with("Written: p.csv\n"), "{first}");
+    let second = bench.succeeds("predict out/model.json a.csv --out p.csv").stdout;
+    assert!(second.ends_with("Written: p.csv (replaced)\n"), "{second}");
+    bench.succeeds("predict out/model.json a.csv --out q.csv --no-clobber");
+    for arguments in [
+        "predict out/model.json a.csv --out p.csv --no-clobber",
+        "identify a.csv --model cell --out out --no-clobber",
+        "twin cable --out p.csv --no-clobber",
+        "bench run --out p.csv --no-clobber",
+        "machine show finger --picture p.csv --no-clobber",
+        "demo --out out --no-clobber",
+        "track --record p.csv --no-clobber",
+    ] {
+        bench.refuses(arguments, &["exists already", "--no-clobber"]);
+    }
+}
+
+#[test]
 fn a_failed_second_run_leaves_the_first_result_unharmed() {
     let bench = Bench::with_model();
     bench.write("bad.csv", with_line(40, "0.76,x,1"));
@@ -167,7 +188,11 @@ fn signals_that_end_the_program_leave_nothing_half_written() {
         let bench = Bench::new();
         let outcome = interrupted(&bench, "new/out", signal);
         assert_eq!(outcome.code, Some(130), "{}", outcome.stderr);
-        assert!(outcome.stderr.contains("interrupted") && outcome.stdout.is_empty(), "{}", outcome.stderr);
+        assert!(
+            outcome.stderr.contains("interrupted") && !outcome.stdout.contains("Written"),
+            "{}",
+            outcome.stderr
+        );
         assert!(!bench.path("new").exists(), "created folders are removed");
         assert!(bench.files(".").iter().all(|name| name.ends_with(".csv")), "{:?}", bench.files("."));
     }

@@ -32,7 +32,7 @@ pub(super) fn assemble(
         constants.push(log.constants);
     }
     let found = conditions::find(roles.group.as_deref(), &constants, &mut sequences);
-    let mut dataset = Dataset { roles, logs: infos, conditions: found, sequences };
+    let mut dataset = Dataset { roles, columns: Vec::new(), logs: infos, conditions: found, sequences };
     if far_required {
         drop_duplicates(&mut dataset);
     }

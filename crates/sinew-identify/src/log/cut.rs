@@ -165,18 +165,14 @@ impl<'a> Cutter<'a> {
                 findings.push(format!("{} {what}: {}", occurrences.count, occurrences.places()));
             }
         };
-        report(&self.gaps, "gap, states start anew after it", "gaps, states start anew after each");
-        report(
-            &self.repeated,
-            "row repeats the one before and was dropped",
-            "rows repeat the one before and were dropped",
-        );
+        report(&self.gaps, "gap, states reset after it", "gaps, states reset after each");
+        report(&self.repeated, "repeated row, dropped", "repeated rows, dropped");
         report(
             &self.simultaneous,
-            "row has the time of the one before but other values: the first was kept",
-            "rows have the time of the one before but other values: the first was kept",
+            "duplicate timestamp with other values, first kept",
+            "duplicate timestamps with other values, first kept",
         );
-        report(&self.without_time, "row has no time and was dropped", "rows have no time and were dropped");
+        report(&self.without_time, "row without a timestamp, dropped", "rows without a timestamp, dropped");
         if self.skipped > 0 {
             findings.push(format!(
                 "{} samples in the first {} s of the trials are neither fitted nor scored",

@@ -10,6 +10,7 @@
 //! | text      | `text`       | delimiter, decimal comma, comments, header, units row                 |
 //! | binary    | `binary`     | which arrays are columns: MATLAB v5, v7.3, Parquet                    |
 //! | roles     | `roles`      | what each column means, as requested or by the names in `names`       |
+//! | uses      | `uses`       | which column by name is a label instead, and the account of all columns |
 //! | table     | `table`      | numbers, labels, and columns that are constant within trials          |
 //! | sequences | `cut`        | trials, gaps, repeated rows, skipped seconds                          |
 //! | spikes    | `spikes`     | single samples that no cable can have produced                        |
@@ -37,9 +38,13 @@ mod table;
 mod text;
 mod times;
 mod types;
+mod uses;
 
 pub use memory_limit::MEMORY_LIMIT_BYTES;
+pub use names::unit_of;
 pub use read::{read_bytes, read_bytes_with_roles, read_dataset, read_with_roles};
 pub use signal_checks::MIN_SCORED;
 pub use times::{GAP_INTERVALS, GAP_TYPICAL};
-pub use types::{Condition, Dataset, Input, LogInfo, ReadOptions, RequestedRoles, Role, Roles, Sequence};
+pub use types::{
+    ColumnUse, Condition, Dataset, Input, LogInfo, ReadOptions, RequestedRoles, Role, Roles, Sequence,
+};

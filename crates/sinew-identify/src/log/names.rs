@@ -58,6 +58,9 @@ const OTHER_UNITS: [&str; 26] = [
     "degree", "degrees", "rev", "turns", "counts", "ticks", "v", "a", "ma", "percent",
 ];
 
+/// Units with capital letters.
+const CAPITAL_UNITS: [&str; 9] = ["N", "kN", "mN", "Nm", "mNm", "Nmm", "Ncm", "V", "A"];
+
 /// What a column is by its name alone.
 pub(super) fn meaning(column: &str) -> Option<Meaning> {
     let plain = plain(column);
@@ -117,6 +120,16 @@ fn split_unit(plain: &str) -> (&str, Option<&str>) {
 
 fn is_plain_unit(word: &str) -> bool {
     OTHER_UNITS.contains(&word) || TIME_UNITS.iter().any(|(name, _)| *name == word)
+}
+
+/// The unit in a name, as it is written in text, or an empty string: that of its last word which is a unit, so that
+/// `tension_n_filtered` has one. The first word is the quantity.
+#[must_use]
+pub fn unit_of(column: &str) -> String {
+    let plain = plain(column);
+    let unit = plain.split('_').skip(1).filter(|word| is_plain_unit(word)).last().unwrap_or_default();
+    let written = CAPITAL_UNITS.iter().find(|name| name.eq_ignore_ascii_case(unit));
+    written.map_or_else(|| unit.to_owned(), |name| (*name).to_owned())
 }
 
 /// Whether a cell of a units row could be a unit: short, or empty, or in brackets.

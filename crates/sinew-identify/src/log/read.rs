@@ -5,6 +5,7 @@ use super::names::{Meaning, meaning};
 use super::open::{OpenLog, open_bytes, open_paths};
 use super::roles::{self, Columns};
 use super::types::{Dataset, ReadOptions, RequestedRoles, Roles};
+use super::uses::{self, Label};
 use crate::Error;
 
 /// Reads logs whose columns are found by flags and by name.
@@ -14,7 +15,7 @@ use crate::Error;
 /// # Errors
 /// Every way in which a log can be unusable is an [`Error`] of its own that names file, line and column.
 pub fn read_dataset(flags: &RequestedRoles, options: &ReadOptions) -> Result<Dataset, Error> {
-    with_flags(flags, options, open_paths(&options.paths)?)
+    with_flags(flags, options, &|| open_paths(&options.paths))
 }
 
 /// The same from memory: `logs` are names and contents; [`ReadOptions::paths`] is not used.
@@ -26,7 +27,7 @@ pub fn read_bytes(
     flags: &RequestedRoles,
     options: &ReadOptions,
 ) -> Result<Dataset, Error> {
-    with_flags(flags, options, open_bytes(logs)?)
+    with_flags(flags, options, &|| open_bytes(logs))
 }
 
 /// Reads logs whose columns are fixed by a model.
@@ -52,16 +53,40 @@ pub fn read_bytes_with_roles(
     with_roles(roles, options, open_bytes(logs)?)
 }
 
-fn with_flags(flags: &RequestedRoles, options: &ReadOptions, logs: Vec<OpenLog>) -> Result<Dataset, Error> {
+/// Reads, and reads again without the columns that turned out to be labels.
+fn with_flags(
+    flags: &RequestedRoles,
+    options: &ReadOptions,
+    open: &dyn Fn() -> Result<Vec<OpenLog>, Error>,
+) -> Result<Dataset, Error> {
     check_skip(options.skip_s)?;
-    let roles = roles::find(flags, &columns(&logs), options.far_required)?;
-    let dataset = assemble(roles, logs, options.skip_s, options.far_required)?;
+    let mut labels: Vec<Label> = Vec::new();
+    loop {
+        let logs = open()?;
+        let mut wanted = flags.clone();
+        wanted.ignore.extend(labels.iter().map(|label| label.column.clone()));
+        let found = columns(&logs);
+        let roles = roles::find(&wanted, &found, options.far_required)?;
+        let named = uses::named(&found, |log, column| logs[log].unit(column));
+        let mut dataset = assemble(roles, logs, options.skip_s, options.far_required)?;
+        let new = uses::labels(flags, &dataset);
+        if new.is_empty() {
+            one_group_is_none(flags, &dataset)?;
+            dataset.columns = uses::uses(flags, &labels, &named, &dataset);
+            return Ok(dataset);
+        }
+        labels.extend(new);
+    }
+}
+
+/// Refuses a group with a single value, along which nothing can be held out.
+fn one_group_is_none(flags: &RequestedRoles, dataset: &Dataset) -> Result<(), Error> {
     match dataset.conditions.first() {
         Some(first) if flags.group.as_ref() == Some(&first.column) && first.values.len() < 2 => {
             let value = first.values.first().cloned().unwrap_or_default();
             Err(Error::OneGroup { column: first.column.clone(), value })
         }
-        _ => Ok(dataset),
+        _ => Ok(()),
     }
 }
 

@@ -28,6 +28,7 @@ pub(super) fn find(
         .iter()
         .map(|input| input.column.as_str())
         .chain([&requested.far, &requested.time, &requested.trial].into_iter().flatten().map(String::as_str))
+        .chain(requested.ignore.iter().map(String::as_str))
         .collect();
     let named = |wanted: fn(Meaning) -> bool| -> Vec<String> {
         let fits = |name: &&&str| !taken.contains(**name) && meaning(name).is_some_and(wanted);
@@ -48,6 +49,9 @@ pub(super) fn find(
     let inputs = if given_inputs.is_empty() { named_inputs(&named) } else { given_inputs };
     let roles = Roles { far, inputs, time, trial, group: requested.group.clone() };
     present(&roles, logs, far_required)?;
+    for column in &requested.ignore {
+        known(column, logs)?;
+    }
     if roles.inputs.is_empty() {
         return Err(Error::NoInputs { file: first.file.into(), columns: first.names.to_vec() });
     }
@@ -100,6 +104,7 @@ fn refuse_two_roles(requested: &RequestedRoles) -> Result<(), Error> {
     given.extend(requested.given.iter().map(|c| (c.as_str(), ColumnRole::Given)));
     given.extend(requested.time.iter().map(|c| (c.as_str(), ColumnRole::Time)));
     given.extend(requested.trial.iter().map(|c| (c.as_str(), ColumnRole::Trial)));
+    given.extend(requested.ignore.iter().map(|c| (c.as_str(), ColumnRole::Ignored)));
     for (i, &(column, second)) in given.iter().enumerate() {
         if let Some(&(_, first)) = given[..i].iter().find(|&&(other, _)| other == column) {
             return Err(Error::TwoRoles { column: column.into(), first, second });
@@ -133,6 +138,12 @@ fn present(roles: &Roles, logs: &[Columns<'_>], far_required: bool) -> Result<()
         one_column(column, optional, logs)?;
     }
     Ok(())
+}
+
+/// Refuses a column to be ignored that no log has: a slip of the pen would leave the column meant in its role.
+fn known(column: &str, logs: &[Columns<'_>]) -> Result<(), Error> {
+    let here = |log: &Columns<'_>| log.names.iter().any(|name| name == column);
+    if logs.iter().any(here) { Ok(()) } else { one_column(column, false, logs) }
 }
 
 /// Refuses logs that lack `column`, or have it twice.

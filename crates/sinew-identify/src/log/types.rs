@@ -26,6 +26,21 @@ pub struct RequestedRoles {
     pub trial: Option<String>,
     /// Condition label: cross-validation holds out one value of it at a time.
     pub group: Option<String>,
+    /// Columns that get no role by their names.
+    pub ignore: Vec<String>,
+}
+
+/// What a column of the logs is used for, and why.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct ColumnUse {
+    /// Its name.
+    pub column: String,
+    /// Its role; `None` where it is left.
+    pub role: Option<crate::ColumnRole>,
+    /// Its unit by a units row or by the end of its name; empty where neither states one.
+    pub unit: String,
+    /// Why it has this role, or none.
+    pub reason: String,
 }
 
 /// Columns by role after they were found in every log.
@@ -102,6 +117,8 @@ pub struct LogInfo {
 pub struct Dataset {
     /// The columns used.
     pub roles: Roles,
+    /// What every column is used for, by role and name; empty where a model fixes the roles.
+    pub columns: Vec<ColumnUse>,
     /// One entry per file.
     pub logs: Vec<LogInfo>,
     /// Conditions found in the logs.

@@ -42,7 +42,7 @@ impl Assessment {
         if chosen != LINEAR && over(linear_rmse) > NO_BETTER_THAN_LINEAR {
             reasons.push("a linear regression predicts unseen data as well".to_owned());
         }
-        let validation = evidence.scored[evidence.chosen].validation.as_ref();
+        let validation = evidence.scored[evidence.chosen].validation();
         if let (Some(validation), Some(constant)) = (validation, constant) {
             let folds = validation.folds.iter().zip(&constant.folds);
             let lost = folds.filter(|(model, constant)| model.rmse > USELESS * constant.rmse).count();
@@ -67,5 +67,5 @@ impl Assessment {
 }
 
 fn reference<'a>(evidence: &'a Evidence<'_>, name: &str) -> Option<&'a CrossValidation> {
-    evidence.scored.iter().find(|scored| scored.name == name)?.validation.as_ref()
+    evidence.scored.iter().find(|scored| scored.name == name)?.validation()
 }

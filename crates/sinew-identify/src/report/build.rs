@@ -9,6 +9,7 @@ use super::traces::traces;
 use super::types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport};
 use crate::fit::classical::fit_classical;
 use crate::fit::run::Run;
+use crate::log::unit_of;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
 use crate::select::influence::InfluenceRow;
 use sinew::metrics::Comparison;
@@ -18,14 +19,16 @@ use sinew::predictor::Model;
 pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> IdentificationReport {
     let Evidence { logs, scored, chosen, model, folds, .. } = *evidence;
     let range = model.provenance.far_range;
-    let validation = scored[chosen].validation.as_ref();
+    let validation = scored[chosen].validation();
     let rmse = model.provenance.rmse_unseen;
     let mut report = IdentificationReport {
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed: model.provenance.seed,
         far: model.far.clone(),
+        far_unit: unit_of(&model.far),
         inputs: model.inputs.clone(),
         logs: logs.data.logs.clone(),
+        columns: logs.data.columns.clone(),
         conditions: logs.data.conditions.clone(),
         question: folds.question.clone(),
         folds: folds.held_out.len(),
@@ -61,12 +64,13 @@ fn candidates(evidence: &Evidence<'_>) -> Vec<Candidate> {
     let scored = evidence.scored.iter().enumerate();
     let mut candidates: Vec<Candidate> =
         scored.map(|(k, scored)| candidate(scored, range, k == evidence.chosen, runs)).collect();
+    candidates.extend(evidence.not_compared.iter().map(not_compared));
     candidates.sort_by(|a, b| a.score.total_cmp(&b.score));
     candidates
 }
 
 fn candidate(scored: &ScoredCandidate, range: f64, chosen: bool, runs: &[Run]) -> Candidate {
-    let validation = scored.validation.as_ref();
+    let validation = scored.validation();
     let comparison = validation.map(|v| v.comparison).unwrap_or_default();
     let rmse = comparison.rmse().unwrap_or(f64::NAN);
     Candidate {
@@ -80,8 +84,15 @@ fn candidate(scored: &ScoredCandidate, range: f64, chosen: bool, runs: &[Run]) -
         coverage95: validation.map_or(f64::NAN, |v| coverage(v, runs)),
         fold_rmse: validation.map_or_else(Vec::new, |v| v.folds.iter().map(|fold| fold.rmse).collect()),
         rmse_in_sample: validation.map_or(f64::NAN, |v| v.rmse_in_sample),
-        failed: validation.is_none().then(|| "could not be fitted to these logs".to_string()),
+        failed: scored.outcome.as_ref().err().cloned(),
     }
+}
+
+/// A candidate that these logs do not allow.
+fn not_compared((name, reason): &(String, String)) -> Candidate {
+    let none =
+        ScoredCandidate { name: name.clone(), description: String::new(), outcome: Err(reason.clone()) };
+    candidate(&none, f64::NAN, false, &[])
 }
 
 /// Coverage of the band, each fold with the factor of the other folds.

@@ -11,6 +11,8 @@ pub(crate) struct Evidence<'a> {
     pub(crate) logs: &'a ConditionedLogs,
     /// Every candidate with its cross-validation.
     pub(crate) scored: &'a [ScoredCandidate],
+    /// Names of the candidates that these logs do not allow, with the reason.
+    pub(crate) not_compared: &'a [(String, String)],
     /// Index of the chosen one.
     pub(crate) chosen: usize,
     /// Why it was chosen, in one sentence.

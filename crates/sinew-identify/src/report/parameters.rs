@@ -1,6 +1,7 @@
 //! Physical parameters of the chosen model with their intervals.
 
 use crate::fit::classical::Parameter;
+use crate::log::unit_of;
 use sinew::predictor::{CableModel, MemoryLaw, Model, Signal};
 use sinew::transmission::{BasisTerm, ClampCell};
 
@@ -34,6 +35,8 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
         let others: Vec<f64> = folds.iter().map(|m| number(m)).collect();
         let (value, (low, high)) = (number(model), jackknife(number(model), &others));
         let identified = low.is_finite() && low > 0.0;
+        // None of these numbers can be negative.
+        let low = if low.is_finite() { low.max(0.0) } else { low };
         let remark = match (low.is_finite(), identified) {
             (false, _) => "too few folds for an interval",
             (true, false) => "these logs do not determine it",
@@ -60,13 +63,14 @@ fn cell_parameters(model: &Model, cell: &ClampCell, folds: &[&ClampCell]) -> Vec
         BasisTerm::Signal(i) => name_of(i),
         BasisTerm::Product(i, j) => format!("{} x {}", name_of(i), name_of(j)),
     };
-    let parameter = |name: String, value: f64, others: Vec<f64>| {
+    let units = Units::of(law, model);
+    let parameter = |name: String, unit: String, value: f64, others: Vec<f64>| {
         let (low, high) = jackknife(value, &others);
         let crosses = low <= 0.0 && high >= 0.0;
         let known = low.is_finite();
         Parameter {
             name,
-            unit: "far/near".to_owned(),
+            unit,
             value,
             low,
             high,
@@ -83,15 +87,67 @@ fn cell_parameters(model: &Model, cell: &ClampCell, folds: &[&ClampCell]) -> Vec
     let mut parameters = Vec::new();
     for (k, term) in cell.basis.iter().enumerate() {
         let name = format!("lower bound, {}", term_name(term));
-        parameters.push(parameter(name, cell.low[k], folds.iter().map(|c| c.low[k]).collect()));
+        let unit = units.of_bound(term);
+        parameters.push(parameter(name, unit.clone(), cell.low[k], folds.iter().map(|c| c.low[k]).collect()));
         let name = format!("upper bound, {}", term_name(term));
-        parameters.push(parameter(name, cell.high[k], folds.iter().map(|c| c.high[k]).collect()));
+        parameters.push(parameter(name, unit, cell.high[k], folds.iter().map(|c| c.high[k]).collect()));
     }
     for (k, &signal) in cell.elastic.iter().enumerate() {
         let name = format!("stiffness inside the band, {}", name_of(signal));
-        parameters.push(parameter(name, cell.kappa[k], folds.iter().map(|c| c.kappa[k]).collect()));
+        let unit = units.of_stiffness(signal);
+        parameters.push(parameter(name, unit, cell.kappa[k], folds.iter().map(|c| c.kappa[k]).collect()));
     }
     parameters
+}
+
+/// Units of the far side and of the signals of a law; empty where the name of a column states none.
+struct Units {
+    far: String,
+    signals: Vec<String>,
+}
+
+impl Units {
+    fn of(law: &MemoryLaw, model: &Model) -> Self {
+        let of_input = |input: usize| unit_of(&model.inputs[input].column);
+        let of_signal = |signal: &Signal| match *signal {
+            Signal::Input(input) | Signal::Difference(input, _) => of_input(input),
+            Signal::LogTension { .. } | Signal::LogRatio { .. } => "1".to_owned(),
+        };
+        Self { far: unit_of(&model.far), signals: law.signals.iter().map(of_signal).collect() }
+    }
+
+    /// Of the factor of a term in a bound.
+    fn of_bound(&self, term: &BasisTerm) -> String {
+        match *term {
+            BasisTerm::One => self.ratio(&[]),
+            BasisTerm::Signal(i) => self.ratio(&[i]),
+            BasisTerm::Product(i, j) => self.ratio(&[i, j]),
+        }
+    }
+
+    /// Of the far side's change per change of a signal.
+    fn of_stiffness(&self, signal: usize) -> String {
+        self.ratio(&[signal])
+    }
+
+    /// The far side's unit over those of the signals; words where one of them is unknown.
+    fn ratio(&self, over: &[usize]) -> String {
+        let mut below: Vec<&str> =
+            over.iter().map(|&k| self.signals[k].as_str()).filter(|u| *u != "1").collect();
+        if self.far.is_empty() || below.iter().any(|unit| unit.is_empty()) {
+            return if over.is_empty() { "unit of the far side" } else { "far side per signal" }.to_owned();
+        }
+        let cancelled = below.iter().position(|unit| *unit == self.far);
+        if let Some(place) = cancelled {
+            below.remove(place);
+        }
+        let above = if cancelled.is_some() { "1" } else { &self.far };
+        match below[..] {
+            [] => above.to_owned(),
+            [one] => format!("{above}/{one}"),
+            _ => format!("{above}/({})", below.join(" ")),
+        }
+    }
 }
 
 /// 95 % interval from delete-one-fold values; not a number with fewer than three.
@@ -121,6 +177,22 @@ fn signal_name(signal: &Signal, model: &Model) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn units_of_a_bound_are_those_that_make_it_a_far_signal() {
+        let units = |far: &str, signals: &[&str]| Units {
+            far: far.to_owned(),
+            signals: signals.iter().map(|unit| (*unit).to_owned()).collect(),
+        };
+        let tension = units("N", &["m", "N", "1", "deg", ""]);
+        assert_eq!(tension.of_bound(&BasisTerm::One), "N");
+        assert_eq!(tension.of_bound(&BasisTerm::Signal(0)), "N/m");
+        assert_eq!(tension.of_bound(&BasisTerm::Signal(1)), "1");
+        assert_eq!(tension.of_bound(&BasisTerm::Signal(2)), "N");
+        assert_eq!(tension.of_bound(&BasisTerm::Product(0, 3)), "N/(m deg)");
+        assert_eq!(tension.of_bound(&BasisTerm::Product(1, 3)), "1/deg");
+        assert_eq!(tension.of_stiffness(4), "far side per signal");
+    }
 
     #[test]
     fn jackknife_intervals_are_those_of_a_mean() {

@@ -113,7 +113,7 @@ fn capitalised(sentence: &str) -> String {
 
 /// The least and the largest fold error of the chosen model, in words; nothing with a single fold.
 fn fold_range(evidence: &Evidence<'_>) -> String {
-    let validation = evidence.scored[evidence.chosen].validation.as_ref();
+    let validation = evidence.scored[evidence.chosen].validation();
     let errors: Vec<f64> = validation.map_or_else(Vec::new, |v| v.folds.iter().map(|f| f.rmse).collect());
     if errors.len() < 2 {
         return String::new();
@@ -134,7 +134,7 @@ fn next_step(evidence: &Evidence<'_>, report: &IdentificationReport) -> String {
         return "Record a second log on another day: one log does not show the change between days."
             .to_owned();
     }
-    let validation = evidence.scored[evidence.chosen].validation.as_ref();
+    let validation = evidence.scored[evidence.chosen].validation();
     let folds = validation.map_or(&[][..], |validation| validation.folds.as_slice());
     if let Some((fold, ratio)) = uneven_fold(folds) {
         let held_out = held_out(evidence, fold);

@@ -1,7 +1,7 @@
 //! What a report shows, as plain data.
 
 use crate::fit::classical::{ClassicalFit, Parameter};
-use crate::log::{Condition, Input, LogInfo};
+use crate::log::{ColumnUse, Condition, Input, LogInfo};
 use crate::select::influence::InfluenceRow;
 use serde::Serialize;
 
@@ -14,10 +14,14 @@ pub struct IdentificationReport {
     pub seed: u64,
     /// The far-side column.
     pub far: String,
+    /// Its unit, in which errors are; empty where its name states none.
+    pub far_unit: String,
     /// The near-side columns.
     pub inputs: Vec<Input>,
     /// The logs and what was found in them.
     pub logs: Vec<LogInfo>,
+    /// What every column was used for; empty where a model fixed the roles.
+    pub columns: Vec<ColumnUse>,
     /// Conditions found along which the logs could be split.
     pub conditions: Vec<Condition>,
     /// How the folds were formed, in one sentence: the question the scores answer.

@@ -34,13 +34,13 @@ impl PhysicsPrior {
     /// Those that can be chosen, most physics first.
     pub(crate) const CHOICES: [Self; 3] = [Self::Matched, Self::Separate, Self::Learned];
 
-    /// For reports.
+    /// For reports; completes "models".
     pub(crate) fn describe(self) -> &'static str {
         match self {
-            Self::Matched => "physics of the signals' roles",
-            Self::Separate => "physics of every signal by itself",
-            Self::Learned => "no physics, all or in part",
-            Self::Reference => "references",
+            Self::Matched => "with the physics of the signals' roles",
+            Self::Separate => "with the physics of each signal by itself",
+            Self::Learned => "that are learned as a whole or in part",
+            Self::Reference => "for reference",
         }
     }
 }
@@ -103,6 +103,12 @@ pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec
         [CONSTANT, LINEAR].contains(&name).then_some(candidate)
     });
     Ok(beside.collect())
+}
+
+/// Candidates that the roles of these logs do not allow, with the reason in words.
+pub(crate) fn not_compared(logs: &ConditionedLogs) -> Vec<(String, String)> {
+    let observer = cable_logs(&logs.data).err().map(|reason| ("observer".to_owned(), reason.to_string()));
+    observer.into_iter().collect()
 }
 
 /// A recipe as candidates are compared: with half the networks, trained for half as long, the ranks stay the
@@ -198,7 +204,7 @@ impl<'a> Family<'a> {
     }
 
     fn hybrid(&self) -> CandidateRecipe {
-        let description = "clamp cells plus gated networks on stop operators";
+        let description = "`cells` plus gated networks on stop operators";
         self.hybrid_with("hybrid", &CellPlan::DISTRIBUTED, &[], description)
     }
 
@@ -213,14 +219,18 @@ impl<'a> Family<'a> {
     fn with_cells(&self) -> Vec<CandidateRecipe> {
         let distributed = &CellPlan::DISTRIBUTED;
         let elastic = "elastic clamp cell: friction and stretch with memory, nothing learned";
-        let rigid = "one rigid clamp cell plus gated networks on stop operators";
-        let short = "hybrid with the changes over the last instants";
-        let slow = "hybrid with the changes over the last seconds";
-        let joint = "hybrid whose cell and networks were refitted in turn";
-        let joint_short = "the same, with the changes over the last instants";
+        let rigid = "`cell` plus gated networks on stop operators";
+        let short = "`hybrid` with the changes over the last instants";
+        let slow = "`hybrid` with the changes over the last seconds";
+        let joint = "`hybrid` whose cells and networks were refitted in turn";
+        let joint_short = "`joint` with the changes over the last instants";
         vec![
             self.cell_alone("cell", &RIGID, elastic),
-            self.cell_alone("cells", distributed, "the same, with friction that gives way piece by piece"),
+            self.cell_alone(
+                "cells",
+                distributed,
+                "several `cells` side by side: friction that gives way piece by piece",
+            ),
             self.hybrid(),
             self.hybrid_with("hybrid-rigid", &RIGID, &[], rigid),
             self.hybrid_with("hybrid-short", distributed, &self.short(), short),
@@ -232,9 +242,9 @@ impl<'a> Family<'a> {
 
     /// Candidates that learn the far side, all or in part, without physics.
     fn learned(&self) -> Vec<CandidateRecipe> {
-        let mixed = "hybrids and networks without physics side by side";
+        let mixed = "networks of `hybrid` and of `network` side by side";
         let network = "networks on stop operators alone, no physics";
-        let network_slow = "the same, with the changes over the last seconds";
+        let network_slow = "`network` with the changes over the last seconds";
         vec![
             self.paper(),
             self.mixed("mixed", &[], mixed),
@@ -316,7 +326,7 @@ impl<'a> Family<'a> {
         let name = "observer-network".to_owned();
         let with_networks = Recipe { name, features: Some(features), ..alone.clone() };
         let law = "the cable's own law, driven by both ends' displacements and corrected by the near tension";
-        let residual = "the same plus gated networks on its residual";
+        let residual = "`observer` plus gated networks on its residual";
         [(alone, law), (with_networks, residual)].map(|(recipe, description)| CandidateRecipe {
             recipe,
             description: description.to_owned(),

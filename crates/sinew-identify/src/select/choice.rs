@@ -65,22 +65,24 @@ impl Choice<'_> {
         let name = |k: usize| self.scored[k].name.as_str();
         let prior = self.candidates[chosen].prior;
         let mut reason = format!(
-            "{} was chosen: the least geometric mean of the errors of all folds among the candidates with {}",
+            "{} was chosen because it has the least mean error over the folds of the models {}",
             name(chosen),
             prior.describe()
         );
         for other in self.best_of_each(None).into_iter().filter(|&k| k != chosen) {
             let (ratio, less) = (score(other) / score(chosen), self.candidates[other].prior > prior);
+            let percent = 100.0 * (ratio - 1.0).abs();
             let verdict = match (less, ratio < 1.0) {
                 (true, true) => format!(
-                    "is {:.0} % better, not by a factor of {} and one standard error as less physics needs",
-                    100.0 * (1.0 - ratio),
-                    self.margin()
+                    "is {percent:.0} % better, less than the {:.0} % and one standard error by which a model with less \
+                     physics must be better",
+                    100.0 * (1.0 - self.margin())
                 ),
-                (_, true) => format!("is {:.0} % better", 100.0 * (1.0 - ratio)),
-                (_, false) => format!("is {:.0} % worse", 100.0 * (ratio - 1.0)),
+                (_, true) => format!("is {percent:.0} % better"),
+                (_, false) => format!("is {percent:.0} % worse"),
             };
-            reason += &format!("; {} ({}) {verdict}", name(other), self.candidates[other].prior.describe());
+            let described = self.candidates[other].prior.describe();
+            reason += &format!("; {}, the best of those {described}, {verdict}", name(other));
         }
         reason + "."
     }
@@ -88,7 +90,7 @@ impl Choice<'_> {
 
 /// Whether the error is smaller, sequence by sequence, by more than [`STANDARD_ERRORS`].
 pub(crate) fn clearly_better(one: &ScoredCandidate, other: &ScoredCandidate, without: Option<usize>) -> bool {
-    let (Some(one), Some(other)) = (&one.validation, &other.validation) else { return false };
+    let (Some(one), Some(other)) = (one.validation(), other.validation()) else { return false };
     let errors = |folds: &[FoldScore]| -> Vec<f64> {
         let kept = folds.iter().enumerate().filter(|(place, _)| Some(*place) != without);
         kept.flat_map(|(_, fold)| fold.sequence_rmse.iter().copied()).collect()
@@ -119,7 +121,7 @@ pub(crate) fn selection_rmse(
     chosen: usize,
     choose: &dyn Fn(Option<usize>) -> Option<usize>,
 ) -> f64 {
-    let folds = |k: usize| scored[k].validation.as_ref().map_or(&[][..], |v| v.folds.as_slice());
+    let folds = |k: usize| scored[k].validation().map_or(&[][..], |v| v.folds.as_slice());
     let count = folds(chosen).len();
     let (mut sum, mut samples) = (0.0, 0.0);
     for fold in 0..count {
@@ -155,7 +157,7 @@ mod tests {
             rmse_in_sample: 0.0,
             laws: vec![],
         };
-        ScoredCandidate { name: String::new(), description: String::new(), validation: Some(validation) }
+        ScoredCandidate { name: String::new(), description: String::new(), outcome: Ok(validation) }
     }
 
     #[test]

@@ -63,14 +63,19 @@ pub(crate) struct ScoredCandidate {
     pub(crate) name: String,
     /// What it is, in a sentence.
     pub(crate) description: String,
-    /// Its errors; `None` where it could not be fitted.
-    pub(crate) validation: Option<CrossValidation>,
+    /// Its errors, or why it has none.
+    pub(crate) outcome: Result<CrossValidation, String>,
 }
 
 impl ScoredCandidate {
+    /// Its errors; `None` where it could not be fitted.
+    pub(crate) fn validation(&self) -> Option<&CrossValidation> {
+        self.outcome.as_ref().ok()
+    }
+
     /// [`CrossValidation::score`]; infinite where it could not be fitted, or no fold is left.
     pub(crate) fn score(&self, without: Option<usize>) -> f64 {
-        let score = self.validation.as_ref().map_or(f64::INFINITY, |v| v.score(without));
+        let score = self.validation().map_or(f64::INFINITY, |v| v.score(without));
         if score.is_nan() { f64::INFINITY } else { score }
     }
 }
@@ -86,16 +91,16 @@ pub(crate) fn cross_validate_all(
     let done = AtomicUsize::new(0);
     let score = |candidate: &CandidateRecipe| {
         let recipe = screening_recipe(&candidate.recipe);
-        let validation = cross_validate(&|training| fit(&recipe, training, seed), &logs.runs, folds);
+        let outcome = cross_validate(&|training| fit(&recipe, training, seed), &logs.runs, folds);
         finished((1 + done.fetch_add(1, Ordering::Relaxed)) as f64 / candidates.len() as f64);
         let (name, description) = (recipe.name, candidate.description.clone());
-        ScoredCandidate { name, description, validation }
+        ScoredCandidate { name, description, outcome }
     };
     candidates.par_iter().map(score).collect()
 }
 
-/// Fits without each fold and predicts what was held out; `None` where a fit fails.
-pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Option<CrossValidation> {
+/// Fits without each fold and predicts what was held out; where that fails, the reason in words.
+pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Result<CrossValidation, String> {
     let mut validation = CrossValidation {
         outputs: runs.iter().map(|run| vec![None; run.len()]).collect(),
         folds: Vec::new(),
@@ -106,15 +111,19 @@ pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Opti
     };
     for (fold, held_out) in folds.held_out.iter().enumerate() {
         let training = training_runs(runs, held_out);
-        let estimator = fit(&training.iter().collect::<Vec<&Run>>())?;
+        let of = folds.held_out.len();
+        let estimator = fit(&training.iter().collect::<Vec<&Run>>())
+            .ok_or_else(|| format!("the data without fold {} of {of} do not determine it", fold + 1))?;
         validation.rmse_in_sample += estimator.sigma0 / folds.held_out.len() as f64;
         validation.laws.push(estimator.law.clone());
-        let score = validation.score_fold(fold, &estimator, runs, held_out)?;
+        let score = validation
+            .score_fold(fold, &estimator, runs, held_out)
+            .ok_or_else(|| format!("its prediction of fold {} of {of} is not finite", fold + 1))?;
         validation.folds.extend(score);
     }
     let factor = |fold| band_factor(&validation.folds, Some(fold));
     validation.band_factors = (0..folds.held_out.len()).map(factor).collect();
-    (!validation.folds.is_empty()).then_some(validation)
+    if validation.folds.is_empty() { Err("no held-out sample counts".to_owned()) } else { Ok(validation) }
 }
 
 impl CrossValidation {

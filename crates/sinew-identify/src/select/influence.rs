@@ -1,10 +1,12 @@
 //! The influence check: does a log spoil the prediction of all others?
 
 use super::candidates::influence_recipe;
+use crate::Error;
 use crate::conditioning::ConditionedLogs;
 use crate::estimation::rmse;
 use crate::fit::recipe::Recipe;
 use crate::fit::run::Run;
+use crate::log::{Dataset, Role};
 use crate::training::fit;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -15,6 +17,18 @@ const LIMIT: f64 = 0.4;
 
 /// Logs that must remain.
 const FEWEST: usize = 3;
+
+/// Logs that are kept although they look foreign.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Keep {
+    /// Every log.
+    All,
+    /// The logs of these names.
+    Logs(Vec<String>),
+    /// None.
+    #[default]
+    Judged,
+}
 
 /// One row of the influence check.
 #[derive(Debug, Clone, Serialize)]
@@ -36,9 +50,17 @@ pub struct InfluenceRow {
 /// ```
 ///
 /// A log that is unlike the others biases the fit for all of them; a log that merely covers another condition
-/// does not: without it the others are predicted no better. With three logs or fewer nothing is excluded or
-/// reported.
-pub(crate) fn exclude_foreign_logs(logs: ConditionedLogs) -> (ConditionedLogs, Vec<InfluenceRow>) {
+/// does not: without it the others are predicted no better. A log that alone has its value of a given quantity, such as
+/// a sheath's bend, is kept: the recording and the condition cannot be told apart. With three logs or fewer nothing is
+/// excluded or reported.
+///
+/// # Errors
+/// [`Error::UnknownLog`] for a log to keep that is not there.
+pub(crate) fn exclude_foreign_logs(
+    logs: ConditionedLogs,
+    keep_asked: &Keep,
+) -> Result<(ConditionedLogs, Vec<InfluenceRow>), Error> {
+    let reasons_to_keep = reasons_to_keep(&logs.data, keep_asked)?;
     let recipe = influence_recipe(&logs);
     let count = logs.data.logs.len();
     let mut keep = vec![true; count];
@@ -49,26 +71,87 @@ pub(crate) fn exclude_foreign_logs(logs: ConditionedLogs) -> (ConditionedLogs, V
         for k in (0..count).filter(|&k| keep[k]) {
             reported[k] = values[k];
         }
-        let worst = (0..count).filter(|&k| keep[k]).max_by(|&a, &b| values[a].total_cmp(&values[b]));
-        let Some(foreign) = worst.filter(|&k| values[k] > LIMIT) else { break };
+        let excludable = |k: &usize| keep[*k] && reasons_to_keep[*k].is_none() && values[*k] > LIMIT;
+        let worst = (0..count).filter(excludable).max_by(|&a, &b| values[a].total_cmp(&values[b]));
+        let Some(foreign) = worst else { break };
         keep[foreign] = false;
     }
     let rows = (0..count).filter(|_| count > FEWEST).map(|k| InfluenceRow {
         log: logs.data.logs[k].name.clone(),
         influence: reported[k],
         dropped: !keep[k],
-        remark: if keep[k] { String::new() } else { remark(reported[k]) },
+        remark: match &reasons_to_keep[k] {
+            _ if !keep[k] => remark_excluded(reported[k]),
+            Some(reason) if reported[k] > LIMIT => remark_kept(reported[k], reason),
+            _ => String::new(),
+        },
     });
     let rows = rows.collect();
-    (logs.retain(&keep), rows)
+    Ok((logs.retain(&keep), rows))
 }
 
-fn remark(influence: f64) -> String {
+fn remark_excluded(influence: f64) -> String {
     format!(
-        "With it in training the other logs are predicted {:.1} times worse: a foreign recording. \
-         It was left out; find out what was different that day.",
-        influence.exp()
+        "With it in training the other logs are predicted {:.2} times worse, above the limit of {:.2}: a foreign \
+         recording. It was left out; find out what was different that day.",
+        influence.exp(),
+        LIMIT.exp()
     )
+}
+
+fn remark_kept(influence: f64, reason: &str) -> String {
+    format!(
+        "With it in training the other logs are predicted {:.2} times worse, above the limit of {:.2}. It was kept: \
+         {reason}.",
+        influence.exp(),
+        LIMIT.exp()
+    )
+}
+
+/// For every log, why it stays whatever its influence.
+fn reasons_to_keep(data: &Dataset, keep: &Keep) -> Result<Vec<Option<String>>, Error> {
+    let known = || data.logs.iter().map(|log| log.name.clone());
+    if let Keep::Logs(names) = keep
+        && let Some(name) = names.iter().find(|name| known().all(|log| log != **name))
+    {
+        return Err(Error::UnknownLog { name: name.clone(), known: known().collect() });
+    }
+    let asked = |name: &String| match keep {
+        Keep::All => true,
+        Keep::Logs(names) => names.contains(name),
+        Keep::Judged => false,
+    };
+    let reason = |log: usize| {
+        if asked(&data.logs[log].name) {
+            return Some("as requested".to_owned());
+        }
+        let alone = givens(data).find(|given| alone_in(data, log, *given))?;
+        let column = &data.roles.inputs[alone].column;
+        Some(format!(
+            "no other log has its value of `{column}`, so that a foreign recording and another condition look alike"
+        ))
+    };
+    Ok((0..data.logs.len()).map(reason).collect())
+}
+
+/// The given inputs.
+fn givens(data: &Dataset) -> impl Iterator<Item = usize> + '_ {
+    let inputs = data.roles.inputs.iter().enumerate();
+    inputs.filter(|(_, input)| input.role == Role::Given).map(|(place, _)| place)
+}
+
+/// Whether an input is constant in `log` at a value that no other log comes to.
+fn alone_in(data: &Dataset, log: usize, input: usize) -> bool {
+    let span = |log: usize| {
+        let width = data.roles.inputs.len();
+        let values = data.sequences.iter().filter(|s| s.log == log);
+        let values =
+            values.flat_map(|s| s.inputs.iter().skip(input).step_by(width)).filter(|x| x.is_finite());
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
+    };
+    let (low, high) = span(log);
+    let others = (0..data.logs.len()).filter(|other| *other != log).map(span);
+    low >= high && others.into_iter().all(|(least, most)| high < least || low > most)
 }
 
 /// The influence of every kept log; NaN for the others.

@@ -35,6 +35,9 @@ pub fn first_infeasibility(
     }
     let poses = poses_along(trajectory)?;
     let (gains, found) = synthesize(machine, &models, &poses)?;
+    if let Some(violation) = too_little_tension(machine, &gains) {
+        return Ok(Some(Infeasibility { time: 0.0, violation }));
+    }
     let margin = machine.rules.margin;
     let mut torques = TorqueCheck::new(trajectory.joints(), tension_limits(&gains, margin));
     let limits = Limits {
@@ -65,6 +68,16 @@ pub fn first_infeasibility(
             hottest: allowed_temperature(machine, k),
         },
     }))
+}
+
+/// The first muscle whose largest tension does not keep its cable taut.
+fn too_little_tension(machine: &Machine, gains: &ArmGains) -> Option<Violation> {
+    let tendons = &machine.robot.parts().tendons;
+    machine.muscles.iter().zip(&gains.muscles).zip(tendons).find_map(|((design, gains), tendon)| {
+        let most = design.tension[1]?;
+        let needed = gains.tension[0];
+        (needed >= most).then(|| Violation::TensionLimit { muscle: tendon.name.clone(), needed, most })
+    })
 }
 
 /// The pose of some, spread evenly over `duration` s, that the machine leaves fastest with held winches, if its

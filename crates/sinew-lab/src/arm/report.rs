@@ -1,17 +1,25 @@
 use crate::experiment::{FaultInterval, Statistics, TrackSummary};
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 use sinew::body::{JointKind, Robot};
 use sinew::control::arm::Fault;
 use sinew::machine::Machine;
 
+/// A number, or NaN where JSON, which has none, says null.
+fn number_or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
 /// Position error of the end point, m.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorSpread {
     /// Mean.
+    #[serde(deserialize_with = "number_or_nan")]
     pub mean: f64,
     /// Standard deviation.
+    #[serde(deserialize_with = "number_or_nan")]
     pub std: f64,
     /// Largest.
+    #[serde(deserialize_with = "number_or_nan")]
     pub max: f64,
 }
 
@@ -26,11 +34,13 @@ impl From<&Statistics> for ErrorSpread {
 }
 
 /// Mean and largest magnitude of an error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorRange {
     /// Over parts and time.
+    #[serde(deserialize_with = "number_or_nan")]
     pub mean: f64,
     /// Of all parts and times.
+    #[serde(deserialize_with = "number_or_nan")]
     pub max: f64,
 }
 
@@ -46,27 +56,31 @@ impl ErrorRange {
 }
 
 /// Errors at rest after the motion, after two seconds of settling.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Hold {
     /// Position error of the end point.
     pub end_point_error_m: ErrorSpread,
     /// Its mean share by the zeros of the joint encoders, m.
+    #[serde(deserialize_with = "number_or_nan")]
     pub unseen_error_m: f64,
     /// Largest standard deviation of a tension at an anchor, N.
+    #[serde(deserialize_with = "number_or_nan")]
     pub tension_unrest_n: f64,
 }
 
 /// Length errors of the muscles, m.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MuscleSpread {
     /// Mean magnitude, over muscles and time.
+    #[serde(deserialize_with = "number_or_nan")]
     pub mean: f64,
     /// Its standard deviation: root mean square of the muscles'.
+    #[serde(deserialize_with = "number_or_nan")]
     pub std: f64,
 }
 
 /// A fault over an interval of time.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrackIncident {
     /// First report of the controller, s since the start of the run.
     pub from_s: f64,
@@ -75,7 +89,7 @@ pub struct TrackIncident {
     /// The fault, with the name of its muscle or joint.
     pub what: String,
     /// Reaction of the controller: `bridged` or `stopped`.
-    pub answer: &'static str,
+    pub answer: String,
 }
 
 impl TrackIncident {
@@ -84,7 +98,7 @@ impl TrackIncident {
             from_s: to_milliseconds(interval.from),
             until_s: to_milliseconds(interval.until),
             what: fault_name(interval.fault, robot),
-            answer: if interval.stopped { "stopped" } else { "bridged" },
+            answer: if interval.stopped { "stopped" } else { "bridged" }.to_owned(),
         }
     }
 }
@@ -135,7 +149,8 @@ fn inaccuracy(summary: &TrackSummary, machine: &Machine) -> Option<String> {
     let limit = max_end_point_error(machine);
     if machine.task.site().is_some() {
         let error = summary.end_point_error.max.max(summary.hold_error.max);
-        return (error > limit).then(|| format!("end-point error above {:.2} mm", 1e3 * limit));
+        return (error > limit)
+            .then(|| format!("the end point exceeded {:.2} mm tracking error", 1e3 * limit));
     }
     let joints = machine.robot.independent_joints().into_iter().zip(&summary.joint_error);
     joints.into_iter().find_map(|(joint, error)| {
@@ -143,12 +158,12 @@ fn inaccuracy(summary: &TrackSummary, machine: &Machine) -> Option<String> {
         let [low, high] = joint.range?;
         let share = MAX_JOINT_ERROR_SHARE * 100.0;
         (error.max > MAX_JOINT_ERROR_SHARE * (high - low))
-            .then(|| format!("error of {} above {share:.0} % of its range", joint.name))
+            .then(|| format!("{} exceeded {share:.0} % of its range in tracking error", joint.name))
     })
 }
 
 /// How a run ended, judged by its result as well.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TrackOutcome {
     /// To its end, with an end-point error of at most [`max_end_point_error`] throughout, or joint errors of at most
@@ -180,7 +195,7 @@ impl TrackOutcome {
 }
 
 /// The numbers of a run in reports and files.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrackingNumbers {
     /// How the run ended.
     pub ended: TrackOutcome,
@@ -203,13 +218,17 @@ pub struct TrackingNumbers {
     /// Length error over all muscles.
     pub muscle_length_error_m: MuscleSpread,
     /// Mean magnitude of every muscle's error, m.
+    #[serde(rename = "length_error_per_muscle_m")]
     pub per_muscle: Vec<f64>,
     /// Least tension at an anchor, N.
+    #[serde(deserialize_with = "number_or_nan")]
     pub least_anchor_tension_n: f64,
     /// Longest time for which a cable was slack, less than 1 N above its pretension, of a small machine less than a
     /// fifth of what its least tension leaves, s.
+    #[serde(deserialize_with = "number_or_nan")]
     pub longest_slack_s: f64,
     /// Greatest tension at a drive, N.
+    #[serde(deserialize_with = "number_or_nan")]
     pub most_drive_tension_n: f64,
     /// Time at which the run was stopped, s.
     pub stopped_s: Option<f64>,
@@ -291,6 +310,31 @@ pub struct TraceRow {
     pub anchor_n: Vec<f64>,
     /// True tension at every drive, N.
     pub drive_n: Vec<f64>,
+    /// What the controller was asked for, read, believed and commanded.
+    pub cycle: CycleSignals,
+}
+
+/// Signals of one control cycle.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct CycleSignals {
+    /// Operating state of the arm, with its fault where there is one.
+    pub status: String,
+    /// Reference of every independent joint, rad or m: `[joints]`.
+    pub joint_reference: Vec<f64>,
+    /// Its true coordinate.
+    pub joint_true: Vec<f64>,
+    /// Its encoder's reading; NaN where it has none.
+    pub joint_read: Vec<f64>,
+    /// The controller's estimate of it.
+    pub joint_believed: Vec<f64>,
+    /// Reading of every motor's encoder, m of cable, + toward the motor: `[muscles]`.
+    pub winch_read_m: Vec<f64>,
+    /// Commanded cable speed, m/s, + toward the motor; NaN where the drive is off or braked.
+    pub winch_command_m_per_s: Vec<f64>,
+    /// Reading of every load cell, N.
+    pub load_cell_n: Vec<f64>,
+    /// The controller's estimate of the tension at every anchor, N.
+    pub anchor_believed_n: Vec<f64>,
 }
 
 /// A run, decimated for figures.

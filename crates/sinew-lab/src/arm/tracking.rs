@@ -2,11 +2,13 @@
 
 use super::calibrate::{CalibrationProgramme, calibrate_arm};
 use super::controller::{Parts, controller};
-use super::report::{Trace, TraceRow, TrackingNumbers};
+use super::report::{CycleSignals, Trace, TraceRow, TrackingNumbers, fault_name};
 use crate::experiment::arm::{TrackRun, track};
 use crate::experiment::{TrackRow, TrackSummary, oracle_models};
 use crate::{CompensationVariant, Error};
-use sinew::control::arm::{ArmController, ArmGains, synthesize};
+use sinew::body::Robot;
+use sinew::control::arm::{ArmController, ArmGains, ArmStatus, synthesize};
+use sinew::drive::DriveCommand;
 use sinew::machine::{Characteristics, Machine};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{Reference, Trajectory};
@@ -206,14 +208,14 @@ pub fn track_arm(
     let (mut trace, mut count) = (Vec::new(), 0_u64);
     let summary = track(&prepared.run(), prepared.controller.clone(), |row| {
         if count.is_multiple_of(stride) {
-            trace.push(trace_row(row));
+            trace.push(trace_row(row, &arm.machine.robot));
         }
         count += 1;
     })?;
     Ok(TrackingResult { numbers: TrackingNumbers::new(&summary, &arm.machine), summary, trace })
 }
 
-fn trace_row(row: &TrackRow<'_>) -> TraceRow {
+fn trace_row(row: &TrackRow<'_>, robot: &Robot) -> TraceRow {
     TraceRow {
         time_s: row.time,
         repeat: row.repeat,
@@ -224,5 +226,35 @@ fn trace_row(row: &TrackRow<'_>) -> TraceRow {
         wanted_n: row.command.desired_tension.to_vec(),
         anchor_n: row.truth.cables.iter().map(|cable| cable.tension_out).collect(),
         drive_n: row.truth.cables.iter().map(|cable| cable.tension_in).collect(),
+        cycle: CycleSignals {
+            status: status(row.command.status, robot),
+            joint_reference: row.reference.q.clone(),
+            joint_true: row.truth.q.to_vec(),
+            joint_read: row.reading.joint.clone(),
+            joint_believed: row.command.q.to_vec(),
+            winch_read_m: row.reading.motor.clone(),
+            winch_command_m_per_s: row.command.drives.iter().map(commanded_speed).collect(),
+            load_cell_n: row.reading.tension.clone(),
+            anchor_believed_n: row.command.estimated_tension.to_vec(),
+        },
+    }
+}
+
+/// Operating state in words.
+fn status(status: ArmStatus, robot: &Robot) -> String {
+    match status {
+        ArmStatus::Following => "following".to_owned(),
+        ArmStatus::Holding => "holding".to_owned(),
+        ArmStatus::Degraded(fault) => format!("degraded: {}", fault_name(fault, robot)),
+        ArmStatus::Stopped(fault) => format!("stopped: {}", fault_name(fault, robot)),
+    }
+}
+
+/// Commanded cable speed, m/s; NaN where none is commanded.
+fn commanded_speed(command: &DriveCommand) -> f64 {
+    match *command {
+        DriveCommand::Velocity(speed) => speed,
+        DriveCommand::Tension { feed, .. } => feed,
+        DriveCommand::Off | DriveCommand::Brake | DriveCommand::Current(_) => f64::NAN,
     }
 }

@@ -116,12 +116,36 @@ pub fn simulated_log(options: &SimulatedLog) -> String {
     text
 }
 
-/// Three days on one simulated bench, as names and texts: two for training and `simulated_day_3.csv` for
+/// Five days on one simulated bench, as names and texts: four for training and `simulated_day_5.csv` for
 /// testing.
 #[must_use]
 pub fn demo_logs(seed: u64) -> Vec<(String, String)> {
     let log = |day| simulated_log(&SimulatedLog { seed, day, ..SimulatedLog::default() });
-    (1..=3).map(|day| (format!("simulated_day_{day}.csv"), log(day))).collect()
+    (1..=5).map(|day| (format!("simulated_day_{day}.csv"), log(day))).collect()
+}
+
+/// A number of the simulated specimen that an identification estimates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    /// As the report of an identification names it.
+    pub name: &'static str,
+    /// Its unit; `1` for none.
+    pub unit: &'static str,
+    /// Its value on an average day.
+    pub value: f64,
+}
+
+/// The numbers of the specimen of [`demo_logs`] that the cable observer has, too: of the other quantities the plant has
+/// none, or another one at every node.
+#[must_use]
+pub fn demo_truth(seed: u64) -> [Truth; 3] {
+    let cable = Cable::specimen(seed, 1.0, 1.0);
+    let truth = |name, unit, value| Truth { name, unit, value };
+    [
+        truth("friction angle, mu phi - ln eta", "1", cable.friction_angle()),
+        truth("drag of the grease", "N s/m", cable.whole_drag()),
+        truth("compliance of the whole cable", "m/N", cable.compliance()),
+    ]
 }
 
 /// Variation from day to day.

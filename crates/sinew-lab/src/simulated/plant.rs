@@ -78,6 +78,21 @@ impl Cable {
         }
     }
 
+    /// `mu_c phi` of all nodes, rad: friction while it slides.
+    pub(super) fn friction_angle(&self) -> f64 {
+        self.sliding * self.bends.iter().sum::<f64>()
+    }
+
+    /// Drag of all nodes, N s/m.
+    pub(super) fn whole_drag(&self) -> f64 {
+        self.drag * NODES as f64
+    }
+
+    /// Of all springs in series, m/N.
+    pub(super) fn compliance(&self) -> f64 {
+        (NODES + 1) as f64 / self.stiffness
+    }
+
     /// Its parameters, for the header of a log.
     pub(super) fn describe(&self) -> String {
         format!(
@@ -88,7 +103,7 @@ impl Cable {
             self.bends.iter().sum::<f64>(),
             self.sliding,
             self.breakaway,
-            self.drag * NODES as f64,
+            self.whole_drag(),
             self.creep_share,
             self.creep_s,
         )

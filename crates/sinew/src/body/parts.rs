@@ -277,6 +277,24 @@ pub struct Actuator {
     pub law: BTreeMap<String, String>,
 }
 
+impl Actuator {
+    /// The largest tension that its ranges allow in its cable, N; `None` where they limit none.
+    ///
+    /// ```text
+    /// T_max = |gear| max(|f_low|, |f_high|),   f: force range, and the control range of a motor, whose control is its force
+    /// ```
+    ///
+    /// A cable pulls whichever sign its author gave to pulling. The control of other kinds is an activation, a position
+    /// or a speed and limits no force.
+    #[must_use]
+    pub fn largest_tension(&self) -> Option<f64> {
+        let control = self.control_range.filter(|_| self.kind == ActuatorKind::Motor);
+        let ranges = [control, self.force_range].into_iter().flatten();
+        let largest = ranges.map(|[low, high]| self.gear.abs() * low.abs().max(high.abs()));
+        largest.reduce(f64::min)
+    }
+}
+
 /// A named pose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Key {

@@ -51,12 +51,18 @@ pub struct Machine {
     pub devices: Vec<Device>,
 }
 
+/// The least of what the actuators of a muscle allow, N; none where they limit no tension.
+fn largest_tension(parts: &crate::body::Parts, muscle: usize) -> Option<f64> {
+    let actuators = parts.actuators.iter().filter(|actuator| actuator.tendon == muscle);
+    actuators.filter_map(crate::body::Actuator::largest_tension).reduce(f64::min).filter(|most| *most > 0.0)
+}
+
 impl Machine {
     /// A body with defaults for everything else.
     ///
     /// The start is the key pose `start`, else the reference pose moved into the joints' ranges. The end point
     /// is the site `endpoint`; without it the joints are the task. Muscles without a described sheath have one
-    /// of 0.5 m; see [`MuscleDesign::in_sheath`].
+    /// of 0.5 m; see [`MuscleDesign::in_sheath`]. Tensions stay within the ranges of the actuators.
     ///
     /// # Errors
     /// As [`validate`](Self::validate).
@@ -64,6 +70,10 @@ impl Machine {
         let parts = robot.parts();
         let sheath =
             |tendon: &crate::body::Tendon| tendon.sheath.as_ref().map(|sheath| [sheath.length, sheath.bend]);
+        let muscle = |(index, tendon): (usize, &crate::body::Tendon)| MuscleDesign {
+            tension: [None, largest_tension(parts, index)],
+            ..MuscleDesign::in_sheath(sheath(tendon))
+        };
         check_kinds(robot)?;
         let start = robot.key("start").map_or_else(|| pose_within_ranges(robot), <[f64]>::to_vec);
         let independent = |joint: usize| start.get(robot.coordinates_of(joint).start).copied();
@@ -80,7 +90,7 @@ impl Machine {
         };
         let mut machine = Self {
             devices: Vec::new(),
-            muscles: parts.tendons.iter().map(|tendon| MuscleDesign::in_sheath(sheath(tendon))).collect(),
+            muscles: parts.tendons.iter().enumerate().map(muscle).collect(),
             encoders: joints.into_iter().map(encoder).collect(),
             task: robot
                 .site("endpoint")

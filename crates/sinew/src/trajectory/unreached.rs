@@ -39,8 +39,8 @@ impl fmt::Display for UnreachedPoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { phase, distance, cause } = self;
         let beyond = format_args!(
-            "the path leaves the reach of the end point by up to {} m from phase {phase:.3} on",
-            Metres(*distance)
+            "target unreachable, missed by up to {} mm from phase {phase:.3} on",
+            Millimetres(*distance)
         );
         match cause {
             UnreachedCause::OutsideWorkspace => write!(f, "{beyond}: it lies outside of the workspace"),
@@ -65,12 +65,12 @@ impl fmt::Display for UnreachedPoint {
     }
 }
 
-/// A length in m with four decimals, or two significant digits below 1 mm.
-struct Metres(f64);
+/// A length, m, in mm with one decimal, or two significant digits below 1 mm.
+struct Millimetres(f64);
 
-impl fmt::Display for Metres {
+impl fmt::Display for Millimetres {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0 >= 1e-3 { write!(f, "{:.4}", self.0) } else { write!(f, "{:.1e}", self.0) }
+        if self.0 >= 1e-3 { write!(f, "{:.1}", 1e3 * self.0) } else { write!(f, "{:.1e}", 1e3 * self.0) }
     }
 }
 

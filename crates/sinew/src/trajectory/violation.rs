@@ -55,6 +55,15 @@ pub enum Violation {
         /// The saturated muscle with the largest moment arm in its direction, and its tension, N.
         muscle: Option<(String, f64)>,
     },
+    /// A cable that needs more tension than its muscle may have, whatever the motion.
+    TensionLimit {
+        /// Its name.
+        muscle: String,
+        /// Needed so that it stays taut, N.
+        needed: f64,
+        /// Allowed, N.
+        most: f64,
+    },
     /// A pose that the machine leaves by itself while its winches are held, faster than its controller can hold it.
     Unstable {
         /// Name of the joint that moves most.
@@ -125,6 +134,12 @@ impl fmt::Display for Infeasibility {
                     None => Ok(()),
                 }
             }
+            Violation::TensionLimit { muscle, needed, most } => write!(
+                f,
+                "`{muscle}` may pull at most {} N, and its cable stays taut from {} N on",
+                Significant(*most),
+                Significant(*needed)
+            ),
             Violation::Unstable { joint, muscle, rate, most } => {
                 write!(
                     f,

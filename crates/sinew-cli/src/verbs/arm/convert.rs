@@ -1,14 +1,19 @@
 //! `sinew arm convert`.
 
-use super::model::{Format, load_robot, print_warnings};
-use crate::arguments::ConvertArguments;
+use super::model::{Format, Source, load_robot, print_warnings, source_of};
+use crate::answer::{Answer, Content};
+use crate::arguments::{ConvertArguments, General};
 use crate::error::Error;
-use crate::output::{print, refuse_overwrite, write_all};
+use crate::output::{refuse_overwrite, write_all};
 use sinew::description::{to_mjcf, to_toml};
 
-pub(crate) fn run(arguments: &ConvertArguments) -> Result<(), Error> {
+/// What a machine file says and a robot file has no place for.
+const MACHINE_ALONE: [&str; 5] = ["transmissions", "drives", "encoders", "task", "tolerances"];
+
+pub(crate) fn run(arguments: &ConvertArguments, general: &General) -> Result<Answer, Error> {
     let output = &arguments.output;
-    refuse_overwrite([&arguments.input].into_iter().chain(&arguments.muscles), std::slice::from_ref(output))?;
+    let inputs = [&arguments.input].into_iter().chain(&arguments.muscles);
+    refuse_overwrite(inputs, std::slice::from_ref(output), general.no_clobber)?;
     let kind = Format::of(output)?;
     if kind == Format::Urdf {
         let expected = ".toml or .xml, because URDF has no cables";
@@ -16,12 +21,23 @@ pub(crate) fn run(arguments: &ConvertArguments) -> Result<(), Error> {
     }
     let loaded = load_robot(&arguments.input, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
+    let machine = matches!(source_of(&arguments.input, arguments.muscles.as_deref())?, Source::Machine);
+    let left_out = if machine { &MACHINE_ALONE[..] } else { &[] };
     let parts = loaded.robot.parts();
     let text = if kind == Format::Toml { to_toml(parts) } else { to_mjcf(parts) };
-    write_all(&[(output.clone(), text.as_bytes())])?;
+    let written = write_all(&[(output.clone(), text.as_bytes())])?;
     let (bodies, joints, muscles) = (parts.bodies.len() - 1, parts.joints.len(), parts.tendons.len());
-    print(&format!(
-        "Written: {bodies} bodies, {joints} joints and {muscles} muscles to {}\n",
-        output.display()
-    ))
+    let content = if general.json {
+        Content::json(
+            &serde_json::json!({"bodies": bodies, "joints": joints, "muscles": muscles, "left_out": left_out}),
+        )?
+    } else {
+        let rest = if machine {
+            format!("; left out: {} of the machine", left_out.join(", "))
+        } else {
+            String::new()
+        };
+        Content::Text(format!("{bodies} bodies, {joints} joints and {muscles} muscles{rest}\n"))
+    };
+    Ok(Answer::done(content, written))
 }

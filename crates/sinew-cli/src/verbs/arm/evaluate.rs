@@ -13,37 +13,48 @@
 
 use super::model::{display_name, load_robot, print_warnings};
 use super::poses::{read_poses, velocity_names};
-use crate::arguments::ArmEvaluateArguments;
+use crate::answer::{Answer, Content};
+use crate::arguments::{ArmEvaluateArguments, General};
 use crate::csv_text::Csv;
 use crate::error::Error;
-use crate::output::{print, refuse_overwrite, write_all};
+use crate::output::{refuse_overwrite, write_all};
+use serde_json::{Map, Value};
 use sinew::body::{Poses, Robot, Scratch};
 use sinew::muscle::{Geometry, Muscles};
 
-pub(crate) fn run(arguments: &ArmEvaluateArguments) -> Result<(), Error> {
+pub(crate) fn run(arguments: &ArmEvaluateArguments, general: &General) -> Result<Answer, Error> {
     let inputs = [&arguments.model, &arguments.poses].into_iter().chain(&arguments.muscles);
-    refuse_overwrite(inputs, arguments.out.as_slice())?;
+    refuse_overwrite(inputs, arguments.out.as_slice(), general.no_clobber)?;
     let loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
     let poses = read_poses(&loaded.robot, &arguments.poses)?;
     let names = columns(&loaded.robot);
     let rows = rows(&loaded.robot, &poses)?;
-    if arguments.json {
-        let poses: Vec<serde_json::Map<String, serde_json::Value>> = rows
-            .iter()
-            .map(|row| names.iter().cloned().zip(row.iter().map(|&x| serde_json::Value::from(x))).collect())
-            .collect();
-        return print(&(serde_json::to_string(&serde_json::json!({ "poses": poses }))? + "\n"));
-    }
+    let table = table(&names, &rows)?;
+    let written = match &arguments.out {
+        Some(out) => write_all(&[(out.clone(), table.as_bytes())])?,
+        None => Vec::new(),
+    };
+    let content = match &arguments.out {
+        _ if general.json => Content::json(&serde_json::json!({ "poses": objects(&names, &rows) }))?,
+        Some(_) => Content::Text(format!("{} poses\n", rows.len())),
+        None => Content::Text(table),
+    };
+    Ok(Answer::done(content, written))
+}
+
+/// One object per pose, by the names of the columns.
+fn objects(names: &[String], rows: &[Vec<f64>]) -> Vec<Map<String, Value>> {
+    rows.iter().map(|row| names.iter().cloned().zip(row.iter().map(|&x| Value::from(x))).collect()).collect()
+}
+
+fn table(names: &[String], rows: &[Vec<f64>]) -> Result<String, Error> {
     let mut table = Csv::new();
-    table.row(&names)?;
-    for row in &rows {
+    table.row(names)?;
+    for row in rows {
         table.row(row.iter().map(ToString::to_string))?;
     }
-    let text = table.text()?;
-    let Some(out) = &arguments.out else { return print(&text) };
-    write_all(&[(out.clone(), text.as_bytes())])?;
-    print(&format!("Written: {} poses to {}\n", rows.len(), out.display()))
+    table.text()
 }
 
 /// Names of the columns, in the order of a row of [`rows`].

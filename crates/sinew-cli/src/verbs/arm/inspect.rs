@@ -3,23 +3,25 @@
 use super::model::{Loaded, display_name, load_robot, print_warnings};
 use super::report;
 use super::survey::{Survey, survey};
-use crate::arguments::InspectArguments;
+use crate::answer::{Answer, Content};
+use crate::arguments::{General, InspectArguments};
 use crate::error::Error;
-use crate::output::{one_line, print, refuse_overwrite, write_all};
+use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::table::{number, table};
 use sinew::body::{JointKind, Robot};
 
-pub(crate) fn run(arguments: &InspectArguments) -> Result<(), Error> {
-    refuse_overwrite([&arguments.model].into_iter().chain(&arguments.muscles), arguments.report.as_slice())?;
+pub(crate) fn run(arguments: &InspectArguments, general: &General) -> Result<Answer, Error> {
+    let inputs = [&arguments.model].into_iter().chain(&arguments.muscles);
+    refuse_overwrite(inputs, arguments.report.as_slice(), general.no_clobber)?;
     let loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;
     let survey = survey(&loaded.robot)?;
-    if let Some(path) = &arguments.report {
-        let page = report::page(&loaded.robot, &survey)?;
-        write_all(&[(path.clone(), page.as_bytes())])?;
-    }
+    let written = match &arguments.report {
+        Some(path) => write_all(&[(path.clone(), report::page(&loaded.robot, &survey)?.as_bytes())])?,
+        None => Vec::new(),
+    };
     print_warnings(&loaded.warnings);
-    if arguments.json {
-        return print(&(serde_json::to_string(&json(&loaded, &survey))? + "\n"));
+    if general.json {
+        return Ok(Answer::done(Content::json(&json(&loaded, &survey))?, written));
     }
     let mut text = summary_text(&loaded.robot, &survey);
     match loaded.warnings.len() {
@@ -27,10 +29,7 @@ pub(crate) fn run(arguments: &InspectArguments) -> Result<(), Error> {
         1 => text += "\n1 warning, see above\n",
         many => text += &format!("\n{many} warnings, see above\n"),
     }
-    if let Some(path) = &arguments.report {
-        text += &format!("\nWritten: {}\n", path.display());
-    }
-    print(&text)
+    Ok(Answer::done(Content::Text(text + "\n"), written))
 }
 
 fn kind(kind: JointKind) -> &'static str {

@@ -9,13 +9,14 @@ mod report;
 mod survey;
 mod view;
 
-use crate::arguments::{ArmArguments, ArmVerb};
+use crate::answer::Answer;
+use crate::arguments::{ArmArguments, ArmVerb, General};
 use crate::error::Error;
 
-pub(crate) fn run(arguments: &ArmArguments) -> Result<(), Error> {
+pub(crate) fn run(arguments: &ArmArguments, general: &General) -> Result<Answer, Error> {
     match &arguments.verb {
-        ArmVerb::Inspect(arguments) => inspect::run(arguments),
-        ArmVerb::Evaluate(arguments) => evaluate::run(arguments),
-        ArmVerb::Convert(arguments) => convert::run(arguments),
+        ArmVerb::Inspect(arguments) => inspect::run(arguments, general),
+        ArmVerb::Evaluate(arguments) => evaluate::run(arguments, general),
+        ArmVerb::Convert(arguments) => convert::run(arguments, general),
     }
 }

@@ -3,13 +3,13 @@
 mod scan;
 mod simulate;
 
-use crate::arguments::{EthercatArguments, EthercatVerb};
+use crate::answer::Answer;
+use crate::arguments::{EthercatArguments, EthercatVerb, General};
 use crate::error::Error;
-use crate::verbs::Outcome;
 
-pub(crate) fn run(arguments: &EthercatArguments) -> Result<Outcome, Error> {
+pub(crate) fn run(arguments: &EthercatArguments, general: &General) -> Result<Answer, Error> {
     match &arguments.verb {
-        EthercatVerb::Scan(arguments) => scan::run(arguments),
-        EthercatVerb::Simulate(arguments) => simulate::run(arguments),
+        EthercatVerb::Scan(arguments) => scan::run(arguments, general),
+        EthercatVerb::Simulate(arguments) => simulate::run(arguments, general),
     }
 }

@@ -1,26 +1,25 @@
 //! `sinew ethercat scan`.
 
-use crate::arguments::EthercatScanArguments;
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{EthercatScanArguments, General};
 use crate::error::Error;
-use crate::output::print;
 use crate::table::table;
-use crate::verbs::Outcome;
 use crate::verbs::arm::model::load_machine;
 use sinew::machine::Device;
 use sinew_runtime::ethercat::{FoundDevice, FrameStorage, Master, RawSocketLink, compare};
 
-pub(super) fn run(arguments: &EthercatScanArguments) -> Result<Outcome, Error> {
+pub(super) fn run(arguments: &EthercatScanArguments, general: &General) -> Result<Answer, Error> {
     let expected = load_machine(&arguments.machine, None)?.machine.devices;
     let storage = FrameStorage::new();
     let mut master = Master::new(&storage, RawSocketLink::open(&arguments.interface)?)?;
     let found = master.scan()?;
     let fits = compare(&expected, &found).is_empty();
-    if arguments.json {
-        print(&(serde_json::to_string_pretty(&json(&expected, &found, fits))? + "\n"))?;
+    let content = if general.json {
+        Content::json(&json(&expected, &found, fits))?
     } else {
-        print(&text(&expected, &found))?;
-    }
-    Ok(Outcome::of(fits))
+        Content::Text(text(&expected, &found))
+    };
+    Ok(Answer { outcome: Outcome::of(fits), content, written: Vec::new() })
 }
 
 fn json(expected: &[Device], found: &[FoundDevice], fits: bool) -> serde_json::Value {

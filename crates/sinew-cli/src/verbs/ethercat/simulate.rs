@@ -1,10 +1,10 @@
 //! `sinew ethercat simulate`.
 
-use crate::arguments::EthercatSimulateArguments;
+use crate::answer::{Answer, Content};
+use crate::arguments::{EthercatSimulateArguments, General};
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
-use crate::verbs::Outcome;
 use crate::verbs::arm::model::load_machine;
 use sinew::control::arm::{resting_tensions, synthesize};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
@@ -17,7 +17,7 @@ use std::time::Duration;
 /// Control cycle, ns.
 const PERIOD: u64 = 1_000_000;
 
-pub(super) fn run(arguments: &EthercatSimulateArguments) -> Result<Outcome, Error> {
+pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> Result<Answer, Error> {
     let machine = load_machine(&arguments.machine, None)?.machine;
     let socket = RawSocket::open(&arguments.interface)?;
     let design = ArmSpecimen::nominal(&machine)?;
@@ -27,12 +27,14 @@ pub(super) fn run(arguments: &EthercatSimulateArguments) -> Result<Outcome, Erro
     let arm = ArmTwin::new(&specimen, &machine.start, &tensions, arguments.seed)?;
     let mut simulated = SimulatedMachine::new(arm, &machine);
     let mut segment = simulated.segment(|_| None)?;
-    print(&format!(
-        "SIMULATED {}: {} devices answer on {}; Ctrl-C ends\n",
-        machine.robot.parts().name,
-        segment.devices().len(),
-        arguments.interface
-    ))?;
+    if !general.json {
+        print(&format!(
+            "SIMULATED {}: {} devices answer on {}; Ctrl-C ends\n",
+            machine.robot.parts().name,
+            segment.devices().len(),
+            arguments.interface
+        ))?;
+    }
     let stop = interrupt::answer();
     if let Some(seconds) = arguments.duration {
         std::thread::spawn(move || {
@@ -41,6 +43,10 @@ pub(super) fn run(arguments: &EthercatSimulateArguments) -> Result<Outcome, Erro
         });
     }
     let answered = serve(&socket, (&mut segment, &mut simulated), PERIOD, stop)?;
-    print(&format!("{answered} frames answered\n"))?;
-    Ok(Outcome::AsAsked)
+    let content = if general.json {
+        Content::json(&serde_json::json!({"simulated": true, "frames_answered": answered}))?
+    } else {
+        Content::Text(format!("{answered} frames answered\n"))
+    };
+    Ok(Answer::done(content, Vec::new()))
 }

@@ -2,9 +2,10 @@
 
 use super::map_json::json;
 use super::payload::{payload, text as payload_text};
-use crate::arguments::MachineMapArguments;
+use crate::answer::{Answer, Content};
+use crate::arguments::{General, MachineMapArguments};
 use crate::error::Error;
-use crate::output::{print, refuse_overwrite, write_all};
+use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
 use crate::verbs::arm::model::{load_machine, print_warnings};
@@ -18,9 +19,9 @@ use sinew_report::payload::Payload;
 /// Directions of an outline of forces.
 const DIRECTIONS: usize = 90;
 
-pub(super) fn run(arguments: &MachineMapArguments) -> Result<(), Error> {
+pub(super) fn run(arguments: &MachineMapArguments, general: &General) -> Result<Answer, Error> {
     let inputs = [&arguments.machine].into_iter().chain(&arguments.muscles);
-    refuse_overwrite(inputs, arguments.report.as_slice())?;
+    refuse_overwrite(inputs, arguments.report.as_slice(), general.no_clobber)?;
     let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
     let machine = &loaded.machine;
@@ -37,17 +38,12 @@ pub(super) fn run(arguments: &MachineMapArguments) -> Result<(), Error> {
     let mut view = view(machine, &mut model, &poses)?;
     view.payload = payload(machine, &places, &progress)?;
     drop(progress);
-    if let Some(path) = &arguments.report {
-        write_all(&[(path.clone(), page(&view)?.as_bytes())])?;
-    }
-    if arguments.json {
-        return print(&(serde_json::to_string(&json(&view))? + "\n"));
-    }
-    let mut text = text(&view);
-    if let Some(path) = &arguments.report {
-        text += &format!("\nWritten: {}\n", path.display());
-    }
-    print(&text)
+    let written = match &arguments.report {
+        Some(path) => write_all(&[(path.clone(), page(&view)?.as_bytes())])?,
+        None => Vec::new(),
+    };
+    let content = if general.json { Content::json(&json(&view))? } else { Content::Text(text(&view)) };
+    Ok(Answer::done(content, written))
 }
 
 /// The map with the names of joints and muscles, and the sets of the start pose.

@@ -11,15 +11,15 @@ mod payload;
 mod show;
 mod tune;
 
-use super::Outcome;
-use crate::arguments::{MachineArguments, MachineVerb};
+use crate::answer::Answer;
+use crate::arguments::{General, MachineArguments, MachineVerb};
 use crate::error::Error;
 
-pub(crate) fn run(arguments: &MachineArguments) -> Result<Outcome, Error> {
+pub(crate) fn run(arguments: &MachineArguments, general: &General) -> Result<Answer, Error> {
     match &arguments.verb {
-        MachineVerb::Show(arguments) => show::run(arguments).map(|()| Outcome::AsAsked),
-        MachineVerb::New(arguments) => new::run(arguments),
-        MachineVerb::Tune(arguments) => tune::run(arguments).map(|()| Outcome::AsAsked),
-        MachineVerb::Map(arguments) => map::run(arguments).map(|()| Outcome::AsAsked),
+        MachineVerb::Show(arguments) => show::run(arguments, general),
+        MachineVerb::New(arguments) => new::run(arguments, general),
+        MachineVerb::Tune(arguments) => tune::run(arguments, general),
+        MachineVerb::Map(arguments) => map::run(arguments, general),
     }
 }

@@ -2,11 +2,11 @@
 
 use super::choice::{self, Choice};
 use super::draft::{self, Body};
-use crate::arguments::MachineNewArguments;
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{General, MachineNewArguments};
 use crate::error::Error;
-use crate::output::{one_line, print, refuse_overwrite, write_all};
+use crate::output::{Written, one_line, refuse_overwrite, write_all};
 use crate::table::{number, percent, table};
-use crate::verbs::Outcome;
 use crate::verbs::arm::model::{Source, load_machine, load_robot, machine_in, print_warnings, source_of};
 use serde::Serialize;
 use sinew::body::Poses;
@@ -17,11 +17,12 @@ use sinew::muscle::MuscleDynamics;
 use sinew::twin::arm::ArmSpecimen;
 use std::path::{Component, Path, PathBuf};
 
-pub(super) fn run(arguments: &MachineNewArguments) -> Result<Outcome, Error> {
+pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<Answer, Error> {
     let (body, out) = (&arguments.body, &arguments.out);
-    refuse_overwrite([body].into_iter().chain(&arguments.muscles), std::slice::from_ref(out))?;
+    let inputs = [body].into_iter().chain(&arguments.muscles);
+    refuse_overwrite(inputs, std::slice::from_ref(out), general.no_clobber)?;
     if out.exists() && !arguments.force {
-        return Err(Error::Exists { file: out.clone() });
+        return Err(Error::Exists { file: out.clone(), remedy: "--force" });
     }
     if out.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
         return Err(Error::MachineFormat { file: out.clone() });
@@ -42,8 +43,8 @@ pub(super) fn run(arguments: &MachineNewArguments) -> Result<Outcome, Error> {
     // What is written runs: it is read as any machine file.
     let written = machine_in(out, &text)?.machine;
     ArmSpecimen::nominal(&written).map_err(|error| unusable(error, &arguments.body, &written))?;
-    write_all(&[(out.clone(), text.as_bytes())])?;
-    report(&choice, arguments)
+    let written = write_all(&[(out.clone(), text.as_bytes())])?;
+    report(&choice, out, general.json, written)
 }
 
 /// The error with the name of its joint.
@@ -100,7 +101,7 @@ const LEAST_SPAN: f64 = 0.01;
 
 /// What is printed with `--json`.
 #[derive(Debug, Serialize)]
-struct Answer<'a> {
+struct NewMachine<'a> {
     file: String,
     thin_rope: bool,
     unreachable_share: f64,
@@ -121,7 +122,7 @@ struct Muscle<'a> {
     used: f64,
 }
 
-fn report(choice: &Choice, arguments: &MachineNewArguments) -> Result<Outcome, Error> {
+fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Result<Answer, Error> {
     let tendons = &choice.machine.robot.parts().tendons;
     let muscles = tendons.iter().enumerate().map(|(index, tendon)| {
         let (drive, required) = (&choice.drives[choice.drive_of[index]], &choice.required[index]);
@@ -141,16 +142,16 @@ fn report(choice: &Choice, arguments: &MachineNewArguments) -> Result<Outcome, E
     let demands = &choice.demands;
     #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
     let unreachable_share = demands.unreachable as f64 / demands.samples as f64;
-    let answer = Answer {
-        file: arguments.out.display().to_string(),
+    let answer = NewMachine {
+        file: out.display().to_string(),
         thin_rope: choice.thin.is_some(),
         unreachable_share,
         muscles: muscles.collect(),
     };
     let strong = choice.used.iter().all(|used| *used <= 1.0) && demands.unreachable == 0;
-    if arguments.json {
-        print(&(serde_json::to_string(&answer)? + "\n"))?;
-        return Ok(Outcome::of(strong));
+    let outcome = Outcome::of(strong);
+    if json {
+        return Ok(Answer { outcome, content: Content::json(&answer)?, written });
     }
     let mut text = summary(&answer);
     if let (Some((joint, missing)), true) = (demands.missing, demands.unreachable > 0) {
@@ -162,12 +163,11 @@ fn report(choice: &Choice, arguments: &MachineNewArguments) -> Result<Outcome, E
             number(Some(missing))
         );
     }
-    text += &format!("\nWritten: {}\n", arguments.out.display());
-    print(&text)?;
-    Ok(Outcome::of(strong))
+    text.push('\n');
+    Ok(Answer { outcome, content: Content::Text(text), written })
 }
 
-fn summary(answer: &Answer<'_>) -> String {
+fn summary(answer: &NewMachine<'_>) -> String {
     let row = |muscle: &Muscle<'_>| {
         let words = [muscle.muscle, muscle.drive, muscle.motor, muscle.reducer].map(one_line);
         let numbers = [

@@ -10,7 +10,8 @@ use sinew_report::payload::{HeldFor, Limit, Payload, Raised, Spread};
 use std::collections::BTreeMap;
 
 /// Times for which a payload is held, s.
-const TIMES: [(f64, &str); 4] = [(10.0, "10 s"), (60.0, "1 min"), (3600.0, "1 h"), (f64::INFINITY, "ever")];
+const TIMES: [(f64, &str); 4] =
+    [(10.0, "10 s"), (60.0, "1 min"), (3600.0, "1 h"), (f64::INFINITY, "continuous")];
 
 /// Changes that bear on payload.
 const CHANGES: [DesignChange; 6] = [
@@ -35,7 +36,7 @@ pub(super) fn payload(machine: &Machine, poses: &[Vec<f64>], progress: &Progress
     }
     let [short, ever] = [payload.held.first(), payload.held.last()]
         .map(|held| held.map_or(f64::NAN, |held| held.spread.median_kg));
-    let as_designed = Raised { change: "as designed", amount: "", short_kg: short, for_ever_kg: ever };
+    let as_designed = Raised { change: "as designed", amount: "", short_kg: short, continuous_kg: ever };
     payload.raised.push(as_designed);
     for (k, change) in CHANGES.into_iter().enumerate() {
         progress.show("what would raise the payload", k as f64 / CHANGES.len() as f64);
@@ -48,7 +49,7 @@ pub(super) fn payload(machine: &Machine, poses: &[Vec<f64>], progress: &Progress
             change: change.name(),
             amount: change.amount(),
             short_kg: median(TIMES[0].0)?,
-            for_ever_kg: median(f64::INFINITY)?,
+            continuous_kg: median(f64::INFINITY)?,
         });
     }
     Ok(payload)
@@ -105,11 +106,11 @@ pub(super) fn text(payload: &Payload) -> String {
         "\nPayload held from room temperature on, kg; 0 where the machine itself is not held\n".to_owned();
     text += &table(&["for", "poses", "min", "median", "max", "limited by", "in poses"], &rows, 1);
     let row = |one: &Raised| {
-        let [short, ever] = [one.short_kg, one.for_ever_kg].map(|mass| number(Some(mass)));
+        let [short, ever] = [one.short_kg, one.continuous_kg].map(|mass| number(Some(mass)));
         vec![one.change.to_owned(), one.amount.to_owned(), short, ever]
     };
     let rows: Vec<Vec<String>> = payload.raised.iter().map(row).collect();
     text += "\nWhat would raise it: the median after one change, kg\n";
-    text += &table(&["", "", "for 10 s", "for ever"], &rows, 2);
+    text += &table(&["", "", "for 10 s", "continuous"], &rows, 2);
     text
 }

@@ -1,9 +1,10 @@
 //! `sinew machine show`.
 
 use super::design_checks::{DesignChecks, HeldWinches};
-use crate::arguments::MachineShowArguments;
+use crate::answer::{Answer, Content};
+use crate::arguments::{General, MachineShowArguments};
 use crate::error::Error;
-use crate::output::{one_line, print, refuse_overwrite, write_all};
+use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::table::{number, table};
 use crate::verbs::arm::model::{LoadedMachine, load_machine, print_warnings};
 use serde::Serialize;
@@ -19,9 +20,9 @@ const POSES: usize = 60;
 /// Cells of a cable.
 const CELLS: usize = 12;
 
-pub(super) fn run(arguments: &MachineShowArguments) -> Result<(), Error> {
+pub(super) fn run(arguments: &MachineShowArguments, general: &General) -> Result<Answer, Error> {
     let inputs = [&arguments.machine].into_iter().chain(&arguments.muscles);
-    refuse_overwrite(inputs, arguments.picture.as_slice())?;
+    refuse_overwrite(inputs, arguments.picture.as_slice(), general.no_clobber)?;
     let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
     let machine = loaded.machine.loaded()?;
@@ -29,17 +30,16 @@ pub(super) fn run(arguments: &MachineShowArguments) -> Result<(), Error> {
     checks.print_warnings();
     let held_winches = checks.text(&machine);
     let shown = Shown::of(&loaded, checks)?;
-    if let Some(path) = &arguments.picture {
-        write_all(&[(path.clone(), draw(&loaded.machine, &STANDALONE)?.as_bytes())])?;
-    }
-    if arguments.json {
-        return print(&(serde_json::to_string(&shown)? + "\n"));
-    }
-    let mut text = text(&shown, &held_winches, &loaded.machine);
-    if let Some(path) = &arguments.picture {
-        text += &format!("\nWritten: {}\n", path.display());
-    }
-    print(&text)
+    let written = match &arguments.picture {
+        Some(path) => write_all(&[(path.clone(), draw(&loaded.machine, &STANDALONE)?.as_bytes())])?,
+        None => Vec::new(),
+    };
+    let content = if general.json {
+        Content::json(&shown)?
+    } else {
+        Content::Text(text(&shown, &held_winches, &loaded.machine) + "\n")
+    };
+    Ok(Answer::done(content, written))
 }
 
 /// What is printed with `--json`.

@@ -2,9 +2,10 @@
 
 use super::design_checks::{DesignChecks, HeldWinches};
 use super::limit_words::Subject;
-use crate::arguments::MachineTuneArguments;
+use crate::answer::{Answer, Content};
+use crate::arguments::{General, MachineTuneArguments};
 use crate::error::Error;
-use crate::output::{one_line, print, refuse_overwrite, write_all};
+use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
 use crate::verbs::arm::model::{load_machine, print_warnings};
@@ -22,9 +23,10 @@ const POSES: usize = 60;
 /// Cells of a cable whose stiffness is needed.
 const CELLS: usize = 12;
 
-pub(super) fn run(arguments: &MachineTuneArguments) -> Result<(), Error> {
+pub(super) fn run(arguments: &MachineTuneArguments, general: &General) -> Result<Answer, Error> {
     let outputs: Vec<PathBuf> = arguments.out.iter().chain(&arguments.report).cloned().collect();
-    refuse_overwrite([&arguments.machine].into_iter().chain(&arguments.muscles), &outputs)?;
+    let inputs = [&arguments.machine].into_iter().chain(&arguments.muscles);
+    refuse_overwrite(inputs, &outputs, general.no_clobber)?;
     let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
     let machine = loaded.machine.loaded()?;
@@ -41,16 +43,13 @@ pub(super) fn run(arguments: &MachineTuneArguments) -> Result<(), Error> {
     }
     let bytes: Vec<(PathBuf, &[u8])> =
         files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
-    write_all(&bytes)?;
-    if arguments.json {
-        let printed = Printed { tuned: &tuned, held_winches: &checks.held_winches };
-        return print(&(serde_json::to_string_pretty(&printed)? + "\n"));
-    }
-    let mut text = text(&tuned) + "\n" + &tuned.held_winches;
-    for path in &outputs {
-        text += &format!("Written: {}\n", path.display());
-    }
-    print(&text)
+    let written = write_all(&bytes)?;
+    let content = if general.json {
+        Content::json(&Printed { tuned: &tuned, held_winches: &checks.held_winches })?
+    } else {
+        Content::Text(text(&tuned) + "\n" + &tuned.held_winches)
+    };
+    Ok(Answer::done(content, written))
 }
 
 /// What is printed with `--json`.

@@ -5,12 +5,11 @@ mod measured;
 mod simulated;
 mod timing;
 
-use super::track::{refuse, setup::Setup, summary_text};
-use crate::arguments::{BusArgument, MotionArguments, RunArguments};
+use super::track::{setup::Setup, summary_text};
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{BusArgument, General, MotionArguments, RunArguments};
 use crate::error::Error;
-use crate::output::print;
 use crate::progress::Progress;
-use crate::verbs::Outcome;
 use measured::Measured;
 use simulated::{Executed, execute};
 use sinew_lab::CompensationVariant;
@@ -18,7 +17,7 @@ use sinew_lab::arm::TrackOutcome;
 use sinew_runtime::cycle::RealTime;
 use std::collections::BTreeMap;
 
-pub(crate) fn run(arguments: &RunArguments) -> Result<Outcome, Error> {
+pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer, Error> {
     let interface = arguments.interface.as_deref().filter(|_| arguments.bus == BusArgument::Ethercat);
     if interface.is_some() {
         refuse_simulated(&arguments.motion)?;
@@ -27,19 +26,20 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<Outcome, Error> {
     progress.show("planning and verifying the motion", 0.0);
     let setup = Setup::new(&arguments.motion);
     drop(progress);
-    let setup = setup.or_else(|error| refuse(arguments.motion.seed, arguments.json, error))?;
+    let setup = setup?;
     let progress = Progress::new();
     if let Some(interface) = interface {
         let measured = measured::execute(&setup, interface, &progress)?;
         drop(progress);
-        return report_measured(arguments, &setup, &measured);
+        return report_measured(&setup, &measured, general.json);
     }
     progress.show("calibrating the machine's cables", 0.0);
     let arm = setup.calibrate()?;
     let executed = execute(&setup, &arm, (arguments.bus, arguments.virtual_time), &progress)?;
     drop(progress);
-    report(arguments, &setup, &executed)?;
-    Ok(Outcome::of(executed.numbers.ended == TrackOutcome::Completed))
+    let outcome = Outcome::of(executed.numbers.ended == TrackOutcome::Completed);
+    let content = content(arguments, &setup, &executed, general.json)?;
+    Ok(Answer { outcome, content, written: Vec::new() })
 }
 
 /// What only a simulated machine can do.
@@ -57,10 +57,15 @@ fn refuse_simulated(motion: &MotionArguments) -> Result<(), Error> {
     Ok(())
 }
 
-fn report(arguments: &RunArguments, setup: &Setup, executed: &Executed) -> Result<(), Error> {
+fn content(
+    arguments: &RunArguments,
+    setup: &Setup,
+    executed: &Executed,
+    json: bool,
+) -> Result<Content, Error> {
     let tracking = BTreeMap::from([(setup.variant, executed.numbers.clone())]);
     let timed = !arguments.virtual_time;
-    if arguments.json {
+    if json {
         let mut all = serde_json::json!({
             "simulated": true, "seed": setup.seed, "tracking": tracking,
             "bus": bus::json(&executed.statistics),
@@ -68,30 +73,30 @@ fn report(arguments: &RunArguments, setup: &Setup, executed: &Executed) -> Resul
         if timed {
             all["timing_us"] = timing::json(&executed.timing);
         }
-        return print(&(serde_json::to_string_pretty(&all)? + "\n"));
+        return Content::json(&all);
     }
     let mut text = summary_text(&tracking) + &bus::text(&executed.statistics, &setup.machine);
     if timed {
         text += &timing::text(&executed.timing);
     }
     warn(&executed.real_time);
-    print(&text)
+    Ok(Content::Text(text))
 }
 
-fn report_measured(arguments: &RunArguments, setup: &Setup, measured: &Measured) -> Result<Outcome, Error> {
+fn report_measured(setup: &Setup, measured: &Measured, json: bool) -> Result<Answer, Error> {
     let numbers = &measured.numbers;
-    if arguments.json {
+    let content = if json {
         let all = serde_json::json!({
             "simulated": false, "run": numbers, "bus": bus::json(&measured.statistics),
             "timing_us": timing::json(&measured.timing),
         });
-        print(&(serde_json::to_string_pretty(&all)? + "\n"))?;
+        Content::json(&all)?
     } else {
         warn(&measured.real_time);
         let text = measured::text(measured, &setup.machine) + &timing::text(&measured.timing);
-        print(&text)?;
-    }
-    Ok(Outcome::of(numbers.ended == "as_planned"))
+        Content::Text(text)
+    };
+    Ok(Answer { outcome: Outcome::of(numbers.ended == "as_planned"), content, written: Vec::new() })
 }
 
 fn warn(real_time: &RealTime) {

@@ -3,19 +3,20 @@
 mod fault;
 mod joints;
 mod motion;
-mod record;
+pub(crate) mod record;
 pub(crate) mod setup;
 mod waypoints;
 
-use crate::arguments::{PathArgument, TrackArguments};
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{General, PathArgument, TrackArguments};
 use crate::error::Error;
-use crate::output::{print, refuse_overwrite, write_all};
+use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
-use crate::verbs::Outcome;
+use record::RunHead;
 use setup::Setup;
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{INITIAL_REST_S, TrackOutcome, TrackingNumbers, TrackingResult};
+use sinew_lab::arm::{INITIAL_REST_S, TraceRow, TrackOutcome, TrackingNumbers, TrackingResult};
 use sinew_report::tracking::{TrackView, page, response};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -25,13 +26,13 @@ const REPORT_ROWS: f64 = 3000.0;
 /// Interval between the rows of a record, s.
 const RECORD_INTERVAL_S: f64 = 0.01;
 
-pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
-    check_outputs(arguments)?;
+pub(crate) fn run(arguments: &TrackArguments, general: &General) -> Result<Answer, Error> {
+    check_outputs(arguments, general.no_clobber)?;
     let progress = Progress::new();
     progress.show("planning and verifying the motion", 0.0);
     let setup = Setup::new(&arguments.motion);
     drop(progress);
-    let setup = setup.or_else(|error| refuse(arguments.motion.seed, arguments.json, error))?;
+    let setup = setup?;
     let progress = Progress::new();
     progress.show("calibrating the arm's cables", 0.0);
     let arm = setup.calibrate()?;
@@ -42,39 +43,22 @@ pub(crate) fn run(arguments: &TrackArguments) -> Result<Outcome, Error> {
     drop(progress);
     let files = files(arguments, &setup, &result)?;
     let bytes: Vec<_> = files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
-    write_all(&bytes)?;
+    let written = write_all(&bytes)?;
     let outcome = Outcome::of(result.numbers.ended == TrackOutcome::Completed);
     let tracking = BTreeMap::from([(setup.variant, result.numbers)]);
-    if arguments.json {
-        let all = serde_json::json!({"simulated": true, "seed": setup.seed, "tracking": tracking});
-        print(&(serde_json::to_string_pretty(&all)? + "\n"))?;
-        return Ok(outcome);
-    }
-    let mut text = summary_text(&tracking);
-    for (path, _) in &files {
-        text += &format!("Written: {}\n", path.display());
-    }
-    print(&text)?;
-    Ok(outcome)
+    let content = if general.json {
+        Content::json(&serde_json::json!({"simulated": true, "seed": setup.seed, "tracking": tracking}))?
+    } else {
+        Content::Text(summary_text(&tracking))
+    };
+    Ok(Answer { outcome, content, written })
 }
 
-/// A refused motion is a result for programs, too.
-pub(crate) fn refuse(seed: u64, json: bool, error: Error) -> Result<Setup, Error> {
-    if json && matches!(error, Error::Infeasible { .. } | Error::Overloaded { .. } | Error::Untracked { .. })
-    {
-        let refused = serde_json::json!({
-            "simulated": true, "seed": seed, "ended": "refused", "reason": error.to_string(),
-        });
-        print(&(serde_json::to_string_pretty(&refused)? + "\n"))?;
-    }
-    Err(error)
-}
-
-fn check_outputs(arguments: &TrackArguments) -> Result<(), Error> {
+fn check_outputs(arguments: &TrackArguments, no_clobber: bool) -> Result<(), Error> {
     let outputs: Vec<PathBuf> =
         [&arguments.report, &arguments.record].into_iter().flatten().cloned().collect();
     let waypoints = arguments.motion.path.as_ref().and_then(PathArgument::file);
-    refuse_overwrite([&arguments.motion.model].into_iter().chain(waypoints), &outputs)
+    refuse_overwrite([&arguments.motion.model].into_iter().chain(waypoints), &outputs, no_clobber)
 }
 
 /// The contents of the report and the record.
@@ -83,31 +67,48 @@ fn files(
     setup: &Setup,
     result: &TrackingResult,
 ) -> Result<Vec<(PathBuf, String)>, Error> {
-    let muscles: Vec<String> =
-        setup.machine.robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect();
+    let parts = setup.machine.robot.parts();
+    let joints = setup.machine.robot.independent_joints().into_iter();
+    let head = RunHead {
+        title: format!("{} along {}", parts.name, setup.path),
+        conditions: conditions(arguments, setup),
+        compensation: setup.variant.to_string(),
+        repeats: setup.repeats,
+        muscles: parts.tendons.iter().map(|tendon| tendon.name.clone()).collect(),
+        joints: joints.map(|joint| parts.joints[joint].name.clone()).collect(),
+        numbers: result.numbers.clone(),
+    };
     let mut files = Vec::new();
     if let Some(path) = &arguments.report {
-        let step = (result.trace.len() as f64 / REPORT_ROWS).ceil().max(1.0) as usize;
-        let trace: Vec<_> = result.trace.iter().step_by(step).cloned().collect();
-        let view = TrackView {
-            heading: "Errors".to_owned(),
-            lead: "The simulated arm deviates from the controller's model; each cable was calibrated in a \
-             run of its own."
-                .to_owned(),
-            tracking: &BTreeMap::from([(setup.variant, result.numbers.clone())]),
-            trace: &trace,
-            drawn: setup.variant,
-            names: &muscles,
-            repeats: setup.repeats,
-            paper: false,
-        };
-        let title = format!("{} along {}", setup.machine.robot.parts().name, setup.path);
-        files.push((path.clone(), page(&view, &title, &conditions(arguments, setup))?));
+        files.push((path.clone(), report(&head, setup.variant, &result.trace)?));
     }
     if let Some(path) = &arguments.record {
-        files.push((path.clone(), record::csv(&muscles, &result.trace)?));
+        files.push((path.clone(), record::csv(&head, &result.trace)?));
     }
     Ok(files)
+}
+
+/// The page of a run, from its rows or from its record.
+pub(crate) fn report(
+    head: &RunHead,
+    variant: CompensationVariant,
+    trace: &[TraceRow],
+) -> Result<String, Error> {
+    let step = (trace.len() as f64 / REPORT_ROWS).ceil().max(1.0) as usize;
+    let trace: Vec<_> = trace.iter().step_by(step).cloned().collect();
+    let view = TrackView {
+        heading: "Errors".to_owned(),
+        lead: "The simulated arm deviates from the controller's model; each cable was calibrated in a \
+             run of its own."
+            .to_owned(),
+        tracking: &BTreeMap::from([(variant, head.numbers.clone())]),
+        trace: &trace,
+        drawn: variant,
+        names: &head.muscles,
+        repeats: head.repeats,
+        paper: false,
+    };
+    Ok(page(&view, &head.title, &head.conditions)?)
 }
 
 /// The conditions of the run, for the head of its report.
@@ -139,8 +140,8 @@ pub(crate) fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumb
         let [mean, max] = [e.mean, e.max].map(|m| number(Some(1e3 * m)));
         let [offsets, tension] = [1e3 * hold.unseen_error_m, hold.tension_unrest_n].map(|x| number(Some(x)));
         text += &format!(
-            "Final rest: end point error {mean} mm mean, {max} mm max, of which {offsets} mm from the joint \
-             encoders' offsets; anchor tensions vary by {tension} N rms\n"
+            "Mean error while holding: {mean} mm (max {max}), lower bound from encoder zero offsets: {offsets} mm. \
+             Tension ripple while holding: {tension} N rms\n"
         );
     }
     for incident in tracking.values().flat_map(|numbers| &numbers.incidents) {
@@ -187,14 +188,11 @@ pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNu
         })
         .collect();
     let header =
-        ["SIMULATED arm", "ended", "end point, mm: mean", "std", "max", "last repeat", "muscle length, mm"];
+        ["SIMULATED", "ended", "mean tracking error, mm", "std", "max", "last repeat", "muscle length, mm"];
     let mut text = table(&header, &rows, 2);
     if let Some(offsets) = tracking.values().map(|n| n.unseen_error_m).next() {
         let [mean, max] = [offsets.mean, offsets.max].map(|m| number(Some(1e3 * m)));
-        text += &format!(
-            "The joint encoders' zero offsets alone account for an end point error of {mean} mm mean, {max} \
-             mm max.\n"
-        );
+        text += &format!("Lower bound of the mean error from encoder zero offsets: {mean} mm (max {max})\n");
     }
     text
 }

@@ -1,32 +1,181 @@
-//! A run as a table.
+//! A run as a table: a comment with the numbers of the run (JSON), a header, and a row every 10 ms.
+//!
+//! | column | unit | meaning |
+//! |---|---|---|
+//! | `time_s`, `repeat` | s, 1 | time of the run; index of the repeat, empty at rest |
+//! | `status` | | operating state of the controller |
+//! | `wanted_x_m` .., `end_point_x_m` .. | m | reference and true position of the end point |
+//! | `reference:JOINT`, `true:JOINT`, `read:JOINT`, `believed:JOINT` | rad or m | reference, truth, encoder, estimate |
+//! | `length_m:MUSCLE`, `length_error_m:MUSCLE` | m | reference length; true minus reference length |
+//! | `winch_read_m:MUSCLE`, `winch_command_m_per_s:MUSCLE` | m, m/s | motor encoder, commanded cable speed |
+//! | `wanted_n:MUSCLE`, `believed_n:MUSCLE`, `anchor_n:MUSCLE` | N | tension at the anchor: desired, estimated, true |
+//! | `drive_n:MUSCLE`, `load_cell_n:MUSCLE` | N | tension at the drive: true, read |
 
 use crate::csv_text::Csv;
 use crate::error::Error;
-use sinew_lab::arm::TraceRow;
+use crate::table_error::TableError;
+use serde::{Deserialize, Serialize};
+use sinew_lab::arm::{CycleSignals, TraceRow, TrackingNumbers};
 
-/// CSV, one row per sample; columns are named after the muscles.
-pub(super) fn csv(muscles: &[String], trace: &[TraceRow]) -> Result<String, Error> {
-    let mut table = Csv::new();
-    table.row(header(muscles))?;
-    for row in trace {
-        let lengths =
-            row.wanted_m.iter().chain(&row.end_point_m).chain(&row.length_m).chain(&row.length_error_m);
-        let tensions = row.wanted_n.iter().chain(&row.anchor_n).chain(&row.drive_n);
-        let repeat = row.repeat.map_or(String::new(), |repeat| repeat.to_string());
-        let cells = [format!("{:.3}", row.time_s), repeat].into_iter();
-        let cells = cells.chain(lengths.map(|length| format!("{length:.7}")));
-        table.row(cells.chain(tensions.map(|tension| format!("{tension:.3}"))))?;
-    }
-    Ok("# SIMULATED by sinew track\n".to_owned() + &table.text()?)
+/// Begins the comment with the numbers.
+const RUN: &str = "# run ";
+
+/// What the rows do not say.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RunHead {
+    pub(crate) title: String,
+    pub(crate) conditions: String,
+    pub(crate) compensation: String,
+    pub(crate) repeats: u32,
+    pub(crate) muscles: Vec<String>,
+    pub(crate) joints: Vec<String>,
+    pub(crate) numbers: TrackingNumbers,
 }
 
-fn header(muscles: &[String]) -> Vec<String> {
-    let mut header = vec!["time_s".to_owned(), "repeat".to_owned()];
+/// CSV, one row per sample; columns are named after the muscles and joints.
+pub(super) fn csv(head: &RunHead, trace: &[TraceRow]) -> Result<String, Error> {
+    let mut table = Csv::new();
+    table.row(header(head))?;
+    for row in trace {
+        let cycle = &row.cycle;
+        let repeat = row.repeat.map_or(String::new(), |repeat| repeat.to_string());
+        let mut cells = vec![format!("{:.3}", row.time_s), repeat, cycle.status.clone()];
+        let metres = [
+            &row.wanted_m[..],
+            &row.end_point_m,
+            &cycle.joint_reference,
+            &cycle.joint_true,
+            &cycle.joint_read,
+            &cycle.joint_believed,
+            &row.length_m,
+            &row.length_error_m,
+            &cycle.winch_read_m,
+            &cycle.winch_command_m_per_s,
+        ];
+        cells.extend(metres.into_iter().flatten().map(|x| shown(*x, 7)));
+        let newtons =
+            [&row.wanted_n, &cycle.anchor_believed_n, &row.anchor_n, &row.drive_n, &cycle.load_cell_n];
+        cells.extend(newtons.into_iter().flatten().map(|x| shown(*x, 3)));
+        table.row(cells)?;
+    }
+    let head = serde_json::to_string(head)?;
+    Ok(format!("# SIMULATED by sinew track\n{RUN}{head}\n{}", table.text()?))
+}
+
+/// A number, or an empty cell where there is none.
+fn shown(number: f64, digits: usize) -> String {
+    if number.is_finite() { format!("{number:.digits$}") } else { String::new() }
+}
+
+fn header(head: &RunHead) -> Vec<String> {
+    let mut header: Vec<String> = ["time_s", "repeat", "status"].map(str::to_owned).to_vec();
     for quantity in ["wanted", "end_point"] {
         header.extend(["x", "y", "z"].map(|axis| format!("{quantity}_{axis}_m")));
     }
-    for quantity in ["length_m", "length_error_m", "wanted_n", "anchor_n", "drive_n"] {
-        header.extend(muscles.iter().map(|muscle| format!("{quantity}:{muscle}")));
+    for quantity in ["reference", "true", "read", "believed"] {
+        header.extend(head.joints.iter().map(|joint| format!("{quantity}:{joint}")));
+    }
+    let of_muscles = [
+        "length_m",
+        "length_error_m",
+        "winch_read_m",
+        "winch_command_m_per_s",
+        "wanted_n",
+        "believed_n",
+        "anchor_n",
+        "drive_n",
+        "load_cell_n",
+    ];
+    for quantity in of_muscles {
+        header.extend(head.muscles.iter().map(|muscle| format!("{quantity}:{muscle}")));
     }
     header
+}
+
+/// The run of a table that [`csv`] has written.
+pub(crate) fn parse(text: &str) -> Result<(RunHead, Vec<TraceRow>), TableError> {
+    let expected = "a table that `sinew track --record` has written";
+    let found = text.lines().enumerate().find_map(|(k, line)| Some((k + 1, line.strip_prefix(RUN)?)));
+    let (line, head) = found.ok_or_else(|| TableError::in_line(1, expected, "another file"))?;
+    let head: RunHead =
+        serde_json::from_str(head).map_err(|error| TableError::in_line(line, expected, error.to_string()))?;
+    let table: String = text.lines().skip(line).flat_map(|row| [row, "\n"]).collect();
+    let mut reader = csv::ReaderBuilder::new().from_reader(table.as_bytes());
+    let names =
+        reader.headers().map_err(|error| TableError::in_line(line + 1, expected, error.to_string()))?;
+    if !names.iter().eq(header(&head)) {
+        return Err(TableError::in_line(line + 1, "the columns of this run", "other columns"));
+    }
+    let mut trace = Vec::new();
+    for (k, record) in reader.records().enumerate() {
+        let line = line + 2 + k;
+        let record = record.map_err(|error| TableError::in_line(line, expected, error.to_string()))?;
+        trace.push(row(&head, &record, line)?);
+    }
+    if trace.len() < 2 {
+        return Err(TableError::in_line(
+            line + 1,
+            "at least 2 rows below the header",
+            trace.len().to_string(),
+        ));
+    }
+    Ok((head, trace))
+}
+
+/// One row; cells are taken in the order of [`header`].
+fn row(head: &RunHead, record: &csv::StringRecord, line: usize) -> Result<TraceRow, TableError> {
+    let names = header(head);
+    let number = |column: usize| -> Result<f64, TableError> {
+        let cell = record.get(column).unwrap_or_default();
+        let refuse = || TableError::in_column(line, &names[column], "a finite number", cell);
+        if cell.is_empty() {
+            return Ok(f64::NAN);
+        }
+        cell.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(refuse)
+    };
+    let mut next = 3;
+    let mut take = |count: usize| -> Result<Vec<f64>, TableError> {
+        let taken = (next..next + count).map(number).collect();
+        next += count;
+        taken
+    };
+    let (joints, muscles) = (head.joints.len(), head.muscles.len());
+    let point = |taken: Vec<f64>| std::array::from_fn(|k| taken[k]);
+    let repeat = record.get(1).filter(|cell| !cell.is_empty());
+    let refuse = |cell: &str| TableError::in_column(line, "repeat", "a whole number", cell);
+    let repeat = repeat.map(|cell| cell.parse().map_err(|_| refuse(cell))).transpose()?;
+    // In the order of the header.
+    let (wanted_m, end_point_m) = (point(take(3)?), point(take(3)?));
+    let [joint_reference, joint_true, joint_read, joint_believed] =
+        [take(joints)?, take(joints)?, take(joints)?, take(joints)?];
+    let (length_m, length_error_m) = (take(muscles)?, take(muscles)?);
+    let (winch_read_m, winch_command_m_per_s) = (take(muscles)?, take(muscles)?);
+    let (wanted_n, anchor_believed_n, anchor_n) = (take(muscles)?, take(muscles)?, take(muscles)?);
+    let (drive_n, load_cell_n) = (take(muscles)?, take(muscles)?);
+    let status = record.get(2).unwrap_or_default().to_owned();
+    let cycle = CycleSignals {
+        status,
+        joint_reference,
+        joint_true,
+        joint_read,
+        joint_believed,
+        winch_read_m,
+        winch_command_m_per_s,
+        load_cell_n,
+        anchor_believed_n,
+    };
+    let time_s = number(0)?;
+    Ok(TraceRow {
+        time_s,
+        repeat,
+        wanted_m,
+        end_point_m,
+        length_m,
+        length_error_m,
+        wanted_n,
+        anchor_n,
+        drive_n,
+        cycle,
+    })
 }

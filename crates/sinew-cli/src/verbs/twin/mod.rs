@@ -2,9 +2,10 @@
 
 mod scenario;
 
-use crate::arguments::{TwinArguments, TwinVerb};
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{General, TwinArguments, TwinVerb};
 use crate::error::Error;
-use crate::output::{print, refuse_overwrite, write_all};
+use crate::output::{refuse_overwrite, write_all};
 use scenario::Scenario;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::EndMotion;
@@ -19,11 +20,11 @@ const STEP: f64 = 1e-3;
 /// Frames of a picture.
 const FRAMES: usize = 360;
 
-pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
+pub(crate) fn run(arguments: &TwinArguments, general: &General) -> Result<Answer, Error> {
     let TwinVerb::Cable(arguments) = &arguments.verb;
     let outputs: Vec<_> =
         [Some(arguments.out.clone()), arguments.picture.clone()].into_iter().flatten().collect();
-    refuse_overwrite(arguments.scenario.iter(), &outputs)?;
+    refuse_overwrite(arguments.scenario.iter(), &outputs, general.no_clobber)?;
     let scenario = match &arguments.scenario {
         Some(path) => Scenario::read(path)?,
         None => Scenario::default_scenario(),
@@ -37,15 +38,35 @@ pub(crate) fn run(arguments: &TwinArguments) -> Result<(), Error> {
         ));
     }
     let borrowed: Vec<_> = files.iter().map(|(path, bytes)| (path.clone(), bytes.as_slice())).collect();
-    write_all(&borrowed)?;
-    let names: Vec<_> = files.iter().map(|(path, _)| path.display().to_string()).collect();
-    print(&format!(
-        "SIMULATED cable, {:.1} s: max. near tension {:.1} N, max. far tension {:.1} N.{broken}\nWritten: {}\n",
-        scenario.duration(),
-        most[0],
-        most[1],
-        names.join(", ")
-    ))
+    let written = write_all(&borrowed)?;
+    let content = if general.json {
+        Content::json(&serde_json::json!({
+            "simulated": true, "duration_s": scenario.duration(), "max_tension_in_n": most[0], "max_tension_out_n": most[1],
+            "broken": broken.map(|Break { time_s, tension_n }| serde_json::json!({"time_s": time_s, "tension_n": tension_n})),
+        }))?
+    } else {
+        let end = broken.map_or_else(String::new, |broken| format!(" At the end {}.", broken.sentence()));
+        Content::Text(format!(
+            "SIMULATED cable, {:.1} s: max. near tension {:.1} N, max. far tension {:.1} N.{end}\n",
+            scenario.duration(),
+            most[0],
+            most[1]
+        ))
+    };
+    Ok(Answer { outcome: Outcome::of(broken.is_none()), content, written })
+}
+
+/// When and under which tension the cable broke.
+#[derive(Debug, Clone, Copy)]
+struct Break {
+    time_s: f64,
+    tension_n: f64,
+}
+
+impl Break {
+    fn sentence(self) -> String {
+        format!("the cable broke at {:.3} s under {:.1} N", self.time_s, self.tension_n)
+    }
 }
 
 /// The picture of two strokes of the bench specimen, for the report.
@@ -54,12 +75,12 @@ pub(super) fn two_strokes() -> Result<String, Error> {
     Ok(cable::draw(&frames, "Two strokes, anchor fixed", &colours::PAGE))
 }
 
-/// The log, the frames of a picture, the largest tensions, and a sentence on a broken cable.
+/// The log, the frames of a picture, the largest tensions, and where the cable broke.
 fn simulate(
     specimen: &Specimen,
     start: f64,
     scenario: &Scenario,
-) -> Result<(String, Vec<Frame>, [f64; 2], String), Error> {
+) -> Result<(String, Vec<Frame>, [f64; 2], Option<Break>), Error> {
     let mut cable = CablePlant::new(specimen, Resolution { cells: 32, substeps: 4 })?;
     cable.settle(start, Sliding::TowardMotor)?;
     let mut log = String::from(
@@ -98,10 +119,10 @@ fn simulate(
             });
         }
         if let Some(broken) = reading.broken {
-            let end = format!("the cable broke at {time:.3} s under {:.1} N", broken.tension);
-            let _ = writeln!(log, "# {end}");
-            return Ok((log, frames, most, format!(" At the end {end}.")));
+            let broken = Break { time_s: time, tension_n: broken.tension };
+            let _ = writeln!(log, "# {}", broken.sentence());
+            return Ok((log, frames, most, Some(broken)));
         }
     }
-    Ok((log, frames, most, String::new()))
+    Ok((log, frames, most, None))
 }

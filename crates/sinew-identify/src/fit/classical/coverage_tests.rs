@@ -86,7 +86,7 @@ fn log(case: Case, seed: u64) -> Dataset {
     };
     let inputs = vec![Input { column: "tension_in_n".to_owned(), role: Role::Effort }];
     let roles = Roles { far: Some("tension_out_n".to_owned()), inputs, time: None, trial: None, group: None };
-    Dataset { roles, logs: vec![], conditions: vec![], sequences: vec![sequence] }
+    Dataset { roles, columns: vec![], logs: vec![], conditions: vec![], sequences: vec![sequence] }
 }
 
 fn fitted(case: Case, seed: u64) -> Vec<Parameter> {

@@ -295,10 +295,15 @@ impl Law {
         }
         let noise = sensor_noise(&all.runs, &all.far);
         if tau > 3.0 && rmse > 3.0 * noise && rmse > 0.002 * signals.far_range {
+            // Of a rounded or filtered signal the noise is a fraction of nothing, and its ratio means nothing.
+            let ratio = if rmse < 1e3 * noise {
+                format!("RMSE {:.0} times the sensor's noise, ", rmse / noise)
+            } else {
+                String::new()
+            };
             remarks.push(format!(
-                "the residuals are not noise (RMSE {:.0} times the sensor's, correlated over {tau:.0} samples): \
-                 the structure of this law is wrong or incomplete here, and its intervals do not hold",
-                (rmse / noise.max(1e-3 * rmse)).min(999.0)
+                "the residuals are not noise ({ratio}correlated over {tau:.0} samples): \
+                 the structure of this law is wrong or incomplete here, and its intervals do not hold"
             ));
         }
         if !self.note.is_empty() {

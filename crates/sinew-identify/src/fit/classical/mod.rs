@@ -3,7 +3,8 @@
 //! They are no candidates for prediction but the reference beside them, in physical parameters.
 //!
 //! * One near-side signal (the effort or motion that follows the far side best) is transmitted; one drive
-//!   (the motion, or that signal itself) gives direction and distance of sliding.
+//!   (the motion, or that signal itself) gives direction and distance of sliding. The capstan laws transmit the
+//!   effort where it has the far side's unit.
 //! * Directions and speeds are not causal (a reversal counts from the extreme on), which favours the laws without
 //!   memory. These are fitted only where the cable slides for certain: near a reversal and at rest the direction is
 //!   not known, and they are wrong by the whole friction where it is.
@@ -30,7 +31,9 @@ mod tests;
 pub use result::{ClassicalFit, Parameter};
 
 use crate::log::Dataset;
+use law::Law;
 use rayon::prelude::*;
+use samples::{Samples, Signals};
 
 /// Fits every classical law for which the dataset has the signals.
 ///
@@ -43,13 +46,32 @@ pub fn fit_classical(data: &Dataset) -> Vec<ClassicalFit> {
         Ok(gathered) => gathered,
         Err(why) => return vec![law::not_fitted(&why)],
     };
-    let mut laws = vec![play::play(&thinned, &signals)];
-    if signals.near_is_effort {
-        laws.push(capstan::fixed(&thinned, &signals));
-        if signals.has_motion {
-            laws.push(capstan::speed_dependent(&thinned, &signals));
-        }
+    let mut fits = Vec::new();
+    if !signals.near_is_effort && signals.effort_is_like_far {
+        // A position follows the far side better; the capstan still makes one tension of the other.
+        let ([all, thinned], signals) =
+            ([&all, &thinned].map(Samples::with_effort_near), signals.with_effort_near());
+        fits.extend(fit_all(&capstan_laws(&thinned, &signals), &thinned, &all, &signals));
     }
+    let mut laws = if signals.near_is_effort {
+        capstan_laws(&thinned, &signals)
+    } else {
+        vec![play::play(&thinned, &signals)]
+    };
     laws.extend(memory::laws(&thinned, &signals));
-    laws.par_iter().filter_map(|law| law.fit(&thinned, &all, &signals)).collect()
+    fits.extend(fit_all(&laws, &thinned, &all, &signals));
+    fits
+}
+
+/// Laws that make the far tension of the near one.
+fn capstan_laws(thinned: &Samples, signals: &Signals) -> Vec<Law> {
+    let mut laws = vec![play::play(thinned, signals), capstan::fixed(thinned, signals)];
+    if signals.has_motion {
+        laws.push(capstan::speed_dependent(thinned, signals));
+    }
+    laws
+}
+
+fn fit_all(laws: &[Law], thinned: &Samples, all: &Samples, signals: &Signals) -> Vec<ClassicalFit> {
+    laws.par_iter().filter_map(|law| law.fit(thinned, all, signals)).collect()
 }

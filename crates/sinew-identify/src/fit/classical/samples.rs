@@ -48,6 +48,11 @@ pub(super) struct Signals {
     pub(super) drive_name: String,
     pub(super) drive_unit: String,
     pub(super) has_effort: bool,
+    /// Whether the effort has the far side's unit, so that a capstan can make one of the other.
+    pub(super) effort_is_like_far: bool,
+    pub(super) effort_name: String,
+    pub(super) effort_unit: String,
+    pub(super) effort_range: f64,
     pub(super) has_motion: bool,
     pub(super) near_is_effort: bool,
     pub(super) far_range: f64,
@@ -76,13 +81,21 @@ pub(super) fn gather(data: &Dataset) -> Result<(Samples, Samples, Signals), Stri
         all.append(data, sequence, &chosen, REVERSAL * drive_range);
     }
     all.find_sliding(REVERSAL * drive_range);
+    let effort_name = chosen.effort.map(name).unwrap_or_default();
+    let effort_unit = chosen.effort.map_or_else(String::new, |_| unit_of(&effort_name));
+    let far_unit = unit_of(data.roles.far.as_deref().unwrap_or(""));
+    let effort_is_like_far = effort_unit == far_unit;
     let signals = Signals {
-        far_unit: unit_of(data.roles.far.as_deref().unwrap_or("")),
+        far_unit,
         near_name: name(chosen.near),
         near_unit: unit_of(&name(chosen.near)),
         drive_name: name(chosen.drive),
         drive_unit: unit_of(&name(chosen.drive)),
         has_effort: chosen.effort.is_some(),
+        effort_is_like_far,
+        effort_name,
+        effort_unit,
+        effort_range: range(all.effort.clone(), 0.01),
         has_motion,
         near_is_effort: is(chosen.near, Role::Effort),
         far_range: range(all.fitted.iter().map(|&i| all.far[i]).collect(), 0.0005),
@@ -158,26 +171,31 @@ pub(super) fn range(mut values: Vec<f64>, edge: f64) -> f64 {
     at(1.0 - edge) - at(edge)
 }
 
-/// The unit at the end of a column's name, or `unit`.
+/// The unit in a column's name, or words in its place.
 fn unit_of(column: &str) -> String {
-    const UNITS: [(&str, &str); 9] = [
-        ("n", "N"),
-        ("nm", "N m"),
-        ("m", "m"),
-        ("mm", "mm"),
-        ("rad", "rad"),
-        ("deg", "deg"),
-        ("a", "A"),
-        ("v", "V"),
-        ("kn", "kN"),
-    ];
-    // Words after the unit, as in `tension_n_filtered`, are skipped; the first word is a name.
-    let words: Vec<String> = column.split('_').skip(1).map(str::to_ascii_lowercase).collect();
-    let found = words.iter().rev().find_map(|word| UNITS.iter().find(|(written, _)| written == word));
-    found.map_or_else(|| format!("unit of {column}"), |(_, unit)| (*unit).to_owned())
+    let unit = crate::log::unit_of(column);
+    if unit.is_empty() { format!("unit of {column}") } else { unit }
+}
+
+impl Signals {
+    /// The same with the effort as the near-side signal.
+    pub(super) fn with_effort_near(&self) -> Self {
+        Self {
+            near_name: self.effort_name.clone(),
+            near_unit: self.effort_unit.clone(),
+            near_is_effort: true,
+            near_range: self.effort_range,
+            ..self.clone()
+        }
+    }
 }
 
 impl Samples {
+    /// The same with the effort as the near-side signal.
+    pub(super) fn with_effort_near(&self) -> Self {
+        Self { near: self.effort.clone(), ..self.clone() }
+    }
+
     fn empty() -> Self {
         Self {
             runs: vec![],

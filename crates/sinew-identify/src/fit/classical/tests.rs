@@ -58,7 +58,7 @@ fn dataset(columns: &[(&str, Role, Vec<f64>)], far: &[f64], interval: f64, noise
     let inputs =
         columns.iter().map(|(column, role, _)| Input { column: (*column).to_owned(), role: *role }).collect();
     let roles = Roles { far: Some("tension_out_n".to_owned()), inputs, time: None, trial: None, group: None };
-    Dataset { roles, logs: vec![], conditions: vec![], sequences }
+    Dataset { roles, columns: vec![], logs: vec![], conditions: vec![], sequences }
 }
 
 fn wave(n: usize, interval: f64) -> Vec<f64> {

@@ -34,6 +34,8 @@ pub(super) enum Cell {
     Missing,
     /// An infinity, or a number beyond f64.
     Infinite,
+    /// One mark that is a thousands separator or a decimal mark: `1,234`.
+    Ambiguous,
     /// Anything else.
     Text,
 }
@@ -139,21 +141,53 @@ pub(super) fn parse(bytes: &[u8], decimal_comma: bool) -> Cell {
     if missing(bytes) {
         return Cell::Missing;
     }
-    if !decimal_comma {
-        return number(bytes);
-    }
+    let plain = if decimal_comma && bytes.iter().any(|b| matches!(b, b',' | b'.')) {
+        Cell::Text
+    } else {
+        number(bytes)
+    };
+    if plain == Cell::Text { marked(bytes, decimal_comma) } else { plain }
+}
+
+/// A number with a decimal comma or with thousands separators.
+fn marked(bytes: &[u8], decimal_comma: bool) -> Cell {
+    let (decimal, other) = if decimal_comma { (b',', b'.') } else { (b'.', b',') };
+    let Ok(text) = std::str::from_utf8(bytes) else { return Cell::Text };
     // No number worth reading is longer than this.
-    let mut copy = [0_u8; 64];
-    let Some(copy) = copy.get_mut(..bytes.len()) else { return Cell::Text };
-    for (to, &from) in copy.iter_mut().zip(bytes) {
-        match from {
-            b',' => *to = b'.',
-            // A thousands mark or another convention: guessing would be off by a factor of 1000.
-            b'.' => return Cell::Text,
-            other => *to = other,
-        }
+    if text.len() > 64 || !text.bytes().any(|b| b.is_ascii_digit()) {
+        return Cell::Text;
     }
-    number(copy)
+    let (whole, rest) = match text.split_once(char::from(decimal)) {
+        Some((whole, rest)) => (whole, Some(rest)),
+        None => (text, None),
+    };
+    let separator = whole.chars().find(|c| *c == char::from(other) || BLANK_SEPARATORS.contains(c));
+    let joined = match separator {
+        None => whole.to_owned(),
+        Some(separator) if in_thousands(whole, separator) => {
+            // A point or comma alone may as well be the decimal mark of another country.
+            if separator == char::from(other) && rest.is_none() && whole.matches(separator).count() == 1 {
+                return Cell::Ambiguous;
+            }
+            whole.replace(separator, "")
+        }
+        Some(_) => return Cell::Text,
+    };
+    let joined = rest.map_or_else(|| joined.clone(), |rest| format!("{joined}.{rest}"));
+    number(joined.as_bytes())
+}
+
+/// Thousands separators that are no decimal mark anywhere: blanks, a no-break or thin one, and apostrophes.
+const BLANK_SEPARATORS: [char; 5] = [' ', '\u{a0}', '\u{202f}', '\'', '\u{2019}'];
+
+/// Whether groups of three digits follow one to three, of which the first is no zero.
+fn in_thousands(whole: &str, separator: char) -> bool {
+    let mut groups = whole.trim_start_matches(['+', '-']).split(separator);
+    let digits = |group: &str| group.bytes().all(|b| b.is_ascii_digit());
+    let first = groups
+        .next()
+        .is_some_and(|first| (1..=3).contains(&first.len()) && digits(first) && !first.starts_with('0'));
+    first && groups.all(|group| group.len() == 3 && digits(group))
 }
 
 fn number(bytes: &[u8]) -> Cell {
@@ -207,11 +241,30 @@ mod tests {
     }
 
     #[test]
-    fn a_thousands_mark_is_text_and_not_a_thousandth() {
-        assert_eq!(parse(b"1.234,5", true), Cell::Text);
-        assert_eq!(parse(b"1.234", true), Cell::Text);
-        assert_eq!(parse(b"-1,5e-3", true), Cell::Number(-1.5e-3));
-        assert_eq!(parse(b"1,5", false), Cell::Text);
+    fn thousands_separators_are_read_where_they_can_be_nothing_else() {
+        for (text, decimal_comma, number) in [
+            ("1.234,5", true, 1234.5),
+            ("1.234.567", true, 1_234_567.0),
+            ("1,234.5", false, 1234.5),
+            ("-12,345,678", false, -12_345_678.0),
+            ("1 234,5", true, 1234.5),
+            ("1\u{a0}234", false, 1234.0),
+            ("1'234.5", false, 1234.5),
+            ("-1,5e-3", true, -1.5e-3),
+            ("0,123", true, 0.123),
+            ("1,234", true, 1.234),
+        ] {
+            assert_eq!(parse(text.as_bytes(), decimal_comma), Cell::Number(number), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_mark_with_two_meanings_is_not_guessed() {
+        assert_eq!(parse(b"1.234", true), Cell::Ambiguous);
+        assert_eq!(parse(b"1,234", false), Cell::Ambiguous);
+        for text in ["1,5", "0,123", "1,2345", "1,23,456", "1,234,5", "1 23", "a,bcd"] {
+            assert_eq!(parse(text.as_bytes(), false), Cell::Text, "{text}");
+        }
     }
 
     #[test]

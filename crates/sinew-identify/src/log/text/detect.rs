@@ -77,9 +77,6 @@ fn choose_delimiter(content: &[HeadLine<'_>]) -> (Delimiter, bool, usize) {
     let mut best_score = 0.0;
     for delimiter in DELIMITERS {
         for decimal_comma in [false, true] {
-            if decimal_comma && delimiter == Delimiter::Byte(b',') {
-                continue;
-            }
             let (width, score) = width_and_score(content, delimiter, decimal_comma);
             if width > 1 && score > best_score + 1e-9 {
                 best_score = score;
@@ -95,15 +92,20 @@ fn width_and_score(content: &[HeadLine<'_>], delimiter: Delimiter, decimal_comma
     let mut fields = Vec::new();
     // The first line is as a rule the header: it counts only where it is alone.
     let skip = usize::from(content.len() > 1);
+    split(content[0].bytes, delimiter, &mut fields);
+    // A last column with a name and without values is a column.
+    let named = if fields.last().is_some_and(|name| !name.is_empty()) { fields.len() } else { 0 };
     let rows: Vec<(usize, usize)> = content[skip..]
         .iter()
         .map(|line| {
             split(line.bytes, delimiter, &mut fields);
-            drop_trailing_empty(&mut fields);
+            if fields.len() != named {
+                drop_trailing_empty(&mut fields);
+            }
             let numeric = |r: &&Range<usize>| {
                 matches!(
                     parse(&line.bytes[(*r).clone()], decimal_comma),
-                    Cell::Number(_) | Cell::Missing | Cell::Infinite
+                    Cell::Number(_) | Cell::Missing | Cell::Infinite | Cell::Ambiguous
                 )
             };
             (fields.len(), fields.iter().filter(numeric).count())

@@ -18,7 +18,10 @@ fn numbers(dialect: &Dialect, line: &[u8]) -> usize {
     let mut fields = Vec::new();
     split(line, dialect.delimiter, &mut fields);
     let numeric = |r: &Range<usize>| {
-        matches!(parse(&line[r.clone()], dialect.decimal_comma), Cell::Number(_) | Cell::Infinite)
+        matches!(
+            parse(&line[r.clone()], dialect.decimal_comma),
+            Cell::Number(_) | Cell::Infinite | Cell::Ambiguous
+        )
     };
     fields.into_iter().filter(numeric).count()
 }

@@ -114,6 +114,10 @@ impl Row<'_> {
                 let (file, line, column, value) = place();
                 Err(Error::NotFinite { file, line, column, value })
             }
+            Cell::Ambiguous => {
+                let (file, line, column, value) = place();
+                Err(Error::AmbiguousNumber { file, line, column, value })
+            }
             Cell::Text => {
                 let (file, line, column, value) = place();
                 Err(Error::NotANumber { file, line, column, value })

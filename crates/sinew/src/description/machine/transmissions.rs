@@ -58,15 +58,16 @@ pub(super) fn read(
     if let (Some(every), Some(tendon)) = (&every, parts.tendons.first()) {
         // Checked also where every muscle has a table of its own.
         let reader = Reader { layers: Vec::from([every.clone()]), own_layers: 0, machine, drives };
-        reader.design(&Tendon { sheath: None, ..tendon.clone() }, files, &mut Listing::default())?;
+        let tendon = Tendon { sheath: None, ..tendon.clone() };
+        reader.design(&tendon, [None; 2], files, &mut Listing::default())?;
     }
     let mut designs = Vec::new();
-    for (tendon, own) in parts.tendons.iter().zip(own) {
+    for ((tendon, own), described) in parts.tendons.iter().zip(own).zip(&machine.muscles) {
         listing.begin(&format!("[[transmission]] `{}`", tendon.name));
         let own_layers = usize::from(own.is_some());
         let reader =
             Reader { layers: own.into_iter().chain(every.clone()).collect(), own_layers, machine, drives };
-        designs.push(reader.design(tendon, files, listing)?);
+        designs.push(reader.design(tendon, described.tension, files, listing)?);
     }
     Ok(designs)
 }
@@ -84,6 +85,7 @@ impl<'d> Reader<'d, '_> {
     fn design(
         &self,
         tendon: &Tendon,
+        tension: [Option<f64>; 2],
         files: &mut Files<'_>,
         listing: &mut Listing,
     ) -> Result<MuscleDesign, DescriptionError> {
@@ -103,7 +105,7 @@ impl<'d> Reader<'d, '_> {
         design.drive.encoder.counts =
             self.number("motor_encoder_counts", POSITIVE, sensors.encoder.counts, listing)?;
         design.drive.delay_steps = self.number("delay_s", DELAY, sensors.delay_steps * STEP, listing)? / STEP;
-        design.tension = self.tension(listing)?;
+        design.tension = self.tension(tension, listing)?;
         if let Some(table) = self.layers.first() {
             design.validate().map_err(|error| table.out_of_domain(error))?;
         }
@@ -251,12 +253,28 @@ impl<'d> Reader<'d, '_> {
         overlay(&tables, LOAD_CELL, on, LoadCell::validate, listing, ("load_cell.", ValueSource::Default))
     }
 
-    fn tension(&self, listing: &mut Listing) -> Result<[Option<f64>; 2], DescriptionError> {
+    /// The file's limits, of which the largest tension is at most that of the body's actuator.
+    fn tension(
+        &self,
+        described: [Option<f64>; 2],
+        listing: &mut Listing,
+    ) -> Result<[Option<f64>; 2], DescriptionError> {
         let Some(entry) = first(&self.layers, "tension_limits_n") else {
-            listing.add("tension_limits_n", Value::None, ValueSource::Default);
-            return Ok([None; 2]);
+            match described[1] {
+                Some(most) => {
+                    let numbers = Value::Numbers(Vec::from([0.0, most]));
+                    listing.add("tension_limits_n", numbers, ValueSource::Body);
+                }
+                None => listing.add("tension_limits_n", Value::None, ValueSource::Default),
+            }
+            return Ok(described);
         };
         let [least, most] = entry.numbers(NON_NEGATIVE)?;
+        if described[1].is_some_and(|allowed| most > allowed) {
+            return Err(
+                entry.refuse("at most what the body's actuator allows in its control and force ranges")
+            );
+        }
         if most <= least {
             return Err(entry.refuse("two numbers that rise"));
         }

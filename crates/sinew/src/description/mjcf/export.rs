@@ -1,5 +1,7 @@
 //! From parts to MJCF that MuJoCo loads.
 
+use super::sheath;
+use super::text::{escape, numbers};
 use crate::body::{JointKind, Parts, PathElement, TendonPath, WrapKind};
 use crate::description::names::named;
 use alloc::format;
@@ -10,8 +12,8 @@ use core::fmt::Write as _;
 /// The robot as MJCF: radians, no classes, every number in the shortest form that reads back to the same
 /// bits.
 ///
-/// Unnamed parts get a name (`site_3`), because tendons and actuators refer by name. MJCF has no sheaths:
-/// only the cable from the end of its sheath on is written.
+/// Unnamed parts get a name (`site_3`), because tendons and actuators refer by name. MJCF has no sheaths: they are
+/// custom data, which MuJoCo keeps and [`from_mjcf`](super::from_mjcf) reads.
 #[must_use]
 pub fn to_mjcf(parts: &Parts) -> String {
     let parts = &named(parts);
@@ -22,6 +24,7 @@ pub fn to_mjcf(parts: &Parts) -> String {
         escape(&parts.name)
     );
     let _ = writeln!(out, "  <option gravity=\"{}\"/>", numbers(&parts.gravity));
+    sheath::write(&mut out, parts);
     bodies(&mut out, parts);
     tendons(&mut out, parts);
     equalities(&mut out, parts);
@@ -35,16 +38,6 @@ pub fn to_mjcf(parts: &Parts) -> String {
     }
     out.push_str("</mujoco>\n");
     out
-}
-
-/// Text escaped for an attribute.
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
-}
-
-/// Shortest decimals that read back to the same bits.
-fn numbers(values: &[f64]) -> String {
-    values.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ")
 }
 
 fn name_of(name: &str) -> String {

@@ -3,7 +3,7 @@
 use super::compiler::Compiler;
 use super::defaults::Defaults;
 use super::import_state::Import;
-use super::{body, lists, replicate, schema, tendon};
+use super::{body, lists, replicate, schema, sheath, tendon};
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use crate::description::tree::Tree;
@@ -52,6 +52,7 @@ fn read_references(import: &mut Import<'_>) -> Result<(), DescriptionError> {
         top_elements(tree, name).into_iter().flat_map(|e| tree.elements[e].children.iter().copied()).collect()
     };
     children("tendon").into_iter().try_for_each(|e| tendon::read(import, e))?;
+    children("custom").into_iter().try_for_each(|e| sheath::read(import, e))?;
     children("equality").into_iter().try_for_each(|e| lists::equality(import, e))?;
     children("actuator").into_iter().try_for_each(|e| lists::actuator(import, e))?;
     children("keyframe").into_iter().try_for_each(|e| lists::key(import, e))

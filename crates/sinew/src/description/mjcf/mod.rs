@@ -13,9 +13,11 @@ mod place;
 mod ranges;
 mod replicate;
 mod schema;
+mod sheath;
 mod shell;
 mod solid;
 mod tendon;
+mod text;
 
 pub use export::to_mjcf;
 pub use import::from_mjcf;

@@ -1,8 +1,9 @@
 //! `sinew bench run`.
 
-use crate::arguments::{BenchArguments, BenchRunArguments, BenchVerb, MuscleStrokes};
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{BenchRunArguments, General, MuscleStrokes};
 use crate::error::Error;
-use crate::output::{print, refuse_overwrite, write_all};
+use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
 use serde::Serialize;
@@ -20,7 +21,6 @@ const CALIBRATION_STROKES: f64 = 4.0;
 /// Result of one speed, as printed with `--json`.
 #[derive(Debug, Serialize)]
 struct Summary {
-    simulated: bool,
     speed_m_per_s: f64,
     rows: usize,
     far_rmse_n: Option<f64>,
@@ -28,9 +28,8 @@ struct Summary {
     stopped: Option<String>,
 }
 
-pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Error> {
-    let BenchVerb::Run(arguments) = &arguments.verb;
-    refuse_overwrite([], std::slice::from_ref(&arguments.out))?;
+pub(super) fn run(arguments: &BenchRunArguments, general: &General) -> Result<Answer, Error> {
+    refuse_overwrite([], std::slice::from_ref(&arguments.out), general.no_clobber)?;
     let progress = Progress::new();
     progress.show("calibration", 0.0);
     let compensation = arguments
@@ -39,7 +38,7 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Error> {
         .transpose()?;
     let mut log = String::from(
         "# SIMULATED by sinew bench run\n\
-         time_s,trial,tension_in_n,position_in_m,anchor_m,tension_out_n,wanted_n,estimate_n,stroke\n",
+         time_s,trial,tension_in_n,position_in_m,anchor_m,tension_out_n,wanted_n,estimate_n,direction\n",
     );
     let mut summaries = Vec::new();
     let mut trial = 0;
@@ -49,11 +48,14 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<(), Error> {
         summaries.push(run_at_speed(arguments, compensation.as_ref(), *speed, &mut trial, &mut log)?);
     }
     drop(progress);
-    write_all(&[(arguments.out.clone(), log.as_bytes())])?;
-    if arguments.json {
-        return print(&(serde_json::to_string_pretty(&summaries)? + "\n"));
-    }
-    print(&format!("{}\nWritten: {}\n", summary_text(&summaries), arguments.out.display()))
+    let written = write_all(&[(arguments.out.clone(), log.as_bytes())])?;
+    let outcome = Outcome::of(summaries.iter().all(|summary| summary.stopped.is_none()));
+    let content = if general.json {
+        Content::json(&serde_json::json!({"simulated": true, "runs": summaries}))?
+    } else {
+        Content::Text(summary_text(&summaries) + "\n")
+    };
+    Ok(Answer { outcome, content, written })
 }
 
 fn calibrated(variant: CompensationVariant, specimen: &Specimen, seed: u64) -> Result<Compensation, Error> {
@@ -95,7 +97,6 @@ fn run_at_speed(
             }
         })?;
     Ok(Summary {
-        simulated: true,
         speed_m_per_s: speed,
         rows,
         far_rmse_n: tracking.rmse().filter(|_| tracks),

@@ -1,0 +1,128 @@
+//! The account of the columns: which has which role, in which unit, and why; labels among the motions by name.
+
+use super::names::unit_of;
+use super::roles::Columns;
+use super::types::{ColumnUse, Dataset, RequestedRoles, Role};
+use crate::ColumnRole;
+
+/// A moving part takes more different positions than this; a label of its direction or phase does not.
+const MOST_LABELS: usize = 3;
+
+/// A column that its name makes a motion and its values a label.
+pub(super) struct Label {
+    pub(super) column: String,
+    values: Vec<f64>,
+}
+
+/// A column of the logs with its unit, as found before any role.
+pub(super) struct Named {
+    column: String,
+    unit: String,
+}
+
+/// Every column of all logs; `unit` is the cell of a units row by log and column.
+pub(super) fn named<'a>(logs: &[Columns<'_>], unit: impl Fn(usize, usize) -> &'a str) -> Vec<Named> {
+    let mut all: Vec<Named> = Vec::new();
+    for (k, log) in logs.iter().enumerate() {
+        for (c, column) in log.names.iter().enumerate() {
+            if all.iter().all(|known| known.column != *column) {
+                let row = unit(k, c).trim_matches(['[', ']', '(', ')', ' ']);
+                let unit = if row.is_empty() { unit_of(column) } else { row.to_owned() };
+                all.push(Named { column: column.clone(), unit });
+            }
+        }
+    }
+    all
+}
+
+/// Motions by name alone that take two or three values.
+pub(super) fn labels(requested: &RequestedRoles, dataset: &Dataset) -> Vec<Label> {
+    let inputs = &dataset.roles.inputs;
+    let by_name = |column: &String| !requested.motion.contains(column);
+    let motions = inputs.iter().enumerate().filter(|(_, i)| i.role == Role::Motion && by_name(&i.column));
+    let found = motions.map(|(k, input)| {
+        let signals = dataset.sequences.iter().flat_map(|s| s.inputs.iter().skip(k).step_by(inputs.len()));
+        Label { column: input.column.clone(), values: few_values(signals) }
+    });
+    found.filter(|label| label.values.len() > 1).collect()
+}
+
+/// The different numbers in ascending order; none where they are more than [`MOST_LABELS`].
+fn few_values<'a>(signal: impl Iterator<Item = &'a f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = Vec::new();
+    for x in signal.map(|x| x + 0.0).filter(|x| x.is_finite()) {
+        if values.iter().all(|v| v.to_bits() != x.to_bits()) {
+            values.push(x);
+        }
+        if values.len() > MOST_LABELS {
+            return Vec::new();
+        }
+    }
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// One entry per column, by role and name; those that are left come last.
+pub(super) fn uses(
+    requested: &RequestedRoles,
+    labels: &[Label],
+    named: &[Named],
+    dataset: &Dataset,
+) -> Vec<ColumnUse> {
+    let one = |Named { column, unit }: &Named| {
+        let role = role(column, dataset);
+        let reason = match role {
+            Some(_) if is_requested(column, requested) => "as requested".to_owned(),
+            Some(_) => "by its name".to_owned(),
+            None => reason_left(column, requested, labels, dataset),
+        };
+        ColumnUse { column: column.clone(), role, unit: unit.clone(), reason }
+    };
+    let mut uses: Vec<ColumnUse> = named.iter().map(one).collect();
+    // The order of the columns in a file changes nothing.
+    uses.sort_by(|a, b| (a.role.is_none(), a.role, &a.column).cmp(&(b.role.is_none(), b.role, &b.column)));
+    uses
+}
+
+fn role(column: &str, dataset: &Dataset) -> Option<ColumnRole> {
+    let roles = &dataset.roles;
+    let is = |name: &Option<String>| name.as_deref() == Some(column);
+    if let Some(input) = roles.inputs.iter().find(|input| input.column == column) {
+        return Some(match input.role {
+            Role::Effort => ColumnRole::Effort,
+            Role::Motion => ColumnRole::Motion,
+            Role::Anchor => ColumnRole::Anchor,
+            Role::Given => ColumnRole::Given,
+        });
+    }
+    let others = [
+        (&roles.far, ColumnRole::Far),
+        (&roles.time, ColumnRole::Time),
+        (&roles.trial, ColumnRole::Trial),
+        (&roles.group, ColumnRole::Group),
+    ];
+    others.into_iter().find(|(name, _)| is(name)).map(|(_, role)| role)
+}
+
+fn is_requested(column: &str, requested: &RequestedRoles) -> bool {
+    let RequestedRoles { far, effort, motion, anchor, given, time, trial, group, .. } = requested;
+    let lists = effort.iter().chain(motion).chain(given);
+    lists.chain([far, anchor, time, trial, group].into_iter().flatten()).any(|name| name == column)
+}
+
+fn reason_left(column: &str, requested: &RequestedRoles, labels: &[Label], dataset: &Dataset) -> String {
+    if let Some(label) = labels.iter().find(|label| label.column == column) {
+        let values: Vec<String> = label.values.iter().map(ToString::to_string).collect();
+        return format!("only the values {}: a label, not a motion", values.join(", "));
+    }
+    if requested.ignore.iter().any(|name| name == column) {
+        return "as requested".to_owned();
+    }
+    if dataset.conditions.iter().any(|condition| condition.column == column) {
+        return "constant within a trial: a condition, not a signal".to_owned();
+    }
+    let RequestedRoles { effort, motion, anchor, given, .. } = requested;
+    let inputs_named = anchor.is_some() || [effort, motion, given].iter().any(|list| !list.is_empty());
+    let reason = if inputs_named { "not among the inputs requested" } else { "its name implies no role" };
+    reason.to_owned()
+}
