@@ -6,7 +6,8 @@ use sinew_segment::{Device, DeviceDescription, DeviceSettings};
 
 fuzz_target!(|octets: &[u8]| {
     let Ok(text) = std::str::from_utf8(octets) else { return };
-    for read in [DeviceDescription::from_toml("a", text), DeviceDescription::from_esi("a", text, None, None)] {
+    for read in [DeviceDescription::from_toml("a", text), DeviceDescription::from_esi("a", text, None, None)]
+    {
         match read {
             Ok(description) => {
                 Device::new(&description, DeviceSettings::default()).expect("what is read is valid");
