@@ -88,6 +88,9 @@ fn inside() {
         assert!(served.join().unwrap() > 1000);
         assert_eq!(statistics.working_counter, 0, "{statistics:?}");
         // Frames are late where other programs have the processors.
-        assert!(statistics.exchanges > 1000 && statistics.exchanges - statistics.lost > 100, "{statistics:?}");
+        assert!(
+            statistics.exchanges > 1000 && statistics.exchanges - statistics.lost > 100,
+            "{statistics:?}"
+        );
     });
 }

@@ -2,8 +2,8 @@
 
 use super::drive::{MODE, mode_of_operation, wanted_mapping};
 use super::error::EthercatError;
+use super::found::FoundDevice;
 use super::image::Mapping;
-use super::master::FoundDevice;
 use super::sii;
 use ethercrab::error::Error;
 use ethercrab::subdevice_group::{Op, PreOp};

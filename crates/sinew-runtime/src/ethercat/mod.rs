@@ -13,9 +13,11 @@ mod bring_up;
 mod cia402;
 mod drive;
 mod error;
+mod found;
 mod image;
 mod link;
 mod master;
+mod matched;
 mod operational;
 mod pump;
 #[cfg(target_os = "linux")]
@@ -30,8 +32,10 @@ mod time;
 
 pub use cia402::DriveState;
 pub use error::{EthercatError, Mismatch};
+pub use found::{FoundDevice, compare};
 pub use link::Link;
-pub use master::{FoundDevice, Master, Matched, Refused, compare};
+pub use master::Master;
+pub use matched::{Matched, Refused};
 pub use operational::EthercatBus;
 pub use pump::FrameStorage;
 #[cfg(target_os = "linux")]

@@ -295,24 +295,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_default_devices_of_every_machine_are_valid_and_measure_everything() {
-        for (name, text) in [
-            ("lm_arm.toml", include_str!("../../../../models/lm_arm.toml")),
-            ("finger.toml", include_str!("../../../../models/finger.toml")),
-            ("exosuit_elbow.toml", include_str!("../../../../models/exosuit_elbow.toml")),
-        ] {
-            let read =
-                crate::description::machine_from_toml(name, text, &mut |_| Err("none".into())).unwrap();
-            let machine = read.machine;
-            let devices = Device::defaults(&machine.robot, &machine.muscles, &machine.encoders);
-            assert_eq!(devices, machine.devices);
-            validate(&devices, machine.muscles.len(), machine.encoders.len()).unwrap();
-            let signals: usize = devices.iter().map(|device| device.channels().len()).sum();
-            assert_eq!(signals, machine.muscles.len() + machine.encoders.iter().flatten().count(), "{name}");
-        }
-    }
-
-    #[test]
     fn counts_and_angles_are_inverse_in_both_directions_of_counting() {
         for counts_per_turn in [2048.0, -131_072.0] {
             let drive = DriveDevice {

@@ -97,3 +97,15 @@ fn the_dead_bands_of_every_machine_are_small_angles() {
         assert!(bands.iter().all(|band| *band < limit), "{name}: {bands:?}");
     }
 }
+
+#[test]
+fn the_default_devices_of_every_machine_drive_and_measure_everything() {
+    for (name, _, muscles) in MODELS {
+        let machine = model(name).machine;
+        machine.validate().unwrap();
+        let encoders = machine.encoders.iter().flatten().count();
+        let signals: usize = machine.devices.iter().map(|device| device.channels().len()).sum();
+        let drives = machine.devices.iter().filter(|device| device.driven_muscle().is_some()).count();
+        assert_eq!((signals, drives), (muscles + encoders, muscles), "{name}");
+    }
+}

@@ -21,7 +21,7 @@ pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> R
     let machine = load_machine(&arguments.machine, None)?.machine;
     let socket = RawSocket::open(&arguments.interface)?;
     let design = ArmSpecimen::nominal(&machine)?;
-    let (gains, _) = synthesize(&machine, &oracle_models(&design), &[machine.start.clone()])?;
+    let (gains, _) = synthesize(&machine, &oracle_models(&design), std::slice::from_ref(&machine.start))?;
     let specimen = ArmSpecimen::drawn_around(&design, &machine, arguments.seed)?;
     let tensions = resting_tensions(&specimen.robot, &machine.start, &gains.tension_limits())?;
     let arm = ArmTwin::new(&specimen, &machine.start, &tensions, arguments.seed)?;

@@ -1,0 +1,70 @@
+//! The master whose devices are those of the machine.
+
+use super::bring_up::PreOpGroup;
+use super::error::EthercatError;
+use super::found::positions;
+use super::link::Link;
+use super::master::Master;
+use super::operational::EthercatBus;
+use sinew::machine::{Device, Machine};
+
+/// A master whose devices, in PRE-OP, are those of the machine.
+pub struct Matched<'a, L> {
+    master: Master<'a, L>,
+    group: PreOpGroup,
+    /// Position of every device of the machine file.
+    positions: Vec<usize>,
+}
+
+/// Devices that are not those of the machine, and the master to look for them again.
+pub struct Refused<'a, L> {
+    /// The master.
+    pub master: Box<Master<'a, L>>,
+    /// What is wrong.
+    pub error: EthercatError,
+}
+
+impl<L> std::fmt::Debug for Refused<'_, L> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        std::fmt::Debug::fmt(&self.error, f)
+    }
+}
+
+impl<L> From<Refused<'_, L>> for EthercatError {
+    fn from(refused: Refused<'_, L>) -> Self {
+        refused.error
+    }
+}
+
+impl<'a, L: Link> Master<'a, L> {
+    /// Compares the devices on the wire with those of a machine.
+    ///
+    /// # Errors
+    /// As [`scan`](Self::scan); [`EthercatError::NoDevices`] and [`EthercatError::Mismatch`]. The master is given back, to
+    /// try again.
+    pub fn match_devices(mut self, expected: &[Device]) -> Result<Matched<'a, L>, Refused<'a, L>> {
+        match self.matching(expected) {
+            Ok((group, positions)) => Ok(Matched { master: self, group, positions }),
+            Err(error) => Err(Refused { master: Box::new(self), error }),
+        }
+    }
+
+    fn matching(&mut self, expected: &[Device]) -> Result<(PreOpGroup, Vec<usize>), EthercatError> {
+        let (group, found) = self.pre_op()?;
+        if found.is_empty() {
+            return Err(EthercatError::NoDevices { expected: expected.len() });
+        }
+        let positions = positions(expected, &found).map_err(EthercatError::Mismatch)?;
+        Ok((group, positions))
+    }
+}
+
+impl<'a, L: Link> Matched<'a, L> {
+    /// Configures the devices for a period of the cycle, ns, brings them to OP and enables the drives, which hold still.
+    ///
+    /// # Errors
+    /// [`EthercatError`] names the device and what is wrong with it.
+    pub fn operate(self, machine: &Machine, period: u64) -> Result<EthercatBus<'a, L>, EthercatError> {
+        EthercatBus::start(self.master, self.group, &self.positions, machine, period)
+    }
+}
