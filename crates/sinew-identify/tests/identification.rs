@@ -74,6 +74,42 @@ fn a_foreign_log_is_left_out_and_named() {
 }
 
 #[test]
+fn a_log_alone_in_its_condition_is_kept_and_judged_with_its_figures() {
+    let at = |bend: u32, samples: &[Sample]| -> String {
+        let lines = csv(samples);
+        let rows = lines.lines().enumerate();
+        rows.map(|(k, row)| if k == 0 { format!("{row},sheath_deg\n") } else { format!("{row},{bend}\n") })
+            .collect()
+    };
+    let ours = |phase| cable(900, phase, BAND, 0.02);
+    let other = cable(900, 0.4, [0.3, 0.45], 0.02);
+    let read = |bend: u32| {
+        let texts = [0.0, 0.9, 1.8, 2.7].map(|phase| at(60, &ours(phase)));
+        let other = at(bend, &other);
+        let names = ["a.csv", "b.csv", "c.csv", "d.csv"];
+        let mut all: Vec<(&str, &str)> = names.into_iter().zip(texts.iter().map(String::as_str)).collect();
+        all.push(("other.csv", &other));
+        let flags = RequestedRoles {
+            effort: vec!["tension_in_n".into()],
+            given: vec!["sheath_deg".into()],
+            ..RequestedRoles::default()
+        };
+        identified(&read_all(&all, &flags).unwrap(), &["linear"]).report
+    };
+    let report = read(180);
+    let row = report.influence.iter().find(|row| row.log == "other.csv").unwrap();
+    assert!(!row.dropped, "{row:?}");
+    // Where the bend tells the two apart, the other recording may even help: a remark is due only above the limit.
+    assert_eq!(
+        row.remark.contains("no other log has its value of `sheath_deg`"),
+        row.influence > 0.4,
+        "{row:?}"
+    );
+    let same = read(60);
+    assert!(same.influence.iter().any(|row| row.log == "other.csv" && row.dropped), "{:?}", same.influence);
+}
+
+#[test]
 fn a_far_side_without_relation_is_not_recommended_and_a_log_without_reversal_with_care() {
     use sinew_identify::report::Grade;
     let noise = |phase: f64| -> Vec<Sample> {

@@ -48,7 +48,7 @@ pub(crate) struct BenchArguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum BenchVerb {
-    Run(BenchRunArguments),
+    Run(Box<BenchRunArguments>),
     Plan(BenchPlanArguments),
 }
 

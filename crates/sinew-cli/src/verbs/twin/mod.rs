@@ -29,7 +29,7 @@ pub(crate) fn run(arguments: &TwinArguments, general: &General) -> Result<Answer
         Some(path) => Scenario::read(path)?,
         None => Scenario::default_scenario(),
     };
-    let (log, frames, most, broken) = simulate(&arguments.specimen, arguments.start, &scenario)?;
+    let Simulation { log, frames, most, broken } = simulate(&arguments.specimen, arguments.start, &scenario)?;
     let mut files = vec![(arguments.out.clone(), log.into_bytes())];
     if let Some(path) = &arguments.picture {
         files.push((
@@ -71,16 +71,22 @@ impl Break {
 
 /// The picture of two strokes of the bench specimen, for the report.
 pub(super) fn two_strokes() -> Result<String, Error> {
-    let (_, frames, ..) = simulate(&Specimen::bench(), 60.0, &Scenario::two_strokes())?;
+    let Simulation { frames, .. } = simulate(&Specimen::bench(), 60.0, &Scenario::two_strokes())?;
     Ok(cable::draw(&frames, "Two strokes, anchor fixed", &colours::PAGE))
 }
 
-/// The log, the frames of a picture, the largest tensions, and where the cable broke.
-fn simulate(
-    specimen: &Specimen,
-    start: f64,
-    scenario: &Scenario,
-) -> Result<(String, Vec<Frame>, [f64; 2], Option<Break>), Error> {
+/// A cable under its scenario.
+struct Simulation {
+    /// CSV.
+    log: String,
+    /// Of a picture.
+    frames: Vec<Frame>,
+    /// Largest near and far tension, N.
+    most: [f64; 2],
+    broken: Option<Break>,
+}
+
+fn simulate(specimen: &Specimen, start: f64, scenario: &Scenario) -> Result<Simulation, Error> {
     let mut cable = CablePlant::new(specimen, Resolution { cells: 32, substeps: 4 })?;
     cable.settle(start, Sliding::TowardMotor)?;
     let mut log = String::from(
@@ -121,8 +127,8 @@ fn simulate(
         if let Some(broken) = reading.broken {
             let broken = Break { time_s: time, tension_n: broken.tension };
             let _ = writeln!(log, "# {}", broken.sentence());
-            return Ok((log, frames, most, Some(broken)));
+            return Ok(Simulation { log, frames, most, broken: Some(broken) });
         }
     }
-    Ok((log, frames, most, None))
+    Ok(Simulation { log, frames, most, broken: None })
 }
