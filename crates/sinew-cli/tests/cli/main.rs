@@ -13,6 +13,7 @@ mod machine;
 mod map;
 mod robots;
 mod roles;
+mod run;
 mod tension;
 mod twin;
 mod verbs;

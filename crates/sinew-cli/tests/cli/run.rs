@@ -1,0 +1,67 @@
+//! `sinew run` and `sinew ethercat`.
+
+use crate::bench::Bench;
+use serde_json::Value;
+
+fn tracking(document: &str) -> Value {
+    serde_json::from_str::<Value>(document).unwrap()["tracking"].clone()
+}
+
+#[test]
+fn a_run_on_virtual_time_is_the_simulation_of_track_to_the_bit() {
+    let bench = Bench::new();
+    let motion = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 3 --hold 1 --json";
+    let tracked = bench.succeeds(&format!("track {motion}")).stdout;
+    let run = bench.succeeds(&format!("run {motion} --bus twin --virtual-time")).stdout;
+    assert_eq!(tracking(&tracked), tracking(&run));
+    assert!(run.contains("\"simulated\":true"), "{run}");
+}
+
+#[test]
+fn a_run_behind_simulated_devices_ends_as_planned_and_reports_its_bus() {
+    let bench = Bench::new();
+    let motion = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 3 --hold 1 --json";
+    let run = bench.succeeds(&format!("run {motion} --bus segment --virtual-time")).stdout;
+    let document: Value = serde_json::from_str(&run).unwrap();
+    let bus = &document["bus"];
+    assert!(bus["exchanges"].as_u64().unwrap() > 6000, "{bus}");
+    for counter in ["lost", "working_counter_errors", "device_not_operational", "drive_faults"] {
+        assert_eq!(bus[counter], 0, "{counter}");
+    }
+}
+
+#[test]
+fn an_interface_that_does_not_exist_is_named_with_those_that_do() {
+    let bench = Bench::new();
+    for arguments in [
+        "ethercat scan planar_leg --interface nosuch0",
+        "ethercat simulate planar_leg --interface nosuch0",
+        "run planar_leg --bus ethercat --interface nosuch0 --path to-joints:hip=0.4 --duration 3",
+    ] {
+        let outcome = bench.run(arguments);
+        assert_eq!(outcome.code, Some(2), "{arguments}: {}", outcome.stderr);
+        assert!(
+            outcome.stderr.contains("`nosuch0`") && outcome.stderr.contains("there are:"),
+            "{}",
+            outcome.stderr
+        );
+    }
+}
+
+#[test]
+fn what_only_a_simulated_machine_can_do_is_refused_on_devices() {
+    let bench = Bench::new();
+    let run = "run planar_leg --bus ethercat --interface lo";
+    for (more, expected) in [
+        (" --fault drive:hamstrings@4", "simulated bus only"),
+        (" --compensation capstan", "simulated bus only"),
+        (" --virtual-time", "--virtual-time"),
+    ] {
+        let outcome = bench.run(&format!("{run}{more}"));
+        assert_eq!(outcome.code, Some(2), "{more}: {}", outcome.stderr);
+        assert!(outcome.stderr.contains(expected), "{more}: {}", outcome.stderr);
+    }
+    let outcome = bench.run("run planar_leg --bus ethercat");
+    assert_eq!(outcome.code, Some(2));
+    assert!(outcome.stderr.contains("--interface"), "{}", outcome.stderr);
+}
