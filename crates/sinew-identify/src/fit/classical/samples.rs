@@ -395,7 +395,7 @@ mod tests {
     #[test]
     fn units_come_from_the_end_of_a_column_name() {
         assert_eq!(unit_of("tension_in_n"), "N");
-        assert_eq!(unit_of("T_out_Nm"), "N m");
+        assert_eq!(unit_of("T_out_Nm"), "Nm");
         assert_eq!(unit_of("T_out_N_med5"), "N");
         assert_eq!(unit_of("n"), "unit of n");
     }
