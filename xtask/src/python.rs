@@ -23,9 +23,8 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     let manifest = ["--manifest-path", MANIFEST, "--workspace", "--target-dir", "target"];
     let lint = [&["clippy", "--all-targets"], &manifest[..], &["--", "-D", "warnings"]].concat();
     succeed(&mut cargo(root, &lint))?;
-    let golden =
-        ["build", "--package", "sinew-py-golden", "--manifest-path", MANIFEST, "--target-dir", "target"];
-    succeed(&mut cargo(root, &golden))?;
+    // Both packages at once: the features of the dependencies are then those of the build for Python.
+    succeed(&mut cargo(root, &[&["build"], &manifest[..]].concat()))?;
     let mut maturin = python(root, &interpreter, &["-m", "maturin", "develop", "--quiet"]);
     let target = root.join("target");
     succeed(maturin.env("CARGO_TARGET_DIR", &target).env("VIRTUAL_ENV", &environment))?;
@@ -36,14 +35,13 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
 /// An environment with all packages, or what is missing for one.
 fn prepare(root: &Path, environment: &Path, interpreter: &Path) -> Result<(), String> {
     if !interpreter.is_file() {
-        let new_enough = "import sys; sys.exit(sys.version_info < (3, 11))";
-        let quiet = |name: &str| {
+        let version = "import sys; sys.exit(sys.version_info < (3, 11))";
+        let new_enough = |name: &str| {
             let mut command = Command::new(name);
-            let status =
-                command.args(["-c", new_enough]).stdout(Stdio::null()).stderr(Stdio::null()).status();
+            let status = command.args(["-c", version]).stdout(Stdio::null()).stderr(Stdio::null()).status();
             status.is_ok_and(|status| status.success())
         };
-        let found = ["python3", "python"].into_iter().find(|name| quiet(name));
+        let found = ["python3", "python"].into_iter().find(|name| new_enough(name));
         let name = found.ok_or("there is no Python 3.11 or newer")?;
         let place = environment.display().to_string();
         succeed(&mut python(root, Path::new(name), &["-m", "venv", &place]))
