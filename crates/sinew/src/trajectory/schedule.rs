@@ -114,7 +114,7 @@ mod tests {
         assert!((q - 0.5).abs() < 1e-12 && next > 0.5 && moment.repeat == Some(0));
         assert_eq!(moment.repeat_time, Some(1.0));
         let (q, _, moment) = at(5.75);
-        assert!(q == 1.0 && moment.repeat.is_none() && (moment.rested - 0.75).abs() < 1e-12);
+        assert!((q - 1.0).abs() < 1e-12 && moment.repeat.is_none() && (moment.rested - 0.75).abs() < 1e-12);
         assert!(Schedule::new(&motion, 2, 0.0, 0.0).is_err(), "an open motion is not repeated");
     }
 }
