@@ -1,5 +1,6 @@
 //! A control cycle over EtherCAT allocates nothing: master, drives, observers, controller, simulated devices and twin.
 
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![allow(dead_code, reason = "the machines are those of the other tests")]
 
 #[path = "runtime/common.rs"]

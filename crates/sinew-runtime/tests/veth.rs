@@ -2,6 +2,7 @@
 //!
 //! Skipped where such namespaces are not permitted. Times are not judged: they are those of the machine's load.
 
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![cfg(target_os = "linux")]
 #![allow(dead_code, reason = "the machines are those of the other tests")]
 #![allow(clippy::print_stdout, reason = "a skipped test says so")]
