@@ -262,7 +262,10 @@ fn with_friction_the_torques_are_those_of_all_drive_tensions_through_the_discret
             let law = CableLaw::new(&design.path(0.1, wrap).unwrap(), &design.cable, 24).unwrap();
             let toward_motor = dot(&arms[7 * k..7 * k + 7], &velocity) > 0.0;
             let drive = [design.drive.least_tension, design.drive.working_tension()];
-            through.push(drive.map(|tension| anchor_tension(&law, tension, toward_motor)));
+            let [least, most] = drive.map(|tension| anchor_tension(&law, tension, toward_motor));
+            // The machine's own limits hold as well.
+            let [lower, upper] = design.tension;
+            through.push([least.max(lower.unwrap_or(0.0)), most.min(upper.unwrap_or(f64::INFINITY))]);
         }
         for (k, (ours, theirs)) in limits.iter().zip(&through).enumerate() {
             for (ours, theirs) in ours.iter().zip(theirs) {

@@ -199,7 +199,10 @@ fn the_first_violated_limit_is_reported_with_its_time() {
     let far = Trajectory::AlongPath { joints: resolved(&robot, &far), law };
     let found = violated(&far, Limits::default(), free);
     assert!(matches!(&found.violation, Violation::Unreachable(point) if point.distance > 1e-3), "{found}");
-    assert!((0.0..115.0).contains(&found.time) && found.to_string().contains("end point"), "{found}");
+    assert!(
+        (0.0..115.0).contains(&found.time) && found.to_string().contains("target unreachable"),
+        "{found}"
+    );
 
     let slow = Limits { cable_speed: vec![0.005], ..Limits::default() };
     let found = violated(&sine, slow, free);
