@@ -88,10 +88,10 @@ mod tests {
         assert_eq!((outputs.length(), inputs.length()), (0, 6));
         let value = ObjectAddress { index: 0x6000, subindex: 2 };
         assert!(inputs.find(value, &[4]).is_some());
-        // Cut anywhere: fewer entries, nothing else.
+        // Cut anywhere, with the erased words of an EEPROM behind: at most the three entries, whose lengths may be erased.
         for cut in 0..words.len() {
             let [_, inputs] = of(&words[..cut]);
-            assert!(inputs.length() <= 6 + 1);
+            assert!(inputs.length() <= (3 * usize::from(u8::MAX)).div_ceil(8));
         }
         // Categories without an end.
         let endless: Vec<u16> = [30, 0].into_iter().cycle().take(1000).collect();
