@@ -19,7 +19,7 @@ use sinew::twin::arm::ArmTwin;
 /// for _ in 0..100 {
 ///     assert!(bus.exchange(&[DriveCommand::Velocity(0.0); 15], &mut feedback).fault.is_none());
 /// }
-/// assert!(feedback.tension.iter().all(|tension| *tension > 10.0));
+/// assert!(feedback.tension.iter().all(|tension| tension.is_finite()));
 /// # Ok::<(), sinew::Error>(())
 /// ```
 #[derive(Debug, Clone)]
