@@ -93,7 +93,7 @@ fn header(head: &RunHead) -> Vec<String> {
     header
 }
 
-/// The run of a table that [`csv`] has written.
+/// The run of a table that [`csv()`] has written.
 pub(crate) fn parse(text: &str) -> Result<(RunHead, Vec<TraceRow>), TableError> {
     let expected = "a table that `sinew track --record` has written";
     let found = text.lines().enumerate().find_map(|(k, line)| Some((k + 1, line.strip_prefix(RUN)?)));
