@@ -9,6 +9,7 @@ use crate::output::{Folder, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
 use serde_json::Value;
+use sinew_lab::CompensationVariant;
 use sinew_lab::arm::TrackOutcome;
 use sinew_lab::paper;
 use sinew_lab::reproduce::{
@@ -47,7 +48,11 @@ pub(crate) fn run(arguments: &ReproduceArguments, general: &General) -> Result<A
     let json = serde_json::to_string_pretty(&numbers)? + "\n";
     let page = page(bench.as_ref(), arm.as_ref(), quick)?;
     let written = write_all(&[(report, page.as_bytes()), (results, json.as_bytes())])?;
-    let completed = |part: &ArmPart| part.tracking.values().all(|n| n.ended == TrackOutcome::Completed);
+    // Without compensation the arm is stopped: that is a result of the programme, not a failure of it.
+    let completed = |part: &ArmPart| {
+        let observer = part.tracking.get(&CompensationVariant::Observer);
+        observer.is_none_or(|numbers| numbers.ended == TrackOutcome::Completed)
+    };
     let outcome = Outcome::of(arm.as_ref().is_none_or(completed));
     if general.json {
         return Ok(Answer { outcome, content: Content::json(&numbers)?, written });
