@@ -246,8 +246,10 @@ def identify(
     time: str | None = None,
     trial: str | None = None,
     group: str | None = None,
+    ignore: Iterable[str] = (),
     skip_s: float = 0.0,
     models: Iterable[str] = (),
+    keep: Iterable[str] | None = (),
     seed: int = 1,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -260,8 +262,9 @@ def identify(
     `(n,)`, or a list of these. `far`: the column to predict. `effort`, `motion`, `anchor`, `given`: near-side tensions or
     torques, positions or strokes, displacement of the far end, slow quantities. Roles that are not given are found by
     names with units such as `tension_in_n`, `position_in_m`, `tension_out_n`, `time_s`. `time`: seconds. `trial`: label at
-    whose changes states are reset. `group`: condition by whose values folds are formed. `skip_s`: seconds at the start of
-    every trial that are neither fitted nor scored. `models`: names of candidates, all by default. The same `seed` gives
+    whose changes states are reset. `group`: condition by whose values folds are formed. `ignore`: columns that get no role by their names. `skip_s`: seconds at the start of
+    every trial that are neither fitted nor scored. `models`: names of candidates, all by default. `keep`: names of logs that are kept although they do
+    harm to the prediction of the others, `None` for all. The same `seed` gives
     the same bits whatever the `threads`, by default all that are there, shared by all calls. `progress(stage, share)` is
     called while it runs.
 
@@ -276,8 +279,10 @@ def identify(
         "time": time,
         "trial": trial,
         "group": group,
+        "ignore": names(ignore, "ignore"),
     }
-    found = _sinew.identify(native_logs(logs), roles, skip_s, names(models, "models"), seed, threads, progress)
+    kept = None if keep is None else names(keep, "keep")
+    found = _sinew.identify(native_logs(logs), roles, skip_s, names(models, "models"), kept, seed, threads, progress)
     return Model(found)
 
 

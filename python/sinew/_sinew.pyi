@@ -43,6 +43,7 @@ def identify(
     roles: dict[str, Any],
     skip_s: _Number,
     models: list[str],
+    keep: list[str] | None,
     seed: SupportsIndex,
     threads: SupportsIndex | None,
     progress: _Progress,

@@ -13,7 +13,7 @@ pub(crate) struct Step {
 }
 
 /// All steps. Every build uses the dev profile and all features, so that each dependency is compiled once.
-const STEPS: [Step; 12] = [
+const STEPS: [Step; 13] = [
     Step { name: "fmt", purpose: "the code is formatted", run: fmt },
     Step {
         name: "hygiene",
@@ -28,6 +28,11 @@ const STEPS: [Step; 12] = [
     Step { name: "clippy", purpose: "no warning with all features", run: clippy },
     Step { name: "features", purpose: "no warning without optional features", run: features },
     Step { name: "fuzz", purpose: "the fuzz targets compile", run: fuzz },
+    Step {
+        name: "bindings",
+        purpose: "the native part of the Python package compiles, without Python",
+        run: python::compile,
+    },
     Step { name: "test", purpose: "unit and integration tests (nextest where installed)", run: test },
     Step { name: "doctest", purpose: "the examples in the documentation", run: doctest },
     Step { name: "doc", purpose: "the documentation builds without a warning", run: doc },

@@ -11,6 +11,13 @@ pub(crate) const MANIFEST: &str = "crates/sinew-py/Cargo.toml";
 const PACKAGES: [&str; 8] =
     ["hypothesis", "maturin>=1.9,<2", "matplotlib", "mypy", "numpy>=1.26", "pandas", "polars", "pytest"];
 
+/// Type-checks the native part, as on a machine without an interpreter: what the package uses of the libraries is there.
+pub(crate) fn compile(root: &Path) -> Result<(), String> {
+    let arguments = ["check", "--manifest-path", MANIFEST, "--workspace", "--target-dir", "target"];
+    let mut command = cargo(root, &arguments);
+    succeed(command.env("PYO3_NO_PYTHON", "1").env("PYO3_BUILD_EXTENSION_MODULE", "1"))
+}
+
 /// Lints and builds the native part, then runs the tests; skipped with a message where there is no Python.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
     let environment = root.join("target/python");

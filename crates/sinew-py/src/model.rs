@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sinew_identify::adapt::adapt;
 use sinew_identify::evaluate::{evaluate, predict};
-use sinew_identify::identify::{Identification, Options, identify as identify_logs};
+use sinew_identify::identify::{Identification, Keep, Options, identify as identify_logs};
 use sinew_identify::log::{Dataset, RequestedRoles};
 use sinew_identify::report::IdentificationReport;
 use std::sync::Arc;
@@ -29,7 +29,7 @@ impl From<Identification> for Model {
 
 /// Identifies a model from logs.
 #[pyfunction]
-#[pyo3(signature = (logs, roles, skip_s, models, seed, threads, progress))]
+#[pyo3(signature = (logs, roles, skip_s, models, keep, seed, threads, progress))]
 #[expect(clippy::too_many_arguments, reason = "positional here, keywords in the Python face")]
 pub(crate) fn identify(
     py: Python<'_>,
@@ -37,14 +37,20 @@ pub(crate) fn identify(
     roles: Roles,
     skip_s: f64,
     models: Vec<String>,
+    keep: Option<Vec<String>>,
     seed: u64,
     threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Model> {
+    let keep = match keep {
+        None => Keep::All,
+        Some(names) if names.is_empty() => Keep::Judged,
+        Some(names) => Keep::Logs(names),
+    };
     long_call::run(py, progress, threads, move |progress| {
         progress.tell("reading logs", 0.0);
         let data = logs.read(&roles.into(), skip_s)?;
-        let options = Options { seed, models };
+        let options = Options { seed, models, keep };
         Ok(identify_logs(&data, &options, &|stage, done| progress.tell(stage, done))?.into())
     })
 }
@@ -61,12 +67,13 @@ pub(crate) struct Roles {
     time: Option<String>,
     trial: Option<String>,
     group: Option<String>,
+    ignore: Vec<String>,
 }
 
 impl From<Roles> for RequestedRoles {
     fn from(roles: Roles) -> Self {
-        let Roles { far, effort, motion, anchor, given, time, trial, group } = roles;
-        Self { far, effort, motion, anchor, given, time, trial, group }
+        let Roles { far, effort, motion, anchor, given, time, trial, group, ignore } = roles;
+        Self { far, effort, motion, anchor, given, time, trial, group, ignore }
     }
 }
 
@@ -162,7 +169,7 @@ impl Model {
         let model = self.model.clone();
         long_call::run(py, progress, threads, move |progress: &Progress| {
             let data = logs.read_for(&model, skip_s, true)?;
-            let options = Options { seed, models: Vec::new() };
+            let options = Options { seed, models: Vec::new(), keep: Keep::Judged };
             Ok(adapt(&model, &data, &options, &|stage, done| progress.tell(stage, done))?.into())
         })
     }

@@ -5,9 +5,9 @@ use crate::failure::Failure;
 use crate::machine::Machine;
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use sinew::control::arm::resting_tensions;
 use sinew::drive::DriveCommand;
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
-use sinew_lab::experiment::arm::resting_tensions;
 
 /// Array of numbers as it is returned.
 type Vector<'py> = Bound<'py, PyArray1<f64>>;

@@ -5,7 +5,8 @@ use crate::geometry::machine;
 use serde::Deserialize;
 use serde_json::json;
 use sinew::control::arm::{
-    ActuationMode, ArmController, ArmMeasurement, CableStateSource, PreviewedReference, synthesize,
+    ActuationMode, ArmController, ArmMeasurement, CableStateSource, PreviewedReference, resting_tensions,
+    synthesize,
 };
 use sinew::trajectory::Reference;
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
@@ -13,7 +14,6 @@ use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
     CalibratedArm, TrackingTask, Verified, first_infeasibility, plan_tour, track_arm, verify,
 };
-use sinew_lab::experiment::arm::resting_tensions;
 use sinew_lab::experiment::oracle_models;
 
 /// The tour of a machine on a specimen of a seed, cables as designed in the controller.

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use sinew::predictor::{Model, Predictor, Sample};
 use sinew_identify::evaluate::{evaluate, predict, read_for};
-use sinew_identify::identify::{Options, identify};
+use sinew_identify::identify::{Keep, Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_dataset};
 use std::path::PathBuf;
 
@@ -25,7 +25,7 @@ impl Identify {
         let options =
             |paths: &[PathBuf]| ReadOptions { skip_s: 0.0, far_required: true, paths: paths.to_vec() };
         let data = read_dataset(&roles, &options(&self.logs))?;
-        let choice = Options { seed: self.seed, models: self.models.clone() };
+        let choice = Options { seed: self.seed, models: self.models.clone(), keep: Keep::Judged };
         let found = identify(&data, &choice, &|_, _| {})?;
         let unseen = read_for(&found.model, &options(&self.unseen))?;
         let predictions = predict(&found.model, &unseen)?;
