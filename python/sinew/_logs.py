@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import zlib
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
@@ -33,14 +34,16 @@ def native_logs(logs: Logs) -> list[str] | list[tuple[str, bytes]]:
     many = list(logs) if isinstance(logs, Sequence) and not isinstance(logs, str) else [logs]
     if all(isinstance(log, str | os.PathLike) for log in many):
         return [os.fspath(log) for log in many]  # type: ignore[arg-type]
-    return [_content(log, number) for number, log in enumerate(many, 1)]
+    return [_content(log) for log in many]
 
 
-def _content(log: Log, number: int) -> tuple[str, bytes]:
+def _content(log: Log) -> tuple[str, bytes]:
     if isinstance(log, str | os.PathLike):
         with open(log, "rb") as file:
             return os.fspath(log), file.read()
-    return f"table {number}", _sinew.table_text(_columns(log))
+    text = _sinew.table_text(_columns(log))
+    # By its content, so that a table has the same name wherever it is given, and another one another name.
+    return f"table {zlib.crc32(text):08x}", text
 
 
 def _columns(table: Any) -> list[tuple[str, Any]]:

@@ -51,6 +51,12 @@ class Evaluation:
     overall: Scores
     #: Log by log, by name.
     logs: dict[str, Scores]
+    #: Those of them to which the model was fitted: their errors are none on unseen data.
+    in_training: frozenset[str]
+    #: The column that is predicted.
+    far: str
+    #: Its unit, in which the errors are; empty where its name states none.
+    far_unit: str
 
     def _repr_html_(self) -> str:
         def row(name: str, s: Scores) -> list[str]:
@@ -66,8 +72,10 @@ class Evaluation:
             ]
 
         rows = [*(row(name, scores) for name, scores in self.logs.items()), row("all", self.overall)]
-        head = ["log", "samples", "RMSE", "of range", "Pearson", "in 95 % band", "outside"]
-        return html_table("Evaluation", head, rows)
+        head = ["log", "samples", f"RMSE, {self.far_unit or 'unit'}", "of range", "Pearson", "in 95 % band", "outside"]
+        fitted = ", ".join(sorted(self.in_training))
+        notes = [f"The model was fitted to {fitted}: no error on unseen data."] if fitted else []
+        return html_table(f"Prediction of {self.far}", head, rows, notes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,8 +190,9 @@ class Model:
     def evaluate(self, logs: Logs, *, skip_s: float = 0.0) -> Evaluation:
         """Scores on logs that hold the far end; `skip_s` seconds at the start of every trial are not scored."""
         found = _object(self._native.evaluate(native_logs(logs), skip_s))
-        logs_scores = {log.pop("log"): Scores(**log) for log in found["logs"]}
-        return Evaluation(Scores(**found["overall"]), logs_scores)
+        seen = frozenset(log["log"] for log in found["logs"] if log.pop("in_training"))
+        scores = {log.pop("log"): Scores(**log) for log in found["logs"]}
+        return Evaluation(Scores(**found["overall"]), scores, seen, found["far"], found["far_unit"])
 
     def predict(self, logs: Logs) -> Predictions:
         """Predicts every sample of logs, causally, as a predictor in real time does; the far end need not be there."""
@@ -287,7 +296,7 @@ def identify(
 
 
 def demo_logs(seed: int = 1) -> dict[str, str]:
-    """SIMULATED logs of a bench, names and texts of CSV files; the last one is that of another day."""
+    """SIMULATED logs of a bench, names and texts of CSV files: four days for training, the last one for testing."""
     return dict(_sinew.demo_logs(seed))
 
 

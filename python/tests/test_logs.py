@@ -33,11 +33,11 @@ FORMS: dict[str, Callable[[Path], Any]] = {
 def test_every_form_of_a_log_gives_the_same_predictions(
     form: str, model: sinew.Model, log_files: list[Path]
 ) -> None:
-    expected = model.predict(log_files)
-    found = model.predict([FORMS[form](file) for file in log_files])
-    assert len(found) == len(expected) == 27_000
-    assert (found.mean == expected.mean).all() and (found.time_s == expected.time_s).all()
-    assert model.evaluate(FORMS[form](log_files[0])).overall == model.evaluate(log_files[0]).overall
+    for file in log_files[:3]:
+        expected, found = model.predict(file), model.predict([FORMS[form](file)])
+        assert len(found) == len(expected) == 9_000
+        assert (found.mean == expected.mean).all() and (found.time_s == expected.time_s).all()
+        assert model.evaluate(FORMS[form](file)).overall == model.evaluate(file).overall
 
 
 def test_the_fit_does_not_depend_on_the_form_of_the_logs(log_files: list[Path]) -> None:
@@ -57,9 +57,16 @@ def test_trials_are_labels_and_missing_numbers_are_missing(model: sinew.Model, l
     found = model.predict(table | {"trial": trial})
     assert found.trial.tolist() == trial.tolist()
     assert np.flatnonzero(found.reset).tolist() == [0, 200, 400]
-    assert found.input_held[10] and set(found.log) == {"table 1"}
+    assert found.input_held[10] and len(set(found.log)) == 1
     columns = pandas.DataFrame(found.columns())
     assert columns.shape == (600, 11)
+
+
+def test_an_evaluation_tells_the_logs_of_the_fit(log_files: list[Path]) -> None:
+    tables = [frame(file) for file in log_files[:3]]
+    evaluation = sinew.identify(tables[:2], far="tension_out_n", models=["linear"]).evaluate(tables)
+    assert len(evaluation.logs) == 3 and len(evaluation.in_training) == 2
+    assert (evaluation.far, evaluation.far_unit) == ("tension_out_n", "N")
 
 
 def test_adapting_starts_from_the_old_model(model: sinew.Model, log_files: list[Path]) -> None:

@@ -197,7 +197,7 @@ fn places<'py>(py: Python<'py>, data: &Dataset) -> PyResult<Bound<'py, PyDict>> 
     Ok(result)
 }
 
-/// Simulated logs of a bench: names and contents of CSV files; the last one is that of another day.
+/// Simulated logs of a bench: names and contents of CSV files; the last one is for testing.
 #[pyfunction]
 pub(crate) fn demo_logs(py: Python<'_>, seed: u64) -> PyResult<Vec<(String, String)>> {
     long_call::run(py, None, None, move |_| Ok(sinew_lab::simulated::demo_logs(seed)))
