@@ -17,7 +17,7 @@ pub struct Cycle<'a, B> {
     current: Reference,
     previewed: Reference,
     count: u64,
-    lost: u32,
+    missed: u32,
     statistics: BusStatistics,
 }
 
@@ -38,8 +38,9 @@ pub struct CycleRecord<'a, B> {
     pub command: ArmCommand<'a>,
 }
 
-/// Exchanges lost in a row after which the machine is stopped, as if every drive had failed: theirs have a watchdog.
-const MAX_LOST: u32 = 20;
+/// Exchanges in a row without any reading after which the machine is stopped, before the controller takes the first
+/// missing sensor for a fault of that sensor.
+const MAX_MISSED: u32 = 15;
 
 impl<'a, B: Bus> Cycle<'a, B> {
     /// Before the first cycle; `period` is in s.
@@ -56,7 +57,7 @@ impl<'a, B: Bus> Cycle<'a, B> {
             current: Reference::new(joints),
             previewed: Reference::new(joints),
             count: 0,
-            lost: 0,
+            missed: 0,
             statistics: BusStatistics::default(),
         }
     }
@@ -89,7 +90,8 @@ impl<'a, B: Bus> Cycle<'a, B> {
     pub fn exchange(&mut self) -> Exchange {
         let exchange = self.bus.exchange(&self.commands, &mut self.feedback);
         self.statistics.record(exchange);
-        self.lost = if exchange.fault == Some(BusFault::Lost) { self.lost + 1 } else { 0 };
+        let missing = matches!(exchange.fault, Some(BusFault::Lost | BusFault::WorkingCounter { .. }));
+        self.missed = if missing { self.missed + 1 } else { 0 };
         exchange
     }
 
@@ -105,7 +107,7 @@ impl<'a, B: Bus> Cycle<'a, B> {
             Some(BusFault::Drive { muscle, .. } | BusFault::NotOperational { muscle: Some(muscle), .. }) => {
                 controller.stop(Fault::Drive(muscle));
             }
-            Some(BusFault::Lost) if self.lost > MAX_LOST => controller.stop(Fault::Bus),
+            _ if self.missed > MAX_MISSED => controller.stop(Fault::Bus),
             _ => {}
         }
         let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };

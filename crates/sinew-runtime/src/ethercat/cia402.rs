@@ -1,4 +1,6 @@
-//! The state machine of a drive, CiA 402 (IEC 61800-7-201).
+//! The state machine of a drive, CiA 402 (IEC 61800-7-201), as the master sees it.
+//!
+//! The simulated devices have their own: the standard decides, not what two sides of one project share.
 
 /// State of a drive, from its statusword.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

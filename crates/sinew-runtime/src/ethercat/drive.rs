@@ -26,7 +26,7 @@ const CYCLIC_TORQUE: i8 = 10;
 pub(super) struct DriveSlot {
     pub(super) device: DriveDevice,
     parameters: DriveParameters,
-    control: Option<Field>,
+    control: Field,
     target: Field,
     status: Field,
     position: Field,
@@ -86,7 +86,7 @@ impl DriveSlot {
             DriveMode::Torque => Some(inputs.require(name, object(VELOCITY), &[4])?),
         };
         Ok(Self {
-            control: Some(outputs.require(name, object(CONTROLWORD), &[2])?),
+            control: outputs.require(name, object(CONTROLWORD), &[2])?,
             target: outputs.require(name, object(target), &[octets])?,
             status: inputs.require(name, object(STATUSWORD), &[2])?,
             position: inputs.require(name, object(POSITION), &[4])?,
@@ -109,6 +109,11 @@ impl DriveSlot {
         self.state
     }
 
+    /// The device left OP: until its drive is read again there is no set-point, and it is enabled from the beginning.
+    pub(super) fn forget_state(&mut self) {
+        (self.state, self.running) = (DriveState::NotReadyToSwitchOn, false);
+    }
+
     /// Writes the controlword that leads towards the command, and its set-point, 0 until the drive is enabled.
     pub(super) fn write(&mut self, outputs: &mut [u8], command: DriveCommand, h: f64) {
         let goal = match command {
@@ -122,9 +127,7 @@ impl DriveSlot {
         }
         self.running = enabled;
         self.last_control = controlword(self.state, goal, self.last_control);
-        if let Some(control) = self.control {
-            control.write_word(outputs, self.last_control);
-        }
+        self.control.write_word(outputs, self.last_control);
         let target = if enabled { self.set_point(command, h) } else { 0.0 };
         // Casts of floating-point numbers saturate; NaN becomes 0.
         self.target.write(outputs, target.round() as i32);

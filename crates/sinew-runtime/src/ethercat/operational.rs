@@ -24,6 +24,9 @@ pub struct EthercatBus<'a, L> {
     expected_counter: u16,
     /// ns.
     period: u64,
+    /// Muscles and independent joints of the machine.
+    dimensions: [usize; 2],
+    /// Of the devices on the wire.
     names: Vec<String>,
     /// Cycles until the next step that brings a device back.
     until_recovery: u32,
@@ -76,15 +79,18 @@ impl<'a, L: Link> EthercatBus<'a, L> {
             u16::from(inputs.length() > 0) + 2 * u16::from(outputs.length() > 0)
         };
         let expected_counter = mappings.iter().map(counts).sum();
-        let mut bus = Self { main, pump, group, slots, expected_counter, period, names, until_recovery: 0 };
+        let dimensions = [machine.muscles.len(), machine.encoders.len()];
+        let mut bus =
+            Self { main, pump, group, slots, expected_counter, period, dimensions, names, until_recovery: 0 };
         bus.enable(machine)?;
         Ok(bus)
     }
 
     /// Exchanges process data until every device is in OP and every drive enabled and standing.
     fn enable(&mut self, machine: &Machine) -> Result<(), EthercatError> {
-        let hold = vec![DriveCommand::Velocity(0.0); machine.muscles.len()];
-        let mut feedback = Feedback::new(machine.muscles.len(), machine.encoders.len());
+        let [muscles, joints] = self.dimensions;
+        let hold = vec![DriveCommand::Velocity(0.0); muscles];
+        let mut feedback = Feedback::new(muscles, joints);
         for _ in 0..MAX_START_CYCLES {
             let exchange = self.paced_exchange(&hold, &mut feedback);
             if exchange.fault.is_none() && self.disabled_drive().is_none() {
@@ -146,13 +152,9 @@ impl<'a, L: Link> EthercatBus<'a, L> {
 
     /// Brakes all drives and closes their brakes; the devices stay in OP.
     pub fn stop(&mut self) {
-        let drives = self.slots.iter().filter(|slot| matches!(slot.role, SlotRole::Drive(_))).count();
-        let joints = self.slots.iter().map(|slot| match &slot.role {
-            SlotRole::Sensors(sensors) => sensors.len(),
-            SlotRole::Drive(_) => 0,
-        });
-        let mut feedback = Feedback::new(drives, joints.sum());
-        let brake = vec![DriveCommand::Brake; drives];
+        let [muscles, joints] = self.dimensions;
+        let mut feedback = Feedback::new(muscles, joints);
+        let brake = vec![DriveCommand::Brake; muscles];
         for _ in 0..STOP_CYCLES {
             self.paced_exchange(&brake, &mut feedback);
         }
@@ -199,6 +201,7 @@ impl<'a, L: Link> EthercatBus<'a, L> {
                 (SlotRole::Drive(drive), None) => {
                     let muscle = drive.device.muscle;
                     feedback.motor[muscle] = f64::NAN;
+                    drive.forget_state();
                     Some(BusFault::NotOperational { device: k, state: number(state), muscle: Some(muscle) })
                 }
                 (SlotRole::Sensors(sensors), None) => {

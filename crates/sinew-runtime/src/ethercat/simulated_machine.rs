@@ -191,7 +191,7 @@ fn stand_in(device: &Device) -> DeviceDescription {
         DeviceRole::Sensors(channels) => match channels.as_slice() {
             [] => builtin::coupler(),
             [one] if matches!(one.signal, Signal::Tension(_)) => builtin::load_cell(),
-            all => builtin::encoder(all.len()),
+            all => builtin::encoder(terminal_channels(all)),
         },
     };
     let identity = device.identity;
@@ -199,4 +199,10 @@ fn stand_in(device: &Device) -> DeviceDescription {
     description.identity.product = identity.product;
     description.identity.revision = identity.revision;
     description
+}
+
+/// Channels that a terminal needs so that it has every value that is read: their records begin at 0x6000, 16 apart.
+fn terminal_channels(channels: &[SensorChannel]) -> usize {
+    let place = |channel: &SensorChannel| usize::from(channel.value.index.saturating_sub(0x6000) / 0x10) + 1;
+    channels.iter().map(place).max().unwrap_or(0)
 }

@@ -74,11 +74,12 @@ fn lost_frames_are_bridged_for_ten_milliseconds_and_stop_the_machine_when_they_l
             outcome.statistics.lost >= milliseconds && outcome.statistics.lost <= milliseconds + 2,
             "{outcome:?}"
         );
-        assert_eq!(outcome.stopped.is_some(), stops, "{milliseconds} ms: {outcome:?}");
+        assert_eq!(outcome.stopped, stops.then_some(Fault::Bus), "{milliseconds} ms: {outcome:?}");
         assert!(outcome.error < 0.05, "{milliseconds} ms: {outcome:?}");
     }
     let outcome = run(0, FaultKind::Lost, None);
-    assert!(outcome.stopped.is_some() && outcome.statistics.lost > 1000, "{outcome:?}");
+    assert_eq!(outcome.stopped, Some(Fault::Bus), "{outcome:?}");
+    assert!(outcome.statistics.lost > 1000, "{outcome:?}");
 }
 
 #[test]
@@ -119,6 +120,24 @@ fn a_wrong_working_counter_late_and_damaged_frames_are_counted_and_bridged() {
         assert!((4..=7).contains(&(lost + working_counter)), "{name}: {outcome:?}");
         assert!(outcome.stopped.is_none() && outcome.error < 0.05, "{name}: {outcome:?}");
     }
+}
+
+#[test]
+fn a_machine_with_few_sensors_is_stopped_without_a_panic() {
+    let mut machine = machine("lm_arm");
+    // Only the last joint is measured: its index is above the number of sensors.
+    let last = machine.encoders.len() - 1;
+    for device in &mut machine.devices {
+        if let sinew::machine::DeviceRole::Sensors(channels) = &mut device.role {
+            channels.retain(|channel| channel.signal == sinew::machine::Signal::Joint(last));
+        }
+    }
+    let setup = Setup::new(machine, 1, &[]);
+    let storage = FrameStorage::new();
+    let mut bus = setup.segment_bus(&storage);
+    bus.stop();
+    let released = bus.link().segment().devices().iter().filter_map(|device| device.drive());
+    assert_eq!(released.filter(|drive| drive.brake_released()).count(), 0);
 }
 
 #[test]
