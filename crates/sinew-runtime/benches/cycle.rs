@@ -10,9 +10,10 @@
 mod common;
 
 use common::{PERIOD, Setup, machine};
+use sinew::drive::DriveCommand;
 use sinew_runtime::bus::{Bus, Exchange, Feedback};
-use sinew_runtime::cycle::Cycle;
-use sinew_runtime::ethercat::{FrameStorage, Link, Master, SegmentLink};
+use sinew_runtime::cycle::{Cycle, MonotonicClock};
+use sinew_runtime::ethercat::{EthercatBus, FrameStorage, Link, Master, SegmentLink};
 use std::io;
 use std::time::{Duration, Instant};
 
@@ -65,17 +66,30 @@ impl Link for Timed {
 /// A bus that remembers how long an exchange took beside its link.
 struct Measured<B> {
     bus: B,
+    /// Of the cycle that is running, ns.
+    last: u128,
     coding: Vec<u128>,
 }
 
-impl Bus for Measured<sinew_runtime::ethercat::EthercatBus<'_, Timed>> {
-    fn exchange(&mut self, commands: &[sinew::drive::DriveCommand], feedback: &mut Feedback) -> Exchange {
+impl Measured<EthercatBus<'_, Timed>> {
+    fn timed<T>(&mut self, run: impl FnOnce(&mut EthercatBus<'_, Timed>) -> T) -> T {
         self.bus.link_mut().behind = Duration::ZERO;
         let begin = Instant::now();
-        let exchange = self.bus.exchange(commands, feedback);
+        let result = run(&mut self.bus);
         let all = begin.elapsed();
-        self.coding.push(all.saturating_sub(self.bus.link().behind).as_nanos());
-        exchange
+        self.last += all.saturating_sub(self.bus.link().behind).as_nanos();
+        result
+    }
+}
+
+impl Bus for Measured<EthercatBus<'_, Timed>> {
+    fn read(&mut self, feedback: &mut Feedback) -> Exchange {
+        self.timed(|bus| bus.read(feedback))
+    }
+
+    fn write(&mut self, commands: &[DriveCommand]) {
+        self.timed(|bus| bus.write(commands));
+        self.coding.push(core::mem::take(&mut self.last));
     }
 }
 
@@ -84,14 +98,12 @@ fn measure(name: &str) {
     let storage = FrameStorage::new();
     let link = Timed { link: setup.link(), behind: Duration::ZERO };
     let matched = Master::new(&storage, link).unwrap().match_devices(&setup.machine.devices).unwrap();
-    let bus = Measured { bus: matched.operate(&setup.machine, PERIOD).unwrap(), coding: Vec::new() };
+    let bus = Measured { bus: matched.operate(&setup.machine, PERIOD).unwrap(), last: 0, coding: Vec::new() };
     let mut cycle = Cycle::new(bus, setup.controller.clone(), setup.schedule(), common::STEP);
-    let mut control = Vec::new();
+    let (mut clock, mut control) = (MonotonicClock, Vec::new());
     while !cycle.is_finished() {
-        let exchange = cycle.exchange();
-        let begin = Instant::now();
-        cycle.control(exchange).unwrap();
-        control.push(begin.elapsed().as_nanos());
+        let times = cycle.step(&mut clock).unwrap().times;
+        control.push(u128::from(times.controlled - times.read));
     }
     let mut coding = cycle.into_bus().coding;
     let [coding, control] = [&mut coding, &mut control].map(|times| {

@@ -9,7 +9,7 @@ mod common;
 use common::{Setup, machine};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
-use sinew_runtime::cycle::Cycle;
+use sinew_runtime::cycle::{Cycle, VirtualClock};
 use sinew_runtime::ethercat::FrameStorage;
 use std::alloc::System;
 
@@ -44,12 +44,12 @@ fn a_cycle_over_ethercat_allocates_nothing() {
         let storage = FrameStorage::new();
         let bus = setup.segment_bus(&storage);
         let mut cycle = Cycle::new(bus, setup.controller.clone(), setup.schedule(), common::STEP);
+        let mut clock = VirtualClock::default();
         let before = ALLOCATIONS.get();
         let mut moved = 0.0_f64;
         for _ in 0..1500 {
-            let exchange = cycle.exchange();
-            assert!(exchange.fault.is_none());
-            let record = cycle.control(exchange).unwrap();
+            let record = cycle.step(&mut clock).unwrap();
+            assert!(record.exchange.fault.is_none());
             moved = moved.max((record.command.q[0] - setup.machine.start[0]).abs());
         }
         assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");

@@ -1,14 +1,23 @@
 use sinew::control::arm::ArmMeasurement;
 use sinew::drive::DriveCommand;
 
-/// Drives and sensors of a machine, exchanged once a cycle.
+/// Drives and sensors of a machine: a cycle reads once and then writes once.
 pub trait Bus {
-    /// Writes the commands, which take effect until the next exchange, and reads the sensors. Before the first command
-    /// the drives stand.
+    /// Begins a cycle and reads the sensors. What went wrong since the last reading is in the answer, the last writing
+    /// included.
+    fn read(&mut self, feedback: &mut Feedback) -> Exchange;
+
+    /// Writes the commands, which hold until the next ones. Before the first the drives stand.
     ///
     /// # Shapes
     /// `commands: [muscles]`.
-    fn exchange(&mut self, commands: &[DriveCommand], feedback: &mut Feedback) -> Exchange;
+    fn write(&mut self, commands: &[DriveCommand]);
+
+    /// Time, ns, by which the next period is to be longer than its nominal length, so that the cycle keeps pace with the
+    /// clocks of the devices.
+    fn period_correction(&self) -> i64 {
+        0
+    }
 }
 
 /// Readings of all sensors; a number that is missing in this cycle is NaN.
@@ -47,7 +56,7 @@ impl Feedback {
     }
 }
 
-/// How an exchange went.
+/// How the exchange of a cycle went.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Exchange {
     /// What is wrong with the bus in this cycle; none where every device took part.
@@ -57,7 +66,7 @@ pub struct Exchange {
 /// What is wrong with a bus in one cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BusFault {
-    /// No answer came back in time: all readings are missing.
+    /// No answer came back in time: all readings are missing, or the commands may not have arrived.
     Lost,
     /// Fewer devices than expected took part in the exchange.
     WorkingCounter {
@@ -115,4 +124,19 @@ impl BusStatistics {
         }
         self.exchanges += 1;
     }
+}
+
+/// How a cycle and the clocks of its devices agree.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ClockReport {
+    /// Drives that take their set-points over at SYNC0.
+    pub synchronized: usize,
+    /// How much faster the devices' time runs than the computer's, parts per million.
+    pub drift_ppm: f64,
+    /// Root mean square and largest magnitude of the difference between the cycle's beginning and the devices' time, us.
+    pub phase_rms_us: f64,
+    /// us.
+    pub phase_max_us: f64,
+    /// Largest difference between a device's time and the reference's, ns.
+    pub device_difference_ns: u32,
 }

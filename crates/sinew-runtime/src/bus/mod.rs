@@ -3,5 +3,5 @@
 mod exchange;
 mod twin;
 
-pub use exchange::{Bus, BusFault, BusStatistics, Exchange, Feedback};
+pub use exchange::{Bus, BusFault, BusStatistics, ClockReport, Exchange, Feedback};
 pub use twin::{SimulatedBus, TwinBus};

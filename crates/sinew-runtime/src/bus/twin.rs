@@ -1,8 +1,8 @@
-use super::exchange::{Bus, Exchange, Feedback};
+use super::exchange::{Bus, ClockReport, Exchange, Feedback};
 use sinew::drive::DriveCommand;
 use sinew::twin::arm::ArmTwin;
 
-/// A simulated machine as a bus without wires: every exchange advances it by one cycle.
+/// A simulated machine as a bus without wires: it advances by one cycle before it is read, the first time excepted.
 ///
 /// # Example
 /// ```
@@ -17,7 +17,8 @@ use sinew::twin::arm::ArmTwin;
 /// let arm = ArmTwin::new(&ArmSpecimen::nominal(&machine)?, &machine.start, &[40.0; 15], 1)?;
 /// let (mut bus, mut feedback) = (TwinBus::new(arm, 1e-3), Feedback::new(15, 7));
 /// for _ in 0..100 {
-///     assert!(bus.exchange(&[DriveCommand::Velocity(0.0); 15], &mut feedback).fault.is_none());
+///     assert!(bus.read(&mut feedback).fault.is_none());
+///     bus.write(&[DriveCommand::Velocity(0.0); 15]);
 /// }
 /// assert!(feedback.tension.iter().all(|tension| tension.is_finite()));
 /// # Ok::<(), sinew::Error>(())
@@ -26,15 +27,17 @@ use sinew::twin::arm::ArmTwin;
 pub struct TwinBus {
     arm: ArmTwin,
     period: f64,
+    commands: Vec<DriveCommand>,
     started: bool,
     failed: bool,
 }
 
 impl TwinBus {
-    /// A bus whose machine advances by a period, s, with every exchange but the first, which reads its initial state.
+    /// A bus whose machine advances by a period, s, before every reading but the first, which is of its initial state.
     #[must_use]
     pub fn new(arm: ArmTwin, period: f64) -> Self {
-        Self { arm, period, started: false, failed: false }
+        let commands = vec![DriveCommand::Velocity(0.0); arm.reading().motor.len()];
+        Self { arm, period, commands, started: false, failed: false }
     }
 }
 
@@ -45,6 +48,11 @@ pub trait SimulatedBus {
 
     /// Whether the machine moved faster than the laws of its cables allow, which ends its simulation.
     fn plant_failed(&self) -> bool;
+
+    /// How the cycle and the clocks of the devices agree; none where no device has a clock.
+    fn clocks(&self) -> Option<ClockReport> {
+        None
+    }
 }
 
 impl SimulatedBus for TwinBus {
@@ -58,13 +66,17 @@ impl SimulatedBus for TwinBus {
 }
 
 impl Bus for TwinBus {
-    fn exchange(&mut self, commands: &[DriveCommand], feedback: &mut Feedback) -> Exchange {
-        self.failed = self.failed || (self.started && self.arm.step(commands, self.period).is_err());
+    fn read(&mut self, feedback: &mut Feedback) -> Exchange {
+        self.failed = self.failed || (self.started && self.arm.step(&self.commands, self.period).is_err());
         self.started = true;
         let reading = self.arm.reading();
         feedback.motor.copy_from_slice(&reading.motor);
         feedback.tension.copy_from_slice(&reading.tension);
         feedback.joint.copy_from_slice(&reading.joint);
         Exchange::default()
+    }
+
+    fn write(&mut self, commands: &[DriveCommand]) {
+        self.commands.copy_from_slice(commands);
     }
 }

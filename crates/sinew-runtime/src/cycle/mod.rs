@@ -7,7 +7,7 @@ mod run;
 mod timing;
 
 pub use clock::{Clock, MonotonicClock, VirtualClock};
-pub use one::{Cycle, CycleRecord};
+pub use one::{Cycle, CycleRecord, CycleTimes};
 pub use realtime::{RealTime, Shortcoming};
 pub use run::run;
 pub use timing::{Timing, TimingRow};

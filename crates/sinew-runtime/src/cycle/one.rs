@@ -1,8 +1,8 @@
+use super::clock::Clock;
 use crate::Error;
 use crate::bus::{Bus, BusFault, BusStatistics, Exchange, Feedback};
 use sinew::control::arm::{ArmCommand, ArmController, Fault, PreviewedReference};
 use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::drive::DriveCommand;
 use sinew::trajectory::{Moment, Reference, Schedule};
 
 /// A machine under control: its bus, its controller and its reference.
@@ -12,7 +12,6 @@ pub struct Cycle<'a, B> {
     controller: ArmController,
     schedule: Schedule<'a>,
     period: f64,
-    commands: Vec<DriveCommand>,
     feedback: Feedback,
     current: Reference,
     previewed: Reference,
@@ -24,18 +23,33 @@ pub struct Cycle<'a, B> {
 /// One control cycle: what was read, what was wanted, what is commanded.
 #[derive(Debug)]
 pub struct CycleRecord<'a, B> {
-    /// The bus, after the exchange.
+    /// The bus, after the commands were written.
     pub bus: &'a B,
     /// When, and where in the motion.
     pub moment: Moment,
+    /// When its parts ended.
+    pub times: CycleTimes,
     /// How the exchange went.
     pub exchange: Exchange,
     /// Readings of the sensors.
     pub feedback: &'a Feedback,
     /// Reference of the joints.
     pub reference: &'a Reference,
-    /// Output of the controller; its commands are written by the next exchange.
+    /// Output of the controller.
     pub command: ArmCommand<'a>,
+}
+
+/// When the parts of a cycle ended, by the clock of the cycle, ns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CycleTimes {
+    /// It began.
+    pub woken: u64,
+    /// The sensors were read.
+    pub read: u64,
+    /// The commands were computed.
+    pub controlled: u64,
+    /// The commands were written.
+    pub written: u64,
 }
 
 /// Exchanges in a row without any reading after which the machine is stopped, before the controller takes the first
@@ -52,7 +66,6 @@ impl<'a, B: Bus> Cycle<'a, B> {
             controller,
             schedule,
             period,
-            commands: vec![DriveCommand::Velocity(0.0); muscles],
             feedback: Feedback::new(muscles, joints),
             current: Reference::new(joints),
             previewed: Reference::new(joints),
@@ -86,20 +99,17 @@ impl<'a, B: Bus> Cycle<'a, B> {
         self.count >= (self.schedule.duration() / self.period).round() as u64
     }
 
-    /// The first half of a cycle: the commands of the last one are written, the sensors are read.
-    pub fn exchange(&mut self) -> Exchange {
-        let exchange = self.bus.exchange(&self.commands, &mut self.feedback);
-        self.statistics.record(exchange);
-        let missing = matches!(exchange.fault, Some(BusFault::Lost | BusFault::WorkingCounter { .. }));
-        self.missed = if missing { self.missed + 1 } else { 0 };
-        exchange
-    }
-
-    /// The second half: observers, fault detection, computed muscle force, winch commands. Nothing is allocated.
+    /// One cycle: reads the sensors; observers, fault detection and computed muscle force; writes the commands of the winches.
+    /// Nothing is allocated.
     ///
     /// # Errors
     /// As [`ArmController::step`] and [`Schedule::sample`].
-    pub fn control(&mut self, exchange: Exchange) -> Result<CycleRecord<'_, B>, Error> {
+    pub fn step(&mut self, clock: &mut impl Clock) -> Result<CycleRecord<'_, B>, Error> {
+        let woken = clock.now();
+        let exchange = self.bus.read(&mut self.feedback);
+        let read = clock.now();
+        self.count_exchange(exchange);
+
         let time = self.count as f64 * self.period;
         let Self { bus, controller, current, previewed, feedback, .. } = self;
         let moment = self.schedule.sample(time, PREVIEW_HORIZON, current, previewed)?;
@@ -112,8 +122,17 @@ impl<'a, B: Bus> Cycle<'a, B> {
         }
         let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
         let command = controller.step(self.period, &feedback.measurement(), &reference)?;
-        self.commands.copy_from_slice(command.drives);
+        let controlled = clock.now();
+
+        bus.write(command.drives);
+        let times = CycleTimes { woken, read, controlled, written: clock.now() };
         self.count += 1;
-        Ok(CycleRecord { bus, moment, exchange, feedback, reference: current, command })
+        Ok(CycleRecord { bus, moment, times, exchange, feedback, reference: current, command })
+    }
+
+    fn count_exchange(&mut self, exchange: Exchange) {
+        self.statistics.record(exchange);
+        let missing = matches!(exchange.fault, Some(BusFault::Lost | BusFault::WorkingCounter { .. }));
+        self.missed = if missing { self.missed + 1 } else { 0 };
     }
 }

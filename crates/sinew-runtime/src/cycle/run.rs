@@ -5,14 +5,14 @@ use crate::Error;
 use crate::bus::Bus;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Runs cycles at absolute deadlines, a period of nanoseconds apart, until the schedule ends or `stop` is set, and calls `see` after
-/// every one.
+/// Runs cycles at absolute deadlines, a period of nanoseconds apart by the clocks of the devices, until the schedule ends or `stop`
+/// is set, and calls `see` after every one.
 ///
 /// A cycle that ends after the next deadline is late: the following one begins at once, and deadlines that have passed
 /// are skipped, not made up for.
 ///
 /// # Errors
-/// As [`Clock::wait_until`] and [`Cycle::control`].
+/// As [`Clock::wait_until`] and [`Cycle::step`].
 pub fn run<B: Bus>(
     cycle: &mut Cycle<'_, B>,
     clock: &mut impl Clock,
@@ -24,13 +24,10 @@ pub fn run<B: Bus>(
     let mut deadline = clock.now() + period;
     while !cycle.is_finished() && !stop.load(Ordering::Relaxed) {
         clock.wait_until(deadline)?;
-        let woken = clock.now();
-        let exchange = cycle.exchange();
-        let exchanged = clock.now();
-        let record = cycle.control(exchange)?;
-        timing.record(deadline, woken, exchanged, clock.now());
+        let record = cycle.step(clock)?;
+        timing.record(deadline, &record.times);
         see(&record)?;
-        deadline += period;
+        deadline += period.saturating_add_signed(record.bus.period_correction());
         let now = clock.now();
         if now > deadline + period {
             let skipped = (now - deadline) / period;

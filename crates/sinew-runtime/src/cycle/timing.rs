@@ -1,3 +1,4 @@
+use super::one::CycleTimes;
 use hdrhistogram::Histogram;
 
 /// How well the deadlines of a cycle are kept: histograms that record without allocation or lock.
@@ -5,12 +6,12 @@ use hdrhistogram::Histogram;
 pub struct Timing {
     histograms: [Histogram<u64>; QUANTITIES.len()],
     woken: Option<u64>,
-    exchanged: Option<u64>,
+    read: Option<u64>,
     skipped: u64,
 }
 
 /// Quantities, in the order of their recording.
-const QUANTITIES: [&str; 5] = ["period", "wake-up", "exchange", "control", "frame to frame"];
+const QUANTITIES: [&str; 6] = ["period", "wake-up", "read", "control", "write", "frame to frame"];
 /// Longest time that is told apart, ns; longer ones count as this.
 const LONGEST: u64 = 1_000_000_000;
 /// Significant decimal digits.
@@ -19,8 +20,8 @@ const DIGITS: u8 = 3;
 /// Quantiles of one quantity, us.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimingRow {
-    /// `period`: from wake-up to wake-up. `wake-up`: after the deadline. `exchange`: of the bus. `control`: of the
-    /// controller. `frame to frame`: from the end of one exchange to that of the next.
+    /// `period`: from wake-up to wake-up. `wake-up`: after the deadline. `read` and `write`: of the bus. `control`: of the
+    /// controller. `frame to frame`: from the end of one reading to that of the next.
     pub quantity: &'static str,
     /// us.
     pub median: f64,
@@ -44,25 +45,27 @@ impl Timing {
     #[expect(clippy::expect_used, reason = "the bounds are constants within the histogram's domain")]
     pub fn new() -> Self {
         let empty = || Histogram::new_with_bounds(1, LONGEST, DIGITS).expect("constant bounds");
-        Self { histograms: std::array::from_fn(|_| empty()), woken: None, exchanged: None, skipped: 0 }
+        Self { histograms: std::array::from_fn(|_| empty()), woken: None, read: None, skipped: 0 }
     }
 
-    /// Records one cycle: its deadline, and when it woke, ended its exchange and its control, ns.
-    pub fn record(&mut self, deadline: u64, woken: u64, exchanged: u64, controlled: u64) {
+    /// Records one cycle and its deadline, ns.
+    pub fn record(&mut self, deadline: u64, times: &CycleTimes) {
+        let CycleTimes { woken, read, controlled, written } = *times;
         let since = |earlier: Option<u64>, now: u64| earlier.map(|earlier| now.saturating_sub(earlier));
         let times = [
             since(self.woken, woken),
             Some(woken.saturating_sub(deadline)),
-            Some(exchanged.saturating_sub(woken)),
-            Some(controlled.saturating_sub(exchanged)),
-            since(self.exchanged, exchanged),
+            Some(read.saturating_sub(woken)),
+            Some(controlled.saturating_sub(read)),
+            Some(written.saturating_sub(controlled)),
+            since(self.read, read),
         ];
         for (histogram, time) in self.histograms.iter_mut().zip(times) {
             if let Some(time) = time {
                 histogram.saturating_record(time);
             }
         }
-        (self.woken, self.exchanged) = (Some(woken), Some(exchanged));
+        (self.woken, self.read) = (Some(woken), Some(read));
     }
 
     /// Counts deadlines that passed during a late cycle.
@@ -126,15 +129,22 @@ mod tests {
         for k in 0..1000_u64 {
             let deadline = 1_000_000 * (k + 1);
             let woken = deadline + 30_000 + if k == 500 { 400_000 } else { 0 };
-            timing.record(deadline, woken, woken + 10_000, woken + 30_000);
+            let times = CycleTimes {
+                woken,
+                read: woken + 10_000,
+                controlled: woken + 30_000,
+                written: woken + 37_000,
+            };
+            timing.record(deadline, &times);
         }
         let rows = timing.rows();
         assert_eq!(timing.cycles(), 1000);
-        let [period, wake, exchange, control, frame] = rows;
+        let [period, wake, read, control, write, frame] = rows;
         let near = |a: f64, b: f64| (a - b).abs() <= 0.01 * b;
         assert!(near(period.median, 1000.0) && near(period.max, 1400.0), "{period:?}");
         assert!(near(wake.median, 30.0) && near(wake.p99, 30.0) && near(wake.max, 430.0), "{wake:?}");
-        assert!(near(exchange.median, 10.0) && near(control.max, 20.0) && near(frame.median, 1000.0));
+        assert!(near(read.median, 10.0) && near(control.max, 20.0) && near(write.p99, 7.0));
+        assert!(near(frame.median, 1000.0));
         let shares = timing.shares(&[0.0, 50.0]);
         assert!((shares[1].1[1] - 1e-3).abs() < 1e-9, "one late wake-up in a thousand: {shares:?}");
     }

@@ -6,7 +6,7 @@ use super::found::FoundDevice;
 use super::image::Mapping;
 use super::sii;
 use ethercrab::error::Error;
-use ethercrab::subdevice_group::{Op, PreOp};
+use ethercrab::subdevice_group::{Op, PreOp, PreOpPdi};
 use ethercrab::{Command, DefaultLock, MainDevice, SubDevice, SubDeviceGroup, SubDeviceRef};
 use sinew::machine::{Device, DeviceRole};
 
@@ -16,6 +16,7 @@ pub(super) const MAX_DEVICES: usize = 128;
 pub(super) const MAX_OCTETS: usize = 4096;
 
 pub(super) type PreOpGroup = SubDeviceGroup<MAX_DEVICES, MAX_OCTETS, DefaultLock, PreOp>;
+pub(super) type PreOpPdiGroup = SubDeviceGroup<MAX_DEVICES, MAX_OCTETS, DefaultLock, PreOpPdi>;
 pub(super) type OpGroup = SubDeviceGroup<MAX_DEVICES, MAX_OCTETS, DefaultLock, Op>;
 
 /// Station address of the first device, as ethercrab gives it.
@@ -32,10 +33,13 @@ const DIVIDER_100_US: u16 = 2498;
 /// Assignment of outputs and inputs, and the PDOs that are mapped anew.
 const ASSIGNMENTS: [u16; 2] = [0x1c12, 0x1c13];
 const PDOS: [u16; 2] = [0x1600, 0x1a00];
+/// Synchronisation parameters of outputs and inputs, and the value of their type (subindex 1) for SYNC0, ETG.1020.
+const SYNCHRONIZATION: [u16; 2] = [0x1c32, 0x1c33];
+const WITH_SYNC0: u16 = 2;
 /// Interpolation time, object 0x60C2.
 const INTERPOLATION_TIME: u16 = 0x60c2;
 
-fn protocol(during: impl Into<String>) -> impl FnOnce(Error) -> EthercatError {
+pub(super) fn protocol(during: impl Into<String>) -> impl FnOnce(Error) -> EthercatError {
     move |error| EthercatError::Protocol { during: during.into(), reason: format!("{error}") }
 }
 
@@ -85,6 +89,12 @@ pub(super) async fn configure(
             // Optional in velocity and torque modes.
             let _ = subdevice.sdo_write(INTERPOLATION_TIME, 1, (period / 1_000_000) as u8).await;
             let _ = subdevice.sdo_write(INTERPOLATION_TIME, 2, -3_i8).await;
+            if drive.sync0 && subdevice.dc_support().enhanced() {
+                // A drive that is synchronised by SYNC0 alone has nothing to choose here.
+                for parameters in SYNCHRONIZATION {
+                    let _ = subdevice.sdo_write(parameters, 1, WITH_SYNC0).await;
+                }
+            }
         }
         let mapping = read_mappings(main, &subdevice).await.map_err(protocol(during()))?;
         if mapping[0].length() > 0 {
@@ -168,21 +178,28 @@ async fn set_watchdog(
     Ok(())
 }
 
+/// Gives the process data of all devices their logical addresses.
+pub(super) async fn map_addresses(
+    main: &MainDevice<'_>,
+    group: PreOpGroup,
+) -> Result<PreOpPdiGroup, EthercatError> {
+    group.into_pre_op_pdi(main).await.map_err(|error| match error {
+        Error::PdiTooLong { max_length, desired_length } => {
+            EthercatError::TooLong { octets: desired_length, most: max_length }
+        }
+        error => protocol("giving the process data its addresses")(error),
+    })
+}
+
 /// All devices in SAFE-OP, with OP requested: they reach it while process data is exchanged.
 pub(super) async fn request_op(
     main: &MainDevice<'_>,
-    group: PreOpGroup,
+    group: PreOpPdiGroup,
     devices: &[String],
 ) -> Result<OpGroup, EthercatError> {
-    let requested = async {
-        let group = group.into_pre_op_pdi(main).await?;
-        group.into_safe_op(main).await?.request_into_op(main).await
-    };
+    let requested = async { group.into_safe_op(main).await?.request_into_op(main).await };
     match requested.await {
         Ok(group) => Ok(group),
-        Err(Error::PdiTooLong { max_length, desired_length }) => {
-            Err(EthercatError::TooLong { octets: desired_length, most: max_length })
-        }
         Err(error) => Err(match not_in_state(main, devices, SAFE_OP).await {
             Some(device) => device,
             None => protocol("bringing the devices to SAFE-OP")(error),

@@ -20,9 +20,9 @@ pub trait Link {
     /// Lets a little time pass while nothing comes back.
     fn idle(&mut self);
 
-    /// Returns at a time, ns; at once where time is virtual.
+    /// Outside of a control cycle: returns at a time, ns; at once where time is virtual, whose next cycle then begins there.
     fn rest_until(&mut self, time: u64);
 
-    /// A cycle of this period, ns, begins: where time is virtual, the rest of the last one passes.
+    /// A cycle begins: where time is virtual, the rest of the last one's period, ns, passes.
     fn begin_cycle(&mut self, period: u64);
 }

@@ -11,6 +11,7 @@
 
 mod bring_up;
 mod cia402;
+mod clocks;
 mod drive;
 mod error;
 mod found;
@@ -19,6 +20,7 @@ mod link;
 mod master;
 mod matched;
 mod operational;
+mod process_data;
 mod pump;
 #[cfg(target_os = "linux")]
 mod raw_link;
@@ -28,6 +30,7 @@ mod segment_link;
 mod serve;
 mod sii;
 mod simulated_machine;
+mod slots;
 mod time;
 
 pub use cia402::DriveState;

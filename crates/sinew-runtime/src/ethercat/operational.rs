@@ -1,18 +1,20 @@
-//! The bus in operation: one exchange of process data a cycle.
+//! The bus in operation: process data read at the beginning of a cycle and written at its end.
 
-use super::bring_up::{self, Mappings, OP, OpGroup, PreOpGroup};
+use super::bring_up::{self, OP, OpGroup, PreOpGroup};
 use super::cia402::DriveState;
-use super::drive::DriveSlot;
+use super::clocks::{self, Clocks};
 use super::error::EthercatError;
-use super::image::Field;
 use super::link::Link;
 use super::master::Master;
+use super::process_data::ProcessData;
 use super::pump::Pump;
 use super::recovery;
-use crate::bus::{Bus, BusFault, Exchange, Feedback};
+use super::slots::{Slot, SlotRole, slots};
+use crate::bus::{Bus, BusFault, ClockReport, Exchange, Feedback};
+use ethercrab::error::Error;
 use ethercrab::{MainDevice, SubDeviceState};
 use sinew::drive::DriveCommand;
-use sinew::machine::{DeviceRole, Machine, SensorChannel, Signal};
+use sinew::machine::Machine;
 
 /// Devices in OP that matched the machine, their drives enabled.
 pub struct EthercatBus<'a, L> {
@@ -20,43 +22,38 @@ pub struct EthercatBus<'a, L> {
     pump: Pump<'a, L>,
     group: OpGroup,
     slots: Vec<Slot>,
-    /// Working counter of an exchange in which every device takes part.
-    expected_counter: u16,
+    data: ProcessData,
+    clocks: Option<Clocks>,
     /// ns.
     period: u64,
+    /// When the cycle began, ns.
+    begin: u64,
     /// Muscles and independent joints of the machine.
     dimensions: [usize; 2],
     /// Of the devices on the wire.
     names: Vec<String>,
-    /// Cycles until the next step that brings a device back.
+    /// Of the devices on the wire, after the last writing that was answered.
+    states: Vec<SubDeviceState>,
+    /// What was wrong with the last writing.
+    written: Option<BusFault>,
+    /// Cycles until the next step that brings a device back, and until the next look at a clock.
     until_recovery: u32,
-}
-
-/// A device of the machine and what it does in a cycle.
-struct Slot {
-    /// On the wire.
-    position: usize,
-    role: SlotRole,
-}
-
-enum SlotRole {
-    Drive(Box<DriveSlot>),
-    Sensors(Vec<SensorSlot>),
-}
-
-struct SensorSlot {
-    channel: SensorChannel,
-    value: Field,
-    /// Status word and the bits that mark a reading as invalid.
-    status: Option<(Field, u16)>,
+    until_clock: u32,
 }
 
 /// Time without outputs after which drives stop by themselves, ns.
 const WATCHDOG: u64 = 20_000_000;
-/// Time for an answer within a cycle, as a share of its period: 1/2.
-const ANSWER_SHARE: u64 = 2;
+/// Since the beginning of a cycle, when inputs and the answer to outputs are waited for no longer: shares of the period.
+const READ_SHARE: f64 = 0.5;
+const WRITE_SHARE: f64 = 0.9;
 /// Cycles until all devices are in OP and their drives enabled, at most: seconds.
 const MAX_START_CYCLES: u64 = 8000;
+/// Cycles between two steps that bring a device back.
+const RECOVERY_CYCLES: u32 = 10;
+/// Cycles between two looks at a device's clock.
+const CLOCK_CYCLES: u32 = 50;
+/// Cycles in which drives brake before the program ends.
+const STOP_CYCLES: u32 = 200;
 
 impl<'a, L: Link> EthercatBus<'a, L> {
     /// As [`Matched::operate`](super::Matched::operate).
@@ -73,15 +70,30 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         let slots = slots(machine, positions, &mappings)?;
         let mut names = vec![String::new(); positions.len()];
         positions.iter().zip(&machine.devices).for_each(|(at, device)| names[*at].clone_from(&device.name));
+        let group = pump.complete(bring_up::map_addresses(&main, group))?;
+        let synchronized = slots.iter().filter_map(|slot| {
+            let SlotRole::Drive(drive) = &slot.role else { return None };
+            drive.device.sync0.then(|| (slot.position, names[slot.position].as_str()))
+        });
+        let synchronized: Vec<_> = synchronized.collect();
+        let clocks = pump.complete(clocks::start(&main, &group, &synchronized, period))?;
         let group = pump.complete(bring_up::request_op(&main, group, &names))?;
-        // A device adds 1 for inputs that are read and 2 for outputs that are written.
-        let counts = |[outputs, inputs]: &Mappings| {
-            u16::from(inputs.length() > 0) + 2 * u16::from(outputs.length() > 0)
+        let mut bus = Self {
+            data: ProcessData::new(&main, &group, positions.len(), clocks.is_some()),
+            dimensions: [machine.muscles.len(), machine.encoders.len()],
+            states: Vec::with_capacity(positions.len()),
+            written: None,
+            begin: 0,
+            until_recovery: 0,
+            until_clock: 0,
+            main,
+            pump,
+            group,
+            slots,
+            clocks,
+            period,
+            names,
         };
-        let expected_counter = mappings.iter().map(counts).sum();
-        let dimensions = [machine.muscles.len(), machine.encoders.len()];
-        let mut bus =
-            Self { main, pump, group, slots, expected_counter, period, dimensions, names, until_recovery: 0 };
         bus.enable(machine)?;
         Ok(bus)
     }
@@ -91,11 +103,15 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         let [muscles, joints] = self.dimensions;
         let hold = vec![DriveCommand::Velocity(0.0); muscles];
         let mut feedback = Feedback::new(muscles, joints);
+        self.align_with_clocks();
         for _ in 0..MAX_START_CYCLES {
-            let exchange = self.paced_exchange(&hold, &mut feedback);
+            let exchange = self.read(&mut feedback);
             if exchange.fault.is_none() && self.disabled_drive().is_none() {
+                self.write_and_wait(&hold);
+                self.clocks.iter_mut().for_each(Clocks::forget_differences);
                 return Ok(());
             }
+            self.write_and_wait(&hold);
         }
         let Self { main, pump, names, .. } = self;
         if let Some(device) = pump.complete(bring_up::not_in_state(main, names, OP)) {
@@ -109,9 +125,7 @@ impl<'a, L: Link> EthercatBus<'a, L> {
     fn disabled_drive(&self) -> Option<(usize, DriveState, u16)> {
         self.slots.iter().enumerate().find_map(|(k, slot)| match &slot.role {
             SlotRole::Drive(drive) if drive.state() != DriveState::OperationEnabled => {
-                let subdevice = self.group.subdevice(&self.main, slot.position).ok()?;
-                let code = drive.error_code(&subdevice.inputs_raw());
-                Some((k, drive.state(), code))
+                Some((k, drive.state(), drive.error_code(self.data.inputs(slot.position))))
             }
             _ => None,
         })
@@ -128,26 +142,17 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         self.pump.link_mut()
     }
 
+    /// How the cycle and the clocks of the devices agree; none where no device has a clock.
+    #[must_use]
+    pub fn clocks(&self) -> Option<ClockReport> {
+        self.clocks.as_ref().map(Clocks::report)
+    }
+
     /// The master alone, to start the bus anew: devices that were switched off or exchanged are looked for, compared with the
     /// machine and configured again.
     #[must_use]
     pub fn into_master(self) -> Master<'a, L> {
         Master { main: self.main, pump: self.pump }
-    }
-
-    /// One step that brings the first device back that is not operational, where it is due and still has an address.
-    fn recover(&mut self, states: &[SubDeviceState], deadline: u64) {
-        let Some(position) = states.iter().position(|state| *state == SubDeviceState::SafeOp) else {
-            self.until_recovery = 0;
-            return;
-        };
-        if self.until_recovery > 0 {
-            self.until_recovery -= 1;
-            return;
-        }
-        self.until_recovery = RECOVERY_CYCLES;
-        // Without an answer the next step tries again.
-        let _ = self.pump.complete_by(deadline, recovery::step(&self.main, position));
     }
 
     /// Brakes all drives and closes their brakes; the devices stay in OP.
@@ -156,16 +161,25 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         let mut feedback = Feedback::new(muscles, joints);
         let brake = vec![DriveCommand::Brake; muscles];
         for _ in 0..STOP_CYCLES {
-            self.paced_exchange(&brake, &mut feedback);
+            self.read(&mut feedback);
+            self.write_and_wait(&brake);
         }
     }
 
-    /// An exchange outside of a control cycle: it takes a whole period.
-    fn paced_exchange(&mut self, commands: &[DriveCommand], feedback: &mut Feedback) -> Exchange {
-        let begin = self.pump.link_mut().now();
-        let exchange = self.exchange(commands, feedback);
-        self.pump.link_mut().rest_until(begin + self.period);
-        exchange
+    /// Writes outside of a control cycle, and lets the rest of the period pass.
+    fn write_and_wait(&mut self, commands: &[DriveCommand]) {
+        self.write(commands);
+        let next = self.begin.saturating_add(self.corrected_period());
+        self.pump.link_mut().rest_until(next);
+    }
+
+    fn corrected_period(&self) -> u64 {
+        self.period.saturating_add_signed(self.period_correction())
+    }
+
+    /// Since the beginning of the cycle, ns, the deadline of an answer.
+    fn deadline(&self, share: f64) -> u64 {
+        self.begin + (self.period as f64 * share) as u64
     }
 
     fn write_outputs(&mut self, commands: &[DriveCommand]) {
@@ -179,139 +193,111 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         }
     }
 
-    /// Reads all devices that are in OP; the fault of a drive before that of a sensor.
-    fn read_inputs(&mut self, states: &[SubDeviceState], feedback: &mut Feedback) -> Option<BusFault> {
+    /// Takes over the readings of all devices that are in OP; the fault of a drive before that of a sensor.
+    fn take_over(&mut self, feedback: &mut Feedback) -> Option<BusFault> {
         let mut fault = None;
         for (k, slot) in self.slots.iter_mut().enumerate() {
-            let state = states.get(slot.position).copied().unwrap_or(SubDeviceState::None);
-            let device = (state == SubDeviceState::Op)
-                .then(|| self.group.subdevice(&self.main, slot.position).ok())
-                .flatten();
-            let found = match (&mut slot.role, device) {
-                (SlotRole::Drive(drive), Some(device)) => {
-                    let muscle = drive.device.muscle;
-                    let (position, code) = drive.read(&device.inputs_raw());
-                    feedback.motor[muscle] = position;
-                    code.map(|code| BusFault::Drive { muscle, code })
-                }
-                (SlotRole::Sensors(sensors), Some(device)) => {
-                    sensors.iter().for_each(|sensor| sensor.read(&device.inputs_raw(), feedback));
-                    None
-                }
-                (SlotRole::Drive(drive), None) => {
-                    let muscle = drive.device.muscle;
-                    feedback.motor[muscle] = f64::NAN;
-                    drive.forget_state();
-                    Some(BusFault::NotOperational { device: k, state: number(state), muscle: Some(muscle) })
-                }
-                (SlotRole::Sensors(sensors), None) => {
-                    sensors.iter().for_each(|sensor| sensor.write(f64::NAN, feedback));
-                    Some(BusFault::NotOperational { device: k, state: number(state), muscle: None })
-                }
-            };
+            let state = self.states.get(slot.position).copied().unwrap_or(SubDeviceState::None);
+            let inputs = (state == SubDeviceState::Op).then(|| self.data.inputs(slot.position));
+            let found = slot.read(k, (state, inputs), feedback);
             fault = if fault.is_some_and(|fault| concerns_drive(&fault)) { fault } else { found.or(fault) };
         }
-        fault
-    }
-
-    /// The measured tensions limit the speeds of the drives.
-    fn feed_tensions(&mut self, feedback: &Feedback) {
         for slot in &mut self.slots {
+            // The measured tensions limit the speeds of the drives.
             if let SlotRole::Drive(drive) = &mut slot.role {
                 drive.set_tension(feedback.tension[drive.device.muscle]);
             }
         }
+        fault
+    }
+
+    /// One step that brings the first device back that is not operational, where it is due and still has an address.
+    fn recover(&mut self, deadline: u64) {
+        let Some(position) = self.states.iter().position(|state| *state == SubDeviceState::SafeOp) else {
+            self.until_recovery = 0;
+            return;
+        };
+        if self.until_recovery > 0 {
+            self.until_recovery -= 1;
+            return;
+        }
+        self.until_recovery = RECOVERY_CYCLES;
+        // Without an answer the next step tries again.
+        let _ = self.pump.complete_by(deadline, recovery::step(&self.main, position));
+    }
+
+    /// The next cycle begins in phase with the clocks, before any drive is enabled.
+    fn align_with_clocks(&mut self) {
+        let sent = self.pump.link_mut().now();
+        let answer = self.pump.complete(self.group.tx_rx_sync_system_time(&self.main));
+        if let (Some(clocks), Ok(Some(time))) = (&mut self.clocks, answer.map(|answer| answer.extra)) {
+            self.pump.link_mut().rest_until(sent + clocks.until_begin(time));
+        }
+    }
+
+    /// Compares a device's clock with the reference, one device after the other.
+    fn compare_clocks(&mut self, deadline: u64) {
+        let Some(clocks) = &mut self.clocks else { return };
+        self.until_clock = if self.until_clock == 0 { CLOCK_CYCLES } else { self.until_clock - 1 };
+        if self.until_clock > 0 {
+            return;
+        }
+        if let Some(position) = clocks.next_device()
+            && let Some(Ok(difference)) =
+                self.pump.complete_by(deadline, clocks::read_difference(&self.main, position))
+        {
+            clocks.record_difference(difference);
+        }
     }
 }
-
-/// Cycles between two steps that bring a device back.
-const RECOVERY_CYCLES: u32 = 10;
-
-/// Cycles in which drives brake before the program ends.
-const STOP_CYCLES: u32 = 200;
 
 fn concerns_drive(fault: &BusFault) -> bool {
     matches!(fault, BusFault::Drive { .. } | BusFault::NotOperational { muscle: Some(_), .. })
 }
 
-/// A state as in the register AL status.
-fn number(state: SubDeviceState) -> u8 {
-    match state {
-        SubDeviceState::None => 0,
-        SubDeviceState::Init => 1,
-        SubDeviceState::PreOp => 2,
-        SubDeviceState::Bootstrap => 3,
-        SubDeviceState::SafeOp => 4,
-        SubDeviceState::Op => 8,
-        SubDeviceState::Other(number) => number,
-    }
-}
-
 impl<L: Link> Bus for EthercatBus<'_, L> {
-    fn exchange(&mut self, commands: &[DriveCommand], feedback: &mut Feedback) -> Exchange {
-        self.pump.link_mut().begin_cycle(self.period);
-        self.write_outputs(commands);
-        let deadline = self.pump.link_mut().now() + self.period / ANSWER_SHARE;
-        let answer = self.pump.complete_by(deadline, self.group.tx_rx(&self.main));
-        let Some(Ok(answer)) = answer else {
-            feedback.clear();
-            return Exchange { fault: Some(BusFault::Lost) };
+    fn read(&mut self, feedback: &mut Feedback) -> Exchange {
+        let period = self.corrected_period();
+        self.pump.link_mut().begin_cycle(period);
+        self.begin = self.pump.link_mut().now();
+        let deadline = self.deadline(READ_SHARE);
+        let fault = match self.pump.complete_by(deadline, self.data.read(&self.main)) {
+            Some(Ok(())) => self.take_over(feedback).or(self.written),
+            Some(Err(Error::WorkingCounter { expected, received })) => {
+                // Some device did not take part, and the counter does not say which.
+                feedback.clear();
+                Some(BusFault::WorkingCounter { expected, got: received })
+            }
+            _ => {
+                feedback.clear();
+                Some(BusFault::Lost)
+            }
         };
-        let mut fault = self.read_inputs(&answer.subdevice_states, feedback);
-        if fault.is_none() && answer.working_counter != self.expected_counter {
-            // Some device did not take part, and the counter does not say which.
-            feedback.clear();
-            let (expected, got) = (self.expected_counter, answer.working_counter);
-            fault = Some(BusFault::WorkingCounter { expected, got });
-        }
-        self.feed_tensions(feedback);
-        self.recover(&answer.subdevice_states, deadline);
         Exchange { fault }
     }
-}
 
-fn slots(machine: &Machine, positions: &[usize], mappings: &[Mappings]) -> Result<Vec<Slot>, EthercatError> {
-    let mut slots = Vec::new();
-    for ((device, position), [outputs, inputs]) in machine.devices.iter().zip(positions).zip(mappings) {
-        let role = match &device.role {
-            DeviceRole::Drive(drive) => {
-                let parameters = machine.muscles[drive.muscle].drive;
-                SlotRole::Drive(Box::new(DriveSlot::new(
-                    &device.name,
-                    *drive,
-                    parameters,
-                    [outputs, inputs],
-                )?))
-            }
-            DeviceRole::Sensors(channels) => {
-                let sensor = |channel: &SensorChannel| {
-                    let value = inputs.require(&device.name, channel.value, &[1, 2, 4])?;
-                    let status = channel.status.map(|(object, mask)| {
-                        inputs.require(&device.name, object, &[1, 2]).map(|field| (field, mask))
-                    });
-                    Ok(SensorSlot { channel: *channel, value, status: status.transpose()? })
-                };
-                SlotRole::Sensors(channels.iter().map(sensor).collect::<Result<_, EthercatError>>()?)
-            }
+    fn write(&mut self, commands: &[DriveCommand]) {
+        self.write_outputs(commands);
+        let deadline = self.deadline(WRITE_SHARE);
+        let sent = self.pump.link_mut().now().saturating_sub(self.begin);
+        let answer = self.pump.complete_by(deadline, self.group.tx_rx_sync_system_time(&self.main));
+        let Some(Ok(answer)) = answer else {
+            self.written = Some(BusFault::Lost);
+            return;
         };
-        slots.push(Slot { position: *position, role });
-    }
-    Ok(slots)
-}
-
-impl SensorSlot {
-    fn read(&self, inputs: &[u8], feedback: &mut Feedback) {
-        let invalid = self.status.is_some_and(|(field, mask)| field.word(inputs).unwrap_or(mask) & mask != 0);
-        let count = self.value.signed(inputs).filter(|_| !invalid);
-        let reading =
-            count.map_or(f64::NAN, |count| self.channel.scale * f64::from(count) + self.channel.offset);
-        self.write(reading, feedback);
-    }
-
-    fn write(&self, reading: f64, feedback: &mut Feedback) {
-        match self.channel.signal {
-            Signal::Tension(muscle) => feedback.tension[muscle] = reading,
-            Signal::Joint(joint) => feedback.joint[joint] = reading,
+        self.states.clear();
+        self.states.extend_from_slice(&answer.subdevice_states);
+        self.data.expect(&self.states);
+        let (expected, got) = (self.data.written(), answer.working_counter);
+        self.written = (got != expected).then_some(BusFault::WorkingCounter { expected, got });
+        if let (Some(clocks), Some(time)) = (&mut self.clocks, answer.extra) {
+            clocks.follow(time, sent);
         }
+        self.compare_clocks(deadline);
+        self.recover(deadline);
+    }
+
+    fn period_correction(&self) -> i64 {
+        self.clocks.as_ref().map_or(0, Clocks::correction)
     }
 }

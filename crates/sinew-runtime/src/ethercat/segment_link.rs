@@ -3,7 +3,7 @@
 use super::link::Link;
 use super::pump::MAX_FRAME;
 use super::simulated_machine::SimulatedMachine;
-use crate::bus::SimulatedBus;
+use crate::bus::{ClockReport, SimulatedBus};
 use crate::ethercat::EthercatBus;
 use sinew::twin::arm::ArmTwin;
 use sinew_segment::{Passed, Segment};
@@ -11,7 +11,7 @@ use std::io;
 
 /// Frames that go through a simulated segment, whose drives and sensors are those of a simulated machine.
 ///
-/// Frames come back after the delay of the line. The machine advances by one period with every cycle, from when the
+/// Frames come back after the delay of the line. The machine advances by one period before every cycle, from when the
 /// first of its brakes is released.
 #[derive(Debug, Clone)]
 pub struct SegmentLink {
@@ -21,6 +21,9 @@ pub struct SegmentLink {
     under_way: Vec<(u64, usize, [u8; MAX_FRAME])>,
     /// Number of frames in it.
     count: usize,
+    /// When the cycle began, and when the next one is to begin where that was said, ns.
+    begin: u64,
+    next: Option<u64>,
 }
 
 /// Frames under way, at most; more are lost.
@@ -35,7 +38,7 @@ impl SegmentLink {
     #[must_use]
     pub fn new(segment: Segment, machine: SimulatedMachine) -> Self {
         let under_way = vec![(0, 0, [0; MAX_FRAME]); CAPACITY];
-        Self { segment, machine, under_way, count: 0 }
+        Self { segment, machine, under_way, count: 0, begin: 0, next: None }
     }
 
     /// The devices.
@@ -93,11 +96,14 @@ impl Link for SegmentLink {
         self.segment.advance(next.unwrap_or(IDLE).max(1));
     }
 
-    fn rest_until(&mut self, _time: u64) {}
+    fn rest_until(&mut self, time: u64) {
+        self.next = Some(time);
+    }
 
     fn begin_cycle(&mut self, period: u64) {
         let now = self.segment.now();
-        let left = period - now % period;
+        self.begin = self.next.take().unwrap_or(self.begin + period).max(now);
+        let left = self.begin - now;
         // The firmware takes over the outputs, the machine moves, the firmware shows the measurements.
         self.segment.advance(left.saturating_sub(SHOWING));
         self.machine.advance(&mut self.segment, period);
@@ -112,5 +118,9 @@ impl SimulatedBus for EthercatBus<'_, SegmentLink> {
 
     fn plant_failed(&self) -> bool {
         self.link().machine().failed()
+    }
+
+    fn clocks(&self) -> Option<ClockReport> {
+        EthercatBus::clocks(self)
     }
 }

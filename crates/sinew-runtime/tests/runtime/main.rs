@@ -3,5 +3,6 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 mod bus_faults;
+mod clocks;
 mod common;
 mod segment;

@@ -80,6 +80,8 @@ pub struct DriveDevice {
     pub offset: f64,
     /// Torque of 1000 per mille, Nm, > 0.
     pub rated_torque: f64,
+    /// Whether a drive with a distributed clock takes its set-points over at SYNC0, once a period, or as they arrive.
+    pub sync0: bool,
 }
 
 /// Commanded quantity of a drive.
@@ -204,6 +206,7 @@ impl DriveDevice {
             counts_per_turn: drive.encoder.counts,
             offset: 0.0,
             rated_torque: drive.motor.torque_constant * drive.motor.continuous_current,
+            sync0: true,
         }
     }
 
@@ -303,6 +306,7 @@ mod tests {
                 counts_per_turn,
                 offset: 12.5,
                 rated_torque: 0.1,
+                sync0: true,
             };
             for angle in [-100.0, 0.0, 12.5, 400.0] {
                 assert!((drive.angle(drive.counts(angle)) - angle).abs() < 1e-9);

@@ -1,10 +1,20 @@
 //! Exchanges of a run: JSON, and a line for people where something was wrong.
 
 use sinew::machine::Machine;
-use sinew_runtime::bus::{BusFault, BusStatistics};
+use sinew_runtime::bus::{BusFault, BusStatistics, ClockReport};
 
-pub(super) fn json(statistics: &BusStatistics) -> serde_json::Value {
+pub(super) fn json(statistics: &BusStatistics, clocks: Option<ClockReport>) -> serde_json::Value {
+    let clocks = clocks.map(|clocks| {
+        serde_json::json!({
+            "drives_with_sync0": clocks.synchronized,
+            "drift_ppm": clocks.drift_ppm,
+            "phase_rms_us": clocks.phase_rms_us,
+            "phase_max_us": clocks.phase_max_us,
+            "device_difference_max_ns": clocks.device_difference_ns,
+        })
+    });
     serde_json::json!({
+        "clocks": clocks,
         "exchanges": statistics.exchanges,
         "lost": statistics.lost,
         "working_counter_errors": statistics.working_counter,
@@ -20,6 +30,19 @@ pub(super) fn text(statistics: &BusStatistics, machine: &Machine) -> String {
         "Bus: of {exchanges} exchanges {lost} lost, {working_counter} with a wrong working counter, {not_operational} with a \
          device out of operation, {drive} with a drive in fault; the first in cycle {cycle}: {}\n",
         described(*fault, machine)
+    )
+}
+
+/// What the clocks of the devices said.
+pub(super) fn clocks_text(clocks: Option<ClockReport>) -> String {
+    let Some(clocks) = clocks else { return String::new() };
+    let ClockReport { synchronized, drift_ppm, phase_rms_us, phase_max_us, device_difference_ns } = clocks;
+    format!(
+        "Distributed clocks: {synchronized} drives with SYNC0; the devices' time runs {:.1} ppm {} than this computer's; cycle in \
+         phase within {phase_rms_us:.1} us rms (max {phase_max_us:.1}); devices among each other within \
+         {device_difference_ns} ns\n",
+        drift_ppm.abs(),
+        if drift_ppm < 0.0 { "slower" } else { "faster" },
     )
 }
 

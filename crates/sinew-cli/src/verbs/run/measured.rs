@@ -13,7 +13,7 @@ use sinew::trajectory::Schedule;
 use sinew_lab::arm::{INITIAL_REST_S, designed_controller, fault_name};
 use sinew_lab::experiment::Statistics;
 use sinew_lab::experiment::arm::STEP;
-use sinew_runtime::bus::BusStatistics;
+use sinew_runtime::bus::{BusStatistics, ClockReport};
 use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, RealTime, Timing, run};
 use sinew_runtime::ethercat::{EthercatBus, EthercatError, FrameStorage, Master, RawSocketLink};
 use std::sync::atomic::Ordering;
@@ -24,6 +24,7 @@ pub(super) struct Measured {
     pub(super) timing: Timing,
     pub(super) real_time: RealTime,
     pub(super) statistics: BusStatistics,
+    pub(super) clocks: Option<ClockReport>,
 }
 
 /// Errors by the joint encoders, and how the run ended.
@@ -63,7 +64,7 @@ pub(super) fn text(measured: &Measured, machine: &Machine) -> String {
         _ => "as planned".to_owned(),
     };
     text += &format!("Ended {ended}\n");
-    text + &bus::text(&measured.statistics, machine)
+    text + &bus::text(&measured.statistics, machine) + &bus::clocks_text(measured.clocks)
 }
 
 /// Control cycle, ns.
@@ -116,7 +117,9 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
     };
     run(&mut cycle, &mut MonotonicClock, PERIOD, stop, &mut timing, see)?;
     let statistics = cycle.statistics();
-    cycle.into_bus().stop();
+    let mut bus = cycle.into_bus();
+    let clocks = bus.clocks();
+    bus.stop();
     let (ended, reason) = match stopped {
         Some((time, fault)) => {
             ("stopped", Some(format!("{} at {time:.3} s", fault_name(fault, &setup.machine.robot))))
@@ -127,5 +130,5 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
     let joint_error =
         errors.iter().map(|statistics| MeanMax { mean: statistics.mean, max: statistics.max }).collect();
     let numbers = MeasuredNumbers { ended, reason, joint_error, degraded_cycles: degraded };
-    Ok(Measured { numbers, timing, real_time, statistics })
+    Ok(Measured { numbers, timing, real_time, statistics, clocks })
 }

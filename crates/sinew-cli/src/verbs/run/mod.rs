@@ -68,7 +68,7 @@ fn content(
     if json {
         let mut all = serde_json::json!({
             "simulated": true, "seed": setup.seed, "tracking": tracking,
-            "bus": bus::json(&executed.statistics),
+            "bus": bus::json(&executed.statistics, executed.clocks),
         });
         if timed {
             all["timing_us"] = timing::json(&executed.timing);
@@ -76,6 +76,7 @@ fn content(
         return Content::json(&all);
     }
     let mut text = summary_text(&tracking) + &bus::text(&executed.statistics, &setup.machine);
+    text += &bus::clocks_text(executed.clocks);
     if timed {
         text += &timing::text(&executed.timing);
     }
@@ -87,7 +88,7 @@ fn report_measured(setup: &Setup, measured: &Measured, json: bool) -> Result<Ans
     let numbers = &measured.numbers;
     let content = if json {
         let all = serde_json::json!({
-            "simulated": false, "run": numbers, "bus": bus::json(&measured.statistics),
+            "simulated": false, "run": numbers, "bus": bus::json(&measured.statistics, measured.clocks),
             "timing_us": timing::json(&measured.timing),
         });
         Content::json(&all)?

@@ -7,7 +7,7 @@ use crate::verbs::track::setup::Setup;
 use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
 use sinew_lab::experiment::arm::STEP;
-use sinew_runtime::bus::{Bus, BusStatistics, SimulatedBus, TwinBus};
+use sinew_runtime::bus::{Bus, BusStatistics, ClockReport, SimulatedBus, TwinBus};
 use sinew_runtime::cycle::{Clock, Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
 use sinew_runtime::ethercat::{EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine};
 use std::sync::atomic::AtomicBool;
@@ -18,6 +18,7 @@ pub(super) struct Executed {
     pub(super) timing: Timing,
     pub(super) real_time: RealTime,
     pub(super) statistics: BusStatistics,
+    pub(super) clocks: Option<ClockReport>,
 }
 
 /// Control cycle, ns.
@@ -91,6 +92,7 @@ fn execute_on<B: Bus + SimulatedBus>(
     };
     run(&mut cycle, clock, PERIOD, &stop, &mut timing, see)?;
     let statistics = cycle.statistics();
+    let clocks = cycle.bus().clocks();
     let numbers = TrackingNumbers::new(&evaluation.finish(), &arm.machine);
-    Ok(Executed { numbers, timing, real_time, statistics })
+    Ok(Executed { numbers, timing, real_time, statistics, clocks })
 }

@@ -12,7 +12,7 @@ use alloc::format;
 use alloc::vec::Vec;
 
 /// Keys of `[[device]]`.
-pub(super) const DEVICE: [&str; 12] = [
+pub(super) const DEVICE: [&str; 13] = [
     "name",
     "vendor",
     "product",
@@ -24,14 +24,16 @@ pub(super) const DEVICE: [&str; 12] = [
     "counts_per_turn",
     "offset_rad",
     "rated_torque_nm",
+    "synchronization",
     "channel",
 ];
 /// Those of drives alone.
-const DRIVE: [&str; 4] = ["mode", "counts_per_turn", "offset_rad", "rated_torque_nm"];
+const DRIVE: [&str; 5] = ["mode", "counts_per_turn", "offset_rad", "rated_torque_nm", "synchronization"];
 /// Keys of `[[device.channel]]`.
 pub(super) const CHANNEL: [&str; 7] = ["name", "muscle", "joint", "value", "status", "scale", "offset"];
 
 const MODES: [&str; 2] = ["velocity", "torque"];
+const SYNCHRONIZATIONS: [&str; 2] = ["sync0", "frame"];
 const RULES: [&str; 3] = ["exact", "at_least", "any"];
 
 /// The devices of a machine; those of [`Device::defaults`] where the file names none.
@@ -119,6 +121,12 @@ fn role(table: &Table<'_>, machine: &Machine, listing: &mut Listing) -> Result<D
     let chosen = mode.as_ref().map_or(Ok(0), |entry| entry.name("mode", &MODES))?;
     drive.mode = [DriveMode::Velocity, DriveMode::Torque][chosen];
     listing.text("mode", MODES[chosen], source_of(mode.map(|entry| entry.line())));
+    let synchronization = table.entry("synchronization");
+    let chosen =
+        synchronization.as_ref().map_or(Ok(0), |entry| entry.name("synchronization", &SYNCHRONIZATIONS))?;
+    drive.sync0 = chosen == 0;
+    let source = source_of(synchronization.map(|entry| entry.line()));
+    listing.text("synchronization", SYNCHRONIZATIONS[chosen], source);
     for (key, domain, number) in [
         ("counts_per_turn", NOT_ZERO, &mut drive.counts_per_turn),
         ("offset_rad", FINITE, &mut drive.offset),

@@ -1,0 +1,37 @@
+//! Distributed clocks: the drives take their set-points over at SYNC0, and the cycle keeps pace with the devices.
+
+use crate::common::{Setup, machine};
+use sinew::machine::{DeviceRole, Machine};
+use sinew_runtime::bus::ClockReport;
+use sinew_runtime::ethercat::FrameStorage;
+
+fn report(machine: Machine) -> ClockReport {
+    let setup = Setup::new(machine, 3, &[]);
+    let storage = FrameStorage::new();
+    let cycle = setup.run(setup.segment_bus(&storage), |_| {});
+    assert_eq!(cycle.statistics().first, None);
+    cycle.bus().clocks().unwrap()
+}
+
+#[test]
+fn drives_are_synchronised_and_the_cycle_follows_the_clock_of_the_bus() {
+    for name in ["planar_leg", "lm_arm"] {
+        let machine = machine(name);
+        let drives = machine.muscles.len();
+        let report = report(machine);
+        assert_eq!(report.synchronized, drives, "{name}");
+        // The clock of the first simulated device is 11 ppm fast, and shows whole nanoseconds.
+        assert!((report.drift_ppm - 11.0).abs() < 1.0, "{name}: {report:?}");
+        assert!(report.phase_rms_us < 0.3 && report.phase_max_us < 1.0, "{name}: {report:?}");
+        assert!(report.device_difference_ns < 250, "{name}: {report:?}");
+    }
+}
+
+#[test]
+fn a_drive_takes_set_points_as_they_arrive_where_the_machine_file_says_so() {
+    let mut machine = machine("planar_leg");
+    if let DeviceRole::Drive(drive) = &mut machine.devices[0].role {
+        drive.sync0 = false;
+    }
+    assert_eq!(report(machine).synchronized, 3);
+}
