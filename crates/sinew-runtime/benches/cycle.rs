@@ -85,7 +85,7 @@ fn measure(name: &str) {
     let link = Timed { link: setup.link(), behind: Duration::ZERO };
     let matched = Master::new(&storage, link).unwrap().match_devices(&setup.machine.devices).unwrap();
     let bus = Measured { bus: matched.operate(&setup.machine, PERIOD).unwrap(), coding: Vec::new() };
-    let mut cycle = Cycle::new(bus, setup.controller.clone(), setup.schedule(), common::STEP);
+    let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), common::STEP);
     let mut control = Vec::new();
     while !cycle.is_finished() {
         let exchange = cycle.exchange();

@@ -1,7 +1,7 @@
 //! The control cycle of a cable-driven robot: read, estimate, control, write, once a millisecond.
 //!
 //! ```text
-//! Clock --deadline--> Cycle { Bus::exchange -> ArmController::step } --commands--> Bus of the next cycle
+//! Clock --deadline--> Cycle { Bus::exchange -> Supervisor::step } --commands--> Bus of the next cycle
 //! ```
 //!
 //! | room | purpose |

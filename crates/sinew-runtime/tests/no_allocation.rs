@@ -43,14 +43,14 @@ fn a_cycle_over_ethercat_allocates_nothing() {
         let setup = Setup::new(machine(name), 1, &[]);
         let storage = FrameStorage::new();
         let bus = setup.segment_bus(&storage);
-        let mut cycle = Cycle::new(bus, setup.controller.clone(), setup.schedule(), common::STEP);
+        let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), common::STEP);
         let before = ALLOCATIONS.get();
         let mut moved = 0.0_f64;
         for _ in 0..1500 {
             let exchange = cycle.exchange();
             assert!(exchange.fault.is_none());
             let record = cycle.control(exchange).unwrap();
-            moved = moved.max((record.command.q[0] - setup.machine.start[0]).abs());
+            moved = moved.max((record.command.arm.q[0] - setup.machine.start[0]).abs());
         }
         assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
         assert!(moved > 1e-3, "{name}: the machine moved");

@@ -1,23 +1,27 @@
 use crate::Error;
-use crate::bus::{Bus, BusFault, BusStatistics, Exchange, Feedback};
-use sinew::control::arm::{ArmCommand, ArmController, Fault, PreviewedReference};
+use crate::bus::{Bus, BusStatistics, Exchange, Feedback};
+use sinew::control::arm::PreviewedReference;
 use sinew::control::stretch::PREVIEW_HORIZON;
+use sinew::control::supervisor::{ExchangeStatus, Request, Supervisor, SupervisorCommand};
 use sinew::drive::DriveCommand;
 use sinew::trajectory::{Moment, Reference, Schedule};
 
-/// A machine under control: its bus, its controller and its reference.
+/// A machine under control: its bus, its supervisor and its reference.
 #[derive(Debug)]
 pub struct Cycle<'a, B> {
     bus: B,
-    controller: ArmController,
+    supervisor: Supervisor,
     schedule: Schedule<'a>,
     period: f64,
+    request: Request,
+    command_age: Option<f64>,
+    lateness: f64,
+    waits: bool,
     commands: Vec<DriveCommand>,
     feedback: Feedback,
     current: Reference,
     previewed: Reference,
     count: u64,
-    missed: u32,
     statistics: BusStatistics,
 }
 
@@ -34,30 +38,29 @@ pub struct CycleRecord<'a, B> {
     pub feedback: &'a Feedback,
     /// Reference of the joints.
     pub reference: &'a Reference,
-    /// Output of the controller; its commands are written by the next exchange.
-    pub command: ArmCommand<'a>,
+    /// Mode, fault and commands; the latter are written by the next exchange.
+    pub command: SupervisorCommand<'a>,
 }
 
-/// Exchanges in a row without any reading after which the machine is stopped, before the controller takes the first
-/// missing sensor for a fault of that sensor.
-const MAX_MISSED: u32 = 15;
-
 impl<'a, B: Bus> Cycle<'a, B> {
-    /// Before the first cycle; `period` is in s.
+    /// Before the first cycle, with the goal to run; `period` is in s.
     #[must_use]
-    pub fn new(bus: B, controller: ArmController, schedule: Schedule<'a>, period: f64) -> Self {
-        let [muscles, joints] = controller.dimensions();
+    pub fn new(bus: B, supervisor: Supervisor, schedule: Schedule<'a>, period: f64) -> Self {
+        let [muscles, joints] = supervisor.dimensions();
         Self {
             bus,
-            controller,
+            supervisor,
             schedule,
             period,
+            request: Request::Run,
+            command_age: None,
+            lateness: 0.0,
+            waits: false,
             commands: vec![DriveCommand::Velocity(0.0); muscles],
             feedback: Feedback::new(muscles, joints),
             current: Reference::new(joints),
             previewed: Reference::new(joints),
             count: 0,
-            missed: 0,
             statistics: BusStatistics::default(),
         }
     }
@@ -66,6 +69,34 @@ impl<'a, B: Bus> Cycle<'a, B> {
     #[must_use]
     pub fn bus(&self) -> &B {
         &self.bus
+    }
+
+    /// The supervisor.
+    #[must_use]
+    pub fn supervisor(&self) -> &Supervisor {
+        &self.supervisor
+    }
+
+    /// What is asked for from the next cycle on.
+    pub fn set_request(&mut self, request: Request) {
+        self.request = request;
+    }
+
+    /// Age of the last command in the next cycle, s; none where the reference is not commanded from elsewhere.
+    pub fn set_command_age(&mut self, age: Option<f64>) {
+        self.command_age = age;
+    }
+
+    /// Time between the deadline of the next cycle and its beginning, s.
+    pub fn set_lateness(&mut self, lateness: f64) {
+        self.lateness = if self.waits { 0.0 } else { lateness };
+    }
+
+    /// The same for a machine that waits for its cycles, as a simulated one does: none is late.
+    #[must_use]
+    pub fn with_waiting_machine(mut self) -> Self {
+        self.waits = true;
+        self
     }
 
     /// How the exchanges went.
@@ -90,29 +121,23 @@ impl<'a, B: Bus> Cycle<'a, B> {
     pub fn exchange(&mut self) -> Exchange {
         let exchange = self.bus.exchange(&self.commands, &mut self.feedback);
         self.statistics.record(exchange);
-        let missing = matches!(exchange.fault, Some(BusFault::Lost | BusFault::WorkingCounter { .. }));
-        self.missed = if missing { self.missed + 1 } else { 0 };
         exchange
     }
 
-    /// The second half: observers, fault detection, computed muscle force, winch commands. Nothing is allocated.
+    /// The second half: limits and faults, observers, computed muscle force, winch commands. Nothing is allocated.
     ///
     /// # Errors
-    /// As [`ArmController::step`] and [`Schedule::sample`].
+    /// As [`Supervisor::step`] and [`Schedule::sample`].
     pub fn control(&mut self, exchange: Exchange) -> Result<CycleRecord<'_, B>, Error> {
         let time = self.count as f64 * self.period;
-        let Self { bus, controller, current, previewed, feedback, .. } = self;
+        let Self { bus, supervisor, current, previewed, feedback, .. } = self;
         let moment = self.schedule.sample(time, PREVIEW_HORIZON, current, previewed)?;
-        match exchange.fault {
-            Some(BusFault::Drive { muscle, .. } | BusFault::NotOperational { muscle: Some(muscle), .. }) => {
-                controller.stop(Fault::Drive(muscle));
-            }
-            _ if self.missed > MAX_MISSED => controller.stop(Fault::Bus),
-            _ => {}
-        }
+        let status =
+            ExchangeStatus { lateness: self.lateness, command_age: self.command_age, ..exchange.status() };
         let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
-        let command = controller.step(self.period, &feedback.measurement(), &reference)?;
-        self.commands.copy_from_slice(command.drives);
+        let command =
+            supervisor.step(self.period, &feedback.measurement(), &reference, self.request, &status)?;
+        self.commands.copy_from_slice(command.arm.drives);
         self.count += 1;
         Ok(CycleRecord { bus, moment, exchange, feedback, reference: current, command })
     }

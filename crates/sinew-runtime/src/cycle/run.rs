@@ -25,6 +25,7 @@ pub fn run<B: Bus>(
     while !cycle.is_finished() && !stop.load(Ordering::Relaxed) {
         clock.wait_until(deadline)?;
         let woken = clock.now();
+        cycle.set_lateness(woken.saturating_sub(deadline) as f64 * 1e-9);
         let exchange = cycle.exchange();
         let exchanged = clock.now();
         let record = cycle.control(exchange)?;
