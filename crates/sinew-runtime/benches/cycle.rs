@@ -99,10 +99,10 @@ fn measure(name: &str) {
     let link = Timed { link: setup.link(), behind: Duration::ZERO };
     let matched = Master::new(&storage, link).unwrap().match_devices(&setup.machine.devices).unwrap();
     let bus = Measured { bus: matched.operate(&setup.machine, PERIOD).unwrap(), last: 0, coding: Vec::new() };
-    let mut cycle = Cycle::new(bus, setup.controller.clone(), setup.schedule(), common::STEP);
+    let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), common::STEP);
     let (mut clock, mut control) = (MonotonicClock, Vec::new());
     while !cycle.is_finished() {
-        let times = cycle.step(&mut clock).unwrap().times;
+        let times = cycle.step(&mut clock, u64::MAX).unwrap().times;
         control.push(u128::from(times.controlled - times.read));
     }
     let mut coding = cycle.into_bus().coding;

@@ -1,7 +1,7 @@
 //! The control cycle of a cable-driven robot: read, estimate, control, write, once a millisecond.
 //!
 //! ```text
-//! Clock --deadline--> Cycle { Bus::read -> ArmController::step -> Bus::write }
+//! Clock --deadline--> Cycle { Bus::read -> Supervisor::step -> Bus::write }
 //! ```
 //!
 //! | room | purpose |

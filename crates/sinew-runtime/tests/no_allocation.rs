@@ -43,14 +43,14 @@ fn a_cycle_over_ethercat_allocates_nothing() {
         let setup = Setup::new(machine(name), 1, &[]);
         let storage = FrameStorage::new();
         let bus = setup.segment_bus(&storage);
-        let mut cycle = Cycle::new(bus, setup.controller.clone(), setup.schedule(), common::STEP);
+        let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), common::STEP);
         let mut clock = VirtualClock::default();
         let before = ALLOCATIONS.get();
         let mut moved = 0.0_f64;
         for _ in 0..1500 {
-            let record = cycle.step(&mut clock).unwrap();
+            let record = cycle.step(&mut clock, 0).unwrap();
             assert!(record.exchange.fault.is_none());
-            moved = moved.max((record.command.q[0] - setup.machine.start[0]).abs());
+            moved = moved.max((record.command.arm.q[0] - setup.machine.start[0]).abs());
         }
         assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
         assert!(moved > 1e-3, "{name}: the machine moved");

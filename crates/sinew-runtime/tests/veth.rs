@@ -72,7 +72,7 @@ fn inside() {
             setup.machine.devices.len(),
             begin.elapsed().as_secs_f64()
         );
-        let mut cycle = Cycle::new(bus, setup.controller.clone(), setup.schedule(), STEP);
+        let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), STEP);
         let mut timing = Timing::new();
         let ends = AtomicBool::new(false);
         run(&mut cycle, &mut MonotonicClock, PERIOD, &ends, &mut timing, |_| Ok(())).unwrap();

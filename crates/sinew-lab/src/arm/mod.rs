@@ -20,7 +20,8 @@ pub use heat::{DriveHeat, drive_heat};
 pub use plan::{DesiredMotion, initial_pose, plan, plan_tour};
 pub use report::{
     CycleSignals, ErrorRange, ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, MuscleSpread,
-    Trace, TraceRow, TrackIncident, TrackOutcome, TrackingNumbers, fault_name, max_end_point_error,
+    Trace, TraceRow, TrackIncident, TrackMode, TrackOutcome, TrackingNumbers, fault_name,
+    max_end_point_error,
 };
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
 pub use tracking::{

@@ -1,4 +1,4 @@
-use crate::experiment::{FaultInterval, Statistics, TrackSummary};
+use crate::experiment::{FaultInterval, ModeChange, Statistics, TrackSummary};
 use serde::{Deserialize, Deserializer, Serialize};
 use sinew::body::{JointKind, Robot};
 use sinew::control::arm::Fault;
@@ -86,6 +86,9 @@ pub struct TrackIncident {
     pub from_s: f64,
     /// Last report, s.
     pub until_s: f64,
+    /// Kind of the fault: `cable_break`, `sensor_lost` and so on; empty in records of earlier versions.
+    #[serde(default)]
+    pub kind: String,
     /// The fault, with the name of its muscle or joint.
     pub what: String,
     /// Reaction of the controller: `bridged` or `stopped`.
@@ -97,8 +100,32 @@ impl TrackIncident {
         Self {
             from_s: to_milliseconds(interval.from),
             until_s: to_milliseconds(interval.until),
+            kind: interval.kind.name().to_owned(),
             what: fault_name(interval.fault, robot),
             answer: if interval.stopped { "stopped" } else { "bridged" }.to_owned(),
+        }
+    }
+}
+
+/// A mode of the supervisor and when it began.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrackMode {
+    /// s since the start of the run.
+    pub from_s: f64,
+    /// `off`, `ready`, `pretension`, `hold`, `run`, `safe_stop` or `fault`.
+    pub mode: String,
+    /// Kind of the fault that led there.
+    pub fault: Option<String>,
+}
+
+impl TrackMode {
+    /// Of a change of the mode.
+    #[must_use]
+    pub fn new(change: &ModeChange) -> Self {
+        Self {
+            from_s: to_milliseconds(change.time),
+            mode: change.mode.name().to_owned(),
+            fault: change.fault.map(|fault| fault.kind().name().to_owned()),
         }
     }
 }
@@ -122,6 +149,15 @@ pub fn fault_name(fault: Fault, robot: &Robot) -> String {
         Fault::Cable(k) => format!("cable of {}", muscle(k)),
         Fault::TrackingError(k) => format!("tracking error of {}", joint(k)),
         Fault::Bus => "no answer from the bus".to_owned(),
+        Fault::Slack(k) => format!("slack cable of {}", muscle(k)),
+        Fault::Overload(k) => format!("tension of {} above its limit", muscle(k)),
+        Fault::TensionRate(k) => format!("tension of {} changes too fast", muscle(k)),
+        Fault::Overspeed(k) => format!("winch of {} too fast", muscle(k)),
+        Fault::Travel(k) => format!("winch of {} out of its travel", muscle(k)),
+        Fault::Overheating(k) => format!("motor of {} too hot", muscle(k)),
+        Fault::JointRange(k) => format!("{} out of its range", joint(k)),
+        Fault::LateCycles => "late control cycles".to_owned(),
+        Fault::StaleCommand => "no new command".to_owned(),
     }
 }
 
@@ -236,6 +272,9 @@ pub struct TrackingNumbers {
     pub stopped_by: Option<String>,
     /// All faults, in the order of their first reports.
     pub incidents: Vec<TrackIncident>,
+    /// Modes of the supervisor in their order; empty in records of earlier versions.
+    #[serde(default)]
+    pub modes: Vec<TrackMode>,
 }
 
 impl TrackingNumbers {
@@ -285,6 +324,7 @@ impl TrackingNumbers {
             stopped_s: summary.stopped.map(|(time, _)| time).or(summary.plant_failed).map(to_milliseconds),
             stopped_by,
             incidents: summary.faults.iter().map(|one| TrackIncident::new(one, robot)).collect(),
+            modes: summary.modes.iter().map(TrackMode::new).collect(),
         }
     }
 }

@@ -3,11 +3,12 @@
 use super::calibrate::{CalibrationProgramme, calibrate_arm};
 use super::controller::{Parts, controller};
 use super::report::{CycleSignals, Trace, TraceRow, TrackingNumbers, fault_name};
-use crate::experiment::arm::{TrackRun, track};
+use crate::experiment::arm::{TrackRun, track_supervised};
 use crate::experiment::{TrackRow, TrackSummary, oracle_models};
 use crate::{CompensationVariant, Error};
 use sinew::body::Robot;
 use sinew::control::arm::{ArmController, ArmGains, ArmStatus, synthesize};
+use sinew::control::supervisor::{Limits, Mode, Supervisor};
 use sinew::drive::DriveCommand;
 use sinew::machine::{Characteristics, Machine};
 use sinew::predictor::CableModel;
@@ -175,6 +176,15 @@ impl<'a> PreparedRun<'a> {
         Ok(Self { controller, arm, task: task.clone(), tension_limits })
     }
 
+    /// The controller under the supervisor of the machine.
+    ///
+    /// # Errors
+    /// As [`Limits::of`] and [`Supervisor::new`].
+    pub fn supervisor(&self) -> Result<Supervisor, Error> {
+        let limits = Limits::of(&self.arm.machine, self.controller.gains())?;
+        Ok(Supervisor::new(self.controller.clone(), limits)?)
+    }
+
     /// Plant, reference and conditions of the run.
     #[must_use]
     pub fn run(&self) -> TrackRun<'_> {
@@ -197,7 +207,7 @@ impl<'a> PreparedRun<'a> {
 /// Runs a tracking task with the controller of a variant.
 ///
 /// # Errors
-/// As [`PreparedRun::new`] and [`track`].
+/// As [`PreparedRun::new`], [`PreparedRun::supervisor`] and [`track_supervised`].
 pub fn track_arm(
     arm: &CalibratedArm,
     variant: CompensationVariant,
@@ -206,7 +216,7 @@ pub fn track_arm(
     let prepared = PreparedRun::new(arm, variant, task)?;
     let stride = (task.trace_interval * 1e3).round().clamp(1.0, 1e9) as u64;
     let (mut trace, mut count) = (Vec::new(), 0_u64);
-    let summary = track(&prepared.run(), prepared.controller.clone(), |row| {
+    let summary = track_supervised(&prepared.run(), prepared.supervisor()?, |row| {
         if count.is_multiple_of(stride) {
             trace.push(trace_row(row, &arm.machine.robot));
         }
@@ -227,7 +237,7 @@ fn trace_row(row: &TrackRow<'_>, robot: &Robot) -> TraceRow {
         anchor_n: row.truth.cables.iter().map(|cable| cable.tension_out).collect(),
         drive_n: row.truth.cables.iter().map(|cable| cable.tension_in).collect(),
         cycle: CycleSignals {
-            status: status(row.command.status, robot),
+            status: status(row, robot),
             joint_reference: row.reference.q.clone(),
             joint_true: row.truth.q.to_vec(),
             joint_read: row.reading.joint.clone(),
@@ -241,8 +251,11 @@ fn trace_row(row: &TrackRow<'_>, robot: &Robot) -> TraceRow {
 }
 
 /// Operating state in words.
-fn status(status: ArmStatus, robot: &Robot) -> String {
-    match status {
+fn status(row: &TrackRow<'_>, robot: &Robot) -> String {
+    if !row.mode.is_controlled() && !matches!(row.mode, Mode::SafeStop | Mode::Fault) {
+        return row.mode.name().replace('_', " ");
+    }
+    match row.command.status {
         ArmStatus::Following => "following".to_owned(),
         ArmStatus::Holding => "holding".to_owned(),
         ArmStatus::Degraded(fault) => format!("degraded: {}", fault_name(fault, robot)),

@@ -7,9 +7,10 @@ use super::track_summary::TrackSummary;
 use sinew::Error;
 use sinew::control::arm::{ArmController, ArmMeasurement, PreviewedReference};
 use sinew::control::stretch::PREVIEW_HORIZON;
+use sinew::control::supervisor::{ExchangeStatus, Request, Supervisor};
 use sinew::drive::DriveCommand;
 use sinew::trajectory::{Reference, Schedule};
-use sinew::twin::arm::{ArmTwin, InjectedFault};
+use sinew::twin::arm::{ArmReading, ArmTwin, InjectedFault};
 
 /// Control cycle, s.
 pub const STEP: f64 = 1e-3;
@@ -21,9 +22,21 @@ pub const STEP: f64 = 1e-3;
 pub fn track(
     run: &TrackRun<'_>,
     controller: ArmController,
+    see: impl FnMut(&TrackRow<'_>),
+) -> Result<TrackSummary, Error> {
+    track_supervised(run, Supervisor::of(controller)?, see)
+}
+
+/// The same under a supervisor.
+///
+/// # Errors
+/// As there.
+pub fn track_supervised(
+    run: &TrackRun<'_>,
+    supervisor: Supervisor,
     mut see: impl FnMut(&TrackRow<'_>),
 ) -> Result<TrackSummary, Error> {
-    let mut session = TrackSession::new(run, controller)?;
+    let mut session = TrackSession::supervised(run, supervisor)?;
     while session.step(&mut see)? {}
     Ok(session.finish())
 }
@@ -36,27 +49,38 @@ pub fn track(
 pub struct TrackSession<'a> {
     schedule: Schedule<'a>,
     arm: ArmTwin,
-    controller: ArmController,
+    supervisor: Supervisor,
     evaluation: Evaluation<'a>,
     commands: Vec<DriveCommand>,
+    /// Readings of a cycle without an answer.
+    nothing: ArmReading,
     current: Reference,
     previewed: Reference,
     cycle: u64,
 }
 
 impl<'a> TrackSession<'a> {
+    /// A run before its first control cycle, with the limits that the controller's gains alone tell.
+    ///
+    /// # Errors
+    /// As [`supervised`](Self::supervised) and [`Supervisor::of`].
+    pub fn new(run: &TrackRun<'a>, controller: ArmController) -> Result<Self, Error> {
+        Self::supervised(run, Supervisor::of(controller)?)
+    }
+
     /// A run before its first control cycle.
     ///
     /// # Errors
     /// As [`TrackRun::schedule`] and [`TrackRun::plant`].
-    pub fn new(run: &TrackRun<'a>, controller: ArmController) -> Result<Self, Error> {
+    pub fn supervised(run: &TrackRun<'a>, supervisor: Supervisor) -> Result<Self, Error> {
         let schedule = run.schedule()?;
         let current = Reference::new(run.robot.independent_joints().len());
         let arm = run.plant()?;
         Ok(Self {
             commands: vec![DriveCommand::Velocity(0.0); arm.specimen().drives.len()],
+            nothing: arm.reading().missing(),
             arm,
-            controller,
+            supervisor,
             evaluation: Evaluation::new(run)?,
             previewed: current.clone(),
             current,
@@ -80,24 +104,53 @@ impl<'a> TrackSession<'a> {
         self.cycle as f64 * STEP
     }
 
-    /// One control cycle; `false` after the last one, and where the integration of the plant failed.
+    /// The supervisor.
+    #[must_use]
+    pub fn supervisor(&self) -> &Supervisor {
+        &self.supervisor
+    }
+
+    /// The plant.
+    #[must_use]
+    pub fn plant(&self) -> &ArmTwin {
+        &self.arm
+    }
+
+    /// One control cycle on the way to the reference; `false` after the last one, and where the integration of the plant
+    /// failed.
     ///
     /// # Errors
-    /// As [`ArmController::step`] and [`Schedule::sample`].
-    pub fn step(&mut self, mut see: impl FnMut(&TrackRow<'_>)) -> Result<bool, Error> {
+    /// As [`Supervisor::step`] and [`Schedule::sample`].
+    pub fn step(&mut self, see: impl FnMut(&TrackRow<'_>)) -> Result<bool, Error> {
+        self.step_with(Request::Run, &ExchangeStatus::default(), see)
+    }
+
+    /// One control cycle with another request, or after an exchange that was not complete: where no readings came, none
+    /// are given to the supervisor, and the drives keep their commands.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn step_with(
+        &mut self,
+        request: Request,
+        exchange: &ExchangeStatus,
+        mut see: impl FnMut(&TrackRow<'_>),
+    ) -> Result<bool, Error> {
         let time = self.time();
-        let Self { schedule, arm, controller, evaluation, current, previewed, .. } = self;
+        let Self { schedule, arm, supervisor, evaluation, current, previewed, nothing, .. } = self;
         let cycles = libm::round(schedule.duration() / STEP) as u64;
         if self.cycle >= cycles || evaluation.summary().plant_failed.is_some() {
             return Ok(false);
         }
         let moment = schedule.sample(time, PREVIEW_HORIZON, current, previewed)?;
-        let reading = arm.reading();
+        let reading = if exchange.received { arm.reading() } else { &*nothing };
         let measurement =
             ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
         let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
-        let command = controller.step(STEP, &measurement, &reference)?;
-        self.commands.copy_from_slice(command.drives);
+        let command = supervisor.step(STEP, &measurement, &reference, request, exchange)?;
+        if exchange.received {
+            self.commands.copy_from_slice(command.arm.drives);
+        }
         see(&evaluation.record(&moment, current, &command, arm)?);
         self.cycle += 1;
         let failed = arm.step(&self.commands, STEP).is_err();

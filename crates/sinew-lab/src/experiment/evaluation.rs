@@ -5,7 +5,7 @@ use super::track_row::TrackRow;
 use super::track_summary::{TrackSummary, slack_below};
 use super::tracking_errors::TrackingErrors;
 use sinew::Error;
-use sinew::control::arm::ArmCommand;
+use sinew::control::supervisor::SupervisorCommand;
 use sinew::trajectory::{Moment, Reference};
 use sinew::twin::arm::ArmTwin;
 
@@ -43,7 +43,7 @@ impl<'a> Evaluation<'a> {
         &'row mut self,
         moment: &Moment,
         reference: &'row Reference,
-        command: &'row ArmCommand<'row>,
+        command: &'row SupervisorCommand<'row>,
         arm: &'row ArmTwin,
     ) -> Result<TrackRow<'row>, Error> {
         let Self { errors, summary, pretension } = self;
@@ -61,7 +61,9 @@ impl<'a> Evaluation<'a> {
             pretension,
             length: &errors.length,
             length_error: &errors.length_error,
-            command,
+            command: &command.arm,
+            mode: command.mode,
+            fault: command.fault,
             reading: arm.reading(),
             truth,
         };

@@ -1,4 +1,5 @@
 use sinew::control::arm::ArmCommand;
+use sinew::control::supervisor::{Mode, NamedFault};
 use sinew::trajectory::Reference;
 use sinew::twin::arm::{ArmReading, ArmTruth};
 
@@ -30,7 +31,11 @@ pub struct TrackRow<'a> {
     pub length: &'a [f64],
     /// True minus reference lengths, m: `[muscles]`.
     pub length_error: &'a [f64],
-    /// Output of the controller.
+    /// Mode of the supervisor.
+    pub mode: Mode,
+    /// Its fault.
+    pub fault: Option<NamedFault>,
+    /// Commands of the drives and estimates of the controller.
     pub command: &'a ArmCommand<'a>,
     /// Readings of the sensors.
     pub reading: &'a ArmReading,

@@ -2,7 +2,8 @@
 
 use super::statistics::Statistics;
 use super::track_row::TrackRow;
-use sinew::control::arm::{ArmStatus, Fault};
+use sinew::control::arm::{ArmStatus, Fault, Symptom};
+use sinew::control::supervisor::{FaultKind, Mode, NamedFault};
 use sinew::control::tension::Status;
 
 /// Rest after a motion that is not part of the errors at rest, s.
@@ -17,8 +18,21 @@ pub struct FaultInterval {
     pub until: f64,
     /// The fault.
     pub fault: Fault,
+    /// Its kind, by its last report.
+    pub kind: FaultKind,
     /// Whether it stopped the arm; else operation was degraded.
     pub stopped: bool,
+}
+
+/// A mode and when it began.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModeChange {
+    /// s.
+    pub time: f64,
+    /// The mode.
+    pub mode: Mode,
+    /// The fault that led there.
+    pub fault: Option<NamedFault>,
 }
 
 /// Control cycle, s.
@@ -77,6 +91,8 @@ pub struct TrackSummary {
     pub degraded: (u64, Option<Fault>),
     /// All faults, in the order in which the controller reported them.
     pub faults: Vec<FaultInterval>,
+    /// Modes of the supervisor in their order.
+    pub modes: Vec<ModeChange>,
     /// When the integration of the plant failed, s: the arm was faster than the laws of the cables allow.
     pub plant_failed: Option<f64>,
 }
@@ -103,6 +119,7 @@ impl TrackSummary {
             stopped: None,
             degraded: (0, None),
             faults: Vec::new(),
+            modes: Vec::new(),
             plant_failed: None,
         }
     }
@@ -121,7 +138,10 @@ impl TrackSummary {
                 self.max_drive_tension = (cable.tension_in, k);
             }
         }
-        self.record_status(row.time, row.command.status);
+        if self.modes.last().is_none_or(|last| last.mode != row.mode) {
+            self.modes.push(ModeChange { time: row.time, mode: row.mode, fault: row.fault });
+        }
+        self.record_status(row);
         if row.command.distribution != Status::Optimal {
             self.infeasible_cycles += 1;
         }
@@ -157,8 +177,9 @@ impl TrackSummary {
         }
     }
 
-    fn record_status(&mut self, time: f64, status: ArmStatus) {
-        let (fault, stopped) = match status {
+    fn record_status(&mut self, row: &TrackRow<'_>) {
+        let time = row.time;
+        let (fault, stopped) = match row.command.status {
             ArmStatus::Degraded(fault) => {
                 self.degraded = (self.degraded.0 + 1, self.degraded.1.or(Some(fault)));
                 (fault, false)
@@ -169,9 +190,11 @@ impl TrackSummary {
             }
             ArmStatus::Following | ArmStatus::Holding => return,
         };
+        let named = row.fault.filter(|named| named.fault == fault);
+        let kind = named.unwrap_or(NamedFault { fault, symptom: Symptom::Unknown }).kind();
         match self.faults.iter_mut().rev().find(|one| one.fault == fault && one.stopped == stopped) {
-            Some(one) if time - one.until < MAX_GAP => one.until = time,
-            _ => self.faults.push(FaultInterval { from: time, until: time, fault, stopped }),
+            Some(one) if time - one.until < MAX_GAP => (one.until, one.kind) = (time, kind),
+            _ => self.faults.push(FaultInterval { from: time, until: time, fault, kind, stopped }),
         }
     }
 

@@ -1,4 +1,5 @@
 use sinew::control::arm::ArmMeasurement;
+use sinew::control::supervisor::ExchangeStatus;
 use sinew::drive::DriveCommand;
 
 /// Drives and sensors of a machine: a cycle reads once and then writes once.
@@ -61,6 +62,21 @@ impl Feedback {
 pub struct Exchange {
     /// What is wrong with the bus in this cycle; none where every device took part.
     pub fault: Option<BusFault>,
+}
+
+impl Exchange {
+    /// As the supervisor takes it, of a cycle that began in time.
+    #[must_use]
+    pub fn status(&self) -> ExchangeStatus {
+        let received = !matches!(self.fault, Some(BusFault::Lost | BusFault::WorkingCounter { .. }));
+        let drive = match self.fault {
+            Some(BusFault::Drive { muscle, .. } | BusFault::NotOperational { muscle: Some(muscle), .. }) => {
+                Some(muscle)
+            }
+            _ => None,
+        };
+        ExchangeStatus { received, drive, ..ExchangeStatus::default() }
+    }
 }
 
 /// What is wrong with a bus in one cycle.

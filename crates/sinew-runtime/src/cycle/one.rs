@@ -1,22 +1,25 @@
 use super::clock::Clock;
 use crate::Error;
-use crate::bus::{Bus, BusFault, BusStatistics, Exchange, Feedback};
-use sinew::control::arm::{ArmCommand, ArmController, Fault, PreviewedReference};
+use crate::bus::{Bus, BusStatistics, Exchange, Feedback};
+use sinew::control::arm::PreviewedReference;
 use sinew::control::stretch::PREVIEW_HORIZON;
+use sinew::control::supervisor::{ExchangeStatus, Request, Supervisor, SupervisorCommand};
 use sinew::trajectory::{Moment, Reference, Schedule};
 
-/// A machine under control: its bus, its controller and its reference.
+/// A machine under control: its bus, its supervisor and its reference.
 #[derive(Debug)]
 pub struct Cycle<'a, B> {
     bus: B,
-    controller: ArmController,
+    supervisor: Supervisor,
     schedule: Schedule<'a>,
     period: f64,
+    request: Request,
+    command_age: Option<f64>,
+    waits: bool,
     feedback: Feedback,
     current: Reference,
     previewed: Reference,
     count: u64,
-    missed: u32,
     statistics: BusStatistics,
 }
 
@@ -35,8 +38,8 @@ pub struct CycleRecord<'a, B> {
     pub feedback: &'a Feedback,
     /// Reference of the joints.
     pub reference: &'a Reference,
-    /// Output of the controller.
-    pub command: ArmCommand<'a>,
+    /// Mode, fault and commands.
+    pub command: SupervisorCommand<'a>,
 }
 
 /// When the parts of a cycle ended, by the clock of the cycle, ns.
@@ -52,25 +55,23 @@ pub struct CycleTimes {
     pub written: u64,
 }
 
-/// Exchanges in a row without any reading after which the machine is stopped, before the controller takes the first
-/// missing sensor for a fault of that sensor.
-const MAX_MISSED: u32 = 15;
-
 impl<'a, B: Bus> Cycle<'a, B> {
-    /// Before the first cycle; `period` is in s.
+    /// Before the first cycle, with the goal to run; `period` is in s.
     #[must_use]
-    pub fn new(bus: B, controller: ArmController, schedule: Schedule<'a>, period: f64) -> Self {
-        let [muscles, joints] = controller.dimensions();
+    pub fn new(bus: B, supervisor: Supervisor, schedule: Schedule<'a>, period: f64) -> Self {
+        let [muscles, joints] = supervisor.dimensions();
         Self {
             bus,
-            controller,
+            supervisor,
             schedule,
             period,
+            request: Request::Run,
+            command_age: None,
+            waits: false,
             feedback: Feedback::new(muscles, joints),
             current: Reference::new(joints),
             previewed: Reference::new(joints),
             count: 0,
-            missed: 0,
             statistics: BusStatistics::default(),
         }
     }
@@ -79,6 +80,29 @@ impl<'a, B: Bus> Cycle<'a, B> {
     #[must_use]
     pub fn bus(&self) -> &B {
         &self.bus
+    }
+
+    /// The supervisor.
+    #[must_use]
+    pub fn supervisor(&self) -> &Supervisor {
+        &self.supervisor
+    }
+
+    /// What is asked for from the next cycle on.
+    pub fn set_request(&mut self, request: Request) {
+        self.request = request;
+    }
+
+    /// Age of the last command in the next cycle, s; none where the reference is not commanded from elsewhere.
+    pub fn set_command_age(&mut self, age: Option<f64>) {
+        self.command_age = age;
+    }
+
+    /// The same with a machine that waits for its cycles, as a simulated one does: none is late.
+    #[must_use]
+    pub fn with_waiting_machine(mut self) -> Self {
+        self.waits = true;
+        self
     }
 
     /// How the exchanges went.
@@ -99,40 +123,30 @@ impl<'a, B: Bus> Cycle<'a, B> {
         self.count >= (self.schedule.duration() / self.period).round() as u64
     }
 
-    /// One cycle: reads the sensors; observers, fault detection and computed muscle force; writes the commands of the winches.
-    /// Nothing is allocated.
+    /// One cycle: reads the sensors; limits and faults, observers, computed muscle force; writes the commands of the winches.
+    /// `deadline` is when it was to begin, ns. Nothing is allocated.
     ///
     /// # Errors
-    /// As [`ArmController::step`] and [`Schedule::sample`].
-    pub fn step(&mut self, clock: &mut impl Clock) -> Result<CycleRecord<'_, B>, Error> {
+    /// As [`Supervisor::step`] and [`Schedule::sample`].
+    pub fn step(&mut self, clock: &mut impl Clock, deadline: u64) -> Result<CycleRecord<'_, B>, Error> {
         let woken = clock.now();
         let exchange = self.bus.read(&mut self.feedback);
         let read = clock.now();
-        self.count_exchange(exchange);
+        self.statistics.record(exchange);
 
         let time = self.count as f64 * self.period;
-        let Self { bus, controller, current, previewed, feedback, .. } = self;
+        let Self { bus, supervisor, current, previewed, feedback, .. } = self;
         let moment = self.schedule.sample(time, PREVIEW_HORIZON, current, previewed)?;
-        match exchange.fault {
-            Some(BusFault::Drive { muscle, .. } | BusFault::NotOperational { muscle: Some(muscle), .. }) => {
-                controller.stop(Fault::Drive(muscle));
-            }
-            _ if self.missed > MAX_MISSED => controller.stop(Fault::Bus),
-            _ => {}
-        }
+        let lateness = if self.waits { 0.0 } else { woken.saturating_sub(deadline) as f64 * 1e-9 };
+        let status = ExchangeStatus { lateness, command_age: self.command_age, ..exchange.status() };
         let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
-        let command = controller.step(self.period, &feedback.measurement(), &reference)?;
+        let command =
+            supervisor.step(self.period, &feedback.measurement(), &reference, self.request, &status)?;
         let controlled = clock.now();
 
-        bus.write(command.drives);
+        bus.write(command.arm.drives);
         let times = CycleTimes { woken, read, controlled, written: clock.now() };
         self.count += 1;
         Ok(CycleRecord { bus, moment, times, exchange, feedback, reference: current, command })
-    }
-
-    fn count_exchange(&mut self, exchange: Exchange) {
-        self.statistics.record(exchange);
-        let missing = matches!(exchange.fault, Some(BusFault::Lost | BusFault::WorkingCounter { .. }));
-        self.missed = if missing { self.missed + 1 } else { 0 };
     }
 }

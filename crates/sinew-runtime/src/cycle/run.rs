@@ -24,7 +24,7 @@ pub fn run<B: Bus>(
     let mut deadline = clock.now() + period;
     while !cycle.is_finished() && !stop.load(Ordering::Relaxed) {
         clock.wait_until(deadline)?;
-        let record = cycle.step(clock)?;
+        let record = cycle.step(clock, deadline)?;
         timing.record(deadline, &record.times);
         see(&record)?;
         deadline += period.saturating_add_signed(record.bus.period_correction());

@@ -41,7 +41,7 @@ fn run(device: usize, kind: FaultKind, duration: Option<u64>) -> Outcome {
         unchecked_torque: false,
     };
     let cycle = setup.run(bus, |record| {
-        match record.command.status {
+        match record.command.arm.status {
             ArmStatus::Stopped(fault) => outcome.stopped = outcome.stopped.or(Some(fault)),
             ArmStatus::Degraded(_) => outcome.degraded = true,
             ArmStatus::Following | ArmStatus::Holding => {}
@@ -151,7 +151,7 @@ fn a_device_without_power_stops_the_machine_and_a_new_start_finds_it_again() {
         bus.link_mut().segment_mut().inject(fault(FaultKind::PowerLoss)).unwrap();
         let mut stopped = false;
         let cycle = setup.run(bus, |record| {
-            stopped |= matches!(record.command.status, ArmStatus::Stopped(_));
+            stopped |= matches!(record.command.arm.status, ArmStatus::Stopped(_));
         });
         assert!(stopped && cycle.statistics().first.is_some(), "{device}: {:?}", cycle.statistics());
         let master = cycle.into_bus().into_master();
@@ -184,7 +184,7 @@ fn another_device_in_the_place_of_one_is_named_and_gets_no_set_point() {
         .unwrap();
     let mut stopped = None;
     let cycle = setup.run(bus, |record| {
-        if let ArmStatus::Stopped(fault) = record.command.status {
+        if let ArmStatus::Stopped(fault) = record.command.arm.status {
             stopped = stopped.or(Some(fault));
         }
     });

@@ -1,6 +1,7 @@
 //! Machines of this repository under control, with the parameters of their design.
 
 use sinew::control::arm::{ActuationMode, ArmController, CableStateSource, resting_tensions, synthesize};
+use sinew::control::supervisor::{Limits, Supervisor};
 use sinew::description::machine_from_toml;
 use sinew::machine::{DeviceRole, DriveMode, Machine};
 use sinew::predictor::CableModel;
@@ -73,6 +74,11 @@ impl Setup {
         Self { machine, trajectory, controller, plant }
     }
 
+    pub(crate) fn supervisor(&self) -> Supervisor {
+        let limits = Limits::of(&self.machine, self.controller.gains()).unwrap();
+        Supervisor::new(self.controller.clone(), limits).unwrap()
+    }
+
     pub(crate) fn schedule(&self) -> Schedule<'_> {
         Schedule::new(&self.trajectory, 1, 0.3, 0.7).unwrap()
     }
@@ -95,7 +101,7 @@ impl Setup {
 
     /// Runs the motion and gives every cycle to `see`; returns the bus.
     pub(crate) fn run<B: Bus>(&self, bus: B, mut see: impl FnMut(&CycleRecord<'_, B>)) -> Cycle<'_, B> {
-        let mut cycle = Cycle::new(bus, self.controller.clone(), self.schedule(), STEP);
+        let mut cycle = Cycle::new(bus, self.supervisor(), self.schedule(), STEP);
         let (stop, mut timing) = (AtomicBool::new(false), Timing::new());
         let see = |record: &CycleRecord<'_, B>| {
             see(record);

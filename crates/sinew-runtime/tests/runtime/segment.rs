@@ -12,12 +12,12 @@ fn tracked<B: Bus + SimulatedBus>(setup: &Setup, bus: B) -> (Errors, u64) {
     let (mut errors, mut digest) = (Errors::default(), 0xcbf2_9ce4_8422_2325_u64);
     let cycle = setup.run(bus, |record| {
         assert!(
-            matches!(record.command.status, ArmStatus::Following | ArmStatus::Holding),
+            matches!(record.command.arm.status, ArmStatus::Following | ArmStatus::Holding),
             "{:?}",
             record.moment
         );
         errors.record(&record.reference.q, record.bus.arm().truth().q);
-        for estimate in record.command.q.iter().chain(record.command.estimated_tension) {
+        for estimate in record.command.arm.q.iter().chain(record.command.arm.estimated_tension) {
             digest = (digest ^ estimate.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
         }
     });

@@ -8,4 +8,5 @@ pub mod capability;
 pub mod compensation;
 pub mod demand;
 pub mod stretch;
+pub mod supervisor;
 pub mod tension;

@@ -1,6 +1,7 @@
 use super::device::{self, Device};
 use super::muscle::MuscleDesign;
 use super::rules::ControlRules;
+use super::safety::SafetyLimits;
 use super::task::{NamedPath, Task};
 use super::tolerances::Tolerances;
 use crate::Error;
@@ -47,6 +48,8 @@ pub struct Machine {
     pub tolerances: Tolerances,
     /// Constants of the rules for its gains.
     pub rules: ControlRules,
+    /// Limits that its supervisor keeps, and the times of its reactions.
+    pub safety: SafetyLimits,
     /// Devices on its fieldbus, in the order on the wire.
     pub devices: Vec<Device>,
 }
@@ -101,6 +104,7 @@ impl Machine {
             payload: 0.0,
             tolerances: Tolerances::default(),
             rules: ControlRules::default(),
+            safety: SafetyLimits::default(),
             robot: robot.clone(),
         };
         machine.devices = Device::defaults(robot, &machine.muscles, &machine.encoders);
@@ -198,6 +202,7 @@ impl Machine {
         non_negative("payload", self.payload)?;
         self.tolerances.validate()?;
         self.rules.validate()?;
+        self.safety.validate()?;
         device::validate(&self.devices, muscles, joints)
     }
 }

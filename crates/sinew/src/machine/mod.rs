@@ -19,6 +19,7 @@ mod design;
 mod device;
 mod muscle;
 mod rules;
+mod safety;
 mod stability;
 mod task;
 mod tolerances;
@@ -33,6 +34,7 @@ pub use device::{
 };
 pub use muscle::MuscleDesign;
 pub use rules::ControlRules;
+pub use safety::{DriveLimits, SafetyLimits};
 pub use stability::{HeldStability, NegativeStiffness};
 pub use task::{NamedPath, Task};
 pub use tolerances::Tolerances;

@@ -8,11 +8,12 @@ use crate::table::{number, table};
 use crate::verbs::track::setup::Setup;
 use serde::Serialize;
 use sinew::control::arm::ArmStatus;
+use sinew::control::supervisor::{Limits, Mode, Supervisor};
 use sinew::machine::Machine;
 use sinew::trajectory::Schedule;
-use sinew_lab::arm::{INITIAL_REST_S, designed_controller, fault_name};
-use sinew_lab::experiment::Statistics;
+use sinew_lab::arm::{INITIAL_REST_S, TrackMode, designed_controller, fault_name};
 use sinew_lab::experiment::arm::STEP;
+use sinew_lab::experiment::{ModeChange, Statistics};
 use sinew_runtime::bus::{BusStatistics, ClockReport};
 use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, RealTime, Timing, run};
 use sinew_runtime::ethercat::{EthercatBus, EthercatError, FrameStorage, Master, RawSocketLink};
@@ -35,6 +36,8 @@ pub(super) struct MeasuredNumbers {
     /// During motion, by the joint encoders: `[joints]`.
     pub(super) joint_error: Vec<MeanMax>,
     pub(super) degraded_cycles: u64,
+    /// Modes of the supervisor in their order.
+    pub(super) modes: Vec<TrackMode>,
 }
 
 /// Magnitude of an error, rad or m.
@@ -70,9 +73,6 @@ pub(super) fn text(measured: &Measured, machine: &Machine) -> String {
 /// Control cycle, ns.
 const PERIOD: u64 = 1_000_000;
 
-/// Time after a fault in which the controller brakes the winches before the drives are switched off, s.
-const BRAKING_S: f64 = 1.0;
-
 /// Runs the task of a setup on the devices of an interface.
 pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Result<Measured, Error> {
     let task = setup.task(1.0);
@@ -88,17 +88,23 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
         .match_devices(&setup.machine.devices)
         .map_err(EthercatError::from)?
         .operate(&setup.machine, PERIOD)?;
-    let mut cycle = Cycle::new(bus, controller, schedule, STEP);
+    let limits = Limits::of(&setup.machine, controller.gains())?;
+    let mut cycle = Cycle::new(bus, Supervisor::new(controller, limits)?, schedule, STEP);
     let real_time = RealTime::request();
     let mut timing = Timing::new();
     let mut errors = vec![Statistics::default(); schedule.joints()];
-    let (mut stopped, mut degraded) = (None, 0);
+    let (mut stopped, mut degraded, mut modes) = (None, 0, Vec::with_capacity(64));
     let stop = interrupt::answer();
     let see = |record: &CycleRecord<'_, EthercatBus<'_, RawSocketLink>>| {
-        match record.command.status {
+        let command = &record.command;
+        if modes.last().is_none_or(|last: &ModeChange| last.mode != command.mode) {
+            modes.push(ModeChange { time: record.moment.time, mode: command.mode, fault: command.fault });
+        }
+        match command.arm.status {
             ArmStatus::Stopped(fault) => {
-                let (since, _) = *stopped.get_or_insert((record.moment.time, fault));
-                if record.moment.time > since + BRAKING_S {
+                stopped.get_or_insert((record.moment.time, fault));
+                // The machine has been let down.
+                if command.mode == Mode::Fault {
                     stop.store(true, Ordering::Relaxed);
                 }
             }
@@ -129,6 +135,7 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
     };
     let joint_error =
         errors.iter().map(|statistics| MeanMax { mean: statistics.mean, max: statistics.max }).collect();
-    let numbers = MeasuredNumbers { ended, reason, joint_error, degraded_cycles: degraded };
+    let modes = modes.iter().map(TrackMode::new).collect();
+    let numbers = MeasuredNumbers { ended, reason, joint_error, degraded_cycles: degraded, modes };
     Ok(Measured { numbers, timing, real_time, statistics, clocks })
 }

@@ -75,7 +75,7 @@ fn execute_on<B: Bus + SimulatedBus>(
     let conditions = prepared.run();
     let schedule = conditions.schedule()?;
     let mut evaluation = Evaluation::new(&conditions)?;
-    let mut cycle = Cycle::new(bus, prepared.controller.clone(), schedule, STEP);
+    let mut cycle = Cycle::new(bus, prepared.supervisor()?, schedule, STEP).with_waiting_machine();
     let (mut timing, mut count) = (Timing::new(), 0_u64);
     let stop = AtomicBool::new(false);
     let see = |record: &CycleRecord<'_, B>| {

@@ -149,6 +149,13 @@ impl Actuation {
         Ok(())
     }
 
+    /// All winches stand, and their laws begin anew.
+    pub(super) fn restart(&mut self) {
+        self.winches.fill(WinchController::default());
+        self.winch_speed.fill(0.0);
+        self.drives.fill(DriveCommand::Velocity(0.0));
+    }
+
     /// Decelerates all winches to rest.
     pub(super) fn brake(&mut self, h: f64, gains: &[MuscleGains]) {
         let winches = self.winch_speed.iter_mut().zip(&mut self.drives);

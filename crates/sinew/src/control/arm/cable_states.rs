@@ -88,6 +88,14 @@ impl CableStates {
         })
     }
 
+    /// The next update is the first.
+    pub(super) fn restart(&mut self) {
+        self.observers.reset();
+        self.started = false;
+        self.wraps.iter_mut().for_each(|wrap| wrap.angle = f64::NAN);
+        self.winch_correction.fill(0.0);
+    }
+
     /// Adds a correction to every observer: `[muscles]`.
     pub(super) fn set_residuals(&mut self, networks: Vec<Perceptron>) -> Result<(), Error> {
         require_length("residuals", self.samples.len(), networks.len())?;

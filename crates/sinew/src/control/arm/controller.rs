@@ -8,10 +8,11 @@ use super::joint_monitor::EncoderCheck;
 use super::joint_observer::JointObserver;
 use super::joint_stiffness::JointStiffness;
 use super::signals::{ArmCommand, ArmMeasurement, Dimensions, PreviewedReference, require_length};
-use super::status::{ArmStatus, Fault};
+use super::status::{ArmStatus, Fault, Symptom};
 use crate::Error;
 use crate::body::Robot;
 use crate::control::tension::{Distribution, Problem, Settings, Status};
+use crate::drive::DriveCommand;
 use crate::muscle::MuscleDynamics;
 use crate::predictor::CableModel;
 use crate::trajectory::Reference;
@@ -85,6 +86,35 @@ const TOLERANCE_WITHOUT_ESTIMATES: f64 = 2.5;
 
 /// Largest speed of a reference at rest, rad/s or m/s.
 const REST_REFERENCE_SPEED: f64 = 1e-9;
+
+/// What the controller has observed in a control cycle: `[muscles]` but where stated.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::control) struct Observed<'a> {
+    /// In the estimated pose.
+    pub(in crate::control) body: &'a MuscleDynamics,
+    /// Accepted or continued motor positions, m.
+    pub(in crate::control) motor: &'a [f64],
+    /// Accepted tensions at the drives' outlets, N; NaN where rejected.
+    pub(in crate::control) tension: &'a [f64],
+    /// The same, estimated.
+    pub(in crate::control) tension_in: &'a [f64],
+    /// Estimated tensions at the anchors, N.
+    pub(in crate::control) tension_out: &'a [f64],
+    /// Estimated stretch, m.
+    pub(in crate::control) stretch: &'a [f64],
+    /// Nm or N: `[joints]`.
+    pub(in crate::control) disturbance_torque: &'a [f64],
+    /// Estimated coordinates, rad or m: `[joints]`.
+    pub(in crate::control) q: &'a [f64],
+    /// Per s: `[joints]`.
+    pub(in crate::control) v: &'a [f64],
+    /// Estimated speed of the anchors, m/s, + toward the motor.
+    pub(in crate::control) anchor_speed: &'a [f64],
+    /// The same of the reference.
+    pub(in crate::control) reference_speed: &'a [f64],
+    /// How the sensor or drive of the present fault behaves.
+    pub(in crate::control) symptom: Symptom,
+}
 
 impl ArmController {
     /// A controller in its initial state, from the nominal body and the identified model of every cable.
@@ -179,7 +209,99 @@ impl ArmController {
     /// Stops the arm for a fault that was found outside of the controller: from the next control cycle on its winches are
     /// braked to rest. A controller that has stopped keeps its first fault.
     pub fn stop(&mut self, fault: Fault) {
-        self.faults.stop(fault);
+        self.faults.stop(fault, Symptom::Reported);
+    }
+
+    /// The same with the way in which the fault showed.
+    pub(in crate::control) fn stop_as(&mut self, fault: Fault, symptom: Symptom) {
+        self.faults.stop(fault, symptom);
+    }
+
+    /// Checks the lengths of all slices of a control cycle.
+    pub(in crate::control) fn check(
+        &self,
+        measurement: &ArmMeasurement<'_>,
+        reference: &PreviewedReference<'_>,
+    ) -> Result<(), Error> {
+        self.dimensions.check(measurement, reference)
+    }
+
+    /// Its gains, limits and thresholds.
+    #[must_use]
+    pub fn gains(&self) -> &ArmGains {
+        &self.gains
+    }
+
+    /// The next control cycle is its first: observers, detected faults and the state of the winches' laws begin anew. What
+    /// iterative learning has learned is kept. Nothing is allocated.
+    pub fn restart(&mut self) {
+        self.faults.restart();
+        self.cables.restart();
+        self.actuation.restart();
+        self.started = false;
+        self.disturbance_initialized = false;
+        self.at_rest = false;
+        self.holding = false;
+    }
+
+    /// The robot that it controls, as designed.
+    #[must_use]
+    pub fn robot(&self) -> &Robot {
+        self.body.robot()
+    }
+
+    /// Takes the measured coordinates, rad or m: `[joints]`, for its estimates, in modes in which it does not command; far
+    /// tensions are then not estimated (NaN).
+    pub(in crate::control) fn observe_pose(&mut self, joint: &[f64]) {
+        let measured = self.joints.q.iter_mut().zip(joint).filter(|(_, measured)| measured.is_finite());
+        measured.for_each(|(q, measured)| *q = *measured);
+        self.joints.v.fill(0.0);
+        self.cables.tension_out.fill(f64::NAN);
+        self.desired_tension.fill(0.0);
+    }
+
+    /// These commands with what the controller's last cycle left: for modes in which it does not command.
+    #[must_use]
+    pub(in crate::control) fn outputs<'a>(
+        &'a self,
+        drives: &'a [DriveCommand],
+        status: ArmStatus,
+    ) -> ArmCommand<'a> {
+        ArmCommand {
+            drives,
+            desired_tension: &self.desired_tension,
+            estimated_tension: &self.cables.tension_out,
+            q: &self.joints.q,
+            distribution: self.reached,
+            status,
+        }
+    }
+
+    /// Observed state of the cables and of the joints in the last control cycle.
+    #[must_use]
+    pub(in crate::control) fn observed(&self) -> Observed<'_> {
+        Observed {
+            body: &self.body,
+            motor: &self.faults.motor,
+            tension: &self.faults.tension,
+            tension_in: &self.cables.tension_in,
+            tension_out: &self.cables.tension_out,
+            stretch: &self.cables.stretch,
+            disturbance_torque: &self.stiffness.disturbance_torque,
+            q: &self.joints.q,
+            v: &self.joints.v,
+            anchor_speed: &self.anchors.estimated,
+            reference_speed: &self.anchors.reference,
+            symptom: self.faults.symptom,
+        }
+    }
+
+    /// The law of a cable at its present wrap angles and bend.
+    pub(in crate::control) fn cable_law(
+        &self,
+        cable: usize,
+    ) -> Result<&crate::transmission::cable::CableLaw, Error> {
+        self.cables.law(cable)
     }
 
     /// Operating state of the arm.

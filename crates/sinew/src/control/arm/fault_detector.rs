@@ -2,7 +2,7 @@ use super::gains::{ArmGains, JointGains, MuscleGains};
 use super::joint_monitor::{EncoderCheck, JointMonitor, JointPrediction};
 use super::sensor_monitor::{SensorLimits, SensorMonitor};
 use super::signals::ArmMeasurement;
-use super::status::{ArmStatus, Fault};
+use super::status::{ArmStatus, Fault, Symptom};
 use crate::trajectory::Reference;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -30,6 +30,8 @@ pub(super) struct Prediction<'a> {
 const PERSISTENCE_TIME: f64 = 0.03;
 /// The same for a joint encoder, which the muscles replace.
 const JOINT_PERSISTENCE_TIME: f64 = 0.25;
+/// Equal readings of a motor encoder with which a winch that lags its command is one that stands.
+const STANDING_SAMPLES: u32 = 5;
 /// Any origin of a motor encoder, m, and of a load cell, N.
 const ANY_ORIGIN: f64 = 1e4;
 
@@ -101,6 +103,8 @@ pub(super) struct FaultDetector {
     /// Outcome for every joint encoder: `[joints]`.
     pub(super) checks: Vec<EncoderCheck>,
     pub(super) status: ArmStatus,
+    /// How the part of the present fault behaves.
+    pub(super) symptom: Symptom,
     started: bool,
 }
 
@@ -133,14 +137,27 @@ impl FaultDetector {
             joint: vec![0.0; joints],
             checks: vec![EncoderCheck::Rejected; joints],
             status: ArmStatus::Following,
+            symptom: Symptom::Unknown,
             started: false,
         }
+    }
+
+    /// The next measurement is the first, and no fault has been found.
+    pub(super) fn restart(&mut self) {
+        self.motors.iter_mut().chain(&mut self.load_cells).for_each(SensorMonitor::restart);
+        self.encoders.iter_mut().for_each(JointMonitor::restart);
+        self.winch_residual.fill(0.0);
+        self.drive_standing.fill(false);
+        self.unchanged_travel.fill([0.0; 2]);
+        self.missing_for.fill(0.0);
+        self.checks.fill(EncoderCheck::Rejected);
+        (self.status, self.symptom, self.started) = (ArmStatus::Following, Symptom::Unknown, false);
     }
 
     /// Compares a measurement, `h` s after the one before, with what was predicted for it.
     pub(super) fn update(&mut self, h: f64, measurement: &ArmMeasurement<'_>, prediction: &Prediction<'_>) {
         if !self.is_stopped() {
-            self.status = ArmStatus::Following;
+            (self.status, self.symptom) = (ArmStatus::Following, Symptom::Unknown);
         }
         self.check_joints(h, measurement.joint, prediction);
         self.check_motors(h, measurement, prediction);
@@ -155,7 +172,8 @@ impl FaultDetector {
         if let Some(joint) = lost {
             let slackest = self.missing_for.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
             let broken = slackest.filter(|(_, missing_for)| **missing_for > MISSING_TIME);
-            self.stop(broken.map_or(Fault::TrackingError(joint), |(cable, _)| Fault::Cable(cable)));
+            let fault = broken.map_or(Fault::TrackingError(joint), |(cable, _)| Fault::Cable(cable));
+            self.stop(fault, Symptom::Unknown);
         }
     }
 
@@ -186,9 +204,10 @@ impl FaultDetector {
             let usable = matches!(check, EncoderCheck::Accepted | EncoderCheck::Returned);
             self.joint[k] = if usable { measured } else { f64::NAN };
             self.checks[k] = check;
-            self.report(check == EncoderCheck::Accepted, Fault::JointSensor(k));
+            let symptom = self.encoders[k].symptom();
+            self.report(check == EncoderCheck::Accepted, Fault::JointSensor(k), symptom);
             if self.encoders[k].rejected_for > JOINT_PERSISTENCE_TIME {
-                self.stop(Fault::JointSensor(k));
+                self.stop(Fault::JointSensor(k), symptom);
             }
         }
     }
@@ -201,10 +220,11 @@ impl FaultDetector {
             let max_residual = gains.max_winch_residual;
             let commanded = if speed.is_finite() { h * speed } else { 0.0 };
             let motor = &mut self.motors[k];
+            let jumped = motor.rejected_for > 0.0 && motor.symptom() == Symptom::Jumped;
             let accepted = motor.update(h, measured, if blocked { 0.0 } else { commanded });
             let moved = if accepted && self.started { measured - self.motor[k] } else { commanded };
             self.motor[k] = if accepted { measured } else { self.motor[k] + commanded };
-            let (changed, rejected_for) = (motor.has_changed(), motor.rejected_for);
+            let (changed, rejected_for, symptom) = (motor.has_changed(), motor.rejected_for, motor.symptom());
             let [by_tension, by_command] = &mut self.unchanged_travel[k];
             if changed {
                 (*by_tension, *by_command) = (0.0, 0.0);
@@ -217,12 +237,20 @@ impl FaultDetector {
             } else if accepted {
                 self.drive_standing[k] = !self.is_travel_confirmed(k, prediction.tension_in[k]);
             }
-            let fault = if self.drive_standing[k] { Fault::Drive(k) } else { Fault::MotorSensor(k) };
-            self.report_vital(accepted, rejected_for, fault);
+            let (fault, symptom) = match self.drive_standing[k] {
+                true => (Fault::Drive(k), Symptom::Standing),
+                false => (Fault::MotorSensor(k), symptom),
+            };
+            self.report_vital(accepted, rejected_for, fault, symptom);
+            if jumped && accepted && moved.abs() > max_residual {
+                self.stop(Fault::MotorSensor(k), Symptom::Jumped);
+            }
             let residual = if blocked { 0.0 } else { h * speed - moved };
             self.winch_residual[k] = (self.winch_residual[k] + residual) * (1.0 - h / WINCH_RESIDUAL_DECAY);
             if self.winch_residual[k].abs() > max_residual {
-                self.stop(Fault::Drive(k));
+                // The travel since the output last changed is what a standing winch lacks.
+                let stood = !changed && self.motors[k].has_stood_for(STANDING_SAMPLES);
+                self.stop(Fault::Drive(k), if stood { Symptom::Standing } else { Symptom::Unknown });
             }
         }
     }
@@ -246,32 +274,33 @@ impl FaultDetector {
             self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
             let accepted = plausible && self.missing_for[k] <= MISSING_TIME;
             self.tension[k] = if accepted { measured } else { f64::NAN };
-            self.report(accepted, Fault::TensionSensor(k));
+            let symptom = if plausible { Symptom::Unknown } else { self.load_cells[k].symptom() };
+            self.report(accepted, Fault::TensionSensor(k), symptom);
             if self.missing_for[k] > PERSISTENCE_TIME {
-                self.stop(Fault::Cable(k));
+                self.stop(Fault::Cable(k), Symptom::Unknown);
             }
         }
     }
 
     /// Degrades the arm where a measurement was rejected.
-    fn report(&mut self, accepted: bool, fault: Fault) {
+    fn report(&mut self, accepted: bool, fault: Fault, symptom: Symptom) {
         if !accepted && self.status == ArmStatus::Following {
-            self.status = ArmStatus::Degraded(fault);
+            (self.status, self.symptom) = (ArmStatus::Degraded(fault), symptom);
         }
     }
 
     /// The same for a sensor without which the arm stops after the persistence time.
-    fn report_vital(&mut self, accepted: bool, rejected_for: f64, fault: Fault) {
-        self.report(accepted, fault);
+    fn report_vital(&mut self, accepted: bool, rejected_for: f64, fault: Fault, symptom: Symptom) {
+        self.report(accepted, fault, symptom);
         if rejected_for > PERSISTENCE_TIME {
-            self.stop(fault);
+            self.stop(fault, symptom);
         }
     }
 
     /// Stops the arm, unless it has stopped already.
-    pub(super) fn stop(&mut self, fault: Fault) {
+    pub(super) fn stop(&mut self, fault: Fault, symptom: Symptom) {
         if !self.is_stopped() {
-            self.status = ArmStatus::Stopped(fault);
+            (self.status, self.symptom) = (ArmStatus::Stopped(fault), symptom);
         }
     }
 }

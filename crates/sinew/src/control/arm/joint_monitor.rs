@@ -1,4 +1,5 @@
 use super::gains::JointGains;
+use super::status::Symptom;
 
 /// Compares a joint's encoder with what its muscles, the reference and the encoder itself imply.
 ///
@@ -55,6 +56,8 @@ pub(super) struct JointMonitor {
     changed: bool,
     /// Consecutive samples that agree since the rejection.
     agreeing: u32,
+    /// Whether it was rejected because its output was unchanged.
+    stood: bool,
     started: bool,
 }
 
@@ -155,8 +158,19 @@ impl JointMonitor {
             allowance: 0.0,
             changed: false,
             agreeing: 0,
+            stood: false,
             started: false,
         }
+    }
+
+    /// The next measurement is the first.
+    pub(super) fn restart(&mut self) {
+        *self = Self::new(self.scale);
+    }
+
+    /// How the encoder behaves while it is rejected.
+    pub(super) fn symptom(&self) -> Symptom {
+        Symptom::of_reading(self.previous, self.stood)
     }
 
     /// Compares a measurement, `h` s after the one before, with its prediction.
@@ -183,9 +197,11 @@ impl JointMonitor {
             let gains = predicted.gains;
             let near = e.abs() <= self.scale * gains.jump;
             let smooth = second_difference.abs() <= self.scale * min_jump(gains).max(0.25 * gains.jump);
+            self.stood = false;
             return if near && smooth { EncoderCheck::Accepted } else { self.withdraw(h, before) };
         }
         if self.is_contradicted(e, predicted) {
+            self.stood = true;
             self.withdraw(h, self.unchanged)
         } else {
             EncoderCheck::Accepted

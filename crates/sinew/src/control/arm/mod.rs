@@ -33,5 +33,5 @@ pub use margins::DampingMargins;
 pub use residual_network::{ResidualInputs, ResidualNetwork};
 pub use resting_tensions::resting_tensions;
 pub use signals::{ArmCommand, ArmMeasurement, PreviewedReference};
-pub use status::{ArmStatus, Fault};
+pub use status::{ArmStatus, Fault, Symptom};
 pub use synthesis::{characterize, synthesize, tension_limits};

@@ -1,3 +1,5 @@
+use super::status::Symptom;
+
 /// Plausibility of one sensor: finite values, bounded rate of change, no frozen output.
 ///
 /// ```text
@@ -26,6 +28,10 @@ pub(super) struct SensorMonitor {
     /// Expected change in that time.
     expected_change: f64,
     previous: f64,
+    /// Whether it was rejected because its output was unchanged.
+    stood: bool,
+    /// Consecutive samples that are equal to the bit.
+    same: u32,
     started: bool,
 }
 
@@ -51,6 +57,8 @@ impl SensorMonitor {
             unchanged: false,
             expected_change: 0.0,
             previous: 0.0,
+            stood: false,
+            same: 0,
             started: false,
         }
     }
@@ -59,6 +67,7 @@ impl SensorMonitor {
     /// since then.
     pub(super) fn update(&mut self, h: f64, measured: f64, expected: f64) -> bool {
         self.unchanged = measured.to_bits() == self.previous.to_bits();
+        self.same = if self.unchanged { self.same.saturating_add(1) } else { 0 };
         let kept = 1.0 - h / self.limits.forgetting_time;
         self.expected_change = if self.unchanged { (self.expected_change + expected) * kept } else { 0.0 };
         self.previous = measured;
@@ -68,13 +77,32 @@ impl SensorMonitor {
             self.limits.initial_deviation
         };
         let continuous = (measured - self.accepted).abs() <= largest;
-        let accepted = continuous && self.expected_change.abs() <= self.limits.max_unchanged;
+        let moving = self.expected_change.abs() <= self.limits.max_unchanged;
+        let accepted = continuous && moving;
         if accepted {
             (self.accepted, self.rejected_for) = (measured, 0.0);
         } else {
+            if self.rejected_for == 0.0 {
+                self.stood = continuous;
+            }
             self.rejected_for += h;
         }
         accepted
+    }
+
+    /// The next measurement is the first.
+    pub(super) fn restart(&mut self) {
+        *self = Self::new(self.limits);
+    }
+
+    /// How it behaves while it is rejected.
+    pub(super) fn symptom(&self) -> Symptom {
+        Symptom::of_reading(self.previous, self.stood)
+    }
+
+    /// Whether the output has been the same for this number of samples.
+    pub(super) fn has_stood_for(&self, samples: u32) -> bool {
+        self.same >= samples
     }
 
     /// Whether the output changed with the last sample.

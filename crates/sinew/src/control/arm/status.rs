@@ -15,8 +15,57 @@ pub enum Fault {
     Cable(usize),
     /// The error of a joint is beyond its threshold.
     TrackingError(usize),
-    /// The bus: no reading came for longer than the drives' own watchdogs wait.
+    /// The bus: no reading came for longer than a loss is bridged.
     Bus,
+    /// The cable of a muscle is slack, or its slack is not taken up.
+    Slack(usize),
+    /// The tension of a muscle at its drive is above its limit.
+    Overload(usize),
+    /// The tension of a muscle changes faster than its limit.
+    TensionRate(usize),
+    /// The winch of a muscle turns faster than its limit.
+    Overspeed(usize),
+    /// The winch of a muscle has left its travel.
+    Travel(usize),
+    /// The motor of a muscle is, by its thermal model, hotter than its limit.
+    Overheating(usize),
+    /// A joint is outside of its range.
+    JointRange(usize),
+    /// Control cycles began too late for too long.
+    LateCycles,
+    /// The last command is older than its limit.
+    StaleCommand,
+}
+
+/// How the part of a fault behaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Symptom {
+    /// Nothing more is known.
+    #[default]
+    Unknown,
+    /// The reading is missing, or zero.
+    Lost,
+    /// The reading does not change where it should.
+    Stuck,
+    /// The reading is elsewhere than it can be.
+    Jumped,
+    /// The winch stands while it is commanded to move.
+    Standing,
+    /// The drive reports a fault.
+    Reported,
+}
+
+impl Symptom {
+    /// Of a rejected sensor, by its last reading and whether it was rejected for an unchanged output.
+    pub(super) fn of_reading(reading: f64, stood: bool) -> Self {
+        if !reading.is_finite() || (reading == 0.0 && !stood) {
+            Self::Lost
+        } else if stood {
+            Self::Stuck
+        } else {
+            Self::Jumped
+        }
+    }
 }
 
 /// Operating state of an arm under control.

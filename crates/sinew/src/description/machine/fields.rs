@@ -8,7 +8,7 @@ use crate::description::domain::{
 };
 use crate::description::error::DescriptionError;
 use crate::drive::{LoadCell, Motor, ReducerLosses, Winch};
-use crate::machine::{ControlRules, Tolerances};
+use crate::machine::{ControlRules, SafetyLimits, Tolerances};
 use crate::transmission::cable::{CableParameters, Weakening};
 use alloc::format;
 use alloc::vec::Vec;
@@ -101,6 +101,78 @@ pub(super) const LOAD_CELL: &[Field<LoadCell>] = fields![
     "noise_n": NON_NEGATIVE => noise,
     "resolution_n": NON_NEGATIVE => resolution,
     "range_n": POSITIVE => range,
+];
+
+pub(super) const SAFETY: &[Field<SafetyLimits>] = &[
+    Field { key: "tension_n", domain: POSITIVE, get: |s| s.tension, set: |s, x| s.tension = Some(x) },
+    Field {
+        key: "tension_rate_n_per_s",
+        domain: POSITIVE,
+        get: |s| s.tension_rate,
+        set: |s, x| s.tension_rate = Some(x),
+    },
+    Field {
+        key: "cable_speed_m_per_s",
+        domain: POSITIVE,
+        get: |s| s.cable_speed,
+        set: |s, x| s.cable_speed = Some(x),
+    },
+    Field { key: "winding_c", domain: HOTTER_THAN_ROOM, get: |s| s.winding, set: |s, x| s.winding = Some(x) },
+    Field {
+        key: "joint_margin",
+        domain: NON_NEGATIVE,
+        get: |s| Some(s.joint_margin),
+        set: |s, x| s.joint_margin = x,
+    },
+    Field {
+        key: "take_up_speed_rad_per_s",
+        domain: POSITIVE,
+        get: |s| Some(s.take_up_speed),
+        set: |s, x| s.take_up_speed = x,
+    },
+    Field {
+        key: "pretension_time_s",
+        domain: POSITIVE,
+        get: |s| Some(s.pretension_time),
+        set: |s, x| s.pretension_time = x,
+    },
+    Field {
+        key: "largest_slack_m",
+        domain: POSITIVE,
+        get: |s| Some(s.largest_slack),
+        set: |s, x| s.largest_slack = x,
+    },
+    Field {
+        key: "holding_time_s",
+        domain: NON_NEGATIVE,
+        get: |s| Some(s.holding_time),
+        set: |s, x| s.holding_time = x,
+    },
+    Field {
+        key: "lowering_speed_rad_per_s",
+        domain: POSITIVE,
+        get: |s| Some(s.lowering_speed),
+        set: |s, x| s.lowering_speed = x,
+    },
+    Field {
+        key: "lowering_time_s",
+        domain: POSITIVE,
+        get: |s| Some(s.lowering_time),
+        set: |s, x| s.lowering_time = x,
+    },
+    Field {
+        key: "bridged_loss_s",
+        domain: NON_NEGATIVE,
+        get: |s| Some(s.bridged_loss),
+        set: |s, x| s.bridged_loss = x,
+    },
+    Field { key: "lateness_s", domain: POSITIVE, get: |s| Some(s.lateness), set: |s, x| s.lateness = x },
+    Field {
+        key: "command_age_s",
+        domain: POSITIVE,
+        get: |s| Some(s.command_age),
+        set: |s, x| s.command_age = x,
+    },
 ];
 
 pub(super) const TOLERANCES: &[Field<Tolerances>] = &[

@@ -2,7 +2,7 @@
 
 use super::files::{Files, ReadFile};
 use super::listing::{Listing, Setting};
-use super::{devices, drives, joints, task, transmissions};
+use super::{devices, drives, joints, safety, task, transmissions};
 use crate::Error;
 use crate::body::{Parts, Robot};
 use crate::description::Description;
@@ -222,6 +222,7 @@ fn machine(
     machine.devices = devices::read(root, &machine, list)?;
     machine.tolerances = task::tolerances(root, list)?;
     machine.rules = task::rules(root, list)?;
+    machine.safety = safety::safety(root, &machine, list)?;
     machine.validate().map_err(|error| refused(root, &robot, &origins, error))?;
     for drive in transmissions::unused(root, &drives) {
         let what = format!("drive `{}` belongs to no muscle: it has no effect", drive.name);

@@ -20,6 +20,7 @@
 //! | `[[device]]` | `name`, `vendor`, `product`, `revision`, `revision_rule`, `alias`; of a drive `muscle`, `mode`, `counts_per_turn`, `offset_rad`, `rated_torque_nm`; of sensors `[[device.channel]]` with `name`, `muscle` or `joint`, `value`, `status`, `scale`, `offset`: in the order on the wire | [`Device::defaults`](crate::machine::Device::defaults) |
 //! | `[tolerances]` | [`Tolerances`](crate::machine::Tolerances) | |
 //! | `[control]` | [`ControlRules`](crate::machine::ControlRules) | |
+//! | `[safety]` | [`SafetyLimits`](crate::machine::SafetyLimits) | those of drives and motors |
 //!
 //! A muscle's own table precedes its body's description, which precedes `[every_transmission]`. Numbers of a
 //! motor, a reducer or a winch are complete, or change those of the part that is named `like`.
@@ -31,6 +32,7 @@ mod files;
 mod import;
 mod joints;
 mod listing;
+mod safety;
 mod task;
 mod transmissions;
 

@@ -5,7 +5,7 @@ pub(in crate::description) const ROBOT_KEYS: [&str; 10] =
     ["name", "gravity_m_per_s2", "body", "joint", "site", "wrap", "muscle", "coupling", "actuator", "key"];
 
 /// Further keys of a machine file, which say nothing about the robot itself.
-pub(in crate::description) const MACHINE_KEYS: [&str; 16] = [
+pub(in crate::description) const MACHINE_KEYS: [&str; 17] = [
     "muscles",
     "start",
     "pose",
@@ -22,4 +22,5 @@ pub(in crate::description) const MACHINE_KEYS: [&str; 16] = [
     "payload",
     "tolerances",
     "control",
+    "safety",
 ];

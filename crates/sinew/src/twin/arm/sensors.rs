@@ -30,6 +30,18 @@ impl ArmReading {
         }
     }
 
+    /// As many readings, all of them missing.
+    #[must_use]
+    pub fn missing(&self) -> Self {
+        let [muscles, joints] = [self.motor.len(), self.joint.len()];
+        Self {
+            motor: vec![f64::NAN; muscles],
+            tension: vec![f64::NAN; muscles],
+            current: vec![f64::NAN; muscles],
+            joint: vec![f64::NAN; joints],
+        }
+    }
+
     /// Reads every sensor and applies the faults that are active at `time`, s since the start; a stuck sensor
     /// keeps its last reading. Where a sensor has several active faults, the first of the list applies.
     ///

@@ -1,0 +1,124 @@
+use crate::Error;
+use crate::body::JointKind;
+use crate::control::arm::{ArmGains, MuscleGains};
+use crate::drive::DriveParameters;
+use crate::machine::{Machine, SafetyLimits};
+use crate::muscle::MuscleDynamics;
+use alloc::vec::Vec;
+
+/// Limits and times of a supervisor, from a machine's file or from gains alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    /// Of every muscle: `[muscles]`.
+    pub muscles: Vec<MuscleLimits>,
+    /// Range of every joint with its margin, rad or m; none where it has none: `[joints]`.
+    pub ranges: Vec<Option<[f64; 2]>>,
+    /// The numbers of the whole machine.
+    pub safety: SafetyLimits,
+}
+
+/// Limits of one muscle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MuscleLimits {
+    /// Largest tension at the drive, N.
+    pub tension: f64,
+    /// Largest rate of change of it, N/s.
+    pub tension_rate: f64,
+    /// Largest speed of the cable at the winch, m/s.
+    pub speed: f64,
+    /// Cable on the drum by the motor's encoder, m; none where its origin is not known.
+    pub travel: Option<[f64; 2]>,
+    /// Its drive, for the thermal model, and the limit of its winding, degrees Celsius.
+    pub motor: Option<(DriveParameters, f64)>,
+    /// Tension at the drive below which its cable is slack, N.
+    pub slack_tension: f64,
+    /// Speed at which slack is taken up, m/s.
+    pub take_up_speed: f64,
+    /// Speed at which the cable is paid out when the machine is let down, m/s.
+    pub lowering_speed: f64,
+}
+
+impl Limits {
+    /// What gains alone tell: no limits of tension, speed, travel, range and heat.
+    #[must_use]
+    pub fn of_gains(gains: &ArmGains) -> Self {
+        let safety = SafetyLimits::default();
+        let muscle = |gains: &MuscleGains| {
+            // The speed below which an anchor is at rest is 0.05 rad/s at its largest moment arm.
+            let arm = gains.rest_speed / 0.05;
+            MuscleLimits {
+                tension: f64::INFINITY,
+                tension_rate: f64::INFINITY,
+                speed: f64::INFINITY,
+                travel: None,
+                motor: None,
+                slack_tension: 0.0,
+                take_up_speed: (safety.take_up_speed * arm).min(gains.max_winch_speed),
+                lowering_speed: (safety.lowering_speed * arm).min(gains.max_winch_speed),
+            }
+        };
+        Self {
+            muscles: gains.muscles.iter().map(muscle).collect(),
+            ranges: gains.joints.iter().map(|_| None).collect(),
+            safety,
+        }
+    }
+
+    /// Of a machine with these gains.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for gains of another machine; as [`MuscleDynamics::new`].
+    pub fn of(machine: &Machine, gains: &ArmGains) -> Result<Self, Error> {
+        let mut limits = Self::of_gains(gains);
+        let safety = machine.safety;
+        crate::error::check_length("gains of muscles", gains.muscles.len(), machine.muscles.len())?;
+        crate::error::check_length("gains of joints", gains.joints.len(), machine.start.len())?;
+        let mut body = MuscleDynamics::new(&machine.robot)?;
+        body.evaluate(&machine.start)?;
+        let joints = machine.robot.independent_joints();
+        let kinds: Vec<JointKind> =
+            joints.iter().map(|joint| machine.robot.parts().joints[*joint].kind).collect();
+        let arms = body.moment_arms().chunks_exact(joints.len().max(1));
+        for (((limit, gains), design), arms) in
+            limits.muscles.iter_mut().zip(&gains.muscles).zip(&machine.muscles).zip(arms)
+        {
+            // Speed of the anchor at the allowed speed of the joint on which it acts most.
+            let anchor = |hinge: f64, slide: f64| {
+                let speed = arms.iter().zip(&kinds).map(|(arm, kind)| match kind {
+                    JointKind::Slide => slide * arm.abs(),
+                    _ => hinge * arm.abs(),
+                });
+                speed.fold(0.0, f64::max)
+            };
+            let drive = &design.drive;
+            let own = safety.of_drive(drive);
+            *limit = MuscleLimits {
+                tension: own.tension,
+                tension_rate: own.tension_rate,
+                speed: own.cable_speed,
+                travel: Some([0.0, drive.winch.capacity()]),
+                motor: Some((*drive, own.winding)),
+                slack_tension: drive.least_tension.max(SLACK_NOISE * drive.load_cell.noise),
+                take_up_speed: anchor(safety.take_up_speed, safety.take_up_speed * SLIDE)
+                    .clamp(LEAST_SPEED, gains.max_winch_speed.max(LEAST_SPEED)),
+                lowering_speed: anchor(safety.lowering_speed, safety.lowering_speed * SLIDE)
+                    .clamp(LEAST_SPEED, gains.max_winch_speed.max(LEAST_SPEED)),
+            };
+        }
+        for (range, joint) in limits.ranges.iter_mut().zip(&joints) {
+            *range = machine.robot.parts().joints[*joint].range.map(|[low, high]| {
+                let margin = safety.joint_margin * (high - low);
+                [low - margin, high + margin]
+            });
+        }
+        limits.safety = safety;
+        Ok(limits)
+    }
+}
+
+/// Standard deviations of a load cell within which a tension is none.
+const SLACK_NOISE: f64 = 2.0;
+/// Metres of a slide for a radian of a hinge.
+const SLIDE: f64 = 0.25;
+/// m/s.
+const LEAST_SPEED: f64 = 1e-4;

@@ -1,0 +1,159 @@
+use super::limits::Limits;
+use crate::Error;
+use crate::control::arm::{ArmController, ArmMeasurement, Fault};
+use crate::control::tension::{Distribution, Problem};
+use crate::drive::DriveCommand;
+use crate::muscle::MuscleDynamics;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Takes up the slack of all cables and gives them their tensions.
+///
+/// ```text
+/// F_d   = argmin |F|^2   subject to   R^T F = g(q),  F_min <= F <= F_max              (21, 22) at rest
+/// T*    = s T_in(F_d),   s' = 1/t_r  while  T >= s T*/2 - T_s of every cable           T_in: (7), toward the motor
+/// v     = clip((T* - T) C/t_v, 0, v_u)
+/// ```
+///
+/// | symbol | meaning                                                          | unit  |
+/// |--------|------------------------------------------------------------------|-------|
+/// | q, g, R | measured pose, gravity and springs in it, moment arms             | rad, Nm, m |
+/// | T, T*  | tension at the drive's outlet, its target                          | N     |
+/// | s      | share of the tensions, 0 to 1: all rise together                   | 1     |
+/// | C, t_v | compliance of the cable, [`TIME_CONSTANT`]                          | m/N, s |
+/// | t_r, v_u, T_s | [`SafetyLimits::pretension_time`](crate::machine::SafetyLimits), [`MuscleLimits`](super::MuscleLimits) | s, m/s, N |
+///
+/// The limb is carried where it is: the tensions balance it in its measured pose. It ends once every tension is
+/// [`REACHED`] of its target, at once where the cables are tense already. No winch pays out.
+///
+/// # Source
+/// Our own.
+#[derive(Debug, Clone)]
+pub(super) struct Pretension {
+    body: MuscleDynamics,
+    distribution: Distribution,
+    minimum: Vec<f64>,
+    maximum: Vec<f64>,
+    zeros: Vec<f64>,
+    ones: Vec<f64>,
+    torque: Vec<f64>,
+    still: Vec<f64>,
+    pose: Vec<f64>,
+    /// `T_in(F_d)`, N: `[muscles]`.
+    goal: Vec<f64>,
+    /// m/N: `[muscles]`.
+    compliance: Vec<f64>,
+    /// Commanded speed, m/s: `[muscles]`.
+    speed: Vec<f64>,
+    /// Cable taken up, m: `[muscles]`.
+    taken: Vec<f64>,
+    share: f64,
+    /// Whether every tension has been at its target.
+    pub(super) tense: bool,
+}
+
+/// s.
+const TIME_CONSTANT: f64 = 0.1;
+/// Share of a tension's target from which on a cable is tense: friction and load cell are not known better.
+const REACHED: f64 = 0.6;
+/// Share of the present target that every cable has before all rise further.
+const TOGETHER: f64 = 0.5;
+
+impl Pretension {
+    pub(super) fn new(controller: &ArmController) -> Result<Self, Error> {
+        let body = MuscleDynamics::new(controller.robot())?;
+        let (m, n) = (body.muscles(), body.joints());
+        let limits = controller.gains().tension_limits();
+        let compliance = |k| Ok(controller.cable_law(k)?.compliance().iter().sum());
+        Ok(Self {
+            distribution: Distribution::new(m, n),
+            minimum: limits.iter().map(|[least, _]| *least).collect(),
+            maximum: limits.iter().map(|[_, most]| *most).collect(),
+            zeros: vec![0.0; m],
+            ones: vec![1.0; m],
+            torque: vec![0.0; n],
+            still: vec![0.0; n],
+            pose: vec![0.0; n],
+            goal: vec![0.0; m],
+            compliance: (0..m).map(compliance).collect::<Result<_, Error>>()?,
+            speed: vec![0.0; m],
+            taken: vec![0.0; m],
+            share: 0.0,
+            tense: false,
+            body,
+        })
+    }
+
+    /// Begins in a measured pose; a coordinate that is not measured is that of `other`.
+    ///
+    /// # Errors
+    /// As [`MuscleDynamics::inverse_dynamics`] and [`Distribution::solve`].
+    pub(super) fn begin(
+        &mut self,
+        controller: &ArmController,
+        measured: &ArmMeasurement<'_>,
+        other: &[f64],
+    ) -> Result<(), Error> {
+        self.share = 0.0;
+        self.speed.fill(0.0);
+        self.taken.fill(0.0);
+        let coordinates = measured.joint.iter().zip(other);
+        for (pose, (measured, other)) in self.pose.iter_mut().zip(coordinates) {
+            *pose = if measured.is_finite() { *measured } else { *other };
+        }
+        self.body.evaluate(&self.pose)?;
+        self.body.inverse_dynamics(&self.still, &self.still, &mut self.torque)?;
+        let solution = self.distribution.solve(&Problem {
+            moment_arms: self.body.moment_arms(),
+            torque: &self.torque,
+            minimum: &self.minimum,
+            maximum: &self.maximum,
+            reference: &self.zeros,
+            weight: &self.ones,
+        })?;
+        for (k, (goal, tension_out)) in self.goal.iter_mut().zip(solution.tension).enumerate() {
+            *goal = controller.cable_law(k)?.steady(*tension_out, 0.0, 1.0)?.tension_in;
+        }
+        self.tense = self.is_tense(measured.tension);
+        Ok(())
+    }
+
+    fn is_tense(&self, tension: &[f64]) -> bool {
+        tension.iter().zip(&self.goal).all(|(tension, goal)| *tension >= REACHED * goal)
+    }
+
+    /// Commands of `h` s; the fault of a cable whose slack is not taken up or whose load cell is silent.
+    pub(super) fn step(
+        &mut self,
+        h: f64,
+        controller: &ArmController,
+        limits: &Limits,
+        tension: &[f64],
+        drives: &mut [DriveCommand],
+    ) -> Option<Fault> {
+        let mut fault = None;
+        let mut together = true;
+        for (k, (drive, limit)) in drives.iter_mut().zip(&limits.muscles).enumerate() {
+            let target = self.share * self.goal[k];
+            let measured = tension[k];
+            together &= measured >= TOGETHER * target - limit.slack_tension;
+            let gains = &controller.gains().muscles[k];
+            let lacking = if measured.is_finite() { (target - measured).max(0.0) } else { 0.0 };
+            let speed = (lacking * self.compliance[k] / TIME_CONSTANT).min(limit.take_up_speed);
+            let most = h * gains.max_winch_acceleration;
+            self.speed[k] += (speed - self.speed[k]).clamp(-most, most);
+            self.taken[k] += h * self.speed[k];
+            // Beyond the stretch at its target it is slack that was taken up.
+            let stretch = self.goal[k] * self.compliance[k];
+            if self.taken[k] > limits.safety.largest_slack + stretch {
+                fault = fault.or(Some(Fault::Slack(k)));
+            }
+            *drive = DriveCommand::Velocity(self.speed[k]);
+        }
+        if together {
+            self.share = (self.share + h / limits.safety.pretension_time).min(1.0);
+        }
+        self.tense = self.share >= 1.0 && self.is_tense(tension);
+        fault
+    }
+}
