@@ -2,6 +2,7 @@
 
 use crate::table_error::TableError;
 use sinew_identify::{ColumnRole, Error as IdentifyError};
+use sinew_lab::machine_file::{MachineFileError, TextFileError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -40,7 +41,10 @@ pub(crate) enum Error {
     /// A robot file that cannot be used.
     #[error(transparent)]
     Description(Box<sinew::description::DescriptionError>),
-    /// A robot file whose extension names no format that can be read or written.
+    /// A machine or robot file whose extension names no format that can be read.
+    #[error(transparent)]
+    UnknownFormat(MachineFileError),
+    /// A robot file whose extension names no format that can be written.
     #[error("{}: expected a robot file ending in {expected}", file.display())]
     RobotFormat {
         /// The file.
@@ -169,22 +173,9 @@ pub(crate) enum Error {
         /// What stopped one of them.
         reason: String,
     },
-    /// A file that is larger than any real one.
-    #[error("{}: expected at most {limit_mb} MB, got more", file.display())]
-    TooLarge {
-        /// The file.
-        file: PathBuf,
-        /// Largest size that is read.
-        limit_mb: u64,
-    },
-    /// A file that is no text.
-    #[error("{}: expected text (UTF-8), got {source}", file.display())]
-    NotText {
-        /// The file.
-        file: PathBuf,
-        /// Where.
-        source: std::str::Utf8Error,
-    },
+    /// A file whose text cannot be used.
+    #[error(transparent)]
+    Text(TextFileError),
     /// A file that cannot be read.
     #[error("{}: cannot be read: {source}", file.display())]
     Unreadable {
@@ -245,6 +236,26 @@ pub(crate) enum Error {
     /// The simulation made no log.
     #[error("the demo's simulation: expected at least one log, got none")]
     NoSimulatedLog,
+}
+
+impl From<TextFileError> for Error {
+    fn from(error: TextFileError) -> Self {
+        match error {
+            TextFileError::Unreadable { file, source } => Self::Unreadable { file, source },
+            other => Self::Text(other),
+        }
+    }
+}
+
+impl From<MachineFileError> for Error {
+    fn from(error: MachineFileError) -> Self {
+        match error {
+            MachineFileError::Text(error) => error.into(),
+            MachineFileError::MusclesTwice { file } => Self::MusclesTwice { file },
+            MachineFileError::Description(error) => Self::Description(error),
+            unknown @ MachineFileError::Format { .. } => Self::UnknownFormat(unknown),
+        }
+    }
 }
 
 impl From<sinew::description::DescriptionError> for Error {

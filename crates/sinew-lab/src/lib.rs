@@ -7,6 +7,7 @@
 //! | [`arm`]        | planning, calibration of all cables, tracking, and the numbers of a run              |
 //! | [`reproduce`]  | the programme of `yuan2023`: its tables and figures with simulated numbers            |
 //! | [`paper`]      | the numbers that `yuan2023` reports                                                  |
+//! | [`machine_file`] | machines and robots from files, and those that come with the program             |
 //! | [`simulated`]  | logs of a simulated bench, labelled as such, for demonstrations                       |
 //!
 //! All results are simulated.
@@ -14,6 +15,7 @@
 pub mod arm;
 pub mod calibrate;
 pub mod experiment;
+pub mod machine_file;
 pub mod paper;
 pub mod reproduce;
 pub mod simulated;

@@ -4,6 +4,7 @@ use pyo3::PyErr;
 use pyo3::exceptions::{
     PyFileNotFoundError, PyIsADirectoryError, PyOSError, PyPermissionError, PyRuntimeError, PyValueError,
 };
+use sinew_lab::machine_file::{MachineFileError, TextFileError};
 use std::io;
 
 /// Why a call failed; made without the interpreter, so that threads of Rust can return it.
@@ -71,6 +72,18 @@ impl From<sinew_lab::Error> for Failure {
         match error {
             sinew_lab::Error::Identification(error) => error.into(),
             other => Self::Refused(other.to_string()),
+        }
+    }
+}
+
+impl From<MachineFileError> for Failure {
+    fn from(error: MachineFileError) -> Self {
+        let message = error.to_string();
+        match error {
+            MachineFileError::Text(TextFileError::Unreadable { source, .. }) => {
+                Self::Unreadable(message, source.kind())
+            }
+            _ => Self::Refused(message),
         }
     }
 }

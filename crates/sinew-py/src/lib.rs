@@ -22,7 +22,6 @@ mod failure;
 mod logs;
 mod long_call;
 mod machine;
-mod machine_file;
 mod model;
 mod predictor;
 mod reproduction;

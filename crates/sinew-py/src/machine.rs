@@ -4,7 +4,6 @@ use crate::array::{Rows, array, common_lead, vector};
 use crate::controller::Controller;
 use crate::failure::Failure;
 use crate::long_call;
-use crate::machine_file::{BUILT_IN, load};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use sinew::body::{Poses, Reduction};
@@ -12,6 +11,7 @@ use sinew::control::arm::{ArmGains, synthesize};
 use sinew::muscle::MuscleDynamics;
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::experiment::oracle_models;
+use sinew_lab::machine_file::{BUILT_IN, load_machine};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -135,7 +135,7 @@ impl Machine {
     #[new]
     #[pyo3(signature = (source, *, muscles=None))]
     fn new(py: Python<'_>, source: PathBuf, muscles: Option<PathBuf>) -> PyResult<Self> {
-        let loaded = py.detach(|| load(&source, muscles.as_deref()))?;
+        let loaded = py.detach(|| load_machine(&source, muscles.as_deref()).map_err(Failure::from))?;
         Ok(Self {
             machine: Arc::new(loaded.machine),
             source,

@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::long_call;
-use crate::machine_file::load;
 use pyo3::prelude::*;
+use sinew_lab::machine_file::load_machine;
 use sinew_lab::reproduce::{ArmOptions, BenchOptions, reproduce_arm, reproduce_bench};
 use std::path::Path;
 
@@ -35,7 +35,7 @@ pub(crate) fn reproduce(
             all = serde_json::to_value(&part.results)?;
         }
         if arm {
-            let machine = load(Path::new("lm_arm"), None)?.machine;
+            let machine = load_machine(Path::new("lm_arm"), None)?.machine;
             let options = if quick { ArmOptions::quick(seed) } else { ArmOptions::full(seed) };
             let tell = |stage: &str, done: f64| progress.tell(stage, share + (1.0 - share) * done);
             let part = reproduce_arm(&machine, &options, &tell)?;

@@ -10,8 +10,8 @@ use pyo3::types::PyDict;
 use sinew::trajectory::{JointWaypoint, Reference, Waypoint};
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
-    CalibratedArm, DesiredMotion, TraceRow, TrackingTask, Verified, first_infeasibility, plan, plan_tour,
-    track_arm, verify,
+    CalibratedArm, DesiredMotion, InfeasibleMotion, TraceRow, TrackingTask, Verified, first_infeasibility,
+    infeasible_motion, plan, plan_tour, track_arm, verify,
 };
 use std::sync::Arc;
 
@@ -226,25 +226,18 @@ fn repeats(given: Option<u32>, closed: bool) -> Result<u32, Failure> {
     }
 }
 
-/// The unloaded machine must be able to track the motion, then the loaded one.
+/// Refuses a motion that the machine cannot carry out.
 fn check_feasible(
     machine: &sinew::machine::Machine,
     trajectory: &sinew::trajectory::Trajectory,
     repeats: u32,
 ) -> Result<(), Failure> {
-    let unloaded = sinew::machine::Machine { payload: 0.0, ..machine.clone() };
-    if let Some(why) = first_infeasibility(&unloaded, trajectory, repeats)? {
-        return Err(Failure::refused(format!("the machine cannot track the motion: {why}")));
-    }
-    if machine.payload > 0.0
-        && let Some(why) = first_infeasibility(machine, trajectory, repeats)?
-    {
-        let payload = machine.payload;
-        return Err(Failure::refused(format!(
-            "the machine cannot track the motion with {payload} kg: {why}"
-        )));
-    }
-    Ok(())
+    let Some(InfeasibleMotion { payload, infeasibility }) = infeasible_motion(machine, trajectory, repeats)?
+    else {
+        return Ok(());
+    };
+    let load = if payload > 0.0 { format!(" with {payload} kg") } else { String::new() };
+    Err(Failure::refused(format!("the machine cannot track the motion{load}: {infeasibility}")))
 }
 
 fn columns<'py>(py: Python<'py>, trace: &[TraceRow]) -> PyResult<Bound<'py, PyDict>> {

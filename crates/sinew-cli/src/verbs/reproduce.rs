@@ -1,6 +1,5 @@
 //! `sinew reproduce`.
 
-use super::arm::model::load_machine;
 use super::{track, twin};
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{General, Part, ReproduceArguments};
@@ -11,6 +10,7 @@ use crate::table::{number, table};
 use serde_json::Value;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::TrackOutcome;
+use sinew_lab::machine_file::load_machine;
 use sinew_lab::paper;
 use sinew_lab::reproduce::{
     ArmOptions, ArmPart, BenchOptions, BenchPart, Indices, Sides, reproduce_arm, reproduce_bench,

@@ -11,6 +11,35 @@ use sinew::predictor::CableModel;
 use sinew::trajectory::{self, Infeasibility, Limits, TorqueDeficit, TorqueDemand, Trajectory, Violation};
 use sinew::twin::arm::ArmSpecimen;
 
+/// Why a machine cannot carry out a motion.
+#[derive(Debug, Clone)]
+pub struct InfeasibleMotion {
+    /// The payload with which it cannot, kg; 0 where it cannot without any.
+    pub payload: f64,
+    /// Where and why.
+    pub infeasibility: Infeasibility,
+}
+
+/// Why a machine cannot carry out a motion without its payload, else with it; none where it can.
+///
+/// # Errors
+/// As [`first_infeasibility`].
+pub fn infeasible_motion(
+    machine: &Machine,
+    trajectory: &Trajectory,
+    repeats: u32,
+) -> Result<Option<InfeasibleMotion>, Error> {
+    let unloaded = Machine { payload: 0.0, ..machine.clone() };
+    if let Some(infeasibility) = first_infeasibility(&unloaded, trajectory, repeats)? {
+        return Ok(Some(InfeasibleMotion { payload: 0.0, infeasibility }));
+    }
+    if machine.payload == 0.0 {
+        return Ok(None);
+    }
+    let loaded = first_infeasibility(machine, trajectory, repeats)?;
+    Ok(loaded.map(|infeasibility| InfeasibleMotion { payload: machine.payload, infeasibility }))
+}
+
 /// The first time at which a machine with its payload violates a limit: of the joints, of speed or acceleration
 /// of a winch, of the tensions that the controller may ask for, where they cannot produce the torque, of the rate at
 /// which it leaves a pose by itself, or of the heat of a drive over `repeats` of the motion.

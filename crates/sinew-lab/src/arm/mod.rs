@@ -15,7 +15,7 @@ mod verification;
 
 pub use calibrate::{CalibrationProgramme, CalibrationStroke, calibrate_arm, calibrate_networks};
 pub use designed::designed_controller;
-pub use feasibility::first_infeasibility;
+pub use feasibility::{InfeasibleMotion, first_infeasibility, infeasible_motion};
 pub use heat::{DriveHeat, drive_heat};
 pub use plan::{DesiredMotion, initial_pose, plan, plan_tour};
 pub use report::{

@@ -1,11 +1,12 @@
 //! `sinew arm convert`.
 
-use super::model::{Format, Source, load_robot, print_warnings, source_of};
+use super::model::print_warnings;
 use crate::answer::{Answer, Content};
 use crate::arguments::{ConvertArguments, General};
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use sinew::description::{to_mjcf, to_toml};
+use sinew_lab::machine_file::{Format, LoadedRobot, Source, load_robot, source_of};
 
 /// What a machine file says and a robot file has no place for.
 const MACHINE_ALONE: [&str; 5] = ["transmissions", "drives", "encoders", "task", "tolerances"];
@@ -14,16 +15,15 @@ pub(crate) fn run(arguments: &ConvertArguments, general: &General) -> Result<Ans
     let output = &arguments.output;
     let inputs = [&arguments.input].into_iter().chain(&arguments.muscles);
     refuse_overwrite(inputs, std::slice::from_ref(output), general.no_clobber)?;
-    let kind = Format::of(output)?;
-    if kind == Format::Urdf {
-        let expected = ".toml or .xml, because URDF has no cables";
+    let Some(kind) = Format::of(output).ok().filter(|kind| *kind != Format::Urdf) else {
+        let expected = ".toml or .xml; URDF has no cables";
         return Err(Error::RobotFormat { file: output.clone(), expected });
-    }
-    let loaded = load_robot(&arguments.input, arguments.muscles.as_deref())?;
-    print_warnings(&loaded.warnings);
+    };
+    let LoadedRobot { robot, warnings } = load_robot(&arguments.input, arguments.muscles.as_deref())?;
+    print_warnings(&warnings);
     let machine = matches!(source_of(&arguments.input, arguments.muscles.as_deref())?, Source::Machine);
     let left_out = if machine { &MACHINE_ALONE[..] } else { &[] };
-    let parts = loaded.robot.parts();
+    let parts = robot.parts();
     let text = if kind == Format::Toml { to_toml(parts) } else { to_mjcf(parts) };
     let written = write_all(&[(output.clone(), text.as_bytes())])?;
     let (bodies, joints, muscles) = (parts.bodies.len() - 1, parts.joints.len(), parts.tendons.len());

@@ -11,7 +11,7 @@
 //! | `gravity_torque_nm:JOINT` | Nm; N for a translation | `[nv]` | `g(q)`, balances gravity |
 //! | `x_m:SITE`, `y_m:SITE`, `z_m:SITE` | m | `[sites x 3]` | position in the world frame |
 
-use super::model::{display_name, load_robot, print_warnings};
+use super::model::{display_name, print_warnings};
 use super::poses::{read_poses, velocity_names};
 use crate::answer::{Answer, Content};
 use crate::arguments::{ArmEvaluateArguments, General};
@@ -21,6 +21,7 @@ use crate::output::{refuse_overwrite, write_all};
 use serde_json::{Map, Value};
 use sinew::body::{Poses, Robot, Scratch};
 use sinew::muscle::{Geometry, Muscles};
+use sinew_lab::machine_file::load_robot;
 
 pub(crate) fn run(arguments: &ArmEvaluateArguments, general: &General) -> Result<Answer, Error> {
     let inputs = [&arguments.model, &arguments.poses].into_iter().chain(&arguments.muscles);

@@ -1,6 +1,6 @@
 //! `sinew arm inspect`.
 
-use super::model::{Loaded, display_name, load_robot, print_warnings};
+use super::model::{display_name, print_warnings};
 use super::report;
 use super::survey::{Survey, survey};
 use crate::answer::{Answer, Content};
@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::table::{number, table};
 use sinew::body::{JointKind, Robot};
+use sinew_lab::machine_file::{LoadedRobot, load_robot};
 
 pub(crate) fn run(arguments: &InspectArguments, general: &General) -> Result<Answer, Error> {
     let inputs = [&arguments.model].into_iter().chain(&arguments.muscles);
@@ -105,7 +106,7 @@ fn summary_text(robot: &Robot, survey: &Survey) -> String {
     text
 }
 
-fn json(loaded: &Loaded, survey: &Survey) -> serde_json::Value {
+fn json(loaded: &LoadedRobot, survey: &Survey) -> serde_json::Value {
     let (robot, parts) = (&loaded.robot, loaded.robot.parts());
     let joints: Vec<_> = parts
         .joints

@@ -4,8 +4,8 @@ use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{EthercatScanArguments, General};
 use crate::error::Error;
 use crate::table::table;
-use crate::verbs::arm::model::load_machine;
 use sinew::machine::Device;
+use sinew_lab::machine_file::load_machine;
 use sinew_runtime::ethercat::{FoundDevice, FrameStorage, Master, RawSocketLink, compare};
 
 pub(super) fn run(arguments: &EthercatScanArguments, general: &General) -> Result<Answer, Error> {

@@ -7,7 +7,7 @@ use crate::arguments::{General, MachineNewArguments};
 use crate::error::Error;
 use crate::output::{Written, one_line, refuse_overwrite, write_all};
 use crate::table::{number, percent, table};
-use crate::verbs::arm::model::{Source, load_machine, load_robot, machine_in, print_warnings, source_of};
+use crate::verbs::arm::model::print_warnings;
 use serde::Serialize;
 use sinew::body::Poses;
 use sinew::control::demand::SizingMotion;
@@ -15,6 +15,7 @@ use sinew::description::{Description, machine_of, to_toml};
 use sinew::machine::{Machine, Task};
 use sinew::muscle::MuscleDynamics;
 use sinew::twin::arm::ArmSpecimen;
+use sinew_lab::machine_file::{Source, load_machine, load_robot, machine_in, source_of};
 use std::path::{Component, Path, PathBuf};
 
 pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<Answer, Error> {

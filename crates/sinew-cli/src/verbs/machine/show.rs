@@ -6,12 +6,14 @@ use crate::arguments::{General, MachineShowArguments};
 use crate::error::Error;
 use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::table::{number, table};
-use crate::verbs::arm::model::{LoadedMachine, load_machine, print_warnings};
+use crate::verbs::arm::model::print_warnings;
 use serde::Serialize;
 use sinew::body::JointKind;
 use sinew::control::arm::characterize;
+use sinew::description::MachineDescription;
 use sinew::description::machine::{Setting, Value, ValueSource};
 use sinew::machine::Machine;
+use sinew_lab::machine_file::load_machine;
 use sinew_report::colours::STANDALONE;
 use sinew_report::machine_picture::draw;
 
@@ -87,7 +89,7 @@ struct Row {
 }
 
 impl Shown {
-    fn of(loaded: &LoadedMachine, checks: DesignChecks) -> Result<Self, Error> {
+    fn of(loaded: &MachineDescription, checks: DesignChecks) -> Result<Self, Error> {
         let machine = &loaded.machine;
         let laws = machine.laws(CELLS)?;
         let (limits, found) = characterize(machine, &laws, &machine.poses(POSES)?)?;

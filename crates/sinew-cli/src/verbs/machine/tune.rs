@@ -8,13 +8,14 @@ use crate::error::Error;
 use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
-use crate::verbs::arm::model::{load_machine, print_warnings};
+use crate::verbs::arm::model::print_warnings;
 use serde::Serialize;
 use sinew::body::JointKind;
 use sinew::control::arm::{DampingMargins, JointFigures, joint_limits, synthesize};
 use sinew::machine::{Machine, Tolerances};
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::experiment::oracle_models;
+use sinew_lab::machine_file::load_machine;
 use sinew_report::tuning::{Changed, Figures, Margins, Tuned, TunedJoint, TunedMuscle, page};
 use std::path::PathBuf;
 

@@ -3,15 +3,16 @@
 use super::{fault, motion};
 use crate::arguments::{MotionArguments, PathArgument};
 use crate::error::Error;
-use crate::verbs::arm::model::load_machine;
 use crate::verbs::read_text;
 use sinew::control::arm::ArmGains;
 use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::InjectedFault;
 use sinew_lab::arm::{
-    CalibratedArm, TrackingResult, TrackingTask, Verified, first_infeasibility, track_arm, verify,
+    CalibratedArm, InfeasibleMotion, TrackingResult, TrackingTask, Verified, infeasible_motion, track_arm,
+    verify,
 };
+use sinew_lab::machine_file::load_machine;
 use sinew_lab::{CompensationVariant, Error as LabError};
 use std::path::Path;
 
@@ -69,21 +70,18 @@ impl Setup {
         Ok(setup)
     }
 
-    /// The unloaded machine must be able to track the path, then the loaded one.
     fn check_feasible(&self) -> Result<(), Error> {
-        let violated = |machine: &Machine| first_infeasibility(machine, &self.trajectory, self.repeats);
-        let unloaded = Machine { payload: 0.0, ..self.machine.clone() };
-        if let Some(infeasibility) = violated(&unloaded)? {
-            let infeasibility = Box::new(infeasibility);
-            return Err(Error::Infeasible { path: self.path.to_string(), infeasibility });
+        match infeasible_motion(&self.machine, &self.trajectory, self.repeats)? {
+            None => Ok(()),
+            Some(InfeasibleMotion { payload, infeasibility }) => {
+                let infeasibility = Box::new(infeasibility);
+                Err(if payload > 0.0 {
+                    Error::Overloaded { payload, infeasibility }
+                } else {
+                    Error::Infeasible { path: self.path.to_string(), infeasibility }
+                })
+            }
         }
-        if self.machine.payload > 0.0
-            && let Some(infeasibility) = violated(&self.machine)?
-        {
-            let infeasibility = Box::new(infeasibility);
-            return Err(Error::Overloaded { payload: self.machine.payload, infeasibility });
-        }
-        Ok(())
     }
 
     /// Lowers the gains until simulated machines of the design track the motion; refuses it where none do, or warns.

@@ -1,0 +1,206 @@
+//! Machines and robots from files (TOML, MJCF, URDF) or by the names of those that come with the program.
+
+mod error;
+mod text;
+
+pub use error::MachineFileError;
+pub use text::{TextFileError, read_text};
+
+use sinew::body::Robot;
+use sinew::description::machine::{FileReference, has_machine_keys};
+use sinew::description::{
+    Description, MachineDescription, Warning, from_mjcf, from_urdf, machine_from_toml, machine_of,
+    robot_from_toml,
+};
+use std::path::{Component, Path, PathBuf};
+
+/// Machines that come with the program: name and file.
+pub const BUILT_IN: [(&str, &str); 8] = [
+    ("lm_arm", include_str!("../../../models/lm_arm.toml")),
+    ("bench_joint", include_str!("../../../models/bench_joint.toml")),
+    ("planar_leg", include_str!("../../../models/planar_leg.toml")),
+    ("finger", include_str!("../../../models/finger.toml")),
+    ("exosuit_elbow", include_str!("../../../models/exosuit_elbow.toml")),
+    ("surgical_wrist", include_str!("../../../models/surgical_wrist.toml")),
+    ("shoulder", include_str!("../../../models/shoulder.toml")),
+    ("chain10", include_str!("../../../models/chain10.toml")),
+];
+
+/// A valid robot and the warnings of its description.
+#[derive(Debug, Clone)]
+pub struct LoadedRobot {
+    /// The robot.
+    pub robot: Robot,
+    /// What its file says and this program leaves out.
+    pub warnings: Vec<Warning>,
+}
+
+/// Reads and validates a machine: a machine file, or a robot file with defaults for everything but the body. A
+/// file takes precedence over a built-in machine of the same name; `muscles` is as in [`load_robot`].
+///
+/// # Errors
+/// [`MachineFileError`] names the file, the place in it and what was expected.
+pub fn load_machine(path: &Path, muscles: Option<&Path>) -> Result<MachineDescription, MachineFileError> {
+    match text_of(path, muscles)? {
+        Text::Toml { name, text } => Ok(machine_from_toml(&name, &text, &mut |file| beside(path, file))?),
+        Text::Other(description) => Ok(machine_of(*description)?),
+    }
+}
+
+/// Reads and validates a robot: a robot file, or the body of a machine file; a file takes precedence over a
+/// built-in machine of the same name.
+///
+/// `muscles` is a TOML file with the muscles of a URDF robot, because URDF has none. By default it is
+/// `NAME.muscles.toml` beside `NAME.urdf`, where that exists. Other robots contain their muscles: with them
+/// `muscles` is an error.
+///
+/// # Errors
+/// As [`load_machine`].
+pub fn load_robot(path: &Path, muscles: Option<&Path>) -> Result<LoadedRobot, MachineFileError> {
+    let (robot, warnings) = match text_of(path, muscles)? {
+        Text::Toml { name, text } => robot_from_toml(&name, &text, &mut |file| beside(path, file))?,
+        Text::Other(description) => description.robot()?,
+    };
+    Ok(LoadedRobot { robot, warnings })
+}
+
+/// Reads and validates the text of a machine file that is to stand at `path`.
+///
+/// # Errors
+/// As [`load_machine`].
+pub fn machine_in(path: &Path, text: &str) -> Result<MachineDescription, MachineFileError> {
+    Ok(machine_from_toml(&path.display().to_string(), text, &mut |file| beside(path, file))?)
+}
+
+/// What a file describes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Source {
+    /// A robot alone; for URDF with the file of its muscles.
+    Robot {
+        /// The file of the muscles of a URDF robot.
+        muscles: Option<PathBuf>,
+    },
+    /// A machine, of a file or built in.
+    Machine,
+}
+
+/// What a file describes.
+///
+/// # Errors
+/// As [`load_machine`].
+pub fn source_of(path: &Path, muscles: Option<&Path>) -> Result<Source, MachineFileError> {
+    match (text_of(path, muscles)?, Format::of(path)) {
+        (Text::Toml { name, text }, Ok(Format::Toml)) if !has_machine_keys(&name, &text)? => {
+            Ok(Source::Robot { muscles: None })
+        }
+        (Text::Toml { .. }, _) => Ok(Source::Machine),
+        (Text::Other(_), Ok(Format::Urdf)) => Ok(Source::Robot { muscles: muscles_of(path, muscles) }),
+        (Text::Other(_), _) => Ok(Source::Robot { muscles: None }),
+    }
+}
+
+/// The file of a URDF robot's muscles.
+fn muscles_of(path: &Path, muscles: Option<&Path>) -> Option<PathBuf> {
+    let beside = path.with_extension("muscles.toml");
+    muscles.map(Path::to_owned).or_else(|| beside.exists().then_some(beside))
+}
+
+/// A file as far as both readers treat it alike.
+enum Text {
+    /// A machine file or a robot file.
+    Toml {
+        /// For errors.
+        name: String,
+        text: String,
+    },
+    /// A robot in another format, not yet validated.
+    Other(Box<Description>),
+}
+
+fn text_of(path: &Path, muscles: Option<&Path>) -> Result<Text, MachineFileError> {
+    let built_in = BUILT_IN.iter().find(|(name, _)| path.as_os_str() == *name && !path.exists());
+    if built_in.is_some() && muscles.is_some() {
+        return Err(MachineFileError::MusclesTwice { file: path.to_owned() });
+    }
+    if let Some((name, text)) = built_in {
+        return Ok(Text::Toml { name: (*name).to_owned(), text: (*text).to_owned() });
+    }
+    let format = Format::of(path)?;
+    let text = read_text(path)?;
+    let name = path.display().to_string();
+    if muscles.is_some() && format != Format::Urdf {
+        return Err(MachineFileError::MusclesTwice { file: path.to_owned() });
+    }
+    match format {
+        Format::Toml => Ok(Text::Toml { name, text }),
+        Format::Urdf => {
+            let text_of = muscles_of(path, muscles)
+                .map(|file| Ok::<_, MachineFileError>((file.display().to_string(), read_text(&file)?)))
+                .transpose()?;
+            let muscles = text_of.as_ref().map(|(name, text)| (name.as_str(), text.as_str()));
+            Ok(Text::Other(Box::new(from_urdf(&name, &text, muscles)?)))
+        }
+        Format::Mjcf => {
+            let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
+            let description = from_mjcf(&name, &text, &mut |file| include(&folder, file))?;
+            Ok(Text::Other(Box::new(description)))
+        }
+    }
+}
+
+/// Text of a file that the machine file at `path` names, or the reason why it cannot be read.
+fn beside(path: &Path, file: FileReference<'_>) -> Result<String, String> {
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
+    match file.included_by {
+        Some(body) => {
+            let body = folder.join(body);
+            include(&body.parent().map_or_else(PathBuf::new, Path::to_owned), file.path)
+        }
+        None => read_text(&folder.join(file.path)).map_err(|error| error.to_string()),
+    }
+}
+
+/// File format of a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// This program's own format.
+    Toml,
+    /// XML of the simulator MuJoCo.
+    Mjcf,
+    /// Unified Robot Description Format of ROS.
+    Urdf,
+}
+
+impl Format {
+    /// The format that the extension denotes.
+    ///
+    /// # Errors
+    /// [`MachineFileError::Format`] for any other.
+    pub fn of(path: &Path) -> Result<Self, MachineFileError> {
+        match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("toml") => Ok(Self::Toml),
+            Some("xml" | "mjcf") => Ok(Self::Mjcf),
+            Some("urdf") => Ok(Self::Urdf),
+            _ => Err(MachineFileError::Format { file: path.to_owned() }),
+        }
+    }
+}
+
+/// Text of a file that an MJCF model includes, or the reason why it cannot be read: only files within the
+/// model's folder are read, also after symbolic links are resolved.
+fn include(folder: &Path, file: &str) -> Result<String, String> {
+    let name = Path::new(file);
+    let inside = name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    let path = folder.join(name);
+    let root = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let real = |path: &Path| path.canonicalize();
+    let outside = || "lies outside the model's folder: expected a file within it".to_owned();
+    if !inside {
+        return Err(outside());
+    }
+    match (real(root), real(&path)) {
+        (Ok(root), Ok(path)) if path.starts_with(&root) => read_text(&path).map_err(|e| e.to_string()),
+        (Ok(_), Ok(_)) => Err(outside()),
+        (Err(e), _) | (_, Err(e)) => Err(format!("cannot be read: {e}")),
+    }
+}
