@@ -5,6 +5,7 @@ use super::error::Error;
 use super::format::significant;
 use super::payload::Payload;
 use super::plot::Plot;
+use super::shell::{SHELL, Shell};
 use askama::Template;
 use sinew::control::capability::{Extreme, PoseCapability};
 use std::collections::BTreeMap;
@@ -96,9 +97,7 @@ fn quantity(view: &MapView<'_>, name: String, unit: &'static str, values: &[Extr
 #[derive(Template)]
 #[template(path = "capability.html")]
 struct Page<'a> {
-    version: &'static str,
-    style: &'static str,
-    script: &'static str,
+    shell: Shell,
     name: &'a str,
     poses: usize,
     rows: Vec<Row>,
@@ -119,8 +118,6 @@ struct Row {
 struct Map {
     heading: String,
     plots: Vec<Plot>,
-    /// Classes of the quarters with their ranges.
-    legend: Vec<(&'static str, String)>,
 }
 
 /// A page of its own.
@@ -142,9 +139,7 @@ pub fn page(view: &MapView<'_>) -> Result<String, Error> {
         }
     });
     let page = Page {
-        version: env!("CARGO_PKG_VERSION"),
-        style: include_str!("../assets/report.css"),
-        script: include_str!("../assets/report.js"),
+        shell: SHELL,
         name: &view.name,
         poses: view.poses.len(),
         rows: rows.collect(),
@@ -182,8 +177,8 @@ fn maps(view: &MapView<'_>) -> Vec<Map> {
             .filter_map(|pose| Some((pose.end_point.as_ref()?.position, value(pose))))
             .collect();
         if points.iter().any(|point| point.1.is_some()) {
-            let (plots, legend) = map(heading, &points);
-            maps.push(Map { heading: heading.to_owned(), plots, legend });
+            let plots = map(heading, &points);
+            maps.push(Map { heading: heading.to_owned(), plots });
         }
     }
     if let Some(held) = view.payload.held.last() {
@@ -192,8 +187,8 @@ fn maps(view: &MapView<'_>) -> Vec<Map> {
             places.filter_map(|(pose, mass)| Some((pose.end_point.as_ref()?.position, *mass))).collect();
         if points.iter().any(|point| point.1.is_some()) {
             let heading = "Continuous payload (kg)";
-            let (plots, legend) = map(heading, &points);
-            maps.insert(0, Map { heading: heading.to_owned(), plots, legend });
+            let plots = map(heading, &points);
+            maps.insert(0, Map { heading: heading.to_owned(), plots });
         }
     }
     maps

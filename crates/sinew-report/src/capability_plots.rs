@@ -22,13 +22,11 @@ pub struct Outlines {
 const QUARTERS: [&str; 4] = ["dots q1", "dots q2", "dots q3", "dots q4"];
 const WITHOUT: &str = "dots q0";
 /// Classes of outlines: without friction, held, lifted, lowered.
-const LINES: [&str; 4] = ["measured", "predicted", "near", "lowered"];
+const LINES: [(&str, &str); 4] =
+    [("measured", "without friction"), ("predicted", "held"), ("near", "lifting"), ("lowered", "lowering")];
 
-/// Two views of the end points, coloured by the quarter of their value, and the ranges of the quarters.
-pub(super) fn map(
-    heading: &str,
-    points: &[([f64; 3], Option<f64>)],
-) -> (Vec<Plot>, Vec<(&'static str, String)>) {
+/// Two views of the end points, coloured by the quarter of their value.
+pub(super) fn map(heading: &str, points: &[([f64; 3], Option<f64>)]) -> Vec<Plot> {
     let mut sorted: Vec<f64> = points.iter().filter_map(|point| point.1).collect();
     sorted.sort_by(f64::total_cmp);
     let edges = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| quantile(&sorted, share));
@@ -37,6 +35,11 @@ pub(super) fn map(
         Some(value) => QUARTERS[edges[1..4].iter().filter(|edge| value > **edge).count()],
     };
     let classes: Vec<&str> = points.iter().map(|point| class(point.1)).collect();
+    let between = |k: usize| format!("{} to {}", significant(edges[k], 3), significant(edges[k + 1], 3));
+    let mut legend: Vec<(&str, String)> = (0..4).map(|k| (QUARTERS[k], between(k))).collect();
+    if classes.contains(&WITHOUT) {
+        legend.push((WITHOUT, "the machine itself is not held".to_owned()));
+    }
     let view = |x: usize, y: usize| {
         let names = ["x (m)", "y (m)", "z (m)"];
         let axis = |k: usize| Axis::new(range(points.iter().map(|point| point.0[k])), 5);
@@ -44,22 +47,17 @@ pub(super) fn map(
         let title = format!("{heading}: {} over {}", names[y], names[x]);
         let labels = (names[x].to_owned(), names[y].to_owned());
         let mut plot = Plot::new("loop", title, (&horizontal, labels.0), (&vertical, labels.1));
-        for drawn in [WITHOUT].into_iter().chain(QUARTERS) {
+        for (drawn, name) in legend.iter().map(|(class, name)| (*class, name.as_str())) {
             let mut pen = Pen::default();
             for (point, _) in points.iter().zip(&classes).filter(|(_, class)| **class == drawn) {
                 pen.lift();
                 pen.line_to(horizontal.at(point.0[x]), vertical.at(point.0[y]));
             }
-            plot.draw(drawn, pen.finish());
+            plot.draw(drawn, name, pen.finish());
         }
         plot
     };
-    let between = |k: usize| format!("{} to {}", significant(edges[k], 3), significant(edges[k + 1], 3));
-    let mut legend: Vec<(&str, String)> = (0..4).map(|k| (QUARTERS[k], between(k))).collect();
-    if classes.contains(&WITHOUT) {
-        legend.push((WITHOUT, "the machine itself is not held".to_owned()));
-    }
-    (vec![view(0, 2), view(0, 1)], legend)
+    vec![view(0, 2), view(0, 1)]
 }
 
 /// A set in a plane, by its outlines.
@@ -70,12 +68,12 @@ pub(super) fn outlines(title: &str, of: &Outlines) -> Plot {
     let y = Axis::new(range(finite(1).chain(needed(1))), 5);
     let title = format!("{title}: {} and {}", of.x_label, of.y_label);
     let mut plot = Plot::new("loop", title, (&x, of.x_label.clone()), (&y, of.y_label.clone()));
-    for (points, class) in of.lines.iter().zip(LINES) {
+    for (points, (class, name)) in of.lines.iter().zip(LINES) {
         let closed = points.iter().chain(points.first()).map(|point| (point[0], point[1]));
-        plot.draw(class, line(closed, &x, &y));
+        plot.draw(class, name, line(closed, &x, &y));
     }
     if let Some(point) = of.needed {
-        plot.draw("dots", line([(point[0], point[1])].into_iter(), &x, &y));
+        plot.draw("dots needed", "what the pose needs", line([(point[0], point[1])].into_iter(), &x, &y));
     }
     plot
 }

@@ -27,13 +27,16 @@ mod plot;
 mod record;
 pub mod reproduction;
 mod residuals;
+pub mod robot;
 mod scale;
+pub mod scene;
+pub mod shapes;
+mod shell;
 mod svg_path;
 #[cfg(test)]
 mod tests;
 mod traces;
 pub mod tracking;
-mod tracking_plots;
 pub mod tuning;
 mod variants;
 mod view;

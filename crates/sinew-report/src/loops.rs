@@ -17,10 +17,12 @@ pub(super) fn shown(records: &[Record]) -> Vec<&Record> {
     (0..n.min(RECORDS)).map(|k| useful[k * n / n.min(RECORDS)]).collect()
 }
 
-/// Axes for near (x) and far (y).
+/// Axes for near (x) and far (y), of the samples that are scored.
 pub(super) fn axes(records: &[&Record], ticks: usize) -> (Axis, Axis) {
-    let near = robust_range(records.iter().flat_map(|r| r.near.iter().copied()));
-    let far = robust_range(records.iter().flat_map(|r| r.far.iter().chain(&r.predicted).copied()));
+    let scaling: Vec<(&Record, usize)> =
+        records.iter().flat_map(|r| r.scaling().into_iter().map(|i| (*r, i))).collect();
+    let near = robust_range(scaling.iter().map(|(r, i)| r.near[*i]));
+    let far = robust_range(scaling.iter().flat_map(|(r, i)| [r.far[*i], r.predicted[*i]]));
     (Axis::new(padded(near, 0.03), ticks), Axis::new(padded(far, 0.04), ticks))
 }
 
@@ -45,7 +47,7 @@ pub(super) fn plot(records: &[Record], signals: &Signals) -> Option<Plot> {
     let title = format!("Measured and predicted {} over {}", signals.far, signals.near);
     let mut plot = Plot::new("loop", title, (&x, signals.near_label()), (&y, signals.far_label()));
     let (measured, predicted) = paths(&shown, POINTS, &x, &y);
-    plot.draw("measured", measured);
-    plot.draw("predicted", predicted);
+    plot.draw("measured", "measured", measured);
+    plot.draw("predicted", "predicted (cross-validated)", predicted);
     Some(plot)
 }

@@ -47,8 +47,10 @@ pub fn draw(machine: &Machine, colours: &Colours) -> Result<String, Error> {
         let opacity = if fixed { 0.13 } else { 0.28 };
         for body in scene.bodies.iter().filter(|body| body.fixed == fixed) {
             let outline = hull(body.points.iter().map(|point| view.place(*point)).collect());
-            let style =
-                format!("fill=\"{line}\" stroke=\"{line}\" stroke-width=\"7\" opacity=\"{opacity}\" {round}");
+            let width = f64::max(2.0 * body.radius * view.scale, 2.0);
+            let style = format!(
+                "fill=\"{line}\" stroke=\"{line}\" stroke-width=\"{width:.1}\" opacity=\"{opacity}\" {round}"
+            );
             path(closed(&outline), style);
         }
     }

@@ -1,7 +1,8 @@
 //! A machine in one pose, as points of the world: bodies, joints, cables, wrapping surfaces.
 
 use super::error::Error;
-use sinew::body::{PathElement, Poses, TendonPath, WrapKind};
+use super::shapes::shapes;
+use sinew::body::{Poses, WrapKind};
 use sinew::machine::Machine;
 use sinew::muscle::{Geometry, MuscleDynamics, Muscles};
 
@@ -21,11 +22,13 @@ pub(super) struct MachineScene {
     pub(super) end_point: Option<[f64; 3]>,
 }
 
-/// What belongs to one body: its origin, those of the bodies it carries, its sites of cables.
+/// A shape of a body: a convex hull, widened by a radius.
 pub(super) struct BodyPoints {
     /// Whether no joint moves it.
     pub(super) fixed: bool,
     pub(super) points: Vec<[f64; 3]>,
+    /// m.
+    pub(super) radius: f64,
 }
 
 impl MachineScene {
@@ -39,29 +42,18 @@ impl MachineScene {
         let place = |body: usize, point: [f64; 3]| robot.body_pose(&frames, body).point(point);
         let site = |index: usize| place(parts.sites[index].body, parts.sites[index].position);
 
-        let mut bodies: Vec<BodyPoints> = Vec::new();
+        let mut fixed: Vec<bool> = Vec::new();
         for (index, body) in parts.bodies.iter().enumerate() {
             let moved = parts.joints.iter().any(|joint| joint.body == index);
-            let fixed = index == 0 || (!moved && bodies[body.parent].fixed);
-            // The world's origin is no part of the machine.
-            let points = if index == 0 { Vec::new() } else { vec![place(index, [0.0; 3])] };
-            bodies.push(BodyPoints { fixed, points });
-            if index > 0 && body.parent > 0 {
-                bodies[body.parent].points.push(place(index, [0.0; 3]));
-            }
+            fixed.push(index == 0 || (!moved && fixed[body.parent]));
         }
         let end_point = machine.payload_site();
-        let of_tendons = parts.tendons.iter().flat_map(|tendon| match &tendon.path {
-            TendonPath::Spatial(elements) => elements.as_slice(),
-            TendonPath::Fixed(_) => &[],
+        let shapes = shapes(parts, end_point).into_iter();
+        let bodies = shapes.map(|shape| BodyPoints {
+            fixed: fixed[shape.body],
+            points: shape.points.iter().map(|point| place(shape.body, *point)).collect(),
+            radius: shape.radius,
         });
-        let of_tendons = of_tendons.filter_map(|element| match element {
-            PathElement::Site(index) => Some(*index),
-            _ => None,
-        });
-        for index in of_tendons.chain(end_point) {
-            bodies[parts.sites[index].body].points.push(site(index));
-        }
 
         let muscles = Muscles::new(robot);
         let mut geometry = Geometry::new(robot, &muscles);
@@ -81,7 +73,7 @@ impl MachineScene {
             cables: cables.collect::<Result<_, _>>()?,
             surfaces: surfaces.collect(),
             end_point: end_point.map(site),
-            bodies,
+            bodies: bodies.collect(),
         })
     }
 }

@@ -16,11 +16,11 @@ pub(super) const SAMPLES: usize = 20_000;
 struct Packed<'a> {
     far: String,
     far_unit: &'a str,
-    near: String,
-    near_unit: &'a str,
+    /// Labels of the inputs.
+    inputs: Vec<String>,
     /// Ranges of the quantised channels.
     far_range: [f64; 2],
-    near_range: [f64; 2],
+    input_ranges: Vec<[f64; 2]>,
     half_range: [f64; 2],
     gated: bool,
     records: Vec<PackedRecord<'a>>,
@@ -36,14 +36,14 @@ struct PackedRecord<'a> {
     start_s: f64,
     /// Initial vertical ranges.
     view: [f64; 2],
-    view_near: [f64; 2],
+    view_inputs: Vec<[f64; 2]>,
     view_error: [f64; 2],
     /// Base64, little-endian: time as f32, the others as i16 over their range; -32768 is a missing value.
     time: String,
     measured: String,
     predicted: String,
     half: String,
-    near: String,
+    inputs: Vec<String>,
     gate: String,
     scored: String,
 }
@@ -59,7 +59,15 @@ pub(super) fn pack(
     let far = all(|r| &r.far);
     let predicted = all(|r| &r.predicted);
     let far_range = [far[0].min(predicted[0]), far[1].max(predicted[1])];
-    let (near_range, half_range) = (all(|r| &r.near), all(|r| &r.half_width));
+    let half_range = all(|r| &r.half_width);
+    let input = |k: usize| {
+        move |r: &'_ Record| {
+            if k == 0 { r.near.clone() } else { r.others.get(k - 1).cloned().unwrap_or_default() }
+        }
+    };
+    let count = 1 + signals.others.len();
+    let input_ranges: Vec<[f64; 2]> =
+        (0..count).map(|k| extremes(records.iter().flat_map(|r| input(k)(r)))).collect();
     let gated = records.iter().any(|r| r.gated());
     let total = records.iter().map(|r| r.len()).sum::<usize>().max(1);
     let packed = records.iter().enumerate().map(|(index, record)| {
@@ -69,7 +77,13 @@ pub(super) fn pack(
         let column =
             |values: &[f64], range: [f64; 2]| words(kept.iter().map(|&i| quantise(values[i], range)));
         let (low, high) = far_view(record);
-        let (near_low, near_high) = padded(robust_range(record.near.iter().copied()), 0.05);
+        let scaling = record.scaling();
+        let inputs: Vec<Vec<f64>> = (0..count).map(|k| input(k)(record)).collect();
+        let view_of = |values: &Vec<f64>| {
+            let of = scaling.iter().filter_map(|&i| values.get(i).copied());
+            let (low, high) = padded(robust_range(of), 0.05);
+            [low, high].map(|v| if v.is_finite() { v } else { 0.0 })
+        };
         let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
         let score = record.score();
         PackedRecord {
@@ -79,13 +93,17 @@ pub(super) fn pack(
             samples: score.samples,
             start_s,
             view: [finite(low), finite(high)],
-            view_near: [finite(near_low), finite(near_high)],
+            view_inputs: inputs.iter().map(view_of).collect(),
             view_error: [finite(error_view(record).0), finite(error_view(record).1)],
             time: floats(kept.iter().map(|&i| record.time_s[i] - start_s)),
             measured: column(&record.far, far_range),
             predicted: column(&record.predicted, far_range),
             half: column(&record.half_width, half_range),
-            near: column(&record.near, near_range),
+            inputs: inputs
+                .iter()
+                .zip(&input_ranges)
+                .map(|(values, range)| if values.is_empty() { String::new() } else { column(values, *range) })
+                .collect(),
             gate: if gated { column(&record.gate, [0.0, 1.0]) } else { String::new() },
             scored: runs(&kept.iter().map(|&i| record.scored[i]).collect::<Vec<bool>>()),
         }
@@ -93,10 +111,9 @@ pub(super) fn pack(
     let packed = Packed {
         far: axis_label(&signals.far),
         far_unit: signals.far_unit,
-        near: axis_label(&signals.near),
-        near_unit: signals.near_unit,
+        inputs: [&signals.near].into_iter().chain(&signals.others).map(|name| axis_label(name)).collect(),
         far_range,
-        near_range,
+        input_ranges: input_ranges.clone(),
         half_range,
         gated,
         records: packed.collect(),

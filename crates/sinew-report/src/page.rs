@@ -4,6 +4,7 @@ use super::error::Error;
 use super::format::{count, duration, percent, percent_of_range, plural, significant, with_unit};
 use super::plot::Plot;
 use super::record::{Signals, records};
+use super::shell::{SHELL, Shell};
 use super::{checks, laws, loops, models, residuals, traces};
 use askama::Template;
 use sinew_identify::log::Role;
@@ -12,7 +13,6 @@ use sinew_identify::report::{Candidate, Grade, IdentificationReport};
 #[derive(Template)]
 #[template(path = "report.html")]
 struct Page<'a> {
-    version: &'a str,
     report: &'a IdentificationReport,
     simulated: bool,
     far_unit: &'static str,
@@ -37,7 +37,7 @@ struct Page<'a> {
     band_factor: String,
     size: String,
     range: String,
-    style: &'static str,
+    shell: Shell,
     uplot_style: &'static str,
     uplot: &'static str,
     uplot_licence: &'static str,
@@ -78,7 +78,6 @@ pub fn render(report: &IdentificationReport) -> Result<String, Error> {
     let seconds: f64 = report.logs.iter().map(|l| l.duration_s).sum();
     let drawn = loops::shown(&records).len();
     let page = Page {
-        version: &report.version,
         report,
         simulated: simulated(report),
         far_unit: signals.far_unit,
@@ -114,11 +113,11 @@ pub fn render(report: &IdentificationReport) -> Result<String, Error> {
         band_factor: significant(report.chosen.band_factor, 3),
         size: count(report.chosen.size),
         range: with_unit(&significant(report.far_range, 3), signals.far_unit),
-        style: include_str!("../assets/report.css"),
+        shell: SHELL,
         uplot_style: include_str!("../assets/uplot/uPlot.min.css"),
         uplot: include_str!("../assets/uplot/uPlot.iife.min.js"),
         uplot_licence: include_str!("../assets/uplot/LICENSE"),
-        script: include_str!("../assets/report.js"),
+        script: include_str!("../assets/traces.js"),
     };
     Ok(page.render()?)
 }

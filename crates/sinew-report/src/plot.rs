@@ -1,8 +1,9 @@
-//! A plot as HTML around a stretched SVG: text keeps its size on every screen.
+//! A plot as HTML around a stretched SVG: text keeps its size on every screen, and the page's script reads the paths to show
+//! values under the cursor, to zoom and to save the picture.
 
 use super::format::NONE;
 use super::scale::Axis;
-use super::svg_path::{horizontal_lines, vertical_lines};
+use super::svg_path::{HEIGHT, WIDTH, horizontal_lines, vertical_lines};
 use askama::Template;
 
 /// A plot with axes.
@@ -16,8 +17,13 @@ pub(super) struct Plot {
     x_ticks: Vec<Tick>,
     y_ticks: Vec<Tick>,
     widest: String,
-    /// Ends of the axes, for the script that draws into the same plot.
+    /// Ends of the axes.
     ends: String,
+    /// Whether the labels of the horizontal axis are names.
+    named: bool,
+    /// Plots of one name show the same horizontal range.
+    link: &'static str,
+    legend: bool,
     shapes: Vec<Shape>,
 }
 
@@ -28,10 +34,12 @@ struct Tick {
     label: String,
 }
 
-/// One path, coloured by its class.
+/// One path: coloured, dashed or filled by its class.
 #[derive(Debug)]
-pub(super) struct Shape {
+struct Shape {
     class: &'static str,
+    /// In the legend and beside the value under the cursor; empty: in neither.
+    name: String,
     data: String,
 }
 
@@ -44,7 +52,7 @@ pub(super) fn css_percent(fraction: f64) -> String {
 }
 
 impl Plot {
-    /// An empty plot with its grid; `title` is for screen readers.
+    /// An empty plot with its grid; `title` is for screen readers and the name of the saved picture.
     pub(super) fn new(class: &'static str, title: String, x: (&Axis, String), y: (&Axis, String)) -> Self {
         let ticks = |axis: &Axis, flip: bool| -> Vec<Tick> {
             let place = |v: f64| if flip { 1.0 - axis.at(v) } else { axis.at(v) };
@@ -56,15 +64,77 @@ impl Plot {
         let mut grid = horizontal_lines(y.0.ticks().iter().map(|t| y.0.at(t.0)));
         grid.push_str(&vertical_lines(x.0.ticks().iter().map(|t| x.0.at(t.0))));
         let (x_ticks, x_label, y_label) = (ticks(x.0, false), x.1, y.1);
-        let shapes = vec![Shape { class: "grid", data: grid }];
+        let shapes = vec![Shape { class: "grid", name: String::new(), data: grid }];
         let ends = format!("{} {} {} {}", x.0.low, x.0.high, y.0.low, y.0.high);
-        Self { class, title, ends, x_label, y_label, x_ticks, y_ticks, widest, shapes }
+        Self {
+            class,
+            title,
+            ends,
+            x_label,
+            y_label,
+            x_ticks,
+            y_ticks,
+            widest,
+            shapes,
+            named: false,
+            link: "",
+            legend: true,
+        }
     }
 
-    /// Draws a path on top of the others.
-    pub(super) fn draw(&mut self, class: &'static str, data: String) {
+    /// Names in place of numbers along the horizontal axis: the name of 0 first, one apart.
+    pub(super) fn with_names(mut self, x: &Axis, names: &[String]) -> Self {
+        let place = |k: usize| css_percent(x.at(k as f64));
+        self.x_ticks =
+            names.iter().enumerate().map(|(k, n)| Tick { at: place(k), label: n.clone() }).collect();
+        self.named = true;
+        self
+    }
+
+    /// Shows the same horizontal range as the others with this name, also after a zoom.
+    pub(super) fn linked(mut self, link: &'static str) -> Self {
+        self.link = link;
+        self
+    }
+
+    /// Without a legend of its own, where one legend serves several plots.
+    pub(super) fn without_legend(mut self) -> Self {
+        self.legend = false;
+        self
+    }
+
+    /// Draws a path on top of the others, with its name in the legend.
+    pub(super) fn draw(&mut self, class: &'static str, name: &str, data: String) {
         if !data.is_empty() {
-            self.shapes.push(Shape { class, data });
+            self.shapes.push(Shape { class, name: name.to_owned(), data });
         }
+    }
+
+    /// Entries of the legend: class and name, every name once.
+    fn entries(&self) -> Vec<(&str, &str)> {
+        let mut entries: Vec<(&str, &str)> = Vec::new();
+        for shape in self.shapes.iter().filter(|shape| self.legend && !shape.name.is_empty()) {
+            if !entries.contains(&(shape.class, shape.name.as_str())) {
+                entries.push((shape.class, &shape.name));
+            }
+        }
+        entries
+    }
+
+    fn size(&self) -> [f64; 2] {
+        [WIDTH, HEIGHT]
+    }
+}
+
+/// A legend beside plots that have none: class and name of every line.
+#[derive(Debug, Template)]
+#[template(path = "legend.html")]
+pub(super) struct Legend {
+    entries: Vec<(&'static str, String)>,
+}
+
+impl Legend {
+    pub(super) fn new(entries: &[(&'static str, &str)]) -> Self {
+        Self { entries: entries.iter().map(|(class, name)| (*class, (*name).to_owned())).collect() }
     }
 }

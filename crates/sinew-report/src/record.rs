@@ -13,6 +13,8 @@ pub(super) struct Record {
     pub(super) label: String,
     pub(super) time_s: Vec<f64>,
     pub(super) near: Vec<f64>,
+    /// The other inputs, in the order of [`Signals::others`].
+    pub(super) others: Vec<Vec<f64>>,
     pub(super) far: Vec<f64>,
     pub(super) predicted: Vec<f64>,
     pub(super) half_width: Vec<f64>,
@@ -69,6 +71,12 @@ impl Record {
         self.predicted[i] - self.far[i]
     }
 
+    /// Indices of the samples by which axes are scaled: the scored ones; all, where none is scored.
+    pub(super) fn scaling(&self) -> Vec<usize> {
+        let scored: Vec<usize> = (0..self.len()).filter(|&i| self.scored_error(i).is_finite()).collect();
+        if scored.is_empty() { (0..self.len()).collect() } else { scored }
+    }
+
     /// The error, or NaN where the sample is not scored.
     pub(super) fn scored_error(&self, i: usize) -> f64 {
         if self.scored[i] { self.error(i) } else { f64::NAN }
@@ -119,6 +127,9 @@ impl Record {
                 get(&trace.since_reversal_s),
             ]);
             self.scored.push(trace.scored.get(i).copied().unwrap_or(true));
+            for (column, other) in self.others.iter_mut().zip(&trace.others) {
+                column.push(get(&other.values));
+            }
         }
     }
 
@@ -142,6 +153,7 @@ impl Record {
         let mut row = [f64::NAN; 8];
         row[0] = time;
         self.push(row);
+        self.others.iter_mut().for_each(|column| column.push(f64::NAN));
         // A gap has no error and no score, but is not an interval excluded from scoring.
         self.scored.push(true);
     }
@@ -167,8 +179,12 @@ pub(super) fn records(report: &IdentificationReport) -> Vec<Record> {
         match records.iter_mut().rfind(|r| same(r)) {
             Some(record) if record.time_s.last().is_none_or(|last| first > *last) => record.append(trace),
             _ => {
-                let mut record =
-                    Record { log: trace.log.clone(), trial: trace.trial.clone(), ..Record::default() };
+                let mut record = Record {
+                    log: trace.log.clone(),
+                    trial: trace.trial.clone(),
+                    others: vec![Vec::new(); trace.others.len()],
+                    ..Record::default()
+                };
                 record.label = label(if one_log { "" } else { &trace.log }, trace, parts);
                 record.append(trace);
                 records.push(record);
@@ -198,6 +214,8 @@ pub(super) struct Signals {
     pub(super) far_unit: &'static str,
     pub(super) near: String,
     pub(super) near_unit: &'static str,
+    /// Names of the other inputs.
+    pub(super) others: Vec<String>,
 }
 
 impl Signals {
@@ -206,7 +224,15 @@ impl Signals {
             Some(name) if !name.is_empty() => name.to_owned(),
             _ => report.inputs.first().map_or_else(|| "near side".to_owned(), |i| i.column.clone()),
         };
-        Self { far: report.far.clone(), far_unit: unit_of(&report.far), near_unit: unit_of(&near), near }
+        let others =
+            report.traces.first().map(|t| t.others.iter().map(|other| other.column.clone()).collect());
+        Self {
+            far: report.far.clone(),
+            far_unit: unit_of(&report.far),
+            near_unit: unit_of(&near),
+            near,
+            others: others.unwrap_or_default(),
+        }
     }
 
     /// `measured (N)` for the far side, so that axis and legend agree.

@@ -167,17 +167,22 @@ fn draw(bins: &[Bin], y: &Axis, abscissa: Abscissa, signals: &Signals) -> Plot {
         title,
         (&x, abscissa.label(signals)),
         (y, signals.in_far_unit("predicted − measured")),
+    )
+    .without_legend();
+    plot.draw("wide", "90 % of the samples", ribbon(bins.iter().map(|b| (b.x, b.low, b.high)), &x, y));
+    plot.draw(
+        "quartiles",
+        "50 % of the samples",
+        ribbon(bins.iter().map(|b| (b.x, b.quarter, b.three_quarters)), &x, y),
     );
-    plot.draw("wide", ribbon(bins.iter().map(|b| (b.x, b.low, b.high)), &x, y));
-    plot.draw("quartiles", ribbon(bins.iter().map(|b| (b.x, b.quarter, b.three_quarters)), &x, y));
-    plot.draw("zero", line([(x.low, 0.0), (x.high, 0.0)].into_iter(), &x, y));
-    plot.draw("median", line(bins.iter().map(|b| (b.x, b.median)), &x, y));
+    plot.draw("zero", "", line([(x.low, 0.0), (x.high, 0.0)].into_iter(), &x, y));
+    plot.draw("median", "median", line(bins.iter().map(|b| (b.x, b.median)), &x, y));
     let mut dots = Pen::default();
     for bin in bins {
         dots.line_to(x.at(bin.x), y.at(bin.median));
         dots.lift();
     }
-    plot.draw("dots", dots.finish());
+    plot.draw("dots", "", dots.finish());
     plot
 }
 

@@ -24,7 +24,10 @@ impl Axis {
             let half = (0.5 * low.abs()).max(1e-6);
             (low - half, low + half)
         };
-        let step = round_step((high - low) / count.max(1) as f64);
+        // Two labels at least: one alone does not determine a scale.
+        let step = [1.0, 2.0, 4.0, 8.0].map(|more| round_step((high - low) / (count.max(1) as f64 * more)));
+        let labels = |step: &f64| (high / step + 1e-9).floor() - (low / step - 1e-9).ceil() >= 1.0;
+        let step = step.into_iter().find(labels).unwrap_or(step[3]);
         Self { low, high, step }
     }
 
@@ -108,6 +111,19 @@ mod tests {
             let axis = Axis::new(range, 5);
             assert!(axis.low < axis.high, "{range:?}");
             assert!(axis.ticks().len() < 25);
+        }
+    }
+
+    #[test]
+    fn every_axis_has_two_labels_at_least() {
+        for k in 0..2000 {
+            let (low, width) = (f64::from(k % 97) * 0.173 - 8.0, 10f64.powf(f64::from(k % 13) - 6.0) * 1.37);
+            for count in 1..7 {
+                let axis = Axis::new((low, low + width * (1.0 + f64::from(k % 7))), count);
+                let ticks = axis.ticks();
+                assert!(ticks.len() > 1, "{low} {width} {count}");
+                assert!(ticks.windows(2).all(|pair| pair[0].1 != pair[1].1), "{ticks:?}");
+            }
         }
     }
 

@@ -5,9 +5,11 @@ use super::scale::Axis;
 use std::fmt::Write as _;
 
 /// Units across every picture.
-pub(super) const WIDTH: f64 = 2000.0;
+pub(super) const WIDTH: f64 = 4000.0;
+/// Distance of a point that is left out from the line drawn, units: a fifth of a pixel of a picture 400 pixels high.
+const TOLERANCE: f64 = 1.0;
 /// Units down every picture.
-pub(super) const HEIGHT: f64 = 1000.0;
+pub(super) const HEIGHT: f64 = 2000.0;
 
 /// The data of one `<path>`, written with relative steps between whole units.
 #[derive(Debug, Default)]
@@ -57,11 +59,57 @@ impl Pen {
     }
 }
 
-/// A line through points, interrupted at non-finite ones.
+/// A line through points, interrupted at non-finite ones; points that lie on the line between others, to a unit of the
+/// box, are left out.
 pub(super) fn line(points: impl Iterator<Item = (f64, f64)>, x: &Axis, y: &Axis) -> String {
-    let mut pen = Pen::default();
-    points.for_each(|(a, b)| pen.line_to(x.at(a), y.at(b)));
+    let (mut pen, mut piece) = (Pen::default(), Vec::new());
+    let mut flush = |piece: &mut Vec<[f64; 2]>| {
+        pen.lift();
+        simplified(piece).into_iter().for_each(|[a, b]| pen.line_to(a, b));
+        piece.clear();
+    };
+    for (a, b) in points {
+        let point = [x.at(a), y.at(b)];
+        match point.iter().all(|f| f.is_finite()) {
+            true => piece.push(point),
+            false => flush(&mut piece),
+        }
+    }
+    flush(&mut piece);
     pen.finish()
+}
+
+/// Points without those that lie within [`TOLERANCE`] of the line between the ones kept (Douglas and Peucker).
+fn simplified(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    if points.len() < 3 {
+        return points.to_vec();
+    }
+    let unit = |i: usize| [WIDTH * points[i][0], HEIGHT * points[i][1]];
+    let mut kept = vec![false; points.len()];
+    (kept[0], kept[points.len() - 1]) = (true, true);
+    let mut open = vec![(0, points.len() - 1)];
+    while let Some((first, last)) = open.pop() {
+        let ([ax, ay], [bx, by]) = (unit(first), unit(last));
+        let (dx, dy) = (bx - ax, by - ay);
+        let length = dx.hypot(dy);
+        let away = |i: usize| {
+            let [x, y] = unit(i);
+            let along = if length > 0.0 { ((x - ax) * dx + (y - ay) * dy) / length } else { 0.0 };
+            if length > 0.0 && (0.0..=length).contains(&along) {
+                ((x - ax) * dy - (y - ay) * dx).abs() / length
+            } else {
+                (x - ax).hypot(y - ay).min((x - bx).hypot(y - by))
+            }
+        };
+        let farthest = (first + 1..last).map(|i| (i, away(i))).max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((middle, distance)) = farthest
+            && distance > TOLERANCE
+        {
+            kept[middle] = true;
+            open.extend([(first, middle), (middle, last)]);
+        }
+    }
+    points.iter().zip(kept).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
 }
 
 /// The area between two lines, interrupted at non-finite points.
@@ -155,6 +203,6 @@ mod tests {
     fn a_non_finite_point_interrupts_the_line() {
         let axis = Axis::new((0.0, 10.0), 5);
         let points = [(0.0, 0.0), (5.0, 5.0), (6.0, f64::NAN), (7.0, 7.0), (10.0, 10.0)];
-        assert_eq!(line(points.into_iter(), &axis, &axis), "M0 1000l0 0 1000 -500M1400 300l0 0 600 -300");
+        assert_eq!(line(points.into_iter(), &axis, &axis), "M0 2000l0 0 2000 -1000M2800 600l0 0 1200 -600");
     }
 }

@@ -2,7 +2,7 @@
 //! packed samples for the interactive plot.
 
 use super::error::Error;
-use super::format::{percent, percent_of_range};
+use super::format::{axis_label, percent, percent_of_range};
 use super::pack::{SAMPLES, pack};
 use super::plot::Plot;
 use super::record::{Record, Signals};
@@ -24,7 +24,7 @@ pub(super) struct Traces {
     /// The record that is shown first, the one with the median error.
     pub(super) start: usize,
     pub(super) start_label: String,
-    /// Static plots of that record, for a page without its script: far side, error, near side.
+    /// Static plots of that record, for a page without its script: far side, error, inputs.
     pub(super) still: Vec<Plot>,
     /// Empty for a single record.
     pub(super) thumbs: Vec<Thumb>,
@@ -132,7 +132,7 @@ pub(super) fn paths(record: &Record, kept: &[usize], x: &Axis, y: &Axis) -> [Str
     ]
 }
 
-/// Far signal, error and near signal of one record, stacked.
+/// Far signal, error and every input of one record, stacked.
 fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
     let kept = decimate(record, STILL_POINTS);
     let (x, y) = far_axes(record, 8);
@@ -145,22 +145,31 @@ fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
         [(from, 0.0), (from, 1.0), (to, 1.0), (to, 0.0)].into_iter().for_each(|(a, b)| shade.line_to(a, b));
         shade.close();
     }
-    far.draw("skipped", shade.finish());
-    far.draw("band", band);
-    far.draw("measured", measured);
-    far.draw("predicted", predicted);
+    far.draw("skipped", "not scored", shade.finish());
+    far.draw("band", "95 % band", band);
+    far.draw("measured", "measured", measured);
+    far.draw("predicted", "predicted", predicted);
     let errors = || kept.iter().map(|&i| (record.time_s[i], record.scored_error(i)));
     let y = Axis::new(error_view(record), 3);
     let label = signals.in_far_unit("error, predicted − measured");
     let mut error = Plot::new("trace low", "Error over time".to_owned(), (&x, String::new()), (&y, label));
-    error.draw("zero", line([(x.low, 0.0), (x.high, 0.0)].into_iter(), &x, &y));
-    error.draw("median", line(errors(), &x, &y));
-    let y = Axis::new(padded(robust_range(record.near.iter().copied()), 0.05), 3);
-    let label = signals.near_label();
-    let mut near =
-        Plot::new("trace low", format!("{label} over time"), (&x, "time (s)".to_owned()), (&y, label));
-    near.draw("near", line(kept.iter().map(|&i| (record.time_s[i], record.near[i])), &x, &y));
-    vec![far, error, near]
+    error.draw("zero", "", line([(x.low, 0.0), (x.high, 0.0)].into_iter(), &x, &y));
+    error.draw("median", "error", line(errors(), &x, &y));
+    let mut plots = vec![far.linked("record"), error.linked("record").without_legend()];
+    let columns =
+        [(&signals.near, &record.near)].into_iter().chain(signals.others.iter().zip(&record.others));
+    let count = columns.clone().count();
+    for (k, (name, values)) in columns.enumerate() {
+        let scaling = record.scaling();
+        let y = Axis::new(padded(robust_range(scaling.iter().map(|&i| values[i])), 0.05), 3);
+        let label = axis_label(name);
+        let x_label = if k + 1 == count { "time (s)" } else { "" };
+        let title = format!("{label} over time");
+        let mut plot = Plot::new("trace low", title, (&x, x_label.to_owned()), (&y, label));
+        plot.draw("near", name, line(kept.iter().map(|&i| (record.time_s[i], values[i])), &x, &y));
+        plots.push(plot.linked("record").without_legend());
+    }
+    plots
 }
 
 /// Intervals that are not scored, s; single rows are left out.

@@ -5,6 +5,7 @@ use super::error::Error;
 use super::format::{NONE, fixed, plural, significant};
 use super::machine_picture::draw;
 use super::plot::css_percent;
+use super::shell::{SHELL, Shell};
 use askama::Template;
 use serde::Serialize;
 use sinew::control::arm::ArmGains;
@@ -113,9 +114,7 @@ pub struct Margins {
 #[derive(Template)]
 #[template(path = "tuning.html")]
 struct Page<'a> {
-    version: &'static str,
-    style: &'static str,
-    script: &'static str,
+    shell: Shell,
     tuned: &'a Tuned,
     amount: String,
     verdict: String,
@@ -171,9 +170,7 @@ pub fn page(tuned: &Tuned, machine: &Machine) -> Result<String, Error> {
     let [poses, drawn] = tuned.amount;
     let (margins, scales) = margins(tuned);
     let page = Page {
-        version: env!("CARGO_PKG_VERSION"),
-        style: include_str!("../assets/report.css"),
-        script: include_str!("../assets/report.js"),
+        shell: SHELL,
         amount: format!(
             "{}, {}; {} over the joints’ ranges, {} drawn within the tolerances.",
             plural(tuned.joints.len(), "joint", "joints"),

@@ -15,7 +15,7 @@ pub(crate) fn run(arguments: &PlotArguments, general: &General) -> Result<Answer
     let variant = head.compensation.parse().map_err(|_| {
         Error::table(file)(TableError::in_line(2, "the name of a compensation", head.compensation.clone()))
     })?;
-    let page = report(&head, variant, &trace)?;
+    let page = report(&head, variant, &trace, None)?;
     let written = write_all(&[(out.clone(), page.as_bytes())])?;
     let content = if general.json {
         Content::json(&serde_json::json!({"title": head.title, "rows": trace.len()}))?

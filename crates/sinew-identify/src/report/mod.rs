@@ -13,4 +13,4 @@ mod types;
 pub use crate::fit::classical::{ClassicalFit, Parameter};
 pub use crate::select::influence::InfluenceRow;
 pub(crate) use evidence::Evidence;
-pub use types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, Trace};
+pub use types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, InputTrace, Trace};

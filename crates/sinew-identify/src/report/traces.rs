@@ -1,6 +1,6 @@
 //! Out-of-fold traces with what residuals are drawn against: speed and time since reversal.
 
-use super::types::Trace;
+use super::types::{InputTrace, Trace};
 use crate::conditioning::ConditionedLogs;
 use crate::fit::statistics::quantiles;
 use crate::select::cross_validation::CrossValidation;
@@ -15,7 +15,10 @@ pub(super) fn traces(logs: &ConditionedLogs, validation: &CrossValidation, model
         .zip(runs)
         .zip(&validation.outputs)
         .map(|((sequence, run), outputs)| {
-            let column: Vec<f64> = run.inputs.iter().skip(near).step_by(run.width).copied().collect();
+            let input =
+                |k: usize| -> Vec<f64> { run.inputs.iter().skip(k).step_by(run.width).copied().collect() };
+            let column = input(near);
+            let others = (0..model.inputs.len()).filter(|k| *k != near);
             let pick = |f: &dyn Fn(&Estimate, usize) -> f64| -> Vec<f64> {
                 outputs.iter().map(|o| o.as_ref().map_or(f64::NAN, |(o, fold)| f(o, *fold))).collect()
             };
@@ -26,6 +29,9 @@ pub(super) fn traces(logs: &ConditionedLogs, validation: &CrossValidation, model
                 trial: sequence.trial.clone(),
                 time_s: sequence.time_s.clone(),
                 near_name: model.inputs[near].column.clone(),
+                others: others
+                    .map(|k| InputTrace { column: model.inputs[k].column.clone(), values: input(k) })
+                    .collect(),
                 far: sequence.far.clone(),
                 predicted: pick(&|o, _| o.mean),
                 half_width: pick(&|o, fold| validation.band_factors[fold] * o.variance.sqrt()),

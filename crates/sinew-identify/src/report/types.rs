@@ -133,6 +133,8 @@ pub struct Trace {
     pub near: Vec<f64>,
     /// Name of that signal.
     pub near_name: String,
+    /// The other inputs, in the order of [`IdentificationReport::inputs`].
+    pub others: Vec<InputTrace>,
     /// Measured far side.
     pub far: Vec<f64>,
     /// Predicted far side.
@@ -147,4 +149,13 @@ pub struct Trace {
     pub since_reversal_s: Vec<f64>,
     /// Whether the sample counted.
     pub scored: Vec<bool>,
+}
+
+/// One near-side signal over a sequence.
+#[derive(Debug, Clone, Serialize)]
+pub struct InputTrace {
+    /// Its column.
+    pub column: String,
+    /// As long as the sequence, in the column's unit.
+    pub values: Vec<f64>,
 }

@@ -5,11 +5,13 @@ mod controller;
 mod designed;
 mod feasibility;
 mod heat;
+mod largest_errors;
 mod plan;
 mod report;
 mod residual_network;
 #[cfg(test)]
 mod testing;
+mod trace;
 mod tracking;
 mod verification;
 
@@ -17,13 +19,14 @@ pub use calibrate::{CalibrationProgramme, CalibrationStroke, calibrate_arm, cali
 pub use designed::designed_controller;
 pub use feasibility::{InfeasibleMotion, first_infeasibility, infeasible_motion};
 pub use heat::{DriveHeat, drive_heat};
+pub use largest_errors::{JointShare, LargestError};
 pub use plan::{DesiredMotion, initial_pose, plan, plan_tour};
 pub use report::{
-    CycleSignals, ErrorRange, ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, MuscleSpread,
-    Trace, TraceRow, TrackIncident, TrackMode, TrackOutcome, TrackingNumbers, fault_name,
-    max_end_point_error,
+    ErrorRange, ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, MuscleSpread, TrackIncident,
+    TrackMode, TrackOutcome, TrackingNumbers, fault_name, max_end_point_error,
 };
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
+pub use trace::{CycleSignals, Trace, TraceRow};
 pub use tracking::{
     CalibratedArm, INITIAL_REST_S, PreparedRun, TrackingResult, TrackingTask, calibration_programmes,
     track_arm,

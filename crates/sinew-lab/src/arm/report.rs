@@ -1,3 +1,4 @@
+use super::largest_errors::{LargestError, largest_errors};
 use crate::experiment::{FaultInterval, ModeChange, Statistics, TrackSummary};
 use serde::{Deserialize, Deserializer, Serialize};
 use sinew::body::{JointKind, Robot};
@@ -256,6 +257,18 @@ pub struct TrackingNumbers {
     /// Mean magnitude of every muscle's error, m.
     #[serde(rename = "length_error_per_muscle_m")]
     pub per_muscle: Vec<f64>,
+    /// Its standard deviation over time, m.
+    #[serde(rename = "length_error_std_per_muscle_m", default)]
+    pub per_muscle_std: Vec<f64>,
+    /// Least and largest desired tension at every anchor, N: `[muscles]`.
+    #[serde(default)]
+    pub tension_limits_n: Vec<[f64; 2]>,
+    /// Largest end-point error of a completed run, m; none without an end point.
+    #[serde(default)]
+    pub end_point_limit_m: Option<f64>,
+    /// The largest errors with what they consist of, largest first.
+    #[serde(default)]
+    pub largest_errors: Vec<LargestError>,
     /// Least tension at an anchor, N.
     #[serde(deserialize_with = "number_or_nan")]
     pub least_anchor_tension_n: f64,
@@ -278,9 +291,15 @@ pub struct TrackingNumbers {
 }
 
 impl TrackingNumbers {
-    /// The numbers of a run of this machine.
-    #[must_use]
-    pub fn new(summary: &TrackSummary, machine: &Machine) -> Self {
+    /// The numbers of a run of this machine within these limits of the desired tensions, N: `[muscles]`.
+    ///
+    /// # Errors
+    /// As [`MuscleDynamics::new`](sinew::muscle::MuscleDynamics::new).
+    pub fn new(
+        summary: &TrackSummary,
+        machine: &Machine,
+        tension_limits: &[[f64; 2]],
+    ) -> Result<Self, sinew::Error> {
         let robot = &machine.robot;
         let hold = Hold {
             end_point_error_m: (&summary.hold_error).into(),
@@ -297,7 +316,7 @@ impl TrackingNumbers {
         };
         let ended = TrackOutcome::of(summary, machine);
         let stopped_by = summary.stopped.map(|(_, fault)| fault_name(fault, robot));
-        Self {
+        Ok(Self {
             ended,
             reason: match ended {
                 TrackOutcome::Completed => None,
@@ -319,63 +338,16 @@ impl TrackingNumbers {
                 std: (squares / muscles).sqrt(),
             },
             per_muscle: summary.length_error.iter().map(|statistics| statistics.mean).collect(),
+            per_muscle_std: summary.length_error.iter().map(|statistics| statistics.std).collect(),
+            tension_limits_n: tension_limits.to_vec(),
+            end_point_limit_m: machine.task.site().map(|_| max_end_point_error(machine)),
+            largest_errors: largest_errors(&summary.peaks(), machine)?,
             least_anchor_tension_n: summary.min_anchor_tension.0,
             most_drive_tension_n: summary.max_drive_tension.0,
             stopped_s: summary.stopped.map(|(time, _)| time).or(summary.plant_failed).map(to_milliseconds),
             stopped_by,
             incidents: summary.faults.iter().map(|one| TrackIncident::new(one, robot)).collect(),
             modes: summary.modes.iter().map(TrackMode::new).collect(),
-        }
+        })
     }
 }
-
-/// One row of a trace.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TraceRow {
-    /// Time since the start of the run, s.
-    pub time_s: f64,
-    /// Index of the repeat; `None` at rest.
-    pub repeat: Option<u32>,
-    /// Reference position of the end point, m.
-    pub wanted_m: [f64; 3],
-    /// True position, m.
-    pub end_point_m: [f64; 3],
-    /// Reference length of every muscle, m.
-    pub length_m: Vec<f64>,
-    /// True minus reference length of every muscle, m.
-    pub length_error_m: Vec<f64>,
-    /// Desired tension at every anchor, N.
-    pub wanted_n: Vec<f64>,
-    /// True tension at every anchor, N.
-    pub anchor_n: Vec<f64>,
-    /// True tension at every drive, N.
-    pub drive_n: Vec<f64>,
-    /// What the controller was asked for, read, believed and commanded.
-    pub cycle: CycleSignals,
-}
-
-/// Signals of one control cycle.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct CycleSignals {
-    /// Operating state of the arm, with its fault where there is one.
-    pub status: String,
-    /// Reference of every independent joint, rad or m: `[joints]`.
-    pub joint_reference: Vec<f64>,
-    /// Its true coordinate.
-    pub joint_true: Vec<f64>,
-    /// Its encoder's reading; NaN where it has none.
-    pub joint_read: Vec<f64>,
-    /// The controller's estimate of it.
-    pub joint_believed: Vec<f64>,
-    /// Reading of every motor's encoder, m of cable, + toward the motor: `[muscles]`.
-    pub winch_read_m: Vec<f64>,
-    /// Commanded cable speed, m/s, + toward the motor; NaN where the drive is off or braked.
-    pub winch_command_m_per_s: Vec<f64>,
-    /// Reading of every load cell, N.
-    pub load_cell_n: Vec<f64>,
-    /// The controller's estimate of the tension at every anchor, N.
-    pub anchor_believed_n: Vec<f64>,
-}
-
-/// A run, decimated for figures.
-pub type Trace = Vec<TraceRow>;

@@ -2,7 +2,8 @@
 
 use super::calibrate::{CalibrationProgramme, calibrate_arm};
 use super::controller::{Parts, controller};
-use super::report::{CycleSignals, Trace, TraceRow, TrackingNumbers, fault_name};
+use super::report::{TrackingNumbers, fault_name};
+use super::trace::{CycleSignals, Trace, TraceRow};
 use crate::experiment::arm::{TrackRun, track_supervised};
 use crate::experiment::{TrackRow, TrackSummary, oracle_models};
 use crate::{CompensationVariant, Error};
@@ -222,7 +223,8 @@ pub fn track_arm(
         }
         count += 1;
     })?;
-    Ok(TrackingResult { numbers: TrackingNumbers::new(&summary, &arm.machine), summary, trace })
+    let numbers = TrackingNumbers::new(&summary, &arm.machine, &prepared.tension_limits)?;
+    Ok(TrackingResult { numbers, summary, trace })
 }
 
 fn trace_row(row: &TrackRow<'_>, robot: &Robot) -> TraceRow {

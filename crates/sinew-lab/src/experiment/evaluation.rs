@@ -28,9 +28,12 @@ impl<'a> Evaluation<'a> {
             run.specimen.cables.iter().map(|cable| cable.parameters.pretension).collect();
         let least = run.tension_limits.iter().map(|[least, _]| *least);
         let slack_below = least.zip(&pretension).map(|(least, pretension)| slack_below(least, *pretension));
+        let parts = run.robot.parts();
+        let ranges = run.robot.independent_joints().into_iter().map(|joint| parts.joints[joint].range);
+        let ranges = ranges.map(|range| range.map_or(f64::INFINITY, |[low, high]| high - low));
         Ok(Self {
             errors: TrackingErrors::new(run.specimen, run.robot, run.site)?,
-            summary: TrackSummary::new(slack_below.collect(), run.trajectory.joints()),
+            summary: TrackSummary::new(slack_below.collect(), ranges.collect()),
             pretension,
         })
     }

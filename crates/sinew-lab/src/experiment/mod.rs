@@ -2,6 +2,7 @@
 
 pub mod arm;
 pub mod bench;
+mod error_peaks;
 mod evaluation;
 mod oracle;
 mod run;
@@ -10,6 +11,7 @@ mod track_row;
 mod track_summary;
 mod tracking_errors;
 
+pub use error_peaks::ErrorPeak;
 pub use evaluation::Evaluation;
 pub use oracle::oracle_models;
 pub use statistics::Statistics;

@@ -1,5 +1,6 @@
 //! Errors, extreme tensions and faults of a tracking run.
 
+use super::error_peaks::{ErrorPeak, ErrorPeaks};
 use super::statistics::Statistics;
 use super::track_row::TrackRow;
 use sinew::control::arm::{ArmStatus, Fault, Symptom};
@@ -93,14 +94,15 @@ pub struct TrackSummary {
     pub faults: Vec<FaultInterval>,
     /// Modes of the supervisor in their order.
     pub modes: Vec<ModeChange>,
+    peaks: ErrorPeaks,
     /// When the integration of the plant failed, s: the arm was faster than the laws of the cables allow.
     pub plant_failed: Option<f64>,
 }
 
 impl TrackSummary {
-    /// `slack_below: [muscles]`, N.
-    pub(super) fn new(slack_below: Vec<f64>, joints: usize) -> Self {
-        let muscles = slack_below.len();
+    /// `slack_below: [muscles]`, N; `ranges: [joints]`, rad or m.
+    pub(super) fn new(slack_below: Vec<f64>, ranges: Vec<f64>) -> Self {
+        let (muscles, joints) = (slack_below.len(), ranges.len());
         Self {
             slack_below,
             joint_error: vec![Statistics::default(); joints],
@@ -120,6 +122,7 @@ impl TrackSummary {
             degraded: (0, None),
             faults: Vec::new(),
             modes: Vec::new(),
+            peaks: ErrorPeaks::new(ranges),
             plant_failed: None,
         }
     }
@@ -157,6 +160,7 @@ impl TrackSummary {
             }
         }
         if let Some(repeat) = row.repeat {
+            self.peaks.record(row, error);
             for (statistics, error) in self.joint_error.iter_mut().zip(row.joint_error) {
                 statistics.record(error.abs());
             }
@@ -196,6 +200,12 @@ impl TrackSummary {
             Some(one) if time - one.until < MAX_GAP => (one.until, one.kind) = (time, kind),
             _ => self.faults.push(FaultInterval { from: time, until: time, fault, kind, stopped }),
         }
+    }
+
+    /// The largest errors during motion, largest first, at least a second apart.
+    #[must_use]
+    pub fn peaks(&self) -> Vec<ErrorPeak> {
+        self.peaks.sorted()
     }
 
     /// Largest standard deviation of an anchor's tension at rest, N.

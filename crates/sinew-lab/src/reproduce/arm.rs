@@ -45,6 +45,10 @@ pub struct ArmPart {
     pub trace: Trace,
     /// Names of the muscles.
     pub muscles: Vec<String>,
+    /// Names of the independent joints.
+    pub joints: Vec<String>,
+    /// Their units, rad or m.
+    pub joint_units: Vec<String>,
 }
 
 /// Rows of a trace.
@@ -95,10 +99,13 @@ pub fn reproduce_arm(
             Ok((*variant, tracked))
         })
         .collect::<Result<Vec<_>, Error>>()?;
+    let joints = robot.independent_joints().into_iter().map(|joint| &robot.parts().joints[joint]);
     let mut part = ArmPart {
         options: *options,
         tracking: BTreeMap::new(),
         trace: Trace::new(),
+        joints: joints.clone().map(|joint| joint.name.clone()).collect(),
+        joint_units: joints.map(|joint| joint.kind.unit().to_owned()).collect(),
         muscles: robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect(),
     };
     for (variant, tracked) in runs {

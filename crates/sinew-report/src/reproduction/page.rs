@@ -7,6 +7,7 @@ use super::verdict::{arm_verdict, figures, verdict};
 use crate::error::Error;
 use crate::format::fixed;
 use crate::plot::Plot;
+use crate::shell::{SHELL, Shell};
 use crate::tracking::{self, TrackView};
 use askama::Template;
 use sinew_lab::CompensationVariant;
@@ -16,9 +17,7 @@ use sinew_lab::reproduce::{ArmPart, BenchPart};
 #[derive(Template)]
 #[template(path = "reproduce.html")]
 struct Page<'a> {
-    version: &'static str,
-    style: &'static str,
-    script: &'static str,
+    shell: Shell,
     seed: u64,
     quick: bool,
     verdict: String,
@@ -48,9 +47,7 @@ pub fn render(part: &BenchPart, arm: Option<&ArmPart>, cable: &str, quick: bool)
     let results = &part.results;
     let [rms, largest] = part.mechanism.differences();
     let page = Page {
-        version: env!("CARGO_PKG_VERSION"),
-        style: include_str!("../../assets/report.css"),
-        script: include_str!("../../assets/report.js"),
+        shell: SHELL,
         seed: results.seed,
         quick,
         verdict: verdict(results) + &arm.map_or_else(String::new, arm_verdict),
@@ -117,6 +114,9 @@ pub fn arm_view(part: &ArmPart) -> TrackView<'_> {
         trace: &part.trace,
         drawn: CompensationVariant::Observer,
         names: &part.muscles,
+        joints: &part.joints,
+        joint_units: &part.joint_units,
+        robot: None,
         repeats: part.options.repeats,
         paper: true,
     }

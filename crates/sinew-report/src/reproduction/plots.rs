@@ -25,15 +25,18 @@ pub(super) fn strokes(
     let title = format!("{}, {} m/s", label(variant), fixed(SPEEDS[speed], 2));
     let mut plot =
         Plot::new("trace", title.clone(), (&x, "time (s)".to_owned()), (&y, format!("{title}: tension (N)")));
-    plot.draw("measured", line(rows.iter().map(|row| (row.time, row.wanted)), &x, &y));
+    plot.draw("measured", "reference", line(rows.iter().map(|row| (row.time, row.wanted)), &x, &y));
     if near {
-        plot.draw("near", line(rows.iter().map(|row| (row.time, row.near)), &x, &y));
+        plot.draw("near", "near tension", line(rows.iter().map(|row| (row.time, row.near)), &x, &y));
     }
-    plot.draw("predicted", line(rows.iter().map(|row| (row.time, row.far)), &x, &y));
+    plot.draw("predicted", "far tension", line(rows.iter().map(|row| (row.time, row.far)), &x, &y));
     Some(plot)
 }
 
-/// Figures 9 and 10 at the lowest and the highest speed.
+/// Classes of the points by speed.
+const DOTS: [&str; 6] = ["dots v0", "dots v1", "dots v2", "dots v3", "dots v4", "dots v5"];
+
+/// Figures 9 and 10 at all speeds.
 pub(super) fn scatters(part: &BenchPart) -> Vec<Plot> {
     let mut plots = Vec::new();
     for (label, of) in [
@@ -41,21 +44,21 @@ pub(super) fn scatters(part: &BenchPart) -> Vec<Plot> {
         ("elongation (mm)", |p: &Point| p.stretch),
     ] {
         for (side, muscle) in MUSCLES.into_iter().enumerate() {
-            let both = [&part.mechanism.points[side][0], &part.mechanism.points[side][5]];
-            let most = |of: fn(&Point) -> f64| both.iter().flat_map(|p| p.iter()).map(of).fold(1.0, f64::max);
+            let speeds = &part.mechanism.points[side];
+            let most = |of: fn(&Point) -> f64| speeds.iter().flatten().map(of).fold(1.0, f64::max);
             let (x, y) = (
                 Axis::new(padded((0.0, most(|p| p.near)), 0.03), 5),
                 Axis::new(padded((0.0, most(of)), 0.03), 5),
             );
             let title = format!("{muscle}: {label}");
             let mut plot = Plot::new("loop", title.clone(), (&x, "near tension (N)".to_owned()), (&y, title));
-            for (points, class) in both.into_iter().zip(["dots", "dots fast"]) {
+            for ((points, class), speed) in speeds.iter().zip(DOTS).zip(SPEEDS) {
                 let mut pen = Pen::default();
                 for point in points {
                     pen.lift();
                     pen.line_to(x.at(point.near), y.at(of(point)));
                 }
-                plot.draw(class, pen.finish());
+                plot.draw(class, &format!("{} m/s", fixed(speed, 2)), pen.finish());
             }
             plots.push(plot);
         }

@@ -249,6 +249,14 @@ fn surfaces(parts: &mut Parts) -> Result<(), PartError> {
         part.finite("its position", &wrap.position)?;
         part.unit("its orientation", &mut wrap.orientation)?;
     }
+    for (index, geom) in parts.geoms.iter_mut().enumerate() {
+        let part = Part { kind: "geom", index, name: "" };
+        part.below("its body", geom.body, bodies)?;
+        geom.size[..geom.kind.sizes()].iter().try_for_each(|size| part.positive("its size", *size))?;
+        part.finite("its size", &geom.size)?;
+        part.finite("its position", &geom.position)?;
+        part.unit("its orientation", &mut geom.orientation)?;
+    }
     Ok(())
 }
 

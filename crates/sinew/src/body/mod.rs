@@ -10,6 +10,7 @@ pub(crate) mod cholesky;
 mod coupling;
 mod energy;
 mod forward_dynamics;
+mod geom;
 mod integrate;
 mod inverse_dynamics;
 mod kinematics;
@@ -27,6 +28,7 @@ pub(crate) mod vector;
 
 pub use chain::{DhRow, DhTable};
 pub use coupling::Reduction;
+pub use geom::{Geom, GeomKind};
 pub use kinematics::{MotionAxis, Pose, Poses};
 pub use part_error::PartError;
 pub use parts::{

@@ -4,6 +4,7 @@
 //! parent body; joints of one body act in the order they are listed, anchor and axis in the body's own frame
 //! (at the reference pose the joints move nothing); the world is body 0.
 
+use super::geom::Geom;
 use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -24,6 +25,9 @@ pub struct Parts {
     pub sites: Vec<Site>,
     /// Surfaces that cables wrap around.
     pub wraps: Vec<Wrap>,
+    /// Shapes of the bodies, for drawings.
+    #[serde(default)]
+    pub geoms: Vec<Geom>,
     /// Tendons: each is a muscle.
     pub tendons: Vec<Tendon>,
     /// Joints that follow other joints.
@@ -65,6 +69,17 @@ pub enum JointKind {
     /// Unconstrained; seven coordinates (position in the world, quaternion), six velocities (linear in
     /// the world, angular in the body).
     Free,
+}
+
+impl JointKind {
+    /// Unit of its coordinate: m of a slide, rad of the others.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            JointKind::Slide => "m",
+            JointKind::Hinge | JointKind::Ball | JointKind::Free => "rad",
+        }
+    }
 }
 
 /// A joint between a body and its parent.

@@ -19,6 +19,7 @@ mod robot_toml;
 mod spelling;
 mod tree;
 mod urdf;
+mod urdf_geoms;
 
 pub use error::{DescriptionError, Warning};
 pub use machine::{MachineDescription, machine_from_toml, machine_of, robot_from_toml};

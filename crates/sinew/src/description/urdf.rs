@@ -7,6 +7,7 @@ use super::orientation::{IDENTITY, euler, rotate, turn_tensor, unit};
 use super::origin::Origins;
 use super::robot_toml::add_muscles;
 use super::tree::Tree;
+use super::urdf_geoms;
 use crate::body::{Body, Coupling, Joint, JointKind, Parts};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
@@ -213,6 +214,7 @@ impl<'a> Graph<'a> {
             parts.bodies.push(still(self.root));
             root = 1;
             weigh(self.tree, self.links[self.root], &mut parts.bodies[1])?;
+            parts.geoms.extend(urdf_geoms::read(self.tree, self.links[self.root], 1, origin)?);
         }
         let mut mimics = Vec::new();
         let leaving = |link: &str| self.leaving.get(link).into_iter().flatten().rev().copied();
@@ -226,6 +228,8 @@ impl<'a> Graph<'a> {
             body.parent = parent;
             (body.position, body.orientation) = origin(self.tree, element)?;
             weigh(self.tree, self.links[link], &mut body)?;
+            let shapes = urdf_geoms::read(self.tree, self.links[link], index, origin)?;
+            parts.geoms.extend(shapes);
             let kind = at.word("type", &KINDS)?.ok_or_else(|| at.error("type", "is missing"))?;
             if kind == 5 {
                 return Err(at.error(

@@ -93,6 +93,7 @@ fn execute_on<B: Bus + SimulatedBus>(
     run(&mut cycle, clock, PERIOD, &stop, &mut timing, see)?;
     let statistics = cycle.statistics();
     let clocks = cycle.bus().clocks();
-    let numbers = TrackingNumbers::new(&evaluation.finish(), &arm.machine);
+    let numbers = TrackingNumbers::new(&evaluation.finish(), &arm.machine, conditions.tension_limits);
+    let numbers = numbers.map_err(sinew_lab::Error::from)?;
     Ok(Executed { numbers, timing, real_time, statistics, clocks })
 }

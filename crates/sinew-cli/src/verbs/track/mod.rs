@@ -15,6 +15,7 @@ use crate::progress::Progress;
 use crate::table::{number, table};
 use record::RunHead;
 use setup::Setup;
+use sinew::body::Robot;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{INITIAL_REST_S, TraceRow, TrackOutcome, TrackingNumbers, TrackingResult};
 use sinew_report::tracking::{TrackView, page, response};
@@ -75,12 +76,13 @@ fn files(
         compensation: setup.variant.to_string(),
         repeats: setup.repeats,
         muscles: parts.tendons.iter().map(|tendon| tendon.name.clone()).collect(),
-        joints: joints.map(|joint| parts.joints[joint].name.clone()).collect(),
+        joints: joints.clone().map(|joint| parts.joints[joint].name.clone()).collect(),
+        joint_units: joints.map(|joint| parts.joints[joint].kind.unit().to_owned()).collect(),
         numbers: result.numbers.clone(),
     };
     let mut files = Vec::new();
     if let Some(path) = &arguments.report {
-        files.push((path.clone(), report(&head, setup.variant, &result.trace)?));
+        files.push((path.clone(), report(&head, setup.variant, &result.trace, Some(&setup.machine.robot))?));
     }
     if let Some(path) = &arguments.record {
         files.push((path.clone(), record::csv(&head, &result.trace)?));
@@ -88,11 +90,12 @@ fn files(
     Ok(files)
 }
 
-/// The page of a run, from its rows or from its record.
+/// The page of a run, from its rows or from its record, which has no robot to draw.
 pub(crate) fn report(
     head: &RunHead,
     variant: CompensationVariant,
     trace: &[TraceRow],
+    robot: Option<&Robot>,
 ) -> Result<String, Error> {
     let step = (trace.len() as f64 / REPORT_ROWS).ceil().max(1.0) as usize;
     let trace: Vec<_> = trace.iter().step_by(step).cloned().collect();
@@ -105,6 +108,9 @@ pub(crate) fn report(
         trace: &trace,
         drawn: variant,
         names: &head.muscles,
+        joints: &head.joints,
+        joint_units: &head.joint_units,
+        robot,
         repeats: head.repeats,
         paper: false,
     };

@@ -30,6 +30,9 @@ pub(crate) struct RunHead {
     pub(crate) repeats: u32,
     pub(crate) muscles: Vec<String>,
     pub(crate) joints: Vec<String>,
+    /// rad or m.
+    #[serde(default)]
+    pub(crate) joint_units: Vec<String>,
     pub(crate) numbers: TrackingNumbers,
 }
 

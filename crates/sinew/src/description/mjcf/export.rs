@@ -147,6 +147,15 @@ fn contents(out: &mut String, parts: &Parts, body: usize, depth: usize) {
             place(&wrap.position, &wrap.orientation)
         );
     }
+    for geom in parts.geoms.iter().filter(|geom| geom.body == body) {
+        let _ = writeln!(
+            out,
+            "{indent}<geom type=\"{}\" size=\"{}\" mass=\"0\" contype=\"0\" conaffinity=\"0\"{}/>",
+            geom.kind.word(),
+            numbers(&geom.size[..geom.kind.sizes()]),
+            place(&geom.position, &geom.orientation)
+        );
+    }
     for site in parts.sites.iter().filter(|site| site.body == body) {
         let name = escape(&site.name);
         let _ = writeln!(out, "{indent}<site name=\"{name}\"{}/>", place(&site.position, &site.orientation));

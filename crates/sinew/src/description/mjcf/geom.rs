@@ -6,7 +6,7 @@ use super::inertia::diagonal;
 use super::place::{Place, place};
 use super::shell;
 use super::solid::{Solid, TYPES, Weight};
-use crate::body::WrapKind;
+use crate::body::{Geom, GeomKind, WrapKind};
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use crate::description::orientation as turn;
@@ -44,6 +44,12 @@ pub(super) fn read(
     let name = import.name("geom", at)?;
     let (inner, size) = shape(at, kind, &import.compiler)?;
     let place = frame.of(inner);
+    let shown = GeomKind::from_word(TYPES[kind]).map(|kind| {
+        let Place { position, orientation } = place;
+        let size = core::array::from_fn(|i| if i < kind.sizes() { size[i] } else { 0.0 });
+        import.parts.geoms.push(Geom { body, kind, size, position, orientation });
+        import.parts.geoms.len() - 1
+    });
     if let Some(name) = name {
         let wrap = match kind {
             0 => Some(WrapKind::Sphere),
@@ -52,7 +58,9 @@ pub(super) fn read(
         };
         let element = &at.tree.elements[at.element];
         let at = (at.tree.files[element.file].clone(), element.line);
-        import.surfaces.insert(name, Surface { body, kind: wrap, radius: size[0], place, at, wrap: None });
+        import
+            .surfaces
+            .insert(name, Surface { body, kind: wrap, radius: size[0], place, at, geom: shown, wrap: None });
     }
     if kind >= 5 || !counts {
         return Ok(Weight::Nothing);

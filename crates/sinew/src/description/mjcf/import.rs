@@ -37,6 +37,11 @@ pub fn from_mjcf(
     read_settings(&mut import)?;
     body::world(&mut import)?;
     read_references(&mut import)?;
+    // A surface that a cable wraps around is drawn as one.
+    let wrapped: Vec<usize> =
+        import.surfaces.values().filter(|surface| surface.wrap.is_some()).filter_map(|s| s.geom).collect();
+    let mut index = 0..;
+    import.parts.geoms.retain(|_| index.next().is_none_or(|k| !wrapped.contains(&k)));
     Ok(Description { parts: import.parts, warnings: import.warnings, origins: import.origins })
 }
 

@@ -21,6 +21,8 @@ pub(super) struct Surface {
     pub(super) place: Place,
     /// File and line.
     pub(super) at: (String, usize),
+    /// Its index among the shapes of bodies.
+    pub(super) geom: Option<usize>,
     /// Its index among the wraps once a cable uses it.
     pub(super) wrap: Option<usize>,
 }

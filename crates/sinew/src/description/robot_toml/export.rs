@@ -21,6 +21,7 @@ pub fn to_toml(parts: &Parts) -> String {
     bodies(&mut out, parts);
     joints(&mut out, parts);
     sites(&mut out, parts);
+    geoms(&mut out, parts);
     muscles(&mut out, parts);
     rest(&mut out, parts);
     out
@@ -141,6 +142,15 @@ fn sites(out: &mut String, parts: &Parts) {
         line(out, "kind", &text(kind));
         line(out, "radius_m", &number(wrap.radius));
         place(out, &wrap.position, &wrap.orientation);
+    }
+}
+
+fn geoms(out: &mut String, parts: &Parts) {
+    for geom in &parts.geoms {
+        let _ = write!(out, "\n[[geom]]\nbody = {}\n", text(body_name(parts, geom.body)));
+        line(out, "kind", &text(geom.kind.word()));
+        line(out, "size_m", &numbers(&geom.size[..geom.kind.sizes()]));
+        place(out, &geom.position, &geom.orientation);
     }
 }
 

@@ -3,15 +3,15 @@
 use super::top_level::{MACHINE_KEYS, ROBOT_KEYS};
 use super::written::{self as w, Finite, Vector};
 use crate::body::{
-    Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, PathElement, SheathGeometry, Site,
-    Tendon, TendonPath, Wrap, WrapKind,
+    Actuator, ActuatorKind, Body, Coupling, Geom, GeomKind, Joint, JointKind, Key, Parts, PathElement,
+    SheathGeometry, Site, Tendon, TendonPath, Wrap, WrapKind,
 };
 use crate::description::Description;
 use crate::description::deserialized::refused;
 use crate::description::document::Document;
 use crate::description::error::DescriptionError;
 use crate::description::mjcf;
-use crate::description::orientation::IDENTITY;
+use crate::description::orientation::{IDENTITY, unit, z_to};
 use crate::description::origin::{Keys, Origins};
 use crate::description::spelling::near;
 use alloc::collections::BTreeMap;
@@ -45,6 +45,7 @@ impl Source<'_> {
         all("joint", 0, &mut written.joint.iter().map(|table| table.span().start));
         all("site", 0, &mut written.site.iter().map(|table| table.span().start));
         all("wrap", 0, &mut written.wrap.iter().map(|table| table.span().start));
+        all("geom", 0, &mut written.geom.iter().map(|table| table.span().start));
         all("tendon", 0, &mut written.muscle.iter().map(|table| table.span().start));
         all("coupling", 0, &mut written.coupling.iter().map(|table| table.span().start));
         all("actuator", 0, &mut written.actuator.iter().map(|table| table.span().start));
@@ -217,6 +218,7 @@ fn muscles(parts: &mut Parts, source: &Source<'_>, written: &w::File) -> Result<
     each(source, "site", &written.site, |s| &s.name, |s| site(parts, &bodies, &mut sites, s))?;
     let mut wraps = Names::new("wrap", parts.wraps.iter().map(|wrap| &wrap.name));
     each(source, "wrap", &written.wrap, |s| &s.name, |s| wrap(parts, &bodies, &mut wraps, s))?;
+    each(source, "geom", &written.geom, |s| &s.body, |s| geom(parts, &bodies, s))?;
     let mut tendons = Names::new("muscle", parts.tendons.iter().map(|tendon| &tendon.name));
     each(
         source,
@@ -363,6 +365,37 @@ fn wrap(parts: &mut Parts, bodies: &Names, wraps: &mut Names, s: &w::Wrap) -> Re
         position: vector(s.position_m, [0.0; 3]),
         orientation: vector(s.orientation_wxyz, IDENTITY),
     });
+    Ok(())
+}
+
+/// The parts of a shape are validated with those of the robot, but for what depends on how it is written.
+fn geom(parts: &mut Parts, bodies: &Names, s: &w::Geom) -> Result<(), String> {
+    let body = bodies.find(&s.body).map_err(|e| format!("body {e}"))?;
+    let kind = GeomKind::from_word(&s.kind).ok_or_else(|| {
+        let words: Vec<&str> = GeomKind::WORDS.iter().map(|(_, word)| *word).collect();
+        format!("kind {:?}: expected {}", s.kind, words.join(", "))
+    })?;
+    let mut place = (vector(s.position_m, [0.0; 3]), vector(s.orientation_wxyz, IDENTITY));
+    let mut given: Vec<f64> = s.size_m.iter().map(|size| size.0).collect();
+    if let Some(w::Numbers([a, b, c, d, e, f])) = s.ends_m {
+        if !matches!(kind, GeomKind::Capsule | GeomKind::Cylinder) || given.len() != 1 {
+            return Err("ends_m: expected a capsule or a cylinder with one size, its radius".to_string());
+        }
+        if s.position_m.is_some() || s.orientation_wxyz.is_some() {
+            return Err(
+                "ends_m stands beside position_m or orientation_wxyz: expected one of them".to_string()
+            );
+        }
+        let along = [d - a, e - b, f - c];
+        let axis = unit(along).ok_or("ends_m has both ends in one point: expected a length > 0")?;
+        given.push(0.5 * libm::sqrt(along.iter().map(|x| x * x).sum()));
+        place = ([(a + d) / 2.0, (b + e) / 2.0, (c + f) / 2.0], z_to(axis));
+    }
+    if given.len() != kind.sizes() || given.iter().any(|size| *size <= 0.0) {
+        return Err(format!("size_m: expected {} numbers > 0 for a {}", kind.sizes(), s.kind));
+    }
+    let size = core::array::from_fn(|i| given.get(i).copied().unwrap_or(0.0));
+    parts.geoms.push(Geom { body, kind, size, position: place.0, orientation: place.1 });
     Ok(())
 }
 

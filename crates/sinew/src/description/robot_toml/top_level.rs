@@ -1,8 +1,19 @@
 //! Outermost keys of a robot file, and those that make it a machine file.
 
 /// Keys of a robot file.
-pub(in crate::description) const ROBOT_KEYS: [&str; 10] =
-    ["name", "gravity_m_per_s2", "body", "joint", "site", "wrap", "muscle", "coupling", "actuator", "key"];
+pub(in crate::description) const ROBOT_KEYS: [&str; 11] = [
+    "name",
+    "gravity_m_per_s2",
+    "body",
+    "joint",
+    "site",
+    "wrap",
+    "geom",
+    "muscle",
+    "coupling",
+    "actuator",
+    "key",
+];
 
 /// Further keys of a machine file, which say nothing about the robot itself.
 pub(in crate::description) const MACHINE_KEYS: [&str; 17] = [

@@ -76,6 +76,8 @@ pub(super) struct File {
     #[serde(default)]
     pub(super) wrap: Vec<Spanned<Wrap>>,
     #[serde(default)]
+    pub(super) geom: Vec<Spanned<Geom>>,
+    #[serde(default)]
     pub(super) muscle: Vec<Spanned<Muscle>>,
     #[serde(default)]
     pub(super) coupling: Vec<Spanned<Coupling>>,
@@ -154,6 +156,21 @@ pub(super) struct Wrap {
     pub(super) body: String,
     pub(super) kind: WrapKind,
     pub(super) radius_m: Finite,
+    pub(super) position_m: Vector<3>,
+    pub(super) orientation_wxyz: Vector<4>,
+}
+
+/// A shape of a body for drawings: with `ends_m` along the line between these points, else at `position_m`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Geom {
+    pub(super) body: String,
+    /// `sphere`, `capsule`, `cylinder`, `ellipsoid` or `box`.
+    pub(super) kind: String,
+    /// Radius; radius and half length; half lengths. With `ends_m` without the length.
+    pub(super) size_m: Vec<Finite>,
+    /// Both ends of a capsule or cylinder: x, y, z, x, y, z.
+    pub(super) ends_m: Vector<6>,
     pub(super) position_m: Vector<3>,
     pub(super) orientation_wxyz: Vector<4>,
 }

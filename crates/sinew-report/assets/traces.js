@@ -1,43 +1,7 @@
 "use strict";
+// Time series of the records: zoom, values under the cursor, and the loop of one record.
 (() => {
-  const root = document.documentElement;
   const byId = (id) => document.getElementById(id);
-
-  // Theme: the system's until the reader chooses one.
-  const themes = ["auto", "light", "dark"];
-  const store = {
-    get: () => { try { return localStorage.getItem("sinew-theme") || "auto"; } catch { return "auto"; } },
-    set: (v) => { try { localStorage.setItem("sinew-theme", v); } catch { /* private window: keep it for this page */ } },
-  };
-  let theme = themes.includes(store.get()) ? store.get() : "auto";
-  let redraw = () => {};
-  const button = byId("theme");
-  const show = () => {
-    if (theme === "auto") root.removeAttribute("data-theme");
-    else root.dataset.theme = theme;
-    button.textContent = { auto: "◐ Auto", light: "○ Light", dark: "● Dark" }[theme];
-    button.setAttribute("aria-label", `Theme: ${theme}. Change`);
-    redraw();
-  };
-  button.addEventListener("click", () => {
-    theme = themes[(themes.indexOf(theme) + 1) % themes.length];
-    store.set(theme);
-    show();
-  });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => redraw());
-  document.querySelectorAll(".needs-script").forEach((e) => { e.hidden = false; });
-  show();
-
-  // Contents: mark the section being read.
-  const links = new Map([...document.querySelectorAll(".contents a")].map((a) => [a.hash.slice(1), a]));
-  const seen = new IntersectionObserver((entries) => {
-    for (const e of entries) if (e.isIntersecting) {
-      links.forEach((a) => a.removeAttribute("aria-current"));
-      links.get(e.target.id || "main")?.setAttribute("aria-current", "true");
-    }
-  }, { rootMargin: "-15% 0px -75% 0px" });
-  document.querySelectorAll("main > section").forEach((s) => seen.observe(s));
-
   const holder = byId("data");
   if (!holder || typeof uPlot === "undefined") return;
   const data = JSON.parse(holder.textContent);
@@ -61,7 +25,7 @@
     const view = bytes(r.time);
     const time = Array.from({ length: view.byteLength / 4 }, (_, i) => r.start_s + view.getFloat32(4 * i, true));
     const far = words(r.measured, data.far_range), predicted = words(r.predicted, data.far_range);
-    const half = words(r.half, data.half_range), near = words(r.near, data.near_range);
+    const half = words(r.half, data.half_range), inputs = r.inputs.map((text, k) => (text ? words(text, data.input_ranges[k]) : time.map(() => null)));
     const gate = data.gated ? words(r.gate, [0, 1]) : null;
     const skipped = [];
     let at = 0;
@@ -70,7 +34,7 @@
       at += n;
     });
     r.unpacked = {
-      time, far, predicted, half, near, gate, skipped,
+      time, far, predicted, half, inputs, near: inputs[0], gate, skipped,
       low: combine(predicted, half, (p, h) => p - h), high: combine(predicted, half, (p, h) => p + h),
       error: combine(predicted, far, (p, m) => p - m),
     };
@@ -90,7 +54,7 @@
     return getComputedStyle(probe).color;
   };
 
-  const number = (v, digits) => (v === null || v === undefined ? "–" : Number(v.toPrecision(digits)).toString().replace("-", "−"));
+  const { number } = sinew;
   const withUnit = (v, unit) => (unit === "°" ? `${v}°` : unit ? `${v}\u202f${unit}` : v);
   const showReadout = (o) => {
     readout.replaceChildren(...o.flatMap(([k, v]) => {
@@ -133,7 +97,7 @@
     const r = unpack(record), unit = data.far_unit;
     const row = [["t", `${number(r.time[i], 6)}\u202fs`], ["measured", withUnit(number(r.far[i], 4), unit)],
       ["predicted", withUnit(`${number(r.predicted[i], 4)} ± ${number(r.half[i], 2)}`, unit)], ["error", withUnit(number(r.error[i], 2), unit)],
-      [data.near, number(r.near[i], 4)]];
+      ...data.inputs.map((name, k) => [name, number(r.inputs[k][i], 4)])];
     if (r.gate) row.push(["gate", number(r.gate[i], 2)]);
     showReadout(row);
   };
@@ -179,7 +143,7 @@
       record.view, [{ series: [1, 2], fill: () => faint("accent", 20) }], false);
     pane(data.far_unit ? `error, predicted − measured (${data.far_unit})` : "error, predicted − measured", 120, [line("accent", 1.4)], [r.time, r.error], record.view_error, [], false);
     const gate = r.gate !== null;
-    pane(data.near, 110, [line("near", 1.5)], [r.time, r.near], record.view_near, [], !gate);
+    data.inputs.forEach((name, k) => pane(name, 110, [line("near", 1.5)], [r.time, r.inputs[k]], record.view_inputs[k], [], !gate && k === data.inputs.length - 1));
     if (gate) pane("gate: weight of the learned correction", 70, [line("warm", 1.4)], [r.time, r.gate], [0, 1.05], [], true, true);
     live.style.minHeight = "";
     describe(panes[0]);
@@ -187,22 +151,24 @@
   // The loop of one record, drawn into the picture of all.
   const loop = document.querySelector("#loop-figure .loop");
   const paths = loop ? ["measured", "predicted"].map((c) => loop.querySelector(`path.${c}`)) : [];
+  const loopSize = loop ? loop.querySelector("svg").getAttribute("viewBox").split(" ").slice(2).map(Number) : [];
   const drawn = paths.map((p) => p?.getAttribute("d") ?? "");
   let single = false;
   const drawLoop = () => {
     if (!loop || paths.includes(null)) return;
-    const r = unpack(data.records[current]), [x0, x1, y0, y1] = loop.dataset.ends.split(" ").map(Number);
+    const r = unpack(data.records[current]), [x0, x1, y0, y1] = loop.dataset.ends.split(" ").map(Number), [width, height] = loopSize;
     const path = (ys) => {
       let d = "", up = true;
       ys.forEach((y, i) => {
         const x = r.near[i];
         if (x === null || y === null) { up = true; return; }
-        d += `${up ? "M" : "L"}${Math.round((x - x0) / (x1 - x0) * 2000)} ${Math.round((y1 - y) / (y1 - y0) * 1000)}`;
+        d += `${up ? "M" : "L"}${Math.round((x - x0) / (x1 - x0) * width)} ${Math.round((y1 - y) / (y1 - y0) * height)}`;
         up = false;
       });
       return d;
     };
     [r.far, r.predicted].forEach((ys, k) => paths[k].setAttribute("d", single ? path(ys) : drawn[k]));
+    loop.dispatchEvent(new Event("redrawn"));
     loop.classList.toggle("one", single);
     const name = byId("loop-name");
     if (name) name.textContent = single ? data.records[current].label : "";
@@ -229,12 +195,38 @@
     build();
     drawLoop();
   };
-  redraw = () => panes.forEach((p) => p.redraw());
+  addEventListener("theme", () => panes.forEach((p) => p.redraw()));
 
   select.addEventListener("change", () => pick(Number(select.value)));
   document.querySelectorAll("[data-pick]").forEach((b) => b.addEventListener("click", () => {
     pick(Number(b.dataset.pick));
     if (b.classList.contains("thumb")) byId("traces").scrollIntoView();
+  }));
+  // The panes as they are zoomed, one above the other.
+  const style = (name, width, dash = "") => {
+    probe.style.color = `var(--${name})`;
+    const [r, g, b] = getComputedStyle(probe).color.match(/[\d.]+/g).map(Number);
+    return { line: `fill="none" stroke="rgb(${r},${g},${b})" stroke-width="${width}"${dash && ` stroke-dasharray="${dash}"`}`, area: `fill="rgb(${r},${g},${b})" fill-opacity="0.2" stroke="none"` };
+  };
+  byId("save-traces").addEventListener("click", () => sinew.onPaper(() => {
+    const r = unpack(data.records[current]), far = style("measured", 2.4), own = style("accent", 1.4), input = style("near", 1.3, "7 4"), warm = style("warm", 1.3);
+    const panels = panes.map((u, k) => {
+      const { min: x0, max: x1 } = u.scales.x, { min: y0, max: y1 } = u.scales.y, W = 4000, H = 2000;
+      const at = (i, ys) => `${((r.time[i] - x0) / (x1 - x0) * W).toFixed(1)} ${((y1 - ys[i]) / (y1 - y0) * H).toFixed(1)}`;
+      const seen = r.time.map((t, i) => i).filter((i) => r.time[i] >= x0 && r.time[i] <= x1);
+      const path = (ys) => seen.map((i, n) => (ys[i] === null ? "" : `${n && ys[seen[n - 1]] !== null ? "L" : "M"}${at(i, ys)}`)).join("");
+      const banded = seen.filter((i) => r.high[i] !== null && r.low[i] !== null);
+      const shapes = k === 0 ? [{ data: banded.length ? `M${banded.map((i) => at(i, r.high)).join("L")}L${banded.reverse().map((i) => at(i, r.low)).join("L")}z` : "", style: own.area }, { data: path(r.far), style: far.line }, { data: path(r.predicted), style: own.line }]
+        : k === 1 ? [{ data: path(r.error), style: own.line }]
+        : k - 2 < data.inputs.length ? [{ data: path(r.inputs[k - 2]), style: input.line }] : [{ data: path(r.gate), style: warm.line }];
+      const label = live.querySelectorAll(".pane-label")[k].textContent, last = k === panes.length - 1;
+      return {
+        box: [0, 0, W, H], height: k === 0 ? 300 : 110, shapes, legend: k === 0 ? [{ name: "measured", style: far.line }, { name: "predicted", style: own.line }, { name: "95 % band", style: own.area.replace("stroke=\"none\"", own.line.slice(12)).replace("stroke-width=\"1.4\"", "stroke-opacity=\"0.2\" stroke-width=\"10\"") }] : [],
+        x: { label: last ? "time (s)" : "", ticks: sinew.ticks(x0, x1, 7).map(([v, s]) => [(v - x0) / (x1 - x0), s]) },
+        y: { label, ticks: sinew.ticks(y0, y1, k === 0 ? 5 : 2).map(([v, s]) => [(y1 - v) / (y1 - y0), s]) },
+      };
+    });
+    sinew.save(`${data.far} ${data.records[current].label}`, panels);
   }));
   document.querySelectorAll("[data-zoom]").forEach((b) => b.addEventListener("click", () => step(b.dataset.zoom)));
   live.addEventListener("dblclick", () => step("all"));

@@ -1,0 +1,46 @@
+"use strict";
+(() => {
+  const root = document.documentElement;
+  const byId = (id) => document.getElementById(id);
+
+  // Theme: the system's until the reader chooses one.
+  const themes = ["auto", "light", "dark"];
+  const store = {
+    get: () => { try { return localStorage.getItem("sinew-theme") || "auto"; } catch { return "auto"; } },
+    set: (v) => { try { localStorage.setItem("sinew-theme", v); } catch { /* private window: keep it for this page */ } },
+  };
+  let theme = themes.includes(store.get()) ? store.get() : "auto";
+  const button = byId("theme");
+  const show = () => {
+    if (theme === "auto") root.removeAttribute("data-theme");
+    else root.dataset.theme = theme;
+    button.textContent = { auto: "◐ Auto", light: "○ Light", dark: "● Dark" }[theme];
+    button.setAttribute("aria-label", `Theme: ${theme}. Change`);
+    dispatchEvent(new Event("theme"));
+  };
+  button.addEventListener("click", () => {
+    theme = themes[(themes.indexOf(theme) + 1) % themes.length];
+    store.set(theme);
+    show();
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => dispatchEvent(new Event("theme")));
+  document.querySelectorAll(".needs-script").forEach((e) => { e.hidden = false; });
+  show();
+
+  // Contents: mark the section being read.
+  const links = new Map([...document.querySelectorAll(".contents a")].map((a) => [a.hash.slice(1), a]));
+  const seen = new IntersectionObserver((entries) => {
+    for (const e of entries) if (e.isIntersecting) {
+      links.forEach((a) => a.removeAttribute("aria-current"));
+      links.get(e.target.id || "main")?.setAttribute("aria-current", "true");
+    }
+  }, { rootMargin: "-15% 0px -75% 0px" });
+  document.querySelectorAll("main > section").forEach((s) => seen.observe(s));
+
+  // Tables that are wider than the page scroll under their first column; the keyboard reaches them.
+  const wide = document.querySelectorAll(".table");
+  const fit = () => wide.forEach((t) => { if (t.scrollWidth > t.clientWidth + 1) t.tabIndex = 0; else t.removeAttribute("tabindex"); });
+  addEventListener("resize", fit);
+  document.querySelectorAll("details").forEach((d) => d.addEventListener("toggle", fit));
+  fit();
+})();

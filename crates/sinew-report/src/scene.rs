@@ -1,0 +1,243 @@
+//! Data of a page's three-dimensional view: shapes of bodies, cables, wrapping surfaces and joints in the poses that can be
+//! shown, and paths of points.
+
+use super::error::Error;
+use super::shapes::shapes;
+use askama::Template;
+use serde_json::{Value, json};
+use sinew::body::{Poses, Robot, WrapKind};
+use sinew::muscle::{Geometry, Muscles};
+
+/// A view with its controls, to be put into a page.
+#[derive(Debug, Template)]
+#[template(path = "scene.html")]
+pub(super) struct SceneFigure {
+    title: String,
+    caption: String,
+    /// Groups of choices: heading, then number and name of each.
+    choices: Vec<(&'static str, Vec<(String, String)>)>,
+    /// The choice that is shown first.
+    start: usize,
+    data: String,
+    entries: Vec<(&'static str, String)>,
+}
+
+/// A joint over its range, or another quantity: name, unit, values and a pose for each value.
+#[derive(Debug)]
+pub struct Sweep {
+    /// Of the joint.
+    pub name: String,
+    /// Of its values.
+    pub unit: String,
+    /// Its values.
+    pub at: Vec<f64>,
+    /// By [`Scenery::pose`].
+    pub frames: Vec<Value>,
+}
+
+/// What a view shows.
+#[derive(Debug, Default)]
+pub struct SceneData {
+    /// By [`Scenery::fixed`]; none where only paths are shown.
+    pub fixed: Option<Value>,
+    /// Names and poses by [`Scenery::pose`].
+    pub poses: Vec<(String, Value)>,
+    /// Joints over their ranges.
+    pub sweeps: Vec<Sweep>,
+    /// By [`path`].
+    pub(super) paths: Vec<Value>,
+}
+
+impl SceneFigure {
+    /// `start`: index of the choice that is shown first, poses before sweeps.
+    pub(super) fn new(
+        title: &str,
+        caption: &str,
+        scene: &SceneData,
+        start: usize,
+        entries: &[(&'static str, &str)],
+    ) -> Result<Self, Error> {
+        let numbered = |first: usize, names: &mut dyn Iterator<Item = &String>| -> Vec<(String, String)> {
+            names.enumerate().map(|(k, name)| ((first + k).to_string(), name.clone())).collect()
+        };
+        let poses = numbered(0, &mut scene.poses.iter().map(|(name, _)| name));
+        let sweeps = numbered(poses.len(), &mut scene.sweeps.iter().map(|sweep| &sweep.name));
+        let several = poses.len() + sweeps.len() > 1;
+        let named = scene.poses.iter().map(|(name, scene)| json!({"name": name, "scene": scene}));
+        let ranges = scene.sweeps.iter().map(
+            |sweep| json!({"joint": sweep.name, "unit": sweep.unit, "at": sweep.at, "frames": sweep.frames}),
+        );
+        let data = json!({"fixed": scene.fixed, "poses": named.collect::<Value>(),
+            "sweeps": ranges.collect::<Value>(), "paths": scene.paths});
+        Ok(Self {
+            title: title.to_owned(),
+            caption: caption.to_owned(),
+            choices: if several { vec![("a pose", poses), ("over a range", sweeps)] } else { Vec::new() },
+            start,
+            data: embedded(&data)?,
+            entries: entries.iter().map(|(class, name)| (*class, (*name).to_owned())).collect(),
+        })
+    }
+}
+
+/// Angle between two points of an arc, rad.
+const ARC_STEP: f64 = 0.25;
+
+/// Evaluates the poses of a robot one at a time.
+#[derive(Debug)]
+pub struct Scenery<'a> {
+    robot: &'a Robot,
+    muscles: Muscles,
+    geometry: Geometry,
+    frames: Poses,
+    base: Option<ScenePose>,
+}
+
+/// Poses of the bodies and branches of the cables.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScenePose {
+    /// Position, m, and orientation `[w, x, y, z]` of every body.
+    bodies: Vec<([f64; 3], [f64; 4])>,
+    cables: Vec<Vec<Vec<[f64; 3]>>>,
+}
+
+impl<'a> Scenery<'a> {
+    /// For a robot.
+    #[must_use]
+    pub fn new(robot: &'a Robot) -> Self {
+        let muscles = Muscles::new(robot);
+        let geometry = Geometry::new(robot, &muscles);
+        Self { robot, muscles, geometry, frames: Poses::new(robot), base: None }
+    }
+
+    /// What all poses share; `end_point` is a site.
+    #[must_use]
+    pub fn fixed(&self, end_point: Option<usize>) -> Value {
+        let parts = self.robot.parts();
+        let gravity = parts.gravity;
+        let length = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let up = if length > 0.0 { gravity.map(|g| -g / length) } else { [0.0, 0.0, 1.0] };
+        let shapes: Vec<Value> = shapes(parts, end_point)
+            .iter()
+            .map(|shape| {
+                json!({"body": shape.body, "radius": rounded(shape.radius),
+                    "points": shape.points.iter().map(point).collect::<Value>()})
+            })
+            .collect();
+        let surfaces: Vec<Value> = parts
+            .wraps
+            .iter()
+            .map(|wrap| {
+                json!({"body": wrap.body, "centre": point(&wrap.position), "radius": rounded(wrap.radius),
+                    "axis": (wrap.kind == WrapKind::Cylinder)
+                        .then(|| point(&super::shapes::rotated(wrap.orientation, [0.0, 0.0, 1.0])))})
+            })
+            .collect();
+        let joints: Vec<Value> = parts
+            .joints
+            .iter()
+            .map(|joint| json!({"body": joint.body, "at": point(&joint.anchor)}))
+            .collect();
+        let names: Vec<&str> = parts.tendons.iter().map(|tendon| tendon.name.as_str()).collect();
+        json!({"up": up, "shapes": shapes, "surfaces": surfaces, "joints": joints, "muscles": names})
+    }
+
+    /// A pose, all coordinates `q: [nq]`. Cables with the same path as in the first pose are null.
+    ///
+    /// # Errors
+    /// [`Error::Physics`] for coordinates of another robot.
+    pub fn pose(&mut self, q: &[f64]) -> Result<Value, Error> {
+        self.robot.forward_kinematics(q, &mut self.frames)?;
+        self.muscles.evaluate(q, &mut self.geometry)?;
+        let bodies = (0..self.robot.parts().bodies.len()).map(|body| {
+            let pose = self.robot.body_pose(&self.frames, body);
+            (pose.origin, quaternion(pose.axes))
+        });
+        let cables =
+            (0..self.muscles.count()).map(|muscle| self.muscles.path(&self.geometry, muscle, ARC_STEP));
+        let pose = ScenePose { bodies: bodies.collect(), cables: cables.collect::<Result<_, _>>()? };
+        let value = pose.json(self.base.as_ref());
+        self.base.get_or_insert(pose);
+        Ok(value)
+    }
+
+    /// Number of points of the cables of the first pose, by which the number of poses of a page can be limited.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.base.as_ref().map_or(0, |base| base.cables.iter().flatten().map(Vec::len).sum())
+    }
+}
+
+impl ScenePose {
+    fn json(&self, base: Option<&ScenePose>) -> Value {
+        let cables = self.cables.iter().enumerate().map(|(i, cable)| {
+            let same = base.is_some_and(|base| base.cables.get(i) == Some(cable));
+            let lines = || cable.iter().map(|line| line.iter().map(point).collect::<Value>()).collect();
+            if same { Value::Null } else { lines() }
+        });
+        let bodies = self.bodies.iter().map(|(at, turn)| {
+            json!(
+                at.iter().map(|x| rounded(*x)).chain(turn.iter().map(|x| rounded(*x))).collect::<Vec<f64>>()
+            )
+        });
+        json!({"bodies": bodies.collect::<Value>(), "cables": cables.collect::<Value>()})
+    }
+}
+
+/// The unit quaternion of a rotation, by the images of the axes.
+fn quaternion([x, y, z]: [[f64; 3]; 3]) -> [f64; 4] {
+    // Four times the squares of the components; the largest is divided by.
+    let squares = [
+        1.0 + x[0] + y[1] + z[2],
+        1.0 + x[0] - y[1] - z[2],
+        1.0 - x[0] + y[1] - z[2],
+        1.0 - x[0] - y[1] + z[2],
+    ];
+    let largest = (0..4).max_by(|a, b| squares[*a].total_cmp(&squares[*b])).unwrap_or(0);
+    let s = 2.0 * squares[largest].max(0.0).sqrt();
+    match largest {
+        0 => [0.25 * s, (y[2] - z[1]) / s, (z[0] - x[2]) / s, (x[1] - y[0]) / s],
+        1 => [(y[2] - z[1]) / s, 0.25 * s, (y[0] + x[1]) / s, (z[0] + x[2]) / s],
+        2 => [(z[0] - x[2]) / s, (y[0] + x[1]) / s, 0.25 * s, (z[1] + y[2]) / s],
+        _ => [(x[1] - y[0]) / s, (z[0] + x[2]) / s, (z[1] + y[2]) / s, 0.25 * s],
+    }
+}
+
+/// A path of a point, by the class and the name of its line.
+pub(super) fn path(class: &str, name: &str, points: impl Iterator<Item = [f64; 3]>) -> Value {
+    let points: Vec<Value> = points.filter(|p| p.iter().all(|x| x.is_finite())).map(|p| point(&p)).collect();
+    json!({"class": class, "name": name, "points": points})
+}
+
+fn point(point: &[f64; 3]) -> Value {
+    json!(point.map(rounded))
+}
+
+/// To 0.01 mm, below the resolution of the view, so that the page stays small.
+fn rounded(x: f64) -> f64 {
+    (x * 1e5).round() / 1e5
+}
+
+/// JSON, safe within a script element.
+fn embedded(data: &Value) -> Result<String, Error> {
+    Ok(serde_json::to_string(data)?.replace('<', "\\u003c"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::rotated;
+
+    #[test]
+    fn a_rotation_comes_back_from_the_images_of_the_axes() {
+        for k in 0..200 {
+            let raw: [f64; 4] = std::array::from_fn(|i| (1.7 * f64::from(k) + 2.3 * i as f64).sin());
+            let norm = raw.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let q = raw.map(|x| x / norm);
+            let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            let found = quaternion(axes.map(|axis| rotated(q, axis)));
+            let same: f64 = q.iter().zip(found).map(|(a, b)| a * b).sum();
+            assert!((same.abs() - 1.0).abs() < 1e-12, "{q:?} {found:?}");
+        }
+    }
+}

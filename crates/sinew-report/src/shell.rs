@@ -1,0 +1,21 @@
+//! What every page shares: style sheet and scripts.
+
+/// Style sheet and scripts of a page.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shell {
+    /// Of the program.
+    pub(super) version: &'static str,
+    pub(super) style: &'static str,
+    /// Theme, contents and tables.
+    pub(super) page: &'static str,
+    /// Values under the cursor, zoom and saving of plots.
+    pub(super) plots: &'static str,
+}
+
+/// The one design of all pages.
+pub(super) const SHELL: Shell = Shell {
+    version: env!("CARGO_PKG_VERSION"),
+    style: concat!(include_str!("../assets/report.css"), include_str!("../assets/plots.css")),
+    page: include_str!("../assets/page.js"),
+    plots: include_str!("../assets/plots.js"),
+};

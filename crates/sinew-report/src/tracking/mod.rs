@@ -1,0 +1,167 @@
+//! Tracking with a machine: errors and where they come from, path, joints, tensions and lengths, as a section of the
+//! reproduction or as a page of its own.
+
+mod marks;
+mod plots;
+mod table;
+#[cfg(test)]
+pub(crate) mod tests;
+mod words;
+
+use super::error::Error;
+use super::plot::Plot;
+use super::scene::{SceneData, SceneFigure, Scenery, Sweep, path};
+use super::shell::{SHELL, Shell};
+use askama::Template;
+use plots::{Family, Plotter};
+use sinew::body::Robot;
+use sinew::muscle::MuscleDynamics;
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::{TraceRow, TrackingNumbers};
+use std::collections::BTreeMap;
+use table::Row;
+pub use words::response;
+
+/// Poses of the machine that the view offers.
+const POSES: usize = 60;
+
+#[derive(Template)]
+#[template(path = "tracking.html")]
+struct Section {
+    heading: String,
+    lead: String,
+    rows: Vec<Row>,
+    sources: Vec<String>,
+    scene: Option<SceneFigure>,
+    end_point: Vec<Plot>,
+    over_repeats: Option<Plot>,
+    joints: Family,
+    joint_errors: Family,
+    tensions: Family,
+    lengths: Family,
+    means: Vec<Plot>,
+    errors: Family,
+    remarks: Vec<String>,
+    incidents: Vec<String>,
+    paper: bool,
+}
+
+#[derive(Template)]
+#[template(path = "track.html")]
+struct Page<'a> {
+    shell: Shell,
+    scene_script: &'static str,
+    title: &'a str,
+    amount: &'a str,
+    verdict: String,
+    section: String,
+    end_point: bool,
+}
+
+/// Results of tracking, as they are shown.
+#[derive(Debug)]
+pub struct TrackView<'a> {
+    /// Above the table.
+    pub heading: String,
+    /// Below the heading.
+    pub lead: String,
+    /// By variant.
+    pub tracking: &'a BTreeMap<CompensationVariant, TrackingNumbers>,
+    /// Trace of the plotted run.
+    pub trace: &'a [TraceRow],
+    /// Variant of the plotted run.
+    pub drawn: CompensationVariant,
+    /// Names of the muscles.
+    pub names: &'a [String],
+    /// Names of the independent joints.
+    pub joints: &'a [String],
+    /// Their units, rad or m.
+    pub joint_units: &'a [String],
+    /// Repeats of the plotted run.
+    pub repeats: u32,
+    /// Whether the run is that of the paper, whose results are then a row of the table.
+    pub paper: bool,
+    /// The machine, to be drawn along its path; none where a run is drawn from its record.
+    pub robot: Option<&'a Robot>,
+}
+
+/// The section, to be put into a page.
+pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
+    let plotter = Plotter::new(view);
+    let section = Section {
+        heading: view.heading.clone(),
+        lead: view.lead.clone(),
+        rows: table::rows(view),
+        sources: words::sources(view),
+        scene: scene(view, plotter.has_end_point())?,
+        end_point: if plotter.has_end_point() { plotter.end_point() } else { Vec::new() },
+        over_repeats: if plotter.has_end_point() { plotter.over_repeats() } else { None },
+        joints: plotter.joints(),
+        joint_errors: plotter.joint_errors(),
+        tensions: plotter.tensions(),
+        lengths: plotter.lengths(),
+        means: plotter.means(),
+        errors: plotter.length_errors(),
+        remarks: words::remarks(view),
+        incidents: words::incidents(view),
+        paper: view.paper,
+    };
+    Ok(section.render()?)
+}
+
+/// The paths of the end point, and the machine at times of the run.
+fn scene(view: &TrackView<'_>, has_end_point: bool) -> Result<Option<SceneFigure>, Error> {
+    let mut data = SceneData::default();
+    let mut entries = Vec::new();
+    if has_end_point {
+        let step = view.trace.len().div_ceil(1500).max(1);
+        let rows = || view.trace.iter().step_by(step);
+        data.paths.push(path("measured", "reference", rows().map(|row| row.wanted_m)));
+        data.paths.push(path("predicted", "true", rows().map(|row| row.end_point_m)));
+        entries = vec![
+            ("measured", "path of the end point, reference"),
+            ("predicted", "path of the end point, true"),
+        ];
+    }
+    if let Some(robot) = view.robot {
+        let mut scenery = Scenery::new(robot);
+        let mut model = MuscleDynamics::new(robot)?;
+        data.fixed = Some(scenery.fixed(None));
+        let step = view.trace.len().div_ceil(POSES).max(1);
+        let mut sweep =
+            Sweep { name: "time of the run".into(), unit: "s".into(), at: Vec::new(), frames: Vec::new() };
+        for row in view.trace.iter().step_by(step) {
+            model.evaluate(&row.cycle.joint_true)?;
+            if data.poses.is_empty() {
+                data.poses.push(("start".to_owned(), scenery.pose(model.coordinates())?));
+            }
+            sweep.frames.push(scenery.pose(model.coordinates())?);
+            sweep.at.push(row.time_s);
+        }
+        data.sweeps.push(sweep);
+    }
+    if data.fixed.is_none() && data.paths.is_empty() {
+        return Ok(None);
+    }
+    let caption = "The true pose at the chosen time of the run.";
+    let caption = if view.robot.is_some() { caption } else { "Paths of the end point." };
+    let start = usize::from(view.robot.is_some());
+    SceneFigure::new("The machine and the path of its end point", caption, &data, start, &entries).map(Some)
+}
+
+/// A page of its own.
+///
+/// # Errors
+/// [`Error`] where the page could not be written, or the trace is not of the machine.
+pub fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<String, Error> {
+    let page = Page {
+        shell: SHELL,
+        scene_script: include_str!("../../assets/scene.js"),
+        title,
+        amount,
+        verdict: words::verdict(view.tracking.get(&view.drawn)),
+        section: section(view)?,
+        end_point: Plotter::new(view).has_end_point(),
+    };
+    Ok(page.render()?)
+}

@@ -1,0 +1,299 @@
+//! Signals of a run over its time: end point, joints, tensions, lengths. Every axis has the same zero, the start of the run.
+
+use super::TrackView;
+use super::marks::{Marks, reversals};
+use crate::format::significant;
+use crate::plot::{Legend, Plot};
+use crate::scale::{Axis, padded};
+use crate::svg_path::{line, ribbon};
+use sinew_lab::arm::TraceRow;
+
+/// Plots of one kind with a legend for all of them.
+#[derive(Debug)]
+pub(super) struct Family {
+    pub(super) plots: Vec<Plot>,
+    pub(super) legend: Legend,
+}
+
+type Signal<'a> = (&'static str, &'static str, Box<dyn Fn(&TraceRow) -> f64 + 'a>);
+
+/// Draws signals of a run.
+pub(super) struct Plotter<'a> {
+    view: &'a TrackView<'a>,
+    rows: Vec<&'a TraceRow>,
+    time: Axis,
+    marks: Marks,
+}
+
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let finite = values.filter(|v| v.is_finite());
+    padded(finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v))), 0.05)
+}
+
+fn distance(row: &TraceRow) -> f64 {
+    row.wanted_m.iter().zip(&row.end_point_m).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+impl<'a> Plotter<'a> {
+    pub(super) fn new(view: &'a TrackView<'a>) -> Self {
+        let rows: Vec<&TraceRow> = view.trace.iter().collect();
+        let last = rows.last().map_or(1.0, |row| row.time_s);
+        let incidents = view.tracking.get(&view.drawn).map_or(&[][..], |numbers| &numbers.incidents);
+        let marks = Marks::new(view.trace, incidents, view.repeats);
+        Self { view, rows, time: Axis::new((0.0, last), 6), marks }
+    }
+
+    /// Whether the run has an end point.
+    pub(super) fn has_end_point(&self) -> bool {
+        self.rows.iter().any(|row| distance(row).is_finite())
+    }
+
+    /// Times at which any joint reverses, s.
+    pub(super) fn joint_reversals(&self) -> Vec<f64> {
+        let joints = 0..self.view.joints.len();
+        joints.flat_map(|k| reversals(&self.rows, move |row| row.cycle.joint_reference[k])).collect()
+    }
+
+    /// One plot of signals, in the order of drawing; the range is that of the motion.
+    fn plot(
+        &self,
+        small: bool,
+        title: &str,
+        label: String,
+        signals: &[Signal<'_>],
+        reversed: &[f64],
+    ) -> Plot {
+        let moving = || self.rows.iter().filter(|row| row.repeat.is_some());
+        let count = moving().count();
+        let rows = self.rows.iter().filter(|row| count == 0 || row.repeat.is_some());
+        let y = Axis::new(
+            range(rows.flat_map(|row| signals.iter().map(|(_, _, of)| of(row)))),
+            if small { 3 } else { 5 },
+        );
+        let class = if small { "trace low" } else { "trace" };
+        let mut plot = Plot::new(class, title.to_owned(), (&self.time, "time (s)".to_owned()), (&y, label))
+            .linked("run");
+        if small {
+            plot = plot.without_legend();
+        }
+        self.marks.draw(&mut plot, &self.time, reversed);
+        for (class, name, of) in signals {
+            plot.draw(class, name, line(self.rows.iter().map(|row| (row.time_s, of(row))), &self.time, &y));
+        }
+        plot
+    }
+
+    fn family(&self, plots: Vec<Plot>, signals: &[(&'static str, &'static str)]) -> Family {
+        let mut legend = signals.to_vec();
+        legend.extend(self.marks.legend());
+        Family { plots, legend: Legend::new(&legend) }
+    }
+
+    /// Coordinates of the end point with their references, components of the error, and its magnitude with its limit.
+    pub(super) fn end_point(&self) -> Vec<Plot> {
+        let reversed = self.joint_reversals();
+        let axes = ["x", "y", "z"].into_iter().enumerate();
+        let mut plots: Vec<Plot> = axes
+            .map(|(k, name)| {
+                let signals: [Signal<'_>; 2] = [
+                    ("measured", "reference", Box::new(move |row| row.wanted_m[k])),
+                    ("predicted", "true", Box::new(move |row| row.end_point_m[k])),
+                ];
+                self.plot(false, &format!("End point, {name}"), format!("{name} (m)"), &signals, &reversed)
+            })
+            .collect();
+        let part = |k: usize| move |row: &TraceRow| 1e3 * (row.end_point_m[k] - row.wanted_m[k]);
+        let parts: [Signal<'_>; 3] = [
+            ("predicted", "x", Box::new(part(0))),
+            ("lowered", "y", Box::new(part(1))),
+            ("near", "z", Box::new(part(2))),
+        ];
+        let label = "error, true − reference (mm)".to_owned();
+        plots.push(self.plot(false, "Components of the end point's error", label, &parts, &reversed));
+        let numbers = self.view.tracking.get(&self.view.drawn);
+        let limit = numbers.and_then(|numbers| numbers.end_point_limit_m).map(|limit| 1e3 * limit);
+        let mut magnitude: Vec<Signal<'_>> =
+            vec![("predicted", "magnitude of the error", Box::new(|row| 1e3 * distance(row)))];
+        // A limit far above the error would flatten it.
+        let most =
+            self.rows.iter().map(|row| 1e3 * distance(row)).filter(|e| e.is_finite()).fold(0.0, f64::max);
+        let mut label = "magnitude of the error (mm)".to_owned();
+        match limit {
+            Some(limit) if most > 0.2 * limit => {
+                magnitude.push(("bound", "limit", Box::new(move |_| limit)));
+            }
+            Some(limit) => label = format!("magnitude of the error, limit {} (mm)", significant(limit, 3)),
+            None => {}
+        }
+        plots.push(self.plot(false, "Magnitude of the end point's error", label, &magnitude, &reversed));
+        plots
+    }
+
+    /// Angles of the joints, or positions of slides.
+    pub(super) fn joints(&self) -> Family {
+        let plot = |(k, name): (usize, &String)| {
+            let unit = self.unit(k);
+            let signals: [Signal<'_>; 3] = [
+                ("measured", "reference", Box::new(move |row| row.cycle.joint_reference[k])),
+                ("third", "estimate", Box::new(move |row| row.cycle.joint_believed[k])),
+                ("predicted", "true", Box::new(move |row| row.cycle.joint_true[k])),
+            ];
+            let reversed = reversals(&self.rows, move |row| row.cycle.joint_reference[k]);
+            self.plot(true, &format!("Coordinate of {name}"), format!("{name} ({unit})"), &signals, &reversed)
+        };
+        let plots = self.view.joints.iter().enumerate().map(plot).collect();
+        self.family(plots, &[("measured", "reference"), ("third", "estimate"), ("predicted", "true")])
+    }
+
+    /// Their errors.
+    pub(super) fn joint_errors(&self) -> Family {
+        let plot = |(k, name): (usize, &String)| {
+            let unit = if self.unit(k) == "m" { "mm" } else { "mrad" };
+            let of = |signal: fn(&TraceRow) -> &Vec<f64>| {
+                move |row: &TraceRow| 1e3 * (signal(row)[k] - row.cycle.joint_reference[k])
+            };
+            let signals: [Signal<'_>; 2] = [
+                ("predicted", "true − reference", Box::new(of(|row| &row.cycle.joint_true))),
+                ("third", "estimate − reference", Box::new(of(|row| &row.cycle.joint_believed))),
+            ];
+            let reversed = reversals(&self.rows, move |row| row.cycle.joint_reference[k]);
+            self.plot(true, &format!("Error of {name}"), format!("{name} ({unit})"), &signals, &reversed)
+        };
+        let plots = self.view.joints.iter().enumerate().map(plot).collect();
+        self.family(plots, &[("predicted", "true − reference"), ("third", "estimate − reference")])
+    }
+
+    fn unit(&self, joint: usize) -> &str {
+        self.view.joint_units.get(joint).map_or("rad", String::as_str)
+    }
+
+    /// Tensions at both ends of every cable against their limits.
+    pub(super) fn tensions(&self) -> Family {
+        let numbers = self.view.tracking.get(&self.view.drawn);
+        let limits = |k: usize| numbers.and_then(|numbers| numbers.tension_limits_n.get(k)).copied();
+        let plot = |(k, name): (usize, &String)| {
+            let mut signals: Vec<Signal<'_>> = vec![
+                ("measured", "desired at the anchor", Box::new(move |row| row.wanted_n[k])),
+                ("near", "at the drive", Box::new(move |row| row.drive_n[k])),
+                ("third", "estimated at the anchor", Box::new(move |row| row.cycle.anchor_believed_n[k])),
+                ("predicted", "at the anchor", Box::new(move |row| row.anchor_n[k])),
+            ];
+            let mut label = format!("{name} (N)");
+            if let Some([least, most]) = limits(k) {
+                signals.push(("bound", "limits at the anchor", Box::new(move |_| least)));
+                let largest = self.rows.iter().map(|row| row.drive_n[k].max(row.wanted_n[k]));
+                if largest.filter(|n| n.is_finite()).fold(0.0, f64::max) > 0.3 * most {
+                    signals.push(("bound", "limits at the anchor", Box::new(move |_| most)));
+                } else {
+                    label = format!("{name}, limit {} (N)", significant(most, 3));
+                }
+            }
+            let reversed = reversals(&self.rows, move |row| row.length_m[k]);
+            self.plot(true, &format!("Tension of {name}"), label, &signals, &reversed)
+        };
+        let plots = self.view.names.iter().enumerate().map(plot).collect();
+        let mut legend = vec![
+            ("measured", "desired at the anchor"),
+            ("near", "at the drive"),
+            ("third", "estimated at the anchor"),
+            ("predicted", "at the anchor"),
+        ];
+        if limits(0).is_some() {
+            legend.push(("bound", "limits at the anchor"));
+        }
+        self.family(plots, &legend)
+    }
+
+    /// Changes of the muscles' lengths since the start of the run.
+    pub(super) fn lengths(&self) -> Family {
+        let plot = |(k, name): (usize, &String)| {
+            let start = self.rows.first().map_or(0.0, |row| row.length_m[k]);
+            let reference = move |row: &TraceRow| 1e3 * (row.length_m[k] - start);
+            let truth = move |row: &TraceRow| reference(row) + 1e3 * row.length_error_m[k];
+            let signals: [Signal<'_>; 2] =
+                [("measured", "reference", Box::new(reference)), ("predicted", "true", Box::new(truth))];
+            let reversed = reversals(&self.rows, move |row| row.length_m[k]);
+            self.plot(true, &format!("Length of {name}"), format!("{name} (mm)"), &signals, &reversed)
+        };
+        let plots = self.view.names.iter().enumerate().map(plot).collect();
+        self.family(plots, &[("measured", "reference"), ("predicted", "true")])
+    }
+
+    /// Errors of the muscles' lengths.
+    pub(super) fn length_errors(&self) -> Family {
+        let plot = |(k, name): (usize, &String)| {
+            let signals: [Signal<'_>; 1] =
+                [("predicted", "true − reference", Box::new(move |row| 1e3 * row.length_error_m[k]))];
+            let reversed = reversals(&self.rows, move |row| row.length_m[k]);
+            self.plot(true, &format!("Length error of {name}"), format!("{name} (mm)"), &signals, &reversed)
+        };
+        let plots = self.view.names.iter().enumerate().map(plot).collect();
+        self.family(plots, &[("predicted", "true − reference")])
+    }
+
+    /// Mean magnitude of the length error of every muscle, with its standard deviation over time.
+    pub(super) fn means(&self) -> Vec<Plot> {
+        let Some(numbers) = self.view.tracking.get(&self.view.drawn) else { return Vec::new() };
+        let each = numbers.per_muscle.iter().enumerate().map(|(k, mean)| {
+            let spread = numbers.per_muscle_std.get(k).copied().unwrap_or(0.0);
+            (k as f64, 1e3 * mean, 1e3 * spread)
+        });
+        let each: Vec<(f64, f64, f64)> = each.collect();
+        let x = Axis::new((-0.7, each.len() as f64 - 0.3), 8);
+        let most = each.iter().map(|(_, mean, spread)| mean + spread).fold(0.01, f64::max);
+        let y = Axis::new((0.0, 1.08 * most), 5);
+        let title = "Mean magnitude of the length error".to_owned();
+        let label = "mean length error (mm)".to_owned();
+        let mut plot =
+            Plot::new("trace", title, (&x, String::new()), (&y, label)).with_names(&x, self.view.names);
+        // A bar is a vertical line; a NaN lifts the pen.
+        let lift = (f64::NAN, f64::NAN);
+        let bars = each.iter().flat_map(|(k, mean, _)| [(*k, 0.0), (*k, *mean), lift]);
+        plot.draw("bars", "mean over time", line(bars, &x, &y));
+        let whiskers = each.iter().flat_map(|(k, mean, spread)| {
+            let [low, high] = [(mean - spread).max(0.0), mean + spread];
+            let cap = |at: f64| [(k - 0.12, at), (k + 0.12, at), lift];
+            [[(*k, low), (*k, high), lift], cap(low), cap(high)].concat()
+        });
+        plot.draw("whisker", "standard deviation over time", line(whiskers, &x, &y));
+        vec![plot]
+    }
+
+    /// Mean and standard deviation of the end point's error over one period, over the repeats.
+    pub(super) fn over_repeats(&self) -> Option<Plot> {
+        const BINS: usize = 200;
+        let repeats = self.view.repeats;
+        let starts: Vec<f64> = (0..repeats)
+            .filter_map(|k| self.rows.iter().find(|row| row.repeat == Some(k)).map(|row| row.time_s))
+            .collect();
+        let period = starts.windows(2).map(|pair| pair[1] - pair[0]).next()?;
+        let mut bins = vec![Vec::new(); BINS];
+        for row in self.rows.iter().filter(|row| distance(row).is_finite()) {
+            let start = row.repeat.and_then(|k| starts.get(usize::try_from(k).ok()?));
+            let Some(start) = start else { continue };
+            let place = ((row.time_s - start) / period * BINS as f64) as usize;
+            bins[place.min(BINS - 1)].push(1e3 * distance(row));
+        }
+        let each: Vec<(f64, f64, f64)> = bins
+            .iter()
+            .enumerate()
+            .filter(|(_, errors)| errors.len() > 1)
+            .map(|(k, errors)| {
+                let count = errors.len() as f64;
+                let mean = errors.iter().sum::<f64>() / count;
+                let squares: f64 = errors.iter().map(|e| (e - mean) * (e - mean)).sum();
+                ((k as f64 + 0.5) / BINS as f64 * period, mean, (squares / (count - 1.0)).sqrt())
+            })
+            .collect();
+        let most = each.iter().map(|(_, mean, spread)| mean + spread).fold(0.1, f64::max);
+        let (x, y) = (Axis::new((0.0, period), 6), Axis::new((0.0, 1.05 * most), 5));
+        let title = "Error of the end point over a repeat".to_owned();
+        let labels =
+            ("time since the start of the repeat (s)".to_owned(), "error of the end point (mm)".to_owned());
+        let mut plot = Plot::new("trace", title, (&x, labels.0), (&y, labels.1));
+        let band = each.iter().map(|(t, mean, spread)| (*t, (mean - spread).max(0.0), mean + spread));
+        plot.draw("spread", "± standard deviation over the repeats", ribbon(band, &x, &y));
+        plot.draw("predicted", "mean over the repeats", line(each.iter().map(|e| (e.0, e.1)), &x, &y));
+        Some(plot)
+    }
+}
