@@ -38,7 +38,7 @@
   document.querySelectorAll("main > section").forEach((s) => seen.observe(s));
 
   // Tables that are wider than the page scroll under their first column; the keyboard reaches them.
-  const wide = document.querySelectorAll(".table");
+  const wide = document.querySelectorAll(".table, .scrolled");
   const fit = () => wide.forEach((t) => { if (t.scrollWidth > t.clientWidth + 1) t.tabIndex = 0; else t.removeAttribute("tabindex"); });
   addEventListener("resize", fit);
   document.querySelectorAll("details").forEach((d) => d.addEventListener("toggle", fit));

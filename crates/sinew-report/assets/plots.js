@@ -60,10 +60,9 @@ const sinew = (() => {
   const picture = (title, panels) => {
     const width = 760, left = 76, inner = width - left - 20;
     let top = 30, body = "";
-    panels.forEach((p, k) => {
-      const [bx, by, bw, bh] = p.box, fit = `scale(${inner / bw} ${p.height / bh}) translate(${-bx} ${-by})`;
-      body += `<clipPath id="c${k}"><rect x="${left}" y="${top}" width="${inner}" height="${p.height}"/></clipPath><text x="8" y="${top - 10}">${escaped(p.y.label)}</text>`;
-      body += `<g clip-path="url(#c${k})"><g transform="translate(${left} ${top}) ${fit}">${p.shapes.map((s) => `<path d="${s.data}" vector-effect="non-scaling-stroke" ${s.style}/>`).join("")}</g></g>`;
+    panels.forEach((p) => {
+      body += `<text x="8" y="${top - 10}">${escaped(p.y.label)}</text>`;
+      body += `<svg x="${left}" y="${top}" width="${inner}" height="${p.height}" viewBox="${p.box.join(" ")}" preserveAspectRatio="none">${p.shapes.map((s) => `<path d="${s.data}" vector-effect="non-scaling-stroke" ${s.style}/>`).join("")}</svg>`;
       body += `<path d="M${left} ${top}v${p.height}h${inner}" fill="none" stroke="#59626d"/>`;
       body += p.y.ticks.map(([at, text]) => `<text x="${left - 7}" y="${(top + at * p.height + 4).toFixed(1)}" text-anchor="end">${escaped(text)}</text>`).join("");
       top += p.height + 18;

@@ -3,7 +3,7 @@
 use sinew_identify::log::{Condition, Input, LogInfo, Role};
 use sinew_identify::report::{
     Candidate, ChosenSummary, ClassicalFit, ExpectedError, Grade, IdentificationReport, InfluenceRow,
-    Parameter, Trace,
+    InputTrace, Parameter, Trace,
 };
 
 /// Deterministic pseudo-random numbers.
@@ -41,6 +41,7 @@ fn trace(
         near_name: "tension_in_n".to_owned(),
         time_s: Vec::new(),
         near: Vec::new(),
+        others: vec![InputTrace { column: "stroke_mm".to_owned(), values: Vec::new() }],
         far: Vec::new(),
         predicted: Vec::new(),
         half_width: Vec::new(),
@@ -62,6 +63,7 @@ fn trace(
         let uncertainty = (-reversed / 0.4).exp();
         t.time_s.push(time);
         t.near.push(near);
+        t.others[0].values.push(12.0 * phase.cos());
         t.far.push(cell + 0.05 * noise.normal());
         t.predicted.push(model + 0.08 * uncertainty * sign);
         t.half_width.push(0.3 + 0.35 * uncertainty);

@@ -21,6 +21,8 @@ mod machine_scene;
 mod models;
 mod pack;
 mod page;
+#[cfg(test)]
+mod page_tests;
 pub mod payload;
 mod picture;
 mod plot;

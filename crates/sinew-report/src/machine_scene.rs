@@ -48,7 +48,7 @@ impl MachineScene {
             fixed.push(index == 0 || (!moved && fixed[body.parent]));
         }
         let end_point = machine.payload_site();
-        let shapes = shapes(parts, end_point).into_iter();
+        let shapes = shapes(parts).into_iter();
         let bodies = shapes.map(|shape| BodyPoints {
             fixed: fixed[shape.body],
             points: shape.points.iter().map(|point| place(shape.body, *point)).collect(),

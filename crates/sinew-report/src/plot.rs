@@ -6,6 +6,9 @@ use super::scale::Axis;
 use super::svg_path::{HEIGHT, WIDTH, horizontal_lines, vertical_lines};
 use askama::Template;
 
+/// Classes of marks on a time axis.
+const MARKS: [&str; 3] = ["reversal", "repeat", "fault"];
+
 /// A plot with axes.
 #[derive(Debug, Template)]
 #[template(path = "plot.html")]
@@ -118,6 +121,8 @@ impl Plot {
                 entries.push((shape.class, &shape.name));
             }
         }
+        // Marks stand behind the signals.
+        entries.sort_by_key(|(class, _)| MARKS.contains(class));
         entries
     }
 

@@ -38,15 +38,18 @@ impl Axis {
 
     /// Round values within the axis with their labels.
     pub(super) fn ticks(&self) -> Vec<(f64, String)> {
-        let first = (self.low / self.step).ceil();
+        let first = (self.low / self.step - 1e-9).ceil();
         let decimals = usize::try_from((-self.step.log10().floor()) as i64).unwrap_or(0);
         let exotic = self.low.abs().max(self.high.abs()) >= 1e5 || decimals > 4;
+        // As many digits as tell neighbours apart.
+        let largest = self.low.abs().max(self.high.abs());
+        let digits = ((largest / self.step).log10().ceil().max(0.0) as usize + 1).clamp(3, 15);
         (0..24)
             .map(|k| (first + f64::from(k)) * self.step)
             .take_while(|value| *value <= self.high + 1e-9 * self.step)
             .map(|value| {
                 let value = if value.abs() < 1e-9 * self.step { 0.0 } else { value };
-                (value, if exotic { significant(value, 3) } else { fixed(value, decimals) })
+                (value, if exotic { significant(value, digits) } else { fixed(value, decimals) })
             })
             .collect()
     }

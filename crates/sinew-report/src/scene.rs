@@ -44,8 +44,8 @@ pub struct SceneData {
     pub poses: Vec<(String, Value)>,
     /// Joints over their ranges.
     pub sweeps: Vec<Sweep>,
-    /// By [`path`].
-    pub(super) paths: Vec<Value>,
+    /// Paths of points, each with the class and the name of its line.
+    pub paths: Vec<Value>,
 }
 
 impl SceneFigure {
@@ -110,14 +110,14 @@ impl<'a> Scenery<'a> {
         Self { robot, muscles, geometry, frames: Poses::new(robot), base: None }
     }
 
-    /// What all poses share; `end_point` is a site.
+    /// What all poses share.
     #[must_use]
-    pub fn fixed(&self, end_point: Option<usize>) -> Value {
+    pub fn fixed(&self) -> Value {
         let parts = self.robot.parts();
         let gravity = parts.gravity;
         let length = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
         let up = if length > 0.0 { gravity.map(|g| -g / length) } else { [0.0, 0.0, 1.0] };
-        let shapes: Vec<Value> = shapes(parts, end_point)
+        let shapes: Vec<Value> = shapes(parts)
             .iter()
             .map(|shape| {
                 json!({"body": shape.body, "radius": rounded(shape.radius),

@@ -23,7 +23,7 @@ pub struct RoundedHull {
 /// Shapes of all bodies: those of the file; for a body without one the hull of its origin, those of the bodies that it
 /// carries and its sites, the world's excepted.
 #[must_use]
-pub fn shapes(parts: &Parts, end_point: Option<usize>) -> Vec<RoundedHull> {
+pub fn shapes(parts: &Parts) -> Vec<RoundedHull> {
     // Of the world what is not larger than the robot: a floor would hide it.
     let length = |x: [f64; 3]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let reach: f64 = parts.bodies.iter().map(|body| length(body.position)).sum();
@@ -31,14 +31,18 @@ pub fn shapes(parts: &Parts, end_point: Option<usize>) -> Vec<RoundedHull> {
     let mut shapes: Vec<RoundedHull> = parts.geoms.iter().filter(small).map(of_geom).collect();
     let described: Vec<bool> =
         (0..parts.bodies.len()).map(|body| parts.geoms.iter().any(|geom| geom.body == body)).collect();
-    let of_tendons = parts.tendons.iter().flat_map(|tendon| match &tendon.path {
-        TendonPath::Spatial(elements) => elements.as_slice(),
-        TendonPath::Fixed(_) => &[],
-    });
-    let of_tendons = of_tendons.filter_map(|element| match element {
-        PathElement::Site(index) => Some(*index),
-        _ => None,
-    });
+    // Sites of cables, and those of no cable: end points, sensors. A site that only selects the side of a surface may lie
+    // outside the body.
+    let paths = || {
+        parts.tendons.iter().flat_map(|tendon| match &tendon.path {
+            TendonPath::Spatial(elements) => elements.as_slice(),
+            TendonPath::Fixed(_) => &[],
+        })
+    };
+    let side = |index: usize| {
+        paths().any(|element| matches!(element, PathElement::Wrap { side: Some(side), .. } if *side == index))
+    };
+    let through = |index: usize| paths().any(|element| *element == PathElement::Site(index));
     let mut points: Vec<Vec<[f64; 3]>> = vec![Vec::new(); parts.bodies.len()];
     for (index, body) in parts.bodies.iter().enumerate().skip(1) {
         points[index].push([0.0; 3]);
@@ -46,9 +50,10 @@ pub fn shapes(parts: &Parts, end_point: Option<usize>) -> Vec<RoundedHull> {
             points[body.parent].push(body.position);
         }
     }
-    for index in of_tendons.chain(end_point) {
-        let site = &parts.sites[index];
-        points[site.body].push(site.position);
+    for (index, site) in parts.sites.iter().enumerate() {
+        if through(index) || !side(index) {
+            points[site.body].push(site.position);
+        }
     }
     let spans: Vec<f64> = points.iter().map(|points| span(points)).filter(|span| *span > 0.0).collect();
     let radius = DRAWN_SHARE * spans.iter().sum::<f64>() / (spans.len() as f64).max(1.0);

@@ -67,7 +67,7 @@ const VOID: [&str; 4] = ["meta", "br", "img", "link"];
 
 /// Every element of a page as (tag, attributes), or what is wrong with it: a tag that is not closed in order,
 /// an attribute without quotes, a bare `<`.
-fn elements(page: &str) -> Result<Vec<(String, String)>, String> {
+pub(crate) fn elements(page: &str) -> Result<Vec<(String, String)>, String> {
     let (mut rest, mut open, mut found) = (page, Vec::<String>::new(), Vec::new());
     while let Some(start) = rest.find('<') {
         rest = &rest[start + 1..];

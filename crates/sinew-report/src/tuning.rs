@@ -147,7 +147,6 @@ struct MarginRow {
 
 /// A margin on a scale: where usual values begin, as designed, least.
 struct Track {
-    label: &'static str,
     usual: Option<String>,
     designed: String,
     least: String,
@@ -274,7 +273,6 @@ fn margins(tuned: &Tuned) -> (Vec<MarginRow>, [[String; 2]; 3]) {
         let track = |k: usize| {
             let at = |value: f64| css_percent((value - lows[k]) / (highs[k] - lows[k]));
             Track {
-                label: ["phase, degrees", "gain", "delay, ms"][k],
                 usual: USUAL[k].map(at),
                 designed: at(designed[k]),
                 least: at(least[k]),

@@ -148,18 +148,21 @@ fn the_page_draws_cables_along_arcs_and_holds_every_joint() {
     let bench = Bench::new();
     assert_eq!(bench.run("arm inspect lm_arm --report arm.html").code, Some(0));
     let page = bench.read("arm.html");
-    let data = page.split_once("const data = ").unwrap().1.split_once(";\n").unwrap().0;
+    let data =
+        page.split_once("<script type=\"application/json\">").unwrap().1.split_once("</script>").unwrap().0;
     let data: serde_json::Value = serde_json::from_str(data).unwrap();
-    let (poses, sweeps) = (&data["view"]["poses"], data["view"]["sweeps"].as_array().unwrap());
+    let (poses, sweeps) = (&data["poses"], data["sweeps"].as_array().unwrap());
     assert_eq!((poses[0]["name"].as_str(), sweeps.len()), (Some("reference"), 7));
-    let triceps = data["muscles"].as_array().unwrap().iter().position(|m| m[0] == "triceps").unwrap();
+    let triceps = data["fixed"]["muscles"].as_array().unwrap().iter().position(|m| m == "triceps").unwrap();
     let line = poses[0]["scene"]["cables"][triceps][0].as_array().unwrap();
     assert!(line.len() > 2, "wraps about the elbow");
     // The drawn line is as long as the muscle, but for the chords of its arcs.
     let points: Vec<Vec<f64>> = line.iter().map(|p| serde_json::from_value(p.clone()).unwrap()).collect();
     let piece = |pair: &[Vec<f64>]| (0..3).map(|i| (pair[1][i] - pair[0][i]).powi(2)).sum::<f64>().sqrt();
     let drawn: f64 = points.windows(2).map(piece).sum();
-    let length = data["muscles"][triceps][1].as_f64().unwrap();
+    let inspected: serde_json::Value =
+        serde_json::from_str(&bench.run("arm inspect lm_arm --json").stdout).unwrap();
+    let length = inspected["muscles"][triceps]["length_m"].as_f64().unwrap();
     assert!((drawn - length).abs() < 2e-4, "{drawn} {length}");
     // The elbow bends the triceps and leaves the deltoid alone.
     let frames = &sweeps.iter().find(|s| s["joint"] == "elbow_flexion").unwrap()["frames"];

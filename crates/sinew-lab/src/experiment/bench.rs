@@ -1,8 +1,9 @@
 //! Runs on the two-drive bench: one drive moves the cable, the other one controls its tension.
 
+use super::bench_oracle::{Oracle, TrueState};
 use sinew::Error;
 use sinew::control::compensation::{Compensation, CompensationOutput};
-use sinew::control::stretch::{FarEndReference, PREVIEW_HORIZON, StretchController};
+use sinew::control::stretch::{FarEndReference, PREVIEW_HORIZON};
 use sinew::drive::{DriveCommand, DriveFault, DriveParameters};
 use sinew::predictor::CableSample;
 use sinew::transmission::cable::{CableLaw, CableParameters, CablePath};
@@ -40,6 +41,18 @@ pub struct BenchRun {
     pub period: f64,
     /// Seed of the sensors' noise.
     pub seed: u64,
+    /// Where the displacement of the far end is known from.
+    pub anchor: AnchorSource,
+}
+
+/// Where a compensation knows the displacement of the far end from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AnchorSource {
+    /// The encoder of the joint.
+    #[default]
+    JointEncoder,
+    /// The reference of the motion: no sensor stands at the far end.
+    Reference,
 }
 
 impl BenchRun {
@@ -57,6 +70,7 @@ impl BenchRun {
             tension: [40.0, 200.0],
             period: (1.0 - RUN_IN) * STROKE / speed,
             seed,
+            anchor: AnchorSource::JointEncoder,
         }
     }
 }
@@ -75,6 +89,8 @@ pub struct BenchRow {
     pub command: DriveCommand,
     /// Measurements of the muscle's sensors and the joint's.
     pub sample: CableSample,
+    /// Displacement of the far end as its encoder reads it, m, whether the compensation knows it or not.
+    pub anchor: f64,
     /// Measured far tension, N.
     pub far: f64,
     /// Far tension estimated by the compensation, N; NaN where it has no estimate.
@@ -103,8 +119,7 @@ pub enum Stop {
 pub enum MuscleControl<'a> {
     /// A compensation, from measurements.
     Compensation(&'a mut Compensation),
-    /// The plant's own law and its true stretch, without noise and delay: the upper bound of any
-    /// compensation.
+    /// The plant's own law with its true stretch, drag and far tension, without noise and delay.
     Oracle,
 }
 
@@ -129,7 +144,8 @@ pub fn run(
 ) -> Result<Option<Stop>, Error> {
     let mut bench = Bench::new(&run.specimen, run.resolution, run.drives, run.seed)?;
     bench.settle(0.5 * (run.tension[0] + run.tension[1]))?;
-    let mut oracle = StretchController::new(bench.cable().law().clone());
+    let mut oracle = Oracle::new(bench.cable().law().clone());
+    let mut reference_anchor = bench.reading().anchor();
     let mut load = LoadFeedforward::new()?;
     let mut stroke = Stroke::new(run.speed, run.stroke);
     let mut previewed_stroke = stroke.clone();
@@ -142,18 +158,25 @@ pub fn run(
         let (velocity, previewed_velocity) = (stroke.next(), previewed_stroke.next());
         let wanted = desired_tension(run, time);
         let reading = bench.reading();
-        let sample = CableSample {
-            motor: reading.muscle.position,
-            anchor: reading.anchor(),
-            tension_in: reading.muscle.tension,
+        let anchor = match run.anchor {
+            AnchorSource::JointEncoder => reading.anchor(),
+            AnchorSource::Reference => reference_anchor,
         };
+        reference_anchor += velocity * STEP;
+        let sample =
+            CableSample { motor: reading.muscle.position, anchor, tension_in: reading.muscle.tension };
         let reference = FarEndReference { tension_out: wanted, velocity, previewed_velocity };
         let output = match &mut control {
             MuscleControl::Compensation(compensation) => compensation.step(STEP, &reference, &sample)?,
             MuscleControl::Oracle => {
                 let CableReading { tension_out, stretch, .. } = bench.truth();
                 let drag_factor = bench.cable().drag_factor();
-                let speed = oracle.winch_speed(STEP, &reference, stretch, drag_factor)?;
+                let sliding = stroke.window() != 0.0;
+                let speed = oracle.winch_speed(
+                    STEP,
+                    &reference,
+                    TrueState { stretch, tension_out, drag_factor, sliding },
+                )?;
                 CompensationOutput { command: DriveCommand::Velocity(speed), tension_out, stretch }
             }
         };
@@ -171,6 +194,7 @@ pub fn run(
             wanted,
             command: muscle,
             sample,
+            anchor: reading.anchor(),
             far: reading.load.tension,
             estimate: output.tension_out,
             estimated_stretch: output.stretch,

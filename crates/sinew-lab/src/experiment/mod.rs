@@ -2,6 +2,7 @@
 
 pub mod arm;
 pub mod bench;
+mod bench_oracle;
 mod error_peaks;
 mod evaluation;
 mod oracle;

@@ -4,10 +4,11 @@ use super::elongation::{self, ElongationTable};
 use super::mechanism::Mechanism;
 use super::results::{
     BenchResults, ByVariant, Efficiency, ElongationMillimetres, Indices, OtherSpecimen, Sides, Stretching,
+    WithoutJointEncoder,
 };
 use super::trial::{TraceRow, Trial, run_trial};
 use crate::calibrate::{calibrate, calibrated_cable, calibration_runs, capstan, observer};
-use crate::experiment::bench::{BenchRun, MuscleControl, Programme};
+use crate::experiment::bench::{AnchorSource, BenchRun, MuscleControl, Programme};
 use crate::paper::SPEEDS;
 use crate::{CompensationVariant, Error};
 use rayon::prelude::*;
@@ -106,7 +107,8 @@ pub fn reproduce_bench(
     let mut steerings: Vec<(CompensationVariant, Option<&Compensation>)> =
         compensations.iter().map(|(variant, compensation)| (*variant, Some(compensation))).collect();
     steerings.push((CompensationVariant::Perfect, None));
-    let trials = all_speeds(&specimen, &steerings, options)?;
+    let trials = all_speeds(&specimen, &steerings, AnchorSource::JointEncoder, options)?;
+    let without_joint_encoder = without_joint_encoder(&specimen, &compensations[3].1, options)?;
     let done = AtomicUsize::new(0);
     let others = (1..=options.specimens)
         .into_par_iter()
@@ -132,6 +134,7 @@ pub fn reproduce_bench(
         table1: table(|trial| &trial.scores.achieved, false),
         table1_estimate: table(|trial| &trial.scores.estimated, false),
         table1_cycles: table(|trial| &trial.scores.cycles, true),
+        without_joint_encoder,
         table2: Sides::of(|side| Efficiency {
             efficiency: mechanism.efficiency[side].map(|account| account[0]),
             std: mechanism.efficiency[side].map(|account| account[1]),
@@ -155,6 +158,7 @@ pub fn reproduce_bench(
 fn all_speeds(
     specimen: &Specimen,
     steerings: &[(CompensationVariant, Option<&Compensation>)],
+    anchor: AnchorSource,
     options: &BenchOptions,
 ) -> Result<Vec<(CompensationVariant, Vec<Trial>)>, Error> {
     let jobs: Vec<(usize, f64)> =
@@ -163,7 +167,8 @@ fn all_speeds(
         .into_par_iter()
         .map(|(k, speed)| {
             let seed = options.seed.wrapping_add(100);
-            let bench_run = BenchRun::paper(specimen.clone(), Programme::Track, speed, seed);
+            let paper = BenchRun::paper(specimen.clone(), Programme::Track, speed, seed);
+            let bench_run = BenchRun { anchor, ..paper };
             let stroke = bench_run.stroke / speed;
             let seconds = 3.0 + 2.0 * stroke * options.cycles;
             // The figure shows a whole cycle.
@@ -186,6 +191,23 @@ fn all_speeds(
         .collect())
 }
 
+/// The observer with the reference of the motion in place of the joint's encoder.
+fn without_joint_encoder(
+    specimen: &Specimen,
+    observer: &Compensation,
+    options: &BenchOptions,
+) -> Result<WithoutJointEncoder, Error> {
+    let steering = [(CompensationVariant::Observer, Some(observer))];
+    let trials = all_speeds(specimen, &steering, AnchorSource::Reference, options)?;
+    let trials = &trials[0].1;
+    Ok(WithoutJointEncoder {
+        table1: indices(trials, |trial| &trial.scores.achieved, false),
+        table1_estimate: indices(trials, |trial| &trial.scores.estimated, false),
+        table1_cycles: indices(trials, |trial| &trial.scores.cycles, true),
+        largest_anchor_error_m: trials.iter().map(|trial| trial.anchor_error).fold(0.0, f64::max),
+    })
+}
+
 fn other_specimen(seed: u64, options: &BenchOptions) -> Result<OtherSpecimen, Error> {
     let specimen = Specimen::draw(seed);
     let logs = calibration_runs(&specimen, options.strokes, seed)?;
@@ -193,7 +215,7 @@ fn other_specimen(seed: u64, options: &BenchOptions) -> Result<OtherSpecimen, Er
     drop(logs);
     let steerings =
         [(CompensationVariant::Observer, Some(&compensation)), (CompensationVariant::Perfect, None)];
-    let trials = all_speeds(&specimen, &steerings, options)?;
+    let trials = all_speeds(&specimen, &steerings, AnchorSource::JointEncoder, options)?;
     let (observed, perfect) = (&trials[0].1, &trials[1].1);
     Ok(OtherSpecimen {
         seed,

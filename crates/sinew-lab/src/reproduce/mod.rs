@@ -13,5 +13,6 @@ pub use elongation::{AvailableSensors, ElongationTable};
 pub use mechanism::{Mechanism, Point};
 pub use results::{
     BenchResults, ByVariant, Efficiency, ElongationMillimetres, Indices, OtherSpecimen, Sides, Stretching,
+    WithoutJointEncoder,
 };
 pub use trial::{Recovery, Scores, TraceRow, Trial, run_trial};

@@ -59,6 +59,8 @@ pub struct Trial {
     pub recovery: Recovery,
     /// Mean of `|T_in - T_out|` in the steady windows, N.
     pub tension_loss: [f64; 2],
+    /// Largest difference between the known and the true displacement of the far end since the start, m.
+    pub anchor_error: f64,
     /// Samples for figures, every 20 ms of the traced interval.
     pub trace: Vec<TraceRow>,
 }
@@ -77,6 +79,7 @@ pub fn run_trial(
         scores: Scores::default(),
         recovery: Recovery::default(),
         tension_loss: [0.0; 2],
+        anchor_error: 0.0,
         trace: Vec::new(),
     };
     let mut watch = ReversalWatch::default();
@@ -91,6 +94,7 @@ pub fn run_trial(
             return;
         }
         let side = usize::from(row.velocity < 0.0);
+        trial.anchor_error = trial.anchor_error.max((row.sample.anchor - row.anchor).abs());
         let [near, far] = row.truth;
         let scores = &mut trial.scores;
         // Tensions of the plant are finite; an estimate that is not is left out, which the count shows.

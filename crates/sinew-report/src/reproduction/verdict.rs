@@ -23,12 +23,16 @@ pub(super) fn verdict(results: &BenchResults) -> String {
         let class = if found[side] <= TARGETS_N[side] { "figure" } else { "figure bad" };
         format!("<strong class=\"{class}\">{} N</strong>", fixed(found[side], 2))
     });
+    let without = sides(&results.without_joint_encoder.table1).map(|side| largest(&side.rmse_n));
     let met = found.iter().zip(TARGETS_N).all(|(error, target)| *error <= target);
     let [paper_active, paper_passive] = paper_mean_rmse().map(|error| fixed(error, 2));
     format!(
-        "With the observer, which uses no far-end sensor, the tracking error of the far tension in steady \
-         strokes is at most {active} (active) and {passive} (passive) rms at every speed; the paper reports \
+        "With the observer, which reads the joint’s encoder and no far-end tension, the tracking error of the far \
+         tension in steady strokes is at most {active} (active) and {passive} (passive) rms at every speed; with the \
+         reference of the motion in place of that encoder {} and {} N. The paper reports \
          {paper_active} and {paper_passive} N on average over the speeds.{}",
+        fixed(without[0], 2),
+        fixed(without[1], 2),
         if met { "" } else { " The target of this project is not met." }
     )
 }

@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn a_triangle_reverses_at_its_corners_and_a_rest_does_not() {
-        let triangle = |t: f64| if t < 1.0 { 0.0 } else { ((t - 1.0) % 4.0 - 2.0).abs() };
+        let triangle = |t: f64| if t < 1.0 { 2.0 } else { ((t - 1.0) % 4.0 - 2.0).abs() };
         let rows: Vec<TraceRow> = (0..1200).map(|k| row(0.01 * f64::from(k), triangle)).collect();
         let rows: Vec<&TraceRow> = rows.iter().collect();
         let found = reversals(&rows, |row| row.length_m[0]);

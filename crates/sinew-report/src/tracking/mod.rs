@@ -126,7 +126,7 @@ fn scene(view: &TrackView<'_>, has_end_point: bool) -> Result<Option<SceneFigure
     if let Some(robot) = view.robot {
         let mut scenery = Scenery::new(robot);
         let mut model = MuscleDynamics::new(robot)?;
-        data.fixed = Some(scenery.fixed(None));
+        data.fixed = Some(scenery.fixed());
         let step = view.trace.len().div_ceil(POSES).max(1);
         let mut sweep =
             Sweep { name: "time of the run".into(), unit: "s".into(), at: Vec::new(), frames: Vec::new() };

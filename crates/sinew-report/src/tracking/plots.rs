@@ -119,7 +119,7 @@ impl<'a> Plotter<'a> {
             self.rows.iter().map(|row| 1e3 * distance(row)).filter(|e| e.is_finite()).fold(0.0, f64::max);
         let mut label = "magnitude of the error (mm)".to_owned();
         match limit {
-            Some(limit) if most > 0.2 * limit => {
+            Some(limit) if most > 0.5 * limit => {
                 magnitude.push(("bound", "limit", Box::new(move |_| limit)));
             }
             Some(limit) => label = format!("magnitude of the error, limit {} (mm)", significant(limit, 3)),

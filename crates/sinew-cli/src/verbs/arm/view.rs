@@ -15,7 +15,7 @@ const POINTS: usize = 100_000;
 /// Reference and key poses by name, and each joint by itself over its range.
 pub(super) fn scene(robot: &Robot) -> Result<SceneData, Error> {
     let mut scenery = Scenery::new(robot);
-    let mut scene = SceneData { fixed: Some(scenery.fixed(None)), ..SceneData::default() };
+    let mut scene = SceneData { fixed: Some(scenery.fixed()), ..SceneData::default() };
     let rest = coupled_reference_pose(robot);
     scene.poses.push(("reference".to_owned(), scenery.pose(&rest)?));
     for (index, key) in robot.parts().keys.iter().enumerate() {

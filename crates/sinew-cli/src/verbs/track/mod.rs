@@ -101,7 +101,7 @@ pub(crate) fn report(
     let trace: Vec<_> = trace.iter().step_by(step).cloned().collect();
     let view = TrackView {
         heading: "Errors".to_owned(),
-        lead: "The simulated arm deviates from the controller's model; each cable was calibrated in a \
+        lead: "The simulated machine deviates from the controller’s model; each cable was calibrated in a \
              run of its own."
             .to_owned(),
         tracking: &BTreeMap::from([(variant, head.numbers.clone())]),
