@@ -1,0 +1,103 @@
+//! Shapes of bodies from MJCF, URDF and TOML, and back.
+
+use super::parts;
+use sinew::body::{Geom, GeomKind, Robot};
+use sinew::description::{from_mjcf, from_toml, from_urdf, to_mjcf, to_toml};
+
+const LEG: &str = r#"<mujoco>
+  <worldbody>
+    <geom type="plane" size="1 1 0.1"/>
+    <body name="thigh">
+      <joint name="hip" type="hinge" axis="0 1 0"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.05" density="1000"/>
+      <geom name="pulley" type="cylinder" size="0.03 0.01" mass="0"/>
+      <geom name="skid" type="sphere" size="0.02" pos="0.1 0 0" mass="0"/>
+      <site name="a" pos="0.05 0 0.1"/>
+      <body name="shank" pos="0 0 -0.4">
+        <geom type="box" size="0.01 0.02 0.2" quat="0 1 0 0" mass="1"/>
+        <geom type="ellipsoid" size="0.03 0.02 0.01" mass="0.1"/>
+        <site name="b" pos="0.05 0 -0.1"/>
+      </body>
+    </body>
+  </worldbody>
+  <tendon><spatial name="t"><site site="a"/><geom geom="pulley"/><site site="b"/></spatial></tendon>
+</mujoco>"#;
+
+#[test]
+fn shapes_are_read_with_their_bodies_and_a_surface_of_a_cable_is_none() {
+    let parts = parts(LEG);
+    let found: Vec<(usize, GeomKind, [f64; 3])> =
+        parts.geoms.iter().map(|geom| (geom.body, geom.kind, geom.size)).collect();
+    let expected = [
+        (1, GeomKind::Capsule, [0.05, 0.2, 0.0]),
+        (1, GeomKind::Sphere, [0.02, 0.0, 0.0]),
+        (2, GeomKind::Box, [0.01, 0.02, 0.2]),
+        (2, GeomKind::Ellipsoid, [0.03, 0.02, 0.01]),
+    ];
+    assert_eq!(found, expected);
+    assert!((parts.geoms[0].position[2] + 0.2).abs() < 1e-12, "between its ends");
+    assert_eq!(parts.wraps.len(), 1);
+}
+
+#[test]
+fn shapes_survive_mjcf_and_toml_and_add_no_mass() {
+    let parts = parts(LEG);
+    let again = from_mjcf("m.xml", &to_mjcf(&parts), &mut |_| Err(String::new())).unwrap();
+    assert_eq!(again.parts.geoms, parts.geoms);
+    assert_eq!(again.parts.bodies, parts.bodies);
+    let toml = from_toml("m.toml", &to_toml(&parts)).unwrap();
+    assert_eq!(toml.parts.geoms, parts.geoms);
+    Robot::new(toml.parts).unwrap();
+}
+
+#[test]
+fn a_capsule_between_two_points_is_the_one_of_mjcf() {
+    let toml = "name = \"leg\"\n[[body]]\nname = \"thigh\"\nparent = \"world\"\nmass_kg = 1.0\ninertia_kg_m2 = [1, 1, 1]\n\
+                [[geom]]\nbody = \"thigh\"\nkind = \"capsule\"\nsize_m = [0.05]\nends_m = [0, 0, -0.4, 0, 0, 0]\n";
+    let found = from_toml("leg.toml", toml).unwrap().parts.geoms;
+    assert_eq!(found, parts(LEG).geoms[..1]);
+    for (wrong, words) in [
+        ("kind = \"cone\"", "expected sphere, capsule, cylinder, ellipsoid, box"),
+        ("kind = \"box\"", "expected a capsule or a cylinder with one size"),
+        ("kind = \"capsule\"\nposition_m = [0, 0, 0]", "expected one of them"),
+    ] {
+        let error =
+            from_toml("leg.toml", &toml.replace("kind = \"capsule\"", wrong)).unwrap_err().to_string();
+        assert!(error.contains(words) && error.contains("leg.toml"), "{error}");
+    }
+    let short = toml.replace("size_m = [0.05]\nends_m = [0, 0, -0.4, 0, 0, 0]", "size_m = [0.05]");
+    assert!(from_toml("leg.toml", &short).unwrap_err().to_string().contains("expected 2 numbers > 0"));
+    let point = toml.replace("-0.4", "0");
+    assert!(from_toml("leg.toml", &point).unwrap_err().to_string().contains("both ends in one point"));
+}
+
+#[test]
+fn the_shapes_of_urdf_links_are_their_visuals() {
+    let urdf = r#"<robot name="r"><link name="base"><visual><geometry><mesh filename="a.stl"/></geometry></visual></link>
+      <link name="arm"><visual><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.02" length="0.2"/></geometry></visual>
+      <visual><geometry><box size="0.1 0.2 0.3"/></geometry></visual></link>
+      <joint name="j" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+      <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"#;
+    let found = from_urdf("r.urdf", urdf, None).unwrap().parts.geoms;
+    let geom =
+        |kind, size, position| Geom { body: 2, kind, size, position, orientation: [1.0, 0.0, 0.0, 0.0] };
+    let expected = [
+        geom(GeomKind::Cylinder, [0.02, 0.1, 0.0], [0.0, 0.0, 0.1]),
+        geom(GeomKind::Box, [0.05, 0.1, 0.15], [0.0; 3]),
+    ];
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_shape_of_a_robot_is_finite_and_has_a_body() {
+    let valid = parts(LEG);
+    let refused = |change: fn(&mut Geom)| {
+        let mut parts = valid.clone();
+        change(&mut parts.geoms[0]);
+        Robot::new(parts).unwrap_err().to_string()
+    };
+    assert!(refused(|geom| geom.body = 9).contains("body"));
+    assert!(refused(|geom| geom.size[1] = f64::NAN).contains("size"));
+    assert!(refused(|geom| geom.size[0] = 0.0).contains("size"));
+    assert!(refused(|geom| geom.position[2] = f64::INFINITY).contains("position"));
+}
