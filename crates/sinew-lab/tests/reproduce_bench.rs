@@ -29,6 +29,8 @@ fn a_calibrated_observer_tracks_the_far_tension_of_a_drawn_specimen() {
         assert!(achieved[0] < 1.7 && achieved[1] < 1.2, "{speed}: achieved {achieved:?}");
         assert!(estimated[0] < 1.7 && estimated[1] < 1.2, "{speed}: estimated {estimated:?}");
         assert!(ours.scores.achieved.iter().all(|side| side.pearson().unwrap() > 0.999));
+        let ideal = rmse(&perfect.scores.achieved);
+        assert!((0..2).all(|side| ideal[side] <= achieved[side]), "{speed}: {ideal:?} above {achieved:?}");
         let (cycles, best) = (rmse(&ours.scores.cycles), rmse(&perfect.scores.cycles));
         for side in 0..2 {
             assert!(cycles[side] < 1.2 * best[side] + 0.2, "{speed}: {cycles:?} beside {best:?}");

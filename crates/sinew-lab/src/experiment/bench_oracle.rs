@@ -10,7 +10,8 @@ const CORRECTION_TIME: f64 = 0.3;
 /// The plant's own law with its true stretch and drag, corrected by its true far tension.
 ///
 /// ```text
-/// e^ = e - b,   db/dt = (e - e*(T_out) - b)/t_b   while the whole cable slides,   db/dt = -b/t_b   else
+/// e^ = e - b,   db/dt = (e - e*(T_out) - b)/t_b   while the whole cable slides
+/// db/dt = -b/t_b after the next reversal, until the whole cable slides again
 /// ```
 ///
 /// The law alone lacks what the plant adds to it, creep and warming among others: its stretch of steady sliding `e*` is
@@ -22,6 +23,8 @@ pub(super) struct Oracle {
     law: CableLaw,
     /// m.
     bias: f64,
+    /// Direction in which the whole cable slid last.
+    direction: f64,
 }
 
 /// What the plant is in.
@@ -39,7 +42,7 @@ pub(super) struct TrueState {
 
 impl Oracle {
     pub(super) fn new(law: CableLaw) -> Self {
-        Self { controller: StretchController::new(law.clone()), law, bias: 0.0 }
+        Self { controller: StretchController::new(law.clone()), law, bias: 0.0, direction: 0.0 }
     }
 
     /// Speed of the winch, m/s, for the `interval` seconds to come.
@@ -49,13 +52,16 @@ impl Oracle {
         reference: &FarEndReference,
         state: TrueState,
     ) -> Result<f64, Error> {
-        let error = if state.sliding {
+        let target = if state.sliding {
+            self.direction = reference.velocity.signum();
             let steady = self.law.steady(state.tension_out, reference.velocity, state.drag_factor)?;
             state.stretch - steady.stretch
+        } else if reference.velocity * self.direction > 0.0 {
+            self.bias
         } else {
             0.0
         };
-        self.bias += interval / CORRECTION_TIME * (error - self.bias);
+        self.bias += interval / CORRECTION_TIME * (target - self.bias);
         let stretch = state.stretch - self.bias;
         self.controller.winch_speed(interval, reference, stretch, state.drag_factor)
     }

@@ -15,7 +15,7 @@ use sinew_lab::reproduce::{BenchPart, BenchResults, ByVariant, Indices, Sides, W
 #[derive(Default)]
 pub(super) struct Table {
     pub(super) heading: &'static str,
-    pub(super) note: String,
+    pub(super) notes: Vec<String>,
     /// Whether it has a column of [`Row::pearson`].
     pub(super) pearson: bool,
     /// Whether it has a column of [`Row::recovery`].
@@ -99,23 +99,24 @@ pub(super) fn table1(results: &BenchResults) -> Vec<Table> {
     vec![
         Table {
             heading: "(a) Tracking error, steady windows",
-            note: table1_note(results),
+            notes: table1_notes(results),
             pearson: true,
             rows: achieved,
             ..Table::default()
         },
         Table {
             heading: "(b) Estimation error, whole cycles",
-            note: "Estimated minus true far tension, reversals included.".to_owned(),
+            notes: vec!["Estimated minus true far tension, reversals included.".to_owned()],
             rows: estimated,
             ..Table::default()
         },
         Table {
             heading: "(c) Tracking error, whole cycles",
-            note: "After a reversal the winch must first take up the elongation of the cable, which no \
-             compensation avoids. Recovery: time until the far tension stays within 5 N of its reference for \
-             0.2 s."
-                .to_owned(),
+            notes: vec![
+                "After a reversal the winch must first take up the elongation of the cable, which no compensation \
+                 avoids. Recovery: time until the far tension stays within 5 N of its reference for 0.2 s."
+                    .to_owned(),
+            ],
             recovery: true,
             rows: cycles,
             ..Table::default()
@@ -153,40 +154,44 @@ fn hardware(results: &BenchResults) -> Vec<Row> {
 }
 
 /// What the rows of Table I are, with the reasons for the large ones, from the numbers of this run.
-fn table1_note(results: &BenchResults) -> String {
-    let mut note =
-        "As in the paper’s Table I: strokes at full speed, after the slip front of the reversal has \
-                    passed. "
-            .to_owned();
+fn table1_notes(results: &BenchResults) -> Vec<String> {
+    let mut notes = vec![
+        "As in the paper’s Table I: strokes at full speed, after the slip front of the reversal has passed."
+            .to_owned(),
+    ];
     let worst = |table: &ByVariant, variant| {
         let found = table.get(&variant).map(sides)?;
         Some(found.iter().map(|side| largest(&side.rmse_n)).fold(f64::NAN, f64::max))
     };
-    let reported = paper::RMSE_N.iter().flatten().copied().fold(f64::NAN, f64::max);
-    let network = worst(&results.table1, CompensationVariant::Paper);
-    if let (Some(found), Some(estimate)) =
-        (network, worst(&results.table1_estimate, CompensationVariant::Paper).or(Some(f64::NAN)))
-    {
-        note += &format!(
-            "The re-implemented network reaches {} N here and {} N at most on the paper’s hardware. It maps the \
-             present tension and speed to the friction loss; on the simulated cable the loss depends on the slip \
-             front as well, so that one input belongs to several losses: over whole cycles its estimate of the far \
-             tension is wrong by up to {} N rms. It also commands a drive tension: while the near end sticks, that \
-             tension does not act on the far end. The paper reports neither the separation of training and test data \
-             nor the tension loop, so that its number cannot be traced further. ",
+    let network = CompensationVariant::Paper;
+    let found = worst(&results.table1, network).zip(worst(&results.table1_estimate, network));
+    if let Some((found, estimate)) = found {
+        let reported = paper::RMSE_N.iter().flatten().copied().fold(f64::NAN, f64::max);
+        notes.push(format!(
+            "The paper’s network, re-implemented, has errors up to {} N here and up to {} N on the paper’s hardware. It \
+             maps the present tension and speed to the friction loss. On the simulated cable the loss also depends on the \
+             slip front, so that one input belongs to several losses: over whole cycles its estimate of the far tension \
+             deviates by up to {} N rms. It commands a drive tension, which does not act on the far end while the near \
+             end sticks. The paper states neither how training and test data were separated nor the bandwidth of its \
+             tension loop; what part of the difference is due to these is not known.",
             fixed(found, 1),
             fixed(reported, 2),
             fixed(estimate, 1)
-        );
+        ));
     }
-    note += &format!(
+    notes.push(format!(
         "The observer reads the motor’s encoder, the load cell at the drive and the encoder of the joint; it needs no \
-         tension sensor at the far end. Without the joint’s encoder the reference of the motion stands in its place, \
-         which deviates by up to {} mm from where the load is. True cable state: control with the plant’s own law, true \
-         stretch, drag and far tension; what remains is the lag of the winch.",
-        fixed(1e3 * results.without_joint_encoder.largest_anchor_error_m, 1)
+         tension sensor at the far end. In the rows without the joint’s encoder the reference of the motion stands in its \
+         place; the load deviates from it by up to {} mm on this bench, a joint of a robot by more.",
+        fixed(1e3 * results.without_joint_encoder.largest_anchor_error_m, 2)
+    ));
+    notes.push(
+        "True cable state: control by the plant’s own law with its true stretch, drag and far tension. It knows more than \
+         any compensation; what remains is the lag of the winch. With the law and the true stretch alone it would be no \
+         bound: the plant’s creep and warming are not part of its law, while an identified law absorbs a part of them."
+            .to_owned(),
     );
-    note
+    notes
 }
 
 /// Sources of rows.
