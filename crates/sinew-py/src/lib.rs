@@ -8,6 +8,7 @@
 //! | `tension`        | distribution of torques over muscles                                         |
 //! | `cable`, `twin`  | one cable, a simulated machine                                               |
 //! | `controller`     | the controller of a machine                                                  |
+//! | `mujoco`         | the way to the plugins for MuJoCo                                            |
 //! | `track`, `reproduction` | whole experiments                                                     |
 //! | `array`          | NumPy arrays without copies                                                  |
 //! | `long_call`      | calls without the interpreter's lock that Ctrl-C ends                        |
@@ -24,6 +25,7 @@ mod long_call;
 mod machine;
 mod machine_file;
 mod model;
+mod mujoco;
 mod predictor;
 mod reproduction;
 mod tension;
@@ -51,6 +53,8 @@ mod _sinew {
     use crate::machine::Machine;
     #[pymodule_export]
     use crate::model::{Model, demo_logs, identify};
+    #[pymodule_export]
+    use crate::mujoco::{mujoco_connect_address, mujoco_fields};
     #[pymodule_export]
     use crate::predictor::{Prediction, Predictor};
     #[pymodule_export]
