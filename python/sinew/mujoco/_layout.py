@@ -78,8 +78,8 @@ class Layout:
             case "PointerType":
                 return ADDRESS, ADDRESS, ADDRESS
             case "ArrayType":
-                size, alignment, width = self._size(kind.inner_type, {})
-                return size * int(np.prod(kind.extents)), alignment, width
+                size, alignment, _ = self._size(kind.inner_type, {})
+                return size * int(np.prod(kind.extents)), alignment, 0
             case "AnonymousStructDecl":
                 end, alignment = self._lay(kind.fields, "", 0, inner)
                 return end, alignment, 0
@@ -127,7 +127,8 @@ class Layout:
 
 def small_model(mujoco: Any) -> Any:
     """The model of the comparison, with one of MuJoCo's own plugins where its library is there."""
-    extension = '<extension><plugin plugin="mujoco.pid"><instance name="p"/></plugin></extension>'
+    config = "".join(f'<config key="{key}" value="1"/>' for key in ("kp", "ki", "imax", "slewmax"))
+    extension = f'<extension><plugin plugin="mujoco.pid"><instance name="p">{config}</instance></plugin></extension>'
     plugin = '<plugin plugin="mujoco.pid" instance="p" joint="j"/>'
     try:
         return mujoco.MjModel.from_xml_string(CHECK.format(extension=extension, plugin=plugin))
@@ -137,18 +138,20 @@ def small_model(mujoco: Any) -> Any:
 
 def _compare(owner: Any, address: int, places: dict[str, Place], struct: str) -> set[str]:
     compared = set()
+    texts: list[tuple[str, int, bytes]] = []
     for name, place in places.items():
         value: Any = owner
         for part in name.split("."):
             value = getattr(value, part, None)
         at = address + place.offset
-        if isinstance(value, np.ndarray):
-            inside = ctypes.c_void_p.from_address(at).value if place.width == ADDRESS else at
-            if value.size == 0:
-                continue
+        if isinstance(value, bytes) and place.width == ADDRESS:
+            texts.append((name, ctypes.c_size_t.from_address(at).value, value))
+            continue
+        if isinstance(value, np.ndarray) and place.width == ADDRESS:
+            inside = ctypes.c_void_p.from_address(at).value
+            if value.size == 0 or inside is None:
+                continue  # nothing there
             if inside != value.__array_interface__["data"][0]:
-                if place.width != ADDRESS or "." in name:
-                    continue  # an array inside of a structure: not an address, and not of the plugins' interest
                 raise Mismatch(f"its field {struct}.{name} is not where its description has it")
         elif isinstance(value, (int, float)) and place.width in (4, 8, -8):
             kind = {4: ctypes.c_int32, 8: ctypes.c_int64, -8: ctypes.c_double}[place.width]
@@ -156,5 +159,10 @@ def _compare(owner: Any, address: int, places: dict[str, Place], struct: str) ->
                 raise Mismatch(f"its field {struct}.{name} is not where its description has it")
         else:
             continue
+        compared.add(f"{struct}.{name}")
+    # Python copies texts: their content is compared, once everything around them is where it should be.
+    for name, at, text in texts:
+        if text and ctypes.string_at(at, len(text)) != text:
+            raise Mismatch(f"its field {struct}.{name} is not where its description has it")
         compared.add(f"{struct}.{name}")
     return compared

@@ -73,6 +73,8 @@ def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 
     if not 0.0 < impedance < 1.0:
         raise ValueError(f"impedance must be in (0, 1), but is {impedance}")
     chosen = choose(spec, sheaths, Sheath)
+    text = "; ".join(f"{name}: {sheath._text()}" for name, sheath in chosen.items())
+    add_instance(spec, "sinew.sheath", {"sheaths": text})
     timestep, disabled = spec.option.timestep, spec.option.disableflags
     safe = not disabled & mujoco.mjtDisableBit.mjDSBL_REFSAFE
     for tendon in spec.tendons:
@@ -87,8 +89,6 @@ def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 
             limited = low < high if automatic else bool(actuator.forcelimited)
             actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
             actuator.forcerange = [low, high] if limited else [0.0, 0.0]
-    text = "; ".join(f"{name}: {sheath._text()}" for name, sheath in chosen.items())
-    add_instance(spec, "sinew.sheath", {"sheaths": text})
     return list(chosen)
 
 
@@ -128,11 +128,11 @@ def add_instance(spec: Any, plugin: str, config: dict[str, str]) -> Any:
     """Adds an instance of a plugin with its configuration to a spec."""
     taken = {instance.name for instance in spec.plugins}
     names = (plugin if k == 1 else f"{plugin}.{k}" for k in range(1, len(taken) + 2))
-    instance = spec.add_plugin()
-    if not hasattr(instance, "config"):
+    if not hasattr(mujoco.MjsPlugin, "config"):
         raise RuntimeError(
             f"MuJoCo {mujoco.__version__} cannot configure plugins through MjSpec: use 3.3.3 or newer, or write them in XML"
         )
+    instance = spec.add_plugin()
     if hasattr(spec, "activate_plugin"):
         spec.activate_plugin(plugin)
     instance.name = next(name for name in names if name not in taken)

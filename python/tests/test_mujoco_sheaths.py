@@ -1,0 +1,468 @@
+"""Friction of sheaths in MuJoCo models, against exact laws."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import subprocess
+import sys
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+
+sm = pytest.importorskip("sinew.mujoco", reason="MuJoCo cannot be used", exc_type=ImportError)
+from sinew.mujoco import _layout  # noqa: E402
+
+if not hasattr(mujoco.MjsPlugin, "config"):
+    pytest.skip(f"MuJoCo {mujoco.__version__} configures plugins in XML alone", allow_module_level=True)
+
+MASS, GRAVITY = 5.0, 9.81
+WEIGHT = MASS * GRAVITY
+
+#: A mass on a tendon; the actuator pulls upward.
+HOIST = f"""<mujoco><option timestep="0.001" gravity="0 0 -{GRAVITY}"/>
+<worldbody><site name="top" pos="0 0 1"/>
+ <body><joint name="lift" type="slide" axis="0 0 1"/><geom size=".1" mass="{MASS}"/><site name="hook"/></body></worldbody>
+<tendon><spatial name="cable"><site site="top"/><site site="hook"/></spatial></tendon>
+<actuator><motor name="winch" tendon="cable" gear="-1"/></actuator></mujoco>"""
+
+#: A hand's finger: three joints, two tendons that wrap, each with a muscle-like actuator, and one fixed tendon.
+FINGER = """<mujoco><option timestep="0.001"/>
+<default><geom type="capsule" size=".006" mass=".02"/><joint axis="0 1 0" damping="2e-3" range="-1.5 1.5" limited="true"/></default>
+<worldbody><site name="f0" pos="0 0 -.012"/><site name="e0" pos="0 0 .012"/>
+<body pos=".02 0 0"><joint name="a"/><geom fromto="0 0 0 .04 0 0"/><geom name="ca" type="cylinder" size=".008 .01" zaxis="0 1 0"/>
+ <site name="f1" pos=".02 0 -.01"/><site name="e1" pos=".02 0 .01"/><site name="sa" pos="0 0 .012"/>
+ <body pos=".04 0 0"><joint name="b"/><geom fromto="0 0 0 .03 0 0"/><geom name="cb" type="cylinder" size=".007 .01" zaxis="0 1 0"/>
+  <site name="f2" pos=".015 0 -.009"/><site name="e2" pos=".015 0 .009"/><site name="sb" pos="0 0 .01"/>
+  <body pos=".03 0 0"><joint name="c"/><geom fromto="0 0 0 .02 0 0"/></body></body></body></worldbody>
+<tendon>
+ <spatial name="flexor"><site site="f0"/><site site="f1"/><site site="f2"/></spatial>
+ <spatial name="extensor"><site site="e0"/><geom geom="ca" sidesite="sa"/><site site="e1"/><geom geom="cb" sidesite="sb"/><site site="e2"/></spatial>
+ <fixed name="tip"><joint joint="c" coef=".006"/><joint joint="b" coef="-.003"/></fixed></tendon>
+<actuator><general name="mf" tendon="flexor" dyntype="filter" dynprm=".03" gainprm="1" gear="-1" ctrlrange="0 20" forcerange="0 18"/>
+ <motor tendon="extensor" gear="-1" ctrlrange="0 20"/><motor tendon="tip" gear="2"/></actuator></mujoco>"""
+
+
+def sheathed(xml: str, sheaths: dict[str, Any], **keywords: Any) -> tuple[Any, Any]:
+    spec = mujoco.MjSpec.from_string(xml)
+    sm.add_sheaths(spec, sheaths, **keywords)
+    model = spec.compile()
+    return model, mujoco.MjData(model)
+
+
+def finger() -> tuple[Any, Any]:
+    return sheathed(FINGER, {"*": sm.Sheath(mu=0.1, bend=4.0, turning=1.0), "tip": sm.Sheath(mu=0.2, bend=1.0, rise=0.3)})
+
+
+def drive(model: Any, data: Any, steps: int, seed: int = 1) -> np.ndarray:
+    """Steps with controls of a seed; returns all positions."""
+    random = np.random.default_rng(seed)
+    seen = np.empty((steps, model.nq))
+    for k in range(steps):
+        if k % 20 == 0:
+            data.ctrl[:] = random.uniform(0.0, 15.0, model.nu)
+        mujoco.mj_step(model, data)
+        seen[k] = data.qpos
+    return seen
+
+
+def test_the_layout_is_compared_with_memory_in_50_ms() -> None:
+    code = "import mujoco, time; t = time.perf_counter(); import sinew.mujoco; print(time.perf_counter() - t)"
+    # The time of `import sinew` is not MuJoCo's.
+    code = code.replace("import mujoco, time", "import mujoco, time, sinew")
+    runs = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True) for _ in range(5)]
+    assert min(float(run.stdout) for run in runs) < 0.05
+    assert _layout.Layout().check(mujoco) > 350
+
+
+def test_a_layout_that_does_not_fit_is_refused_by_field() -> None:
+    for name in ("actuator_force", "time", "nefc"):
+        layout = _layout.Layout()
+        place = layout.data[name]
+        layout.data[name] = place._replace(offset=place.offset + 8)
+        with pytest.raises(_layout.Mismatch, match=f"mjData.{name}"):
+            layout.check(mujoco)
+
+
+INTEGRATORS = ["mjINT_EULER", "mjINT_RK4", "mjINT_IMPLICIT", "mjINT_IMPLICITFAST"]
+SOLVERS = ["mjSOL_NEWTON", "mjSOL_CG", "mjSOL_PGS"]
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("angle", [0.05, 0.6, 2.0])
+def test_the_band_of_sticking_has_exact_edges(angle: float, integrator: str, solver: str) -> None:
+    model, data = sheathed(HOIST, {"cable": sm.Sheath(mu=angle / 2.0, bend=2.0)})
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, integrator)
+    model.opt.solver = getattr(mujoco.mjtSolver, solver)
+    for sign in (1.0, -1.0):
+        for inside in (0.99, 1.01):
+            mujoco.mj_resetData(model, data)
+            tension = WEIGHT * np.exp(sign * angle) * inside
+            data.ctrl[0] = tension
+            for _ in range(50):
+                mujoco.mj_step(model, data)
+            slides = tension * np.exp(-sign * angle) - WEIGHT
+            if sign * slides > 0.0:
+                assert data.qacc[0] == pytest.approx(slides / MASS, rel=1e-4)
+            else:
+                assert abs(data.qacc[0]) < 1e-5 and abs(data.qvel[0]) < 1e-3
+
+
+def test_islands_make_no_difference() -> None:
+    seen = []
+    for islands in (True, False):
+        model, data = sheathed(HOIST, {"cable": sm.Sheath(mu=0.2, bend=3.0)})
+        bits = getattr(mujoco.mjtDisableBit, "mjDSBL_ISLAND", None)
+        if bits is None:
+            pytest.skip("this version has no islands")
+        model.opt.disableflags = 0 if islands else int(bits)
+        seen.append(drive(model, data, 200))
+    np.testing.assert_allclose(*seen, atol=1e-12)
+
+
+def stick_slip(pull: np.ndarray, step: float, angle: float) -> np.ndarray:
+    """Positions of the hoist, integrated exactly between events on a grid 50 times finer: an independent reference."""
+    fine, x, v, seen = 50, 0.0, 0.0, []
+    h = step / fine
+    for tension in pull:
+        seen.append(x)
+        for _ in range(fine):
+            up, down = tension * np.exp(-angle) - WEIGHT, tension * np.exp(angle) - WEIGHT
+            if v == 0.0:
+                force = up if up > 0.0 else min(down, 0.0)
+            else:
+                force = up if v > 0.0 else down
+            a = force / MASS
+            after = v + a * h
+            if v * after < 0.0:  # it stops within the grid step
+                x, v = x - 0.5 * v * v / a, 0.0
+            else:
+                x, v = x + v * h + 0.5 * a * h * h, after
+    return np.array(seen)
+
+
+def test_stick_and_slip_follow_an_independent_reference() -> None:
+    angle, step = 0.6, 1e-3
+    times = step * np.arange(4000)
+    # Between both edges of the band and a little beyond, with a faster ripple.
+    middle, half = WEIGHT * np.cosh(angle), WEIGHT * np.sinh(angle)
+    pull = middle + half * (1.0055 * np.sin(2.0 * np.pi * 0.5 * times) + 0.03 * np.sin(2.0 * np.pi * 3.0 * times))
+    exact = stick_slip(pull, step, angle)
+    model, data = sheathed(HOIST, {"cable": sm.Sheath(mu=angle / 3.0, bend=3.0)})
+    seen = []
+    for tension in pull:
+        data.ctrl[0] = tension
+        seen.append(data.qpos[0])
+        mujoco.mj_step(model, data)
+    stroke = np.ptp(exact)
+    assert 0.02 < stroke < 0.2, stroke
+    error = np.abs(np.array(seen) - exact).max()
+    print(stroke, error)
+    assert error < 0.1e-3 * stroke / 0.054
+
+
+def friction_work(model: Any, data: Any, steps: int) -> tuple[float, float]:
+    """Work that friction of all tendons took, and what of it it gave back, J."""
+    taken = given_back = 0.0
+    kind, row_kind = mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON, data.efc_type
+    random = np.random.default_rng(3)
+    for k in range(steps):
+        if k % 50 == 0:
+            data.ctrl[:] = random.uniform(0.0, 15.0, model.nu)
+        mujoco.mj_step1(model, data)
+        before = np.array(data.qvel)
+        mujoco.mj_step2(model, data)
+        row_kind = np.array(data.efc_type)
+        rows = np.flatnonzero(row_kind == kind)
+        jacobian = np.zeros((data.nefc, model.nv))
+        if mujoco.mj_isSparse(model):
+            mujoco.mju_sparse2dense(jacobian, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
+        else:
+            jacobian[:] = data.efc_J.reshape(data.nefc, model.nv)
+        speed = jacobian[rows] @ (0.5 * (before + data.qvel))
+        work = -(data.efc_force[rows] * speed) * model.opt.timestep
+        taken += work.clip(min=0.0).sum()
+        given_back -= work.clip(max=0.0).sum()
+    return taken, given_back
+
+
+def test_friction_gives_no_work_back() -> None:
+    model, data = finger()
+    taken, given_back = friction_work(model, data, 4000)
+    print(taken, given_back)
+    assert taken > 0.1
+    assert given_back <= 0.002 * taken
+
+
+def test_the_force_behind_the_sheath_is_within_the_band_for_any_tension() -> None:
+    model, data = finger()
+    random = np.random.default_rng(5)
+    kind = mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON
+    seen = 0
+    for _ in range(500):
+        data.ctrl[:] = random.uniform(0.0, 15.0, model.nu)
+        mujoco.mj_step(model, data)
+        mujoco.mj_forward(model, data)
+        for row in np.flatnonzero(np.array(data.efc_type) == kind):
+            tendon, force = int(data.efc_id[row]), float(data.efc_force[row])
+            bound = float(data.efc_frictionloss[row])
+            mean = -sum(
+                data.actuator_force[k] * model.actuator_gear[k, 0]
+                for k in range(model.nu)
+                if model.actuator_trnid[k, 0] == tendon
+            )
+            assert abs(force) <= bound + 1e-9
+            if mean > 1e-6:
+                # mean = T cosh theta and bound = T sinh theta: the ratio of far to near tension is within exp(+-theta).
+                tension = np.sqrt(mean**2 - (bound - 1e-9) ** 2)
+                angle = np.arctanh((bound - 1e-9) / mean)
+                far = mean + force
+                assert tension * np.exp(-angle) - 1e-6 <= far <= tension * np.exp(angle) + 1e-6
+                seen += 1
+    assert seen > 400
+
+
+def test_the_turning_of_a_path_counts_as_its_arc() -> None:
+    model, data = sheathed(FINGER, {"extensor": sm.Sheath(mu=0.3, bend=0.0, turning=1.0)})
+    data.qpos[:] = [0.7, 0.5, 0.0]
+    data.ctrl[1] = 10.0
+    mujoco.mj_forward(model, data)
+    tendon = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_TENDON, "extensor")
+    first, count = int(data.ten_wrapadr[tendon]), int(data.ten_wrapnum[tendon])
+    points = np.array(data.wrap_xpos).reshape(-1, 3)[first : first + count]
+    pieces = np.diff(points, axis=0)
+    pieces = pieces[np.linalg.norm(pieces, axis=1) > 1e-12]
+    cosines = [a @ b / np.linalg.norm(a) / np.linalg.norm(b) for a, b in zip(pieces, pieces[1:], strict=False)]
+    turning = np.arccos(np.clip(cosines, -1.0, 1.0)).sum()
+    assert turning > 0.5
+    assert data.actuator_force[1] == pytest.approx(10.0 * np.cosh(0.3 * turning), rel=1e-9)
+
+
+def test_an_actuator_that_pushes_has_no_friction() -> None:
+    model, data = sheathed(HOIST, {"cable": sm.Sheath(mu=0.2, bend=3.0)})
+    data.ctrl[0] = -10.0
+    mujoco.mj_forward(model, data)
+    assert data.actuator_force[0] == -10.0
+    assert data.qacc[0] == pytest.approx(-(10.0 + WEIGHT) / MASS, rel=1e-6)
+
+
+def test_the_limits_of_a_force_hold_before_the_sheath() -> None:
+    limited = HOIST.replace('gear="-1"', 'gear="-1" forcerange="0 80"')
+    model, data = sheathed(limited, {"cable": sm.Sheath(mu=0.2, bend=3.0)})
+    data.ctrl[0] = 500.0
+    mujoco.mj_forward(model, data)
+    assert data.actuator_force[0] == pytest.approx(80.0 * np.cosh(0.6), rel=1e-12)
+
+
+def test_a_pretension_adds_to_the_far_end() -> None:
+    model, data = sheathed(HOIST, {"cable": sm.Sheath(mu=0.2, bend=3.0, pretension=12.0)})
+    data.ctrl[0] = 400.0
+    mujoco.mj_forward(model, data)
+    assert data.qacc[0] == pytest.approx((400.0 * np.exp(-0.6) + 12.0 - WEIGHT) / MASS, rel=1e-4)
+
+
+def test_written_in_xml_it_is_the_same_model() -> None:
+    xml = HOIST.replace(
+        "<worldbody>",
+        '<extension><plugin plugin="sinew.sheath"><instance name="s"><config key="sheaths" value="c*: mu=0.2 bend=3"/>'
+        "</instance></plugin></extension><worldbody>",
+    ).replace(
+        'name="cable"', 'name="cable" frictionloss="1e-9" solreffriction="1e-6 1" solimpfriction=".99 .99 .001"'
+    )
+    model = mujoco.MjModel.from_xml_string(xml)
+    other, data = sheathed(HOIST, {"cable": sm.Sheath(mu=0.2, bend=3.0)})
+    np.testing.assert_array_equal(drive(model, mujoco.MjData(model), 100), drive(other, data, 100))
+
+
+def test_a_spec_written_to_xml_reads_back() -> None:
+    spec = mujoco.MjSpec.from_string(FINGER)
+    sm.add_sheaths(spec, {"*": sm.Sheath(mu=0.1, bend=4.0, turning=1.0)})
+    model = spec.compile()
+    again = mujoco.MjModel.from_xml_string(spec.to_xml())
+    seen = drive(model, mujoco.MjData(model), 200)
+    # Written with six digits.
+    np.testing.assert_allclose(seen, drive(again, mujoco.MjData(again), 200), atol=1e-4)
+
+
+def test_copies_pickles_resets_and_threads_agree_to_the_bit() -> None:
+    model, data = finger()
+    drive(model, data, 100)
+    copied = mujoco.MjData(model)
+    mujoco.mj_copyData(copied, model, data)
+    others = [copied, copy.copy(data), copy.deepcopy(data), pickle.loads(pickle.dumps(data))]
+    restored = mujoco.MjData(model)
+    state = np.empty(mujoco.mj_stateSize(model, int(mujoco.mjtState.mjSTATE_INTEGRATION)))
+    mujoco.mj_getState(model, data, state, int(mujoco.mjtState.mjSTATE_INTEGRATION))
+    mujoco.mj_setState(model, restored, state, int(mujoco.mjtState.mjSTATE_INTEGRATION))
+    others.append(restored)
+    twin_model = pickle.loads(pickle.dumps(model))
+    extra = copy.copy(data)
+    expected = drive(model, data, 200, seed=2)
+    for other in others:
+        np.testing.assert_array_equal(drive(model, other, 200, seed=2), expected)
+    np.testing.assert_array_equal(drive(twin_model, extra, 200, seed=2), expected)
+    # After a reset as from the beginning, on another thread as well.
+    begun = drive(model, mujoco.MjData(model), 200, seed=4)
+    mujoco.mj_resetData(model, data)
+    seen: list[np.ndarray] = []
+    thread = threading.Thread(target=lambda: seen.append(drive(model, data, 200, seed=4)))
+    thread.start()
+    thread.join()
+    np.testing.assert_array_equal(seen[0], begun)
+
+
+def test_split_steps_and_extra_forward_passes_agree_to_the_bit() -> None:
+    model, data = finger()
+    split = mujoco.MjData(model)
+    for k in range(200):
+        data.ctrl[:] = split.ctrl[:] = 5.0 + 5.0 * np.sin(0.05 * k)
+        mujoco.mj_step(model, data)
+        mujoco.mj_step1(model, split)
+        mujoco.mj_step2(model, split)
+    np.testing.assert_array_equal(data.qpos, split.qpos)
+    again = mujoco.MjData(model)
+    forward = mujoco.MjData(model)
+    for k in range(200):
+        again.ctrl[:] = forward.ctrl[:] = 5.0 + 5.0 * np.sin(0.05 * k)
+        warm = np.array(forward.qacc_warmstart)
+        mujoco.mj_forward(model, forward)
+        forward.qacc_warmstart[:] = warm
+        mujoco.mj_step(model, forward)
+        mujoco.mj_step(model, again)
+    np.testing.assert_array_equal(again.qpos, forward.qpos)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_rollouts_agree_with_steps_to_the_bit(threads: int) -> None:
+    rollout = pytest.importorskip("mujoco.rollout", reason="this version has no rollout")
+    model, data = finger()
+    controls = np.random.default_rng(7).uniform(0.0, 15.0, (6, 60, model.nu))
+    size = mujoco.mj_stateSize(model, int(mujoco.mjtState.mjSTATE_FULLPHYSICS))
+    start = np.empty(size)
+    mujoco.mj_getState(model, data, start, int(mujoco.mjtState.mjSTATE_FULLPHYSICS))
+    many = [mujoco.MjData(model) for _ in range(threads)]
+    states, _ = rollout.rollout(model, many, np.tile(start, (6, 1)), controls)
+    for world in range(6):
+        one = mujoco.MjData(model)
+        for k in range(60):
+            one.ctrl[:] = controls[world, k]
+            mujoco.mj_step(model, one)
+        got = mujoco.MjData(model)
+        mujoco.mj_setState(model, got, states[world, -1], int(mujoco.mjtState.mjSTATE_FULLPHYSICS))
+        np.testing.assert_array_equal(got.qpos, one.qpos)
+
+
+def test_a_hundred_thousand_data_leave_no_memory_behind() -> None:
+    resource = pytest.importorskip("resource")
+    model, _ = sheathed(HOIST, {"cable": sm.Sheath(mu=0.2, bend=3.0)})
+
+    def make(count: int) -> int:
+        for _ in range(count):
+            data = mujoco.MjData(model)
+            mujoco.mj_step(model, data)
+        return int(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+
+    before = make(5_000)
+    assert make(100_000) - before < 4_000  # kB
+
+
+@given(
+    mu=st.floats(0.0, 0.5),
+    bend=st.floats(0.0, 6.0),
+    mass=st.floats(1e-3, 1e3),
+    gear=st.floats(0.1, 10.0),
+    step=st.sampled_from([2e-4, 1e-3, 5e-3]),
+    pull=st.floats(0.02, 50.0),
+)
+def test_any_hoist_slides_or_sticks_as_the_law_says(
+    mu: float, bend: float, mass: float, gear: float, step: float, pull: float
+) -> None:
+    xml = HOIST.replace(f'mass="{MASS}"', f'mass="{mass!r}"').replace('gear="-1"', f'gear="-{gear!r}"')
+    model, data = sheathed(xml.replace('"0.001"', f'"{step}"', 1), {"cable": sm.Sheath(mu=mu, bend=bend)})
+    weight, angle = mass * GRAVITY, mu * bend
+    tension = pull * weight
+    data.ctrl[0] = tension / gear
+    for _ in range(10):
+        mujoco.mj_step(model, data)
+    up, down = tension * np.exp(-angle) - weight, tension * np.exp(angle) - weight
+    expected = up if up > 0.0 else min(down, 0.0)
+    assert data.qacc[0] * mass == pytest.approx(expected, abs=2e-3 * weight + 1e-3 * abs(expected))
+
+
+def refused(change: Any, sheaths: Any, error: type[Exception], *parts: str) -> None:
+    spec = mujoco.MjSpec.from_string(change)
+    with pytest.raises(error) as caught:
+        sm.add_sheaths(spec, sheaths)
+        spec.compile()
+    for part in parts:
+        assert part in str(caught.value), caught.value
+
+
+def test_wrong_models_are_refused_with_one_reason() -> None:
+    good = {"cable": sm.Sheath(mu=0.2, bend=3.0)}
+    refused("<mujoco/>", good, ValueError, "has no tendons")
+    refused(HOIST, {"rope*": sm.Sheath(mu=0.2, bend=3.0)}, ValueError, "'rope*' fits no tendon", "cable")
+    refused(HOIST, {}, ValueError, "no tendon is named")
+    refused(HOIST, {"cable": 0.2}, TypeError, "expected a Sheath")
+    refused(HOIST, [("cable", 0.2)], TypeError, "expected a mapping")
+    refused(HOIST.replace('tendon="cable"', 'joint="lift"'), good, ValueError, "no actuator pulls on cable")
+    with pytest.raises(TypeError, match=r"mujoco\.MjSpec"):
+        sm.add_sheaths(mujoco.MjModel.from_xml_string(HOIST), good)
+    spec = mujoco.MjSpec.from_string(HOIST)
+    sm.add_sheaths(spec, good)
+    sm.add_sheaths(spec, good)
+    with pytest.raises(ValueError, match="tendon cable has sheaths of two plugin instances"):
+        spec.compile()
+
+
+@pytest.mark.parametrize(
+    ("value", "part"),
+    [
+        ("cable mu=1", "no colon"),
+        ("", "no entry"),
+        ("rope: mu=1", "rope fits no tendon of the model: cable"),
+        ("cable: friction=1", "unknown key friction, expected one of mu, bend"),
+        ("cable: mu=nan", "expected a finite number"),
+        ("cable: mu=-1", "friction must be a finite number >= 0"),
+        ("cable: mu=0.1 bend=1", "frictionloss must be above zero"),
+    ],
+)
+def test_wrong_xml_is_refused_with_one_reason(value: str, part: str) -> None:
+    extension = f'<extension><plugin plugin="sinew.sheath"><instance name="s"><config key="sheaths" value="{value}"/>'
+    xml = HOIST.replace("<worldbody>", extension + "</instance></plugin></extension><worldbody>")
+    with pytest.raises(ValueError, match=r"sinew\.sheath: ") as caught:
+        mujoco.MjModel.from_xml_string(xml)
+    assert part in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"mu": -0.1}, {"bend": float("nan")}, {"efficiency": 0.0}, {"efficiency": 1.1}, {"speed": 0.0}, {"mu": "a"}, {"rise": -1.0}],
+)
+def test_parameters_outside_of_their_domain_are_refused_by_name(wrong: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        sm.Sheath(**({"mu": 0.1, "bend": 1.0} | wrong))
+
+
+def test_other_plugins_stay_beside_it() -> None:
+    xml = HOIST.replace(
+        "<worldbody>",
+        '<extension><plugin plugin="mujoco.pid"><instance name="p"><config key="kp" value="40"/></instance></plugin></extension>'
+        "<worldbody>",
+    ).replace('<motor name="winch" tendon="cable" gear="-1"/>', '<plugin plugin="mujoco.pid" instance="p" tendon="cable"/>')
+    try:
+        mujoco.MjModel.from_xml_string(xml)
+    except ValueError:
+        pytest.skip("MuJoCo came without its own plugins")
+    model, data = sheathed(xml, {"cable": sm.Sheath(mu=0.2, bend=3.0)})
+    data.ctrl[0] = -3.0
+    mujoco.mj_step(model, data)
+    # Its force, negative for a pull, from the length of one metre.
+    assert data.actuator_force[0] == pytest.approx(-160.0 * np.cosh(0.6), rel=1e-6)
