@@ -65,7 +65,8 @@ unsafe extern "C" fn connect(given: *const Connect, message: *mut c_char, size: 
     let done = catch_unwind(|| {
         // SAFETY: the loader passes a valid structure whose `places` has `count` entries.
         let given = unsafe { given.as_ref() }.ok_or("no structure")?;
-        let (Some(register), Some(get_config), Some(warn)) = (given.register, given.get_config, given.warn) else {
+        let (Some(register), Some(get_config), Some(warn)) = (given.register, given.get_config, given.warn)
+        else {
             return Err("a function of MuJoCo is missing".to_owned());
         };
         if CONNECTION.get().is_some() {
@@ -167,8 +168,12 @@ unsafe extern "C" fn init<P: Plugin>(model: Address, data: Address, instance: c_
         let instance = usize::try_from(instance).map_err(|_| "no such instance")?;
         // SAFETY: MuJoCo's call, see above. Of the data, which is being made, only `plugin_data` is used.
         let (view, words) = unsafe { (connection.model(model), connection.plugin_data(data, model)) };
-        let hash = connection.with::<P, _>(model, &view, instance, 0, |_, hash| hash)?;
         let word = words.get_mut(instance).ok_or("no such instance")?;
+        let configs = connection.configs::<P>(model, &view, instance);
+        // Every model is checked, one that hashes like another, too.
+        let wiring = P::wire(&Setup { model: &view, configs: &configs })?;
+        let hash = hash_of(&view, instance, &configs);
+        P::wirings().with_borrow_mut(|wirings| wirings.put(hash, wiring));
         *word = hash as usize;
         Ok::<(), String>(())
     }));
@@ -186,7 +191,8 @@ unsafe extern "C" fn reset(model: Address, state: *mut f64, _: *mut c_void, inst
         let (connection, instance) = (CONNECTION.get()?, usize::try_from(instance).ok()?);
         // SAFETY: MuJoCo's call, see above; `state` has the numbers that `nstate` told.
         unsafe {
-            let counts: &[i32] = connection.array(model, Field::PluginStatenum, connection.number(model, Field::Nplugin));
+            let counts: &[i32] =
+                connection.array(model, Field::PluginStatenum, connection.number(model, Field::Nplugin));
             let count = usize::try_from(*counts.get(instance)?).ok()?;
             slice_mut(state, count).fill(0.0);
         }
@@ -216,7 +222,8 @@ unsafe fn step<P: Plugin>(
         // SAFETY: handed on.
         let (view, mut state) = unsafe { (connection.model(model), connection.data(data, model)) };
         let hash = state.plugin_data.get(instance).copied().unwrap_or(0) as u64;
-        connection.with::<P, _>(model, &view, instance, hash, |plugin, _| work(plugin, &view, &mut state, instance))
+        connection
+            .with::<P>(model, &view, instance, hash, |plugin| work(plugin, &view, &mut state, instance));
     }));
     if done.is_err() {
         connection.warn(&format!("{}: internal error", P::NAME.to_string_lossy()));
@@ -231,26 +238,31 @@ impl Connection {
         }
     }
 
-    /// Runs `work` with the wiring of this model on this thread; a hash of zero is found first.
-    fn with<P: Plugin, R>(
+    /// Runs `work` with the wiring of this model on this thread, derived where the thread does not have it.
+    fn with<P: Plugin>(
         &self,
         model: Address,
         view: &Model<'_>,
         instance: usize,
         hash: u64,
-        work: impl FnOnce(&mut P, u64) -> R,
-    ) -> Result<R, String> {
-        let config = || self.config::<P>(model, instance);
-        let hash = if hash == 0 { hash_of(&config(), view) } else { hash };
+        work: impl FnOnce(&mut P),
+    ) {
+        let configs = || self.configs::<P>(model, view, instance);
+        let hash = if hash == 0 { hash_of(view, instance, &configs()) } else { hash };
         P::wirings().with_borrow_mut(|wirings| {
-            let wiring = wirings.get(hash, || {
-                let slot = view.plugin.get(instance);
-                let same = |other: &usize| view.plugin.get(*other) == slot;
-                let earlier: Vec<_> = (0..instance).filter(same).map(|other| self.config::<P>(model, other)).collect();
-                P::wire(&Setup { model: view, instance, config: &config(), earlier: &earlier })
-            })?;
-            Ok(work(wiring, hash))
-        })
+            let wire = || P::wire(&Setup { model: view, configs: &configs() });
+            // What `init` accepted does not fail.
+            if let Ok(wiring) = wirings.get(hash, wire) {
+                work(wiring);
+            }
+        });
+    }
+
+    /// Configurations of the instances of a plugin up to this one.
+    fn configs<P: Plugin>(&self, model: Address, view: &Model<'_>, instance: usize) -> Vec<Config> {
+        let slot = view.plugin.get(instance);
+        let same = |other: &usize| view.plugin.get(*other) == slot;
+        (0..=instance).filter(same).map(|other| self.config::<P>(model, other)).collect()
     }
 
     fn config<P: Plugin>(&self, model: Address, instance: usize) -> Config {

@@ -24,6 +24,7 @@ mod layout;
 mod plugin;
 mod sheath;
 mod text;
+#[allow(dead_code, reason = "parts that the plugin of cables reads")]
 mod view;
 mod wiring;
 

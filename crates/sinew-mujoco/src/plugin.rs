@@ -12,10 +12,15 @@ pub(crate) type Config = Vec<String>;
 /// What a wiring is derived from.
 pub(crate) struct Setup<'a> {
     pub(crate) model: &'a Model<'a>,
-    pub(crate) instance: usize,
-    pub(crate) config: &'a Config,
-    /// Configurations of the instances of the same plugin that come before this one.
-    pub(crate) earlier: &'a [Config],
+    /// Configurations of the instances of the same plugin up to this one, which is the last.
+    pub(crate) configs: &'a [Config],
+}
+
+impl Setup<'_> {
+    /// This instance's configuration, and those of the instances before it.
+    pub(crate) fn config(&self) -> (&[String], &[Config]) {
+        self.configs.split_last().map_or((&[], &[]), |(own, earlier)| (own, earlier))
+    }
 }
 
 /// A plugin: its constants, what it derives from a model, and its work in a step.
@@ -37,6 +42,6 @@ pub(crate) trait Plugin: Sized + 'static {
     /// Ends a time step.
     fn advance(&mut self, model: &Model<'_>, data: &mut Data<'_>, instance: usize);
 
-    /// The wirings of the calling thread.
+    /// Those of the calling thread.
     fn wirings() -> &'static LocalKey<RefCell<Wirings<Self>>>;
 }

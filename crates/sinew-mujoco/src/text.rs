@@ -24,7 +24,9 @@ fn entry(text: &str) -> Result<Entry<'_>, String> {
     let end = text.find(": ").or_else(|| text.strip_suffix(':').map(str::len));
     let end = end.or_else(|| text.find(":\n")).ok_or_else(|| wrong("no colon after the pattern"))?;
     let (pattern, pairs) = (text[..end].trim(), &text[end + 1..]);
-    let pair = |word: &'_ str| word.split_once('=').map(|_| ()).ok_or_else(|| wrong(&format!("\"{word}\" has no value")));
+    let pair = |word: &'_ str| {
+        word.split_once('=').map(|_| ()).ok_or_else(|| wrong(&format!("\"{word}\" has no value")))
+    };
     pairs.split_whitespace().try_for_each(pair)?;
     Ok(Entry { pattern, pairs: pairs.split_whitespace().filter_map(|word| word.split_once('=')).collect() })
 }

@@ -14,16 +14,6 @@ from .. import _sinew
 OLDEST = (3, 3, 0)
 
 
-class _Connect(ctypes.Structure):
-    _fields_ = [
-        ("register", ctypes.c_void_p),
-        ("get_config", ctypes.c_void_p),
-        ("warn", ctypes.c_void_p),
-        ("places", ctypes.c_void_p),
-        ("count", ctypes.c_size_t),
-    ]
-
-
 def version(mujoco: Any) -> tuple[int, ...]:
     """Version of MuJoCo as numbers."""
     numbers = (part for part in str(mujoco.__version__).split("."))
@@ -52,14 +42,12 @@ def connect() -> None:
     library = _library(mujoco)
     numbers = (ctypes.c_int64 * (2 * len(places)))(*(number for place in places for number in place))
     functions = (getattr(library, name) for name in ("mjp_registerPlugin", "mj_getPluginConfig", "mju_warning"))
-    given = _Connect(
-        *(ctypes.cast(function, ctypes.c_void_p).value for function in functions),
-        ctypes.addressof(numbers),
-        len(places),
-    )
-    kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(_Connect), ctypes.c_char_p, ctypes.c_size_t)
+    addresses = [ctypes.cast(function, ctypes.c_void_p).value or 0 for function in functions]
+    # The structure `Connect` of the crate `sinew-mujoco`.
+    given = (ctypes.c_size_t * 5)(*addresses, ctypes.addressof(numbers), len(places))
+    kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t)
     message = ctypes.create_string_buffer(400)
-    if kind(_sinew._mujoco_connect_address())(ctypes.byref(given), message, len(message)) != 0:
+    if kind(_sinew.mujoco_connect_address())(ctypes.byref(given), message, len(message)) != 0:
         reason = message.value.decode(errors="replace")
         raise ImportError(f"sinew.mujoco cannot use MuJoCo {mujoco.__version__}: {reason}")
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._sinew import _mujoco_fields
+from .._sinew import mujoco_fields
 
 
 class Place(NamedTuple):
@@ -52,7 +51,6 @@ class Layout:
         self.model = self._fields("mjModel")
         self.data = self._fields("mjData")
 
-    @cache  # noqa: B019 - lives as long as the check
     def _fields(self, struct: str) -> dict[str, Place]:
         found: dict[str, Place] = {}
         self._lay(self._structs[struct].fields, "", 0, found)
@@ -98,7 +96,7 @@ class Layout:
         """Places of the fields that the plugins use, in their order."""
         missing = Place(-1, ADDRESS)
         found = []
-        for path, _, required in _mujoco_fields():
+        for path, _, required in mujoco_fields():
             struct, _, name = path.partition(".")
             place = (self.model if struct == "mjModel" else self.data).get(name, missing)
             if required and place is missing:
@@ -115,7 +113,7 @@ class Layout:
         compared = _compare(model, model._address, self.model, "mjModel")
         compared |= _compare(data, data._address, self.data, "mjData")
         have_plugin = model.nplugin > 0
-        for path, _, required in _mujoco_fields():
+        for path, _, required in mujoco_fields():
             struct, _, name = path.partition(".")
             there = name in (self.model if struct == "mjModel" else self.data)
             # Arrays of plugins are empty where MuJoCo came without its own; those of islands where it found none.
@@ -154,8 +152,8 @@ def _compare(owner: Any, address: int, places: dict[str, Place], struct: str) ->
             if inside != value.__array_interface__["data"][0]:
                 raise Mismatch(f"its field {struct}.{name} is not where its description has it")
         elif isinstance(value, (int, float)) and place.width in (4, 8, -8):
-            kind = {4: ctypes.c_int32, 8: ctypes.c_int64, -8: ctypes.c_double}[place.width]
-            if kind.from_address(at).value != value:
+            kinds: dict[int, Any] = {4: ctypes.c_int32, 8: ctypes.c_int64, -8: ctypes.c_double}
+            if kinds[place.width].from_address(at).value != value:
                 raise Mismatch(f"its field {struct}.{name} is not where its description has it")
         else:
             continue

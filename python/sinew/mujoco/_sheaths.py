@@ -56,7 +56,7 @@ class Sheath:
         return " ".join(f"{name}={value!r}" for name, value in given.items() if value != defaults[name])
 
 
-def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 0.99) -> list[str]:
+def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 0.995) -> list[str]:
     """Puts sheaths on the tendons of a `mujoco.MjSpec`; returns the names of these tendons.
 
     `sheaths`: sheath by tendon name or by pattern (`*`, `?`, `[..]`); the last one that fits a tendon counts. Only tendons on which

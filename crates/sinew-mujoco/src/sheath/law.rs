@@ -71,7 +71,9 @@ impl Sheath {
         let law = Self { friction, bend, turning, loss, pretension, rise, inverse_speed: 1.0 / speed };
         let largest = friction * bend * (1.0 + rise) + loss;
         if largest > LARGEST_ANGLE {
-            return Err(format!("the friction angle mu bend is {largest:.1}, expected at most {LARGEST_ANGLE}"));
+            return Err(format!(
+                "the friction angle mu bend is {largest:.1}, expected at most {LARGEST_ANGLE}"
+            ));
         }
         Ok(law)
     }

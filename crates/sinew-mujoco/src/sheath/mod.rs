@@ -30,10 +30,9 @@ struct Wire {
 
 /// An actuator of a tendon with a sheath.
 struct Pull {
+    actuator: usize,
     /// Of its force.
     address: usize,
-    /// Range of its force, which MuJoCo would apply after the plugin.
-    range: Option<[f64; 2]>,
 }
 
 /// The sheaths of one plugin instance.
@@ -49,15 +48,16 @@ thread_local! {
 }
 
 /// The sheath of every tendon; the last pattern that a name fits counts.
-fn sheaths_of(model: &Model<'_>, config: &Config) -> Result<Vec<Option<Sheath>>, String> {
+fn sheaths_of(model: &Model<'_>, config: &[String]) -> Result<Vec<Option<Sheath>>, String> {
     let text = config.first().map_or("", String::as_str);
     let entries = entries(text).map_err(|error| format!("sheaths: {error}"))?;
     let mut found = vec![None; model.tendons];
     let names: Vec<_> = (0..model.tendons).map(|tendon| model.tendon_name(tendon)).collect();
     for entry in entries {
-        let law = Sheath::read(&entry.pairs).map_err(|error| format!("sheaths: {}: {error}", entry.pattern))?;
+        let law =
+            Sheath::read(&entry.pairs).map_err(|error| format!("sheaths: {}: {error}", entry.pattern))?;
         let mut hits = 0;
-        for (sheath, name) in found.iter_mut().zip(&names).filter(|(_, name)| matches(entry.pattern, name)) {
+        for (sheath, _) in found.iter_mut().zip(&names).filter(|(_, name)| matches(entry.pattern, name)) {
             *sheath = Some(law);
             hits += 1;
         }
@@ -79,12 +79,17 @@ impl Plugin for Sheaths {
 
     fn wire(setup: &Setup<'_>) -> Result<Self, String> {
         let model = setup.model;
-        let laws = sheaths_of(model, setup.config)?;
+        let (config, others) = setup.config();
+        let laws = sheaths_of(model, config)?;
         let mut wiring = Self { wires: Vec::new(), pulls: Vec::new(), wire_of: vec![None; model.tendons] };
-        for earlier in setup.earlier {
-            let twice = sheaths_of(model, earlier)?.iter().zip(&laws).position(|(a, b)| a.is_some() && b.is_some());
+        for earlier in others {
+            let twice =
+                sheaths_of(model, earlier)?.iter().zip(&laws).position(|(a, b)| a.is_some() && b.is_some());
             if let Some(tendon) = twice {
-                return Err(format!("tendon {} has sheaths of two plugin instances", model.tendon_name(tendon)));
+                return Err(format!(
+                    "tendon {} has sheaths of two plugin instances",
+                    model.tendon_name(tendon)
+                ));
             }
         }
         for (tendon, law) in laws.iter().enumerate() {
@@ -97,7 +102,8 @@ impl Plugin for Sheaths {
                 ));
             }
             let from = wiring.pulls.len();
-            for actuator in (0..model.actuators).filter(|&actuator| model.tendon_of(actuator) == Some(tendon)) {
+            for actuator in (0..model.actuators).filter(|&actuator| model.tendon_of(actuator) == Some(tendon))
+            {
                 if model.forcelimited.get(actuator).is_some_and(|limited| *limited != 0) {
                     return Err(format!(
                         "tendon {}: its actuator number {actuator} must have forcelimited=\"false\"; the plugin applies its \
@@ -105,8 +111,7 @@ impl Plugin for Sheaths {
                         name()
                     ));
                 }
-                let address = model.force_address(actuator);
-                wiring.pulls.push(Pull { address, range: model.range_of(actuator) });
+                wiring.pulls.push(Pull { actuator, address: model.force_address(actuator) });
             }
             wiring.wire_of[tendon] = Some(wiring.wires.len());
             wiring.wires.push(Wire { tendon, law, actuators: from..wiring.pulls.len(), bound: 0.0 });
@@ -121,7 +126,7 @@ impl Plugin for Sheaths {
             let mut tension = 0.0;
             for pull in pulls {
                 let Some(force) = data.actuator_force.get_mut(pull.address) else { continue };
-                if let Some([low, high]) = pull.range {
+                if let Some([low, high]) = model.range_of(pull.actuator) {
                     *force = force.max(low).min(high);
                 }
                 tension -= *force * model.gear_of(pull.address);
@@ -154,7 +159,8 @@ impl Plugin for Sheaths {
             if let Some(loss) = data.efc_frictionloss.get_mut(row) {
                 *loss = bound;
             }
-            let of_island = index(data.map_efc2iefc.get(row)).and_then(|row| data.iefc_frictionloss.get_mut(row));
+            let of_island =
+                index(data.map_efc2iefc.get(row)).and_then(|row| data.iefc_frictionloss.get_mut(row));
             if let Some(loss) = of_island {
                 *loss = bound;
             }

@@ -18,7 +18,7 @@ pub(crate) fn turning(points: &[f64], objects: &[i32]) -> f64 {
         let point = [point[0], point[1], point[2]];
         if let Some(last) = last {
             let piece = [point[0] - last[0], point[1] - last[1], point[2] - last[2]];
-            if piece == [0.0; 3] {
+            if piece.iter().all(|x| *x == 0.0) {
                 continue;
             }
             sum += before.map_or(0.0, |before| angle(before, piece));
