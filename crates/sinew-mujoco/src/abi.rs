@@ -11,8 +11,9 @@
 #![allow(unsafe_code, reason = "a foreign interface: pointers in, slices out")]
 
 use crate::layout::{Field, Layout};
-use crate::plugin::{Config, Plugin, Setup};
+use crate::plugin::{Plugin, Setup};
 use crate::sheath::Sheaths;
+use crate::text::Config;
 use crate::view::{Data, Model};
 use crate::wiring::hash_of;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};

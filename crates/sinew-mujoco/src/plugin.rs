@@ -1,13 +1,11 @@
 //! What both plugins are to `abi`.
 
+use crate::text::Config;
 use crate::view::{Data, Model};
 use crate::wiring::Wirings;
 use std::cell::RefCell;
 use std::ffi::CStr;
 use std::thread::LocalKey;
-
-/// Configuration of one plugin instance: the value of every attribute, empty where it is not given.
-pub(crate) type Config = Vec<String>;
 
 /// What a wiring is derived from.
 pub(crate) struct Setup<'a> {

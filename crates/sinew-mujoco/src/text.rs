@@ -1,5 +1,8 @@
 //! The plugins' configuration: `PATTERN: key=value key=value; PATTERN: ...`.
 
+/// Configuration of one plugin instance: the value of every attribute, empty where it is not given.
+pub(crate) type Config = Vec<String>;
+
 /// One pattern over tendon names with its keys and values in the order in which they are written.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Entry<'a> {

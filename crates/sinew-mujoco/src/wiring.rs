@@ -3,7 +3,7 @@
 //! `mjData` may be copied, pickled and stepped on any thread, and its `plugin_data` is copied as a number. So nothing is
 //! owned by an `mjData`: `plugin_data` holds a hash, and a thread that does not know it derives the wiring again from the model.
 
-use crate::plugin::Config;
+use crate::text::Config;
 use crate::view::Model;
 use std::hash::{DefaultHasher, Hash, Hasher};
 

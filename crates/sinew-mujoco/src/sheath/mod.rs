@@ -8,8 +8,8 @@
 mod law;
 mod turning;
 
-use crate::plugin::{Config, Plugin, Setup};
-use crate::text::{entries, matches};
+use crate::plugin::{Plugin, Setup};
+use crate::text::{Config, entries, matches};
 use crate::view::{Data, Model, TENDON_FRICTION, index};
 use crate::wiring::Wirings;
 use law::Sheath;
