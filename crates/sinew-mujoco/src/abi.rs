@@ -10,6 +10,7 @@
 //! - No panic leaves a callback.
 #![allow(unsafe_code, reason = "a foreign interface: pointers in, slices out")]
 
+use crate::cable::Cables;
 use crate::layout::{Field, Layout};
 use crate::plugin::{Plugin, Setup};
 use crate::sheath::Sheaths;
@@ -128,7 +129,13 @@ unsafe impl<const N: usize> Sync for Texts<N> {}
 
 static SHEATH_ATTRIBUTES: Texts<1> = Texts([Sheaths::ATTRIBUTES[0].as_ptr()]);
 
-static REGISTRATIONS: [Registration; 1] = [registration::<Sheaths>(SHEATH_ATTRIBUTES.0.as_ptr())];
+static CABLE_ATTRIBUTES: Texts<3> =
+    Texts([Cables::ATTRIBUTES[0].as_ptr(), Cables::ATTRIBUTES[1].as_ptr(), Cables::ATTRIBUTES[2].as_ptr()]);
+
+static REGISTRATIONS: [Registration; 2] = [
+    registration::<Sheaths>(SHEATH_ATTRIBUTES.0.as_ptr()),
+    registration::<Cables>(CABLE_ATTRIBUTES.0.as_ptr()),
+];
 
 const fn registration<P: Plugin>(attributes: *const *const c_char) -> Registration {
     /// `mjPLUGIN_ACTUATOR`.
@@ -172,7 +179,7 @@ unsafe extern "C" fn init<P: Plugin>(model: Address, data: Address, instance: c_
         let word = words.get_mut(instance).ok_or("no such instance")?;
         let configs = connection.configs::<P>(model, &view, instance);
         // Every model is checked, one that hashes like another, too.
-        let wiring = P::wire(&Setup { model: &view, configs: &configs })?;
+        let wiring = P::wire(&Setup { model: &view, instance, configs: &configs })?;
         let hash = hash_of(&view, instance, &configs);
         P::wirings().with_borrow_mut(|wirings| wirings.put(hash, wiring));
         *word = hash as usize;
@@ -251,7 +258,7 @@ impl Connection {
         let configs = || self.configs::<P>(model, view, instance);
         let hash = if hash == 0 { hash_of(view, instance, &configs()) } else { hash };
         P::wirings().with_borrow_mut(|wirings| {
-            let wire = || P::wire(&Setup { model: view, configs: &configs() });
+            let wire = || P::wire(&Setup { model: view, instance, configs: &configs() });
             // What `init` accepted does not fail.
             if let Ok(wiring) = wirings.get(hash, wire) {
                 work(wiring);

@@ -17,14 +17,14 @@
 //! | `plugin`       | what both plugins are to `abi`, and errors                                     |
 //! | `text`         | the plugins' configuration: patterns over tendon names with parameters          |
 //! | `wiring`       | what a plugin derives from a model, kept per thread and found by its hash       |
-//! | `sheath`       | `sinew.sheath`                                                                 |
+//! | `sheath`, `cable` | `sinew.sheath`, `sinew.cable`                                               |
 
 mod abi;
+mod cable;
 mod layout;
 mod plugin;
 mod sheath;
 mod text;
-#[allow(dead_code, reason = "parts that the plugin of cables reads")]
 mod view;
 mod wiring;
 

@@ -10,6 +10,7 @@ use std::thread::LocalKey;
 /// What a wiring is derived from.
 pub(crate) struct Setup<'a> {
     pub(crate) model: &'a Model<'a>,
+    pub(crate) instance: usize,
     /// Configurations of the instances of the same plugin up to this one, which is the last.
     pub(crate) configs: &'a [Config],
 }
