@@ -8,9 +8,13 @@ from ._connect import connect
 
 connect()
 
+from ._cables import Cable, StiffCableWarning, add_cables  # noqa: E402
 from ._sheaths import Sheath, add_sheaths  # noqa: E402
 
 __all__ = [
+    "Cable",
     "Sheath",
+    "StiffCableWarning",
+    "add_cables",
     "add_sheaths",
 ]

@@ -197,8 +197,11 @@ impl Cables {
                 self.motions[k] = EndMotion { motor: moved - head[2], anchor: head[1] - length };
                 farthest = farthest.max(self.motions[k].motor.abs()).max(self.motions[k].anchor.abs());
                 let passed = data.time - head[3];
-                // A time that was set by hand is no interval.
-                if passed > 1e-3 * model.timestep && passed < 2.0 * model.timestep {
+                // One and a half and two steps are later stages of Runge-Kutta; the sum of time steps rounds, and a time that
+                // was set by hand is no interval.
+                let rounding = 1e-9 * model.timestep;
+                let other = (passed - model.timestep).abs() > rounding;
+                if other && passed > rounding && passed < 2.0 * model.timestep + rounding {
                     interval = passed;
                 }
                 begun += 1;
