@@ -54,7 +54,7 @@ mod _sinew {
     #[pymodule_export]
     use crate::model::{Model, demo_logs, identify};
     #[pymodule_export]
-    use crate::mujoco::{mujoco_connect_address, mujoco_fields};
+    use crate::mujoco::{mujoco_connect_address, mujoco_fields, mujoco_machine};
     #[pymodule_export]
     use crate::predictor::{Prediction, Predictor};
     #[pymodule_export]

@@ -9,6 +9,7 @@ from ._connect import connect
 connect()
 
 from ._cables import Cable, StiffCableWarning, add_cables  # noqa: E402
+from ._machine import cables_of, calibrate_from, load, sheaths_of, spec_of  # noqa: E402
 from ._sheaths import Sheath, add_sheaths  # noqa: E402
 
 __all__ = [
@@ -17,4 +18,9 @@ __all__ = [
     "StiffCableWarning",
     "add_cables",
     "add_sheaths",
+    "cables_of",
+    "calibrate_from",
+    "load",
+    "sheaths_of",
+    "spec_of",
 ]
