@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 import os
-import pickle
 import subprocess
 import sys
-import threading
 from typing import Any
 
 import numpy as np
@@ -18,37 +15,13 @@ from hypothesis import strategies as st
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
 
 sm = pytest.importorskip("sinew.mujoco", reason="MuJoCo cannot be used", exc_type=ImportError)
+import mujoco_models as models  # noqa: E402
+from mujoco_models import FINGER, GRAVITY, HOIST, MASS, WEIGHT, drive  # noqa: E402
+
 from sinew.mujoco import _layout  # noqa: E402
 
 if not hasattr(mujoco.MjsPlugin, "config"):
     pytest.skip(f"MuJoCo {mujoco.__version__} configures plugins in XML alone", allow_module_level=True)
-
-MASS, GRAVITY = 5.0, 9.81
-WEIGHT = MASS * GRAVITY
-
-#: A mass on a tendon; the actuator pulls upward.
-HOIST = f"""<mujoco><option timestep="0.001" gravity="0 0 -{GRAVITY}"/>
-<worldbody><site name="top" pos="0 0 1"/>
- <body><joint name="lift" type="slide" axis="0 0 1"/><geom size=".1" mass="{MASS}"/><site name="hook"/></body></worldbody>
-<tendon><spatial name="cable"><site site="top"/><site site="hook"/></spatial></tendon>
-<actuator><motor name="winch" tendon="cable" gear="-1"/></actuator></mujoco>"""
-
-#: A hand's finger: three joints, two tendons that wrap, each with a muscle-like actuator, and one fixed tendon.
-FINGER = """<mujoco><option timestep="0.001"/>
-<default><geom type="capsule" size=".006" mass=".02"/><joint axis="0 1 0" damping="2e-3" range="-1.5 1.5" limited="true"/></default>
-<worldbody><site name="f0" pos="0 0 -.012"/><site name="e0" pos="0 0 .012"/>
-<body pos=".02 0 0"><joint name="a"/><geom fromto="0 0 0 .04 0 0"/><geom name="ca" type="cylinder" size=".008 .01" zaxis="0 1 0"/>
- <site name="f1" pos=".02 0 -.01"/><site name="e1" pos=".02 0 .01"/><site name="sa" pos="0 0 .012"/>
- <body pos=".04 0 0"><joint name="b"/><geom fromto="0 0 0 .03 0 0"/><geom name="cb" type="cylinder" size=".007 .01" zaxis="0 1 0"/>
-  <site name="f2" pos=".015 0 -.009"/><site name="e2" pos=".015 0 .009"/><site name="sb" pos="0 0 .01"/>
-  <body pos=".03 0 0"><joint name="c"/><geom fromto="0 0 0 .02 0 0"/></body></body></body></worldbody>
-<tendon>
- <spatial name="flexor"><site site="f0"/><site site="f1"/><site site="f2"/></spatial>
- <spatial name="extensor"><site site="e0"/><geom geom="ca" sidesite="sa"/><site site="e1"/><geom geom="cb" sidesite="sb"/><site site="e2"/></spatial>
- <fixed name="tip"><joint joint="c" coef=".006"/><joint joint="b" coef="-.003"/></fixed></tendon>
-<actuator><general name="mf" tendon="flexor" dyntype="filter" dynprm=".03" gainprm="1" gear="-1" ctrlrange="0 20" forcerange="0 18"/>
- <motor tendon="extensor" gear="-1" ctrlrange="0 20"/><motor tendon="tip" gear="2"/></actuator></mujoco>"""
-
 
 def sheathed(xml: str, sheaths: dict[str, Any], **keywords: Any) -> tuple[Any, Any]:
     spec = mujoco.MjSpec.from_string(xml)
@@ -59,18 +32,6 @@ def sheathed(xml: str, sheaths: dict[str, Any], **keywords: Any) -> tuple[Any, A
 
 def finger() -> tuple[Any, Any]:
     return sheathed(FINGER, {"*": sm.Sheath(mu=0.1, bend=4.0, turning=1.0), "tip": sm.Sheath(mu=0.2, bend=1.0, rise=0.3)})
-
-
-def drive(model: Any, data: Any, steps: int, seed: int = 1) -> np.ndarray:
-    """Steps with controls of a seed; returns all positions."""
-    random = np.random.default_rng(seed)
-    seen = np.empty((steps, model.nq))
-    for k in range(steps):
-        if k % 20 == 0:
-            data.ctrl[:] = random.uniform(0.0, 15.0, model.nu)
-        mujoco.mj_step(model, data)
-        seen[k] = data.qpos
-    return seen
 
 
 def test_the_layout_is_compared_with_memory_in_50_ms() -> None:
@@ -296,88 +257,31 @@ def test_a_spec_written_to_xml_reads_back() -> None:
 
 
 def test_copies_pickles_resets_and_threads_agree_to_the_bit() -> None:
-    model, data = finger()
-    drive(model, data, 100)
-    others = [copy.copy(data), copy.deepcopy(data), pickle.loads(pickle.dumps(data))]
-    if hasattr(mujoco, "mj_copyData"):
-        copied = mujoco.MjData(model)
-        mujoco.mj_copyData(copied, model, data)
-        others.append(copied)
-    restored = mujoco.MjData(model)
-    state = np.empty(mujoco.mj_stateSize(model, int(mujoco.mjtState.mjSTATE_INTEGRATION)))
-    mujoco.mj_getState(model, data, state, int(mujoco.mjtState.mjSTATE_INTEGRATION))
-    mujoco.mj_setState(model, restored, state, int(mujoco.mjtState.mjSTATE_INTEGRATION))
-    others.append(restored)
-    twin_model = pickle.loads(pickle.dumps(model))
-    extra = copy.copy(data)
-    expected = drive(model, data, 200, seed=2)
-    for other in others:
-        np.testing.assert_array_equal(drive(model, other, 200, seed=2), expected)
-    np.testing.assert_array_equal(drive(twin_model, extra, 200, seed=2), expected)
-    # After a reset as from the beginning, on another thread as well.
-    begun = drive(model, mujoco.MjData(model), 200, seed=4)
-    mujoco.mj_resetData(model, data)
-    seen: list[np.ndarray] = []
-    thread = threading.Thread(target=lambda: seen.append(drive(model, data, 200, seed=4)))
-    thread.start()
-    thread.join()
-    np.testing.assert_array_equal(seen[0], begun)
+    models.assert_copies_agree(finger()[0], (0.0, 15.0))
 
 
 def test_split_steps_and_extra_forward_passes_agree_to_the_bit() -> None:
-    model, data = finger()
-    split = mujoco.MjData(model)
-    for k in range(200):
-        data.ctrl[:] = split.ctrl[:] = 5.0 + 5.0 * np.sin(0.05 * k)
-        mujoco.mj_step(model, data)
-        mujoco.mj_step1(model, split)
-        mujoco.mj_step2(model, split)
-    np.testing.assert_array_equal(data.qpos, split.qpos)
-    again = mujoco.MjData(model)
-    forward = mujoco.MjData(model)
-    for k in range(200):
-        again.ctrl[:] = forward.ctrl[:] = 5.0 + 5.0 * np.sin(0.05 * k)
-        warm = np.array(forward.qacc_warmstart)
-        mujoco.mj_forward(model, forward)
-        forward.qacc_warmstart[:] = warm
-        mujoco.mj_step(model, forward)
-        mujoco.mj_step(model, again)
-    np.testing.assert_array_equal(again.qpos, forward.qpos)
+    models.assert_split_steps_agree(finger()[0], (0.0, 10.0))
 
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_rollouts_agree_with_steps_to_the_bit(threads: int) -> None:
     rollout = pytest.importorskip("mujoco.rollout", reason="this version has no rollout")
-    model, data = finger()
-    controls = np.random.default_rng(7).uniform(0.0, 15.0, (6, 60, model.nu))
-    size = mujoco.mj_stateSize(model, int(mujoco.mjtState.mjSTATE_FULLPHYSICS))
-    start = np.empty(size)
-    mujoco.mj_getState(model, data, start, int(mujoco.mjtState.mjSTATE_FULLPHYSICS))
-    many = [mujoco.MjData(model) for _ in range(threads)]
-    states, _ = rollout.rollout(model, many, np.tile(start, (6, 1)), controls)
-    for world in range(6):
-        one = mujoco.MjData(model)
-        for k in range(60):
-            one.ctrl[:] = controls[world, k]
-            mujoco.mj_step(model, one)
-        got = mujoco.MjData(model)
-        mujoco.mj_setState(model, got, states[world, -1], int(mujoco.mjtState.mjSTATE_FULLPHYSICS))
-        np.testing.assert_array_equal(got.qpos, one.qpos)
+    models.assert_rollouts_agree(rollout, finger()[0], threads, (0.0, 15.0))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_batches_agree_with_steps_to_the_bit(threads: int) -> None:
+    batch = pytest.importorskip("mujoco.batch", reason="this version has no batch")
+    models.assert_batches_agree(batch, finger()[0], threads, (0.0, 15.0))
 
 
 def test_data_of_models_leave_no_memory_behind() -> None:
-    resource = pytest.importorskip("resource")
+    pytest.importorskip("resource")
     model, _ = sheathed(HOIST.replace("<worldbody>", '<size memory="64K"/><worldbody>'), {"cable": sm.Sheath(mu=0.2, bend=3.0)})
-
-    def make(count: int) -> int:
-        for _ in range(count):
-            data = mujoco.MjData(model)
-            mujoco.mj_step(model, data)
-        return int(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-
-    before = make(2_000)
-    # kB; a kilobyte lost with each would be seen.
-    assert make(100_000 if os.environ.get("SINEW_LONG") else 8_000) - before < 4_000
+    # A kilobyte lost with each would be seen.
+    count = 100_000 if os.environ.get("SINEW_LONG") else 8_000
+    assert models.growth_of(lambda: mujoco.mj_step(model, mujoco.MjData(model)), count) < 4_000
 
 
 @given(
