@@ -25,6 +25,9 @@ __all__ = [
     "demo_logs",
     "distribute",
     "identify",
+    "mujoco_connect_address",
+    "mujoco_fields",
+    "mujoco_machine",
     "plan_motion",
     "reproduce",
     "table_text",
@@ -49,6 +52,9 @@ def identify(
     progress: _Progress,
 ) -> Model: ...
 def demo_logs(seed: SupportsIndex) -> list[tuple[str, str]]: ...
+def mujoco_connect_address() -> int: ...
+def mujoco_fields() -> list[tuple[str, bool, bool]]: ...
+def mujoco_machine(machine: Machine) -> tuple[str, str]: ...
 def table_text(columns: list[tuple[str, Any]]) -> bytes: ...
 def distribute(
     moment_arms: ArrayLike,

@@ -8,8 +8,20 @@ use std::process::{Command, Stdio};
 pub(crate) const MANIFEST: &str = "crates/sinew-py/Cargo.toml";
 
 /// What the tests of the package need, and what builds it.
-const PACKAGES: [&str; 8] =
-    ["hypothesis", "maturin>=1.9,<2", "matplotlib", "mypy", "numpy>=1.26", "pandas", "polars", "pytest"];
+const PACKAGES: [&str; 9] = [
+    "hypothesis",
+    "maturin>=1.9,<2",
+    "matplotlib",
+    "mujoco",
+    "mypy",
+    "numpy>=1.26",
+    "pandas",
+    "polars",
+    "pytest",
+];
+
+/// Older versions of MuJoCo with which `sinew.mujoco` is tested: the oldest whose `MjSpec` configures plugins, one in the middle.
+const OLDER_MUJOCO: [&str; 2] = ["3.3.3", "3.17.0"];
 
 /// Type-checks the native part, as on a machine without an interpreter: what the package uses of the libraries is there.
 pub(crate) fn compile(root: &Path) -> Result<(), String> {
@@ -36,7 +48,25 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     let target = root.join("target");
     succeed(maturin.env("CARGO_TARGET_DIR", &target).env("VIRTUAL_ENV", &environment))?;
     let golden = target.join("debug").join(format!("sinew-py-golden{}", std::env::consts::EXE_SUFFIX));
-    succeed(python(root, &interpreter, &["-m", "pytest", "--quiet"]).env("SINEW_GOLDEN", golden))
+    succeed(python(root, &interpreter, &["-m", "pytest", "--quiet"]).env("SINEW_GOLDEN", golden))?;
+    OLDER_MUJOCO.iter().try_for_each(|version| with_mujoco(root, &interpreter, version))
+}
+
+/// The tests with MuJoCo once more, with another version of it from a folder of its own.
+fn with_mujoco(root: &Path, interpreter: &Path, version: &str) -> Result<(), String> {
+    let folder = root.join("target").join(format!("mujoco-{version}"));
+    let (package, place) = (format!("mujoco=={version}"), folder.display().to_string());
+    if !folder.join("mujoco").is_dir() {
+        let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
+        let mut pip = python(root, interpreter, &install);
+        if let Err(error) = succeed(pip.args(["--target", &place, &package])) {
+            println!("skipped: {package} could not be installed: {error}");
+            return Ok(());
+        }
+    }
+    println!("with {package}");
+    let tests = ["-m", "pytest", "--quiet", "-k", "mujoco", "python/tests"];
+    succeed(python(root, interpreter, &tests).env("PYTHONPATH", &folder))
 }
 
 /// An environment with all packages, or what is missing for one.

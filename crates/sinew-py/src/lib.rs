@@ -8,6 +8,7 @@
 //! | `tension`        | distribution of torques over muscles                                         |
 //! | `cable`, `twin`  | one cable, a simulated machine                                               |
 //! | `controller`     | the controller of a machine                                                  |
+//! | `mujoco`         | the way to the plugins for MuJoCo                                            |
 //! | `track`, `reproduction` | whole experiments                                                     |
 //! | `array`          | NumPy arrays without copies                                                  |
 //! | `long_call`      | calls without the interpreter's lock that Ctrl-C ends                        |
@@ -23,6 +24,7 @@ mod logs;
 mod long_call;
 mod machine;
 mod model;
+mod mujoco;
 mod predictor;
 mod reproduction;
 mod tension;
@@ -50,6 +52,8 @@ mod _sinew {
     use crate::machine::Machine;
     #[pymodule_export]
     use crate::model::{Model, demo_logs, identify};
+    #[pymodule_export]
+    use crate::mujoco::{mujoco_connect_address, mujoco_fields, mujoco_machine};
     #[pymodule_export]
     use crate::predictor::{Prediction, Predictor};
     #[pymodule_export]

@@ -384,6 +384,48 @@ fn a_step_that_cannot_be_taken_leaves_everything_as_it_was() {
     assert!(CableBatch::new(&[other, one.law().clone()]).is_err());
 }
 
+#[test]
+fn a_cable_continues_from_its_saved_state_to_the_bit() {
+    let weakening = Some(Weakening { rise: 0.3, speed: 0.01, lag: 0.01 });
+    let laws: Vec<CableLaw> = (0..19)
+        .map(|k| {
+            let weakening = weakening.filter(|_| k < 8);
+            let parameters = CableParameters {
+                friction: 0.1 + 0.01 * f64::from(k),
+                weakening,
+                ..CableParameters::bench()
+            };
+            CableLaw::new(&CablePath::bench(), &parameters, 9).unwrap()
+        })
+        .collect();
+    let mut cables = CableBatch::new(&laws).unwrap();
+    let (mut other, mut random) = (cables.clone(), Random(5));
+    assert_eq!(cables.state_len(), 3 * 9);
+    let mut ends = vec![EndTensions::default(); 19];
+    let mut other_ends = ends.clone();
+    let mut state = vec![0.0; cables.state_len()];
+    for round in 0..300 {
+        let motions: Vec<_> = (0..19)
+            .map(|_| EndMotion { motor: 2e-3 * random.unit(), anchor: 1e-3 * random.unit() })
+            .collect();
+        if round % 3 == 0 {
+            for k in 0..19 {
+                cables.save(k, &mut state).unwrap();
+                other.restore(k, &state).unwrap();
+            }
+        }
+        cables.step(1e-3, &motions, &mut ends).unwrap();
+        other.step(1e-3, &motions, &mut other_ends).unwrap();
+        assert_eq!(ends, other_ends);
+    }
+    assert!(cables.save(19, &mut state).is_err() && cables.save(0, &mut state[1..]).is_err());
+    for (index, wrong) in [(0, f64::NAN), (1, f64::INFINITY), (4, -1.0)] {
+        let mut damaged = state.clone();
+        damaged[index] = wrong;
+        assert!(matches!(other.restore(0, &damaged), Err(Error::OutOfDomain { name: "state", .. })));
+    }
+}
+
 /// Numbers in [-1, 1) that are the same everywhere (splitmix64).
 pub(crate) struct Random(pub(crate) u64);
 

@@ -146,4 +146,42 @@ impl<const N: usize> LaneGroup<N> {
         }
         self.update_stretch_and_energy(k);
     }
+
+    /// Writes the numbers from which the next step of a lane follows.
+    pub(super) fn save(&self, k: usize, state: &mut [f64]) {
+        let m = self.tension.len();
+        let (totals, rest) = state.split_at_mut(2);
+        let (tensions, rest) = rest.split_at_mut(m);
+        let (slips, speeds) = rest.split_at_mut(m - 1);
+        totals.copy_from_slice(&[self.stretch.0[k], self.energy.0[k]]);
+        for (saved, row) in tensions.iter_mut().zip(&self.tension) {
+            *saved = row.0[k];
+        }
+        for (saved, row) in slips.iter_mut().zip(&self.slip[1..m]) {
+            *saved = row.0[k];
+        }
+        // Other groups may have speeds that this one lacks.
+        speeds.fill(0.0);
+        for (saved, memory) in speeds.iter_mut().zip(&self.memory) {
+            *saved = memory.speed.0[k];
+        }
+    }
+
+    /// Reads what [`save`](Self::save) wrote.
+    pub(super) fn restore(&mut self, k: usize, state: &[f64]) {
+        let m = self.tension.len();
+        let (totals, rest) = state.split_at(2);
+        let (tensions, rest) = rest.split_at(m);
+        let (slips, speeds) = rest.split_at(m - 1);
+        (self.stretch.0[k], self.energy.0[k]) = (totals[0], totals[1]);
+        for (saved, row) in tensions.iter().zip(&mut self.tension) {
+            row.0[k] = *saved;
+        }
+        for (saved, row) in slips.iter().zip(&mut self.slip[1..m]) {
+            row.0[k] = *saved;
+        }
+        for (saved, memory) in speeds.iter().zip(&mut self.memory) {
+            memory.speed.0[k] = *saved;
+        }
+    }
 }

@@ -201,6 +201,47 @@ impl CableBatch {
         Some(lanes.stretch.0[cable % LANES])
     }
 
+    /// Numbers that [`save`](Self::save) writes for one cable: `2 cells + 1`, and `cells - 1` more where friction of a cable
+    /// of the batch weakens with speed.
+    #[must_use]
+    pub fn state_len(&self) -> usize {
+        let weakens = self.groups.iter().any(|group| !group.memory.is_empty());
+        2 * self.cells() + 1 + if weakens { self.cells() - 1 } else { 0 }
+    }
+
+    /// Writes the state of one cable: from it the cable continues to the bit as from its last step.
+    ///
+    /// Wraps, bends and drag that were changed are not part of it.
+    ///
+    /// # Shapes
+    /// `state: [state_len]`: stretch, m; twice the energy, J; tensions, N; slips of the last step, m; lagged speeds, m/s.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for an index out of range, [`Error::WrongLength`].
+    pub fn save(&self, cable: usize, state: &mut [f64]) -> Result<(), Error> {
+        check_length("state", state.len(), self.state_len())?;
+        let (group, k) = self.place(cable)?;
+        self.groups[group].save(k, state);
+        Ok(())
+    }
+
+    /// Takes over a state that [`save`](Self::save) wrote for a cable of the same law.
+    ///
+    /// # Errors
+    /// As [`save`](Self::save), and [`Error::OutOfDomain`] for a number that is not finite or a negative tension; the
+    /// cable is then unchanged.
+    pub fn restore(&mut self, cable: usize, state: &[f64]) -> Result<(), Error> {
+        check_length("state", state.len(), self.state_len())?;
+        let (group, k) = self.place(cable)?;
+        let tensions = 2..2 + self.cells();
+        let finite = state.iter().find(|value| !value.is_finite());
+        if let Some(wrong) = finite.or(state[tensions].iter().find(|tension| **tension < 0.0)) {
+            within("state", "finite numbers, tensions >= 0", *wrong, false)?;
+        }
+        self.groups[group].restore(k, state);
+        Ok(())
+    }
+
     fn place(&self, cable: usize) -> Result<(usize, usize), Error> {
         within("cable", "below the number of cables", cable as f64, cable < self.count)?;
         Ok((cable / LANES, cable % LANES))

@@ -1,0 +1,142 @@
+"""Sheaths on the tendons of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from fnmatch import fnmatchcase
+from math import isfinite
+from typing import Any
+
+import mujoco
+
+#: Friction, N, that a tendon has of its own: its constraint exists only above zero.
+LEAST_FRICTION = 1e-9
+#: Time constant, s, which MuJoCo raises to two steps: a constraint that sticks stops slip in one.
+SHORTEST = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Sheath:
+    """A bent sheath between a tendon's actuators and the model.
+
+    The tension at its far end is within `T exp(-theta)` and `T exp(theta)` of the pull `T` of the actuators,
+    `theta = mu (bend + turning * angle of the path) (1 + rise/(1 + (v/speed)^2)) - ln(efficiency)`, plus `pretension`.
+    """
+
+    #: Coefficient of friction, >= 0.
+    mu: float
+    #: Sum of the magnitudes of its bends, rad, >= 0, whatever the pose.
+    bend: float
+    #: Share of the turning of the tendon's path in the model that counts as bend, >= 0.
+    turning: float = 0.0
+    #: Share of the tension that survives whatever the bend, in (0, 1].
+    efficiency: float = 1.0
+    #: Constant force in parallel at the far end, N, >= 0.
+    pretension: float = 0.0
+    #: Friction at rest is `1 + rise` times that of fast sliding, >= 0.
+    rise: float = 0.0
+    #: Speed at which half of the rise remains, m/s, > 0.
+    speed: float = 0.01
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+                raise ValueError(f"{field.name} must be a finite number, but is {value!r}")
+            positive = field.name in ("efficiency", "speed")
+            if value < 0.0 or (positive and value == 0.0):
+                raise ValueError(f"{field.name} must be {'above' if positive else 'at least'} zero, but is {value}")
+        if self.efficiency > 1.0:
+            raise ValueError(f"efficiency must be at most 1, but is {self.efficiency}")
+
+    def _text(self) -> str:
+        defaults = {field.name: field.default for field in fields(self)}
+        given = {name: float(getattr(self, name)) for name in defaults}
+        return " ".join(f"{name}={value!r}" for name, value in given.items() if value != defaults[name])
+
+
+def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 0.995) -> list[str]:
+    """Puts sheaths on the tendons of a `mujoco.MjSpec`; returns the names of these tendons.
+
+    `sheaths`: sheath by tendon name or by pattern (`*`, `?`, `[..]`); the last one that fits a tendon counts. Only tendons on which
+    actuators pull get one. `impedance`: of the friction constraint at rest, in (0, 1): a cable that is held creeps by
+    `(1 - impedance)/impedance * dt * force/mass`; 0.999 makes steps of large models slower by a third.
+
+    Sets the friction of these tendons (`frictionloss`, `solref_friction`, `solimp_friction`) and moves the limits of their actuators'
+    forces before the sheath (`forcelimited` false, `forcerange` applied by the plugin); everything else stays as it is.
+
+    Raises `ValueError` that names the pattern, tendon or parameter, and `TypeError` for anything but a spec.
+    """
+    if not isinstance(spec, mujoco.MjSpec):
+        raise TypeError(f"spec must be a mujoco.MjSpec (mujoco.MjSpec.from_file), but is {type(spec).__name__}")
+    if not 0.0 < impedance < 1.0:
+        raise ValueError(f"impedance must be in (0, 1), but is {impedance}")
+    chosen = choose(spec, sheaths, Sheath)
+    text = "; ".join(f"{name}: {sheath._text()}" for name, sheath in chosen.items())
+    add_instance(spec, "sinew.sheath", {"sheaths": text})
+    timestep, disabled = spec.option.timestep, spec.option.disableflags
+    safe = not disabled & mujoco.mjtDisableBit.mjDSBL_REFSAFE
+    for tendon in spec.tendons:
+        if tendon.name in chosen:
+            tendon.frictionloss = max(tendon.frictionloss, LEAST_FRICTION)
+            tendon.solref_friction = [SHORTEST if safe else 2.0 * timestep, 1.0]
+            tendon.solimp_friction = [impedance, impedance, 0.001, 0.5, 2.0]
+    for actuator in spec.actuators:
+        if pulls_on(actuator) in chosen:
+            low, high = actuator.forcerange
+            automatic = actuator.forcelimited == mujoco.mjtLimited.mjLIMITED_AUTO
+            limited = low < high if automatic else bool(actuator.forcelimited)
+            actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
+            actuator.forcerange = [low, high] if limited else [0.0, 0.0]
+    return list(chosen)
+
+
+def choose(spec: Any, given: Mapping[str, Any], kind: type) -> dict[str, Any]:
+    """What each tendon of a spec with an actuator gets."""
+    if not isinstance(given, Mapping):
+        raise TypeError(f"expected a mapping of tendon names to {kind.__name__}, but it is a {type(given).__name__}")
+    names = [tendon.name for tendon in spec.tendons]
+    if not names:
+        raise ValueError("the model has no tendons")
+    if not given:
+        raise ValueError(f"no tendon is named, expected some of {', '.join(names)}")
+    driven = {pulls_on(actuator) for actuator in spec.actuators}
+    chosen: dict[str, Any] = {}
+    for pattern, value in given.items():
+        if not isinstance(value, kind):
+            raise TypeError(f"{pattern}: expected a {kind.__name__}, but it is a {type(value).__name__}")
+        hits = [name for name in names if name == pattern or fnmatchcase(name, pattern)]
+        if not hits:
+            raise ValueError(f"{pattern!r} fits no tendon of the model: {', '.join(names)}")
+        pulled = [name for name in hits if name in driven]
+        if not pulled:
+            raise ValueError(f"{pattern!r}: no actuator pulls on {', '.join(hits)}")
+        chosen.update(dict.fromkeys(pulled, value))
+    for name in chosen:
+        if ";" in name or ": " in name or name != name.strip():
+            raise ValueError(f"tendon {name!r}: a name with semicolons, or with spaces at its ends or behind a colon, cannot be used")
+    return {name: chosen[name] for name in names if name in chosen}
+
+
+def pulls_on(actuator: Any) -> str | None:
+    """Name of the tendon on which an actuator of a spec pulls."""
+    return str(actuator.target) if actuator.trntype == mujoco.mjtTrn.mjTRN_TENDON else None
+
+
+def add_instance(spec: Any, plugin: str, config: dict[str, str]) -> Any:
+    """Adds an instance of a plugin with its configuration to a spec."""
+    taken = {instance.name for instance in spec.plugins}
+    names = (plugin if k == 1 else f"{plugin}.{k}" for k in range(1, len(taken) + 2))
+    if not hasattr(mujoco.MjsPlugin, "config"):
+        raise RuntimeError(
+            f"MuJoCo {mujoco.__version__} cannot configure plugins through MjSpec: use 3.3.3 or newer, or write them in XML"
+        )
+    instance = spec.add_plugin()
+    if hasattr(spec, "activate_plugin"):
+        spec.activate_plugin(plugin)
+    instance.name = next(name for name in names if name not in taken)
+    instance.plugin_name = plugin
+    instance.active = True
+    instance.config = config
+    return instance
