@@ -3,7 +3,7 @@
 use super::statistics::Statistics;
 use super::track_row::TrackRow;
 use sinew::control::arm::{ArmStatus, Fault, Symptom};
-use sinew::control::supervisor::{FaultKind, Mode, NamedFault};
+use sinew::control::supervisor::{CableHealth, FaultKind, Mode, NamedFault};
 use sinew::control::tension::Status;
 
 /// Rest after a motion that is not part of the errors at rest, s.
@@ -93,6 +93,8 @@ pub struct TrackSummary {
     pub faults: Vec<FaultInterval>,
     /// Modes of the supervisor in their order.
     pub modes: Vec<ModeChange>,
+    /// Slow changes of the cables at the end: `[muscles]`, or empty.
+    pub health: Vec<CableHealth>,
     /// When the integration of the plant failed, s: the arm was faster than the laws of the cables allow.
     pub plant_failed: Option<f64>,
 }
@@ -120,6 +122,7 @@ impl TrackSummary {
             degraded: (0, None),
             faults: Vec::new(),
             modes: Vec::new(),
+            health: Vec::new(),
             plant_failed: None,
         }
     }

@@ -1,6 +1,9 @@
-use super::exchange::{Bus, Exchange, Feedback};
+use super::exchange::{Bus, BusFault, Exchange, Feedback};
 use sinew::drive::DriveCommand;
-use sinew::twin::arm::ArmTwin;
+use sinew::twin::arm::{ArmTwin, ExchangeFailure};
+
+/// Time without commands after which the drives stop by themselves, s.
+const WATCHDOG: f64 = 0.02;
 
 /// A simulated machine as a bus without wires: every exchange advances it by one cycle.
 ///
@@ -26,6 +29,10 @@ use sinew::twin::arm::ArmTwin;
 pub struct TwinBus {
     arm: ArmTwin,
     period: f64,
+    /// The commands that came last.
+    commands: Vec<DriveCommand>,
+    /// Time since then, s.
+    lost_for: f64,
     started: bool,
     failed: bool,
 }
@@ -34,7 +41,8 @@ impl TwinBus {
     /// A bus whose machine advances by a period, s, with every exchange but the first, which reads its initial state.
     #[must_use]
     pub fn new(arm: ArmTwin, period: f64) -> Self {
-        Self { arm, period, started: false, failed: false }
+        let commands = vec![DriveCommand::Velocity(0.0); arm.specimen().drives.len()];
+        Self { arm, period, commands, lost_for: 0.0, started: false, failed: false }
     }
 }
 
@@ -59,8 +67,19 @@ impl SimulatedBus for TwinBus {
 
 impl Bus for TwinBus {
     fn exchange(&mut self, commands: &[DriveCommand], feedback: &mut Feedback) -> Exchange {
-        self.failed = self.failed || (self.started && self.arm.step(commands, self.period).is_err());
+        let lost = self.arm.exchange_failure() == Some(ExchangeFailure::Lost);
+        self.lost_for = if lost { self.lost_for + self.period } else { 0.0 };
+        if self.lost_for > WATCHDOG {
+            self.commands.fill(DriveCommand::Velocity(0.0));
+        } else if !lost {
+            self.commands.copy_from_slice(commands);
+        }
+        self.failed = self.failed || (self.started && self.arm.step(&self.commands, self.period).is_err());
         self.started = true;
+        if lost {
+            feedback.clear();
+            return Exchange { fault: Some(BusFault::Lost) };
+        }
         let reading = self.arm.reading();
         feedback.motor.copy_from_slice(&reading.motor);
         feedback.tension.copy_from_slice(&reading.tension);

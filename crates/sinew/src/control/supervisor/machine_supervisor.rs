@@ -1,3 +1,4 @@
+use super::health::{CableHealth, HealthMonitor};
 use super::held::HeldReference;
 use super::limits::Limits;
 use super::mode::{Mode, Request};
@@ -38,6 +39,7 @@ pub struct Supervisor {
     last_request: Request,
     fault: Option<NamedFault>,
     monitor: LimitMonitor,
+    health: HealthMonitor,
     pretension: Pretension,
     safe_stop: SafeStop,
     held: HeldReference,
@@ -93,6 +95,7 @@ impl Supervisor {
             last_request: Request::None,
             fault: None,
             monitor: LimitMonitor::new(&limits),
+            health: HealthMonitor::new(muscles),
             pretension: Pretension::new(&controller)?,
             safe_stop: SafeStop::new(muscles),
             held: HeldReference::new(joints),
@@ -132,10 +135,29 @@ impl Supervisor {
         &self.limits
     }
 
+    /// Other limits from the next cycle on: those of another task.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for limits of another machine; as [`SafetyLimits::validate`](crate::machine::SafetyLimits::validate).
+    pub fn set_limits(&mut self, limits: Limits) -> Result<(), Error> {
+        let [muscles, joints] = self.dimensions();
+        check_length("limits of muscles", limits.muscles.len(), muscles)?;
+        check_length("limits of joints", limits.ranges.len(), joints)?;
+        limits.safety.validate()?;
+        self.limits = limits;
+        Ok(())
+    }
+
     /// Its controller.
     #[must_use]
     pub fn controller(&self) -> &ArmController {
         &self.controller
+    }
+
+    /// Slow changes of the cables: `[muscles]`.
+    #[must_use]
+    pub fn health(&self) -> &[CableHealth] {
+        self.health.health()
     }
 
     /// Temperature of a motor's winding by its thermal model, degrees Celsius; 25 where the drive is not known.
@@ -215,8 +237,7 @@ impl Supervisor {
             down: self.safe_stop.is_down,
             stopped: self.fault.is_some(),
             fault,
-            // An age that is no number is none.
-            stale: !(age <= self.limits.safety.command_age),
+            stale: age > self.limits.safety.command_age || age.is_nan(),
         }
     }
 
@@ -374,6 +395,9 @@ impl Supervisor {
             if let Some(muscle) = self.braked_muscle() {
                 self.drives[muscle] = DriveCommand::Brake;
             }
+        }
+        if self.mode == Mode::Run && matches!(status, ArmStatus::Following) {
+            self.health.update(h, &self.controller);
         }
         Ok(match status {
             ArmStatus::Degraded(_) if !exchange.received => ArmStatus::Degraded(Fault::Bus),
