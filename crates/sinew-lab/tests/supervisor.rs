@@ -9,6 +9,7 @@ mod supervised;
 
 use machines::{machine, motion};
 use rayon::prelude::*;
+use sinew::twin::arm::{Failure, InjectedFault, Worn};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -97,4 +98,53 @@ fn campaign_of_supervised_faults() {
         all.extend(cases);
     }
     eprintln!("\nall\n{}", table(&all));
+}
+
+#[test]
+fn a_short_campaign_finds_every_fault_and_recovers() {
+    let (cases, healthy) = campaign("bench_joint", 1..2, 1);
+    for case in &cases {
+        assert!(case.reported.is_some() && case.named, "{case:?}");
+        assert_eq!(case.recovered, Some(true), "{case:?}");
+        // A broken cable leaves the lever to its antagonist and to gravity; a load goes on pulling.
+        let free = matches!(
+            case.injection,
+            Injection::CableBreak | Injection::SlackAfterBreak | Injection::Overload
+        );
+        assert!(free || (case.fall < 1.0 && case.tension < 1.0), "{case:?}");
+    }
+    for healthy in healthy {
+        assert!(healthy.reports.is_empty() && healthy.errors[1] < 1.2 * healthy.errors[0], "{healthy:?}");
+    }
+}
+
+#[test]
+fn campaign_of_worn_cables() {
+    // `SINEW_HEALTH=machine,seed,hours`: a healthy run of so many hours, and runs with one worn cable.
+    let Ok(given) = std::env::var("SINEW_HEALTH") else {
+        eprintln!("skipped: SINEW_HEALTH is not set");
+        return;
+    };
+    let words: Vec<&str> = given.split(',').collect();
+    let [name, seed, hours] = words[..] else { panic!("{given}: expected three words") };
+    let (seed, hours) = (seed.parse::<u64>().unwrap(), hours.parse::<f64>().unwrap());
+    let machine = machine(name);
+    let muscle = seed as usize % machine.muscles.len();
+    let wear = |what, share, duration| {
+        let failure = Failure::Wear { muscle, what, share };
+        vec![InjectedFault { start: 903.0, duration, failure }]
+    };
+    let runs = [
+        ("healthy", 3600.0 * hours, Vec::new()),
+        ("friction + 20 % in an hour", 4500.0, wear(Worn::Friction, 0.2, 3600.0)),
+        ("T_0 halved in an hour", 4500.0, wear(Worn::Pretension, 0.5, 3600.0)),
+        ("a strand of seven broken", 3600.0, wear(Worn::Stiffness, 1.0 / 6.0, f64::INFINITY)),
+    ];
+    runs.into_par_iter().for_each(|(what, seconds, faults)| {
+        if seconds == 0.0 {
+            return;
+        }
+        let found = Bench::new(&machine, motion(&machine, seed), seed).wears(seconds, &faults);
+        eprintln!("{name}, seed {seed}, muscle {muscle}, {what}: {found:?}");
+    });
 }

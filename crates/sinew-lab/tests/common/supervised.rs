@@ -11,13 +11,16 @@ use sinew_lab::experiment::TrackRow;
 use sinew_lab::experiment::arm::{STEP, TrackSession};
 
 /// Rest after the motion: time for a safe stop and for the recovery, s.
-const AFTER: f64 = 60.0;
+const AFTER: f64 = 90.0;
 /// Rest before it, s.
 const BEFORE: f64 = 3.0;
 /// Time within which a fault is found or has no effect, s.
 const OBSERVED: f64 = 8.0;
 /// Time within which a machine is let down or holds again, s.
-const RECOVERY: f64 = 25.0;
+const RECOVERY: f64 = 40.0;
+
+/// Time in which the winches have come to rest after a stop, s.
+const BRAKING: f64 = 0.25;
 
 /// Kinds of faults that are injected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -124,7 +127,7 @@ pub(crate) struct Case {
     pub(crate) let_down: Option<f64>,
     /// Whether the name is right.
     pub(crate) named: bool,
-    /// Largest true speed of a joint from the stop on, rad/s or m/s, over the largest of the motion before.
+    /// Largest true speed of a joint from [`BRAKING`] after the stop on, over the largest of the motion before.
     pub(crate) speed: f64,
     /// The same in rad/s or m/s.
     pub(crate) fall: f64,
@@ -274,7 +277,7 @@ impl Bench {
             Injection::CableBreak | Injection::SlackAfterBreak => Failure::Cable(part),
             Injection::Overload => {
                 let (joint, torque) = self.overload(healthy, part, peaks[part]);
-                limits.muscles[part].tension = 1.1 * peaks[part] + 5.0;
+                limits.muscles[part].tension = 1.1 * peaks[part];
                 Failure::Push { joint, torque }
             }
             Injection::Jam => Failure::Winch(part),
@@ -332,7 +335,7 @@ impl Bench {
                         case.stopped = row.fault.map(|fault| (since, fault));
                         end = row.time + RECOVERY;
                     }
-                    if case.stopped.is_some() {
+                    if case.stopped.is_some_and(|(stopped, _)| since > stopped + BRAKING) {
                         case.fall = row.truth.v.iter().fold(case.fall, |most, v| most.max(v.abs()));
                     }
                     if row.mode == Mode::Fault {
@@ -367,7 +370,7 @@ impl Bench {
         let arms = &body.moment_arms()[muscle * n..(muscle + 1) * n];
         let (joint, arm) = arms.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap();
         // tau = R^T T: the push takes the opposite direction of the muscle's torque.
-        (joint, -arm.signum() * arm.abs() * (1.5 * peak + 60.0))
+        (joint, -arm * 1.2 * peak)
     }
 }
 
@@ -394,6 +397,18 @@ impl Case {
                 break;
             }
         }
+        if again.is_none() && held < 1.0 {
+            let reading = session.plant().reading();
+            eprintln!(
+                "{} {:?}: {:?} T {:?} q {:?} drives {:?}",
+                self.machine,
+                self.injection,
+                session.supervisor().mode(),
+                reading.tension,
+                reading.joint,
+                session.plant().truth().drives.iter().map(|d| (d.speed, d.fault)).collect::<Vec<_>>()
+            );
+        }
         self.again = again.map(NamedFault::kind);
         self.recovered = Some(if broken {
             again.is_some_and(|fault| fault.kind() == FaultKind::Slack && fault.index() == Some(keep))
@@ -412,4 +427,70 @@ fn tension_over(row: &TrackRow<'_>, limits: &[f64]) -> f64 {
 fn mean_error(session: &TrackSession<'_>) -> f64 {
     let summary = session.clone().finish();
     summary.joint_error.iter().map(|error| error.mean).sum::<f64>() / summary.joint_error.len() as f64
+}
+
+/// One hour and more of the same motion with wear of one cable.
+#[derive(Debug)]
+#[allow(dead_code, reason = "printed")]
+pub(crate) struct Worn {
+    /// What was found first: s, kind, muscle, share, standard error, forecast in s.
+    pub(crate) found: Option<(f64, FaultKind, usize, f64, f64, f64)>,
+    /// Mean error of the joints in windows of five minutes, over that of the first.
+    pub(crate) errors: Vec<f64>,
+    /// Whether the machine was stopped.
+    pub(crate) stopped: Option<NamedFault>,
+    /// Largest drift of friction, stiffness and pretension of any cable at the end.
+    pub(crate) drift: [f64; 3],
+}
+
+impl Bench {
+    /// Tracks for this many seconds with these failures.
+    pub(crate) fn wears(&mut self, seconds: f64, faults: &[InjectedFault]) -> Worn {
+        const WINDOW: f64 = 300.0;
+        self.repeats = (seconds / self.trajectory.duration()).ceil() as u32;
+        self.with_session(faults, |mut session| {
+            let mut worn = Worn { found: None, errors: Vec::new(), stopped: None, drift: [0.0; 3] };
+            let (mut sum, mut count, mut next) = (0.0, 0.0, BEFORE + WINDOW);
+            while session.time() < BEFORE + seconds && worn.stopped.is_none() {
+                session
+                    .step(|row| {
+                        if row.mode == Mode::SafeStop {
+                            worn.stopped = row.fault;
+                        }
+                        if row.repeat.is_some() {
+                            sum += row.joint_error.iter().map(|error| error.abs()).sum::<f64>();
+                            count += row.joint_error.len() as f64;
+                        }
+                    })
+                    .unwrap();
+                let health = session.supervisor().health();
+                if worn.found.is_none() {
+                    worn.found = health.iter().enumerate().find_map(|(muscle, health)| {
+                        let kind = health.found()?;
+                        let drift = match kind {
+                            FaultKind::FrictionDrift => health.friction,
+                            FaultKind::StiffnessDrift => health.stiffness,
+                            _ => health.pretension,
+                        };
+                        Some((session.time(), kind, muscle, drift.share, drift.error, drift.remaining))
+                    });
+                }
+                if session.time() > next {
+                    worn.errors.push(sum / count);
+                    (sum, count, next) = (0.0, 0.0, next + WINDOW);
+                }
+            }
+            let first = worn.errors.first().copied().unwrap_or(1.0);
+            worn.errors.iter_mut().for_each(|error| *error = (1e3 * *error / first).round() * 1e-3);
+            for health in session.supervisor().health() {
+                let drifts = [health.friction, health.stiffness, health.pretension];
+                for (most, drift) in worn.drift.iter_mut().zip(drifts) {
+                    if drift.share.abs() > most.abs() {
+                        *most = drift.share;
+                    }
+                }
+            }
+            worn
+        })
+    }
 }

@@ -92,6 +92,8 @@ const REST_REFERENCE_SPEED: f64 = 1e-9;
 pub(in crate::control) struct Observed<'a> {
     /// Moment arms in the estimated pose, m: `[muscles x joints]`.
     pub(in crate::control) moment_arms: &'a [f64],
+    /// Accepted or continued motor positions, m.
+    pub(in crate::control) motor: &'a [f64],
     /// Accepted tensions at the drives' outlets, N; NaN where rejected.
     pub(in crate::control) tension: &'a [f64],
     /// The same, estimated.
@@ -272,6 +274,7 @@ impl ArmController {
     pub(in crate::control) fn observed(&self) -> Observed<'_> {
         Observed {
             moment_arms: self.body.moment_arms(),
+            motor: &self.faults.motor,
             tension: &self.faults.tension,
             tension_in: &self.cables.tension_in,
             unexplained: &self.cables.unexplained,

@@ -212,8 +212,13 @@ impl Supervisor {
         // Half a cycle of tolerance for times that are sums of cycles.
         let lost = self.lost_for > safety.bridged_loss + 0.5 * h;
         let late = self.late_by > safety.lateness;
-        let estimated = self.mode.is_controlled().then(|| self.controller.observed().tension_in);
-        let exceeded = self.monitor.update(h, &self.limits, measurement, estimated);
+        // Readings that were rejected do not exceed limits: the controller has its own answer to them.
+        let observed = self.mode.is_controlled().then(|| self.controller.observed());
+        let (motor, tension) =
+            observed.map_or((measurement.motor, measurement.tension), |seen| (seen.motor, seen.tension));
+        let accepted = ArmMeasurement { motor, tension, joint: measurement.joint };
+        let estimated = observed.map(|seen| seen.tension_in);
+        let exceeded = self.monitor.update(h, &self.limits, &accepted, estimated);
         let powered = !matches!(self.mode, Mode::Off | Mode::Fault);
         let tense = self.mode.is_controlled() || self.mode == Mode::Pretension;
         match exchange.drive {
@@ -287,7 +292,7 @@ impl Supervisor {
                 self.brake_untrusted();
             }
             Mode::Ready if row.from == Mode::Fault => {
-                self.fault = None;
+                (self.fault, self.late_by) = (None, 0.0);
                 self.safe_stop.release();
             }
             Mode::Ready => self.safe_stop.release(),
