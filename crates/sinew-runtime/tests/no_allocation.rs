@@ -9,6 +9,7 @@ mod common;
 use common::{Setup, machine};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
+use sinew::control::supervisor::{Mode, Request};
 use sinew_runtime::cycle::{Cycle, VirtualClock};
 use sinew_runtime::ethercat::FrameStorage;
 use std::alloc::System;
@@ -52,7 +53,15 @@ fn a_cycle_over_ethercat_allocates_nothing() {
             assert!(record.exchange.fault.is_none());
             moved = moved.max((record.command.arm.q[0] - setup.machine.start[0]).abs());
         }
+        // Let down, taken up again, held.
+        for (request, cycles) in [(Request::SafeStop, 20_000), (Request::Hold, 8000)] {
+            cycle.set_request(request);
+            for _ in 0..cycles {
+                cycle.step(&mut clock, 0).unwrap();
+            }
+        }
         assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
+        assert_eq!(cycle.supervisor().mode(), Mode::Hold, "{name}");
         assert!(moved > 1e-3, "{name}: the machine moved");
     }
 }

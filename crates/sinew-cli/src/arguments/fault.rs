@@ -1,6 +1,6 @@
 //! The value of `--fault`: `COMPONENT:NAME[:MODE]@START[+DURATION]`.
 
-use sinew::twin::arm::SensorFailure;
+use sinew::twin::arm::{ExchangeFailure, SensorFailure, Worn};
 use std::str::FromStr;
 
 /// A fault to inject, not yet resolved to a muscle or joint of a robot.
@@ -18,7 +18,7 @@ pub(crate) struct FaultArgument {
 }
 
 /// The component that fails; sensors with their failure mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Component {
     Cable,
     Drive,
@@ -26,6 +26,11 @@ pub(crate) enum Component {
     MotorEncoder(SensorFailure),
     LoadCell(SensorFailure),
     JointEncoder(SensorFailure),
+    /// Nm or N.
+    Push(f64),
+    /// By which share.
+    Wear(Worn, f64),
+    Exchange(ExchangeFailure),
 }
 
 /// What the failing part of a `--fault` was expected to be.
@@ -57,33 +62,53 @@ impl FromStr for FaultArgument {
             [component, name, mode] => (component, name, Some(mode)),
             _ => return Err(expected("COMPONENT:NAME or COMPONENT:NAME:MODE before @")),
         };
-        let component = Component::parse(component, mode)?;
+        let component = match (component, name, mode) {
+            ("cycles", "lost", None) => Component::Exchange(ExchangeFailure::Lost),
+            ("cycles", "late", None) => Component::Exchange(ExchangeFailure::Late),
+            ("cycles", "stale", None) => Component::Exchange(ExchangeFailure::Stale),
+            _ => Component::parse(component, mode)?,
+        };
         Ok(Self { text: text.to_owned(), component, name: name.to_owned(), start_s, duration_s })
     }
 }
 
 impl Component {
     fn parse(name: &str, mode: Option<&str>) -> Result<Self, FaultSyntaxError> {
-        let component = match name {
-            "cable" => Self::Cable,
-            "drive" => Self::Drive,
-            "winch" => Self::Winch,
-            "motor-encoder" => Self::MotorEncoder(sensor_failure(mode)?),
-            "load-cell" => Self::LoadCell(sensor_failure(mode)?),
-            "joint-encoder" => Self::JointEncoder(sensor_failure(mode)?),
-            _ => {
-                let components =
-                    "cable, drive, winch, motor-encoder, load-cell or joint-encoder before the first `:`";
-                return Err(FaultSyntaxError(components));
+        match (name, mode) {
+            ("cable", None) => Ok(Self::Cable),
+            ("drive", None) => Ok(Self::Drive),
+            ("winch", None) => Ok(Self::Winch),
+            ("motor-encoder", mode) => Ok(Self::MotorEncoder(sensor_failure(mode)?)),
+            ("load-cell", mode) => Ok(Self::LoadCell(sensor_failure(mode)?)),
+            ("joint-encoder", mode) => Ok(Self::JointEncoder(sensor_failure(mode)?)),
+            ("push", mode) => Ok(Self::Push(amount(mode, "push:JOINT:NM, a torque or force")?)),
+            ("friction", mode) => Ok(Self::Wear(Worn::Friction, share(mode)?)),
+            ("pretension", mode) => Ok(Self::Wear(Worn::Pretension, share(mode)?)),
+            ("stiffness", mode) => Ok(Self::Wear(Worn::Stiffness, share(mode)?)),
+            ("cycles", None) => Err(FaultSyntaxError("cycles:lost, cycles:late or cycles:stale")),
+            ("cable" | "drive" | "winch" | "cycles", Some(_)) => {
+                Err(FaultSyntaxError("no MODE, which only sensors, push and wear have"))
             }
-        };
-        match component {
-            Self::Cable | Self::Drive | Self::Winch if mode.is_some() => {
-                Err(FaultSyntaxError("no MODE, which only sensors have"))
-            }
-            _ => Ok(component),
+            _ => Err(FaultSyntaxError(
+                "cable, drive, winch, motor-encoder, load-cell, joint-encoder, push, friction, pretension, stiffness or \
+                 cycles before the first `:`",
+            )),
         }
     }
+}
+
+/// A finite number.
+fn amount(mode: Option<&str>, expected: &'static str) -> Result<f64, FaultSyntaxError> {
+    let number = mode.and_then(|text| text.parse().ok()).filter(|number: &f64| number.is_finite());
+    number.ok_or(FaultSyntaxError(expected))
+}
+
+/// A share of wear, in per cent.
+fn share(mode: Option<&str>) -> Result<f64, FaultSyntaxError> {
+    let expected = "a number in 0..=100 (per cent) after the name of a worn cable's muscle";
+    amount(mode, expected).and_then(|percent| {
+        if (0.0..=100.0).contains(&percent) { Ok(0.01 * percent) } else { Err(FaultSyntaxError(expected)) }
+    })
 }
 
 fn sensor_failure(mode: Option<&str>) -> Result<SensorFailure, FaultSyntaxError> {
@@ -91,7 +116,13 @@ fn sensor_failure(mode: Option<&str>) -> Result<SensorFailure, FaultSyntaxError>
         Some("stuck") => Ok(SensorFailure::Stuck),
         Some("lost") => Ok(SensorFailure::Lost),
         Some("nan") => Ok(SensorFailure::NotANumber),
-        _ => Err(FaultSyntaxError("stuck, lost or nan after the name of a sensor's muscle or joint")),
+        Some(other) => {
+            let expected = "stuck, lost, nan or jump=X after the name of a sensor's muscle or joint";
+            amount(other.strip_prefix("jump="), expected).map(SensorFailure::Offset)
+        }
+        None => {
+            Err(FaultSyntaxError("stuck, lost, nan or jump=X after the name of a sensor's muscle or joint"))
+        }
     }
 }
 
@@ -110,5 +141,16 @@ mod tests {
         assert_eq!((fault.name.as_str(), fault.start_s, fault.duration_s), ("triceps", 4.5, 0.25));
         let fault: FaultArgument = "cable:triceps@6".parse().unwrap();
         assert!(fault.component == Component::Cable && fault.duration_s.is_infinite());
+        let fault: FaultArgument = "joint-encoder:elbow:jump=-0.2@6".parse().unwrap();
+        assert_eq!(fault.component, Component::JointEncoder(SensorFailure::Offset(-0.2)));
+        let fault: FaultArgument = "friction:triceps:20@0+3600".parse().unwrap();
+        assert_eq!(fault.component, Component::Wear(Worn::Friction, 0.2));
+        let fault: FaultArgument = "cycles:lost@3+0.01".parse().unwrap();
+        assert_eq!(fault.component, Component::Exchange(ExchangeFailure::Lost));
+        let fault: FaultArgument = "push:elbow:-4@3+1".parse().unwrap();
+        assert_eq!(fault.component, Component::Push(-4.0));
+        for text in ["push:elbow@3", "friction:triceps:120@3", "cycles:gone@3", "cable:triceps:lost@3"] {
+            assert!(text.parse::<FaultArgument>().is_err(), "{text}");
+        }
     }
 }

@@ -7,13 +7,17 @@ use super::track_summary::TrackSummary;
 use sinew::Error;
 use sinew::control::arm::{ArmController, ArmMeasurement, PreviewedReference};
 use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::control::supervisor::{ExchangeStatus, Request, Supervisor};
+use sinew::control::supervisor::{ExchangeStatus, Limits, Request, Supervisor};
 use sinew::drive::DriveCommand;
 use sinew::trajectory::{Reference, Schedule};
-use sinew::twin::arm::{ArmReading, ArmTwin, InjectedFault};
+use sinew::twin::arm::{ArmReading, ArmTwin, ExchangeFailure, InjectedFault};
 
 /// Control cycle, s.
 pub const STEP: f64 = 1e-3;
+/// Time without commands after which the drives stop by themselves, s.
+const WATCHDOG: f64 = 0.02;
+/// Lateness of a late cycle, s.
+const LATE: f64 = 0.5e-3;
 
 /// Runs the plant under the controller, calls `see` with every row, and returns the errors of the run.
 ///
@@ -52,6 +56,10 @@ pub struct TrackSession<'a> {
     supervisor: Supervisor,
     evaluation: Evaluation<'a>,
     commands: Vec<DriveCommand>,
+    /// Age of the last command, s.
+    stale_for: f64,
+    /// Time without readings, s.
+    lost_for: f64,
     /// Readings of a cycle without an answer.
     nothing: ArmReading,
     current: Reference,
@@ -78,6 +86,8 @@ impl<'a> TrackSession<'a> {
         let arm = run.plant()?;
         Ok(Self {
             commands: vec![DriveCommand::Velocity(0.0); arm.specimen().drives.len()],
+            stale_for: 0.0,
+            lost_for: 0.0,
             nothing: arm.reading().missing(),
             arm,
             supervisor,
@@ -110,6 +120,15 @@ impl<'a> TrackSession<'a> {
         &self.supervisor
     }
 
+    /// Other limits of the supervisor.
+    ///
+    /// # Errors
+    /// As [`Supervisor::set_limits`].
+    pub fn with_limits(mut self, limits: Limits) -> Result<Self, Error> {
+        self.supervisor.set_limits(limits)?;
+        Ok(self)
+    }
+
     /// The plant.
     #[must_use]
     pub fn plant(&self) -> &ArmTwin {
@@ -122,7 +141,22 @@ impl<'a> TrackSession<'a> {
     /// # Errors
     /// As [`Supervisor::step`] and [`Schedule::sample`].
     pub fn step(&mut self, see: impl FnMut(&TrackRow<'_>)) -> Result<bool, Error> {
-        self.step_with(Request::Run, &ExchangeStatus::default(), see)
+        let exchange = self.exchange();
+        self.step_with(Request::Run, &exchange, see)
+    }
+
+    /// How the exchange of the next cycle goes, by the injected failures.
+    #[must_use]
+    pub fn exchange(&self) -> ExchangeStatus {
+        let complete = ExchangeStatus::default();
+        match self.arm.exchange_failure() {
+            None => complete,
+            Some(ExchangeFailure::Lost) => ExchangeStatus { received: false, ..complete },
+            Some(ExchangeFailure::Late) => ExchangeStatus { lateness: LATE, ..complete },
+            Some(ExchangeFailure::Stale) => {
+                ExchangeStatus { command_age: Some(self.stale_for + STEP), ..complete }
+            }
+        }
     }
 
     /// One control cycle with another request, or after an exchange that was not complete: where no readings came, none
@@ -137,6 +171,7 @@ impl<'a> TrackSession<'a> {
         mut see: impl FnMut(&TrackRow<'_>),
     ) -> Result<bool, Error> {
         let time = self.time();
+        self.stale_for = exchange.command_age.unwrap_or(0.0);
         let Self { schedule, arm, supervisor, evaluation, current, previewed, nothing, .. } = self;
         let cycles = libm::round(schedule.duration() / STEP) as u64;
         if self.cycle >= cycles || evaluation.summary().plant_failed.is_some() {
@@ -148,8 +183,11 @@ impl<'a> TrackSession<'a> {
             ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
         let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
         let command = supervisor.step(STEP, &measurement, &reference, request, exchange)?;
+        self.lost_for = if exchange.received { 0.0 } else { self.lost_for + STEP };
         if exchange.received {
             self.commands.copy_from_slice(command.arm.drives);
+        } else if self.lost_for > WATCHDOG {
+            self.commands.fill(DriveCommand::Velocity(0.0));
         }
         see(&evaluation.record(&moment, current, &command, arm)?);
         self.cycle += 1;
@@ -163,6 +201,8 @@ impl<'a> TrackSession<'a> {
     /// The errors of the control cycles so far.
     #[must_use]
     pub fn finish(self) -> TrackSummary {
-        self.evaluation.finish()
+        let mut summary = self.evaluation.finish();
+        summary.health = self.supervisor.health().to_vec();
+        summary
     }
 }

@@ -4,7 +4,7 @@ use super::error_peaks::{ErrorPeak, ErrorPeaks};
 use super::statistics::Statistics;
 use super::track_row::TrackRow;
 use sinew::control::arm::{ArmStatus, Fault, Symptom};
-use sinew::control::supervisor::{FaultKind, Mode, NamedFault};
+use sinew::control::supervisor::{CableHealth, FaultKind, Mode, NamedFault};
 use sinew::control::tension::Status;
 
 /// Rest after a motion that is not part of the errors at rest, s.
@@ -95,6 +95,8 @@ pub struct TrackSummary {
     /// Modes of the supervisor in their order.
     pub modes: Vec<ModeChange>,
     peaks: ErrorPeaks,
+    /// Slow changes of the cables at the end: `[muscles]`, or empty.
+    pub health: Vec<CableHealth>,
     /// When the integration of the plant failed, s: the arm was faster than the laws of the cables allow.
     pub plant_failed: Option<f64>,
 }
@@ -123,6 +125,7 @@ impl TrackSummary {
             faults: Vec::new(),
             modes: Vec::new(),
             peaks: ErrorPeaks::new(ranges),
+            health: Vec::new(),
             plant_failed: None,
         }
     }

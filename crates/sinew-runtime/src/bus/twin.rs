@@ -1,6 +1,9 @@
-use super::exchange::{Bus, ClockReport, Exchange, Feedback};
+use super::exchange::{Bus, BusFault, ClockReport, Exchange, Feedback};
 use sinew::drive::DriveCommand;
-use sinew::twin::arm::ArmTwin;
+use sinew::twin::arm::{ArmTwin, ExchangeFailure};
+
+/// Time without commands after which the drives stop by themselves, s.
+const WATCHDOG: f64 = 0.02;
 
 /// A simulated machine as a bus without wires: it advances by one cycle before it is read, the first time excepted.
 ///
@@ -27,7 +30,12 @@ use sinew::twin::arm::ArmTwin;
 pub struct TwinBus {
     arm: ArmTwin,
     period: f64,
+    /// The commands that came last.
     commands: Vec<DriveCommand>,
+    /// Time since then, s.
+    lost_for: f64,
+    /// Whether the present exchange is lost.
+    lost: bool,
     started: bool,
     failed: bool,
 }
@@ -36,8 +44,8 @@ impl TwinBus {
     /// A bus whose machine advances by a period, s, before every reading but the first, which is of its initial state.
     #[must_use]
     pub fn new(arm: ArmTwin, period: f64) -> Self {
-        let commands = vec![DriveCommand::Velocity(0.0); arm.reading().motor.len()];
-        Self { arm, period, commands, started: false, failed: false }
+        let commands = vec![DriveCommand::Velocity(0.0); arm.specimen().drives.len()];
+        Self { arm, period, commands, lost_for: 0.0, lost: false, started: false, failed: false }
     }
 }
 
@@ -67,8 +75,18 @@ impl SimulatedBus for TwinBus {
 
 impl Bus for TwinBus {
     fn read(&mut self, feedback: &mut Feedback) -> Exchange {
+        // What is lost is the exchange of the whole cycle: its reading, and its writing.
+        self.lost = self.arm.exchange_failure() == Some(ExchangeFailure::Lost);
+        self.lost_for = if self.lost { self.lost_for + self.period } else { 0.0 };
+        if self.lost_for > WATCHDOG {
+            self.commands.fill(DriveCommand::Velocity(0.0));
+        }
         self.failed = self.failed || (self.started && self.arm.step(&self.commands, self.period).is_err());
         self.started = true;
+        if self.lost {
+            feedback.clear();
+            return Exchange { fault: Some(BusFault::Lost) };
+        }
         let reading = self.arm.reading();
         feedback.motor.copy_from_slice(&reading.motor);
         feedback.tension.copy_from_slice(&reading.tension);
@@ -77,6 +95,8 @@ impl Bus for TwinBus {
     }
 
     fn write(&mut self, commands: &[DriveCommand]) {
-        self.commands.copy_from_slice(commands);
+        if !self.lost {
+            self.commands.copy_from_slice(commands);
+        }
     }
 }

@@ -30,8 +30,9 @@ pub struct SafetyLimits {
     /// Time in which the tensions rise in pretension, s, > 0.
     #[serde(rename = "pretension_time_s")]
     pub pretension_time: f64,
-    /// Largest slack that is taken up, m, > 0.
-    #[serde(rename = "largest_slack_m")]
+    /// Largest slack that is taken up, as travel of the joint on which a cable acts most, rad, > 0; of a slide a quarter
+    /// of it in m.
+    #[serde(rename = "largest_slack_rad")]
     pub largest_slack: f64,
     /// Time for which the pose is held in a safe stop before it is let down, s, >= 0.
     #[serde(rename = "holding_time_s")]
@@ -63,7 +64,7 @@ impl Default for SafetyLimits {
             joint_margin: 0.1,
             take_up_speed: 0.3,
             pretension_time: 1.0,
-            largest_slack: 0.15,
+            largest_slack: 4.0,
             holding_time: 1.0,
             lowering_speed: 0.2,
             lowering_time: 20.0,

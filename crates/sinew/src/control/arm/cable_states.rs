@@ -46,6 +46,8 @@ pub(super) struct CableStates {
     pub(super) winch_correction: Vec<f64>,
     /// Drag as a multiple of the law's, 1.
     pub(super) drag_factor: Vec<f64>,
+    /// Travel of the winch in addition to its encoder's since the start, m: the integral of the correction.
+    pub(super) unexplained: Vec<f64>,
 }
 
 /// The last pulley of a cable's path, which stands for its joints.
@@ -85,6 +87,7 @@ impl CableStates {
             correction: models.iter().map(|model| model.correction).collect(),
             winch_correction: vec![0.0; n],
             drag_factor: vec![1.0; n],
+            unexplained: vec![0.0; n],
         })
     }
 
@@ -94,6 +97,7 @@ impl CableStates {
         self.started = false;
         self.wraps.iter_mut().for_each(|wrap| wrap.angle = f64::NAN);
         self.winch_correction.fill(0.0);
+        self.unexplained.fill(0.0);
     }
 
     /// Adds a correction to every observer: `[muscles]`.
@@ -139,6 +143,7 @@ impl CableStates {
         for (k, (estimate, sample)) in self.estimates.iter().zip(&self.samples).enumerate() {
             self.tension_in[k] = estimate.tension_in;
             self.winch_correction[k] = self.correction[k] * estimate.innovation;
+            self.unexplained[k] += h * self.winch_correction[k];
             let displacement = sample.motor - sample.anchor;
             if !self.started {
                 self.stretch_offset[k] = estimate.stretch - displacement;
@@ -152,6 +157,11 @@ impl CableStates {
         }
         self.started = true;
         Ok(())
+    }
+
+    /// Whether the whole cable slid in one direction in the last step.
+    pub(super) fn slides(&self, cable: usize) -> bool {
+        self.observers.cables().slides_everywhere(cable)
     }
 
     /// The law of a cable at its present wrap angles and bend.

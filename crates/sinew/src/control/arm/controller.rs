@@ -90,28 +90,20 @@ const REST_REFERENCE_SPEED: f64 = 1e-9;
 /// What the controller has observed in a control cycle: `[muscles]` but where stated.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::control) struct Observed<'a> {
-    /// In the estimated pose.
-    pub(in crate::control) body: &'a MuscleDynamics,
+    /// Moment arms in the estimated pose, m: `[muscles x joints]`.
+    pub(in crate::control) moment_arms: &'a [f64],
     /// Accepted or continued motor positions, m.
     pub(in crate::control) motor: &'a [f64],
     /// Accepted tensions at the drives' outlets, N; NaN where rejected.
     pub(in crate::control) tension: &'a [f64],
     /// The same, estimated.
     pub(in crate::control) tension_in: &'a [f64],
-    /// Estimated tensions at the anchors, N.
-    pub(in crate::control) tension_out: &'a [f64],
-    /// Estimated stretch, m.
-    pub(in crate::control) stretch: &'a [f64],
+    /// Travel of the winch in addition to its encoder's that explains the tensions, m.
+    pub(in crate::control) unexplained: &'a [f64],
     /// Nm or N: `[joints]`.
     pub(in crate::control) disturbance_torque: &'a [f64],
-    /// Estimated coordinates, rad or m: `[joints]`.
-    pub(in crate::control) q: &'a [f64],
-    /// Per s: `[joints]`.
-    pub(in crate::control) v: &'a [f64],
     /// Estimated speed of the anchors, m/s, + toward the motor.
     pub(in crate::control) anchor_speed: &'a [f64],
-    /// The same of the reference.
-    pub(in crate::control) reference_speed: &'a [f64],
     /// How the sensor or drive of the present fault behaves.
     pub(in crate::control) symptom: Symptom,
 }
@@ -281,19 +273,20 @@ impl ArmController {
     #[must_use]
     pub(in crate::control) fn observed(&self) -> Observed<'_> {
         Observed {
-            body: &self.body,
+            moment_arms: self.body.moment_arms(),
             motor: &self.faults.motor,
             tension: &self.faults.tension,
             tension_in: &self.cables.tension_in,
-            tension_out: &self.cables.tension_out,
-            stretch: &self.cables.stretch,
+            unexplained: &self.cables.unexplained,
             disturbance_torque: &self.stiffness.disturbance_torque,
-            q: &self.joints.q,
-            v: &self.joints.v,
             anchor_speed: &self.anchors.estimated,
-            reference_speed: &self.anchors.reference,
             symptom: self.faults.symptom,
         }
+    }
+
+    /// Whether a whole cable slid in one direction in the last control cycle.
+    pub(in crate::control) fn slides(&self, cable: usize) -> bool {
+        self.cables.slides(cable)
     }
 
     /// The law of a cable at its present wrap angles and bend.

@@ -30,6 +30,8 @@ pub(super) struct Prediction<'a> {
 const PERSISTENCE_TIME: f64 = 0.03;
 /// The same for a joint encoder, which the muscles replace.
 const JOINT_PERSISTENCE_TIME: f64 = 0.25;
+/// Share of a missing tension that the commanded travel of an unchanged motor encoder explains where it is at fault.
+const UNSEEN_SHARE: f64 = 0.5;
 /// Equal readings of a motor encoder with which a winch that lags its command is one that stands.
 const STANDING_SAMPLES: u32 = 5;
 /// Any origin of a motor encoder, m, and of a load cell, N.
@@ -277,7 +279,13 @@ impl FaultDetector {
             let symptom = if plausible { Symptom::Unknown } else { self.load_cells[k].symptom() };
             self.report(accepted, Fault::TensionSensor(k), symptom);
             if self.missing_for[k] > PERSISTENCE_TIME {
-                self.stop(Fault::Cable(k), Symptom::Unknown);
+                // What a winch pays out unseen is missing, too.
+                let unseen = -self.unchanged_travel[k][1] * self.cable_stiffness[k];
+                if unseen > UNSEEN_SHARE * (estimated - measured) {
+                    self.stop(Fault::MotorSensor(k), Symptom::Stuck);
+                } else {
+                    self.stop(Fault::Cable(k), Symptom::Unknown);
+                }
             }
         }
     }

@@ -34,6 +34,8 @@ pub struct MuscleLimits {
     pub slack_tension: f64,
     /// Speed at which slack is taken up, m/s.
     pub take_up_speed: f64,
+    /// Slack above which a cable is not taken up, m.
+    pub largest_slack: f64,
     /// Speed at which the cable is paid out when the machine is let down, m/s.
     pub lowering_speed: f64,
 }
@@ -54,6 +56,7 @@ impl Limits {
                 motor: None,
                 slack_tension: 0.0,
                 take_up_speed: (safety.take_up_speed * arm).min(gains.max_winch_speed),
+                largest_slack: safety.largest_slack * arm,
                 lowering_speed: (safety.lowering_speed * arm).min(gains.max_winch_speed),
             }
         };
@@ -101,6 +104,7 @@ impl Limits {
                 slack_tension: drive.least_tension.max(SLACK_NOISE * drive.load_cell.noise),
                 take_up_speed: anchor(safety.take_up_speed, safety.take_up_speed * SLIDE)
                     .clamp(LEAST_SPEED, gains.max_winch_speed.max(LEAST_SPEED)),
+                largest_slack: anchor(safety.largest_slack, safety.largest_slack * SLIDE).max(LEAST_SLACK),
                 lowering_speed: anchor(safety.lowering_speed, safety.lowering_speed * SLIDE)
                     .clamp(LEAST_SPEED, gains.max_winch_speed.max(LEAST_SPEED)),
             };
@@ -120,5 +124,7 @@ impl Limits {
 const SLACK_NOISE: f64 = 2.0;
 /// Metres of a slide for a radian of a hinge.
 const SLIDE: f64 = 0.25;
+/// m.
+const LEAST_SLACK: f64 = 1e-3;
 /// m/s.
 const LEAST_SPEED: f64 = 1e-4;

@@ -1,3 +1,4 @@
+use super::health::{CableHealth, HealthMonitor};
 use super::held::HeldReference;
 use super::limits::Limits;
 use super::mode::{Mode, Request};
@@ -38,6 +39,7 @@ pub struct Supervisor {
     last_request: Request,
     fault: Option<NamedFault>,
     monitor: LimitMonitor,
+    health: HealthMonitor,
     pretension: Pretension,
     safe_stop: SafeStop,
     held: HeldReference,
@@ -93,6 +95,7 @@ impl Supervisor {
             last_request: Request::None,
             fault: None,
             monitor: LimitMonitor::new(&limits),
+            health: HealthMonitor::new(muscles),
             pretension: Pretension::new(&controller)?,
             safe_stop: SafeStop::new(muscles),
             held: HeldReference::new(joints),
@@ -132,10 +135,29 @@ impl Supervisor {
         &self.limits
     }
 
+    /// Other limits from the next cycle on: those of another task.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for limits of another machine; as [`SafetyLimits::validate`](crate::machine::SafetyLimits::validate).
+    pub fn set_limits(&mut self, limits: Limits) -> Result<(), Error> {
+        let [muscles, joints] = self.dimensions();
+        check_length("limits of muscles", limits.muscles.len(), muscles)?;
+        check_length("limits of joints", limits.ranges.len(), joints)?;
+        limits.safety.validate()?;
+        self.limits = limits;
+        Ok(())
+    }
+
     /// Its controller.
     #[must_use]
     pub fn controller(&self) -> &ArmController {
         &self.controller
+    }
+
+    /// Slow changes of the cables: `[muscles]`.
+    #[must_use]
+    pub fn health(&self) -> &[CableHealth] {
+        self.health.health()
     }
 
     /// Temperature of a motor's winding by its thermal model, degrees Celsius; 25 where the drive is not known.
@@ -190,8 +212,13 @@ impl Supervisor {
         // Half a cycle of tolerance for times that are sums of cycles.
         let lost = self.lost_for > safety.bridged_loss + 0.5 * h;
         let late = self.late_by > safety.lateness;
-        let estimated = self.mode.is_controlled().then(|| self.controller.observed().tension_in);
-        let exceeded = self.monitor.update(h, &self.limits, measurement, estimated);
+        // Readings that were rejected do not exceed limits: the controller has its own answer to them.
+        let observed = self.mode.is_controlled().then(|| self.controller.observed());
+        let (motor, tension) =
+            observed.map_or((measurement.motor, measurement.tension), |seen| (seen.motor, seen.tension));
+        let accepted = ArmMeasurement { motor, tension, joint: measurement.joint };
+        let estimated = observed.map(|seen| seen.tension_in);
+        let exceeded = self.monitor.update(h, &self.limits, &accepted, estimated);
         let powered = !matches!(self.mode, Mode::Off | Mode::Fault);
         let tense = self.mode.is_controlled() || self.mode == Mode::Pretension;
         match exchange.drive {
@@ -215,8 +242,7 @@ impl Supervisor {
             down: self.safe_stop.is_down,
             stopped: self.fault.is_some(),
             fault,
-            // An age that is no number is none.
-            stale: !(age <= self.limits.safety.command_age),
+            stale: age > self.limits.safety.command_age || age.is_nan(),
         }
     }
 
@@ -266,7 +292,7 @@ impl Supervisor {
                 self.brake_untrusted();
             }
             Mode::Ready if row.from == Mode::Fault => {
-                self.fault = None;
+                (self.fault, self.late_by) = (None, 0.0);
                 self.safe_stop.release();
             }
             Mode::Ready => self.safe_stop.release(),
@@ -374,6 +400,9 @@ impl Supervisor {
             if let Some(muscle) = self.braked_muscle() {
                 self.drives[muscle] = DriveCommand::Brake;
             }
+        }
+        if self.mode == Mode::Run && matches!(status, ArmStatus::Following) {
+            self.health.update(h, &self.controller);
         }
         Ok(match status {
             ArmStatus::Degraded(_) if !exchange.received => ArmStatus::Degraded(Fault::Bus),

@@ -4,6 +4,7 @@
 //! `docs/supervisor.md` is the same for users; its table of transitions is written from [`TRANSITIONS`].
 
 mod fault_kind;
+mod health;
 mod heat;
 mod held;
 mod limits;
@@ -16,6 +17,7 @@ mod signals;
 mod transitions;
 
 pub use fault_kind::{FaultKind, Reaction};
+pub use health::{CableHealth, Drift};
 pub use limits::{Limits, MuscleLimits};
 pub use machine_supervisor::Supervisor;
 pub use mode::{Mode, Request};

@@ -145,7 +145,7 @@ impl Pretension {
             self.taken[k] += h * self.speed[k];
             // Beyond the stretch at its target it is slack that was taken up.
             let stretch = self.goal[k] * self.compliance[k];
-            if self.taken[k] > limits.safety.largest_slack + stretch {
+            if self.taken[k] > limit.largest_slack + stretch {
                 fault = fault.or(Some(Fault::Slack(k)));
             }
             *drive = DriveCommand::Velocity(self.speed[k]);

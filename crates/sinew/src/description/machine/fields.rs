@@ -137,7 +137,7 @@ pub(super) const SAFETY: &[Field<SafetyLimits>] = &[
         set: |s, x| s.pretension_time = x,
     },
     Field {
-        key: "largest_slack_m",
+        key: "largest_slack_rad",
         domain: POSITIVE,
         get: |s| Some(s.largest_slack),
         set: |s, x| s.largest_slack = x,

@@ -32,6 +32,8 @@ pub(super) struct Limb {
     a: Vec<f64>,
     stop_force: Vec<f64>,
     stops: Vec<Option<Stop>>,
+    /// Forces from outside at the joints, Nm or N.
+    pub(super) push: Vec<f64>,
 }
 
 /// The stops of a joint.
@@ -73,6 +75,7 @@ impl Limb {
             v: vec![0.0; n],
             a: vec![0.0; n],
             stop_force: vec![0.0; n],
+            push: vec![0.0; n],
             stops: joints.into_iter().enumerate().map(stop).collect(),
             model,
         })
@@ -90,7 +93,7 @@ impl Limb {
     /// Advances by `h` seconds under these tensions at the anchors.
     pub(super) fn advance(&mut self, h: f64, tensions: &[f64]) -> Result<(), Error> {
         for (k, (force, stop)) in self.stop_force.iter_mut().zip(&self.stops).enumerate() {
-            *force = stop.map_or(0.0, |stop| stop.force(self.q[k], self.v[k]));
+            *force = stop.map_or(0.0, |stop| stop.force(self.q[k], self.v[k])) + self.push[k];
         }
         self.model.forward_dynamics(&self.v, tensions, Some(&self.stop_force), &mut self.a)?;
         for ((q, v), a) in self.q.iter_mut().zip(&mut self.v).zip(&self.a) {

@@ -13,7 +13,7 @@ pub enum Sensor {
 }
 
 /// Failure mode of a sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SensorFailure {
     /// The reading stays at its last value.
     Stuck,
@@ -21,10 +21,34 @@ pub enum SensorFailure {
     Lost,
     /// The reading is not a number.
     NotANumber,
+    /// The reading is off by this much, in the sensor's unit: lost counts, a slipped coupling.
+    Offset(f64),
+}
+
+/// What is worn of a cable in its sheath.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Worn {
+    /// The friction angle `mu phi` grows by a share.
+    Friction,
+    /// The pretension `T_0` falls by a share.
+    Pretension,
+    /// The compliance grows by a share, at the drive: strands that have broken there.
+    Stiffness,
+}
+
+/// What is wrong with the exchange between the plant and its controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExchangeFailure {
+    /// Readings and commands are lost.
+    Lost,
+    /// Cycles begin half a millisecond after their deadlines.
+    Late,
+    /// No command comes: the last one ages.
+    Stale,
 }
 
 /// Failure of one component.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
     /// The cable of a muscle breaks; a broken cable stays broken.
     Cable(usize),
@@ -34,6 +58,24 @@ pub enum Failure {
     Winch(usize),
     /// A sensor.
     Sensor(Sensor, SensorFailure),
+    /// Something outside pushes a joint with this torque, Nm, or force, N.
+    Push {
+        /// Its index.
+        joint: usize,
+        /// In the direction of the coordinate.
+        torque: f64,
+    },
+    /// A cable wears: over the duration, evenly; then it stays worn.
+    Wear {
+        /// Its muscle.
+        muscle: usize,
+        /// What of it.
+        what: Worn,
+        /// By which share at the end, 1, >= 0.
+        share: f64,
+    },
+    /// The exchange with the controller.
+    Exchange(ExchangeFailure),
 }
 
 /// A failure that the plant is subjected to over an interval of time.
@@ -59,6 +101,17 @@ impl InjectedFault {
             positive("duration of a fault", self.duration)?;
         }
         let (name, expected, index, count) = match self.failure {
+            Failure::Exchange(_) => return Ok(()),
+            Failure::Push { joint, torque } => {
+                crate::error::finite("torque of a push", torque)?;
+                ("joint of a fault", "below the number of joints", joint, joints)
+            }
+            Failure::Wear { muscle, what, share } => {
+                non_negative("share of wear", share)?;
+                let most = if what == Worn::Pretension { 1.0 } else { 10.0 };
+                within("share of wear", "at most 1 of a pretension, else 10", share, share <= most)?;
+                ("muscle of a fault", "below the number of muscles", muscle, muscles)
+            }
             Failure::Sensor(Sensor::Joint(joint), _) => {
                 ("joint of a fault", "below the number of joints", joint, joints)
             }
@@ -78,5 +131,22 @@ impl InjectedFault {
         // Half a nanosecond of tolerance for times that are sums of milliseconds.
         let elapsed = time - self.start + 5e-10;
         elapsed >= 0.0 && elapsed < self.duration
+    }
+
+    /// Share of the wear of a muscle's part at a time, s; 0 for other failures.
+    pub(super) fn wear(&self, of: usize, part: Worn, time: f64) -> f64 {
+        match self.failure {
+            Failure::Wear { muscle, what, share } if (muscle, what) == (of, part) => {
+                let elapsed = time - self.start;
+                if elapsed < 0.0 {
+                    0.0
+                } else if self.duration.is_finite() {
+                    share * (elapsed / self.duration).min(1.0)
+                } else {
+                    share
+                }
+            }
+            _ => 0.0,
+        }
     }
 }

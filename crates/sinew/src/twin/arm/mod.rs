@@ -13,7 +13,7 @@ mod sensors;
 mod specimen;
 mod state;
 
-pub use fault::{Failure, InjectedFault, Sensor, SensorFailure};
+pub use fault::{ExchangeFailure, Failure, InjectedFault, Sensor, SensorFailure, Worn};
 pub use sensors::ArmReading;
 pub use specimen::ArmSpecimen;
 pub use state::{ArmTruth, ArmTwin};

@@ -66,6 +66,7 @@ impl ArmReading {
             Some(SensorFailure::Stuck) => {}
             Some(SensorFailure::Lost) => *reading = 0.0,
             Some(SensorFailure::NotANumber) => *reading = f64::NAN,
+            Some(SensorFailure::Offset(offset)) => *reading = measured + offset,
         };
         for (k, drive) in drives.iter().enumerate() {
             let drive = drive.reading();

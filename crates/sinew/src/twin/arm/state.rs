@@ -1,5 +1,5 @@
 use super::body::Limb;
-use super::fault::{Failure, InjectedFault};
+use super::fault::{ExchangeFailure, Failure, InjectedFault, Worn};
 use super::sensors::ArmReading;
 use super::specimen::ArmSpecimen;
 use crate::Error;
@@ -51,6 +51,10 @@ pub struct ArmTwin {
     motions: Vec<EndMotion>,
     anchor_tension: Vec<f64>,
     lengths_before: Vec<f64>,
+    /// Stretch of worn strands at the drives, m.
+    worn_stretch: Vec<f64>,
+    /// Its change in this step, m.
+    worn_travel: Vec<f64>,
 }
 
 /// True state of the arm.
@@ -117,6 +121,8 @@ impl ArmTwin {
             motions: vec![EndMotion::default(); muscles],
             anchor_tension: tension_out.to_vec(),
             lengths_before: limb.lengths().to_vec(),
+            worn_stretch: vec![0.0; muscles],
+            worn_travel: vec![0.0; muscles],
             limb,
             specimen: specimen.clone(),
         };
@@ -165,14 +171,18 @@ impl ArmTwin {
         within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h))?;
         self.step_drives(commands, h);
         self.measure();
+        self.push();
+        self.stretch_worn_strands()?;
         for _ in 0..self.specimen.resolution.substeps {
             self.lengths_before.copy_from_slice(self.limb.lengths());
             self.limb.advance(h / substeps, &self.anchor_tension)?;
             let lengths = self.lengths_before.iter().zip(self.limb.lengths());
-            for ((motion, drive), (before, now)) in self.motions.iter_mut().zip(&self.steps).zip(lengths) {
-                *motion = EndMotion { motor: drive.moved / substeps, anchor: before - now };
+            let drives = self.steps.iter().zip(&self.worn_travel);
+            for ((motion, (drive, worn)), (before, now)) in self.motions.iter_mut().zip(drives).zip(lengths) {
+                *motion = EndMotion { motor: (drive.moved - worn) / substeps, anchor: before - now };
             }
             self.cables.step(h / substeps, &self.motions, &mut self.cable_readings)?;
+            self.lose_pretension();
             for (tension, cable) in self.anchor_tension.iter_mut().zip(&self.cable_readings) {
                 *tension = cable.tension_out;
             }
@@ -180,6 +190,15 @@ impl ArmTwin {
         self.update_angles()?;
         self.time += h;
         Ok(self.truth())
+    }
+
+    /// What is wrong with the exchange at the beginning of the next step.
+    #[must_use]
+    pub fn exchange_failure(&self) -> Option<ExchangeFailure> {
+        self.faults.iter().find_map(|fault| match fault.failure {
+            Failure::Exchange(failure) if fault.is_active(self.time) => Some(failure),
+            _ => None,
+        })
     }
 
     /// Measurements at the start of the last step.
@@ -255,6 +274,47 @@ impl ArmTwin {
         }
     }
 
+    /// Forces from outside.
+    fn push(&mut self) {
+        self.limb.push.fill(0.0);
+        for fault in self.faults.iter().filter(|fault| fault.is_active(self.time)) {
+            if let Failure::Push { joint, torque } = fault.failure {
+                self.limb.push[joint] += torque;
+            }
+        }
+    }
+
+    /// Share by which a part of a cable is worn.
+    fn wear(&self, muscle: usize, part: Worn) -> f64 {
+        self.faults.iter().map(|fault| fault.wear(muscle, part, self.time)).sum()
+    }
+
+    /// Strands that are worn at a drive take a part of the winch's travel.
+    fn stretch_worn_strands(&mut self) -> Result<(), Error> {
+        if self.faults.is_empty() {
+            return Ok(());
+        }
+        for k in 0..self.steps.len() {
+            let share = self.wear(k, Worn::Stiffness);
+            let stretch = share * self.cables.compliance(k)? * self.cable_readings[k].tension_in;
+            self.worn_travel[k] = stretch - self.worn_stretch[k];
+            self.worn_stretch[k] = stretch;
+        }
+        Ok(())
+    }
+
+    /// Anchors lose a part of the constant force in parallel.
+    fn lose_pretension(&mut self) {
+        if self.faults.is_empty() {
+            return;
+        }
+        for k in 0..self.cable_readings.len() {
+            let lost = self.wear(k, Worn::Pretension) * self.specimen.cables[k].parameters.pretension;
+            let tension = &mut self.cable_readings[k].tension_out;
+            *tension = (*tension - lost).max(0.0);
+        }
+    }
+
     fn measure(&mut self) {
         let Self { time, drives, specimen, limb, faults, .. } = self;
         self.reading.update(*time, drives, &specimen.encoders, &limb.q, faults);
@@ -268,6 +328,18 @@ impl ArmTwin {
         }
         for (k, bend) in &self.bends {
             self.cables.set_sheath_bend(*k, bend.at(&self.limb.q))?;
+        }
+        let worn = |fault: &InjectedFault| match fault.failure {
+            Failure::Wear { muscle, what: Worn::Friction, .. } => Some(muscle),
+            _ => None,
+        };
+        for muscle in self.faults.iter().filter_map(worn) {
+            // More of the friction angle: as by a larger bend of the sheath, which counts for the pulley as well.
+            let share = self.wear(muscle, Worn::Friction);
+            let own = self.bends.iter().find(|(k, _)| *k == muscle).map(|(_, bend)| bend.at(&self.limb.q));
+            let sheath = own.unwrap_or(self.specimen.cables[muscle].path.sheath_bend());
+            let all = sheath + self.limb.bends()[muscle].min(MAX_WRAP);
+            self.cables.set_sheath_bend(muscle, sheath + share * all)?;
         }
         Ok(())
     }

@@ -124,6 +124,15 @@ impl CablePlants {
         Ok(tensions.zip(&self.compliance[cable]).map(|(t, c)| 0.5 * c * t * t).sum())
     }
 
+    /// Compliance of one cable, m/N.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for an index out of range.
+    pub fn compliance(&self, cable: usize) -> Result<f64, Error> {
+        within("cable", "below the number of cables", cable as f64, cable < self.wear.len())?;
+        Ok(self.compliance[cable].iter().sum())
+    }
+
     /// Tension along one cable, N, drive end first.
     ///
     /// # Errors

@@ -1,0 +1,21 @@
+//! Machines of this repository and their motions.
+
+use sinew::description::machine_from_toml;
+use sinew::machine::Machine;
+use sinew::trajectory::Trajectory;
+use sinew_lab::arm::{DesiredMotion, first_infeasibility, plan, plan_tour};
+
+pub(crate) fn machine(name: &str) -> Machine {
+    let file = format!("{}/../../models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&file).unwrap();
+    machine_from_toml(name, &text, &mut |_| Err("no other file".into())).unwrap().machine
+}
+
+/// The LM-Arm's paths by turns in 11.5 s, a tour of every other machine.
+pub(crate) fn motion(machine: &Machine, seed: u64) -> Trajectory {
+    if machine.robot.parts().name == "lm_arm" {
+        let path = machine.paths[(seed % 2) as usize].path.clone();
+        return plan(machine, &DesiredMotion::ClosedPath(path), Some(11.5)).unwrap();
+    }
+    plan_tour(machine, None, |trajectory| first_infeasibility(machine, trajectory, 1)).unwrap()
+}

@@ -1,0 +1,150 @@
+//! Supervised machines: every fault is found, answered by a safe stop, and recovered from; nothing is found without one.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+#[path = "common/machines.rs"]
+mod machines;
+#[path = "common/supervised.rs"]
+mod supervised;
+
+use machines::{machine, motion};
+use rayon::prelude::*;
+use sinew::twin::arm::{Failure, InjectedFault, Worn};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::ops::Range;
+use supervised::{Bench, Case, Healthy, Injection};
+
+/// Machines of the campaign.
+const MACHINES: [&str; 4] = ["bench_joint", "planar_leg", "finger", "lm_arm"];
+
+fn campaign(name: &str, seeds: Range<u64>, per_kind: usize) -> (Vec<Case>, Vec<Healthy>) {
+    let machine = machine(name);
+    let found: Vec<(Vec<Case>, Healthy)> = seeds
+        .into_par_iter()
+        .map(|seed| Bench::new(&machine, motion(&machine, seed), seed).faults(per_kind))
+        .collect();
+    let (cases, healthy): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    (cases.into_iter().flatten().collect(), healthy)
+}
+
+/// A share of sorted numbers.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let index = (sorted.len().saturating_sub(1) as f64 * share).round() as usize;
+    sorted.get(index).copied().unwrap_or(f64::NAN)
+}
+
+/// The table of a campaign, in Markdown.
+fn table(cases: &[Case]) -> String {
+    let mut by_kind: BTreeMap<Injection, Vec<&Case>> = BTreeMap::new();
+    cases.iter().for_each(|case| by_kind.entry(case.injection).or_default().push(case));
+    let mut text = String::from(
+        "| fault | runs | found | named rightly | first report, ms: median | most | safe stop, ms: most | \
+         joint speed after it, rad/s: most | tension over its limit: most | recovered |\n|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for (injection, cases) in by_kind {
+        let mut reports: Vec<f64> =
+            cases.iter().filter_map(|case| case.reported.map(|(time, _)| 1e3 * time)).collect();
+        reports.sort_by(f64::total_cmp);
+        let stops = cases.iter().filter_map(|case| case.stopped.map(|(time, _)| 1e3 * time));
+        let stop = stops.fold(f64::NAN, f64::max);
+        let fall = cases.iter().map(|case| case.fall).fold(0.0, f64::max);
+        let tension = cases.iter().map(|case| case.tension).fold(0.0, f64::max);
+        let count = |f: &dyn Fn(&Case) -> bool| cases.iter().filter(|case| f(case)).count();
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {:.0} | {:.0} | {:.0} | {fall:.2} | {tension:.2} | {} of {} |",
+            injection.name(),
+            cases.len(),
+            reports.len(),
+            count(&|case| case.named),
+            quantile(&reports, 0.5),
+            quantile(&reports, 1.0),
+            stop,
+            count(&|case| case.recovered == Some(true)),
+            count(&|case| case.recovered.is_some()),
+        );
+    }
+    text
+}
+
+#[test]
+fn campaign_of_supervised_faults() {
+    // `SINEW_SUPERVISOR=machine|all,first seed,seeds,faults per kind`.
+    let Ok(given) = std::env::var("SINEW_SUPERVISOR") else {
+        eprintln!("skipped: SINEW_SUPERVISOR is not set");
+        return;
+    };
+    let words: Vec<&str> = given.split(',').collect();
+    let [name, first, seeds, count] = words[..] else { panic!("{given}: expected four words") };
+    let [first, seeds, count] = [first, seeds, count].map(|word| word.parse::<u64>().unwrap());
+    let mut all = Vec::new();
+    for machine in MACHINES.into_iter().filter(|machine| name == "all" || *machine == name) {
+        let (cases, healthy) = campaign(machine, first..first + seeds, count as usize);
+        eprintln!("\n{machine}\n{}", table(&cases));
+        for case in
+            cases.iter().filter(|case| case.reported.is_none() || !case.named || case.recovered != Some(true))
+        {
+            eprintln!("{case:?}");
+        }
+        let hours = healthy.iter().map(|healthy| healthy.seconds).sum::<f64>() / 3600.0;
+        let errors = healthy.iter().map(|healthy| healthy.errors[1] / healthy.errors[0]).fold(0.0, f64::max);
+        let mut reports: Vec<&String> =
+            healthy.iter().flat_map(|healthy| healthy.reports.iter().take(3)).collect();
+        reports.truncate(12);
+        eprintln!(
+            "without a fault: {hours:.2} h; error with one exchange in 1000 lost: {errors:.3}; {reports:?}"
+        );
+        all.extend(cases);
+    }
+    eprintln!("\nall\n{}", table(&all));
+}
+
+#[test]
+fn a_short_campaign_finds_every_fault_and_recovers() {
+    let (cases, healthy) = campaign("bench_joint", 1..2, 1);
+    for case in &cases {
+        assert!(case.reported.is_some() && case.named, "{case:?}");
+        assert_eq!(case.recovered, Some(true), "{case:?}");
+        // A broken cable leaves the lever to its antagonist and to gravity; a load goes on pulling.
+        let free = matches!(
+            case.injection,
+            Injection::CableBreak | Injection::SlackAfterBreak | Injection::Overload
+        );
+        assert!(free || (case.fall < 1.0 && case.tension < 1.0), "{case:?}");
+    }
+    for healthy in healthy {
+        assert!(healthy.reports.is_empty() && healthy.errors[1] < 1.2 * healthy.errors[0], "{healthy:?}");
+    }
+}
+
+#[test]
+fn campaign_of_worn_cables() {
+    // `SINEW_HEALTH=machine,seed,hours`: a healthy run of so many hours, and runs with one worn cable.
+    let Ok(given) = std::env::var("SINEW_HEALTH") else {
+        eprintln!("skipped: SINEW_HEALTH is not set");
+        return;
+    };
+    let words: Vec<&str> = given.split(',').collect();
+    let [name, seed, hours] = words[..] else { panic!("{given}: expected three words") };
+    let (seed, hours) = (seed.parse::<u64>().unwrap(), hours.parse::<f64>().unwrap());
+    let machine = machine(name);
+    let muscle = seed as usize % machine.muscles.len();
+    let wear = |what, share, duration| {
+        let failure = Failure::Wear { muscle, what, share };
+        vec![InjectedFault { start: 903.0, duration, failure }]
+    };
+    let runs = [
+        ("healthy", 3600.0 * hours, Vec::new()),
+        ("friction + 20 % in an hour", 4500.0, wear(Worn::Friction, 0.2, 3600.0)),
+        ("T_0 halved in an hour", 4500.0, wear(Worn::Pretension, 0.5, 3600.0)),
+        ("a strand of seven broken", 3600.0, wear(Worn::Stiffness, 1.0 / 6.0, f64::INFINITY)),
+    ];
+    runs.into_par_iter().for_each(|(what, seconds, faults)| {
+        if seconds == 0.0 {
+            return;
+        }
+        let found = Bench::new(&machine, motion(&machine, seed), seed).wears(seconds, &faults);
+        eprintln!("{name}, seed {seed}, muscle {muscle}, {what}: {found:?}");
+    });
+}

@@ -1,0 +1,169 @@
+/// How far a number has drifted since the beginning, from one value a window.
+///
+/// ```text
+/// x_0, s_0    mean and standard deviation of the first n_0 values
+/// z = (x - x_0)/max(s_0, s_min)
+/// S+ <- max(0, S+ + z - k),   S- <- max(0, S- - z - k)                      CUSUM
+/// found       S > h  and  |d| > d_min,   d the mean over the last values
+/// slope       exponentially weighted least squares of x over time, memory of n_f values
+/// ```
+///
+/// | symbol | meaning                                              | value |
+/// |--------|------------------------------------------------------|-------|
+/// | n_0, n_f | values at the beginning; memory of slope and mean   | 8, 8, 4 |
+/// | k, h   | allowance and threshold                              | 1, 8  |
+/// | s_min, d_min | least deviation, least drift that is reported    | [`DriftRule`] |
+///
+/// # Source
+/// `page1954` (CUSUM).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct DriftWatch {
+    rule: DriftRule,
+    count: f64,
+    mean: f64,
+    squares: f64,
+    sums: [f64; 2],
+    /// Mean of the last values.
+    recent: f64,
+    /// Weighted sums of the line: 1, t, x, t^2, t x, with times from the last value on.
+    line: [f64; 5],
+    found: bool,
+}
+
+/// What is specific to a quantity.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct DriftRule {
+    /// `s_min`.
+    pub(super) least_deviation: f64,
+    /// `d_min`.
+    pub(super) least_drift: f64,
+    /// Drift of which the forecast speaks.
+    pub(super) limit: f64,
+}
+
+/// Drift of one quantity of a cable, as a share of its value in the model.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Drift {
+    /// Since the beginning, 1; 0 until known.
+    pub share: f64,
+    /// Standard error of it, 1; infinite until known.
+    pub error: f64,
+    /// Whether it is significant.
+    pub found: bool,
+    /// Time until it reaches its limit, a fifth (of a pretension the half), at its present rate, s; infinite where it does not grow.
+    pub remaining: f64,
+}
+
+/// `n_0`.
+const FIRST: f64 = 8.0;
+/// Memory of the recent mean and of the slope, values.
+const RECENT: f64 = 4.0;
+const SLOPE_MEMORY: f64 = 8.0;
+/// `k` and `h`.
+const ALLOWANCE: f64 = 1.0;
+const THRESHOLD: f64 = 8.0;
+
+impl DriftWatch {
+    pub(super) fn new(rule: DriftRule) -> Self {
+        Self {
+            rule,
+            count: 0.0,
+            mean: 0.0,
+            squares: 0.0,
+            sums: [0.0; 2],
+            recent: 0.0,
+            line: [0.0; 5],
+            found: false,
+        }
+    }
+
+    /// Takes the value of one window, which lasts `window` s.
+    pub(super) fn update(&mut self, x: f64, window: f64) {
+        if !x.is_finite() {
+            return;
+        }
+        self.count += 1.0;
+        let kept = 1.0 - 1.0 / SLOPE_MEMORY;
+        let [n, t, v, tt, tv] = self.line;
+        // The origin of time moves on to the new value.
+        let (tt, tv, t) = (tt - 2.0 * window * t + window * window * n, tv - window * v, t - window * n);
+        self.line = [kept * n + 1.0, kept * t, kept * v + x, kept * tt, kept * tv];
+        if self.count <= FIRST {
+            let d = x - self.mean;
+            self.mean += d / self.count;
+            self.squares += d * (x - self.mean);
+            self.recent = self.mean;
+            return;
+        }
+        let z = (x - self.mean) / self.deviation();
+        self.sums = [(self.sums[0] + z - ALLOWANCE).max(0.0), (self.sums[1] - z - ALLOWANCE).max(0.0)];
+        self.recent += (x - self.recent) / RECENT;
+        let most = self.sums[0].max(self.sums[1]);
+        self.found |= most > THRESHOLD && (self.recent - self.mean).abs() > self.rule.least_drift;
+    }
+
+    fn deviation(&self) -> f64 {
+        libm::sqrt(self.squares / (FIRST - 1.0)).max(self.rule.least_deviation)
+    }
+
+    pub(super) fn drift(&self) -> Drift {
+        if self.count < FIRST {
+            return Drift { error: f64::INFINITY, remaining: f64::INFINITY, ..Drift::default() };
+        }
+        let share = self.recent - self.mean;
+        let error = self.deviation() * libm::sqrt(1.0 / FIRST + 1.0 / (2.0 * RECENT - 1.0));
+        let [n, t, v, tt, tv] = self.line;
+        let spread = n * tt - t * t;
+        let slope = if spread > 0.0 { (n * tv - t * v) / spread } else { 0.0 };
+        let toward = slope * share.signum();
+        let left = self.rule.limit - share.abs();
+        let remaining = if left <= 0.0 {
+            0.0
+        } else if self.found && toward > 0.0 {
+            left / toward
+        } else {
+            f64::INFINITY
+        };
+        Drift { share, error, found: self.found, remaining }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    const RULE: DriftRule = DriftRule { least_deviation: 0.005, least_drift: 0.02, limit: 0.2 };
+
+    #[test]
+    fn steady_noise_is_not_reported_in_a_thousand_series() {
+        let mut random = Random::new(5);
+        let reported = (0..1000).filter(|_| {
+            let mut watch = DriftWatch::new(RULE);
+            (0..360).for_each(|_| watch.update(0.03 + 0.005 * random.normal(), 100.0));
+            watch.drift().found
+        });
+        assert!(reported.count() == 0);
+    }
+
+    #[test]
+    fn a_ramp_is_found_early_and_its_end_is_foretold() {
+        let mut random = Random::new(7);
+        for _ in 0..100 {
+            let mut watch = DriftWatch::new(RULE);
+            let mut found = None;
+            for k in 0..44 {
+                let worn = 0.2 * (f64::from(k - 8) / 36.0).max(0.0);
+                watch.update(0.01 + worn + 0.006 * random.normal(), 100.0);
+                if watch.drift().found && found.is_none() {
+                    found = Some((worn, watch.drift().remaining));
+                }
+            }
+            let (worn, _) = found.unwrap();
+            assert!(worn < 0.1, "{worn}");
+            let drift = watch.drift();
+            assert!((drift.share - 0.19).abs() < 4.0 * drift.error + 0.02, "{drift:?}");
+            assert!(drift.remaining < 2500.0, "{drift:?}");
+        }
+    }
+}

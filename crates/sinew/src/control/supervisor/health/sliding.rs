@@ -1,0 +1,111 @@
+/// Friction and compliance of a cable from the travel that its model does not explain, over one window.
+///
+/// ```text
+/// e = C T_in E(s A),   E(z) = (1 - exp(-z))/z                        stretch of a cable that slides everywhere
+/// -x = c + C T_in E(s A) d_C + C T_in s E'(s A) A d_A                least squares over a window, d_C and d_A with priors
+/// ```
+///
+/// | symbol | meaning                                                             | unit |
+/// |--------|---------------------------------------------------------------------|------|
+/// | x      | travel of the winch in addition to its encoder's with which the observer explains the tension | m |
+/// | T_in, s | tension at the drive, direction of sliding                           | N, 1 |
+/// | C, A   | compliance and friction angle of the model                            | m/N, 1 |
+/// | d_C, d_A | relative differences of the cable from its model                     | 1    |
+///
+/// Sliding toward the motor the stretch shrinks with friction, away it grows: the hysteresis tells friction from compliance.
+///
+/// # Assumes
+/// Friction evenly along the cable. Errors of geometry and creep enter both numbers alike as long as the motion is the
+/// same: only their change counts.
+///
+/// # Source
+/// (10) of `yuan2023`, linearised.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SlidingFit {
+    /// Upper triangle of the normal equations of `(1, r_C, r_A)`, row by row, and their right side.
+    normal: [f64; 6],
+    right: [f64; 3],
+    count: [f64; 2],
+}
+
+/// Samples of each direction that a window needs.
+const ENOUGH: f64 = 40.0;
+/// Standard deviation of a relative difference before a window, 1, and of a sample, m: the priors.
+const PRIOR: f64 = 0.5;
+const NOISE: f64 = 3e-4;
+/// Angle below which the series of `E` is taken.
+const SMALL: f64 = 1e-3;
+
+/// `E(z)` and `z E'(z)`.
+fn mean_tension(z: f64) -> [f64; 2] {
+    if z.abs() < SMALL {
+        return [1.0 - 0.5 * z, -0.5 * z];
+    }
+    let decay = libm::exp(-z);
+    let mean = (1.0 - decay) / z;
+    [mean, decay - mean]
+}
+
+impl SlidingFit {
+    /// One sample: direction, tension, N, unexplained travel, m, and the model's friction angle and compliance, m/N.
+    pub(super) fn add(&mut self, sign: f64, tension: f64, travel: f64, (angle, compliance): (f64, f64)) {
+        let [mean, slope] = mean_tension(sign * angle);
+        let stretch = compliance * tension;
+        let row = [1.0, stretch * mean, stretch * slope];
+        let mut place = 0;
+        for i in 0..3 {
+            for j in i..3 {
+                self.normal[place] += row[i] * row[j];
+                place += 1;
+            }
+            self.right[i] -= row[i] * travel;
+        }
+        self.count[usize::from(sign > 0.0)] += 1.0;
+    }
+
+    /// `d_C` and `d_A`; none where a direction is missing.
+    pub(super) fn solve(&self) -> Option<[f64; 2]> {
+        if self.count.iter().any(|count| *count < ENOUGH) {
+            return None;
+        }
+        let [n, a, b, aa, ab, bb] = self.normal;
+        let [y, ya, yb] = self.right;
+        // The constant is eliminated; the samples are not independent: one in `ENOUGH` counts.
+        let prior = ENOUGH * (NOISE / PRIOR) * (NOISE / PRIOR);
+        let (aa, ab, bb) = (aa - a * a / n + prior, ab - a * b / n, bb - b * b / n + prior);
+        let (ya, yb) = (ya - a * y / n, yb - b * y / n);
+        let determinant = aa * bb - ab * ab;
+        (determinant > 0.0).then(|| [(ya * bb - yb * ab) / determinant, (yb * aa - ya * ab) / determinant])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_derivative_is_that_of_the_mean_tension() {
+        for z in [-1.5, -0.3, 1e-4, 0.4, 2.0] {
+            let h = 1e-6;
+            let slope = (mean_tension(z + h)[0] - mean_tension(z - h)[0]) / (2.0 * h);
+            assert!((mean_tension(z)[1] - z * slope).abs() < 1e-5, "{z}");
+        }
+    }
+
+    #[test]
+    fn differences_of_friction_and_compliance_are_told_apart() {
+        let (angle, compliance) = (0.9, 2e-4);
+        for [softer, rougher] in [[0.1, 0.0], [0.0, 0.15], [-0.05, 0.08]] {
+            let mut fit = SlidingFit::default();
+            for k in 0..400 {
+                let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+                let tension = 40.0 + 20.0 * libm::sin(0.1 * f64::from(k));
+                let stretch = |c: f64, a: f64| c * tension * mean_tension(sign * a)[0];
+                let own = stretch(compliance * (1.0 + softer), angle * (1.0 + rougher));
+                fit.add(sign, tension, stretch(compliance, angle) - own + 0.7e-3, (angle, compliance));
+            }
+            let [c, a] = fit.solve().unwrap();
+            assert!((c - softer).abs() < 0.02 && (a - rougher).abs() < 0.02, "{softer} {rougher}: {c} {a}");
+        }
+    }
+}
