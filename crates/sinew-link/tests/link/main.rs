@@ -4,6 +4,7 @@
 #[path = "../adversary/mod.rs"]
 mod adversary;
 mod campaign;
+mod clients;
 mod documentation;
 mod golden;
 mod network;

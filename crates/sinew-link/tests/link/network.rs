@@ -13,14 +13,14 @@ fn domain() -> Domain {
     Domain { joint: vec![[-1.0, 1.0]; 2], tension: vec![[0.0, 100.0]; 4], ..Domain::default() }
 }
 
-fn start(key: Option<Key>) -> (Server, Port) {
+pub(crate) fn start(key: Option<Key>) -> (Server, Port) {
     let address = "127.0.0.1:0".parse().unwrap();
     Server::start(ServerSettings { address, key, domain: domain(), sessions: SessionSettings::default() })
         .unwrap()
 }
 
 /// A control cycle of 1 ms that follows the newest joint set-point at once, until it is told to stop.
-fn cycle(port: &mut Port, stop: &AtomicBool) -> u64 {
+pub(crate) fn cycle(port: &mut Port, stop: &AtomicBool) -> u64 {
     let (mut snapshot, mut commands) = (Snapshot::new(2, 4), 0);
     while !stop.load(Ordering::Relaxed) {
         while let Some(command) = port.next_command() {
