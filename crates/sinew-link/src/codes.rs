@@ -93,7 +93,7 @@ codes! {
         Joint = 1,
         /// Lengths of the muscles, m: `[muscles]`.
         MuscleLength = 2,
-        /// Tensions at the drives, N: `[muscles]`.
+        /// Tensions at the anchors, N: `[muscles]`.
         Tension = 3,
         /// Coordinates of the end point in the world, m: `[3]`.
         EndPoint = 4,

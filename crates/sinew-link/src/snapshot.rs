@@ -23,7 +23,7 @@ pub struct Snapshot {
     pub fault: [u16; 2],
     /// Points that wait for their time.
     pub queued: u16,
-    /// Points whose time had passed when they arrived.
+    /// Points dropped because their time had passed or there was no room.
     pub late: u64,
     /// End point in the world, m.
     pub end_point: [f64; 3],

@@ -12,7 +12,7 @@ pub struct Domain {
     pub joint: Vec<[f64; 2]>,
     /// Range of every muscle's length, m.
     pub muscle_length: Vec<[f64; 2]>,
-    /// Range of every muscle's tension at the drive, N; as many as muscles.
+    /// Range of every muscle's tension at the anchor, N; as many as muscles.
     pub tension: Vec<[f64; 2]>,
     /// Box of the end point in the world, m; none where the machine has no end point.
     pub end_point: Option<[[f64; 2]; 3]>,

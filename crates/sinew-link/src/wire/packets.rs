@@ -88,7 +88,7 @@ packet! {
         accepted: u64, "1", "Packets of this session that passed all checks.";
         lost: u64, "1", "Packets of this session that have not arrived, by their sequence.";
         rejected: u64, "1", "Packets from anyone rejected since the host's start.";
-        late: u64, "1", "Points whose time had passed when they arrived, since the host's start.";
+        late: u64, "1", "Points dropped because their time had passed or 256 were waiting, since the host's start.";
         end_point: [f64; 3], "m", "End point in the world; zeros where the machine has none.";
         joints: u16, "1", "Joints of the machine.";
         muscles: u16, "1", "Muscles of the machine.";
