@@ -457,7 +457,12 @@ impl ArmController {
 
     fn distribute_tensions(&mut self, h: f64) -> Result<(), Error> {
         if self.tensions.is_active() {
-            self.tensions.advance(h, &self.gains.muscles, &self.cables.tension_out, &mut self.desired_tension);
+            self.tensions.advance(
+                h,
+                &self.gains.muscles,
+                &self.cables.tension_out,
+                &mut self.desired_tension,
+            );
             self.reached = Status::Optimal;
             return Ok(());
         }
