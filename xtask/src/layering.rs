@@ -8,17 +8,26 @@ use std::path::Path;
 
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
-const CRATES: [(&str, &[&str]); 9] = [
+const CRATES: [(&str, &[&str]); 10] = [
     ("sinew", &[]),
     ("sinew-identify", &["sinew"]),
     ("sinew-lab", &["sinew", "sinew-identify"]),
     ("sinew-report", &["sinew", "sinew-identify", "sinew-lab"]),
     ("sinew-segment", &[]),
-    ("sinew-runtime", &["sinew", "sinew-segment"]),
+    ("sinew-link", &[]),
+    ("sinew-runtime", &["sinew", "sinew-segment", "sinew-link"]),
     ("sinew-mujoco", &["sinew"]),
     (
         "sinew-cli",
-        &["sinew", "sinew-identify", "sinew-lab", "sinew-report", "sinew-segment", "sinew-runtime"],
+        &[
+            "sinew",
+            "sinew-identify",
+            "sinew-lab",
+            "sinew-report",
+            "sinew-segment",
+            "sinew-link",
+            "sinew-runtime",
+        ],
     ),
     ("sinew-py", &["sinew", "sinew-identify", "sinew-lab", "sinew-report", "sinew-runtime", "sinew-mujoco"]),
 ];

@@ -18,6 +18,9 @@ pub(crate) enum Error {
     /// A run on a bus.
     #[error(transparent)]
     Runtime(#[from] sinew_runtime::Error),
+    /// A link to a client or machine.
+    #[error(transparent)]
+    Link(#[from] sinew_link::Error),
     /// A machine on EtherCAT that does not start.
     #[error(transparent)]
     Ethercat(#[from] sinew_runtime::ethercat::EthercatError),
@@ -290,6 +293,7 @@ impl Error {
             | Self::Ethercat(sinew_runtime::ethercat::EthercatError::Link { .. }) => Self::SYSTEM,
             Self::Interface(sinew_segment::RawSocketError::NoInterface { .. }) => Self::BAD_INPUT,
             Self::Interface(_) => Self::SYSTEM,
+            Self::Link(error) => link_code(error),
             _ => Self::BAD_INPUT,
         }
     }
@@ -298,6 +302,24 @@ impl Error {
     pub(crate) fn table(file: &Path) -> impl Fn(TableError) -> Self {
         let file = file.to_owned();
         move |source| Self::Table { file: file.clone(), source }
+    }
+}
+
+/// A key file that is wrong is bad input, and so is an address without a key; a socket that fails is not.
+fn link_code(error: &sinew_link::Error) -> u8 {
+    use sinew_link::{Error as LinkError, KeyFileError};
+    match error {
+        LinkError::KeyFile(KeyFileError::File { source, .. })
+            if source.kind() == ErrorKind::AlreadyExists =>
+        {
+            Error::BAD_INPUT
+        }
+        LinkError::KeyFile(KeyFileError::File { source, .. }) => reading_code(source),
+        LinkError::Socket { .. } | LinkError::NoAnswer { .. } | LinkError::Refused { .. } => Error::SYSTEM,
+        LinkError::Random(_) | LinkError::Thread(_) | LinkError::KeyFile(KeyFileError::Random { .. }) => {
+            Error::SYSTEM
+        }
+        _ => Error::BAD_INPUT,
     }
 }
 

@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`bus`] | what a cycle exchanges with drives and sensors, and the bus of a simulated machine |
 //! | [`ethercat`] | a machine on EtherCAT: link, master, drives after CiA 402 |
+//! | [`link`] | requests and references from a client elsewhere |
 //! | [`cycle`] | one cycle, its deadlines, and how well they are kept |
 //!
 //! One thread runs the cycle. It allocates nothing, takes no lock and makes no system call but those of its bus and the
@@ -17,5 +18,6 @@ pub mod bus;
 pub mod cycle;
 mod error;
 pub mod ethercat;
+pub mod link;
 
 pub use error::Error;

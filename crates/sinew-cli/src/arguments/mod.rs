@@ -7,6 +7,7 @@ mod design;
 mod ethercat;
 mod fault;
 mod identification;
+mod link;
 mod machine;
 mod motion;
 mod path;
@@ -24,6 +25,7 @@ pub(crate) use identification::{
     AdaptArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PredictArguments, RoleArguments,
     WriteArguments,
 };
+pub(crate) use link::{LinkArguments, LinkKeyArguments, LinkVerb, LinkWatchArguments};
 pub(crate) use machine::{
     MachineArguments, MachineMapArguments, MachineNewArguments, MachineShowArguments, MachineTuneArguments,
     MachineVerb,
@@ -95,6 +97,7 @@ pub(crate) enum Verb {
     Plot(PlotArguments),
     Run(RunArguments),
     Ethercat(EthercatArguments),
+    Link(LinkArguments),
     Reproduce(ReproduceArguments),
     Bench(BenchArguments),
     Twin(TwinArguments),

@@ -1,5 +1,6 @@
 //! Arguments of `sinew run`.
 
+use super::link::RunLinkArguments;
 use super::motion::MotionArguments;
 use clap::{Args, ValueEnum};
 
@@ -25,6 +26,8 @@ pub(crate) struct RunArguments {
     /// Do not wait for deadlines; for simulated buses
     #[arg(long, conflicts_with = "interface")]
     pub(crate) virtual_time: bool,
+    #[command(flatten)]
+    pub(crate) link: RunLinkArguments,
 }
 
 /// Drives and sensors of a machine.

@@ -10,6 +10,7 @@ pub(crate) mod drive;
 pub(crate) mod ethercat;
 pub(crate) mod evaluate;
 pub(crate) mod identify;
+pub(crate) mod link;
 pub(crate) mod machine;
 pub(crate) mod man;
 mod numeric_table;

@@ -1,6 +1,7 @@
 use super::clock::Clock;
 use crate::Error;
 use crate::bus::{Bus, BusStatistics, Exchange, Feedback};
+use crate::link::LinkedMotion;
 use sinew::control::arm::PreviewedReference;
 use sinew::control::stretch::PREVIEW_HORIZON;
 use sinew::control::supervisor::{ExchangeStatus, Request, Supervisor, SupervisorCommand};
@@ -11,7 +12,7 @@ use sinew::trajectory::{Moment, Reference, Schedule};
 pub struct Cycle<'a, B> {
     bus: B,
     supervisor: Supervisor,
-    schedule: Schedule<'a>,
+    motion: Motion<'a>,
     period: f64,
     request: Request,
     command_age: Option<f64>,
@@ -21,6 +22,13 @@ pub struct Cycle<'a, B> {
     previewed: Reference,
     count: u64,
     statistics: BusStatistics,
+}
+
+/// Where references come from.
+#[derive(Debug)]
+enum Motion<'a> {
+    Schedule(Schedule<'a>),
+    Linked(Box<LinkedMotion>),
 }
 
 /// One control cycle: what was read, what was wanted, what is commanded.
@@ -59,11 +67,21 @@ impl<'a, B: Bus> Cycle<'a, B> {
     /// Before the first cycle, with the goal to run; `period` is in s.
     #[must_use]
     pub fn new(bus: B, supervisor: Supervisor, schedule: Schedule<'a>, period: f64) -> Self {
+        Self::following(bus, supervisor, Motion::Schedule(schedule), period)
+    }
+
+    /// The same with requests and references from a link.
+    #[must_use]
+    pub fn linked(bus: B, supervisor: Supervisor, motion: LinkedMotion, period: f64) -> Self {
+        Self::following(bus, supervisor, Motion::Linked(Box::new(motion)), period)
+    }
+
+    fn following(bus: B, supervisor: Supervisor, motion: Motion<'a>, period: f64) -> Self {
         let [muscles, joints] = supervisor.dimensions();
         Self {
             bus,
             supervisor,
-            schedule,
+            motion,
             period,
             request: Request::Run,
             command_age: None,
@@ -117,17 +135,43 @@ impl<'a, B: Bus> Cycle<'a, B> {
         self.bus
     }
 
-    /// Whether the schedule is at its end.
+    /// Whether the schedule is at its end, or the client's use of the machine.
     #[must_use]
     pub fn is_finished(&self) -> bool {
-        self.count >= (self.schedule.duration() / self.period).round() as u64
+        match &self.motion {
+            Motion::Schedule(schedule) => self.count >= (schedule.duration() / self.period).round() as u64,
+            Motion::Linked(motion) => motion.is_finished(self.machine_time()),
+        }
+    }
+
+    /// Whether the next cycle may begin: false where it waits for a client in lock-step.
+    pub fn is_due(&mut self) -> bool {
+        let now = self.machine_time();
+        match &mut self.motion {
+            Motion::Schedule(_) => true,
+            Motion::Linked(motion) => motion.wait(now),
+        }
+    }
+
+    /// The link, if there is one.
+    #[must_use]
+    pub fn link(&self) -> Option<&LinkedMotion> {
+        match &self.motion {
+            Motion::Schedule(_) => None,
+            Motion::Linked(motion) => Some(motion),
+        }
+    }
+
+    /// Of the next cycle, since the first, ns.
+    fn machine_time(&self) -> u64 {
+        (self.count as f64 * self.period * 1e9).round() as u64
     }
 
     /// One cycle: reads the sensors; limits and faults, observers, computed muscle force; writes the commands of the winches.
     /// `deadline` is when it was to begin, ns. Nothing is allocated.
     ///
     /// # Errors
-    /// As [`Supervisor::step`] and [`Schedule::sample`].
+    /// As [`Supervisor::step`], [`Schedule::sample`] and [`LinkedMotion::sample`].
     pub fn step(&mut self, clock: &mut impl Clock, deadline: u64) -> Result<CycleRecord<'_, B>, Error> {
         let woken = clock.now();
         let exchange = self.bus.read(&mut self.feedback);
@@ -135,8 +179,16 @@ impl<'a, B: Bus> Cycle<'a, B> {
         self.statistics.record(exchange);
 
         let time = self.count as f64 * self.period;
+        let now = self.machine_time();
         let Self { bus, supervisor, current, previewed, feedback, .. } = self;
-        let moment = self.schedule.sample(time, PREVIEW_HORIZON, current, previewed)?;
+        let moment = match &mut self.motion {
+            Motion::Schedule(schedule) => schedule.sample(time, PREVIEW_HORIZON, current, previewed)?,
+            Motion::Linked(motion) => {
+                let moment = motion.sample(now, supervisor, current, previewed)?;
+                (self.request, self.command_age) = (motion.request(), motion.command_age(now));
+                moment
+            }
+        };
         let lateness = if self.waits { 0.0 } else { woken.saturating_sub(deadline) as f64 * 1e-9 };
         let status = ExchangeStatus { lateness, command_age: self.command_age, ..exchange.status() };
         let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
@@ -146,6 +198,9 @@ impl<'a, B: Bus> Cycle<'a, B> {
 
         bus.write(command.arm.drives);
         let times = CycleTimes { woken, read, controlled, written: clock.now() };
+        if let Motion::Linked(motion) = &mut self.motion {
+            motion.publish(now, &command, feedback);
+        }
         self.count += 1;
         Ok(CycleRecord { bus, moment, times, exchange, feedback, reference: current, command })
     }

@@ -5,7 +5,7 @@ use crate::Error;
 use crate::bus::Bus;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Runs cycles at absolute deadlines, a period of nanoseconds apart by the clocks of the devices, until the schedule ends or `stop`
+/// Runs cycles at absolute deadlines, a period of nanoseconds apart by the clocks of the devices, until the motion ends or `stop`
 /// is set, and calls `see` after every one.
 ///
 /// A cycle that ends after the next deadline is late: the following one begins at once, and deadlines that have passed
@@ -23,6 +23,9 @@ pub fn run<B: Bus>(
 ) -> Result<(), Error> {
     let mut deadline = clock.now() + period;
     while !cycle.is_finished() && !stop.load(Ordering::Relaxed) {
+        if !cycle.is_due() {
+            continue;
+        }
         clock.wait_until(deadline)?;
         let record = cycle.step(clock, deadline)?;
         timing.record(deadline, &record.times);

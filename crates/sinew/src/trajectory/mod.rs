@@ -16,6 +16,7 @@ mod joint_waypoints;
 mod minimum_jerk;
 mod motion;
 mod nearest;
+pub mod online;
 mod path;
 mod ranges;
 mod redundancy;

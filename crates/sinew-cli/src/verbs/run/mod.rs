@@ -1,6 +1,7 @@
 //! `sinew run`.
 
 mod bus;
+mod linked;
 mod measured;
 mod simulated;
 mod timing;
@@ -21,6 +22,9 @@ pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer,
     let interface = arguments.interface.as_deref().filter(|_| arguments.bus == BusArgument::Ethercat);
     if interface.is_some() {
         refuse_simulated(&arguments.motion)?;
+    }
+    if let Some(address) = arguments.link.link {
+        return linked::execute(arguments, address, general);
     }
     let progress = Progress::new();
     progress.show("planning and verifying the motion", 0.0);

@@ -40,11 +40,19 @@ pub(crate) struct Setup {
 impl Setup {
     /// Loads the machine, plans the trajectory and refuses what the machine cannot track.
     pub(crate) fn new(arguments: &MotionArguments) -> Result<Self, Error> {
+        Self::with_default_path(arguments, motion::default_path)
+    }
+
+    /// The same with another path where none is given.
+    pub(crate) fn with_default_path(
+        arguments: &MotionArguments,
+        default_path: impl FnOnce(&Machine) -> PathArgument,
+    ) -> Result<Self, Error> {
         let machine = load_machine(&arguments.model, None)?.machine;
         let payload = arguments.payload.unwrap_or(machine.payload);
         let machine = Machine { payload, ..machine };
         let faults = fault::resolve(&arguments.fault, &machine.robot)?;
-        let path = arguments.path.clone().unwrap_or_else(|| motion::default_path(&machine));
+        let path = arguments.path.clone().unwrap_or_else(|| default_path(&machine));
         let trajectory = motion::trajectory(&machine, &path, arguments.duration)?;
         let repeats = repeats(arguments.repeats, trajectory.is_closed())?;
         let mut setup = Self {

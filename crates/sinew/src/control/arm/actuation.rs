@@ -4,6 +4,7 @@ use super::fault_detector::FaultDetector;
 use super::gains::{ArmGains, MuscleGains};
 use super::iterative_learning::IterativeLearning;
 use super::signals::require_length;
+use super::tension_following::{CableEstimate, winch_speed};
 use super::winch::{MuscleReference, WinchController};
 use crate::Error;
 use crate::control::compensation::Compensation;
@@ -63,6 +64,8 @@ pub(super) struct ActuationInputs<'a> {
     pub(super) at_rest: bool,
     /// Whether all winches are to stand.
     pub(super) holding: bool,
+    /// Whether the tensions are followed wherever the joints go.
+    pub(super) tension_alone: bool,
 }
 
 impl Actuation {
@@ -119,8 +122,18 @@ impl Actuation {
                     };
                     let (winch, muscle) = (&mut self.winches[k], &gains.muscles[k]);
                     let (law, drag) = (cables.law(k)?, cables.drag_factor[k]);
-                    let stretch = winch.desired_stretch(h, law, &reference, drag, gains, muscle)?;
-                    let speed = winch.speed(&reference, stretch, cables.stretch[k], muscle);
+                    let speed = if inputs.tension_alone {
+                        let estimate = CableEstimate {
+                            tension_out: cables.tension_out[k],
+                            stretch: cables.stretch[k],
+                            velocity: [anchors.estimated[k], anchors.slip[k]],
+                            drag_factor: drag,
+                        };
+                        winch_speed(law, inputs.tension[k], &estimate, muscle)?
+                    } else {
+                        let stretch = winch.desired_stretch(h, law, &reference, drag, gains, muscle)?;
+                        winch.speed(&reference, stretch, cables.stretch[k], muscle)
+                    };
                     if let Some(learning) = &mut learning {
                         learning.record(k, winch.feedback);
                     }

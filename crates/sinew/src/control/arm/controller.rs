@@ -9,6 +9,7 @@ use super::joint_observer::JointObserver;
 use super::joint_stiffness::JointStiffness;
 use super::signals::{ArmCommand, ArmMeasurement, Dimensions, PreviewedReference, require_length};
 use super::status::{ArmStatus, Fault, Symptom};
+use super::tension_following::TensionFollowing;
 use crate::Error;
 use crate::body::Robot;
 use crate::control::tension::{Distribution, Problem, Settings, Status};
@@ -57,6 +58,7 @@ pub struct ArmController {
     anchors: AnchorMotion,
     distribution: Distribution,
     actuation: Actuation,
+    tensions: TensionFollowing,
     started: bool,
     disturbance_initialized: bool,
     /// Whether the reference is at rest and the arm near it.
@@ -143,6 +145,7 @@ impl ArmController {
                 &Settings { max_operations: MAX_OPERATIONS, ..Settings::default() },
             ),
             actuation: Actuation::new(muscles, mode)?,
+            tensions: TensionFollowing::new(muscles),
             started: false,
             disturbance_initialized: false,
             at_rest: false,
@@ -190,6 +193,15 @@ impl ArmController {
     pub fn with_sheath_bends(mut self, bends: &[SheathBend]) -> Result<Self, Error> {
         self.cables.set_sheath_bends(bends)?;
         Ok(self)
+    }
+
+    /// Tensions at the anchors to be followed from the next control cycle on, N, within the gains' limits: `[muscles]`; none
+    /// lets the joints follow their reference again. The reference is to be the estimated pose meanwhile.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], [`Error::OutOfDomain`] for tensions that are not finite.
+    pub fn set_tensions(&mut self, tensions: Option<&[f64]>) -> Result<(), Error> {
+        self.tensions.set(tensions)
     }
 
     /// Number of muscles and of independent joints.
@@ -329,7 +341,7 @@ impl ArmController {
             self.detect_rest(reference);
             self.law.evaluate(&self.gains, reference.current, &self.joints.v, self.at_rest); // (25), (26)
             self.evaluate_torque()?; // (23)
-            self.distribute_tensions()?; // (22)
+            self.distribute_tensions(h)?; // (22)
             self.command_drives(h, reference.repeat_time)?; // (8), or the law of the winches
         }
         Ok(ArmCommand {
@@ -428,7 +440,7 @@ impl ArmController {
         } else {
             self.anchors.is_near(muscles.map(|muscle| [muscle.rest_error[0], muscle.rest_speed]))
         };
-        self.at_rest = reference_rests && near;
+        self.at_rest = reference_rests && near && !self.tensions.is_active();
         self.holding = self.at_rest && self.actuation.is_within_tolerance(&self.anchors);
     }
 
@@ -436,7 +448,17 @@ impl ArmController {
         self.body.inverse_dynamics(&self.joints.v, &self.law.output, &mut self.torque)
     }
 
-    fn distribute_tensions(&mut self) -> Result<(), Error> {
+    fn distribute_tensions(&mut self, h: f64) -> Result<(), Error> {
+        if self.tensions.is_active() {
+            self.tensions.advance(
+                h,
+                &self.gains.muscles,
+                &self.cables.tension_out,
+                &mut self.desired_tension,
+            );
+            self.reached = Status::Optimal;
+            return Ok(());
+        }
         let solution = self.distribution.solve(&Problem {
             moment_arms: self.body.moment_arms(),
             torque: &self.torque,
@@ -460,6 +482,7 @@ impl ArmController {
             repeat_time,
             at_rest: self.at_rest,
             holding: self.holding,
+            tension_alone: self.tensions.is_active(),
         };
         self.actuation.command(h, &self.gains, &inputs)
     }

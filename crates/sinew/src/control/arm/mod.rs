@@ -21,6 +21,7 @@ mod sensor_monitor;
 mod signals;
 mod status;
 mod synthesis;
+mod tension_following;
 mod winch;
 
 pub use actuation::ActuationMode;

@@ -166,6 +166,14 @@ impl Supervisor {
         self.monitor.winding(muscle)
     }
 
+    /// Tensions to be followed in [`Mode::Run`] from the next cycle on; see [`ArmController::set_tensions`].
+    ///
+    /// # Errors
+    /// As [`ArmController::set_tensions`].
+    pub fn set_tensions(&mut self, tensions: Option<&[f64]>) -> Result<(), Error> {
+        self.controller.set_tensions(tensions.filter(|_| self.mode == Mode::Run))
+    }
+
     /// One control cycle: the commands for the `h` s to come, from measurements, references, request and exchange at their
     /// beginning. Nothing is allocated.
     ///
@@ -384,6 +392,9 @@ impl Supervisor {
             repeat_time: None,
         };
         let followed = if self.mode == Mode::Run { reference } else { &held };
+        if self.mode != Mode::Run {
+            self.controller.set_tensions(None)?;
+        }
         let command = self.controller.step(h, measurement, followed)?;
         self.drives.copy_from_slice(command.drives);
         let status = command.status;

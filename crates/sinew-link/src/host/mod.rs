@@ -1,0 +1,22 @@
+//! The robot's end of a link.
+//!
+//! ```text
+//! Server thread                     control cycle
+//!   UDP -> Sessions::receive  --queue-->  Port::next_command
+//!   UDP <- Sessions::state    <-queue--   Port::publish
+//! ```
+//!
+//! Both queues are wait-free rings of fixed size: whatever comes in, the cycle never waits for the server. [`Sessions`]
+//! knows no sockets and no clock.
+
+mod domain;
+mod port;
+mod rate;
+mod server;
+mod sessions;
+
+pub use domain::Domain;
+pub use port::{Port, Session};
+pub use rate::RateLimit;
+pub use server::{Server, ServerSettings};
+pub use sessions::{Outcome, RandomSource, SessionSettings, Sessions};

@@ -1,0 +1,139 @@
+//! Server and client over loopback.
+
+use sinew_link::client::Client;
+use sinew_link::host::{Domain, Port, Server, ServerSettings, SessionSettings};
+use sinew_link::{Command, Error, Key, Mode, Rejection, Request, SetpointKind, Setpoints, Snapshot};
+use std::net::UdpSocket;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+const SOON: Duration = Duration::from_secs(20);
+
+fn domain() -> Domain {
+    Domain { joint: vec![[-1.0, 1.0]; 2], tension: vec![[0.0, 100.0]; 4], ..Domain::default() }
+}
+
+pub(crate) fn start(key: Option<Key>) -> (Server, Port) {
+    let address = "127.0.0.1:0".parse().unwrap();
+    Server::start(ServerSettings { address, key, domain: domain(), sessions: SessionSettings::default() })
+        .unwrap()
+}
+
+/// A control cycle of 1 ms that follows the newest joint set-point at once, until it is told to stop.
+pub(crate) fn cycle(port: &mut Port, stop: &AtomicBool) -> u64 {
+    let (mut snapshot, mut commands) = (Snapshot::new(2, 4), 0);
+    while !stop.load(Ordering::Relaxed) {
+        while let Some(command) = port.next_command() {
+            commands += 1;
+            if let Some((_, numbers)) = command.setpoints.iter().last() {
+                for (joint, number) in snapshot.joints_mut().iter_mut().zip(numbers) {
+                    joint.reference = *number;
+                }
+            }
+            if command.request == Request::Run {
+                snapshot.mode = Mode::Run;
+            }
+        }
+        snapshot.cycle += 1;
+        snapshot.machine_time_ns += 1_000_000;
+        port.publish(&snapshot);
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    commands
+}
+
+#[test]
+fn commands_and_states_cross_with_and_without_a_key() {
+    for key in [None, Some(Key::new([9; 32]))] {
+        let (server, mut port) = start(key.clone());
+        let stop = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| cycle(&mut port, &stop));
+            let mut client = Client::connect(server.address(), key.as_ref(), SOON).unwrap();
+            let mut setpoints = Setpoints::new(SetpointKind::Joint, 2);
+            assert!(setpoints.push(0, &[0.5, -0.5]));
+            let begin = Instant::now();
+            loop {
+                client.send(&Command { request: Request::Run, advance_to_ns: 0, setpoints }).unwrap();
+                let state = client.receive(SOON).unwrap();
+                let [first, second] = [0, 1].map(|k| state.joints()[k].reference);
+                if state.mode == Mode::Run && (first - 0.5).abs() < 1e-15 && (second + 0.5).abs() < 1e-15 {
+                    break;
+                }
+                assert!(begin.elapsed() < SOON, "the set-point did not arrive");
+            }
+            for _ in 0..50 {
+                client.send(&Command::of(Request::None)).unwrap();
+                client.receive(SOON).unwrap();
+            }
+            let round_trip = *client.session().peer().round_trip();
+            assert!(round_trip.count > 40);
+            eprintln!("round trip on loopback: {round_trip:?}, mean {:?} ns", round_trip.mean_ns());
+            client.close().unwrap();
+            stop.store(true, Ordering::Relaxed);
+        });
+        assert_eq!(server.stop().all_rejected(), 0);
+    }
+}
+
+#[test]
+fn a_client_with_another_key_gets_no_answer() {
+    let (server, _port) = start(Some(Key::new([1; 32])));
+    let most = Duration::from_millis(300);
+    let wrong = Key::new([2; 32]);
+    for key in [None, Some(&wrong)] {
+        let error = Client::connect(server.address(), key, most).unwrap_err();
+        assert!(matches!(error, Error::NoAnswer { .. }), "{error}");
+    }
+    assert!(server.stop().rejected(Rejection::Tag) >= 2);
+}
+
+#[test]
+fn an_address_that_others_reach_needs_a_key() {
+    for address in ["0.0.0.0:0", "[::]:0"] {
+        let address = address.parse().unwrap();
+        let settings =
+            ServerSettings { address, key: None, domain: domain(), sessions: SessionSettings::default() };
+        assert!(matches!(Server::start(settings), Err(Error::KeyNeeded(_))));
+    }
+    let settings = ServerSettings {
+        address: "0.0.0.0:0".parse().unwrap(),
+        key: Some(Key::new([1; 32])),
+        domain: domain(),
+        sessions: SessionSettings::default(),
+    };
+    assert!(Server::start(settings).is_ok());
+}
+
+#[test]
+fn a_second_client_is_refused_and_the_first_one_is_not_disturbed_by_a_flood() {
+    let (server, mut port) = start(None);
+    let (stop, address) = (AtomicBool::new(false), server.address());
+    let mut flooded = 0_u64;
+    std::thread::scope(|scope| {
+        scope.spawn(|| cycle(&mut port, &stop));
+        let mut client = Client::connect(address, None, SOON).unwrap();
+        client.send(&Command::of(Request::Run)).unwrap();
+        client.receive(SOON).unwrap();
+        let flood = scope.spawn(|| {
+            let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+            let (mut sent, junk) = (0_u64, [0x55; 300]);
+            while !stop.load(Ordering::Relaxed) {
+                sent += u64::from(socket.send_to(&junk, address).is_ok());
+            }
+            sent
+        });
+        let refused = Client::connect(address, None, Duration::from_millis(300));
+        for _ in 0..100 {
+            client.send(&Command::of(Request::None)).unwrap();
+            client.receive(SOON).unwrap();
+        }
+        // Under a flood the answer may be lost in the socket's queue, like any other packet.
+        assert!(matches!(refused, Err(Error::Refused { .. } | Error::NoAnswer { .. })));
+        stop.store(true, Ordering::Relaxed);
+        flooded = flood.join().unwrap();
+    });
+    let counters = server.stop();
+    eprintln!("{flooded} sent, {} rejected", counters.all_rejected());
+    assert!(counters.rejected(Rejection::Magic) > 0 && counters.rejected(Rejection::Magic) <= flooded);
+}

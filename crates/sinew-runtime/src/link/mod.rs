@@ -1,0 +1,15 @@
+//! A machine that is commanded from elsewhere: the control cycle's side of `sinew-link`.
+//!
+//! ```text
+//! sinew_link::host::Port --commands--> LinkedMotion { Playout -> SetpointFollower } --reference, request, age--> Cycle
+//!                        <--states---                                              <--SupervisorCommand----
+//! ```
+//!
+//! Nothing here waits but [`LinkedMotion::wait`], which only a cycle on virtual time calls.
+
+mod domain;
+mod motion;
+mod observed;
+
+pub use domain::domain;
+pub use motion::{LinkCounts, LinkedMotion};

@@ -1,0 +1,113 @@
+use super::gains::MuscleGains;
+use crate::Error;
+use crate::control::stretch::VANISHING_SPEED;
+use crate::error::{check_length, finite};
+use crate::transmission::cable::CableLaw;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Tensions at the anchors that are given, in place of those that give the joints a motion.
+///
+/// ```text
+/// F <- F + clip(clip(F_given, F_min, F_max) - F, +- r h)
+/// s  = clip((F - T_out^)/(0.05 F_max + 0.1 F), +-1)
+/// e* = (1 + s)/2 e_+ + (1 - s)/2 e_-
+/// v  = v^ + clip((e* - e^)/t_v, +- sqrt(2 a |e* - e^|))       |v| <= v_max
+/// ```
+///
+/// | symbol   | meaning                                                                 | unit |
+/// |----------|-------------------------------------------------------------------------|------|
+/// | F        | tension that is followed; `r` is a tenth of the rate that counts as a fault of the load cell | N |
+/// | T_out^, e^, v^ | estimated tension at the anchor, stretch, speed of the anchor       | N, m, m/s |
+/// | e_+, e_- | stretch at `F`, sliding toward the motor or away                         | m    |
+///
+/// The joints move as they will; their ranges and the speeds of the winches are watched elsewhere.
+///
+/// # Source
+/// Our own.
+#[derive(Debug, Clone)]
+pub(super) struct TensionFollowing {
+    /// `F_given`, N; not read while inactive.
+    given: Vec<f64>,
+    active: bool,
+    /// Whether `F` begins with the estimated tension.
+    fresh: bool,
+}
+
+/// Estimates of a cable.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CableEstimate {
+    /// `T_out^`, N.
+    pub(super) tension_out: f64,
+    /// `e^`, m.
+    pub(super) stretch: f64,
+    /// `v^`, m/s, and its low pass, at which friction is evaluated.
+    pub(super) velocity: [f64; 2],
+    /// Drag as a multiple of the law's.
+    pub(super) drag_factor: f64,
+}
+
+/// Shares of `F_max` and `F` in the tension error at which a cable is on its whole side of the dead band.
+const BAND: [f64; 2] = [0.05, 0.1];
+/// Share of the rate of a faulty load cell at which `F` changes.
+const RATE: f64 = 0.1;
+
+impl TensionFollowing {
+    pub(super) fn new(muscles: usize) -> Self {
+        Self { given: vec![0.0; muscles], active: false, fresh: true }
+    }
+
+    pub(super) fn is_active(&self) -> bool {
+        self.active
+    }
+
+    /// Given tensions, N: `[muscles]`; none ends it.
+    pub(super) fn set(&mut self, given: Option<&[f64]>) -> Result<(), Error> {
+        let Some(given) = given else {
+            (self.active, self.fresh) = (false, true);
+            return Ok(());
+        };
+        check_length("tension set-points", given.len(), self.given.len())?;
+        given.iter().try_for_each(|tension| finite("tension set-point", *tension).map(drop))?;
+        self.given.copy_from_slice(given);
+        self.active = true;
+        Ok(())
+    }
+
+    /// `F` of every muscle, `h` s on; `estimated` are the tensions with which it begins.
+    pub(super) fn advance(&mut self, h: f64, gains: &[MuscleGains], estimated: &[f64], tension: &mut [f64]) {
+        for (((tension, given), gains), estimated) in
+            tension.iter_mut().zip(&self.given).zip(gains).zip(estimated)
+        {
+            let [least, most] = gains.tension;
+            let from = if self.fresh { estimated.max(least).min(most) } else { *tension };
+            let step = h * RATE * gains.max_tension_rate;
+            *tension = from + (given.max(least).min(most) - from).max(-step).min(step);
+        }
+        self.fresh = false;
+    }
+}
+
+/// `v` of one winch, m/s.
+///
+/// # Errors
+/// As [`CableLaw::sliding`].
+pub(super) fn winch_speed(
+    law: &CableLaw,
+    tension: f64,
+    estimate: &CableEstimate,
+    gains: &MuscleGains,
+) -> Result<f64, Error> {
+    let [velocity, slip] = estimate.velocity;
+    let stretch = |s: f64| {
+        let along = if s * velocity > 0.0 { velocity } else { s * VANISHING_SPEED };
+        law.sliding(tension, along, slip, estimate.drag_factor).map(|steady| steady.stretch)
+    };
+    let band = BAND[0] * gains.tension[1] + BAND[1] * tension;
+    let s = ((tension - estimate.tension_out) / band).clamp(-1.0, 1.0);
+    let desired = 0.5 * ((1.0 + s) * stretch(1.0)? + (1.0 - s) * stretch(-1.0)?);
+    let travel = desired - estimate.stretch;
+    let most = libm::sqrt(2.0 * gains.winch_deceleration * travel.abs());
+    let speed = velocity + (travel / gains.stretch_time_constant).clamp(-most, most);
+    Ok(speed.clamp(-gains.max_winch_speed, gains.max_winch_speed))
+}
