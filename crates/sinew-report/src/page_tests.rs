@@ -95,9 +95,11 @@ fn numbers(end_point: bool) -> TrackingNumbers {
         most_drive_tension_n: 41.0,
         stopped_s: None,
         stopped_by: None,
+        modes: Vec::new(),
         incidents: vec![TrackIncident {
             from_s: 4.0,
             until_s: 4.01,
+            kind: "sensor_lost".to_owned(),
             what: "joint encoder of knee".to_owned(),
             answer: "bridged".to_owned(),
         }],

@@ -60,7 +60,9 @@ fn part_of(failure: Failure) -> Fault {
         Failure::Sensor(Sensor::Motor(k), _) => Fault::MotorSensor(k),
         Failure::Sensor(Sensor::Tension(k), _) => Fault::TensionSensor(k),
         Failure::Amplifier(k) | Failure::Winch(k) => Fault::Drive(k),
-        Failure::Cable(k) => Fault::Cable(k),
+        Failure::Cable(k) | Failure::Wear { muscle: k, .. } => Fault::Cable(k),
+        Failure::Push { joint, .. } => Fault::TrackingError(joint),
+        Failure::Exchange(_) => Fault::Bus,
     }
 }
 
