@@ -190,7 +190,8 @@ fn influence((k, name): (usize, &&str)) -> InfluenceRow {
     let value = [0.03, -0.04, 0.08, 0.11, 1.48][k % 5];
     let dropped = value > 1.0;
     let remark = if dropped { "offset +0.4 N and gain 1.06 against the rest" } else { "" };
-    InfluenceRow { log: (*name).to_owned(), influence: value, dropped, remark: remark.to_owned() }
+    let deviation = 1.4 * value;
+    InfluenceRow { log: (*name).to_owned(), influence: value, deviation, dropped, remark: remark.to_owned() }
 }
 
 fn parameter(name: &str, unit: &str, value: f64, low: f64, high: f64) -> Parameter {

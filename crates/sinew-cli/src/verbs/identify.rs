@@ -127,13 +127,15 @@ fn influence_text(report: &IdentificationReport) -> String {
         .iter()
         .map(|row| {
             let verdict = if row.dropped { "excluded" } else { "kept" };
-            vec![one_line(&row.log), verdict.to_owned(), number(Some(row.influence.exp()))]
+            let ratios = [row.influence, row.deviation].map(|ratio| number(Some(ratio.exp())));
+            [one_line(&row.log), verdict.to_owned()].into_iter().chain(ratios).collect()
         })
         .collect();
     let mut text =
-        "Leave-one-log-out influence: error on the other logs with it in training, over that without it\n\n"
+        "Leave-one-log-out influence: error on the other logs with it in training, over that without it; its own error over \
+         theirs\n\n"
             .to_owned();
-    text += &table(&["log", "", "ratio"], &rows, 2);
+    text += &table(&["log", "", "influence", "own error"], &rows, 2);
     for row in report.influence.iter().filter(|row| !row.remark.is_empty()) {
         let _ = writeln!(text, "{}: {}", one_line(&row.log), row.remark);
     }

@@ -11,9 +11,11 @@ use crate::training::fit;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// A log that raises the others' error by more than exp(0.4), one and a half times, is foreign. Measured recordings
-/// chose the limit: foreign ones had 0.5 to 0.9, ordinary ones at most 0.37 (four logs, the fewest that are checked).
-const LIMIT: f64 = 0.4;
+/// A foreign log raises the others' error by more than exp(0.15), a sixth, and is itself predicted more than e times
+/// worse than they are. Neither says enough alone: a log of a new condition is predicted badly and helps; a noisy one
+/// harms a little and is predicted as they are.
+const LEAST_INFLUENCE: f64 = 0.15;
+const LEAST_DEVIATION: f64 = 1.0;
 
 /// Logs that must remain.
 const FEWEST: usize = 3;
@@ -30,6 +32,25 @@ pub enum Keep {
     Judged,
 }
 
+/// What tells a foreign log from the others; NaN for a log that is not judged.
+#[derive(Debug, Clone, Copy)]
+struct Judgement {
+    influence: f64,
+    deviation: f64,
+}
+
+impl Default for Judgement {
+    fn default() -> Self {
+        Self { influence: f64::NAN, deviation: f64::NAN }
+    }
+}
+
+impl Judgement {
+    fn is_foreign(self) -> bool {
+        self.influence > LEAST_INFLUENCE && self.deviation > LEAST_DEVIATION
+    }
+}
+
 /// One row of the influence check.
 #[derive(Debug, Clone, Serialize)]
 pub struct InfluenceRow {
@@ -37,6 +58,8 @@ pub struct InfluenceRow {
     pub log: String,
     /// Mean over the other logs of ln(error with it in training / error without it).
     pub influence: f64,
+    /// ln(its error / geometric mean of the others' errors), each predicted by models fitted to neither.
+    pub deviation: f64,
     /// Whether it was left out of the final fit.
     pub dropped: bool,
     /// Why, in words; empty for an ordinary log.
@@ -47,10 +70,11 @@ pub struct InfluenceRow {
 ///
 /// ```text
 /// influence_k = mean over i != k of ln( error on i, fitted to all but i / fitted to all but i and k )
+/// deviation_k = mean over i != k of ln( error on k, fitted to all but k / error on i, fitted to all but i and k )
 /// ```
 ///
-/// A log that is unlike the others biases the fit for all of them; a log that merely covers another condition
-/// does not: without it the others are predicted no better. A log that alone has its value of a given quantity, such as
+/// A log that is unlike the others is predicted worse than they are and biases the fit for all of them; a log that merely
+/// covers another condition does not: without it the others are predicted no better. A log that alone has its value of a given quantity, such as
 /// a sheath's bend, is kept: the recording and the condition cannot be told apart. With three logs or fewer nothing is
 /// excluded or reported.
 ///
@@ -64,25 +88,28 @@ pub(crate) fn exclude_foreign_logs(
     let recipe = influence_recipe(&logs);
     let count = logs.data.logs.len();
     let mut keep = vec![true; count];
-    let mut reported = vec![f64::NAN; count];
+    let mut reported = vec![Judgement::default(); count];
     while keep.iter().filter(|k| **k).count() > FEWEST {
         let values = influences(&logs.runs, &recipe, &keep);
         // A foreign log keeps the value with which it was excluded, the others have that of the last round.
         for k in (0..count).filter(|&k| keep[k]) {
             reported[k] = values[k];
         }
-        let excludable = |k: &usize| keep[*k] && reasons_to_keep[*k].is_none() && values[*k] > LIMIT;
-        let worst = (0..count).filter(excludable).max_by(|&a, &b| values[a].total_cmp(&values[b]));
+        let excludable = |k: &usize| keep[*k] && reasons_to_keep[*k].is_none() && values[*k].is_foreign();
+        let worst = (0..count)
+            .filter(excludable)
+            .max_by(|&a, &b| values[a].influence.total_cmp(&values[b].influence));
         let Some(foreign) = worst else { break };
         keep[foreign] = false;
     }
     let rows = (0..count).filter(|_| count > FEWEST).map(|k| InfluenceRow {
         log: logs.data.logs[k].name.clone(),
-        influence: reported[k],
+        influence: reported[k].influence,
+        deviation: reported[k].deviation,
         dropped: !keep[k],
         remark: match &reasons_to_keep[k] {
             _ if !keep[k] => remark_excluded(reported[k]),
-            Some(reason) if reported[k] > LIMIT => remark_kept(reported[k], reason),
+            Some(reason) if reported[k].is_foreign() => remark_kept(reported[k], reason),
             _ => String::new(),
         },
     });
@@ -90,21 +117,25 @@ pub(crate) fn exclude_foreign_logs(
     Ok((logs.retain(&keep), rows))
 }
 
-fn remark_excluded(influence: f64) -> String {
+fn remark_excluded(judged: Judgement) -> String {
     format!(
-        "With it in training the other logs are predicted {:.2} times worse, above the limit of {:.2}: a foreign \
-         recording. It was left out; find out what was different that day.",
-        influence.exp(),
-        LIMIT.exp()
+        "{}: a foreign recording. It was left out; find out what was different that day.",
+        described(judged)
     )
 }
 
-fn remark_kept(influence: f64, reason: &str) -> String {
+fn remark_kept(judged: Judgement, reason: &str) -> String {
+    format!("{}. It was kept: {reason}.", described(judged))
+}
+
+fn described(Judgement { influence, deviation }: Judgement) -> String {
     format!(
-        "With it in training the other logs are predicted {:.2} times worse, above the limit of {:.2}. It was kept: \
-         {reason}.",
+        "With it in training the other logs are predicted {:.2} times worse, and it is itself predicted {:.1} times worse than \
+         they are (limits {:.2} and {:.1})",
         influence.exp(),
-        LIMIT.exp()
+        deviation.exp(),
+        LEAST_INFLUENCE.exp(),
+        LEAST_DEVIATION.exp()
     )
 }
 
@@ -155,7 +186,7 @@ fn alone_in(data: &Dataset, log: usize, input: usize) -> bool {
 }
 
 /// The influence of every kept log; NaN for the others.
-fn influences(runs: &[Run], recipe: &Recipe, keep: &[bool]) -> Vec<f64> {
+fn influences(runs: &[Run], recipe: &Recipe, keep: &[bool]) -> Vec<Judgement> {
     let present: Vec<usize> = (0..keep.len()).filter(|&k| keep[k]).collect();
     // One fit without {i, k} gives the error on i without k, and on k without i.
     let pairs: Vec<(usize, usize)> = present
@@ -171,15 +202,20 @@ fn influences(runs: &[Run], recipe: &Recipe, keep: &[bool]) -> Vec<f64> {
     };
     (0..keep.len())
         .map(|k| {
-            let ratios: Vec<f64> = present
-                .iter()
-                .filter(|&&i| keep[k] && i != k)
-                .filter_map(|&i| Some((error(i, i)? / error(i, k)?).ln()))
-                .filter(|ratio| ratio.is_finite())
-                .collect();
-            if ratios.is_empty() { f64::NAN } else { ratios.iter().sum::<f64>() / ratios.len() as f64 }
+            let others = || present.iter().filter(|&&i| keep[k] && i != k);
+            Judgement {
+                influence: mean(others().filter_map(|&i| Some((error(i, i)? / error(i, k)?).ln()))),
+                deviation: mean(others().filter_map(|&i| Some((error(k, k)? / error(i, k)?).ln()))),
+            }
         })
         .collect()
+}
+
+/// Mean of the finite numbers, NaN of none.
+fn mean(numbers: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) =
+        numbers.filter(|x| x.is_finite()).fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
+    sum / count
 }
 
 /// Errors on the logs `i` and `k` of a model fitted to all kept logs but these two.
