@@ -159,7 +159,7 @@ fn the_page_marks_a_jump_of_a_moment_arm_and_draws_the_shapes_of_the_file() {
     assert!(page.contains("t: from 116.0 to 182.3\u{202f}mm at j = \u{2212}1.365\u{202f}rad"));
     assert!(page.contains("class=\"dots jump\" data-name=\"jump\""));
     // The radius of the capsule.
-    assert!(page.contains("\"radius\":0.02}"));
+    assert!(page.contains("\"radius\":0.02"));
     bench.succeeds("arm inspect finger --report finger.html");
     assert!(!bench.read("finger.html").contains("class=\"dots jump\""), "guard: none where there is none");
 }
