@@ -106,7 +106,7 @@ const sinew = (() => {
     const [xUnit, yUnit] = [unitOf(xLabel || (plot.dataset.link ? "(s)" : "")), unitOf(yLabel)];
     let series = null, view = [0, 0, W, H], at = null, start = null;
     plot.addEventListener("redrawn", () => { series = null; });
-    const lines = () => (series ??= [...svg.querySelectorAll("path[data-name]")].map((p) => ({ name: p.dataset.name, points: parse(p.getAttribute("d")).flat() })));
+    const lines = () => (series ??= [...svg.querySelectorAll("path[data-name]:not(.reversal, .repeat, .fault, .skipped)")].map((p) => ({ name: p.dataset.name, points: parse(p.getAttribute("d")).flat() })));
     const valueX = (u) => x0 + u / W * (x1 - x0), valueY = (u) => y1 - u / H * (y1 - y0);
     const axisTicks = () => {
       const [vx, vy, vw, vh] = view, wide = Math.max(2, Math.round(area.clientWidth / 110)), high = Math.max(2, Math.round(area.clientHeight / 55));

@@ -1,9 +1,12 @@
 //! Pages and pictures of results: identifications, machines, tracking runs, the reproduction of one paper.
 //!
-//! Every page is one self-contained HTML file. Pictures are inline SVG without text, stretched by the page, with labels set by
-//! the page beside them: own code, because `plotters` and `kuva` put text into the SVG, where it scales with the picture and
-//! becomes illegible on a phone, and `plotters` writes fixed colours, which cannot follow the reader's theme. The zoomable
-//! traces are uPlot (`assets/uplot`); the pages are askama templates, which escape every name.
+//! Every page is one self-contained HTML file of one design: a bar with the theme, contents, print style. Plots are inline SVG
+//! without text, stretched by the page, with labels set by the page beside them: own code, because `plotters` and `kuva` put
+//! text into the SVG, where it scales with the picture and becomes illegible on a phone, and `plotters` writes fixed colours,
+//! which cannot follow the reader's theme. `assets/plots.js` reads their paths to show values under the cursor, to zoom and to
+//! save them; `assets/scene.js` draws three-dimensional views; the time series of an identification are uPlot
+//! (`assets/uplot`). Without scripts the pages are complete but for these. The pages are askama templates, which escape every
+//! name.
 
 pub mod cable;
 pub mod capability;

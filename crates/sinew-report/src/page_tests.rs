@@ -4,7 +4,7 @@ use super::fixture::simulated;
 use super::robot::{ArmCurves, ArmJump, MuscleRow, RobotView};
 use super::scene::{SceneData, Scenery};
 use super::tests::elements;
-use super::tracking::{TrackView, tests::row};
+use super::tracking::{TrackView, sample::row};
 use sinew::body::Robot;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{

@@ -29,8 +29,8 @@ fn without_unit() -> BTreeSet<&'static str> {
     rows().filter(|cells| cells.len() == 3).flat_map(|cells| quoted(cells[1])).collect()
 }
 
-const UNITS: [&str; 22] = [
-    "_n", "_nm", "_m", "_mm", "_s", "_us", "_kg", "_rad", "_deg", "_w", "_per_s", "_per_s2", "_per_m",
+const UNITS: [&str; 23] = [
+    "_n", "_ns", "_nm", "_m", "_mm", "_s", "_us", "_kg", "_rad", "_deg", "_w", "_per_s", "_per_s2", "_per_m",
     "_per_n", "_hz", "_ms", "_v", "_a", "_k", "_c", "_per_rad", "_s2",
 ];
 
@@ -115,7 +115,10 @@ fn documents_about_robots_and_machines_have_the_documented_keys_and_units() {
     checked(&bench, "machine tune", "machine tune finger --specimens 0", 0);
     checked(&bench, "machine map", "machine map finger --poses 10", 0);
     checked(&bench, "machine new", "machine new finger --out new.toml", 0);
-    checked(&bench, "track", "track finger --path tour --repeats 1", 0);
+    checked(&bench, "track", "track finger --path tour --repeats 1 --record finger.csv", 0);
+    checked(&bench, "plot", "plot finger.csv --report finger.html", 0);
+    let motion = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 3 --hold 1";
+    checked(&bench, "run", &format!("run {motion} --bus segment --virtual-time"), 0);
 }
 
 #[test]

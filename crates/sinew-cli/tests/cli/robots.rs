@@ -143,6 +143,27 @@ fn names_with_commas_quotes_and_brackets_come_back_as_they_went_out() {
     assert_eq!(run.stdout.lines().next(), Some(head));
 }
 
+/// A cable that slips off a sphere where its branches change sides.
+const JUMPER: &str = r#"<mujoco model="jumper"><compiler angle="radian"/><worldbody><site name="a" pos="0.2 0 0.3"/>
+<body name="arm"><joint name="j" type="hinge" axis="0 1 0" range="-1.5 1.5"/>
+<geom type="capsule" fromto="0 0 0 0 0 0.4" size="0.02" mass="1"/><geom name="w" type="sphere" size="0.06" pos="0 0 0.2" mass="0"/>
+<site name="b" pos="-0.15 0 0.35"/></body></worldbody>
+<tendon><spatial name="t"><site site="a"/><geom geom="w"/><site site="b"/></spatial></tendon></mujoco>"#;
+
+#[test]
+fn the_page_marks_a_jump_of_a_moment_arm_and_draws_the_shapes_of_the_file() {
+    let bench = Bench::new();
+    bench.write("jumper.xml", JUMPER);
+    bench.succeeds("arm inspect jumper.xml --report jumper.html");
+    let page = bench.read("jumper.html");
+    assert!(page.contains("t: from 116.0 to 182.3\u{202f}mm at j = \u{2212}1.365\u{202f}rad"));
+    assert!(page.contains("class=\"dots jump\" data-name=\"jump\""));
+    // The radius of the capsule.
+    assert!(page.contains("\"radius\":0.02"));
+    bench.succeeds("arm inspect finger --report finger.html");
+    assert!(!bench.read("finger.html").contains("class=\"dots jump\""), "guard: none where there is none");
+}
+
 #[test]
 fn the_page_draws_cables_along_arcs_and_holds_every_joint() {
     let bench = Bench::new();

@@ -88,7 +88,7 @@ impl Marks {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tracking::tests::row;
+    use crate::tracking::sample::row;
 
     #[test]
     fn a_triangle_reverses_at_its_corners_and_a_rest_does_not() {

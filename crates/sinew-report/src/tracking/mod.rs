@@ -3,9 +3,10 @@
 
 mod marks;
 mod plots;
-mod table;
 #[cfg(test)]
-pub(crate) mod tests;
+pub(crate) mod sample;
+mod table;
+mod view;
 mod words;
 
 use super::error::Error;
@@ -14,12 +15,9 @@ use super::scene::{SceneData, SceneFigure, Scenery, Sweep, path};
 use super::shell::{SHELL, Shell};
 use askama::Template;
 use plots::{Family, Plotter};
-use sinew::body::Robot;
 use sinew::muscle::MuscleDynamics;
-use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{TraceRow, TrackingNumbers};
-use std::collections::BTreeMap;
 use table::Row;
+pub use view::TrackView;
 pub use words::response;
 
 /// Poses of the machine that the view offers.
@@ -56,33 +54,6 @@ struct Page<'a> {
     verdict: String,
     section: String,
     end_point: bool,
-}
-
-/// Results of tracking, as they are shown.
-#[derive(Debug)]
-pub struct TrackView<'a> {
-    /// Above the table.
-    pub heading: String,
-    /// Below the heading.
-    pub lead: String,
-    /// By variant.
-    pub tracking: &'a BTreeMap<CompensationVariant, TrackingNumbers>,
-    /// Trace of the plotted run.
-    pub trace: &'a [TraceRow],
-    /// Variant of the plotted run.
-    pub drawn: CompensationVariant,
-    /// Names of the muscles.
-    pub names: &'a [String],
-    /// Names of the independent joints.
-    pub joints: &'a [String],
-    /// Their units, rad or m.
-    pub joint_units: &'a [String],
-    /// Repeats of the plotted run.
-    pub repeats: u32,
-    /// Whether the run is that of the paper, whose results are then a row of the table.
-    pub paper: bool,
-    /// The machine, to be drawn along its path; none where a run is drawn from its record.
-    pub robot: Option<&'a Robot>,
 }
 
 /// The section, to be put into a page.

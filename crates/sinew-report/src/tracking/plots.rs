@@ -1,7 +1,7 @@
 //! Signals of a run over its time: end point, joints, tensions, lengths. Every axis has the same zero, the start of the run.
 
-use super::TrackView;
 use super::marks::{Marks, reversals};
+use super::view::TrackView;
 use crate::format::significant;
 use crate::plot::{Legend, Plot};
 use crate::scale::{Axis, padded};

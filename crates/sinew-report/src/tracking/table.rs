@@ -1,6 +1,6 @@
 //! The table of errors by compensation.
 
-use super::TrackView;
+use super::view::TrackView;
 use crate::format::{NONE, fixed};
 use crate::variants::label;
 use sinew_lab::CompensationVariant;

@@ -1,7 +1,7 @@
 //! Results of a run in words, and where its largest errors come from.
 
-use super::TrackView;
 use super::marks::reversals;
+use super::view::TrackView;
 use crate::format::{fixed, percent, significant};
 use sinew_lab::arm::{JointShare, LargestError, TraceRow, TrackIncident, TrackingNumbers};
 

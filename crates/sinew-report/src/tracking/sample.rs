@@ -1,7 +1,6 @@
-//! The page of a run, without a machine and with one.
+//! A row of a run, for tests.
 
-use super::*;
-use sinew_lab::arm::CycleSignals;
+use sinew_lab::arm::{CycleSignals, TraceRow};
 
 /// A row of a run of one joint and one muscle whose reference is this function of time.
 pub(crate) fn row(time_s: f64, of: impl Fn(f64) -> f64) -> TraceRow {

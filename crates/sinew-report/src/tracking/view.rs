@@ -1,0 +1,33 @@
+//! What is shown of a run.
+
+use sinew::body::Robot;
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::{TraceRow, TrackingNumbers};
+use std::collections::BTreeMap;
+
+/// Results of tracking, as they are shown.
+#[derive(Debug)]
+pub struct TrackView<'a> {
+    /// Above the table.
+    pub heading: String,
+    /// Below the heading.
+    pub lead: String,
+    /// By variant.
+    pub tracking: &'a BTreeMap<CompensationVariant, TrackingNumbers>,
+    /// Trace of the plotted run.
+    pub trace: &'a [TraceRow],
+    /// Variant of the plotted run.
+    pub drawn: CompensationVariant,
+    /// Names of the muscles.
+    pub names: &'a [String],
+    /// Names of the independent joints.
+    pub joints: &'a [String],
+    /// Their units, rad or m.
+    pub joint_units: &'a [String],
+    /// Repeats of the plotted run.
+    pub repeats: u32,
+    /// Whether the run is that of the paper, whose results are then a row of the table.
+    pub paper: bool,
+    /// The machine, to be drawn along its path; none where a run is drawn from its record.
+    pub robot: Option<&'a Robot>,
+}
