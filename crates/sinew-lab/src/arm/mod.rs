@@ -22,8 +22,8 @@ pub use heat::{DriveHeat, drive_heat};
 pub use largest_errors::{JointShare, LargestError};
 pub use plan::{DesiredMotion, initial_pose, plan, plan_tour};
 pub use report::{
-    ErrorRange, ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, MuscleSpread, TrackIncident,
-    TrackMode, TrackOutcome, TrackingNumbers, fault_name, max_end_point_error,
+    ErrorRange, ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, MuscleSpread, TrackHealth,
+    TrackIncident, TrackMode, TrackOutcome, TrackingNumbers, fault_name, max_end_point_error,
 };
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
 pub use trace::{CycleSignals, Trace, TraceRow};

@@ -3,6 +3,7 @@ use crate::experiment::{FaultInterval, ModeChange, Statistics, TrackSummary};
 use serde::{Deserialize, Deserializer, Serialize};
 use sinew::body::{JointKind, Robot};
 use sinew::control::arm::Fault;
+use sinew::control::supervisor::{CableHealth, FaultKind};
 use sinew::machine::Machine;
 
 /// A number, or NaN where JSON, which has none, says null.
@@ -128,6 +129,45 @@ impl TrackMode {
             mode: change.mode.name().to_owned(),
             fault: change.fault.map(|fault| fault.kind().name().to_owned()),
         }
+    }
+}
+
+/// A slow change of a cable that was found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrackHealth {
+    /// Name of the muscle.
+    pub muscle: String,
+    /// `friction_drift`, `stiffness_drift` or `pretension_drift`.
+    pub kind: String,
+    /// Change since the beginning as a share of the model's value.
+    pub drift: f64,
+    /// Its standard error.
+    pub error: f64,
+    /// Time until its limit at the present rate, s; none where it does not grow.
+    pub remaining_s: Option<f64>,
+}
+
+impl TrackHealth {
+    /// Of all cables: `[muscles]`.
+    #[must_use]
+    pub fn of(cables: &[CableHealth], robot: &Robot) -> Vec<Self> {
+        let names = robot.parts().tendons.iter().zip(cables);
+        let found = names.filter_map(|(tendon, health)| {
+            let kind = health.found()?;
+            let drift = match kind {
+                FaultKind::FrictionDrift => health.friction,
+                FaultKind::StiffnessDrift => health.stiffness,
+                _ => health.pretension,
+            };
+            Some(Self {
+                muscle: tendon.name.clone(),
+                kind: kind.name().to_owned(),
+                drift: drift.share,
+                error: drift.error,
+                remaining_s: drift.remaining.is_finite().then_some(drift.remaining),
+            })
+        });
+        found.collect()
     }
 }
 
@@ -288,6 +328,9 @@ pub struct TrackingNumbers {
     /// Modes of the supervisor in their order; empty in records of earlier versions.
     #[serde(default)]
     pub modes: Vec<TrackMode>,
+    /// Slow changes of the cables that were found; empty in records of earlier versions.
+    #[serde(default)]
+    pub health: Vec<TrackHealth>,
 }
 
 impl TrackingNumbers {
@@ -348,6 +391,7 @@ impl TrackingNumbers {
             stopped_by,
             incidents: summary.faults.iter().map(|one| TrackIncident::new(one, robot)).collect(),
             modes: summary.modes.iter().map(TrackMode::new).collect(),
+            health: TrackHealth::of(&summary.health, robot),
         })
     }
 }

@@ -295,6 +295,7 @@ impl Bench {
             Injection::LateCycles => Failure::Exchange(ExchangeFailure::Late),
             Injection::StaleCommand => Failure::Exchange(ExchangeFailure::Stale),
         };
+        let own = session.supervisor().limits().clone();
         let ratio: Vec<f64> = limits.muscles.iter().map(|limit| limit.tension).collect();
         session = session.with_limits(limits).unwrap();
         session = session.with_faults(&[InjectedFault { start, duration: f64::INFINITY, failure }]).unwrap();
@@ -356,6 +357,7 @@ impl Bench {
             case.recovered = Some(mode != Mode::SafeStop && mode != Mode::Fault);
         } else if mode == Mode::Fault {
             let broken = matches!(injection, Injection::CableBreak | Injection::SlackAfterBreak);
+            let session = session.with_limits(own).unwrap();
             case.recover(session, broken);
         }
         case
@@ -370,7 +372,7 @@ impl Bench {
         let arms = &body.moment_arms()[muscle * n..(muscle + 1) * n];
         let (joint, arm) = arms.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap();
         // tau = R^T T: the push takes the opposite direction of the muscle's torque.
-        (joint, -arm * 1.2 * peak)
+        (joint, -arm * 1.6 * peak)
     }
 }
 

@@ -11,7 +11,7 @@ use sinew::control::arm::ArmStatus;
 use sinew::control::supervisor::{Limits, Mode, Supervisor};
 use sinew::machine::Machine;
 use sinew::trajectory::Schedule;
-use sinew_lab::arm::{INITIAL_REST_S, TrackMode, designed_controller, fault_name};
+use sinew_lab::arm::{INITIAL_REST_S, TrackHealth, TrackMode, designed_controller, fault_name};
 use sinew_lab::experiment::arm::STEP;
 use sinew_lab::experiment::{ModeChange, Statistics};
 use sinew_runtime::bus::{BusStatistics, ClockReport};
@@ -38,6 +38,8 @@ pub(super) struct MeasuredNumbers {
     pub(super) degraded_cycles: u64,
     /// Modes of the supervisor in their order.
     pub(super) modes: Vec<TrackMode>,
+    /// Slow changes of the cables that were found.
+    pub(super) health: Vec<TrackHealth>,
 }
 
 /// Magnitude of an error, rad or m.
@@ -123,6 +125,7 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
     };
     run(&mut cycle, &mut MonotonicClock, PERIOD, stop, &mut timing, see)?;
     let statistics = cycle.statistics();
+    let health = TrackHealth::of(cycle.supervisor().health(), &setup.machine.robot);
     let mut bus = cycle.into_bus();
     let clocks = bus.clocks();
     bus.stop();
@@ -136,6 +139,6 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
     let joint_error =
         errors.iter().map(|statistics| MeanMax { mean: statistics.mean, max: statistics.max }).collect();
     let modes = modes.iter().map(TrackMode::new).collect();
-    let numbers = MeasuredNumbers { ended, reason, joint_error, degraded_cycles: degraded, modes };
+    let numbers = MeasuredNumbers { ended, reason, joint_error, degraded_cycles: degraded, modes, health };
     Ok(Measured { numbers, timing, real_time, statistics, clocks })
 }

@@ -93,7 +93,9 @@ fn execute_on<B: Bus + SimulatedBus>(
     run(&mut cycle, clock, PERIOD, &stop, &mut timing, see)?;
     let statistics = cycle.statistics();
     let clocks = cycle.bus().clocks();
-    let numbers = TrackingNumbers::new(&evaluation.finish(), &arm.machine, conditions.tension_limits);
+    let mut summary = evaluation.finish();
+    summary.health = cycle.supervisor().health().to_vec();
+    let numbers = TrackingNumbers::new(&summary, &arm.machine, conditions.tension_limits);
     let numbers = numbers.map_err(sinew_lab::Error::from)?;
     Ok(Executed { numbers, timing, real_time, statistics, clocks })
 }

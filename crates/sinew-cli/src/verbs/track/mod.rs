@@ -159,6 +159,16 @@ pub(crate) fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumb
             response(incident)
         );
     }
+    for found in tracking.values().flat_map(|numbers| &numbers.health) {
+        let left =
+            found.remaining_s.map_or(String::new(), |s| format!(", at its limit in {:.0} min", s / 60.0));
+        let (change, error) = (100.0 * found.drift, 100.0 * found.error);
+        text += &format!(
+            "{} of {}: {change:.0} +- {error:.0} %{left}\n",
+            found.kind.replace('_', " "),
+            found.muscle
+        );
+    }
     text
 }
 

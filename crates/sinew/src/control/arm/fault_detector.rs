@@ -96,6 +96,8 @@ pub(super) struct FaultDetector {
     unchanged_travel: Vec<[f64; 2]>,
     /// Time for which every cable has lacked its tension, s.
     missing_for: Vec<f64>,
+    /// Whether its tension fell within one cycle.
+    broke: Vec<bool>,
     /// Accepted or continued motor positions, m: `[muscles]`.
     pub(super) motor: Vec<f64>,
     /// Accepted tensions, N, NaN where rejected: `[muscles]`.
@@ -134,6 +136,7 @@ impl FaultDetector {
             drive_standing: vec![false; muscles],
             unchanged_travel: vec![[0.0; 2]; muscles],
             missing_for: vec![0.0; muscles],
+            broke: vec![false; muscles],
             motor: vec![0.0; muscles],
             tension: vec![0.0; muscles],
             joint: vec![0.0; joints],
@@ -273,15 +276,19 @@ impl FaultDetector {
                 && self.started
                 && measured < (1.0 - MISSING_SHARE) * estimated
                 && estimated - measured > self.muscle_gains[k].missing_tension;
+            if missing && self.missing_for[k] == 0.0 {
+                let fallen = self.tension[k] - measured;
+                self.broke[k] = fallen.is_nan() || fallen > UNSEEN_SHARE * (estimated - measured);
+            }
             self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
             let accepted = plausible && self.missing_for[k] <= MISSING_TIME;
             self.tension[k] = if accepted { measured } else { f64::NAN };
             let symptom = if plausible { Symptom::Unknown } else { self.load_cells[k].symptom() };
             self.report(accepted, Fault::TensionSensor(k), symptom);
             if self.missing_for[k] > PERSISTENCE_TIME {
-                // What a winch pays out unseen is missing, too.
+                // What a winch pays out unseen is missing, too, but not at once.
                 let unseen = -self.unchanged_travel[k][1] * self.cable_stiffness[k];
-                if unseen > UNSEEN_SHARE * (estimated - measured) {
+                if !self.broke[k] && unseen > UNSEEN_SHARE * (estimated - measured) {
                     self.stop(Fault::MotorSensor(k), Symptom::Stuck);
                 } else {
                     self.stop(Fault::Cable(k), Symptom::Unknown);

@@ -12,7 +12,7 @@ use alloc::vec::Vec;
 /// ```text
 /// F_d   = argmin |F|^2   subject to   R^T F = g(q),  F_min <= F <= F_max              (21, 22) at rest
 /// T*    = s T_in(F_d),   s' = 1/t_r  while  T >= s T*/2 - T_s of every cable           T_in: (7), toward the motor
-/// v     = clip((T* - T) C/t_v, 0, v_u)
+/// v     = clip((T* - T) C/t_v, 0, v_u),   v_u while T < T_s and T < T*
 /// ```
 ///
 /// | symbol | meaning                                                          | unit  |
@@ -139,7 +139,9 @@ impl Pretension {
             together &= measured >= TOGETHER * target - limit.slack_tension;
             let gains = &controller.gains().muscles[k];
             let lacking = if measured.is_finite() { (target - measured).max(0.0) } else { 0.0 };
-            let speed = (lacking * self.compliance[k] / TIME_CONSTANT).min(limit.take_up_speed);
+            let slack = measured < limit.slack_tension && lacking > 0.0;
+            let tighten = (lacking * self.compliance[k] / TIME_CONSTANT).min(limit.take_up_speed);
+            let speed = if slack { limit.take_up_speed } else { tighten };
             let most = h * gains.max_winch_acceleration;
             self.speed[k] += (speed - self.speed[k]).clamp(-most, most);
             self.taken[k] += h * self.speed[k];
