@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import copy
+import importlib
 import pickle
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
+import pytest
 
 MASS, GRAVITY = 5.0, 9.81
 WEIGHT = MASS * GRAVITY
@@ -138,6 +141,14 @@ def assert_batches_agree(batch: Any, model: Any, threads: int, within: Range) ->
         worlds.step()
     for world in range(6):
         np.testing.assert_array_equal(worlds.qpos[world], stepped(model, controls[world]))
+
+
+def part(name: str) -> Any:
+    """A module of this MuJoCo; one of another version in the same environment does not count."""
+    beside = Path(mujoco.__file__).parent / f"{name}.py"
+    if not beside.is_file():
+        pytest.skip(f"MuJoCo {mujoco.__version__} has no {name}")
+    return importlib.import_module(f"mujoco.{name}")
 
 
 def growth_of(work: Callable[[], object], count: int) -> int:

@@ -266,13 +266,13 @@ def test_split_steps_and_extra_forward_passes_agree_to_the_bit() -> None:
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_rollouts_agree_with_steps_to_the_bit(threads: int) -> None:
-    rollout = pytest.importorskip("mujoco.rollout", reason="this version has no rollout")
+    rollout = models.part("rollout")
     models.assert_rollouts_agree(rollout, finger()[0], threads, (0.0, 15.0))
 
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_batches_agree_with_steps_to_the_bit(threads: int) -> None:
-    batch = pytest.importorskip("mujoco.batch", reason="this version has no batch")
+    batch = models.part("batch")
     models.assert_batches_agree(batch, finger()[0], threads, (0.0, 15.0))
 
 
