@@ -11,7 +11,7 @@ import numpy as np
 
 import sinew.mujoco
 
-FINGER = """<mujoco><option timestep="0.001" gravity="0 0 0"/>
+FINGER = """<mujoco><compiler angle="radian"/><option timestep="0.001" gravity="0 0 0"/>
 <default><geom type="capsule" size=".006" mass=".02"/>
  <joint axis="0 1 0" armature="2e-5" damping="2e-3" stiffness=".2" range="-1.5 1.5" limited="true"/></default>
 <worldbody><site name="f0" pos="0 0 -.012"/><site name="e0" pos="0 0 .012"/>

@@ -25,7 +25,7 @@ HOIST = f"""<mujoco><option timestep="0.001" gravity="0 0 -{GRAVITY}"/>
 <actuator><motor name="winch" tendon="cable" gear="-1"/></actuator></mujoco>"""
 
 #: A hand's finger: three joints, two tendons that wrap, each with a muscle-like actuator, and one fixed tendon.
-FINGER = """<mujoco><option timestep="0.001"/>
+FINGER = """<mujoco><compiler angle="radian"/><option timestep="0.001"/>
 <default><geom type="capsule" size=".006" mass=".02"/><joint axis="0 1 0" damping="2e-3" range="-1.5 1.5" limited="true"/></default>
 <worldbody><site name="f0" pos="0 0 -.012"/><site name="e0" pos="0 0 .012"/>
 <body pos=".02 0 0"><joint name="a"/><geom fromto="0 0 0 .04 0 0"/><geom name="ca" type="cylinder" size=".008 .01" zaxis="0 1 0"/>

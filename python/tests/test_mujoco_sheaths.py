@@ -155,7 +155,7 @@ def friction_work(model: Any, data: Any, steps: int) -> tuple[float, float]:
     return taken, given_back
 
 
-@pytest.mark.parametrize(("implicit", "share"), [(False, 2e-4), (True, 5e-3)])
+@pytest.mark.parametrize(("implicit", "share"), [(False, 4e-4), (True, 2.5e-3)])
 def test_friction_gives_no_work_back(implicit: bool, share: float) -> None:
     model, data = finger()
     if not implicit:
