@@ -1,8 +1,9 @@
 """The built-in arm in MuJoCo, its cables those of this library, beside the library's own simulated machine.
 
-Run: `python python/examples/arm_beside_twin.py`. Needs MuJoCo. A twin is driven by its controller along a motion of the elbow, and the winches of
-the model in MuJoCo are where the encoders of the twin's winches are. All data are simulated. The first twin is the machine as
-designed, the second a specimen that deviates within the tolerances of its manufacture and has effects that no model knows.
+Run: `python python/examples/arm_beside_twin.py`. Needs MuJoCo. A twin is driven by its controller along a motion of
+the elbow, and the winches of the model in MuJoCo are where the encoders of the twin's winches are. All data are
+simulated. The first twin is the machine as designed, the second a specimen that deviates within the tolerances of its
+manufacture and has effects that no model knows.
 """
 
 from __future__ import annotations
@@ -41,7 +42,9 @@ def main() -> None:
     """Prints both."""
     for name, specimen in (("as designed", None), ("specimen 3", 3)):
         moved, difference = largest_difference(specimen)
-        print(f"{name}: joints moved by up to {moved:.2f} rad; twin and MuJoCo differ by up to {1e3 * difference:.0f} mrad")
+        print(
+            f"{name}: joints moved by up to {moved:.2f} rad; twin and MuJoCo differ by up to {1e3 * difference:.0f} mrad"
+        )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """The MyoSuite arm, or any other MuJoCo model with tendons, with a sheath on every driven tendon.
 
-Run: `python python/examples/myosuite_arm.py MODEL.xml`, for example `myo_sim/arm/myoarm.xml` of MyoSuite. Needs MuJoCo. Prints the time of
-a step with and without sheaths, and the work that friction takes under random activations.
+Run: `python python/examples/myosuite_arm.py MODEL.xml`, for example `myo_sim/arm/myoarm.xml` of MyoSuite. Needs
+MuJoCo. Prints the time of a step with and without sheaths, and the work that friction takes under random activations.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A finger on two tendons, with and without sheaths: what friction does to its closing and opening.
 
-Run: `python python/examples/tendon_hand.py`. Needs MuJoCo (`pip install mujoco`). Prints the angle of the knuckle while the
-difference of the tensions at the motors goes up and down.
+Run: `python python/examples/tendon_hand.py`. Needs MuJoCo (`pip install mujoco`). Prints the angle of the knuckle
+while the difference of the tensions at the motors goes up and down.
 """
 
 from __future__ import annotations

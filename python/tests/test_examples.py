@@ -19,9 +19,7 @@ def test_an_example_with_mujoco_runs(name: str, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().out
 
 
-def test_the_example_for_any_model_runs_on_the_exported_arm(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_example_for_any_model_runs_on_the_exported_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
     if not hasattr(mujoco.MjsPlugin, "config"):
         pytest.skip(f"MuJoCo {mujoco.__version__} configures plugins in XML alone")

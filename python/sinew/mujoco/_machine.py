@@ -55,10 +55,10 @@ def spec_of(
 ) -> Any:
     """A `mujoco.MjSpec` of a machine with its transmissions.
 
-    `machine`: as for `sinew.Machine`. With `"cables"` the controls are displacements of the winches, m, and the cables begin with
-    `tension_n` at their anchors, N, shape `(muscles,)`, by default such that the machine is held in its start, as far as its limits
-    allow; with `"sheaths"` the controls are tensions at
-    the motors, N, and `turning` is the share of the turning of the muscles' paths that counts beside the bend of the sheaths. The start is the key
+    `machine`: as for `sinew.Machine`. With `"cables"` the controls are displacements of the winches, m, and the
+    cables begin with `tension_n` at their anchors, N, shape `(muscles,)`, by default such that the machine is held in
+    its start, as far as its limits allow; with `"sheaths"` the controls are tensions at the motors, N, and `turning`
+    is the share of the turning of the muscles' paths that counts beside the bend of the sheaths. The start is the key
     `start`: `mujoco.mj_resetDataKeyframe(model, data, 0)`.
 
     Sheaths have the bend of the start, in all poses. Friction of drives and their dynamics are not part of the model.
@@ -123,8 +123,8 @@ def cables_of(machine: Machine | str | os.PathLike[str]) -> dict[str, Cable]:
 def calibrate_from(model: Model | str | os.PathLike[str]) -> tuple[Sheath, Cable]:
     """Sheath and cable with the parameters that an identification found.
 
-    `model`: a `sinew.Model` or the `model.json` of an observer, which `sinew identify` fits to logs with displacements of both ends
-    (`anchor`). Other models describe signals, not a cable: they are refused.
+    `model`: a `sinew.Model` or the `model.json` of an observer, which `sinew identify` fits to logs with
+    displacements of both ends (`anchor`). Other models describe signals, not a cable: they are refused.
 
     Raises `ValueError`, and `FileNotFoundError`.
     """
@@ -172,7 +172,8 @@ def _cable_of(path: Sequence[dict[str, Any]], parameters: dict[str, Any], start:
 
 
 def _one_motor_each(spec: Any) -> None:
-    """Gives every tendon one actuator, whose force is the tension: what a body's file had instead is of another drive."""
+    """Gives every tendon one actuator, whose force is the tension: what a body's file had instead is of another
+    drive."""
     for actuator in list(spec.actuators):
         spec.delete(actuator) if hasattr(spec, "delete") else actuator.delete()
     for tendon in spec.tendons:
