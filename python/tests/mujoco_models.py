@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import copy
+import importlib
 import pickle
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
+import pytest
 
 MASS, GRAVITY = 5.0, 9.81
 WEIGHT = MASS * GRAVITY
@@ -22,7 +25,7 @@ HOIST = f"""<mujoco><option timestep="0.001" gravity="0 0 -{GRAVITY}"/>
 <actuator><motor name="winch" tendon="cable" gear="-1"/></actuator></mujoco>"""
 
 #: A hand's finger: three joints, two tendons that wrap, each with a muscle-like actuator, and one fixed tendon.
-FINGER = """<mujoco><option timestep="0.001"/>
+FINGER = """<mujoco><compiler angle="radian"/><option timestep="0.001"/>
 <default><geom type="capsule" size=".006" mass=".02"/><joint axis="0 1 0" damping="2e-3" range="-1.5 1.5" limited="true"/></default>
 <worldbody><site name="f0" pos="0 0 -.012"/><site name="e0" pos="0 0 .012"/>
 <body pos=".02 0 0"><joint name="a"/><geom fromto="0 0 0 .04 0 0"/><geom name="ca" type="cylinder" size=".008 .01" zaxis="0 1 0"/>
@@ -138,6 +141,14 @@ def assert_batches_agree(batch: Any, model: Any, threads: int, within: Range) ->
         worlds.step()
     for world in range(6):
         np.testing.assert_array_equal(worlds.qpos[world], stepped(model, controls[world]))
+
+
+def part(name: str) -> Any:
+    """A module of this MuJoCo; one of another version in the same environment does not count."""
+    beside = Path(mujoco.__file__).parent / f"{name}.py"
+    if not beside.is_file():
+        pytest.skip(f"MuJoCo {mujoco.__version__} has no {name}")
+    return importlib.import_module(f"mujoco.{name}")
 
 
 def growth_of(work: Callable[[], object], count: int) -> int:

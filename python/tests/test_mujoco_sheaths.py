@@ -23,6 +23,7 @@ from sinew.mujoco import _layout  # noqa: E402
 if not hasattr(mujoco.MjsPlugin, "config"):
     pytest.skip(f"MuJoCo {mujoco.__version__} configures plugins in XML alone", allow_module_level=True)
 
+
 def sheathed(xml: str, sheaths: dict[str, Any], **keywords: Any) -> tuple[Any, Any]:
     spec = mujoco.MjSpec.from_string(xml)
     sm.add_sheaths(spec, sheaths, **keywords)
@@ -31,7 +32,9 @@ def sheathed(xml: str, sheaths: dict[str, Any], **keywords: Any) -> tuple[Any, A
 
 
 def finger() -> tuple[Any, Any]:
-    return sheathed(FINGER, {"*": sm.Sheath(mu=0.1, bend=4.0, turning=1.0), "tip": sm.Sheath(mu=0.2, bend=1.0, rise=0.3)})
+    return sheathed(
+        FINGER, {"*": sm.Sheath(mu=0.1, bend=4.0, turning=1.0), "tip": sm.Sheath(mu=0.2, bend=1.0, rise=0.3)}
+    )
 
 
 def test_the_layout_is_compared_with_memory_in_50_ms() -> None:
@@ -155,7 +158,7 @@ def friction_work(model: Any, data: Any, steps: int) -> tuple[float, float]:
     return taken, given_back
 
 
-@pytest.mark.parametrize(("implicit", "share"), [(False, 2e-4), (True, 5e-3)])
+@pytest.mark.parametrize(("implicit", "share"), [(False, 4e-4), (True, 2.5e-3)])
 def test_friction_gives_no_work_back(implicit: bool, share: float) -> None:
     model, data = finger()
     if not implicit:
@@ -218,6 +221,26 @@ def test_an_actuator_that_pushes_has_no_friction() -> None:
     assert data.qacc[0] == pytest.approx(-(10.0 + WEIGHT) / MASS, rel=1e-6)
 
 
+def test_without_friction_constraints_there_is_no_friction_at_all() -> None:
+    model, data = sheathed(HOIST, {"cable": sm.Sheath(mu=0.2, bend=3.0)})
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS)
+    data.ctrl[0] = 60.0
+    mujoco.mj_forward(model, data)
+    assert data.actuator_force[0] == 60.0
+    assert data.qacc[0] == pytest.approx((60.0 - WEIGHT) / MASS, rel=1e-9)
+
+
+def test_sheaths_are_added_to_attached_models_and_do_not_survive_attaching() -> None:
+    hall, part = mujoco.MjSpec(), mujoco.MjSpec.from_string(HOIST)
+    hall.attach(part, prefix="left:", frame=hall.worldbody.add_frame())
+    assert sm.add_sheaths(hall, {"left:*": sm.Sheath(mu=0.2, bend=3.0)}) == ["left:cable"]
+    model = hall.compile()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 60.0
+    mujoco.mj_forward(model, data)
+    assert data.actuator_force[0] == pytest.approx(60.0 * np.cosh(0.6))
+
+
 def test_the_limits_of_a_force_hold_before_the_sheath() -> None:
     limited = HOIST.replace('gear="-1"', 'gear="-1" forcerange="0 80"')
     model, data = sheathed(limited, {"cable": sm.Sheath(mu=0.2, bend=3.0)})
@@ -238,9 +261,7 @@ def test_written_in_xml_it_is_the_same_model() -> None:
         "<worldbody>",
         '<extension><plugin plugin="sinew.sheath"><instance name="s"><config key="sheaths" value="c*: mu=0.2 bend=3"/>'
         "</instance></plugin></extension><worldbody>",
-    ).replace(
-        'name="cable"', 'name="cable" frictionloss="1e-9" solreffriction="1e-6 1" solimpfriction=".99 .99 .001"'
-    )
+    ).replace('name="cable"', 'name="cable" frictionloss="1e-9" solreffriction="1e-6 1" solimpfriction=".99 .99 .001"')
     model = mujoco.MjModel.from_xml_string(xml)
     other, data = sheathed(HOIST, {"cable": sm.Sheath(mu=0.2, bend=3.0)})
     np.testing.assert_array_equal(drive(model, mujoco.MjData(model), 100), drive(other, data, 100))
@@ -266,19 +287,21 @@ def test_split_steps_and_extra_forward_passes_agree_to_the_bit() -> None:
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_rollouts_agree_with_steps_to_the_bit(threads: int) -> None:
-    rollout = pytest.importorskip("mujoco.rollout", reason="this version has no rollout")
+    rollout = models.part("rollout")
     models.assert_rollouts_agree(rollout, finger()[0], threads, (0.0, 15.0))
 
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_batches_agree_with_steps_to_the_bit(threads: int) -> None:
-    batch = pytest.importorskip("mujoco.batch", reason="this version has no batch")
+    batch = models.part("batch")
     models.assert_batches_agree(batch, finger()[0], threads, (0.0, 15.0))
 
 
 def test_data_of_models_leave_no_memory_behind() -> None:
     pytest.importorskip("resource")
-    model, _ = sheathed(HOIST.replace("<worldbody>", '<size memory="64K"/><worldbody>'), {"cable": sm.Sheath(mu=0.2, bend=3.0)})
+    model, _ = sheathed(
+        HOIST.replace("<worldbody>", '<size memory="64K"/><worldbody>'), {"cable": sm.Sheath(mu=0.2, bend=3.0)}
+    )
     # A kilobyte lost with each would be seen.
     count = 100_000 if os.environ.get("SINEW_LONG") else 8_000
     assert models.growth_of(lambda: mujoco.mj_step(model, mujoco.MjData(model)), count) < 4_000
@@ -355,7 +378,15 @@ def test_wrong_xml_is_refused_with_one_reason(value: str, part: str) -> None:
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"mu": -0.1}, {"bend": float("nan")}, {"efficiency": 0.0}, {"efficiency": 1.1}, {"speed": 0.0}, {"mu": "a"}, {"rise": -1.0}],
+    [
+        {"mu": -0.1},
+        {"bend": float("nan")},
+        {"efficiency": 0.0},
+        {"efficiency": 1.1},
+        {"speed": 0.0},
+        {"mu": "a"},
+        {"rise": -1.0},
+    ],
 )
 def test_parameters_outside_of_their_domain_are_refused_by_name(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=next(iter(wrong))):
@@ -367,7 +398,9 @@ def test_other_plugins_stay_beside_it() -> None:
         "<worldbody>",
         '<extension><plugin plugin="mujoco.pid"><instance name="p"><config key="kp" value="40"/></instance></plugin></extension>'
         "<worldbody>",
-    ).replace('<motor name="winch" tendon="cable" gear="-1"/>', '<plugin plugin="mujoco.pid" instance="p" tendon="cable"/>')
+    ).replace(
+        '<motor name="winch" tendon="cable" gear="-1"/>', '<plugin plugin="mujoco.pid" instance="p" tendon="cable"/>'
+    )
     try:
         mujoco.MjModel.from_xml_string(xml)
     except ValueError:

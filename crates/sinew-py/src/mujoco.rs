@@ -42,7 +42,8 @@ pub(crate) fn mujoco_machine(machine: &Bound<'_, Machine>) -> PyResult<(String, 
         }))
     };
     let tendons = &robot.parts().tendons;
-    let muscles = machine.muscles.iter().zip(tendons).zip(places).map(muscle).collect::<PyResult<Vec<_>>>()?;
+    let muscles =
+        machine.muscles.iter().zip(tendons).zip(places).map(muscle).collect::<PyResult<Vec<_>>>()?;
     let start = robot.pose_from_independent(&machine.start).map_err(Failure::from)?;
     let described = serde_json::json!({ "start": start, "muscles": muscles });
     Ok((to_mjcf(loaded.robot.parts()), described.to_string()))

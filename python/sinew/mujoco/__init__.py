@@ -1,7 +1,8 @@
 """Friction of sheaths and elastic cables in any MuJoCo model with tendons.
 
-Importing this module registers two engine plugins with the MuJoCo of this process, `sinew.sheath` and `sinew.cable`; models that use
-them load, step, copy and pickle as any other. Needs `pip install mujoco`, version 3.3.0 or newer. See docs/mujoco.md.
+Importing this module registers two engine plugins with the MuJoCo of this process, `sinew.sheath` and `sinew.cable`;
+models that use them load, step, copy and pickle as any other. Needs `pip install mujoco`, version 3.3.0 or newer. See
+docs/mujoco.md.
 """
 
 from ._connect import connect

@@ -26,7 +26,8 @@ class StiffCableWarning(UserWarning):
 class Cable:
     """A winch and an elastic cable in its sheath.
 
-    `path`: `sinew.Free`, `sinew.Sheath` and `sinew.Pulley` from the drive's outlet to the anchor, with free cable at both ends.
+    `path`: `sinew.Free`, `sinew.Sheath` and `sinew.Pulley` from the drive's outlet to the anchor, with free cable at
+    both ends.
     """
 
     path: Sequence[_cable.Segment]
@@ -84,24 +85,33 @@ class Cable:
 
     @property
     def stiffness(self) -> float:
-        """Of the cable seen from a small motion of the anchor, N/m: that of its last free length, the rest held by friction."""
+        """Of the cable seen from a small motion of the anchor, N/m: that of its last free length, the rest held by
+        friction."""
         last = self.path[-1]
         assert isinstance(last, _cable.Free)
         return 1.0 / (self.compliance_per_n * last.length_m)
 
 
 def add_cables(
-    spec: Any, cables: Mapping[str, Cable], *, cells: int = 12, substeps: int = 1, speed: bool = False, damp: bool = True
+    spec: Any,
+    cables: Mapping[str, Cable],
+    *,
+    cells: int = 12,
+    substeps: int = 1,
+    speed: bool = False,
+    damp: bool = True,
 ) -> list[str]:
-    """Puts winches and cables in the place of the actuators of tendons of a `mujoco.MjSpec`; returns these tendons' names.
+    """Puts winches and cables in the place of the actuators of tendons of a `mujoco.MjSpec`; returns these tendons'
+    names.
 
-    `cables`: cable by tendon name or pattern, as in `add_sheaths`. Each of these tendons has one actuator, which keeps its name and
-    gear; its control becomes the displacement of its winch, m, positive where it takes cable in, or with `speed` its speed, m/s.
-    `cells`: pieces into which each cable is cut; `substeps`: of the cable per time step of the model.
+    `cables`: cable by tendon name or pattern, as in `add_sheaths`. Each of these tendons has one actuator, which
+    keeps its name and gear; its control becomes the displacement of its winch, m, positive where it takes cable in,
+    or with `speed` its speed, m/s. `cells`: pieces into which each cable is cut; `substeps`: of the cable per time
+    step of the model.
 
-    Where a cable is stiff for the model's time step (`dt sqrt(k/m)` above 0.5, `m` of the tendon at the reference pose), the
-    tendon gets the damping `k dt` and the model the integrator `implicitfast`, which is stable at any stiffness, and a
-    `StiffCableWarning` says so; `damp=False` leaves both.
+    Where a cable is stiff for the model's time step (`dt sqrt(k/m)` above 0.5, `m` of the tendon at the reference
+    pose), the tendon gets the damping `k dt` and the model the integrator `implicitfast`, which is stable at any
+    stiffness, and a `StiffCableWarning` says so; `damp=False` leaves both.
 
     Raises `ValueError` that names the pattern, tendon or parameter, and `TypeError` for anything but a spec.
     """
@@ -118,7 +128,9 @@ def add_cables(
             if tendon in actuators:
                 raise ValueError(f"tendon {tendon} has more than one actuator, expected one to become its winch")
             if actuator.plugin.active:
-                raise ValueError(f"tendon {tendon}: its actuator is one of another plugin, {actuator.plugin.plugin_name}")
+                raise ValueError(
+                    f"tendon {tendon}: its actuator is one of another plugin, {actuator.plugin.plugin_name}"
+                )
             actuators[tendon] = actuator
     for name, cable in chosen.items():
         _check_cells(name, cable, cells)
@@ -159,15 +171,15 @@ def _masses(spec: Any) -> dict[str, float]:
     """Mass that each tendon moves at the reference pose, kg."""
     model = spec.copy().compile()
     names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TENDON, k) or "" for k in range(model.ntendon)]
-    return {name: 1.0 / max(float(inverse), 1e-12) for name, inverse in zip(names, model.tendon_invweight0, strict=True)}
+    return {
+        name: 1.0 / max(float(inverse), 1e-12) for name, inverse in zip(names, model.tendon_invweight0, strict=True)
+    }
 
 
 def _damp(spec: Any, chosen: dict[str, Cable], masses: dict[str, float]) -> None:
     step = float(spec.option.timestep)
     stiff = {
-        name: ratio
-        for name, cable in chosen.items()
-        if (ratio := step * sqrt(cable.stiffness / masses[name])) > QUIET
+        name: ratio for name, cable in chosen.items() if (ratio := step * sqrt(cable.stiffness / masses[name])) > QUIET
     }
     if not stiff:
         return
@@ -176,7 +188,9 @@ def _damp(spec: Any, chosen: dict[str, Cable], masses: dict[str, float]) -> None
             added = chosen[tendon.name].stiffness * step
             old = np.atleast_1d(np.asarray(tendon.damping, dtype=float))
             # A number before MuJoCo's polynomials of damping, an array since.
-            tendon.damping = float(old[0]) + added if np.ndim(tendon.damping) == 0 else [float(old[0]) + added, *old[1:]]
+            tendon.damping = (
+                float(old[0]) + added if np.ndim(tendon.damping) == 0 else [float(old[0]) + added, *old[1:]]
+            )
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     worst = max(stiff, key=lambda name: stiff[name])
     warnings.warn(

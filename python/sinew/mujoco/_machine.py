@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import _cable, _sinew
 from .._machine import Machine, distribute
@@ -28,10 +29,17 @@ def load(
     cells: int = 12,
     substeps: int = 1,
     turning: float = 1.0,
+    tension_n: ArrayLike | None = None,
 ) -> Any:
     """A `mujoco.MjModel` of a machine with its transmissions; see `spec_of`."""
     return spec_of(
-        machine, transmission=transmission, timestep_s=timestep_s, cells=cells, substeps=substeps, turning=turning
+        machine,
+        transmission=transmission,
+        timestep_s=timestep_s,
+        cells=cells,
+        substeps=substeps,
+        turning=turning,
+        tension_n=tension_n,
     ).compile()
 
 
@@ -43,12 +51,14 @@ def spec_of(
     cells: int = 12,
     substeps: int = 1,
     turning: float = 1.0,
+    tension_n: ArrayLike | None = None,
 ) -> Any:
     """A `mujoco.MjSpec` of a machine with its transmissions.
 
-    `machine`: as for `sinew.Machine`. With `"cables"` the controls are displacements of the winches, m, and the cables begin with
-    tensions that hold the machine in its start, as far as its limits allow; with `"sheaths"` the controls are tensions at
-    the motors, N, and `turning` is the share of the turning of the muscles' paths that counts beside the bend of the sheaths. The start is the key
+    `machine`: as for `sinew.Machine`. With `"cables"` the controls are displacements of the winches, m, and the
+    cables begin with `tension_n` at their anchors, N, shape `(muscles,)`, by default such that the machine is held in
+    its start, as far as its limits allow; with `"sheaths"` the controls are tensions at the motors, N, and `turning`
+    is the share of the turning of the muscles' paths that counts beside the bend of the sheaths. The start is the key
     `start`: `mujoco.mj_resetDataKeyframe(model, data, 0)`.
 
     Sheaths have the bend of the start, in all poses. Friction of drives and their dynamics are not part of the model.
@@ -74,7 +84,7 @@ def spec_of(
     if transmission == "sheaths":
         add_sheaths(spec, sheaths_of(known, turning=turning))
         return spec
-    tensions = _holding(known, muscles)
+    tensions = _holding(known, muscles) if tension_n is None else _given(tension_n, len(muscles))
     cables = {
         muscle["name"]: _cable_of(muscle["path"], muscle["parameters"], start)
         for muscle, start in zip(muscles, tensions, strict=True)
@@ -113,8 +123,8 @@ def cables_of(machine: Machine | str | os.PathLike[str]) -> dict[str, Cable]:
 def calibrate_from(model: Model | str | os.PathLike[str]) -> tuple[Sheath, Cable]:
     """Sheath and cable with the parameters that an identification found.
 
-    `model`: a `sinew.Model` or the `model.json` of an observer, which `sinew identify` fits to logs with displacements of both ends
-    (`anchor`). Other models describe signals, not a cable: they are refused.
+    `model`: a `sinew.Model` or the `model.json` of an observer, which `sinew identify` fits to logs with
+    displacements of both ends (`anchor`). Other models describe signals, not a cable: they are refused.
 
     Raises `ValueError`, and `FileNotFoundError`.
     """
@@ -162,12 +172,21 @@ def _cable_of(path: Sequence[dict[str, Any]], parameters: dict[str, Any], start:
 
 
 def _one_motor_each(spec: Any) -> None:
-    """Gives every tendon one actuator, whose force is the tension: what a body's file had instead is of another drive."""
+    """Gives every tendon one actuator, whose force is the tension: what a body's file had instead is of another
+    drive."""
     for actuator in list(spec.actuators):
         spec.delete(actuator) if hasattr(spec, "delete") else actuator.delete()
     for tendon in spec.tendons:
         motor = spec.add_actuator(name=tendon.name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon.name)
         motor.gear = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+
+
+def _given(tension: ArrayLike, count: int) -> list[float]:
+    """Tensions of the caller."""
+    numbers = np.asarray(tension, dtype=float)
+    if numbers.shape != (count,) or not np.isfinite(numbers).all():
+        raise ValueError(f"tension_n must be finite numbers of shape ({count},), but has the shape {numbers.shape}")
+    return [float(x) for x in numbers]
 
 
 def _holding(machine: Machine, muscles: list[dict[str, Any]]) -> list[float]:

@@ -20,8 +20,8 @@ SHORTEST = 1e-6
 class Sheath:
     """A bent sheath between a tendon's actuators and the model.
 
-    The tension at its far end is within `T exp(-theta)` and `T exp(theta)` of the pull `T` of the actuators,
-    `theta = mu (bend + turning * angle of the path) (1 + rise/(1 + (v/speed)^2)) - ln(efficiency)`, plus `pretension`.
+    The tension at its far end is within `T exp(-theta)` and `T exp(theta)` of the pull `T` of the actuators, `theta =
+    mu (bend + turning * angle of the path) (1 + rise/(1 + (v/speed)^2)) - ln(efficiency)`, plus `pretension`.
     """
 
     #: Coefficient of friction, >= 0.
@@ -59,12 +59,14 @@ class Sheath:
 def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 0.995) -> list[str]:
     """Puts sheaths on the tendons of a `mujoco.MjSpec`; returns the names of these tendons.
 
-    `sheaths`: sheath by tendon name or by pattern (`*`, `?`, `[..]`); the last one that fits a tendon counts. Only tendons on which
-    actuators pull get one. `impedance`: of the friction constraint at rest, in (0, 1): a cable that is held creeps by
-    `(1 - impedance)/impedance * dt * force/mass`; 0.999 makes steps of large models slower by a third.
+    `sheaths`: sheath by tendon name or by pattern (`*`, `?`, `[..]`); the last one that fits a tendon counts. Only
+    tendons on which actuators pull get one. `impedance`: of the friction constraint at rest, in (0, 1): a cable that
+    is held creeps by `(1 - impedance)/impedance * dt * force/mass`; 0.999 makes steps of large models slower by a
+    third.
 
-    Sets the friction of these tendons (`frictionloss`, `solref_friction`, `solimp_friction`) and moves the limits of their actuators'
-    forces before the sheath (`forcelimited` false, `forcerange` applied by the plugin); everything else stays as it is.
+    Sets the friction of these tendons (`frictionloss`, `solref_friction`, `solimp_friction`) and moves the limits of
+    their actuators' forces before the sheath (`forcelimited` false, `forcerange` applied by the plugin); everything
+    else stays as it is.
 
     Raises `ValueError` that names the pattern, tendon or parameter, and `TypeError` for anything but a spec.
     """
@@ -115,7 +117,9 @@ def choose(spec: Any, given: Mapping[str, Any], kind: type) -> dict[str, Any]:
         chosen.update(dict.fromkeys(pulled, value))
     for name in chosen:
         if ";" in name or ": " in name or name != name.strip():
-            raise ValueError(f"tendon {name!r}: a name with semicolons, or with spaces at its ends or behind a colon, cannot be used")
+            raise ValueError(
+                f"tendon {name!r}: a name with semicolons, or with spaces at its ends or behind a colon, cannot be used"
+            )
     return {name: chosen[name] for name in names if name in chosen}
 
 

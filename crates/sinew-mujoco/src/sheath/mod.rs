@@ -24,8 +24,8 @@ struct Wire {
     law: Sheath,
     /// Its actuators in the list of all.
     actuators: Range<usize>,
-    /// Bound of friction in this step, N.
-    bound: f64,
+    /// Its friction constraint in this step.
+    row: Option<usize>,
 }
 
 /// An actuator of a tendon with a sheath.
@@ -114,15 +114,15 @@ impl Plugin for Sheaths {
                 wiring.pulls.push(Pull { actuator, address: model.force_address(actuator) });
             }
             wiring.wire_of[tendon] = Some(wiring.wires.len());
-            wiring.wires.push(Wire { tendon, law, actuators: from..wiring.pulls.len(), bound: 0.0 });
+            wiring.wires.push(Wire { tendon, law, actuators: from..wiring.pulls.len(), row: None });
         }
         Ok(wiring)
     }
 
     fn compute(&mut self, model: &Model<'_>, data: &mut Data<'_>, _: usize) {
-        for wire in &mut self.wires {
+        self.find_rows(data);
+        for wire in &self.wires {
             let pulls = &self.pulls[wire.actuators.clone()];
-            wire.bound = 0.0;
             let mut tension = 0.0;
             for pull in pulls {
                 let Some(force) = data.actuator_force.get_mut(pull.address) else { continue };
@@ -131,38 +131,21 @@ impl Plugin for Sheaths {
                 }
                 tension -= *force * model.gear_of(pull.address);
             }
-            if tension > 0.0 {
-                let turning = if wire.law.turning > 0.0 { turning_of(data, wire.tendon) } else { 0.0 };
-                let velocity = data.ten_velocity.get(wire.tendon).copied().unwrap_or(0.0);
-                let grown = wire.law.angle(turning, velocity).exp();
-                let mean = 0.5 * (grown + 1.0 / grown);
-                wire.bound = 0.5 * (grown - 1.0 / grown) * tension;
-                for pull in pulls {
-                    if let Some(force) = data.actuator_force.get_mut(pull.address) {
-                        *force *= mean;
-                    }
+            // Without its constraint, where friction is disabled or the tendon sleeps, there is no friction.
+            if let Some(row) = wire.row {
+                let bound = if tension > 0.0 { slide(wire, pulls, tension, data) } else { 0.0 };
+                // What the tendon has of its own is friction of the far side.
+                let whole = bound + model.tendon_frictionloss.get(wire.tendon).copied().unwrap_or(0.0);
+                if let Some(loss) = data.efc_frictionloss.get_mut(row) {
+                    *loss = whole;
+                }
+                let row = index(data.map_efc2iefc.get(row));
+                if let Some(loss) = row.and_then(|row| data.iefc_frictionloss.get_mut(row)) {
+                    *loss = whole;
                 }
             }
             if wire.law.pretension > 0.0 {
                 add_tension(model, data, pulls, wire.law.pretension);
-            }
-        }
-        for row in data.friction_rows.clone() {
-            if data.efc_type.get(row) != Some(&TENDON_FRICTION) {
-                continue;
-            }
-            let tendon = index(data.efc_id.get(row));
-            let Some(wire) = tendon.and_then(|tendon| *self.wire_of.get(tendon)?) else { continue };
-            let wire = &self.wires[wire];
-            // What the tendon has of its own is friction of the far side.
-            let bound = wire.bound + model.tendon_frictionloss.get(wire.tendon).copied().unwrap_or(0.0);
-            if let Some(loss) = data.efc_frictionloss.get_mut(row) {
-                *loss = bound;
-            }
-            let of_island =
-                index(data.map_efc2iefc.get(row)).and_then(|row| data.iefc_frictionloss.get_mut(row));
-            if let Some(loss) = of_island {
-                *loss = bound;
             }
         }
     }
@@ -172,6 +155,38 @@ impl Plugin for Sheaths {
     fn wirings() -> &'static LocalKey<RefCell<Wirings<Self>>> {
         &WIRINGS
     }
+}
+
+impl Sheaths {
+    /// Finds the friction constraints of all tendons.
+    fn find_rows(&mut self, data: &Data<'_>) {
+        for wire in &mut self.wires {
+            wire.row = None;
+        }
+        for row in data.friction_rows.clone() {
+            if data.efc_type.get(row) != Some(&TENDON_FRICTION) {
+                continue;
+            }
+            let tendon = index(data.efc_id.get(row));
+            if let Some(wire) = tendon.and_then(|tendon| *self.wire_of.get(tendon)?) {
+                self.wires[wire].row = Some(row);
+            }
+        }
+    }
+}
+
+/// Multiplies the forces on a tendon by `cosh theta`; returns the bound of its friction, N.
+fn slide(wire: &Wire, pulls: &[Pull], tension: f64, data: &mut Data<'_>) -> f64 {
+    let turning = if wire.law.turning > 0.0 { turning_of(data, wire.tendon) } else { 0.0 };
+    let velocity = data.ten_velocity.get(wire.tendon).copied().unwrap_or(0.0);
+    let grown = wire.law.angle(turning, velocity).exp();
+    let mean = 0.5 * (grown + 1.0 / grown);
+    for pull in pulls {
+        if let Some(force) = data.actuator_force.get_mut(pull.address) {
+            *force *= mean;
+        }
+    }
+    0.5 * (grown - 1.0 / grown) * tension
 }
 
 /// Adds a constant tension through the first actuator that can pull.
