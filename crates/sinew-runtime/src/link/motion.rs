@@ -124,6 +124,12 @@ impl LinkedMotion {
         self.request
     }
 
+    /// Kind of the set-points that are followed.
+    #[must_use]
+    pub fn setpoint(&self) -> SetpointKind {
+        self.kind
+    }
+
     /// Time since the last command, s; none before the first.
     #[must_use]
     pub fn command_age(&self, now: u64) -> Option<f64> {
