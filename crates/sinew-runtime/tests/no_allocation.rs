@@ -10,9 +10,15 @@ use common::{Setup, machine};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
 use sinew::control::supervisor::{Mode, Request};
+use sinew::trajectory::online::JointLimits;
+use sinew_link::client::Client;
+use sinew_link::host::{Server, ServerSettings, SessionSettings};
+use sinew_link::{Command, Request as LinkRequest, SetpointKind, Setpoints};
 use sinew_runtime::cycle::{Cycle, VirtualClock};
 use sinew_runtime::ethercat::FrameStorage;
+use sinew_runtime::link::{LinkedMotion, domain};
 use std::alloc::System;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
@@ -64,4 +70,58 @@ fn a_cycle_over_ethercat_allocates_nothing() {
         assert_eq!(cycle.supervisor().mode(), Mode::Hold, "{name}");
         assert!(moved > 1e-3, "{name}: the machine moved");
     }
+}
+
+#[test]
+fn a_cycle_that_a_client_commands_allocates_nothing() {
+    let setup = Setup::new(machine("lm_arm"), 1, &[]);
+    let limits = JointLimits::of_motion(&setup.trajectory, setup.machine.ranges().unwrap()).unwrap();
+    let gains = setup.supervisor().controller().gains().clone();
+    let tension: Vec<[f64; 2]> = gains.muscles.iter().map(|muscle| muscle.tension).collect();
+    let domain = domain("lm_arm", &setup.machine, &limits.range, &tension).unwrap();
+    let (address, sessions) = ("127.0.0.1:0".parse().unwrap(), SessionSettings::default());
+    let (server, port) = Server::start(ServerSettings { address, key: None, domain, sessions }).unwrap();
+    let pose = setup.machine.start.clone();
+    let motion = LinkedMotion::new(port, sessions, &setup.machine, limits, &pose, None).unwrap();
+    let mut cycle = Cycle::linked(setup.twin_bus(), setup.supervisor(), motion, common::STEP);
+    let (mut clock, stop) = (VirtualClock::default(), AtomicBool::new(false));
+    let point = sinew::trajectory::online::EndPointStep::new(
+        &setup.machine.robot,
+        &setup.machine.redundancy,
+        setup.machine.task.site().unwrap(),
+        [true; 3],
+        &setup.machine.ranges().unwrap(),
+    );
+    let at = point.unwrap().position(&pose).unwrap();
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let most = std::time::Duration::from_secs(20);
+            let mut client = Client::connect(server.address(), None, most).unwrap();
+            let mut count = 0_u64;
+            while !stop.load(Ordering::Relaxed) {
+                count += 1;
+                let (kind, numbers) = match count / 200 % 2 {
+                    0 => (SetpointKind::Joint, &pose[..]),
+                    _ => (SetpointKind::EndPoint, &at[..]),
+                };
+                let mut setpoints = Setpoints::new(kind, numbers.len());
+                assert!(setpoints.push(0, numbers));
+                client.send(&Command { request: LinkRequest::Run, advance_to_ns: 0, setpoints }).unwrap();
+                let _ = client.receive(std::time::Duration::from_millis(2));
+            }
+        });
+        let (before, mut kinds, mut cycles) = (ALLOCATIONS.get(), [false; 2], 0);
+        while kinds != [true; 2] && cycles < 60_000 {
+            let record = cycle.step(&mut clock, 0).unwrap();
+            let running = record.command.mode == Mode::Run;
+            let link = cycle.link().unwrap();
+            kinds[0] |= running && link.setpoint() == SetpointKind::Joint;
+            kinds[1] |= running && link.setpoint() == SetpointKind::EndPoint;
+            cycles += 1;
+            std::thread::sleep(std::time::Duration::from_micros(50));
+        }
+        assert_eq!(ALLOCATIONS.get() - before, 0);
+        stop.store(true, Ordering::Relaxed);
+        assert_eq!(kinds, [true; 2], "both kinds were followed within {cycles} cycles");
+    });
 }

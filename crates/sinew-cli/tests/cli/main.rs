@@ -9,6 +9,7 @@ mod determinism;
 mod drive;
 mod json;
 mod limits;
+mod link;
 mod machine;
 mod map;
 mod robots;

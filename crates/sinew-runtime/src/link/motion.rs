@@ -124,6 +124,12 @@ impl LinkedMotion {
         self.request
     }
 
+    /// Kind of the set-points that are followed.
+    #[must_use]
+    pub fn setpoint(&self) -> SetpointKind {
+        self.kind
+    }
+
     /// Time since the last command, s; none before the first.
     #[must_use]
     pub fn command_age(&self, now: u64) -> Option<f64> {
@@ -195,8 +201,9 @@ impl LinkedMotion {
     }
 
     fn take(&mut self, command: &Command, now: u64) {
-        self.commanded_at = Some(now);
         self.advance_to = command.advance_to_ns;
+        // In lock-step the client answers for all the time that it grants.
+        self.commanded_at = Some(if self.settings.lock_step { now.max(self.advance_to) } else { now });
         if command.request != sinew_link::Request::None {
             self.request = Request::from_number(command.request.number()).unwrap_or(Request::None);
         }

@@ -5,4 +5,5 @@
 mod bus_faults;
 mod clocks;
 mod common;
+mod link;
 mod segment;

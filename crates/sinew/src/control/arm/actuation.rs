@@ -64,8 +64,9 @@ pub(super) struct ActuationInputs<'a> {
     pub(super) at_rest: bool,
     /// Whether all winches are to stand.
     pub(super) holding: bool,
-    /// Whether the tensions are followed wherever the joints go.
-    pub(super) tension_alone: bool,
+    /// Integral terms of tensions that are followed wherever the joints go: `[muscles]`; none where the joints are
+    /// followed.
+    pub(super) tension_alone: Option<&'a [f64]>,
 }
 
 impl Actuation {
@@ -122,12 +123,13 @@ impl Actuation {
                     };
                     let (winch, muscle) = (&mut self.winches[k], &gains.muscles[k]);
                     let (law, drag) = (cables.law(k)?, cables.drag_factor[k]);
-                    let speed = if inputs.tension_alone {
+                    let speed = if let Some(integral) = inputs.tension_alone {
                         let estimate = CableEstimate {
                             tension_out: cables.tension_out[k],
                             stretch: cables.stretch[k],
                             velocity: [anchors.estimated[k], anchors.slip[k]],
                             drag_factor: drag,
+                            integral: integral[k],
                         };
                         winch_speed(law, inputs.tension[k], &estimate, muscle)?
                     } else {

@@ -482,7 +482,7 @@ impl ArmController {
             repeat_time,
             at_rest: self.at_rest,
             holding: self.holding,
-            tension_alone: self.tensions.is_active(),
+            tension_alone: self.tensions.integral(),
         };
         self.actuation.command(h, &self.gains, &inputs)
     }

@@ -10,7 +10,8 @@ use alloc::vec::Vec;
 ///
 /// ```text
 /// F <- F + clip(clip(F_given, F_min, F_max) - F, +- r h)
-/// s  = clip((F - T_out^)/(0.05 F_max + 0.1 F), +-1)
+/// b  = (F - T_out^)/(0.05 F_max + 0.1 F),   i' = 4/s b   while |F - T_out^| > 0.02 F
+/// s  = clip(b + i, +-1)
 /// e* = (1 + s)/2 e_+ + (1 - s)/2 e_-
 /// v  = v^ + clip((e* - e^)/t_v, +- sqrt(2 a |e* - e^|))       |v| <= v_max
 /// ```
@@ -32,6 +33,8 @@ pub(super) struct TensionFollowing {
     active: bool,
     /// Whether `F` begins with the estimated tension.
     fresh: bool,
+    /// `i`, 1: `[muscles]`.
+    integral: Vec<f64>,
 }
 
 /// Estimates of a cable.
@@ -45,20 +48,30 @@ pub(super) struct CableEstimate {
     pub(super) velocity: [f64; 2],
     /// Drag as a multiple of the law's.
     pub(super) drag_factor: f64,
+    /// `i`, 1.
+    pub(super) integral: f64,
 }
 
 /// Shares of `F_max` and `F` in the tension error at which a cable is on its whole side of the dead band.
 const BAND: [f64; 2] = [0.05, 0.1];
+/// Rate of `i`, 1/s, and the relative error within which it rests.
+const INTEGRAL: f64 = 4.0;
+const CLOSE: f64 = 0.02;
 /// Share of the rate of a faulty load cell at which `F` changes.
 const RATE: f64 = 0.1;
 
 impl TensionFollowing {
     pub(super) fn new(muscles: usize) -> Self {
-        Self { given: vec![0.0; muscles], active: false, fresh: true }
+        Self { given: vec![0.0; muscles], active: false, fresh: true, integral: vec![0.0; muscles] }
     }
 
     pub(super) fn is_active(&self) -> bool {
         self.active
+    }
+
+    /// `i` of every muscle; none while inactive.
+    pub(super) fn integral(&self) -> Option<&[f64]> {
+        self.active.then_some(&self.integral[..])
     }
 
     /// Given tensions, N: `[muscles]`; none ends it.
@@ -76,16 +89,27 @@ impl TensionFollowing {
 
     /// `F` of every muscle, `h` s on; `estimated` are the tensions with which it begins.
     pub(super) fn advance(&mut self, h: f64, gains: &[MuscleGains], estimated: &[f64], tension: &mut [f64]) {
-        for (((tension, given), gains), estimated) in
-            tension.iter_mut().zip(&self.given).zip(gains).zip(estimated)
-        {
+        if self.fresh {
+            self.integral.fill(0.0);
+        }
+        let cables = tension.iter_mut().zip(&self.given).zip(gains).zip(estimated).zip(&mut self.integral);
+        for ((((tension, given), gains), estimated), integral) in cables {
             let [least, most] = gains.tension;
             let from = if self.fresh { estimated.max(least).min(most) } else { *tension };
             let step = h * RATE * gains.max_tension_rate;
             *tension = from + (given.max(least).min(most) - from).max(-step).min(step);
+            let error = *tension - estimated;
+            if error.abs() > CLOSE * *tension {
+                *integral = (*integral + h * INTEGRAL * error / band(gains, *tension)).clamp(-1.0, 1.0);
+            }
         }
         self.fresh = false;
     }
+}
+
+/// Tension error at which a cable is on its whole side of the dead band, N.
+fn band(gains: &MuscleGains, tension: f64) -> f64 {
+    BAND[0] * gains.tension[1] + BAND[1] * tension
 }
 
 /// `v` of one winch, m/s.
@@ -103,8 +127,8 @@ pub(super) fn winch_speed(
         let along = if s * velocity > 0.0 { velocity } else { s * VANISHING_SPEED };
         law.sliding(tension, along, slip, estimate.drag_factor).map(|steady| steady.stretch)
     };
-    let band = BAND[0] * gains.tension[1] + BAND[1] * tension;
-    let s = ((tension - estimate.tension_out) / band).clamp(-1.0, 1.0);
+    let share = (tension - estimate.tension_out) / band(gains, tension);
+    let s = (share + estimate.integral).clamp(-1.0, 1.0);
     let desired = 0.5 * ((1.0 + s) * stretch(1.0)? + (1.0 - s) * stretch(-1.0)?);
     let travel = desired - estimate.stretch;
     let most = libm::sqrt(2.0 * gains.winch_deceleration * travel.abs());
