@@ -11,6 +11,7 @@ mod json;
 mod limits;
 mod machine;
 mod map;
+mod recording;
 mod robots;
 mod roles;
 mod run;

@@ -1,0 +1,11 @@
+//! Recordings of simulated machines: whole, killed, on a full disk, damaged, replayed.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+mod common;
+mod damaged;
+mod disk;
+mod full_ring;
+mod killed;
+mod replayed;
+mod whole;
