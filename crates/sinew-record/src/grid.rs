@@ -13,14 +13,14 @@ use serde::{Deserialize, Serialize};
 pub struct Grid {
     /// Per count, not 0.
     pub scale: f64,
-    /// Further factors, 1 for none: the order of their rounding is that of the reading.
+    /// Factor after the scale, 1 for none: factors are apart so that products are rounded as in the reading.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub factor: f64,
+    /// Divisor after the factor, 1 for none.
     #[serde(default = "one", skip_serializing_if = "is_one")]
-    #[expect(missing_docs, reason = "as before")]
     pub divisor: f64,
+    /// Factor after the divisor, 1 for none.
     #[serde(default = "one", skip_serializing_if = "is_one")]
-    #[expect(missing_docs, reason = "as before")]
     pub arm: f64,
     /// Of count 0.
     #[serde(default)]
@@ -34,7 +34,6 @@ fn one() -> f64 {
     1.0
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature is serde's")]
 #[expect(clippy::float_cmp, reason = "the neutral factor exactly")]
 fn is_one(x: &f64) -> bool {
     *x == 1.0
