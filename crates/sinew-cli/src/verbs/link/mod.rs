@@ -1,5 +1,6 @@
 //! `sinew link`.
 
+pub(crate) mod key_file;
 mod watch;
 
 use crate::answer::{Answer, Content};
@@ -7,7 +8,6 @@ use crate::arguments::{General, LinkArguments, LinkKeyArguments, LinkVerb};
 use crate::error::Error;
 use crate::output::Written;
 use sinew_link::Key;
-use std::path::Path;
 
 pub(crate) fn run(arguments: &LinkArguments, general: &General) -> Result<Answer, Error> {
     match &arguments.verb {
@@ -25,9 +25,4 @@ fn key(arguments: &LinkKeyArguments, general: &General) -> Result<Answer, Error>
     };
     let written = Written { file: arguments.file.clone(), replaced: false };
     Ok(Answer::done(content, vec![written]))
-}
-
-/// The key of a file, if one is given.
-pub(crate) fn read_key(file: Option<&Path>) -> Result<Option<Key>, Error> {
-    Ok(file.map(Key::read).transpose().map_err(sinew_link::Error::from)?)
 }

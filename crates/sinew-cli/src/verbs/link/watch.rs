@@ -1,6 +1,6 @@
 //! `sinew link watch`.
 
-use super::read_key;
+use super::key_file::read_key;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, LinkWatchArguments};
 use crate::error::Error;

@@ -1,12 +1,13 @@
 //! A run that a client commands over a link.
 
-use super::{bus, timing, warn};
+use super::shortcomings::warn;
+use super::{bus, timing};
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{BusArgument, General, PathArgument, RunArguments};
 use crate::error::Error;
 use crate::interrupt;
 use crate::progress::Progress;
-use crate::verbs::link::read_key;
+use crate::verbs::link::key_file::read_key;
 use crate::verbs::track::setup::Setup;
 use sinew::control::arm::ArmStatus;
 use sinew::control::supervisor::{Limits, Supervisor};

@@ -3,6 +3,7 @@
 mod bus;
 mod linked;
 mod measured;
+mod shortcomings;
 mod simulated;
 mod timing;
 
@@ -13,10 +14,10 @@ use crate::error::Error;
 use crate::output::refuse_overwrite;
 use crate::progress::Progress;
 use measured::Measured;
+use shortcomings::warn;
 use simulated::{Executed, execute};
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::TrackOutcome;
-use sinew_runtime::cycle::RealTime;
 use std::collections::BTreeMap;
 
 pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer, Error> {
@@ -125,10 +126,4 @@ fn report_measured(setup: &Setup, measured: Measured, json: bool) -> Result<Answ
     let outcome = Outcome::of(numbers.ended == "as_planned" && whole);
     let written = measured.recording.into_iter().map(|recording| recording.written).collect();
     Ok(Answer { outcome, content, written })
-}
-
-fn warn(real_time: &RealTime) {
-    for shortcoming in &real_time.shortcomings {
-        eprintln!("warning: {shortcoming}");
-    }
 }

@@ -143,8 +143,9 @@ impl Joint {
     fn step(&self, h: f64, w: f64, [target, velocity]: [f64; 2], [q, v, a]: [&mut f64; 3]) -> Limited {
         let [low, high] = self.range;
         let inside = target.max(low).min(high);
-        let drift = if inside == target { velocity.max(-self.speed).min(self.speed) } else { 0.0 };
-        let limited = if inside == target && drift == velocity { Limited::No } else { Limited::Yes };
+        let reachable = (low..=high).contains(&target);
+        let drift = if reachable { velocity.max(-self.speed).min(self.speed) } else { 0.0 };
+        let limited = if reachable && velocity.abs() <= self.speed { Limited::No } else { Limited::Yes };
         if drift == 0.0 && (inside - *q).abs() <= REACHED[0] && v.abs() <= REACHED[1] {
             (*q, *v, *a) = (inside, 0.0, 0.0);
             return limited;
