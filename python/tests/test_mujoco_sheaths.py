@@ -230,8 +230,9 @@ def test_without_friction_constraints_there_is_no_friction_at_all() -> None:
     assert data.qacc[0] == pytest.approx((60.0 - WEIGHT) / MASS, rel=1e-9)
 
 
-def test_sheaths_are_added_to_attached_models_and_do_not_survive_attaching() -> None:
+def test_sheaths_are_added_to_attached_models() -> None:
     hall, part = mujoco.MjSpec(), mujoco.MjSpec.from_string(HOIST)
+    hall.option.timestep = part.option.timestep
     hall.attach(part, prefix="left:", frame=hall.worldbody.add_frame())
     assert sm.add_sheaths(hall, {"left:*": sm.Sheath(mu=0.2, bend=3.0)}) == ["left:cable"]
     model = hall.compile()
