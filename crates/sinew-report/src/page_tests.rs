@@ -96,6 +96,7 @@ fn numbers(end_point: bool) -> TrackingNumbers {
         stopped_s: None,
         stopped_by: None,
         modes: Vec::new(),
+        health: Vec::new(),
         incidents: vec![TrackIncident {
             from_s: 4.0,
             until_s: 4.01,

@@ -327,7 +327,8 @@ fn a_motion_that_simulated_machines_of_the_design_do_not_track_is_refused_unless
     let json: Value = serde_json::from_str(&refused.stdout).unwrap();
     assert_eq!(json["outcome"], "not_as_asked");
     let reason = json["error"]["message"].as_str().unwrap();
-    assert!(reason.contains("--path tour") && reason.contains("lever") && reason.contains("--unverified"));
+    assert!(reason.contains("--path tour") && reason.contains("--unverified"), "{reason}");
+    assert!(reason.contains("lever") || reason.contains("slack"), "what a lost wrap leads to: {reason}");
     assert!(!bench.path("out.html").exists());
     let started = bench.run("track near.toml --path tour --unverified --json --seed 500");
     assert!(started.stderr.contains("warning: simulated machines"), "{}", started.stderr);
