@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
-const CRATES: [(&str, &[&str]); 10] = [
+const CRATES: [(&str, &[&str]); 11] = [
     ("sinew", &[]),
     ("sinew-identify", &["sinew"]),
     ("sinew-lab", &["sinew", "sinew-identify"]),
@@ -16,6 +16,7 @@ const CRATES: [(&str, &[&str]); 10] = [
     ("sinew-segment", &[]),
     ("sinew-link", &[]),
     ("sinew-runtime", &["sinew", "sinew-segment", "sinew-link"]),
+    ("sinew-record", &["sinew", "sinew-runtime"]),
     ("sinew-mujoco", &["sinew"]),
     (
         "sinew-cli",
@@ -27,6 +28,7 @@ const CRATES: [(&str, &[&str]); 10] = [
             "sinew-segment",
             "sinew-link",
             "sinew-runtime",
+            "sinew-record",
         ],
     ),
     ("sinew-py", &["sinew", "sinew-identify", "sinew-lab", "sinew-report", "sinew-runtime", "sinew-mujoco"]),

@@ -38,6 +38,14 @@ pub(crate) enum Error {
         /// Why.
         source: Box<sinew::predictor::ModelFileError>,
     },
+    /// A recording that cannot be written or read.
+    #[error("{}: {source}", file.display())]
+    Recording {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: Box<sinew_record::Error>,
+    },
     /// A value refused by the physics.
     #[error(transparent)]
     Physics(#[from] sinew::Error),
@@ -285,6 +293,7 @@ impl Error {
             | Self::Json(_)
             | Self::Csv(_)
             | Self::NoSimulatedLog => Self::SYSTEM,
+            Self::Recording { source, .. } if source.is_of_the_system() => Self::SYSTEM,
             Self::Unreadable { source, .. } | Self::Identify(IdentifyError::Unreadable { source, .. }) => {
                 reading_code(source)
             }
@@ -296,6 +305,12 @@ impl Error {
             Self::Link(error) => link_code(error),
             _ => Self::BAD_INPUT,
         }
+    }
+
+    /// Wraps an error of a recording.
+    pub(crate) fn recording(file: &Path) -> impl Fn(sinew_record::Error) -> Self {
+        let file = file.to_owned();
+        move |source| Self::Recording { file: file.clone(), source: Box::new(source) }
     }
 
     /// Wraps an error of a file's table.

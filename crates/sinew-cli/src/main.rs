@@ -53,6 +53,8 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Track(arguments) => verbs::track::run(arguments, general),
         Verb::Plot(arguments) => verbs::plot::run(arguments, general),
         Verb::Run(arguments) => verbs::run::run(arguments, general),
+        Verb::Replay(arguments) => verbs::replay::run(arguments, general),
+        Verb::Log(arguments) => verbs::log::run(arguments, general),
         Verb::Ethercat(arguments) => verbs::ethercat::run(arguments, general),
         Verb::Link(arguments) => verbs::link::run(arguments, general),
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments, general),

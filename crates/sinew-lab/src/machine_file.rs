@@ -99,8 +99,9 @@ pub fn source_of(path: &Path, muscles: Option<&Path>) -> Result<Source, MachineF
     }
 }
 
-/// The file of a URDF robot's muscles.
-fn muscles_of(path: &Path, muscles: Option<&Path>) -> Option<PathBuf> {
+/// The file of a URDF robot's muscles: the one that is given, or the one beside it.
+#[must_use]
+pub fn muscles_of(path: &Path, muscles: Option<&Path>) -> Option<PathBuf> {
     let beside = path.with_extension("muscles.toml");
     muscles.map(Path::to_owned).or_else(|| beside.exists().then_some(beside))
 }
@@ -117,8 +118,14 @@ enum Text {
     Other(Box<Description>),
 }
 
+/// Name and text of a machine that comes with the program, where no file has its name.
+#[must_use]
+pub fn built_in(path: &Path) -> Option<(&'static str, &'static str)> {
+    BUILT_IN.iter().find(|(name, _)| path.as_os_str() == *name && !path.exists()).copied()
+}
+
 fn text_of(path: &Path, muscles: Option<&Path>) -> Result<Text, MachineFileError> {
-    let built_in = BUILT_IN.iter().find(|(name, _)| path.as_os_str() == *name && !path.exists());
+    let built_in = built_in(path);
     if built_in.is_some() && muscles.is_some() {
         return Err(MachineFileError::MusclesTwice { file: path.to_owned() });
     }
@@ -149,7 +156,10 @@ fn text_of(path: &Path, muscles: Option<&Path>) -> Result<Text, MachineFileError
 }
 
 /// Text of a file that the machine file at `path` names, or the reason why it cannot be read.
-fn beside(path: &Path, file: FileReference<'_>) -> Result<String, String> {
+///
+/// # Errors
+/// The reason.
+pub fn beside(path: &Path, file: FileReference<'_>) -> Result<String, String> {
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
     match file.included_by {
         Some(body) => {
@@ -188,7 +198,10 @@ impl Format {
 
 /// Text of a file that an MJCF model includes, or the reason why it cannot be read: only files within the
 /// model's folder are read, also after symbolic links are resolved.
-fn include(folder: &Path, file: &str) -> Result<String, String> {
+///
+/// # Errors
+/// The reason.
+pub fn include(folder: &Path, file: &str) -> Result<String, String> {
     let name = Path::new(file);
     let inside = name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     let path = folder.join(name);

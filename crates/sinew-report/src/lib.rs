@@ -37,6 +37,7 @@ mod scale;
 pub mod scene;
 pub mod shapes;
 mod shell;
+pub mod signals;
 mod svg_path;
 #[cfg(test)]
 mod tests;

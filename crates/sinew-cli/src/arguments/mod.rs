@@ -8,9 +8,11 @@ mod ethercat;
 mod fault;
 mod identification;
 mod link;
+mod log;
 mod machine;
 mod motion;
 mod path;
+mod replay;
 mod robot;
 mod run;
 mod simulation;
@@ -26,12 +28,16 @@ pub(crate) use identification::{
     WriteArguments,
 };
 pub(crate) use link::{LinkArguments, LinkKeyArguments, LinkVerb, LinkWatchArguments};
+pub(crate) use log::{
+    LogArguments, LogExportArguments, LogInfoArguments, LogLayoutArguments, LogPlotArguments, LogVerb,
+};
 pub(crate) use machine::{
     MachineArguments, MachineMapArguments, MachineNewArguments, MachineShowArguments, MachineTuneArguments,
     MachineVerb,
 };
 pub(crate) use motion::MotionArguments;
 pub(crate) use path::{PATH_FORMS, PathArgument};
+pub(crate) use replay::ReplayArguments;
 pub(crate) use robot::{
     ArmArguments, ArmEvaluateArguments, ArmVerb, ConvertArguments, InspectArguments, TrackArguments,
 };
@@ -96,6 +102,8 @@ pub(crate) enum Verb {
     Track(TrackArguments),
     Plot(PlotArguments),
     Run(RunArguments),
+    Log(LogArguments),
+    Replay(ReplayArguments),
     Ethercat(EthercatArguments),
     Link(LinkArguments),
     Reproduce(ReproduceArguments),

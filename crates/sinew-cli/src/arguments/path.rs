@@ -54,6 +54,20 @@ impl fmt::Display for PathArgument {
 }
 
 impl PathArgument {
+    /// Of the text that [`Display`](fmt::Display) gives; a motion without a file.
+    pub(crate) fn without_file(text: &str) -> Option<Self> {
+        if text == TOUR {
+            return Some(Self::Tour);
+        }
+        if let Some(coordinates) = text.strip_prefix(POINT_PREFIX) {
+            return point(coordinates).map(Self::Point);
+        }
+        if let Some(joints) = text.strip_prefix(POSE_PREFIX) {
+            return pose(joints).map(Self::Pose);
+        }
+        Some(Self::Named(text.to_owned()))
+    }
+
     /// The file that is read for it.
     pub(crate) fn file(&self) -> Option<&PathBuf> {
         match self {

@@ -3,6 +3,7 @@
 use super::link::RunLinkArguments;
 use super::motion::MotionArguments;
 use clap::{Args, ValueEnum};
+use std::path::PathBuf;
 
 /// Run a machine: its control cycle once a millisecond, on a simulated or a real bus.
 ///
@@ -28,6 +29,9 @@ pub(crate) struct RunArguments {
     pub(crate) virtual_time: bool,
     #[command(flatten)]
     pub(crate) link: RunLinkArguments,
+    /// Record every cycle (MCAP); see `sinew log` and `sinew replay`
+    #[arg(long, value_name = "FILE.mcap", conflicts_with = "link")]
+    pub(crate) record: Option<PathBuf>,
 }
 
 /// Drives and sensors of a machine.

@@ -12,6 +12,7 @@ mod limits;
 mod link;
 mod machine;
 mod map;
+mod recording;
 mod robots;
 mod roles;
 mod run;

@@ -16,7 +16,7 @@ mod tracking;
 mod verification;
 
 pub use calibrate::{CalibrationProgramme, CalibrationStroke, calibrate_arm, calibrate_networks};
-pub use designed::designed_controller;
+pub use designed::{IdentifiedMachine, designed_controller};
 pub use feasibility::{InfeasibleMotion, first_infeasibility, infeasible_motion};
 pub use heat::{DriveHeat, drive_heat};
 pub use largest_errors::{JointShare, LargestError};

@@ -148,6 +148,8 @@ pub struct TrackingResult {
 pub struct PreparedRun<'a> {
     /// In its initial state.
     pub controller: ArmController,
+    /// Its gains, before a variant without observers lowers them.
+    pub gains: ArmGains,
     arm: &'a CalibratedArm,
     task: TrackingTask<'a>,
     /// N: `[muscles]`.
@@ -170,11 +172,11 @@ impl<'a> PreparedRun<'a> {
             None => arm.gains(task.trajectory)?.0,
         };
         let tension_limits = gains.tension_limits();
-        let mut controller = arm.controller_with(variant, gains)?;
+        let mut controller = arm.controller_with(variant, gains.clone())?;
         if task.learning && task.repeats > 1 {
             controller = controller.with_iterative_learning(task.trajectory.duration())?;
         }
-        Ok(Self { controller, arm, task: task.clone(), tension_limits })
+        Ok(Self { controller, gains, arm, task: task.clone(), tension_limits })
     }
 
     /// The controller under the supervisor of the machine.

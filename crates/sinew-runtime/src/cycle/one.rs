@@ -53,6 +53,8 @@ pub struct CycleRecord<'a, B> {
 /// When the parts of a cycle ended, by the clock of the cycle, ns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CycleTimes {
+    /// It was to begin.
+    pub deadline: u64,
     /// It began.
     pub woken: u64,
     /// The sensors were read.
@@ -197,7 +199,7 @@ impl<'a, B: Bus> Cycle<'a, B> {
         let controlled = clock.now();
 
         bus.write(command.arm.drives);
-        let times = CycleTimes { woken, read, controlled, written: clock.now() };
+        let times = CycleTimes { deadline, woken, read, controlled, written: clock.now() };
         if let Motion::Linked(motion) = &mut self.motion {
             motion.publish(now, &command, feedback);
         }

@@ -50,7 +50,7 @@ impl Timing {
 
     /// Records one cycle and its deadline, ns.
     pub fn record(&mut self, deadline: u64, times: &CycleTimes) {
-        let CycleTimes { woken, read, controlled, written } = *times;
+        let CycleTimes { woken, read, controlled, written, .. } = *times;
         let since = |earlier: Option<u64>, now: u64| earlier.map(|earlier| now.saturating_sub(earlier));
         let times = [
             since(self.woken, woken),
@@ -130,6 +130,7 @@ mod tests {
             let deadline = 1_000_000 * (k + 1);
             let woken = deadline + 30_000 + if k == 500 { 400_000 } else { 0 };
             let times = CycleTimes {
+                deadline,
                 woken,
                 read: woken + 10_000,
                 controlled: woken + 30_000,

@@ -1,17 +1,19 @@
 //! A run of a real machine: only what its sensors measure is known.
 
 use super::bus;
+use crate::arguments::RunArguments;
 use crate::error::Error;
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::table::{number, table};
+use crate::verbs::recording::{Ended, Recording, Request};
 use crate::verbs::track::setup::Setup;
 use serde::Serialize;
 use sinew::control::arm::ArmStatus;
 use sinew::control::supervisor::{Limits, Mode, Supervisor};
 use sinew::machine::Machine;
 use sinew::trajectory::Schedule;
-use sinew_lab::arm::{INITIAL_REST_S, TrackHealth, TrackMode, designed_controller, fault_name};
+use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, TrackHealth, TrackMode, fault_name};
 use sinew_lab::experiment::arm::STEP;
 use sinew_lab::experiment::{ModeChange, Statistics};
 use sinew_runtime::bus::{BusStatistics, ClockReport};
@@ -26,6 +28,7 @@ pub(super) struct Measured {
     pub(super) real_time: RealTime,
     pub(super) statistics: BusStatistics,
     pub(super) clocks: Option<ClockReport>,
+    pub(super) recording: Option<Ended>,
 }
 
 /// Errors by the joint encoders, and how the run ended.
@@ -76,9 +79,15 @@ pub(super) fn text(measured: &Measured, machine: &Machine) -> String {
 const PERIOD: u64 = 1_000_000;
 
 /// Runs the task of a setup on the devices of an interface.
-pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Result<Measured, Error> {
+pub(super) fn execute(
+    setup: &Setup,
+    arguments: &RunArguments,
+    interface: &str,
+    progress: &Progress,
+) -> Result<Measured, Error> {
     let task = setup.task(1.0);
-    let mut controller = designed_controller(&setup.machine, &setup.trajectory, task.gains)?;
+    let identified = IdentifiedMachine::designed(&setup.machine, &setup.trajectory, task.gains)?;
+    let mut controller = identified.plain_controller()?;
     if task.learning && task.repeats > 1 {
         controller = controller.with_iterative_learning(setup.trajectory.duration())?;
     }
@@ -86,6 +95,9 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
     let storage = FrameStorage::new();
     progress.show("bringing the devices into operation", 0.0);
     let master = Master::new(&storage, RawSocketLink::open(interface)?)?;
+    // Before any drive moves, and before the thread has its priority.
+    let (gains, models) = (&identified.gains, &identified.models);
+    let mut recording = Recording::start(&Request { arguments, setup, gains, models, calibrated: false })?;
     let bus = master
         .match_devices(&setup.machine.devices)
         .map_err(EthercatError::from)?
@@ -113,6 +125,9 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
             ArmStatus::Degraded(_) => degraded += 1,
             ArmStatus::Following | ArmStatus::Holding => {}
         }
+        if let Some(recording) = &mut recording {
+            recording.record(record, None);
+        }
         if record.moment.repeat.is_some() {
             let measured = record.feedback.joint.iter().zip(&record.reference.q);
             for (statistics, (measured, reference)) in errors.iter_mut().zip(measured) {
@@ -129,6 +144,7 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
     let mut bus = cycle.into_bus();
     let clocks = bus.clocks();
     bus.stop();
+    let recording = recording.map(Recording::end);
     let (ended, reason) = match stopped {
         Some((time, fault)) => {
             ("stopped", Some(format!("{} at {time:.3} s", fault_name(fault, &setup.machine.robot))))
@@ -140,5 +156,5 @@ pub(super) fn execute(setup: &Setup, interface: &str, progress: &Progress) -> Re
         errors.iter().map(|statistics| MeanMax { mean: statistics.mean, max: statistics.max }).collect();
     let modes = modes.iter().map(TrackMode::new).collect();
     let numbers = MeasuredNumbers { ended, reason, joint_error, degraded_cycles: degraded, modes, health };
-    Ok(Measured { numbers, timing, real_time, statistics, clocks })
+    Ok(Measured { numbers, timing, real_time, statistics, clocks, recording })
 }

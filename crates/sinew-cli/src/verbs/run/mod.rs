@@ -8,8 +8,9 @@ mod timing;
 
 use super::track::{setup::Setup, summary_text};
 use crate::answer::{Answer, Content, Outcome};
-use crate::arguments::{BusArgument, General, MotionArguments, RunArguments};
+use crate::arguments::{BusArgument, General, MotionArguments, PathArgument, RunArguments};
 use crate::error::Error;
+use crate::output::refuse_overwrite;
 use crate::progress::Progress;
 use measured::Measured;
 use simulated::{Executed, execute};
@@ -23,6 +24,7 @@ pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer,
     if interface.is_some() {
         refuse_simulated(&arguments.motion)?;
     }
+    check_outputs(arguments, general.no_clobber)?;
     if let Some(address) = arguments.link.link {
         return linked::execute(arguments, address, general);
     }
@@ -33,17 +35,28 @@ pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer,
     let setup = setup?;
     let progress = Progress::new();
     if let Some(interface) = interface {
-        let measured = measured::execute(&setup, interface, &progress)?;
+        let measured = measured::execute(&setup, arguments, interface, &progress)?;
         drop(progress);
-        return report_measured(&setup, &measured, general.json);
+        return report_measured(&setup, measured, general.json);
     }
     progress.show("calibrating the machine's cables", 0.0);
     let arm = setup.calibrate()?;
-    let executed = execute(&setup, &arm, (arguments.bus, arguments.virtual_time), &progress)?;
+    let executed = execute(&setup, &arm, arguments, &progress)?;
     drop(progress);
-    let outcome = Outcome::of(executed.numbers.ended == TrackOutcome::Completed);
+    let whole = executed.recording.as_ref().is_none_or(|recording| recording.whole);
+    let outcome = Outcome::of(executed.numbers.ended == TrackOutcome::Completed && whole);
     let content = content(arguments, &setup, &executed, general.json)?;
-    Ok(Answer { outcome, content, written: Vec::new() })
+    let written = executed.recording.into_iter().map(|recording| recording.written).collect();
+    Ok(Answer { outcome, content, written })
+}
+
+/// The recording replaces no file that is read.
+fn check_outputs(arguments: &RunArguments, no_clobber: bool) -> Result<(), Error> {
+    let outputs: Vec<_> = arguments.record.iter().cloned().collect();
+    let motion = &arguments.motion;
+    let waypoints = motion.path.as_ref().and_then(PathArgument::file);
+    let inputs = [&motion.model].into_iter().chain(waypoints).chain(&motion.gains);
+    refuse_overwrite(inputs, &outputs, no_clobber)
 }
 
 /// What only a simulated machine can do.
@@ -77,6 +90,9 @@ fn content(
         if timed {
             all["timing_us"] = timing::json(&executed.timing);
         }
+        if let Some(recording) = &executed.recording {
+            all["recording"] = recording.json.clone();
+        }
         return Content::json(&all);
     }
     let mut text = summary_text(&tracking) + &bus::text(&executed.statistics, &setup.machine);
@@ -84,24 +100,31 @@ fn content(
     if timed {
         text += &timing::text(&executed.timing);
     }
+    text += executed.recording.as_ref().map_or("", |recording| &recording.text);
     warn(&executed.real_time);
     Ok(Content::Text(text))
 }
 
-fn report_measured(setup: &Setup, measured: &Measured, json: bool) -> Result<Answer, Error> {
-    let numbers = &measured.numbers;
+fn report_measured(setup: &Setup, measured: Measured, json: bool) -> Result<Answer, Error> {
+    let (numbers, recording) = (&measured.numbers, measured.recording.as_ref());
     let content = if json {
-        let all = serde_json::json!({
+        let mut all = serde_json::json!({
             "simulated": false, "run": numbers, "bus": bus::json(&measured.statistics, measured.clocks),
             "timing_us": timing::json(&measured.timing),
         });
+        if let Some(recording) = recording {
+            all["recording"] = recording.json.clone();
+        }
         Content::json(&all)?
     } else {
         warn(&measured.real_time);
-        let text = measured::text(measured, &setup.machine) + &timing::text(&measured.timing);
-        Content::Text(text)
+        let text = measured::text(&measured, &setup.machine) + &timing::text(&measured.timing);
+        Content::Text(text + recording.map_or("", |recording| &recording.text))
     };
-    Ok(Answer { outcome: Outcome::of(numbers.ended == "as_planned"), content, written: Vec::new() })
+    let whole = recording.is_none_or(|recording| recording.whole);
+    let outcome = Outcome::of(numbers.ended == "as_planned" && whole);
+    let written = measured.recording.into_iter().map(|recording| recording.written).collect();
+    Ok(Answer { outcome, content, written })
 }
 
 fn warn(real_time: &RealTime) {

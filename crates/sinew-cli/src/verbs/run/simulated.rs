@@ -1,8 +1,10 @@
 //! A run on a simulated bus: the plant's truth is known, so the errors are those of `sinew track`.
 
-use crate::arguments::BusArgument;
+use crate::arguments::{BusArgument, RunArguments};
 use crate::error::Error;
+use crate::interrupt;
 use crate::progress::Progress;
+use crate::verbs::recording::{Ended, Recording, Request};
 use crate::verbs::track::setup::Setup;
 use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
@@ -19,6 +21,7 @@ pub(super) struct Executed {
     pub(super) real_time: RealTime,
     pub(super) statistics: BusStatistics,
     pub(super) clocks: Option<ClockReport>,
+    pub(super) recording: Option<Ended>,
 }
 
 /// Control cycle, ns.
@@ -30,14 +33,17 @@ const PROGRESS_CYCLES: u64 = 500;
 pub(super) fn execute(
     setup: &Setup,
     arm: &CalibratedArm,
-    (bus, virtual_time): (BusArgument, bool),
+    arguments: &RunArguments,
     progress: &Progress,
 ) -> Result<Executed, Error> {
     let prepared = PreparedRun::new(arm, setup.variant, &setup.task(1.0))?;
+    let (gains, models) = (&prepared.gains, &arm.models);
+    let recording = Recording::start(&Request { arguments, setup, gains, models, calibrated: true })?;
+    let how = How { virtual_time: arguments.virtual_time, recording, progress };
     let plant = prepared.run().plant()?;
     let storage = FrameStorage::new();
-    match bus {
-        BusArgument::Twin => paced(TwinBus::new(plant, STEP), &prepared, arm, virtual_time, progress),
+    match arguments.bus {
+        BusArgument::Twin => paced(TwinBus::new(plant, STEP), &prepared, arm, how),
         // The latter has an interface and is not simulated.
         BusArgument::Segment | BusArgument::Ethercat => {
             let simulated = SimulatedMachine::new(plant, &setup.machine);
@@ -45,23 +51,29 @@ pub(super) fn execute(
             let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
             let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
             let bus = matched.operate(&setup.machine, PERIOD)?;
-            paced(bus, &prepared, arm, virtual_time, progress)
+            paced(bus, &prepared, arm, how)
         }
     }
+}
+
+/// What accompanies the cycle.
+struct How<'a> {
+    virtual_time: bool,
+    recording: Option<Recording>,
+    progress: &'a Progress,
 }
 
 fn paced<B: Bus + SimulatedBus>(
     bus: B,
     prepared: &PreparedRun<'_>,
     arm: &CalibratedArm,
-    virtual_time: bool,
-    progress: &Progress,
+    how: How<'_>,
 ) -> Result<Executed, Error> {
-    if virtual_time {
-        return execute_on(bus, prepared, arm, &mut VirtualClock::default(), RealTime::default(), progress);
+    if how.virtual_time {
+        return execute_on(bus, prepared, arm, &mut VirtualClock::default(), RealTime::default(), how);
     }
     let real_time = RealTime::request();
-    execute_on(bus, prepared, arm, &mut MonotonicClock, real_time, progress)
+    execute_on(bus, prepared, arm, &mut MonotonicClock, real_time, how)
 }
 
 fn execute_on<B: Bus + SimulatedBus>(
@@ -70,32 +82,39 @@ fn execute_on<B: Bus + SimulatedBus>(
     arm: &CalibratedArm,
     clock: &mut impl Clock,
     real_time: RealTime,
-    progress: &Progress,
+    how: How<'_>,
 ) -> Result<Executed, Error> {
+    let How { mut recording, progress, .. } = how;
     let conditions = prepared.run();
     let schedule = conditions.schedule()?;
     let mut evaluation = Evaluation::new(&conditions)?;
     let mut cycle = Cycle::new(bus, prepared.supervisor()?, schedule, STEP).with_waiting_machine();
     let (mut timing, mut count) = (Timing::new(), 0_u64);
-    let stop = AtomicBool::new(false);
+    // With a recording Ctrl-C ends the run, so that the file gets its end.
+    let own = AtomicBool::new(false);
+    let stop = if recording.is_some() { interrupt::answer() } else { &own };
     let see = |record: &CycleRecord<'_, B>| {
         if record.bus.plant_failed() {
             evaluation.plant_failed(record.moment.time);
             stop.store(true, std::sync::atomic::Ordering::Relaxed);
         }
         evaluation.record(&record.moment, record.reference, &record.command, record.bus.arm())?;
+        if let Some(recording) = &mut recording {
+            recording.record(record, Some(&record.bus.arm().truth()));
+        }
         if count.is_multiple_of(PROGRESS_CYCLES) {
             progress.show("running", record.moment.time / schedule.duration());
         }
         count += 1;
         Ok(())
     };
-    run(&mut cycle, clock, PERIOD, &stop, &mut timing, see)?;
+    run(&mut cycle, clock, PERIOD, stop, &mut timing, see)?;
+    let recording = recording.map(Recording::end);
     let statistics = cycle.statistics();
     let clocks = cycle.bus().clocks();
     let mut summary = evaluation.finish();
     summary.health = cycle.supervisor().health().to_vec();
     let numbers = TrackingNumbers::new(&summary, &arm.machine, conditions.tension_limits);
     let numbers = numbers.map_err(sinew_lab::Error::from)?;
-    Ok(Executed { numbers, timing, real_time, statistics, clocks })
+    Ok(Executed { numbers, timing, real_time, statistics, clocks, recording })
 }

@@ -2,7 +2,7 @@
 
 mod fault;
 mod joints;
-mod motion;
+pub(crate) mod motion;
 pub(crate) mod record;
 pub(crate) mod setup;
 mod waypoints;

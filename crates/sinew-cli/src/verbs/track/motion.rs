@@ -13,7 +13,7 @@ pub(super) fn default_path(machine: &Machine) -> PathArgument {
 }
 
 /// Plans the trajectory of a path.
-pub(super) fn trajectory(
+pub(crate) fn trajectory(
     machine: &Machine,
     path: &PathArgument,
     duration: Option<f64>,

@@ -3,6 +3,7 @@
 use super::{fault, motion};
 use crate::arguments::{MotionArguments, PathArgument};
 use crate::error::Error;
+use crate::verbs::machine_source::{self, MachineSource};
 use crate::verbs::read_text;
 use sinew::control::arm::ArmGains;
 use sinew::machine::Machine;
@@ -12,7 +13,6 @@ use sinew_lab::arm::{
     CalibratedArm, InfeasibleMotion, TrackingResult, TrackingTask, Verified, infeasible_motion, track_arm,
     verify,
 };
-use sinew_lab::machine_file::load_machine;
 use sinew_lab::{CompensationVariant, Error as LabError};
 use std::path::Path;
 
@@ -23,13 +23,15 @@ const REPEATS: u32 = 6;
 pub(crate) struct Setup {
     /// With its payload.
     pub(crate) machine: Machine,
+    /// The texts that it was read from.
+    pub(crate) source: MachineSource,
     /// As given, or the machine's default.
     pub(crate) path: PathArgument,
     pub(crate) trajectory: Trajectory,
     pub(crate) repeats: u32,
-    learning: bool,
+    pub(crate) learning: bool,
     /// Rest after the motion, s.
-    hold_s: f64,
+    pub(crate) hold_s: f64,
     pub(crate) variant: CompensationVariant,
     faults: Vec<InjectedFault>,
     /// Of a file, in place of those derived for the motion.
@@ -48,7 +50,8 @@ impl Setup {
         arguments: &MotionArguments,
         default_path: impl FnOnce(&Machine) -> PathArgument,
     ) -> Result<Self, Error> {
-        let machine = load_machine(&arguments.model, None)?.machine;
+        let (machine, source) = machine_source::load(&arguments.model)?;
+        let machine = machine.machine;
         let payload = arguments.payload.unwrap_or(machine.payload);
         let machine = Machine { payload, ..machine };
         let faults = fault::resolve(&arguments.fault, &machine.robot)?;
@@ -57,6 +60,7 @@ impl Setup {
         let repeats = repeats(arguments.repeats, trajectory.is_closed())?;
         let mut setup = Self {
             machine,
+            source,
             path,
             trajectory,
             repeats,
@@ -142,7 +146,7 @@ impl Setup {
 }
 
 /// Gains as `sinew machine tune` writes them.
-fn read_gains(path: &Path) -> Result<ArmGains, Error> {
+pub(crate) fn read_gains(path: &Path) -> Result<ArmGains, Error> {
     let text = read_text(path)?;
     let mut json = serde_json::Deserializer::from_str(&text);
     serde_path_to_error::deserialize(&mut json).map_err(|error| {

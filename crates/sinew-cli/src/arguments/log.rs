@@ -1,0 +1,82 @@
+//! Arguments of `sinew log`.
+
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// Show, convert or draw a recording of `sinew run --record`.
+#[derive(Debug, Args)]
+pub(crate) struct LogArguments {
+    #[command(subcommand)]
+    pub(crate) verb: LogVerb,
+}
+
+// The help of a subcommand is the documentation comment of its arguments.
+#[derive(Debug, Subcommand)]
+pub(crate) enum LogVerb {
+    Info(LogInfoArguments),
+    Export(LogExportArguments),
+    Plot(LogPlotArguments),
+    Layout(LogLayoutArguments),
+}
+
+/// Show what a recording holds: machine, motion, cycles, faults, size, attachments.
+///
+/// A recording whose program was killed is read up to its last whole chunk.
+///
+/// Example: sinew log info run.mcap
+#[derive(Debug, Args)]
+pub(crate) struct LogInfoArguments {
+    /// A recording
+    #[arg(value_name = "FILE.mcap")]
+    pub(crate) file: PathBuf,
+}
+
+/// Write the cycles of a recording as a table: CSV, or Parquet where the program was built with it.
+///
+/// Column names end with units, and with the muscle or joint that they belong to. With --muscle the table holds one
+/// transmission under the names that `sinew identify` knows: tension_in_n, position_in_m, anchor_m, and of a simulated
+/// machine tension_out_n, every 20 ms.
+///
+/// Example: sinew log export run.mcap --muscle biceps --out biceps.csv
+#[derive(Debug, Args)]
+pub(crate) struct LogExportArguments {
+    /// A recording
+    #[arg(value_name = "FILE.mcap")]
+    pub(crate) file: PathBuf,
+    /// Table to write, ending in .csv or .parquet
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    /// One row every N cycles; columns that are recorded every 20 cycles need a multiple of 20
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000),
+        conflicts_with = "muscle")]
+    pub(crate) every: u64,
+    /// Only the transmission of one muscle
+    #[arg(long, value_name = "NAME")]
+    pub(crate) muscle: Option<String>,
+}
+
+/// Draw a recording: end point, joints, tensions, commands and times of the cycle.
+///
+/// Example: sinew log plot run.mcap --report run.html
+#[derive(Debug, Args)]
+pub(crate) struct LogPlotArguments {
+    /// A recording
+    #[arg(value_name = "FILE.mcap")]
+    pub(crate) file: PathBuf,
+    /// HTML report to write
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: PathBuf,
+}
+
+/// Write a layout with which Foxglove shows a recording: the machine in 3-D, its signals, its states.
+///
+/// Example: sinew log layout run.mcap --out layout.json
+#[derive(Debug, Args)]
+pub(crate) struct LogLayoutArguments {
+    /// A recording
+    #[arg(value_name = "FILE.mcap")]
+    pub(crate) file: PathBuf,
+    /// Layout to write
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) out: PathBuf,
+}

@@ -1,0 +1,102 @@
+//! `sinew log export`.
+
+use super::rows::{Column, Rows};
+use crate::answer::{Answer, Content};
+use crate::arguments::{General, LogExportArguments};
+use crate::error::Error;
+use crate::output::{refuse_overwrite, write_streamed};
+use crate::verbs::recording::{RunSetup, read_bytes, recording};
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+pub(super) fn run(arguments: &LogExportArguments, general: &General) -> Result<Answer, Error> {
+    let LogExportArguments { file, out, every, muscle } = arguments;
+    refuse_overwrite([file], std::slice::from_ref(out), general.no_clobber)?;
+    let format = Format::of(out)?;
+    let bytes = read_bytes(file)?;
+    let recording = recording(file, &bytes)?;
+    let rows = match muscle {
+        None => Rows::all(&recording, *every),
+        Some(name) => {
+            let machine = RunSetup::of(file, &recording)?.machine(file, &recording)?;
+            Rows::of_muscle(&recording, &machine, name)?
+        }
+    };
+    let columns: Vec<String> = rows.columns.iter().map(|column| column.name.clone()).collect();
+    let mut count = 0;
+    let written = write_streamed(out, |to| {
+        count = match format {
+            Format::Csv => csv(to, out, file, rows)?,
+            #[cfg(feature = "parquet")]
+            Format::Parquet => super::parquet::write(to, out, file, rows)?,
+        };
+        Ok(())
+    })?;
+    let content = if general.json {
+        Content::json(&serde_json::json!({
+            "machine": recording.head.machine, "simulated": recording.head.simulated,
+            "rows": count, "columns": columns,
+        }))?
+    } else {
+        let simulated = if recording.head.simulated { "SIMULATED " } else { "" };
+        Content::Text(format!(
+            "{simulated}{}: {count} rows, {} columns\n",
+            recording.head.machine,
+            columns.len()
+        ))
+    };
+    Ok(Answer::done(content, vec![written]))
+}
+
+/// Formats of a table.
+#[derive(Debug, Clone, Copy)]
+enum Format {
+    Csv,
+    #[cfg(feature = "parquet")]
+    Parquet,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self, Error> {
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("csv") => Ok(Self::Csv),
+            #[cfg(feature = "parquet")]
+            Some("parquet") => Ok(Self::Parquet),
+            _ => Err(Error::Argument {
+                flag: "--out",
+                value: path.display().to_string(),
+                expected: if cfg!(feature = "parquet") {
+                    "a file ending in .csv or .parquet"
+                } else {
+                    "a file ending in .csv; .parquet needs a program built with --features parquet"
+                },
+            }),
+        }
+    }
+}
+
+fn csv(to: &mut std::fs::File, out: &Path, file: &Path, rows: Rows<'_>) -> Result<u64, Error> {
+    let unwritable = |source| Error::Unwritable { file: out.to_owned(), source };
+    let mut to = csv::Writer::from_writer(BufWriter::new(to));
+    to.write_record(rows.columns.iter().map(|column| &column.name))?;
+    let mut cell = Vec::new();
+    let count = rows.each(file, |columns, row| {
+        for (column, value) in columns.iter().zip(row) {
+            cell.clear();
+            write_cell(&mut cell, column, *value).map_err(unwritable)?;
+            to.write_field(&cell)?;
+        }
+        Ok(to.write_record(None::<&[u8]>)?)
+    })?;
+    to.flush().map_err(unwritable)?;
+    Ok(count)
+}
+
+/// A number with the digits that were recorded; nothing where there is none.
+fn write_cell(cell: &mut Vec<u8>, column: &Column, value: f64) -> std::io::Result<()> {
+    match column.digits {
+        _ if !value.is_finite() => Ok(()),
+        Some(digits) => write!(cell, "{value:.digits$}"),
+        None => write!(cell, "{value}"),
+    }
+}

@@ -1,0 +1,92 @@
+//! `sinew log layout`.
+
+use crate::answer::{Answer, Content};
+use crate::arguments::{General, LogLayoutArguments};
+use crate::error::Error;
+use crate::output::{refuse_overwrite, write_all};
+use crate::verbs::recording::{read_bytes, recording};
+use serde_json::{Value, json};
+use sinew_record::Head;
+
+pub(super) fn run(arguments: &LogLayoutArguments, general: &General) -> Result<Answer, Error> {
+    let LogLayoutArguments { file, out } = arguments;
+    refuse_overwrite([file], std::slice::from_ref(out), general.no_clobber)?;
+    let bytes = read_bytes(file)?;
+    let recording = recording(file, &bytes)?;
+    let text = serde_json::to_string_pretty(&layout(&recording.head))?;
+    let written = write_all(&[(out.clone(), text.as_bytes())])?;
+    let content = if general.json {
+        Content::json(&json!({"machine": recording.head.machine}))?
+    } else {
+        Content::Text("Open it in Foxglove: layouts, import from file\n".to_owned())
+    };
+    Ok(Answer::done(content, written))
+}
+
+/// Machine on the left; joints, tensions and commands above each other in the middle; states and times on the right.
+fn layout(head: &Head) -> Value {
+    let joints: Vec<&str> = head.joints.iter().map(|joint| joint.name.as_str()).collect();
+    let muscles: Vec<&str> = head.muscles.iter().map(String::as_str).collect();
+    let measured = if head.simulated { "tension_true_n" } else { "tension_estimated_n" };
+    json!({
+        "configById": {
+            "3D!machine": {
+                "followTf": "world", "followMode": "follow-none", "layers": {},
+                "scene": {"transforms": {"showLabel": false, "axisScale": 0.1}},
+                "topics": {"/sinew/scene": {"visible": true}},
+                "cameraState": {"perspective": true, "distance": 2.0, "phi": 60, "thetaOffset": 45},
+            },
+            "Plot!joints": plot("Joints, rad or m", &[
+                ("reference", "joint_reference", &joints), ("measured", "joint_measured", &joints),
+            ]),
+            "Plot!tensions": plot("Tensions at the anchors, N", &[
+                ("desired", "tension_desired_n", &muscles), ("found", measured, &muscles),
+            ]),
+            "Plot!commands": plot("Commands of the drives, m/s or N", &[("", "command", &muscles)]),
+            "Plot!times": {
+                "title": "Cycle, us", "showLegend": true, "isSynced": true, "xAxisVal": "timestamp",
+                "paths": [series("wake-up", "wake_up_us"), series("busy", "busy_us")],
+            },
+            "StateTransitions!status": {
+                "isSynced": true,
+                "paths": [{"value": "/sinew/state.status", "label": "status", "timestampMethod": "receiveTime"}],
+            },
+            "RosOut!log": {"topicToRender": "/sinew/log", "searchTerms": [], "minLogLevel": 1},
+        },
+        "globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1},
+        "layout": {
+            "direction": "row", "splitPercentage": 35, "first": "3D!machine",
+            "second": {
+                "direction": "row", "splitPercentage": 65,
+                "first": {
+                    "direction": "column", "splitPercentage": 34, "first": "Plot!joints",
+                    "second": {"direction": "column", "first": "Plot!tensions", "second": "Plot!commands"},
+                },
+                "second": {
+                    "direction": "column", "splitPercentage": 34, "first": "StateTransitions!status",
+                    "second": {"direction": "column", "first": "RosOut!log", "second": "Plot!times"},
+                },
+            },
+        },
+    })
+}
+
+/// A plot of arrays of `/sinew/state`, with the names of their parts.
+fn plot(title: &str, arrays: &[(&str, &str, &Vec<&str>)]) -> Value {
+    let paths = arrays.iter().flat_map(|(what, array, names)| {
+        names
+            .iter()
+            .enumerate()
+            .map(move |(k, name)| series(format!("{name} {what}").trim(), &format!("{array}[{k}]")))
+    });
+    json!({
+        "title": title, "showLegend": true, "isSynced": true, "xAxisVal": "timestamp",
+        "paths": paths.collect::<Value>(),
+    })
+}
+
+fn series(label: &str, path: &str) -> Value {
+    json!({
+        "value": format!("/sinew/state.{path}"), "label": label, "enabled": true, "timestampMethod": "receiveTime",
+    })
+}

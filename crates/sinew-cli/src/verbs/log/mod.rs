@@ -1,0 +1,22 @@
+//! `sinew log`.
+
+mod export;
+mod info;
+mod layout;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod plot;
+mod rows;
+
+use crate::answer::Answer;
+use crate::arguments::{General, LogArguments, LogVerb};
+use crate::error::Error;
+
+pub(crate) fn run(arguments: &LogArguments, general: &General) -> Result<Answer, Error> {
+    match &arguments.verb {
+        LogVerb::Info(arguments) => info::run(arguments, general),
+        LogVerb::Export(arguments) => export::run(arguments, general),
+        LogVerb::Plot(arguments) => plot::run(arguments, general),
+        LogVerb::Layout(arguments) => layout::run(arguments, general),
+    }
+}

@@ -1,0 +1,101 @@
+//! A machine together with the texts of its files, so that it can be read again where the files are gone.
+
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
+use sinew::description::machine::FileReference;
+use sinew::description::{MachineDescription, from_mjcf, from_urdf, machine_from_toml, machine_of};
+use sinew_lab::machine_file::{Format, MachineFileError, beside, built_in, include, muscles_of, read_text};
+use std::path::{Path, PathBuf};
+
+/// Text of a file, with what it is to the machine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SourceText {
+    /// [`MAIN`], [`MUSCLES`], or the path of a file with that of the one that names it.
+    pub(crate) role: String,
+    pub(crate) text: String,
+}
+
+/// Roles of the machine's or robot's own file, and of a URDF robot's muscles.
+pub(crate) const MAIN: &str = "main";
+const MUSCLES: &str = "muscles";
+
+/// A machine as written.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct MachineSource {
+    /// As given.
+    pub(crate) path: PathBuf,
+    /// Of all its files, [`MAIN`] first.
+    pub(crate) texts: Vec<SourceText>,
+}
+
+/// Gives the text of a role; `read` reads it from the disk.
+type Texts<'a> = dyn FnMut(String, &mut dyn FnMut() -> Result<String, String>) -> Result<String, String> + 'a;
+
+/// Reads and validates a machine as [`sinew_lab::machine_file::load_machine`] does, and keeps the texts.
+pub(crate) fn load(path: &Path) -> Result<(MachineDescription, MachineSource), Error> {
+    let text = match built_in(path) {
+        Some((_, text)) => text.to_owned(),
+        None => {
+            Format::of(path)?;
+            read_text(path).map_err(MachineFileError::from)?
+        }
+    };
+    let mut texts = vec![SourceText { role: MAIN.to_owned(), text: text.clone() }];
+    let machine = build(path, &text, &mut |role, read| {
+        let text = read()?;
+        texts.push(SourceText { role, text: text.clone() });
+        Ok(text)
+    })?;
+    Ok((machine, MachineSource { path: path.to_owned(), texts }))
+}
+
+impl MachineSource {
+    fn text(&self, role: &str) -> Option<&str> {
+        self.texts.iter().find(|text| text.role == role).map(|text| text.text.as_str())
+    }
+
+    /// Reads and validates the machine from its texts alone.
+    pub(crate) fn machine(&self) -> Result<MachineDescription, Error> {
+        let main = self.text(MAIN).unwrap_or_default();
+        build(&self.path, main, &mut |role, _| {
+            self.text(&role).map(str::to_owned).ok_or_else(|| "is not part of the recording".to_owned())
+        })
+    }
+}
+
+fn role_of(file: &FileReference<'_>) -> String {
+    file.included_by.map_or_else(|| file.path.to_owned(), |by| format!("{} in {by}", file.path))
+}
+
+fn build(path: &Path, text: &str, texts: &mut Texts<'_>) -> Result<MachineDescription, Error> {
+    let name = path.display().to_string();
+    match Format::of(path) {
+        Ok(Format::Urdf) => {
+            let mut muscles = None;
+            let file = muscles_of(path, None);
+            let name_of_file = file.as_ref().map_or_else(String::new, |file| file.display().to_string());
+            let mut read = || match &file {
+                Some(file) => read_text(file).map_err(|error| error.to_string()),
+                None => Err(String::new()),
+            };
+            // A robot without muscles is refused by its own message.
+            if let Ok(found) = texts(MUSCLES.to_owned(), &mut read) {
+                muscles = Some(found);
+            }
+            let muscles = muscles.as_deref().map(|text| (name_of_file.as_str(), text));
+            Ok(machine_of(from_urdf(&name, text, muscles)?)?)
+        }
+        Ok(Format::Mjcf) => {
+            let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
+            let mut read = |file: &str| texts(file.to_owned(), &mut || include(&folder, file));
+            Ok(machine_of(from_mjcf(&name, text, &mut read)?)?)
+        }
+        Ok(Format::Toml) | Err(_) => {
+            let mut read = |file: FileReference<'_>| {
+                let role = role_of(&file);
+                texts(role, &mut || beside(path, FileReference { ..file }))
+            };
+            Ok(machine_from_toml(&name, text, &mut read)?)
+        }
+    }
+}

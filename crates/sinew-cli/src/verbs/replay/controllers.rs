@@ -1,0 +1,117 @@
+//! The controller of a recording, and others in its place.
+
+use crate::error::Error;
+use crate::verbs::machine_source;
+use crate::verbs::recording::RunSetup;
+use crate::verbs::track::setup::read_gains;
+use sinew::control::arm::ArmController;
+use sinew::control::supervisor::{Limits, Supervisor};
+use sinew::machine::Machine;
+use sinew::trajectory::{Schedule, Trajectory};
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::{CalibratedArm, IdentifiedMachine, PreparedRun, TrackingTask};
+use sinew_record::Recording;
+use std::path::Path;
+
+/// Machine and motion as recorded.
+pub(super) struct Motion {
+    pub(super) machine: Machine,
+    pub(super) trajectory: Trajectory,
+    repeats: u32,
+    rests: [f64; 2],
+    variant: CompensationVariant,
+}
+
+impl Motion {
+    pub(super) fn new(file: &Path, recording: &Recording<'_>, setup: &RunSetup) -> Result<Self, Error> {
+        let machine = setup.machine(file, recording)?;
+        let trajectory = setup.trajectory(file, recording, &machine)?;
+        let variant = setup.compensation.parse().map_err(|_| {
+            let reason = format!("unknown compensation `{}`", setup.compensation);
+            Error::recording(file)(sinew_record::Error::Attachment { name: "setup.json".to_owned(), reason })
+        })?;
+        let rests = [setup.initial_rest_s, setup.final_rest_s];
+        Ok(Self { machine, trajectory, repeats: setup.repeats, rests, variant })
+    }
+
+    pub(super) fn schedule(&self) -> Result<Schedule<'_>, Error> {
+        let [before, after] = self.rests;
+        Ok(Schedule::new(&self.trajectory, self.repeats, before, after)?)
+    }
+}
+
+/// The controller that commanded the recorded run.
+pub(super) fn recorded_controller(setup: &RunSetup, motion: &Motion) -> Result<Supervisor, Error> {
+    let machine = motion.machine.loaded()?;
+    let (models, gains) = (setup.models.clone(), setup.gains.clone());
+    let identified = IdentifiedMachine { machine, models, gains };
+    if let Some(controller) = identified.controller(motion.variant)? {
+        return supervised(learning(controller, setup, motion)?, &identified.machine);
+    }
+    // What the variant was calibrated by follows from the seed.
+    let arm = CalibratedArm::new(&motion.machine, setup.seed)?;
+    let task = TrackingTask {
+        trajectory: &motion.trajectory,
+        repeats: setup.repeats,
+        learning: setup.learning,
+        final_rest: setup.final_rest_s,
+        faults: &[],
+        gains: Some(&setup.gains),
+        trace_interval: 1.0,
+    };
+    Ok(PreparedRun::new(&arm, motion.variant, &task)?.supervisor()?)
+}
+
+/// A controller with another machine's design or other gains, and the cables as they were identified. Where another machine
+/// is given without gains, they follow from its design.
+pub(super) fn other_controller(
+    setup: &RunSetup,
+    motion: &Motion,
+    machine: Option<&Path>,
+    gains: Option<&Path>,
+) -> Result<Supervisor, Error> {
+    let given = gains.map(read_gains).transpose()?;
+    let design = match machine {
+        Some(path) => {
+            let design = machine_source::load(path)?.0.machine;
+            Machine { payload: motion.machine.payload, ..design }.loaded()?
+        }
+        None => motion.machine.loaded()?,
+    };
+    let joints = design.robot.independent_joints().len();
+    if let Some(gains) = &given {
+        gains.validate(design.muscles.len(), joints)?;
+    }
+    if [design.muscles.len(), joints] != [motion.machine.muscles.len(), motion.machine.encoders.len()] {
+        return Err(Error::Argument {
+            flag: "--machine",
+            value: machine.map_or_else(String::new, |path| path.display().to_string()),
+            expected: "a machine with as many muscles and joints as the recorded one",
+        });
+    }
+    let identified = design.muscles.iter().zip(&setup.models);
+    let models = identified.map(|(muscle, recorded)| match (machine, &muscle.model) {
+        (Some(_), Some(model)) => model.clone(),
+        _ => recorded.clone(),
+    });
+    let models = models.collect();
+    let parts = IdentifiedMachine::of(design, models, &motion.trajectory, given.as_ref())?;
+    let controller = parts.controller(motion.variant)?.ok_or_else(|| Error::Argument {
+        flag: "--machine",
+        value: motion.variant.to_string(),
+        expected: "a recording with a compensation that is not calibrated on the simulated bench",
+    })?;
+    supervised(learning(controller, setup, motion)?, &parts.machine)
+}
+
+fn supervised(controller: ArmController, machine: &Machine) -> Result<Supervisor, Error> {
+    let limits = Limits::of(machine, controller.gains())?;
+    Ok(Supervisor::new(controller, limits)?)
+}
+
+fn learning(controller: ArmController, setup: &RunSetup, motion: &Motion) -> Result<ArmController, Error> {
+    if setup.learning && setup.repeats > 1 {
+        return Ok(controller.with_iterative_learning(motion.trajectory.duration())?);
+    }
+    Ok(controller)
+}

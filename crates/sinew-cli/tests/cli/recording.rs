@@ -1,0 +1,130 @@
+//! `sinew run --record`, `sinew log` and `sinew replay`.
+
+use crate::bench::Bench;
+use serde_json::Value;
+use std::process::Command;
+
+const RUN: &str = "run planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 3 --hold 1 --virtual-time";
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn a_recorded_run_is_shown_exported_drawn_and_replayed() {
+    let bench = Bench::new();
+    let plain = json(&bench.succeeds(&format!("{RUN} --json")).stdout);
+    let run = json(&bench.succeeds(&format!("{RUN} --json --record run.mcap")).stdout);
+    assert_eq!(plain["tracking"], run["tracking"], "recording changes nothing");
+    assert_eq!(run["recording"]["cycles"], 7000);
+    assert_eq!(run["recording"]["dropped"], 0);
+    assert_eq!(run["written"][0]["file"], "run.mcap");
+
+    let info = json(&bench.succeeds("log info run.mcap --json").stdout);
+    assert_eq!((&info["cycles"], &info["complete"]), (&Value::from(7000), &Value::from(true)));
+    assert_eq!(info["attachments"][0]["name"], "machine/0-planar_leg");
+
+    let replay = json(&bench.succeeds("replay run.mcap --json").stdout);
+    assert_eq!((&replay["reproduced"], &replay["cycles"]), (&Value::from(true), &Value::from(7000)));
+
+    bench.succeeds("log export run.mcap --out all.csv");
+    let table = bench.read("all.csv");
+    assert_eq!(table.lines().count(), 7001);
+    assert!(table.starts_with("time_s,deadline_us,"), "{table:.80}");
+    bench.succeeds("log export run.mcap --out cable.csv --muscle hamstrings");
+    let identified = bench.succeeds("identify cable.csv --far tension_out_n --dry-run");
+    assert!(identified.stdout.contains("tension_in_n"), "{}", identified.stdout);
+
+    bench.succeeds("log plot run.mcap --report run.html");
+    assert!(bench.read("run.html").contains("Tensions at the anchors"));
+    bench.succeeds("log layout run.mcap --out layout.json");
+    let layout = json(&bench.read("layout.json"));
+    assert_eq!(layout["layout"]["first"], "3D!machine");
+
+    // A program of the container's makers, where it is installed.
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../sinew-record/tests/read_with_python.py");
+    let folder = bench.path("run.mcap");
+    let folder = folder.parent().unwrap();
+    let python = std::env::var("SINEW_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let installed = Command::new(&python).args(["-c", "import mcap, mcap_protobuf"]).output();
+    if installed.is_ok_and(|output| output.status.success()) {
+        let read = Command::new(&python).args([script, "run.mcap", "all.csv"]).current_dir(folder).output();
+        let read = read.unwrap();
+        assert!(read.status.success(), "{}", String::from_utf8_lossy(&read.stderr));
+    } else {
+        eprintln!("skipped: {python} has no packages mcap and mcap-protobuf-support");
+    }
+}
+
+#[test]
+fn other_gains_show_what_they_would_have_commanded() {
+    let bench = Bench::new();
+    bench.succeeds(&format!("{RUN} --record run.mcap"));
+    bench.succeeds("machine tune planar_leg --out gains.json");
+    let replay = json(&bench.succeeds("replay run.mcap --gains gains.json --report r.html --json").stdout);
+    assert_eq!(replay["reproduced"], true);
+    let muscles = replay["other_controller"].as_array().unwrap();
+    assert!(muscles.iter().all(|muscle| muscle["max"].as_f64().unwrap() > 0.0), "{replay}");
+    assert!(bench.read("r.html").contains("other controller"));
+    let same = json(&bench.succeeds("replay run.mcap --machine planar_leg --json").stdout);
+    assert!(same["other_controller"].is_array());
+    let refused = bench.run("replay run.mcap --machine finger");
+    assert_eq!(refused.code, Some(2));
+    assert!(refused.stderr.contains("as many muscles"), "{}", refused.stderr);
+}
+
+#[test]
+fn files_that_are_no_recordings_are_refused_with_their_name() {
+    let bench = Bench::new();
+    bench.write("text.mcap", "time_s,far_n\n0,1\n");
+    for verb in [
+        "log info",
+        "log plot --report r.html",
+        "log export --out t.csv",
+        "log layout --out l.json",
+        "replay",
+    ] {
+        let outcome = bench.run(&format!("{verb} text.mcap"));
+        assert_eq!(outcome.code, Some(2), "{verb}: {}", outcome.stderr);
+        assert!(
+            outcome.stderr.starts_with("error: text.mcap: byte 0: expected an MCAP file"),
+            "{}",
+            outcome.stderr
+        );
+    }
+    let outcome = bench.run("log info missing.mcap");
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+}
+
+#[test]
+fn a_recording_replaces_nothing_that_is_read_or_to_be_kept() {
+    let bench = Bench::new();
+    bench.write("kept.mcap", "x");
+    let outcome = bench.run(&format!("{RUN} --record kept.mcap --no-clobber"));
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+    assert_eq!(bench.read("kept.mcap"), "x");
+    let outcome = bench.run(&format!("{RUN} --record nowhere/run.mcap"));
+    assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn where_the_disk_is_full_the_run_goes_on_and_what_was_written_is_whole() {
+    let bench = Bench::new();
+    // Blocks of 512 bytes; the signal of the limit is ignored, as a full disk sends none.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 200; exec {} {RUN} --json --record run.mcap",
+        env!("CARGO_BIN_EXE_sinew")
+    );
+    let folder = bench.path("run.mcap");
+    let output =
+        Command::new("sh").args(["-c", &script]).current_dir(folder.parent().unwrap()).output().unwrap();
+    let (text, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert_eq!(told.matches("the run goes on without it").count(), 1, "{told}");
+    assert_eq!(json(&text)["tracking"]["observer"]["ended"], "as_planned");
+    let info = json(&bench.succeeds("log info run.mcap --json").stdout);
+    assert_eq!(info["complete"], true);
+    let cycles = info["cycles"].as_u64().unwrap();
+    assert!(cycles >= 500 && cycles < 7000 && cycles.is_multiple_of(500), "{cycles}");
+}

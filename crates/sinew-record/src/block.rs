@@ -1,0 +1,210 @@
+//! Consecutive cycles as one message, and back.
+
+use crate::error::Error;
+use crate::grid::{join, round, split, unround};
+use crate::head::{Coding, ColumnSpec, Head, STRIDE};
+use crate::messages::{Column, Cycles};
+use crate::sample::Layout;
+use crate::{column, head};
+use crc32fast::Hasher;
+
+/// Collects samples of consecutive cycles.
+#[derive(Debug)]
+pub(crate) struct BlockBuilder {
+    layout: Layout,
+    first: u64,
+    count: usize,
+    /// `[columns][cycles]`.
+    fast: Vec<Vec<f64>>,
+    slow: Vec<Vec<f64>>,
+    cycle_checks: Vec<u8>,
+    /// `[muscles]`, `[joints]`.
+    command_checks: Vec<Hasher>,
+    reference_checks: Vec<Hasher>,
+}
+
+impl BlockBuilder {
+    pub(crate) fn new(layout: Layout) -> Self {
+        let columns = |count: usize| vec![Vec::with_capacity(head::BLOCK); count];
+        Self {
+            layout,
+            first: 0,
+            count: 0,
+            fast: columns(layout.fast()),
+            slow: columns(layout.slow()),
+            cycle_checks: Vec::new(),
+            command_checks: vec![Hasher::new(); layout.muscles],
+            reference_checks: vec![Hasher::new(); layout.joints],
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether a cycle follows those collected.
+    pub(crate) fn continues(&self, index: u64) -> bool {
+        self.count == 0 || index == self.first + self.count as u64
+    }
+
+    /// Adds a sample.
+    pub(crate) fn push(&mut self, sample: &[f64]) {
+        let index = sample[0] as u64;
+        if self.count == 0 {
+            self.first = index;
+        }
+        self.count += 1;
+        let (fast, rest) = sample[1..].split_at(self.layout.fast());
+        let (slow, rates) = rest.split_at(self.layout.slow());
+        self.fast.iter_mut().zip(fast).for_each(|(column, x)| column.push(*x));
+        if index.is_multiple_of(STRIDE) {
+            self.slow.iter_mut().zip(slow).for_each(|(column, x)| column.push(*x));
+        }
+        let commands = &fast[self.layout.commands()..];
+        self.cycle_checks.push(cycle_check(commands));
+        add_checks(&mut self.command_checks, commands);
+        let joints = self.layout.joints;
+        add_checks(&mut self.reference_checks, &slow[..joints]);
+        add_checks(&mut self.reference_checks, rates);
+    }
+
+    /// When the last cycle was to begin, us since the first one.
+    pub(crate) fn last_deadline_us(&self) -> f64 {
+        self.fast.first().and_then(|column| column.last()).copied().unwrap_or(0.0)
+    }
+
+    /// The message of what was collected; nothing is collected afterwards.
+    pub(crate) fn take(&mut self, head: &Head, dropped: u64) -> Cycles {
+        let fast = head.fast.iter().zip(&self.fast).flat_map(|(spec, values)| encode(spec, values));
+        let slow = head.slow.iter().zip(&self.slow).flat_map(|(spec, values)| encode(spec, values));
+        let message = Cycles {
+            first: self.first,
+            count: self.count as u32,
+            fast: fast.collect(),
+            slow: slow.collect(),
+            cycle_checks: std::mem::take(&mut self.cycle_checks),
+            command_checks: take_checks(&mut self.command_checks),
+            reference_checks: take_checks(&mut self.reference_checks),
+            dropped,
+        };
+        self.count = 0;
+        self.fast.iter_mut().chain(&mut self.slow).for_each(Vec::clear);
+        message
+    }
+}
+
+/// Low 8 bits of the CRC-32 over the exact commands: kinds, first numbers, second numbers.
+pub(crate) fn cycle_check(commands: &[f64]) -> u8 {
+    let mut hasher = Hasher::new();
+    commands.iter().for_each(|x| hasher.update(&x.to_bits().to_le_bytes()));
+    hasher.finalize() as u8
+}
+
+/// Adds numbers to the checks of their muscles or joints; there are several numbers of each: `[numbers x checks]`.
+pub(crate) fn add_checks(checks: &mut [Hasher], numbers: &[f64]) {
+    for row in numbers.chunks_exact(checks.len().max(1)) {
+        checks.iter_mut().zip(row).for_each(|(check, x)| check.update(&x.to_bits().to_le_bytes()));
+    }
+}
+
+/// The checks so far, which begin anew.
+pub(crate) fn take_checks(checks: &mut [Hasher]) -> Vec<u32> {
+    checks.iter_mut().map(|check| std::mem::take(check).finalize()).collect()
+}
+
+/// One column, or for exact numbers counts and deviations.
+fn encode(spec: &ColumnSpec, values: &[f64]) -> Vec<Column> {
+    match &spec.coding {
+        Coding::Rounded(resolution) => vec![column::encode(&round(values, *resolution), 0)],
+        Coding::Exact(grids) => {
+            let (counts, rest, number) = split(values, grids);
+            vec![column::encode(&counts, number), column::encode(&rest, 0)]
+        }
+    }
+}
+
+/// Consecutive cycles of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// Index of the first cycle.
+    pub first: u64,
+    /// Number of cycles.
+    pub count: usize,
+    /// `[columns][cycles]`, in the order of [`Head::fast`].
+    pub fast: Vec<Vec<f64>>,
+    /// `[columns][cycles/stride]`, in the order of [`Head::slow`].
+    pub slow: Vec<Vec<f64>>,
+    /// Low 8 bits of the CRC-32 over the exact commands of every cycle.
+    pub cycle_checks: Vec<u8>,
+    /// CRC-32 over the exact commands of all cycles: `[muscles]`.
+    pub command_checks: Vec<u32>,
+    /// CRC-32 over the exact references of all cycles: `[joints]`.
+    pub reference_checks: Vec<u32>,
+    /// Cycles lost before this block, since the start.
+    pub dropped: u64,
+}
+
+impl Block {
+    /// Decodes a message at a place in a file.
+    pub(crate) fn decode(message: &Cycles, head: &Head, at: u64) -> Result<Self, Error> {
+        let damaged = |expected, got: String| Error::Damaged { at, expected, got };
+        let count = message.count as usize;
+        if count == 0 || count > MAX_CYCLES {
+            return Err(damaged("1 to 100000 cycles in a block", count.to_string()));
+        }
+        let stride = head.stride.max(1);
+        let first_slow = message.first.div_ceil(stride);
+        let end = message.first.checked_add(count as u64);
+        let end = end.ok_or_else(|| damaged("an index of a cycle", message.first.to_string()))?;
+        let slow_count = end.div_ceil(stride).saturating_sub(first_slow) as usize;
+        let fast = decode(&head.fast, &message.fast, count);
+        let fast = fast.ok_or_else(|| damaged("the columns of head.json", "other ones".to_owned()))?;
+        let slow = decode(&head.slow, &message.slow, slow_count);
+        let slow = slow.ok_or_else(|| damaged("the slow columns of head.json", "other ones".to_owned()))?;
+        let sizes = [
+            (message.cycle_checks.len(), count),
+            (message.command_checks.len(), head.muscles.len()),
+            (message.reference_checks.len(), head.joints.len()),
+        ];
+        if let Some((got, _)) = sizes.iter().find(|(got, expected)| got != expected) {
+            return Err(damaged("checks of every cycle, muscle and joint", got.to_string()));
+        }
+        Ok(Self {
+            first: message.first,
+            count,
+            fast,
+            slow,
+            cycle_checks: message.cycle_checks.clone(),
+            command_checks: message.command_checks.clone(),
+            reference_checks: message.reference_checks.clone(),
+            dropped: message.dropped,
+        })
+    }
+
+    /// Place among the values of slow columns of a cycle of this block.
+    #[must_use]
+    pub fn slow_row(&self, cycle: usize, stride: u64) -> Option<usize> {
+        let index = self.first + cycle as u64;
+        let first = self.first.div_ceil(stride.max(1));
+        index.is_multiple_of(stride.max(1)).then(|| (index / stride.max(1) - first) as usize)
+    }
+}
+
+/// Longest block that is read.
+const MAX_CYCLES: usize = 100_000;
+
+fn decode(specs: &[ColumnSpec], columns: &[Column], count: usize) -> Option<Vec<Vec<f64>>> {
+    let mut columns = columns.iter();
+    let mut values = Vec::with_capacity(specs.len());
+    for spec in specs {
+        let (counts, grid) = column::decode(columns.next()?, count)?;
+        values.push(match &spec.coding {
+            Coding::Rounded(resolution) => unround(&counts, *resolution),
+            Coding::Exact(grids) => {
+                let (rest, _) = column::decode(columns.next()?, count)?;
+                join(&counts, &rest, grid, grids)?
+            }
+        });
+    }
+    columns.next().is_none().then_some(values)
+}

@@ -1,0 +1,143 @@
+//! Channels and attachments of a recording in the MCAP container.
+
+use crate::error::Error;
+use crate::head::Head;
+use crate::sink::SharedSink;
+use mcap::records::MessageHeader;
+use mcap::write::{Metadata, NoSeek};
+use mcap::{Attachment, WriteOptions, Writer};
+use prost::Message;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// Schemas of all messages, a `FileDescriptorSet`; `schemas/make.py` makes it.
+const SCHEMAS: &[u8] = include_bytes!("../schemas/schemas.binpb");
+
+/// Name of the attachment with [`Head`].
+pub(crate) const HEAD: &str = "head.json";
+/// Topic of the blocks.
+pub(crate) const CYCLES: &str = "/sinew/cycles";
+
+/// A channel of a recording.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Topic {
+    Cycles,
+    State,
+    Frames,
+    Scene,
+    Log,
+}
+
+impl Topic {
+    const ALL: [Self; 5] = [Self::Cycles, Self::State, Self::Frames, Self::Scene, Self::Log];
+
+    /// Name and schema.
+    fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Cycles => (CYCLES, "sinew.Cycles"),
+            Self::State => ("/sinew/state", "sinew.State"),
+            Self::Frames => ("/tf", "foxglove.FrameTransforms"),
+            Self::Scene => ("/sinew/scene", "foxglove.SceneUpdate"),
+            Self::Log => ("/sinew/log", "foxglove.Log"),
+        }
+    }
+}
+
+/// A file next to the messages.
+#[derive(Debug, Clone, PartialEq)]
+pub struct File {
+    /// Its name.
+    pub name: String,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// The container, written a commit at a time.
+pub(crate) struct Container {
+    writer: Writer<NoSeek<SharedSink>>,
+    sink: SharedSink,
+    channels: [u16; 5],
+    sequence: [u32; 5],
+    head_time: u64,
+}
+
+impl Container {
+    /// Writes what precedes the first message.
+    pub(crate) fn new(sink: SharedSink, head: &Head, files: &[File]) -> Result<Self, Error> {
+        let options = WriteOptions::new()
+            .compression(None)
+            .chunk_size(None)
+            .disable_seeking(true)
+            .library(format!("sinew {}", head.program));
+        let mut writer = Writer::with_options(NoSeek::new(sink.clone()), options)?;
+        let text = serde_json::to_vec(head).map_err(std::io::Error::other)?;
+        let all = [File { name: HEAD.to_owned(), bytes: text }].into_iter().chain(files.iter().cloned());
+        for file in all {
+            let media_type = if file.name.ends_with(".json") { "application/json" } else { "text/plain" };
+            writer.attach(&Attachment {
+                log_time: head.start_ns,
+                create_time: head.start_ns,
+                name: file.name,
+                media_type: media_type.to_owned(),
+                data: Cow::Owned(file.bytes),
+            })?;
+        }
+        writer.write_metadata(&Metadata { name: "sinew".to_owned(), metadata: metadata(head) })?;
+        let mut channels = [0; 5];
+        for (channel, topic) in channels.iter_mut().zip(Topic::ALL) {
+            let (name, schema) = topic.described();
+            let schema = writer.add_schema(schema, "protobuf", SCHEMAS)?;
+            *channel = writer.add_channel(schema, name, "protobuf", &BTreeMap::new())?;
+        }
+        let mut container = Self { writer, sink, channels, sequence: [0; 5], head_time: head.start_ns };
+        container.commit()?;
+        Ok(container)
+    }
+
+    /// Adds a message at a time, ns since the start.
+    pub(crate) fn put(
+        &mut self,
+        topic: Topic,
+        since_start: u64,
+        message: &impl Message,
+    ) -> Result<(), Error> {
+        let place = topic as usize;
+        let log_time = self.head_time + since_start;
+        let header = MessageHeader {
+            channel_id: self.channels[place],
+            sequence: self.sequence[place],
+            log_time,
+            publish_time: log_time,
+        };
+        self.sequence[place] = self.sequence[place].wrapping_add(1);
+        Ok(self.writer.write_to_known_channel(&header, &message.encode_to_vec())?)
+    }
+
+    /// Ends the chunk and writes it.
+    pub(crate) fn commit(&mut self) -> Result<(), Error> {
+        self.writer.flush()?;
+        Ok(self.sink.lock().commit()?)
+    }
+
+    /// Writes summary and end; the length of the file, bytes.
+    pub(crate) fn finish(mut self) -> Result<u64, Error> {
+        self.writer.finish()?;
+        let mut sink = self.sink.lock();
+        sink.commit()?;
+        Ok(sink.length())
+    }
+}
+
+/// The head for programs that do not read it.
+fn metadata(head: &Head) -> BTreeMap<String, String> {
+    [
+        ("format", head.format.to_string()),
+        ("program", head.program.clone()),
+        ("commit", head.commit.clone()),
+        ("machine", head.machine.clone()),
+        ("simulated", head.simulated.to_string()),
+        ("period_ns", head.period_ns.to_string()),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into()
+}

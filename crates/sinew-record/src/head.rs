@@ -1,0 +1,291 @@
+//! What a recording says about itself, and its columns.
+
+use crate::codes::fault_of;
+use crate::grid::Grid;
+use serde::{Deserialize, Serialize};
+use sinew::body::JointKind;
+use sinew::control::arm::{ArmStatus, Fault};
+use sinew::machine::{Device, DeviceRole, DriveDevice, Machine, Signal};
+
+/// Version of the format that this crate writes, and the newest that it reads.
+pub const FORMAT: u32 = 1;
+/// Cycles between two values of a slow column.
+pub const STRIDE: u64 = 20;
+/// Cycles in a block, at most: what a recording loses at most where its writer is killed, with what is in the ring.
+pub const BLOCK: usize = 500;
+
+/// Attachment `head.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Head {
+    /// See [`FORMAT`].
+    pub format: u32,
+    /// Version of the program that wrote it.
+    pub program: String,
+    /// Commit of its sources.
+    pub commit: String,
+    /// Whether the machine was simulated.
+    pub simulated: bool,
+    /// Whether the cycle did not wait for its deadlines.
+    pub virtual_time: bool,
+    /// Start, ns since 1970; 0 on virtual time.
+    pub start_ns: u64,
+    /// Control cycle, ns.
+    pub period_ns: u64,
+    /// See [`STRIDE`].
+    pub stride: u64,
+    /// Name of the machine.
+    pub machine: String,
+    /// Names of the muscles.
+    pub muscles: Vec<String>,
+    /// Names and units of the independent joints.
+    pub joints: Vec<JointColumn>,
+    /// With a value in every cycle.
+    pub fast: Vec<ColumnSpec>,
+    /// With a value in every cycle whose index is a multiple of the stride.
+    pub slow: Vec<ColumnSpec>,
+}
+
+/// A joint as columns name it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct JointColumn {
+    /// Its name.
+    pub name: String,
+    /// `rad` or `m`.
+    pub unit: String,
+}
+
+/// A column: its name ends with its unit, and where there are several with `:` and the name of a muscle or joint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ColumnSpec {
+    /// Its name.
+    pub name: String,
+    /// How exactly it is kept.
+    pub coding: Coding,
+}
+
+/// How exactly the numbers of a column are kept.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coding {
+    /// To the bit, with the grids that readings are expected on.
+    Exact(Vec<Grid>),
+    /// In multiples of a resolution; what is not finite as NaN.
+    Rounded(f64),
+}
+
+/// Resolutions of rounded columns: tension, N; joint, rad or m; command, m/s, A or N.
+const TENSION: f64 = 0.01;
+const JOINT: f64 = 1e-6;
+/// Of commands, m/s, A or N.
+pub const COMMAND: f64 = 1e-4;
+
+/// Columns of a whole cycle, in the order of [`crate::sample`].
+pub(crate) const CYCLE_COLUMNS: [&str; 13] = [
+    "deadline_us",
+    "wake_up_us",
+    "read_us",
+    "control_us",
+    "write_us",
+    "repeat",
+    "status",
+    "fault",
+    "mode",
+    "mode_fault",
+    "bus_fault",
+    "bus_detail",
+    "distribution",
+];
+
+/// Circumstances of a recording.
+#[derive(Debug, Clone)]
+pub struct Circumstances {
+    /// Version of the program.
+    pub program: String,
+    /// Commit of its sources.
+    pub commit: String,
+    /// Whether the machine is simulated.
+    pub simulated: bool,
+    /// Whether the cycle does not wait for its deadlines.
+    pub virtual_time: bool,
+    /// Start, ns since 1970; 0 on virtual time.
+    pub start_ns: u64,
+    /// Control cycle, ns.
+    pub period_ns: u64,
+}
+
+impl Head {
+    /// Of a machine.
+    #[must_use]
+    pub fn new(machine: &Machine, of: Circumstances) -> Self {
+        let parts = machine.robot.parts();
+        let muscles: Vec<String> = parts.tendons.iter().map(|tendon| tendon.name.clone()).collect();
+        let joints: Vec<JointColumn> = machine
+            .robot
+            .independent_joints()
+            .into_iter()
+            .map(|joint| {
+                let unit = if parts.joints[joint].kind == JointKind::Slide { "m" } else { "rad" };
+                JointColumn { name: parts.joints[joint].name.clone(), unit: unit.to_owned() }
+            })
+            .collect();
+        let (fast, slow) = columns(machine, &muscles, &joints, of.simulated);
+        Self {
+            format: FORMAT,
+            program: of.program,
+            commit: of.commit,
+            simulated: of.simulated,
+            virtual_time: of.virtual_time,
+            start_ns: of.start_ns,
+            period_ns: of.period_ns,
+            stride: STRIDE,
+            machine: parts.name.clone(),
+            muscles,
+            joints,
+            fast,
+            slow,
+        }
+    }
+
+    /// Length of a cycle, s.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.period_ns as f64 * 1e-9
+    }
+}
+
+fn columns(
+    machine: &Machine,
+    muscles: &[String],
+    joints: &[JointColumn],
+    simulated: bool,
+) -> (Vec<ColumnSpec>, Vec<ColumnSpec>) {
+    let rounded = |name: String, resolution| ColumnSpec { name, coding: Coding::Rounded(resolution) };
+    let of_muscles = |what: &'static str, resolution: f64| {
+        muscles.iter().map(move |muscle| rounded(format!("{what}:{muscle}"), resolution))
+    };
+    let joint_name = |what: &str, joint: &JointColumn| format!("{what}_{}:{}", joint.unit, joint.name);
+    let of_joints =
+        |what: &'static str| joints.iter().map(move |joint| rounded(joint_name(what, joint), JOINT));
+    let mut fast: Vec<ColumnSpec> =
+        CYCLE_COLUMNS.iter().map(|name| rounded((*name).to_owned(), resolution_of(name))).collect();
+    let exact = |name: String, grids| ColumnSpec { name, coding: Coding::Exact(grids) };
+    for (k, muscle) in muscles.iter().enumerate() {
+        fast.push(exact(format!("position_in_m:{muscle}"), position_grids(machine, k)));
+    }
+    for (k, muscle) in muscles.iter().enumerate() {
+        fast.push(exact(format!("tension_in_n:{muscle}"), tension_grids(machine, k)));
+    }
+    for (k, joint) in joints.iter().enumerate() {
+        fast.push(exact(joint_name("joint", joint), joint_grids(machine, k)));
+    }
+    fast.extend(of_muscles("command_kind", 1.0));
+    fast.extend(of_muscles("command", COMMAND));
+    fast.extend(of_muscles("feed_m_per_s", COMMAND));
+    let mut slow: Vec<ColumnSpec> =
+        of_joints("joint_reference").chain(of_joints("joint_estimated")).collect();
+    slow.extend(of_muscles("tension_out_desired_n", TENSION));
+    slow.extend(of_muscles("tension_out_estimated_n", TENSION));
+    if simulated {
+        slow.extend(of_joints("joint_true"));
+        slow.extend(of_muscles("tension_out_n", TENSION));
+        slow.extend(of_muscles("tension_in_true_n", TENSION));
+    }
+    (fast, slow)
+}
+
+/// Delays after the deadline are kept to 1 ns: the supervisor judges them.
+fn resolution_of(column: &str) -> f64 {
+    if column == "wake_up_us" { 1e-3 } else { 1.0 }
+}
+
+/// The channels of the devices that measure a signal.
+fn channel(machine: &Machine, signal: Signal) -> Option<Grid> {
+    let channels = machine.devices.iter().flat_map(Device::channels);
+    let mut found = channels.filter(|channel| channel.signal == signal);
+    found.next().map(|channel| Grid { offset: channel.offset, ..Grid::of(channel.scale) })
+}
+
+/// Counts of the motor's encoder, as designed and as on the fieldbus, in the first layer of the drum, with the factors
+/// in the order in which readings are computed.
+fn position_grids(machine: &Machine, muscle: usize) -> Vec<Grid> {
+    let drive = &machine.muscles[muscle].drive;
+    let (ratio, arm, turn) = (drive.reducer.ratio, drive.winch.arm(0), core::f64::consts::TAU);
+    let own = Grid { scale: turn / drive.encoder.counts, factor: 1.0 / ratio, arm, ..Grid::of(1.0) };
+    let mut grids = vec![own];
+    for device in &machine.devices {
+        if let DeviceRole::Drive(axis) = &device.role
+            && axis.muscle == muscle
+        {
+            let [offset, _] = DriveDevice::cable(&drive.winch, ratio, axis.offset);
+            let scale = turn / axis.counts_per_turn;
+            grids.push(Grid { scale, divisor: ratio, arm, offset, ..Grid::of(1.0) });
+        }
+    }
+    usable(grids)
+}
+
+/// Counts of the load cell, through the converter of the fieldbus where there is one, and of that alone.
+fn tension_grids(machine: &Machine, muscle: usize) -> Vec<Grid> {
+    let own = Grid::of(machine.muscles[muscle].drive.load_cell.resolution);
+    let on_bus = channel(machine, Signal::Tension(muscle));
+    let through = on_bus.map(|bus| Grid { offset: bus.offset, inner: bus.scale, ..own });
+    usable([Some(own), through, on_bus].into_iter().flatten().collect())
+}
+
+fn joint_grids(machine: &Machine, joint: usize) -> Vec<Grid> {
+    let own = machine.encoders.get(joint).copied().flatten().map(|encoder| Grid::of(encoder.resolution));
+    usable([own, channel(machine, Signal::Joint(joint))].into_iter().flatten().collect())
+}
+
+fn usable(grids: Vec<Grid>) -> Vec<Grid> {
+    grids.into_iter().filter(Grid::is_usable).collect()
+}
+
+impl Head {
+    /// Mode of the supervisor, with its fault, and status of the controller, in words.
+    #[must_use]
+    pub fn mode_name(&self, mode: f64, fault: f64, status: ArmStatus) -> String {
+        let names = ["off", "ready", "pretension", "hold", "run", "safe stop", "fault"];
+        let mut text = names.get(mode as usize).copied().unwrap_or("unknown mode").to_owned();
+        if let Some(fault) = fault_of(fault) {
+            text += &format!(" ({})", self.fault_name(fault));
+        }
+        text + ", " + &self.status_name(status)
+    }
+
+    /// A status in words.
+    #[must_use]
+    pub fn status_name(&self, status: ArmStatus) -> String {
+        match status {
+            ArmStatus::Following => "following".to_owned(),
+            ArmStatus::Holding => "holding".to_owned(),
+            ArmStatus::Degraded(fault) => format!("degraded: {}", self.fault_name(fault)),
+            ArmStatus::Stopped(fault) => format!("stopped: {}", self.fault_name(fault)),
+        }
+    }
+
+    /// A fault by the name of its muscle or joint.
+    #[must_use]
+    pub fn fault_name(&self, fault: Fault) -> String {
+        let muscle = |k: usize| self.muscles.get(k).map_or("?", String::as_str);
+        let joint = |k: usize| self.joints.get(k).map_or("?", |joint| joint.name.as_str());
+        match fault {
+            Fault::JointSensor(k) => format!("joint encoder of {}", joint(k)),
+            Fault::MotorSensor(k) => format!("motor encoder of {}", muscle(k)),
+            Fault::TensionSensor(k) => format!("load cell of {}", muscle(k)),
+            Fault::Drive(k) => format!("drive of {}", muscle(k)),
+            Fault::Cable(k) => format!("cable of {}", muscle(k)),
+            Fault::TrackingError(k) => format!("tracking error of {}", joint(k)),
+            Fault::Bus => "no answer from the bus".to_owned(),
+            Fault::Slack(k) => format!("slack in {}", muscle(k)),
+            Fault::Overload(k) => format!("overload of {}", muscle(k)),
+            Fault::TensionRate(k) => format!("tension rate of {}", muscle(k)),
+            Fault::Overspeed(k) => format!("overspeed of {}", muscle(k)),
+            Fault::Travel(k) => format!("travel of {}", muscle(k)),
+            Fault::Overheating(k) => format!("overheating of {}", muscle(k)),
+            Fault::JointRange(k) => format!("range of {}", joint(k)),
+            Fault::LateCycles => "late cycles".to_owned(),
+            Fault::StaleCommand => "stale command".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Recordings of a control cycle: every cycle of a run in an MCAP file, and what comes back from it.
+//!
+//! ```text
+//! control cycle --> Recorder --ring--> thread --> blocks --> chunks of the file
+//! file --> Recording --> blocks --> tables, reports, the same controller again
+//! ```
+//!
+//! Readings are kept to the bit, in few bits each; commands rounded, with a check of their bits; references as a
+//! check, because they follow from the motion. A file ends at any time with its last whole chunk: half a second is
+//! missing at most where its writer was killed.
+
+mod bits;
+mod block;
+mod channels;
+mod codes;
+mod column;
+mod error;
+mod grid;
+mod head;
+mod messages;
+mod read;
+mod recorder;
+mod replay;
+mod sample;
+mod sink;
+mod view;
+
+pub use block::Block;
+pub use channels::File;
+pub use codes::{bus_fault_of, fault_of, status_of};
+pub use error::Error;
+pub use grid::Grid;
+pub use head::{BLOCK, COMMAND, Circumstances, Coding, ColumnSpec, FORMAT, Head, JointColumn, STRIDE};
+pub use read::{Blocks, Recording};
+pub use recorder::{Recorded, Recorder};
+pub use replay::{BlockChecks, Replay, ReplayedCycle};
+pub use sample::command_code;
+pub use sink::Storage;

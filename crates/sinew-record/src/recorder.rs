@@ -1,0 +1,274 @@
+//! From the control cycle to the file: a ring that never blocks the cycle, and a thread that writes.
+
+use crate::block::BlockBuilder;
+use crate::channels::{Container, File, Topic};
+use crate::codes::status_of;
+use crate::error::Error;
+use crate::head::{BLOCK, Head};
+use crate::messages::{Log, Timestamp};
+use crate::sample::{Layout, fill};
+use crate::sink::{SharedSink, Storage};
+use crate::view::{View, pose, state};
+use rtrb::{Consumer, Producer, RingBuffer};
+use sinew::control::arm::ArmStatus;
+use sinew::machine::Machine;
+use sinew::twin::arm::ArmTruth;
+use sinew_runtime::cycle::CycleRecord;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// Cycles that the ring holds.
+const RING: usize = 4096;
+/// Time after which the thread looks into an empty ring again.
+const PAUSE: Duration = Duration::from_millis(20);
+/// Cycles between two messages of signals, of frames and of muscles: 10, 5 and 1 per second at 1 kHz.
+const STATE_EVERY: u64 = 100;
+const FRAMES_EVERY: u64 = 200;
+const MUSCLES_EVERY: u64 = 1000;
+
+/// The side of the control cycle.
+#[derive(Debug)]
+pub struct Recorder {
+    ring: Producer<f64>,
+    layout: Layout,
+    index: u64,
+    first_deadline: Option<u64>,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<Result<Recorded, Error>>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    dropped: AtomicU64,
+    finished: AtomicBool,
+}
+
+/// What was recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Recorded {
+    /// Cycles in the file.
+    pub cycles: u64,
+    /// Cycles that the ring had no room for.
+    pub dropped: u64,
+    /// Length of the file, bytes.
+    pub bytes: u64,
+    /// Processor time of the writing thread, ns; 0 where the system does not tell.
+    pub cpu_ns: u64,
+}
+
+impl Recorder {
+    /// Writes head and files, and starts the thread that writes the rest. Where it fails later, it calls `failed` once
+    /// and discards what follows; the cycle goes on.
+    ///
+    /// # Errors
+    /// [`Error::Write`] where the storage refuses the head, [`Error::Thread`] where no thread starts,
+    /// [`Error::Physics`] for a machine whose kinematics cannot be evaluated.
+    pub fn start(
+        storage: Box<dyn Storage>,
+        head: Head,
+        machine: &Machine,
+        files: &[File],
+        failed: impl FnOnce(&Error) + Send + 'static,
+    ) -> Result<Self, Error> {
+        let layout =
+            Layout { muscles: head.muscles.len(), joints: head.joints.len(), simulated: head.simulated };
+        let (ring, consumer) = RingBuffer::new(RING * layout.words());
+        let view = View::new(machine)?;
+        let container = Container::new(SharedSink::new(storage), &head, files)?;
+        let shared = Arc::new(Shared::default());
+        let drain = Drain { consumer, layout, head, view, container, shared: shared.clone() };
+        let thread = std::thread::Builder::new()
+            .name("recorder".to_owned())
+            .spawn(move || drain.run(failed))
+            .map_err(|error| Error::Thread(error.to_string()))?;
+        Ok(Self { ring, layout, index: 0, first_deadline: None, shared, thread: Some(thread) })
+    }
+
+    /// Puts a cycle into the ring; `false` where there is no room for it: it is counted and missing in the recording.
+    /// Allocates nothing, takes no lock and makes no system call.
+    pub fn record<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<&ArmTruth<'_>>) -> bool {
+        let put = self.try_record(record, truth);
+        if !put {
+            self.shared.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+        self.index += 1;
+        put
+    }
+
+    /// The same, but waits for room: on virtual time, where no deadline passes meanwhile.
+    pub fn record_all<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<&ArmTruth<'_>>) {
+        while !self.try_record(record, truth) {
+            if self.thread.as_ref().is_none_or(JoinHandle::is_finished) {
+                self.shared.dropped.fetch_add(1, Ordering::Relaxed);
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.index += 1;
+    }
+
+    fn try_record<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<&ArmTruth<'_>>) -> bool {
+        let first = *self.first_deadline.get_or_insert(record.times.deadline);
+        let deadline_us = record.times.deadline.saturating_sub(first) as f64 * 1e-3;
+        // The ring holds whole samples only, so that none is split at its end.
+        let Ok(mut chunk) = self.ring.write_chunk(self.layout.words()) else { return false };
+        let (words, _) = chunk.as_mut_slices();
+        fill(words, self.layout, (self.index, deadline_us), record, truth);
+        chunk.commit_all();
+        true
+    }
+
+    /// Cycles that the ring had no room for.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.shared.dropped.load(Ordering::Relaxed)
+    }
+
+    /// Waits until everything is written.
+    ///
+    /// # Errors
+    /// Those of the thread.
+    pub fn finish(mut self) -> Result<Recorded, Error> {
+        self.shared.finished.store(true, Ordering::Release);
+        let Some(thread) = self.thread.take() else { return Ok(Recorded::default()) };
+        thread.join().unwrap_or_else(|_| Err(Error::Thread("the writing thread has panicked".to_owned())))
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.shared.finished.store(true, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            // The result belongs to `finish`; here the file is only to be complete.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The side of the thread.
+struct Drain {
+    consumer: Consumer<f64>,
+    layout: Layout,
+    head: Head,
+    view: View,
+    container: Container,
+    shared: Arc<Shared>,
+}
+
+impl Drain {
+    fn run(mut self, failed: impl FnOnce(&Error)) -> Result<Recorded, Error> {
+        let mut recorded = Recorded::default();
+        let written = self.write(&mut recorded);
+        let Self { consumer, container, shared, .. } = self;
+        match written.and_then(|()| container.finish()) {
+            Ok(bytes) => Ok(Recorded { bytes, cpu_ns: cpu_time(), ..recorded }),
+            Err(error) => {
+                failed(&error);
+                discard(consumer, &shared);
+                Err(error)
+            }
+        }
+    }
+
+    /// Writes until the recorder is finished and the ring empty.
+    fn write(&mut self, recorded: &mut Recorded) -> Result<(), Error> {
+        let words = self.layout.words();
+        let mut block = BlockBuilder::new(self.layout);
+        let mut sample = vec![0.0; words];
+        let mut status = None;
+        loop {
+            // Read before the ring is, so that nothing that was recorded before the end is missed.
+            let finished = self.shared.finished.load(Ordering::Acquire);
+            while self.consumer.pop_entire_slice(&mut sample).is_ok() {
+                if !block.continues(sample[0] as u64) || block.len() == BLOCK {
+                    self.write_block(&mut block)?;
+                }
+                recorded.cycles += 1;
+                self.show(&sample, &mut status)?;
+                block.push(&sample);
+            }
+            recorded.dropped = self.shared.dropped.load(Ordering::Relaxed);
+            if finished {
+                if block.len() > 0 {
+                    self.write_block(&mut block)?;
+                }
+                return Ok(());
+            }
+            std::thread::sleep(PAUSE);
+        }
+    }
+
+    fn write_block(&mut self, block: &mut BlockBuilder) -> Result<(), Error> {
+        let dropped = self.shared.dropped.load(Ordering::Relaxed);
+        let last = (block.last_deadline_us().max(0.0) * 1e3).round() as u64;
+        let message = block.take(&self.head, dropped);
+        self.container.put(Topic::Cycles, last, &message)?;
+        self.container.commit()
+    }
+
+    /// Writes what is shown of a sample.
+    fn show(&mut self, sample: &[f64], status: &mut Option<[f64; 4]>) -> Result<(), Error> {
+        let index = sample[0] as u64;
+        // Where cycles were skipped, time went on.
+        let since = (sample[1].max(0.0) * 1e3).round() as u64;
+        let time = self.head.start_ns + since;
+        let first = status.is_none();
+        if first || index.is_multiple_of(STATE_EVERY) {
+            self.container.put(Topic::State, since, &state(sample, self.layout, time))?;
+        }
+        let (q, tension) = pose(sample, self.layout);
+        if q.iter().all(|q| q.is_finite()) {
+            if first || index.is_multiple_of(FRAMES_EVERY) {
+                self.container.put(Topic::Frames, since, &self.view.transforms(q, time, first)?)?;
+            }
+            if first {
+                self.container.put(Topic::Scene, since, &self.view.bodies(q, time)?)?;
+            }
+            if first || index.is_multiple_of(MUSCLES_EVERY) {
+                self.container.put(Topic::Scene, since, &self.view.muscles(q, tension, time)?)?;
+            }
+        }
+        let now = [Layout::STATUS, Layout::FAULT, Layout::MODE, Layout::MODE_FAULT]
+            .map(|column| sample[1 + column]);
+        if *status != Some(now) {
+            let found = status_of(now[0], now[1]);
+            let log = Log {
+                timestamp: Some(Timestamp::of(time)),
+                level: level(found),
+                message: self.head.mode_name(now[2], now[3], found),
+                name: "controller".to_owned(),
+            };
+            self.container.put(Topic::Log, since, &log)?;
+            *status = Some(now);
+        }
+        Ok(())
+    }
+}
+
+/// Empties the ring until the recorder is finished: the cycle goes on.
+fn discard(mut ring: Consumer<f64>, shared: &Shared) {
+    while !(shared.finished.load(Ordering::Acquire) && ring.is_empty()) {
+        let ready = ring.slots();
+        if let Ok(chunk) = ring.read_chunk(ready) {
+            chunk.commit_all();
+        }
+        std::thread::sleep(PAUSE);
+    }
+}
+
+/// Level of a status in `foxglove.Log`: information, warning, error.
+fn level(status: ArmStatus) -> i32 {
+    match status {
+        ArmStatus::Following | ArmStatus::Holding => 2,
+        ArmStatus::Degraded(_) => 3,
+        ArmStatus::Stopped(_) => 4,
+    }
+}
+
+/// Processor time of this thread, ns.
+fn cpu_time() -> u64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split_whitespace().next().and_then(|ns| ns.parse().ok()).unwrap_or(0)
+}

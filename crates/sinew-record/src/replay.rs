@@ -1,0 +1,292 @@
+//! The controller again, over the readings of a recording.
+
+use crate::block::{Block, add_checks, cycle_check, take_checks};
+use crate::codes::bus_fault_of;
+use crate::error::Error;
+use crate::head::{CYCLE_COLUMNS, Head};
+use crate::read::{Blocks, Recording};
+use crate::sample::command_code;
+use crc32fast::Hasher;
+use sinew::control::supervisor::Supervisor;
+use sinew::drive::DriveCommand;
+use sinew::trajectory::Schedule;
+use sinew_runtime::Error as RuntimeError;
+use sinew_runtime::bus::{Bus, Exchange, Feedback};
+use sinew_runtime::cycle::{Clock, Cycle};
+
+/// The readings of a recording, one cycle after the other.
+#[derive(Debug)]
+struct RecordedBus<'a> {
+    blocks: Blocks<'a>,
+    block: Block,
+    /// Of the next reading.
+    row: usize,
+    /// First columns of position, tension, joint and commands.
+    places: [usize; 4],
+    /// Columns of bus fault and detail.
+    fault: [usize; 2],
+}
+
+/// How a recording goes on.
+enum Next {
+    Row,
+    Block(Block),
+    End,
+    /// Cycles are missing from this index on.
+    Gap(u64),
+}
+
+impl RecordedBus<'_> {
+    fn next(&mut self) -> Result<Next, Error> {
+        if self.row < self.block.count {
+            return Ok(Next::Row);
+        }
+        let expected = self.block.first + self.block.count as u64;
+        Ok(match self.blocks.next().transpose()? {
+            None => Next::End,
+            Some(block) if block.first == expected => Next::Block(block),
+            Some(_) => Next::Gap(expected),
+        })
+    }
+
+    fn at(&self, column: usize, row: usize) -> f64 {
+        self.block.fast.get(column).and_then(|column| column.get(row)).copied().unwrap_or(f64::NAN)
+    }
+
+    fn read_into(&self, values: &mut [f64], first: usize) {
+        for (k, value) in values.iter_mut().enumerate() {
+            *value = self.at(first + k, self.row);
+        }
+    }
+
+    fn read(&mut self, feedback: &mut Feedback) -> Exchange {
+        self.read_into(&mut feedback.motor, self.places[0]);
+        self.read_into(&mut feedback.tension, self.places[1]);
+        self.read_into(&mut feedback.joint, self.places[2]);
+        let [kind, detail] = self.fault.map(|column| self.at(column, self.row));
+        self.row += 1;
+        Exchange { fault: bus_fault_of(kind, detail) }
+    }
+}
+
+/// One cycle of a replay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReplayedCycle<'a> {
+    /// Its index.
+    pub index: u64,
+    /// Commands as [`command_code`] gives them: kinds, first numbers, second numbers, `[3 x muscles]`.
+    pub commands: &'a [f64],
+    /// The same as recorded, rounded.
+    pub recorded: &'a [f64],
+    /// Whether the commands are those that were recorded, to the bit, by a check of 8 bits.
+    pub same: bool,
+    /// At the end of a block, whether the commands of every muscle and the references of every joint in it are those that
+    /// were recorded, by checks of 32 bits.
+    pub block: Option<BlockChecks<'a>>,
+}
+
+/// Comparison of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BlockChecks<'a> {
+    /// First cycle of the block.
+    pub first: u64,
+    /// `[muscles]`.
+    pub commands: &'a [bool],
+    /// `[joints]`.
+    pub references: &'a [bool],
+}
+
+/// A clock that shows a delay after the deadline 0, ns.
+struct Late(u64);
+
+impl Clock for Late {
+    fn now(&mut self) -> u64 {
+        self.0
+    }
+
+    fn wait_until(&mut self, _deadline: u64) -> Result<(), RuntimeError> {
+        Ok(())
+    }
+}
+
+/// A controller that runs over a recording, cycle by cycle.
+#[derive(Debug)]
+pub struct Replay<'a> {
+    cycle: Cycle<'a, ReplayBus<'a>>,
+    /// Column of the delay after the deadline.
+    delay: Option<usize>,
+    muscles: usize,
+    commands: Vec<f64>,
+    recorded: Vec<f64>,
+    command_checks: Vec<Hasher>,
+    reference_checks: Vec<Hasher>,
+    same_commands: Vec<bool>,
+    same_references: Vec<bool>,
+    gap: Option<u64>,
+    empty: bool,
+}
+
+/// The readings as the bus of a cycle, shared with the replay, which knows where they end.
+#[derive(Debug)]
+struct ReplayBus<'a>(std::rc::Rc<std::cell::RefCell<RecordedBus<'a>>>);
+
+impl Bus for ReplayBus<'_> {
+    fn read(&mut self, feedback: &mut Feedback) -> Exchange {
+        self.0.borrow_mut().read(feedback)
+    }
+
+    fn write(&mut self, _commands: &[DriveCommand]) {}
+}
+
+impl<'a> Replay<'a> {
+    /// A controller in its initial state, under its supervisor, over a recording, along a schedule.
+    ///
+    /// # Errors
+    /// [`Error::Attachment`] for columns that this program does not know; [`Error::Physics`] for a controller of other
+    /// dimensions; those of the first block.
+    pub fn new(
+        recording: &'a Recording<'_>,
+        supervisor: Supervisor,
+        schedule: Schedule<'a>,
+    ) -> Result<Self, Error> {
+        let head = &recording.head;
+        let [muscles, joints] = [head.muscles.len(), head.joints.len()];
+        let wrong_length = |name, expected, got| sinew::Error::WrongLength { name, expected, got };
+        if supervisor.dimensions() != [muscles, joints] {
+            let [of_muscles, of_joints] = supervisor.dimensions();
+            let wrong = if of_muscles == muscles {
+                wrong_length("joints of the controller", joints, of_joints)
+            } else {
+                wrong_length("muscles of the controller", muscles, of_muscles)
+            };
+            return Err(wrong.into());
+        }
+        if schedule.joints() != joints {
+            return Err(wrong_length("joints of the motion", joints, schedule.joints()).into());
+        }
+        let (places, fault) = places(head)?;
+        let mut blocks = recording.blocks();
+        let first = blocks.next().transpose()?;
+        let empty = first.is_none();
+        let none = Block {
+            first: 0,
+            count: 0,
+            fast: Vec::new(),
+            slow: Vec::new(),
+            cycle_checks: Vec::new(),
+            command_checks: Vec::new(),
+            reference_checks: Vec::new(),
+            dropped: 0,
+        };
+        let block = first.unwrap_or(none);
+        let gap = (block.first > 0).then_some(0);
+        let bus = RecordedBus { blocks, block, row: 0, places, fault };
+        let bus = ReplayBus(std::rc::Rc::new(std::cell::RefCell::new(bus)));
+        let cycle = Cycle::new(bus, supervisor, schedule, head.period_s());
+        // A simulated machine waits for its cycles.
+        let cycle = if head.simulated { cycle.with_waiting_machine() } else { cycle };
+        let delay = head.fast.iter().position(|column| column.name == "wake_up_us");
+        Ok(Self {
+            cycle,
+            delay,
+            muscles,
+            commands: vec![0.0; 3 * muscles],
+            recorded: vec![0.0; 3 * muscles],
+            command_checks: vec![Hasher::new(); muscles],
+            reference_checks: vec![Hasher::new(); joints],
+            same_commands: vec![true; muscles],
+            same_references: vec![true; joints],
+            gap,
+            empty,
+        })
+    }
+
+    /// The first cycle that is missing in the recording, which ends its replay: what the controller knew is unknown there.
+    #[must_use]
+    pub fn gap(&self) -> Option<u64> {
+        self.gap
+    }
+
+    /// Replays the next cycle; none at the end of the recording and at its first gap.
+    ///
+    /// # Errors
+    /// Those of the recording's next block; [`Error::Runtime`] as [`Cycle::step`].
+    pub fn step(&mut self) -> Result<Option<ReplayedCycle<'_>>, Error> {
+        if self.gap.is_some() || self.empty {
+            return Ok(None);
+        }
+        let shared = self.cycle.bus().0.clone();
+        {
+            let mut bus = shared.borrow_mut();
+            match bus.next()? {
+                Next::Row => {}
+                Next::Block(block) => (bus.block, bus.row) = (block, 0),
+                Next::End => return Ok(None),
+                Next::Gap(index) => {
+                    self.gap = Some(index);
+                    return Ok(None);
+                }
+            }
+        }
+        let delay = self.delay.map_or(0.0, |column| shared.borrow().at(column, shared.borrow().row));
+        let record = self.cycle.step(&mut Late((delay.max(0.0) * 1e3).round() as u64), 0)?;
+        for (k, command) in record.command.arm.drives.iter().enumerate() {
+            for (place, number) in command_code(command).into_iter().enumerate() {
+                self.commands[place * self.muscles + k] = number;
+            }
+        }
+        for numbers in [&record.reference.q, &record.reference.v, &record.reference.a] {
+            add_checks(&mut self.reference_checks, numbers);
+        }
+        add_checks(&mut self.command_checks, &self.commands);
+        let bus = shared.borrow();
+        let row = bus.row - 1;
+        for (k, recorded) in self.recorded.iter_mut().enumerate() {
+            *recorded = bus.at(bus.places[3] + k, row);
+        }
+        let same = bus.block.cycle_checks.get(row) == Some(&cycle_check(&self.commands));
+        let (index, first) = (bus.block.first + row as u64, bus.block.first);
+        let ends = bus.row == bus.block.count;
+        if ends {
+            compare(&mut self.same_commands, &mut self.command_checks, &bus.block.command_checks);
+            compare(&mut self.same_references, &mut self.reference_checks, &bus.block.reference_checks);
+        }
+        let checks = BlockChecks { first, commands: &self.same_commands, references: &self.same_references };
+        let block = ends.then_some(checks);
+        Ok(Some(ReplayedCycle { index, commands: &self.commands, recorded: &self.recorded, same, block }))
+    }
+}
+
+fn compare(same: &mut [bool], checks: &mut [Hasher], recorded: &[u32]) {
+    for ((same, found), recorded) in same.iter_mut().zip(take_checks(checks)).zip(recorded) {
+        *same = found == *recorded;
+    }
+}
+
+/// First columns of what a replay needs.
+fn places(head: &Head) -> Result<([usize; 4], [usize; 2]), Error> {
+    let (muscles, joints) = (head.muscles.len(), head.joints.len());
+    let first = CYCLE_COLUMNS.len();
+    let expected = [
+        ("position_in_m", first, muscles),
+        ("tension_in_n", first + muscles, muscles),
+        ("joint_", first + 2 * muscles, joints),
+        ("command_kind", first + 2 * muscles + joints, muscles),
+        ("command", first + 3 * muscles + joints, muscles),
+        ("feed_m_per_s", first + 4 * muscles + joints, muscles),
+    ];
+    let refuse = |name: &str| Error::Attachment {
+        name: "head.json".to_owned(),
+        reason: format!("expected columns {name}, got others"),
+    };
+    for (name, from, count) in expected {
+        let columns = head.fast.get(from..from + count).ok_or_else(|| refuse(name))?;
+        if columns.iter().any(|column| !column.name.starts_with(name)) {
+            return Err(refuse(name));
+        }
+    }
+    let column =
+        |name: &str| head.fast.iter().position(|column| column.name == name).ok_or_else(|| refuse(name));
+    let places = [expected[0].1, expected[1].1, expected[2].1, expected[3].1];
+    Ok((places, [column("bus_fault")?, column("bus_detail")?]))
+}

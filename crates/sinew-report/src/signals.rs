@@ -1,0 +1,92 @@
+//! Signals over time in pairs, as a page of their own.
+
+use super::error::Error;
+use super::plot::Plot;
+use super::scale::{Axis, padded};
+use super::shell::{SHELL, Shell};
+use super::svg_path::line;
+use askama::Template;
+
+/// A page of signals.
+#[derive(Debug)]
+pub struct SignalPage {
+    /// Of the page.
+    pub title: String,
+    /// Kind of the page, in its head.
+    pub kind: &'static str,
+    /// Below the title.
+    pub amount: String,
+    /// The result in a sentence.
+    pub verdict: String,
+    /// Whether the data are simulated.
+    pub simulated: bool,
+    /// In their order.
+    pub groups: Vec<Group>,
+}
+
+/// Signals with the same time and meaning.
+#[derive(Debug)]
+pub struct Group {
+    /// Heading.
+    pub heading: String,
+    /// Below it.
+    pub lead: String,
+    /// Names of the two lines of every plot; an empty one for a single line.
+    pub legend: [String; 2],
+    /// s.
+    pub time: Vec<f64>,
+    /// One picture each.
+    pub plots: Vec<Signals>,
+}
+
+/// Two signals in one picture.
+#[derive(Debug)]
+pub struct Signals {
+    /// Name and unit.
+    pub title: String,
+    /// As long as the time, or empty.
+    pub lines: [Vec<f64>; 2],
+}
+
+#[derive(Template)]
+#[template(path = "signals.html")]
+struct Page<'a> {
+    shell: Shell,
+    page: &'a SignalPage,
+    groups: Vec<Drawn<'a>>,
+}
+
+struct Drawn<'a> {
+    id: usize,
+    group: &'a Group,
+    plots: Vec<Plot>,
+}
+
+/// The page.
+///
+/// # Errors
+/// Those of the template.
+pub fn page(page: &SignalPage) -> Result<String, Error> {
+    let groups = page.groups.iter().enumerate().map(|(id, group)| {
+        let plots = group.plots.iter().map(|signals| plot(group, signals)).collect();
+        Drawn { id, group, plots }
+    });
+    let all = Page { shell: SHELL, page, groups: groups.collect() };
+    Ok(all.render()?)
+}
+
+fn plot(group: &Group, signals: &Signals) -> Plot {
+    let ends = (group.time.first().copied().unwrap_or(0.0), group.time.last().copied().unwrap_or(1.0));
+    let x = Axis::new(ends, 5);
+    let finite = signals.lines.iter().flatten().copied().filter(|x| x.is_finite());
+    let range = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    let y = Axis::new(padded(range, 0.05), 3);
+    let title = signals.title.clone();
+    let mut plot =
+        Plot::new("trace low", title.clone(), (&x, "time (s)".to_owned()), (&y, title)).without_legend();
+    let names = ["measured", "predicted"].into_iter().zip(&group.legend);
+    for ((class, name), values) in names.zip(&signals.lines) {
+        plot.draw(class, name, line(group.time.iter().copied().zip(values.iter().copied()), &x, &y));
+    }
+    plot
+}
