@@ -113,7 +113,7 @@ fn where_the_disk_is_full_the_run_goes_on_and_what_was_written_is_whole() {
     let bench = Bench::new();
     // Blocks of 512 bytes; the signal of the limit is ignored, as a full disk sends none.
     let script = format!(
-        "trap '' XFSZ; ulimit -f 300; exec {} {RUN} --json --record run.mcap",
+        "trap '' XFSZ; ulimit -f 200; exec {} {RUN} --json --record run.mcap",
         env!("CARGO_BIN_EXE_sinew")
     );
     let folder = bench.path("run.mcap");

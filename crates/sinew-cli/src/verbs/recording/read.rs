@@ -13,7 +13,10 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > MAX_BYTES {
-        return Err(Error::TooLarge { file: path.to_owned(), limit_mb: MAX_BYTES >> 20 });
+        let reason = format!("more than {} MB", MAX_BYTES >> 20);
+        let got =
+            sinew_record::Error::Damaged { at: MAX_BYTES, expected: "the end of a recording", got: reason };
+        return Err(Error::recording(path)(got));
     }
     Ok(bytes)
 }
