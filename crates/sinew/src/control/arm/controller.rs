@@ -96,6 +96,8 @@ pub(in crate::control) struct Observed<'a> {
     pub(in crate::control) moment_arms: &'a [f64],
     /// Accepted or continued motor positions, m.
     pub(in crate::control) motor: &'a [f64],
+    /// Accepted coordinates, rad or m; NaN where rejected: `[joints]`.
+    pub(in crate::control) joint: &'a [f64],
     /// Accepted tensions at the drives' outlets, N; NaN where rejected.
     pub(in crate::control) tension: &'a [f64],
     /// The same, estimated.
@@ -287,6 +289,7 @@ impl ArmController {
         Observed {
             moment_arms: self.body.moment_arms(),
             motor: &self.faults.motor,
+            joint: &self.faults.joint,
             tension: &self.faults.tension,
             tension_in: &self.cables.tension_in,
             unexplained: &self.cables.unexplained,

@@ -222,9 +222,11 @@ impl Supervisor {
         let late = self.late_by > safety.lateness;
         // Readings that were rejected do not exceed limits: the controller has its own answer to them.
         let observed = self.mode.is_controlled().then(|| self.controller.observed());
-        let (motor, tension) =
-            observed.map_or((measurement.motor, measurement.tension), |seen| (seen.motor, seen.tension));
-        let accepted = ArmMeasurement { motor, tension, joint: measurement.joint };
+        let accepted = observed.map_or(*measurement, |seen| ArmMeasurement {
+            motor: seen.motor,
+            tension: seen.tension,
+            joint: seen.joint,
+        });
         let estimated = observed.map(|seen| seen.tension_in);
         let exceeded = self.monitor.update(h, &self.limits, &accepted, estimated);
         let powered = !matches!(self.mode, Mode::Off | Mode::Fault);
