@@ -162,7 +162,7 @@ fn long_the_influence_check_finds_foreign_logs() {
                 let place = random.random_range(0..5);
                 logs.insert(place, ("foreign.csv".to_owned(), foreign(&specimen, kind, &mut random)));
                 let dropped = dropped(&logs);
-                    sets += 1;
+                sets += 1;
                 found += usize::from(dropped.iter().any(|name| name == "foreign.csv"));
                 missed += usize::from(dropped.is_empty());
                 wrong += usize::from(dropped.iter().any(|name| name != "foreign.csv"));
