@@ -145,7 +145,7 @@ impl<'a> Scenery<'a> {
     /// A pose, all coordinates `q: [nq]`. Cables with the same path as in the first pose are null.
     ///
     /// # Errors
-    /// [`Error::Physics`] for coordinates of another robot.
+    /// [`Error::Drawing`] for coordinates of another robot.
     pub fn pose(&mut self, q: &[f64]) -> Result<Value, Error> {
         self.robot.forward_kinematics(q, &mut self.frames)?;
         self.muscles.evaluate(q, &mut self.geometry)?;
