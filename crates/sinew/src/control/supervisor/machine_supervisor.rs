@@ -51,6 +51,8 @@ pub struct Supervisor {
     late_by: f64,
 }
 
+/// Share of a period up to which a cycle begins in time.
+const LATE_SHARE: f64 = 0.25;
 /// s: time in which late cycles are forgotten.
 const LATENESS_MEMORY: f64 = 1.0;
 
@@ -213,7 +215,9 @@ impl Supervisor {
         exchange: &ExchangeStatus,
     ) -> Option<NamedFault> {
         self.lost_for = if exchange.received { 0.0 } else { self.lost_for + h };
-        let lateness = if exchange.lateness.is_finite() { exchange.lateness.max(0.0) } else { 0.0 };
+        // A computer wakes a program some ten microseconds late; that is no fault.
+        let late = exchange.lateness.is_finite() && exchange.lateness > LATE_SHARE * h;
+        let lateness = if late { exchange.lateness } else { 0.0 };
         self.late_by = self.late_by * (1.0 - (h / LATENESS_MEMORY).min(1.0)) + lateness;
         let safety = &self.limits.safety;
         let reported = |fault| Some(NamedFault::new(fault, Symptom::Reported));
