@@ -269,23 +269,6 @@ impl Head {
     pub fn fault_name(&self, fault: Fault) -> String {
         let muscle = |k: usize| self.muscles.get(k).map_or("?", String::as_str);
         let joint = |k: usize| self.joints.get(k).map_or("?", |joint| joint.name.as_str());
-        match fault {
-            Fault::JointSensor(k) => format!("joint encoder of {}", joint(k)),
-            Fault::MotorSensor(k) => format!("motor encoder of {}", muscle(k)),
-            Fault::TensionSensor(k) => format!("load cell of {}", muscle(k)),
-            Fault::Drive(k) => format!("drive of {}", muscle(k)),
-            Fault::Cable(k) => format!("cable of {}", muscle(k)),
-            Fault::TrackingError(k) => format!("tracking error of {}", joint(k)),
-            Fault::Bus => "no answer from the bus".to_owned(),
-            Fault::Slack(k) => format!("slack in {}", muscle(k)),
-            Fault::Overload(k) => format!("overload of {}", muscle(k)),
-            Fault::TensionRate(k) => format!("tension rate of {}", muscle(k)),
-            Fault::Overspeed(k) => format!("overspeed of {}", muscle(k)),
-            Fault::Travel(k) => format!("travel of {}", muscle(k)),
-            Fault::Overheating(k) => format!("overheating of {}", muscle(k)),
-            Fault::JointRange(k) => format!("range of {}", joint(k)),
-            Fault::LateCycles => "late cycles".to_owned(),
-            Fault::StaleCommand => "stale command".to_owned(),
-        }
+        fault.name(muscle, joint)
     }
 }

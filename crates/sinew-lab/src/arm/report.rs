@@ -182,24 +182,7 @@ pub fn fault_name(fault: Fault, robot: &Robot) -> String {
     let muscle = |k: usize| robot.parts().tendons.get(k).map_or("?", |tendon| tendon.name.as_str());
     let independent = robot.independent_joints();
     let joint = |k: usize| independent.get(k).map_or("?", |joint| robot.parts().joints[*joint].name.as_str());
-    match fault {
-        Fault::JointSensor(k) => format!("joint encoder of {}", joint(k)),
-        Fault::MotorSensor(k) => format!("motor encoder of {}", muscle(k)),
-        Fault::TensionSensor(k) => format!("load cell of {}", muscle(k)),
-        Fault::Drive(k) => format!("drive of {}", muscle(k)),
-        Fault::Cable(k) => format!("cable of {}", muscle(k)),
-        Fault::TrackingError(k) => format!("tracking error of {}", joint(k)),
-        Fault::Bus => "no answer from the bus".to_owned(),
-        Fault::Slack(k) => format!("slack cable of {}", muscle(k)),
-        Fault::Overload(k) => format!("tension of {} above its limit", muscle(k)),
-        Fault::TensionRate(k) => format!("tension of {} changes too fast", muscle(k)),
-        Fault::Overspeed(k) => format!("winch of {} too fast", muscle(k)),
-        Fault::Travel(k) => format!("winch of {} out of its travel", muscle(k)),
-        Fault::Overheating(k) => format!("motor of {} too hot", muscle(k)),
-        Fault::JointRange(k) => format!("{} out of its range", joint(k)),
-        Fault::LateCycles => "late control cycles".to_owned(),
-        Fault::StaleCommand => "no new command".to_owned(),
-    }
+    fault.name(muscle, joint)
 }
 
 /// Largest end-point error of a run that counts as completed, m, of a large machine: fault-free runs of the LM-Arm

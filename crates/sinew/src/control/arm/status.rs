@@ -1,5 +1,9 @@
 //! Operating state of an arm and the faults that change it.
 
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::String;
+
 /// A detected fault, with the index of the joint or muscle concerned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
@@ -35,6 +39,31 @@ pub enum Fault {
     LateCycles,
     /// The last command is older than its limit.
     StaleCommand,
+}
+
+impl Fault {
+    /// In words, with the names that `muscle` and `joint` give to indices.
+    #[must_use]
+    pub fn name<'a>(self, muscle: impl Fn(usize) -> &'a str, joint: impl Fn(usize) -> &'a str) -> String {
+        match self {
+            Self::JointSensor(k) => format!("joint encoder of {}", joint(k)),
+            Self::MotorSensor(k) => format!("motor encoder of {}", muscle(k)),
+            Self::TensionSensor(k) => format!("load cell of {}", muscle(k)),
+            Self::Drive(k) => format!("drive of {}", muscle(k)),
+            Self::Cable(k) => format!("cable of {}", muscle(k)),
+            Self::TrackingError(k) => format!("tracking error of {}", joint(k)),
+            Self::Bus => "no answer from the bus".to_owned(),
+            Self::Slack(k) => format!("slack cable of {}", muscle(k)),
+            Self::Overload(k) => format!("tension of {} above its limit", muscle(k)),
+            Self::TensionRate(k) => format!("tension of {} changes too fast", muscle(k)),
+            Self::Overspeed(k) => format!("winch of {} too fast", muscle(k)),
+            Self::Travel(k) => format!("winch of {} out of its travel", muscle(k)),
+            Self::Overheating(k) => format!("motor of {} too hot", muscle(k)),
+            Self::JointRange(k) => format!("{} out of its range", joint(k)),
+            Self::LateCycles => "late control cycles".to_owned(),
+            Self::StaleCommand => "no new command".to_owned(),
+        }
+    }
 }
 
 /// How the part of a fault behaves.
