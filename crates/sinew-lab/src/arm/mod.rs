@@ -9,6 +9,7 @@ mod largest_errors;
 mod plan;
 mod report;
 mod residual_network;
+mod stop_reason;
 #[cfg(test)]
 mod testing;
 mod trace;
@@ -26,6 +27,7 @@ pub use report::{
     TrackIncident, TrackMode, TrackOutcome, TrackingNumbers, fault_name, max_end_point_error,
 };
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
+pub use stop_reason::stop_reason;
 pub use trace::{CycleSignals, Trace, TraceRow};
 pub use tracking::{
     CalibratedArm, INITIAL_REST_S, PreparedRun, TrackingResult, TrackingTask, calibration_programmes,

@@ -1,4 +1,5 @@
 use super::largest_errors::{LargestError, largest_errors};
+use super::stop_reason::stop_reason;
 use crate::experiment::{FaultInterval, ModeChange, Statistics, TrackSummary};
 use serde::{Deserialize, Deserializer, Serialize};
 use sinew::body::{JointKind, Robot};
@@ -341,7 +342,7 @@ impl TrackingNumbers {
             ErrorRange::over(of_kind.map(|(_, statistics)| statistics))
         };
         let ended = TrackOutcome::of(summary, machine);
-        let stopped_by = summary.stopped.map(|(_, fault)| fault_name(fault, robot));
+        let stopped_by = summary.stopped.map(|(_, fault)| stop_reason(fault, summary.threshold, robot));
         Ok(Self {
             ended,
             reason: match ended {

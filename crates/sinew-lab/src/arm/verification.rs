@@ -98,7 +98,7 @@ fn simulate(
 fn problem(summary: &TrackSummary, machine: &Machine) -> Option<String> {
     let name = |k: usize| machine.robot.parts().tendons[k].name.as_str();
     if let Some((_, fault)) = summary.stopped {
-        return Some(super::report::fault_name(fault, &machine.robot));
+        return Some(super::stop_reason::stop_reason(fault, summary.threshold, &machine.robot));
     }
     if summary.plant_failed.is_some() {
         return Some("motion faster than the cables allow".to_owned());

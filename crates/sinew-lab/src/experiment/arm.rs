@@ -201,8 +201,6 @@ impl<'a> TrackSession<'a> {
     /// The errors of the control cycles so far.
     #[must_use]
     pub fn finish(self) -> TrackSummary {
-        let mut summary = self.evaluation.finish();
-        summary.health = self.supervisor.health().to_vec();
-        summary
+        self.evaluation.finish(&self.supervisor)
     }
 }

@@ -5,7 +5,7 @@ use super::track_row::TrackRow;
 use super::track_summary::{TrackSummary, slack_below};
 use super::tracking_errors::TrackingErrors;
 use sinew::Error;
-use sinew::control::supervisor::SupervisorCommand;
+use sinew::control::supervisor::{Supervisor, SupervisorCommand};
 use sinew::trajectory::{Moment, Reference};
 use sinew::twin::arm::ArmTwin;
 
@@ -85,9 +85,11 @@ impl<'a> Evaluation<'a> {
         &self.summary
     }
 
-    /// The errors of the run.
+    /// The errors of the run under a supervisor.
     #[must_use]
-    pub fn finish(self) -> TrackSummary {
+    pub fn finish(mut self, supervisor: &Supervisor) -> TrackSummary {
+        self.summary.health = supervisor.health().to_vec();
+        self.summary.threshold = self.summary.stopped.and_then(|(_, fault)| supervisor.threshold(fault));
         self.summary
     }
 }

@@ -4,7 +4,7 @@ use super::error_peaks::{ErrorPeak, ErrorPeaks};
 use super::statistics::Statistics;
 use super::track_row::TrackRow;
 use sinew::control::arm::{ArmStatus, Fault, Symptom};
-use sinew::control::supervisor::{CableHealth, FaultKind, Mode, NamedFault};
+use sinew::control::supervisor::{CableHealth, FaultKind, Mode, NamedFault, Threshold};
 use sinew::control::tension::Status;
 
 /// Rest after a motion that is not part of the errors at rest, s.
@@ -88,6 +88,8 @@ pub struct TrackSummary {
     pub infeasible_cycles: u64,
     /// When the controller stopped the arm, s, and the fault.
     pub stopped: Option<(f64, Fault)>,
+    /// The number by which that fault is judged.
+    pub threshold: Option<Threshold>,
     /// Control cycles of degraded operation, and its first fault.
     pub degraded: (u64, Option<Fault>),
     /// All faults, in the order in which the controller reported them.
@@ -121,6 +123,7 @@ impl TrackSummary {
             max_drive_tension: (0.0, 0),
             infeasible_cycles: 0,
             stopped: None,
+            threshold: None,
             degraded: (0, None),
             faults: Vec::new(),
             modes: Vec::new(),

@@ -13,7 +13,7 @@ use sinew::control::arm::ArmStatus;
 use sinew::control::supervisor::{Limits, Supervisor};
 use sinew::trajectory::online::JointLimits;
 use sinew::trajectory::{Reference, Trajectory, finite_ranges};
-use sinew_lab::arm::{PreparedRun, TrackMode, designed_controller, fault_name};
+use sinew_lab::arm::{PreparedRun, TrackMode, designed_controller, stop_reason};
 use sinew_lab::experiment::ModeChange;
 use sinew_lab::experiment::arm::STEP;
 use sinew_link::host::{Server, ServerSettings, SessionSettings};
@@ -142,13 +142,15 @@ impl Linked<'_> {
         };
         let counts = cycle.link().map(LinkedMotion::counts);
         let statistics = cycle.statistics();
+        let threshold = seen.stopped.and_then(|(_, fault)| cycle.supervisor().threshold(fault));
         let clocks = end(&mut cycle.into_bus());
         drop(server);
         warn(&real_time);
 
         let ended = seen.ended(arguments.link.until.is_some());
-        let reason =
-            seen.stopped.map(|(time, fault)| format!("{} at {time:.3} s", fault_name(fault, &machine.robot)));
+        let reason = seen.stopped.map(|(time, fault)| {
+            format!("{} at {time:.3} s", stop_reason(fault, threshold, &machine.robot))
+        });
         let rejected = counts.iter().flat_map(|counts| counts.packets.by_reason().collect::<Vec<_>>());
         let rejected: serde_json::Map<String, serde_json::Value> =
             rejected.map(|(reason, count)| (reason.name().to_owned(), count.into())).collect();

@@ -13,7 +13,7 @@ use sinew::control::arm::ArmStatus;
 use sinew::control::supervisor::{Limits, Mode, Supervisor};
 use sinew::machine::Machine;
 use sinew::trajectory::Schedule;
-use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, TrackHealth, TrackMode, fault_name};
+use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, TrackHealth, TrackMode, stop_reason};
 use sinew_lab::experiment::arm::STEP;
 use sinew_lab::experiment::{ModeChange, Statistics};
 use sinew_runtime::bus::{BusStatistics, ClockReport};
@@ -141,13 +141,15 @@ pub(super) fn execute(
     run(&mut cycle, &mut MonotonicClock, PERIOD, stop, &mut timing, see)?;
     let statistics = cycle.statistics();
     let health = TrackHealth::of(cycle.supervisor().health(), &setup.machine.robot);
+    let threshold = stopped.and_then(|(_, fault)| cycle.supervisor().threshold(fault));
     let mut bus = cycle.into_bus();
     let clocks = bus.clocks();
     bus.stop();
     let recording = recording.map(Recording::end);
     let (ended, reason) = match stopped {
         Some((time, fault)) => {
-            ("stopped", Some(format!("{} at {time:.3} s", fault_name(fault, &setup.machine.robot))))
+            let reason = stop_reason(fault, threshold, &setup.machine.robot);
+            ("stopped", Some(format!("{reason} at {time:.3} s")))
         }
         None if interrupt::is_requested() => ("interrupted", None),
         None => ("as_planned", None),

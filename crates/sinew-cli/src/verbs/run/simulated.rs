@@ -112,8 +112,7 @@ fn execute_on<B: Bus + SimulatedBus>(
     let recording = recording.map(Recording::end);
     let statistics = cycle.statistics();
     let clocks = cycle.bus().clocks();
-    let mut summary = evaluation.finish();
-    summary.health = cycle.supervisor().health().to_vec();
+    let summary = evaluation.finish(cycle.supervisor());
     let numbers = TrackingNumbers::new(&summary, &arm.machine, conditions.tension_limits);
     let numbers = numbers.map_err(sinew_lab::Error::from)?;
     Ok(Executed { numbers, timing, real_time, statistics, clocks, recording })

@@ -6,6 +6,7 @@ use super::monitor::LimitMonitor;
 use super::pretension::Pretension;
 use super::safe_stop::SafeStop;
 use super::signals::{ExchangeStatus, MuscleState, NamedFault, SupervisorCommand};
+use super::threshold::Threshold;
 use super::transitions::{Condition, TRANSITIONS, Transition, next};
 use crate::Error;
 use crate::control::arm::{ArmController, ArmMeasurement, ArmStatus, Fault, PreviewedReference, Symptom};
@@ -148,6 +149,12 @@ impl Supervisor {
         limits.safety.validate()?;
         self.limits = limits;
         Ok(())
+    }
+
+    /// The number by which a fault is judged; none where it is judged by a prediction.
+    #[must_use]
+    pub fn threshold(&self, fault: Fault) -> Option<Threshold> {
+        Threshold::of(fault, &self.limits, self.controller.gains())
     }
 
     /// Its controller.

@@ -14,6 +14,7 @@ mod monitor;
 mod pretension;
 mod safe_stop;
 mod signals;
+mod threshold;
 mod transitions;
 
 pub use fault_kind::{FaultKind, Reaction};
@@ -22,4 +23,5 @@ pub use limits::{Limits, MuscleLimits};
 pub use machine_supervisor::Supervisor;
 pub use mode::{Mode, Request};
 pub use signals::{ExchangeStatus, MuscleState, NamedFault, SupervisorCommand};
+pub use threshold::Threshold;
 pub use transitions::{Condition, TRANSITIONS, Transition, transitions_markdown};
