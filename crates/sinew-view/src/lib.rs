@@ -6,9 +6,11 @@
 
 mod files;
 mod inline;
+mod shapes;
 
 pub use files::{Asset, asset, paths};
 pub use inline::{InlineView, inline_view};
+pub use shapes::{Shape, shapes};
 
 /// Style sheet of the design that all pages share: colours in light and dark, type, buttons, bar and tags.
 pub const DESIGN_STYLE: &str = include_str!("../assets/style/design.css");

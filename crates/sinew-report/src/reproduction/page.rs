@@ -18,7 +18,7 @@ use sinew_lab::reproduce::{ArmPart, BenchPart, BenchResults};
 #[template(path = "reproduce.html")]
 struct Page<'a> {
     shell: Shell,
-    scene_script: &'static str,
+    scene_script: String,
     seed: u64,
     quick: bool,
     verdict: String,
@@ -49,7 +49,7 @@ pub fn render(part: &BenchPart, arm: Option<&ArmPart>, cable: &str, quick: bool)
     let [rms, largest] = part.mechanism.differences();
     let page = Page {
         shell: SHELL,
-        scene_script: include_str!("../../assets/scene.js"),
+        scene_script: scene_script(),
         seed: results.seed,
         quick,
         verdict: verdict(results) + &arm.map_or_else(String::new, arm_verdict),

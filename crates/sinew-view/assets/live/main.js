@@ -21,6 +21,7 @@ addEventListener("error", (e) => seen.errors.push(String(e.message)));
 addEventListener("unhandledrejection", (e) => seen.errors.push(String(e.reason)));
 
 const session = new Session(), traces = new Traces(session), loop = new Loop(session), commands = new Commands(session), replay = new Replay(session), toolbar = new Toolbar(session);
+seen.session = session;
 const canvas = /** @type {HTMLCanvasElement} */ (byId("view"));
 /** @type {{session: Session, commands: Commands, view: View|null}} */
 const page = { session, commands, view: null };
@@ -61,7 +62,7 @@ function showScene(/** @type {{same: boolean}} */ { same }) {
       notice.textContent = `The machine cannot be drawn: ${error instanceof Error ? error.message : error} Signals and commands work.`;
     }
     if (page.view) {
-      toolbar.view = page.view;
+      toolbar.view = seen.view = page.view;
       grasp = new Grasp(session, page.view);
       page.view.stage.first.push(() => { seen.firstFrameMs = performance.now(); seen.ready = true; });
     }

@@ -10,11 +10,11 @@ import { Ribbon } from "./ribbon.js";
 const PERIOD = 0.045;
 const SPEED = 0.05;
 
-const CABLE = `uniform float highest; uniform float time; uniform float period; uniform vec3 front; uniform vec3 plain; uniform float known;
+const CABLE = `uniform float highest; uniform float time; uniform float period; uniform vec3 front; uniform vec3 palette[8]; uniform float known;
 ${TENSION_GLSL}
 vec4 shade() {
   float round = sqrt(max(0.0, 1.0 - v_side * v_side));
-  vec3 colour = known > 0.5 ? tension_colour(v_value / highest) : plain;
+  vec3 colour = known > 0.5 ? tension_colour(v_value / highest) : palette[int(v_value + 0.5)];
   if (abs(v_state) > 0.75) {
     // Arrow heads that point and move where the cable slides to.
     float phase = fract(v_along / period - sign(v_state) * (time - 0.22 * abs(v_side)));
@@ -30,13 +30,14 @@ const SHEATH = `uniform vec3 plain;
 vec4 shade() { float round = sqrt(max(0.0, 1.0 - v_side * v_side)); return vec4(plain * (0.6 + 0.4 * round), mix(0.16, 0.5, v_side * v_side)); }`;
 
 export class Cables {
-  /** @param {Machine} machine */
-  constructor(machine) {
+  /** @param {Machine} machine @param {number[]} [colours] number of the colour of each cable, for machines without tensions */
+  constructor(machine, colours = []) {
+    this.colours = colours;
     const counts = machine.muscles.map((muscle) => muscle.points);
     this.total = counts.reduce((a, b) => a + b, 0);
     this.starts = counts.map((_, k) => counts.slice(0, k).reduce((a, b) => a + b, 0));
     this.counts = counts;
-    this.uniforms = { highest: { value: 1 }, time: { value: 0 }, period: { value: 0.02 }, front: { value: new Color(1, 1, 1) }, plain: { value: new Color() }, known: { value: 0 } };
+    this.uniforms = { highest: { value: 1 }, time: { value: 0 }, period: { value: 0.02 }, front: { value: new Color(1, 1, 1) }, palette: { value: Array.from({ length: 8 }, () => new Color()) }, known: { value: 0 } };
     this.ribbon = new Ribbon(counts, CABLE, this.uniforms, { hidden: true, order: 4 });
     this.sheathUniforms = { plain: { value: new Color() }, width: { value: 1 }, chosen_width: { value: 1 }, offset: { value: 0.0001 } };
     // The sheath ends where the cable leaves it.
@@ -57,7 +58,7 @@ export class Cables {
 
   recolour() {
     this.sheathUniforms.plain.value.setRGB(...triple(token("--rule")));
-    this.uniforms.plain.value.setRGB(...triple(token("--near")));
+    this.uniforms.palette.value.forEach((colour, k) => colour.setRGB(...triple(token(`--m${k}`))));
   }
 
   /** @param {number} muscle index, -1 for none */
@@ -86,7 +87,7 @@ export class Cables {
       for (let i = 0; i < this.counts[muscle]; i += 1) {
         const p = start + i, b = 3 * p;
         lengths[p] = i ? lengths[p - 1] + Math.hypot(points[b] - points[b - 3], points[b + 1] - points[b - 2], points[b + 2] - points[b - 1]) : 0;
-        values[p] = known ? /** @type {ArrayLike<number>} */ (now.cable_tension)[p] : 0;
+        values[p] = known ? /** @type {ArrayLike<number>} */ (now.cable_tension)[p] : (this.colours[muscle] ?? muscle) % 8;
         // Towards the motor: against the way along the cable.
         states[p] = [0, -1, 1][now.cable_sliding?.[p] ?? 0] ?? 0;
         if (states[p]) this.sliding = true;

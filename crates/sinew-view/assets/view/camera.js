@@ -23,7 +23,8 @@ export class Orbit {
     this.points = [];
     this.reach = 0.5;
     this.target = new Vector3();
-    [this.yaw, this.pitch] = VIEWS.free;
+    this.yaw = VIEWS.free[0];
+    this.pitch = VIEWS.free[1];
     this.distance = 2;
     stage.camera.up.copy(this.up);
     stage.before.push(() => this.place());

@@ -90,6 +90,8 @@ export class Ribbon {
         position[v + i] = position[v + 3 + i] = points[p + i];
         ahead[v + i] = ahead[v + 3 + i] = 0.5 * (points[after + i] - points[before + i]);
       }
+      // A line that is shorter than its points rests at its end, and keeps its direction.
+      if (k && !ahead[v] && !ahead[v + 1] && !ahead[v + 2]) for (let i = 0; i < 6; i += 1) ahead[v + i] = ahead[v + i - 6];
       of[o] = of[o + 4] = values[at];
       of[o + 1] = of[o + 5] = states[at];
       of[o + 2] = of[o + 6] = lengths[at];

@@ -9,7 +9,7 @@ const COARSEST = 0.4;
 /** Rest after which a frame of full resolution is drawn, ms. */
 const REST = 350;
 /** Time between two changes of the resolution, ms. */
-const PATIENCE = 500;
+const PATIENCE = 400;
 
 /** Names of renderers that draw without a graphics processor. */
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
@@ -47,6 +47,7 @@ export class Stage {
     this.frames = 0;
     this.changed = true;
     this.refined = false;
+    this.touched = 0;
     this.last = 0;
     this.lastChange = 0;
     /** @type {((now: number) => void)[]} Called before a frame is drawn. */
@@ -69,6 +70,7 @@ export class Stage {
   /** Asks for a frame. */
   invalidate() {
     this.changed = true;
+    this.touched = performance.now();
   }
 
   /** Ends the loop. */
@@ -94,14 +96,14 @@ export class Stage {
     this.renderer.setSize(w, h, false);
     this.camera.aspect = w / h;
     this.camera.updateProjectionMatrix();
-    this.invalidate();
+    this.changed = true;
   }
 
   /** @param {number} now */
   tick(now) {
     if (!this.canvas.clientWidth) return;
     // Once everything rests, one frame is drawn as finely as the screen allows.
-    const refine = !this.changed && this.share < 1 && !this.refined && now - this.last > REST;
+    const refine = !this.changed && this.share < 1 && !this.refined && performance.now() - this.touched > REST;
     if (!this.changed && !refine) return;
     if (refine !== this.refined) this.resize(refine ? 1 : this.share);
     this.refined = refine;
@@ -124,7 +126,7 @@ export class Stage {
     if (!(elapsed > 0 && elapsed < 1000)) return;
     this.fps = this.fps ? 0.93 * this.fps + 0.07 * (1000 / elapsed) : 1000 / elapsed;
     if (!this.software || now - this.lastChange < PATIENCE || this.frames < 8) return;
-    const wanted = this.fps < WANTED_FPS ? this.share * 0.88 : this.fps > 1.5 * WANTED_FPS ? this.share * 1.06 : this.share;
+    const wanted = this.fps < WANTED_FPS ? this.share * (this.fps < 0.5 * WANTED_FPS ? 0.75 : 0.88) : this.fps > 1.5 * WANTED_FPS ? this.share * 1.06 : this.share;
     const share = Math.min(1, Math.max(COARSEST, wanted));
     if (Math.abs(share - this.share) < 0.01) return;
     this.share = share;

@@ -1,5 +1,5 @@
 // Floor, the arrow of gravity, marks of the joints, and the handle of the end point.
-import { BufferGeometry, Color, ConeGeometry, CylinderGeometry, DoubleSide, Float32BufferAttribute, Group, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, ShaderMaterial, SphereGeometry, TorusGeometry, Vector3 } from "../vendor/three/three.module.min.js";
+import { BufferGeometry, Color, ConeGeometry, CylinderGeometry, DoubleSide, Float32BufferAttribute, Group, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, Quaternion, ShaderMaterial, SphereGeometry, TorusGeometry, Vector3 } from "../vendor/three/three.module.min.js";
 import { poseMatrix } from "./camera.js";
 import { triple } from "./cables.js";
 import { token } from "./palette.js";
@@ -48,7 +48,11 @@ export class Surroundings {
     this.handle = new Mesh(new SphereGeometry(1, 18, 12), new MeshBasicMaterial({ transparent: true, opacity: 0.85 }));
     this.handle.renderOrder = 5;
     this.handle.visible = false;
-    this.group.add(this.floor, this.gravity, this.joints, this.axis, this.handle);
+    this.winches = new InstancedMesh(new CylinderGeometry(1, 1, 1.6, 16).rotateX(Math.PI / 2), new MeshLambertMaterial(), Math.max(1, machine.muscles.length));
+    this.winches.count = machine.muscles.some((muscle) => muscle.sheath_points > 0) ? machine.muscles.length : 0;
+    this.winches.frustumCulled = false;
+    this.winches.renderOrder = 1.1;
+    this.group.add(this.winches, this.floor, this.gravity, this.joints, this.axis, this.handle);
     this.reach = 1;
     this.selected = -1;
     /** Places of the joints, m. @type {Vector3[]} */
@@ -63,6 +67,7 @@ export class Surroundings {
     this.floorUniforms.line.value.setRGB(...triple(token("--rule")));
     this.lineColour.color = colour("--accent");
     /** @type {MeshBasicMaterial} */ (/** @type {Mesh} */ (this.gravity.children[0]).material).color = colour("--soft");
+    /** @type {MeshLambertMaterial} */ (this.winches.material).color = colour("--shape");
     /** @type {MeshBasicMaterial} */ (this.joints.material).color = colour("--soft");
     /** @type {MeshBasicMaterial} */ (this.ring.material).color = colour("--accent");
     /** @type {MeshBasicMaterial} */ (this.handle.material).color = colour("--accent");
@@ -81,6 +86,13 @@ export class Surroundings {
     this.gravity.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), this.up.clone().negate());
     this.gravity.scale.setScalar(0.28 * radius);
     this.handle.scale.setScalar(0.026 * radius);
+  }
+
+  /** Puts a drum where each cable begins. @param {Float32Array} points of all cables @param {number[]} starts number of the first point of each */
+  drums(points, starts) {
+    const place = new Matrix4(), size = 0.02 * this.reach;
+    starts.forEach((start, k) => this.winches.setMatrixAt(k, place.makeScale(size, size, size).setPosition(points[3 * start], points[3 * start + 1], points[3 * start + 2])));
+    this.winches.instanceMatrix.needsUpdate = true;
   }
 
   /** @param {ArrayLike<number>} poses @param {ArrayLike<number>|undefined} endPoint */

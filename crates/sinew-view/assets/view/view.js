@@ -18,7 +18,7 @@ export class View {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Machine} machine
-   * @param {{select?: (found: Selection) => void, meshes?: (name: string) => Promise<ArrayBuffer>, reduced?: boolean}} [options]
+   * @param {{select?: (found: Selection) => void, meshes?: (name: string) => Promise<ArrayBuffer>, reduced?: boolean, colours?: number[]}} [options] `colours`: of each cable, where no tension is known
    */
   constructor(canvas, machine, options = {}) {
     this.stage = new Stage(canvas);
@@ -35,7 +35,7 @@ export class View {
     this.ghost = true;
     this.still = options.reduced ?? false;
     this.bodies = new Bodies(machine);
-    this.cables = new Cables(machine);
+    this.cables = new Cables(machine, options.colours);
     this.surroundings = new Surroundings(machine, this.orbit.up);
     this.trail = new Trail(TRAIL, "--accent");
     this.second = new Trail(TRAIL, "--warm");
@@ -138,6 +138,7 @@ export class View {
     this.cables.scale(radius);
     this.surroundings.place(centre, radius, Math.min(Number.isFinite(lowest) ? lowest : 0, centre.dot(this.orbit.up) - 0.5 * radius) - 0.03 * radius);
     this.surroundings.update(now.body_pose, now.end_point);
+    this.surroundings.drums(this.cables.ribbon.points, this.cables.starts);
     this.orbit.frame(points, radius);
   }
 
@@ -153,6 +154,15 @@ export class View {
 
   recolour() {
     for (const part of [this.stage, this.bodies, this.cables, this.surroundings, this.trail, this.second, ...this.paths]) part.recolour();
+  }
+
+  /** A picture of what is shown. @param {(picture: Blob) => void} use */
+  picture(use) {
+    this.stage.resize(1);
+    this.stage.before.forEach((call) => call(0));
+    this.stage.renderer.render(this.stage.scene, this.stage.camera);
+    this.stage.canvas.toBlob((blob) => blob && use(blob));
+    this.stage.resize();
   }
 
   /** @param {number} now ms */
