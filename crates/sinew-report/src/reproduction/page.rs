@@ -9,6 +9,7 @@ use crate::format::fixed;
 use crate::plot::Plot;
 use crate::shell::{SHELL, Shell};
 use crate::tracking::{self, TrackView};
+use crate::scene::scene_script;
 use askama::Template;
 use sinew_lab::CompensationVariant;
 use sinew_lab::paper::{self, SPEEDS};

@@ -3,8 +3,12 @@ import { KIND, decode, head, json } from "./protocol.js";
 
 /** @import {Session} from "./session.js" */
 
-/** Silence after which a connection is lost, ms. */
-const SILENCE = 900;
+/** Time between two looks at the connection, ms, and looks without a message after which it is lost. Looks are counted, not
+ *  time: a page that had no turn has heard nothing, either. */
+const LOOK = 180;
+const SILENT_LOOKS = 5;
+/** The same for a connection that is still being made. */
+const PATIENT_LOOKS = 15;
 /** Wait before the next attempt, ms. */
 const AGAIN = 700;
 /** A command without an answer, ms. */
@@ -22,7 +26,7 @@ export class Connection {
     this.session = session;
     /** @type {WebSocket|null} */
     this.socket = null;
-    this.heard = 0;
+    this.silent = 0;
     this.next = 1;
     this.revision = -1;
     this.fetching = false;
@@ -39,7 +43,7 @@ export class Connection {
 
   start() {
     this.open();
-    setInterval(() => this.watch(), 200);
+    setInterval(() => this.watch(), LOOK);
   }
 
   async open() {
@@ -60,7 +64,7 @@ export class Connection {
     const socket = new WebSocket(url, secret ? [PROTOCOL, `token.${secret}`] : [PROTOCOL]);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
-    this.heard = performance.now();
+    this.silent = 0;
     socket.onmessage = (e) => { if (socket === this.socket) this.take(e.data); };
     socket.onclose = () => {
       if (socket !== this.socket) return;
@@ -80,8 +84,9 @@ export class Connection {
   }
 
   watch() {
-    if (!this.socket || performance.now() - this.heard < SILENCE) return;
-    if (this.socket.readyState === WebSocket.CONNECTING && performance.now() - this.heard < 3 * SILENCE) return;
+    if (!this.socket) return;
+    this.silent += 1;
+    if (this.silent < (this.socket.readyState === WebSocket.CONNECTING ? PATIENT_LOOKS : SILENT_LOOKS)) return;
     this.lose();
     this.open();
   }
@@ -99,7 +104,7 @@ export class Connection {
   take(message) {
     const found = message instanceof ArrayBuffer ? head(message) : null;
     if (!found || !this.session.scene) return;
-    this.heard = performance.now();
+    this.silent = 0;
     this.session.takeLink("open");
     const { kind, body } = found;
     if (kind === KIND.state) {

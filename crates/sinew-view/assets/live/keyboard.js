@@ -13,7 +13,7 @@ const KEYS = [
   ["Space", "stop the machine"], ["r", "run along the path"], ["h", "hold the pose"], ["p", "pause or continue the time"], [".", "one cycle"],
   ["m / Shift m", "next or previous muscle"], ["j / Shift j", "next or previous joint"], ["b / Shift b", "next or previous body"], ["Escape", "select nothing"],
   ["w a s d q e", "move the end point, Enter releases it (view focused)"], ["arrows, + −", "turn and zoom (view focused)"], ["1 2 3 4", "front, side, top, free view (view focused)"],
-  ["g", "show or hide the reference"], ["t", "pause the traces"], ["[ ]", "previous or next event of a recording"], ["?", "this list"],
+  ["f", "look at what is selected, or at everything"], ["g", "show or hide the reference"], ["t", "pause the traces"], ["[ ]", "previous or next event of a recording"], ["?", "this list"],
 ];
 
 /** @param {{session: Session, grasp: () => Grasp|null, replay: Replay, traces: Traces, view: () => View|null, ghost: () => void}} page */
@@ -51,7 +51,7 @@ export function keyboard({ session, grasp, replay, traces, view, ghost }) {
       r: () => session.accepts("mode") && session.command("mode", { request: "run" }), h: () => session.accepts("mode") && session.command("mode", { request: "hold" }),
       p: time, ".": () => session.accepts("step") && session.command("step", { cycles: 1 }),
       m: () => next("muscle", false), M: () => next("muscle", true), j: () => next("joint", false), J: () => next("joint", true), b: () => next("body", false), B: () => next("body", true),
-      Escape: () => session.select(null), g: ghost, t: () => traces.pause(), "[": () => replay.event(-1), "]": () => replay.event(1), "?": () => dialog.showModal(),
+      Escape: () => session.select(null), f: () => view()?.look(session.selection), g: ghost, t: () => traces.pause(), "[": () => replay.event(-1), "]": () => replay.event(1), "?": () => dialog.showModal(),
     };
     if (acts[e.key]) { e.preventDefault(); acts[e.key](); }
   });

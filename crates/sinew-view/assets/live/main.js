@@ -84,7 +84,9 @@ function showState() {
   if (!state) return;
   seen.state = state;
   seen.mode = session.mode;
-  page.view?.take(state, session.time);
+  // A machine that is paused sends the same state again: it need not be drawn again.
+  const same = session.flag("paused") && page.view?.now?.time_s?.[0] === session.time;
+  if (!same) page.view?.take(state, session.time);
 }
 
 function showSelection() {

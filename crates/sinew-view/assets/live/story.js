@@ -24,23 +24,29 @@ async function run({ session, commands }, factor, variant) {
   if (session.accepts("mode") && !/run/i.test(session.mode)) await session.command("mode", { request: "run" });
 }
 
+/** Selects the cable whose sheath bends most, and looks at it. @param {Page} page */
+function focus({ session, view }) {
+  session.select({ kind: "muscle", index: bent(session) });
+  view?.look(session.selection);
+}
+
 /** @type {Step[]} */
 const STEPS = [
   { title: "Motors pull cables through sheaths",
     text: "The motors stand beside the machine. Each pulls a cable through a curved sheath, and the cables move the joints. The end point follows the thin line.",
-    show: async (page) => { await run(page, 1, null); page.session.select(null); page.view?.orbit.view("free"); } },
+    show: async (page) => { await run(page, 1, null); page.session.select(null); page.view?.look(null); } },
   { title: "Tension is lost on the way",
     text: "The cable presses on its sheath and rubs. The colour shows the tension along the cable: it changes between the motor, the near end, and the joint, the far end.",
-    show: async (page) => { await run(page, 1, null); page.session.select({ kind: "muscle", index: bent(page.session) }); } },
+    show: async (page) => { await run(page, 1, null); focus(page); } },
   { title: "At a reversal the cable sticks",
     text: "When the motor reverses, the cable first sticks. A slip front runs through the sheath; until it arrives, the far tension does not change. Marks show where the cable slides. Slow motion: a tenth of real time.",
-    show: async (page) => { await run(page, 0.1, null); page.session.select({ kind: "muscle", index: bent(page.session) }); } },
+    show: async (page) => { await run(page, 0.1, null); focus(page); } },
   { title: "Near tension does not tell far tension",
     text: "Far over near tension draws a loop with the width of the friction. The estimate of the far tension follows the loop, and the controller acts on it.",
-    show: async (page) => { await run(page, 0.25, null); page.session.select({ kind: "muscle", index: bent(page.session) }); } },
+    show: async (page) => { await run(page, 0.25, null); focus(page); } },
   { title: "With and without compensation",
     text: "The second machine runs the same path without a compensation of friction. Compare the two trails and the end-point errors, then take hold of the end point yourself.",
-    show: async (page) => { await run(page, 1, "none"); page.session.select(null); page.view?.orbit.view("free"); } },
+    show: async (page) => { await run(page, 1, "none"); page.session.select(null); page.view?.look(null); } },
 ];
 const SEEN = "sinew-story";
 

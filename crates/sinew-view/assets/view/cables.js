@@ -10,7 +10,7 @@ import { Ribbon } from "./ribbon.js";
 const PERIOD = 0.045;
 const SPEED = 0.05;
 
-const CABLE = `uniform float highest; uniform float time; uniform float period; uniform vec3 front; uniform vec3 palette[8]; uniform float known;
+const CABLE = `uniform float highest; uniform float time; uniform float period; uniform vec3 front; uniform vec3 palette[8]; uniform float known; uniform vec3 paper;
 ${TENSION_GLSL}
 vec4 shade() {
   float round = sqrt(max(0.0, 1.0 - v_side * v_side));
@@ -23,11 +23,12 @@ vec4 shade() {
   colour *= 0.62 + 0.38 * round;
   // Between a point that slides and one that sticks lies the front.
   colour = mix(colour, front, smoothstep(0.2, 0.3, abs(v_state)) * (1.0 - smoothstep(0.7, 0.8, abs(v_state))));
-  return vec4(colour, 1.0);
+  // What is not selected steps back.
+  return vec4(mix(colour, paper, 0.62 * v_other), 1.0);
 }`;
 
 const SHEATH = `uniform vec3 plain;
-vec4 shade() { float round = sqrt(max(0.0, 1.0 - v_side * v_side)); return vec4(plain * (0.6 + 0.4 * round), mix(0.16, 0.5, v_side * v_side)); }`;
+vec4 shade() { float round = sqrt(max(0.0, 1.0 - v_side * v_side)); return vec4(plain * (0.6 + 0.4 * round), mix(0.16, 0.5, v_side * v_side) * (1.0 - 0.6 * v_other)); }`;
 
 export class Cables {
   /** @param {Machine} machine @param {number[]} [colours] number of the colour of each cable, for machines without tensions */
@@ -37,7 +38,7 @@ export class Cables {
     this.total = counts.reduce((a, b) => a + b, 0);
     this.starts = counts.map((_, k) => counts.slice(0, k).reduce((a, b) => a + b, 0));
     this.counts = counts;
-    this.uniforms = { highest: { value: 1 }, time: { value: 0 }, period: { value: 0.02 }, front: { value: new Color(1, 1, 1) }, palette: { value: Array.from({ length: 8 }, () => new Color()) }, known: { value: 0 } };
+    this.uniforms = { highest: { value: 1 }, time: { value: 0 }, period: { value: 0.02 }, front: { value: new Color(1, 1, 1) }, palette: { value: Array.from({ length: 8 }, () => new Color()) }, known: { value: 0 }, paper: { value: new Color() } };
     this.ribbon = new Ribbon(counts, CABLE, this.uniforms, { hidden: true, order: 4 });
     this.sheathUniforms = { plain: { value: new Color() }, width: { value: 1 }, chosen_width: { value: 1 }, offset: { value: 0.0001 } };
     // The sheath ends where the cable leaves it.
@@ -58,6 +59,7 @@ export class Cables {
 
   recolour() {
     this.sheathUniforms.plain.value.setRGB(...triple(token("--rule")));
+    this.uniforms.paper.value.setRGB(...triple(token("--paper")));
     this.uniforms.palette.value.forEach((colour, k) => colour.setRGB(...triple(token(`--m${k}`))));
   }
 

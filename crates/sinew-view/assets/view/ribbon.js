@@ -5,7 +5,7 @@ import { BufferAttribute, BufferGeometry, DynamicDrawUsage, GreaterDepth, Mesh, 
 const VERTEX = `
 attribute vec3 ahead; attribute vec4 of; attribute vec2 line;
 uniform vec2 size; uniform float width; uniform float chosen; uniform float chosen_width; uniform float offset; uniform float least;
-varying float v_side; varying float v_value; varying float v_along; varying float v_state;
+varying float v_side; varying float v_value; varying float v_along; varying float v_state; varying float v_other;
 void main() {
   vec4 here = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
   vec4 there = projectionMatrix * modelViewMatrix * vec4(position + ahead, 1.0);
@@ -15,11 +15,12 @@ void main() {
   float breadth = max(least, abs(line.x - chosen) < 0.5 ? chosen_width : width);
   here.xy += vec2(-direction.y, direction.x) * line.y * breadth / size * here.w;
   here.z -= offset * here.w;
+  v_other = chosen > -0.5 && abs(line.x - chosen) > 0.5 ? 1.0 : 0.0;
   v_side = line.y; v_value = of.x; v_state = of.y; v_along = of.z;
   gl_Position = here;
 }`;
 
-const VARYINGS = "uniform float faint; varying float v_side; varying float v_value; varying float v_along; varying float v_state;";
+const VARYINGS = "uniform float faint; varying float v_side; varying float v_value; varying float v_along; varying float v_state; varying float v_other;";
 
 export class Ribbon {
   /**

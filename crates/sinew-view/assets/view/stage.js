@@ -6,8 +6,9 @@ import { token } from "./palette.js";
 const WANTED_FPS = 27;
 /** Share of the full resolution below which the picture is too coarse. */
 const COARSEST = 0.4;
-/** Rest after which a frame of full resolution is drawn, ms. */
+/** Rest after which a finer frame is drawn, ms, and its resolution, whose edges are smooth once it is scaled down. */
 const REST = 350;
+const FINEST = 1.6;
 /** Time between two changes of the resolution, ms. */
 const PATIENCE = 400;
 
@@ -102,10 +103,10 @@ export class Stage {
   /** @param {number} now */
   tick(now) {
     if (!this.canvas.clientWidth) return;
-    // Once everything rests, one frame is drawn as finely as the screen allows.
-    const refine = !this.changed && this.share < 1 && !this.refined && performance.now() - this.touched > REST;
+    // Once everything rests, one finer frame is drawn.
+    const refine = !this.changed && this.software && !this.refined && performance.now() - this.touched > REST;
     if (!this.changed && !refine) return;
-    if (refine !== this.refined) this.resize(refine ? 1 : this.share);
+    if (refine !== this.refined) this.resize(refine ? FINEST : this.share);
     this.refined = refine;
     this.changed = false;
     for (const call of this.before) call(now);

@@ -61,6 +61,7 @@
  * @property {ArrayLike<number>} [end_point]
  * @property {ArrayLike<number>} [end_point_reference]
  * @property {ArrayLike<number>} [end_point_2]
+ * @property {ArrayLike<number>} [time_s]
  */
 
 /** @typedef {{kind: "body"|"joint"|"muscle", index: number}|null} Selection */

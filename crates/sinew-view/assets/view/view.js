@@ -31,6 +31,8 @@ export class View {
     this.now = null;
     /** @type {Instant|null} */
     this.waiting = null;
+    /** What is looked at. @type {Selection} */
+    this.looked = null;
     this.highest = 1;
     this.ghost = true;
     this.still = options.reduced ?? false;
@@ -107,7 +109,10 @@ export class View {
     this.trail.flush();
     this.second.flush();
     for (const mesh of this.second.ribbon.meshes) mesh.visible = known(now.end_point_2);
-    if (first) this.frame();
+    if (first) {
+      this.frame();
+      this.look(this.looked);
+    }
     this.stage.invalidate();
   }
 
@@ -140,6 +145,20 @@ export class View {
     this.surroundings.update(now.body_pose, now.end_point);
     this.surroundings.drums(this.cables.ribbon.points, this.cables.starts);
     this.orbit.frame(points, radius);
+  }
+
+  /** Looks at what is selected, from the same side; at everything where nothing is. @param {Selection} selection */
+  look(selection) {
+    this.looked = selection;
+    if (!this.now) return;
+    const { points } = this.cables.ribbon, { starts, counts } = this.cables, found = [];
+    if (selection?.kind === "muscle") for (let k = starts[selection.index]; k < starts[selection.index] + counts[selection.index]; k += 1) found.push(new Vector3().fromArray(points, 3 * k));
+    const place = selection?.kind === "joint" ? this.surroundings.places[selection.index] : null;
+    const body = selection?.kind === "body" && this.now ? new Vector3().fromArray(Array.from(this.now.body_pose).slice(7 * selection.index, 7 * selection.index + 3)) : null;
+    const middle = place ?? body, around = 0.3 * this.orbit.reach;
+    if (middle) for (const side of [-around, around]) found.push(middle.clone().addScalar(side), middle.clone().add(new Vector3(side, -side, side)));
+    if (!found.length) { this.frame(); return; }
+    this.orbit.frame(found, this.orbit.reach);
   }
 
   /** Marks what is selected. @param {Selection} selection */

@@ -71,14 +71,14 @@ struct Own(&'static str, Value);
 impl WebDriverCompatibleCommand for Own {
     fn endpoint(
         &self,
-        base: &fantoccini::wd::url::Url,
+        base: &url::Url,
         session: Option<&str>,
-    ) -> Result<fantoccini::wd::url::Url, fantoccini::wd::url::ParseError> {
+    ) -> Result<url::Url, url::ParseError> {
         base.join(&format!("session/{}/{}", session.unwrap_or_default(), self.0))
     }
 
-    fn method_and_body(&self, _: &fantoccini::wd::url::Url) -> (fantoccini::wd::http::Method, Option<String>) {
-        (fantoccini::wd::http::Method::POST, Some(self.1.to_string()))
+    fn method_and_body(&self, _: &url::Url) -> (http::Method, Option<String>) {
+        (http::Method::POST, Some(self.1.to_string()))
     }
 }
 

@@ -27,10 +27,20 @@ pub(crate) struct Wanted {
     pub(crate) axe: Option<PathBuf>,
     /// Folder of the screenshots.
     pub(crate) out: PathBuf,
+    /// Mean number of waiting programs before the check, where others have the processors: times are then told, not judged.
+    pub(crate) busy: Option<f64>,
+}
+
+/// The load of the last minute, where it is more than the machine has processors.
+fn busy() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/loadavg").ok()?;
+    let load: f64 = text.split(' ').next()?.parse().ok()?;
+    let processors = std::thread::available_parallelism().map_or(1.0, |count| count.get() as f64);
+    (load > processors).then_some(load)
 }
 
 fn wanted() -> Outcome<Wanted> {
-    let mut wanted = Wanted { out: PathBuf::from("out/page"), ..Wanted::default() };
+    let mut wanted = Wanted { out: PathBuf::from("out/page"), busy: busy(), ..Wanted::default() };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} needs a value"));
