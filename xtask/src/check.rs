@@ -54,8 +54,11 @@ const PYTHON: Step =
     Step { name: "python", purpose: "the Python package: types, tests, documentation", run: python::check };
 
 /// Left to `cargo xtask check page`: it needs a browser, and packages that it installs into `target`.
-const PAGE: Step =
-    Step { name: "page", purpose: "the live page in a headless Chromium, types of its scripts", run: page::check };
+const PAGE: Step = Step {
+    name: "page",
+    purpose: "the live page in a headless Chromium, types of its scripts",
+    run: page::check,
+};
 
 /// The steps with their purpose, one a line.
 pub(crate) fn list() -> String {

@@ -19,7 +19,8 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
         Some(packages) => types(root, &folder, packages)?,
         None => println!("types of the scripts and accessibility: skipped, npm or its packages are not here"),
     }
-    let mut command = cargo(root, &["run", "--quiet", "--manifest-path", MANIFEST, "--target-dir", "target/page/browser"]);
+    let mut command =
+        cargo(root, &["run", "--quiet", "--manifest-path", MANIFEST, "--target-dir", "target/page/browser"]);
     command.args(["--", "--out", "out/page"]);
     if let Some(packages) = packages {
         command.arg("--axe").arg(packages.join("axe-core/axe.min.js"));

@@ -120,8 +120,8 @@ pub fn page(view: &RobotView) -> Result<String, Error> {
         ),
         scene: SceneFigure::new(
             &format!("{}: bodies, cables and wrapping surfaces", view.name),
-            "Bodies with their shapes, or where the file has none, as hulls of their joints and cable sites; cables with \
-             their wrapping; circles are wrapping surfaces.",
+            "Bodies with their shapes, or where the file has none, as bones from joint to joint; cables with \
+             their wrapping; transparent shapes are wrapping surfaces.",
             &view.scene,
             view.start,
             &entries,

@@ -26,7 +26,9 @@ const ENTRY: &str = "view/report.js";
 pub fn inline_view() -> InlineView {
     let mut map = String::new();
     for path in paths().filter(|path| is_module(path)) {
-        let Some(text) = asset(path).and_then(|found| std::str::from_utf8(found.bytes).ok()) else { continue };
+        let Some(text) = asset(path).and_then(|found| std::str::from_utf8(found.bytes).ok()) else {
+            continue;
+        };
         let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
         let mut named = text.to_owned();
         for import in imports(text) {
@@ -57,7 +59,9 @@ fn is_module(path: &str) -> bool {
 /// Relative addresses that a module imports from.
 pub(crate) fn imports(text: &str) -> impl Iterator<Item = &str> {
     let quoted = text.split('"').enumerate().filter(|(k, _)| k % 2 == 1).map(|(_, part)| part);
-    quoted.filter(|part| part.starts_with("./") || part.starts_with("../")).filter(|part| part.ends_with(".js"))
+    quoted
+        .filter(|part| part.starts_with("./") || part.starts_with("../"))
+        .filter(|part| part.ends_with(".js"))
 }
 
 /// The path that a relative address means in a folder.

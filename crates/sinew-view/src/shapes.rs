@@ -71,7 +71,11 @@ fn bones(parts: &Parts) -> Vec<Shape> {
             .collect();
         let carries = parts.bodies.iter().skip(1).any(|other| other.parent == body);
         if !carries {
-            let sites = parts.sites.iter().enumerate().filter(|(index, site)| site.body == body && !side(parts, *index));
+            let sites = parts
+                .sites
+                .iter()
+                .enumerate()
+                .filter(|(index, site)| site.body == body && !side(parts, *index));
             own.extend(sites.map(|(_, site)| site.position).max_by(|a, b| norm(*a).total_cmp(&norm(*b))));
         }
         ends.extend(own.into_iter().filter(|end| norm(*end) > 0.0).map(|end| (body, end)));
@@ -152,7 +156,8 @@ mod tests {
             let found = shapes(parts);
             let of = |wrap: bool| found.iter().filter(|shape| shape.wrap == wrap).count();
             assert_eq!(of(true), parts.wraps.len(), "{name}");
-            let bodies: Vec<usize> = found.iter().filter(|shape| !shape.wrap).map(|shape| shape.body).collect();
+            let bodies: Vec<usize> =
+                found.iter().filter(|shape| !shape.wrap).map(|shape| shape.body).collect();
             // A body whose joint carries the next one at the same place has no extent.
             let extended = parts.bodies.iter().skip(2).filter(|body| norm(body.position) > 0.0).count();
             assert!(bodies.len() >= extended, "{name}: {bodies:?}");

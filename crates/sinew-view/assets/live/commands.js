@@ -109,7 +109,7 @@ export class Commands {
   follow() {
     const { session } = this;
     const mode = session.mode.toLowerCase().replaceAll(" ", "_");
-    for (const [id, control] of this.requests) control.setAttribute("aria-pressed", String(mode === id || mode === { run: "running", hold: "holding", turn_off: "off", get_ready: "ready" }[id]));
+    for (const [id, control] of this.requests) control.setAttribute("aria-pressed", String(mode === id || (id === "run" || id === "hold" ? mode.startsWith(id) : mode === { turn_off: "off", get_ready: "ready" }[id])));
     if (this.pause) this.pause.textContent = session.flag("paused") ? "Continue" : "Pause";
   }
 }

@@ -91,6 +91,7 @@ class Figure {
   choose() {
     const { sweep } = this;
     this.playing = false;
+    this.view.framed = false;
     if (this.slide) this.slide.hidden = !sweep;
     if (sweep && this.slider) {
       this.slider.max = String(sweep.frames.length - 1);

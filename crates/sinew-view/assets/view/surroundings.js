@@ -82,9 +82,9 @@ export class Surroundings {
     const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), this.up);
     this.floor.matrixAutoUpdate = false;
     this.floor.matrix.compose(below, turn, new Vector3(6 * radius, 6 * radius, 1));
-    this.gravity.position.copy(centre).addScaledVector(this.up, 0.3 * radius).add(new Vector3(0, -0.95 * radius, 0));
+    this.gravity.position.copy(centre).addScaledVector(this.up, 0.3 * radius).add(new Vector3(0, -0.9 * radius, 0));
     this.gravity.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), this.up.clone().negate());
-    this.gravity.scale.setScalar(0.28 * radius);
+    this.gravity.scale.setScalar(0.2 * radius);
     this.handle.scale.setScalar(0.026 * radius);
   }
 

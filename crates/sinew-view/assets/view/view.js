@@ -1,6 +1,6 @@
 // The three-dimensional view of a machine: one object that takes instants and shows them. The live page and the reports
 // use the same.
-import { Group, Matrix4, Vector2, Vector3 } from "../vendor/three/three.module.min.js";
+import { Group, Matrix4, Quaternion, Vector2, Vector3 } from "../vendor/three/three.module.min.js";
 import { Bodies, triangles } from "./bodies.js";
 import { Cables } from "./cables.js";
 import { Orbit, poseMatrix } from "./camera.js";
@@ -33,6 +33,8 @@ export class View {
     this.waiting = null;
     /** What is looked at. @type {Selection} */
     this.looked = null;
+    /** Whether the camera was placed for what is shown. */
+    this.framed = false;
     this.highest = 1;
     this.ghost = true;
     this.still = options.reduced ?? false;
@@ -95,7 +97,6 @@ export class View {
 
   /** Shows an instant. @param {Instant} now */
   update(now) {
-    const first = !this.now;
     this.now = now;
     this.bodies.update("body", now.body_pose);
     this.bodies.update("surface", now.body_pose);
@@ -109,7 +110,8 @@ export class View {
     this.trail.flush();
     this.second.flush();
     for (const mesh of this.second.ribbon.meshes) mesh.visible = known(now.end_point_2);
-    if (first) {
+    if (!this.framed) {
+      this.framed = true;
       this.frame();
       this.look(this.looked);
     }
@@ -129,9 +131,13 @@ export class View {
     for (const shape of this.machine.shapes) {
       // A floor does not set the scale.
       if (shape.body === 0 || shape.kind === "plane") continue;
-      const radius = Math.max(...(shape.kind === "mesh" ? [0.05] : shape.size)), p = new Vector3().fromArray(shape.position).applyMatrix4(poseMatrix(now.body_pose, shape.body, pose));
-      take(p, 0.8 * radius);
-      lowest = Math.min(lowest, p.dot(this.orbit.up) - radius);
+      const [w, x, y, z] = shape.quaternion, along = new Vector3(0, 0, 1).applyQuaternion(new Quaternion(x, y, z, w));
+      const long = ["bone", "capsule", "cylinder"].includes(shape.kind), radius = long ? shape.size[0] : Math.max(...(shape.kind === "mesh" ? [0.05] : shape.size));
+      for (const end of long ? [-1, 1] : [0]) {
+        const p = new Vector3().fromArray(shape.position).addScaledVector(along, end * (long ? shape.size[1] : 0)).applyMatrix4(poseMatrix(now.body_pose, shape.body, pose));
+        take(p, 0.8 * radius);
+        lowest = Math.min(lowest, p.dot(this.orbit.up) - radius);
+      }
     }
     for (let k = 0; k + 2 < now.cable_points.length; k += 3) {
       const p = new Vector3(now.cable_points[k], now.cable_points[k + 1], now.cable_points[k + 2]);

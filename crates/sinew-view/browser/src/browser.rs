@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Time that anything the page does may take on a loaded machine.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(90);
 
 /// The driver's process, on a port of its own.
 #[derive(Debug)]
@@ -32,7 +32,9 @@ impl Drop for Driver {
 /// A program in the search path.
 fn program(names: &[&str]) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
-    names.iter().find_map(|name| std::env::split_paths(&path).map(|folder| folder.join(name)).find(|p| p.is_file()))
+    names
+        .iter()
+        .find_map(|name| std::env::split_paths(&path).map(|folder| folder.join(name)).find(|p| p.is_file()))
 }
 
 /// Starts the driver; none where Chromium or its driver is not installed.
@@ -41,7 +43,10 @@ pub(crate) fn driver() -> Outcome<Option<Driver>> {
     if program(&["chromium", "chromium-browser", "google-chrome"]).is_none() {
         return Ok(None);
     }
-    let port = TcpListener::bind("127.0.0.1:0").and_then(|l| l.local_addr()).map_err(|e| format!("no port: {e}"))?.port();
+    let port = TcpListener::bind("127.0.0.1:0")
+        .and_then(|l| l.local_addr())
+        .map_err(|e| format!("no port: {e}"))?
+        .port();
     let process = Command::new(driver)
         .arg(format!("--port={port}"))
         .stdout(Stdio::null())
@@ -69,11 +74,7 @@ pub(crate) struct Browser {
 struct Own(&'static str, Value);
 
 impl WebDriverCompatibleCommand for Own {
-    fn endpoint(
-        &self,
-        base: &url::Url,
-        session: Option<&str>,
-    ) -> Result<url::Url, url::ParseError> {
+    fn endpoint(&self, base: &url::Url, session: Option<&str>) -> Result<url::Url, url::ParseError> {
         base.join(&format!("session/{}/{}", session.unwrap_or_default(), self.0))
     }
 
@@ -112,7 +113,8 @@ impl Browser {
     /// Size of the page, px; a narrow one is that of a phone.
     pub(crate) async fn size(&self, width: u32, height: u32) -> Outcome<()> {
         let params = json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600});
-        let command = Own("goog/cdp/execute", json!({"cmd": "Emulation.setDeviceMetricsOverride", "params": params}));
+        let command =
+            Own("goog/cdp/execute", json!({"cmd": "Emulation.setDeviceMetricsOverride", "params": params}));
         self.client.issue_cmd(command).await.map_err(|e| format!("size of the page: {e}"))?;
         Ok(())
     }
@@ -146,7 +148,11 @@ impl Browser {
 
     /// Errors that the page's console has shown since the last call.
     pub(crate) async fn console_errors(&self) -> Outcome<Vec<String>> {
-        let log = self.client.issue_cmd(Own("se/log", json!({"type": "browser"}))).await.map_err(|e| format!("the console: {e}"))?;
+        let log = self
+            .client
+            .issue_cmd(Own("se/log", json!({"type": "browser"})))
+            .await
+            .map_err(|e| format!("the console: {e}"))?;
         let severe = log.as_array().into_iter().flatten().filter(|entry| entry["level"] == "SEVERE");
         Ok(severe.map(|entry| entry["message"].as_str().unwrap_or_default().to_owned()).collect())
     }

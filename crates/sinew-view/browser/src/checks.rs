@@ -21,7 +21,12 @@ const SPACE: char = ' ';
 const TAB: char = '\u{e004}';
 
 /// All checks; the first that fails is the outcome.
-pub(crate) async fn all(page: &Browser, address: &str, server: Option<&Server>, wanted: &Wanted) -> Outcome<()> {
+pub(crate) async fn all(
+    page: &Browser,
+    address: &str,
+    server: Option<&Server>,
+    wanted: &Wanted,
+) -> Outcome<()> {
     let began = Instant::now();
     let out = &wanted.out;
     page.size(1400, 900).await?;
@@ -58,7 +63,11 @@ pub(crate) async fn all(page: &Browser, address: &str, server: Option<&Server>, 
 
 /// Waits until a machine is drawn.
 async fn ready(page: &Browser) -> Outcome<()> {
-    page.until("the page shows a machine", "window.sinew && sinew.ready && sinew.connection === 'open' && sinew.state").await?;
+    page.until(
+        "the page shows a machine",
+        "window.sinew && sinew.ready && sinew.connection === 'open' && sinew.state",
+    )
+    .await?;
     Ok(())
 }
 
@@ -84,7 +93,7 @@ async fn first_frame(page: &Browser, address: &str, wanted: &Wanted) -> Outcome<
 /// Waits for some more frames, so that a picture shows what was asked for.
 async fn settled(page: &Browser) -> Outcome<()> {
     let drawn = page.number("return sinew.view.stage.frames").await?;
-    page.until("frames are drawn", &format!("sinew.view.stage.frames > {drawn} + 12")).await?;
+    page.until("frames are drawn", &format!("sinew.view.stage.frames > {drawn} + 4")).await?;
     rest(400).await;
     Ok(())
 }
@@ -125,7 +134,11 @@ async fn positions(page: &Browser, server: Option<&Server>) -> Outcome<()> {
         }
     }
     println!("positions: within {largest:.1e} m of the server's");
-    if largest <= NEAR_M { Ok(()) } else { Err(format!("a position is off by {largest:e} m, expected at most {NEAR_M:e}")) }
+    if largest <= NEAR_M {
+        Ok(())
+    } else {
+        Err(format!("a position is off by {largest:e} m, expected at most {NEAR_M:e}"))
+    }
 }
 
 /// Frames per second are reported; only a page that stands still fails, as other programs share the processor.
@@ -145,7 +158,11 @@ async fn story(page: &Browser, address: &str, wanted: &Wanted) -> Outcome<()> {
         page.go("about:blank").await?;
         page.go(&format!("{address}#story={step}")).await?;
         ready(page).await?;
-        page.until("the step is shown", &format!("document.querySelector('#story [aria-current=step]')?.textContent === '{step}'")).await?;
+        page.until(
+            "the step is shown",
+            &format!("document.querySelector('#story [aria-current=step]')?.textContent === '{step}'"),
+        )
+        .await?;
         settled(page).await?;
         page.picture(&wanted.out, &format!("story-{step}")).await?;
     }
@@ -154,7 +171,8 @@ async fn story(page: &Browser, address: &str, wanted: &Wanted) -> Outcome<()> {
 
 /// Dragging the end point moves it.
 async fn dragged(page: &Browser, wanted: &Wanted) -> Outcome<()> {
-    page.later("const done = arguments[0]; sinew.session.command('mode', { request: 'hold' }).then(done)").await?;
+    page.later("const done = arguments[0]; sinew.session.command('mode', { request: 'hold' }).then(done)")
+        .await?;
     rest(800).await;
     let at = page.value(
         "const v = sinew.view, p = v.surroundings.handle.position.clone().project(v.stage.camera), b = v.stage.canvas.getBoundingClientRect();
@@ -165,7 +183,10 @@ async fn dragged(page: &Browser, wanted: &Wanted) -> Outcome<()> {
     drag(page, from, [-60.0, -70.0], Duration::from_millis(1200)).await?;
     page.picture(&wanted.out, "dragged").await?;
     let after = page.value("return [...sinew.state.end_point]").await?;
-    let moved = (0..3).map(|k| (after[k].as_f64().unwrap_or(0.0) - before[k].as_f64().unwrap_or(0.0)).powi(2)).sum::<f64>().sqrt();
+    let moved = (0..3)
+        .map(|k| (after[k].as_f64().unwrap_or(0.0) - before[k].as_f64().unwrap_or(0.0)).powi(2))
+        .sum::<f64>()
+        .sqrt();
     println!("drag: the end point moved by {:.0} mm", 1e3 * moved);
     if moved > 0.01 { Ok(()) } else { Err(format!("the drag moved the end point by {moved} m")) }
 }
@@ -173,7 +194,8 @@ async fn dragged(page: &Browser, wanted: &Wanted) -> Outcome<()> {
 /// The stop acts by a click and by the space bar, wherever the focus is.
 async fn stopped(page: &Browser, wanted: &Wanted) -> Outcome<()> {
     for by_key in [false, true] {
-        page.later("const done = arguments[0]; sinew.session.command('mode', { request: 'run' }).then(done)").await?;
+        page.later("const done = arguments[0]; sinew.session.command('mode', { request: 'run' }).then(done)")
+            .await?;
         page.until("the machine runs", "/run/.test(sinew.mode)").await?;
         if by_key {
             page.value("document.querySelector('#theme').focus()").await?;
@@ -182,7 +204,11 @@ async fn stopped(page: &Browser, wanted: &Wanted) -> Outcome<()> {
             click(page, "#stop").await?;
         }
         let took = page.until("the machine stops", "/stop/.test(sinew.mode)").await?;
-        println!("stop by {}: shown after {} ms", if by_key { "the space bar" } else { "a click" }, took.as_millis());
+        println!(
+            "stop by {}: shown after {} ms",
+            if by_key { "the space bar" } else { "a click" },
+            took.as_millis()
+        );
     }
     page.picture(&wanted.out, "stopped").await
 }
@@ -195,7 +221,9 @@ async fn keyboard(page: &Browser) -> Outcome<()> {
     for _ in 0..(count as usize + 10) {
         key(page, TAB).await?;
     }
-    let missed = page.value(&format!("return {all}.filter((e) => !reached.has(e)).map((e) => e.outerHTML.slice(0, 80))")).await?;
+    let missed = page
+        .value(&format!("return {all}.filter((e) => !reached.has(e)).map((e) => e.outerHTML.slice(0, 80))"))
+        .await?;
     if missed.as_array().is_some_and(|list| !list.is_empty()) {
         return Err(format!("the tabulator does not reach {missed}"));
     }
@@ -203,7 +231,11 @@ async fn keyboard(page: &Browser) -> Outcome<()> {
     let before = page.value("return [sinew.selected, sinew.view.orbit.yaw]").await?;
     key(page, 'm').await?;
     key(page, '2').await?;
-    page.until("m selects a muscle, 2 turns the view", &format!("sinew.selected !== {} && sinew.view.orbit.yaw !== {}", before[0], before[1])).await?;
+    page.until(
+        "m selects a muscle, 2 turns the view",
+        &format!("sinew.selected !== {} && sinew.view.orbit.yaw !== {}", before[0], before[1]),
+    )
+    .await?;
     key(page, '?').await?;
     page.until("the list of keys opens", "document.querySelector('#keys').open").await?;
     key(page, '\u{e00c}').await?;
@@ -221,10 +253,18 @@ async fn lost_and_healed(page: &Browser, server: &Server, wanted: &Wanted) -> Ou
     page.picture(&wanted.out, "lost").await?;
     server.silence(false);
     let healed = page.until("the connection heals", "sinew.connection === 'open'").await?;
-    println!("lost connection: shown after {} ms, healed {} ms after the server was back", took.as_millis(), healed.as_millis());
+    println!(
+        "lost connection: shown after {} ms, healed {} ms after the server was back",
+        took.as_millis(),
+        healed.as_millis()
+    );
     // A request that fails while the server is away is the browser's own message.
     page.console_errors().await?;
-    if took > LOST + NOTICE && wanted.busy.is_none() { Err(format!("the loss was shown after {} ms", took.as_millis())) } else { Ok(()) }
+    if took > LOST + NOTICE && wanted.busy.is_none() {
+        Err(format!("the loss was shown after {} ms", took.as_millis()))
+    } else {
+        Ok(())
+    }
 }
 
 /// Rules of accessibility, by axe-core, where it is at hand.
@@ -239,7 +279,8 @@ async fn accessible(page: &Browser, wanted: &Wanted, state: &str) -> Outcome<()>
         "const done = arguments[0]; axe.run({ runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] }).then((r) =>
            done({ passes: r.passes.length, violations: r.violations.map((v) => `${v.id}: ${v.nodes.slice(0, 3).map((n) => n.html.slice(0, 90) + ' ' + n.any.map((a) => a.message).join(' ')).join(' | ')}`) }), (e) => done({ violations: [String(e)] }))",
     ).await?;
-    let broken: Vec<String> = found["violations"].as_array().into_iter().flatten().map(Value::to_string).collect();
+    let broken: Vec<String> =
+        found["violations"].as_array().into_iter().flatten().map(Value::to_string).collect();
     println!("accessibility, {state}: {} rules kept, {} broken", found["passes"], broken.len());
     if broken.is_empty() { Ok(()) } else { Err(format!("accessibility, {state}: {}", broken.join("\n"))) }
 }

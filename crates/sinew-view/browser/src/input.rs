@@ -7,7 +7,8 @@ use std::time::Duration;
 
 /// Presses a key and lets it go.
 pub(crate) async fn key(page: &Browser, value: char) -> Outcome<()> {
-    let keys = KeyActions::new("keyboard".to_owned()).then(KeyAction::Down { value }).then(KeyAction::Up { value });
+    let keys =
+        KeyActions::new("keyboard".to_owned()).then(KeyAction::Down { value }).then(KeyAction::Up { value });
     page.client.perform_actions(keys).await.map_err(|e| format!("key {value:?}: {e}"))
 }
 
@@ -18,7 +19,8 @@ pub(crate) async fn drag(page: &Browser, from: [f64; 2], by: [f64; 2], hold: Dur
         x: from[0] + share * by[0],
         y: from[1] + share * by[1],
     };
-    let mut mouse = MouseActions::new("mouse".to_owned()).then(to(0.0, 0)).then(PointerAction::Down { button: 0 });
+    let mut mouse =
+        MouseActions::new("mouse".to_owned()).then(to(0.0, 0)).then(PointerAction::Down { button: 0 });
     for k in 1..=10 {
         mouse = mouse.then(to(f64::from(k) / 10.0, 40));
     }
@@ -28,6 +30,7 @@ pub(crate) async fn drag(page: &Browser, from: [f64; 2], by: [f64; 2], hold: Dur
 
 /// Clicks the element that a selector finds.
 pub(crate) async fn click(page: &Browser, selector: &str) -> Outcome<()> {
-    let found = page.client.find(fantoccini::Locator::Css(selector)).await.map_err(|e| format!("{selector}: {e}"))?;
+    let found =
+        page.client.find(fantoccini::Locator::Css(selector)).await.map_err(|e| format!("{selector}: {e}"))?;
     found.click().await.map_err(|e| format!("{selector}: {e}"))
 }

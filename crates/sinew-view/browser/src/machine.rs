@@ -73,8 +73,10 @@ fn place(angles: [f64; 2]) -> ([[f64; 7]; BODIES], [f64; 3]) {
 impl Machine {
     /// The answer to `/scene`.
     pub(crate) fn scene() -> Value {
-        let muscle = |k: usize| json!({"name": format!("cable_{k}"), "tension_limits_n": [2.0, 60.0], "points": POINTS,
-            "sheath_points": SHEATH, "sheath": {"length_m": 0.8, "bend_rad": 2.0, "mu": 0.12}, "winch": [-0.3, 0.0, -0.2]});
+        let muscle = |k: usize| {
+            json!({"name": format!("cable_{k}"), "tension_limits_n": [2.0, 60.0], "points": POINTS,
+            "sheath_points": SHEATH, "sheath": {"length_m": 0.8, "bend_rad": 2.0, "mu": 0.12}, "winch": [-0.3, 0.0, -0.2]})
+        };
         let joint = |k: usize, name: &str| json!({"name": name, "unit": "rad", "range": [-1.0, 2.0], "body": k, "axis": [0.0, -1.0, 0.0], "position": [0.0, 0.0, 0.0]});
         let bone = |k: usize| json!({"body": k, "kind": "bone", "size": [0.03, 0.12, 0.0], "position": [0.0, 0.0, -0.15], "quaternion": [1.0, 0.0, 0.0, 0.0], "wrap": false});
         // At the origin of the last body, so that its drawn place can be read.
@@ -97,8 +99,20 @@ impl Machine {
         match message["command"].as_str().unwrap_or_default() {
             "mode" => {
                 let request = message["request"].as_str().unwrap_or_default();
-                let modes = [("turn_off", 0), ("get_ready", 1), ("pretension", 1), ("reset", 1), ("hold", 2), ("run", 3), ("safe_stop", 4)];
-                self.mode = modes.iter().find(|(name, _)| *name == request).map(|(_, code)| *code).ok_or(format!("no mode {request}"))?;
+                let modes = [
+                    ("turn_off", 0),
+                    ("get_ready", 1),
+                    ("pretension", 1),
+                    ("reset", 1),
+                    ("hold", 2),
+                    ("run", 3),
+                    ("safe_stop", 4),
+                ];
+                self.mode = modes
+                    .iter()
+                    .find(|(name, _)| *name == request)
+                    .map(|(_, code)| *code)
+                    .ok_or(format!("no mode {request}"))?;
             }
             "speed" => {
                 self.speed = message["factor"].as_f64().unwrap_or(1.0);
@@ -150,9 +164,17 @@ impl Machine {
                     #[expect(clippy::cast_possible_truncation, reason = "the format's precision")]
                     "f32" => body.extend((value as f32).to_le_bytes()),
                     "f64" => body.extend(value.to_le_bytes()),
-                    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small codes")]
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        clippy::cast_sign_loss,
+                        reason = "small codes"
+                    )]
                     "u16" => body.extend((value as u16).to_le_bytes()),
-                    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small codes")]
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        clippy::cast_sign_loss,
+                        reason = "small codes"
+                    )]
                     _ => body.push(value as u8),
                 }
                 if name == "body_pose" {
@@ -163,7 +185,15 @@ impl Machine {
         (framed(1, &body), sent)
     }
 
-    fn number(&self, name: &str, k: usize, poses: &[[f64; 7]], reference: &[[f64; 7]], end: [f64; 3], end_wanted: [f64; 3]) -> f64 {
+    fn number(
+        &self,
+        name: &str,
+        k: usize,
+        poses: &[[f64; 7]],
+        reference: &[[f64; 7]],
+        end: [f64; 3],
+        end_wanted: [f64; 3],
+    ) -> f64 {
         let phase = |cable: usize| 1.3 * self.time + 0.9 * cable as f64;
         let near = |cable: usize| 30.0 + 20.0 * phase(cable).sin();
         let far = |cable: usize| near(cable) * (-0.24 * (3.0 * phase(cable).cos()).tanh()).exp();
@@ -179,7 +209,13 @@ impl Machine {
             "reference_pose" => reference[k / 7][k % 7],
             "cable_points" => cable_point(k / 3, poses)[k % 3],
             "cable_tension" => near(cable) + share * (far(cable) - near(cable)),
-            "cable_sliding" if share < 0.6 => if phase(cable).cos() > 0.0 { 1.0 } else { 2.0 },
+            "cable_sliding" if share < 0.6 => {
+                if phase(cable).cos() > 0.0 {
+                    1.0
+                } else {
+                    2.0
+                }
+            }
             "end_point" => end[k],
             "end_point_reference" => end_wanted[k],
             "joint_true" | "joint_estimated" => self.angles[k],

@@ -57,7 +57,9 @@ fn wanted() -> Outcome<Wanted> {
 fn run() -> Outcome<()> {
     let wanted = wanted()?;
     let Some(driver) = browser::driver()? else {
-        println!("skipped: no Chromium with its driver here (Debian: apt-get install chromium chromium-driver)");
+        println!(
+            "skipped: no Chromium with its driver here (Debian: apt-get install chromium chromium-driver)"
+        );
         return Ok(());
     };
     std::fs::create_dir_all(&wanted.out).map_err(|e| format!("{}: {e}", wanted.out.display()))?;

@@ -21,7 +21,16 @@ pub(crate) async fn steady(page: &Browser) -> Outcome<()> {
     let first = used(page).await?;
     rest(1000 * then_s).await;
     let last = used(page).await?;
-    println!("memory: {:.1} MB after {first_s} s, {:.1} MB after {} s", first / 1e6, last / 1e6, first_s + then_s);
+    println!(
+        "memory: {:.1} MB after {first_s} s, {:.1} MB after {} s",
+        first / 1e6,
+        last / 1e6,
+        first_s + then_s
+    );
     let allowed = first * (1.0 + GROWTH) + if long { 0.0 } else { SWEEP };
-    if last > allowed { Err(format!("the page's memory grew from {:.1} to {:.1} MB", first / 1e6, last / 1e6)) } else { Ok(()) }
+    if last > allowed {
+        Err(format!("the page's memory grew from {:.1} to {:.1} MB", first / 1e6, last / 1e6))
+    } else {
+        Ok(())
+    }
 }

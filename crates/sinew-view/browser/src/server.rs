@@ -75,11 +75,19 @@ fn answer(mut stream: TcpStream, shared: &Shared) -> Option<()> {
     }
     let head = String::from_utf8_lossy(&head).into_owned();
     let path = head.split(' ').nth(1)?.split(['?', '#']).next()?.to_owned();
-    let field = |name: &str| head.lines().find_map(|line| line.split_once(": ").filter(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v));
+    let field = |name: &str| {
+        head.lines().find_map(|line| {
+            line.split_once(": ").filter(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v)
+        })
+    };
     if path == "/stream" {
         let accept = tungstenite::handshake::derive_accept_key(field("sec-websocket-key")?.as_bytes());
-        let protocol = field("sec-websocket-protocol").map_or(String::new(), |all| format!("Sec-WebSocket-Protocol: {}\r\n", all.split(',').next().unwrap_or_default().trim()));
-        let reply = format!("HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n{protocol}\r\n");
+        let protocol = field("sec-websocket-protocol").map_or(String::new(), |all| {
+            format!("Sec-WebSocket-Protocol: {}\r\n", all.split(',').next().unwrap_or_default().trim())
+        });
+        let reply = format!(
+            "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n{protocol}\r\n"
+        );
         stream.write_all(reply.as_bytes()).ok()?;
         return watch(stream, shared);
     }
@@ -89,7 +97,10 @@ fn answer(mut stream: TcpStream, shared: &Shared) -> Option<()> {
     let (kind, body) = match path.as_str() {
         "/scene" => ("application/json", Machine::scene().to_string().into_bytes()),
         "/" => ("text/html; charset=utf-8", file("index.html")?),
-        other => (content_type(other), file(other.strip_prefix("/assets/").unwrap_or("missing")).unwrap_or_default()),
+        other => (
+            content_type(other),
+            file(other.strip_prefix("/assets/").unwrap_or("missing")).unwrap_or_default(),
+        ),
     };
     let status = if body.is_empty() { "404 Not Found" } else { "200 OK" };
     let head = format!(
@@ -124,7 +135,11 @@ fn watch(stream: TcpStream, shared: &Shared) -> Option<()> {
             Ok(Message::Text(text)) => Some(text),
             Ok(Message::Close(_)) => return None,
             Ok(_) => None,
-            Err(tungstenite::Error::Io(e)) if matches!(e.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut) => None,
+            Err(tungstenite::Error::Io(e))
+                if matches!(e.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut) =>
+            {
+                None
+            }
             Err(_) => return None,
         };
         if shared.silent.load(Ordering::SeqCst) {

@@ -148,9 +148,9 @@ impl Linked<'_> {
         warn(&real_time);
 
         let ended = seen.ended(arguments.link.until.is_some());
-        let reason = seen.stopped.map(|(time, fault)| {
-            format!("{} at {time:.3} s", stop_reason(fault, threshold, &machine.robot))
-        });
+        let reason = seen
+            .stopped
+            .map(|(time, fault)| format!("{} at {time:.3} s", stop_reason(fault, threshold, &machine.robot)));
         let rejected = counts.iter().flat_map(|counts| counts.packets.by_reason().collect::<Vec<_>>());
         let rejected: serde_json::Map<String, serde_json::Value> =
             rejected.map(|(reason, count)| (reason.name().to_owned(), count.into())).collect();
