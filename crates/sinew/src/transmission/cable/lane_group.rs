@@ -1,5 +1,6 @@
 //! Parameters and state of several cables, one per SIMD lane, as a structure of arrays.
 
+use super::creep::Creep;
 use super::elementary::tanh_series;
 use super::law::CableLaw;
 use super::parameters::Weakening;
@@ -76,6 +77,8 @@ pub(super) struct LaneGroup<const N: usize> {
     /// Present where friction of any lane weakens, with one memory per node.
     pub(super) weakening: Option<Weakenings<N>>,
     pub(super) memory: Vec<Memory<N>>,
+    /// Present where a cable of any lane creeps.
+    pub(super) creep: Option<Creep<N>>,
     /// Newton steps per time step.
     pub(super) iterations: usize,
 
@@ -121,6 +124,7 @@ impl<const N: usize> LaneGroup<N> {
             fade: row(&|law| 2.0 * law.drag_fade),
             weakening: None,
             memory: vec![],
+            creep: None,
             iterations: 1,
             tension: vec![Row::ZERO; cells],
             slip: vec![Row::ZERO; cells + 1],
