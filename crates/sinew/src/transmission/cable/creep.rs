@@ -1,25 +1,13 @@
 //! Recoverable creep: a Kelvin-Voigt element in every cell of every lane.
+//!
+//! ```text
+//! x_j <- x_j + dt/(tau + dt) (kappa c_j T_j - x_j)          x_j is added to the length of cell j
+//! ```
 
 use super::elementary::at_least;
-use super::lane_group::{LaneGroup, Row};
+use super::lane_group::{Creep, LaneGroup, Row};
 use crate::error::{Error, non_negative, positive};
 use alloc::vec;
-use alloc::vec::Vec;
-
-/// Creep of the cells.
-///
-/// ```text
-/// x_j <- x_j + dt/(tau + dt) (kappa c_j T_j - x_j)          x_j is added to the length of cell j
-/// ```
-#[derive(Debug, Clone)]
-pub(super) struct Creep<const N: usize> {
-    /// `kappa`, 1.
-    share: Row<N>,
-    /// `tau`, s; infinite where a cable does not creep.
-    time: Row<N>,
-    /// `x_j`, m: `[cells]`.
-    crept: Vec<Row<N>>,
-}
 
 impl<const N: usize> LaneGroup<N> {
     /// Lets the cable of a lane creep, from no creep on.

@@ -1,6 +1,5 @@
 //! Parameters and state of several cables, one per SIMD lane, as a structure of arrays.
 
-use super::creep::Creep;
 use super::elementary::tanh_series;
 use super::law::CableLaw;
 use super::parameters::Weakening;
@@ -47,6 +46,17 @@ pub(super) struct Weakenings<const N: usize> {
     /// `1/v_s`, s/m.
     pub(super) inverse_speed: Row<N>,
     pub(super) lag: Row<N>,
+}
+
+/// Recoverable creep of the cells.
+#[derive(Debug, Clone)]
+pub(super) struct Creep<const N: usize> {
+    /// `kappa`, 1.
+    pub(super) share: Row<N>,
+    /// `tau`, s; infinite where a cable does not creep.
+    pub(super) time: Row<N>,
+    /// `x_j`, m: `[cells]`.
+    pub(super) crept: Vec<Row<N>>,
 }
 
 /// Displacements of both ends in one step, m, + toward the motor.
