@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
-const CRATES: [(&str, &[&str]); 12] = [
+const CRATES: [(&str, &[&str]); 13] = [
     ("sinew", &[]),
     ("sinew-identify", &["sinew"]),
     ("sinew-lab", &["sinew", "sinew-identify"]),
@@ -19,6 +19,7 @@ const CRATES: [(&str, &[&str]); 12] = [
     ("sinew-runtime", &["sinew", "sinew-segment", "sinew-link"]),
     ("sinew-record", &["sinew", "sinew-runtime"]),
     ("sinew-mujoco", &["sinew"]),
+    ("sinew-gym", &["sinew"]),
     (
         "sinew-cli",
         &[
@@ -32,7 +33,18 @@ const CRATES: [(&str, &[&str]); 12] = [
             "sinew-record",
         ],
     ),
-    ("sinew-py", &["sinew", "sinew-identify", "sinew-lab", "sinew-report", "sinew-runtime", "sinew-mujoco"]),
+    (
+        "sinew-py",
+        &[
+            "sinew",
+            "sinew-identify",
+            "sinew-lab",
+            "sinew-report",
+            "sinew-runtime",
+            "sinew-mujoco",
+            "sinew-gym",
+        ],
+    ),
 ];
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,
