@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
-const CRATES: [(&str, &[&str]); 13] = [
+const CRATES: [(&str, &[&str]); 14] = [
     ("sinew", &[]),
     ("sinew-identify", &["sinew"]),
     ("sinew-lab", &["sinew", "sinew-identify"]),
@@ -16,6 +16,7 @@ const CRATES: [(&str, &[&str]); 13] = [
     ("sinew-report", &["sinew", "sinew-identify", "sinew-lab", "sinew-view"]),
     ("sinew-segment", &[]),
     ("sinew-link", &[]),
+    ("sinew-live", &["sinew", "sinew-lab", "sinew-view"]),
     ("sinew-runtime", &["sinew", "sinew-segment", "sinew-link"]),
     ("sinew-record", &["sinew", "sinew-runtime"]),
     ("sinew-mujoco", &["sinew"]),
@@ -29,6 +30,7 @@ const CRATES: [(&str, &[&str]); 13] = [
             "sinew-report",
             "sinew-segment",
             "sinew-link",
+            "sinew-live",
             "sinew-runtime",
             "sinew-record",
         ],

@@ -3,7 +3,6 @@ use super::stop_reason::{fault_name, stop_reason};
 use crate::experiment::{FaultInterval, ModeChange, Statistics, TrackSummary};
 use serde::{Deserialize, Deserializer, Serialize};
 use sinew::body::{JointKind, Robot};
-use sinew::control::arm::Fault;
 use sinew::control::supervisor::{CableHealth, FaultKind};
 use sinew::machine::Machine;
 
