@@ -15,7 +15,8 @@ pub fn stop_reason(fault: Fault, threshold: Option<Threshold>, robot: &Robot) ->
     };
     match (threshold, fault) {
         (Some(Threshold::JointError(limit)), Fault::TrackingError(k)) => {
-            let joint = robot.independent_joints().get(k).map(|joint| robot.parts().joints[*joint].name.as_str());
+            let joint =
+                robot.independent_joints().get(k).map(|joint| robot.parts().joints[*joint].name.as_str());
             format!("{} exceeded {} {} tracking error", joint.unwrap_or("?"), rounded(limit), unit(k))
         }
         (Some(Threshold::JointRange([low, high])), Fault::JointRange(k)) => {

@@ -153,15 +153,8 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds, in the order of their numbers.
-    pub const ALL: [Self; 7] = [
-        Self::Hello,
-        Self::Welcome,
-        Self::Refused,
-        Self::Command,
-        Self::State,
-        Self::Goodbye,
-        Self::Watch,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::Hello, Self::Welcome, Self::Refused, Self::Command, Self::State, Self::Goodbye, Self::Watch];
 
     /// The kind of a number.
     #[must_use]

@@ -7,8 +7,8 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::{print, stdout_is_coloured};
 use crate::table::{number, table};
-use sinew_link::client::{Client, ClientSession};
 use sinew_link::Rejection;
+use sinew_link::client::{Client, ClientSession};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 

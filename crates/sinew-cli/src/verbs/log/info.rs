@@ -26,7 +26,7 @@ struct Info {
     virtual_time: bool,
     program: String,
     commit: String,
-    path: String,
+    motion: String,
     seed: u64,
     compensation: String,
     bus: String,
@@ -99,7 +99,7 @@ impl Info {
             virtual_time: head.virtual_time,
             program: head.program.clone(),
             commit: head.commit.clone(),
-            path: setup.path.clone(),
+            motion: setup.motion(),
             seed: setup.seed,
             compensation: setup.compensation.clone(),
             bus: setup.bus.clone(),
@@ -126,8 +126,8 @@ impl Info {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "{simulated}{}, {} joints, {} muscles, along {}, compensation {}, seed {}, bus {}",
-            self.machine, self.joints, self.muscles, self.path, self.compensation, self.seed, self.bus
+            "{simulated}{}, {} joints, {} muscles, {}, compensation {}, seed {}, bus {}",
+            self.machine, self.joints, self.muscles, self.motion, self.compensation, self.seed, self.bus
         );
         let _ = writeln!(text, "By sinew {} ({})", self.program, self.commit);
         let _ = writeln!(
