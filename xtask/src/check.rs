@@ -1,6 +1,6 @@
 //! The steps of `cargo xtask check`, in the order in which a mistake is found soonest.
 
-use crate::{hygiene, layering, python, readme, tree};
+use crate::{hygiene, layering, page, python, readme, tree};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 use std::time::Instant;
@@ -53,17 +53,24 @@ const LONG: Step =
 const PYTHON: Step =
     Step { name: "python", purpose: "the Python package: types, tests, documentation", run: python::check };
 
+/// Left to `cargo xtask check page`: it needs a browser, and packages that it installs into `target`.
+const PAGE: Step = Step {
+    name: "page",
+    purpose: "the live page in a headless Chromium, types of its scripts",
+    run: page::check,
+};
+
 /// The steps with their purpose, one a line.
 pub(crate) fn list() -> String {
-    let lines = STEPS.iter().chain([&LONG, &PYTHON]).map(|s| format!("{:<12}{}", s.name, s.purpose));
+    let lines = STEPS.iter().chain([&LONG, &PYTHON, &PAGE]).map(|s| format!("{:<12}{}", s.name, s.purpose));
     lines.collect::<Vec<_>>().join("\n")
 }
 
 /// The named steps in the order of [`STEPS`]; all of them, and [`LONG`] if `--long` stands there, where none is named.
-/// [`PYTHON`] runs only by its name.
+/// [`PYTHON`] and [`PAGE`] run only by their names.
 pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
     let (flags, names): (Vec<&str>, Vec<&str>) = names.iter().partition(|name| **name == "--long");
-    let all = || STEPS.iter().chain([&LONG, &PYTHON]);
+    let all = || STEPS.iter().chain([&LONG, &PYTHON, &PAGE]);
     if let Some(unknown) = names.iter().find(|name| all().all(|step| step.name != **name)) {
         let known: Vec<&str> = all().map(|step| step.name).collect();
         return Err(format!("`{unknown}` is not a step; expected one of {}", known.join(", ")));
@@ -71,7 +78,7 @@ pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
     let wanted = |step: &&Step| match step.name {
         name if names.contains(&name) => true,
         "long" => !flags.is_empty(),
-        "python" => false,
+        "python" | "page" => false,
         _ => names.is_empty(),
     };
     Ok(all().filter(wanted).collect())
@@ -135,7 +142,7 @@ fn fmt(root: &Path) -> Result<(), String> {
 }
 
 /// Workspaces of their own beside that of the root.
-const OTHER_WORKSPACES: [&str; 2] = ["fuzz/Cargo.toml", python::MANIFEST];
+const OTHER_WORKSPACES: [&str; 3] = ["fuzz/Cargo.toml", python::MANIFEST, page::MANIFEST];
 
 fn clippy(root: &Path) -> Result<(), String> {
     let arguments = ["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"];
@@ -241,6 +248,7 @@ mod tests {
         assert_eq!(chosen(&["--long"]).unwrap().len(), STEPS.len() + 1);
         assert_eq!(chosen(&["long"]).unwrap().len(), 1);
         assert_eq!(chosen(&["python"]).unwrap().len(), 1);
+        assert_eq!(chosen(&["page"]).unwrap().len(), 1);
         let refused = chosen(&["fmt", "clipy"]).err().unwrap();
         assert!(refused.contains("`clipy`") && refused.contains("clippy"), "{refused}");
     }

@@ -8,11 +8,12 @@ use std::path::Path;
 
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
-const CRATES: [(&str, &[&str]); 11] = [
+const CRATES: [(&str, &[&str]); 12] = [
     ("sinew", &[]),
     ("sinew-identify", &["sinew"]),
     ("sinew-lab", &["sinew", "sinew-identify"]),
-    ("sinew-report", &["sinew", "sinew-identify", "sinew-lab"]),
+    ("sinew-view", &["sinew"]),
+    ("sinew-report", &["sinew", "sinew-identify", "sinew-lab", "sinew-view"]),
     ("sinew-segment", &[]),
     ("sinew-link", &[]),
     ("sinew-runtime", &["sinew", "sinew-segment", "sinew-link"]),

@@ -114,9 +114,9 @@ pub fn render(report: &IdentificationReport) -> Result<String, Error> {
         size: count(report.chosen.size),
         range: with_unit(&significant(report.far_range, 3), signals.far_unit),
         shell: SHELL,
-        uplot_style: include_str!("../assets/uplot/uPlot.min.css"),
-        uplot: include_str!("../assets/uplot/uPlot.iife.min.js"),
-        uplot_licence: include_str!("../assets/uplot/LICENSE"),
+        uplot_style: sinew_view::UPLOT_STYLE,
+        uplot: sinew_view::UPLOT,
+        uplot_licence: sinew_view::UPLOT_LICENCE,
         script: include_str!("../assets/traces.js"),
     };
     Ok(page.render()?)

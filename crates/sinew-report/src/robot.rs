@@ -4,7 +4,7 @@ use super::error::Error;
 use super::format::{fixed, plural, significant};
 use super::plot::Plot;
 use super::scale::{Axis, padded};
-use super::scene::{SceneData, SceneFigure};
+use super::scene::{SceneData, SceneFigure, scene_script};
 use super::shell::{SHELL, Shell};
 use super::svg_path::{Pen, line};
 use askama::Template;
@@ -89,7 +89,7 @@ struct Page<'a> {
     view: &'a RobotView,
     amount: String,
     scene: SceneFigure,
-    scene_script: &'static str,
+    scene_script: String,
     plots: Vec<Plot>,
     jumps: Vec<String>,
     rows: Vec<(String, [String; 2], String, [String; 4])>,
@@ -120,13 +120,13 @@ pub fn page(view: &RobotView) -> Result<String, Error> {
         ),
         scene: SceneFigure::new(
             &format!("{}: bodies, cables and wrapping surfaces", view.name),
-            "Bodies with their shapes, or where the file has none, as hulls of their joints and cable sites; cables with \
-             their wrapping; circles are wrapping surfaces.",
+            "Bodies with their shapes, or where the file has none, as bones from joint to joint; cables with \
+             their wrapping; transparent shapes are wrapping surfaces.",
             &view.scene,
             view.start,
             &entries,
         )?,
-        scene_script: include_str!("../assets/scene.js"),
+        scene_script: scene_script(),
         plots: view.curves.iter().map(|curve| plot(curve, &name)).collect(),
         jumps: jumps.collect(),
         rows: view.muscles.iter().map(row).collect(),

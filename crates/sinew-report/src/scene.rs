@@ -2,10 +2,9 @@
 //! shown, and paths of points.
 
 use super::error::Error;
-use super::shapes::shapes;
 use askama::Template;
 use serde_json::{Value, json};
-use sinew::body::{Poses, Robot, WrapKind};
+use sinew::body::{Poses, Robot};
 use sinew::muscle::{Geometry, Muscles};
 
 /// A view with its controls, to be put into a page.
@@ -114,32 +113,19 @@ impl<'a> Scenery<'a> {
     #[must_use]
     pub fn fixed(&self) -> Value {
         let parts = self.robot.parts();
-        let gravity = parts.gravity;
-        let length = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-        let up = if length > 0.0 { gravity.map(|g| -g / length) } else { [0.0, 0.0, 1.0] };
-        let shapes: Vec<Value> = shapes(parts)
-            .iter()
-            .map(|shape| {
-                json!({"body": shape.body, "radius": rounded(shape.radius),
-                    "points": shape.points.iter().map(point).collect::<Value>()})
-            })
-            .collect();
-        let surfaces: Vec<Value> = parts
-            .wraps
-            .iter()
-            .map(|wrap| {
-                json!({"body": wrap.body, "centre": point(&wrap.position), "radius": rounded(wrap.radius),
-                    "axis": (wrap.kind == WrapKind::Cylinder)
-                        .then(|| point(&super::shapes::rotated(wrap.orientation, [0.0, 0.0, 1.0])))})
-            })
-            .collect();
         let joints: Vec<Value> = parts
             .joints
             .iter()
-            .map(|joint| json!({"body": joint.body, "at": point(&joint.anchor)}))
+            .map(|joint| {
+                json!({"name": joint.name, "unit": joint.kind.unit(), "range": joint.range, "body": joint.body,
+                    "axis": joint.axis, "position": point(&joint.anchor)})
+            })
             .collect();
-        let names: Vec<&str> = parts.tendons.iter().map(|tendon| tendon.name.as_str()).collect();
-        json!({"up": up, "shapes": shapes, "surfaces": surfaces, "joints": joints, "muscles": names})
+        let muscles: Vec<Value> = parts.tendons.iter().map(|tendon| json!({"name": tendon.name})).collect();
+        let bodies: Vec<Value> =
+            parts.bodies.iter().map(|body| json!({"name": body.name, "parent": body.parent})).collect();
+        json!({"gravity": parts.gravity, "bodies": bodies, "shapes": sinew_view::shapes(parts), "joints": joints,
+            "muscles": muscles})
     }
 
     /// A pose, all coordinates `q: [nq]`. Cables with the same path as in the first pose are null.
@@ -216,6 +202,12 @@ fn point(point: &[f64; 3]) -> Value {
 /// To 0.01 mm, below the resolution of the view, so that the page stays small.
 fn rounded(x: f64) -> f64 {
     (x * 1e5).round() / 1e5
+}
+
+/// What shows the figures of a page: the view of the live page, without a server, with its licence.
+pub(super) fn scene_script() -> String {
+    let view = sinew_view::inline_view();
+    format!("<!-- three.js:\n{} -->\n{}", view.licence.trim(), view.scripts)
 }
 
 /// JSON, safe within a script element.

@@ -5,7 +5,7 @@
 pub(super) struct Shell {
     /// Of the program.
     pub(super) version: &'static str,
-    pub(super) style: &'static str,
+    pub(super) style: [&'static str; 4],
     /// Theme, contents and tables.
     pub(super) page: &'static str,
     /// Values under the cursor, zoom and saving of plots.
@@ -15,7 +15,12 @@ pub(super) struct Shell {
 /// The one design of all pages.
 pub(super) const SHELL: Shell = Shell {
     version: env!("CARGO_PKG_VERSION"),
-    style: concat!(include_str!("../assets/report.css"), include_str!("../assets/plots.css")),
+    style: [
+        sinew_view::DESIGN_STYLE,
+        sinew_view::VIEW_STYLE,
+        include_str!("../assets/report.css"),
+        include_str!("../assets/plots.css"),
+    ],
     page: include_str!("../assets/page.js"),
     plots: include_str!("../assets/plots.js"),
 };

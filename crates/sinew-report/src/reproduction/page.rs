@@ -7,6 +7,7 @@ use super::verdict::{arm_verdict, figures, verdict};
 use crate::error::Error;
 use crate::format::fixed;
 use crate::plot::Plot;
+use crate::scene::scene_script;
 use crate::shell::{SHELL, Shell};
 use crate::tracking::{self, TrackView};
 use askama::Template;
@@ -18,7 +19,7 @@ use sinew_lab::reproduce::{ArmPart, BenchPart, BenchResults};
 #[template(path = "reproduce.html")]
 struct Page<'a> {
     shell: Shell,
-    scene_script: &'static str,
+    scene_script: String,
     seed: u64,
     quick: bool,
     verdict: String,
@@ -49,7 +50,7 @@ pub fn render(part: &BenchPart, arm: Option<&ArmPart>, cable: &str, quick: bool)
     let [rms, largest] = part.mechanism.differences();
     let page = Page {
         shell: SHELL,
-        scene_script: include_str!("../../assets/scene.js"),
+        scene_script: scene_script(),
         seed: results.seed,
         quick,
         verdict: verdict(results) + &arm.map_or_else(String::new, arm_verdict),

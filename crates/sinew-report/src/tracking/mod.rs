@@ -11,7 +11,7 @@ mod words;
 
 use super::error::Error;
 use super::plot::Plot;
-use super::scene::{SceneData, SceneFigure, Scenery, Sweep, path};
+use super::scene::{SceneData, SceneFigure, Scenery, Sweep, path, scene_script};
 use super::shell::{SHELL, Shell};
 use askama::Template;
 use plots::{Family, Plotter};
@@ -21,7 +21,7 @@ pub use view::TrackView;
 pub use words::response;
 
 /// Poses of the machine that the view offers.
-const POSES: usize = 60;
+const POSES: usize = 240;
 
 #[derive(Template)]
 #[template(path = "tracking.html")]
@@ -48,7 +48,7 @@ struct Section {
 #[template(path = "track.html")]
 struct Page<'a> {
     shell: Shell,
-    scene_script: &'static str,
+    scene_script: String,
     title: &'a str,
     amount: &'a str,
     verdict: String,
@@ -127,7 +127,7 @@ fn scene(view: &TrackView<'_>, has_end_point: bool) -> Result<Option<SceneFigure
 pub fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<String, Error> {
     let page = Page {
         shell: SHELL,
-        scene_script: include_str!("../../assets/scene.js"),
+        scene_script: scene_script(),
         title,
         amount,
         verdict: words::verdict(view.tracking.get(&view.drawn)),

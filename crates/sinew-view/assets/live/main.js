@@ -1,0 +1,153 @@
+// Puts the page together: one session, the view, the traces, the commands.
+import { View } from "../view/view.js";
+import { Commands } from "./commands.js";
+import { Grasp } from "./grasp.js";
+import { keyboard } from "./keyboard.js";
+import { byId, themes, words } from "./layout.js";
+import { Loop } from "./loop.js";
+import { Replay } from "./replay.js";
+import { Session } from "./session.js";
+import { Story } from "./story.js";
+import { Toolbar } from "./toolbar.js";
+import { Traces } from "./traces.js";
+
+/** Sources by their name in the scene. @type {Record<string, string>} */
+const SOURCES = { twin: "simulated", segment: "simulated", ethercat: "hardware", recording: "recording" };
+
+/** What tests read. @type {Record<string, any>} */
+const seen = { ready: false, firstFrameMs: NaN, fps: 0, scene: null, state: null, connection: "connecting", mode: "", selected: "", errors: [], stopAnswerMs: NaN };
+/** @type {any} */ (globalThis).sinew = seen;
+addEventListener("error", (e) => seen.errors.push(String(e.message)));
+addEventListener("unhandledrejection", (e) => seen.errors.push(String(e.reason)));
+
+const session = new Session(), traces = new Traces(session), loop = new Loop(session), commands = new Commands(session), replay = new Replay(session), toolbar = new Toolbar(session);
+seen.session = session;
+const canvas = /** @type {HTMLCanvasElement} */ (byId("view"));
+/** @type {{session: Session, commands: Commands, view: View|null}} */
+const page = { session, commands, view: null };
+const story = new Story(page);
+/** @type {Grasp|null} */
+let grasp = null;
+byId("signals").append(loop.box, traces.box);
+
+/** Says something in the status line, or above the view where it is a refusal. @param {{text: string, bad?: boolean}} notice */
+function say({ text, bad }) {
+  const line = byId("status");
+  line.textContent = text;
+  line.classList.toggle("bad", Boolean(bad));
+  line.classList.add("said");
+  clearTimeout(said);
+  said = setTimeout(() => line.classList.remove("said"), bad ? 6000 : 2500);
+}
+let said = 0;
+
+function showScene(/** @type {{same: boolean}} */ { same }) {
+  const scene = /** @type {NonNullable<typeof session.scene>} */ (session.scene);
+  document.title = `${scene.machine} – Sinew`;
+  byId("title").textContent = scene.machine;
+  const source = byId("source");
+  source.hidden = false;
+  source.textContent = scene.recording ? `recording${scene.simulated ? ", simulated" : ""}` : scene.simulated ? "simulated" : SOURCES[scene.source] ?? scene.source;
+  source.classList.toggle("warn", scene.simulated);
+  session.compared = scene.compare ?? (scene.layout.some((field) => field.name === "body_pose_2") ? session.compared : null);
+  seen.scene = scene;
+  const headers = session.connection.headers();
+  const meshes = (/** @type {string} */ name) => fetch(`meshes/${name}`, { headers }).then((answer) => answer.arrayBuffer());
+  if (!page.view) {
+    try {
+      page.view = new View(canvas, scene, { select: (found) => session.select(found), meshes, reduced: matchMedia("(prefers-reduced-motion: reduce)").matches });
+    } catch (error) {
+      const notice = byId("notice");
+      notice.hidden = false;
+      notice.textContent = `The machine cannot be drawn: ${error instanceof Error ? error.message : error} Signals and commands work.`;
+    }
+    if (page.view) {
+      toolbar.view = seen.view = page.view;
+      grasp = new Grasp(session, page.view);
+      page.view.stage.first.push(() => { seen.firstFrameMs = performance.now(); seen.ready = true; });
+    }
+  } else if (!same) {
+    // Another machine: the page begins anew.
+    location.reload();
+    return;
+  } else page.view.path(scene.path ?? null);
+  const limits = scene.muscles.map((muscle) => muscle.tension_limits_n?.[1] ?? 0).filter(Number.isFinite), highest = Math.max(0, ...limits) || 100;
+  page.view?.range(highest);
+  toolbar.legend(highest);
+  toolbar.build();
+  commands.build();
+  traces.offer();
+}
+
+function showState() {
+  const { state } = session;
+  if (!state) return;
+  seen.state = state;
+  seen.mode = session.mode;
+  // A machine that is paused sends the same state again: it need not be drawn again.
+  const same = session.flag("paused") && page.view?.now?.time_s?.[0] === session.time;
+  if (!same) page.view?.take(state, session.time);
+}
+
+function showSelection() {
+  seen.selected = session.selectedName;
+  page.view?.select(session.selection);
+  traces.build();
+}
+
+function showConnection() {
+  const chip = byId("connection");
+  seen.connection = session.link;
+  chip.textContent = { connecting: "connecting", open: "connected", lost: "connection lost" }[session.link];
+  chip.classList.toggle("bad-chip", session.link === "lost");
+  document.body.classList.toggle("disconnected", session.link === "lost");
+  byId("main").toggleAttribute("data-lost", session.link === "lost");
+  if (session.link !== "open" || greeted) return;
+  greeted = true;
+  story.start();
+}
+
+let greeted = false;
+
+/** Words and numbers that change slowly. */
+function slow() {
+  const mode = byId("mode"), fault = byId("fault"), stage = page.view?.stage;
+  mode.hidden = !session.mode;
+  mode.textContent = words(session.mode);
+  fault.hidden = !session.fault;
+  if (fault.textContent !== words(session.fault)) fault.textContent = words(session.fault);
+  const speed = session.state?.speed?.[0] ?? 1, notes = [];
+  if (session.flag("paused")) notes.push("paused");
+  else if (speed !== 1 && Number.isFinite(speed)) notes.push(`${Number(speed.toPrecision(2))} × real time`);
+  if (session.flag("behind")) notes.push("behind real time");
+  if (session.flag("stale")) notes.push("source is silent");
+  byId("clock").textContent = [`${session.time.toFixed(1)} s`, ...notes].join(" · ");
+  seen.fps = stage?.fps ?? 0;
+  seen.share = stage?.share ?? 1;
+  toolbar.read();
+}
+
+/** Charts share what the view leaves of the processor. */
+function charts() {
+  requestAnimationFrame(charts);
+  const now = performance.now(), every = page.view?.stage.software ? 130 : 60;
+  if (now - drawn < every || !session.state) return;
+  drawn = now;
+  turn = !turn;
+  if (turn) traces.draw();
+  else if (!traces.paused) loop.draw();
+}
+let drawn = 0, turn = false;
+
+session.on("scene", showScene);
+session.on("state", showState);
+session.on("select", showSelection);
+session.on("connection", showConnection);
+session.on("notice", say);
+session.on("event", (/** @type {any} */ event) => say({ text: event.text ?? "", bad: event.kind === "fault" }));
+themes(byId("theme"), () => { page.view?.recolour(); loop.recolour(); traces.recolour(); });
+keyboard({ session, grasp: () => grasp, replay, traces, view: () => page.view, ghost: () => toolbar.toggleGhost() });
+setInterval(slow, 200);
+requestAnimationFrame(charts);
+showConnection();
+session.connection.start();

@@ -1,0 +1,64 @@
+// Which signals a pane of the traces shows: those that follow the selection, and single ones found by search.
+import { words } from "./layout.js";
+
+/** @import {Session} from "./session.js" */
+
+/**
+ * A line: a signal, its name, the custom property of its colour, and how it is computed.
+ * @typedef {{name: string, colour: string, dash?: number[], width?: number, value: (k: number) => number}} LineOf
+ * @typedef {{id: string, title: string, unit: string, lines: LineOf[]}} Pane
+ */
+
+/** Panes that can be chosen, and those that are shown at first. @type {[string, string][]} */
+export const PANES = [
+  ["far", "Far tension"], ["near", "Near tension"], ["joint_error", "Joint error"], ["end_point_error", "End-point error"],
+  ["winch", "Winch position"], ["temperature", "Motor temperature"], ["cycle", "Cycle times"],
+];
+export const FIRST = ["far", "near", "joint_error", "end_point_error"];
+
+const COLOURS = ["--m0", "--m1", "--m2", "--m3", "--m4", "--m5", "--m6", "--m7"];
+
+/** Whether a field is in the layout. @param {Session} session @param {string} field */
+function has(session, field) {
+  return session.history.rings.has(field);
+}
+
+/** @param {Session} session @param {string} id @returns {Pane|null} null for what the source does not have */
+export function pane(session, id) {
+  const { scene, history, muscle, selection } = session;
+  if (!scene) return null;
+  const of = (/** @type {string} */ field, /** @type {number} */ index, scale = 1) => (/** @type {number} */ k) => scale * history.value(field, index, k);
+  const name = words(scene.muscles[muscle]?.name ?? "");
+  const only = (/** @type {(false|LineOf)[]} */ lines) => /** @type {LineOf[]} */ (lines.filter(Boolean));
+  const three = (/** @type {string} */ stem, /** @type {number} */ index, scale = 1) => only([
+    has(session, `${stem}_true`) && { name: scene.simulated ? "true (simulated)" : "measured", colour: "--measured", width: 2.6, value: of(`${stem}_true`, index, scale) },
+    has(session, `${stem}_estimated`) && { name: "estimated", colour: "--accent", width: 1.5, value: of(`${stem}_estimated`, index, scale) },
+    has(session, `${stem}_desired`) && { name: "reference", colour: "--warm", dash: [5, 4], width: 1.4, value: of(`${stem}_desired`, index, scale) },
+  ]);
+  const one = (/** @type {string} */ title, /** @type {string} */ field, /** @type {string} */ unit, scale = 1) => has(session, field) && scene.muscles.length
+    ? { id, title: `${title}: ${name}`, unit, lines: [{ name: title.toLowerCase(), colour: "--accent", width: 1.5, value: of(field, muscle, scale) }] } : null;
+  if (id === "far") return scene.muscles.length ? { id, title: `Far tension: ${name}`, unit: "N", lines: three("tension_out", muscle) } : null;
+  if (id === "near") return one("Near tension", "tension_in", "N");
+  if (id === "winch") return one("Winch position", "winch_position", "rad");
+  if (id === "temperature") return one("Motor temperature", "motor_temperature", "°C");
+  if (id === "joint_error") {
+    const measured = has(session, "joint_true") ? "joint_true" : "joint_estimated";
+    const chosen = selection?.kind === "joint" ? [selection.index] : scene.joints.map((_, k) => k).slice(0, 8);
+    const angle = chosen.every((k) => scene.joints[k]?.unit !== "m"), scale = angle ? 180 / Math.PI : 1000;
+    if (!has(session, "joint_reference") || !chosen.length) return null;
+    return { id, title: selection?.kind === "joint" ? `Joint error: ${words(scene.joints[chosen[0]].name)}` : "Joint errors", unit: angle ? "deg" : "mm",
+      lines: chosen.map((k) => ({ name: words(scene.joints[k].name), colour: COLOURS[k % 8], width: 1.4, value: (s) => scale * (history.value(measured, k, s) - history.value("joint_reference", k, s)) })) };
+  }
+  if (id === "end_point_error") {
+    const distance = (/** @type {string} */ field) => (/** @type {number} */ s) => 1000 * Math.hypot(...[0, 1, 2].map((i) => history.value(field, i, s) - history.value("end_point_reference", i, s)));
+    if (!has(session, "end_point") || !has(session, "end_point_reference")) return null;
+    return { id, title: "End-point error", unit: "mm", lines: only([{ name: session.compared ? "this machine" : "distance from the reference", colour: "--accent", width: 1.5, value: distance("end_point") },
+      has(session, "end_point_2") && { name: words(session.compared ?? "second machine"), colour: "--warm", width: 1.5, value: distance("end_point_2") }]) };
+  }
+  if (id === "cycle") {
+    const ring = history.rings.get("cycle_us");
+    return ring ? { id, title: "Cycle times", unit: "µs", lines: ["period", "wake-up delay", "execution"].slice(0, ring.count).map((label, k) => ({ name: label, colour: COLOURS[k], width: 1.3, value: of("cycle_us", k) })) } : null;
+  }
+  const signal = scene.signals.find((s) => `signal:${s.name}` === id);
+  return signal ? { id, title: words(signal.name.replace(":", ": ")), unit: signal.unit, lines: [{ name: signal.label + (signal.simulated_truth ? " (simulated)" : ""), colour: "--accent", width: 1.5, value: of(signal.field, signal.index) }] } : null;
+}

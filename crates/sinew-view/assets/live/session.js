@@ -1,0 +1,118 @@
+// What the parts of the page share: the scene, the newest state, what is selected, and the commands' way to the server.
+import { Connection } from "./connection.js";
+import { History } from "./history.js";
+import { FLAG } from "./protocol.js";
+
+/** @import {SceneMessage, State} from "./protocol.js" */
+/** @import {Selection} from "../view/types.js" */
+
+/** Events: `scene`, `state`, `select`, `connection`, `event`, `notice`. */
+export class Session extends EventTarget {
+  constructor() {
+    super();
+    /** @type {SceneMessage|null} */
+    this.scene = null;
+    /** @type {State|null} */
+    this.state = null;
+    /** @type {Selection} */
+    this.selection = null;
+    /** @type {History} */
+    this.history = new History([]);
+    /** @type {"connecting"|"open"|"lost"} */
+    this.link = "connecting";
+    /** Variant on the second machine. @type {string|null} */
+    this.compared = null;
+    this.connection = new Connection(this);
+  }
+
+  /** @param {string} name @param {unknown} [detail] */
+  tell(name, detail) {
+    this.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+
+  /** @param {string} name @param {(detail: any) => void} call */
+  on(name, call) {
+    this.addEventListener(name, (e) => call(/** @type {CustomEvent} */ (e).detail));
+  }
+
+  /** @param {SceneMessage} scene */
+  takeScene(scene) {
+    const same = this.scene && JSON.stringify([this.scene.machine, this.scene.muscles, this.scene.shapes]) === JSON.stringify([scene.machine, scene.muscles, scene.shapes]);
+    this.scene = scene;
+    this.history = new History(scene.layout);
+    if (!same) this.selection = scene.muscles.length ? { kind: "muscle", index: 0 } : null;
+    this.tell("scene", { same });
+    this.tell("select");
+  }
+
+  /** @param {State} state */
+  takeState(state) {
+    this.state = state;
+    this.history.push(state);
+    this.tell("state");
+  }
+
+  /** @param {"connecting"|"open"|"lost"} link */
+  takeLink(link) {
+    if (link === this.link) return;
+    this.link = link;
+    this.tell("connection");
+  }
+
+  /** @param {Selection} selection */
+  select(selection) {
+    if (selection?.kind === this.selection?.kind && selection?.index === this.selection?.index) return;
+    this.selection = selection;
+    this.tell("select");
+  }
+
+  /** The selected muscle, or the one that is shown while none is. */
+  get muscle() {
+    return this.selection?.kind === "muscle" ? this.selection.index : 0;
+  }
+
+  /** Name of what is selected. */
+  get selectedName() {
+    const { scene, selection } = this;
+    if (!scene || !selection) return "";
+    return { body: scene.bodies, joint: scene.joints, muscle: scene.muscles }[selection.kind][selection.index]?.name ?? "";
+  }
+
+  /** Name of the mode of the supervisor. */
+  get mode() {
+    return this.scene && this.state?.mode ? this.scene.supervisor.modes[this.state.mode[0]] ?? "" : "";
+  }
+
+  /** Name of the fault that is held, if any. */
+  get fault() {
+    const code = this.state?.fault?.[0] ?? 0;
+    return code ? this.scene?.supervisor.faults[code] ?? `fault ${code}` : "";
+  }
+
+  /** @param {keyof typeof FLAG} name */
+  flag(name) {
+    return Boolean((this.state?.flags?.[0] ?? 0) & FLAG[name]);
+  }
+
+  /** Whether the source accepts a command. @param {string} command */
+  accepts(command) {
+    return this.scene?.commands.includes(command) ?? false;
+  }
+
+  /**
+   * Sends a command; what the server refuses is told to the reader.
+   * @param {string} command @param {Record<string, unknown>} [fields] @param {string} [said] told when it was accepted
+   * @returns {Promise<boolean>}
+   */
+  async command(command, fields = {}, said = "") {
+    const answer = await this.connection.send({ command, ...fields });
+    if (!answer.ok) this.tell("notice", { text: answer.error || "The server refused the command.", bad: true });
+    else if (said) this.tell("notice", { text: said });
+    return answer.ok;
+  }
+
+  /** Time of the newest state, s. */
+  get time() {
+    return this.state?.time_s?.[0] ?? 0;
+  }
+}

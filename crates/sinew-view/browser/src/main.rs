@@ -1,0 +1,86 @@
+//! The check of the live page: a headless Chromium opens it and acts as a person would.
+//!
+//! `sinew-view-browser [--address URL] [--axe FILE] [--out FOLDER]`. Without an address the page is served here, of a synthetic
+//! machine whose positions are known. Skipped with a message where there is no Chromium. With `SINEW_LONG` in the environment the
+//! memory of the browser is watched for an hour.
+
+mod browser;
+mod checks;
+mod input;
+mod machine;
+mod memory;
+mod server;
+
+use browser::Browser;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// What can go wrong, in words.
+pub(crate) type Outcome<T> = Result<T, String>;
+
+/// What the check was asked for.
+#[derive(Debug, Default)]
+pub(crate) struct Wanted {
+    /// A server that runs already.
+    pub(crate) address: Option<String>,
+    /// axe-core, as one script.
+    pub(crate) axe: Option<PathBuf>,
+    /// Folder of the screenshots.
+    pub(crate) out: PathBuf,
+    /// Mean number of waiting programs before the check, where others have the processors: times are then told, not judged.
+    pub(crate) busy: Option<f64>,
+}
+
+/// The load of the last minute, where it is more than the machine has processors.
+fn busy() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/loadavg").ok()?;
+    let load: f64 = text.split(' ').next()?.parse().ok()?;
+    let processors = std::thread::available_parallelism().map_or(1.0, |count| count.get() as f64);
+    (load > processors).then_some(load)
+}
+
+fn wanted() -> Outcome<Wanted> {
+    let mut wanted = Wanted { out: PathBuf::from("out/page"), busy: busy(), ..Wanted::default() };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or(format!("{word} needs a value"));
+        match word.as_str() {
+            "--address" => wanted.address = Some(value()?),
+            "--axe" => wanted.axe = Some(PathBuf::from(value()?)),
+            "--out" => wanted.out = PathBuf::from(value()?),
+            other => return Err(format!("unknown argument {other}; expected --address, --axe, --out")),
+        }
+    }
+    Ok(wanted)
+}
+
+fn run() -> Outcome<()> {
+    let wanted = wanted()?;
+    let Some(driver) = browser::driver()? else {
+        println!(
+            "skipped: no Chromium with its driver here (Debian: apt-get install chromium chromium-driver)"
+        );
+        return Ok(());
+    };
+    std::fs::create_dir_all(&wanted.out).map_err(|e| format!("{}: {e}", wanted.out.display()))?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let runtime = runtime.map_err(|e| format!("no runtime: {e}"))?;
+    runtime.block_on(async {
+        let server = if wanted.address.is_some() { None } else { Some(server::Server::start()?) };
+        let address = wanted.address.clone().or_else(|| server.as_ref().map(server::Server::address));
+        let page = Browser::open(&driver).await?;
+        let outcome = checks::all(&page, &address.unwrap_or_default(), server.as_ref(), &wanted).await;
+        page.close().await;
+        outcome
+    })
+}
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

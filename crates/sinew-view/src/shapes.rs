@@ -1,0 +1,171 @@
+//! What is drawn of the bodies of a robot: their shapes, bones where the file has none, surfaces that cables wrap.
+
+use serde::Serialize;
+use sinew::body::{Geom, Parts, PathElement, TendonPath, WrapKind};
+
+/// Radius of a bone, as a share of the mean length of all, and at most as a share of its own.
+const BONE_SHARE: f64 = 0.085;
+const THICKEST: f64 = 0.3;
+/// Half length of a cylinder that cables wrap, as a multiple of its radius: in the model it has no end.
+const SURFACE_SHARE: f64 = 1.2;
+
+/// A shape in the frame of its body, as the page reads it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Shape {
+    /// The body, 0 for the world.
+    pub body: usize,
+    /// `sphere`, `capsule`, `cylinder`, `box`, `ellipsoid` or `bone`.
+    pub kind: &'static str,
+    /// Half lengths as in MJCF, m: the radius first, then the half length without the ends of a capsule or bone.
+    pub size: [f64; 3],
+    /// Of its centre, m.
+    pub position: [f64; 3],
+    /// Unit quaternion `[w, x, y, z]`; cylinders, capsules and bones lie along z.
+    pub quaternion: [f64; 4],
+    /// Whether it is a surface that cables wrap.
+    pub wrap: bool,
+}
+
+/// Shapes of all bodies. Of the world what is not larger than the robot: a floor would hide it. A body without a shape gets bones
+/// from its origin to the bodies that it carries, or to its farthest site.
+#[must_use]
+pub fn shapes(parts: &Parts) -> Vec<Shape> {
+    let reach: f64 = parts.bodies.iter().map(|body| norm(body.position)).sum();
+    let small = |geom: &&Geom| geom.body > 0 || geom.size.iter().all(|size| *size <= reach);
+    let described = parts.geoms.iter().filter(small).map(|geom| Shape {
+        body: geom.body,
+        kind: geom.kind.word(),
+        size: geom.size,
+        position: geom.position,
+        quaternion: geom.orientation,
+        wrap: false,
+    });
+    let surfaces = parts.wraps.iter().map(|wrap| {
+        let (kind, length) = match wrap.kind {
+            WrapKind::Cylinder => ("cylinder", SURFACE_SHARE * wrap.radius),
+            WrapKind::Sphere => ("sphere", wrap.radius),
+        };
+        Shape {
+            body: wrap.body,
+            kind,
+            size: [wrap.radius, length, length],
+            position: wrap.position,
+            quaternion: wrap.orientation,
+            wrap: true,
+        }
+    });
+    described.chain(bones(parts)).chain(surfaces).collect()
+}
+
+/// Bones of the bodies without shapes, the world's excepted.
+fn bones(parts: &Parts) -> Vec<Shape> {
+    let mut ends: Vec<(usize, [f64; 3])> = Vec::new();
+    for body in 1..parts.bodies.len() {
+        if parts.geoms.iter().any(|geom| geom.body == body) {
+            continue;
+        }
+        let mut own: Vec<[f64; 3]> = (body + 1..parts.bodies.len())
+            .filter(|child| parts.bodies[*child].parent == body)
+            .map(|child| parts.bodies[child].position)
+            .filter(|end| norm(*end) > 0.0)
+            .collect();
+        let carries = parts.bodies.iter().skip(1).any(|other| other.parent == body);
+        if !carries {
+            let sites = parts
+                .sites
+                .iter()
+                .enumerate()
+                .filter(|(index, site)| site.body == body && !side(parts, *index));
+            own.extend(sites.map(|(_, site)| site.position).max_by(|a, b| norm(*a).total_cmp(&norm(*b))));
+        }
+        ends.extend(own.into_iter().filter(|end| norm(*end) > 0.0).map(|end| (body, end)));
+    }
+    let mean = ends.iter().map(|(_, end)| norm(*end)).sum::<f64>() / (ends.len() as f64).max(1.0);
+    ends.into_iter().map(|(body, end)| bone(body, end, BONE_SHARE * mean)).collect()
+}
+
+/// A bone from the origin of a body to a point of it.
+fn bone(body: usize, end: [f64; 3], radius: f64) -> Shape {
+    let length = norm(end);
+    let radius = radius.min(THICKEST * length);
+    Shape {
+        body,
+        kind: "bone",
+        size: [radius, (0.5 * length - radius).max(0.0), 0.0],
+        position: end.map(|x| 0.5 * x),
+        quaternion: from_z(end.map(|x| x / length)),
+        wrap: false,
+    }
+}
+
+/// Whether a site only selects the side of a surface: it may lie outside the body.
+fn side(parts: &Parts, index: usize) -> bool {
+    let elements = || {
+        parts.tendons.iter().flat_map(|tendon| match &tendon.path {
+            TendonPath::Spatial(elements) => elements.as_slice(),
+            TendonPath::Fixed(_) => &[],
+        })
+    };
+    let selects = |element: &PathElement| matches!(element, PathElement::Wrap { side: Some(side), .. } if *side == index);
+    elements().any(selects) && !elements().any(|element| *element == PathElement::Site(index))
+}
+
+/// The shortest turn of z onto a unit vector.
+fn from_z([x, y, z]: [f64; 3]) -> [f64; 4] {
+    if z < -1.0 + 1e-12 {
+        return [0.0, 1.0, 0.0, 0.0];
+    }
+    let norm = (2.0 * (1.0 + z)).sqrt();
+    [0.5 * norm, -y / norm, x / norm, 0.0]
+}
+
+fn norm(x: [f64; 3]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// z turned by a quaternion.
+    fn turned([w, x, y, z]: [f64; 4]) -> [f64; 3] {
+        [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)]
+    }
+
+    #[test]
+    fn the_turn_of_z_reaches_every_direction() {
+        for k in 0..300 {
+            let raw: [f64; 3] = std::array::from_fn(|i| (1.7 * f64::from(k) + 2.3 * i as f64).sin());
+            let unit = raw.map(|x| x / norm(raw));
+            for (a, b) in turned(from_z(unit)).iter().zip(unit) {
+                assert!((a - b).abs() < 1e-9, "{unit:?}");
+            }
+        }
+        assert!((turned(from_z([0.0, 0.0, -1.0]))[2] + 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bodies_without_shapes_get_bones_and_cables_their_surfaces() {
+        for (name, text) in [
+            ("lm_arm", include_str!("../../../models/lm_arm.toml")),
+            ("finger", include_str!("../../../models/finger.toml")),
+            ("chain10", include_str!("../../../models/chain10.toml")),
+        ] {
+            let read = sinew::description::robot_from_toml(name, text, &mut |_| Err(String::new())).unwrap();
+            let parts = read.0.parts();
+            let found = shapes(parts);
+            let of = |wrap: bool| found.iter().filter(|shape| shape.wrap == wrap).count();
+            assert_eq!(of(true), parts.wraps.len(), "{name}");
+            let bodies: Vec<usize> =
+                found.iter().filter(|shape| !shape.wrap).map(|shape| shape.body).collect();
+            // A body whose joint carries the next one at the same place has no extent.
+            let extended = parts.bodies.iter().skip(2).filter(|body| norm(body.position) > 0.0).count();
+            assert!(bodies.len() >= extended, "{name}: {bodies:?}");
+            for shape in &found {
+                let numbers = shape.size.iter().chain(&shape.position).chain(&shape.quaternion);
+                assert!(numbers.clone().all(|x| x.is_finite()), "{name}: {shape:?}");
+                assert!(shape.size[0] > 0.0, "{name}: {shape:?}");
+            }
+        }
+    }
+}
