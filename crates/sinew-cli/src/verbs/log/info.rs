@@ -26,6 +26,9 @@ struct Info {
     virtual_time: bool,
     program: String,
     commit: String,
+    path: String,
+    /// In words.
+    #[serde(skip)]
     motion: String,
     seed: u64,
     compensation: String,
@@ -99,6 +102,7 @@ impl Info {
             virtual_time: head.virtual_time,
             program: head.program.clone(),
             commit: head.commit.clone(),
+            path: setup.path.clone(),
             motion: setup.motion(),
             seed: setup.seed,
             compensation: setup.compensation.clone(),
