@@ -201,7 +201,7 @@ impl Scene {
             16 => self.queue_full(),
             17 => self.forged_content(Rejection::Role, |d| d[KIND_AT] = WATCH),
             18 => self.watched(detail),
-            19 if detail % 8 == 0 => self.crowded(),
+            19 if detail.is_multiple_of(8) => self.crowded(),
             _ => self.honest(),
         }
     }
