@@ -235,7 +235,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Tension, N, and sliding of every point of all cables since the last call: 0 sticks, 1 toward the motor, 2 away.
+    /// Tension, N, behind the sheath with the pretension `T_0`, and sliding of every point of all cables since the last call: 0
+    /// sticks, 1 toward the motor, 2 away.
     pub(crate) fn along_cables(&mut self) -> Result<(Vec<f64>, Vec<f64>), Error> {
         let (mut tension, mut sliding) = (Vec::new(), Vec::new());
         for (k, view) in self.cables.iter_mut().enumerate() {
@@ -250,7 +251,10 @@ impl Simulation {
                     moved
                 })
                 .collect();
+            // The law's pretension acts at the anchor, behind the sheath.
+            let pretension = self.plant.truth().cables[k].tension_out - now.last().copied().unwrap_or(0.0);
             for point in 0..POINTS {
+                let offset = if point < SHEATH_POINTS { 0.0 } else { pretension };
                 let share = if point < SHEATH_POINTS {
                     view.sheath_share * point as f64 / SHEATH_POINTS as f64
                 } else {
@@ -260,7 +264,7 @@ impl Simulation {
                 let place = share * (now.len() - 1) as f64;
                 let (cell, part) = (place.floor() as usize, place.fract());
                 let next = (cell + 1).min(now.len() - 1);
-                tension.push(now[cell] + part * (now[next] - now[cell]));
+                tension.push(now[cell] + part * (now[next] - now[cell]) + offset);
                 let step = steps[place.round() as usize];
                 sliding.push(if step > SLIDES {
                     1.0

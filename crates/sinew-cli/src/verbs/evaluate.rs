@@ -40,7 +40,7 @@ fn range_note(model: &Model, scores: &Scores) -> String {
     }
     format!(
         "\nNote: {} of the samples lie outside the ranges of the training logs (RMSE there {}, inside {}); the expected \
-         error of {} and the 95 % band hold inside them only.\n",
+         error of {} and the 95 % band are for samples inside them.\n",
         percent(scores.out_of_range),
         number(scores.rmse_out_of_range),
         number(scores.rmse_in_range),
@@ -87,5 +87,25 @@ pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
             evaluation.logs.len()
         );
     }
-    text + &range_note(model, &evaluation.overall)
+    text + &failed_note(model, evaluation) + &range_note(model, &evaluation.overall)
 }
+
+/// Error inside the ranges over the expected one from which on a log is not predicted.
+const NOT_PREDICTED: f64 = 3.0;
+
+/// Logs that the model does not predict although their near side is inside the ranges of its training.
+fn failed_note(model: &Model, evaluation: &Evaluation) -> String {
+    let expected = model.provenance.rmse_unseen;
+    let failed = evaluation.logs.iter().filter_map(|log| {
+        let inside = log.scores.rmse_in_range.filter(|inside| *inside > NOT_PREDICTED * expected)?;
+        let inverted = log.scores.pearson.is_some_and(|pearson| pearson < INVERTED);
+        let sign = if inverted { "; it runs against the prediction: look for a swapped sign" } else { "" };
+        let (name, ratio) = (one_line(&log.log), number(Some(inside / expected)));
+        Some(format!("Note: {name} is NOT predicted: its error inside the ranges is {ratio} times the expected one{sign}.\n"))
+    });
+    let notes: String = failed.collect();
+    if notes.is_empty() { notes } else { format!("\n{notes}") }
+}
+
+/// Correlation below which a far side runs against its prediction.
+const INVERTED: f64 = -0.5;

@@ -46,7 +46,7 @@ fn summary(far: &str, rows: usize, unknown: usize, outside: usize, share: f64) -
     if share > NOTABLE_SHARE {
         text += &format!(
             "Warning: {} of the samples lie outside the ranges of the training logs; the expected error and the \
-             95 % band hold inside them only.\n",
+             95 % band are for samples inside them.\n",
             percent(Some(share))
         );
     }

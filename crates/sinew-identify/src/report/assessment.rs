@@ -1,7 +1,7 @@
 //! Whether a model is recommended: its errors on unseen data beside those of two references.
 
 use super::evidence::Evidence;
-use super::types::Grade;
+use super::types::{Grade, IdentificationReport};
 use crate::select::candidates::{CONSTANT, LINEAR};
 use crate::select::cross_validation::CrossValidation;
 use sinew::metrics::Comparison;
@@ -15,6 +15,12 @@ const DOUBTFUL: f64 = 0.33;
 /// Error over that of linear regression above which the regression does as well.
 const NO_BETTER_THAN_LINEAR: f64 = 0.9;
 
+/// Coverage of the 95 % band on held-out samples below which it is too narrow.
+pub(super) const LEAST_COVERAGE: f64 = 0.85;
+
+/// One of so many logs may be left out without a word.
+const MANY_LEFT_OUT: usize = 4;
+
 /// The grade of a model with its reasons.
 pub(super) struct Assessment {
     pub(super) grade: Grade,
@@ -26,8 +32,9 @@ pub(super) struct Assessment {
 }
 
 impl Assessment {
-    /// The assessment on the chosen model; `poor` are the limits of the logs' excitation.
-    pub(super) fn of(evidence: &Evidence<'_>, poor: &[String]) -> Self {
+    /// The assessment on the chosen model; `poor` are the limits of the logs' excitation; of the report it reads the
+    /// candidates and the influence of the logs.
+    pub(super) fn of(evidence: &Evidence<'_>, report: &IdentificationReport, poor: &[String]) -> Self {
         let expected = evidence.model.provenance.rmse_unseen;
         let chosen = evidence.scored[evidence.chosen].name.as_str();
         let (constant, linear) = (reference(evidence, CONSTANT), reference(evidence, LINEAR));
@@ -50,6 +57,15 @@ impl Assessment {
                 let of = validation.folds.len();
                 reasons.push(format!("it predicts {lost} of {of} folds hardly better than a constant"));
             }
+        }
+        let covered = report.candidates.iter().find(|candidate| candidate.chosen).map(|chosen| chosen.coverage95);
+        if let Some(covered) = covered.filter(|covered| *covered < LEAST_COVERAGE) {
+            reasons.push(format!("only {:.0} % of the unseen samples lie inside its 95 % band", 100.0 * covered));
+        }
+        let (left_out, logs) =
+            (report.influence.iter().filter(|row| row.dropped).count(), report.influence.len());
+        if MANY_LEFT_OUT * left_out > logs {
+            reasons.push(format!("{left_out} of {logs} logs were left out as foreign"));
         }
         if !evidence.folds.grouped {
             reasons.push("one log does not show the change between days".to_owned());

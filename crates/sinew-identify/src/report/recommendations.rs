@@ -1,6 +1,6 @@
 //! Limits of an identification, and what to do next.
 
-use super::assessment::Assessment;
+use super::assessment::{Assessment, LEAST_COVERAGE};
 use super::evidence::Evidence;
 use super::types::{Grade, IdentificationReport};
 use crate::select::cross_validation::FoldScore;
@@ -9,9 +9,6 @@ use sinew::predictor::Role;
 /// Ratio of the largest fold error to the median from which that fold's conditions deserve a log of their
 /// own.
 const UNEVEN: f64 = 1.8;
-
-/// Coverage of the 95 % band on held-out samples below which it is reported as too narrow.
-const LEAST_COVERAGE: f64 = 0.85;
 
 /// Limits of the identification, most important first.
 pub(super) fn warnings(
@@ -124,10 +121,13 @@ fn fold_range(evidence: &Evidence<'_>) -> String {
 }
 
 fn next_step(evidence: &Evidence<'_>, report: &IdentificationReport) -> String {
-    if let Some(row) = report.influence.iter().find(|row| row.dropped) {
+    let dropped: Vec<&str> =
+        report.influence.iter().filter(|row| row.dropped).map(|row| row.log.as_str()).collect();
+    if let Some((last, before)) = dropped.split_last() {
+        let names = if before.is_empty() { (*last).to_owned() } else { format!("{} and {last}", before.join(", ")) };
+        let (were, them) = if before.is_empty() { ("was", "it") } else { ("were", "them") };
         return format!(
-            "Find out what was different when {} was recorded, and record it again if it matters.",
-            row.log
+            "Find out what was different when {names} {were} recorded, and record {them} again if it matters."
         );
     }
     if !evidence.folds.grouped {

@@ -74,8 +74,8 @@ impl Choice<'_> {
             let percent = 100.0 * (ratio - 1.0).abs();
             let verdict = match (less, ratio < 1.0) {
                 (true, true) => format!(
-                    "is {percent:.0} % better, less than the {:.0} % and one standard error by which a model with less \
-                     physics must be better",
+                    "is {percent:.0} % better, but a model with less physics must be better by {:.0} % and by more than one \
+                     standard error of the differences between the logs",
                     100.0 * (1.0 - self.margin())
                 ),
                 (_, true) => format!("is {percent:.0} % better"),

@@ -110,12 +110,16 @@ pub(crate) fn exclude_foreign_logs(
         remark: match &reasons_to_keep[k] {
             _ if !keep[k] => remark_excluded(reported[k]),
             Some(reason) if reported[k].is_foreign() => remark_kept(reported[k], reason),
+            None if reported[k].is_foreign() => remark_kept(reported[k], TOO_FEW_LEFT),
             _ => String::new(),
         },
     });
     let rows = rows.collect();
     Ok((logs.retain(&keep), rows))
 }
+
+/// Why a log stays that is like a foreign one.
+const TOO_FEW_LEFT: &str = "three logs are left, too few to say which of them is the foreign one";
 
 fn remark_excluded(judged: Judgement) -> String {
     format!(

@@ -134,7 +134,7 @@ pub(super) fn remarks(view: &TrackView<'_>) -> Vec<String> {
     let unseen = numbers.unseen_error_m;
     let [mean, max] = [(unseen.mean, 2), (unseen.max, 1)].map(|(m, digits)| fixed(1e3 * m, digits));
     remarks.push(format!(
-        "Lower bound of the mean error from encoder zero offsets: {mean} mm (max {max}); it cannot be observed without a \
+        "Mean error by the encoders’ zero offsets alone: {mean} mm (max {max}); it cannot be observed without a \
          sensor at the end point."
     ));
     let repeats = &numbers.end_point_error_per_repeat_m;
@@ -147,7 +147,7 @@ pub(super) fn remarks(view: &TrackView<'_>) -> Vec<String> {
         let [mean, max] = [(e.mean, 2), (e.max, 2)].map(|(m, digits)| fixed(1e3 * m, digits));
         let [unrest, unseen] = [hold.tension_unrest_n, 1e3 * hold.unseen_error_m].map(|x| fixed(x, 2));
         remarks.push(format!(
-            "Mean error while holding: {mean} mm (max {max}), lower bound from encoder zero offsets: {unseen} mm. \
+            "Mean error while holding: {mean} mm (max {max}), by the encoders’ zero offsets alone: {unseen} mm. \
              Tension ripple while holding: {unrest} N rms."
         ));
     }

@@ -146,7 +146,7 @@ pub(crate) fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumb
         let [mean, max] = [e.mean, e.max].map(|m| number(Some(1e3 * m)));
         let [offsets, tension] = [1e3 * hold.unseen_error_m, hold.tension_unrest_n].map(|x| number(Some(x)));
         text += &format!(
-            "Mean error while holding: {mean} mm (max {max}), lower bound from encoder zero offsets: {offsets} mm. \
+            "Mean error while holding: {mean} mm (max {max}), by the encoders' zero offsets alone: {offsets} mm. \
              Tension ripple while holding: {tension} N rms\n"
         );
     }
@@ -208,7 +208,7 @@ pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNu
     let mut text = table(&header, &rows, 2);
     if let Some(offsets) = tracking.values().map(|n| n.unseen_error_m).next() {
         let [mean, max] = [offsets.mean, offsets.max].map(|m| number(Some(1e3 * m)));
-        text += &format!("Lower bound of the mean error from encoder zero offsets: {mean} mm (max {max})\n");
+        text += &format!("Mean error by the encoders' zero offsets alone: {mean} mm (max {max})\n");
     }
     text
 }
