@@ -35,7 +35,7 @@ export class Traces {
       WINDOWS.map((s) => element("option", { value: s, text: `${s} s`, selected: s === this.window })));
     this.box = element("div", { class: "traces" }, [
       element("div", { class: "trace-tools" }, [this.find, this.names, this.width, this.pauseButton,
-        button("CSV", () => this.csv(), { "aria-label": "Save what is shown as CSV" }), button("PNG", () => this.png(), { "aria-label": "Save what is shown as a picture" })]),
+        button("CSV", () => this.csv(), { "aria-label": "Save what is shown as CSV" }), button("PNG", () => this.png(), { "aria-label": "Save what is shown as PNG" })]),
       this.list,
     ]);
     this.sync = "signals";
