@@ -7,7 +7,7 @@ const WANTED_FPS = 27;
 /** Share of the full resolution below which the picture is too coarse. */
 const COARSEST = 0.4;
 /** Rest after which a finer frame is drawn, ms, and its resolution, whose edges are smooth once it is scaled down. */
-const REST = 350;
+const REST = 800;
 const FINEST = 1.6;
 /** Time between two changes of the resolution, ms. */
 const PATIENCE = 400;
