@@ -56,6 +56,10 @@ int sinew_link_command(sinew_link *link, unsigned request, unsigned setpoint, co
                        unsigned values, unsigned points, uint64_t advance_to_ns);
 /* Waits for the next complete state; 1 with a new link->state, 0 after `seconds`. */
 int sinew_link_receive(sinew_link *link, double seconds);
+/* The same as sinew_link_open, for a session that watches beside the client that commands: it begins with the first
+ * sinew_link_watch, is kept by one every 0.1 s, and takes no commands. */
+int sinew_link_open_to_watch(sinew_link *link, const char *address, unsigned port, const uint8_t key[32], double seconds);
+int sinew_link_watch(sinew_link *link);
 /* Ends the session. */
 void sinew_link_close(sinew_link *link);
 
@@ -215,7 +219,8 @@ static int sinew_next(sinew_link *link, unsigned kind, uint8_t *datagram, uint64
     }
 }
 
-int sinew_link_open(sinew_link *link, const char *address, unsigned port, const uint8_t key[32], double seconds) {
+static int sinew_open(sinew_link *link, const char *address, unsigned port, const uint8_t key[32], double seconds,
+                      uint8_t role) {
     uint8_t datagram[SINEW_MAX_DATAGRAM + 1], nonce[16], none[32] = {0};
     char service[8];
     struct addrinfo hints, *found;
@@ -234,7 +239,7 @@ int sinew_link_open(sinew_link *link, const char *address, unsigned port, const 
     uint64_t end = sinew_now() + (uint64_t)(seconds * 1e9);
     while (!bad && sinew_now() < end) {
         uint8_t *body = datagram + SINEW_HEAD;
-        memcpy(body, nonce, 16), memset(body + 16, 0, SINEW_HELLO_SIZE - 16);
+        memcpy(body, nonce, 16), memset(body + 16, 0, SINEW_HELLO_SIZE - 16), body[16] = role;
         sinew_send(link, 1, datagram, SINEW_HELLO_SIZE);
         int size = sinew_next(link, 2, datagram, sinew_now() + 100000000u);
         if (size != SINEW_HELLO_SIZE || memcmp(body, nonce, 16)) continue;
@@ -250,6 +255,19 @@ int sinew_link_open(sinew_link *link, const char *address, unsigned port, const 
     }
     if (link->socket >= 0) close(link->socket);
     return -1;
+}
+
+int sinew_link_open(sinew_link *link, const char *address, unsigned port, const uint8_t key[32], double seconds) {
+    return sinew_open(link, address, port, key, seconds, 0);
+}
+
+int sinew_link_open_to_watch(sinew_link *link, const char *address, unsigned port, const uint8_t key[32], double seconds) {
+    return sinew_open(link, address, port, key, seconds, 1);
+}
+
+int sinew_link_watch(sinew_link *link) {
+    uint8_t datagram[SINEW_MAX_DATAGRAM];
+    return sinew_send(link, 7, datagram, 0);
 }
 
 int sinew_link_read_key(const char *file, uint8_t key[32]) {

@@ -15,6 +15,7 @@ __all__ = [
     "CableEnds",
     "Command",
     "Controller",
+    "Environments",
     "Machine",
     "Model",
     "Prediction",
@@ -145,6 +146,58 @@ class Predictor:
         """Predicts the far end at many samples; `time_s`: shape `(n,)`, `inputs`: shape `(n, inputs)`."""
     def reset(self) -> None:
         """Resets all states: the next sample starts a new sequence."""
+
+@final
+class Environments:
+    """Many simulated machines under one task; see `sinew.gym`."""
+
+    def __new__(
+        cls, machine: Machine, conditions: dict[str, Any], seeds: list[int], reset_mode: str, threads: int
+    ) -> Environments: ...
+    def reset(
+        self,
+        seeds: list[int] | None,
+        mask: list[bool] | None,
+        observations: NDArray[np.float32],
+        errors: _Array,
+    ) -> None:
+        """Begins episodes where `mask` is true, everywhere without one; with seeds, the first episode of each."""
+    def step(
+        self,
+        actions: NDArray[np.float32],
+        observations: NDArray[np.float32],
+        rewards: _Array,
+        terminated: NDArray[np.bool_],
+        truncated: NDArray[np.bool_],
+        errors: _Array,
+        last_observations: NDArray[np.float32],
+        last_errors: _Array,
+    ) -> None:
+        """One action for every environment; everything is written into the arrays."""
+    @property
+    def actions(self) -> int:
+        """Entries of an action."""
+    @property
+    def observations(self) -> int:
+        """Entries of an observation."""
+    @property
+    def observation_bounds(self) -> tuple[list[float], list[float]]:
+        """Least and largest value of every entry of an observation."""
+    @property
+    def observation_parts(self) -> list[tuple[str, str, int, int]]:
+        """Name, unit, first entry and number of entries of every part of an observation."""
+    @property
+    def command_bounds(self) -> list[list[float]]:
+        """Commands of the actions -1 and 1, m/s, N or A of the motor, one pair for every muscle."""
+    @property
+    def half_error(self) -> float:
+        """Error at which the reward is a half, m or 1."""
+    @property
+    def resolution(self) -> tuple[int, int]:
+        """Cells of every cable, and substeps of a millisecond."""
+    @property
+    def poses(self) -> _Array:
+        """True poses, rad or m, shape `(environments, joints)`."""
 
 @disjoint_base
 class Machine:

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", ["docs/python.md", "docs/mujoco.md", "README.md"])
+@pytest.mark.parametrize("page", ["docs/python.md", "docs/mujoco.md", "docs/gym.md", "README.md"])
 def test_the_blocks_of_a_page_run_one_after_the_other(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -21,6 +21,8 @@ def test_the_blocks_of_a_page_run_one_after_the_other(
         mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
         if not hasattr(mujoco.MjsPlugin, "config"):
             pytest.skip(f"MuJoCo {mujoco.__version__} configures plugins in XML alone")
+    if "gym" in page:
+        pytest.importorskip("gymnasium", reason="Gymnasium is not installed")
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = list(BLOCK.finditer(text))
     assert blocks

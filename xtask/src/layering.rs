@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
-const CRATES: [(&str, &[&str]); 12] = [
+const CRATES: [(&str, &[&str]); 14] = [
     ("sinew", &[]),
     ("sinew-identify", &["sinew"]),
     ("sinew-lab", &["sinew", "sinew-identify"]),
@@ -16,9 +16,11 @@ const CRATES: [(&str, &[&str]); 12] = [
     ("sinew-report", &["sinew", "sinew-identify", "sinew-lab", "sinew-view"]),
     ("sinew-segment", &[]),
     ("sinew-link", &[]),
+    ("sinew-live", &["sinew", "sinew-lab", "sinew-view"]),
     ("sinew-runtime", &["sinew", "sinew-segment", "sinew-link"]),
     ("sinew-record", &["sinew", "sinew-runtime"]),
     ("sinew-mujoco", &["sinew"]),
+    ("sinew-gym", &["sinew"]),
     (
         "sinew-cli",
         &[
@@ -28,11 +30,23 @@ const CRATES: [(&str, &[&str]); 12] = [
             "sinew-report",
             "sinew-segment",
             "sinew-link",
+            "sinew-live",
             "sinew-runtime",
             "sinew-record",
         ],
     ),
-    ("sinew-py", &["sinew", "sinew-identify", "sinew-lab", "sinew-report", "sinew-runtime", "sinew-mujoco"]),
+    (
+        "sinew-py",
+        &[
+            "sinew",
+            "sinew-identify",
+            "sinew-lab",
+            "sinew-report",
+            "sinew-runtime",
+            "sinew-mujoco",
+            "sinew-gym",
+        ],
+    ),
 ];
 
 /// What each room of `sinew` may import, those still to be built included. `twin` and `control` never meet,

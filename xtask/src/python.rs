@@ -8,7 +8,8 @@ use std::process::{Command, Stdio};
 pub(crate) const MANIFEST: &str = "crates/sinew-py/Cargo.toml";
 
 /// What the tests of the package need, and what builds it.
-const PACKAGES: [&str; 9] = [
+const PACKAGES: [&str; 10] = [
+    "gymnasium>=1.1",
     "hypothesis",
     "maturin>=1.9,<2",
     "matplotlib",

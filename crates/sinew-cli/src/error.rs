@@ -21,6 +21,12 @@ pub(crate) enum Error {
     /// A link to a client or machine.
     #[error(transparent)]
     Link(#[from] sinew_link::Error),
+    /// A page that cannot be served.
+    #[error("{0}; --bind ADDRESS:PORT chooses another, port 0 any that is free")]
+    Page(#[from] sinew_live::LiveError),
+    /// What cannot be shown on a page.
+    #[error("{0}")]
+    Shown(String),
     /// A machine on EtherCAT that does not start.
     #[error(transparent)]
     Ethercat(#[from] sinew_runtime::ethercat::EthercatError),
@@ -303,6 +309,7 @@ impl Error {
             Self::Interface(sinew_segment::RawSocketError::NoInterface { .. }) => Self::BAD_INPUT,
             Self::Interface(_) => Self::SYSTEM,
             Self::Link(error) => link_code(error),
+            Self::Page(_) => Self::SYSTEM,
             _ => Self::BAD_INPUT,
         }
     }

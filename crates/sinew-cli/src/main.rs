@@ -57,6 +57,7 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Log(arguments) => verbs::log::run(arguments, general),
         Verb::Ethercat(arguments) => verbs::ethercat::run(arguments, general),
         Verb::Link(arguments) => verbs::link::run(arguments, general),
+        Verb::Live(arguments) => verbs::live::run(arguments, general),
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments, general),
         Verb::Bench(arguments) => verbs::bench::run(arguments, general),
         Verb::Twin(arguments) => verbs::twin::run(arguments, general),

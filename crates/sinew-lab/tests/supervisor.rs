@@ -9,6 +9,7 @@ mod supervised;
 
 use machines::{machine, motion};
 use rayon::prelude::*;
+use sinew::control::supervisor::{ExchangeStatus, FaultKind, Mode, NamedFault, Request};
 use sinew::twin::arm::{Failure, InjectedFault, Worn};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -70,7 +71,8 @@ fn table(cases: &[Case]) -> String {
 
 #[test]
 fn campaign_of_supervised_faults() {
-    // `SINEW_SUPERVISOR=machine|all,first seed,seeds,faults per kind`.
+    // `SINEW_SUPERVISOR=machine|all,first seed,seeds,faults per kind`; with `SINEW_SUPERVISOR_WRITE` set the table of all goes
+    // to the documentation.
     let Ok(given) = std::env::var("SINEW_SUPERVISOR") else {
         eprintln!("skipped: SINEW_SUPERVISOR is not set");
         return;
@@ -78,7 +80,7 @@ fn campaign_of_supervised_faults() {
     let words: Vec<&str> = given.split(',').collect();
     let [name, first, seeds, count] = words[..] else { panic!("{given}: expected four words") };
     let [first, seeds, count] = [first, seeds, count].map(|word| word.parse::<u64>().unwrap());
-    let mut all = Vec::new();
+    let (mut all, mut healthy_hours) = (Vec::new(), 0.0);
     for machine in MACHINES.into_iter().filter(|machine| name == "all" || *machine == name) {
         let (cases, healthy) = campaign(machine, first..first + seeds, count as usize);
         eprintln!("\n{machine}\n{}", table(&cases));
@@ -95,10 +97,25 @@ fn campaign_of_supervised_faults() {
         eprintln!(
             "without a fault: {hours:.2} h; error with one exchange in 1000 lost: {errors:.3}; {reports:?}"
         );
+        healthy_hours += hours;
         all.extend(cases);
     }
     eprintln!("\nall\n{}", table(&all));
+    if std::env::var_os("SINEW_SUPERVISOR_WRITE").is_some() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/supervisor.md");
+        let page = std::fs::read_to_string(path).unwrap();
+        let (before, rest) = page.split_once(BEGIN).expect("the mark before the table");
+        let (_, after) = rest.split_once(END).expect("the mark after the table");
+        let about =
+            format!("`SINEW_SUPERVISOR={given}`, {} runs, without a fault {healthy_hours:.2} h:", all.len());
+        let text = format!("{before}{BEGIN}\nSimulated, {about}\n\n{}\n{END}{after}", table(&all));
+        std::fs::write(path, text).unwrap();
+    }
 }
+
+/// Marks around the table in the documentation.
+const BEGIN: &str = "<!-- campaign -->\n";
+const END: &str = "<!-- end of campaign -->\n";
 
 #[test]
 fn a_short_campaign_finds_every_fault_and_recovers() {
@@ -118,9 +135,44 @@ fn a_short_campaign_finds_every_fault_and_recovers() {
     }
 }
 
+/// Stop after the motion has begun, s after it, and the faults that were reported, where every `every`th cycle is late, s.
+fn late_cycles(every: u64, lateness: f64) -> (Option<f64>, Vec<FaultKind>) {
+    let machine = machine("bench_joint");
+    Bench::new(&machine, motion(&machine, 1), 1).with_session(&[], |mut session| {
+        let (mut stopped, mut reported, mut cycle) = (None, Vec::new(), 0_u64);
+        while session.time() < 8.0 && stopped.is_none() {
+            cycle += 1;
+            let late = cycle > 4000 && cycle.is_multiple_of(every);
+            let lateness = if late { lateness } else { 0.0 };
+            let exchange = ExchangeStatus { lateness, ..ExchangeStatus::default() };
+            session
+                .step_with(Request::Run, &exchange, |row| {
+                    if row.mode == Mode::SafeStop {
+                        stopped = Some(row.time - 4.0);
+                    }
+                    reported.extend(row.fault.map(NamedFault::kind));
+                })
+                .unwrap();
+        }
+        reported.dedup();
+        (stopped, reported)
+    })
+}
+
+#[test]
+fn stalls_are_bridged_and_reported_and_lasting_lateness_stops_the_machine() {
+    // Three stalls of 10 ms in a second.
+    assert_eq!(late_cycles(333, 0.010), (None, vec![FaultKind::LateCycles]));
+    let (stopped, reported) = late_cycles(333, 0.013);
+    assert!(stopped.is_some_and(|time| time < 0.34), "the first stall of 13 ms: {stopped:?}");
+    assert_eq!(reported, [FaultKind::LateCycles]);
+    let (stopped, _) = late_cycles(1, 0.0005);
+    assert!(stopped.is_some_and(|time| (0.039..0.044).contains(&time)), "{stopped:?}");
+}
+
 #[test]
 fn campaign_of_worn_cables() {
-    // `SINEW_HEALTH=machine,seed,hours`: a healthy run of so many hours, and runs with one worn cable.
+    // `SINEW_HEALTH=machine,seed,hours`: a healthy run of so many hours, or for 0 hours runs with one worn cable.
     let Ok(given) = std::env::var("SINEW_HEALTH") else {
         eprintln!("skipped: SINEW_HEALTH is not set");
         return;
@@ -134,16 +186,18 @@ fn campaign_of_worn_cables() {
         let failure = Failure::Wear { muscle, what, share };
         vec![InjectedFault { start: 903.0, duration, failure }]
     };
+    if hours > 0.0 {
+        let found = Bench::new(&machine, motion(&machine, seed), seed).wears(3600.0 * hours, &[]);
+        eprintln!("{name}, seed {seed}, healthy for {hours} h: {found:?}");
+        assert_eq!((found.found, found.stopped), (None, None));
+        return;
+    }
     let runs = [
-        ("healthy", 3600.0 * hours, Vec::new()),
         ("friction + 20 % in an hour", 4500.0, wear(Worn::Friction, 0.2, 3600.0)),
         ("T_0 halved in an hour", 4500.0, wear(Worn::Pretension, 0.5, 3600.0)),
         ("a strand of seven broken", 3600.0, wear(Worn::Stiffness, 1.0 / 6.0, f64::INFINITY)),
     ];
     runs.into_par_iter().for_each(|(what, seconds, faults)| {
-        if seconds == 0.0 {
-            return;
-        }
         let found = Bench::new(&machine, motion(&machine, seed), seed).wears(seconds, &faults);
         eprintln!("{name}, seed {seed}, muscle {muscle}, {what}: {found:?}");
     });

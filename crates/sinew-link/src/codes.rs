@@ -101,10 +101,22 @@ codes! {
 }
 
 codes! {
+    /// What a client wants a session for.
+    Role {
+        /// To command the machine: one client at a time.
+        Commands = 0,
+        /// To see its state alone.
+        Watches = 1,
+    }
+}
+
+codes! {
     /// Why a session is refused.
     RefusedBecause {
         /// Another client has the session.
         SecondClient = 1,
+        /// As many clients watch as may.
+        TooManyWatchers = 2,
     }
 }
 

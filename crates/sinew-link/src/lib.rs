@@ -30,7 +30,7 @@ mod setpoints;
 mod snapshot;
 pub mod wire;
 
-pub use codes::{Mode, RefusedBecause, Request, SetpointKind};
+pub use codes::{Mode, RefusedBecause, Request, Role, SetpointKind};
 pub use error::{Error, KeyFileError};
 pub use key::Key;
 pub use peer::{Peer, RoundTrip};

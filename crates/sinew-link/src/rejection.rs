@@ -40,7 +40,9 @@ rejections! {
     Old, "old", "Behind the replay window.";
     Replayed, "replayed", "Received before.";
     Time, "time_backwards", "A newer packet with an older time stamp, or an older one with a newer stamp.";
+    Role, "wrong_role", "A command in a session that watches, or a Watch in one that commands.";
     SecondClient, "second_client", "Another client has the session.";
+    TooManyWatchers, "too_many_watchers", "As many clients watch as may.";
     Rate, "rate", "More packets than a client may send.";
     Code, "unknown_code", "A code without meaning.";
     Count, "wrong_count", "Not as many values or points as the machine has or a packet holds.";

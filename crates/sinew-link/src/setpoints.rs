@@ -17,6 +17,25 @@ pub struct Command {
 }
 
 impl Command {
+    /// As the body of a Command packet.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = vec![0; CommandHead::SIZE + POINT_BYTES];
+        let mut writer = Writer::new(&mut bytes);
+        // A command has room in a packet, whose body is not longer.
+        let written = write(self, &mut writer).map_or(0, |()| writer.written());
+        bytes.truncate(written);
+        bytes
+    }
+
+    /// From the body of a Command packet.
+    ///
+    /// # Errors
+    /// Why it is none.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Rejection> {
+        read(&mut Reader::new(bytes))
+    }
+
     /// A request without set-points, or with none at all a sign of life.
     #[must_use]
     pub fn of(request: Request) -> Self {

@@ -8,6 +8,7 @@
 //! | `tension`        | distribution of torques over muscles                                         |
 //! | `cable`, `twin`  | one cable, a simulated machine                                               |
 //! | `controller`     | the controller of a machine                                                  |
+//! | `environments`   | environments for reinforcement learning                                      |
 //! | `mujoco`         | the way to the plugins for MuJoCo                                            |
 //! | `track`, `reproduction` | whole experiments                                                     |
 //! | `array`          | NumPy arrays without copies                                                  |
@@ -19,6 +20,7 @@
 mod array;
 mod cable;
 mod controller;
+mod environments;
 mod failure;
 mod logs;
 mod long_call;
@@ -46,6 +48,8 @@ mod _sinew {
     use crate::cable::{Cable, CableEnds};
     #[pymodule_export]
     use crate::controller::{Command, Controller};
+    #[pymodule_export]
+    use crate::environments::Environments;
     #[pymodule_export]
     use crate::logs::table_text;
     #[pymodule_export]

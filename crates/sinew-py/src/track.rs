@@ -20,7 +20,7 @@ use std::sync::Arc;
 /// Made by `Machine.plan`.
 #[pyclass(frozen, module = "sinew")]
 pub(crate) struct Trajectory {
-    inner: Arc<sinew::trajectory::Trajectory>,
+    pub(crate) inner: Arc<sinew::trajectory::Trajectory>,
 }
 
 /// Array of numbers as it is returned.

@@ -7,6 +7,7 @@ use crate::messages::{Column, Cycles};
 use crate::sample::Layout;
 use crate::{column, head};
 use crc32fast::Hasher;
+use sinew_runtime::link::LinkInput;
 
 /// Collects samples of consecutive cycles.
 #[derive(Debug)]
@@ -68,6 +69,11 @@ impl BlockBuilder {
         add_checks(&mut self.reference_checks, rates);
     }
 
+    /// Index of the cycle after the last one.
+    pub(crate) fn end(&self) -> u64 {
+        self.first + self.count as u64
+    }
+
     /// When the last cycle was to begin, us since the first one.
     pub(crate) fn last_deadline_us(&self) -> f64 {
         self.fast.first().and_then(|column| column.last()).copied().unwrap_or(0.0)
@@ -86,6 +92,8 @@ impl BlockBuilder {
             command_checks: take_checks(&mut self.command_checks),
             reference_checks: take_checks(&mut self.reference_checks),
             dropped,
+            link: Vec::new(),
+            dropped_link: 0,
         };
         self.count = 0;
         self.fast.iter_mut().chain(&mut self.slow).for_each(Vec::clear);
@@ -142,6 +150,10 @@ pub struct Block {
     pub reference_checks: Vec<u32>,
     /// Cycles lost before this block, since the start.
     pub dropped: u64,
+    /// What its cycles took from a link, in its order.
+    pub link: Vec<LinkInput>,
+    /// Such inputs lost before the end of this block, since the start.
+    pub dropped_link: u64,
 }
 
 impl Block {
@@ -169,6 +181,11 @@ impl Block {
         if let Some((got, _)) = sizes.iter().find(|(got, expected)| got != expected) {
             return Err(damaged("checks of every cycle, muscle and joint", got.to_string()));
         }
+        let link = message.link.iter().map(|input| {
+            LinkInput::from_bytes(input.at_ns, &input.command)
+                .map_err(|reason| damaged("the body of a Command packet", reason.about().to_owned()))
+        });
+        let link = link.collect::<Result<_, Error>>()?;
         Ok(Self {
             first: message.first,
             count,
@@ -178,6 +195,8 @@ impl Block {
             command_checks: message.command_checks.clone(),
             reference_checks: message.reference_checks.clone(),
             dropped: message.dropped,
+            link,
+            dropped_link: message.dropped_link,
         })
     }
 

@@ -78,7 +78,8 @@ pub fn status_of(status: f64, fault: f64) -> ArmStatus {
 const SECOND: f64 = 65_536.0;
 const THIRD: f64 = SECOND * SECOND;
 
-/// Kind and detail of a bus fault: 0 none, 1 lost, 2 working counter, 3 not operational, 4 drive.
+/// Kind and detail of a bus fault: 0 none, 1 lost, 2 working counter, 3 not operational, 4 drive; of a simulation
+/// 5 late, 6 stale.
 pub(crate) fn bus_code(fault: Option<BusFault>) -> [f64; 2] {
     match fault {
         None => [0.0, 0.0],
@@ -91,6 +92,8 @@ pub(crate) fn bus_code(fault: Option<BusFault>) -> [f64; 2] {
             [3.0, device as f64 + SECOND * f64::from(state) + THIRD * muscle]
         }
         Some(BusFault::Drive { muscle, code }) => [4.0, muscle as f64 + SECOND * f64::from(code)],
+        Some(BusFault::Late { by_ns }) => [5.0, f64::from(by_ns)],
+        Some(BusFault::Stale { age_us }) => [6.0, f64::from(age_us)],
     }
 }
 
@@ -108,6 +111,8 @@ pub fn bus_fault_of(kind: f64, detail: f64) -> Option<BusFault> {
             muscle: (third >= 1.0).then(|| third as usize - 1),
         },
         4 => BusFault::Drive { muscle: first as usize, code: second as u16 },
+        5 => BusFault::Late { by_ns: detail as u32 },
+        6 => BusFault::Stale { age_us: detail as u32 },
         _ => return None,
     })
 }
@@ -141,6 +146,8 @@ mod tests {
             Some(BusFault::NotOperational { device: 31, state: 0x14, muscle: None }),
             Some(BusFault::NotOperational { device: 0, state: 4, muscle: Some(0) }),
             Some(BusFault::Drive { muscle: 14, code: 0x7305 }),
+            Some(BusFault::Late { by_ns: 500_000 }),
+            Some(BusFault::Stale { age_us: u32::MAX }),
         ] {
             let [kind, detail] = bus_code(fault);
             assert_eq!(bus_fault_of(kind, detail), fault);

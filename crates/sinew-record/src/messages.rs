@@ -21,6 +21,19 @@ pub(crate) struct Cycles {
     pub(crate) reference_checks: Vec<u32>,
     #[prost(uint64, tag = "8")]
     pub(crate) dropped: u64,
+    #[prost(message, repeated, tag = "9")]
+    pub(crate) link: Vec<LinkInput>,
+    #[prost(uint64, tag = "10")]
+    pub(crate) dropped_link: u64,
+}
+
+/// See `schemas/sinew/record.proto`.
+#[derive(Clone, PartialEq, Message)]
+pub(crate) struct LinkInput {
+    #[prost(uint64, tag = "1")]
+    pub(crate) at_ns: u64,
+    #[prost(bytes = "vec", tag = "2")]
+    pub(crate) command: Vec<u8>,
 }
 
 /// See `schemas/sinew/record.proto`.

@@ -5,7 +5,7 @@ use crate::channels::{Container, File, Topic};
 use crate::codes::status_of;
 use crate::error::Error;
 use crate::head::{BLOCK, Head};
-use crate::messages::{Log, Timestamp};
+use crate::messages::{LinkInput, Log, Timestamp};
 use crate::sample::{Layout, fill};
 use crate::sink::{SharedSink, Storage};
 use crate::view::{View, pose, state};
@@ -14,6 +14,8 @@ use sinew::control::arm::ArmStatus;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTruth;
 use sinew_runtime::cycle::CycleRecord;
+use sinew_runtime::link::{Tape, TapeReader};
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
@@ -72,13 +74,40 @@ impl Recorder {
         files: &[File],
         failed: impl FnOnce(&Error) + Send + 'static,
     ) -> Result<Self, Error> {
+        Self::start_with(storage, (head, machine, files), None, failed)
+    }
+
+    /// The same of a run that a client commands, with what it sends; see [`LinkedMotion::with_tape`].
+    ///
+    /// [`LinkedMotion::with_tape`]: sinew_runtime::link::LinkedMotion::with_tape
+    ///
+    /// # Errors
+    /// As [`start`](Self::start).
+    pub fn start_linked(
+        storage: Box<dyn Storage>,
+        head: Head,
+        machine: &Machine,
+        files: &[File],
+        failed: impl FnOnce(&Error) + Send + 'static,
+    ) -> Result<(Self, Tape), Error> {
+        let (tape, reader) = Tape::new(head.virtual_time);
+        Ok((Self::start_with(storage, (head, machine, files), Some(reader), failed)?, tape))
+    }
+
+    fn start_with(
+        storage: Box<dyn Storage>,
+        (head, machine, files): (Head, &Machine, &[File]),
+        link: Option<TapeReader>,
+        failed: impl FnOnce(&Error) + Send + 'static,
+    ) -> Result<Self, Error> {
         let layout =
             Layout { muscles: head.muscles.len(), joints: head.joints.len(), simulated: head.simulated };
         let (ring, consumer) = RingBuffer::new(RING * layout.words());
         let view = View::new(machine)?;
         let container = Container::new(SharedSink::new(storage), &head, files)?;
         let shared = Arc::new(Shared::default());
-        let drain = Drain { consumer, layout, head, view, container, shared: shared.clone() };
+        let inputs = VecDeque::new();
+        let drain = Drain { consumer, link, inputs, layout, head, view, container, shared: shared.clone() };
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn(move || drain.run(failed))
@@ -150,6 +179,9 @@ impl Drop for Recorder {
 /// The side of the thread.
 struct Drain {
     consumer: Consumer<f64>,
+    link: Option<TapeReader>,
+    /// Inputs of the link whose cycles have not been written.
+    inputs: VecDeque<LinkInput>,
     layout: Layout,
     head: Head,
     view: View,
@@ -161,12 +193,12 @@ impl Drain {
     fn run(mut self, failed: impl FnOnce(&Error)) -> Result<Recorded, Error> {
         let mut recorded = Recorded::default();
         let written = self.write(&mut recorded);
-        let Self { consumer, container, shared, .. } = self;
+        let Self { consumer, link, container, shared, .. } = self;
         match written.and_then(|()| container.finish()) {
             Ok(bytes) => Ok(Recorded { bytes, cpu_ns: cpu_time(), ..recorded }),
             Err(error) => {
                 failed(&error);
-                discard(consumer, &shared);
+                discard(consumer, link, &shared);
                 Err(error)
             }
         }
@@ -189,6 +221,7 @@ impl Drain {
                 self.show(&sample, &mut status)?;
                 block.push(&sample);
             }
+            self.read_link();
             recorded.dropped = self.shared.dropped.load(Ordering::Relaxed);
             if finished {
                 if block.len() > 0 {
@@ -203,9 +236,22 @@ impl Drain {
     fn write_block(&mut self, block: &mut BlockBuilder) -> Result<(), Error> {
         let dropped = self.shared.dropped.load(Ordering::Relaxed);
         let last = (block.last_deadline_us().max(0.0) * 1e3).round() as u64;
-        let message = block.take(&self.head, dropped);
+        let end = block.end().saturating_mul(self.head.period_ns);
+        let mut message = block.take(&self.head, dropped);
+        // What a cycle took is on the tape before its sample is in the ring.
+        self.read_link();
+        let taken = self.inputs.iter().take_while(|input| input.at_ns < end).count();
+        message.link = self.inputs.drain(..taken).collect();
+        message.dropped_link = self.link.as_ref().map_or(0, TapeReader::dropped);
         self.container.put(Topic::Cycles, last, &message)?;
         self.container.commit()
+    }
+
+    /// Empties the tape, so that a cycle that waits for room goes on.
+    fn read_link(&mut self) {
+        while let Some(input) = self.link.as_mut().and_then(TapeReader::read) {
+            self.inputs.push_back(LinkInput { at_ns: input.at_ns, command: input.to_bytes() });
+        }
     }
 
     /// Writes what is shown of a sample.
@@ -248,12 +294,13 @@ impl Drain {
 }
 
 /// Empties the ring until the recorder is finished: the cycle goes on.
-fn discard(mut ring: Consumer<f64>, shared: &Shared) {
+fn discard(mut ring: Consumer<f64>, mut link: Option<TapeReader>, shared: &Shared) {
     while !(shared.finished.load(Ordering::Acquire) && ring.is_empty()) {
         let ready = ring.slots();
         if let Ok(chunk) = ring.read_chunk(ready) {
             chunk.commit_all();
         }
+        while link.as_mut().and_then(TapeReader::read).is_some() {}
         std::thread::sleep(PAUSE);
     }
 }

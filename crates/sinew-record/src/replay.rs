@@ -13,6 +13,7 @@ use sinew::trajectory::Schedule;
 use sinew_runtime::Error as RuntimeError;
 use sinew_runtime::bus::{Bus, Exchange, Feedback};
 use sinew_runtime::cycle::{Clock, Cycle};
+use sinew_runtime::link::{LinkInput, LinkedMotion};
 
 /// The readings of a recording, one cycle after the other.
 #[derive(Debug)]
@@ -149,6 +150,34 @@ impl<'a> Replay<'a> {
         supervisor: Supervisor,
         schedule: Schedule<'a>,
     ) -> Result<Self, Error> {
+        let joints = recording.head.joints.len();
+        if schedule.joints() != joints {
+            let (name, got) = ("joints of the motion", schedule.joints());
+            return Err(sinew::Error::WrongLength { name, expected: joints, got }.into());
+        }
+        let period = recording.head.period_s();
+        Self::over(recording, supervisor, |bus, supervisor| Cycle::new(bus, supervisor, schedule, period))
+    }
+
+    /// The same of a run that a client commanded, with what it sent; `motion` is one that is
+    /// [replayed](LinkedMotion::replayed).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn linked(
+        recording: &'a Recording<'_>,
+        supervisor: Supervisor,
+        motion: LinkedMotion,
+    ) -> Result<Self, Error> {
+        let period = recording.head.period_s();
+        Self::over(recording, supervisor, |bus, supervisor| Cycle::linked(bus, supervisor, motion, period))
+    }
+
+    fn over(
+        recording: &'a Recording<'_>,
+        supervisor: Supervisor,
+        cycle: impl FnOnce(ReplayBus<'a>, Supervisor) -> Cycle<'a, ReplayBus<'a>>,
+    ) -> Result<Self, Error> {
         let head = &recording.head;
         let [muscles, joints] = [head.muscles.len(), head.joints.len()];
         let wrong_length = |name, expected, got| sinew::Error::WrongLength { name, expected, got };
@@ -160,9 +189,6 @@ impl<'a> Replay<'a> {
                 wrong_length("muscles of the controller", muscles, of_muscles)
             };
             return Err(wrong.into());
-        }
-        if schedule.joints() != joints {
-            return Err(wrong_length("joints of the motion", joints, schedule.joints()).into());
         }
         let (places, fault) = places(head)?;
         let mut blocks = recording.blocks();
@@ -177,12 +203,16 @@ impl<'a> Replay<'a> {
             command_checks: Vec::new(),
             reference_checks: Vec::new(),
             dropped: 0,
+            link: Vec::new(),
+            dropped_link: 0,
         };
-        let block = first.unwrap_or(none);
-        let gap = (block.first > 0).then_some(0);
+        let mut block = first.unwrap_or(none);
+        let gap = (block.first > 0 || block.dropped_link > 0).then_some(0);
+        let link = std::mem::take(&mut block.link);
         let bus = RecordedBus { blocks, block, row: 0, places, fault };
         let bus = ReplayBus(std::rc::Rc::new(std::cell::RefCell::new(bus)));
-        let cycle = Cycle::new(bus, supervisor, schedule, head.period_s());
+        let mut cycle = cycle(bus, supervisor);
+        supply(&mut cycle, link);
         // A simulated machine waits for its cycles.
         let cycle = if head.simulated { cycle.with_waiting_machine() } else { cycle };
         let delay = head.fast.iter().position(|column| column.name == "wake_up_us");
@@ -220,7 +250,14 @@ impl<'a> Replay<'a> {
             let mut bus = shared.borrow_mut();
             match bus.next()? {
                 Next::Row => {}
-                Next::Block(block) => (bus.block, bus.row) = (block, 0),
+                Next::Block(block) if block.dropped_link > 0 => {
+                    self.gap = Some(block.first);
+                    return Ok(None);
+                }
+                Next::Block(mut block) => {
+                    supply(&mut self.cycle, std::mem::take(&mut block.link));
+                    (bus.block, bus.row) = (block, 0);
+                }
                 Next::End => return Ok(None),
                 Next::Gap(index) => {
                     self.gap = Some(index);
@@ -254,6 +291,12 @@ impl<'a> Replay<'a> {
         let checks = BlockChecks { first, commands: &self.same_commands, references: &self.same_references };
         let block = ends.then_some(checks);
         Ok(Some(ReplayedCycle { index, commands: &self.commands, recorded: &self.recorded, same, block }))
+    }
+}
+
+fn supply<B: Bus>(cycle: &mut Cycle<'_, B>, inputs: Vec<LinkInput>) {
+    if let Some(link) = cycle.link_mut() {
+        inputs.into_iter().for_each(|input| link.supply(input));
     }
 }
 

@@ -8,6 +8,7 @@ mod ethercat;
 mod fault;
 mod identification;
 mod link;
+mod live;
 mod log;
 mod machine;
 mod motion;
@@ -27,6 +28,7 @@ pub(crate) use identification::{
     AdaptArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PredictArguments, RoleArguments,
     WriteArguments,
 };
+pub(crate) use live::LiveArguments;
 pub(crate) use link::{LinkArguments, LinkKeyArguments, LinkVerb, LinkWatchArguments};
 pub(crate) use log::{
     LogArguments, LogExportArguments, LogInfoArguments, LogLayoutArguments, LogPlotArguments, LogVerb,
@@ -106,6 +108,7 @@ pub(crate) enum Verb {
     Replay(ReplayArguments),
     Ethercat(EthercatArguments),
     Link(LinkArguments),
+    Live(LiveArguments),
     Reproduce(ReproduceArguments),
     Bench(BenchArguments),
     Twin(TwinArguments),

@@ -30,7 +30,7 @@ pub(crate) struct RunArguments {
     #[command(flatten)]
     pub(crate) link: RunLinkArguments,
     /// Record every cycle (MCAP); see `sinew log` and `sinew replay`
-    #[arg(long, value_name = "FILE.mcap", conflicts_with = "link")]
+    #[arg(long, value_name = "FILE.mcap")]
     pub(crate) record: Option<PathBuf>,
 }
 

@@ -11,6 +11,7 @@ pub(crate) mod ethercat;
 pub(crate) mod evaluate;
 pub(crate) mod identify;
 pub(crate) mod link;
+pub(crate) mod live;
 pub(crate) mod log;
 pub(crate) mod machine;
 pub(crate) mod machine_source;

@@ -163,3 +163,27 @@ fn an_error_is_a_document_too_with_code_and_message() {
         assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
     }
 }
+
+#[test]
+fn long_documents_of_the_demonstration_and_the_reproduction_have_the_documented_keys_and_units() {
+    if std::env::var_os("SINEW_LONG").is_none() {
+        return;
+    }
+    let bench = Bench::new();
+    let demo = checked(&bench, "demo", "demo --out demo", 0);
+    assert_eq!(demo["simulated"], true);
+    checked(&bench, "reproduce", "reproduce --quick --out paper", 0);
+}
+
+#[test]
+fn documents_about_a_bus_that_is_not_there_are_errors() {
+    let bench = Bench::new();
+    for verb in
+        ["ethercat scan bench_joint", "ethercat simulate bench_joint", "run bench_joint --bus ethercat"]
+    {
+        let run = bench.run(&format!("{verb} --interface none9 --json"));
+        assert!(matches!(run.code, Some(1 | 2)), "{verb}: {:?} {}", run.code, run.stderr);
+        let document: Value = serde_json::from_str(&run.stdout).unwrap();
+        assert!(document["error"]["message"].as_str().unwrap().contains("none9"), "{document}");
+    }
+}

@@ -183,6 +183,52 @@ fn a_client_that_is_killed_and_restarted_resumes_from_hold() {
 }
 
 #[test]
+fn a_linked_run_is_recorded_and_replays_to_the_bit_while_another_client_watches() {
+    let bench = Bench::new();
+    for (more, virtual_time) in
+        [("--virtual-time --bus segment", true), ("--virtual-time", true), ("", false)]
+    {
+        let file = bench.path("linked.mcap");
+        let running = Running::start(&format!("{more} --until 1.8 --record {}", file.display()));
+        let mut watcher = Client::connect_to_watch(running.address, None, PATIENCE).unwrap();
+        watcher.watch().unwrap();
+        let mut client = running.connect();
+        if virtual_time {
+            advance(&mut client, Request::Run, Setpoints::none(), 600 * MS);
+            drive(&mut client, 600 * MS, 1000, 0.1);
+            watcher.watch().unwrap();
+            let seen = loop {
+                let seen = watcher.receive(PATIENCE).unwrap();
+                if seen.machine_time_ns >= 500 * MS {
+                    break seen.mode;
+                }
+            };
+            assert_eq!(seen, Mode::Run);
+            let last = LinkCommand { advance_to_ns: 4000 * MS, ..LinkCommand::of(Request::Run) };
+            client.send(&last).unwrap();
+        } else {
+            // Whatever arrives when: what was taken is what is replayed.
+            let begin = Instant::now();
+            while begin.elapsed() < Duration::from_millis(1500) {
+                let position = client.session().state().joints()[0].position;
+                let mut setpoints = Setpoints::new(SetpointKind::Joint, 2);
+                let knee = client.session().state().joints()[1].position;
+                setpoints.push(0, &[position + 0.01, knee]);
+                let command = LinkCommand { setpoints, ..LinkCommand::of(Request::Run) };
+                client.send(&command).unwrap();
+                let _ = client.receive(Duration::from_millis(10));
+            }
+        }
+        let document = running.end();
+        assert_eq!(document["recording"]["cycles"], document["run"]["cycles"], "{more}");
+        let replayed = bench.run("replay linked.mcap --json");
+        assert_eq!(replayed.code, Some(0), "{more}: {} {}", replayed.stdout, replayed.stderr);
+        assert!(bench.succeeds("log info linked.mcap").stdout.contains("commanded by a client"));
+        std::fs::remove_file(file).unwrap();
+    }
+}
+
+#[test]
 fn a_key_is_written_once_for_its_owner_alone_and_never_shown() {
     let bench = Bench::new();
     let made = bench.succeeds("link key robot.key --json");

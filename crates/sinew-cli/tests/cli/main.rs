@@ -7,6 +7,7 @@ mod bad_models;
 mod bench;
 mod determinism;
 mod drive;
+mod edge;
 mod json;
 mod limits;
 mod link;

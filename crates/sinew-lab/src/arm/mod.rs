@@ -24,10 +24,10 @@ pub use largest_errors::{JointShare, LargestError};
 pub use plan::{DesiredMotion, initial_pose, plan, plan_tour};
 pub use report::{
     ErrorRange, ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, MuscleSpread, TrackHealth,
-    TrackIncident, TrackMode, TrackOutcome, TrackingNumbers, fault_name, max_end_point_error,
+    TrackIncident, TrackMode, TrackOutcome, TrackingNumbers, max_end_point_error,
 };
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
-pub use stop_reason::stop_reason;
+pub use stop_reason::{fault_name, stop_reason};
 pub use trace::{CycleSignals, Trace, TraceRow};
 pub use tracking::{
     CalibratedArm, INITIAL_REST_S, PreparedRun, TrackingResult, TrackingTask, calibration_programmes,

@@ -1,9 +1,8 @@
 use super::largest_errors::{LargestError, largest_errors};
-use super::stop_reason::stop_reason;
+use super::stop_reason::{fault_name, stop_reason};
 use crate::experiment::{FaultInterval, ModeChange, Statistics, TrackSummary};
 use serde::{Deserialize, Deserializer, Serialize};
 use sinew::body::{JointKind, Robot};
-use sinew::control::arm::Fault;
 use sinew::control::supervisor::{CableHealth, FaultKind};
 use sinew::machine::Machine;
 
@@ -175,15 +174,6 @@ impl TrackHealth {
 /// Rounds a time, s, to milliseconds.
 fn to_milliseconds(time: f64) -> f64 {
     (1e3 * time).round() / 1e3
-}
-
-/// A fault by the name of its muscle or joint.
-#[must_use]
-pub fn fault_name(fault: Fault, robot: &Robot) -> String {
-    let muscle = |k: usize| robot.parts().tendons.get(k).map_or("?", |tendon| tendon.name.as_str());
-    let independent = robot.independent_joints();
-    let joint = |k: usize| independent.get(k).map_or("?", |joint| robot.parts().joints[*joint].name.as_str());
-    fault.name(muscle, joint)
 }
 
 /// Largest end-point error of a run that counts as completed, m, of a large machine: fault-free runs of the LM-Arm

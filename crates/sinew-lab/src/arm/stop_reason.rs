@@ -1,9 +1,17 @@
 //! Why a machine stopped, in words with the number that was exceeded.
 
-use super::report::fault_name;
 use sinew::body::{JointKind, Robot};
 use sinew::control::arm::Fault;
 use sinew::control::supervisor::Threshold;
+
+/// A fault by the name of its muscle or joint.
+#[must_use]
+pub fn fault_name(fault: Fault, robot: &Robot) -> String {
+    let muscle = |k: usize| robot.parts().tendons.get(k).map_or("?", |tendon| tendon.name.as_str());
+    let independent = robot.independent_joints();
+    let joint = |k: usize| independent.get(k).map_or("?", |joint| robot.parts().joints[*joint].name.as_str());
+    fault.name(muscle, joint)
+}
 
 /// A fault with the limit by which it was judged: "tension of biceps above its limit of 400 N".
 #[must_use]

@@ -67,14 +67,22 @@ impl CalibratedArm {
         let specimen = ArmSpecimen::drawn_around(&design, machine, seed)?;
         let programmes = calibration_programmes(machine, &design)?;
         let models = calibrate_arm(&specimen, machine, &design, &programmes, seed)?;
-        let specimen = match machine.payload_site() {
-            Some(site) if machine.payload > 0.0 => {
-                let site = &machine.robot.parts().sites[site];
-                specimen.with_payload(site.body, site.position, machine.payload)?
-            }
-            _ => specimen,
-        };
-        Ok(Self { machine: machine.loaded()?, specimen, models, programmes, seed })
+        let bare = Machine { payload: 0.0, ..machine.clone() };
+        Self { machine: bare, specimen, models, programmes, seed }.loaded(machine.payload)
+    }
+
+    /// The same with a payload, kg, of an arm that was calibrated without one.
+    ///
+    /// # Errors
+    /// [`Error::Physics`] for a payload without an end point.
+    pub fn loaded(&self, payload: f64) -> Result<Self, Error> {
+        let mut arm = self.clone();
+        if let Some(site) = self.machine.payload_site().filter(|_| payload > 0.0) {
+            let site = &self.machine.robot.parts().sites[site];
+            arm.specimen = arm.specimen.with_payload(site.body, site.position, payload)?;
+        }
+        arm.machine = Machine { payload, ..arm.machine }.loaded()?;
+        Ok(arm)
     }
 
     /// The controller of a variant for a motion.

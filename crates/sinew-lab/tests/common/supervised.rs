@@ -439,6 +439,8 @@ pub(crate) struct Worn {
     pub(crate) found: Option<(f64, FaultKind, usize, f64, f64, f64)>,
     /// Mean error of the joints in windows of five minutes, over that of the first.
     pub(crate) errors: Vec<f64>,
+    /// That of the window in which the wear was found.
+    pub(crate) error_when_found: Option<f64>,
     /// Whether the machine was stopped.
     pub(crate) stopped: Option<NamedFault>,
     /// Largest drift of friction, stiffness and pretension of any cable at the end.
@@ -446,12 +448,18 @@ pub(crate) struct Worn {
 }
 
 impl Bench {
-    /// Tracks for this many seconds with these failures.
+    /// Tracks for this many seconds with these failures, or to the end of the window in which wear is found.
     pub(crate) fn wears(&mut self, seconds: f64, faults: &[InjectedFault]) -> Worn {
         const WINDOW: f64 = 300.0;
         self.repeats = (seconds / self.trajectory.duration()).ceil() as u32;
         self.with_session(faults, |mut session| {
-            let mut worn = Worn { found: None, errors: Vec::new(), stopped: None, drift: [0.0; 3] };
+            let mut worn = Worn {
+                found: None,
+                errors: Vec::new(),
+                error_when_found: None,
+                stopped: None,
+                drift: [0.0; 3],
+            };
             let (mut sum, mut count, mut next) = (0.0, 0.0, BEFORE + WINDOW);
             while session.time() < BEFORE + seconds && worn.stopped.is_none() {
                 session
@@ -480,10 +488,14 @@ impl Bench {
                 if session.time() > next {
                     worn.errors.push(sum / count);
                     (sum, count, next) = (0.0, 0.0, next + WINDOW);
+                    if worn.found.is_some() {
+                        break;
+                    }
                 }
             }
             let first = worn.errors.first().copied().unwrap_or(1.0);
             worn.errors.iter_mut().for_each(|error| *error = (1e3 * *error / first).round() * 1e-3);
+            worn.error_when_found = worn.found.and(worn.errors.last().copied());
             for health in session.supervisor().health() {
                 let drifts = [health.friction, health.stiffness, health.pretension];
                 for (most, drift) in worn.drift.iter_mut().zip(drifts) {

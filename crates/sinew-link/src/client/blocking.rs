@@ -49,6 +49,22 @@ impl Client {
     /// # Errors
     /// [`Error::Socket`], [`Error::Random`], [`Error::NoAnswer`], [`Error::Refused`].
     pub fn connect(address: SocketAddr, key: Option<&Key>, most: Duration) -> Result<Self, Error> {
+        Self::greet(address, most, |nonce| Greeting::new(key.unwrap_or(&Key::none()), nonce))
+    }
+
+    /// The same with a session that watches, beside the client that commands; [`watch`](Self::watch) keeps it.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect).
+    pub fn connect_to_watch(address: SocketAddr, key: Option<&Key>, most: Duration) -> Result<Self, Error> {
+        Self::greet(address, most, |nonce| Greeting::new(key.unwrap_or(&Key::none()), nonce).watching())
+    }
+
+    fn greet(
+        address: SocketAddr,
+        most: Duration,
+        greeting: impl FnOnce([u8; 16]) -> Greeting,
+    ) -> Result<Self, Error> {
         let failed = |source| Error::Socket { what: "connect to", address, source };
         let any: SocketAddr = if address.is_ipv4() {
             (Ipv4Addr::UNSPECIFIED, 0).into()
@@ -59,7 +75,7 @@ impl Client {
         socket.connect(address).map_err(failed)?;
         let mut nonce = [0; 16];
         getrandom::fill(&mut nonce).map_err(Error::Random)?;
-        let greeting = Greeting::new(key.unwrap_or(&Key::none()), nonce);
+        let greeting = greeting(nonce);
         let (start, mut datagram) = (Instant::now(), Datagram::default());
         let mut refused = None;
         let mut buffer = [0; MAX_DATAGRAM + 1];
@@ -77,6 +93,9 @@ impl Client {
                     Ok(Ok(session)) => return Ok(Self { socket, address, start, session, datagram }),
                     Ok(Err(RefusedBecause::SecondClient)) => {
                         refused = Some("another client has it");
+                    }
+                    Ok(Err(RefusedBecause::TooManyWatchers)) => {
+                        refused = Some("as many clients watch as may");
                     }
                     Err(_) => {}
                 }
@@ -107,6 +126,17 @@ impl Client {
     pub fn send(&mut self, command: &Command) -> Result<(), Error> {
         let now = self.now();
         let bytes = self.session.command(command, now, &mut self.datagram);
+        let sent = self.socket.send(bytes);
+        sent.map(|_| ()).map_err(|source| Error::Socket { what: "send to", address: self.address, source })
+    }
+
+    /// Begins and keeps a session that watches.
+    ///
+    /// # Errors
+    /// [`Error::Socket`].
+    pub fn watch(&mut self) -> Result<(), Error> {
+        let now = self.now();
+        let bytes = self.session.watch(now, &mut self.datagram);
         let sent = self.socket.send(bytes);
         sent.map(|_| ()).map_err(|source| Error::Socket { what: "send to", address: self.address, source })
     }

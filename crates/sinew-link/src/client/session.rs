@@ -3,25 +3,32 @@
 use crate::peer::{Peer, bare_head};
 use crate::setpoints;
 use crate::wire::{Datagram, Hello, Kind, Nonce, Refused, Sealer, SessionKeys, Welcome, open, session_of};
-use crate::{Command, Key, RefusedBecause, Rejection, Snapshot, StateCounts};
+use crate::{Command, Key, RefusedBecause, Rejection, Role, Snapshot, StateCounts};
 
 /// A client before its session: it has asked for one.
 #[derive(Debug, Clone)]
 pub struct Greeting {
     sealer: Sealer,
     nonce: Nonce,
+    role: Role,
 }
 
 impl Greeting {
     /// With a random number that is new for every session.
     #[must_use]
     pub fn new(key: &Key, nonce: Nonce) -> Self {
-        Self { sealer: Sealer::new(key), nonce }
+        Self { sealer: Sealer::new(key), nonce, role: Role::Commands }
+    }
+
+    /// The same for a session that watches: [`ClientSession::watch`] begins it and keeps it.
+    #[must_use]
+    pub fn watching(self) -> Self {
+        Self { role: Role::Watches, ..self }
     }
 
     /// Writes the Hello, to be sent until an answer comes.
     pub fn hello<'a>(&self, now: u64, datagram: &'a mut Datagram) -> &'a [u8] {
-        let hello = Hello { client_nonce: self.nonce, padding: [0; 88] };
+        let hello = Hello { client_nonce: self.nonce, role: self.role.number(), padding: [0; 87] };
         datagram.seal(bare_head(Kind::Hello, now), &self.sealer, |writer| hello.write(writer))
     }
 
@@ -119,6 +126,12 @@ impl ClientSession {
     pub fn command<'a>(&mut self, command: &Command, now: u64, datagram: &'a mut Datagram) -> &'a [u8] {
         let head = self.peer.next_head(Kind::Command, self.session, now);
         datagram.seal(head, &self.keys.client, |writer| setpoints::write(command, writer))
+    }
+
+    /// Writes a sign of life of a session that watches.
+    pub fn watch<'a>(&mut self, now: u64, datagram: &'a mut Datagram) -> &'a [u8] {
+        let head = self.peer.next_head(Kind::Watch, self.session, now);
+        datagram.seal(head, &self.keys.client, |_| Some(()))
     }
 
     /// Writes the end of the session.

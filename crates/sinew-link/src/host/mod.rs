@@ -9,7 +9,9 @@
 //! Both queues are wait-free rings of fixed size: whatever comes in, the cycle never waits for the server. [`Sessions`]
 //! knows no sockets and no clock.
 
+mod attached;
 mod domain;
+mod offers;
 mod port;
 mod rate;
 mod server;
@@ -19,4 +21,4 @@ pub use domain::Domain;
 pub use port::{Port, Session};
 pub use rate::RateLimit;
 pub use server::{Server, ServerSettings};
-pub use sessions::{Outcome, RandomSource, SessionSettings, Sessions};
+pub use sessions::{Outcome, RandomSource, SessionSettings, Sessions, WATCHERS};

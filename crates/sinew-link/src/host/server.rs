@@ -141,7 +141,8 @@ impl ServerThread {
     }
 
     fn wait(&mut self) {
-        let most = if self.core.client().is_some() { self.poll_ns } else { IDLE };
+        let used = self.core.client().is_some() || self.core.watchers() > 0;
+        let most = if used { self.poll_ns } else { IDLE };
         let most = Timespec {
             tv_sec: (most / 1_000_000_000).cast_signed(),
             tv_nsec: (most % 1_000_000_000).cast_signed(),
@@ -177,10 +178,34 @@ impl ServerThread {
             *self.latest = snapshot;
             new = true;
         }
-        let mut part = new.then_some([0, 0]);
+        if !new {
+            return;
+        }
+        self.send_to(|core, latest, part, now, datagram| core.state(latest, part, now, datagram));
+        for k in 0..self.core.watchers() {
+            self.send_to(|core, latest, part, now, datagram| {
+                core.state_for_watcher(k, latest, part, now, datagram)
+            });
+        }
+    }
+
+    /// Sends all parts of the newest state, as `seal` writes them for a client.
+    fn send_to(
+        &mut self,
+        mut seal: impl FnMut(
+            &mut Sessions,
+            &Snapshot,
+            &mut Option<[usize; 2]>,
+            u64,
+            &mut Datagram,
+        ) -> Option<SocketAddr>,
+    ) {
+        let mut part = Some([0, 0]);
         while part.is_some() {
             let now = self.now();
-            let Some(to) = self.core.state(&self.latest, &mut part, now, &mut self.datagram) else { return };
+            let Some(to) = seal(&mut self.core, &self.latest, &mut part, now, &mut self.datagram) else {
+                return;
+            };
             let _ = self.socket.send_to(self.datagram.bytes(), to);
         }
     }

@@ -1,17 +1,14 @@
 //! Sessions and the checks of received packets, without sockets and clock.
 
+use super::attached::Attached;
 use super::domain::Domain;
+use super::offers::Offers;
 use super::rate::RateLimit;
-use crate::peer::{Peer, bare_head};
+use crate::peer::bare_head;
 use crate::rejection::SharedCounters;
-use crate::replay::Freshness;
-use crate::setpoints;
-use crate::snapshot::{Snapshot, StateCounts};
-use crate::wire::{
-    Datagram, Head, Hello, Kind, Nonce, Received, Refused, Sealer, SessionKeys, Welcome, features, open,
-    session_of,
-};
-use crate::{Command, Counters, Error, Key, RefusedBecause, Rejection, Request};
+use crate::snapshot::Snapshot;
+use crate::wire::{Datagram, Hello, Kind, Nonce, Received, Refused, Sealer, Welcome, features, open};
+use crate::{Command, Counters, Error, Key, RefusedBecause, Rejection, Role};
 use std::net::SocketAddr;
 use std::sync::Arc;
 
@@ -51,23 +48,23 @@ impl Default for SessionSettings {
     }
 }
 
-/// Sessions offered at once: more Hello packets replace the oldest offer.
-const OFFERS: usize = 8;
+/// Clients that watch at once, at most.
+pub const WATCHERS: usize = 8;
 /// Most Hello packets answered per second.
 const HELLOS_PER_SECOND: u32 = 50;
 /// Commands above the mean rate at once, in parts of a second.
 const BURST: u32 = 10;
 
-/// All sessions of a host: at most one is active, some are offered.
+/// All sessions of a host: at most one commands, some watch, some are offered.
 pub struct Sessions {
     sealer: Sealer,
     domain: Domain,
     settings: SessionSettings,
     random: RandomSource,
     counters: Arc<SharedCounters>,
-    active: Option<Active>,
-    offers: [Option<Offer>; OFFERS],
-    next_offer: usize,
+    active: Option<Attached>,
+    watchers: Vec<Attached>,
+    offers: Offers,
     hellos: RateLimit,
     commands: RateLimit,
     generation: u64,
@@ -83,22 +80,6 @@ impl std::fmt::Debug for Sessions {
     }
 }
 
-#[derive(Debug, Clone)]
-struct Offer {
-    session: u64,
-    nonces: [Nonce; 2],
-    keys: SessionKeys,
-}
-
-#[derive(Debug)]
-struct Active {
-    offer: Offer,
-    peer: Peer,
-    address: SocketAddr,
-    heard: u64,
-    last_rejection: Option<Rejection>,
-}
-
 /// What happened to a received datagram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
@@ -108,6 +89,8 @@ pub enum Outcome {
     Offered,
     /// A command was taken.
     Commanded,
+    /// A client that watches goes on.
+    Watched,
     /// The session has ended.
     Ended,
 }
@@ -132,8 +115,8 @@ impl Sessions {
             random,
             counters: Arc::default(),
             active: None,
-            offers: [const { None }; OFFERS],
-            next_offer: 0,
+            watchers: Vec::with_capacity(WATCHERS),
+            offers: Offers::default(),
             hellos: RateLimit::new(HELLOS_PER_SECOND, HELLOS_PER_SECOND),
             commands: RateLimit::new(rate, rate / BURST),
             generation: 0,
@@ -150,10 +133,16 @@ impl Sessions {
         Arc::clone(&self.counters)
     }
 
-    /// The client of the active session.
+    /// The client that commands.
     #[must_use]
     pub fn client(&self) -> Option<SocketAddr> {
         self.active.as_ref().map(|active| active.address)
+    }
+
+    /// Number of clients that watch.
+    #[must_use]
+    pub fn watchers(&self) -> usize {
+        self.watchers.len()
     }
 
     /// Number of the active session since the start, from 1; 0 without one.
@@ -162,12 +151,11 @@ impl Sessions {
         if self.active.is_some() { self.generation } else { 0 }
     }
 
-    /// Ends the active session where nothing valid has come for too long. Times are those of one monotonic clock, ns.
+    /// Ends sessions in which nothing valid has come for too long. Times are those of one monotonic clock, ns.
     pub fn expire(&mut self, now: u64) {
         let expiry = self.settings.expiry_ns;
-        if self.active.as_ref().is_some_and(|active| now.saturating_sub(active.heard) > expiry) {
-            self.active = None;
-        }
+        self.active.take_if(|active| active.is_expired(now, expiry));
+        self.watchers.retain(|watcher| !watcher.is_expired(now, expiry));
     }
 
     /// Checks a datagram; a valid command is handed to `take`, which says whether there was room for it. A reply, if any, is
@@ -184,7 +172,7 @@ impl Sessions {
         self.expire(now);
         let result = open(datagram).and_then(|received| match received.kind {
             Kind::Hello => self.offer(&received, now, reply),
-            Kind::Command | Kind::Goodbye => self.command(&received, from, now, take),
+            Kind::Command | Kind::Goodbye | Kind::Watch => self.take(&received, from, now, take),
             Kind::Welcome | Kind::Refused | Kind::State => Err(Rejection::Kind),
         });
         match result {
@@ -214,42 +202,40 @@ impl Sessions {
         if !received.is_sealed_by(&self.sealer) {
             return Err(Rejection::Tag);
         }
-        if received.head.sequence != 0 || hello.padding != [0; 88] {
+        let role = Role::of(hello.role).ok_or(Rejection::Code)?;
+        if received.head.sequence != 0 || hello.padding != [0; 87] {
             return Err(Rejection::Code);
         }
         if !self.hellos.allow(now) {
             return Err(Rejection::Rate);
         }
         let client_nonce = hello.client_nonce;
-        if let Some(active) = &self.active {
-            if active.offer.nonces[0] == client_nonce {
-                return Err(Rejection::Replayed);
-            }
-            let because = RefusedBecause::SecondClient.number();
-            let refused = Refused { client_nonce, because, padding: [0; 7] };
-            reply.seal(bare_head(Kind::Refused, now), &self.sealer, |writer| refused.write(writer));
-            return Err(Rejection::SecondClient);
+        let attached = self.active.iter().chain(&self.watchers);
+        if attached.into_iter().any(|attached| attached.offer().nonces[0] == client_nonce) {
+            return Err(Rejection::Replayed);
         }
-        let known = self.offers.iter().flatten().find(|offer| offer.nonces[0] == client_nonce);
-        let host_nonce = match known {
-            Some(offer) => offer.nonces[1],
-            None => self.new_offer(client_nonce)?,
-        };
+        if let Err((because, rejection)) = self.has_room(role) {
+            let refused = Refused { client_nonce, because: because.number(), padding: [0; 7] };
+            reply.seal(bare_head(Kind::Refused, now), &self.sealer, |writer| refused.write(writer));
+            return Err(rejection);
+        }
+        let host_nonce = self.offers.offer(client_nonce, role, &self.sealer, &mut self.random)?;
         let welcome = self.welcome([client_nonce, host_nonce]);
         reply.seal(bare_head(Kind::Welcome, now), &self.sealer, |writer| welcome.write(writer));
         Ok(Outcome::Offered)
     }
 
-    fn new_offer(&mut self, client_nonce: Nonce) -> Result<Nonce, Rejection> {
-        let mut host_nonce = [0; 16];
-        if !(self.random)(&mut host_nonce) || session_of(&host_nonce) == 0 {
-            return Err(Rejection::Session);
+    /// Whether a session may begin, or how its client is told that it may not.
+    fn has_room(&self, role: Role) -> Result<(), (RefusedBecause, Rejection)> {
+        match role {
+            Role::Commands if self.active.is_some() => {
+                Err((RefusedBecause::SecondClient, Rejection::SecondClient))
+            }
+            Role::Watches if self.watchers.len() >= WATCHERS => {
+                Err((RefusedBecause::TooManyWatchers, Rejection::TooManyWatchers))
+            }
+            _ => Ok(()),
         }
-        let keys = SessionKeys::new(&self.sealer, &client_nonce, &host_nonce);
-        let nonces = [client_nonce, host_nonce];
-        self.offers[self.next_offer] = Some(Offer { session: session_of(&host_nonce), nonces, keys });
-        self.next_offer = (self.next_offer + 1) % OFFERS;
-        Ok(host_nonce)
     }
 
     fn welcome(&self, [client_nonce, host_nonce]: [Nonce; 2]) -> Welcome {
@@ -275,8 +261,8 @@ impl Sessions {
         }
     }
 
-    /// Takes a command or the end of a session; the first valid one of an offered session makes it the active one.
-    fn command(
+    /// Takes a packet of a session; the first valid one of an offered session begins it.
+    fn take(
         &mut self,
         received: &Received<'_>,
         from: SocketAddr,
@@ -284,53 +270,50 @@ impl Sessions {
         take: impl FnOnce(&Command, u64) -> bool,
     ) -> Result<Outcome, Rejection> {
         let session = received.head.session;
-        if self.active.as_ref().is_none_or(|active| active.offer.session != session) {
-            self.activate(received, from, now)?;
-        } else if !self.active.as_ref().is_some_and(|active| received.is_sealed_by(&active.offer.keys.client))
-        {
+        if !self.active.iter().chain(&self.watchers).any(|attached| attached.offer().session == session) {
+            self.begin(received, from, now)?;
+        }
+        let Self { active, watchers, domain, commands, generation, .. } = self;
+        let mut attached = active.iter_mut().chain(watchers);
+        let attached = attached.find(|attached| attached.offer().session == session);
+        let attached = attached.ok_or(Rejection::Session)?;
+        if !received.is_sealed_by(&attached.offer().keys.client) {
             return Err(Rejection::Tag);
         }
-        let Self { active: Some(active), domain, commands, generation, .. } = self else {
-            return Err(Rejection::Session);
-        };
-        let freshness = active.peer.judge(&received.head)?;
-        let result = match received.kind {
-            Kind::Goodbye if received.body().is_empty() => Ok(Outcome::Ended),
-            Kind::Goodbye => Err(Rejection::Length),
-            _ => {
-                active.take(received, freshness, domain, commands, now, |command| take(command, *generation))
-            }
-        };
-        // An authentic packet counts as arrived whatever its content.
-        active.peer.record(&received.head, now);
-        (active.heard, active.address) = (now, from);
-        match result {
-            Ok(Outcome::Ended) => self.active = None,
-            Ok(_) => {}
-            Err(reason) => active.last_rejection = Some(reason),
+        let take = |command: &Command| take(command, *generation);
+        let outcome = attached.receive(received, (from, now), domain, commands, take)?;
+        if outcome == Outcome::Ended {
+            self.active.take_if(|active| active.offer().session == session);
+            self.watchers.retain(|watcher| watcher.offer().session != session);
         }
-        result
+        Ok(outcome)
     }
 
-    fn activate(&mut self, received: &Received<'_>, from: SocketAddr, now: u64) -> Result<(), Rejection> {
-        let session = received.head.session;
-        let offer = self.offers.iter_mut().find(|o| o.as_ref().is_some_and(|o| o.session == session));
-        let offered = offer.as_ref().and_then(|offer| offer.as_ref()).ok_or(Rejection::Session)?;
+    fn begin(&mut self, received: &Received<'_>, from: SocketAddr, now: u64) -> Result<(), Rejection> {
+        let place = self.offers.of(received.head.session).ok_or(Rejection::Session)?;
+        let offered = place.as_ref().ok_or(Rejection::Session)?;
         if !received.is_sealed_by(&offered.keys.client) {
             return Err(Rejection::Tag);
         }
-        if self.active.is_some() {
-            return Err(Rejection::SecondClient);
+        let role = offered.role;
+        let other = if role == Role::Commands { Kind::Watch } else { Kind::Command };
+        if received.kind == other {
+            return Err(Rejection::Role);
         }
-        let Some(offer) = offer.and_then(Option::take) else { return Err(Rejection::Session) };
-        self.generation += 1;
-        self.active =
-            Some(Active { offer, peer: Peer::default(), address: from, heard: now, last_rejection: None });
+        self.has_room(role).map_err(|(_, rejection)| rejection)?;
+        let place = self.offers.of(received.head.session);
+        let attached = place.and_then(Option::take).map(|offer| Attached::new(offer, from, now));
+        if role == Role::Watches {
+            self.watchers.extend(attached);
+        } else {
+            self.generation += 1;
+            self.active = attached;
+        }
         Ok(())
     }
 
-    /// Seals one part of a state for the active client: `part` is where it begins, [0, 0] at first, and becomes where the next
-    /// one begins, none after the last. None without a client.
+    /// Seals one part of a state for the client that commands: `part` is where it begins, [0, 0] at first, and becomes where the
+    /// next one begins, none after the last. None without a client.
     pub fn state(
         &mut self,
         snapshot: &Snapshot,
@@ -338,43 +321,20 @@ impl Sessions {
         now: u64,
         datagram: &mut Datagram,
     ) -> Option<SocketAddr> {
-        let from = part.take()?;
-        let active = self.active.as_mut()?;
-        let counts = StateCounts {
-            accepted: active.peer.accepted(),
-            lost: active.peer.lost(),
-            rejected: self.counters.read().all_rejected(),
-            last_rejection: active.last_rejection,
-        };
-        let head: Head = active.peer.next_head(Kind::State, active.offer.session, now);
-        datagram.seal(head, &active.offer.keys.host, |writer| {
-            *part = snapshot.write(from, &counts, writer)?;
-            Some(())
-        });
-        Some(active.address)
+        let rejected = self.counters.read().all_rejected();
+        self.active.as_mut()?.state(snapshot, part, (rejected, now), datagram)
     }
-}
 
-impl Active {
-    /// Reads, checks and hands over a command.
-    fn take(
-        &self,
-        received: &Received<'_>,
-        freshness: Freshness,
-        domain: &Domain,
-        rate: &mut RateLimit,
+    /// The same for one of the clients that watch, by its index below [`watchers`](Self::watchers).
+    pub fn state_for_watcher(
+        &mut self,
+        watcher: usize,
+        snapshot: &Snapshot,
+        part: &mut Option<[usize; 2]>,
         now: u64,
-        take: impl FnOnce(&Command) -> bool,
-    ) -> Result<Outcome, Rejection> {
-        if !rate.allow(now) {
-            return Err(Rejection::Rate);
-        }
-        let mut command = setpoints::read(&mut received.body())?;
-        domain.check(&command)?;
-        // A request that was overtaken by a newer one has no effect; its points have their own time stamps.
-        if freshness == Freshness::Late {
-            command.request = Request::None;
-        }
-        if take(&command) { Ok(Outcome::Commanded) } else { Err(Rejection::QueueFull) }
+        datagram: &mut Datagram,
+    ) -> Option<SocketAddr> {
+        let rejected = self.counters.read().all_rejected();
+        self.watchers.get_mut(watcher)?.state(snapshot, part, (rejected, now), datagram)
     }
 }

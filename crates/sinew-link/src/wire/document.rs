@@ -5,7 +5,7 @@ use super::packets::{
     CommandHead, Head, Hello, JointState, Kind, MuscleState, PointHead, Refused, StateHead, Welcome,
 };
 use super::table::{Code, Field};
-use crate::{Mode, RefusedBecause, Rejection, Request, SetpointKind};
+use crate::{Mode, RefusedBecause, Rejection, Request, Role, SetpointKind};
 use std::fmt::Write;
 
 /// A part of a datagram with its fields.
@@ -31,7 +31,7 @@ pub fn sections() -> [Section; 10] {
         section("5 State", StateHead::FIELDS),
         section("5 State, every joint", JointState::FIELDS),
         section("5 State, every muscle, after the joints", MuscleState::FIELDS),
-        section("6 Goodbye has no body. Tag, at the end of every datagram", TAG),
+        section("6 Goodbye and 7 Watch have no body. Tag, at the end of every datagram", TAG),
     ]
 }
 
@@ -61,6 +61,7 @@ pub fn tables() -> String {
         text.push('\n');
     }
     let lists = [
+        ("role", Role::codes()),
         ("kind", Kind::ALL.map(Kind::code).to_vec()),
         ("mode", Mode::codes()),
         ("request", Request::codes()),

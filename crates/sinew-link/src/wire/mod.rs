@@ -8,7 +8,7 @@
 //! one by the key of their session and direction:
 //!
 //! ```text
-//! HMAC-SHA256(key, "sinew-link 1 client" | client_nonce | host_nonce)      Command, Goodbye
+//! HMAC-SHA256(key, "sinew-link 1 client" | client_nonce | host_nonce)      Command, Watch, Goodbye
 //! HMAC-SHA256(key, "sinew-link 1 host"   | client_nonce | host_nonce)      State
 //! ```
 //!

@@ -22,12 +22,13 @@ packet! {
     /// A client asks for a session. As long as Welcome, so that no answer is longer than its question.
     Hello {
         client_nonce: [u8; 16], "1", "Random, new for every session.";
-        padding: [u8; 88], "1", "Zeros.";
+        role: u8, "1", "0: to command, 1: to watch.";
+        padding: [u8; 87], "1", "Zeros.";
     }
 }
 
 packet! {
-    /// The host offers a session; it begins with the first valid command in it.
+    /// The host offers a session; it begins with the first valid Command in it, one that watches with the first Watch.
     Welcome {
         client_nonce: [u8; 16], "1", "That of the Hello.";
         host_nonce: [u8; 16], "1", "Random, new for every session.";
@@ -46,7 +47,7 @@ packet! {
     /// The host has no session for this client.
     Refused {
         client_nonce: [u8; 16], "1", "That of the Hello.";
-        because: u8, "1", "1: another client has the session.";
+        because: u8, "1", "1: another client has the session, 2: eight watch already.";
         padding: [u8; 7], "1", "Zeros.";
     }
 }
@@ -146,12 +147,14 @@ pub enum Kind {
     State = 5,
     /// Client to host: the session ends. No body.
     Goodbye = 6,
+    /// Client to host, of a session that watches: a sign of life. No body.
+    Watch = 7,
 }
 
 impl Kind {
     /// All kinds, in the order of their numbers.
-    pub const ALL: [Self; 6] =
-        [Self::Hello, Self::Welcome, Self::Refused, Self::Command, Self::State, Self::Goodbye];
+    pub const ALL: [Self; 7] =
+        [Self::Hello, Self::Welcome, Self::Refused, Self::Command, Self::State, Self::Goodbye, Self::Watch];
 
     /// The kind of a number.
     #[must_use]
@@ -162,7 +165,7 @@ impl Kind {
     pub(crate) fn code(self) -> Code {
         Code {
             number: self as u8,
-            name: ["Hello", "Welcome", "Refused", "Command", "State", "Goodbye"][self as usize - 1],
+            name: ["Hello", "Welcome", "Refused", "Command", "State", "Goodbye", "Watch"][self as usize - 1],
         }
     }
 }

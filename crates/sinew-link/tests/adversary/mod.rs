@@ -2,7 +2,7 @@
 //! beforehand for which reason it has to be rejected.
 
 use sinew_link::client::{ClientSession, Greeting};
-use sinew_link::host::{Domain, Outcome, SessionSettings, Sessions};
+use sinew_link::host::{Domain, Outcome, SessionSettings, Sessions, WATCHERS};
 use sinew_link::wire::{Datagram, Head, Nonce, Sealer, SessionKeys, TAG_SIZE};
 use sinew_link::{Command, Counters, Key, Rejection, Request, SetpointKind, Setpoints};
 use std::collections::VecDeque;
@@ -56,6 +56,8 @@ const LENGTH_AT: usize = 6;
 const SESSION_AT: usize = 8;
 const SEQUENCE_AT: usize = 16;
 const TIME_AT: usize = 32;
+/// Number of the kind of packet.
+const WATCH: u8 = 7;
 const REQUEST_AT: usize = Head::SIZE;
 const VALUES_AT: usize = Head::SIZE + 2;
 const POINTS_AT: usize = Head::SIZE + 4;
@@ -90,6 +92,8 @@ struct Scene {
     nonce: u64,
     /// A second session that was offered before the first became active.
     other: ClientSession,
+    /// A session that watches, and when it was heard last.
+    watcher: Option<(ClientSession, u64)>,
 }
 
 fn address(port: u16) -> SocketAddr {
@@ -155,6 +159,7 @@ pub(crate) fn play(choices: &mut impl Choices) -> Played {
         heard: 1_000_000_000,
         nonce: 2,
         other,
+        watcher: None,
     };
     scene.honest();
     while let Some(choice) = choices.next() {
@@ -176,7 +181,7 @@ impl Scene {
         if self.now - self.heard > EXPIRY / 2 {
             self.honest();
         }
-        match choice % 24 {
+        match choice % 26 {
             0 => self.noise(detail),
             1 => self.truncated(detail),
             2 => self.flipped(detail),
@@ -189,11 +194,14 @@ impl Scene {
             9 => self.backwards(),
             10 => self.forged(Rejection::Version, |d| d[VERSION_AT] = d[VERSION_AT].wrapping_add(1)),
             11 => self.forged(Rejection::Magic, |d| d[(detail % 4) as usize] ^= 1 << (detail >> 2 & 7)),
-            12 => self.forged(Rejection::Kind, |d| d[KIND_AT] = [0, 2, 3, 5, 7, 255][(detail % 6) as usize]),
+            12 => self.forged(Rejection::Kind, |d| d[KIND_AT] = [0, 2, 3, 5, 8, 255][(detail % 6) as usize]),
             13 => self.forged(Rejection::Length, |d| d[LENGTH_AT] ^= 1 << (detail & 7)),
             14 => self.malformed(detail),
             15 => self.out_of_domain(detail),
             16 => self.queue_full(),
+            17 => self.forged_content(Rejection::Role, |d| d[KIND_AT] = WATCH),
+            18 => self.watched(detail),
+            19 if detail.is_multiple_of(8) => self.crowded(),
             _ => self.honest(),
         }
     }
@@ -345,6 +353,62 @@ impl Scene {
         self.receive(&bytes, 4000, Some(Rejection::SecondClient));
         assert!(greeting.answer(self.reply.bytes()).expect("an answer").is_err(), "the client is told");
         self.honest();
+    }
+
+    /// A client that watches: its signs of life are accepted, its commands are not.
+    fn watched(&mut self, detail: u64) {
+        let known = self.watcher.take().filter(|(_, heard)| self.now - heard <= EXPIRY);
+        let known = known.map(|(watcher, _)| watcher);
+        let Some(mut watcher) = known.or_else(|| self.begin_watching()) else { return };
+        let forbidden = detail & 1 == 1;
+        let bytes = match forbidden {
+            true => watcher.command(&honest(0), self.now, &mut self.own),
+            false => watcher.watch(self.now, &mut self.own),
+        };
+        let bytes = bytes.to_vec();
+        let outcome = self.host.receive(&bytes, address(5000), self.now, &mut self.reply, |_, _| {
+            panic!("a client that watches commands the machine")
+        });
+        if forbidden {
+            self.expected[Rejection::Role as usize] += 1;
+            assert_eq!(outcome, Outcome::Rejected(Rejection::Role));
+        } else {
+            self.expected_accepted += 1;
+            assert_eq!(outcome, Outcome::Watched);
+        }
+        self.watcher = Some((watcher, self.now));
+    }
+
+    /// More clients than may watch.
+    fn crowded(&mut self) {
+        while self.begin_watching().is_some() {}
+    }
+
+    /// A new session that watches; none where as many do as may.
+    fn begin_watching(&mut self) -> Option<ClientSession> {
+        self.nonce += 1;
+        let mut nonce = [0; 16];
+        nonce[..8].copy_from_slice(&self.nonce.to_le_bytes());
+        // Hellos have a rate of their own: 50 per second.
+        self.now += 20_000_000;
+        let greeting = Greeting::new(&Key::new([7; 32]), nonce).watching();
+        let bytes = greeting.hello(self.now, &mut self.own).to_vec();
+        self.host.expire(self.now);
+        let full = self.host.watchers() == WATCHERS;
+        let outcome = self.host.receive(&bytes, address(5000), self.now, &mut self.reply, |_, _| true);
+        if full {
+            self.expected[Rejection::TooManyWatchers as usize] += 1;
+            assert_eq!(outcome, Outcome::Rejected(Rejection::TooManyWatchers));
+            return None;
+        }
+        assert_eq!(outcome, Outcome::Offered);
+        let mut watcher = greeting.answer(self.reply.bytes()).expect("a Welcome").expect("a session");
+        let bytes = watcher.watch(self.now, &mut self.own).to_vec();
+        let outcome = self.host.receive(&bytes, address(5000), self.now, &mut self.reply, |_, _| true);
+        assert_eq!(outcome, Outcome::Watched);
+        self.expected_accepted += 2;
+        self.honest();
+        Some(watcher)
     }
 
     fn backwards(&mut self) {

@@ -73,6 +73,11 @@ fn packets() -> Vec<(&'static str, Vec<u8>)> {
     host.receive(&other, client, 6000, &mut reply, |_, _| true);
     let refused = reply.bytes().to_vec();
     let goodbye = session.goodbye(6000, &mut datagram).to_vec();
+    let watching = Greeting::new(&key, [2; 16]).watching();
+    let watcher_hello = watching.hello(7000, &mut datagram).to_vec();
+    host.receive(&watcher_hello, client, 8000, &mut reply, |_, _| true);
+    let mut watcher = watching.answer(reply.bytes()).unwrap().unwrap();
+    let watch = watcher.watch(9000, &mut datagram).to_vec();
     vec![
         ("1_hello", hello),
         ("2_welcome", welcome),
@@ -80,5 +85,7 @@ fn packets() -> Vec<(&'static str, Vec<u8>)> {
         ("4_command", command),
         ("5_state", state),
         ("6_goodbye", goodbye),
+        ("7_watch", watch),
+        ("7_watch_hello", watcher_hello),
     ]
 }

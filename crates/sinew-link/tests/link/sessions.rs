@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 use sinew_link::client::{Arrived, ClientSession, Greeting};
-use sinew_link::host::{Domain, Outcome, SessionSettings, Sessions};
+use sinew_link::host::{Domain, Outcome, SessionSettings, Sessions, WATCHERS};
 use sinew_link::wire::{Datagram, MAX_DATAGRAM, Nonce};
-use sinew_link::{Command, Key, Rejection, Request, Snapshot};
+use sinew_link::{Command, Key, RefusedBecause, Rejection, Request, Snapshot};
 use std::net::SocketAddr;
 
 const MS: u64 = 1_000_000;
@@ -81,6 +81,48 @@ fn a_goodbye_frees_the_session_at_once() {
     assert_eq!(send(&mut host, &goodbye, MS), Outcome::Ended);
     assert_eq!(host.generation(), 0);
     begin(&mut host, 2, 2 * MS);
+}
+
+#[test]
+fn several_clients_watch_beside_the_one_that_commands() {
+    let mut host = host(0, 1, 2);
+    let [mut datagram, mut reply] = [Datagram::default(), Datagram::default()];
+    let mut commanding = begin(&mut host, 1, 0);
+    assert_eq!(send(&mut host, &command(&mut commanding, 0), 0), Outcome::Commanded);
+    let mut watchers = Vec::new();
+    for k in 0..=WATCHERS as u8 {
+        let greeting = Greeting::new(&Key::none(), [10 + k; 16]).watching();
+        let hello = greeting.hello(0, &mut datagram).to_vec();
+        let outcome = host.receive(&hello, address(1), 0, &mut reply, |_, _| true);
+        if k == WATCHERS as u8 {
+            assert_eq!(outcome, Outcome::Rejected(Rejection::TooManyWatchers));
+            assert_eq!(greeting.answer(reply.bytes()).unwrap().err(), Some(RefusedBecause::TooManyWatchers));
+            break;
+        }
+        let mut watcher = greeting.answer(reply.bytes()).unwrap().unwrap();
+        if k == 0 {
+            let forbidden = command(&mut watcher, 0);
+            assert_eq!(send(&mut host, &forbidden, 0), Outcome::Rejected(Rejection::Role));
+        }
+        let watch = watcher.watch(0, &mut datagram).to_vec();
+        assert_eq!(send(&mut host, &watch, 0), Outcome::Watched);
+        watchers.push(watcher);
+    }
+    assert_eq!((host.watchers(), host.generation()), (WATCHERS, 1));
+    let mut snapshot = Snapshot::new(1, 2);
+    snapshot.cycle = 7;
+    for (k, watcher) in watchers.iter_mut().enumerate() {
+        host.state_for_watcher(k, &snapshot, &mut Some([0, 0]), 0, &mut datagram).unwrap();
+        assert_eq!(watcher.receive(datagram.bytes(), 0), Ok(Arrived::Complete));
+        assert_eq!(watcher.state().cycle, 7);
+    }
+    let watch = watchers[0].watch(400 * MS, &mut datagram).to_vec();
+    assert_eq!(send(&mut host, &watch, 400 * MS), Outcome::Watched);
+    host.expire(501 * MS);
+    assert_eq!((host.watchers(), host.generation()), (1, 0), "silent sessions end");
+    let goodbye = watchers[0].goodbye(502 * MS, &mut datagram).to_vec();
+    assert_eq!(send(&mut host, &goodbye, 502 * MS), Outcome::Ended);
+    assert_eq!(host.watchers(), 0);
 }
 
 #[test]

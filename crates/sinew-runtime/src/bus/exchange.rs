@@ -1,6 +1,7 @@
 use sinew::control::arm::ArmMeasurement;
 use sinew::control::supervisor::ExchangeStatus;
 use sinew::drive::DriveCommand;
+use sinew::twin::arm::ExchangeFailure;
 
 /// Drives and sensors of a machine: a cycle reads once and then writes once.
 pub trait Bus {
@@ -65,7 +66,7 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// As the supervisor takes it, of a cycle that began in time.
+    /// As the supervisor takes it, of a cycle that began in time but for what a simulation says.
     #[must_use]
     pub fn status(&self) -> ExchangeStatus {
         let received = !matches!(self.fault, Some(BusFault::Lost | BusFault::WorkingCounter { .. }));
@@ -75,7 +76,16 @@ impl Exchange {
             }
             _ => None,
         };
-        ExchangeStatus { received, drive, ..ExchangeStatus::default() }
+        let complete = ExchangeStatus { received, drive, ..ExchangeStatus::default() };
+        match self.fault {
+            Some(BusFault::Late { by_ns }) => {
+                ExchangeStatus { lateness: f64::from(by_ns) * 1e-9, ..complete }
+            }
+            Some(BusFault::Stale { age_us }) => {
+                ExchangeStatus { command_age: Some(f64::from(age_us) * 1e-6), ..complete }
+            }
+            _ => complete,
+        }
     }
 }
 
@@ -107,7 +117,37 @@ pub enum BusFault {
         /// Its error code, as in object 0x603F.
         code: u16,
     },
+    /// Of a simulation: the cycle counts as begun this late.
+    Late {
+        /// ns.
+        by_ns: u32,
+    },
+    /// Of a simulation: the last command counts as this old.
+    Stale {
+        /// us.
+        age_us: u32,
+    },
 }
+
+impl BusFault {
+    /// The fault of a simulated exchange, by what was injected; `stale_for` are the cycles of a `period`, s, for which no command
+    /// has come, and are counted on.
+    pub(crate) fn injected(
+        failure: Option<ExchangeFailure>,
+        stale_for: &mut u32,
+        period: f64,
+    ) -> Option<Self> {
+        *stale_for = if failure == Some(ExchangeFailure::Stale) { stale_for.saturating_add(1) } else { 0 };
+        Some(match failure? {
+            ExchangeFailure::Lost => Self::Lost,
+            ExchangeFailure::Late => Self::Late { by_ns: (LATE_SHARE * period * 1e9) as u32 },
+            ExchangeFailure::Stale => Self::Stale { age_us: (f64::from(*stale_for) * period * 1e6) as u32 },
+        })
+    }
+}
+
+/// Lateness of a cycle that is late by injection, periods.
+const LATE_SHARE: f64 = 0.5;
 
 /// Exchanges of a run by their outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -122,6 +162,8 @@ pub struct BusStatistics {
     pub not_operational: u64,
     /// In which a drive reported a fault.
     pub drive: u64,
+    /// Of a simulation: that counted as late, or without a new command.
+    pub untimely: u64,
     /// The first fault, and the cycle in which it was.
     pub first: Option<(u64, BusFault)>,
 }
@@ -135,6 +177,7 @@ impl BusStatistics {
                 BusFault::WorkingCounter { .. } => &mut self.working_counter,
                 BusFault::NotOperational { .. } => &mut self.not_operational,
                 BusFault::Drive { .. } => &mut self.drive,
+                BusFault::Late { .. } | BusFault::Stale { .. } => &mut self.untimely,
             } += 1;
             self.first = self.first.or(Some((self.exchanges, fault)));
         }

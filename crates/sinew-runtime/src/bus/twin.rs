@@ -1,6 +1,6 @@
 use super::exchange::{Bus, BusFault, ClockReport, Exchange, Feedback};
 use sinew::drive::DriveCommand;
-use sinew::twin::arm::{ArmTwin, ExchangeFailure};
+use sinew::twin::arm::ArmTwin;
 
 /// Time without commands after which the drives stop by themselves, s.
 const WATCHDOG: f64 = 0.02;
@@ -36,6 +36,8 @@ pub struct TwinBus {
     lost_for: f64,
     /// Whether the present exchange is lost.
     lost: bool,
+    /// Cycles for which no command has come, by injection.
+    stale_for: u32,
     started: bool,
     failed: bool,
 }
@@ -45,7 +47,16 @@ impl TwinBus {
     #[must_use]
     pub fn new(arm: ArmTwin, period: f64) -> Self {
         let commands = vec![DriveCommand::Velocity(0.0); arm.specimen().drives.len()];
-        Self { arm, period, commands, lost_for: 0.0, lost: false, started: false, failed: false }
+        Self {
+            arm,
+            period,
+            commands,
+            lost_for: 0.0,
+            lost: false,
+            stale_for: 0,
+            started: false,
+            failed: false,
+        }
     }
 }
 
@@ -76,7 +87,8 @@ impl SimulatedBus for TwinBus {
 impl Bus for TwinBus {
     fn read(&mut self, feedback: &mut Feedback) -> Exchange {
         // What is lost is the exchange of the whole cycle: its reading, and its writing.
-        self.lost = self.arm.exchange_failure() == Some(ExchangeFailure::Lost);
+        let fault = BusFault::injected(self.arm.exchange_failure(), &mut self.stale_for, self.period);
+        self.lost = fault == Some(BusFault::Lost);
         self.lost_for = if self.lost { self.lost_for + self.period } else { 0.0 };
         if self.lost_for > WATCHDOG {
             self.commands.fill(DriveCommand::Velocity(0.0));
@@ -85,13 +97,13 @@ impl Bus for TwinBus {
         self.started = true;
         if self.lost {
             feedback.clear();
-            return Exchange { fault: Some(BusFault::Lost) };
+            return Exchange { fault };
         }
         let reading = self.arm.reading();
         feedback.motor.copy_from_slice(&reading.motor);
         feedback.tension.copy_from_slice(&reading.tension);
         feedback.joint.copy_from_slice(&reading.joint);
-        Exchange::default()
+        Exchange { fault }
     }
 
     fn write(&mut self, commands: &[DriveCommand]) {

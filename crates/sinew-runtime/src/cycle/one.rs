@@ -164,6 +164,14 @@ impl<'a, B: Bus> Cycle<'a, B> {
         }
     }
 
+    /// The same, to be supplied with recorded inputs.
+    pub fn link_mut(&mut self) -> Option<&mut LinkedMotion> {
+        match &mut self.motion {
+            Motion::Schedule(_) => None,
+            Motion::Linked(motion) => Some(motion),
+        }
+    }
+
     /// Of the next cycle, since the first, ns.
     fn machine_time(&self) -> u64 {
         (self.count as f64 * self.period * 1e9).round() as u64
@@ -192,7 +200,12 @@ impl<'a, B: Bus> Cycle<'a, B> {
             }
         };
         let lateness = if self.waits { 0.0 } else { woken.saturating_sub(deadline) as f64 * 1e-9 };
-        let status = ExchangeStatus { lateness, command_age: self.command_age, ..exchange.status() };
+        let simulated = exchange.status();
+        let status = ExchangeStatus {
+            lateness: lateness.max(simulated.lateness),
+            command_age: self.command_age.or(simulated.command_age),
+            ..simulated
+        };
         let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
         let command =
             supervisor.step(self.period, &feedback.measurement(), &reference, self.request, &status)?;

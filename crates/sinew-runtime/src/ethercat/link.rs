@@ -1,3 +1,4 @@
+use crate::bus::BusFault;
 use std::io;
 
 /// What carries Ethernet frames to the devices and back.
@@ -25,4 +26,9 @@ pub trait Link {
 
     /// A cycle begins: where time is virtual, the rest of the last one's period, ns, passes.
     fn begin_cycle(&mut self, period: u64);
+
+    /// Of a simulated machine: what is wrong by injection in the cycle that has begun; of a lost exchange no frame comes back.
+    fn injected(&self) -> Option<BusFault> {
+        None
+    }
 }

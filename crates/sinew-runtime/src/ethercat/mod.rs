@@ -13,6 +13,7 @@ mod bring_up;
 mod cia402;
 mod clocks;
 mod drive;
+mod emergency;
 mod error;
 mod found;
 mod image;

@@ -262,7 +262,7 @@ impl<L: Link> Bus for EthercatBus<'_, L> {
         self.begin = self.pump.link_mut().now();
         let deadline = self.deadline(READ_SHARE);
         let fault = match self.pump.complete_by(deadline, self.data.read(&self.main)) {
-            Some(Ok(())) => self.take_over(feedback).or(self.written),
+            Some(Ok(())) => self.take_over(feedback).or(self.written).or(self.pump.link().injected()),
             Some(Err(Error::WorkingCounter { expected, received })) => {
                 // Some device did not take part, and the counter does not say which.
                 feedback.clear();

@@ -1,5 +1,6 @@
 //! Runs ethercrab's futures to their end in the calling thread.
 
+use super::emergency;
 use super::link::Link;
 use super::time;
 use core::future::Future;
@@ -109,8 +110,11 @@ impl<'a, L: Link> Pump<'a, L> {
             match link.receive(buffer) {
                 Ok(Some(length)) => {
                     received = true;
-                    // A frame that came too late belongs to no future any more: ethercrab calls that an error.
-                    let _ = rx.receive_frame(&buffer[..length.min(MAX_FRAME)]);
+                    let frame = &buffer[..length.min(MAX_FRAME)];
+                    if !emergency::is_in(frame) {
+                        // A frame that came too late belongs to no future any more: ethercrab calls that an error.
+                        let _ = rx.receive_frame(frame);
+                    }
                 }
                 Ok(None) => break,
                 Err(reason) => {

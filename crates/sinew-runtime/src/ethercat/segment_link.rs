@@ -3,7 +3,7 @@
 use super::link::Link;
 use super::pump::MAX_FRAME;
 use super::simulated_machine::SimulatedMachine;
-use crate::bus::{ClockReport, SimulatedBus};
+use crate::bus::{BusFault, ClockReport, SimulatedBus};
 use crate::ethercat::EthercatBus;
 use sinew::twin::arm::ArmTwin;
 use sinew_segment::{Passed, Segment};
@@ -24,6 +24,9 @@ pub struct SegmentLink {
     /// When the cycle began, and when the next one is to begin where that was said, ns.
     begin: u64,
     next: Option<u64>,
+    /// What is wrong with the exchange by injection, and cycles for which no command has come.
+    injected: Option<BusFault>,
+    stale_for: u32,
 }
 
 /// Frames under way, at most; more are lost.
@@ -38,7 +41,7 @@ impl SegmentLink {
     #[must_use]
     pub fn new(segment: Segment, machine: SimulatedMachine) -> Self {
         let under_way = vec![(0, 0, [0; MAX_FRAME]); CAPACITY];
-        Self { segment, machine, under_way, count: 0, begin: 0, next: None }
+        Self { segment, machine, under_way, count: 0, begin: 0, next: None, injected: None, stale_for: 0 }
     }
 
     /// The devices.
@@ -65,6 +68,9 @@ impl Link for SegmentLink {
     }
 
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        if self.injected == Some(BusFault::Lost) {
+            return Ok(());
+        }
         let Some((due, length, buffer)) = self.under_way.get_mut(self.count) else { return Ok(()) };
         let Some(copy) = buffer.get_mut(..frame.len()) else {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "a frame above 1514 octets"));
@@ -104,10 +110,16 @@ impl Link for SegmentLink {
         let now = self.segment.now();
         self.begin = self.next.take().unwrap_or(self.begin + period).max(now);
         let left = self.begin - now;
+        let failure = self.machine.arm().exchange_failure();
+        self.injected = BusFault::injected(failure, &mut self.stale_for, period as f64 * 1e-9);
         // The firmware takes over the outputs, the machine moves, the firmware shows the measurements.
         self.segment.advance(left.saturating_sub(SHOWING));
         self.machine.advance(&mut self.segment, period);
         self.segment.advance(left.min(SHOWING));
+    }
+
+    fn injected(&self) -> Option<BusFault> {
+        self.injected
     }
 }
 

@@ -10,6 +10,9 @@
 mod domain;
 mod motion;
 mod observed;
+mod source;
+mod tape;
 
 pub use domain::domain;
 pub use motion::{LinkCounts, LinkedMotion};
+pub use tape::{LinkInput, Tape, TapeReader};

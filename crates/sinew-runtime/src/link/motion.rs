@@ -1,4 +1,6 @@
 use super::observed;
+use super::source::Source;
+use super::tape::{LinkInput, Tape};
 use crate::Error;
 use crate::bus::Feedback;
 use sinew::control::stretch::PREVIEW_HORIZON;
@@ -8,9 +10,10 @@ use sinew::trajectory::online::{
     EndPointStep, JointLimits, Limited, MuscleLengthStep, Setpoint, SetpointFollower,
 };
 use sinew::trajectory::{Moment, Reference};
-use sinew_link::host::{Port, Session, SessionSettings};
+use sinew_link::host::{Port, SessionSettings};
 use sinew_link::wire::{MAX_VALUES, flags};
 use sinew_link::{Command, Counters, Playout, Pushed, SetpointKind, Snapshot};
+use std::collections::VecDeque;
 use std::time::Duration;
 
 /// Requests and references from a link, in place of a schedule.
@@ -19,9 +22,10 @@ use std::time::Duration;
 /// is taken once the machine's time is where the one before let it go, so that results do not depend on when packets arrive.
 #[derive(Debug)]
 pub struct LinkedMotion {
-    port: Port,
+    source: Source,
+    /// What is taken goes here as well.
+    tape: Option<Tape>,
     settings: SessionSettings,
-    session: Option<Session>,
     playout: Playout,
     follower: SetpointFollower,
     lengths: MuscleLengthStep,
@@ -79,6 +83,35 @@ impl LinkedMotion {
         pose: &[f64],
         end: Option<u64>,
     ) -> Result<Self, Error> {
+        Self::of(Source::Server(port, None), settings, machine, limits, (pose, end))
+    }
+
+    /// The same over inputs that were recorded, see [`supply`](Self::supply), from the first cycle on and without an end.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn replayed(
+        settings: SessionSettings,
+        machine: &Machine,
+        limits: JointLimits,
+        pose: &[f64],
+    ) -> Result<Self, Error> {
+        Self::of(Source::Recording(VecDeque::new()), settings, machine, limits, (pose, None))
+    }
+
+    /// The same with everything that is taken from the link on a tape.
+    #[must_use]
+    pub fn with_tape(self, tape: Tape) -> Self {
+        Self { tape: Some(tape), ..self }
+    }
+
+    fn of(
+        source: Source,
+        settings: SessionSettings,
+        machine: &Machine,
+        limits: JointLimits,
+        (pose, end): (&[f64], Option<u64>),
+    ) -> Result<Self, Error> {
         let point = match machine.task {
             Task::EndPoint { site, axes } => Some((site, axes, &machine.redundancy)),
             Task::Joints => None,
@@ -94,8 +127,8 @@ impl LinkedMotion {
             (joint.position, joint.reference) = (*q, *q);
         }
         Ok(Self {
-            port,
-            session: None,
+            source,
+            tape: None,
             playout: Playout::new(MAX_VALUES, POINTS, settings.playout_delay_ns, BRAKE),
             settings,
             follower,
@@ -146,61 +179,81 @@ impl LinkedMotion {
     #[must_use]
     pub fn counts(&self) -> LinkCounts {
         LinkCounts {
-            packets: self.port.counters(),
+            packets: self.source.counters(),
             late_points: self.late,
-            dropped_states: self.port.dropped_states(),
+            dropped_states: self.source.dropped_states(),
         }
     }
 
     /// Lock-step: whether the cycle of a time, ns, may begin; where not, waits a while for the client, with system calls.
     pub fn wait(&mut self, now: u64) -> bool {
-        if !self.settings.lock_step {
+        if !self.settings.lock_step || matches!(self.source, Source::Recording(_)) {
             return true;
         }
-        self.follow_session();
+        self.follow_session(now);
         if self.advance_to < now
-            && let Some(command) = self.port.next_command()
+            && let Some(command) = self.source.next_command()
         {
-            self.take(&command, now);
+            self.take(LinkInput { at_ns: now, command: Some(command) });
         }
-        if self.advance_to >= now && self.session.is_some() {
+        if self.advance_to >= now && self.source.has_session() {
             return true;
         }
         self.answer();
-        self.port.wait(WAIT);
+        self.source.wait(WAIT);
         false
     }
 
     /// Hands the newest state to the server.
     fn answer(&mut self) {
         self.snapshot.flags |= flags::WAITING;
-        self.port.publish(&self.snapshot);
+        self.source.publish(&self.snapshot);
     }
 
-    /// A new client and one that has gone leave the machine in hold.
-    fn follow_session(&mut self) {
-        let session = self.port.session();
-        if session != self.session {
-            self.session = session;
-            self.request = Request::Hold;
-            self.kind = SetpointKind::None;
-            self.advance_to = 0;
+    /// Adds what was taken in a recorded run, in its order, before the cycle that took it.
+    pub fn supply(&mut self, input: LinkInput) {
+        if let Source::Recording(inputs) = &mut self.source {
+            inputs.push_back(input);
+        }
+    }
+
+    fn follow_session(&mut self, now: u64) {
+        if self.source.session_changed() {
+            self.take(LinkInput { at_ns: now, command: None });
         }
     }
 
     /// Takes what the client has sent; in lock-step this is done while waiting.
     fn take_commands(&mut self, now: u64) {
+        while let Some(input) = self.source.next_recorded(now) {
+            self.take(input);
+        }
         if self.settings.lock_step {
             return;
         }
-        self.follow_session();
+        self.follow_session(now);
         for _ in 0..COMMANDS {
-            let Some(command) = self.port.next_command() else { break };
-            self.take(&command, now);
+            let Some(command) = self.source.next_command() else { break };
+            self.take(LinkInput { at_ns: now, command: Some(command) });
         }
     }
 
-    fn take(&mut self, command: &Command, now: u64) {
+    /// A command, or the beginning or end of a session, which leaves the machine in hold.
+    fn take(&mut self, input: LinkInput) {
+        if let Some(tape) = &mut self.tape {
+            tape.put(input);
+        }
+        match &input.command {
+            Some(command) => self.follow(command, input.at_ns),
+            None => {
+                self.request = Request::Hold;
+                self.kind = SetpointKind::None;
+                self.advance_to = 0;
+            }
+        }
+    }
+
+    fn follow(&mut self, command: &Command, now: u64) {
         self.advance_to = command.advance_to_ns;
         // In lock-step the client answers for all the time that it grants.
         self.commanded_at = Some(if self.settings.lock_step { now.max(self.advance_to) } else { now });
@@ -311,7 +364,7 @@ impl LinkedMotion {
             (now / period.max(1)).is_multiple_of((self.settings.state_period_ns / period.max(1)).max(1));
         if due && !self.settings.lock_step {
             self.place_end_point();
-            self.port.publish(&self.snapshot);
+            self.source.publish(&self.snapshot);
         } else if self.settings.lock_step && self.advance_to < now + period {
             self.place_end_point();
         }

@@ -52,3 +52,22 @@ fn mode(mode: Mode) -> sinew_link::Mode {
 fn fault(named: NamedFault) -> [u16; 2] {
     [named.kind() as u16, named.index().unwrap_or(0) as u16]
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew::control::supervisor::{Mode, Request};
+
+    #[test]
+    fn codes_on_the_wire_mean_what_the_supervisor_means() {
+        assert_eq!(Mode::ALL.len(), sinew_link::Mode::ALL.len());
+        for mode in Mode::ALL {
+            assert_eq!(super::mode(mode).name(), format!("{mode:?}"));
+        }
+        assert_eq!(Request::ALL.len(), sinew_link::Request::ALL.len());
+        for request in sinew_link::Request::ALL {
+            let own = Request::from_number(request.number()).expect("a request of the supervisor");
+            assert_eq!(request.name(), format!("{own:?}"));
+            assert_eq!(sinew_link::Request::of(own as u8), Some(*request));
+        }
+    }
+}

@@ -2,10 +2,12 @@
 
 use crate::common::{PERIOD, Setup, machine};
 use sinew::control::arm::{ArmStatus, Fault};
+use sinew::control::supervisor::{FaultKind, Mode, NamedFault};
 use sinew::drive::DriveCommand;
+use sinew::twin::arm::{ExchangeFailure, Failure, InjectedFault};
 use sinew_runtime::bus::{Bus, BusFault, BusStatistics, Feedback, SimulatedBus};
 use sinew_runtime::ethercat::{EthercatBus, EthercatError, FrameStorage, Link, Master, SegmentLink};
-use sinew_segment::{AlStatusCode, Device, DeviceSettings, FaultKind, builtin};
+use sinew_segment::{AlStatusCode, Device, DeviceSettings, FaultKind as DeviceFault, builtin};
 
 /// Position of a load cell, of a drive and of the joint encoders of the planar leg.
 const DRIVE: usize = 2;
@@ -26,7 +28,7 @@ struct Outcome {
     unchecked_torque: bool,
 }
 
-fn run(device: usize, kind: FaultKind, duration: Option<u64>) -> Outcome {
+fn run(device: usize, kind: DeviceFault, duration: Option<u64>) -> Outcome {
     let setup = Setup::new(machine("planar_leg"), 3, &[]);
     let storage = FrameStorage::new();
     let mut bus = setup.segment_bus(&storage);
@@ -66,10 +68,46 @@ fn run(device: usize, kind: FaultKind, duration: Option<u64>) -> Outcome {
     outcome
 }
 
+/// Stop, modes and the first report of a run with an injected failure of the exchange.
+fn exchange<B: Bus>(setup: &Setup, bus: B) -> (Option<Fault>, Vec<Mode>, Option<FaultKind>) {
+    let (mut stopped, mut modes, mut reported) = (None, Vec::new(), None);
+    setup.run(bus, |record| {
+        let command = &record.command;
+        if let ArmStatus::Stopped(fault) = command.arm.status {
+            stopped = stopped.or(Some(fault));
+        }
+        if modes.last() != Some(&command.mode) {
+            modes.push(command.mode);
+        }
+        reported = reported.or(command.fault.map(NamedFault::kind));
+    });
+    (stopped, modes, reported)
+}
+
+#[test]
+fn injected_failures_of_the_exchange_have_their_effects_on_every_simulated_bus() {
+    let cases = [
+        (ExchangeFailure::Lost, Some(Fault::Bus), Mode::SafeStop, FaultKind::LostCycles),
+        (ExchangeFailure::Late, Some(Fault::LateCycles), Mode::SafeStop, FaultKind::LateCycles),
+        (ExchangeFailure::Stale, None, Mode::Hold, FaultKind::StaleCommand),
+    ];
+    for (failure, stop, mode, kind) in cases {
+        let fault = InjectedFault { start: 1.0, duration: 0.5, failure: Failure::Exchange(failure) };
+        let setup = Setup::new(machine("planar_leg"), 3, &[fault]);
+        let storage = FrameStorage::new();
+        for (stopped, modes, reported) in
+            [exchange(&setup, setup.twin_bus()), exchange(&setup, setup.segment_bus(&storage))]
+        {
+            assert_eq!((stopped, reported), (stop, Some(kind)), "{failure:?}");
+            assert_eq!(modes.get(1), Some(&mode), "{failure:?}: {modes:?}");
+        }
+    }
+}
+
 #[test]
 fn lost_frames_are_bridged_for_ten_milliseconds_and_stop_the_machine_when_they_last() {
     for (milliseconds, stops) in [(1, false), (10, false), (100, true)] {
-        let outcome = run(0, FaultKind::Lost, Some(milliseconds * PERIOD));
+        let outcome = run(0, DeviceFault::Lost, Some(milliseconds * PERIOD));
         assert!(
             outcome.statistics.lost >= milliseconds && outcome.statistics.lost <= milliseconds + 2,
             "{outcome:?}"
@@ -77,14 +115,14 @@ fn lost_frames_are_bridged_for_ten_milliseconds_and_stop_the_machine_when_they_l
         assert_eq!(outcome.stopped, stops.then_some(Fault::Bus), "{milliseconds} ms: {outcome:?}");
         assert!(outcome.error < 0.05, "{milliseconds} ms: {outcome:?}");
     }
-    let outcome = run(0, FaultKind::Lost, None);
+    let outcome = run(0, DeviceFault::Lost, None);
     assert_eq!(outcome.stopped, Some(Fault::Bus), "{outcome:?}");
     assert!(outcome.statistics.lost > 1000, "{outcome:?}");
 }
 
 #[test]
 fn a_drive_that_leaves_op_stops_the_machine_under_its_name_and_comes_back() {
-    let outcome = run(DRIVE, FaultKind::DropToSafeOp(AlStatusCode::Watchdog), None);
+    let outcome = run(DRIVE, DeviceFault::DropToSafeOp(AlStatusCode::Watchdog), None);
     assert_eq!(outcome.stopped, Some(Fault::Drive(1)), "{outcome:?}");
     let cycles = outcome.statistics.not_operational;
     assert!(cycles > 0 && cycles < 200, "acknowledged and back in OP: {outcome:?}");
@@ -92,7 +130,7 @@ fn a_drive_that_leaves_op_stops_the_machine_under_its_name_and_comes_back() {
 
 #[test]
 fn a_fault_of_a_drive_stops_the_machine_with_its_code() {
-    let outcome = run(DRIVE, FaultKind::DriveFault(0x2310), None);
+    let outcome = run(DRIVE, DeviceFault::DriveFault(0x2310), None);
     assert_eq!(outcome.stopped, Some(Fault::Drive(1)), "{outcome:?}");
     let first = outcome.statistics.first.map(|(_, fault)| fault);
     assert_eq!(first, Some(BusFault::Drive { muscle: 1, code: 0x2310 }));
@@ -100,20 +138,46 @@ fn a_fault_of_a_drive_stops_the_machine_with_its_code() {
 
 #[test]
 fn a_load_cell_that_leaves_op_is_bridged_by_the_observers_until_it_is_back() {
-    let outcome = run(LOAD_CELL, FaultKind::DropToSafeOp(AlStatusCode::Watchdog), None);
+    let outcome = run(LOAD_CELL, DeviceFault::DropToSafeOp(AlStatusCode::Watchdog), None);
     assert!(outcome.stopped.is_none() && outcome.statistics.not_operational > 0, "{outcome:?}");
     assert!(outcome.error < 0.05, "{outcome:?}");
 }
 
 #[test]
 fn an_emergency_in_operation_changes_nothing() {
-    let outcome = run(DRIVE, FaultKind::Emergency(0x3210, 4, [1, 2, 3, 4, 5]), None);
+    let outcome = run(DRIVE, DeviceFault::Emergency(0x3210, 4, [1, 2, 3, 4, 5]), None);
     assert!(outcome.stopped.is_none() && outcome.statistics.first.is_none(), "{outcome:?}");
 }
 
 #[test]
+fn emergencies_while_objects_are_read_and_written_do_not_keep_the_bus_from_operation() {
+    let setup = Setup::new(machine("bench_joint"), 3, &[]);
+    // When the drives are configured, by a start without them.
+    let storage = FrameStorage::new();
+    let mut bus = setup.segment_bus(&storage);
+    let operational = bus.link_mut().now();
+    for k in 1..40 {
+        let mut link = setup.link();
+        let kind = DeviceFault::Emergency(0x3210, 4, [1, 2, 3, 4, 5]);
+        let start_ns = operational * k / 40;
+        for device in 0..link.segment().devices().len() {
+            // Devices without a mailbox send none.
+            let _ = link.segment_mut().inject(sinew_segment::Fault {
+                device,
+                kind: kind.clone(),
+                start_ns,
+                duration_ns: None,
+            });
+        }
+        let storage = FrameStorage::new();
+        let matched = Master::new(&storage, link).unwrap().match_devices(&setup.machine.devices).unwrap();
+        matched.operate(&setup.machine, PERIOD).unwrap();
+    }
+}
+
+#[test]
 fn a_wrong_working_counter_late_and_damaged_frames_are_counted_and_bridged() {
-    for kind in [FaultKind::WorkingCounter(-1), FaultKind::Late(700_000), FaultKind::Corrupted] {
+    for kind in [DeviceFault::WorkingCounter(-1), DeviceFault::Late(700_000), DeviceFault::Corrupted] {
         let name = format!("{kind:?}");
         let outcome = run(0, kind, Some(5 * PERIOD));
         let BusStatistics { lost, working_counter, .. } = outcome.statistics;
@@ -148,7 +212,7 @@ fn a_device_without_power_stops_the_machine_and_a_new_start_finds_it_again() {
         let mut bus = setup.segment_bus(&storage);
         let start_ns = bus.link_mut().now() + START;
         let fault = |kind| sinew_segment::Fault { device, kind, start_ns, duration_ns: Some(300 * PERIOD) };
-        bus.link_mut().segment_mut().inject(fault(FaultKind::PowerLoss)).unwrap();
+        bus.link_mut().segment_mut().inject(fault(DeviceFault::PowerLoss)).unwrap();
         let mut stopped = false;
         let cycle = setup.run(bus, |record| {
             stopped |= matches!(record.command.arm.status, ArmStatus::Stopped(_));
@@ -177,7 +241,7 @@ fn another_device_in_the_place_of_one_is_named_and_gets_no_set_point() {
     let mut bus = setup.segment_bus(&storage);
     let start_ns = bus.link_mut().now() + START;
     let other = Device::new(&builtin::load_cell(), DeviceSettings::default()).unwrap();
-    let kind = FaultKind::Swapped(Box::new(other));
+    let kind = DeviceFault::Swapped(Box::new(other));
     bus.link_mut()
         .segment_mut()
         .inject(sinew_segment::Fault { device: DRIVE, kind, start_ns, duration_ns: None })

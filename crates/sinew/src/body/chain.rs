@@ -2,6 +2,7 @@
 
 use super::parts::{Body, Joint, JointKind, Parts};
 use super::robot::Robot;
+use super::vector::quaternion_of_axes;
 use super::vector::{
     Frame, IDENTITY, Vector, add_scaled, cross, dot, norm, quaternion_of, quaternion_product, rotate, scale,
     sub, transpose,
@@ -194,30 +195,6 @@ fn normal(
         return (scale(1.0 / size, sideways), point);
     }
     (super::vector::frame_about(axis)[0], point)
-}
-
-/// The quaternion of a frame, by the largest of its four components.
-fn quaternion_of_axes(axes: &Frame) -> [f64; 4] {
-    let [x, y, z] = *axes;
-    let squares = [
-        1.0 + x[0] + y[1] + z[2],
-        1.0 + x[0] - y[1] - z[2],
-        1.0 - x[0] + y[1] - z[2],
-        1.0 - x[0] - y[1] + z[2],
-    ];
-    let mut largest = 0;
-    for k in 1..4 {
-        if squares[k] > squares[largest] {
-            largest = k;
-        }
-    }
-    let raw = match largest {
-        0 => [squares[0], y[2] - z[1], z[0] - x[2], x[1] - y[0]],
-        1 => [y[2] - z[1], squares[1], x[1] + y[0], z[0] + x[2]],
-        2 => [z[0] - x[2], x[1] + y[0], squares[2], y[2] + z[1]],
-        _ => [x[1] - y[0], z[0] + x[2], y[2] + z[1], squares[3]],
-    };
-    super::vector::unit_quaternion(raw)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 use super::link::{Link, LinkFrame};
 use super::parts::JointKind;
 use super::robot::Robot;
+use super::vector::quaternion_of_axes;
 use super::vector::{
     Frame, IDENTITY, Vector, add, add_scaled, compose, cross, frame_of, rotate, turn_about_z, unit_quaternion,
 };
@@ -25,6 +26,12 @@ impl Pose {
     #[must_use]
     pub fn point(&self, local: [f64; 3]) -> [f64; 3] {
         add(self.origin, rotate(&self.axes, local))
+    }
+
+    /// Its orientation as a unit quaternion `[w, x, y, z]`.
+    #[must_use]
+    pub fn quaternion(&self) -> [f64; 4] {
+        quaternion_of_axes(&self.axes)
     }
 
     /// A frame given in this one, in the world.

@@ -177,3 +177,27 @@ pub(crate) fn rotation_of(q: [f64; 4]) -> Vector {
 pub(crate) fn product(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
+/// The quaternion of a frame, by the largest of its four components.
+pub(crate) fn quaternion_of_axes(axes: &Frame) -> [f64; 4] {
+    let [x, y, z] = *axes;
+    let squares = [
+        1.0 + x[0] + y[1] + z[2],
+        1.0 + x[0] - y[1] - z[2],
+        1.0 - x[0] + y[1] - z[2],
+        1.0 - x[0] - y[1] + z[2],
+    ];
+    let mut largest = 0;
+    for k in 1..4 {
+        if squares[k] > squares[largest] {
+            largest = k;
+        }
+    }
+    let raw = match largest {
+        0 => [squares[0], y[2] - z[1], z[0] - x[2], x[1] - y[0]],
+        1 => [y[2] - z[1], squares[1], x[1] + y[0], z[0] + x[2]],
+        2 => [z[0] - x[2], x[1] + y[0], squares[2], y[2] + z[1]],
+        _ => [x[1] - y[0], z[0] + x[2], y[2] + z[1], squares[3]],
+    };
+    unit_quaternion(raw)
+}
+

@@ -7,8 +7,8 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::{print, stdout_is_coloured};
 use crate::table::{number, table};
+use sinew_link::Rejection;
 use sinew_link::client::{Client, ClientSession};
-use sinew_link::{Command, Rejection, Request};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -21,7 +21,7 @@ const PICTURE: Duration = Duration::from_millis(200);
 
 pub(super) fn run(arguments: &LinkWatchArguments, general: &General) -> Result<Answer, Error> {
     let key = read_key(arguments.key.as_deref())?;
-    let mut client = Client::connect(arguments.address, key.as_ref(), PATIENCE)?;
+    let mut client = Client::connect_to_watch(arguments.address, key.as_ref(), PATIENCE)?;
     let (begin, stop) = (Instant::now(), interrupt::answer());
     let (mut alive, mut picture, mut states) = (None, None, 0_u64);
     let due = |last: &mut Option<Instant>, period: Duration| {
@@ -35,7 +35,7 @@ pub(super) fn run(arguments: &LinkWatchArguments, general: &General) -> Result<A
         && arguments.duration.is_none_or(|most| begin.elapsed().as_secs_f64() < most)
     {
         if due(&mut alive, ALIVE) {
-            client.send(&Command::of(Request::None))?;
+            client.watch()?;
         }
         match client.receive(ALIVE) {
             Ok(_) => states += 1,

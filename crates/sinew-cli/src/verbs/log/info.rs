@@ -27,6 +27,9 @@ struct Info {
     program: String,
     commit: String,
     path: String,
+    /// In words.
+    #[serde(skip)]
+    motion: String,
     seed: u64,
     compensation: String,
     bus: String,
@@ -100,6 +103,7 @@ impl Info {
             program: head.program.clone(),
             commit: head.commit.clone(),
             path: setup.path.clone(),
+            motion: setup.motion(),
             seed: setup.seed,
             compensation: setup.compensation.clone(),
             bus: setup.bus.clone(),
@@ -126,8 +130,8 @@ impl Info {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "{simulated}{}, {} joints, {} muscles, along {}, compensation {}, seed {}, bus {}",
-            self.machine, self.joints, self.muscles, self.path, self.compensation, self.seed, self.bus
+            "{simulated}{}, {} joints, {} muscles, {}, compensation {}, seed {}, bus {}",
+            self.machine, self.joints, self.muscles, self.motion, self.compensation, self.seed, self.bus
         );
         let _ = writeln!(text, "By sinew {} ({})", self.program, self.commit);
         let _ = writeln!(

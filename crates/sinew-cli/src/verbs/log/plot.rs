@@ -38,7 +38,7 @@ pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Ans
     })?;
     let (groups, error) = groups(&table, head, &machine)?;
     let page = page(&SignalPage {
-        title: format!("{} along {}", head.machine, setup.path),
+        title: format!("{} {}", head.machine, setup.motion()),
         kind: "recording",
         amount: format!(
             "{:.3} s, compensation {}, seed {}, recorded by sinew {}.{}",

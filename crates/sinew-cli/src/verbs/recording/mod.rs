@@ -5,5 +5,5 @@ mod setup;
 mod start;
 
 pub(crate) use read::{read_bytes, recording};
-pub(crate) use setup::RunSetup;
+pub(crate) use setup::{LinkSetup, RunSetup};
 pub(crate) use start::{Ended, Recording, Request};

@@ -13,6 +13,7 @@ use sinew::machine::Machine;
 use sinew::predictor::CableModel;
 use sinew::trajectory::Trajectory;
 use sinew_lab::arm::INITIAL_REST_S;
+use sinew_link::host::SessionSettings;
 use sinew_record::{File, Recording};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -47,6 +48,29 @@ pub(crate) struct RunSetup {
     pub(crate) calibrated: bool,
     pub(crate) gains: ArmGains,
     pub(crate) models: Vec<CableModel>,
+    /// Of a run that a client commanded, along no motion of its own.
+    #[serde(default)]
+    pub(crate) link: Option<LinkSetup>,
+}
+
+/// How a client commanded a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct LinkSetup {
+    lock_step: bool,
+    playout_delay_ns: u64,
+    timeout_ns: u64,
+}
+
+impl LinkSetup {
+    pub(crate) fn of(settings: &SessionSettings) -> Self {
+        let SessionSettings { lock_step, playout_delay_ns, timeout_ns, .. } = *settings;
+        Self { lock_step, playout_delay_ns, timeout_ns }
+    }
+
+    pub(crate) fn settings(self) -> SessionSettings {
+        let Self { lock_step, playout_delay_ns, timeout_ns } = self;
+        SessionSettings { lock_step, playout_delay_ns, timeout_ns, ..SessionSettings::default() }
+    }
 }
 
 /// A file of the machine among the attachments.
@@ -64,6 +88,7 @@ pub(crate) struct Controller<'a> {
     pub(crate) bus: &'a str,
     pub(crate) faults: Vec<String>,
     pub(crate) duration_s: Option<f64>,
+    pub(crate) link: Option<LinkSetup>,
 }
 
 impl RunSetup {
@@ -104,6 +129,7 @@ impl RunSetup {
             calibrated: controller.calibrated,
             gains: controller.gains.clone(),
             models: controller.models.to_vec(),
+            link: controller.link,
         };
         files.push(File { name: SETUP.to_owned(), bytes: serde_json::to_vec_pretty(&all)? });
         Ok((all, files))
@@ -113,6 +139,14 @@ impl RunSetup {
     pub(crate) fn of(file: &Path, recording: &Recording<'_>) -> Result<Self, Error> {
         let text = recording.text(SETUP).map_err(Error::recording(file))?;
         serde_json::from_str(text).map_err(|error| attachment(file, SETUP, one_line(&error.to_string())))
+    }
+
+    /// What moved the machine, in words.
+    pub(crate) fn motion(&self) -> String {
+        match self.link {
+            Some(_) => "commanded by a client".to_owned(),
+            None => format!("along {}", self.path),
+        }
     }
 
     /// The machine as it was recorded, with its payload.

@@ -1,6 +1,6 @@
 //! Starts and ends a recording beside a run.
 
-use super::setup::{Controller, RunSetup};
+use super::setup::{Controller, LinkSetup, RunSetup};
 use crate::arguments::{BusArgument, RunArguments};
 use crate::error::Error;
 use crate::output::{Written, one_line};
@@ -11,6 +11,7 @@ use sinew::predictor::CableModel;
 use sinew::twin::arm::ArmTruth;
 use sinew_record::{Circumstances, Head, Recorded, Recorder};
 use sinew_runtime::cycle::CycleRecord;
+use sinew_runtime::link::Tape;
 use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -26,6 +27,8 @@ pub(crate) struct Request<'a> {
     pub(crate) models: &'a [CableModel],
     /// Whether the models were identified on a simulated bench.
     pub(crate) calibrated: bool,
+    /// How a client commands the run.
+    pub(crate) link: Option<LinkSetup>,
 }
 
 /// A recording beside a run.
@@ -37,6 +40,7 @@ pub(crate) struct Recording {
     path: PathBuf,
     replaced: bool,
     virtual_time: bool,
+    tape: Option<Tape>,
 }
 
 /// What became of it.
@@ -73,15 +77,26 @@ impl Recording {
         let file =
             OpenOptions::new().write(true).create(true).truncate(true).open(path).map_err(unwritable)?;
         let failed = warn_of(path);
-        let recorder = Recorder::start(Box::new(file), head, &setup.machine, &files, failed)
-            .map_err(Error::recording(path))?;
+        let (file, machine) = (Box::new(file), &setup.machine);
+        let started = match request.link {
+            Some(_) => Recorder::start_linked(file, head, machine, &files, failed)
+                .map(|(recorder, tape)| (recorder, Some(tape))),
+            None => Recorder::start(file, head, machine, &files, failed).map(|recorder| (recorder, None)),
+        };
+        let (recorder, tape) = started.map_err(Error::recording(path))?;
         Ok(Some(Self {
             recorder: Some(recorder),
             started: false,
             path: path.clone(),
             replaced,
             virtual_time,
+            tape,
         }))
+    }
+
+    /// Where what a client sends goes; once, for a run that a client commands.
+    pub(crate) fn take_tape(&mut self) -> Option<Tape> {
+        self.tape.take()
     }
 
     /// Records a cycle.
@@ -151,6 +166,7 @@ impl<'a> Request<'a> {
             },
             faults: motion.fault.iter().map(|fault| fault.text.clone()).collect(),
             duration_s: motion.duration,
+            link: self.link,
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::controllers::Motion;
 use crate::error::Error;
 use sinew::control::supervisor::Supervisor;
-use sinew_record::{COMMAND, Recording, Replay};
+use sinew_record::{COMMAND, Recording};
 use std::path::Path;
 
 /// What a replay has shown.
@@ -80,9 +80,9 @@ pub(super) fn compare(
 ) -> Result<Compared, Error> {
     let refuse = Error::recording(file);
     let (muscles, joints) = (recording.head.muscles.len(), recording.head.joints.len());
-    let mut replay = Replay::new(recording, controller, motion.schedule()?).map_err(&refuse)?;
+    let mut replay = motion.replay(file, recording, controller)?;
     let mut beside = match other {
-        Some(other) => Some(Replay::new(recording, other, motion.schedule()?).map_err(&refuse)?),
+        Some(other) => Some(motion.replay(file, recording, other)?),
         None => None,
     };
     let mut all = Compared {
@@ -96,7 +96,8 @@ pub(super) fn compare(
         other: beside.as_ref().map(|_| vec![Deviation::default(); muscles]),
         trace: Vec::new(),
     };
-    let cycles = (motion.schedule()?.duration() / recording.head.period_s()) as u64;
+    let last = recording.blocks().last().transpose().map_err(&refuse)?;
+    let cycles = last.map_or(0, |block| block.first + block.count as u64);
     let stride = (cycles / TRACE_ROWS).max(1);
     while let Some(cycle) = replay.step().map_err(&refuse)? {
         all.cycles += 1;

@@ -2,7 +2,8 @@
 
 use crate::error::Error;
 use crate::verbs::machine_source;
-use crate::verbs::recording::RunSetup;
+use crate::verbs::recording::{LinkSetup, RunSetup};
+use crate::verbs::run::Follower;
 use crate::verbs::track::setup::read_gains;
 use sinew::control::arm::ArmController;
 use sinew::control::supervisor::{Limits, Supervisor};
@@ -10,13 +11,15 @@ use sinew::machine::Machine;
 use sinew::trajectory::{Schedule, Trajectory};
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{CalibratedArm, IdentifiedMachine, PreparedRun, TrackingTask};
-use sinew_record::Recording;
+use sinew_record::{Recording, Replay};
+use sinew_runtime::link::LinkedMotion;
 use std::path::Path;
 
 /// Machine and motion as recorded.
 pub(super) struct Motion {
     pub(super) machine: Machine,
     pub(super) trajectory: Trajectory,
+    link: Option<LinkSetup>,
     repeats: u32,
     rests: [f64; 2],
     variant: CompensationVariant,
@@ -31,12 +34,30 @@ impl Motion {
             Error::recording(file)(sinew_record::Error::Attachment { name: "setup.json".to_owned(), reason })
         })?;
         let rests = [setup.initial_rest_s, setup.final_rest_s];
-        Ok(Self { machine, trajectory, repeats: setup.repeats, rests, variant })
+        let link = setup.link;
+        Ok(Self { machine, trajectory, link, repeats: setup.repeats, rests, variant })
     }
 
-    pub(super) fn schedule(&self) -> Result<Schedule<'_>, Error> {
-        let [before, after] = self.rests;
-        Ok(Schedule::new(&self.trajectory, self.repeats, before, after)?)
+    /// A controller over the recording, along the motion or with what a client sent.
+    pub(super) fn replay<'a>(
+        &'a self,
+        file: &Path,
+        recording: &'a Recording<'_>,
+        supervisor: Supervisor,
+    ) -> Result<Replay<'a>, Error> {
+        let replay = match self.link {
+            Some(link) => {
+                let Follower { limits, pose } = Follower::of(&self.machine, &self.trajectory)?;
+                let motion = LinkedMotion::replayed(link.settings(), &self.machine, limits, &pose)?;
+                Replay::linked(recording, supervisor, motion)
+            }
+            None => {
+                let [before, after] = self.rests;
+                let schedule = Schedule::new(&self.trajectory, self.repeats, before, after)?;
+                Replay::new(recording, supervisor, schedule)
+            }
+        };
+        replay.map_err(Error::recording(file))
     }
 }
 

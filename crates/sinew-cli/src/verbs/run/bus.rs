@@ -20,15 +20,17 @@ pub(super) fn json(statistics: &BusStatistics, clocks: Option<ClockReport>) -> s
         "working_counter_errors": statistics.working_counter,
         "device_not_operational": statistics.not_operational,
         "drive_faults": statistics.drive,
+        "untimely": statistics.untimely,
     })
 }
 
 pub(super) fn text(statistics: &BusStatistics, machine: &Machine) -> String {
-    let BusStatistics { exchanges, lost, working_counter, not_operational, drive, first } = statistics;
+    let BusStatistics { exchanges, lost, working_counter, not_operational, drive, untimely, first } =
+        statistics;
     let Some((cycle, fault)) = first else { return String::new() };
     format!(
         "Bus: of {exchanges} exchanges {lost} lost, {working_counter} with a wrong working counter, {not_operational} with a \
-         device out of operation, {drive} with a drive in fault; the first in cycle {cycle}: {}\n",
+         device out of operation, {drive} with a drive in fault, {untimely} late or without a new command by injection; the first in cycle {cycle}: {}\n",
         described(*fault, machine)
     )
 }
@@ -59,5 +61,7 @@ pub(super) fn described(fault: BusFault, machine: &Machine) -> String {
             let place = machine.devices.iter().position(|device| device.driven_muscle() == Some(muscle));
             format!("{} reports error code {code:#06x}", place.map_or("a drive", device))
         }
+        BusFault::Late { by_ns } => format!("late by {:.3} ms", f64::from(by_ns) * 1e-6),
+        BusFault::Stale { age_us } => format!("no command for {:.3} ms", f64::from(age_us) * 1e-3),
     }
 }

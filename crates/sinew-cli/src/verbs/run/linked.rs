@@ -1,5 +1,6 @@
 //! A run that a client commands over a link.
 
+use super::seen::Seen;
 use super::shortcomings::warn;
 use super::{bus, timing};
 use crate::answer::{Answer, Content, Outcome};
@@ -8,16 +9,19 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::verbs::link::key_file::read_key;
+use crate::verbs::recording::{LinkSetup, Recording, Request};
 use crate::verbs::track::setup::Setup;
-use sinew::control::arm::ArmStatus;
+use sinew::control::arm::ArmGains;
 use sinew::control::supervisor::{Limits, Supervisor};
+use sinew::machine::Machine;
+use sinew::predictor::CableModel;
 use sinew::trajectory::online::JointLimits;
 use sinew::trajectory::{Reference, Trajectory, finite_ranges};
-use sinew_lab::arm::{PreparedRun, TrackMode, designed_controller, stop_reason};
-use sinew_lab::experiment::ModeChange;
+use sinew::twin::arm::ArmTruth;
+use sinew_lab::arm::{IdentifiedMachine, PreparedRun, TrackMode, stop_reason};
 use sinew_lab::experiment::arm::STEP;
 use sinew_link::host::{Server, ServerSettings, SessionSettings};
-use sinew_runtime::bus::{Bus, ClockReport, TwinBus};
+use sinew_runtime::bus::{Bus, ClockReport, SimulatedBus, TwinBus};
 use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
 use sinew_runtime::ethercat::{
     EthercatBus, EthercatError, FrameStorage, Link, Master, RawSocketLink, SegmentLink, SimulatedMachine,
@@ -33,8 +37,25 @@ struct Linked<'a> {
     arguments: &'a RunArguments,
     address: SocketAddr,
     setup: &'a Setup,
-    limits: JointLimits,
-    pose: Vec<f64>,
+    follower: Follower,
+    sessions: SessionSettings,
+}
+
+/// What set-points may do: limits of the joints, and the pose that is held at first, rad or m.
+pub(crate) struct Follower {
+    pub(crate) limits: JointLimits,
+    pub(crate) pose: Vec<f64>,
+}
+
+impl Follower {
+    /// Of the motion that was planned and verified.
+    pub(crate) fn of(machine: &Machine, trajectory: &Trajectory) -> Result<Self, Error> {
+        let ranges = finite_ranges(&machine.robot, &machine.start)?;
+        let limits = JointLimits::of_motion(trajectory, ranges)?;
+        let mut start = Reference::new(trajectory.joints());
+        trajectory.sample(0.0, &mut start)?;
+        Ok(Self { limits, pose: start.q })
+    }
 }
 
 pub(super) fn execute(
@@ -45,37 +66,52 @@ pub(super) fn execute(
     let progress = Progress::new();
     progress.show("planning and verifying the motion whose speeds are the limits", 0.0);
     let setup = Setup::with_default_path(&arguments.motion, |_| PathArgument::Tour)?;
-    let ranges = finite_ranges(&setup.machine.robot, &setup.machine.start)?;
-    let limits = JointLimits::of_motion(&setup.trajectory, ranges)?;
-    let pose = start_of(&setup.trajectory)?;
-    let linked = Linked { arguments, address, setup: &setup, limits, pose };
+    let follower = Follower::of(&setup.machine, &setup.trajectory)?;
+    let mut sessions = SessionSettings {
+        lock_step: arguments.virtual_time,
+        timeout_ns: (setup.machine.safety.command_age * 1e9) as u64,
+        ..SessionSettings::default()
+    };
+    if sessions.lock_step {
+        sessions.playout_delay_ns = 0;
+    }
+    let linked = Linked { arguments, address, setup: &setup, follower, sessions };
     let storage = FrameStorage::new();
     if let Some(interface) = arguments.interface.as_deref().filter(|_| arguments.bus == BusArgument::Ethercat)
     {
         progress.show("bringing the devices into operation", 0.0);
-        let controller = designed_controller(&setup.machine, &setup.trajectory, setup.task(1.0).gains)?;
+        let gains = setup.task(1.0).gains;
+        let identified = IdentifiedMachine::designed(&setup.machine, &setup.trajectory, gains)?;
+        let controller = identified.plain_controller()?;
         let limits = Limits::of(&setup.machine, controller.gains())?;
         let supervisor = Supervisor::new(controller, limits)?;
+        let recording = linked.record(&identified.gains, &identified.models, false)?;
         let master = Master::new(&storage, RawSocketLink::open(interface)?)?;
         let devices = &setup.machine.devices;
         let bus =
             master.match_devices(devices).map_err(EthercatError::from)?.operate(&setup.machine, PERIOD)?;
         drop(progress);
-        return linked.on(bus, supervisor, general, end_of_bus);
+        let on = On { supervisor, recording, truth: unknown };
+        return linked.on(bus, on, general, end_of_bus);
     }
     progress.show("calibrating the machine's cables", 0.0);
     let arm = setup.calibrate()?;
     let prepared = PreparedRun::new(&arm, setup.variant, &setup.task(1.0))?;
     let (plant, supervisor) = (prepared.run().plant()?, prepared.supervisor()?);
+    let recording = linked.record(&prepared.gains, &arm.models, true)?;
     drop(progress);
     match arguments.bus {
-        BusArgument::Twin => linked.on(TwinBus::new(plant, STEP), supervisor, general, |_| None),
+        BusArgument::Twin => {
+            let on = On { supervisor, recording, truth };
+            linked.on(TwinBus::new(plant, STEP), on, general, |_| None)
+        }
         BusArgument::Segment | BusArgument::Ethercat => {
             let simulated = SimulatedMachine::new(plant, &setup.machine);
             let segment = simulated.segment(|_| None)?;
             let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
             let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
-            linked.on(matched.operate(&setup.machine, PERIOD)?, supervisor, general, end_of_bus)
+            let on = On { supervisor, recording, truth };
+            linked.on(matched.operate(&setup.machine, PERIOD)?, on, general, end_of_bus)
         }
     }
 }
@@ -87,41 +123,59 @@ fn end_of_bus<L: Link>(bus: &mut EthercatBus<'_, L>) -> Option<ClockReport> {
     clocks
 }
 
-fn start_of(trajectory: &Trajectory) -> Result<Vec<f64>, Error> {
-    let mut start = Reference::new(trajectory.joints());
-    trajectory.sample(0.0, &mut start)?;
-    Ok(start.q)
+/// What is on a bus: supervisor, recording, and the true state where it is known.
+struct On<F> {
+    supervisor: Supervisor,
+    recording: Option<Recording>,
+    truth: F,
+}
+
+fn truth<B: SimulatedBus>(bus: &B) -> Option<ArmTruth<'_>> {
+    Some(bus.arm().truth())
+}
+
+/// Of a real machine the true state is not known.
+fn unknown<B>(_: &B) -> Option<ArmTruth<'_>> {
+    None
 }
 
 impl Linked<'_> {
+    /// Begins the recording, if there is to be one.
+    fn record(
+        &self,
+        gains: &ArmGains,
+        models: &[CableModel],
+        calibrated: bool,
+    ) -> Result<Option<Recording>, Error> {
+        let Self { arguments, setup, sessions, .. } = self;
+        let link = Some(LinkSetup::of(sessions));
+        Recording::start(&Request { arguments, setup, gains, models, calibrated, link })
+    }
+
     fn on<B: Bus>(
         &self,
         bus: B,
-        supervisor: Supervisor,
+        on: On<impl Fn(&B) -> Option<ArmTruth<'_>>>,
         general: &General,
         end: impl FnOnce(&mut B) -> Option<ClockReport>,
     ) -> Result<Answer, Error> {
-        let Self { arguments, setup, .. } = self;
-        let machine = &setup.machine;
-        let sessions = SessionSettings {
-            lock_step: arguments.virtual_time,
-            playout_delay_ns: if arguments.virtual_time {
-                0
-            } else {
-                SessionSettings::default().playout_delay_ns
-            },
-            timeout_ns: (machine.safety.command_age * 1e9) as u64,
-            ..SessionSettings::default()
-        };
+        let Self { arguments, setup, sessions, follower, .. } = self;
+        let On { supervisor, mut recording, truth } = on;
+        let (machine, sessions) = (&setup.machine, *sessions);
         let tension: Vec<[f64; 2]> =
             supervisor.controller().gains().muscles.iter().map(|muscle| muscle.tension).collect();
         let name = &machine.robot.parts().name;
-        let domain = domain(name, machine, &self.limits.range, &tension)?;
+        let domain = domain(name, machine, &follower.limits.range, &tension)?;
         let key = read_key(arguments.link.key.as_deref())?;
         let (server, port) = Server::start(ServerSettings { address: self.address, key, domain, sessions })?;
         eprintln!("link: {name} listens on {}", server.address());
         let until = arguments.link.until.map(|seconds| (seconds * 1e9) as u64);
-        let motion = LinkedMotion::new(port, sessions, machine, self.limits.clone(), &self.pose, until)?;
+        let limits = follower.limits.clone();
+        let motion = LinkedMotion::new(port, sessions, machine, limits, &follower.pose, until)?;
+        let motion = match recording.as_mut().and_then(Recording::take_tape) {
+            Some(tape) => motion.with_tape(tape),
+            None => motion,
+        };
         let simulated = arguments.bus != BusArgument::Ethercat;
         let cycle = Cycle::linked(bus, supervisor, motion, STEP);
         let mut cycle = if simulated { cycle.with_waiting_machine() } else { cycle };
@@ -129,6 +183,9 @@ impl Linked<'_> {
         let mut times = Timing::new();
         let see = |record: &CycleRecord<'_, B>| {
             seen.record(record);
+            if let Some(recording) = &mut recording {
+                recording.record(record, truth(record.bus).as_ref());
+            }
             Ok(())
         };
         let stop = interrupt::answer();
@@ -140,6 +197,7 @@ impl Linked<'_> {
             run(&mut cycle, &mut MonotonicClock, PERIOD, stop, &mut times, see)?;
             real_time
         };
+        let recording = recording.map(Recording::end);
         let counts = cycle.link().map(LinkedMotion::counts);
         let statistics = cycle.statistics();
         let threshold = seen.stopped.and_then(|(_, fault)| cycle.supervisor().threshold(fault));
@@ -171,17 +229,27 @@ impl Linked<'_> {
             },
             "bus": bus::json(&statistics, clocks),
         });
+        if let Some(recording) = &recording {
+            all["recording"] = recording.json.clone();
+        }
         if simulated {
             all["seed"] = setup.seed.into();
         }
         if !arguments.virtual_time {
             all["timing_us"] = timing::json(&times);
         }
-        let content = if general.json { Content::json(&all)? } else { self.text(&all, &times) };
-        Ok(Answer { outcome: Outcome::of(seen.stopped.is_none()), content, written: Vec::new() })
+        let content = if general.json {
+            Content::json(&all)?
+        } else {
+            let told = recording.as_ref().map_or("", |recording| &recording.text);
+            Content::Text(self.text(&all, &times) + told)
+        };
+        let whole = recording.as_ref().is_none_or(|recording| recording.whole);
+        let written = recording.into_iter().map(|recording| recording.written).collect();
+        Ok(Answer { outcome: Outcome::of(seen.stopped.is_none() && whole), content, written })
     }
 
-    fn text(&self, all: &serde_json::Value, times: &Timing) -> Content {
+    fn text(&self, all: &serde_json::Value, times: &Timing) -> String {
         let (run, link) = (&all["run"], &all["link"]);
         let reason = run["reason"].as_str().map(|reason| format!(": {reason}")).unwrap_or_default();
         let ended = run["ended"].as_str().unwrap_or_default().replace('_', " ");
@@ -199,60 +267,6 @@ impl Linked<'_> {
         if !self.arguments.virtual_time {
             text += &timing::text(times);
         }
-        Content::Text(text)
-    }
-}
-
-/// What was seen of a run.
-#[derive(Default)]
-struct Seen {
-    cycles: u64,
-    modes: Vec<ModeChange>,
-    stopped: Option<(f64, sinew::control::arm::Fault)>,
-    digest: Digest,
-}
-
-impl Seen {
-    fn record<B>(&mut self, record: &CycleRecord<'_, B>) {
-        let command = &record.command;
-        self.cycles += 1;
-        if self.modes.last().is_none_or(|last| last.mode != command.mode) {
-            self.modes.push(ModeChange {
-                time: record.moment.time,
-                mode: command.mode,
-                fault: command.fault,
-            });
-        }
-        if let ArmStatus::Stopped(fault) = command.arm.status {
-            self.stopped.get_or_insert((record.moment.time, fault));
-        }
-        record.feedback.motor.iter().chain(&record.feedback.tension).for_each(|x| self.digest.add(*x));
-        record.feedback.joint.iter().chain(command.arm.q).for_each(|x| self.digest.add(*x));
-    }
-
-    fn ended(&self, until: bool) -> &'static str {
-        match self.stopped {
-            Some(_) => "stopped",
-            None if interrupt::is_requested() => "interrupted",
-            None if until => "as_planned",
-            None => "turned_off",
-        }
-    }
-}
-
-/// FNV-1a over the bits of every reading and estimate: equal for runs that are equal to the bit.
-struct Digest(u64);
-
-impl Default for Digest {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Digest {
-    fn add(&mut self, number: f64) {
-        for byte in number.to_bits().to_le_bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
+        text
     }
 }

@@ -97,7 +97,8 @@ pub(super) fn execute(
     let master = Master::new(&storage, RawSocketLink::open(interface)?)?;
     // Before any drive moves, and before the thread has its priority.
     let (gains, models) = (&identified.gains, &identified.models);
-    let mut recording = Recording::start(&Request { arguments, setup, gains, models, calibrated: false })?;
+    let mut recording =
+        Recording::start(&Request { arguments, setup, gains, models, calibrated: false, link: None })?;
     let bus = master
         .match_devices(&setup.machine.devices)
         .map_err(EthercatError::from)?

@@ -3,6 +3,7 @@
 mod bus;
 mod linked;
 mod measured;
+mod seen;
 mod shortcomings;
 mod simulated;
 mod timing;
@@ -13,6 +14,7 @@ use crate::arguments::{BusArgument, General, MotionArguments, PathArgument, RunA
 use crate::error::Error;
 use crate::output::refuse_overwrite;
 use crate::progress::Progress;
+pub(crate) use linked::Follower;
 use measured::Measured;
 use shortcomings::warn;
 use simulated::{Executed, execute};

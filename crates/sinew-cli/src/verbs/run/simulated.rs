@@ -38,7 +38,8 @@ pub(super) fn execute(
 ) -> Result<Executed, Error> {
     let prepared = PreparedRun::new(arm, setup.variant, &setup.task(1.0))?;
     let (gains, models) = (&prepared.gains, &arm.models);
-    let recording = Recording::start(&Request { arguments, setup, gains, models, calibrated: true })?;
+    let recording =
+        Recording::start(&Request { arguments, setup, gains, models, calibrated: true, link: None })?;
     let how = How { virtual_time: arguments.virtual_time, recording, progress };
     let plant = prepared.run().plant()?;
     let storage = FrameStorage::new();

@@ -5,7 +5,7 @@ use crate::error::Error;
 use sinew::body::Robot;
 use sinew::twin::arm::{Failure, InjectedFault, Sensor};
 
-pub(super) fn resolve(faults: &[FaultArgument], robot: &Robot) -> Result<Vec<InjectedFault>, Error> {
+pub(crate) fn resolve(faults: &[FaultArgument], robot: &Robot) -> Result<Vec<InjectedFault>, Error> {
     faults.iter().map(|fault| resolve_one(fault, robot)).collect()
 }
 

@@ -1,6 +1,6 @@
 //! `sinew track`.
 
-mod fault;
+pub(crate) mod fault;
 mod joints;
 pub(crate) mod motion;
 pub(crate) mod record;

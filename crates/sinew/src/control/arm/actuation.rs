@@ -119,6 +119,7 @@ impl Actuation {
                         estimated_velocity: anchors.estimated[k],
                         error: anchors.error[k],
                         learned: learning.as_ref().map_or(0.0, |learning| learning.output[k]),
+                        tension_in: cables.tension_in[k],
                         rest_stretch: inputs.at_rest.then_some(cables.stretch[k]),
                     };
                     let (winch, muscle) = (&mut self.winches[k], &gains.muscles[k]);
@@ -134,7 +135,8 @@ impl Actuation {
                         winch_speed(law, inputs.tension[k], &estimate, muscle)?
                     } else {
                         let stretch = winch.desired_stretch(h, law, &reference, drag, gains, muscle)?;
-                        winch.speed(&reference, stretch, cables.stretch[k], muscle)
+                        let compliance = law.compliance().iter().sum();
+                        winch.speed(&reference, stretch, cables.stretch[k], compliance, muscle)
                     };
                     if let Some(learning) = &mut learning {
                         learning.record(k, winch.feedback);

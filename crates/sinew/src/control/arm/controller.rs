@@ -104,6 +104,8 @@ pub(in crate::control) struct Observed<'a> {
     pub(in crate::control) tension_in: &'a [f64],
     /// Travel of the winch in addition to its encoder's that explains the tensions, m.
     pub(in crate::control) unexplained: &'a [f64],
+    /// Drag that the cables' observers have learned, as a multiple of the law's, 1.
+    pub(in crate::control) drag_factor: &'a [f64],
     /// Nm or N: `[joints]`.
     pub(in crate::control) disturbance_torque: &'a [f64],
     /// Estimated speed of the anchors, m/s, + toward the motor.
@@ -293,6 +295,7 @@ impl ArmController {
             tension: &self.faults.tension,
             tension_in: &self.cables.tension_in,
             unexplained: &self.cables.unexplained,
+            drag_factor: &self.cables.drag_factor,
             disturbance_torque: &self.stiffness.disturbance_torque,
             anchor_speed: &self.anchors.estimated,
             symptom: self.faults.symptom,

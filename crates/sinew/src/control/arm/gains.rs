@@ -133,7 +133,10 @@ pub struct MuscleGains {
     /// `dT`, N: tension below its estimate that is a fault.
     #[serde(rename = "missing_tension_n")]
     pub missing_tension: f64,
-    /// N: tension below which a drive does not pay out cable.
+    /// `T_f`, N, >= 0: tension at the drive below which a winch takes up cable.
+    #[serde(rename = "least_drive_tension_n", default)]
+    pub least_drive_tension: f64,
+    /// N: tension below which a drive may not pay out cable although it is commanded to.
     #[serde(rename = "slack_tension_n")]
     pub slack_tension: f64,
 }
@@ -234,6 +237,7 @@ impl MuscleGains {
             ("rate_gain", self.rate_gain),
             ("pre_travel_gain", self.pre_travel_gain),
             ("pre_travel_integral", self.pre_travel_integral),
+            ("least_drive_tension", self.least_drive_tension),
             ("slack_tension", self.slack_tension),
         ] {
             non_negative(name, value)?;
@@ -286,6 +290,7 @@ impl ArmGains {
             max_tension_rate: 4e4,
             max_equal_tensions: 8.0,
             missing_tension: 8.0,
+            least_drive_tension: 1.0,
             slack_tension: 4.0,
         };
         Self {

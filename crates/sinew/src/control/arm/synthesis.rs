@@ -197,6 +197,7 @@ fn of_muscle(
         max_tension_rate: 40.0 * drive.load_cell.range,
         max_equal_tensions: equal_samples(drive),
         missing_tension: (0.38 * tension[0]).max(10.0 * drive.load_cell.noise),
+        least_drive_tension: drive.least_tension,
         slack_tension: drive.least_tension + 0.14 * tension[0],
     }
 }

@@ -20,6 +20,8 @@ pub(super) struct MuscleReference {
     pub(super) error: f64,
     /// `s_k`, contribution of iterative learning, 1.
     pub(super) learned: f64,
+    /// `T_in^`, estimated tension at the drive, N.
+    pub(super) tension_in: f64,
     /// `e^` while the reference is at rest, m; none while it moves.
     pub(super) rest_stretch: Option<f64>,
 }
@@ -38,6 +40,8 @@ pub(super) struct MuscleReference {
 /// beta = beta_0 + beta_c/(1 + (v_r(t + t_p)/v_c)^2)
 /// ```
 ///
+/// and where `T_in^ < T_f`, so that the cable stays on its winch, `v >= v^ + c (T_f - T_in^)/t_f`.
+///
 /// At rest `d` is passed through a dead zone, `d_0 = d - clip(d, +-delta)`, and
 ///
 /// ```text
@@ -51,6 +55,8 @@ pub(super) struct MuscleReference {
 /// | v_r, v^, d | reference and estimated speed of the anchor, its position error (24), (25)    | m/s, m |
 /// | e_+, e_-  | stretch at the desired far tension `F_d`, sliding toward the motor or away (7), (10) | m |
 /// | e^        | estimated stretch                                                            | m      |
+/// | T_in^, T_f | estimated tension at the drive, and that below which the drive itself pays out no more | N |
+/// | c, t_f    | compliance of the whole cable; two of `t_v`                                    | m/N, s |
 /// | G         | dead band: travel of the winch that reverses the sliding of the whole cable    | m      |
 /// | s         | place in the dead band, -1 to 1: feedforward `s_r`, learned `s_k`, integral `s_i` | 1    |
 /// | t_p       | [`PREVIEW_HORIZON`](crate::control::stretch::PREVIEW_HORIZON)                  | s      |
@@ -87,6 +93,9 @@ const TOLERANCE_GROWTH: f64 = 1.5;
 
 /// `v_c`, m/s: below it static friction exceeds sliding friction.
 const CREEP_SPEED: f64 = 2e-3;
+
+/// `t_f/t_v`.
+const TAUT_TIME: f64 = 2.0;
 
 /// Least dead band, m: bounds `1/G`.
 const MIN_DEAD_BAND: f64 = 1e-5;
@@ -159,12 +168,13 @@ impl WinchController {
         error.abs() <= self.tolerance
     }
 
-    /// `v`, m/s, from the desired and the estimated stretch, m.
+    /// `v`, m/s, from the desired and the estimated stretch, m, and the compliance, m/N.
     pub(super) fn speed(
         &self,
         reference: &MuscleReference,
         desired_stretch: f64,
         estimated_stretch: f64,
+        compliance: f64,
         gains: &MuscleGains,
     ) -> f64 {
         let travel = desired_stretch - estimated_stretch
@@ -172,6 +182,13 @@ impl WinchController {
             + gains.rate_gain * (reference.velocity - reference.estimated_velocity);
         let most = libm::sqrt(2.0 * gains.winch_deceleration * travel.abs());
         let speed = reference.velocity + (travel / gains.stretch_time_constant).clamp(-most, most);
+        let lacking = gains.least_drive_tension - reference.tension_in;
+        let speed = if lacking > 0.0 {
+            let taut = compliance * lacking / (TAUT_TIME * gains.stretch_time_constant);
+            speed.max(reference.estimated_velocity + taut)
+        } else {
+            speed
+        };
         speed.clamp(-gains.max_winch_speed, gains.max_winch_speed)
     }
 }

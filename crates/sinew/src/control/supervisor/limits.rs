@@ -101,7 +101,7 @@ impl Limits {
                 speed: own.cable_speed,
                 travel: Some([0.0, drive.winch.capacity()]),
                 motor: Some((*drive, own.winding)),
-                slack_tension: drive.least_tension.max(SLACK_NOISE * drive.load_cell.noise),
+                slack_tension: (SLACK_SHARE * drive.least_tension).max(drive.load_cell.noise),
                 take_up_speed: anchor(safety.take_up_speed, safety.take_up_speed * SLIDE)
                     .clamp(LEAST_SPEED, gains.max_winch_speed.max(LEAST_SPEED)),
                 largest_slack: anchor(safety.largest_slack, safety.largest_slack * SLIDE).max(LEAST_SLACK),
@@ -120,8 +120,8 @@ impl Limits {
     }
 }
 
-/// Standard deviations of a load cell within which a tension is none.
-const SLACK_NOISE: f64 = 2.0;
+/// Share of the tension that a drive itself keeps below which its cable is slack.
+const SLACK_SHARE: f64 = 0.5;
 /// Metres of a slide for a radian of a hinge.
 const SLIDE: f64 = 0.25;
 /// m.

@@ -48,8 +48,10 @@ pub struct Supervisor {
     muscles: Vec<MuscleState>,
     /// Time for which no readings have come, s.
     lost_for: f64,
-    /// Lateness of the cycles of about the last second, s.
+    /// Lateness of the cycles of about the last second, of each a period at most, s.
     late_by: f64,
+    /// Lateness of this cycle, s.
+    late: f64,
 }
 
 /// Share of a period up to which a cycle begins in time.
@@ -106,6 +108,7 @@ impl Supervisor {
             muscles: vec![MuscleState::Relaxed; muscles],
             lost_for: 0.0,
             late_by: 0.0,
+            late: 0.0,
             controller,
             limits,
         })
@@ -224,13 +227,14 @@ impl Supervisor {
         self.lost_for = if exchange.received { 0.0 } else { self.lost_for + h };
         // A computer wakes a program some ten microseconds late; that is no fault.
         let late = exchange.lateness.is_finite() && exchange.lateness > LATE_SHARE * h;
-        let lateness = if late { exchange.lateness } else { 0.0 };
-        self.late_by = self.late_by * (1.0 - (h / LATENESS_MEMORY).min(1.0)) + lateness;
+        self.late = if late { exchange.lateness } else { 0.0 };
+        // A single stall is bridged as lost cycles are, whatever its length below their limit.
+        self.late_by = self.late_by * (1.0 - (h / LATENESS_MEMORY).min(1.0)) + self.late.min(h);
         let safety = &self.limits.safety;
         let reported = |fault| Some(NamedFault::new(fault, Symptom::Reported));
         // Half a cycle of tolerance for times that are sums of cycles.
         let lost = self.lost_for > safety.bridged_loss + 0.5 * h;
-        let late = self.late_by > safety.lateness;
+        let late = self.late_by > safety.lateness || self.late > safety.bridged_loss + 0.5 * h;
         // Readings that were rejected do not exceed limits: the controller has its own answer to them.
         let observed = self.mode.is_controlled().then(|| self.controller.observed());
         let accepted = observed.map_or(*measurement, |seen| ArmMeasurement {
@@ -399,9 +403,10 @@ impl Supervisor {
         if let Some(NamedFault { fault, symptom }) = found {
             self.controller.stop_as(fault, symptom);
         }
+        self.held.preview(self.controller.gains());
         let held = PreviewedReference {
             current: &self.held.reference,
-            previewed: &self.held.reference,
+            previewed: &self.held.previewed,
             repeat_time: None,
         };
         let followed = if self.mode == Mode::Run { reference } else { &held };
@@ -430,6 +435,9 @@ impl Supervisor {
         }
         Ok(match status {
             ArmStatus::Degraded(_) if !exchange.received => ArmStatus::Degraded(Fault::Bus),
+            ArmStatus::Following | ArmStatus::Holding if self.late > h => {
+                ArmStatus::Degraded(Fault::LateCycles)
+            }
             status => status,
         })
     }
@@ -443,7 +451,7 @@ impl Supervisor {
     fn reported(&self, status: ArmStatus, exchange: &ExchangeStatus) -> Option<NamedFault> {
         match status {
             ArmStatus::Degraded(fault) if self.mode.is_controlled() => {
-                let symptom = match exchange.received {
+                let symptom = match exchange.received && fault != Fault::LateCycles {
                     true => self.controller.observed().symptom,
                     false => Symptom::Reported,
                 };

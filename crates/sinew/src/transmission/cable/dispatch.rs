@@ -2,6 +2,7 @@
 //!
 //! The step uses no fused multiply-add and no approximate reciprocal, so all of them compute the same bits.
 
+use super::creep::creep;
 use super::lane_group::{Ends, LaneGroup, Motion};
 use super::step::advance;
 use crate::dispatch::{Arithmetic, InstructionSet, Work};
@@ -19,6 +20,24 @@ pub(super) fn advance_on(
     ends: &mut Ends<LANES>,
 ) {
     instructions.run(Step { lanes, interval, motion, ends });
+}
+
+/// Lets a group of eight creep.
+#[inline]
+pub(super) fn creep_on(instructions: InstructionSet, lanes: &mut LaneGroup<LANES>, interval: f64) {
+    instructions.run(Creeping { lanes, interval });
+}
+
+struct Creeping<'a> {
+    lanes: &'a mut LaneGroup<LANES>,
+    interval: f64,
+}
+
+impl Work for Creeping<'_> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self, _: A) {
+        creep(self.lanes, self.interval);
+    }
 }
 
 struct Step<'a> {

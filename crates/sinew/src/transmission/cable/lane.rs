@@ -133,20 +133,6 @@ impl<const N: usize> LaneGroup<N> {
         Ok(())
     }
 
-    /// Lengthens the unloaded cable, cell by cell, m; tensions are clipped at zero.
-    pub(super) fn lengthen(&mut self, k: usize, growth: impl Iterator<Item = f64>) {
-        if self.stretch.0[k] <= 0.0 {
-            // A slack cable that shrinks stays without tension until an end moves.
-            self.stretch.0[k] = (self.stretch.0[k] - growth.sum::<f64>()).min(0.0);
-            return;
-        }
-        let cells = self.tension.iter_mut().zip(&self.stiffness);
-        for ((tension, stiffness), growth) in cells.zip(growth) {
-            tension.0[k] = (tension.0[k] - growth * stiffness.0[k]).max(0.0);
-        }
-        self.update_stretch_and_energy(k);
-    }
-
     /// Writes the numbers from which the next step of a lane follows.
     pub(super) fn save(&self, k: usize, state: &mut [f64]) {
         let m = self.tension.len();

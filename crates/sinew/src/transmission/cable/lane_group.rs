@@ -48,6 +48,17 @@ pub(super) struct Weakenings<const N: usize> {
     pub(super) lag: Row<N>,
 }
 
+/// Recoverable creep of the cells.
+#[derive(Debug, Clone)]
+pub(super) struct Creep<const N: usize> {
+    /// `kappa`, 1.
+    pub(super) share: Row<N>,
+    /// `tau`, s; infinite where a cable does not creep.
+    pub(super) time: Row<N>,
+    /// `x_j`, m: `[cells]`.
+    pub(super) crept: Vec<Row<N>>,
+}
+
 /// Displacements of both ends in one step, m, + toward the motor.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Motion<const N: usize> {
@@ -76,6 +87,8 @@ pub(super) struct LaneGroup<const N: usize> {
     /// Present where friction of any lane weakens, with one memory per node.
     pub(super) weakening: Option<Weakenings<N>>,
     pub(super) memory: Vec<Memory<N>>,
+    /// Present where a cable of any lane creeps.
+    pub(super) creep: Option<Creep<N>>,
     /// Newton steps per time step.
     pub(super) iterations: usize,
 
@@ -121,6 +134,7 @@ impl<const N: usize> LaneGroup<N> {
             fade: row(&|law| 2.0 * law.drag_fade),
             weakening: None,
             memory: vec![],
+            creep: None,
             iterations: 1,
             tension: vec![Row::ZERO; cells],
             slip: vec![Row::ZERO; cells + 1],

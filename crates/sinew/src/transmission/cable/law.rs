@@ -168,6 +168,12 @@ impl CableLaw {
         self.nodes.iter().map(|node| 2.0 * (node.friction + node.loss)).sum()
     }
 
+    /// Drag of the whole path, N s/m, and the tension `T_d` below which it fades, N.
+    #[must_use]
+    pub fn drag(&self) -> [f64; 2] {
+        [self.nodes.iter().map(|node| node.drag).sum(), self.drag_fade]
+    }
+
     /// Bend of all sheaths, rad.
     #[must_use]
     pub fn sheath_bend(&self) -> f64 {

@@ -1,6 +1,6 @@
 //! Many cables with their states, stepped together in SIMD lanes.
 
-use super::dispatch::{LANES, advance_on};
+use super::dispatch::{LANES, advance_on, creep_on};
 use super::ends::{EndMotion, EndTensions, LARGEST_MOTION, above_pretension, check_interval, check_motion};
 use super::lane_group::{Ends, LaneGroup, Motion, Row};
 use super::law::CableLaw;
@@ -171,14 +171,20 @@ impl CableBatch {
         self.groups[group].scale_drag(k, factor)
     }
 
-    /// As [`Cable::lengthen`](super::Cable::lengthen) for one cable.
+    /// As [`Cable::set_creep`](super::Cable::set_creep) for one cable.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for an index out of range.
-    pub fn lengthen(&mut self, cable: usize, growth: impl Iterator<Item = f64>) -> Result<(), Error> {
+    /// As there, and [`Error::OutOfDomain`] for an index out of range.
+    pub fn set_creep(&mut self, cable: usize, share: f64, time: f64) -> Result<(), Error> {
         let (group, k) = self.place(cable)?;
-        self.groups[group].lengthen(k, growth.map(|g| if g.is_finite() { g } else { 0.0 }));
-        Ok(())
+        self.groups[group].set_creep(k, share, time)
+    }
+
+    /// As [`Cable::creep`](super::Cable::creep) for all cables.
+    pub fn creep(&mut self, interval: f64) {
+        for group in &mut self.groups {
+            creep_on(self.instructions, group, interval);
+        }
     }
 
     /// Tension of every cell of one cable, N, drive end first; empty for an index out of range.
@@ -211,7 +217,7 @@ impl CableBatch {
 
     /// Writes the state of one cable: from it the cable continues to the bit as from its last step.
     ///
-    /// Wraps, bends and drag that were changed are not part of it.
+    /// Wraps, bends and drag that were changed, and creep, are not part of it.
     ///
     /// # Shapes
     /// `state: [state_len]`: stretch, m; twice the energy, J; tensions, N; slips of the last step, m; lagged speeds, m/s.

@@ -1,5 +1,6 @@
 //! One cable with its state.
 
+use super::creep::creep;
 use super::ends::{EndMotion, EndTensions, above_pretension, check_interval, check_motion};
 use super::lane_group::{Ends, LaneGroup, Motion, Row};
 use super::law::CableLaw;
@@ -180,8 +181,18 @@ impl Cable {
         self.lanes.scale_drag(0, factor)
     }
 
-    /// Lengthens the unloaded cable cell by cell, m, as by creep; tensions are clipped at zero.
-    pub fn lengthen(&mut self, growth: impl Iterator<Item = f64>) {
-        self.lanes.lengthen(0, growth.map(|g| if g.is_finite() { g } else { 0.0 }));
+    /// Lets the cable creep from now on, and recover: a Kelvin-Voigt element in every cell, whose strain approaches `share`
+    /// of the elastic one with the time constant `time`, s.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for a negative share or a time that is not above 0.
+    pub fn set_creep(&mut self, share: f64, time: f64) -> Result<(), Error> {
+        self.lanes.set_creep(0, share, time)
+    }
+
+    /// Creep over an interval, s, after a step; tensions are clipped at zero. Without [`set_creep`](Self::set_creep) nothing
+    /// changes.
+    pub fn creep(&mut self, interval: f64) {
+        creep(&mut self.lanes, interval);
     }
 }

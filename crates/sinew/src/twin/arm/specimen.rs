@@ -51,6 +51,15 @@ impl ArmSpecimen {
     /// [`Error::Part`] with the joint, or [`Error::OutOfDomain`] for its damping, where more than 100 substeps in a
     /// millisecond would be needed.
     pub fn nominal(machine: &Machine) -> Result<Self, Error> {
+        Self::nominal_at(machine, Resolution::default())
+    }
+
+    /// [`nominal`](Self::nominal) with cables of this many cells, and at least this many substeps of a millisecond.
+    ///
+    /// # Errors
+    /// As there and as [`CablePlants::new`](crate::twin::cable::CablePlants::new).
+    pub fn nominal_at(machine: &Machine, least: Resolution) -> Result<Self, Error> {
+        least.validate()?;
         let mut model = MuscleDynamics::new(&machine.robot)?;
         model.evaluate(&machine.start)?;
         let places = model.lengths().iter().zip(model.wrap_angles());
@@ -64,7 +73,7 @@ impl ArmSpecimen {
             bends: machine.sheath_bends()?,
             drives: machine.muscles.iter().map(|design| design.drive).collect(),
             encoders: machine.encoders.clone(),
-            resolution: Resolution::default(),
+            resolution: least,
         };
         specimen.resolution.substeps = specimen.stable_substeps(&mut model, &machine.poses(PLACES)?)?;
         Ok(specimen)

@@ -220,6 +220,20 @@ impl ArmTwin {
         }
     }
 
+    /// Tension along one cable, N, drive end first.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for an index out of range.
+    pub fn cable_tensions(&self, muscle: usize) -> Result<impl Iterator<Item = f64>, Error> {
+        self.cables.tensions(muscle)
+    }
+
+    /// Temperature of the winding of one drive, degrees Celsius; NaN for an index out of range.
+    #[must_use]
+    pub fn winding(&self, muscle: usize) -> f64 {
+        self.drives.get(muscle).map_or(f64::NAN, Drive::winding)
+    }
+
     /// Its parameters.
     #[must_use]
     pub fn specimen(&self) -> &ArmSpecimen {

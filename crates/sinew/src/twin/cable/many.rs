@@ -32,9 +32,15 @@ impl CablePlants {
         resolution.validate()?;
         let laws = specimens.iter().map(|s| s.law(resolution.cells)).collect::<Result<Vec<_>, _>>()?;
         let n = specimens.len();
+        let mut cables = CableBatch::new(&laws)?;
+        for (k, specimen) in specimens.iter().enumerate() {
+            if let Some(creep) = &specimen.effects.creep {
+                cables.set_creep(k, creep.share, creep.time)?;
+            }
+        }
         Ok(Self {
-            cables: CableBatch::new(&laws)?,
-            wear: specimens.iter().map(|s| Wear::new(&s.effects, resolution.cells)).collect(),
+            cables,
+            wear: specimens.iter().map(|s| Wear::new(&s.effects)).collect(),
             compliance: laws.iter().map(|law| law.compliance().to_vec()).collect(),
             substeps: resolution.substeps,
             parts: vec![EndMotion::default(); n],
@@ -100,11 +106,8 @@ impl CablePlants {
             if let Some(factor) = wear.drag_factor() {
                 self.cables.scale_drag(k, factor)?;
             }
-            let compliance = self.compliance[k].iter().copied();
-            if let Some(growth) = wear.creep(interval, self.cables.tensions(k), compliance) {
-                self.cables.lengthen(k, growth.iter().copied())?;
-            }
         }
+        self.cables.creep(interval);
         Ok(())
     }
 

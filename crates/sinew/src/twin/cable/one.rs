@@ -70,8 +70,11 @@ impl CablePlant {
     /// [`Error::OutOfDomain`] names the number outside its domain.
     pub fn new(specimen: &Specimen, resolution: Resolution) -> Result<Self, Error> {
         resolution.validate()?;
-        let cable = Cable::new(specimen.law(resolution.cells)?);
-        let wear = Wear::new(&specimen.effects, resolution.cells);
+        let mut cable = Cable::new(specimen.law(resolution.cells)?);
+        if let Some(creep) = &specimen.effects.creep {
+            cable.set_creep(creep.share, creep.time)?;
+        }
+        let wear = Wear::new(&specimen.effects);
         Ok(Self { cable, wear, substeps: resolution.substeps })
     }
 
@@ -112,10 +115,7 @@ impl CablePlant {
         if let Some(factor) = self.wear.drag_factor() {
             self.cable.scale_drag(factor)?;
         }
-        let compliance = self.cable.law().compliance().iter().copied();
-        if let Some(growth) = self.wear.creep(interval, self.cable.tensions(), compliance) {
-            self.cable.lengthen(growth.iter().copied());
-        }
+        self.cable.creep(interval);
         Ok(reading)
     }
 

@@ -1,9 +1,7 @@
-//! Slow effects on a cable between two steps: heat, creep and breakage.
+//! Slow effects on a cable between two steps: heat and breakage; creep is part of the cable.
 
 use super::effects::Effects;
 use crate::transmission::cable::EndTensions;
-use alloc::vec;
-use alloc::vec::Vec;
 
 /// Time and tension at which a cable broke.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,23 +35,12 @@ pub(super) struct Wear {
     effects: Effects,
     time_s: f64,
     warming: f64,
-    /// `x_j` and their change in the last step, m: `[cells]`, or empty without creep.
-    crept: Vec<f64>,
-    growth: Vec<f64>,
     pub(super) broken: Option<Broken>,
 }
 
 impl Wear {
-    pub(super) fn new(effects: &Effects, cells: usize) -> Self {
-        let cells = if effects.creep.is_some() { cells } else { 0 };
-        Self {
-            effects: effects.clone(),
-            time_s: 0.0,
-            warming: 0.0,
-            crept: vec![0.0; cells],
-            growth: vec![0.0; cells],
-            broken: None,
-        }
+    pub(super) fn new(effects: &Effects) -> Self {
+        Self { effects: effects.clone(), time_s: 0.0, warming: 0.0, broken: None }
     }
 
     /// Updates heat and breakage from the end tensions; returns the true state.
@@ -91,23 +78,5 @@ impl Wear {
     /// Factor on the drag; `None` without the effect of heat.
     pub(super) fn drag_factor(&self) -> Option<f64> {
         self.effects.heat.as_ref().map(|heat| libm::exp(-heat.softening * self.warming))
-    }
-
-    /// Elongation of every cell by creep, m; `None` without creep; `tensions` and `compliance` are those of
-    /// the cells.
-    pub(super) fn creep(
-        &mut self,
-        interval: f64,
-        tensions: impl Iterator<Item = f64>,
-        compliance: impl Iterator<Item = f64>,
-    ) -> Option<&[f64]> {
-        let creep = self.effects.creep.as_ref()?;
-        let rate = interval / (creep.time + interval);
-        let cells = self.crept.iter_mut().zip(&mut self.growth);
-        for ((crept, growth), (tension, compliance)) in cells.zip(tensions.zip(compliance)) {
-            *growth = rate * (creep.share * compliance * tension - *crept);
-            *crept += *growth;
-        }
-        Some(&self.growth)
     }
 }

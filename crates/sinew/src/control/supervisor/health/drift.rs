@@ -39,6 +39,8 @@ pub(super) struct DriftRule {
     pub(super) least_drift: f64,
     /// Drift of which the forecast speaks.
     pub(super) limit: f64,
+    /// Whether a fall is not reported.
+    pub(super) growth_alone: bool,
 }
 
 /// Drift of one quantity of a cable, as a share of its value in the model.
@@ -98,8 +100,10 @@ impl DriftWatch {
         let z = (x - self.mean) / self.deviation();
         self.sums = [(self.sums[0] + z - ALLOWANCE).max(0.0), (self.sums[1] - z - ALLOWANCE).max(0.0)];
         self.recent += (x - self.recent) / RECENT;
-        let most = self.sums[0].max(self.sums[1]);
-        self.found |= most > THRESHOLD && (self.recent - self.mean).abs() > self.rule.least_drift;
+        let [grown, fallen] = self.sums.map(|sum| sum > THRESHOLD);
+        let drift = self.recent - self.mean;
+        self.found |= grown && drift > self.rule.least_drift;
+        self.found |= !self.rule.growth_alone && fallen && -drift > self.rule.least_drift;
     }
 
     fn deviation(&self) -> f64 {
@@ -133,7 +137,8 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    const RULE: DriftRule = DriftRule { least_deviation: 0.005, least_drift: 0.02, limit: 0.2 };
+    const RULE: DriftRule =
+        DriftRule { least_deviation: 0.005, least_drift: 0.02, limit: 0.2, growth_alone: false };
 
     #[test]
     fn steady_noise_is_not_reported_in_a_thousand_series() {
@@ -144,6 +149,15 @@ mod tests {
             watch.drift().found
         });
         assert!(reported.count() == 0);
+    }
+
+    #[test]
+    fn a_fall_is_reported_only_where_it_matters() {
+        for growth_alone in [false, true] {
+            let mut watch = DriftWatch::new(DriftRule { growth_alone, ..RULE });
+            (0..40).for_each(|k| watch.update(-0.005 * f64::from(k), 100.0));
+            assert_eq!(watch.drift().found, !growth_alone);
+        }
     }
 
     #[test]

@@ -2,7 +2,8 @@
 ///
 /// ```text
 /// e = C T_in E(s A),   E(z) = (1 - exp(-z))/z                        stretch of a cable that slides everywhere
-/// -x = c + C T_in E(s A) d_C + C T_in s E'(s A) A d_A                least squares over a window, d_C and d_A with priors
+/// x' = x + s C (f - 1) D |v|/2  T_m/(T_m + T_d),   T_m = T_in E(s A)  with what the observer has learned as drag taken back
+/// -x' = c + C T_in E(s A) d_C + C T_in s E'(s A) A d_A               least squares over a window, d_C and d_A with priors
 /// ```
 ///
 /// | symbol | meaning                                                             | unit |
@@ -10,9 +11,12 @@
 /// | x      | travel of the winch in addition to its encoder's with which the observer explains the tension | m |
 /// | T_in, s | tension at the drive, direction of sliding                           | N, 1 |
 /// | C, A   | compliance and friction angle of the model                            | m/N, 1 |
+/// | D, T_d | drag of the model and the tension below which it fades                | N s/m, N |
+/// | f, v   | drag that the observer has learned, over the model's; speed of the anchor | 1, m/s |
 /// | d_C, d_A | relative differences of the cable from its model                     | 1    |
 ///
 /// Sliding toward the motor the stretch shrinks with friction, away it grows: the hysteresis tells friction from compliance.
+/// The observer takes friction that grows for drag: without `x'` nothing of it would be left unexplained.
 ///
 /// # Assumes
 /// Friction evenly along the cable. Errors of geometry and creep enter both numbers alike as long as the motion is the
@@ -26,6 +30,32 @@ pub(super) struct SlidingFit {
     normal: [f64; 6],
     right: [f64; 3],
     count: [f64; 2],
+}
+
+/// What is seen of a cable at one time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SlidingSample {
+    /// Of the anchor, m/s, + toward the motor.
+    pub(super) speed: f64,
+    /// At the drive, N, >= 0.
+    pub(super) tension: f64,
+    /// `x`, m.
+    pub(super) unexplained: f64,
+    /// `f`.
+    pub(super) drag_factor: f64,
+}
+
+/// What its model says.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SlidingModel {
+    /// `A`.
+    pub(super) angle: f64,
+    /// `C`, m/N.
+    pub(super) compliance: f64,
+    /// `D`, N s/m.
+    pub(super) drag: f64,
+    /// `T_d`, N, > 0.
+    pub(super) drag_fade: f64,
 }
 
 /// Samples of each direction that a window needs.
@@ -47,10 +77,16 @@ fn mean_tension(z: f64) -> [f64; 2] {
 }
 
 impl SlidingFit {
-    /// One sample: direction, tension, N, unexplained travel, m, and the model's friction angle and compliance, m/N.
-    pub(super) fn add(&mut self, sign: f64, tension: f64, travel: f64, (angle, compliance): (f64, f64)) {
+    /// Takes one sample.
+    pub(super) fn add(&mut self, sample: &SlidingSample, model: &SlidingModel) {
+        let SlidingSample { speed, tension, unexplained, drag_factor } = *sample;
+        let SlidingModel { angle, compliance, drag, drag_fade } = *model;
+        let sign = speed.signum();
         let [mean, slope] = mean_tension(sign * angle);
         let stretch = compliance * tension;
+        let faded = tension * mean / (tension * mean + drag_fade);
+        let learned = 0.5 * compliance * (drag_factor - 1.0) * drag * speed * faded;
+        let travel = unexplained + learned;
         let row = [1.0, stretch * mean, stretch * slope];
         let mut place = 0;
         for i in 0..3 {
@@ -102,10 +138,30 @@ mod tests {
                 let tension = 40.0 + 20.0 * libm::sin(0.1 * f64::from(k));
                 let stretch = |c: f64, a: f64| c * tension * mean_tension(sign * a)[0];
                 let own = stretch(compliance * (1.0 + softer), angle * (1.0 + rougher));
-                fit.add(sign, tension, stretch(compliance, angle) - own + 0.7e-3, (angle, compliance));
+                let unexplained = stretch(compliance, angle) - own + 0.7e-3;
+                let sample = SlidingSample { speed: 0.05 * sign, tension, unexplained, drag_factor: 1.0 };
+                fit.add(&sample, &SlidingModel { angle, compliance, drag: 80.0, drag_fade: 5.0 });
             }
             let [c, a] = fit.solve().unwrap();
             assert!((c - softer).abs() < 0.02 && (a - rougher).abs() < 0.02, "{softer} {rougher}: {c} {a}");
         }
+    }
+
+    #[test]
+    fn friction_that_the_observer_has_learned_as_drag_is_found() {
+        let model = SlidingModel { angle: 0.9, compliance: 2e-4, drag: 80.0, drag_fade: 5.0 };
+        let friction = |drag_factor: f64| {
+            let mut fit = SlidingFit::default();
+            for k in 0..400 {
+                let speed = if k % 2 == 0 { 0.05 } else { -0.05 };
+                let tension = 40.0 + 20.0 * libm::sin(0.1 * f64::from(k));
+                fit.add(&SlidingSample { speed, tension, unexplained: 0.0, drag_factor }, &model);
+            }
+            fit.solve().unwrap()[1]
+        };
+        assert!(friction(1.0).abs() < 1e-9);
+        // 4 N of drag more, of about 45 N at 0.9 rad in the mean of both directions.
+        assert!((0.03..0.3).contains(&friction(2.0)), "{}", friction(2.0));
+        assert!(friction(0.5) < -0.015);
     }
 }

@@ -1,5 +1,5 @@
 use super::drift::{Drift, DriftRule, DriftWatch};
-use super::sliding::SlidingFit;
+use super::sliding::{SlidingFit, SlidingModel, SlidingSample};
 use super::torque::TorqueFit;
 use crate::control::arm::ArmController;
 use crate::control::supervisor::fault_kind::FaultKind;
@@ -68,9 +68,13 @@ struct Watched {
 const WINDOW: f64 = 60.0;
 /// Speed of an anchor from which on the direction of sliding is certain, m/s.
 const SLIDING_SPEED: f64 = 2e-3;
-const FRICTION: DriftRule = DriftRule { least_deviation: 0.01, least_drift: 0.05, limit: 0.2 };
-const STIFFNESS: DriftRule = DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2 };
-const PRETENSION: DriftRule = DriftRule { least_deviation: 0.02, least_drift: 0.1, limit: 0.5 };
+/// Friction that falls, of a cable that runs in or of grease that warms, does no harm.
+const FRICTION: DriftRule =
+    DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2, growth_alone: true };
+const STIFFNESS: DriftRule =
+    DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2, growth_alone: false };
+const PRETENSION: DriftRule =
+    DriftRule { least_deviation: 0.02, least_drift: 0.1, limit: 0.5, growth_alone: false };
 
 impl HealthMonitor {
     pub(in crate::control::supervisor) fn new(muscles: usize) -> Self {
@@ -105,8 +109,11 @@ impl HealthMonitor {
         if let (Some(cable), Ok(law)) = (self.cables.get_mut(k), controller.cable_law(k)) {
             let (tension, speed) = (observed.tension[k], observed.anchor_speed[k]);
             if speed.abs() > SLIDING_SPEED && tension.is_finite() && controller.slides(k) {
-                let model = (law.friction_angle(), law.compliance().iter().sum());
-                cable.sliding.add(speed.signum(), tension.max(0.0), observed.unexplained[k], model);
+                let [drag, drag_fade] = law.drag();
+                let (angle, compliance) = (law.friction_angle(), law.compliance().iter().sum());
+                let (unexplained, drag_factor) = (observed.unexplained[k], observed.drag_factor[k]);
+                let sample = SlidingSample { speed, tension: tension.max(0.0), unexplained, drag_factor };
+                cable.sliding.add(&sample, &SlidingModel { angle, compliance, drag, drag_fade });
             }
             let arms = observed.moment_arms.get(k * joints..(k + 1) * joints).unwrap_or_default();
             cable.torque.add(arms, observed.disturbance_torque);

@@ -1,0 +1,71 @@
+use sinew::Error;
+use sinew::twin::cable::Resolution;
+
+/// What an action commands of every drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Actuation {
+    /// Speed of the cable at the winch: -1 and 1 are the speed at which the drive takes up cable at half of its working
+    /// tension, away from and toward the motor.
+    Speed,
+    /// Tension at the drive's outlet: -1 is the least that keeps the cable from going slack, 1 the drive's working tension.
+    Tension,
+    /// Torque of the motor: -1 and 1 are the torque that it can give continuously.
+    Torque,
+}
+
+/// Conditions of an environment beside machine and task.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// What an action commands.
+    pub actuation: Actuation,
+    /// Milliseconds for which an action holds, 1 to 1000.
+    pub interval_ms: u32,
+    /// Actions of an episode, at least 1: it is truncated then.
+    pub steps: u32,
+    /// Cells of the cables, and least substeps of a millisecond; more are taken where the machine needs them.
+    pub resolution: Resolution,
+    /// Largest distance of the initial pose, and of the pose to be reached, from the machine's start, as a share of the way
+    /// to the ends of the joints' ranges, 0 to 1.
+    pub spread: f64,
+    /// Weight of the mean square action in the reward, >= 0.
+    pub effort: f64,
+}
+
+impl Default for Settings {
+    /// Speeds every 10 ms for 5 s; half of the ranges. Twelve cells, whose end tensions differ from those of a fine cable by less than
+    /// specimens do (`sinew::transmission::cable`), and as few substeps as the machine allows.
+    fn default() -> Self {
+        Self {
+            actuation: Actuation::Speed,
+            interval_ms: 10,
+            steps: 500,
+            resolution: Resolution { cells: 12, substeps: 1 },
+            spread: 0.5,
+            effort: 0.01,
+        }
+    }
+}
+
+impl Settings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] names the one outside its domain.
+    pub fn validate(&self) -> Result<(), Error> {
+        let milliseconds = f64::from(self.interval_ms);
+        within(
+            "interval_ms",
+            "a number of milliseconds from 1 to 1000",
+            milliseconds,
+            (1..=1000).contains(&self.interval_ms),
+        )?;
+        within("steps", "at least 1", f64::from(self.steps), self.steps >= 1)?;
+        within("spread", "a number from 0 to 1", self.spread, (0.0..=1.0).contains(&self.spread))?;
+        within("effort", "a finite number >= 0", self.effort, self.effort >= 0.0 && self.effort.is_finite())
+    }
+}
+
+/// Refuses a value for which the condition, which `expected` states in words, does not hold.
+pub(crate) fn within(name: &'static str, expected: &'static str, got: f64, holds: bool) -> Result<(), Error> {
+    if holds { Ok(()) } else { Err(Error::OutOfDomain { name, expected, got }) }
+}

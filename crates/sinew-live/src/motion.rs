@@ -1,0 +1,153 @@
+//! References of the joints: along the path, to where the end point is dragged, or at rest.
+
+use sinew::Error;
+use sinew::control::stretch::PREVIEW_HORIZON;
+use sinew::control::supervisor::{Mode, Request};
+use sinew::machine::{Machine, Task};
+use sinew::trajectory::online::{JointLimits, Setpoint, SetpointFollower};
+use sinew::trajectory::{Reference, Trajectory, finite_ranges};
+use std::sync::Arc;
+
+/// What is followed in [`Mode::Run`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Goal {
+    /// The path, `time` s after its beginning.
+    Path { time: f64 },
+    /// The beginning of the path.
+    PathStart { near_for: f64 },
+    /// A place of the end point, m.
+    Drag([f64; 3]),
+    /// Rest.
+    Stay,
+}
+
+/// Motion of one simulated machine.
+#[derive(Debug, Clone)]
+pub(crate) struct Motion {
+    trajectory: Arc<Trajectory>,
+    closed: bool,
+    follower: SetpointFollower,
+    goal: Goal,
+    request: Request,
+    /// Where the end point is to go once the machine rests.
+    waiting: Option<[f64; 3]>,
+    first: Vec<f64>,
+    pub(crate) current: Reference,
+    pub(crate) previewed: Reference,
+}
+
+/// Joint error, rad or m, and time, s, at which the beginning of the path counts as reached.
+const NEAR: f64 = 1e-3;
+const NEAR_FOR: f64 = 0.3;
+
+impl Motion {
+    /// Along a trajectory, from its beginning.
+    pub(crate) fn new(machine: &Machine, trajectory: Arc<Trajectory>, h: f64) -> Result<Self, Error> {
+        let ranges = finite_ranges(&machine.robot, &machine.start)?;
+        let limits = JointLimits::of_motion(&trajectory, ranges)?;
+        let point = match machine.task {
+            Task::EndPoint { site, axes } => Some((site, axes, &machine.redundancy)),
+            Task::Joints => None,
+        };
+        let mut current = Reference::new(trajectory.joints());
+        trajectory.sample(0.0, &mut current)?;
+        let first = current.q.clone();
+        let follower = SetpointFollower::new(&machine.robot, limits, point, &first, [PREVIEW_HORIZON, h])?;
+        Ok(Self {
+            closed: trajectory.is_closed(),
+            trajectory,
+            follower,
+            goal: Goal::Path { time: 0.0 },
+            request: Request::Run,
+            waiting: None,
+            first,
+            previewed: current.clone(),
+            current,
+        })
+    }
+
+    /// What is asked of the supervisor.
+    pub(crate) fn request(&self) -> Request {
+        self.request
+    }
+
+    /// Asks for a mode; to run leads to the beginning of the path and along it.
+    pub(crate) fn ask(&mut self, request: Request, mode: Mode) {
+        self.waiting = None;
+        self.request = request;
+        if request == Request::Run && mode != Mode::Run {
+            self.goal = Goal::PathStart { near_for: 0.0 };
+        } else if request == Request::Run && !matches!(self.goal, Goal::Path { .. }) {
+            self.goal = Goal::PathStart { near_for: 0.0 };
+        }
+    }
+
+    /// The end point is dragged; a machine that moves along its path comes to rest first.
+    pub(crate) fn drag(&mut self, target: [f64; 3], mode: Mode) {
+        match self.goal {
+            Goal::Drag(_) if mode == Mode::Run => self.goal = Goal::Drag(target),
+            _ => {
+                self.waiting = Some(target);
+                if mode == Mode::Run && !matches!(self.goal, Goal::Stay) {
+                    self.request = Request::Hold;
+                }
+            }
+        }
+    }
+
+    /// The end point stays.
+    pub(crate) fn release(&mut self) {
+        self.waiting = None;
+        if matches!(self.goal, Goal::Drag(_)) {
+            self.goal = Goal::Stay;
+        }
+    }
+
+    /// The references of the next cycle, `h` s after the last.
+    pub(crate) fn sample(&mut self, h: f64, mode: Mode) -> Result<(), Error> {
+        if let Some(target) = self.waiting
+            && (mode == Mode::Hold || (mode == Mode::Run && self.goal == Goal::Stay))
+        {
+            (self.goal, self.waiting, self.request) = (Goal::Drag(target), None, Request::Run);
+        }
+        let Self { trajectory, follower, current, previewed, .. } = self;
+        let running = mode == Mode::Run;
+        let setpoint = match self.goal {
+            Goal::Path { time } => {
+                let duration = trajectory.duration();
+                let again = |time: f64| if self.closed && time > duration { time - duration } else { time };
+                trajectory.sample(time, current)?;
+                trajectory.sample(again(time + PREVIEW_HORIZON), previewed)?;
+                if running {
+                    self.goal = Goal::Path { time: again(time + h) };
+                }
+                return Ok(());
+            }
+            _ if !running => Setpoint::Hold,
+            Goal::PathStart { near_for } => {
+                let newest = &follower.newest().q;
+                let near = newest.iter().zip(&self.first).all(|(q, first)| (q - first).abs() < NEAR);
+                let near_for = if near { near_for + h } else { 0.0 };
+                self.goal = if near_for > NEAR_FOR + PREVIEW_HORIZON {
+                    Goal::Path { time: 0.0 }
+                } else {
+                    Goal::PathStart { near_for }
+                };
+                Setpoint::Joints(&self.first, &[])
+            }
+            Goal::Drag(target) => Setpoint::EndPoint(target),
+            Goal::Stay => Setpoint::Hold,
+        };
+        self.follower.step(setpoint, current, previewed).map(drop)
+    }
+
+    /// After the supervisor: what is held is where set-points begin.
+    pub(crate) fn settle(&mut self, mode: Mode, held: &Reference) {
+        if mode != Mode::Run {
+            self.follower.rest_at(&held.q);
+            if matches!(self.goal, Goal::Path { time } if time > 0.0) {
+                self.goal = Goal::PathStart { near_for: 0.0 };
+            }
+        }
+    }
+}

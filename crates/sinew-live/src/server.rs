@@ -1,0 +1,293 @@
+//! The page's files, `/scene` and `/stream` over HTTP.
+
+use crate::access::{Access, PROTOCOL};
+use crate::command::{Command, MAX_COMMAND};
+use crate::error::LiveError;
+use crate::layout::{MessageKind, message};
+use crate::stage::Stage;
+use axum::Router;
+use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::{Path, Request, State};
+use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
+use axum::http::{HeaderMap, StatusCode};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use serde_json::{Value, json};
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tokio::sync::{oneshot, watch};
+
+/// Between two states.
+const PICTURE: Duration = Duration::from_micros(16_667);
+/// Share of a picture's time in which the simulation may run.
+const BUDGET: f64 = 0.85;
+/// Commands that wait at most.
+const WAITING: usize = 64;
+/// Viewers at most.
+const VIEWERS: usize = 32;
+/// Time in which a viewer takes a message; one that does not is gone.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Where and what a server serves.
+pub struct ServerSettings {
+    /// Where it listens; port 0 for any that is free.
+    pub address: SocketAddr,
+    /// What is shown.
+    pub stage: Stage,
+}
+
+/// A page in service; its threads end when it is dropped.
+pub struct Server {
+    address: SocketAddr,
+    token: Option<String>,
+    ended: Arc<AtomicBool>,
+    stop: Option<oneshot::Sender<()>>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+/// A command on its way to the stage, and where its outcome goes.
+type Ordered = (Command, oneshot::Sender<Result<(), String>>);
+
+/// The newest picture, from which every viewer takes it.
+#[derive(Debug, Clone)]
+struct Picture {
+    revision: u32,
+    state: Arc<Vec<u8>>,
+    scene: Arc<String>,
+}
+
+/// What requests share.
+struct Shared {
+    access: Access,
+    pictures: watch::Receiver<Picture>,
+    commands: mpsc::SyncSender<Ordered>,
+    viewers: AtomicUsize,
+}
+
+impl Server {
+    /// Begins to listen and to simulate.
+    ///
+    /// # Errors
+    /// [`LiveError::Address`] for an address that cannot be listened on.
+    pub fn start(settings: ServerSettings) -> Result<Self, LiveError> {
+        let ServerSettings { address, mut stage } = settings;
+        let refused = |source| LiveError::Address { address, source };
+        let system = |error: &dyn std::fmt::Display| LiveError::System(error.to_string());
+        let listener = TcpListener::bind(address).map_err(refused)?;
+        let address = listener.local_addr().map_err(refused)?;
+        listener.set_nonblocking(true).map_err(refused)?;
+        let access = Access::new(address).map_err(|error| system(&error))?;
+        let token = access.token().map(str::to_owned);
+        let (sender, pictures) = watch::channel(picture(&mut stage)?);
+        let (commands, orders) = mpsc::sync_channel(WAITING);
+        let viewers = AtomicUsize::new(0);
+        let shared = Arc::new(Shared { access, pictures, commands, viewers });
+        let ended = Arc::new(AtomicBool::new(false));
+        let (stop, stopped) = oneshot::channel();
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build();
+        let runtime = runtime.map_err(|error| system(&error))?;
+        let flag = Arc::clone(&ended);
+        let named = |name: &str| std::thread::Builder::new().name(name.to_owned());
+        let simulating = named("simulation").spawn(move || simulate(&mut stage, &orders, &sender, &flag));
+        let simulating = simulating.map_err(|error| system(&error))?;
+        let serving = named("page").spawn(move || {
+            runtime.block_on(async {
+                let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
+                let serving = axum::serve(listener, router(shared)).into_future();
+                tokio::select! { _ = serving => {}, _ = stopped => {} }
+            });
+        });
+        let serving = serving.map_err(|error| system(&error))?;
+        Ok(Self { address, token, ended, stop: Some(stop), threads: vec![simulating, serving] })
+    }
+
+    /// Where it listens.
+    #[must_use]
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Address of the page, with the token in its fragment, which browsers send to nobody.
+    #[must_use]
+    pub fn url(&self) -> String {
+        let fragment = self.token.as_ref().map_or(String::new(), |token| format!("#token={token}"));
+        format!("http://{}/{fragment}", self.address)
+    }
+
+    /// Whether the simulation has ended by itself, because it failed.
+    #[must_use]
+    pub fn has_failed(&self) -> bool {
+        self.threads.first().is_none_or(JoinHandle::is_finished)
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
+        if let Some(stop) = self.stop.take() {
+            // A server that has ended already needs no word.
+            let _ = stop.send(());
+        }
+        for thread in self.threads.drain(..) {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn picture(stage: &mut Stage) -> Result<Picture, LiveError> {
+    let scene = Arc::new(stage.scene()?.to_string());
+    Ok(Picture { revision: stage.revision(), state: Arc::new(stage.state()?), scene })
+}
+
+/// Lets time pass on the stage until the server ends: commands, control cycles, a picture.
+fn simulate(
+    stage: &mut Stage,
+    orders: &mpsc::Receiver<Ordered>,
+    pictures: &watch::Sender<Picture>,
+    ended: &AtomicBool,
+) {
+    let mut last = Instant::now();
+    while !ended.load(Ordering::Relaxed) {
+        let begun = Instant::now();
+        let passed = begun.duration_since(last).as_secs_f64();
+        last = begun;
+        while let Ok((command, outcome)) = orders.try_recv() {
+            // The page may be gone.
+            let _ = outcome.send(stage.command(&command));
+        }
+        let budget = PICTURE.mul_f64(BUDGET);
+        if stage.advance(passed, || begun.elapsed() > budget).is_err() {
+            return;
+        }
+        let scene = Arc::clone(&pictures.borrow().scene);
+        let changed = pictures.borrow().revision != stage.revision();
+        let next = if changed {
+            picture(stage)
+        } else {
+            stage.state().map(|state| Picture { revision: stage.revision(), state: Arc::new(state), scene })
+        };
+        let Ok(next) = next else { return };
+        // Without viewers nobody takes it.
+        pictures.send_replace(next);
+        std::thread::sleep(PICTURE.saturating_sub(begun.elapsed()));
+    }
+}
+
+fn router(shared: Arc<Shared>) -> Router {
+    Router::new()
+        .route("/", get(|| async { file("index.html") }))
+        .route("/assets/{*path}", get(|Path(path): Path<String>| async move { file(&path) }))
+        .route("/scene", get(scene))
+        .route("/stream", get(stream))
+        .layer(from_fn_with_state(Arc::clone(&shared), guard))
+        .with_state(shared)
+}
+
+/// Requests by another name or from another page are refused.
+async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
+    if !shared.access.is_own(request.headers()) {
+        let words = "This server answers requests for its own address from its own page only.";
+        return (StatusCode::FORBIDDEN, words).into_response();
+    }
+    next.run(request).await
+}
+
+fn file(path: &str) -> Response {
+    let Some(asset) = sinew_view::asset(path) else { return StatusCode::NOT_FOUND.into_response() };
+    let headers = [
+        (CONTENT_TYPE, asset.content_type),
+        (CONTENT_SECURITY_POLICY, "default-src 'self'; frame-ancestors 'none'"),
+        (CACHE_CONTROL, "no-cache"),
+    ];
+    (headers, asset.bytes).into_response()
+}
+
+async fn scene(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
+    if !shared.access.is_authorized(&headers) {
+        return unauthorized();
+    }
+    let scene = Arc::clone(&shared.pictures.borrow().scene);
+    ([(CONTENT_TYPE, "application/json"), (CACHE_CONTROL, "no-store")], scene.as_str().to_owned()).into_response()
+}
+
+fn unauthorized() -> Response {
+    let words = "The token is missing or wrong: open the address that the program printed, with what stands behind the #.";
+    (StatusCode::UNAUTHORIZED, words).into_response()
+}
+
+async fn stream(
+    State(shared): State<Arc<Shared>>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if !shared.access.is_authorized(&headers) {
+        return unauthorized();
+    }
+    if shared.viewers.load(Ordering::Relaxed) >= VIEWERS {
+        return (StatusCode::SERVICE_UNAVAILABLE, "Too many pages are open.").into_response();
+    }
+    let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MAX_COMMAND).max_frame_size(MAX_COMMAND);
+    upgrade.on_upgrade(move |socket| async move {
+        shared.viewers.fetch_add(1, Ordering::Relaxed);
+        // A connection that ends needs no answer.
+        let _ = watch_stage(socket, &shared).await;
+        shared.viewers.fetch_sub(1, Ordering::Relaxed);
+    })
+}
+
+/// Sends every new picture that the viewer is ready for, and takes its commands.
+async fn watch_stage(mut socket: WebSocket, shared: &Shared) -> Option<()> {
+    let mut pictures = shared.pictures.clone();
+    pictures.mark_changed();
+    let mut revision = pictures.borrow().revision;
+    loop {
+        tokio::select! {
+            changed = pictures.changed() => {
+                changed.ok()?;
+                let picture = pictures.borrow_and_update().clone();
+                if picture.revision != revision {
+                    revision = picture.revision;
+                    send(&mut socket, message(MessageKind::Scene, revision, &[])).await?;
+                }
+                send(&mut socket, picture.state.to_vec()).await?;
+            }
+            received = socket.recv() => match received?.ok()? {
+                Message::Text(text) => {
+                    let answer = answer(text.as_str(), shared).await;
+                    send(&mut socket, message(MessageKind::Answer, revision, answer.to_string().as_bytes())).await?;
+                }
+                Message::Binary(_) => {
+                    let answer = json!({"id": null, "ok": false, "error": "a command is a text, not binary data"});
+                    send(&mut socket, message(MessageKind::Answer, revision, answer.to_string().as_bytes())).await?;
+                }
+                Message::Close(_) => return Some(()),
+                Message::Ping(_) | Message::Pong(_) => {}
+            },
+        }
+    }
+}
+
+async fn send(socket: &mut WebSocket, bytes: Vec<u8>) -> Option<()> {
+    tokio::time::timeout(PATIENCE, socket.send(Message::Binary(bytes.into()))).await.ok()?.ok()
+}
+
+/// Executes a command on the stage.
+async fn answer(text: &str, shared: &Shared) -> Value {
+    let (id, outcome) = match Command::parse(text) {
+        Err((id, reason)) => (id, Err(reason)),
+        Ok((id, command)) => {
+            let (sender, receiver) = oneshot::channel();
+            let outcome = match shared.commands.try_send((command, sender)) {
+                Err(_) => Err("too many commands wait; try again".to_owned()),
+                Ok(()) => receiver.await.unwrap_or_else(|_| Err("the simulation has ended".to_owned())),
+            };
+            (id, outcome)
+        }
+    };
+    json!({"id": id, "ok": outcome.is_ok(), "error": outcome.err()})
+}

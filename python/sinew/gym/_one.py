@@ -1,0 +1,63 @@
+"""One environment, as most libraries for reinforcement learning want it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import ArrayLike, NDArray
+
+from ._conditions import ObservationPart
+from ._vector import MachineVectorEnv
+
+
+class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
+    """One simulated machine as a Gymnasium environment; keywords are the fields of `Conditions`.
+
+    With the same seed and actions it does the same, to the bit, as an environment of a `MachineVectorEnv`. Actions: shape
+    `(muscles,)`, from -1 to 1, clipped. `info["error"]`: distance of the end point, m, or root-mean-square error of the
+    joints as a share of their ranges.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}
+
+    def __init__(self, *, render_mode: None = None, **conditions: Any) -> None:
+        self._many = MachineVectorEnv(
+            1, autoreset_mode=AutoresetMode.DISABLED, render_mode=render_mode, **conditions
+        )
+        self.render_mode = None
+        self.observation_space = self._many.single_observation_space
+        self.action_space = self._many.single_action_space
+
+    @property
+    def many(self) -> MachineVectorEnv:
+        """The vector environment of which this is the only one."""
+        return self._many
+
+    @property
+    def observation_parts(self) -> dict[str, ObservationPart]:
+        """Where in an observation what stands, by name."""
+        return self._many.observation_parts
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begins an episode: the first of a seed, or the next one of this environment."""
+        super().reset(seed=seed)
+        observations, infos = self._many.reset(seed=seed)
+        return observations[0], {"error": float(infos["error"][0])}
+
+    def step(self, action: ArrayLike) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """One action: observation, reward, terminated, truncated, info."""
+        given = np.asarray(action)
+        if given.shape != self.action_space.shape:
+            raise ValueError(f"action must have the shape {self.action_space.shape}, but has {given.shape}")
+        observations, rewards, terminated, truncated, infos = self._many.step(given[np.newaxis])
+        ended = bool(terminated[0]), bool(truncated[0])
+        return observations[0], float(rewards[0]), *ended, {"error": float(infos["error"][0])}
+
+    def close(self) -> None:
+        """Frees the simulated machine; every later call is refused."""
+        self._many.close()
