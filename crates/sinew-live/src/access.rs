@@ -52,11 +52,8 @@ impl Access {
             _ => (host, Some(80)),
         };
         let ip = name.trim_start_matches('[').trim_end_matches(']').parse::<std::net::IpAddr>().ok();
-        let own = if self.address.ip().is_unspecified() {
-            ip.is_some()
-        } else {
-            ip == Some(self.address.ip())
-        };
+        let own =
+            if self.address.ip().is_unspecified() { ip.is_some() } else { ip == Some(self.address.ip()) };
         let loopback = self.address.ip().is_loopback() && name == "localhost";
         given == Some(port) && (own || loopback)
     }
@@ -90,7 +87,8 @@ mod tests {
     fn only_the_own_host_and_the_own_page_are_answered() {
         let access = Access::new("127.0.0.1:8080".parse().unwrap()).unwrap();
         let own = |host: &str, origin: Option<&str>| {
-            let list: Vec<_> = [(HOST, host)].into_iter().chain(origin.map(|origin| (ORIGIN, origin))).collect();
+            let list: Vec<_> =
+                [(HOST, host)].into_iter().chain(origin.map(|origin| (ORIGIN, origin))).collect();
             access.is_own(&headers(&list))
         };
         assert!(own("127.0.0.1:8080", None) && own("localhost:8080", Some("http://localhost:8080")));

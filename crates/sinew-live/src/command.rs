@@ -81,8 +81,11 @@ impl Command {
             "mode" => {
                 let wanted = text(message, "request")?;
                 let request = Request::ALL.into_iter().find(|request| request.name() == wanted);
-                let known = || Request::ALL[1..].iter().map(|request| request.name()).collect::<Vec<_>>().join(", ");
-                Self::Mode(request.ok_or_else(|| format!("request is `{wanted}`; expected one of {}", known()))?)
+                let known =
+                    || Request::ALL[1..].iter().map(|request| request.name()).collect::<Vec<_>>().join(", ");
+                Self::Mode(
+                    request.ok_or_else(|| format!("request is `{wanted}`; expected one of {}", known()))?,
+                )
             }
             "path" => Self::Path(text(message, "name")?.to_owned()),
             "drag" => Self::Drag(vector(message, "position", FAR)?),

@@ -51,7 +51,8 @@ impl Drawing {
         let start = self.machine.start.clone();
         self.evaluate(&start)?;
         let count = self.muscles.count();
-        let entries: Vec<[f64; 3]> = (0..count).map(|k| self.free_path(k).map(|path| path[0])).collect::<Result<_, _>>()?;
+        let entries: Vec<[f64; 3]> =
+            (0..count).map(|k| self.free_path(k).map(|path| path[0])).collect::<Result<_, _>>()?;
         let all = (0..self.machine.robot.parts().bodies.len())
             .map(|body| self.machine.robot.body_pose(&self.poses, body).origin)
             .chain(entries);

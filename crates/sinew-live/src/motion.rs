@@ -75,9 +75,8 @@ impl Motion {
     pub(crate) fn ask(&mut self, request: Request, mode: Mode) {
         self.waiting = None;
         self.request = request;
-        if request == Request::Run && mode != Mode::Run {
-            self.goal = Goal::PathStart { near_for: 0.0 };
-        } else if request == Request::Run && !matches!(self.goal, Goal::Path { .. }) {
+        let on_its_path = mode == Mode::Run && matches!(self.goal, Goal::Path { .. });
+        if request == Request::Run && !on_its_path {
             self.goal = Goal::PathStart { near_for: 0.0 };
         }
     }

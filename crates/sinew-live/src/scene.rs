@@ -93,7 +93,8 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
     if choices.variants.len() > 1 {
         commands.push("compare");
     }
-    let faults: Vec<&str> = ["none"].into_iter().chain(FaultKind::ALL.iter().map(|kind| kind.name())).collect();
+    let faults: Vec<&str> =
+        ["none"].into_iter().chain(FaultKind::ALL.iter().map(|kind| kind.name())).collect();
     Ok(json!({
         "schema": "sinew.live/1",
         "machine": robot.parts().name,
@@ -138,8 +139,10 @@ fn signals(machine: &Machine) -> Value {
             ("winch_position", "winch position", "m", "winch", false),
             ("motor_temperature", "winding temperature", "degC", "temperature", true),
         ] {
-            all.push(json!({"name": format!("{field}:{muscle}"), "label": label, "unit": unit, "group": group,
-                "muscle": k, "joint": null, "field": field, "index": k, "simulated_truth": truth}));
+            all.push(
+                json!({"name": format!("{field}:{muscle}"), "label": label, "unit": unit, "group": group,
+                "muscle": k, "joint": null, "field": field, "index": k, "simulated_truth": truth}),
+            );
         }
     }
     for (k, joint) in joints.into_iter().enumerate() {

@@ -212,7 +212,8 @@ async fn scene(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Respons
         return unauthorized();
     }
     let scene = Arc::clone(&shared.pictures.borrow().scene);
-    ([(CONTENT_TYPE, "application/json"), (CACHE_CONTROL, "no-store")], scene.as_str().to_owned()).into_response()
+    ([(CONTENT_TYPE, "application/json"), (CACHE_CONTROL, "no-store")], scene.as_str().to_owned())
+        .into_response()
 }
 
 fn unauthorized() -> Response {

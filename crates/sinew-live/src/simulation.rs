@@ -7,8 +7,8 @@ use sinew::control::arm::{ArmMeasurement, PreviewedReference};
 use sinew::control::supervisor::{ExchangeStatus, Mode, NamedFault, Request, Supervisor};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
-use sinew::transmission::cable::CableLaw;
 use sinew::trajectory::Trajectory;
+use sinew::transmission::cable::CableLaw;
 use sinew::twin::arm::{ArmTwin, Failure, InjectedFault};
 use std::sync::Arc;
 
@@ -147,11 +147,8 @@ impl Simulation {
         let reading = plant.reading();
         let measurement =
             ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
-        let reference = PreviewedReference {
-            current: &motion.current,
-            previewed: &motion.previewed,
-            repeat_time: None,
-        };
+        let reference =
+            PreviewedReference { current: &motion.current, previewed: &motion.previewed, repeat_time: None };
         let request = motion.request();
         let command =
             supervisor.step(CYCLE, &measurement, &reference, request, &ExchangeStatus::default())?;

@@ -133,7 +133,11 @@ impl Stage {
     ///
     /// # Errors
     /// As [`Simulation::step`].
-    pub(crate) fn advance(&mut self, seconds: f64, mut is_spent: impl FnMut() -> bool) -> Result<(), LiveError> {
+    pub(crate) fn advance(
+        &mut self,
+        seconds: f64,
+        mut is_spent: impl FnMut() -> bool,
+    ) -> Result<(), LiveError> {
         if self.paused {
             self.behind = false;
             return Ok(());
@@ -250,7 +254,8 @@ impl Stage {
     pub(crate) fn state(&mut self) -> Result<Vec<u8>, LiveError> {
         self.sequence += 1;
         let Self { first, second, drawing, layout, .. } = self;
-        let (mut poses, mut ghost, mut points, mut poses_2) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut poses, mut ghost, mut points, mut poses_2) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut end_2 = None;
         if let Some((_, second)) = second {
             drawing.evaluate(second.plant().truth().q)?;

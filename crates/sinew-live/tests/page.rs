@@ -50,7 +50,11 @@ impl SimulationSource for Designs {
     }
 
     fn failure(&self, text: &str) -> Result<(Failure, f64), String> {
-        if text == "cable:0" { Ok((Failure::Cable(0), f64::INFINITY)) } else { Err(format!("no fault `{text}`")) }
+        if text == "cable:0" {
+            Ok((Failure::Cable(0), f64::INFINITY))
+        } else {
+            Err(format!("no fault `{text}`"))
+        }
     }
 }
 
@@ -220,8 +224,10 @@ fn a_stop_counts_from_the_next_cycle_on_and_wrong_commands_are_refused_in_words(
         (json!({"id": 4, "command": "mode", "request": "fly"}), "expected one of"),
         (json!({"id": 5, "command": "path", "name": "moon"}), "no path `moon`"),
         (json!({"id": 6, "command": "fault", "fault": "cable:9"}), "no fault"),
-        (json!({"id": 7, "command": "push", "body": 99, "point": [0, 0, 0], "force_n": [1, 0, 0], "duration_s": 0.1}),
-            "body is 99"),
+        (
+            json!({"id": 7, "command": "push", "body": 99, "point": [0, 0, 0], "force_n": [1, 0, 0], "duration_s": 0.1}),
+            "body is 99",
+        ),
         (json!({"id": 8}), "command is null"),
     ] {
         let answer = viewer.ask(&command);
@@ -270,7 +276,11 @@ fn a_broken_cable_stops_the_machine() {
     stage.command(&Command::Step(300)).unwrap();
     stage.command(&Command::Fault("cable:0".to_owned())).unwrap();
     stage.command(&Command::Step(1500)).unwrap();
-    assert!(matches!(stage.simulation().mode(), Mode::SafeStop | Mode::Fault), "{:?}", stage.simulation().mode());
+    assert!(
+        matches!(stage.simulation().mode(), Mode::SafeStop | Mode::Fault),
+        "{:?}",
+        stage.simulation().mode()
+    );
 }
 
 #[test]

@@ -28,8 +28,8 @@ pub(crate) use identification::{
     AdaptArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PredictArguments, RoleArguments,
     WriteArguments,
 };
-pub(crate) use live::LiveArguments;
 pub(crate) use link::{LinkArguments, LinkKeyArguments, LinkVerb, LinkWatchArguments};
+pub(crate) use live::LiveArguments;
 pub(crate) use log::{
     LogArguments, LogExportArguments, LogInfoArguments, LogLayoutArguments, LogPlotArguments, LogVerb,
 };

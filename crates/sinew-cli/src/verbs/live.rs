@@ -40,7 +40,8 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
         payload: machine.payload,
     };
     let bare = Machine { payload: 0.0, ..machine.clone() };
-    let source = Bench { arm: CalibratedArm::new(&bare, arguments.seed)?, machine, duration: arguments.duration };
+    let source =
+        Bench { arm: CalibratedArm::new(&bare, arguments.seed)?, machine, duration: arguments.duration };
     let stage = Stage::new(Box::new(source), conditions).map_err(Error::Shown)?;
     drop(progress);
     let server = Server::start(ServerSettings { address: arguments.bind, stage })?;
@@ -61,7 +62,9 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
     drop(server);
     let ended = if failed { "failed" } else { "as_planned" };
     let content = if general.json {
-        Content::json(&serde_json::json!({"simulated": true, "address": url.split('#').next(), "ended": ended}))?
+        Content::json(
+            &serde_json::json!({"simulated": true, "address": url.split('#').next(), "ended": ended}),
+        )?
     } else {
         Content::Text(if failed { "The simulation failed.\n".to_owned() } else { String::new() })
     };
@@ -71,7 +74,12 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
 /// Opens an address in the browser; a warning where there is none.
 fn open(url: &str) {
     let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
-    let started = Command::new(program).arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    let started = Command::new(program)
+        .arg(url)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
     if let Err(error) = started {
         eprintln!("warning: no browser was opened ({program}: {error}); open the address above in one");
     }

@@ -2,7 +2,8 @@
 
 use super::calibrate::{CalibrationProgramme, calibrate_arm};
 use super::controller::{Parts, controller};
-use super::report::{TrackingNumbers, fault_name};
+use super::report::TrackingNumbers;
+use super::stop_reason::fault_name;
 use super::trace::{CycleSignals, Trace, TraceRow};
 use crate::experiment::arm::{TrackRun, track_supervised};
 use crate::experiment::{TrackRow, TrackSummary, oracle_models};

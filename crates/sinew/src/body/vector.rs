@@ -200,4 +200,3 @@ pub(crate) fn quaternion_of_axes(axes: &Frame) -> [f64; 4] {
     };
     unit_quaternion(raw)
 }
-
