@@ -79,6 +79,9 @@ impl SceneFigure {
     }
 }
 
+/// Upper bound of the points of all poses of a page together: about 26 bytes each, beside 1.1 MB for the view itself.
+pub const POINTS: usize = 60_000;
+
 /// Angle between two points of an arc, rad.
 const ARC_STEP: f64 = 0.25;
 

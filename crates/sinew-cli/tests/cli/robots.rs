@@ -159,7 +159,7 @@ fn the_page_marks_a_jump_of_a_moment_arm_and_draws_the_shapes_of_the_file() {
     assert!(page.contains("t: from 116.0 to 182.3\u{202f}mm at j = \u{2212}1.365\u{202f}rad"));
     assert!(page.contains("class=\"dots jump\" data-name=\"jump\""));
     // The radius of the capsule.
-    assert!(page.contains("\"radius\":0.02"));
+    assert!(page.contains("\"kind\":\"capsule\"") && page.contains("\"size\":[0.02,"));
     bench.succeeds("arm inspect finger --report finger.html");
     assert!(!bench.read("finger.html").contains("class=\"dots jump\""), "guard: none where there is none");
 }
@@ -174,7 +174,8 @@ fn the_page_draws_cables_along_arcs_and_holds_every_joint() {
     let data: serde_json::Value = serde_json::from_str(data).unwrap();
     let (poses, sweeps) = (&data["poses"], data["sweeps"].as_array().unwrap());
     assert_eq!((poses[0]["name"].as_str(), sweeps.len()), (Some("reference"), 7));
-    let triceps = data["fixed"]["muscles"].as_array().unwrap().iter().position(|m| m == "triceps").unwrap();
+    let triceps =
+        data["fixed"]["muscles"].as_array().unwrap().iter().position(|m| m["name"] == "triceps").unwrap();
     let line = poses[0]["scene"]["cables"][triceps][0].as_array().unwrap();
     assert!(line.len() > 2, "wraps about the elbow");
     // The drawn line is as long as the muscle, but for the chords of its arcs.

@@ -11,7 +11,7 @@ mod words;
 
 use super::error::Error;
 use super::plot::Plot;
-use super::scene::{SceneData, SceneFigure, Scenery, Sweep, path, scene_script};
+use super::scene::{POINTS, SceneData, SceneFigure, Scenery, Sweep, path, scene_script};
 use super::shell::{SHELL, Shell};
 use askama::Template;
 use plots::{Family, Plotter};
@@ -20,8 +20,8 @@ use table::Row;
 pub use view::TrackView;
 pub use words::response;
 
-/// Poses of the machine that the view offers.
-const POSES: usize = 240;
+/// Least and largest number of poses of the machine that the view plays.
+const POSES: [usize; 2] = [20, 240];
 
 #[derive(Template)]
 #[template(path = "tracking.html")]
@@ -98,14 +98,17 @@ fn scene(view: &TrackView<'_>, has_end_point: bool) -> Result<Option<SceneFigure
         let mut scenery = Scenery::new(robot);
         let mut model = MuscleDynamics::new(robot)?;
         data.fixed = Some(scenery.fixed());
-        let step = view.trace.len().div_ceil(POSES).max(1);
+        let mut step = 1;
         let mut sweep =
             Sweep { name: "time of the run".into(), unit: "s".into(), at: Vec::new(), frames: Vec::new() };
+        if let Some(row) = view.trace.first() {
+            model.evaluate(&row.cycle.joint_true)?;
+            data.poses.push(("start".to_owned(), scenery.pose(model.coordinates())?));
+            let points = scenery.points() + 3 * robot.parts().bodies.len();
+            step = view.trace.len().div_ceil((POINTS / points.max(1)).clamp(POSES[0], POSES[1])).max(1);
+        }
         for row in view.trace.iter().step_by(step) {
             model.evaluate(&row.cycle.joint_true)?;
-            if data.poses.is_empty() {
-                data.poses.push(("start".to_owned(), scenery.pose(model.coordinates())?));
-            }
             sweep.frames.push(scenery.pose(model.coordinates())?);
             sweep.at.push(row.time_s);
         }

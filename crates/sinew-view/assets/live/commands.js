@@ -45,7 +45,7 @@ export class Commands {
       parts.push(part("Mode", [element("div", { class: "buttons" }, [...this.requests.values()])]));
     }
     if (session.accepts("path") && scene.paths.length) {
-      const path = choice("Path", scene.paths.map((name) => [name, words(name)]), (name) => session.command("path", { name }, `Path: ${words(name)}`));
+      const path = choice("Path", scene.paths.map((name) => [name, words(name)]), (name) => session.command("path", { name }, `Path: ${words(name)}`), scene.path_name);
       parts.push(part("Path of the end point", [path.box]));
     }
     if (session.accepts("compare") && scene.variants.length > 1) {

@@ -28,7 +28,7 @@ export class History {
 
   /** @param {State} state */
   push(state) {
-    const time = state.time_s?.[0];
+    const time = state.time_s?.[0] ?? NaN;
     if (!Number.isFinite(time)) return;
     const last = this.count ? this.time[this.at(this.count - 1)] : -Infinity;
     if (time === last) return;

@@ -63,6 +63,7 @@ function showScene(/** @type {{same: boolean}} */ { same }) {
     }
     if (page.view) {
       toolbar.view = seen.view = page.view;
+      session.software = page.view.stage.software;
       grasp = new Grasp(session, page.view);
       page.view.stage.first.push(() => { seen.firstFrameMs = performance.now(); seen.ready = true; });
     }
@@ -130,14 +131,15 @@ function slow() {
 /** Charts share what the view leaves of the processor. */
 function charts() {
   requestAnimationFrame(charts);
-  const now = performance.now(), every = page.view?.stage.software ? 130 : 60;
+  const now = performance.now(), every = page.view?.stage.software ? 240 : 60;
   if (now - drawn < every || !session.state) return;
   drawn = now;
-  turn = !turn;
-  if (turn) traces.draw();
+  // Without a graphics processor one chart a turn, so that the machine moves smoothly.
+  turn = (turn + 1) % (page.view?.stage.software ? traces.shown.length + 1 : 2);
+  if (turn) traces.draw(false, page.view?.stage.software ? turn - 1 : -1);
   else if (!traces.paused) loop.draw();
 }
-let drawn = 0, turn = false;
+let drawn = 0, turn = 0;
 
 session.on("scene", showScene);
 session.on("state", showState);

@@ -23,6 +23,11 @@ function has(session, field) {
   return session.history.rings.has(field);
 }
 
+/** A unit as it is read, and the factor to it. @param {string} unit @returns {[string, number]} */
+function shown(unit) {
+  return unit === "m" ? ["mm", 1000] : unit === "degC" ? ["°C", 1] : [unit || "1", 1];
+}
+
 /** @param {Session} session @param {string} id @returns {Pane|null} null for what the source does not have */
 export function pane(session, id) {
   const { scene, history, muscle, selection } = session;
@@ -35,12 +40,15 @@ export function pane(session, id) {
     has(session, `${stem}_estimated`) && { name: "estimated", colour: "--accent", width: 1.5, value: of(`${stem}_estimated`, index, scale) },
     has(session, `${stem}_desired`) && { name: "reference", colour: "--warm", dash: [5, 4], width: 1.4, value: of(`${stem}_desired`, index, scale) },
   ]);
-  const one = (/** @type {string} */ title, /** @type {string} */ field, /** @type {string} */ unit, scale = 1) => has(session, field) && scene.muscles.length
-    ? { id, title: `${title}: ${name}`, unit, lines: [{ name: title.toLowerCase(), colour: "--accent", width: 1.5, value: of(field, muscle, scale) }] } : null;
+  const one = (/** @type {string} */ title, /** @type {string} */ field) => {
+    if (!has(session, field) || !scene.muscles.length) return null;
+    const [unit, scale] = shown(scene.layout.find((f) => f.name === field)?.unit ?? "");
+    return { id, title: `${title}: ${name}`, unit, lines: [{ name: title.toLowerCase(), colour: "--accent", width: 1.5, value: of(field, muscle, scale) }] };
+  };
   if (id === "far") return scene.muscles.length ? { id, title: `Far tension: ${name}`, unit: "N", lines: three("tension_out", muscle) } : null;
-  if (id === "near") return one("Near tension", "tension_in", "N");
-  if (id === "winch") return one("Winch position", "winch_position", "rad");
-  if (id === "temperature") return one("Motor temperature", "motor_temperature", "°C");
+  if (id === "near") return one("Near tension", "tension_in");
+  if (id === "winch") return one("Winch position", "winch_position");
+  if (id === "temperature") return one("Motor temperature", "motor_temperature");
   if (id === "joint_error") {
     const measured = has(session, "joint_true") ? "joint_true" : "joint_estimated";
     const chosen = selection?.kind === "joint" ? [selection.index] : scene.joints.map((_, k) => k).slice(0, 8);

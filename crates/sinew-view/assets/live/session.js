@@ -20,6 +20,8 @@ export class Session extends EventTarget {
     this.history = new History([]);
     /** @type {"connecting"|"open"|"lost"} */
     this.link = "connecting";
+    /** Whether no graphics processor draws: charts are then better drawn by the processor, too. */
+    this.software = false;
     /** Variant on the second machine. @type {string|null} */
     this.compared = null;
     this.connection = new Connection(this);

@@ -21,7 +21,24 @@ async function run({ session, commands }, factor, variant) {
   if (commands.speed) commands.speed.select.value = String(factor);
   if (session.accepts("speed")) await session.command("speed", { factor, paused: false });
   if (session.accepts("compare") && variant !== session.compared && (variant === null || session.scene?.variants.includes(variant))) await commands.compare(variant);
-  if (session.accepts("mode") && !/run/i.test(session.mode)) await session.command("mode", { request: "run" });
+  if (session.accepts("mode")) await started(session);
+}
+
+/** The request that leads one mode further towards a run. @type {Record<string, string>} */
+const TOWARDS = { off: "get_ready", ready: "pretension", pretension: "hold", hold: "run" };
+/** Looks at the mode until it runs: every so many ms, so often. */
+const LOOK = 300;
+const LOOKS = 40;
+
+/** Leads a machine that is at rest from mode to mode until it runs; one that was stopped is left to the reader. @param {Session} session */
+async function started(session) {
+  let asked = "";
+  for (let k = 0; k < LOOKS && !/^run/.test(session.mode); k += 1) {
+    const request = TOWARDS[session.mode];
+    if (!request) { await session.command("mode", { request: "run" }); return; }
+    if (request !== asked && (await session.connection.send({ command: "mode", request })).ok) asked = request;
+    await new Promise((resolve) => setTimeout(resolve, LOOK));
+  }
 }
 
 /** Selects the cable whose sheath bends most, and looks at it. @param {Page} page */

@@ -35,7 +35,7 @@ export class Traces {
       WINDOWS.map((s) => element("option", { value: s, text: `${s} s`, selected: s === this.window })));
     this.box = element("div", { class: "traces" }, [
       element("div", { class: "trace-tools" }, [this.find, this.names, this.width, this.pauseButton,
-        button("CSV", () => this.csv(), { "aria-label": "Save what is shown as CSV" }), button("PNG", () => this.png(), { "aria-label": "Save what is shown as a picture" })]),
+        button("CSV", () => this.csv(), { "aria-label": "Save what is shown as CSV" }), button("PNG", () => this.png(), { "aria-label": "Save what is shown as PNG" })]),
       this.list,
     ]);
     this.sync = "signals";
@@ -166,8 +166,8 @@ export class Traces {
     return this.zoomed ?? [end - this.window, end];
   }
 
-  /** @param {boolean} [now] whether to draw without waiting for the next turn */
-  draw(now = false) {
+  /** @param {boolean} [now] whether to draw without waiting for the next turn @param {number} [only] number of the one pane to draw */
+  draw(now = false, only = -1) {
     const clock = performance.now();
     if (!now && (this.paused || clock - this.drawn < EVERY || !this.box.offsetParent)) return;
     this.drawn = clock;
@@ -177,7 +177,7 @@ export class Traces {
     const samples = [];
     for (let k = first; k < last; k += step) samples.push(k);
     const time = samples.map((k) => history.time[history.at(k)]);
-    for (const { chart, pane: p } of this.shown) {
+    for (const { chart, pane: p } of only < 0 ? this.shown : this.shown.slice(only, only + 1)) {
       chart.batch(() => {
         chart.setData([time, ...p.lines.map((line) => samples.map((k) => { const v = line.value(k); return Number.isFinite(v) ? v : null; }))], false);
         chart.setScale("x", { min: low, max: high });

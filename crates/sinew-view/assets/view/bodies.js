@@ -10,20 +10,23 @@ import { token } from "./palette.js";
 /** @typedef {"body"|"surface"|"ghost"|"second"} Look */
 /** @typedef {{geometry: BufferGeometry, parts: {shape: Shape, local: Matrix4}[]}} Class */
 
+/** Shapes above which they are drawn with fewer triangles. */
+const MANY = 24;
+
 /** A link between two joints, of radius and half length 1: thick at its ends, slender between them. */
-function link() {
+function link(detail = 1) {
   const profile = [[0, -1], [0.5, -0.985], [0.82, -0.93], [0.92, -0.85], [0.8, -0.7], [0.62, -0.45], [0.56, 0], [0.62, 0.45], [0.8, 0.7], [0.92, 0.85], [0.82, 0.93], [0.5, 0.985], [0, 1]];
-  return new LatheGeometry(profile.map(([x, y]) => new Vector2(x, y)), 18).rotateX(Math.PI / 2);
+  return new LatheGeometry(profile.map(([x, y]) => new Vector2(x, y)), Math.round(18 * detail)).rotateX(Math.PI / 2);
 }
 
-const SPHERE = () => new SphereGeometry(1, 20, 14);
-const TUBE = () => new CylinderGeometry(1, 1, 2, 20, 1, true).rotateX(Math.PI / 2);
-const CYLINDER = () => new CylinderGeometry(1, 1, 2, 24).rotateX(Math.PI / 2);
+const SPHERE = (detail = 1) => new SphereGeometry(1, Math.round(20 * detail), Math.round(14 * detail));
+const TUBE = (detail = 1) => new CylinderGeometry(1, 1, 2, Math.round(20 * detail), 1, true).rotateX(Math.PI / 2);
+const CYLINDER = (detail = 1) => new CylinderGeometry(1, 1, 2, Math.round(24 * detail)).rotateX(Math.PI / 2);
 
 /**
  * Parts of a shape: class of geometry, then its scale and place in the frame of the shape.
  * @param {Shape} shape
- * @returns {[string, () => BufferGeometry, number[], number[]][]}
+ * @returns {[string, (detail: number) => BufferGeometry, number[], number[]][]}
  */
 function parts({ kind, size, mesh }) {
   const [a, b = a, c = a] = size;
@@ -66,7 +69,7 @@ export class Bodies {
     const classes = new Map();
     for (const shape of this.machine.shapes.filter((s) => s.kind !== "plane" && wanted(s))) {
       for (const [name, make, scale, at] of parts(shape)) {
-        const found = classes.get(name) ?? { geometry: make(), parts: [] };
+        const found = classes.get(name) ?? { geometry: make(this.machine.shapes.length > MANY ? 0.55 : 1), parts: [] };
         classes.set(name, found);
         found.parts.push({ shape, local: local(shape, scale, at) });
       }

@@ -69,7 +69,7 @@ class Figure {
     for (const name of Object.keys(VIEWS)) add(name[0].toUpperCase() + name.slice(1), `View: ${name}`, () => this.view.orbit.view(name));
     add("+", "Zoom in", () => this.view.orbit.zoom(1.3));
     add("−", "Zoom out", () => this.view.orbit.zoom(1 / 1.3));
-    add("PNG", "Save the view as a picture", () => this.view.picture((blob) => {
+    add("PNG", "Save the view as PNG", () => this.view.picture((blob) => {
       const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: "view.png" });
       link.click();
       setTimeout(() => URL.revokeObjectURL(link.href), 1000);

@@ -7,7 +7,7 @@ const WANTED_FPS = 27;
 /** Share of the full resolution below which the picture is too coarse. */
 const COARSEST = 0.4;
 /** Rest after which a finer frame is drawn, ms, and its resolution, whose edges are smooth once it is scaled down. */
-const REST = 350;
+const REST = 800;
 const FINEST = 1.6;
 /** Time between two changes of the resolution, ms. */
 const PATIENCE = 400;
@@ -46,6 +46,8 @@ export class Stage {
     this.share = this.software ? 0.6 : 1;
     this.fps = 0;
     this.frames = 0;
+    /** Whether there is something to draw. */
+    this.ready = false;
     this.changed = true;
     this.refined = false;
     this.touched = 0;
@@ -102,7 +104,7 @@ export class Stage {
 
   /** @param {number} now */
   tick(now) {
-    if (!this.canvas.clientWidth) return;
+    if (!this.canvas.clientWidth || !this.ready) return;
     // Once everything rests, one finer frame is drawn.
     const refine = !this.changed && this.software && !this.refined && performance.now() - this.touched > REST;
     if (!this.changed && !refine) return;

@@ -36,7 +36,7 @@ export class Surroundings {
     const shaft = new Mesh(new CylinderGeometry(0.03, 0.03, 0.75, 10).translate(0, 0.375, 0), new MeshBasicMaterial()), tip = new Mesh(new ConeGeometry(0.1, 0.28, 14).translate(0, 0.86, 0), shaft.material);
     this.gravity.add(shaft, tip);
     this.gravity.visible = machine.gravity.some((g) => g !== 0);
-    this.joints = new InstancedMesh(new SphereGeometry(1, 12, 8), new MeshBasicMaterial(), Math.max(1, machine.joints.length));
+    this.joints = new InstancedMesh(new SphereGeometry(1, 9, 6), new MeshLambertMaterial(), Math.max(1, machine.joints.length));
     this.joints.count = machine.joints.length;
     this.joints.frustumCulled = false;
     this.joints.renderOrder = 1.2;
@@ -48,7 +48,7 @@ export class Surroundings {
     this.handle = new Mesh(new SphereGeometry(1, 18, 12), new MeshBasicMaterial({ transparent: true, opacity: 0.85 }));
     this.handle.renderOrder = 5;
     this.handle.visible = false;
-    this.winches = new InstancedMesh(new CylinderGeometry(1, 1, 1.6, 16).rotateX(Math.PI / 2), new MeshLambertMaterial(), Math.max(1, machine.muscles.length));
+    this.winches = new InstancedMesh(new CylinderGeometry(1, 1, 1.6, 10).rotateX(Math.PI / 2), new MeshLambertMaterial(), Math.max(1, machine.muscles.length));
     this.winches.count = machine.muscles.some((muscle) => muscle.sheath_points > 0) ? machine.muscles.length : 0;
     this.winches.frustumCulled = false;
     this.winches.renderOrder = 1.1;
@@ -67,8 +67,11 @@ export class Surroundings {
     this.floorUniforms.line.value.setRGB(...triple(token("--rule")));
     this.lineColour.color = colour("--accent");
     /** @type {MeshBasicMaterial} */ (/** @type {Mesh} */ (this.gravity.children[0]).material).color = colour("--soft");
-    /** @type {MeshLambertMaterial} */ (this.winches.material).color = colour("--shape");
-    /** @type {MeshBasicMaterial} */ (this.joints.material).color = colour("--soft");
+    // Colours of instances, as the bodies have them: one shader for all.
+    for (const [mesh, name] of /** @type {[InstancedMesh, string][]} */ ([[this.winches, "--shape"], [this.joints, "--soft"]])) {
+      for (let k = 0; k < mesh.count; k += 1) mesh.setColorAt(k, colour(name));
+      if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+    }
     /** @type {MeshBasicMaterial} */ (this.ring.material).color = colour("--accent");
     /** @type {MeshBasicMaterial} */ (this.handle.material).color = colour("--accent");
   }

@@ -85,6 +85,7 @@ export class View {
   /** Takes an instant, which the next frame shows. @param {Instant} now @param {number} time s */
   take(now, time) {
     this.waiting = now;
+    this.stage.ready = true;
     this.mark(now, time);
     this.stage.invalidate();
   }

@@ -173,7 +173,9 @@ async fn story(page: &Browser, address: &str, wanted: &Wanted) -> Outcome<()> {
 async fn dragged(page: &Browser, wanted: &Wanted) -> Outcome<()> {
     page.later("const done = arguments[0]; sinew.session.command('mode', { request: 'hold' }).then(done)")
         .await?;
+    // Until the machine rests and is drawn so.
     rest(800).await;
+    settled(page).await?;
     let at = page.value(
         "const v = sinew.view, p = v.surroundings.handle.position.clone().project(v.stage.camera), b = v.stage.canvas.getBoundingClientRect();
          return [b.left + (0.5 + 0.5 * p.x) * b.width, b.top + (0.5 - 0.5 * p.y) * b.height];",

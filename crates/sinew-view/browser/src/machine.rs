@@ -54,6 +54,18 @@ impl Default for Machine {
     }
 }
 
+/// Unit of a field's numbers.
+fn unit(field: &str) -> &'static str {
+    match field {
+        "time_s" => "s",
+        "winch_position" => "rad",
+        "motor_temperature" => "degC",
+        name if name.starts_with("tension") => "N",
+        name if name.starts_with("joint") => "rad",
+        _ => "1",
+    }
+}
+
 /// The two angles of the path, rad.
 fn wanted(time: f64) -> [f64; 2] {
     [0.4 + 0.3 * (1.3 * time).sin(), 0.9 + 0.4 * (1.9 * time).sin()]
@@ -87,10 +99,10 @@ impl Machine {
         json!({"schema": "sinew.live/1", "machine": "two_links", "source": "twin", "simulated": true, "period_s": 0.001, "gravity": [0.0, 0.0, -9.81],
             "bodies": [{"name": "world", "parent": 0}, {"name": "upper_link", "parent": 0}, {"name": "lower_link", "parent": 1}],
             "shapes": [bone(1), bone(2), ball], "joints": [joint(1, "shoulder"), joint(2, "elbow")], "muscles": (0..CABLES).map(muscle).collect::<Value>(),
-            "end_point": {"body": 2, "position": [0.0, 0.0, -LINK]}, "path": path, "paths": ["tour", "sine"], "poses": {},
+            "end_point": {"body": 2, "position": [0.0, 0.0, -LINK]}, "path": path, "path_name": "tour", "paths": ["tour", "sine"], "poses": {},
             "supervisor": {"modes": MODES, "faults": ["none"]}, "variants": ["observer"], "events": [], "recording": null, "layout_revision": 1,
             "commands": ["mode", "path", "drag", "push", "payload", "fault", "speed", "step"],
-            "layout": LAYOUT.iter().map(|(name, kind, count)| json!({"name": name, "type": kind, "count": count, "unit": ""})).collect::<Value>(),
+            "layout": LAYOUT.iter().map(|(name, kind, count)| json!({"name": name, "type": kind, "count": count, "unit": unit(name)})).collect::<Value>(),
             "signals": signals})
     }
 

@@ -5,12 +5,10 @@ use super::poses::apply_couplings;
 use super::survey::{coupled_reference_pose, joint_range};
 use crate::error::Error;
 use sinew::body::Robot;
-use sinew_report::scene::{SceneData, Scenery, Sweep};
+use sinew_report::scene::{POINTS, SceneData, Scenery, Sweep};
 
 /// Minimum and maximum number of poses over the range of a joint.
 const FRAMES: [usize; 2] = [5, 25];
-/// Upper bound of the points of all poses together, which limits the size of the page.
-const POINTS: usize = 100_000;
 
 /// Reference and key poses by name, and each joint by itself over its range.
 pub(super) fn scene(robot: &Robot) -> Result<SceneData, Error> {
