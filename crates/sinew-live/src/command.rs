@@ -80,7 +80,7 @@ impl Command {
         Ok(match name {
             "mode" => {
                 let wanted = text(message, "request")?;
-                let request = Request::ALL.into_iter().find(|request| request.name() == wanted);
+                let request = Request::ALL[1..].iter().copied().find(|request| request.name() == wanted);
                 let known =
                     || Request::ALL[1..].iter().map(|request| request.name()).collect::<Vec<_>>().join(", ");
                 Self::Mode(
@@ -106,7 +106,10 @@ impl Command {
                     Value::Null => 1.0,
                     _ => number(message, "factor", SPEEDS)?,
                 },
-                paused: message["paused"].as_bool().unwrap_or(false),
+                paused: match &message["paused"] {
+                    Value::Null => false,
+                    value => value.as_bool().ok_or_else(|| wrong(message, "paused", "true or false"))?,
+                },
             },
             "step" => {
                 let cycles = match &message["cycles"] {
@@ -166,7 +169,9 @@ mod tests {
             (r#"{"command":"mode","request":"fly"}"#, "safe_stop"),
             (r#"{"command":"drag","position":[1,2]}"#, "position"),
             (r#"{"command":"drag","position":[1,2,1e999]}"#, "number out of range"),
+            (r#"{"command":"mode","request":"none"}"#, "safe_stop"),
             (r#"{"command":"speed","factor":0}"#, "factor is 0"),
+            (r#"{"command":"speed","paused":"yes"}"#, "paused is"),
             (r#"{"command":"step","cycles":-1}"#, "cycles is -1"),
             (r#"{"command":"push","body":1.5}"#, "body is 1.5"),
             (r#"{"command":"payload","mass_kg":"1"}"#, "mass_kg"),

@@ -10,6 +10,7 @@
 //! delays nobody. All data is simulated and labelled so.
 
 mod access;
+mod choices;
 mod command;
 mod drawing;
 mod error;
@@ -20,8 +21,9 @@ mod server;
 mod simulation;
 mod stage;
 
+pub use choices::Choices;
 pub use command::Command;
 pub use error::LiveError;
 pub use server::{Server, ServerSettings};
 pub use simulation::{Simulation, SimulationParts};
-pub use stage::{Choices, Conditions, SimulationSource, Stage};
+pub use stage::{Conditions, SimulationSource, Stage};

@@ -82,7 +82,12 @@ impl Motion {
     }
 
     /// The end point is dragged; a machine that moves along its path comes to rest first.
+    ///
+    /// Only where running or holding is asked for: a stop of the same picture, from this page or another, must stand.
     pub(crate) fn drag(&mut self, target: [f64; 3], mode: Mode) {
+        if !matches!(self.request, Request::Run | Request::Hold) {
+            return;
+        }
         match self.goal {
             Goal::Drag(_) if mode == Mode::Run => self.goal = Goal::Drag(target),
             _ => {

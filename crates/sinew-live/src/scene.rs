@@ -1,9 +1,9 @@
 //! What a page has to know of a machine before its states.
 
+use crate::choices::Choices;
 use crate::drawing::{Drawing, POINTS, SHEATH_POINTS};
 use crate::layout::Layout;
 use crate::simulation::CYCLE;
-use crate::stage::Choices;
 use serde_json::{Value, json};
 use sinew::Error;
 use sinew::body::JointKind;

@@ -14,6 +14,7 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use serde_json::{Value, json};
+use std::collections::VecDeque;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -32,6 +33,8 @@ const WAITING: usize = 64;
 const VIEWERS: usize = 32;
 /// Time in which a viewer takes a message; one that does not is gone.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// Silence after which a viewer gets the last state again, while another motion is prepared or many cycles are stepped.
+const SILENCE: Duration = Duration::from_millis(400);
 
 /// Where and what a server serves.
 pub struct ServerSettings {
@@ -152,16 +155,22 @@ fn simulate(
     ended: &AtomicBool,
 ) {
     let mut last = Instant::now();
+    let mut next = None;
     while !ended.load(Ordering::Relaxed) {
         let begun = Instant::now();
         let passed = begun.duration_since(last).as_secs_f64();
         last = begun;
-        while let Ok((command, outcome)) = orders.try_recv() {
+        while let Some((command, outcome)) = next.take().or_else(|| orders.try_recv().ok()) {
             // The page may be gone.
             let _ = outcome.send(stage.command(&command));
         }
         let budget = PICTURE.mul_f64(BUDGET);
-        if stage.advance(passed, || begun.elapsed() > budget).is_err() {
+        // A command ends the advance: a stop must not wait for simulated time that is still due.
+        let is_spent = || {
+            next = orders.try_recv().ok();
+            next.is_some() || begun.elapsed() > budget
+        };
+        if stage.advance(passed, is_spent).is_err() {
             return;
         }
         let scene = Arc::clone(&pictures.borrow().scene);
@@ -246,6 +255,8 @@ async fn watch_stage(mut socket: WebSocket, shared: &Shared) -> Option<()> {
     let mut pictures = shared.pictures.clone();
     pictures.mark_changed();
     let mut revision = pictures.borrow().revision;
+    // Commands are executed in the order in which they came.
+    let mut asked = VecDeque::new();
     loop {
         tokio::select! {
             changed = pictures.changed() => {
@@ -257,10 +268,22 @@ async fn watch_stage(mut socket: WebSocket, shared: &Shared) -> Option<()> {
                 }
                 send(&mut socket, picture.state.to_vec()).await?;
             }
-            received = socket.recv() => match received?.ok()? {
+            answer = outcome(asked.front_mut()) => {
+                asked.pop_front();
+                send(&mut socket, message(MessageKind::Answer, revision, answer.to_string().as_bytes())).await?;
+            }
+            () = tokio::time::sleep(SILENCE) => {
+                let state = pictures.borrow().state.to_vec();
+                send(&mut socket, state).await?;
+            }
+            received = socket.recv(), if asked.len() < WAITING => match received?.ok()? {
                 Message::Text(text) => {
-                    let answer = answer(text.as_str(), shared).await;
-                    send(&mut socket, message(MessageKind::Answer, revision, answer.to_string().as_bytes())).await?;
+                    match order(text.as_str(), shared) {
+                        Ok(waiting) => asked.push_back(waiting),
+                        Err(answer) => {
+                            send(&mut socket, message(MessageKind::Answer, revision, answer.to_string().as_bytes())).await?;
+                        }
+                    }
                 }
                 Message::Binary(_) => {
                     let answer = json!({"id": null, "ok": false, "error": "a command is a text, not binary data"});
@@ -277,18 +300,30 @@ async fn send(socket: &mut WebSocket, bytes: Vec<u8>) -> Option<()> {
     tokio::time::timeout(PATIENCE, socket.send(Message::Binary(bytes.into()))).await.ok()?.ok()
 }
 
-/// Executes a command on the stage.
-async fn answer(text: &str, shared: &Shared) -> Value {
-    let (id, outcome) = match Command::parse(text) {
-        Err((id, reason)) => (id, Err(reason)),
-        Ok((id, command)) => {
-            let (sender, receiver) = oneshot::channel();
-            let outcome = match shared.commands.try_send((command, sender)) {
-                Err(_) => Err("too many commands wait; try again".to_owned()),
-                Ok(()) => receiver.await.unwrap_or_else(|_| Err("the simulation has ended".to_owned())),
-            };
-            (id, outcome)
+/// A command that waits for the stage: its number and its outcome.
+type Waiting = (Value, oneshot::Receiver<Result<(), String>>);
+
+/// Hands a command to the stage, or the answer that refuses it.
+fn order(text: &str, shared: &Shared) -> Result<Waiting, Value> {
+    let (id, command) = Command::parse(text).map_err(|(id, reason)| reply(&id, Err(reason)))?;
+    let (sender, receiver) = oneshot::channel();
+    match shared.commands.try_send((command, sender)) {
+        Ok(()) => Ok((id, receiver)),
+        Err(_) => Err(reply(&id, Err("too many commands wait; try again".to_owned()))),
+    }
+}
+
+/// The answer to the first command that waits; never without one.
+async fn outcome(first: Option<&mut Waiting>) -> Value {
+    match first {
+        None => std::future::pending().await,
+        Some((id, receiver)) => {
+            let outcome = receiver.await.unwrap_or_else(|_| Err("the simulation has ended".to_owned()));
+            reply(id, outcome)
         }
-    };
+    }
+}
+
+fn reply(id: &Value, outcome: Result<(), String>) -> Value {
     json!({"id": id, "ok": outcome.is_ok(), "error": outcome.err()})
 }

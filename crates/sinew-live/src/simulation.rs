@@ -14,8 +14,8 @@ use std::sync::Arc;
 
 /// Control cycle, s.
 pub(crate) const CYCLE: f64 = 1e-3;
-/// Travel of a point of a cable between two pictures from which on it slides, m.
-const SLIDES: f64 = 2e-6;
+/// Speed of a point of a cable from which on it slides, m/s.
+const SLIDES: f64 = 1e-4;
 
 /// What a simulation is made of.
 #[derive(Debug)]
@@ -41,6 +41,8 @@ pub struct Simulation {
     commands: Vec<DriveCommand>,
     shown: Shown,
     cables: Vec<CableView>,
+    /// Cycle of the last picture.
+    shown_at: u64,
 }
 
 /// What the last cycle commanded and estimated.
@@ -65,6 +67,8 @@ struct CableView {
     /// Tensions, N, and travel of the winch, m, at the last picture.
     before: (Vec<f64>, f64),
     travel: f64,
+    /// Sliding of every point at the last picture: 0, 1 or 2.
+    sliding: Vec<f64>,
     /// Share of the sheath in the length of the cable.
     sheath_share: f64,
 }
@@ -87,6 +91,7 @@ impl Simulation {
                 compliance: law.compliance().to_vec(),
                 before: (tensions, 0.0),
                 travel: 0.0,
+                sliding: vec![0.0; POINTS],
                 sheath_share: (sheath / specimen.path.length()).clamp(0.05, 0.95),
             })
         };
@@ -103,7 +108,8 @@ impl Simulation {
             failed: false,
         };
         let commands = vec![DriveCommand::Velocity(0.0); muscles];
-        Ok(Self { machine, plant, supervisor, motion, faults: Vec::new(), commands, shown, cables })
+        let faults = Vec::new();
+        Ok(Self { machine, plant, supervisor, motion, faults, commands, shown, cables, shown_at: 0 })
     }
 
     /// The machine as designed.
@@ -239,6 +245,9 @@ impl Simulation {
     /// sticks, 1 toward the motor, 2 away.
     pub(crate) fn along_cables(&mut self) -> Result<(Vec<f64>, Vec<f64>), Error> {
         let (mut tension, mut sliding) = (Vec::new(), Vec::new());
+        // While time stands, what slid before is shown.
+        let elapsed = (self.shown.cycle - self.shown_at) as f64 * CYCLE;
+        self.shown_at = self.shown.cycle;
         for (k, view) in self.cables.iter_mut().enumerate() {
             let now: Vec<f64> = self.plant.cable_tensions(k)?.collect();
             let mut moved = view.travel - view.before.1;
@@ -266,14 +275,15 @@ impl Simulation {
                 let next = (cell + 1).min(now.len() - 1);
                 tension.push(now[cell] + part * (now[next] - now[cell]) + offset);
                 let step = steps[place.round() as usize];
-                sliding.push(if step > SLIDES {
-                    1.0
-                } else if step < -SLIDES {
-                    2.0
-                } else {
-                    0.0
-                });
+                if elapsed > 0.0 {
+                    view.sliding[point] = match step / elapsed {
+                        speed if speed > SLIDES => 1.0,
+                        speed if speed < -SLIDES => 2.0,
+                        _ => 0.0,
+                    };
+                }
             }
+            sliding.extend(&view.sliding);
             view.before = (now, view.travel);
         }
         Ok((tension, sliding))

@@ -1,5 +1,6 @@
 //! One or two simulated machines in time, and what is shown of them.
 
+use crate::choices::Choices;
 use crate::command::Command;
 use crate::drawing::{Drawing, POINTS};
 use crate::error::LiveError;
@@ -10,17 +11,6 @@ use serde_json::Value;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::Failure;
 use std::sync::Arc;
-
-/// What a page can choose from.
-#[derive(Debug, Clone, Default)]
-pub struct Choices {
-    /// Names of paths.
-    pub paths: Vec<String>,
-    /// Names of compensations.
-    pub variants: Vec<String>,
-    /// Least and largest tension at every anchor, N: `[muscles]`.
-    pub tension_limits: Vec<[f64; 2]>,
-}
 
 /// Under what a simulation is prepared.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,7 +135,7 @@ impl Stage {
         self.due += seconds * self.speed;
         while self.due >= CYCLE {
             if is_spent() {
-                self.behind = true;
+                self.behind = self.due > MOST_DUE;
                 self.due = self.due.min(MOST_DUE);
                 return Ok(());
             }

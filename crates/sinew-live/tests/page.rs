@@ -271,6 +271,23 @@ fn a_dragged_end_point_moves_there_and_the_path_is_taken_up_again() {
 }
 
 #[test]
+fn a_drag_does_not_undo_a_stop() {
+    use sinew::control::supervisor::Request;
+    let mut stage = stage("planar_leg");
+    stage.command(&Command::Step(400)).unwrap();
+    stage.command(&Command::Mode(Request::SafeStop)).unwrap();
+    stage.command(&Command::Drag([0.1, 0.0, 0.0])).unwrap();
+    for _ in 0..10 {
+        stage.command(&Command::Step(500)).unwrap();
+        assert!(
+            matches!(stage.simulation().mode(), Mode::SafeStop | Mode::Ready),
+            "{:?}",
+            stage.simulation().mode()
+        );
+    }
+}
+
+#[test]
 fn a_broken_cable_stops_the_machine() {
     let mut stage = stage("planar_leg");
     stage.command(&Command::Step(300)).unwrap();

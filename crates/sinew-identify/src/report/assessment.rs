@@ -58,9 +58,13 @@ impl Assessment {
                 reasons.push(format!("it predicts {lost} of {of} folds hardly better than a constant"));
             }
         }
-        let covered = report.candidates.iter().find(|candidate| candidate.chosen).map(|chosen| chosen.coverage95);
+        let covered =
+            report.candidates.iter().find(|candidate| candidate.chosen).map(|chosen| chosen.coverage95);
         if let Some(covered) = covered.filter(|covered| *covered < LEAST_COVERAGE) {
-            reasons.push(format!("only {:.0} % of the unseen samples lie inside its 95 % band", 100.0 * covered));
+            reasons.push(format!(
+                "only {:.0} % of the unseen samples lie inside its 95 % band",
+                100.0 * covered
+            ));
         }
         let (left_out, logs) =
             (report.influence.iter().filter(|row| row.dropped).count(), report.influence.len());

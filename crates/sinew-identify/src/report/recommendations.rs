@@ -124,7 +124,8 @@ fn next_step(evidence: &Evidence<'_>, report: &IdentificationReport) -> String {
     let dropped: Vec<&str> =
         report.influence.iter().filter(|row| row.dropped).map(|row| row.log.as_str()).collect();
     if let Some((last, before)) = dropped.split_last() {
-        let names = if before.is_empty() { (*last).to_owned() } else { format!("{} and {last}", before.join(", ")) };
+        let names =
+            if before.is_empty() { (*last).to_owned() } else { format!("{} and {last}", before.join(", ")) };
         let (were, them) = if before.is_empty() { ("was", "it") } else { ("were", "them") };
         return format!(
             "Find out what was different when {names} {were} recorded, and record {them} again if it matters."

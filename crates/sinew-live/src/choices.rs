@@ -1,0 +1,12 @@
+//! What a page can choose from.
+
+/// Names of paths and compensations, and the limits that are drawn.
+#[derive(Debug, Clone, Default)]
+pub struct Choices {
+    /// Names of paths.
+    pub paths: Vec<String>,
+    /// Names of compensations.
+    pub variants: Vec<String>,
+    /// Least and largest tension at every anchor, N: `[muscles]`.
+    pub tension_limits: Vec<[f64; 2]>,
+}

@@ -1,0 +1,244 @@
+"""Trials of a study: proposed, run, recorded."""
+
+from __future__ import annotations
+
+import math
+import os
+import platform
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from .. import __version__
+from ._journal import Journal, Trial
+
+#: Function of parameters and a seed that returns named numbers.
+Objective: TypeAlias = Callable[[dict[str, float], int], Mapping[str, float]]
+Result: TypeAlias = tuple[int, dict[str, float], str | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """A parameter from `low` to `high`, uniform or, with `log`, uniform in its logarithm."""
+
+    low: float
+    high: float
+    log: bool = False
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low <= self.high):
+            raise ValueError(f"a range must be finite and from low to high, but is {self.low} to {self.high}")
+        if self.log and self.low <= 0.0:
+            raise ValueError(f"low must be above 0 in a logarithmic range, but is {self.low}")
+
+    def at(self, share: float) -> float:
+        """The value at a share of the range, 0 to 1."""
+        if self.log:
+            return float(math.exp(math.log(self.low) + share * (math.log(self.high) - math.log(self.low))))
+        return float(self.low + share * (self.high - self.low))
+
+
+class Study:
+    """A study in a folder, new or continued.
+
+    `objective(parameters, seed)` returns named finite numbers. `parameters`: ranges by name. `minimize`: names of the
+    values to make small, for Optuna, Pareto front and report. `sampler`: `None` for uniform draws that depend on `seed` and the
+    trial's number alone, or a sampler of Optuna.
+
+    Raises `ValueError` where the folder holds a study of other parameters or seed, or another process runs it.
+    """
+
+    def __init__(
+        self,
+        folder: str | os.PathLike[str],
+        objective: Objective,
+        parameters: Mapping[str, Range],
+        *,
+        minimize: Sequence[str] = (),
+        seed: int = 1,
+        sampler: Any = None,
+    ) -> None:
+        if not callable(objective):
+            raise TypeError("objective must be a function of parameters and a seed")
+        if wrong := [name for name, value in parameters.items() if not isinstance(value, Range)]:
+            raise TypeError(f"parameters[{wrong[0]!r}] must be a Range")
+        if sampler is not None and not minimize:
+            raise ValueError("minimize must name a value for a sampler of Optuna")
+        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+            raise ValueError(f"seed must be an integer of at least 0, but is {seed!r}")
+        self.folder, self.objective = Path(folder), objective
+        self.parameters, self.minimize, self.seed = dict(parameters), tuple(minimize), seed
+        self._sampler = sampler
+        head = {
+            "study": 1,
+            "seed": seed,
+            "minimize": list(minimize),
+            "parameters": {name: asdict(value) for name, value in self.parameters.items()},
+        }
+        self._journal = Journal(self.folder / "journal.jsonl", head)
+
+    @property
+    def trials(self) -> list[Trial]:
+        """All trials by number."""
+        return [trial for _, trial in sorted(self._journal.trials.items())]
+
+    def run(
+        self, trials: int, *, backend: Literal["local", "ray"] = "local", workers: int | None = None, batch: int = 1
+    ) -> list[Trial]:
+        """Runs until the study has `trials` trials that ended, those of earlier runs included.
+
+        `workers`: threads, or actors of Ray; by default one a core. `batch`: trials that one actor runs in a call.
+        """
+        if backend not in ("local", "ray"):
+            raise ValueError(f"backend must be 'local' or 'ray', but is {backend!r}")
+        for name, value in (("trials", trials), ("batch", batch), ("workers", 1 if workers is None else workers)):
+            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+                raise ValueError(f"{name} must be an integer of at least 1, but is {value!r}")
+        count = workers or os.cpu_count() or 1
+        optimizer = None if self._sampler is None else _Optimizer(self)
+        pending = self._pending(trials, optimizer)
+        run = _run_local if backend == "local" else _run_ray
+        for number, values, error in run(self.objective, pending, count, batch):
+            missing = [name for name in self.minimize if error is None and name not in values]
+            if missing:
+                values, error = {}, f"the objective returned no {missing[0]!r}"
+            self._journal.end(number, values, error)
+            if optimizer is not None:
+                optimizer.tell(self._journal.trials[number])
+        return self.trials
+
+    def _pending(self, trials: int, optimizer: _Optimizer | None) -> Iterator[Trial]:
+        for number in range(trials):
+            trial = self._journal.trials.get(number)
+            if trial is None:
+                draw = np.random.default_rng([self.seed, number])
+                if optimizer is None:
+                    parameters = {name: value.at(draw.random()) for name, value in self.parameters.items()}
+                else:
+                    parameters = optimizer.ask(number)
+                versions = {"sinew": __version__, "python": platform.python_version(), "numpy": np.__version__}
+                trial = Trial(number, parameters, int(draw.integers(2**32)), versions)
+                self._journal.propose(trial)
+            elif not trial.ended and optimizer is not None:
+                optimizer.again(trial)
+            if not trial.ended:
+                yield trial
+
+    def save(self) -> Path:
+        """Writes `results.parquet`, one row a trial that ended; needs polars."""
+        import polars
+
+        rows = [
+            {"trial": t.number, "seed": t.seed, "error": t.error}
+            | {f"version_{name}": version for name, version in t.versions.items()}
+            | {f"parameter_{name}": value for name, value in t.parameters.items()}
+            | {f"value_{name}": value for name, value in t.values.items()}
+            for t in self.trials
+            if t.ended
+        ]
+        path, part = self.folder / "results.parquet", self.folder / "results.parquet.part"
+        polars.DataFrame(rows, infer_schema_length=None).write_parquet(part)
+        part.replace(path)
+        return path
+
+    def close(self) -> None:
+        """Lets another process continue the study."""
+        self._journal.close()
+
+    def __enter__(self) -> Study:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Optimizer:
+    """Ask and tell of Optuna; its memory is built again from the journal."""
+
+    def __init__(self, study: Study) -> None:
+        import optuna
+
+        self._optuna = optuna
+        self._minimize = study.minimize
+        self._space: dict[str, Any] = {
+            name: optuna.distributions.FloatDistribution(value.low, value.high, log=value.log)
+            for name, value in study.parameters.items()
+        }
+        self._study = optuna.create_study(directions=["minimize"] * len(study.minimize), sampler=study._sampler)
+        self._asked: dict[int, Any] = {}
+        for trial in study.trials:
+            if trial.ended and trial.error is None:
+                values = [trial.values[name] for name in self._minimize]
+                made = optuna.trial.create_trial(
+                    params=trial.parameters, distributions=self._space, values=values
+                )
+                self._study.add_trial(made)
+
+    def ask(self, number: int) -> dict[str, float]:
+        self._asked[number] = self._study.ask(self._space)
+        return dict(self._asked[number].params)
+
+    def again(self, trial: Trial) -> None:
+        self._study.enqueue_trial(trial.parameters)
+        self.ask(trial.number)
+
+    def tell(self, trial: Trial) -> None:
+        asked = self._asked.pop(trial.number)
+        if trial.error is not None:
+            self._study.tell(asked, state=self._optuna.trial.TrialState.FAIL)
+        else:
+            self._study.tell(asked, [trial.values[name] for name in self._minimize])
+
+
+def _evaluate(objective: Objective, trial: Trial) -> Result:
+    try:
+        values = {str(name): float(value) for name, value in objective(dict(trial.parameters), trial.seed).items()}
+        if wrong := [name for name, value in values.items() if not math.isfinite(value)]:
+            raise ValueError(f"{wrong[0]} must be finite, but is {values[wrong[0]]}")
+    except Exception as error:
+        return trial.number, {}, f"{type(error).__name__}: {error}"
+    return trial.number, values, None
+
+
+def _run_local(objective: Objective, pending: Iterator[Trial], workers: int, _batch: int) -> Iterator[Result]:
+    running: set[Future[Result]] = set()
+    with ThreadPoolExecutor(workers) as pool:
+        for trial in pending:
+            running.add(pool.submit(_evaluate, objective, trial))
+            if len(running) >= workers:
+                done, running = wait(running, return_when=FIRST_COMPLETED)
+                yield from (future.result() for future in done)
+        while running:
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            yield from (future.result() for future in done)
+
+
+def _run_ray(objective: Objective, pending: Iterator[Trial], workers: int, batch: int) -> Iterator[Result]:
+    import ray
+    from ray.util import ActorPool
+
+    if not ray.is_initialized():
+        ray.init(include_dashboard=False, log_to_driver=False)
+
+    class Worker:
+        def run(self, trials: list[Trial]) -> list[Result]:
+            return [_evaluate(objective, trial) for trial in trials]
+
+    remote = ray.remote(num_cpus=1)(Worker)
+    pool: Any = ActorPool([remote.remote() for _ in range(workers)])
+    trials: list[Trial] = []
+    for trial in pending:
+        trials.append(trial)
+        if len(trials) == batch:
+            if not pool.has_free():
+                yield from pool.get_next_unordered()
+            pool.submit(lambda actor, value: actor.run.remote(value), trials)
+            trials = []
+    if trials:
+        pool.submit(lambda actor, value: actor.run.remote(value), trials)
+    while pool.has_next():
+        yield from pool.get_next_unordered()
