@@ -1,7 +1,7 @@
 use super::domain::Domain;
 use super::offers::Offer;
+use super::outcome::Outcome;
 use super::rate::RateLimit;
-use super::sessions::Outcome;
 use crate::peer::Peer;
 use crate::replay::Freshness;
 use crate::setpoints;

@@ -12,13 +12,16 @@
 mod attached;
 mod domain;
 mod offers;
+mod outcome;
 mod port;
 mod rate;
 mod server;
 mod sessions;
 
 pub use domain::Domain;
+pub use offers::RandomSource;
+pub use outcome::Outcome;
 pub use port::{Port, Session};
 pub use rate::RateLimit;
 pub use server::{Server, ServerSettings};
-pub use sessions::{Outcome, RandomSource, SessionSettings, Sessions, WATCHERS};
+pub use sessions::{SessionSettings, Sessions, WATCHERS};

@@ -1,9 +1,11 @@
-use super::sessions::RandomSource;
 use crate::wire::{Nonce, Sealer, SessionKeys, session_of};
 use crate::{Rejection, Role};
 
 /// Sessions offered at once: more Hello packets replace the oldest offer.
 const OFFERS: usize = 8;
+
+/// Fills a nonce with random bytes; false where there are none.
+pub type RandomSource = Box<dyn FnMut(&mut Nonce) -> bool + Send>;
 
 /// Sessions that clients have asked for and that have not begun.
 #[derive(Debug, Default)]

@@ -2,7 +2,8 @@
 
 use super::attached::Attached;
 use super::domain::Domain;
-use super::offers::Offers;
+use super::offers::{Offers, RandomSource};
+use super::outcome::Outcome;
 use super::rate::RateLimit;
 use crate::peer::bare_head;
 use crate::rejection::SharedCounters;
@@ -11,9 +12,6 @@ use crate::wire::{Datagram, Hello, Kind, Nonce, Received, Refused, Sealer, Welco
 use crate::{Command, Counters, Error, Key, RefusedBecause, Rejection, Role};
 use std::net::SocketAddr;
 use std::sync::Arc;
-
-/// Fills a nonce with random bytes; false where there are none.
-pub type RandomSource = Box<dyn FnMut(&mut Nonce) -> bool + Send>;
 
 /// Settings of the sessions of a host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,21 +76,6 @@ impl std::fmt::Debug for Sessions {
             .field("active", &active)
             .finish_non_exhaustive()
     }
-}
-
-/// What happened to a received datagram.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
-    /// Rejected and counted; where a reply was written it is to be sent.
-    Rejected(Rejection),
-    /// A session is offered: the reply is to be sent.
-    Offered,
-    /// A command was taken.
-    Commanded,
-    /// A client that watches goes on.
-    Watched,
-    /// The session has ended.
-    Ended,
 }
 
 impl Sessions {
