@@ -71,7 +71,8 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         .enumerate()
         .map(|(k, (design, tendon))| {
             json!({"name": tendon.name, "tension_limits_n": choices.tension_limits.get(k),
-                "sheath": {"length_m": design.sheath, "bend_rad": design.bend, "mu": design.cable.friction},
+                "sheath": {"length_m": design.sheath, "bend_rad": design.bend, "mu": design.cable.friction,
+                    "pretension_n": design.cable.pretension},
                 "winch": drawing.winch(k), "points": POINTS, "sheath_points": SHEATH_POINTS})
         })
         .collect();

@@ -1,5 +1,5 @@
 // Far tension over near tension of the selected muscle, drawn live: the cable's hysteresis, between the lines on which the
-// whole cable slides by the capstan law, near tension times or divided by exp(mu times the angle of bend).
+// whole cable slides by the capstan law: near tension times or divided by exp(mu times the angle of bend), plus the pretension.
 import { ink } from "../view/palette.js";
 import { element, figure } from "./layout.js";
 
@@ -68,13 +68,13 @@ export class Loop {
     pen.textAlign = "left"; pen.fillText("far tension, N", left + 6, top + 7);
     pen.save();
     pen.beginPath(); pen.rect(left, top, w - left - right, h - top - bottom); pen.clip();
-    const ratio = named?.sheath ? Math.exp(named.sheath.mu * named.sheath.bend_rad) : NaN;
+    const ratio = named?.sheath ? Math.exp(named.sheath.mu * named.sheath.bend_rad) : NaN, offset = named?.sheath?.pretension_n ?? 0;
     if (ratio > 1) {
       pen.fillStyle = c.tint; pen.strokeStyle = c.rule;
-      pen.beginPath(); pen.moveTo(X(0), Y(0)); pen.lineTo(X(limit), Y(limit / ratio)); pen.lineTo(X(limit), Y(limit)); pen.lineTo(X(limit / ratio), Y(limit)); pen.closePath();
+      pen.beginPath(); pen.moveTo(X(0), Y(offset)); pen.lineTo(X(limit), Y(offset + limit / ratio)); pen.lineTo(X(limit), Y(offset + limit * ratio)); pen.closePath();
       pen.globalAlpha = 0.8; pen.fill(); pen.globalAlpha = 1;
       pen.setLineDash([4, 4]);
-      for (const [x, y] of [[1, 1 / ratio], [1 / ratio, 1]]) { pen.beginPath(); pen.moveTo(X(0), Y(0)); pen.lineTo(X(limit * x), Y(limit * y)); pen.stroke(); }
+      for (const slope of [1 / ratio, ratio]) { pen.beginPath(); pen.moveTo(X(0), Y(offset)); pen.lineTo(X(limit), Y(offset + limit * slope)); pen.stroke(); }
       pen.setLineDash([]);
     }
     pen.lineJoin = "round";

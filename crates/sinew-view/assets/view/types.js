@@ -22,7 +22,7 @@
  * @typedef {object} Muscle
  * @property {string} name
  * @property {number[]} [tension_limits_n]
- * @property {{length_m: number, bend_rad: number, mu: number}|null} [sheath]
+ * @property {{length_m: number, bend_rad: number, mu: number, pretension_n?: number}|null} [sheath]
  * @property {number} points
  * @property {number} sheath_points
  */
