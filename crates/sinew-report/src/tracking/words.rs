@@ -85,7 +85,7 @@ fn joint(share: &JointShare) -> String {
     };
     let mut text = format!("{} is off by {off}", share.joint);
     if let Some(part) = share.end_point_m {
-        text += &format!(", which is {} mm of the error", fixed(1e3 * part, 2));
+        text += &format!(", which alone makes {} mm along the error", fixed(1e3 * part, 2));
     }
     if let Some(since) = share.since_reversal_s {
         text += &format!(", {} s after it reversed", fixed(since, 2));
