@@ -72,6 +72,11 @@ fn a_controller_of_another_machine_is_refused() {
     let (bytes, _) = setup.recorded();
     let recording = Recording::read(&bytes).unwrap();
     let other = Setup::new("planar_leg", 1);
-    let refused = Replay::new(&recording, other.supervisor(), other.schedule()).unwrap_err();
-    assert!(refused.to_string().contains("of the controller"), "{refused}");
+    for (supervisor, schedule, part) in [
+        (other.supervisor(), setup.schedule(), "of the controller"),
+        (setup.supervisor(), other.schedule(), "of the motion"),
+    ] {
+        let refused = Replay::new(&recording, supervisor, schedule).unwrap_err();
+        assert!(refused.to_string().contains(part), "{refused}");
+    }
 }
