@@ -13,6 +13,7 @@ use sinew_lab::arm::{designed_controller, plan_tour};
 use sinew_live::{
     Choices, Command, Conditions, Server, ServerSettings, SimulationParts, SimulationSource, Stage,
 };
+use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
@@ -301,20 +302,20 @@ fn a_broken_cable_stops_the_machine() {
 }
 
 #[test]
-fn eight_viewers_see_the_same_states_and_a_slow_one_misses_some() {
+fn eight_viewers_see_the_same_states() {
     let server = server("bench_joint");
-    let mut slow = Viewer::new(server.address());
     let mut viewers: Vec<Viewer> = (0..8).map(|_| Viewer::new(server.address())).collect();
-    let mut newest = 0.0;
-    for _ in 0..20 {
+    let mut seen: BTreeMap<u64, (Vec<u8>, usize)> = BTreeMap::new();
+    for _ in 0..30 {
         for viewer in &mut viewers {
             let state = viewer.state();
-            newest = viewer.field(&state, "sequence")[0].max(newest);
+            let sequence = viewer.field(&state, "sequence")[0] as u64;
+            let (first, times) = seen.entry(sequence).or_insert_with(|| (state.clone(), 0));
+            assert_eq!(*first, state, "state {sequence}");
+            *times += 1;
         }
     }
-    assert!(newest > 5.0);
-    let state = slow.state();
-    assert!(slow.field(&state, "sequence")[0] <= newest);
+    assert!(seen.values().filter(|(_, times)| *times == viewers.len()).count() >= 10, "{}", seen.len());
 }
 
 #[test]
