@@ -31,12 +31,12 @@ pub(crate) struct Wanted {
     pub(crate) busy: Option<f64>,
 }
 
-/// The load of the last minute, where it is more than the machine has processors.
+/// The load of the last minute, where it is more than half of what the machine has processors.
 fn busy() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/loadavg").ok()?;
     let load: f64 = text.split(' ').next()?.parse().ok()?;
     let processors = std::thread::available_parallelism().map_or(1.0, |count| count.get() as f64);
-    (load > processors).then_some(load)
+    (load > 0.5 * processors).then_some(load)
 }
 
 fn wanted() -> Outcome<Wanted> {
