@@ -119,7 +119,7 @@ impl Stage {
         Ok(scene(&parts, &mut self.drawing)?)
     }
 
-    /// Lets real time pass, s, as far as the simulation keeps up within `budget` real seconds told by `spent`.
+    /// Lets real time pass, s, until `is_spent` says that the next picture is due or a command waits.
     ///
     /// # Errors
     /// As [`Simulation::step`].

@@ -140,7 +140,7 @@ impl<'a> Scenery<'a> {
         self.muscles.evaluate(q, &mut self.geometry)?;
         let bodies = (0..self.robot.parts().bodies.len()).map(|body| {
             let pose = self.robot.body_pose(&self.frames, body);
-            (pose.origin, quaternion(pose.axes))
+            (pose.origin, pose.quaternion())
         });
         let cables =
             (0..self.muscles.count()).map(|muscle| self.muscles.path(&self.geometry, muscle, ARC_STEP));
@@ -170,25 +170,6 @@ impl ScenePose {
             )
         });
         json!({"bodies": bodies.collect::<Value>(), "cables": cables.collect::<Value>()})
-    }
-}
-
-/// The unit quaternion of a rotation, by the images of the axes.
-fn quaternion([x, y, z]: [[f64; 3]; 3]) -> [f64; 4] {
-    // Four times the squares of the components; the largest is divided by.
-    let squares = [
-        1.0 + x[0] + y[1] + z[2],
-        1.0 + x[0] - y[1] - z[2],
-        1.0 - x[0] + y[1] - z[2],
-        1.0 - x[0] - y[1] + z[2],
-    ];
-    let largest = (0..4).max_by(|a, b| squares[*a].total_cmp(&squares[*b])).unwrap_or(0);
-    let s = 2.0 * squares[largest].max(0.0).sqrt();
-    match largest {
-        0 => [0.25 * s, (y[2] - z[1]) / s, (z[0] - x[2]) / s, (x[1] - y[0]) / s],
-        1 => [(y[2] - z[1]) / s, 0.25 * s, (y[0] + x[1]) / s, (z[0] + x[2]) / s],
-        2 => [(z[0] - x[2]) / s, (y[0] + x[1]) / s, 0.25 * s, (z[1] + y[2]) / s],
-        _ => [(x[1] - y[0]) / s, (z[0] + x[2]) / s, (z[1] + y[2]) / s, 0.25 * s],
     }
 }
 
@@ -222,6 +203,7 @@ fn embedded(data: &Value) -> Result<String, Error> {
 mod tests {
     use super::*;
     use crate::shapes::rotated;
+    use sinew::body::Pose;
 
     #[test]
     fn a_rotation_comes_back_from_the_images_of_the_axes() {
@@ -230,7 +212,8 @@ mod tests {
             let norm = raw.iter().map(|x| x * x).sum::<f64>().sqrt();
             let q = raw.map(|x| x / norm);
             let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-            let found = quaternion(axes.map(|axis| rotated(q, axis)));
+            let pose = Pose { axes: axes.map(|axis| rotated(q, axis)), origin: [0.0; 3] };
+            let found = pose.quaternion();
             let same: f64 = q.iter().zip(found).map(|(a, b)| a * b).sum();
             assert!((same.abs() - 1.0).abs() < 1e-12, "{q:?} {found:?}");
         }
