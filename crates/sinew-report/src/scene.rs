@@ -201,7 +201,6 @@ fn embedded(data: &Value) -> Result<String, Error> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::shapes::rotated;
     use sinew::body::Pose;
 
