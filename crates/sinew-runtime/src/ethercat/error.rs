@@ -23,7 +23,10 @@ pub enum EthercatError {
         /// In words.
         reason: String,
     },
-    /// No device answers.
+    /// Nothing is on the wire.
+    #[error("no EtherCAT device answers: no frame came back; check cable, power and interface")]
+    NoAnswer,
+    /// Frames come back, but no device has taken part in them.
     #[error("no EtherCAT device answers: expected {expected}; check cable, power and interface")]
     NoDevices {
         /// Devices of the machine file.

@@ -47,7 +47,8 @@ impl<'a, L: Link> Master<'a, L> {
     /// Brings all devices to PRE-OP and lists them in the order on the wire.
     ///
     /// # Errors
-    /// [`EthercatError::Link`] and [`EthercatError::Protocol`] where they do not answer as they should.
+    /// [`EthercatError::NoAnswer`] where no frame comes back, [`EthercatError::Link`] and [`EthercatError::Protocol`] where
+    /// they do not answer as they should.
     pub fn scan(&mut self) -> Result<Vec<FoundDevice>, EthercatError> {
         self.pre_op().map(|(_, found)| found)
     }
@@ -57,6 +58,7 @@ impl<'a, L: Link> Master<'a, L> {
         let outcome = pump.complete(bring_up::pre_op(main));
         outcome.map_err(|error| match pump.take_error() {
             Some(source) => EthercatError::Link { during: "looking for devices", source },
+            None if !pump.answered() => EthercatError::NoAnswer,
             None => error,
         })
     }

@@ -6,7 +6,7 @@ use super::time;
 use core::future::Future;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
-use ethercrab::{PduLoop, PduRx, PduStorage, PduTx};
+use ethercrab::{PduLoop, PduRx, PduStorage, PduTx, ReceiveAction};
 
 /// Frames in flight, at most: a power of 2.
 const FRAMES: usize = 16;
@@ -45,11 +45,13 @@ pub(super) struct Pump<'a, L> {
     buffer: [u8; MAX_FRAME],
     /// The last error of the link.
     error: Option<std::io::Error>,
+    /// Whether any frame has come back.
+    answered: bool,
 }
 
 impl<'a, L: Link> Pump<'a, L> {
     pub(super) fn new(tx: PduTx<'a>, rx: PduRx<'a>, link: L) -> Self {
-        Self { tx, rx, link, buffer: [0; MAX_FRAME], error: None }
+        Self { tx, rx, link, buffer: [0; MAX_FRAME], error: None, answered: false }
     }
 
     pub(super) fn link(&self) -> &L {
@@ -63,6 +65,11 @@ impl<'a, L: Link> Pump<'a, L> {
     /// Why the link failed last.
     pub(super) fn take_error(&mut self) -> Option<std::io::Error> {
         self.error.take()
+    }
+
+    /// Whether any frame has come back since the start.
+    pub(super) fn answered(&self) -> bool {
+        self.answered
     }
 
     /// Runs a future to its end: its own time-outs end it where no answer comes.
@@ -94,7 +101,7 @@ impl<'a, L: Link> Pump<'a, L> {
         if let Poll::Ready(output) = future.poll(&mut Context::from_waker(Waker::noop())) {
             return Some(output);
         }
-        let Self { tx, rx, link, buffer, error } = self;
+        let Self { tx, rx, link, buffer, error, answered } = self;
         while let Some(frame) = tx.next_sendable_frame() {
             // Where the link fails, the frame counts as sent and lost: the future's time-out ends it.
             let sent = frame.send_blocking(|bytes| {
@@ -112,8 +119,10 @@ impl<'a, L: Link> Pump<'a, L> {
                     received = true;
                     let frame = &buffer[..length.min(MAX_FRAME)];
                     if !emergency::is_in(frame) {
-                        // A frame that came too late belongs to no future any more: ethercrab calls that an error.
-                        let _ = rx.receive_frame(frame);
+                        // A frame that came too late belongs to no future any more: ethercrab calls that an error. It
+                        // ignores frames of this computer, which some interfaces give back unchanged.
+                        let taken = rx.receive_frame(frame);
+                        *answered |= matches!(taken, Ok(ReceiveAction::Processed));
                     }
                 }
                 Ok(None) => break,

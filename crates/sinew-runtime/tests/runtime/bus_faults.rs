@@ -261,6 +261,52 @@ fn another_device_in_the_place_of_one_is_named_and_gets_no_set_point() {
     );
 }
 
+/// An interface that gives no frame back, or each frame as it was sent.
+struct Unplugged {
+    time: u64,
+    echoes: bool,
+    echo: Option<Vec<u8>>,
+}
+
+impl Link for Unplugged {
+    fn now(&mut self) -> u64 {
+        self.time
+    }
+
+    fn send(&mut self, frame: &[u8]) -> std::io::Result<()> {
+        self.echo = self.echoes.then(|| frame.to_vec());
+        Ok(())
+    }
+
+    fn receive(&mut self, buffer: &mut [u8]) -> std::io::Result<Option<usize>> {
+        Ok(self.echo.take().map(|frame| {
+            buffer[..frame.len()].copy_from_slice(&frame);
+            frame.len()
+        }))
+    }
+
+    fn idle(&mut self) {
+        self.time += 100_000;
+    }
+
+    fn rest_until(&mut self, time: u64) {
+        self.time = time;
+    }
+
+    fn begin_cycle(&mut self, period: u64) {
+        self.time += period;
+    }
+}
+
+#[test]
+fn an_interface_without_devices_is_named() {
+    for echoes in [false, true] {
+        let storage = FrameStorage::new();
+        let refused = Master::new(&storage, Unplugged { time: 0, echoes, echo: None }).unwrap().scan();
+        assert!(matches!(refused, Err(EthercatError::NoAnswer)), "{refused:?}");
+    }
+}
+
 #[test]
 fn missing_wrong_and_surplus_devices_are_named_before_anything_moves() {
     let setup = Setup::new(machine("planar_leg"), 3, &[]);
