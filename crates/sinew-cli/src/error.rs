@@ -36,6 +36,16 @@ pub(crate) enum Error {
     /// A simulated device that contradicts itself.
     #[error(transparent)]
     Device(#[from] sinew_segment::DescriptionError),
+    /// A file with devices that a machine does not have.
+    #[error("--device {}: none of its {described} devices is one of the machine file's: {expected}", file.display())]
+    ForeignDevices {
+        /// The file.
+        file: PathBuf,
+        /// Number of devices in it.
+        described: usize,
+        /// The identities in the machine file.
+        expected: String,
+    },
     /// A model file that cannot be used.
     #[error("{}: {source}", file.display())]
     Model {

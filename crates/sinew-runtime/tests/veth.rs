@@ -55,7 +55,7 @@ fn inside() {
         let served = scope.spawn(|| {
             let socket = RawSocket::open("sinew1").unwrap();
             let mut simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine);
-            let mut segment = simulated.segment(|_| None).unwrap();
+            let mut segment = simulated.segment(&[]).unwrap();
             serve(&socket, (&mut segment, &mut simulated), PERIOD, &stop).unwrap()
         });
         let begin = Instant::now();

@@ -56,9 +56,9 @@ mod sii;
 pub use al::{AlState, AlStatusCode};
 pub use coe::Abort;
 pub use description::{
-    Access, ClockDescription, DataType, DescriptionError, DeviceDescription, Direction, EntryDescription,
-    FmmuUse, Identity, MailboxDescription, ObjectCode, ObjectDescription, PdoDescription, PdoEntry,
-    PdoMappable, Profile, SyncManagerDescription, SyncManagerKind, builtin,
+    Access, ClockDescription, DataType, DescriptionError, DescriptionFile, DeviceDescription, Direction,
+    EntryDescription, FmmuUse, Identity, MailboxDescription, ObjectCode, ObjectDescription, PdoDescription,
+    PdoEntry, PdoMappable, Profile, SyncManagerDescription, SyncManagerKind, builtin,
 };
 pub use device::Device;
 pub use drive::{AxisCommand, Drive, DriveState, Mode};

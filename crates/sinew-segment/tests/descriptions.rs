@@ -6,8 +6,8 @@ mod wire;
 
 use proptest::prelude::*;
 use sinew_segment::{
-    Access, DataType, Device, DeviceDescription, DeviceSettings, Direction, ObjectCode, PdoMappable, Profile,
-    builtin,
+    Access, DataType, DescriptionFile, Device, DeviceDescription, DeviceSettings, Direction, ObjectCode,
+    PdoMappable, Profile, builtin,
 };
 use wire::Wire;
 
@@ -87,6 +87,38 @@ fn an_esi_file_that_is_none_gives_one_error_with_its_line() {
     let older = DeviceDescription::from_esi("drive.xml", ESI, Some(0x1234), Some(0x0001_0000)).unwrap();
     assert_eq!(older.name, "DRV-9-OLD");
     assert!(DeviceDescription::from_esi("drive.xml", ESI, Some(5), None).is_err());
+}
+
+#[test]
+fn a_file_of_either_kind_names_its_devices() {
+    let table = DescriptionFile::read("drive.toml", builtin::DRIVE_TOML.as_bytes()).unwrap();
+    assert_eq!(table.identities(), [builtin::drive().identity]);
+    assert_eq!(table.describe(0, 0).unwrap(), builtin::drive());
+    // As vendors write it: with a byte order mark, or with umlauts in ISO 8859-1.
+    let marked = [b"\xef\xbb\xbf", ESI.as_bytes()].concat();
+    let latin: Vec<u8> = ESI
+        .replace("UTF-8", "ISO8859-1")
+        .replace("Nine drive", "Nine dr\u{ef}ve")
+        .chars()
+        .map(|c| c as u8)
+        .collect();
+    for (content, title) in [(marked, "Nine drive"), (latin, "Nine dr\u{ef}ve")] {
+        let file = DescriptionFile::read("drive.xml", &content).unwrap();
+        let devices: Vec<_> =
+            file.identities().iter().map(|of| (of.vendor, of.product, of.revision)).collect();
+        assert_eq!(devices, [(0x777, 0x1234, 0x1_0000), (0x777, 0x99, 1), (0x777, 0x1234, 0x2_0001)]);
+        assert_eq!(file.describe(0x1234, 0x2_0001).unwrap().title, title);
+        assert!(file.describe(0x1234, 5).is_err());
+    }
+    for (content, expected) in [
+        (b"<robot/>".as_slice(), "x:1: robot: expected the root element <EtherCATInfo>"),
+        (b"", "x:1: "),
+        (b"a = 1\n\xff", "x:2: text: not UTF-8"),
+        (b"<EtherCATInfo><Vendor><Id>1</Id></Vendor></EtherCATInfo>", "at least one <Device>"),
+    ] {
+        let error = DescriptionFile::read("x", content).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
 }
 
 #[test]

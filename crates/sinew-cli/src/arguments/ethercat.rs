@@ -45,6 +45,8 @@ pub(crate) struct EthercatSimulateArguments {
     /// Network interface
     #[arg(long, value_name = "IF")]
     pub(crate) interface: String,
+    #[command(flatten)]
+    pub(crate) devices: DeviceFileArguments,
     /// Seed of the machine's deviations from its design
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
@@ -52,4 +54,13 @@ pub(crate) struct EthercatSimulateArguments {
     #[arg(long, value_name = "SECONDS",
         value_parser = number("0.1 to 86400 s", |s| (0.1..=86_400.0).contains(&s)))]
     pub(crate) duration: Option<f64>,
+}
+
+/// Devices of others on a simulated bus.
+#[derive(Debug, Args)]
+pub(crate) struct DeviceFileArguments {
+    /// ESI file of a vendor, or device table in TOML: the machine's devices with its vendor ID and product code are simulated as it
+    /// describes them; may be repeated
+    #[arg(long = "device", value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
 }

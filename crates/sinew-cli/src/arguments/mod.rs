@@ -21,7 +21,7 @@ mod values;
 
 pub(crate) use design::{DriveArguments, DriveSizeArguments, DriveVerb, TensionArguments};
 pub(crate) use ethercat::{
-    EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
+    DeviceFileArguments, EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
 };
 pub(crate) use fault::{Component, FaultArgument};
 pub(crate) use identification::{

@@ -1,5 +1,6 @@
 //! Arguments of `sinew run`.
 
+use super::ethercat::DeviceFileArguments;
 use super::link::RunLinkArguments;
 use super::motion::MotionArguments;
 use clap::{Args, ValueEnum};
@@ -24,6 +25,8 @@ pub(crate) struct RunArguments {
     /// Network interface of the devices, for --bus ethercat
     #[arg(long, value_name = "IF", required_if_eq("bus", "ethercat"))]
     pub(crate) interface: Option<String>,
+    #[command(flatten)]
+    pub(crate) devices: DeviceFileArguments,
     /// Do not wait for deadlines; for simulated buses
     #[arg(long, conflicts_with = "interface")]
     pub(crate) virtual_time: bool,

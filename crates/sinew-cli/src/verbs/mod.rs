@@ -6,6 +6,7 @@ pub(crate) mod bench;
 mod columns;
 pub(crate) mod completions;
 pub(crate) mod demo;
+mod device_files;
 pub(crate) mod drive;
 pub(crate) mod ethercat;
 pub(crate) mod evaluate;

@@ -31,6 +31,28 @@ fn a_run_behind_simulated_devices_ends_as_planned_and_reports_its_bus() {
 }
 
 #[test]
+fn devices_of_a_simulated_bus_are_those_of_their_files() {
+    let bench = Bench::new();
+    bench.write("drive.toml", sinew_segment::builtin::DRIVE_TOML);
+    let esi = "<EtherCATInfo><Vendor><Id>#x777</Id></Vendor><Descriptions><Devices><Device>\
+               <Type ProductCode='#x99' RevisionNo='1'>OTHER</Type></Device></Devices></Descriptions></EtherCATInfo>";
+    bench.write("other.xml", esi);
+    let run = "run planar_leg --path to-joints:hip=0.4 --duration 2 --hold 0.5 --virtual-time --json";
+    let own = bench.succeeds(&format!("{run} --bus segment")).stdout;
+    let described = bench.succeeds(&format!("{run} --bus segment --device drive.toml")).stdout;
+    assert_eq!(own, described, "the built-in drive, read from its file");
+    let other = format!("{run} --bus segment --device other.xml");
+    bench.refuses(&other, &["other.xml", "none of its 1 devices", "0x51e37:"]);
+    bench
+        .refuses(&format!("{run} --bus twin --device drive.toml"), &["--device drive.toml", "--bus segment"]);
+    // A drive that lacks an object is refused before anything moves.
+    let lacking = sinew_segment::builtin::DRIVE_TOML.replace("0x60ff", "0x60fe");
+    bench.write("lacking.toml", lacking);
+    bench.refuses(&format!("{run} --bus segment --device lacking.toml"), &["lacking.toml"]);
+    bench.refuses(&format!("{run} --bus segment --device missing.xml"), &["missing.xml: cannot be read"]);
+}
+
+#[test]
 fn an_interface_that_does_not_exist_is_named_with_those_that_do() {
     let bench = Bench::new();
     for arguments in [

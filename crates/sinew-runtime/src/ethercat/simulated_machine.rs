@@ -3,7 +3,9 @@
 use sinew::drive::{DriveCommand, DriveParameters};
 use sinew::machine::{Device, DeviceRole, DriveDevice, Machine, ObjectAddress, SensorChannel, Signal};
 use sinew::twin::arm::ArmTwin;
-use sinew_segment::{AxisCommand, DescriptionError, DeviceDescription, DeviceSettings, Segment, builtin};
+use sinew_segment::{
+    AxisCommand, DescriptionError, DescriptionFile, DeviceDescription, DeviceSettings, Segment, builtin,
+};
 
 /// A machine as built, with the devices of its fieldbus.
 #[derive(Debug, Clone)]
@@ -40,17 +42,15 @@ impl SimulatedMachine {
         }
     }
 
-    /// The segment with the devices of this machine; `describe` gives those that do not come with this program.
+    /// The segment with the devices of this machine: the latest revision that the files describe and the machine file
+    /// accepts, and devices of this program under the identity of those that no file describes.
     ///
     /// # Errors
-    /// The first field of a description that contradicts itself; a device that nobody describes.
-    pub fn segment(
-        &self,
-        mut describe: impl FnMut(&Device) -> Option<DeviceDescription>,
-    ) -> Result<Segment, DescriptionError> {
+    /// The first field of a description that cannot be used or contradicts itself.
+    pub fn segment(&self, descriptions: &[DescriptionFile]) -> Result<Segment, DescriptionError> {
         let mut devices = Vec::new();
         for (place, device) in self.devices.iter().enumerate() {
-            let description = describe(device).unwrap_or_else(|| stand_in(device));
+            let description = described(descriptions, device)?.unwrap_or_else(|| stand_in(device));
             let settings = DeviceSettings {
                 alias: device.alias.unwrap_or(0),
                 drift_ppb: clock_drift(place),
@@ -186,6 +186,17 @@ fn error_code(fault: sinew::drive::DriveFault) -> u16 {
         sinew::drive::DriveFault::Hot { .. } => MOTOR_HOT,
         sinew::drive::DriveFault::DrumFull | sinew::drive::DriveFault::DrumEmpty => DRUM_END,
     }
+}
+
+/// The description of a device, of the latest revision that is accepted, where a file has one.
+fn described(
+    files: &[DescriptionFile],
+    device: &Device,
+) -> Result<Option<DeviceDescription>, DescriptionError> {
+    let all = files.iter().flat_map(|file| file.identities().iter().map(move |of| (of, file)));
+    let accepted = all.filter(|(of, _)| device.identity.accepts([of.vendor, of.product, of.revision]));
+    let latest = accepted.max_by_key(|(of, _)| of.revision);
+    latest.map(|(of, file)| file.describe(of.product, of.revision)).transpose()
 }
 
 /// A simulated device in the place of one that is not described: the built-in drive, or a terminal with its channels, under its identity.

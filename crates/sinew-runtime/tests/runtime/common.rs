@@ -89,7 +89,7 @@ impl Setup {
 
     pub(crate) fn link(&self) -> SegmentLink {
         let simulated = SimulatedMachine::new(self.plant.clone(), &self.machine);
-        let segment = simulated.segment(|_| None).unwrap();
+        let segment = simulated.segment(&[]).unwrap();
         SegmentLink::new(segment, simulated)
     }
 

@@ -54,17 +54,13 @@ fn process_data_of_several_frames_is_exchanged_whole() {
     let setup = Setup::new(machine("chain10"), 3, &[]);
     let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine);
     // Terminals of 12 channels instead of one: 2.1 kB of inputs.
-    let wide = |device: &Device| {
-        let cell = matches!(device.channels(), [one] if matches!(one.signal, Signal::Tension(_)));
-        cell.then(|| {
-            let mut description = builtin::encoder(12);
-            let identity = device.identity;
-            description.identity.product = identity.product;
-            description.identity.revision = identity.revision;
-            description
-        })
-    };
-    let segment = simulated.segment(wide).unwrap();
+    let mut wide = builtin::encoder(12);
+    let of_cells =
+        |device: &&Device| matches!(device.channels(), [one] if matches!(one.signal, Signal::Tension(_)));
+    let cell = setup.machine.devices.iter().find(of_cells).unwrap().identity;
+    wide.identity.product = cell.product;
+    wide.identity.revision = cell.revision;
+    let segment = simulated.segment(&[wide.into()]).unwrap();
     let storage = FrameStorage::new();
     let master = Master::new(&storage, SegmentLink::new(segment, simulated)).unwrap();
     let bus = master.match_devices(&setup.machine.devices).unwrap().operate(&setup.machine, PERIOD).unwrap();

@@ -31,20 +31,10 @@ impl DeviceDescription {
         product: Option<u32>,
         revision: Option<u32>,
     ) -> Result<Self, DescriptionError> {
-        let document = Document::parse(text).map_err(|error| DescriptionError {
-            file: file.to_owned(),
-            line: error.pos().row as usize,
-            field: "XML".to_owned(),
-            problem: error.to_string(),
-        })?;
+        let document = parse(file, text)?;
         let file = EsiFile { name: file };
-        let root = document.root_element();
-        if root.tag_name().name() != "EtherCATInfo" {
-            return Err(file.error(root, "expected the root element <EtherCATInfo> of an ESI file"));
-        }
-        let vendor = child(root, "Vendor").ok_or_else(|| file.error(root, "expected an element <Vendor>"))?;
-        let vendor = file.required(vendor, "Id")?;
-        let node = choose(file, root, product, revision)?;
+        let (vendor, devices) = devices(file, &document)?;
+        let node = choose(file, document.root_element(), &devices, [product, revision])?;
         let mut description = device(file, vendor, node)?;
         complete_objects(&mut description, file, node)?;
         description.check().map_err(|error| DescriptionError {
@@ -53,6 +43,31 @@ impl DeviceDescription {
         })?;
         Ok(description)
     }
+}
+
+/// The file as XML.
+pub(super) fn parse<'input>(file: &str, text: &'input str) -> Result<Document<'input>, DescriptionError> {
+    Document::parse(text).map_err(|error| DescriptionError {
+        file: file.to_owned(),
+        line: error.pos().row as usize,
+        field: "XML".to_owned(),
+        problem: error.to_string(),
+    })
+}
+
+/// Vendor ID and the elements of all devices.
+pub(super) fn devices<'a, 'input>(
+    file: EsiFile<'_>,
+    document: &'a Document<'input>,
+) -> Result<(u32, Vec<Node<'a, 'input>>), DescriptionError> {
+    let root = document.root_element();
+    if root.tag_name().name() != "EtherCATInfo" {
+        return Err(file.error(root, "expected the root element <EtherCATInfo> of an ESI file"));
+    }
+    let vendor = child(root, "Vendor").ok_or_else(|| file.error(root, "expected an element <Vendor>"))?;
+    let devices = child(root, "Descriptions").and_then(|node| child(node, "Devices"));
+    let devices = devices.into_iter().flat_map(|devices| children(devices, "Device")).collect();
+    Ok((file.required(vendor, "Id")?, devices))
 }
 
 fn identity_of(file: EsiFile<'_>, node: Node<'_, '_>) -> Result<(u32, u32), DescriptionError> {
@@ -66,13 +81,12 @@ fn identity_of(file: EsiFile<'_>, node: Node<'_, '_>) -> Result<(u32, u32), Desc
 fn choose<'a, 'input>(
     file: EsiFile<'_>,
     root: Node<'a, 'input>,
-    product: Option<u32>,
-    revision: Option<u32>,
+    devices: &[Node<'a, 'input>],
+    [product, revision]: [Option<u32>; 2],
 ) -> Result<Node<'a, 'input>, DescriptionError> {
-    let devices = child(root, "Descriptions").and_then(|node| child(node, "Devices"));
     let mut fitting = Vec::new();
     let mut products = Vec::new();
-    for node in devices.into_iter().flat_map(|devices| children(devices, "Device")) {
+    for &node in devices {
         let (code, number) = identity_of(file, node)?;
         if product.is_none_or(|product| product == code) && revision.is_none_or(|revision| revision == number)
         {

@@ -5,6 +5,7 @@ mod error;
 mod esi;
 mod esi_node;
 mod esi_objects;
+mod file;
 mod kinds;
 mod table;
 mod types;
@@ -12,6 +13,7 @@ mod validity;
 mod written;
 
 pub use error::DescriptionError;
+pub use file::DescriptionFile;
 pub use kinds::{Access, DataType, Direction, FmmuUse, ObjectCode, PdoMappable, Profile, SyncManagerKind};
 pub use types::{
     ClockDescription, DeviceDescription, EntryDescription, Identity, MailboxDescription, ObjectDescription,

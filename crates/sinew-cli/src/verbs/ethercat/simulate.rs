@@ -5,6 +5,7 @@ use crate::arguments::{EthercatSimulateArguments, General};
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
+use crate::verbs::device_files;
 use sinew::control::arm::{resting_tensions, synthesize};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 use sinew_lab::experiment::oracle_models;
@@ -19,6 +20,7 @@ const PERIOD: u64 = 1_000_000;
 
 pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> Result<Answer, Error> {
     let machine = load_machine(&arguments.machine, None)?.machine;
+    let descriptions = device_files::read(&arguments.devices, &machine.devices)?;
     let socket = RawSocket::open(&arguments.interface)?;
     let design = ArmSpecimen::nominal(&machine)?;
     let (gains, _) = synthesize(&machine, &oracle_models(&design), std::slice::from_ref(&machine.start))?;
@@ -26,7 +28,7 @@ pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> R
     let tensions = resting_tensions(&specimen.robot, &machine.start, &gains.tension_limits())?;
     let arm = ArmTwin::new(&specimen, &machine.start, &tensions, arguments.seed)?;
     let mut simulated = SimulatedMachine::new(arm, &machine);
-    let mut segment = simulated.segment(|_| None)?;
+    let mut segment = simulated.segment(&descriptions)?;
     if !general.json {
         print(&format!(
             "SIMULATED {}: {} devices answer on {}; Ctrl-C ends\n",

@@ -8,6 +8,7 @@ use crate::arguments::{BusArgument, General, PathArgument, RunArguments};
 use crate::error::Error;
 use crate::interrupt;
 use crate::progress::Progress;
+use crate::verbs::device_files;
 use crate::verbs::link::key_file::read_key;
 use crate::verbs::recording::{LinkSetup, Recording, Request};
 use crate::verbs::track::setup::Setup;
@@ -66,6 +67,7 @@ pub(super) fn execute(
     let progress = Progress::new();
     progress.show("planning and verifying the motion whose speeds are the limits", 0.0);
     let setup = Setup::with_default_path(&arguments.motion, |_| PathArgument::Tour)?;
+    let descriptions = device_files::read(&arguments.devices, &setup.machine.devices)?;
     let follower = Follower::of(&setup.machine, &setup.trajectory)?;
     let mut sessions = SessionSettings {
         lock_step: arguments.virtual_time,
@@ -107,7 +109,7 @@ pub(super) fn execute(
         }
         BusArgument::Segment | BusArgument::Ethercat => {
             let simulated = SimulatedMachine::new(plant, &setup.machine);
-            let segment = simulated.segment(|_| None)?;
+            let segment = simulated.segment(&descriptions)?;
             let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
             let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
             let on = On { supervisor, recording, truth };

@@ -8,6 +8,7 @@ mod shortcomings;
 mod simulated;
 mod timing;
 
+use super::device_files;
 use super::track::{setup::Setup, summary_text};
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{BusArgument, General, MotionArguments, PathArgument, RunArguments};
@@ -27,6 +28,10 @@ pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer,
     if interface.is_some() {
         refuse_simulated(&arguments.motion)?;
     }
+    if let Some(file) = arguments.devices.files.first().filter(|_| arguments.bus != BusArgument::Segment) {
+        let value = file.display().to_string();
+        return Err(Error::Argument { flag: "--device", value, expected: "it with --bus segment" });
+    }
     check_outputs(arguments, general.no_clobber)?;
     if let Some(address) = arguments.link.link {
         return linked::execute(arguments, address, general);
@@ -42,9 +47,10 @@ pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer,
         drop(progress);
         return report_measured(&setup, measured, general.json);
     }
+    let descriptions = device_files::read(&arguments.devices, &setup.machine.devices)?;
     progress.show("calibrating the machine's cables", 0.0);
     let arm = setup.calibrate()?;
-    let executed = execute(&setup, &arm, arguments, &progress)?;
+    let executed = execute(&setup, &arm, (arguments, &descriptions), &progress)?;
     drop(progress);
     let whole = executed.recording.as_ref().is_none_or(|recording| recording.whole);
     let outcome = Outcome::of(executed.numbers.ended == TrackOutcome::Completed && whole);
@@ -58,7 +64,8 @@ fn check_outputs(arguments: &RunArguments, no_clobber: bool) -> Result<(), Error
     let outputs: Vec<_> = arguments.record.iter().cloned().collect();
     let motion = &arguments.motion;
     let waypoints = motion.path.as_ref().and_then(PathArgument::file);
-    let inputs = [&motion.model].into_iter().chain(waypoints).chain(&motion.gains);
+    let inputs =
+        [&motion.model].into_iter().chain(waypoints).chain(&motion.gains).chain(&arguments.devices.files);
     refuse_overwrite(inputs, &outputs, no_clobber)
 }
 

@@ -12,6 +12,7 @@ use sinew_lab::experiment::arm::STEP;
 use sinew_runtime::bus::{Bus, BusStatistics, ClockReport, SimulatedBus, TwinBus};
 use sinew_runtime::cycle::{Clock, Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
 use sinew_runtime::ethercat::{EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine};
+use sinew_segment::DescriptionFile;
 use std::sync::atomic::AtomicBool;
 
 /// Result of a run.
@@ -29,11 +30,11 @@ const PERIOD: u64 = 1_000_000;
 /// Cycles between two updates of the progress.
 const PROGRESS_CYCLES: u64 = 500;
 
-/// Runs the task of a setup on a simulated bus, at its deadlines or on virtual time.
+/// Runs the task of a setup on a simulated bus, at its deadlines or on virtual time; the files describe simulated devices.
 pub(super) fn execute(
     setup: &Setup,
     arm: &CalibratedArm,
-    arguments: &RunArguments,
+    (arguments, descriptions): (&RunArguments, &[DescriptionFile]),
     progress: &Progress,
 ) -> Result<Executed, Error> {
     let prepared = PreparedRun::new(arm, setup.variant, &setup.task(1.0))?;
@@ -48,7 +49,7 @@ pub(super) fn execute(
         // The latter has an interface and is not simulated.
         BusArgument::Segment | BusArgument::Ethercat => {
             let simulated = SimulatedMachine::new(plant, &setup.machine);
-            let segment = simulated.segment(|_| None)?;
+            let segment = simulated.segment(descriptions)?;
             let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
             let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
             let bus = matched.operate(&setup.machine, PERIOD)?;
