@@ -57,7 +57,7 @@ fn feasible(seed: u64) -> Result<(RandomMachine, Trajectory), String> {
 fn track(seed: u64) -> Result<Tracked, String> {
     let text = |error: sinew_lab::Error| error.to_string();
     let (RandomMachine { machine, first_link }, trajectory) = feasible(seed)?;
-    let machine = match verify(&machine, &trajectory).map_err(text)? {
+    let machine = match verify(&machine, &trajectory, 1).map_err(text)? {
         Verified::Tracks(rules) => Machine { rules, ..machine },
         Verified::Fails(reason) => return Err(format!("verification: {reason}")),
     };

@@ -185,7 +185,7 @@ pub(crate) fn track<'py>(
         progress.tell("checking and verifying the motion", 0.0);
         check_feasible(&machine, &trajectory, repeats)?;
         if variant == CompensationVariant::Observer {
-            match verify(&machine, &trajectory)? {
+            match verify(&machine, &trajectory, repeats)? {
                 Verified::Tracks(rules) => machine.rules = rules,
                 Verified::Fails(_) if conditions.unverified => {}
                 Verified::Fails(reason) => {

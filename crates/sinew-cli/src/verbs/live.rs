@@ -142,7 +142,7 @@ impl Bench {
         }
         let mut arm = self.arm.loaded(conditions.payload)?;
         if variant == CompensationVariant::Observer
-            && let Verified::Tracks(rules) = verify(&machine, &trajectory)?
+            && let Verified::Tracks(rules) = verify(&machine, &trajectory, u32::MAX)?
         {
             arm.machine.rules = rules;
         }

@@ -29,25 +29,28 @@ const SOFTER: [[f64; 4]; 4] =
 const SEEDS: [u64; 2] = [0x7665_7269_6679_0001, 0x7665_7269_6679_0002];
 /// Rest before and after the motion, s.
 const REST: [f64; 2] = [1.0, 0.5];
+/// Repeats that are simulated, s: a fast motion that once decays is kept up by the next repeats.
+const LONGEST: f64 = 4.0;
 /// Longest time for which a cable may be slack, s.
 const MAX_SLACK: f64 = 0.25;
 
-/// Finds rules with which drawn machines track one repeat of a motion; the controller has the designed body and the
+/// Finds rules with which drawn machines track a motion, and so many of its repeats as take 4 s; the controller has the designed body and the
 /// true parameters of their cables, which a calibration would identify.
 ///
 /// # Errors
 /// [`Error::Physics`] where trajectory and machine do not belong together.
-pub fn verify(machine: &Machine, trajectory: &Trajectory) -> Result<Verified, Error> {
+pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Result<Verified, Error> {
     let loaded = machine.loaded()?;
     let design = ArmSpecimen::nominal(&loaded)?;
     let specimens = SEEDS.map(|seed| ArmSpecimen::drawn_around(&design, &loaded, seed));
     let specimens: Vec<ArmSpecimen> = specimens.into_iter().collect::<Result<_, _>>()?;
     let poses = poses_along(trajectory)?;
+    let repeats = repeats.clamp(1, ((LONGEST / trajectory.duration()).ceil() as u32).max(1));
     let mut failure = None;
     for factors in SOFTER {
         let rules = softened(&machine.rules, factors);
         let trial = Machine { rules, ..loaded.clone() };
-        let found = specimens.par_iter().map(|built| simulate(&trial, built, trajectory, &poses));
+        let found = specimens.par_iter().map(|built| simulate(&trial, built, (trajectory, repeats), &poses));
         let found = found.collect::<Result<Vec<TrackSummary>, Error>>()?;
         failure = found.iter().find_map(|summary| problem(summary, &trial));
         if failure.is_none() {
@@ -70,7 +73,7 @@ fn softened(rules: &ControlRules, [bandwidth, pre_travel, position, damping]: [f
 fn simulate(
     machine: &Machine,
     built: &ArmSpecimen,
-    trajectory: &Trajectory,
+    (trajectory, repeats): (&Trajectory, u32),
     poses: &[Vec<f64>],
 ) -> Result<TrackSummary, Error> {
     let models = oracle_models(built);
@@ -85,7 +88,7 @@ fn simulate(
         site: machine.task.site(),
         tension_limits: &limits,
         trajectory,
-        repeats: 1,
+        repeats,
         before: REST[0],
         after: REST[1],
         faults: &[],

@@ -72,7 +72,7 @@ impl Track {
     pub(crate) fn answer(&self) -> Answer {
         let mut machine = machine(&self.machine)?;
         let trajectory = plan_tour(&machine, None, |t| first_infeasibility(&machine, t, 1))?;
-        match verify(&machine, &trajectory)? {
+        match verify(&machine, &trajectory, 1)? {
             Verified::Tracks(rules) => machine.rules = rules,
             Verified::Fails(reason) => return Err(reason.into()),
         }

@@ -98,7 +98,7 @@ impl Setup {
 
     /// Lowers the gains until simulated machines of the design track the motion; refuses it where none do, or warns.
     fn verify(&mut self, start_nevertheless: bool) -> Result<(), Error> {
-        match verify(&self.machine, &self.trajectory)? {
+        match verify(&self.machine, &self.trajectory, self.repeats)? {
             Verified::Tracks(rules) => self.machine.rules = rules,
             Verified::Fails(reason) if start_nevertheless => {
                 eprintln!("warning: simulated machines of this design do not track this motion: {reason}");

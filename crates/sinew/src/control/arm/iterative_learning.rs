@@ -6,14 +6,15 @@ use alloc::vec::Vec;
 /// Iterative learning control of a repeated motion: feedback of one repeat becomes feedforward of the next.
 ///
 /// ```text
-/// U_(n+1)(t) = U_n(t) + gamma f_n(t),     u_n(t) = U_n(t + t_a)
+/// U_(n+1)(t) = U_m(t) + gamma f_m(t),     u_n(t) = U_n(t + t_a),     m = argmin_(k <= n) |f_k|^2
 /// ```
 ///
 /// | symbol | meaning                                                                    | unit |
 /// |--------|----------------------------------------------------------------------------|------|
 /// | u_n    | feedforward in repeat n, `s_k` in the law of the winches; 0 in the first       | 1    |
-/// | f_n    | contribution of feedback in repeat n, mean over one of [`BINS`]               | 1    |
-/// | gamma  | [`LEARNING_GAIN`]                                                          | 1    |
+/// | f_n    | contribution of feedback in repeat n, mean over a bin                        | 1    |
+/// | gamma  | at most [`LEARNING_GAIN`]; halved by a repeat with more feedback than the least | 1 |
+/// | b      | width of a bin: at least [`LEAST_BIN_WIDTH`], at most [`BINS`] of them        | s    |
 /// | t_a    | [`FORWARD_SHIFT`]: delay of the feedback, compensated                         | s    |
 ///
 /// # Assumes
@@ -24,11 +25,17 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone)]
 pub(super) struct IterativeLearning {
     muscles: usize,
-    /// Duration of a bin, s.
+    /// Number of bins, and the duration of one, s.
+    bins: usize,
     bin_width: f64,
-    /// `U_n`, and `U_(n+1)` as far as it is complete: `[bins x muscles]`.
-    feedforward: Vec<f64>,
-    next: Vec<f64>,
+    /// `gamma` of the next repeat.
+    gain: f64,
+    /// `U_n` and `f_n`: `[bins x muscles]`.
+    present: Repeat,
+    /// Those of the repeat with the least feedback.
+    best: Repeat,
+    /// Repeats with more feedback since then.
+    worse: u32,
     /// Sum of `f_n` over the samples of the current bin, `[muscles]`, and their number.
     sum: Vec<f64>,
     samples: f64,
@@ -37,12 +44,27 @@ pub(super) struct IterativeLearning {
     pub(super) output: Vec<f64>,
 }
 
-/// Bins of a motion: finer details of stick-slip do not repeat.
+/// One repeat of the motion.
+#[derive(Debug, Clone)]
+struct Repeat {
+    feedforward: Vec<f64>,
+    feedback: Vec<f64>,
+    /// Sum of the squares of `f_n`.
+    power: f64,
+}
+
+/// Most bins of a motion: finer details of stick-slip do not repeat.
 const BINS: usize = 288;
+/// Least `b`, s: faster than the feedback's delay allows, repeats would increase errors instead of reducing them.
+const LEAST_BIN_WIDTH: f64 = 0.2;
 /// `t_a`, s.
 const FORWARD_SHIFT: f64 = 0.12;
-/// `gamma`, 1.
+/// Largest `gamma`, 1, and its factors after a repeat with less feedback and with more.
 const LEARNING_GAIN: f64 = 0.4;
+const GROWTH: f64 = 1.5;
+const REDUCTION: f64 = 0.5;
+/// Repeats in a row with more feedback than the least before that one is given up: the machine has changed.
+const PATIENCE: u32 = 2;
 /// Longest motion, s.
 const MAX_DURATION: f64 = 3600.0;
 
@@ -54,11 +76,17 @@ impl IterativeLearning {
     pub(super) fn new(muscles: usize, duration: f64) -> Result<Self, Error> {
         let valid = duration > 0.0 && duration <= MAX_DURATION;
         within("duration", "a number in (0, 3600] s", duration, valid)?;
+        let bins = (libm::floor(duration / LEAST_BIN_WIDTH) as usize).clamp(1, BINS);
+        let none = || vec![0.0; bins * muscles];
+        let first = Repeat { feedforward: none(), feedback: none(), power: f64::INFINITY };
         Ok(Self {
             muscles,
-            bin_width: duration / BINS as f64,
-            feedforward: vec![0.0; BINS * muscles],
-            next: vec![0.0; BINS * muscles],
+            bins,
+            bin_width: duration / bins as f64,
+            gain: LEARNING_GAIN,
+            present: first.clone(),
+            best: first,
+            worse: 0,
             sum: vec![0.0; muscles],
             samples: 0.0,
             current_bin: 0,
@@ -68,22 +96,21 @@ impl IterativeLearning {
 
     /// Evaluates the feedforward at a time of the repeat, s; a time in an earlier bin begins the next repeat.
     pub(super) fn advance(&mut self, time: f64) {
-        let last = (BINS - 1) as f64;
+        let last = (self.bins - 1) as f64;
         let bin = (time / self.bin_width).clamp(0.0, last) as usize;
         if bin != self.current_bin {
             self.complete_bin();
             if bin < self.current_bin {
-                core::mem::swap(&mut self.feedforward, &mut self.next);
-                self.next.copy_from_slice(&self.feedforward);
+                self.next_repeat();
             }
             self.current_bin = bin;
         }
         // Linear interpolation between the middles of the bins.
         let place = ((time + FORWARD_SHIFT) / self.bin_width - 0.5).clamp(0.0, last);
         let (first, share) = (place as usize, place - libm::floor(place));
-        let second = (first + 1).min(BINS - 1);
+        let second = (first + 1).min(self.bins - 1);
         for (k, output) in self.output.iter_mut().enumerate() {
-            let [a, b] = [first, second].map(|bin| self.feedforward[bin * self.muscles + k]);
+            let [a, b] = [first, second].map(|bin| self.present.feedforward[bin * self.muscles + k]);
             *output = a + share * (b - a);
         }
     }
@@ -97,16 +124,35 @@ impl IterativeLearning {
         }
     }
 
-    /// `U_(n+1)` of the current bin.
+    /// `f_n` of the current bin.
     fn complete_bin(&mut self) {
         if self.samples > 0.0 {
             for (k, sum) in self.sum.iter().enumerate() {
-                let place = self.current_bin * self.muscles + k;
-                self.next[place] = self.feedforward[place] + LEARNING_GAIN * sum / self.samples;
+                self.present.feedback[self.current_bin * self.muscles + k] = sum / self.samples;
             }
         }
         self.sum.fill(0.0);
         self.samples = 0.0;
+    }
+
+    /// `U_(n+1)`.
+    fn next_repeat(&mut self) {
+        let Self { present, best, gain, worse, .. } = self;
+        present.power = present.feedback.iter().map(|feedback| feedback * feedback).sum();
+        let better = present.power <= best.power;
+        *worse = if better { 0 } else { *worse + 1 };
+        *gain = if better { (GROWTH * *gain).min(LEARNING_GAIN) } else { REDUCTION * *gain };
+        if better || *worse == PATIENCE {
+            *worse = 0;
+            best.power = present.power;
+            best.feedforward.copy_from_slice(&present.feedforward);
+            best.feedback.copy_from_slice(&present.feedback);
+        }
+        for ((next, of), feedback) in
+            present.feedforward.iter_mut().zip(&best.feedforward).zip(&best.feedback)
+        {
+            *next = of + *gain * feedback;
+        }
     }
 }
 
@@ -134,6 +180,55 @@ mod tests {
         assert!(learning.output[0].abs() < 1e-12, "no feedback, no feedforward");
         let falls = largest.windows(2).all(|pair| pair[1] < pair[0]);
         assert!(falls && largest[7] < 0.2 * largest[0], "{largest:?}");
+    }
+
+    /// A plant whose answer to the feedforward comes with a delay of other size than the one compensated: largest
+    /// feedback of every repeat.
+    fn repeated(duration: f64, disturbance: impl Fn(f64) -> f64, gain: f64, delay: usize) -> Vec<f64> {
+        let h = 1e-3;
+        let mut learning = IterativeLearning::new(1, duration).unwrap();
+        let mut past = vec![0.0; delay + 1];
+        let steps = (duration / h) as usize;
+        let repeats = (0..40).map(|_| {
+            let mut largest = 0.0_f64;
+            for k in 0..steps {
+                let t = k as f64 * h;
+                learning.advance(t);
+                past.rotate_right(1);
+                past[0] = learning.output[0];
+                let feedback = disturbance(t) - gain * past[delay];
+                learning.record(0, feedback);
+                largest = largest.max(feedback.abs());
+            }
+            largest
+        });
+        repeats.collect()
+    }
+
+    #[test]
+    fn feedback_does_not_grow_without_bound_where_learning_diverges() {
+        // The answer is four times as strong as assumed, and inverted for fast details.
+        for (frequency, gain, delay) in [(1.0, 8.0, 120), (2.0, 1.0, 370), (5.0, 2.0, 220), (0.5, -1.0, 0)] {
+            let disturbance = |t: f64| libm::sin(core::f64::consts::TAU * frequency * t);
+            let largest = repeated(3.0, disturbance, gain, delay);
+            let worst = largest.iter().copied().fold(0.0, f64::max);
+            assert!(worst < 6.0, "{frequency} Hz, gain {gain}: {largest:?}");
+        }
+    }
+
+    #[test]
+    fn a_changed_machine_is_learned_again() {
+        let mut learning = IterativeLearning::new(1, 4.0).unwrap();
+        let mut last = 0.0;
+        for repeat in 0..60 {
+            let disturbance = if repeat < 20 { 0.1 } else { 1.0 };
+            for k in 0..4000 {
+                learning.advance(f64::from(k) * 1e-3);
+                last = disturbance - learning.output[0];
+                learning.record(0, last);
+            }
+        }
+        assert!(last.abs() < 0.2, "{last}");
     }
 
     #[test]
