@@ -3,14 +3,22 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use sinew::predictor::CableColumns;
-use sinew_identify::cable::{CableLog, FitOptions, cable_logs, fit_cable, initial_cable, observe_log};
+use sinew_identify::cable::{
+    CableLog, FitOptions, cable_logs, fit_cable, fit_weakening, identify_cable, initial_cable, observe_log,
+};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
-use sinew_lab::simulated::demo_logs;
+use sinew_lab::simulated::{demo_logs, demo_truth};
 
 /// The demonstration logs, read like a user's; `rewrite` changes every row.
 fn days(rewrite: impl Fn(&str) -> String) -> (CableColumns, Vec<CableLog>) {
-    let texts: Vec<(String, String)> =
-        demo_logs(1).into_iter().map(|(name, text)| (name, text.lines().map(&rewrite).collect())).collect();
+    specimen(1, rewrite)
+}
+
+fn specimen(seed: u64, rewrite: impl Fn(&str) -> String) -> (CableColumns, Vec<CableLog>) {
+    let texts: Vec<(String, String)> = demo_logs(seed)
+        .into_iter()
+        .map(|(name, text)| (name, text.lines().map(&rewrite).collect()))
+        .collect();
     let logs: Vec<(&str, &[u8])> = texts.iter().map(|(n, t)| (n.as_str(), t.as_bytes())).collect();
     let options = ReadOptions { skip_s: 0.0, far_required: true, paths: vec![] };
     cable_logs(&read_bytes(&logs, &RequestedRoles::default(), &options).unwrap()).unwrap()
@@ -71,5 +79,19 @@ fn directions_and_units_of_the_columns_do_not_matter() {
     for (a, b) in logs.iter().flat_map(|l| &l.samples).zip(other.iter().flat_map(|l| &l.samples)) {
         let same = |x: f64, y: f64| (x.is_nan() && y.is_nan()) || (x - y).abs() < 1e-9;
         assert!(same(a.motor, b.motor) && same(a.anchor, b.anchor), "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn friction_is_not_taken_for_drag_where_it_falls_with_speed() {
+    for seed in [102, 103] {
+        let (_, logs) = specimen(seed, same);
+        let held = identify_cable(&logs[..3], &FitOptions::default()).unwrap();
+        let rmse = held.rmse;
+        let fit = fit_weakening(&logs[..3], held);
+        let angle = fit.model.law().unwrap().friction_angle();
+        let truth = demo_truth(seed)[0].value;
+        assert!((angle / truth - 1.0).abs() < 0.06, "seed {seed}: {angle}, truth {truth}");
+        assert!(fit.rmse < 0.9 * rmse, "seed {seed}: {} N, held {rmse} N", fit.rmse);
     }
 }

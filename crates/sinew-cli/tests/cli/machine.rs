@@ -93,6 +93,24 @@ fn a_pose_that_a_machine_leaves_by_itself_and_a_wrap_that_it_may_lose_are_named(
 }
 
 #[test]
+fn muscles_too_weak_for_the_weight_are_named_with_pose_and_joint() {
+    let bench = Bench::new();
+    let text = include_str!("../../../../models/planar_leg.toml");
+    let heavy = text.replacen("[task]", "[payload]\nmass_kg = 40.0\n\n[task]", 1);
+    assert_ne!(heavy, text);
+    bench.write("heavy.toml", heavy);
+    for verb in ["show", "tune"] {
+        let run = bench.run(&format!("machine {verb} heavy.toml"));
+        for part in
+            ["warning: muscles too weak to hold", "sampled poses", "`hip` lacks", "N m", "control_range"]
+        {
+            assert!(run.stderr.contains(part), "{verb}, {part}: {}", run.stderr);
+        }
+        assert!(run.stdout.contains("do not hold") || run.stdout.contains("hold none"), "{}", run.stdout);
+    }
+}
+
+#[test]
 fn a_new_machine_file_runs_at_once_and_an_existing_one_is_kept() {
     let bench = Bench::new();
     bench.succeeds("arm convert planar_leg leg.xml");

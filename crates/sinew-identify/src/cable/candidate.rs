@@ -3,6 +3,7 @@
 use super::fit::FitOptions;
 use super::initial::identify_cable;
 use super::log::CableLog;
+use super::weakening::fit_weakening;
 use crate::fit::cell::START_PRIOR_SEQUENCES;
 use crate::fit::run::Run;
 use sinew::predictor::{CableColumns, CableModel, ObservedCable};
@@ -14,7 +15,7 @@ const INTERVAL_S: f64 = 4e-3;
 /// Fits a cable to runs; `None` where they do not show one.
 pub(crate) fn fit_observed(runs: &[&Run], columns: CableColumns) -> Option<ObservedCable> {
     let logs: Vec<CableLog> = runs.iter().map(|run| thinned(run, &columns)).collect();
-    let mut model = identify_cable(&logs, &FitOptions::default()).ok()?.model;
+    let mut model = fit_weakening(&logs, identify_cable(&logs, &FitOptions::default()).ok()?).model;
     model.start = start_position(&model, &logs)?;
     Some(ObservedCable { model, columns })
 }

@@ -9,6 +9,7 @@ mod fit;
 mod initial;
 mod log;
 mod quantity;
+mod weakening;
 
 pub(crate) use candidate::fit_observed;
 pub use dataset::cable_logs;
@@ -16,6 +17,7 @@ pub use fit::{CableFit, FitOptions, fit_cable};
 pub use initial::{identify_cable, initial_cable};
 pub use log::{CableLog, observe_log};
 pub use quantity::{FittedQuantity, INITIAL_WEAKENING, Quantity};
+pub use weakening::fit_weakening;
 
 #[cfg(doc)]
 use sinew::predictor::CableObserver;

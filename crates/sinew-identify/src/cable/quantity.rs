@@ -26,6 +26,10 @@ pub enum Quantity {
     BendTilt,
     /// `beta` of the velocity weakening, 1: how much higher friction is at rest than in sliding.
     Rise,
+    /// `v_s` of the velocity weakening, m/s: the speed at which half of the rise remains.
+    WeakeningSpeed,
+    /// `tau` of the velocity weakening, s: its lag.
+    WeakeningLag,
 }
 
 /// A fitted quantity with its 95 % interval.
@@ -55,6 +59,21 @@ impl Quantity {
         Self::Rise,
     ];
 
+    /// These, and how fast friction falls with speed: what describes a cable best. A controller is better served without,
+    /// see [`INITIAL_WEAKENING`].
+    pub const ALL_OF_FRICTION: [Self; 10] = [
+        Self::FrictionAngle,
+        Self::Drag,
+        Self::Compliance,
+        Self::Pretension,
+        Self::NearLength,
+        Self::FarLength,
+        Self::BendTilt,
+        Self::Rise,
+        Self::WeakeningSpeed,
+        Self::WeakeningLag,
+    ];
+
     /// Name with unit, for reports.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -68,6 +87,8 @@ impl Quantity {
             Self::FarGain => "far_gain",
             Self::BendTilt => "bend_tilt",
             Self::Rise => "friction_rise",
+            Self::WeakeningSpeed => "weakening_speed_m_per_s",
+            Self::WeakeningLag => "weakening_lag_s",
         }
     }
 
@@ -84,6 +105,8 @@ impl Quantity {
             Self::FarGain => model.far_gain,
             Self::BendTilt => tilt(&model.path),
             Self::Rise => model.parameters.weakening.map_or(0.0, |weakening| weakening.rise),
+            Self::WeakeningSpeed => model.parameters.weakening.unwrap_or(INITIAL_WEAKENING).speed,
+            Self::WeakeningLag => model.parameters.weakening.unwrap_or(INITIAL_WEAKENING).lag,
         }
     }
 
@@ -118,10 +141,9 @@ impl Quantity {
             }
             Self::FarGain => model.far_gain = value,
             Self::BendTilt => model.path = tilted(&model.path, value)?,
-            Self::Rise => {
-                let initial = Weakening { rise: 0.0, ..INITIAL_WEAKENING };
-                model.parameters.weakening.get_or_insert(initial).rise = value;
-            }
+            Self::Rise => weakening(model).rise = value,
+            Self::WeakeningSpeed => weakening(model).speed = value,
+            Self::WeakeningLag => weakening(model).lag = value,
         }
         Some(())
     }
@@ -138,6 +160,9 @@ impl Quantity {
             // A search that reaches the edge of the domain continues along it.
             Self::Pretension | Self::Rise => value.max(0.0),
             Self::BendTilt => value.clamp(-1.0, 1.0),
+            // Slower than creep or faster than any stroke it is no weakening.
+            Self::WeakeningSpeed => value.clamp(1e-4, 0.3),
+            Self::WeakeningLag => value.clamp(0.005, 2.0),
             _ => value,
         }
     }
@@ -152,10 +177,15 @@ impl Quantity {
     }
 }
 
-/// Velocity weakening from which a search starts, and whose speed and lag it keeps: orders of magnitude of
-/// greased contacts, a factor of three and more away from those of the twin. The rise alone is fitted: with
-/// speed and lag free as well, the arm's largest tracking errors grew by a third.
+/// Velocity weakening from which a search starts: orders of magnitude of greased contacts, a factor of three and more
+/// away from those of the twin. For a controller the rise alone is fitted: with speed and lag free as well, the
+/// arm's largest tracking errors grew by a third.
 pub const INITIAL_WEAKENING: Weakening = Weakening { rise: 0.05, speed: 0.01, lag: 0.015 };
+
+/// The weakening of a model, which it is given where it has none.
+fn weakening(model: &mut CableModel) -> &mut Weakening {
+    model.parameters.weakening.get_or_insert(Weakening { rise: 0.0, ..INITIAL_WEAKENING })
+}
 
 /// Tilt of the first sheath, as [`tilted`] writes it.
 fn tilt(path: &CablePath) -> f64 {

@@ -1,12 +1,12 @@
-//! What a design says about itself before anything is simulated: poses that it leaves by itself, and wraps that its
-//! tolerances may undo.
+//! What a design says about itself before anything is simulated: poses in which its muscles are too weak, poses that it
+//! leaves by itself, and wraps that its tolerances may undo.
 
 use crate::error::Error;
 use crate::output::one_line;
 use crate::table::number;
 use serde::Serialize;
 use sinew::body::JointKind;
-use sinew::control::arm::{LeastStable, least_stable_pose};
+use sinew::control::arm::{LeastStable, UnheldPose, least_stable_pose, unheld_poses};
 use sinew::machine::{Clearance, Machine, NegativeStiffness};
 use sinew::transmission::cable::CableLaw;
 
@@ -33,18 +33,22 @@ pub(super) struct HeldWinches {
 pub(super) struct DesignChecks {
     /// One of every co-contraction; none where no pose is held.
     pub(super) held_winches: Vec<HeldWinches>,
+    /// Poses in which no tensions within their limits hold it, and the number of all sampled ones.
+    unheld: [usize; 2],
     pub(super) warnings: Vec<String>,
 }
 
 impl DesignChecks {
     pub(super) fn of(machine: &Machine, laws: &[CableLaw], poses: &[Vec<f64>]) -> Result<Self, Error> {
         let mut warnings = Vec::new();
+        let unheld = unheld_poses(machine, laws, poses)?;
+        warnings.extend(too_weak(machine, &unheld, poses));
         let mut held_winches = Vec::new();
         for cocontraction in COCONTRACTIONS {
             let Some(found) = least_stable_pose(machine, laws, poses, cocontraction)? else { continue };
             let held = HeldWinches::of(machine, &found, &poses[found.index], cocontraction);
             if cocontraction == 0.0 && found.stability.rate() > machine.rules.bandwidth {
-                warnings.push(format!("with held winches, {}", held.sentence(machine)));
+                warnings.push(format!("with held winches, {}", held.sentence(machine, unheld.is_empty())));
             }
             held_winches.push(held);
         }
@@ -52,7 +56,7 @@ impl DesignChecks {
         warnings.extend(
             lost.map(|clearance| lost_wrap(machine, &clearance, clearance.pose.map(|index| &poses[index]))),
         );
-        Ok(Self { held_winches, warnings })
+        Ok(Self { held_winches, unheld: [unheld.len(), poses.len()], warnings })
     }
 
     /// On standard error, one per line.
@@ -66,10 +70,17 @@ impl DesignChecks {
     pub(super) fn text(&self, machine: &Machine) -> String {
         let mut text = "Winches held, cables sliding freely\n".to_owned();
         for held in &self.held_winches {
-            text += &format!("  {}\n", held.sentence(machine));
+            text += &format!("  {}\n", held.sentence(machine, self.unheld[0] == 0));
         }
-        if self.held_winches.is_empty() {
-            text += "  tensions within their limits hold none of the sampled poses\n";
+        match self.unheld {
+            [0, _] => {}
+            [unheld, all] if unheld == all => {
+                text += "  tensions within their limits hold none of the sampled poses\n";
+            }
+            [unheld, all] => {
+                text +=
+                    &format!("  tensions within their limits do not hold {unheld} of {all} sampled poses\n");
+            }
         }
         text
     }
@@ -92,7 +103,7 @@ impl HeldWinches {
         }
     }
 
-    fn sentence(&self, machine: &Machine) -> String {
+    fn sentence(&self, machine: &Machine, all_held: bool) -> String {
         let tensions = if self.cocontraction == 0.0 {
             "at the least tensions".to_owned()
         } else {
@@ -100,8 +111,9 @@ impl HeldWinches {
         };
         if self.eigenvalue_per_s2 >= 0.0 {
             let frequency = number(Some(self.eigenvalue_per_s2.sqrt()));
+            let sampled = if all_held { "sampled" } else { "held" };
             return format!(
-                "{tensions} it stays in every sampled pose; the softest motion, mostly of `{}`, has {frequency} rad/s",
+                "{tensions} it stays in every {sampled} pose; the softest motion, mostly of `{}`, has {frequency} rad/s",
                 self.joint
             );
         }
@@ -120,6 +132,25 @@ impl HeldWinches {
             self.joint
         )
     }
+}
+
+/// The pose in which most is missing, and the limits to look at; nothing where every pose is held.
+fn too_weak(machine: &Machine, unheld: &[UnheldPose], poses: &[Vec<f64>]) -> Option<String> {
+    let worst = unheld.iter().max_by(|a, b| a.missing.abs().total_cmp(&b.missing.abs()))?;
+    let joint = &machine.robot.parts().joints[machine.robot.independent_joints()[worst.joint]];
+    let unit = if joint.kind == JointKind::Slide { "N" } else { "N m" };
+    let [missing, needed] = [worst.missing, worst.needed].map(|torque| number(Some(torque.abs())));
+    let count = if unheld.len() == poses.len() {
+        "any sampled pose".to_owned()
+    } else {
+        format!("{} of {} sampled poses", unheld.len(), poses.len())
+    };
+    Some(format!(
+        "muscles too weak to hold {count}: in the pose {} `{}` lacks {missing} of {needed} {unit}; the limits are those of \
+         the drives and of `control_range` (anchor N from, to)",
+        in_words(machine, &poses[worst.index]),
+        joint.name
+    ))
 }
 
 fn lost_wrap(machine: &Machine, clearance: &Clearance, pose: Option<&Vec<f64>>) -> String {

@@ -1,6 +1,6 @@
 use super::synthesis::tension_limits;
 use crate::Error;
-use crate::control::tension::{Distribution, Problem, Status, cocontract};
+use crate::control::tension::{Distribution, Problem, Solution, Status, cocontract};
 use crate::machine::{HeldStability, Machine};
 use crate::muscle::MuscleDynamics;
 use crate::transmission::cable::CableLaw;
@@ -34,7 +34,7 @@ pub const MAX_UNSTABLE_RATE: f64 = 100.0;
 /// F_ref = F_min + c (F_max - F_min);   F_ref = 0 for c = 0, which is the controller's
 /// ```
 ///
-/// Poses that no tensions within the limits hold are passed over; none where that is all of them. `level` is
+/// Poses that no tensions within the limits hold ([`unheld_poses`]) are passed over; none where that is all of them. `level` is
 /// `c`, in `[0, 1]`; machine with its payload in the body.
 ///
 /// # Shapes
@@ -48,36 +48,104 @@ pub fn least_stable_pose(
     poses: &[Vec<f64>],
     level: f64,
 ) -> Result<Option<LeastStable>, Error> {
-    let mut model = MuscleDynamics::new(&machine.robot)?;
-    let (m, n) = (model.muscles(), model.joints());
+    let mut holding = Holding::new(machine, laws, level)?;
     let compliance: Vec<f64> = laws.iter().map(|law| law.compliance().iter().sum()).collect();
-    let limits = tension_limits(machine, laws);
-    let (minimum, maximum): (Vec<f64>, Vec<f64>) = limits.iter().map(|[least, most]| (*least, *most)).unzip();
-    let mut reference = vec![0.0; m];
-    if level != 0.0 {
-        cocontract(level, &minimum, &maximum, &mut reference)?;
-    }
-    let (weight, zero, mut torque) = (vec![1.0; m], vec![0.0; n], vec![0.0; n]);
-    let mut distribution = Distribution::new(m, n);
     let mut least: Option<LeastStable> = None;
     for (index, pose) in poses.iter().enumerate() {
-        model.evaluate(pose)?;
-        model.inverse_dynamics(&zero, &zero, &mut torque)?;
-        let solution = distribution.solve(&Problem {
-            moment_arms: model.moment_arms(),
-            torque: &torque,
-            minimum: &minimum,
-            maximum: &maximum,
-            reference: &reference,
-            weight: &weight,
-        })?;
+        let solution = holding.tensions(pose)?;
         if solution.status != Status::Optimal {
             continue;
         }
-        let stability = HeldStability::new(&mut model, &compliance, solution.tension, pose)?;
+        let tension = solution.tension.to_vec();
+        let stability = HeldStability::new(&mut holding.model, &compliance, &tension, pose)?;
         if least.as_ref().is_none_or(|least| stability.eigenvalue < least.stability.eigenvalue) {
-            least = Some(LeastStable { index, tension: solution.tension.to_vec(), stability });
+            least = Some(LeastStable { index, tension, stability });
         }
     }
     Ok(least)
+}
+
+/// A pose in which no tensions within their limits balance gravity and the passive torques.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnheldPose {
+    /// Its index among the poses.
+    pub index: usize,
+    /// The independent joint whose torque is missed by most.
+    pub joint: usize,
+    /// What it needs beyond the closest that the muscles give, N m or N.
+    pub missing: f64,
+    /// What it needs, N m or N.
+    pub needed: f64,
+}
+
+/// The poses of some in which no tensions within their limits hold a machine; with its payload in the body.
+///
+/// # Shapes
+/// `laws: [muscles]`, `poses: [places][joints]`.
+///
+/// # Errors
+/// [`Error::WrongLength`] for poses of another robot.
+pub fn unheld_poses(
+    machine: &Machine,
+    laws: &[CableLaw],
+    poses: &[Vec<f64>],
+) -> Result<Vec<UnheldPose>, Error> {
+    let mut holding = Holding::new(machine, laws, 0.0)?;
+    let mut unheld = Vec::new();
+    for (index, pose) in poses.iter().enumerate() {
+        let solution = holding.tensions(pose)?;
+        if solution.status == Status::Optimal {
+            continue;
+        }
+        let residual = solution.residual.iter().copied().enumerate();
+        let Some((joint, missing)) = residual.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else {
+            continue;
+        };
+        unheld.push(UnheldPose { index, joint, missing, needed: holding.torque[joint] });
+    }
+    Ok(unheld)
+}
+
+/// Tensions at rest with a co-contraction.
+struct Holding {
+    model: MuscleDynamics,
+    distribution: Distribution,
+    minimum: Vec<f64>,
+    maximum: Vec<f64>,
+    reference: Vec<f64>,
+    weight: Vec<f64>,
+    zero: Vec<f64>,
+    torque: Vec<f64>,
+}
+
+impl Holding {
+    fn new(machine: &Machine, laws: &[CableLaw], level: f64) -> Result<Self, Error> {
+        let model = MuscleDynamics::new(&machine.robot)?;
+        let (m, n) = (model.muscles(), model.joints());
+        let limits = tension_limits(machine, laws);
+        let (minimum, maximum): (Vec<f64>, Vec<f64>) =
+            limits.iter().map(|[least, most]| (*least, *most)).unzip();
+        let mut reference = vec![0.0; m];
+        if level != 0.0 {
+            cocontract(level, &minimum, &maximum, &mut reference)?;
+        }
+        let distribution = Distribution::new(m, n);
+        let (weight, zero, torque) = (vec![1.0; m], vec![0.0; n], vec![0.0; n]);
+        Ok(Self { model, distribution, minimum, maximum, reference, weight, zero, torque })
+    }
+
+    /// In a pose: `[muscles]`.
+    fn tensions(&mut self, pose: &[f64]) -> Result<Solution<'_>, Error> {
+        let Self { model, distribution, minimum, maximum, reference, weight, zero, torque } = self;
+        model.evaluate(pose)?;
+        model.inverse_dynamics(zero, zero, torque)?;
+        distribution.solve(&Problem {
+            moment_arms: model.moment_arms(),
+            torque,
+            minimum,
+            maximum,
+            reference,
+            weight,
+        })
+    }
 }

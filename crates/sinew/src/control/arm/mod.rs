@@ -28,7 +28,7 @@ pub use actuation::ActuationMode;
 pub use cable_states::CableStateSource;
 pub use controller::ArmController;
 pub use gains::{ArmGains, JointGains, MuscleGains};
-pub use held_winches::{LeastStable, MAX_UNSTABLE_RATE, least_stable_pose};
+pub use held_winches::{LeastStable, MAX_UNSTABLE_RATE, UnheldPose, least_stable_pose, unheld_poses};
 pub use joint_limits::{ACCURACY_CHANGES, JointFigures, JointLimit, LimitedBy, joint_limits};
 pub use margins::DampingMargins;
 pub use residual_network::{ResidualInputs, ResidualNetwork};
