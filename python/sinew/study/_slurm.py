@@ -28,7 +28,7 @@ def run_slurm(
     `at_once`: trials of a job; none for one job with all. Results of jobs that an earlier call submitted are taken
     over, jobs of it that still run are waited for. Raises `RuntimeError` where Slurm refuses a job, or a job ends without results.
     """
-    earlier = [_Job(path.parent) for path in sorted((folder / "slurm").glob("job-*/id"))]
+    earlier = [_Job(path.parent) for path in sorted((folder / "slurm").glob("job-*/tasks.json"))]
     while wave := list(islice(pending, at_once)):
         wanted = {trial.number for trial in wave}
         for job in earlier:
@@ -44,7 +44,8 @@ class _Job:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._id = (folder / "id").read_text().strip()
+        # Without an id the program ended before it learnt whether Slurm took the job.
+        self._id = (folder / "id").read_text() if (folder / "id").is_file() else ""
         self._tasks = json.loads((folder / "tasks.json").read_text())
 
     def results(self, wanted: set[int], *, must_end: bool = False) -> Iterator[Result]:
@@ -68,6 +69,8 @@ class _Job:
                 time.sleep(INTERVAL_S)
 
     def _is_alive(self) -> bool:
+        if not self._id:
+            return False
         command = ["squeue", "--noheader", "--jobs", self._id]
         done = subprocess.run(command, capture_output=True, text=True)
         # Slurm forgets a job some minutes after its end; its id is then an error.
