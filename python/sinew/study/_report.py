@@ -126,7 +126,7 @@ def _scatter(trials: list[Trial], across: str, up: str, best: set[int]) -> str:
     return f'<svg class="plot" viewBox="0 0 800 380" role="img">{_texts(texts)}{dots}</svg>'
 
 
-def _texts(texts: list[tuple[float, float, str, str]]) -> str:
+def _texts(texts: Sequence[tuple[float, float, str, str]]) -> str:
     return "".join(f'<text x="{x:.1f}" y="{y}" text-anchor="{side}">{escape(text)}</text>' for x, y, side, text in texts)
 
 

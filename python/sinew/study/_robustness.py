@@ -19,8 +19,8 @@ def robustness(
 ) -> Objective:
     """The objective of a study without parameters whose trials are SIMULATED specimens, drawn by their seeds.
 
-    `machine`: a machine, or its name or file. Values: largest and mean error of the end point, m, and whether the motion
-    `completed`, 1 or 0. Raises `ValueError` for a motion that cannot be planned.
+    `machine`: a machine, or its name or file. Values: `max_end_point_error_m`, `max_joint_error_rad` and the means, where the
+    machine has them, and whether the motion `completed`, 1 or 0. Raises `ValueError` for a motion that cannot be planned.
     """
     arm = machine if isinstance(machine, Machine) else Machine(machine)
     arm.plan(path, duration_s=duration_s)
@@ -45,6 +45,8 @@ class _Specimens:
             compensation=self.compensation,
             trace_interval_s=1.0,
         )
-        error = run.numbers["end_point_error_m"]
         values = {"completed": float(run.completed)}
-        return values | {f"{key}_error_m": error[key] for key in ("mean", "max") if error[key] is not None}
+        for name, unit in (("end_point", "m"), ("joint", "rad")):
+            error = run.numbers[f"{name}_error_{unit}"]
+            values |= {f"{key}_{name}_error_{unit}": error[key] for key in ("mean", "max") if error[key] is not None}
+        return values

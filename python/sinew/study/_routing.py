@@ -124,4 +124,4 @@ def torque_set_size(torques: NDArray[np.float64]) -> NDArray[np.float64]:
     if (sets := comb(muscles, joints)) > MOST_SETS:
         raise ValueError(f"{joints} joints and {muscles} muscles have {sets} sets, more than {MOST_SETS}")
     volume = sum(np.abs(np.linalg.det(torques[:, list(chosen), :])) for chosen in combinations(range(muscles), joints))
-    return np.asarray(volume, dtype=float) ** (1.0 / joints)
+    return np.power(np.asarray(volume, dtype=np.float64), 1.0 / joints)

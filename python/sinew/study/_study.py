@@ -186,7 +186,7 @@ class _Optimizer:
             name: optuna.distributions.FloatDistribution(value.low, value.high, log=value.log)
             for name, value in study.parameters.items()
         }
-        directions = ["minimize"] * len(study.minimize) + ["maximize"] * len(study.maximize)
+        directions: list[Any] = ["minimize"] * len(study.minimize) + ["maximize"] * len(study.maximize)
         self._study = optuna.create_study(directions=directions, sampler=study._sampler)
         self._asked: dict[int, Any] = {}
         for trial in study.trials:
