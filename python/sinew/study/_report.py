@@ -70,12 +70,15 @@ def write_report(study: Study, path: str | os.PathLike[str]) -> None:
         body += f"<section><div class=warnings><h2>Trials with an error</h2><ul>{first}</ul></div></section>"
     versions = {f"{name} {version}" for t in study.trials for name, version in t.versions.items()}
     body += f"<section><p class=note>Computed with {escape(', '.join(sorted(versions)))}.</p></section>"
+    # Objectives of this package compute on models of machines; of others nothing is known.
+    simulated = getattr(study.objective, "simulated", False)
+    tag = '<span class="tag warn">simulated data</span>' if simulated else ""
     page = (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" '
         'content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
         f'<meta name="generator" content="sinew {__version__}"><title>Study</title>'
         f"<style>{_sinew.page_style()}{STYLE}</style></head><body>"
-        f'<header class="bar"><span class="brand">{MARK}Sinew</span><span class="muted">study</span></header>'
+        f'<header class="bar"><span class="brand">{MARK}Sinew</span><span class="muted">study</span>{tag}</header>'
         f'<div class="shell"><main>{body}</main></div></body></html>\n'
     )
     part = Path(f"{os.fspath(path)}.part")
@@ -103,7 +106,7 @@ def _share(values: list[float]) -> list[float]:
 
 
 def _mark(trial: Trial, best: set[int]) -> str:
-    return " class=best" if trial.number in best else ""
+    return ' class="best"' if trial.number in best else ""
 
 
 def _scatter(trials: list[Trial], across: str, up: str, best: set[int]) -> str:

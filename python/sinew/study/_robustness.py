@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from typing import ClassVar
 
 from .. import Machine, track
 from .._machine import Path
@@ -19,7 +20,7 @@ def robustness(
 ) -> Objective:
     """The objective of a study without parameters whose trials are SIMULATED specimens, drawn by their seeds.
 
-    `machine`: a machine, or its name or file. Values: `max_end_point_error_m`, `max_joint_error_rad` and the means, where the
+    `machine`: a machine, or its name or file. Values: `max_end_point_error_m`, `max_joint_error_rad`, `max_joint_error_m` and the means, where the
     machine has them, and whether the motion `completed`, 1 or 0. Raises `ValueError` for a motion that cannot be planned.
     """
     arm = machine if isinstance(machine, Machine) else Machine(machine)
@@ -29,6 +30,7 @@ def robustness(
 
 @dataclass(frozen=True, slots=True)
 class _Specimens:
+    simulated: ClassVar[bool] = True
     machine: Machine
     path: Path | None
     duration_s: float | None
@@ -46,7 +48,7 @@ class _Specimens:
             trace_interval_s=1.0,
         )
         values = {"completed": float(run.completed)}
-        for name, unit in (("end_point", "m"), ("joint", "rad")):
-            error = run.numbers[f"{name}_error_{unit}"]
-            values |= {f"{key}_{name}_error_{unit}": error[key] for key in ("mean", "max") if error[key] is not None}
+        for quantity in ("end_point_error_m", "joint_error_rad", "joint_error_m"):
+            error = run.numbers[quantity] or {}
+            values |= {f"{key}_{quantity}": error[key] for key in ("mean", "max") if error.get(key) is not None}
         return values

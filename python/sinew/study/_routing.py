@@ -6,6 +6,7 @@ import os
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,7 @@ def routing(machine: str | os.PathLike[str], muscle: str) -> Objective:
 
 @dataclass(frozen=True, slots=True)
 class _Routes:
+    simulated: ClassVar[bool] = True
     machine: str
     muscle: str
     index: int
@@ -124,4 +126,5 @@ def torque_set_size(torques: NDArray[np.float64]) -> NDArray[np.float64]:
     if (sets := comb(muscles, joints)) > MOST_SETS:
         raise ValueError(f"{joints} joints and {muscles} muscles have {sets} sets, more than {MOST_SETS}")
     volume = sum(np.abs(np.linalg.det(torques[:, list(chosen), :])) for chosen in combinations(range(muscles), joints))
-    return np.power(np.asarray(volume, dtype=np.float64), 1.0 / joints)
+    size: NDArray[np.float64] = np.power(volume, 1.0 / joints)
+    return size

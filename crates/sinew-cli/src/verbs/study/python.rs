@@ -10,7 +10,7 @@ pub(super) fn program(study: &Study) -> String {
         format!("    {}: Range({:?}, {:?}{log}),\n", quoted(name), range.low, range.high)
     });
     let ranges: String = ranges.collect();
-    let mut imports = vec!["Range", "Study", "write_report"];
+    let mut imports = vec!["Study", "write_report"];
     let (foreign, objective) = match &study.objective {
         Objective::Robustness { machine, path, duration_s, compensation } => {
             imports.push("robustness");
@@ -60,6 +60,10 @@ pub(super) fn program(study: &Study) -> String {
     if study.batch > 1 {
         let _ = write!(run, ", batch={}", study.batch);
     }
+    if !study.parameters.is_empty() {
+        imports.push("Range");
+    }
+    // As tools for Python sort them: classes before functions.
     imports.sort_unstable();
     format!(
         "{optuna}from sinew.study import {}\n{foreign}\nparameters = {{\n{ranges}}}\n\n\
