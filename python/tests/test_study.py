@@ -236,3 +236,33 @@ def test_specimens_are_drawn_by_their_seeds() -> None:
     specimen = robustness("bench_joint", "tour")
     first = specimen({}, 1)
     assert first == specimen({}, 1) != specimen({}, 2) and first["completed"] == 1.0
+
+
+def on_node(_parameters: dict[str, float], _seed: int) -> dict[str, float]:
+    import ray
+
+    time.sleep(0.2)
+    return {"node": float(int(ray.get_runtime_context().get_node_id()[:12], 16))}
+
+
+TWO_NODES = """
+import ray, sys, test_study as t
+from ray.cluster_utils import Cluster
+cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+cluster.add_node(num_cpus=1)
+ray.init(address=cluster.address, log_to_driver=False)
+with t.Study(sys.argv[1], t.on_node, {}) as study:
+    study.run(20, backend="ray", workers=2)
+ray.shutdown()
+cluster.shutdown()
+"""
+
+
+@pytest.mark.skipif(not os.environ.get("SINEW_LONG"), reason="starts two nodes of Ray; runs where SINEW_LONG is set")
+def test_two_nodes_of_ray_share_a_study(tmp_path: Path) -> None:
+    pytest.importorskip("ray", reason="Ray is not installed")
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
+    command = [sys.executable, "-c", TWO_NODES, str(tmp_path)]
+    subprocess.run(command, cwd=Path(__file__).parent, env=environment, check=True, timeout=300)
+    with Study(tmp_path, on_node, {}) as study:
+        assert len({t.values["node"] for t in study.trials}) == 2 and len(study.trials) == 20
