@@ -100,7 +100,12 @@ fn across(displacement: [f64; 3], axis: Option<[f64; 3]>) -> f64 {
 /// The arc `a`, rad, of an S of two equal arcs that moves its end sideways by this share of its length.
 fn arc(share: f64) -> Result<f64, Error> {
     const QUARTER: f64 = core::f64::consts::FRAC_PI_2;
-    within("displacement of the sheath's end over its length", "at most 0.63", share, share <= 1.0 / QUARTER)?;
+    within(
+        "displacement of the sheath's end over its length",
+        "at most 0.63",
+        share,
+        share <= 1.0 / QUARTER,
+    )?;
     let (mut low, mut high) = (0.0, QUARTER);
     // 50 halvings leave 2e-15 rad; the share grows with the arc all the way.
     for _ in 0..50 {

@@ -104,15 +104,22 @@ pub(super) fn parse(text: &str) -> Result<Study, String> {
         let line = text.get(..start).unwrap_or(text).matches('\n').count() + 1;
         format!("line {line}: {problem}")
     };
-    let written: Written = toml::from_str(text)
-        .map_err(|error| at(error.span().map_or(0, |span| span.start), error.message().trim_end()))?;
+    let written: Written = toml::from_str(text).map_err(|error| {
+        let start = error.span().map_or(0, |span| span.start);
+        let before = text.get(..start).unwrap_or_default().rfind('\n').map_or(0, |end| end + 1);
+        let line = text.get(before..).unwrap_or_default().lines().next().unwrap_or_default();
+        at(start, &format!("{} in `{}`", error.message().trim_end(), line.trim()))
+    })?;
     if written.folder.get_ref().is_empty() {
         return Err(at(written.folder.span().start, "folder must be a path, but is empty"));
     }
     let counts = [("trials", Some(&written.trials)), ("workers", written.workers.as_ref())];
     for (name, count) in counts.into_iter().chain([("batch", written.batch.as_ref())]) {
         if let Some(count) = count.filter(|count| *count.get_ref() == 0) {
-            return Err(at(count.span().start, &format!("{name} must be an integer of at least 1, but is 0")));
+            return Err(at(
+                count.span().start,
+                &format!("{name} must be an integer of at least 1, but is 0"),
+            ));
         }
     }
     let sampler = written.sampler.as_ref().map_or(Sampler::Uniform, |sampler| *sampler.get_ref());
@@ -144,7 +151,8 @@ pub(super) fn parse(text: &str) -> Result<Study, String> {
         }
     }
     let objective = written.objective.get_ref();
-    check(objective).map_err(|problem| at(written.objective.span().start, &format!("objective: {problem}")))?;
+    check(objective)
+        .map_err(|problem| at(written.objective.span().start, &format!("objective: {problem}")))?;
     let names = |list: Vec<Spanned<String>>| list.into_iter().map(Spanned::into_inner).collect();
     Ok(Study {
         folder: written.folder.into_inner(),
