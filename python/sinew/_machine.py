@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Self, TypeAlias
 
 import numpy as np
@@ -18,12 +19,33 @@ from ._display import html_table, number
 Path: TypeAlias = str | Mapping[str, ArrayLike] | ArrayLike
 
 
+@dataclass(frozen=True, slots=True)
+class Routing:
+    """Another route of the cable of one muscle, relative to the design; see `Machine`.
+
+    The drive stays where it is, and the sheath keeps its directions at both ends: an S of two equal arcs `a`, by which its
+    end moves sideways by `h = L (1 - cos a) / a`, adds `2 a` to its bend. The drag of a sheath grows with its length.
+    """
+
+    #: Displacement of the sheath's end in its body's frame, m, at most 0.63 of the sheath's length sideways.
+    origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    #: Displacement of the anchor in its body's frame, m.
+    anchor_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    #: Factor on the radii of the surfaces around which the cable wraps, > 0.
+    wrap_factor: float = 1.0
+    #: Length of the sheath, m, > 0; by default that of the design.
+    sheath_m: float | None = None
+    #: Bend of the sheath before its end is displaced, rad, >= 0; by default that of the design.
+    bend_rad: float | None = None
+
+
 class Machine(_sinew.Machine):
     """A machine on cables as designed.
 
     `source`: the name of a built-in machine (`Machine.built_in()`), or a path to a machine file (TOML) or to a body in MJCF
     (`.xml`), URDF or TOML, with defaults for everything but the body. `muscles`: file with the muscles of a body in
-    URDF; by default `NAME.muscles.toml` beside `NAME.urdf`.
+    URDF; by default `NAME.muscles.toml` beside `NAME.urdf`. `routing`: other routes of cables by the names of
+    their muscles.
 
     Coordinates `q` are those of the independent joints, in the order of `joint_names`: rad for hinges, m for slides. All
     functions of a pose take one, shape `(joints,)`, or many, shape `(..., joints)`.
@@ -38,9 +60,15 @@ class Machine(_sinew.Machine):
     __slots__ = ()
 
     def __new__(
-        cls, source: str | os.PathLike[str], *, muscles: str | os.PathLike[str] | None = None
+        cls,
+        source: str | os.PathLike[str],
+        *,
+        muscles: str | os.PathLike[str] | None = None,
+        routing: Mapping[str, Routing] | str | None = None,
     ) -> Self:
-        machine = super().__new__(cls, source, muscles=muscles)
+        if routing is not None and not isinstance(routing, str):
+            routing = json.dumps({name: asdict(route) for name, route in routing.items()})
+        machine = super().__new__(cls, source, muscles=muscles, routing=routing)
         for text in machine.warnings:
             warnings.warn(text, UserWarning, stacklevel=2)
         return machine
@@ -77,10 +105,10 @@ class Machine(_sinew.Machine):
         return html_table(f"{self!r}, {self.mass:.2f} kg, in its start pose", head, rows)
 
 
-def _load_machine(source: str, muscles: str | None) -> Machine:
+def _load_machine(source: str, muscles: str | None, routing: str | None = None) -> Machine:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        return Machine(source, muscles=muscles)
+        return Machine(source, muscles=muscles, routing=routing)
 
 
 def _desired(machine: Machine, path: Path | None) -> Any:

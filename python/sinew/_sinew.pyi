@@ -29,6 +29,7 @@ __all__ = [
     "mujoco_connect_address",
     "mujoco_fields",
     "mujoco_machine",
+    "page_style",
     "plan_motion",
     "reproduce",
     "table_text",
@@ -70,6 +71,7 @@ def plan_motion(machine: Machine, desired: Any, duration_s: _Number | None) -> T
 def track(
     machine: Machine, trajectory: Trajectory, conditions: dict[str, Any], progress: _Progress
 ) -> tuple[str, dict[str, NDArray[Any]]]: ...
+def page_style() -> str: ...
 def reproduce(
     part: str, quick: bool, seed: SupportsIndex, threads: SupportsIndex | None, progress: _Progress
 ) -> str: ...
@@ -204,7 +206,11 @@ class Machine:
     """A machine on cables: bodies, joints, muscles with sheaths, cables and drives."""
 
     def __new__(
-        cls, source: str | os.PathLike[str], *, muscles: str | os.PathLike[str] | None = None
+        cls,
+        source: str | os.PathLike[str],
+        *,
+        muscles: str | os.PathLike[str] | None = None,
+        routing: str | None = None,
     ) -> Self: ...
     @staticmethod
     def built_in() -> list[str]:
@@ -234,6 +240,9 @@ class Machine:
     def ranges(self) -> _Array:
         """Ranges of the joints, rad or m, shape `(joints, 2)`; an unlimited joint has an assumed one."""
     @property
+    def tension_limits(self) -> _Array:
+        """Least and largest tension at every anchor, N, of the design or of cable and drive, shape `(muscles, 2)`."""
+    @property
     def mass(self) -> float:
         """Mass of its moving bodies, kg."""
     def lengths(self, q: ArrayLike) -> _Array:
@@ -242,6 +251,8 @@ class Machine:
         """Moment arms `R = -dl/dq`, m, shape `(..., muscles, joints)`; `q`: shape `(..., joints)`, rad or m."""
     def wrap_angles(self, q: ArrayLike) -> _Array:
         """Wrap angles of the muscles at the joints, rad, shape `(..., muscles)`; `q`: shape `(..., joints)`, rad or m."""
+    def drive_tensions(self, q: ArrayLike, tension: ArrayLike) -> _Array:
+        """Tensions at the drives, N, with which the cables begin to slide toward them, shape `(..., muscles)`."""
     def mass_matrix(self, q: ArrayLike) -> _Array:
         """Mass matrix `M(q)`, kg m^2, shape `(..., joints, joints)`; `q`: shape `(..., joints)`, rad or m."""
     def inverse_dynamics(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> _Array:
@@ -256,7 +267,7 @@ class Machine:
         """A controller in its initial state."""
     def __reduce__(
         self,
-    ) -> tuple[Callable[[str, str | None], PythonMachine], tuple[str, str | None]]: ...
+    ) -> tuple[Callable[[str, str | None, str | None], PythonMachine], tuple[str, str | None, str | None]]: ...
 
 @final
 class CableEnds:

@@ -154,7 +154,7 @@ def test_bad_input_to_a_model_gives_a_promised_exception(model: sinew.Model, dat
         (lambda: ARM.inverse_dynamics(Q, [[0.0] * 7] * 2, [[0.0] * 7] * 3), ValueError, "same leading axes"),
         (lambda: ARM.position(Q, site="hand"), ValueError, "site: expected one of .*endpoint.*, but is hand"),
         (lambda: sinew.Machine("no_such.toml"), FileNotFoundError, "no_such.toml"),
-        (lambda: sinew.Machine("lm_leg"), ValueError, "lm_leg: expected a machine or robot file ending in .* lm_arm"),
+        (lambda: sinew.Machine("lm_leg"), ValueError, "lm_leg: expected a machine or robot file ending in .*lm_arm"),
         (lambda: sinew.identify("no_such.csv"), FileNotFoundError, "no_such.csv"),
         (lambda: sinew.identify(COLUMNS, "force"), ValueError, "has no column `force`"),
         (lambda: sinew.identify(COLUMNS, effort="tension_in_n"), TypeError, "a list of names"),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", ["docs/python.md", "docs/mujoco.md", "docs/gym.md", "README.md"])
+@pytest.mark.parametrize("page", ["docs/python.md", "docs/mujoco.md", "docs/gym.md", "docs/study.md", "README.md"])
 def test_the_blocks_of_a_page_run_one_after_the_other(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -23,11 +25,19 @@ def test_the_blocks_of_a_page_run_one_after_the_other(
             pytest.skip(f"MuJoCo {mujoco.__version__} configures plugins in XML alone")
     if "gym" in page:
         pytest.importorskip("gymnasium", reason="Gymnasium is not installed")
+    if "study" in page:
+        pytest.importorskip("polars", reason="polars is not installed")
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = list(BLOCK.finditer(text))
     assert blocks
-    names: dict[str, Any] = {}
+    # Programs of a page run as such.
+    names: dict[str, Any] = {"__name__": "__main__"}
     for block in blocks:
         # So that an error shows its line on the page.
         above = "\n" * text[: block.start(1)].count("\n")
         exec(compile(above + block[1], page, "exec"), names)
+
+
+def test_the_reference_is_that_of_the_sources() -> None:
+    done = subprocess.run([sys.executable, "python/tools/make_api.py", "--check"], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr

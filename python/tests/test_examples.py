@@ -29,3 +29,13 @@ def test_the_example_for_any_model_runs_on_the_exported_arm(tmp_path: Path, caps
     example = runpy.run_path(str(FOLDER / "myosuite_arm.py"))
     example["main"](str(tmp_path / "finger.xml"), 100)
     assert "3 sheaths" in capsys.readouterr().out
+
+
+def test_the_comparison_of_routes_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("optuna", reason="Optuna is not installed")
+    example = runpy.run_path(str(FOLDER / "routes.py"))
+    example["main"](8, 1)
+    rows = [line.split("|")[1:-1] for line in capsys.readouterr().out.splitlines()[2:]]
+    assert len(rows) == 12
+    for _design, with_friction, without in zip(rows[::3], rows[1::3], rows[2::3], strict=True):
+        assert float(with_friction[3]) >= float(without[3]) and float(with_friction[4]) <= float(without[4])

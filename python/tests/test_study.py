@@ -12,9 +12,12 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from sinew.study import Range, Study, pareto_front, write_report
+import sinew
+from sinew.study import Range, Study, pareto_front, robustness, routing, write_report
+from sinew.study._routing import torque_set_size
 
 KILLS = 10 if os.environ.get("SINEW_LONG") else 2
 RANGES = {"x": Range(-1.0, 1.0), "y": Range(0.1, 10.0, log=True)}
@@ -44,6 +47,20 @@ def test_no_trial_is_lost_or_recorded_twice_after_kills(tmp_path: Path) -> None:
         assert Counter(line["trial"] for line in lines if kind in line) == Counter(range(120))
     with Study(tmp_path / "b", objective, RANGES) as study:
         assert study.run(120) == resumed
+
+
+def test_a_trial_that_was_cut_off_runs_again_under_its_own_number(tmp_path: Path) -> None:
+    with Study(tmp_path, objective, RANGES) as study:
+        whole = study.run(6)
+    lines = (tmp_path / "journal.jsonl").read_bytes().splitlines(keepends=True)
+    # As if killed while trial 2 ran: its proposal stands there, its end does not.
+    kept = [line for line in lines if not (b'"values"' in line and json.loads(line)["trial"] == 2)]
+    (tmp_path / "journal.jsonl").write_bytes(b"".join(kept))
+    with Study(tmp_path, objective, RANGES) as study:
+        assert study.run(6) == whole
+    after = [json.loads(line) for line in (tmp_path / "journal.jsonl").read_text().splitlines()[1:]]
+    assert [line["trial"] for line in after if "parameters" in line] == list(range(6))
+    assert after[-1]["trial"] == 2 and set(whole[2].versions) >= {"sinew", "python", "numpy"}
 
 
 def test_a_line_cut_off_is_written_again(tmp_path: Path) -> None:
@@ -85,7 +102,10 @@ def test_results_and_report(tmp_path: Path) -> None:
         write_report(study, tmp_path / "report.html")
     assert table["seed"].to_list() == [t.seed for t in trials]
     front = pareto_front(trials, ["near", "far"])
-    assert 0 < len(front) < 20
+    points = np.array([[t.values["near"], t.values["far"]] for t in trials])
+    dominated = [(np.all(points <= p, axis=1) & np.any(points < p, axis=1)).any() for p in points]
+    assert [t.number for t in front] == [t.number for t, d in zip(trials, dominated, strict=True) if not d]
+    assert pareto_front(trials, ["near"], ["near"]) == trials
     page = (tmp_path / "report.html").read_text()
     assert page.count("<polyline") == 20 and page.count("<circle") == 20
 
@@ -98,3 +118,151 @@ def test_a_sampler_of_optuna_continues(tmp_path: Path) -> None:
         ) as study:
             ended = study.run(trials, workers=1)
     assert len(ended) == 30 and all(t.ended and t.error is None for t in ended)
+
+
+def counted(parameters: dict[str, float], seed: int) -> dict[str, float]:
+    with open(os.environ["SINEW_TEST_COUNT"], "a") as file:
+        file.write(f"{seed}\n")
+    time.sleep(0.1)
+    return objective(parameters, seed)
+
+
+SBATCH = """#!/bin/sh
+last=$(sed -n 's/^#SBATCH --array=0-\\([0-9]*\\)%.*/\\1/p' "$2")
+id=$$
+touch "$SINEW_TEST_JOBS/$id"
+(for k in $(seq 0 "$last"); do SLURM_ARRAY_TASK_ID=$k sh "$2"; done; rm "$SINEW_TEST_JOBS/$id") >"$2.log" 2>&1 &
+echo "$id"
+"""
+SQUEUE = """#!/bin/sh
+if [ -f "$SINEW_TEST_JOBS/$3" ]; then echo "$3"; fi
+"""
+
+
+@pytest.fixture
+def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Stand-ins for Slurm's commands; returns a folder for a study."""
+    if os.name == "nt":
+        pytest.skip("the stand-ins for Slurm are shell scripts")
+    for name, text in (("sbatch", SBATCH), ("squeue", SQUEUE)):
+        (tmp_path / "bin").mkdir(exist_ok=True)
+        (tmp_path / "bin" / name).write_text(text)
+        (tmp_path / "bin" / name).chmod(0o755)
+    (tmp_path / "jobs").mkdir()
+    monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("SINEW_TEST_JOBS", str(tmp_path / "jobs"))
+    monkeypatch.setenv("SINEW_TEST_COUNT", str(tmp_path / "count"))
+    monkeypatch.setattr("sinew.study._slurm.INTERVAL_S", 0.05)
+    return tmp_path / "study"
+
+
+def test_slurm_finds_what_threads_find(slurm: Path, tmp_path: Path) -> None:
+    with Study(slurm, counted, RANGES) as study:
+        trials = study.run(7, backend="slurm", workers=2, batch=3)
+    script = (slurm / "slurm/job-0000/job.sh").read_text()
+    assert "#SBATCH --array=0-2%2\n" in script
+    with Study(tmp_path / "local", objective, RANGES) as study:
+        assert study.run(7) == trials
+
+
+def test_jobs_of_a_study_that_was_killed_are_taken_over(slurm: Path, tmp_path: Path) -> None:
+    code = f"import test_study as t; t.Study({str(slurm)!r}, t.counted, t.RANGES).run(8, backend='slurm', batch=2)"
+    child = subprocess.Popen([sys.executable, "-c", code], cwd=Path(__file__).parent)
+    deadline = time.monotonic() + 60.0
+    while not (slurm / "slurm/job-0000/result-0.json").is_file() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    child.send_signal(signal.SIGKILL)
+    child.wait()
+    with Study(slurm, counted, RANGES) as study:
+        trials = study.run(8, backend="slurm", batch=2)
+    assert all(t.ended and t.error is None for t in trials)
+    assert Counter((tmp_path / "count").read_text().split()) == Counter(str(t.seed) for t in trials)
+    assert len(list((slurm / "slurm").iterdir())) == 1
+
+
+def test_a_job_without_results_is_an_error(slurm: Path, tmp_path: Path) -> None:
+    (tmp_path / "bin/sbatch").write_text("#!/bin/sh\necho 77\n")
+    with Study(slurm, counted, RANGES) as study, pytest.raises(RuntimeError, match="job 77 .*without results"):
+        study.run(2, backend="slurm")
+    (tmp_path / "bin/sbatch").write_text("#!/bin/sh\necho no such partition >&2; exit 1\n")
+    with Study(slurm, counted, RANGES) as study:
+        with pytest.raises(RuntimeError, match="no such partition"):
+            study.run(2, backend="slurm")
+        study.objective = lambda _parameters, _seed: {}
+        with pytest.raises(ValueError, match="picklable"):
+            study.run(2, backend="slurm")
+
+
+def test_ray_finds_what_threads_find(tmp_path: Path) -> None:
+    code = (
+        f"import test_study as t\nfor backend in ('ray', 'local'):\n    with t.Study({str(tmp_path)!r} + '/' + backend, t.objective,"
+        " t.RANGES) as study:\n        study.run(20, backend=backend, workers=2, batch=4)\n"
+    )
+    pytest.importorskip("ray", reason="Ray is not installed")
+    # A process of its own: Ray leaves threads and warnings behind.
+    subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parent, check=True, timeout=180)
+    with Study(tmp_path / "ray", objective, RANGES) as ray, Study(tmp_path / "local", objective, RANGES) as local:
+        assert ray.trials == local.trials and len(ray.trials) == 20
+
+
+def test_the_size_of_a_set_of_torques_is_that_of_a_parallelepiped() -> None:
+    edges = np.random.default_rng(3).normal(size=(1, 3, 3))
+    assert torque_set_size(edges)[0] == pytest.approx(abs(np.linalg.det(edges[0])) ** (1 / 3))
+    # Split edges span the same set.
+    assert torque_set_size(np.concatenate([0.3 * edges, 0.7 * edges], axis=1)) == pytest.approx(torque_set_size(edges))
+
+
+@pytest.mark.parametrize("name", sinew.Machine.built_in())
+def test_the_route_of_the_design_is_the_design(name: str) -> None:
+    machine = sinew.Machine(name)
+    muscle = machine.muscle_names[-1]
+    values = routing(name, muscle)({}, 1)
+    assert 0.0 < values["friction_loss"] < 1.0 and values["torque_nm"] < values["frictionless_torque_nm"]
+    bent = routing(name, muscle)({"bend_rad": 6.0}, 1)
+    assert bent["friction_loss"] > values["friction_loss"] and bent["torque_nm"] < values["torque_nm"]
+    assert bent["frictionless_torque_nm"] == pytest.approx(values["frictionless_torque_nm"], rel=1e-12)
+
+
+def test_wrong_routes_are_refused() -> None:
+    with pytest.raises(ValueError, match="expected one of front, back"):
+        routing("bench_joint", "middle")
+    with pytest.raises(ValueError, match="bending"):
+        routing("bench_joint", "front")({"bending": 1.0}, 1)
+    with pytest.raises(ValueError, match="at most 0.63"):
+        routing("bench_joint", "front")({"origin_x_m": 0.7}, 1)
+
+
+def test_specimens_are_drawn_by_their_seeds() -> None:
+    specimen = robustness("bench_joint", "tour")
+    first = specimen({}, 1)
+    assert first == specimen({}, 1) != specimen({}, 2) and first["completed"] == 1.0
+
+
+def on_node(_parameters: dict[str, float], _seed: int) -> dict[str, float]:
+    import ray
+
+    time.sleep(0.2)
+    return {"node": float(int(ray.get_runtime_context().get_node_id()[:12], 16))}
+
+
+TWO_NODES = """
+import ray, sys, test_study as t
+from ray.cluster_utils import Cluster
+cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+cluster.add_node(num_cpus=1)
+ray.init(address=cluster.address, log_to_driver=False)
+with t.Study(sys.argv[1], t.on_node, {}) as study:
+    study.run(20, backend="ray", workers=2)
+ray.shutdown()
+cluster.shutdown()
+"""
+
+
+@pytest.mark.skipif(not os.environ.get("SINEW_LONG"), reason="starts two nodes of Ray; runs where SINEW_LONG is set")
+def test_two_nodes_of_ray_share_a_study(tmp_path: Path) -> None:
+    pytest.importorskip("ray", reason="Ray is not installed")
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
+    command = [sys.executable, "-c", TWO_NODES, str(tmp_path)]
+    subprocess.run(command, cwd=Path(__file__).parent, env=environment, check=True, timeout=300)
+    with Study(tmp_path, on_node, {}) as study:
+        assert len({t.values["node"] for t in study.trials}) == 2 and len(study.trials) == 20

@@ -7,18 +7,21 @@ use std::process::{Command, Stdio};
 /// The workspace of the native part of the package.
 pub(crate) const MANIFEST: &str = "crates/sinew-py/Cargo.toml";
 
-/// What the tests of the package need, and what builds it.
-const PACKAGES: [&str; 10] = [
+/// What builds the package, and what its tests cannot do without.
+const PACKAGES: [&str; 5] = ["hypothesis", "maturin>=1.9,<2", "mypy", "numpy>=1.26", "pytest"];
+
+/// What parts of the package work with; tests of those that cannot be installed are skipped with a message. Not among them:
+/// stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
+const OPTIONAL: [&str; 9] = [
     "gymnasium>=1.1",
-    "hypothesis",
-    "maturin>=1.9,<2",
+    "ipykernel",
     "matplotlib",
     "mujoco",
-    "mypy",
-    "numpy>=1.26",
+    "nbclient",
+    "optuna>=4",
     "pandas",
     "polars",
-    "pytest",
+    "ray>=2.40",
 ];
 
 /// Older versions of MuJoCo with which `sinew.mujoco` is tested: the oldest whose `MjSpec` configures plugins, one in the middle.
@@ -85,9 +88,22 @@ fn prepare(root: &Path, environment: &Path, interpreter: &Path) -> Result<(), St
         succeed(&mut python(root, Path::new(name), &["-m", "venv", &place]))
             .map_err(|error| format!("no environment could be made: {error}"))?;
     }
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
-    succeed(python(root, interpreter, &install).args(PACKAGES))
-        .map_err(|error| format!("the packages of its tests could not be installed: {error}"))
+    install(root, interpreter, &PACKAGES)
+        .map_err(|error| format!("the packages of its tests could not be installed: {error}"))?;
+    if install(root, interpreter, &OPTIONAL).is_err() {
+        // One that is not there, for this interpreter for example, keeps out no other.
+        for package in OPTIONAL {
+            if let Err(error) = install(root, interpreter, &[package]) {
+                println!("without {package}: {error}");
+            }
+        }
+    }
+    Ok(())
+}
+
+fn install(root: &Path, interpreter: &Path, packages: &[&str]) -> Result<(), String> {
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
+    succeed(python(root, interpreter, &pip).args(packages))
 }
 
 fn python(root: &Path, interpreter: &Path, arguments: &[&str]) -> Command {

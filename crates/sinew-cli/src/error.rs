@@ -155,6 +155,14 @@ pub(crate) enum Error {
         /// Where and why.
         source: sinew::drive::CatalogueError,
     },
+    /// A file of a study that cannot be used.
+    #[error("{}: {problem}", file.display())]
+    StudyFile {
+        /// The file.
+        file: PathBuf,
+        /// Line, key, expectation and value.
+        problem: String,
+    },
     /// A file of tension problems that cannot be used.
     #[error("{}: {problem}", file.display())]
     TensionProblems {

@@ -61,6 +61,7 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments, general),
         Verb::Bench(arguments) => verbs::bench::run(arguments, general),
         Verb::Twin(arguments) => verbs::twin::run(arguments, general),
+        Verb::Study(arguments) => verbs::study::run(arguments, general),
         Verb::Tension(arguments) => verbs::tension::run(arguments, general),
         Verb::Drive(arguments) => verbs::drive::run(arguments, general),
         Verb::Completions(arguments) => verbs::completions::run(arguments, general),

@@ -96,6 +96,7 @@ fn contiguous<'a, T: Element>(
 #[pymethods]
 impl Environments {
     #[new]
+    #[expect(clippy::needless_pass_by_value, reason = "lists are extracted, not borrowed")]
     fn new(
         py: Python<'_>,
         machine: &Machine,
@@ -125,6 +126,7 @@ impl Environments {
     }
 
     /// Begins episodes where `mask` is true, everywhere without one; with seeds, the first episode of each.
+    #[expect(clippy::needless_pass_by_value, reason = "lists are extracted, not borrowed")]
     fn reset(
         &mut self,
         py: Python<'_>,

@@ -61,7 +61,7 @@ mod _sinew {
     #[pymodule_export]
     use crate::predictor::{Prediction, Predictor};
     #[pymodule_export]
-    use crate::reproduction::reproduce;
+    use crate::reproduction::{page_style, reproduce};
     #[pymodule_export]
     use crate::tension::distribute;
     #[pymodule_export]

@@ -7,11 +7,13 @@ use crate::long_call;
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use sinew::body::{Poses, Reduction};
-use sinew::control::arm::{ArmGains, synthesize};
+use sinew::control::arm::{ArmGains, synthesize, tension_limits};
+use sinew::machine::Routing;
 use sinew::muscle::MuscleDynamics;
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::experiment::oracle_models;
 use sinew_lab::machine_file::{BUILT_IN, load_machine};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -21,6 +23,7 @@ pub(crate) struct Machine {
     pub(crate) machine: Arc<sinew::machine::Machine>,
     source: PathBuf,
     muscles_file: Option<PathBuf>,
+    routing: Option<String>,
     warnings: Vec<String>,
     /// Working memory of calls that have ended, for those to come.
     idle: Mutex<Vec<MuscleDynamics>>,
@@ -41,11 +44,31 @@ impl Drop for Borrowed<'_> {
 /// Array of numbers as it is returned.
 type Array<'py> = PyResult<Bound<'py, PyArrayDyn<f64>>>;
 
-/// File or name of a machine, and the file of its muscles.
-type Source = (PathBuf, Option<PathBuf>);
+/// File or name of a machine, the file of its muscles, other routes of its cables.
+type Source = (PathBuf, Option<PathBuf>, Option<String>);
 
 /// Poses over the ranges for which gains are derived.
 const PLACES: usize = 40;
+
+/// Pieces of a cable that slides.
+const CELLS: usize = 12;
+
+/// Puts the muscles that are named on other routes.
+fn reroute(mut machine: sinew::machine::Machine, text: &str) -> Result<sinew::machine::Machine, Failure> {
+    let routes: BTreeMap<String, Routing> =
+        serde_json::from_str(text).map_err(|error| Failure::refused(format!("routing: {error}")))?;
+    for (name, routing) in routes {
+        let tendons = &machine.robot.parts().tendons;
+        let muscle = tendons.iter().position(|tendon| tendon.name == name).ok_or_else(|| {
+            let known: Vec<&str> = tendons.iter().map(|tendon| tendon.name.as_str()).collect();
+            Failure::refused(format!("routing: expected a muscle ({}), but is {name:?}", known.join(", ")))
+        })?;
+        machine = machine
+            .rerouted(muscle, &routing)
+            .map_err(|error| Failure::refused(format!("routing[{name:?}]: {error}")))?;
+    }
+    Ok(machine)
+}
 
 impl Machine {
     /// Calls `work` with working memory, which later calls use again.
@@ -133,13 +156,23 @@ impl Machine {
 impl Machine {
     /// Reads a machine; see `sinew.Machine`.
     #[new]
-    #[pyo3(signature = (source, *, muscles=None))]
-    fn new(py: Python<'_>, source: PathBuf, muscles: Option<PathBuf>) -> PyResult<Self> {
+    #[pyo3(signature = (source, *, muscles=None, routing=None))]
+    fn new(
+        py: Python<'_>,
+        source: PathBuf,
+        muscles: Option<PathBuf>,
+        routing: Option<String>,
+    ) -> PyResult<Self> {
         let loaded = py.detach(|| load_machine(&source, muscles.as_deref()).map_err(Failure::from))?;
+        let machine = match &routing {
+            None => loaded.machine,
+            Some(text) => reroute(loaded.machine, text)?,
+        };
         Ok(Self {
-            machine: Arc::new(loaded.machine),
+            machine: Arc::new(machine),
             source,
             muscles_file: muscles,
+            routing,
             warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
             idle: Mutex::new(Vec::new()),
         })
@@ -148,7 +181,7 @@ impl Machine {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Source)> {
         let this = slf.get();
         let load = slf.py().import("sinew")?.getattr("_load_machine")?;
-        Ok((load, (this.source.clone(), this.muscles_file.clone())))
+        Ok((load, (this.source.clone(), this.muscles_file.clone(), this.routing.clone())))
     }
 
     /// Names of the built-in machines.
@@ -211,6 +244,14 @@ impl Machine {
         array(py, ranges.concat(), &[ranges.len()], &[2])
     }
 
+    /// Least and largest tension at every anchor, N, of the design or of cable and drive, shape `(muscles, 2)`.
+    #[getter]
+    fn tension_limits<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let laws = self.machine.laws(CELLS).map_err(Failure::from)?;
+        let limits = tension_limits(&self.machine, &laws);
+        array(py, limits.concat(), &[limits.len()], &[2])
+    }
+
     /// Mass of its moving bodies, kg.
     #[getter]
     fn mass(&self) -> f64 {
@@ -243,6 +284,23 @@ impl Machine {
     fn wrap_angles<'py>(&self, q: &Bound<'py, PyAny>) -> Array<'py> {
         self.in_poses(q, &[self.muscles()], |model, out| {
             out.copy_from_slice(model.wrap_angles());
+            Ok(())
+        })
+    }
+
+    /// Tensions at the drives, N, with which the cables begin to slide toward them under tensions at the anchors, shape
+    /// `(..., muscles)`: the law of every cable as designed, with the bend of its sheath and its wrap in the pose.
+    ///
+    /// `q`: shape `(..., joints)`, rad or m. `tension`: at the anchors, N, shape `(..., muscles)`.
+    fn drive_tensions<'py>(&self, q: &Bound<'py, PyAny>, tension: &Bound<'py, PyAny>) -> Array<'py> {
+        let (py, muscles) = (q.py(), self.muscles());
+        let (q, tension) = (Rows::of(q, "q", self.joints())?, Rows::of(tension, "tension", muscles)?);
+        self.over(py, &[&q, &tension], &[muscles], |model, rows, out| {
+            model.evaluate(rows[0])?;
+            let laws = self.machine.laws_in(model, rows[0], CELLS)?;
+            for ((out, law), tension) in out.iter_mut().zip(laws).zip(rows[1]) {
+                *out = law.steady(*tension, 0.0, 1.0)?.tension_in;
+            }
             Ok(())
         })
     }

@@ -46,3 +46,9 @@ pub(crate) fn reproduce(
         Ok(serde_json::to_string(&all)?)
     })
 }
+
+/// Style sheet of the reports.
+#[pyfunction]
+pub(crate) fn page_style() -> String {
+    sinew_report::page_style()
+}

@@ -49,3 +49,4 @@ mod view;
 
 pub use page::render;
 pub use picture::picture_svg;
+pub use shell::page_style;

@@ -12,6 +12,12 @@ pub(super) struct Shell {
     pub(super) plots: &'static str,
 }
 
+/// Style sheet of a page with figures and tables, for pages that are written elsewhere.
+#[must_use]
+pub fn page_style() -> String {
+    [sinew_view::DESIGN_STYLE, include_str!("../assets/report.css")].concat()
+}
+
 /// The one design of all pages.
 pub(super) const SHELL: Shell = Shell {
     version: env!("CARGO_PKG_VERSION"),

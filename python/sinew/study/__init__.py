@@ -7,6 +7,7 @@ ended trials are not run again, a trial that was cut off runs again with its par
 from ._journal import Trial
 from ._report import pareto_front, write_report
 from ._robustness import robustness
+from ._routing import routing
 from ._study import Range, Study
 
-__all__ = ["Range", "Study", "Trial", "pareto_front", "robustness", "write_report"]
+__all__ = ["Range", "Study", "Trial", "pareto_front", "robustness", "routing", "write_report"]

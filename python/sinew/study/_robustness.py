@@ -2,26 +2,53 @@
 
 from __future__ import annotations
 
+import os
+from dataclasses import dataclass
+from typing import ClassVar
+
 from .. import Machine, track
 from .._machine import Path
-from ._study import Objective
+from ._backends import Objective
 
 
 def robustness(
-    machine: Machine, path: Path | None = None, *, duration_s: float | None = None, compensation: str = "observer"
+    machine: Machine | str | os.PathLike[str],
+    path: Path | None = None,
+    *,
+    duration_s: float | None = None,
+    compensation: str = "observer",
 ) -> Objective:
     """The objective of a study without parameters whose trials are SIMULATED specimens, drawn by their seeds.
 
-    Values: largest and mean error of the end point, m, and whether the motion `completed`, 1 or 0.
+    `machine`: a machine, or its name or file. Values: `max_end_point_error_m`, `max_joint_error_rad`, `max_joint_error_m` and the means, where the
+    machine has them, and whether the motion `completed`, 1 or 0. Raises `ValueError` for a motion that cannot be planned.
     """
-    trajectory = machine.plan(path, duration_s=duration_s)
+    arm = machine if isinstance(machine, Machine) else Machine(machine)
+    arm.plan(path, duration_s=duration_s)
+    return _Specimens(arm, path, duration_s, compensation)
 
-    def specimen(_parameters: dict[str, float], seed: int) -> dict[str, float]:
+
+@dataclass(frozen=True, slots=True)
+class _Specimens:
+    simulated: ClassVar[bool] = True
+    machine: Machine
+    path: Path | None
+    duration_s: float | None
+    compensation: str
+
+    def __call__(self, _parameters: dict[str, float], seed: int) -> dict[str, float]:
         run = track(
-            machine, trajectory, repeats=1, learning=False, seed=seed, compensation=compensation, trace_interval_s=1.0
+            self.machine,
+            self.path,
+            duration_s=self.duration_s,
+            repeats=1,
+            learning=False,
+            seed=seed,
+            compensation=self.compensation,
+            trace_interval_s=1.0,
         )
-        error = run.numbers["end_point_error_m"]
         values = {"completed": float(run.completed)}
-        return values | {f"{key}_error_m": error[key] for key in ("mean", "max") if error[key] is not None}
-
-    return specimen
+        for quantity in ("end_point_error_m", "joint_error_rad", "joint_error_m"):
+            error = run.numbers[quantity] or {}
+            values |= {f"{key}_{quantity}": error[key] for key in ("mean", "max") if error.get(key) is not None}
+        return values

@@ -5,20 +5,17 @@ from __future__ import annotations
 import math
 import os
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal
 
 import numpy as np
 
 from .. import __version__
+from ._backends import Objective, Result, run_local, run_ray
 from ._journal import Journal, Trial
-
-#: Function of parameters and a seed that returns named numbers.
-Objective: TypeAlias = Callable[[dict[str, float], int], Mapping[str, float]]
-Result: TypeAlias = tuple[int, dict[str, float], str | None]
+from ._slurm import run_slurm
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +42,8 @@ class Range:
 class Study:
     """A study in a folder, new or continued.
 
-    `objective(parameters, seed)` returns named finite numbers. `parameters`: ranges by name. `minimize`: names of the
-    values to make small, for Optuna, Pareto front and report. `sampler`: `None` for uniform draws that depend on `seed` and the
+    `objective(parameters, seed)` returns named finite numbers. `parameters`: ranges by name. `minimize`, `maximize`: names of
+    the values to make small and large, for Optuna, Pareto front and report. `sampler`: `None` for uniform draws that depend on `seed` and the
     trial's number alone, or a sampler of Optuna.
 
     Raises `ValueError` where the folder holds a study of other parameters or seed, or another process runs it.
@@ -59,6 +56,7 @@ class Study:
         parameters: Mapping[str, Range],
         *,
         minimize: Sequence[str] = (),
+        maximize: Sequence[str] = (),
         seed: int = 1,
         sampler: Any = None,
     ) -> None:
@@ -66,17 +64,21 @@ class Study:
             raise TypeError("objective must be a function of parameters and a seed")
         if wrong := [name for name, value in parameters.items() if not isinstance(value, Range)]:
             raise TypeError(f"parameters[{wrong[0]!r}] must be a Range")
-        if sampler is not None and not minimize:
-            raise ValueError("minimize must name a value for a sampler of Optuna")
+        if sampler is not None and not (minimize or maximize):
+            raise ValueError("minimize or maximize must name a value for a sampler of Optuna")
+        if both := set(minimize) & set(maximize):
+            raise ValueError(f"{min(both)!r} is in minimize and in maximize")
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
             raise ValueError(f"seed must be an integer of at least 0, but is {seed!r}")
         self.folder, self.objective = Path(folder), objective
-        self.parameters, self.minimize, self.seed = dict(parameters), tuple(minimize), seed
+        self.parameters, self.seed = dict(parameters), seed
+        self.minimize, self.maximize = tuple(minimize), tuple(maximize)
         self._sampler = sampler
         head = {
             "study": 1,
             "seed": seed,
             "minimize": list(minimize),
+            "maximize": list(maximize),
             "parameters": {name: asdict(value) for name, value in self.parameters.items()},
         }
         self._journal = Journal(self.folder / "journal.jsonl", head)
@@ -87,23 +89,39 @@ class Study:
         return [trial for _, trial in sorted(self._journal.trials.items())]
 
     def run(
-        self, trials: int, *, backend: Literal["local", "ray"] = "local", workers: int | None = None, batch: int = 1
+        self,
+        trials: int,
+        *,
+        backend: Literal["local", "ray", "slurm"] = "local",
+        workers: int | None = None,
+        batch: int = 1,
+        wheel: str | os.PathLike[str] | None = None,
     ) -> list[Trial]:
         """Runs until the study has `trials` trials that ended, those of earlier runs included.
 
-        `workers`: threads, or actors of Ray; by default one a core. `batch`: trials that one actor runs in a call.
+        `workers`: threads, actors of Ray or tasks of Slurm at the same time; by default one a core. `batch`: trials that an actor
+        or a task runs one after the other: a second and more of work. `wheel`: of this package, for nodes of Ray
+        that do not have it.
         """
-        if backend not in ("local", "ray"):
-            raise ValueError(f"backend must be 'local' or 'ray', but is {backend!r}")
+        if backend not in ("local", "ray", "slurm"):
+            raise ValueError(f"backend must be 'local', 'ray' or 'slurm', but is {backend!r}")
         for name, value in (("trials", trials), ("batch", batch), ("workers", 1 if workers is None else workers)):
             if isinstance(value, bool) or not isinstance(value, int) or value < 1:
                 raise ValueError(f"{name} must be an integer of at least 1, but is {value!r}")
         count = workers or os.cpu_count() or 1
         optimizer = None if self._sampler is None else _Optimizer(self)
         pending = self._pending(trials, optimizer)
-        run = _run_local if backend == "local" else _run_ray
-        for number, values, error in run(self.objective, pending, count, batch):
-            missing = [name for name in self.minimize if error is None and name not in values]
+        results: Iterator[Result]
+        if backend == "local":
+            results = run_local(self.objective, pending, count)
+        elif backend == "ray":
+            results = run_ray(self.objective, pending, count, batch, None if wheel is None else os.fspath(wheel))
+        else:
+            # A sampler learns between jobs; uniform draws are one job.
+            at_once = None if optimizer is None else count * batch
+            results = run_slurm(self.objective, pending, count, batch, self.folder, at_once)
+        for number, values, error in results:
+            missing = [name for name in (*self.minimize, *self.maximize) if error is None and name not in values]
             if missing:
                 values, error = {}, f"the objective returned no {missing[0]!r}"
             self._journal.end(number, values, error)
@@ -163,16 +181,17 @@ class _Optimizer:
         import optuna
 
         self._optuna = optuna
-        self._minimize = study.minimize
+        self._values = (*study.minimize, *study.maximize)
         self._space: dict[str, Any] = {
             name: optuna.distributions.FloatDistribution(value.low, value.high, log=value.log)
             for name, value in study.parameters.items()
         }
-        self._study = optuna.create_study(directions=["minimize"] * len(study.minimize), sampler=study._sampler)
+        directions: list[Any] = ["minimize"] * len(study.minimize) + ["maximize"] * len(study.maximize)
+        self._study = optuna.create_study(directions=directions, sampler=study._sampler)
         self._asked: dict[int, Any] = {}
         for trial in study.trials:
             if trial.ended and trial.error is None:
-                values = [trial.values[name] for name in self._minimize]
+                values = [trial.values[name] for name in self._values]
                 made = optuna.trial.create_trial(
                     params=trial.parameters, distributions=self._space, values=values
                 )
@@ -191,54 +210,4 @@ class _Optimizer:
         if trial.error is not None:
             self._study.tell(asked, state=self._optuna.trial.TrialState.FAIL)
         else:
-            self._study.tell(asked, [trial.values[name] for name in self._minimize])
-
-
-def _evaluate(objective: Objective, trial: Trial) -> Result:
-    try:
-        values = {str(name): float(value) for name, value in objective(dict(trial.parameters), trial.seed).items()}
-        if wrong := [name for name, value in values.items() if not math.isfinite(value)]:
-            raise ValueError(f"{wrong[0]} must be finite, but is {values[wrong[0]]}")
-    except Exception as error:
-        return trial.number, {}, f"{type(error).__name__}: {error}"
-    return trial.number, values, None
-
-
-def _run_local(objective: Objective, pending: Iterator[Trial], workers: int, _batch: int) -> Iterator[Result]:
-    running: set[Future[Result]] = set()
-    with ThreadPoolExecutor(workers) as pool:
-        for trial in pending:
-            running.add(pool.submit(_evaluate, objective, trial))
-            if len(running) >= workers:
-                done, running = wait(running, return_when=FIRST_COMPLETED)
-                yield from (future.result() for future in done)
-        while running:
-            done, running = wait(running, return_when=FIRST_COMPLETED)
-            yield from (future.result() for future in done)
-
-
-def _run_ray(objective: Objective, pending: Iterator[Trial], workers: int, batch: int) -> Iterator[Result]:
-    import ray
-    from ray.util import ActorPool
-
-    if not ray.is_initialized():
-        ray.init(include_dashboard=False, log_to_driver=False)
-
-    class Worker:
-        def run(self, trials: list[Trial]) -> list[Result]:
-            return [_evaluate(objective, trial) for trial in trials]
-
-    remote = ray.remote(num_cpus=1)(Worker)
-    pool: Any = ActorPool([remote.remote() for _ in range(workers)])
-    trials: list[Trial] = []
-    for trial in pending:
-        trials.append(trial)
-        if len(trials) == batch:
-            if not pool.has_free():
-                yield from pool.get_next_unordered()
-            pool.submit(lambda actor, value: actor.run.remote(value), trials)
-            trials = []
-    if trials:
-        pool.submit(lambda actor, value: actor.run.remote(value), trials)
-    while pool.has_next():
-        yield from pool.get_next_unordered()
+            self._study.tell(asked, [trial.values[name] for name in self._values])

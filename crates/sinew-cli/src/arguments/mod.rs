@@ -17,6 +17,7 @@ mod replay;
 mod robot;
 mod run;
 mod simulation;
+mod study;
 mod values;
 
 pub(crate) use design::{DriveArguments, DriveSizeArguments, DriveVerb, TensionArguments};
@@ -48,6 +49,7 @@ pub(crate) use simulation::{
     BenchArguments, BenchPlanArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part,
     ReproduceArguments, TwinArguments, TwinVerb,
 };
+pub(crate) use study::StudyArguments;
 
 use crate::version::version;
 use clap::{Args, Parser, Subcommand};
@@ -112,6 +114,7 @@ pub(crate) enum Verb {
     Reproduce(ReproduceArguments),
     Bench(BenchArguments),
     Twin(TwinArguments),
+    Study(StudyArguments),
     Tension(TensionArguments),
     Drive(DriveArguments),
     Completions(CompletionsArguments),

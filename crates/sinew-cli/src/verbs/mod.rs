@@ -24,6 +24,7 @@ pub(crate) mod recording;
 pub(crate) mod replay;
 pub(crate) mod reproduce;
 pub(crate) mod run;
+pub(crate) mod study;
 pub(crate) mod tension;
 pub(crate) mod track;
 pub(crate) mod twin;

@@ -17,6 +17,7 @@ mod recording;
 mod robots;
 mod roles;
 mod run;
+mod study;
 mod tension;
 mod twin;
 mod verbs;

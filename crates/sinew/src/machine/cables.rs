@@ -49,10 +49,24 @@ impl Machine {
     pub fn laws(&self, cells: usize) -> Result<Vec<CableLaw>, Error> {
         let mut model = MuscleDynamics::new(&self.robot)?;
         model.evaluate(&self.start)?;
+        self.laws_in(&model, &self.start, cells)
+    }
+
+    /// The same in another pose, in which the `model` of this machine was evaluated.
+    ///
+    /// # Errors
+    /// As [`laws`](Self::laws).
+    pub fn laws_in(
+        &self,
+        model: &MuscleDynamics,
+        pose: &[f64],
+        cells: usize,
+    ) -> Result<Vec<CableLaw>, Error> {
         let places = model.lengths().iter().zip(model.wrap_angles());
-        let law = |(design, (free, wrap)): (&super::MuscleDesign, (&f64, &f64))| {
-            CableLaw::new(&design.path(free.max(SHORTEST), *wrap)?, &design.cable, cells)
+        let law = |((design, bend), (free, wrap)): ((&super::MuscleDesign, SheathBend), (&f64, &f64))| {
+            let law = CableLaw::new(&design.path(free.max(SHORTEST), *wrap)?, &design.cable, cells)?;
+            if bend.is_constant() { Ok(law) } else { law.with_sheath_bend(bend.at(pose)) }
         };
-        self.muscles.iter().zip(places).map(law).collect()
+        self.muscles.iter().zip(self.sheath_bends()?).zip(places).map(law).collect()
     }
 }

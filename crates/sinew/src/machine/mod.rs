@@ -18,6 +18,7 @@ mod clearance;
 mod design;
 mod device;
 mod muscle;
+mod routing;
 mod rules;
 mod safety;
 mod stability;
@@ -33,6 +34,7 @@ pub use device::{
     Signal,
 };
 pub use muscle::MuscleDesign;
+pub use routing::Routing;
 pub use rules::ControlRules;
 pub use safety::{DriveLimits, SafetyLimits};
 pub use stability::{HeldStability, NegativeStiffness};

@@ -9,6 +9,7 @@ mod extreme;
 mod files;
 mod holding;
 mod models;
+mod routing;
 mod stability;
 mod wrong;
 
