@@ -180,7 +180,7 @@ class _Optimizer:
     def __init__(self, study: Study) -> None:
         import optuna
 
-        self._optuna = optuna
+        self._failed = optuna.trial.TrialState.FAIL
         self._values = (*study.minimize, *study.maximize)
         self._space: dict[str, Any] = {
             name: optuna.distributions.FloatDistribution(value.low, value.high, log=value.log)
@@ -208,6 +208,6 @@ class _Optimizer:
     def tell(self, trial: Trial) -> None:
         asked = self._asked.pop(trial.number)
         if trial.error is not None:
-            self._study.tell(asked, state=self._optuna.trial.TrialState.FAIL)
+            self._study.tell(asked, state=self._failed)
         else:
             self._study.tell(asked, [trial.values[name] for name in self._values])
