@@ -41,6 +41,11 @@ pub(super) struct DesignChecks {
 impl DesignChecks {
     pub(super) fn of(machine: &Machine, laws: &[CableLaw], poses: &[Vec<f64>]) -> Result<Self, Error> {
         let mut warnings = Vec::new();
+        // First: a cable that has lost its wrap may be why the muscles are too weak.
+        let lost = machine.clearances(poses)?.into_iter().filter(Clearance::is_lost);
+        warnings.extend(
+            lost.map(|clearance| lost_wrap(machine, &clearance, clearance.pose.map(|index| &poses[index]))),
+        );
         let unheld = unheld_poses(machine, laws, poses)?;
         warnings.extend(too_weak(machine, &unheld, poses));
         let mut held_winches = Vec::new();
@@ -52,10 +57,6 @@ impl DesignChecks {
             }
             held_winches.push(held);
         }
-        let lost = machine.clearances(poses)?.into_iter().filter(Clearance::is_lost);
-        warnings.extend(
-            lost.map(|clearance| lost_wrap(machine, &clearance, clearance.pose.map(|index| &poses[index]))),
-        );
         Ok(Self { held_winches, unheld: [unheld.len(), poses.len()], warnings })
     }
 
