@@ -16,7 +16,7 @@ const CRATES: [(&str, &[&str]); 14] = [
     ("sinew-report", &["sinew", "sinew-identify", "sinew-lab", "sinew-view"]),
     ("sinew-segment", &[]),
     ("sinew-link", &[]),
-    ("sinew-live", &["sinew", "sinew-lab", "sinew-view"]),
+    ("sinew-live", &["sinew", "sinew-lab", "sinew-record", "sinew-runtime", "sinew-view"]),
     ("sinew-runtime", &["sinew", "sinew-segment", "sinew-link"]),
     ("sinew-record", &["sinew", "sinew-runtime"]),
     ("sinew-mujoco", &["sinew"]),

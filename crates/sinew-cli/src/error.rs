@@ -6,6 +6,16 @@ use sinew_lab::machine_file::{MachineFileError, TextFileError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
+/// What to do about an address that cannot be listened on.
+fn bind_hint(error: &sinew_live::LiveError) -> &'static str {
+    match error {
+        sinew_live::LiveError::Address { .. } => {
+            "; --bind ADDRESS:PORT chooses another, port 0 any that is free"
+        }
+        _ => "",
+    }
+}
+
 /// One error; its message names the place, the value and what was expected.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Error {
@@ -22,7 +32,7 @@ pub(crate) enum Error {
     #[error(transparent)]
     Link(#[from] sinew_link::Error),
     /// A page that cannot be served.
-    #[error("{0}; --bind ADDRESS:PORT chooses another, port 0 any that is free")]
+    #[error("{0}{hint}", hint = bind_hint(.0))]
     Page(#[from] sinew_live::LiveError),
     /// What cannot be shown on a page.
     #[error("{0}")]

@@ -29,21 +29,25 @@ pub enum Command {
     Payload(f64),
     /// A failure, as `--fault` writes it without its time.
     Fault(String),
-    /// How fast simulated time goes, over real time, and whether it stands.
+    /// How fast the time of the source goes, over real time, and whether it stands; none leaves it as it is.
     Speed {
         /// 1, > 0.
-        factor: f64,
+        factor: Option<f64>,
         /// It stands.
-        paused: bool,
+        paused: Option<bool>,
     },
     /// So many control cycles while time stands.
     Step(u32),
     /// A second machine with another compensation beside the first; none ends it. Both begin anew.
     Compare(Option<String>),
+    /// Time of a recording, s.
+    Seek(f64),
+    /// Another recording over the one that is shown; none takes it away.
+    Overlay(Option<String>),
 }
 
 /// Longest text of a command, bytes.
-pub(crate) const MAX_COMMAND: usize = 4096;
+pub const MAX_COMMAND: usize = 4096;
 /// Largest force of a push, N, and its longest duration, s.
 const MAX_FORCE: f64 = 1e4;
 const MAX_PUSH: f64 = 60.0;
@@ -53,6 +57,8 @@ const MAX_PAYLOAD: f64 = 100.0;
 const SPEEDS: [f64; 2] = [1e-3, 20.0];
 /// Most cycles of one step command.
 const MAX_CYCLES: u64 = 10_000;
+/// Latest time of a recording, s.
+const LATEST: f64 = 1e9;
 /// Farthest place, m.
 const FAR: f64 = 1e3;
 
@@ -103,12 +109,12 @@ impl Command {
             "fault" => Self::Fault(text(message, "fault")?.to_owned()),
             "speed" => Self::Speed {
                 factor: match &message["factor"] {
-                    Value::Null => 1.0,
-                    _ => number(message, "factor", SPEEDS)?,
+                    Value::Null => None,
+                    _ => Some(number(message, "factor", SPEEDS)?),
                 },
                 paused: match &message["paused"] {
-                    Value::Null => false,
-                    value => value.as_bool().ok_or_else(|| wrong(message, "paused", "true or false"))?,
+                    Value::Null => None,
+                    value => Some(value.as_bool().ok_or_else(|| wrong(message, "paused", "true or false"))?),
                 },
             },
             "step" => {
@@ -120,10 +126,9 @@ impl Command {
                 let cycles = cycles.and_then(|cycles| u32::try_from(cycles).ok());
                 Self::Step(cycles.ok_or_else(|| wrong(message, "cycles", "a whole number of 1 to 10000"))?)
             }
-            "compare" => match &message["variant"] {
-                Value::Null => Self::Compare(None),
-                _ => Self::Compare(Some(text(message, "variant")?.to_owned())),
-            },
+            "compare" => Self::Compare(text_or_none(message, "variant")?),
+            "seek" => Self::Seek(number(message, "time_s", [0.0, LATEST])?),
+            "overlay" => Self::Overlay(text_or_none(message, "name")?),
             other => return Err(format!("there is no command `{other}`")),
         })
     }
@@ -135,6 +140,13 @@ fn wrong(message: &Value, field: &str, expected: &str) -> String {
 
 fn text<'a>(message: &'a Value, field: &str) -> Result<&'a str, String> {
     message[field].as_str().ok_or_else(|| wrong(message, field, "a text"))
+}
+
+fn text_or_none(message: &Value, field: &str) -> Result<Option<String>, String> {
+    match &message[field] {
+        Value::Null => Ok(None),
+        _ => text(message, field).map(|text| Some(text.to_owned())),
+    }
 }
 
 fn number(message: &Value, field: &str, [low, high]: [f64; 2]) -> Result<f64, String> {
@@ -163,6 +175,11 @@ mod tests {
         assert_eq!(command(r#"{"command":"drag","position":[1,2,3]}"#), Ok(Command::Drag([1.0, 2.0, 3.0])));
         assert_eq!(command(r#"{"command":"step"}"#), Ok(Command::Step(1)));
         assert_eq!(command(r#"{"command":"compare","variant":null}"#), Ok(Command::Compare(None)));
+        assert_eq!(command(r#"{"command":"seek","time_s":2}"#), Ok(Command::Seek(2.0)));
+        assert_eq!(
+            command(r#"{"command":"speed","paused":true}"#),
+            Ok(Command::Speed { factor: None, paused: Some(true) })
+        );
         for (text, word) in [
             ("", "no JSON"),
             ("[]", "command is null"),
@@ -175,6 +192,8 @@ mod tests {
             (r#"{"command":"step","cycles":-1}"#, "cycles is -1"),
             (r#"{"command":"push","body":1.5}"#, "body is 1.5"),
             (r#"{"command":"payload","mass_kg":"1"}"#, "mass_kg"),
+            (r#"{"command":"seek","time_s":-1}"#, "time_s is -1"),
+            (r#"{"command":"overlay","name":3}"#, "name is 3"),
             (r#"{"command":"sing"}"#, "no command `sing`"),
         ] {
             let reason = command(text).unwrap_err();

@@ -48,8 +48,7 @@ impl Drawing {
     }
 
     fn place_winches(&mut self) -> Result<(), Error> {
-        let start = self.machine.start.clone();
-        self.evaluate(&start)?;
+        self.evaluate_start()?;
         let count = self.muscles.count();
         let entries: Vec<[f64; 3]> =
             (0..count).map(|k| self.free_path(k).map(|path| path[0])).collect::<Result<_, _>>()?;
@@ -90,6 +89,12 @@ impl Drawing {
         self.model.evaluate(q)?;
         self.machine.robot.forward_kinematics(self.model.coordinates(), &mut self.poses)?;
         self.muscles.evaluate(self.model.coordinates(), &mut self.geometry)
+    }
+
+    /// Sets the pose in which the machine starts.
+    pub(crate) fn evaluate_start(&mut self) -> Result<(), Error> {
+        let start = self.machine.start.clone();
+        self.evaluate(&start)
     }
 
     /// Poses of all bodies: position, m, and quaternion `[w, x, y, z]`.

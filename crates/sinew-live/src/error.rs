@@ -14,6 +14,17 @@ pub enum LiveError {
     /// The system refused a thread or random numbers.
     #[error("the server cannot start: {0}")]
     System(String),
+    /// A recording that cannot be read.
+    #[error(transparent)]
+    Recording(#[from] sinew_record::Error),
+    /// A recording that cannot be laid over another.
+    #[error("{name}: {reason}")]
+    Overlay {
+        /// As given.
+        name: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The machine cannot be simulated.
     #[error(transparent)]
     Physics(#[from] sinew::Error),

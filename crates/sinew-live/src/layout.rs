@@ -1,6 +1,8 @@
 //! Fields of a state message, in their order.
 
+use crate::drawing::POINTS;
 use serde_json::{Value, json};
+use sinew::machine::Machine;
 
 /// Characters at the beginning of every message.
 const MAGIC: [u8; 4] = *b"SNLV";
@@ -17,6 +19,8 @@ pub(crate) enum MessageKind {
     Scene = 2,
     /// The answer to a command, JSON.
     Answer = 4,
+    /// Rows of the fields that are plotted.
+    History = 5,
 }
 
 /// Type of the numbers of a field.
@@ -31,16 +35,47 @@ pub(crate) enum NumberType {
 /// One field: name, type, number of numbers, unit.
 pub(crate) type Field = (&'static str, NumberType, usize, &'static str);
 
+/// What the states of a source contain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Contents {
+    /// Bodies, joints, muscles.
+    pub(crate) sizes: [usize; 3],
+    /// Whether the true state of the machine is known.
+    pub(crate) truth: bool,
+    /// Whether the temperatures of the windings are known.
+    pub(crate) temperature: bool,
+    /// Whether the cycle keeps deadlines, whose times are shown.
+    pub(crate) timed: bool,
+    /// Whether a second machine is shown beside the first.
+    pub(crate) second: bool,
+}
+
+impl Contents {
+    /// Of a machine that is simulated on the page itself.
+    pub(crate) fn simulated(machine: &Machine) -> Self {
+        let robot = &machine.robot;
+        let sizes = [robot.parts().bodies.len(), robot.independent_joints().len(), machine.muscles.len()];
+        Self { sizes, truth: true, temperature: true, timed: false, second: false }
+    }
+}
+
 /// Fields in the order of a message; little endian, packed.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
     fields: Vec<Field>,
 }
 
+/// Whether a field is drawn, not plotted.
+fn is_geometry(name: &str) -> bool {
+    ["body_pose", "reference_pose", "cable_"].iter().any(|start| name.starts_with(start))
+}
+
 impl Layout {
-    /// For these numbers of bodies, joints, muscles and points of all cables; with a second machine beside the first.
-    pub(crate) fn new([bodies, joints, muscles, points]: [usize; 4], compared: bool) -> Self {
+    /// The fields of a source's states.
+    pub(crate) fn new(contents: &Contents) -> Self {
         use NumberType::{F32, F64, U8, U16};
+        let Contents { sizes: [bodies, joints, muscles], truth, temperature, timed, second } = *contents;
+        let points = muscles * POINTS;
         let mut fields = vec![
             ("time_s", F64, 1, "s"),
             ("sequence", F64, 1, "1"),
@@ -56,21 +91,35 @@ impl Layout {
             ("cable_sliding", U8, points, "1"),
             ("end_point", F64, 3, "m"),
             ("end_point_reference", F64, 3, "m"),
-            ("joint_true", F64, joints, "rad or m"),
             ("joint_estimated", F64, joints, "rad or m"),
             ("joint_reference", F64, joints, "rad or m"),
             ("tension_in", F64, muscles, "N"),
             ("tension_out_desired", F64, muscles, "N"),
             ("tension_out_estimated", F64, muscles, "N"),
-            ("tension_out_true", F64, muscles, "N"),
             ("winch_position", F64, muscles, "m"),
-            ("motor_temperature", F64, muscles, "degC"),
         ];
-        if compared {
+        if truth {
+            fields.push(("joint_true", F64, joints, "rad or m"));
+            fields.push(("tension_out_true", F64, muscles, "N"));
+        }
+        if temperature {
+            fields.push(("motor_temperature", F64, muscles, "degC"));
+        }
+        if timed {
+            fields.push(("cycle_us", F32, 2, "us"));
+        }
+        if second {
             fields.push(("body_pose_2", F32, 7 * bodies, "m, 1"));
             fields.push(("end_point_2", F64, 3, "m"));
+            fields.push(("joint_2", F64, joints, "rad or m"));
+            fields.push(("tension_out_2", F64, muscles, "N"));
         }
         Self { fields }
+    }
+
+    /// Whether a field is there.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.fields.iter().any(|(field, ..)| *field == name)
     }
 
     /// As `/scene` describes it.
@@ -87,23 +136,38 @@ impl Layout {
         self.fields.iter().map(field).collect()
     }
 
-    /// A state message: `numbers` gives those of a field, `count` of them.
-    pub(crate) fn message(&self, revision: u32, mut numbers: impl FnMut(&str, &mut Vec<f64>)) -> Vec<u8> {
-        let (mut body, mut values) = (Vec::new(), Vec::new());
-        for (name, kind, count, _) in &self.fields {
-            values.clear();
-            numbers(name, &mut values);
-            values.resize(*count, f64::NAN);
-            for value in &values {
-                match kind {
-                    NumberType::U8 => body.push(*value as u8),
-                    NumberType::U16 => body.extend((*value as u16).to_le_bytes()),
-                    NumberType::F32 => body.extend((*value as f32).to_le_bytes()),
-                    NumberType::F64 => body.extend(value.to_le_bytes()),
-                }
+    /// A state message: `numbers` gives those of a field.
+    pub(crate) fn state(&self, revision: u32, numbers: impl FnMut(&str, &mut Vec<f64>)) -> Vec<u8> {
+        let mut body = Vec::new();
+        pack(self.fields.iter(), numbers, &mut body);
+        message(MessageKind::State, revision, &body)
+    }
+
+    /// Adds a row of a history: the fields that are plotted.
+    pub(crate) fn history_row(&self, out: &mut Vec<u8>, numbers: impl FnMut(&str, &mut Vec<f64>)) {
+        pack(self.fields.iter().filter(|(name, ..)| !is_geometry(name)), numbers, out);
+    }
+}
+
+/// Packs the numbers of fields; NaN where too few are given.
+fn pack<'a>(
+    fields: impl Iterator<Item = &'a Field>,
+    mut numbers: impl FnMut(&str, &mut Vec<f64>),
+    out: &mut Vec<u8>,
+) {
+    let mut values = Vec::new();
+    for (name, kind, count, _) in fields {
+        values.clear();
+        numbers(name, &mut values);
+        values.resize(*count, f64::NAN);
+        for value in &values {
+            match kind {
+                NumberType::U8 => out.push(*value as u8),
+                NumberType::U16 => out.extend((*value as u16).to_le_bytes()),
+                NumberType::F32 => out.extend((*value as f32).to_le_bytes()),
+                NumberType::F64 => out.extend(value.to_le_bytes()),
             }
         }
-        message(MessageKind::State, revision, &body)
     }
 }
 

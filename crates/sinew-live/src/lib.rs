@@ -1,29 +1,39 @@
-//! A simulated machine on a page: its state to browsers sixty times a second, their commands through its supervisor.
+//! A machine on a page: its state to browsers sixty times a second, their commands back to it.
 //!
 //! ```text
-//! Simulation   plant, supervisor and motion, one control cycle a step
-//! Stage        one or two simulations: time, pause, commands, what is drawn of them
-//! Server       HTTP and WebSocket: the page's files, /scene, /stream; a thread of its own steps the stage
+//! Stage        one or two simulations: time, pause, commands through their supervisors, what is drawn of them
+//! Playback     a recording in time, and another one over it
+//! Tap -> Run   a run that goes on elsewhere: its control cycle puts signals into a ring, the page takes the newest
+//! Server       HTTP and WebSocket: the page's files, /scene, /history, /stream; a thread of its own owns one of these sources
 //! ```
 //!
-//! The stage's thread puts its newest state into one place, from which every viewer takes it: a slow viewer misses states and
-//! delays nobody. All data is simulated and labelled so.
+//! That thread puts the newest state into one place, from which every viewer takes it: a slow viewer misses states and
+//! delays nobody. What is simulated is labelled so.
 
 mod access;
 mod choices;
 mod command;
 mod drawing;
 mod error;
+mod frame;
 mod layout;
 mod motion;
+mod recording;
 mod scene;
 mod server;
+mod signals;
 mod simulation;
+mod source;
 mod stage;
+mod tap;
 
 pub use choices::Choices;
-pub use command::Command;
+pub use command::{Command, MAX_COMMAND};
 pub use error::LiveError;
+pub use recording::{Playback, PlaybackParts};
 pub use server::{Server, ServerSettings};
+pub use signals::Observed;
 pub use simulation::{Simulation, SimulationParts};
+pub use source::Source;
 pub use stage::{Conditions, SimulationSource, Stage};
+pub use tap::{Run, RunParts, Tap, tap};

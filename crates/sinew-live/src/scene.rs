@@ -13,35 +13,63 @@ use sinew::trajectory::{Reference, Trajectory};
 
 /// Points of the path of the end point.
 const PATH_POINTS: usize = 240;
-/// Commands that a simulated machine takes.
-const COMMANDS: [&str; 8] = ["mode", "path", "drag", "push", "payload", "fault", "speed", "step"];
-/// Failures as `--fault` writes them, with what they are; `{}` is the name of a muscle.
-const FAULTS: [(&str, &str); 9] = [
-    ("load-cell:{}:lost", "load cell gives no value"),
-    ("load-cell:{}:stuck", "load cell is stuck"),
-    ("motor-encoder:{}:lost", "motor encoder gives no value"),
-    ("motor-encoder:{}:stuck", "motor encoder is stuck"),
-    ("drive:{}", "drive has no power"),
-    ("winch:{}", "winch is jammed"),
-    ("cable:{}", "cable breaks"),
-    ("wear:{}:friction=1", "friction doubles"),
-    ("wear:{}:pretension=0.5", "half of the pretension is lost"),
-];
+
+/// An event of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Event {
+    /// s.
+    pub(crate) time: f64,
+    /// `fault`, `state` or `repeat`.
+    pub(crate) kind: &'static str,
+    pub(crate) text: String,
+}
+
+/// A recording as the page shows it.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Recorded<'a> {
+    /// s.
+    pub(crate) duration: f64,
+    pub(crate) events: &'a [Event],
+    /// Names of recordings that can be laid over it.
+    pub(crate) overlays: &'a [String],
+    /// What is missing in it, in words.
+    pub(crate) notice: Option<&'a str>,
+}
 
 /// What the scene is made of.
 pub(crate) struct SceneParts<'a> {
     pub(crate) machine: &'a Machine,
-    pub(crate) trajectory: &'a Trajectory,
     pub(crate) layout: &'a Layout,
     pub(crate) choices: &'a Choices,
-    pub(crate) compared: Option<&'a str>,
-    pub(crate) path: &'a str,
     pub(crate) revision: u32,
+    /// `twin`, `segment`, `ethercat` or `recording`.
+    pub(crate) source: &'static str,
+    pub(crate) simulated: bool,
+    /// Wanted path of the end point and its name.
+    pub(crate) trajectory: Option<&'a Trajectory>,
+    pub(crate) path: &'a str,
+    /// What is shown beside the first machine.
+    pub(crate) compared: Option<&'a str>,
+    /// Commands that are accepted, and among the modes those that can be asked for.
+    pub(crate) commands: &'a [&'static str],
+    pub(crate) requests: Vec<&'static str>,
+    /// Names of faults by their number in a state, after `none`.
+    pub(crate) faults: Vec<String>,
+    /// Failures as `--fault` writes them, with what they are; `{}` is the name of a muscle.
+    pub(crate) failures: &'a [(&'static str, &'static str)],
+    /// Whether tensions along cables are interpolated between their ends.
+    pub(crate) interpolated: bool,
+    pub(crate) recorded: Option<Recorded<'a>>,
+}
+
+/// Names of all kinds of faults by their numbers.
+pub(crate) fn fault_kinds() -> Vec<String> {
+    FaultKind::ALL.iter().map(|kind| kind.name().to_owned()).collect()
 }
 
 /// The answer to `/scene`.
 pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Value, Error> {
-    let SceneParts { machine, trajectory, layout, choices, compared, path, revision } = *parts;
+    let SceneParts { machine, layout, choices, recorded, .. } = parts;
     let robot = &machine.robot;
     let bodies = &robot.parts().bodies;
     let name = |(k, body): (usize, &sinew::body::Body)| match (k, body.name.as_str()) {
@@ -80,27 +108,21 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         let site = &robot.parts().sites[site];
         json!({"body": site.body, "position": site.position})
     });
-    let mut line = Vec::new();
-    if end_point.is_some() {
-        let mut at = Reference::new(trajectory.joints());
-        for k in 0..=PATH_POINTS {
-            trajectory.sample(trajectory.duration() * k as f64 / PATH_POINTS as f64, &mut at)?;
-            drawing.evaluate(&at.q)?;
-            line.extend(drawing.end_point());
-        }
-    }
-    let mut commands: Vec<&str> = COMMANDS.to_vec();
-    commands.retain(|command| *command != "drag" || end_point.is_some());
-    if choices.variants.len() > 1 {
-        commands.push("compare");
-    }
-    let faults: Vec<&str> =
-        ["none"].into_iter().chain(FaultKind::ALL.iter().map(|kind| kind.name())).collect();
+    let line = match parts.trajectory.filter(|_| end_point.is_some()) {
+        Some(trajectory) => path_points(trajectory, drawing)?,
+        None => Vec::new(),
+    };
+    let events = recorded.iter().flat_map(|recorded| recorded.events);
+    let events: Value =
+        events.map(|event| json!({"time_s": event.time, "kind": event.kind, "text": event.text})).collect();
+    let faults: Vec<&str> = ["none"].into_iter().chain(parts.faults.iter().map(String::as_str)).collect();
+    let recording =
+        recorded.as_ref().map(|recorded| json!({"duration_s": recorded.duration, "notice": recorded.notice}));
     Ok(json!({
         "schema": "sinew.live/1",
         "machine": robot.parts().name,
-        "source": "twin",
-        "simulated": true,
+        "source": parts.source,
+        "simulated": parts.simulated,
         "period_s": CYCLE,
         "gravity": robot.parts().gravity,
         "bodies": bodies,
@@ -109,24 +131,38 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         "muscles": muscles,
         "end_point": end_point,
         "path": if line.is_empty() { Value::Null } else { json!(line) },
-        "path_name": path,
+        "path_name": parts.path,
         "paths": choices.paths,
         "poses": {},
         "supervisor": {"modes": Mode::ALL.map(Mode::name), "faults": faults},
         "variants": choices.variants,
-        "compare": compared,
-        "fault_kinds": FAULTS,
-        "commands": commands,
+        "compare": parts.compared,
+        "fault_kinds": parts.failures,
+        "commands": parts.commands,
+        "requests": parts.requests,
         "layout": layout.json(),
-        "layout_revision": revision,
-        "signals": signals(machine),
-        "events": [],
-        "recording": null,
+        "layout_revision": parts.revision,
+        "signals": signals(machine, layout),
+        "tension_along": if parts.interpolated { "interpolated" } else { "simulated" },
+        "events": events,
+        "overlays": recorded.as_ref().map_or(&[][..], |recorded| recorded.overlays),
+        "recording": recording,
     }))
 }
 
+/// Points of the end point along a path, m.
+fn path_points(trajectory: &Trajectory, drawing: &mut Drawing) -> Result<Vec<[f64; 3]>, Error> {
+    let (mut line, mut at) = (Vec::with_capacity(PATH_POINTS + 1), Reference::new(trajectory.joints()));
+    for k in 0..=PATH_POINTS {
+        trajectory.sample(trajectory.duration() * k as f64 / PATH_POINTS as f64, &mut at)?;
+        drawing.evaluate(&at.q)?;
+        line.extend(drawing.end_point());
+    }
+    Ok(line)
+}
+
 /// Every number of a muscle or joint by its name.
-fn signals(machine: &Machine) -> Value {
+fn signals(machine: &Machine, layout: &Layout) -> Value {
     let robot = &machine.robot;
     let muscles = robot.parts().tendons.iter().map(|tendon| tendon.name.as_str());
     let joints = robot.independent_joints();
@@ -139,7 +175,10 @@ fn signals(machine: &Machine) -> Value {
             ("tension_out_true", "far tension, true", "N", "far tension", true),
             ("winch_position", "winch position", "m", "winch", false),
             ("motor_temperature", "winding temperature", "degC", "temperature", true),
-        ] {
+        ]
+        .into_iter()
+        .filter(|(field, ..)| layout.has(field))
+        {
             all.push(
                 json!({"name": format!("{field}:{muscle}"), "label": label, "unit": unit, "group": group,
                 "muscle": k, "joint": null, "field": field, "index": k, "simulated_truth": truth}),
@@ -153,7 +192,10 @@ fn signals(machine: &Machine) -> Value {
             ("joint_reference", "reference", false),
             ("joint_estimated", "estimated", false),
             ("joint_true", "true", true),
-        ] {
+        ]
+        .into_iter()
+        .filter(|(field, ..)| layout.has(field))
+        {
             all.push(json!({"name": format!("{field}:{}", joint.name), "label": label, "unit": unit, "group": "joint",
                 "muscle": null, "joint": k, "field": field, "index": k, "simulated_truth": truth}));
         }

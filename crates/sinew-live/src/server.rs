@@ -4,7 +4,7 @@ use crate::access::{Access, PROTOCOL};
 use crate::command::{Command, MAX_COMMAND};
 use crate::error::LiveError;
 use crate::layout::{MessageKind, message};
-use crate::stage::Stage;
+use crate::source::Source;
 use axum::Router;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Path, Request, State};
@@ -15,7 +15,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
-use std::net::{SocketAddr, TcpListener};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
@@ -41,7 +41,7 @@ pub struct ServerSettings {
     /// Where it listens; port 0 for any that is free.
     pub address: SocketAddr,
     /// What is shown.
-    pub stage: Stage,
+    pub source: Box<dyn Source>,
 }
 
 /// A page in service; its threads end when it is dropped.
@@ -53,8 +53,11 @@ pub struct Server {
     threads: Vec<JoinHandle<()>>,
 }
 
-/// A command on its way to the stage, and where its outcome goes.
-type Ordered = (Command, oneshot::Sender<Result<(), String>>);
+/// What is asked of the source, and where the answer goes.
+enum Order {
+    Command(Command, oneshot::Sender<Result<(), String>>),
+    History(oneshot::Sender<Option<Vec<u8>>>),
+}
 
 /// The newest picture, from which every viewer takes it.
 #[derive(Debug, Clone)]
@@ -68,36 +71,36 @@ struct Picture {
 struct Shared {
     access: Access,
     pictures: watch::Receiver<Picture>,
-    commands: mpsc::SyncSender<Ordered>,
+    orders: mpsc::SyncSender<Order>,
     viewers: AtomicUsize,
 }
 
 impl Server {
-    /// Begins to listen and to simulate.
+    /// Begins to listen and to show.
     ///
     /// # Errors
-    /// [`LiveError::Address`] for an address that cannot be listened on.
+    /// [`LiveError::Address`] for an address that cannot be listened on; those of the source's first picture.
     pub fn start(settings: ServerSettings) -> Result<Self, LiveError> {
-        let ServerSettings { address, mut stage } = settings;
-        let refused = |source| LiveError::Address { address, source };
+        let ServerSettings { address, mut source } = settings;
+        let refused = |error| LiveError::Address { address, source: error };
         let system = |error: &dyn std::fmt::Display| LiveError::System(error.to_string());
         let listener = TcpListener::bind(address).map_err(refused)?;
         let address = listener.local_addr().map_err(refused)?;
         listener.set_nonblocking(true).map_err(refused)?;
         let access = Access::new(address).map_err(|error| system(&error))?;
         let token = access.token().map(str::to_owned);
-        let (sender, pictures) = watch::channel(picture(&mut stage)?);
-        let (commands, orders) = mpsc::sync_channel(WAITING);
+        let (sender, pictures) = watch::channel(picture(source.as_mut())?);
+        let (orders, waiting) = mpsc::sync_channel(WAITING);
         let viewers = AtomicUsize::new(0);
-        let shared = Arc::new(Shared { access, pictures, commands, viewers });
+        let shared = Arc::new(Shared { access, pictures, orders, viewers });
         let ended = Arc::new(AtomicBool::new(false));
         let (stop, stopped) = oneshot::channel();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build();
         let runtime = runtime.map_err(|error| system(&error))?;
         let flag = Arc::clone(&ended);
         let named = |name: &str| std::thread::Builder::new().name(name.to_owned());
-        let simulating = named("simulation").spawn(move || simulate(&mut stage, &orders, &sender, &flag));
-        let simulating = simulating.map_err(|error| system(&error))?;
+        let showing = named("source").spawn(move || show(source.as_mut(), &waiting, &sender, &flag));
+        let showing = showing.map_err(|error| system(&error))?;
         let serving = named("page").spawn(move || {
             runtime.block_on(async {
                 let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
@@ -106,7 +109,7 @@ impl Server {
             });
         });
         let serving = serving.map_err(|error| system(&error))?;
-        Ok(Self { address, token, ended, stop: Some(stop), threads: vec![simulating, serving] })
+        Ok(Self { address, token, ended, stop: Some(stop), threads: vec![showing, serving] })
     }
 
     /// Where it listens.
@@ -115,14 +118,22 @@ impl Server {
         self.address
     }
 
-    /// Address of the page, with the token in its fragment, which browsers send to nobody.
+    /// Address of the page, with the token in its fragment, which browsers send to nobody. A server that listens on all addresses
+    /// of this computer is named by its loopback: from elsewhere it is opened by whichever address leads here.
     #[must_use]
     pub fn url(&self) -> String {
         let fragment = self.token.as_ref().map_or(String::new(), |token| format!("#token={token}"));
-        format!("http://{}/{fragment}", self.address)
+        let mut named = self.address;
+        if named.ip().is_unspecified() {
+            named.set_ip(match named.ip() {
+                IpAddr::V4(_) => Ipv4Addr::LOCALHOST.into(),
+                IpAddr::V6(_) => Ipv6Addr::LOCALHOST.into(),
+            });
+        }
+        format!("http://{named}/{fragment}")
     }
 
-    /// Whether the simulation has ended by itself, because it failed.
+    /// Whether the source has ended by itself, because it failed.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.threads.first().is_none_or(JoinHandle::is_finished)
@@ -142,15 +153,15 @@ impl Drop for Server {
     }
 }
 
-fn picture(stage: &mut Stage) -> Result<Picture, LiveError> {
-    let scene = Arc::new(stage.scene()?.to_string());
-    Ok(Picture { revision: stage.revision(), state: Arc::new(stage.state()?), scene })
+fn picture(source: &mut dyn Source) -> Result<Picture, LiveError> {
+    let scene = Arc::new(source.scene()?.to_string());
+    Ok(Picture { revision: source.revision(), state: Arc::new(source.state()?), scene })
 }
 
-/// Lets time pass on the stage until the server ends: commands, control cycles, a picture.
-fn simulate(
-    stage: &mut Stage,
-    orders: &mpsc::Receiver<Ordered>,
+/// Lets time pass on the source until the server ends: what is asked of it, its time, a picture.
+fn show(
+    source: &mut dyn Source,
+    orders: &mpsc::Receiver<Order>,
     pictures: &watch::Sender<Picture>,
     ended: &AtomicBool,
 ) {
@@ -160,29 +171,35 @@ fn simulate(
         let begun = Instant::now();
         let passed = begun.duration_since(last).as_secs_f64();
         last = begun;
-        while let Some((command, outcome)) = next.take().or_else(|| orders.try_recv().ok()) {
+        while let Some(order) = next.take().or_else(|| orders.try_recv().ok()) {
             // The page may be gone.
-            let _ = outcome.send(stage.command(&command));
+            match order {
+                Order::Command(command, outcome) => drop(outcome.send(source.command(&command))),
+                Order::History(answer) => match source.history() {
+                    Ok(rows) => drop(answer.send(rows)),
+                    Err(_) => return,
+                },
+            }
         }
         let budget = PICTURE.mul_f64(BUDGET);
-        // A command ends the advance: a stop must not wait for simulated time that is still due.
-        let is_spent = || {
+        // A command ends the advance: a stop must not wait for time that is still due.
+        let mut is_spent = || {
             next = orders.try_recv().ok();
             next.is_some() || begun.elapsed() > budget
         };
-        if stage.advance(passed, is_spent).is_err() {
+        if source.advance(passed, &mut is_spent).is_err() {
             return;
         }
         let scene = Arc::clone(&pictures.borrow().scene);
-        let changed = pictures.borrow().revision != stage.revision();
-        let next = if changed {
-            picture(stage)
+        let changed = pictures.borrow().revision != source.revision();
+        let picture = if changed {
+            picture(source)
         } else {
-            stage.state().map(|state| Picture { revision: stage.revision(), state: Arc::new(state), scene })
+            source.state().map(|state| Picture { revision: source.revision(), state: Arc::new(state), scene })
         };
-        let Ok(next) = next else { return };
+        let Ok(picture) = picture else { return };
         // Without viewers nobody takes it.
-        pictures.send_replace(next);
+        pictures.send_replace(picture);
         std::thread::sleep(PICTURE.saturating_sub(begun.elapsed()));
     }
 }
@@ -192,6 +209,7 @@ fn router(shared: Arc<Shared>) -> Router {
         .route("/", get(|| async { file("index.html") }))
         .route("/assets/{*path}", get(|Path(path): Path<String>| async move { file(&path) }))
         .route("/scene", get(scene))
+        .route("/history", get(history))
         .route("/stream", get(stream))
         .layer(from_fn_with_state(Arc::clone(&shared), guard))
         .with_state(shared)
@@ -225,6 +243,24 @@ async fn scene(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Respons
         .into_response()
 }
 
+/// The signals before now, where the source has them.
+async fn history(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
+    if !shared.access.is_authorized(&headers) {
+        return unauthorized();
+    }
+    let (sender, receiver) = oneshot::channel();
+    if shared.orders.try_send(Order::History(sender)).is_err() {
+        return StatusCode::SERVICE_UNAVAILABLE.into_response();
+    }
+    match receiver.await {
+        Ok(Some(rows)) => {
+            ([(CONTENT_TYPE, "application/octet-stream"), (CACHE_CONTROL, "no-store")], rows).into_response()
+        }
+        Ok(None) => StatusCode::NO_CONTENT.into_response(),
+        Err(_) => StatusCode::SERVICE_UNAVAILABLE.into_response(),
+    }
+}
+
 fn unauthorized() -> Response {
     let words = "The token is missing or wrong: open the address that the program printed, with what stands behind the #.";
     (StatusCode::UNAUTHORIZED, words).into_response()
@@ -238,20 +274,34 @@ async fn stream(
     if !shared.access.is_authorized(&headers) {
         return unauthorized();
     }
-    if shared.viewers.load(Ordering::Relaxed) >= VIEWERS {
+    let Some(place) = ViewerPlace::take(&shared) else {
         return (StatusCode::SERVICE_UNAVAILABLE, "Too many pages are open.").into_response();
-    }
+    };
     let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MAX_COMMAND).max_frame_size(MAX_COMMAND);
     upgrade.on_upgrade(move |socket| async move {
-        shared.viewers.fetch_add(1, Ordering::Relaxed);
         // A connection that ends needs no answer.
-        let _ = watch_stage(socket, &shared).await;
-        shared.viewers.fetch_sub(1, Ordering::Relaxed);
+        let _ = watch_source(socket, &place.0).await;
     })
 }
 
+/// One of the places for viewers, given back where it is dropped, also by a connection that never came about.
+struct ViewerPlace(Arc<Shared>);
+
+impl ViewerPlace {
+    fn take(shared: &Arc<Shared>) -> Option<Self> {
+        let place = Self(Arc::clone(shared));
+        (shared.viewers.fetch_add(1, Ordering::Relaxed) < VIEWERS).then_some(place)
+    }
+}
+
+impl Drop for ViewerPlace {
+    fn drop(&mut self) {
+        self.0.viewers.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
 /// Sends every new picture that the viewer is ready for, and takes its commands.
-async fn watch_stage(mut socket: WebSocket, shared: &Shared) -> Option<()> {
+async fn watch_source(mut socket: WebSocket, shared: &Shared) -> Option<()> {
     let mut pictures = shared.pictures.clone();
     pictures.mark_changed();
     let mut revision = pictures.borrow().revision;
@@ -300,14 +350,14 @@ async fn send(socket: &mut WebSocket, bytes: Vec<u8>) -> Option<()> {
     tokio::time::timeout(PATIENCE, socket.send(Message::Binary(bytes.into()))).await.ok()?.ok()
 }
 
-/// A command that waits for the stage: its number and its outcome.
+/// A command that waits for the source: its number and its outcome.
 type Waiting = (Value, oneshot::Receiver<Result<(), String>>);
 
-/// Hands a command to the stage, or the answer that refuses it.
+/// Hands a command to the source, or the answer that refuses it.
 fn order(text: &str, shared: &Shared) -> Result<Waiting, Value> {
     let (id, command) = Command::parse(text).map_err(|(id, reason)| reply(&id, Err(reason)))?;
     let (sender, receiver) = oneshot::channel();
-    match shared.commands.try_send((command, sender)) {
+    match shared.orders.try_send(Order::Command(command, sender)) {
         Ok(()) => Ok((id, receiver)),
         Err(_) => Err(reply(&id, Err("too many commands wait; try again".to_owned()))),
     }
@@ -318,7 +368,7 @@ async fn outcome(first: Option<&mut Waiting>) -> Value {
     match first {
         None => std::future::pending().await,
         Some((id, receiver)) => {
-            let outcome = receiver.await.unwrap_or_else(|_| Err("the simulation has ended".to_owned()));
+            let outcome = receiver.await.unwrap_or_else(|_| Err("what is shown has ended".to_owned()));
             reply(id, outcome)
         }
     }

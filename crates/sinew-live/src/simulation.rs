@@ -1,7 +1,9 @@
 //! One simulated machine under its supervisor.
 
 use crate::drawing::{Drawing, FREE_POINTS, POINTS, SHEATH_POINTS};
+use crate::frame::Along;
 use crate::motion::Motion;
+use crate::signals::Signals;
 use sinew::Error;
 use sinew::control::arm::{ArmMeasurement, PreviewedReference};
 use sinew::control::supervisor::{ExchangeStatus, Mode, NamedFault, Request, Supervisor};
@@ -47,16 +49,16 @@ pub struct Simulation {
 
 /// What the last cycle commanded and estimated.
 #[derive(Debug, Clone)]
-pub(crate) struct Shown {
-    pub(crate) cycle: u64,
-    pub(crate) mode: Mode,
-    pub(crate) fault: Option<NamedFault>,
-    pub(crate) reference: Vec<f64>,
-    pub(crate) estimated: Vec<f64>,
-    pub(crate) desired_tension: Vec<f64>,
-    pub(crate) estimated_tension: Vec<f64>,
+struct Shown {
+    cycle: u64,
+    mode: Mode,
+    fault: Option<NamedFault>,
+    reference: Vec<f64>,
+    estimated: Vec<f64>,
+    desired_tension: Vec<f64>,
+    estimated_tension: Vec<f64>,
     /// Whether the plant moved faster than the laws of its cables allow: it stands since.
-    pub(crate) failed: bool,
+    failed: bool,
 }
 
 /// One cable between two pictures.
@@ -124,6 +126,12 @@ impl Simulation {
         &self.plant
     }
 
+    /// Failures that were injected and are not known to be over.
+    #[must_use]
+    pub fn faults(&self) -> &[InjectedFault] {
+        &self.faults
+    }
+
     /// Mode of the supervisor in the last cycle.
     #[must_use]
     pub fn mode(&self) -> Mode {
@@ -134,10 +142,6 @@ impl Simulation {
     #[must_use]
     pub fn time(&self) -> f64 {
         self.shown.cycle as f64 * CYCLE
-    }
-
-    pub(crate) fn shown(&self) -> &Shown {
-        &self.shown
     }
 
     /// One control cycle. A plant whose integration failed stands. Nothing is allocated.
@@ -204,15 +208,28 @@ impl Simulation {
         let fault = InjectedFault { start: self.plant.truth().time, duration, failure };
         let [muscles, joints] = self.supervisor.dimensions();
         fault.validate(muscles, joints)?;
-        // Those that are over need no place.
+        self.inject_all(&[fault])
+    }
+
+    /// Adds failures; nothing changes where the plant refuses one.
+    fn inject_all(&mut self, faults: &[InjectedFault]) -> Result<(), Error> {
         let now = self.plant.truth().time;
-        self.faults.retain(|fault| fault.start + fault.duration >= now);
-        self.faults.push(fault);
-        self.plant = self.plant.clone().with_faults(&self.faults)?;
+        // Those that are over need no place, and a part that has failed for good cannot fail again.
+        let mut all: Vec<InjectedFault> =
+            self.faults.iter().copied().filter(|fault| fault.start + fault.duration >= now).collect();
+        for fault in faults {
+            let lasts =
+                |other: &InjectedFault| other.duration.is_infinite() && other.failure == fault.failure;
+            if !all.iter().any(lasts) {
+                all.push(*fault);
+            }
+        }
+        self.plant = self.plant.clone().with_faults(&all)?;
+        self.faults = all;
         Ok(())
     }
 
-    /// Pushes a point of a body, m in its frame, with a force, N in the world, for a time, s.
+    /// Pushes a point of a body, m in its frame, with a force, N in the world, for a time, s; how many joints feel it.
     ///
     /// # Errors
     /// As [`inject`](Self::inject).
@@ -222,8 +239,9 @@ impl Simulation {
         (body, point): (usize, [f64; 3]),
         force: [f64; 3],
         duration: f64,
-    ) -> Result<(), Error> {
-        let q = self.plant.truth().q.to_vec();
+    ) -> Result<usize, Error> {
+        let (q, now) = (self.plant.truth().q.to_vec(), self.plant.truth().time);
+        let mut pushes = Vec::new();
         // The torques that do the same work: F dx/dq.
         let h = 1e-6;
         for joint in 0..q.len() {
@@ -235,15 +253,42 @@ impl Simulation {
             let (plus, minus) = (at(drawing, 1.0)?, at(drawing, -1.0)?);
             let torque = (0..3).map(|k| force[k] * (plus[k] - minus[k]) / (2.0 * h)).sum::<f64>();
             if torque.abs() > 1e-9 {
-                self.inject(Failure::Push { joint, torque }, duration)?;
+                let failure = Failure::Push { joint, torque };
+                let push = InjectedFault { start: now, duration, failure };
+                let [muscles, joints] = self.supervisor.dimensions();
+                push.validate(muscles, joints)?;
+                pushes.push(push);
             }
         }
-        Ok(())
+        self.inject_all(&pushes).map(|()| pushes.len())
     }
 
-    /// Tension, N, behind the sheath with the pretension `T_0`, and sliding of every point of all cables since the last call: 0
-    /// sticks, 1 toward the motor, 2 away.
-    pub(crate) fn along_cables(&mut self) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    /// The signals after the last cycle.
+    pub(crate) fn signals(&self) -> Signals {
+        let Self { shown, plant, .. } = self;
+        let (truth, reading) = (plant.truth(), plant.reading());
+        let fault = shown.fault.map_or([0.0; 2], |fault| {
+            [f64::from(fault.kind() as u8), fault.index().unwrap_or_default() as f64]
+        });
+        Signals {
+            time: self.time(),
+            mode: f64::from(shown.mode as u8),
+            fault,
+            cycle_us: [f64::NAN; 2],
+            joint_reference: shown.reference.clone(),
+            joint_estimated: shown.estimated.clone(),
+            joint_true: truth.q.to_vec(),
+            tension_in: reading.tension.clone(),
+            tension_out_desired: shown.desired_tension.clone(),
+            tension_out_estimated: shown.estimated_tension.clone(),
+            tension_out_true: truth.cables.iter().map(|cable| cable.tension_out).collect(),
+            winch_position: reading.motor.clone(),
+            motor_temperature: (0..reading.motor.len()).map(|k| plant.winding(k)).collect(),
+        }
+    }
+
+    /// Tension behind the sheath with the pretension `T_0`, and sliding of every point since the last call.
+    pub(crate) fn along_cables(&mut self) -> Result<Along, Error> {
         let (mut tension, mut sliding) = (Vec::new(), Vec::new());
         // While time stands, what slid before is shown.
         let elapsed = (self.shown.cycle - self.shown_at) as f64 * CYCLE;
@@ -286,6 +331,6 @@ impl Simulation {
             sliding.extend(&view.sliding);
             view.before = (now, view.travel);
         }
-        Ok((tension, sliding))
+        Ok(Along { tension, sliding })
     }
 }

@@ -11,7 +11,7 @@ use sinew::trajectory::Reference;
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure};
 use sinew_lab::arm::{designed_controller, plan_tour};
 use sinew_live::{
-    Choices, Command, Conditions, Server, ServerSettings, SimulationParts, SimulationSource, Stage,
+    Choices, Command, Conditions, Server, ServerSettings, SimulationParts, SimulationSource, Source, Stage,
 };
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -66,7 +66,8 @@ fn stage(name: &str) -> Stage {
 }
 
 fn server(name: &str) -> Server {
-    Server::start(ServerSettings { address: "127.0.0.1:0".parse().unwrap(), stage: stage(name) }).unwrap()
+    Server::start(ServerSettings { address: "127.0.0.1:0".parse().unwrap(), source: Box::new(stage(name)) })
+        .unwrap()
 }
 
 /// Status and body of a request with these lines in its head.
@@ -302,6 +303,37 @@ fn a_broken_cable_stops_the_machine() {
 }
 
 #[test]
+fn time_that_is_paused_without_a_factor_goes_on_as_fast_as_before() {
+    let mut stage = stage("bench_joint");
+    let speed = |factor, paused| Command::Speed { factor, paused };
+    for command in [speed(Some(0.1), None), speed(None, Some(true)), speed(None, Some(false))] {
+        stage.command(&command).unwrap();
+    }
+    stage.advance(1.0, &mut || false).unwrap();
+    assert!((stage.simulation().time() - 0.1).abs() < 2e-3, "{}", stage.simulation().time());
+}
+
+#[test]
+fn a_failure_for_good_is_held_once_and_a_refused_push_changes_nothing() {
+    let mut stage = stage("planar_leg");
+    stage.command(&Command::Step(100)).unwrap();
+    for _ in 0..300 {
+        stage.command(&Command::Fault("cable:0".to_owned())).unwrap();
+    }
+    assert_eq!(stage.simulation().faults().len(), 1);
+    let push =
+        |duration| Command::Push { body: 1, point: [0.0, 0.0, -0.1], force: [50.0, 0.0, 0.0], duration };
+    assert!(stage.command(&push(f64::NAN)).is_err());
+    assert_eq!(stage.simulation().faults().len(), 1);
+    stage.command(&push(0.02)).unwrap();
+    assert!(stage.simulation().faults().len() > 1);
+    // What is over needs no place.
+    stage.command(&Command::Step(100)).unwrap();
+    stage.command(&Command::Fault("cable:0".to_owned())).unwrap();
+    assert_eq!(stage.simulation().faults().len(), 1);
+}
+
+#[test]
 fn eight_viewers_see_the_same_states() {
     let server = server("bench_joint");
     let mut viewers: Vec<Viewer> = (0..8).map(|_| Viewer::new(server.address())).collect();
@@ -336,9 +368,56 @@ fn requests_by_other_names_and_from_other_pages_are_refused() {
 }
 
 #[test]
+fn off_loopback_scene_history_and_stream_need_the_token() {
+    let source = Box::new(stage("bench_joint"));
+    let server = Server::start(ServerSettings { address: "0.0.0.0:0".parse().unwrap(), source }).unwrap();
+    let (url, port) = (server.url(), server.address().port());
+    let address: SocketAddr = format!("127.0.0.1:{port}").parse().unwrap();
+    let token = url.strip_prefix(&format!("http://{address}/#token=")).unwrap().to_owned();
+    assert_eq!(token.len(), 32, "{url}");
+    let status = |path: &str, more: &str| request(address, path, &format!("{}{more}", own(address))).0;
+    assert_eq!(status("/", ""), 200, "the page itself holds no secret");
+    let wrong = format!("Authorization: Bearer {}\r\n", "0".repeat(32));
+    let right = format!("Authorization: Bearer {token}\r\n");
+    for path in ["/scene", "/history"] {
+        assert_eq!((status(path, ""), status(path, &wrong)), (401, 401), "{path}");
+    }
+    assert_eq!((status("/scene", &right), status("/history", &right)), (200, 204));
+    let open = |protocol: &str| {
+        let stream = TcpStream::connect(address).unwrap();
+        let mut request = format!("ws://{address}/stream").into_client_request().unwrap();
+        request.headers_mut().insert("Sec-WebSocket-Protocol", protocol.parse().unwrap());
+        tungstenite::client::client(request, stream).is_ok()
+    };
+    assert!(!open("sinew.live.1") && !open(&format!("sinew.live.1, token.{}", "0".repeat(32))));
+    assert!(open(&format!("sinew.live.1, token.{token}")));
+}
+
+#[test]
+fn no_more_pages_are_served_than_there_are_places() {
+    let server = server("bench_joint");
+    let open = || {
+        let stream = TcpStream::connect(server.address()).unwrap();
+        let mut request = format!("ws://{}/stream", server.address()).into_client_request().unwrap();
+        request.headers_mut().insert("Sec-WebSocket-Protocol", "sinew.live.1".parse().unwrap());
+        tungstenite::client::client(request, stream).map(|(socket, _)| socket).ok()
+    };
+    let mut viewers: Vec<_> = (0..40).filter_map(|_| open()).collect();
+    assert_eq!(viewers.len(), 32);
+    // Places are given back.
+    viewers.truncate(30);
+    let again = (0..200).any(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        open().is_some()
+    });
+    assert!(again);
+}
+
+#[test]
 fn a_port_in_use_is_said() {
     let server = server("bench_joint");
-    let second = Server::start(ServerSettings { address: server.address(), stage: stage("bench_joint") });
+    let second =
+        Server::start(ServerSettings { address: server.address(), source: Box::new(stage("bench_joint")) });
     let Err(error) = second else { panic!("both listen on one port") };
     assert!(error.to_string().contains(&server.address().to_string()), "{error}");
 }

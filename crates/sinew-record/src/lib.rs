@@ -31,7 +31,7 @@ pub use codes::{bus_fault_of, fault_of, status_of};
 pub use error::Error;
 pub use grid::Grid;
 pub use head::{BLOCK, COMMAND, Circumstances, Coding, ColumnSpec, FORMAT, Head, JointColumn, STRIDE};
-pub use read::{Blocks, Recording};
+pub use read::{BlockPlace, Blocks, Recording};
 pub use recorder::{Recorded, Recorder};
 pub use replay::{BlockChecks, Replay, ReplayedCycle};
 pub use sample::command_code;

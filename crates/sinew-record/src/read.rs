@@ -73,6 +73,8 @@ pub struct Recording<'a> {
     pub complete: bool,
     /// Bytes after the last whole record, of a file that was cut off.
     pub cut_off: u64,
+    /// The whole file.
+    bytes: &'a [u8],
     /// Uncompressed chunks.
     chunks: Vec<Bytes<'a>>,
 }
@@ -109,7 +111,7 @@ impl<'a> Recording<'a> {
         }
         let head = head.ok_or(Error::Missing { name: HEAD })?;
         let cut_off = rest.rest.len() as u64;
-        Ok(Self { head, files, complete, cut_off, chunks })
+        Ok(Self { head, files, complete, cut_off, bytes, chunks })
     }
 
     /// An attachment by its name.
@@ -200,6 +202,31 @@ fn read_head(file: &File) -> Result<Head, Error> {
     Ok(head)
 }
 
+/// Where a block stands in the bytes of a file, to decode it apart from the others.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BlockPlace {
+    bytes: std::ops::Range<usize>,
+}
+
+impl BlockPlace {
+    /// The block, from the bytes of the whole file.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] where these are others than those that the place was found in.
+    pub fn decode(&self, file: &[u8], head: &Head) -> Result<Block, Error> {
+        decode(file.get(self.bytes.clone()).unwrap_or_default(), head, self.bytes.start as u64)
+    }
+}
+
+fn decode(bytes: &[u8], head: &Head, at: u64) -> Result<Block, Error> {
+    let message = Cycles::decode(bytes).map_err(|error| Error::Damaged {
+        at,
+        expected: "a block of cycles",
+        got: error.to_string(),
+    })?;
+    Block::decode(&message, head, at)
+}
+
 /// The blocks of a recording, decoded one by one.
 #[derive(Debug)]
 pub struct Blocks<'a> {
@@ -210,10 +237,9 @@ pub struct Blocks<'a> {
     channel: Option<u16>,
 }
 
-impl Iterator for Blocks<'_> {
-    type Item = Result<Block, Error>;
-
-    fn next(&mut self) -> Option<Self::Item> {
+impl Blocks<'_> {
+    /// Place of the next block.
+    pub fn next_place(&mut self) -> Option<Result<BlockPlace, Error>> {
         loop {
             let rest = match &mut self.rest {
                 Some(rest) if !rest.rest.is_empty() => rest,
@@ -235,15 +261,19 @@ impl Iterator for Blocks<'_> {
                 }
             }
             if opcode == op::MESSAGE && self.channel.is_some() && body.u16() == self.channel {
-                let at = body.at;
                 let _header = (body.u32(), body.u64(), body.u64());
-                let message = Cycles::decode(body.rest).map_err(|error| Error::Damaged {
-                    at,
-                    expected: "a block of cycles",
-                    got: error.to_string(),
-                });
-                return Some(message.and_then(|message| Block::decode(&message, &self.recording.head, at)));
+                let start = body.at as usize;
+                return Some(Ok(BlockPlace { bytes: start..start + body.rest.len() }));
             }
         }
+    }
+}
+
+impl Iterator for Blocks<'_> {
+    type Item = Result<Block, Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let place = self.next_place()?;
+        Some(place.and_then(|place| place.decode(self.recording.bytes, &self.recording.head)))
     }
 }

@@ -6,21 +6,29 @@ use sinew_lab::CompensationVariant;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-/// Show a simulated machine on a page in the browser, and take hold of it there.
+/// Show a simulated machine on a page in the browser, and take hold of it there; or show a recording.
 ///
 /// The page shows bodies and cables with the tension along each of them, the reference, and any signal over time. Modes, a
 /// stop (space bar), another path, dragging the end point, pushes, a payload, faults, slow motion, single steps and a second
 /// machine with another compensation beside the first are commanded from it, through the supervisor.
 ///
+/// A recording of `sinew run --record` is played: pause, slow motion, single cycles, any time, its modes, faults and repeats as marks,
+/// a second recording of the same machine over it (--overlay).
+///
 /// Only this computer can open the page. With --bind and another address everybody can who has the token, which is part of
 /// the address that is printed.
 ///
 /// Example: sinew live planar_leg --open
+///
+/// Example: sinew live today.mcap --overlay yesterday.mcap
 #[derive(Debug, Args)]
 pub(crate) struct LiveArguments {
-    /// A machine's or robot's file, or the name of a built-in machine
-    #[arg(default_value = "lm_arm")]
+    /// A machine's or robot's file, the name of a built-in machine, or a recording (MCAP)
+    #[arg(default_value = "lm_arm", value_name = "MACHINE|FILE.mcap")]
     pub(crate) model: PathBuf,
+    /// Another recording to lay over a recording; can be given several times, the page chooses
+    #[arg(long, value_name = "FILE.mcap")]
+    pub(crate) overlay: Vec<PathBuf>,
     /// Address and port of the page; port 0 is any that is free
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8470")]
     pub(crate) bind: SocketAddr,

@@ -12,6 +12,7 @@ mod live;
 mod log;
 mod machine;
 mod motion;
+mod page;
 mod path;
 mod replay;
 mod robot;
@@ -39,6 +40,7 @@ pub(crate) use machine::{
     MachineVerb,
 };
 pub(crate) use motion::MotionArguments;
+pub(crate) use page::PageArguments;
 pub(crate) use path::{PATH_FORMS, PathArgument};
 pub(crate) use replay::ReplayArguments;
 pub(crate) use robot::{

@@ -1,6 +1,7 @@
 //! Arguments of the verbs about robots.
 
 use super::motion::MotionArguments;
+use super::page::PageArguments;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -96,4 +97,6 @@ pub(crate) struct TrackArguments {
     /// Write the run as a table (CSV), one row per 10 ms
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) record: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) page: PageArguments,
 }

@@ -3,6 +3,7 @@
 use super::ethercat::DeviceFileArguments;
 use super::link::RunLinkArguments;
 use super::motion::MotionArguments;
+use super::page::PageArguments;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -35,6 +36,8 @@ pub(crate) struct RunArguments {
     /// Record every cycle (MCAP); see `sinew log` and `sinew replay`
     #[arg(long, value_name = "FILE.mcap")]
     pub(crate) record: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) page: PageArguments,
 }
 
 /// Drives and sensors of a machine.
@@ -46,4 +49,15 @@ pub(crate) enum BusArgument {
     Segment,
     /// Devices on a network interface
     Ethercat,
+}
+
+impl BusArgument {
+    /// As it is given.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Twin => "twin",
+            Self::Segment => "segment",
+            Self::Ethercat => "ethercat",
+        }
+    }
 }

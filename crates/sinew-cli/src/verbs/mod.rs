@@ -18,6 +18,7 @@ pub(crate) mod machine;
 pub(crate) mod machine_source;
 pub(crate) mod man;
 mod numeric_table;
+mod page;
 pub(crate) mod plot;
 pub(crate) mod predict;
 pub(crate) mod recording;

@@ -5,12 +5,12 @@ use super::controller::{Parts, controller};
 use super::report::TrackingNumbers;
 use super::stop_reason::fault_name;
 use super::trace::{CycleSignals, Trace, TraceRow};
-use crate::experiment::arm::{TrackRun, track_supervised};
+use crate::experiment::arm::{TrackRun, TrackSession};
 use crate::experiment::{TrackRow, TrackSummary, oracle_models};
 use crate::{CompensationVariant, Error};
 use sinew::body::Robot;
 use sinew::control::arm::{ArmController, ArmGains, ArmStatus, synthesize};
-use sinew::control::supervisor::{Limits, Mode, Supervisor};
+use sinew::control::supervisor::{Limits, Mode, Request, Supervisor};
 use sinew::drive::DriveCommand;
 use sinew::machine::{Characteristics, Machine};
 use sinew::predictor::CableModel;
@@ -220,20 +220,46 @@ impl<'a> PreparedRun<'a> {
 ///
 /// # Errors
 /// As [`PreparedRun::new`], [`PreparedRun::supervisor`] and [`track_supervised`].
+///
+/// [`track_supervised`]: crate::experiment::arm::track_supervised
 pub fn track_arm(
     arm: &CalibratedArm,
     variant: CompensationVariant,
     task: &TrackingTask<'_>,
 ) -> Result<TrackingResult, Error> {
+    track_arm_watched(arm, variant, task, |_| Some(Request::Run))
+}
+
+/// The same under somebody's eyes: `watch` sees every row and says what is asked of the supervisor next; none ends the run.
+///
+/// # Errors
+/// As [`track_arm`].
+pub fn track_arm_watched(
+    arm: &CalibratedArm,
+    variant: CompensationVariant,
+    task: &TrackingTask<'_>,
+    mut watch: impl FnMut(&TrackRow<'_>) -> Option<Request>,
+) -> Result<TrackingResult, Error> {
     let prepared = PreparedRun::new(arm, variant, task)?;
     let stride = (task.trace_interval * 1e3).round().clamp(1.0, 1e9) as u64;
     let (mut trace, mut count) = (Vec::new(), 0_u64);
-    let summary = track_supervised(&prepared.run(), prepared.supervisor()?, |row| {
-        if count.is_multiple_of(stride) {
-            trace.push(trace_row(row, &arm.machine.robot));
+    let run = prepared.run();
+    let mut session = TrackSession::supervised(&run, prepared.supervisor()?)?;
+    let mut request = Some(Request::Run);
+    while let Some(asked) = request {
+        let exchange = session.exchange();
+        let goes_on = session.step_with(asked, &exchange, |row| {
+            if count.is_multiple_of(stride) {
+                trace.push(trace_row(row, &arm.machine.robot));
+            }
+            count += 1;
+            request = watch(row);
+        })?;
+        if !goes_on {
+            break;
         }
-        count += 1;
-    })?;
+    }
+    let summary = session.finish();
     let numbers = TrackingNumbers::new(&summary, &arm.machine, &prepared.tension_limits)?;
     Ok(TrackingResult { numbers, summary, trace })
 }

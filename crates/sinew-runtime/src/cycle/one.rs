@@ -6,6 +6,8 @@ use sinew::control::arm::PreviewedReference;
 use sinew::control::stretch::PREVIEW_HORIZON;
 use sinew::control::supervisor::{ExchangeStatus, Request, Supervisor, SupervisorCommand};
 use sinew::trajectory::{Moment, Reference, Schedule};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A machine under control: its bus, its supervisor and its reference.
 #[derive(Debug)]
@@ -15,6 +17,8 @@ pub struct Cycle<'a, B> {
     motion: Motion<'a>,
     period: f64,
     request: Request,
+    /// Whoever sets it asks for a safe stop.
+    stop: Option<Arc<AtomicBool>>,
     command_age: Option<f64>,
     waits: bool,
     feedback: Feedback,
@@ -86,6 +90,7 @@ impl<'a, B: Bus> Cycle<'a, B> {
             motion,
             period,
             request: Request::Run,
+            stop: None,
             command_age: None,
             waits: false,
             feedback: Feedback::new(muscles, joints),
@@ -116,6 +121,13 @@ impl<'a, B: Bus> Cycle<'a, B> {
     /// Age of the last command in the next cycle, s; none where the reference is not commanded from elsewhere.
     pub fn set_command_age(&mut self, age: Option<f64>) {
         self.command_age = age;
+    }
+
+    /// The same with a safe stop that can be asked for from elsewhere, whatever else is asked for: by setting the flag.
+    #[must_use]
+    pub fn with_stop(mut self, stop: Arc<AtomicBool>) -> Self {
+        self.stop = Some(stop);
+        self
     }
 
     /// The same with a machine that waits for its cycles, as a simulated one does: none is late.
@@ -207,8 +219,9 @@ impl<'a, B: Bus> Cycle<'a, B> {
             ..simulated
         };
         let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
-        let command =
-            supervisor.step(self.period, &feedback.measurement(), &reference, self.request, &status)?;
+        let stops = self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        let request = if stops { Request::SafeStop } else { self.request };
+        let command = supervisor.step(self.period, &feedback.measurement(), &reference, request, &status)?;
         let controlled = clock.now();
 
         bus.write(command.arm.drives);

@@ -8,6 +8,7 @@ const REQUESTS = [
   ["get_ready", "Get ready", "References the winches and gets the drives ready"], ["pretension", "Pretension", "Tightens the cables"], ["hold", "Hold", "Holds the pose"],
   ["run", "Run", "Follows the path"], ["reset", "Reset fault", "Acknowledges a fault"], ["turn_off", "Turn off", "Takes the power from the drives"],
 ];
+const FASTER = [["10", "10 ×"], ["4", "4 ×"], ["2", "2 ×"]];
 const SPEEDS = [["1", "real time"], ["0.5", "1/2"], ["0.25", "1/4"], ["0.1", "1/10"], ["0.02", "1/50"]];
 
 /** A part of the panel. @param {string} title @param {(Node|string)[]} children */
@@ -41,8 +42,9 @@ export class Commands {
     if (!scene) return;
     const parts = [];
     if (session.accepts("mode")) {
-      this.requests = new Map(REQUESTS.map(([id, name, purpose]) => [id, button(name, () => session.command("mode", { request: id }), { title: purpose })]));
-      parts.push(part("Mode", [element("div", { class: "buttons" }, [...this.requests.values()])]));
+      const offered = REQUESTS.filter(([id]) => scene.requests?.includes(id) ?? true);
+      this.requests = new Map(offered.map(([id, name, purpose]) => [id, button(name, () => session.command("mode", { request: id }), { title: purpose })]));
+      if (offered.length) parts.push(part("Mode", [element("div", { class: "buttons" }, [...this.requests.values()])]));
     }
     if (session.accepts("path") && scene.paths.length) {
       const path = choice("Path", scene.paths.map((name) => [name, words(name)]), (name) => session.command("path", { name }, `Path: ${words(name)}`), scene.path_name);
@@ -53,8 +55,9 @@ export class Commands {
       parts.push(part("Compare compensations", [other.box, element("p", { class: "hint", text: "A second simulated machine runs the same path with another compensation of friction." })]));
     }
     if (session.accepts("speed") || session.accepts("step")) {
-      this.pause = button("Pause", () => session.command("speed", { factor: this.factor(), paused: !session.flag("paused") }));
-      this.speed = choice("Speed", /** @type {[string, string][]} */ (SPEEDS), () => session.command("speed", { factor: this.factor(), paused: session.flag("paused") }), "1");
+      this.pause = button("Pause", () => session.command("speed", { paused: !session.flag("paused") }));
+      const speeds = /** @type {[string, string][]} */ (scene.recording ? [...FASTER, ...SPEEDS] : SPEEDS);
+      this.speed = choice("Speed", speeds, () => session.command("speed", { factor: this.factor() }), "1");
       const cycles = button("One cycle", () => session.command("step", { cycles: 1 })), many = button("20 cycles", () => session.command("step", { cycles: 20 }));
       parts.push(part("Time", [this.speed.box, element("div", { class: "buttons" }, [this.pause, ...(session.accepts("step") ? [cycles, many] : [])])]));
     }
@@ -64,9 +67,12 @@ export class Commands {
     }
     if (session.accepts("push")) parts.push(this.push());
     if (session.accepts("fault")) parts.push(this.faults());
-    if (!parts.length) parts.push(element("p", { class: "hint", text: "This source is watched, not commanded." }));
+    if (scene.recording) parts.push(element("p", { class: "hint", text: "A recording is watched, not commanded." }));
+    else if (!parts.length) parts.push(element("p", { class: "hint", text: session.accepts("mode") ? "A run of its own: the stop is all that this page commands." : "This source is watched, not commanded." }));
     this.box.replaceChildren(...parts);
-    /** @type {HTMLButtonElement} */ (byId("stop")).disabled = !session.accepts("mode");
+    const stopButton = /** @type {HTMLButtonElement} */ (byId("stop"));
+    stopButton.disabled = !session.accepts("mode");
+    stopButton.hidden = Boolean(scene.recording);
     this.follow();
   }
 
@@ -93,11 +99,8 @@ export class Commands {
   }
 
   faults() {
-    const { session } = this;
-    /** Failures of the parts of a muscle, as the flag `--fault` writes them. @type {[string, string][]} */
-    const kinds = [["load-cell:{}:lost", "load cell gives no value"], ["load-cell:{}:frozen", "load cell is frozen"], ["cable:{}:broken", "cable breaks"], ["drive:{}:lost", "drive is lost"], ["encoder:{}:lost", "encoder is lost"]];
-    const given = /** @type {any} */ (session.scene).fault_kinds;
-    const kind = choice("Failure", given ?? kinds, () => {}), target = element("p", { class: "hint" });
+    const { session } = this, { scene } = session;
+    const kind = choice("Failure", scene?.fault_kinds ?? [], () => {}), target = element("p", { class: "hint" });
     const name = () => session.scene?.muscles[session.muscle]?.name ?? "";
     const show = () => { target.textContent = `of the muscle ${words(name())}, which is selected in the view`; };
     session.on("select", show);

@@ -1,5 +1,6 @@
 // One WebSocket: states come, commands go. A connection without a message for a second counts as lost and is opened again.
-import { KIND, decode, head, json } from "./protocol.js";
+import { GEOMETRY } from "./history.js";
+import { KIND, decode, decodeRows, head, json } from "./protocol.js";
 
 /** @import {Session} from "./session.js" */
 
@@ -98,6 +99,14 @@ export class Connection {
     const scene = await answer.json();
     this.revision = scene.layout_revision ?? -1;
     this.session.takeScene(scene);
+  }
+
+  /** The signals before now, of a source whose time can be set. @returns {Promise<import("./protocol.js").State[]>} */
+  async fetchHistory() {
+    const layout = this.session.scene?.layout.filter(({ name }) => !GEOMETRY.test(name)) ?? [];
+    const answer = await fetch("history", { headers: this.headers(), cache: "no-store" });
+    const found = answer.status === 200 ? head(await answer.arrayBuffer()) : null;
+    return found?.kind === KIND.history && found.revision === this.revision ? decodeRows(found.body, layout) : [];
   }
 
   /** @param {ArrayBuffer} message */

@@ -5,7 +5,7 @@
 /** Samples that are kept: a minute at 60 Hz. */
 const MOST = 3600;
 /** What is drawn, not plotted. */
-const GEOMETRY = /^(body_pose|reference_pose|cable_)/;
+export const GEOMETRY = /^(body_pose|reference_pose|cable_)/;
 
 export class History {
   /** @param {Field[]} layout */
@@ -42,6 +42,21 @@ export class History {
       const field = state[name];
       for (let k = 0; k < count; k += 1) values[at * count + k] = field ? field[k] : NaN;
     }
+  }
+
+  /** Adds what was before the oldest sample. @param {State[]} rows the oldest first */
+  prepend(rows) {
+    const { time, rings, count, start, most } = this, oldest = count ? time[start] : Infinity;
+    const kept = Array.from({ length: count }, (_, k) => {
+      const at = (start + k) % most;
+      /** @type {Record<string, ArrayLike<number>>} */
+      const sample = { time_s: [time[at]] };
+      for (const [name, ring] of rings) sample[name] = ring.values.slice(at * ring.count, (at + 1) * ring.count);
+      return /** @type {State} */ (/** @type {unknown} */ (sample));
+    });
+    this.clear();
+    for (const row of rows) if ((row.time_s?.[0] ?? NaN) < oldest) this.push(row);
+    for (const sample of kept) this.push(sample);
   }
 
   clear() {

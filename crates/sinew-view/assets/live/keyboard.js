@@ -30,7 +30,7 @@ export function keyboard({ session, grasp, replay, traces, view, ghost }) {
     const at = selection?.kind === kind ? selection.index - first : back ? 0 : -1;
     session.select({ kind, index: first + ((at + (back ? -1 : 1) + count) % count) });
   };
-  const time = () => session.accepts("speed") && session.command("speed", { factor: session.state?.speed?.[0] || 1, paused: !session.flag("paused") });
+  const time = () => session.accepts("speed") && session.command("speed", { paused: !session.flag("paused") });
   addEventListener("keydown", (e) => {
     if (e.ctrlKey || e.metaKey || e.altKey) return;
     const target = /** @type {HTMLElement} */ (e.target), types = target.matches("input:not([type=range]), textarea");

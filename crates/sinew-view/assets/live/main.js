@@ -49,7 +49,7 @@ function showScene(/** @type {{same: boolean}} */ { same }) {
   source.hidden = false;
   source.textContent = scene.recording ? `recording${scene.simulated ? ", simulated" : ""}` : scene.simulated ? "simulated" : SOURCES[scene.source] ?? scene.source;
   source.classList.toggle("warn", scene.simulated);
-  session.compared = scene.compare ?? (scene.layout.some((field) => field.name === "body_pose_2") ? session.compared : null);
+  session.compared = scene.compare ?? null;
   seen.scene = scene;
   const headers = session.connection.headers();
   const meshes = (/** @type {string} */ name) => fetch(`meshes/${name}`, { headers }).then((answer) => answer.arrayBuffer());
@@ -144,6 +144,8 @@ let drawn = 0, turn = 0;
 session.on("scene", showScene);
 session.on("state", showState);
 session.on("select", showSelection);
+session.on("seek", () => { page.view?.trail.clear(); page.view?.second.clear(); });
+session.on("recall", () => { page.view?.retrace(session.history); traces.draw(true); });
 session.on("connection", showConnection);
 session.on("notice", say);
 session.on("event", (/** @type {any} */ event) => say({ text: event.text ?? "", bad: event.kind === "fault" }));

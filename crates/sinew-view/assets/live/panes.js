@@ -39,6 +39,7 @@ export function pane(session, id) {
     has(session, `${stem}_true`) && { name: scene.simulated ? "true (simulated)" : "measured", colour: "--measured", width: 2.6, value: of(`${stem}_true`, index, scale) },
     has(session, `${stem}_estimated`) && { name: "estimated", colour: "--accent", width: 1.5, value: of(`${stem}_estimated`, index, scale) },
     has(session, `${stem}_desired`) && { name: "reference", colour: "--warm", dash: [5, 4], width: 1.4, value: of(`${stem}_desired`, index, scale) },
+    has(session, `${stem}_2`) && { name: words(session.compared ?? "second machine"), colour: "--m3", width: 1.4, value: of(`${stem}_2`, index, scale) },
   ]);
   const one = (/** @type {string} */ title, /** @type {string} */ field) => {
     if (!has(session, field) || !scene.muscles.length) return null;
@@ -65,7 +66,7 @@ export function pane(session, id) {
   }
   if (id === "cycle") {
     const ring = history.rings.get("cycle_us");
-    return ring ? { id, title: "Cycle times", unit: "µs", lines: ["period", "wake-up delay", "execution"].slice(0, ring.count).map((label, k) => ({ name: label, colour: COLOURS[k], width: 1.3, value: of("cycle_us", k) })) } : null;
+    return ring ? { id, title: "Cycle times", unit: "µs", lines: ["wake-up delay", "execution"].slice(0, ring.count).map((label, k) => ({ name: label, colour: COLOURS[k], width: 1.3, value: of("cycle_us", k) })) } : null;
   }
   const signal = scene.signals.find((s) => `signal:${s.name}` === id);
   return signal ? { id, title: words(signal.name.replace(":", ": ")), unit: signal.unit, lines: [{ name: signal.label + (signal.simulated_truth ? " (simulated)" : ""), colour: "--accent", width: 1.5, value: of(signal.field, signal.index) }] } : null;

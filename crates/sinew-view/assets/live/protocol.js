@@ -9,13 +9,14 @@
  * The answer to `/scene`.
  * @typedef {Machine & {schema: string, machine: string, source: string, simulated: boolean, period_s: number, paths: string[],
  *   supervisor: {modes: string[], faults: string[]}, variants: string[], commands: string[], layout: Field[], layout_revision?: number, signals: Signal[],
- *   events: {time_s: number, kind: string, text: string}[], recording: {duration_s: number}|null, compare?: string|null, path_name?: string}} SceneMessage
+ *   events: {time_s: number, kind: string, text: string}[], recording: {duration_s: number, notice?: string|null}|null, compare?: string|null, path_name?: string,
+ *   requests?: string[], overlays?: string[], fault_kinds?: [string, string][], tension_along?: string}} SceneMessage
  */
 
 /** A state: numbers of every field of the layout. @typedef {Record<string, ArrayLike<number>>} Fields */
 /** @typedef {Instant & Fields} State */
 
-export const KIND = { state: 1, scene: 2, event: 3, answer: 4 };
+export const KIND = { state: 1, scene: 2, event: 3, answer: 4, history: 5 };
 export const FLAG = { paused: 1, behind: 2, stale: 4, thinned: 8 };
 const MAGIC = 0x564c4e53;
 const HEAD = 16;
@@ -57,6 +58,16 @@ export function decode(body, layout) {
     state[name] = values;
   }
   return /** @type {State} */ (/** @type {unknown} */ (state));
+}
+
+/** Rows of states one after another. @param {ArrayBuffer} body @param {Field[]} layout @returns {State[]} */
+export function decodeRows(body, layout) {
+  const bytes = stateBytes(layout), rows = [];
+  for (let at = 0; bytes > 0 && at + bytes <= body.byteLength; at += bytes) {
+    const row = decode(body.slice(at, at + bytes), layout);
+    if (row) rows.push(row);
+  }
+  return rows;
 }
 
 /** @param {ArrayBuffer} body */

@@ -13,6 +13,9 @@ export class Replay {
     this.box = byId("replay");
     this.sent = 0;
     this.held = false;
+    /** Whether the recording was shown before. */
+    this.begun = false;
+    this.played = false;
     this.slider = element("input", { type: "range", min: 0, step: 0.001, "aria-label": "Time of the recording, s" });
     this.clock = element("output");
     this.play = button("Pause", () => this.toggle());
@@ -37,11 +40,14 @@ export class Replay {
     const list = element("select", { "aria-label": "Go to an event", onchange: () => { if (list.value) this.seek(Number(list.value), true); list.value = ""; } },
       [element("option", { value: "", text: events.length ? `${events.length} events` : "no events" }), ...events.map((event) => element("option", { value: event.time_s, text: `${figure(event.time_s, 4)} s  ${event.text}` }))]);
     list.disabled = !events.length;
-    const overlays = /** @type {any} */ (session.scene).overlays;
-    const over = session.accepts("overlay") && Array.isArray(overlays) && overlays.length
+    const { overlays = [], compare } = session.scene;
+    const over = session.accepts("overlay") && overlays.length
       ? [element("select", { "aria-label": "Lay another recording over this one", onchange: (/** @type {Event} */ e) => session.command("overlay", { name: /** @type {HTMLSelectElement} */ (e.target).value || null }) },
-        [element("option", { value: "", text: "no overlay" }), ...overlays.map((/** @type {string} */ name) => element("option", { value: name, text: name }))])] : [];
+        [element("option", { value: "", text: "no overlay" }), ...overlays.map((name) => element("option", { value: name, text: `over it: ${name}`, selected: name === compare }))])] : [];
     this.box.replaceChildren(this.play, element("div", { class: "scrubber" }, [this.slider, marks]), this.clock, list, ...over);
+    if (this.begun) return;
+    this.begun = true;
+    if (recording.notice) session.tell("notice", { text: recording.notice, bad: true });
   }
 
   /** @param {number} time s @param {boolean} [now] */
@@ -49,12 +55,12 @@ export class Replay {
     const clock = performance.now();
     if (!now && clock - this.sent < EVERY) return;
     this.sent = clock;
-    this.session.command("seek", { time_s: time });
+    this.session.seek(time, now);
   }
 
   toggle() {
     const { session } = this;
-    session.command("speed", { factor: session.state?.speed?.[0] || 1, paused: !session.flag("paused") });
+    session.command("speed", { paused: !session.flag("paused") });
   }
 
   /** To the event before or after now. @param {number} direction */
@@ -67,6 +73,9 @@ export class Replay {
   follow() {
     const { session } = this, recording = session.scene?.recording;
     if (!recording) return;
+    // It plays once somebody looks.
+    if (!this.played && session.time === 0 && session.flag("paused")) this.toggle();
+    this.played = true;
     if (!this.held) this.slider.value = String(session.time);
     this.clock.textContent = `${session.time.toFixed(2)} / ${recording.duration_s.toFixed(2)} s`;
     this.play.textContent = session.flag("paused") ? "Play" : "Pause";

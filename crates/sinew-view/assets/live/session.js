@@ -6,7 +6,7 @@ import { FLAG } from "./protocol.js";
 /** @import {SceneMessage, State} from "./protocol.js" */
 /** @import {Selection} from "../view/types.js" */
 
-/** Events: `scene`, `state`, `select`, `connection`, `event`, `notice`. */
+/** Events: `scene`, `state`, `select`, `connection`, `event`, `notice`; of a recording `seek`, `recall`. */
 export class Session extends EventTarget {
   constructor() {
     super();
@@ -24,6 +24,8 @@ export class Session extends EventTarget {
     this.software = false;
     /** Variant on the second machine. @type {string|null} */
     this.compared = null;
+    /** Number of the last wish for a history. */
+    this.recalled = 0;
     this.connection = new Connection(this);
   }
 
@@ -45,6 +47,24 @@ export class Session extends EventTarget {
     if (!same) this.selection = scene.muscles.length ? { kind: "muscle", index: 0 } : null;
     this.tell("scene", { same });
     this.tell("select");
+    if (scene.recording) this.recall();
+  }
+
+  /** Fetches what a recording holds before now; only the newest wish counts. */
+  async recall() {
+    const wish = ++this.recalled, { history } = this;
+    const rows = await this.connection.fetchHistory().catch(() => []);
+    if (wish !== this.recalled || history !== this.history) return;
+    history.prepend(rows);
+    this.tell("recall");
+  }
+
+  /** Goes to a time of a recording, s. @param {number} time @param {boolean} [whole] whether the signals before it are wanted, too */
+  async seek(time, whole = true) {
+    if (!await this.command("seek", { time_s: time })) return;
+    this.history.clear();
+    this.tell("seek");
+    if (whole) this.recall();
   }
 
   /** @param {State} state */

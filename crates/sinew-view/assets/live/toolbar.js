@@ -54,7 +54,7 @@ export class Toolbar {
   legend(highest) {
     const bar = element("span", { class: "ramp" });
     bar.style.background = TENSION_GRADIENT;
-    byId("legend").replaceChildren(element("span", { text: "Cable tension 0" }), bar, element("span", { text: `${figure(highest)} N` }), element("span", { class: "slides", text: "marks: sliding" }));
+    byId("legend").replaceChildren(element("span", { text: "Cable tension 0" }), bar, element("span", { text: `${figure(highest)} N` }), element("span", { class: "slides", text: this.session.scene?.tension_along === "interpolated" ? "between the ends interpolated" : "marks: sliding" }));
   }
 
   /** Numbers of what is selected. */

@@ -96,6 +96,21 @@ export class View {
     if (now.end_point_2) this.second.push(time, now.end_point_2);
   }
 
+  /**
+   * Draws the trails anew from samples of the past.
+   * @param {{count: number, from: (time: number) => number, at: (k: number) => number, time: ArrayLike<number>, value: (field: string, index: number, k: number) => number}} past
+   */
+  retrace(past) {
+    const end = past.count ? past.time[past.at(past.count - 1)] : 0;
+    this.trail.clear();
+    this.second.clear();
+    for (let k = past.from(end - TRAIL); k < past.count; k += 1) {
+      const of = (/** @type {string} */ field) => [0, 1, 2].map((i) => past.value(field, i, k)), time = past.time[past.at(k)];
+      this.mark({ body_pose: [], cable_points: [], end_point: of("end_point"), end_point_2: of("end_point_2") }, time);
+    }
+    this.stage.invalidate();
+  }
+
   /** Shows an instant. @param {Instant} now */
   update(now) {
     this.now = now;

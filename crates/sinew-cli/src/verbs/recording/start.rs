@@ -159,11 +159,7 @@ impl<'a> Request<'a> {
             gains: self.gains,
             models: self.models,
             calibrated: self.calibrated,
-            bus: match self.arguments.bus {
-                BusArgument::Twin => "twin",
-                BusArgument::Segment => "segment",
-                BusArgument::Ethercat => "ethercat",
-            },
+            bus: self.arguments.bus.name(),
             faults: motion.fault.iter().map(|fault| fault.text.clone()).collect(),
             duration_s: motion.duration,
             link: self.link,

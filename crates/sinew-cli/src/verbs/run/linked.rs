@@ -10,6 +10,7 @@ use crate::interrupt;
 use crate::progress::Progress;
 use crate::verbs::device_files;
 use crate::verbs::link::key_file::read_key;
+use crate::verbs::page::{RunPage, Shown};
 use crate::verbs::recording::{LinkSetup, Recording, Request};
 use crate::verbs::track::setup::Setup;
 use sinew::control::arm::ArmGains;
@@ -29,6 +30,7 @@ use sinew_runtime::ethercat::{
 };
 use sinew_runtime::link::{LinkedMotion, domain};
 use std::net::SocketAddr;
+use std::sync::atomic::Ordering;
 
 /// Control cycle, ns.
 const PERIOD: u64 = 1_000_000;
@@ -40,6 +42,7 @@ struct Linked<'a> {
     setup: &'a Setup,
     follower: Follower,
     sessions: SessionSettings,
+    bus: &'static str,
 }
 
 /// What set-points may do: limits of the joints, and the pose that is held at first, rad or m.
@@ -77,7 +80,8 @@ pub(super) fn execute(
     if sessions.lock_step {
         sessions.playout_delay_ns = 0;
     }
-    let linked = Linked { arguments, address, setup: &setup, follower, sessions };
+    let bus = arguments.bus.name();
+    let linked = Linked { arguments, address, setup: &setup, follower, sessions, bus };
     let storage = FrameStorage::new();
     if let Some(interface) = arguments.interface.as_deref().filter(|_| arguments.bus == BusArgument::Ethercat)
     {
@@ -179,8 +183,14 @@ impl Linked<'_> {
             None => motion,
         };
         let simulated = arguments.bus != BusArgument::Ethercat;
-        let cycle = Cycle::linked(bus, supervisor, motion, STEP);
+        let shown = Shown { bus: self.bus, simulated, linked: true, timed: !arguments.virtual_time };
+        let mut page = RunPage::start(&arguments.page, setup, &shown)?;
+        let mut cycle = Cycle::linked(bus, supervisor, motion, STEP);
+        if let Some(page) = &page {
+            cycle = cycle.with_stop(page.stop());
+        }
         let mut cycle = if simulated { cycle.with_waiting_machine() } else { cycle };
+        let stop = interrupt::answer();
         let mut seen = Seen::default();
         let mut times = Timing::new();
         let see = |record: &CycleRecord<'_, B>| {
@@ -188,9 +198,13 @@ impl Linked<'_> {
             if let Some(recording) = &mut recording {
                 recording.record(record, truth(record.bus).as_ref());
             }
+            if let Some(page) = &mut page
+                && page.show(record, truth(record.bus))
+            {
+                stop.store(true, Ordering::Relaxed);
+            }
             Ok(())
         };
-        let stop = interrupt::answer();
         let real_time = if arguments.virtual_time {
             run(&mut cycle, &mut VirtualClock::default(), PERIOD, stop, &mut times, see)?;
             RealTime::default()
@@ -207,7 +221,11 @@ impl Linked<'_> {
         drop(server);
         warn(&real_time);
 
-        let ended = seen.ended(arguments.link.until.is_some());
+        let from_page = page.as_ref().and_then(RunPage::stopped);
+        let ended = match from_page {
+            Some(_) if seen.stopped.is_none() => "stopped_from_page",
+            _ => seen.ended(arguments.link.until.is_some()),
+        };
         let reason = seen
             .stopped
             .map(|(time, fault)| format!("{} at {time:.3} s", stop_reason(fault, threshold, &machine.robot)));
@@ -248,7 +266,11 @@ impl Linked<'_> {
         };
         let whole = recording.as_ref().is_none_or(|recording| recording.whole);
         let written = recording.into_iter().map(|recording| recording.written).collect();
-        Ok(Answer { outcome: Outcome::of(seen.stopped.is_none() && whole), content, written })
+        Ok(Answer {
+            outcome: Outcome::of(seen.stopped.is_none() && from_page.is_none() && whole),
+            content,
+            written,
+        })
     }
 
     fn text(&self, all: &serde_json::Value, times: &Timing) -> String {

@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::table::{number, table};
+use crate::verbs::page::RunPage;
 use crate::verbs::recording::{Ended, Recording, Request};
 use crate::verbs::track::setup::Setup;
 use serde::Serialize;
@@ -81,7 +82,7 @@ const PERIOD: u64 = 1_000_000;
 /// Runs the task of a setup on the devices of an interface.
 pub(super) fn execute(
     setup: &Setup,
-    arguments: &RunArguments,
+    (arguments, mut page): (&RunArguments, Option<RunPage>),
     interface: &str,
     progress: &Progress,
 ) -> Result<Measured, Error> {
@@ -105,6 +106,9 @@ pub(super) fn execute(
         .operate(&setup.machine, PERIOD)?;
     let limits = Limits::of(&setup.machine, controller.gains())?;
     let mut cycle = Cycle::new(bus, Supervisor::new(controller, limits)?, schedule, STEP);
+    if let Some(page) = &page {
+        cycle = cycle.with_stop(page.stop());
+    }
     let real_time = RealTime::request();
     let mut timing = Timing::new();
     let mut errors = vec![Statistics::default(); schedule.joints()];
@@ -129,7 +133,13 @@ pub(super) fn execute(
         if let Some(recording) = &mut recording {
             recording.record(record, None);
         }
-        if record.moment.repeat.is_some() {
+        if let Some(page) = &mut page
+            && page.show(record, None)
+        {
+            stop.store(true, Ordering::Relaxed);
+        }
+        let followed = page.as_ref().is_none_or(|page| page.stopped().is_none());
+        if record.moment.repeat.is_some() && followed {
             let measured = record.feedback.joint.iter().zip(&record.reference.q);
             for (statistics, (measured, reference)) in errors.iter_mut().zip(measured) {
                 if measured.is_finite() {
@@ -147,10 +157,14 @@ pub(super) fn execute(
     let clocks = bus.clocks();
     bus.stop();
     let recording = recording.map(Recording::end);
+    let from_page = page.as_ref().and_then(RunPage::stopped);
     let (ended, reason) = match stopped {
         Some((time, fault)) => {
             let reason = stop_reason(fault, threshold, &setup.machine.robot);
             ("stopped", Some(format!("{reason} at {time:.3} s")))
+        }
+        None if from_page.is_some() => {
+            ("stopped", from_page.map(|time| format!("from the page at {time:.3} s")))
         }
         None if interrupt::is_requested() => ("interrupted", None),
         None => ("as_planned", None),

@@ -9,6 +9,7 @@ mod simulated;
 mod timing;
 
 use super::device_files;
+use super::page::{RunPage, Shown, stopped_text};
 use super::track::{setup::Setup, summary_text};
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{BusArgument, General, MotionArguments, PathArgument, RunArguments};
@@ -41,19 +42,23 @@ pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer,
     let setup = Setup::new(&arguments.motion);
     drop(progress);
     let setup = setup?;
+    let (simulated, timed) = (interface.is_none(), !arguments.virtual_time);
+    let shown = Shown { bus: arguments.bus.name(), simulated, linked: false, timed };
+    let page = RunPage::start(&arguments.page, &setup, &shown)?;
     let progress = Progress::new();
     if let Some(interface) = interface {
-        let measured = measured::execute(&setup, arguments, interface, &progress)?;
+        let measured = measured::execute(&setup, (arguments, page), interface, &progress)?;
         drop(progress);
         return report_measured(&setup, measured, general.json);
     }
     let descriptions = device_files::read(&arguments.devices, &setup.machine.devices)?;
     progress.show("calibrating the machine's cables", 0.0);
     let arm = setup.calibrate()?;
-    let executed = execute(&setup, &arm, (arguments, &descriptions), &progress)?;
+    let executed = execute(&setup, &arm, (arguments, &descriptions, page), &progress)?;
     drop(progress);
     let whole = executed.recording.as_ref().is_none_or(|recording| recording.whole);
-    let outcome = Outcome::of(executed.numbers.ended == TrackOutcome::Completed && whole);
+    let completed = executed.numbers.ended == TrackOutcome::Completed && executed.stopped_from_page.is_none();
+    let outcome = Outcome::of(completed && whole);
     let content = content(arguments, &setup, &executed, general.json)?;
     let written = executed.recording.into_iter().map(|recording| recording.written).collect();
     Ok(Answer { outcome, content, written })
@@ -103,6 +108,9 @@ fn content(
         if let Some(recording) = &executed.recording {
             all["recording"] = recording.json.clone();
         }
+        if let Some(time) = executed.stopped_from_page {
+            all["stopped_from_page_s"] = time.into();
+        }
         return Content::json(&all);
     }
     let mut text = summary_text(&tracking) + &bus::text(&executed.statistics, &setup.machine);
@@ -111,6 +119,7 @@ fn content(
         text += &timing::text(&executed.timing);
     }
     text += executed.recording.as_ref().map_or("", |recording| &recording.text);
+    text += &stopped_text(executed.stopped_from_page);
     warn(&executed.real_time);
     Ok(Content::Text(text))
 }

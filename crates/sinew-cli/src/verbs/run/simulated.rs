@@ -4,6 +4,7 @@ use crate::arguments::{BusArgument, RunArguments};
 use crate::error::Error;
 use crate::interrupt;
 use crate::progress::Progress;
+use crate::verbs::page::RunPage;
 use crate::verbs::recording::{Ended, Recording, Request};
 use crate::verbs::track::setup::Setup;
 use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingNumbers};
@@ -13,7 +14,7 @@ use sinew_runtime::bus::{Bus, BusStatistics, ClockReport, SimulatedBus, TwinBus}
 use sinew_runtime::cycle::{Clock, Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
 use sinew_runtime::ethercat::{EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine};
 use sinew_segment::DescriptionFile;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Result of a run.
 pub(super) struct Executed {
@@ -23,6 +24,8 @@ pub(super) struct Executed {
     pub(super) statistics: BusStatistics,
     pub(super) clocks: Option<ClockReport>,
     pub(super) recording: Option<Ended>,
+    /// When the page asked for a stop, s; the errors are those until then.
+    pub(super) stopped_from_page: Option<f64>,
 }
 
 /// Control cycle, ns.
@@ -34,14 +37,14 @@ const PROGRESS_CYCLES: u64 = 500;
 pub(super) fn execute(
     setup: &Setup,
     arm: &CalibratedArm,
-    (arguments, descriptions): (&RunArguments, &[DescriptionFile]),
+    (arguments, descriptions, page): (&RunArguments, &[DescriptionFile], Option<RunPage>),
     progress: &Progress,
 ) -> Result<Executed, Error> {
     let prepared = PreparedRun::new(arm, setup.variant, &setup.task(1.0))?;
     let (gains, models) = (&prepared.gains, &arm.models);
     let recording =
         Recording::start(&Request { arguments, setup, gains, models, calibrated: true, link: None })?;
-    let how = How { virtual_time: arguments.virtual_time, recording, progress };
+    let how = How { virtual_time: arguments.virtual_time, recording, page, progress };
     let plant = prepared.run().plant()?;
     let storage = FrameStorage::new();
     match arguments.bus {
@@ -62,6 +65,7 @@ pub(super) fn execute(
 struct How<'a> {
     virtual_time: bool,
     recording: Option<Recording>,
+    page: Option<RunPage>,
     progress: &'a Progress,
 }
 
@@ -86,11 +90,14 @@ fn execute_on<B: Bus + SimulatedBus>(
     real_time: RealTime,
     how: How<'_>,
 ) -> Result<Executed, Error> {
-    let How { mut recording, progress, .. } = how;
+    let How { mut recording, mut page, progress, .. } = how;
     let conditions = prepared.run();
     let schedule = conditions.schedule()?;
     let mut evaluation = Evaluation::new(&conditions)?;
     let mut cycle = Cycle::new(bus, prepared.supervisor()?, schedule, STEP).with_waiting_machine();
+    if let Some(page) = &page {
+        cycle = cycle.with_stop(page.stop());
+    }
     let (mut timing, mut count) = (Timing::new(), 0_u64);
     // With a recording Ctrl-C ends the run, so that the file gets its end.
     let own = AtomicBool::new(false);
@@ -98,9 +105,18 @@ fn execute_on<B: Bus + SimulatedBus>(
     let see = |record: &CycleRecord<'_, B>| {
         if record.bus.plant_failed() {
             evaluation.plant_failed(record.moment.time);
-            stop.store(true, std::sync::atomic::Ordering::Relaxed);
+            stop.store(true, Ordering::Relaxed);
         }
-        evaluation.record(&record.moment, record.reference, &record.command, record.bus.arm())?;
+        let mut stopped = None;
+        if let Some(page) = &mut page {
+            if page.show(record, Some(record.bus.arm().truth())) {
+                stop.store(true, Ordering::Relaxed);
+            }
+            stopped = page.stopped();
+        }
+        if stopped.is_none() {
+            evaluation.record(&record.moment, record.reference, &record.command, record.bus.arm())?;
+        }
         if let Some(recording) = &mut recording {
             recording.record(record, Some(&record.bus.arm().truth()));
         }
@@ -117,5 +133,6 @@ fn execute_on<B: Bus + SimulatedBus>(
     let summary = evaluation.finish(cycle.supervisor());
     let numbers = TrackingNumbers::new(&summary, &arm.machine, conditions.tension_limits);
     let numbers = numbers.map_err(sinew_lab::Error::from)?;
-    Ok(Executed { numbers, timing, real_time, statistics, clocks, recording })
+    let stopped_from_page = page.and_then(|page| page.stopped());
+    Ok(Executed { numbers, timing, real_time, statistics, clocks, recording, stopped_from_page })
 }

@@ -13,9 +13,11 @@ use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
+use crate::verbs::page::{RunPage, Shown, stopped_text};
 use record::RunHead;
 use setup::Setup;
 use sinew::body::Robot;
+use sinew::control::supervisor::Request;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{INITIAL_REST_S, TraceRow, TrackOutcome, TrackingNumbers, TrackingResult};
 use sinew_report::tracking::{TrackView, page, response};
@@ -34,23 +36,33 @@ pub(crate) fn run(arguments: &TrackArguments, general: &General) -> Result<Answe
     let setup = Setup::new(&arguments.motion);
     drop(progress);
     let setup = setup?;
+    let shown = Shown { bus: "twin", simulated: true, linked: false, timed: false };
+    let mut page = RunPage::start(&arguments.page, &setup, &shown)?;
     let progress = Progress::new();
     progress.show("calibrating the arm's cables", 0.0);
     let arm = setup.calibrate()?;
     progress.show("tracking", 0.4);
     let recorded = arguments.record.is_some();
     let interval = if recorded { RECORD_INTERVAL_S } else { setup.motion_s() / REPORT_ROWS };
-    let result = setup.track(&arm, interval)?;
+    let result = setup.track(&arm, interval, |row| match &mut page {
+        Some(page) => page.watch(row),
+        None => Some(Request::Run),
+    })?;
+    let stopped = page.and_then(|page| page.stopped());
     drop(progress);
     let files = files(arguments, &setup, &result)?;
     let bytes: Vec<_> = files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
     let written = write_all(&bytes)?;
-    let outcome = Outcome::of(result.numbers.ended == TrackOutcome::Completed);
+    let outcome = Outcome::of(result.numbers.ended == TrackOutcome::Completed && stopped.is_none());
     let tracking = BTreeMap::from([(setup.variant, result.numbers)]);
     let content = if general.json {
-        Content::json(&serde_json::json!({"simulated": true, "seed": setup.seed, "tracking": tracking}))?
+        let mut all = serde_json::json!({"simulated": true, "seed": setup.seed, "tracking": tracking});
+        if let Some(time) = stopped {
+            all["stopped_from_page_s"] = time.into();
+        }
+        Content::json(&all)?
     } else {
-        Content::Text(summary_text(&tracking))
+        Content::Text(summary_text(&tracking) + &stopped_text(stopped))
     };
     Ok(Answer { outcome, content, written })
 }

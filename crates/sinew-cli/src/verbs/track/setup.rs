@@ -6,13 +6,15 @@ use crate::error::Error;
 use crate::verbs::machine_source::{self, MachineSource};
 use crate::verbs::read_text;
 use sinew::control::arm::ArmGains;
+use sinew::control::supervisor::Request;
 use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::InjectedFault;
 use sinew_lab::arm::{
-    CalibratedArm, InfeasibleMotion, TrackingResult, TrackingTask, Verified, infeasible_motion, track_arm,
-    verify,
+    CalibratedArm, InfeasibleMotion, TrackingResult, TrackingTask, Verified, infeasible_motion,
+    track_arm_watched, verify,
 };
+use sinew_lab::experiment::TrackRow;
 use sinew_lab::{CompensationVariant, Error as LabError};
 use std::path::Path;
 
@@ -139,9 +141,14 @@ impl Setup {
         }
     }
 
-    /// Simulates the run, with a row of its trace every `trace_interval` s.
-    pub(crate) fn track(&self, arm: &CalibratedArm, trace_interval: f64) -> Result<TrackingResult, LabError> {
-        track_arm(arm, self.variant, &self.task(trace_interval))
+    /// Simulates the run, with a row of its trace every `trace_interval` s; `watch` as of [`track_arm_watched`].
+    pub(crate) fn track(
+        &self,
+        arm: &CalibratedArm,
+        trace_interval: f64,
+        watch: impl FnMut(&TrackRow<'_>) -> Option<Request>,
+    ) -> Result<TrackingResult, LabError> {
+        track_arm_watched(arm, self.variant, &self.task(trace_interval), watch)
     }
 }
 

@@ -1,21 +1,16 @@
-//! `sinew live`.
+//! A simulated machine for the page.
 
-use super::machine_source;
-use super::track::{fault, motion};
-use crate::answer::{Answer, Content, Outcome};
-use crate::arguments::{FaultArgument, General, LiveArguments, PathArgument};
+use crate::arguments::{FaultArgument, LiveArguments, PathArgument};
 use crate::error::Error;
-use crate::interrupt;
-use crate::progress::Progress;
+use crate::verbs::machine_source;
+use crate::verbs::page::tension_limits;
+use crate::verbs::track::{fault, motion};
 use sinew::machine::Machine;
 use sinew::twin::arm::Failure;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingTask, Verified, infeasible_motion, verify};
-use sinew_live::{Choices, Conditions, Server, ServerSettings, SimulationParts, SimulationSource, Stage};
-use std::process::{Command, Stdio};
+use sinew_live::{Choices, Conditions, SimulationParts, SimulationSource, Stage};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
 
 /// Name of the tour among the paths.
 const TOUR: &str = "tour";
@@ -28,9 +23,8 @@ const VARIANTS: [CompensationVariant; 5] = [
     CompensationVariant::Perfect,
 ];
 
-pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer, Error> {
-    let progress = Progress::new();
-    progress.show("planning and verifying the motion, calibrating the machine's cables", 0.0);
+/// The machine of the arguments along its motion, calibrated.
+pub(super) fn stage(arguments: &LiveArguments) -> Result<Stage, Error> {
     let (description, _) = machine_source::load(&arguments.model)?;
     let machine = description.machine;
     let first = machine.paths.first().map_or(TOUR, |path| path.name.as_str());
@@ -42,47 +36,7 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
     let bare = Machine { payload: 0.0, ..machine.clone() };
     let source =
         Bench { arm: CalibratedArm::new(&bare, arguments.seed)?, machine, duration: arguments.duration };
-    let stage = Stage::new(Box::new(source), conditions).map_err(Error::Shown)?;
-    drop(progress);
-    let server = Server::start(ServerSettings { address: arguments.bind, stage })?;
-    let url = server.url();
-    eprintln!("SIMULATED machine on {url}; Ctrl-C ends it");
-    if arguments.open {
-        open(&url);
-    }
-    let (begun, stop) = (Instant::now(), interrupt::answer());
-    let until = arguments.until.map(Duration::from_secs_f64);
-    while !stop.load(Ordering::Relaxed)
-        && !server.has_failed()
-        && until.is_none_or(|until| begun.elapsed() < until)
-    {
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let failed = server.has_failed();
-    drop(server);
-    let ended = if failed { "failed" } else { "as_planned" };
-    let content = if general.json {
-        Content::json(
-            &serde_json::json!({"simulated": true, "address": url.split('#').next(), "ended": ended}),
-        )?
-    } else {
-        Content::Text(if failed { "The simulation failed.\n".to_owned() } else { String::new() })
-    };
-    Ok(Answer { outcome: Outcome::of(!failed), content, written: Vec::new() })
-}
-
-/// Opens an address in the browser; a warning where there is none.
-fn open(url: &str) {
-    let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
-    let started = Command::new(program)
-        .arg(url)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn();
-    if let Err(error) = started {
-        eprintln!("warning: no browser was opened ({program}: {error}); open the address above in one");
-    }
+    Stage::new(Box::new(source), conditions).map_err(Error::Shown)
 }
 
 /// One specimen of a machine, calibrated once, under the conditions that a page chooses.
@@ -96,14 +50,10 @@ struct Bench {
 impl SimulationSource for Bench {
     fn choices(&self) -> Choices {
         let named = self.machine.paths.iter().map(|path| path.name.clone());
-        let limits = self.machine.muscles.iter().map(|muscle| {
-            let [low, high] = muscle.tension;
-            [low.unwrap_or(0.0), high.unwrap_or(muscle.drive.most_tension)]
-        });
         Choices {
             paths: named.chain([TOUR.to_owned()]).collect(),
             variants: VARIANTS.map(|variant| variant.name().to_owned()).to_vec(),
-            tension_limits: limits.collect(),
+            tension_limits: tension_limits(&self.machine),
         }
     }
 

@@ -1,0 +1,18 @@
+//! Arguments of runs that can be shown on a page.
+
+use clap::Args;
+use std::net::SocketAddr;
+
+// What `sinew run` and `sinew track` take: no documentation comment here.
+#[derive(Debug, Args)]
+pub(crate) struct PageArguments {
+    /// Show the run on a page in the browser while it goes on, with a stop; see `sinew live`
+    #[arg(long)]
+    pub(crate) page: bool,
+    /// Address and port of the page; port 0 is any that is free
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8470", requires = "page")]
+    pub(crate) bind: SocketAddr,
+    /// Open the page in the browser
+    #[arg(long, requires = "page")]
+    pub(crate) open: bool,
+}

@@ -1,0 +1,160 @@
+//! The page beside a run.
+
+use super::track::setup::Setup;
+use crate::arguments::PageArguments;
+use crate::error::Error;
+use sinew::control::supervisor::{Mode, Request};
+use sinew::machine::Machine;
+use sinew::twin::arm::ArmTruth;
+use sinew_lab::experiment::TrackRow;
+use sinew_live::{Observed, RunParts, Server, ServerSettings, Tap, tap};
+use sinew_runtime::cycle::CycleRecord;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// What moves the machine of a run.
+pub(crate) struct Shown {
+    /// `twin`, `segment` or `ethercat`.
+    pub(crate) bus: &'static str,
+    pub(crate) simulated: bool,
+    /// Whether a client commands it, along no motion of its own.
+    pub(crate) linked: bool,
+    /// Whether the cycle keeps deadlines.
+    pub(crate) timed: bool,
+}
+
+/// A page, and the side of the control cycle.
+pub(crate) struct RunPage {
+    tap: Tap,
+    timed: bool,
+    /// When the page asked for a stop, s of the run.
+    stopped: Option<f64>,
+    begun: Option<Instant>,
+    /// Serves until it is dropped.
+    _server: Server,
+}
+
+impl RunPage {
+    /// Serves the page of a run, before its first cycle; none where none is asked for. Before the cycle's thread has its priority,
+    /// which threads that are started later would inherit.
+    pub(crate) fn start(
+        arguments: &PageArguments,
+        setup: &Setup,
+        shown: &Shown,
+    ) -> Result<Option<Self>, Error> {
+        if !arguments.page {
+            return Ok(None);
+        }
+        let (tap, run) = tap(RunParts {
+            machine: setup.machine.clone(),
+            trajectory: (!shown.linked).then(|| setup.trajectory.clone()),
+            path: setup.path.to_string(),
+            bus: shown.bus,
+            simulated: shown.simulated,
+            timed: shown.timed,
+            tension_limits: tension_limits(&setup.machine),
+        })
+        .map_err(sinew_lab::Error::from)?;
+        let server = Server::start(ServerSettings { address: arguments.bind, source: Box::new(run) })?;
+        let url = server.url();
+        let machine = if shown.simulated { "SIMULATED machine" } else { "machine" };
+        eprintln!("{machine} on {url} while the run goes on");
+        if arguments.open {
+            open(&url);
+        }
+        Ok(Some(Self { tap, timed: shown.timed, stopped: None, begun: None, _server: server }))
+    }
+
+    /// What the page sets to ask for a safe stop.
+    pub(crate) fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(self.tap.stop())
+    }
+
+    /// When the page asked for a stop, s since the first cycle.
+    pub(crate) fn stopped(&self) -> Option<f64> {
+        self.stopped
+    }
+
+    /// Shows a cycle of a run; whether a machine that was stopped from the page is at rest.
+    pub(crate) fn show<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<ArmTruth<'_>>) -> bool {
+        let times = record.times;
+        let us = |from: u64, to: u64| to.saturating_sub(from) as f64 * 1e-3;
+        let cycle_us = [us(times.deadline, times.woken), us(times.woken, times.written)];
+        self.tap.show(&Observed {
+            time: record.moment.time,
+            mode: record.command.mode,
+            fault: record.command.fault,
+            cycle_us: if self.timed { cycle_us } else { [f64::NAN; 2] },
+            joint_reference: &record.reference.q,
+            command: &record.command.arm,
+            tension_in: &record.feedback.tension,
+            winch_position: &record.feedback.motor,
+            truth,
+        });
+        self.is_at_rest(record.moment.time, record.command.mode)
+    }
+
+    /// Shows a row of a simulation, no earlier than by the clock; what is asked of the supervisor next, none at the end of a stop.
+    pub(crate) fn watch(&mut self, row: &TrackRow<'_>) -> Option<Request> {
+        let begun = *self.begun.get_or_insert_with(Instant::now);
+        let due = Duration::from_secs_f64(row.time.max(0.0));
+        std::thread::sleep(due.saturating_sub(begun.elapsed()));
+        self.tap.show(&Observed {
+            time: row.time,
+            mode: row.mode,
+            fault: row.fault,
+            cycle_us: [f64::NAN; 2],
+            joint_reference: &row.reference.q,
+            command: row.command,
+            tension_in: &row.reading.tension,
+            winch_position: &row.reading.motor,
+            truth: Some(row.truth),
+        });
+        match self.is_at_rest(row.time, row.mode) {
+            true => None,
+            false if self.stopped.is_some() => Some(Request::SafeStop),
+            false => Some(Request::Run),
+        }
+    }
+
+    fn is_at_rest(&mut self, time: f64, mode: Mode) -> bool {
+        if self.stopped.is_none() && self.tap.stop().load(Ordering::Relaxed) {
+            self.stopped = Some(time);
+        }
+        // The cycle that follows is the first that knows of the stop.
+        self.stopped.is_some_and(|stopped| time > stopped)
+            && matches!(mode, Mode::Off | Mode::Ready | Mode::Fault)
+    }
+}
+
+/// Says that a run was stopped from its page, if it was.
+pub(crate) fn stopped_text(stopped: Option<f64>) -> String {
+    stopped.map_or(String::new(), |time| {
+        format!("Stopped from the page at {time:.3} s; the errors above are those until then\n")
+    })
+}
+
+/// Least and largest tension at every anchor, N: `[muscles]`.
+pub(crate) fn tension_limits(machine: &Machine) -> Vec<[f64; 2]> {
+    let limits = machine.muscles.iter().map(|muscle| {
+        let [low, high] = muscle.tension;
+        [low.unwrap_or(0.0), high.unwrap_or(muscle.drive.most_tension)]
+    });
+    limits.collect()
+}
+
+/// Opens an address in the browser; a warning where there is none.
+pub(crate) fn open(url: &str) {
+    let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
+    let started = Command::new(program)
+        .arg(url)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    if let Err(error) = started {
+        eprintln!("warning: no browser was opened ({program}: {error}); open the address above in one");
+    }
+}

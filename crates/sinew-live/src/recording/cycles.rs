@@ -1,0 +1,222 @@
+//! The cycles of a recording at any time, decoded block by block where they are wanted.
+
+use super::events::EventList;
+use crate::scene::Event;
+use crate::signals::Signals;
+use sinew_record::{Block, BlockPlace, ColumnSpec, Error, Head, Recording};
+use std::collections::VecDeque;
+
+/// Decoded blocks that are kept.
+const KEPT: usize = 4;
+
+/// A recording in memory.
+#[derive(Debug)]
+pub(crate) struct Cycles {
+    bytes: Vec<u8>,
+    pub(crate) head: Head,
+    /// What is missing, in words.
+    pub(crate) notice: Option<String>,
+    pub(crate) events: Vec<Event>,
+    /// Names of the faults of the events; their numbers in a state begin with 1.
+    pub(crate) faults: Vec<String>,
+    /// First cycle, number of cycles and place of every block, in time.
+    index: Vec<(u64, usize, BlockPlace)>,
+    columns: Columns,
+    decoded: VecDeque<(usize, Block)>,
+}
+
+/// First columns of what is shown; none where the recording lacks it.
+#[derive(Debug, Clone, Copy)]
+struct Columns {
+    mode: Option<usize>,
+    wake_up: Option<usize>,
+    winch: Option<usize>,
+    tension_in: Option<usize>,
+    joint_reference: Option<usize>,
+    joint_estimated: Option<usize>,
+    joint_true: Option<usize>,
+    desired: Option<usize>,
+    estimated: Option<usize>,
+    far: Option<usize>,
+}
+
+impl Columns {
+    fn of(head: &Head) -> Self {
+        let (muscles, joints) = (head.muscles.len(), head.joints.len());
+        let (fast, slow) = (&head.fast[..], &head.slow[..]);
+        Self {
+            mode: first(fast, "mode", 1),
+            wake_up: first(fast, "wake_up_us", 4),
+            winch: first(fast, "position_in_m:", muscles),
+            tension_in: first(fast, "tension_in_n:", muscles),
+            joint_reference: first(slow, "joint_reference_", joints),
+            joint_estimated: first(slow, "joint_estimated_", joints),
+            joint_true: first(slow, "joint_true_", joints),
+            desired: first(slow, "tension_out_desired_n:", muscles),
+            estimated: first(slow, "tension_out_estimated_n:", muscles),
+            far: first(slow, "tension_out_n:", muscles),
+        }
+    }
+}
+
+/// The first of so many columns whose names begin alike; none where the list ends before.
+fn first(columns: &[ColumnSpec], start: &str, count: usize) -> Option<usize> {
+    let first = columns.iter().position(|column| column.name.starts_with(start))?;
+    (first + count <= columns.len()).then_some(first)
+}
+
+impl Cycles {
+    /// Reads the head and looks through all cycles for events; `progress` gets the share that is done.
+    ///
+    /// # Errors
+    /// As [`Recording::read`]; [`Error::Damaged`] for a recording without a cycle.
+    pub(crate) fn open(bytes: Vec<u8>, mut progress: impl FnMut(f64)) -> Result<Self, Error> {
+        let recording = Recording::read(&bytes)?;
+        let (mut index, mut list) = (Vec::new(), EventList::new(&recording.head));
+        let mut blocks = recording.blocks();
+        while let Some(place) = blocks.next_place() {
+            let place = place?;
+            let block = place.decode(&bytes, &recording.head)?;
+            list.add(&block);
+            progress((index.len() + 1) as f64 / recording.chunks().max(1) as f64);
+            // Cycles that stand twice or out of order would make time ambiguous.
+            let after = index.last().map_or(0, |(first, count, _)| first + *count as u64);
+            if block.first >= after {
+                index.push((block.first, block.count, place));
+            }
+        }
+        if index.is_empty() {
+            let expected = "at least one block of cycles";
+            return Err(Error::Damaged { at: bytes.len() as u64, expected, got: "none".to_owned() });
+        }
+        let notice = notice(&recording, list.missing());
+        let (events, faults) = list.finish();
+        let head = recording.head;
+        let columns = Columns::of(&head);
+        Ok(Self { head, notice, events, faults, index, columns, decoded: VecDeque::new(), bytes })
+    }
+
+    /// Index of the last cycle.
+    pub(crate) fn last(&self) -> u64 {
+        self.index.last().map_or(0, |(first, count, _)| first + *count as u64 - 1)
+    }
+
+    /// Time of the last cycle, s.
+    pub(crate) fn duration(&self) -> f64 {
+        self.last() as f64 * self.head.period_s()
+    }
+
+    /// Number of the block that a cycle is in; of one that is missing, the one before it.
+    fn block_of(&self, cycle: u64) -> usize {
+        self.index.partition_point(|(first, ..)| *first <= cycle).saturating_sub(1)
+    }
+
+    /// Decodes a block, unless it is at hand; its place among those that are kept.
+    fn decode(&mut self, number: usize) -> Result<usize, Error> {
+        if let Some(place) = self.decoded.iter().position(|(other, _)| *other == number) {
+            return Ok(place);
+        }
+        let block = self.index[number].2.decode(&self.bytes, &self.head)?;
+        if self.decoded.len() == KEPT {
+            self.decoded.pop_front();
+        }
+        self.decoded.push_back((number, block));
+        Ok(self.decoded.len() - 1)
+    }
+
+    /// Signals at a time, s; nothing is known after the end.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`]; not for what [`open`](Self::open) has read.
+    pub(crate) fn at(&mut self, time: f64) -> Result<Signals, Error> {
+        let (muscles, joints) = (self.head.muscles.len(), self.head.joints.len());
+        let mut now = Signals::unknown([muscles, joints]);
+        now.time = time;
+        let place = time / self.head.period_s();
+        let cycle = place.round().max(0.0) as u64;
+        if cycle > self.last() {
+            return Ok(now);
+        }
+        let number = self.block_of(cycle);
+        let (first, count, _) = self.index[number];
+        let row = cycle.saturating_sub(first).min(count as u64 - 1) as usize;
+        let at = self.decode(number)?;
+        let (columns, stride) = (self.columns, self.head.stride);
+        let block = &self.decoded[at].1;
+        let fast = |column: Option<usize>, k: usize| {
+            column.and_then(|column| block.fast.get(column + k)?.get(row)).copied().unwrap_or(f64::NAN)
+        };
+        now.mode = fast(columns.mode, 0);
+        let fault = sinew_record::fault_of(fast(columns.mode, 1));
+        now.fault = [fault.map_or(0.0, |fault| self.number_of(&self.head.fault_name(fault))), 0.0];
+        let parts = [1, 2, 3].map(|k| fast(columns.wake_up, k));
+        now.cycle_us = [fast(columns.wake_up, 0), parts.iter().sum()];
+        for k in 0..muscles {
+            now.winch_position[k] = fast(columns.winch, k);
+            now.tension_in[k] = fast(columns.tension_in, k);
+        }
+        // Slow columns between the two of their rows that the time is between, the second possibly of the next block.
+        let lower = (place.max(0.0) / stride as f64).floor();
+        let share = place.max(0.0) / stride as f64 - lower;
+        let rows = [lower as u64 * stride, (lower as u64 + 1) * stride];
+        let [before, after] = [self.slow(rows[0])?, self.slow(rows[1])?];
+        let (before, after) = match (before, after) {
+            (Some(before), Some(after)) => (before, after),
+            (Some(only), None) | (None, Some(only)) => (only.clone(), only),
+            (None, None) => return Ok(now),
+        };
+        let slow = |column: Option<usize>, list: &mut Vec<f64>| {
+            for (k, value) in list.iter_mut().enumerate() {
+                let of =
+                    |row: &[f64]| column.and_then(|column| row.get(column + k)).copied().unwrap_or(f64::NAN);
+                let (a, b) = (of(&before), of(&after));
+                *value = if b.is_finite() { a + share * (b - a) } else { a };
+            }
+        };
+        slow(columns.joint_reference, &mut now.joint_reference);
+        slow(columns.joint_estimated, &mut now.joint_estimated);
+        slow(columns.joint_true, &mut now.joint_true);
+        slow(columns.desired, &mut now.tension_out_desired);
+        slow(columns.estimated, &mut now.tension_out_estimated);
+        slow(columns.far, &mut now.tension_out_true);
+        Ok(now)
+    }
+
+    /// Values of all slow columns in a cycle; none where it is missing.
+    fn slow(&mut self, cycle: u64) -> Result<Option<Vec<f64>>, Error> {
+        let number = self.block_of(cycle);
+        let (first, count, _) = self.index[number];
+        if cycle < first || cycle >= first + count as u64 {
+            return Ok(None);
+        }
+        let stride = self.head.stride;
+        let at = self.decode(number)?;
+        let block = &self.decoded[at].1;
+        let row = block.slow_row((cycle - first) as usize, stride);
+        Ok(row.map(|row| {
+            block.slow.iter().map(|column| column.get(row).copied().unwrap_or(f64::NAN)).collect()
+        }))
+    }
+
+    /// Number of a fault in a state.
+    fn number_of(&self, name: &str) -> f64 {
+        self.faults.iter().position(|fault| fault == name).map_or(0.0, |place| (place + 1) as f64)
+    }
+}
+
+/// What is missing in a recording, in words; none where it is whole.
+fn notice(recording: &Recording<'_>, missing: u64) -> Option<String> {
+    let mut parts = Vec::new();
+    if !recording.complete {
+        parts.push(format!(
+            "The recording was cut short: its end is missing, {} bytes after the last whole part are left out.",
+            recording.cut_off
+        ));
+    }
+    if missing > 0 {
+        parts.push(format!(
+            "{missing} cycles are missing, because the file could not be written fast enough."
+        ));
+    }
+    (!parts.is_empty()).then(|| parts.join(" "))
+}
