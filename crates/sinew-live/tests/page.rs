@@ -322,10 +322,14 @@ fn a_failure_for_good_is_held_once_and_a_refused_push_changes_nothing() {
     }
     assert_eq!(stage.simulation().faults().len(), 1);
     let push =
-        |duration| Command::Push { body: 1, point: [0.0, 0.0, -0.1], force: [50.0, 0.0, 0.0], duration };
-    assert!(stage.command(&push(f64::NAN)).is_err());
+        |body, duration| Command::Push { body, point: [0.0, 0.0, -0.1], force: [30.0, 20.0, 10.0], duration };
+    let fixed = stage.command(&push(1, 0.02)).unwrap_err();
+    assert!(fixed.contains("moves no joint"), "{fixed}");
+    let machine = stage.simulation().machine();
+    let moved = machine.robot.parts().sites[machine.task.site().unwrap()].body;
+    assert!(stage.command(&push(moved, f64::NAN)).is_err());
     assert_eq!(stage.simulation().faults().len(), 1);
-    stage.command(&push(0.02)).unwrap();
+    stage.command(&push(moved, 0.02)).unwrap();
     assert!(stage.simulation().faults().len() > 1);
     // What is over needs no place.
     stage.command(&Command::Step(100)).unwrap();
