@@ -230,7 +230,8 @@ pub fn track_arm(
     track_arm_watched(arm, variant, task, |_| Some(Request::Run))
 }
 
-/// The same under somebody's eyes: `watch` sees every row and says what is asked of the supervisor next; none ends the run.
+/// The same under somebody's eyes: `watch` sees every row and says what is asked of the supervisor next; none ends the run. The
+/// errors are those until something else than to run is asked for.
 ///
 /// # Errors
 /// As [`track_arm`].
@@ -245,8 +246,11 @@ pub fn track_arm_watched(
     let (mut trace, mut count) = (Vec::new(), 0_u64);
     let run = prepared.run();
     let mut session = TrackSession::supervised(&run, prepared.supervisor()?)?;
-    let mut request = Some(Request::Run);
+    let (mut request, mut followed) = (Some(Request::Run), None);
     while let Some(asked) = request {
+        if asked != Request::Run && followed.is_none() {
+            followed = Some(session.clone().finish());
+        }
         let exchange = session.exchange();
         let goes_on = session.step_with(asked, &exchange, |row| {
             if count.is_multiple_of(stride) {
@@ -259,7 +263,7 @@ pub fn track_arm_watched(
             break;
         }
     }
-    let summary = session.finish();
+    let summary = followed.unwrap_or_else(|| session.finish());
     let numbers = TrackingNumbers::new(&summary, &arm.machine, &prepared.tension_limits)?;
     Ok(TrackingResult { numbers, summary, trace })
 }

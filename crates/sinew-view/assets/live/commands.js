@@ -1,5 +1,5 @@
 // The panel of commands: modes, path, compensation, time. The stop stands in the bar and is always visible.
-import { button, byId, choice, element, number, words } from "./layout.js";
+import { button, byId, choice, element, mark, number, tell, words } from "./layout.js";
 
 /** @import {Session} from "./session.js" */
 
@@ -112,7 +112,7 @@ export class Commands {
   follow() {
     const { session } = this;
     const mode = session.mode.toLowerCase().replaceAll(" ", "_");
-    for (const [id, control] of this.requests) control.setAttribute("aria-pressed", String(mode === id || (id === "run" || id === "hold" ? mode.startsWith(id) : mode === { turn_off: "off", get_ready: "ready" }[id])));
-    if (this.pause) this.pause.textContent = session.flag("paused") ? "Continue" : "Pause";
+    for (const [id, control] of this.requests) mark(control, "aria-pressed", String(mode === id || (id === "run" || id === "hold" ? mode.startsWith(id) : mode === { turn_off: "off", get_ready: "ready" }[id])));
+    if (this.pause) tell(this.pause, session.flag("paused") ? "Continue" : "Pause");
   }
 }

@@ -19,6 +19,16 @@ export function element(tag, properties = {}, children = []) {
   return made;
 }
 
+/** Sets a text that has changed; another would be laid out and painted again. @param {Element} place @param {string} text */
+export function tell(place, text) {
+  if (place.textContent !== text) place.textContent = text;
+}
+
+/** The same of an attribute. @param {Element} place @param {string} name @param {string} value */
+export function mark(place, name, value) {
+  if (place.getAttribute(name) !== value) place.setAttribute(name, value);
+}
+
 /** An element of the page by its id. @param {string} id @returns {HTMLElement} */
 export function byId(id) {
   const found = document.getElementById(id);

@@ -1,7 +1,7 @@
 // Far tension over near tension of the selected muscle, drawn live: the cable's hysteresis, between the lines on which the
 // whole cable slides by the capstan law: near tension times or divided by exp(mu times the angle of bend), plus the pretension.
 import { ink } from "../view/palette.js";
-import { element, figure } from "./layout.js";
+import { element, figure, tell } from "./layout.js";
 
 /** @import {Session} from "./session.js" */
 
@@ -38,7 +38,7 @@ export class Loop {
     pen.setTransform(density, 0, 0, density, 0, 0);
     pen.clearRect(0, 0, w, h);
     const named = scene.muscles[muscle];
-    this.caption.textContent = `Near and far tension: ${named?.name.replaceAll("_", " ") ?? ""}`;
+    tell(this.caption, `Near and far tension: ${named?.name.replaceAll("_", " ") ?? ""}`);
     const end = history.count, from = end ? history.from(history.time[history.at(end - 1)] - SHOWN) : 0, step = Math.max(1, Math.ceil((end - from) / MOST));
     /** @type {number[][]} */
     const points = [];

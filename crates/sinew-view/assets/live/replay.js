@@ -1,5 +1,5 @@
 // A recording: play, scrub, events on the scrubber, and a second recording laid over the first.
-import { button, byId, element, figure } from "./layout.js";
+import { button, byId, element, figure, tell } from "./layout.js";
 
 /** @import {Session} from "./session.js" */
 
@@ -77,7 +77,7 @@ export class Replay {
     if (!this.played && session.time === 0 && session.flag("paused")) this.toggle();
     this.played = true;
     if (!this.held) this.slider.value = String(session.time);
-    this.clock.textContent = `${session.time.toFixed(2)} / ${recording.duration_s.toFixed(2)} s`;
-    this.play.textContent = session.flag("paused") ? "Play" : "Pause";
+    tell(this.clock, `${session.time.toFixed(2)} / ${recording.duration_s.toFixed(2)} s`);
+    tell(this.play, session.flag("paused") ? "Play" : "Pause");
   }
 }

@@ -79,8 +79,8 @@ export class Story {
   /** The step of the page's address, or the first on a first visit. */
   start() {
     const { session } = this.page;
-    // Only a simulated machine starts by itself.
-    if (!session.scene?.simulated || session.scene.recording) return;
+    // Only a machine that the page commands starts by itself.
+    if (!session.scene?.simulated || !session.accepts("path")) return;
     if (this.fromLink()) return;
     let seen = true;
     try { seen = localStorage.getItem(SEEN) !== null; } catch { /* A private window: no first visit is known. */ }

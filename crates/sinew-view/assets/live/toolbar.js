@@ -1,7 +1,7 @@
 // Above the view: named views, what is selected, the reference; below it the legend of the tensions.
 import { VIEWS } from "../view/camera.js";
 import { TENSION_GRADIENT } from "../view/palette.js";
-import { button, byId, element, figure, words } from "./layout.js";
+import { button, byId, element, figure, tell, words } from "./layout.js";
 
 /** @import {Session} from "./session.js" */
 /** @import {View} from "../view/view.js" */
@@ -62,10 +62,12 @@ export class Toolbar {
     const { session } = this, { state, scene, selection } = session;
     if (!state || !scene) return;
     const at = (/** @type {string} */ field, /** @type {number} */ k) => state[field]?.[k] ?? NaN;
-    if (selection?.kind === "muscle") this.figures.textContent = `near ${figure(at("tension_in", selection.index))} N, far ${figure(at("tension_out_estimated", selection.index))} N`;
+    let text = "";
+    if (selection?.kind === "muscle") text = `near ${figure(at("tension_in", selection.index))} N, far ${figure(at("tension_out_estimated", selection.index))} N`;
     else if (selection?.kind === "joint") {
       const angle = scene.joints[selection.index]?.unit !== "m", value = Number.isFinite(at("joint_true", selection.index)) ? at("joint_true", selection.index) : at("joint_estimated", selection.index);
-      this.figures.textContent = angle ? `${figure((value * 180) / Math.PI)} deg` : `${figure(1000 * value)} mm`;
-    } else this.figures.textContent = "";
+      text = angle ? `${figure((value * 180) / Math.PI)} deg` : `${figure(1000 * value)} mm`;
+    }
+    tell(this.figures, text);
   }
 }

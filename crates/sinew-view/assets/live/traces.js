@@ -1,6 +1,6 @@
 // Signals over time, one pane under another with a common cursor: zoom by a drag, pause, search, export of what is seen.
 import { ink } from "../view/palette.js";
-import { button, element, figure, save, words } from "./layout.js";
+import { button, element, figure, save, tell, words } from "./layout.js";
 import { FIRST, PANES, pane } from "./panes.js";
 
 /** @import {Session} from "./session.js" */
@@ -13,7 +13,7 @@ const WINDOWS = [2, 5, 10, 30, 60];
 /** Between two drawings, ms. */
 const EVERY = 80;
 
-/** @typedef {{id: string, title: string, chart: any, box: HTMLElement, head: HTMLElement, values: HTMLElement, key: string, pane: Pane}} Shown */
+/** @typedef {{id: string, title: string, chart: any, box: HTMLElement, head: HTMLElement, figures: HTMLElement[], key: string, pane: Pane}} Shown */
 
 export class Traces {
   /** @param {Session} session */
@@ -106,12 +106,18 @@ export class Traces {
 
   /** @param {Pane} p @param {string} key @returns {Shown} */
   chart(p, key) {
-    const values = element("span", { class: "pane-values" });
+    const figures = p.lines.map(() => element("b"));
+    const values = element("span", { class: "pane-values" }, p.lines.map((line, k) => {
+      const key = element("span", { text: `${line.name} `, title: line.name });
+      key.style.setProperty("--key", `var(${line.colour})`);
+      key.append(figures[k]);
+      return key;
+    }));
     const head = element("div", { class: "pane-head" }, [element("h3", { text: `${p.title}, ${p.unit}` }), values,
       button("×", () => this.remove(p.id), { "aria-label": `Remove ${p.title}`, class: "quiet" })]);
     const holder = element("div", { class: "pane-chart" }), box = element("div", { class: "pane" }, [head, holder]);
     const soft = ink("--soft"), grid = { stroke: ink("--grid"), width: 1 }, ticks = { show: false }, font = "11px system-ui, sans-serif";
-    const chart = new /** @type {any} */ (globalThis).uPlot({
+    const chart = onCanvas(this.session.software, () => new /** @type {any} */ (globalThis).uPlot({
       width: 300, height: 92, legend: { show: false }, padding: [6, 8, 0, 0],
       cursor: { sync: { key: this.sync, setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 5 } },
       scales: { x: { time: false, auto: false }, y: { range: (/** @type {any} */ _u, /** @type {number} */ low, /** @type {number} */ high) => spread(low, high) } },
@@ -128,9 +134,9 @@ export class Traces {
         }],
         setCursor: [(/** @type {any} */ u) => this.read(u)],
       },
-    }, [[0], ...p.lines.map(() => [null])], holder);
+    }, [[0], ...p.lines.map(() => [null])], holder));
     holder.addEventListener("dblclick", () => this.zoom(null));
-    return { id: p.id, title: p.title, chart, box, head, values, key, pane: p };
+    return { id: p.id, title: p.title, chart, box, head, figures, key, pane: p };
   }
 
   /** @param {[number, number]|null} range s */
@@ -152,12 +158,7 @@ export class Traces {
     const shown = this.shown.find((s) => s.chart === chart);
     if (!shown) return;
     const index = chart.cursor.idx ?? (chart.data[0].length - 1);
-    shown.values.replaceChildren(...shown.pane.lines.map((line, k) => {
-      const key = element("span", { text: `${line.name} `, title: line.name });
-      key.style.setProperty("--key", `var(${line.colour})`);
-      key.append(element("b", { text: figure(chart.data[k + 1]?.[index] ?? NaN) }));
-      return key;
-    }));
+    shown.pane.lines.forEach((_, k) => tell(shown.figures[k], figure(chart.data[k + 1]?.[index] ?? NaN)));
   }
 
   /** Range of time that is shown, s. @returns {[number, number]} */
@@ -218,6 +219,20 @@ export class Traces {
     }
     out.toBlob((blob) => blob && save(`${this.session.scene?.machine ?? "signals"}.png`, blob));
   }
+}
+
+/**
+ * Makes a chart whose canvas, where no graphics processor draws, is kept in memory: through an emulated one it would cost as much as
+ * the machine itself.
+ * @template T @param {boolean} software @param {() => T} make @returns {T}
+ */
+function onCanvas(software, make) {
+  const canvas = HTMLCanvasElement.prototype, { getContext } = canvas;
+  if (software) canvas.getContext = /** @type {any} */ (function (/** @type {any[]} */ kind, /** @type {any} */ options) {
+    // @ts-ignore: the canvas is whatever it is called on.
+    return getContext.call(this, kind, { ...options, willReadFrequently: true });
+  });
+  try { return make(); } finally { canvas.getContext = getContext; }
 }
 
 /** A range with room above and below; around a constant, a share of it. @param {number} low @param {number} high @returns {[number, number]} */

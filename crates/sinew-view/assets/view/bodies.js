@@ -50,9 +50,10 @@ function local(shape, scale, at) {
 }
 
 export class Bodies {
-  /** @param {Machine} machine */
-  constructor(machine) {
+  /** @param {Machine} machine @param {boolean} [software] whether no graphics processor draws: with fewer triangles */
+  constructor(machine, software = false) {
     this.machine = machine;
+    this.detail = software || machine.shapes.length > MANY ? 0.55 : 1;
     this.group = new Group();
     this.selected = -1;
     /** @type {Map<Look, {mesh: InstancedMesh, parts: Class["parts"]}[]>} */
@@ -69,7 +70,7 @@ export class Bodies {
     const classes = new Map();
     for (const shape of this.machine.shapes.filter((s) => s.kind !== "plane" && wanted(s))) {
       for (const [name, make, scale, at] of parts(shape)) {
-        const found = classes.get(name) ?? { geometry: make(this.machine.shapes.length > MANY ? 0.55 : 1), parts: [] };
+        const found = classes.get(name) ?? { geometry: make(this.detail), parts: [] };
         classes.set(name, found);
         found.parts.push({ shape, local: local(shape, scale, at) });
       }

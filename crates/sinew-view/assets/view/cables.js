@@ -31,15 +31,18 @@ const SHEATH = `uniform vec3 plain;
 vec4 shade() { float round = sqrt(max(0.0, 1.0 - v_side * v_side)); return vec4(plain * (0.6 + 0.4 * round), mix(0.16, 0.5, v_side * v_side) * (1.0 - 0.6 * v_other)); }`;
 
 export class Cables {
-  /** @param {Machine} machine @param {number[]} [colours] number of the colour of each cable, for machines without tensions */
-  constructor(machine, colours = []) {
+  /**
+   * @param {Machine} machine @param {number[]} [colours] number of the colour of each cable, for machines without tensions
+   * @param {boolean} [software] whether no graphics processor draws: what bodies cover is then left out
+   */
+  constructor(machine, colours = [], software = false) {
     this.colours = colours;
     const counts = machine.muscles.map((muscle) => muscle.points);
     this.total = counts.reduce((a, b) => a + b, 0);
     this.starts = counts.map((_, k) => counts.slice(0, k).reduce((a, b) => a + b, 0));
     this.counts = counts;
     this.uniforms = { highest: { value: 1 }, time: { value: 0 }, period: { value: 0.02 }, front: { value: new Color(1, 1, 1) }, palette: { value: Array.from({ length: 8 }, () => new Color()) }, known: { value: 0 }, paper: { value: new Color() } };
-    this.ribbon = new Ribbon(counts, CABLE, this.uniforms, { hidden: true, order: 4 });
+    this.ribbon = new Ribbon(counts, CABLE, this.uniforms, { hidden: !software, order: 4 });
     this.sheathUniforms = { plain: { value: new Color() }, width: { value: 1 }, chosen_width: { value: 1 }, offset: { value: 0.0001 } };
     // The sheath ends where the cable leaves it.
     const sheath = this.ribbon.strips((muscle, k) => k < machine.muscles[muscle].sheath_points - 1);

@@ -3,9 +3,9 @@ import { AmbientLight, Color, DirectionalLight, HemisphereLight, PerspectiveCame
 import { token } from "./palette.js";
 
 /** Frames per second that the resolution is adapted to. */
-const WANTED_FPS = 27;
+const WANTED_FPS = 24;
 /** Share of the full resolution below which the picture is too coarse. */
-const COARSEST = 0.4;
+const COARSEST = 0.45;
 /** Rest after which a finer frame is drawn, ms, and its resolution, whose edges are smooth once it is scaled down. */
 const REST = 800;
 const FINEST = 1.6;
@@ -33,9 +33,8 @@ export class Stage {
     if (!probe) throw new Error("This browser draws no WebGL 2.");
     this.software = drawnBySoftware(probe);
     probe.getExtension("WEBGL_lose_context")?.loseContext();
-    this.renderer = new WebGLRenderer({ canvas, antialias: !this.software, alpha: true, powerPreference: "high-performance", preserveDrawingBuffer: false });
+    this.renderer = new WebGLRenderer({ canvas, antialias: !this.software, alpha: !this.software, powerPreference: "high-performance", preserveDrawingBuffer: false });
     this.renderer.outputColorSpace = SRGBColorSpace;
-    this.renderer.setClearColor(0, 0);
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(32, 1, 0.005, 100);
     this.key = new DirectionalLight(0xffffff, 2.1);
@@ -85,7 +84,9 @@ export class Stage {
 
   /** Colours of the theme. */
   recolour() {
-    const dark = token("--paper")[0] < 0.5;
+    const paper = token("--paper"), dark = paper[0] < 0.5;
+    // An opaque canvas: what it lies on need not be drawn with it.
+    this.renderer.setClearColor(new Color().setRGB(paper[0], paper[1], paper[2], SRGBColorSpace), this.software ? 1 : 0);
     this.sky.intensity = dark ? 1.15 : 1.75;
     this.sky.groundColor = new Color(dark ? 0x20262e : 0x8b95a1);
     this.key.intensity = dark ? 1.7 : 2.0;
@@ -129,7 +130,7 @@ export class Stage {
     if (!(elapsed > 0 && elapsed < 1000)) return;
     this.fps = this.fps ? 0.93 * this.fps + 0.07 * (1000 / elapsed) : 1000 / elapsed;
     if (!this.software || now - this.lastChange < PATIENCE || this.frames < 8) return;
-    const wanted = this.fps < WANTED_FPS ? this.share * (this.fps < 0.5 * WANTED_FPS ? 0.75 : 0.88) : this.fps > 1.5 * WANTED_FPS ? this.share * 1.06 : this.share;
+    const wanted = this.fps < WANTED_FPS ? this.share * (this.fps < 0.5 * WANTED_FPS ? 0.75 : 0.88) : this.fps > 1.3 * WANTED_FPS ? this.share * 1.06 : this.share;
     const share = Math.min(1, Math.max(COARSEST, wanted));
     if (Math.abs(share - this.share) < 0.01) return;
     this.share = share;

@@ -13,8 +13,8 @@ export function roundLength(length) {
 }
 
 export class Surroundings {
-  /** @param {Machine} machine @param {Vector3} up */
-  constructor(machine, up) {
+  /** @param {Machine} machine @param {Vector3} up @param {boolean} [software] whether no graphics processor draws: with fewer triangles */
+  constructor(machine, up, software = false) {
     this.machine = machine;
     this.up = up;
     this.group = new Group();
@@ -36,7 +36,7 @@ export class Surroundings {
     const shaft = new Mesh(new CylinderGeometry(0.03, 0.03, 0.75, 10).translate(0, 0.375, 0), new MeshBasicMaterial()), tip = new Mesh(new ConeGeometry(0.1, 0.28, 14).translate(0, 0.86, 0), shaft.material);
     this.gravity.add(shaft, tip);
     this.gravity.visible = machine.gravity.some((g) => g !== 0);
-    this.joints = new InstancedMesh(new SphereGeometry(1, 9, 6), new MeshLambertMaterial(), Math.max(1, machine.joints.length));
+    this.joints = new InstancedMesh(new SphereGeometry(1, software ? 6 : 9, software ? 4 : 6), new MeshLambertMaterial(), Math.max(1, machine.joints.length));
     this.joints.count = machine.joints.length;
     this.joints.frustumCulled = false;
     this.joints.renderOrder = 1.2;
@@ -45,10 +45,10 @@ export class Surroundings {
     this.axis.add(this.ring);
     this.axis.visible = false;
     this.axis.renderOrder = 5;
-    this.handle = new Mesh(new SphereGeometry(1, 18, 12), new MeshBasicMaterial({ transparent: true, opacity: 0.85 }));
+    this.handle = new Mesh(new SphereGeometry(1, software ? 10 : 18, software ? 7 : 12), new MeshBasicMaterial({ transparent: true, opacity: 0.85 }));
     this.handle.renderOrder = 5;
     this.handle.visible = false;
-    this.winches = new InstancedMesh(new CylinderGeometry(1, 1, 1.6, 10).rotateX(Math.PI / 2), new MeshLambertMaterial(), Math.max(1, machine.muscles.length));
+    this.winches = new InstancedMesh(new CylinderGeometry(1, 1, 1.6, software ? 6 : 10).rotateX(Math.PI / 2), new MeshLambertMaterial(), Math.max(1, machine.muscles.length));
     this.winches.count = machine.muscles.some((muscle) => muscle.sheath_points > 0) ? machine.muscles.length : 0;
     this.winches.frustumCulled = false;
     this.winches.renderOrder = 1.1;

@@ -38,9 +38,10 @@ export class View {
     this.highest = 1;
     this.ghost = true;
     this.still = options.reduced ?? false;
-    this.bodies = new Bodies(machine);
-    this.cables = new Cables(machine, options.colours);
-    this.surroundings = new Surroundings(machine, this.orbit.up);
+    const { software } = this.stage;
+    this.bodies = new Bodies(machine, software);
+    this.cables = new Cables(machine, options.colours, software);
+    this.surroundings = new Surroundings(machine, this.orbit.up, software);
     this.trail = new Trail(TRAIL, "--accent");
     this.second = new Trail(TRAIL, "--warm");
     /** @type {Path[]} */
