@@ -3,6 +3,7 @@
 //! ```text
 //! Stage        one or two simulations: time, pause, commands through their supervisors, what is drawn of them
 //! Playback     a recording in time, and another one over it
+//! Kinematic    a machine that is moved without forces
 //! Tap -> Run   a run that goes on elsewhere: its control cycle puts signals into a ring, the page takes the newest
 //! Server       HTTP and WebSocket: the page's files, /scene, /history, /stream; a thread of its own owns one of these sources
 //! ```
@@ -16,6 +17,7 @@ mod command;
 mod drawing;
 mod error;
 mod frame;
+mod kinematic;
 mod layout;
 mod motion;
 mod recording;
@@ -30,6 +32,7 @@ mod tap;
 pub use choices::Choices;
 pub use command::{Command, MAX_COMMAND};
 pub use error::LiveError;
+pub use kinematic::Kinematic;
 pub use recording::{Playback, PlaybackParts};
 pub use server::{Server, ServerSettings};
 pub use signals::Observed;

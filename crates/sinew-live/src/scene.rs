@@ -13,6 +13,8 @@ use sinew::trajectory::{Reference, Trajectory};
 
 /// Points of the path of the end point.
 const PATH_POINTS: usize = 240;
+/// Poses of a motion whose extent is shown.
+const EXTENT_POSES: usize = 60;
 
 /// An event of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,8 +34,6 @@ pub(crate) struct Recorded<'a> {
     pub(crate) events: &'a [Event],
     /// Names of recordings that can be laid over it.
     pub(crate) overlays: &'a [String],
-    /// What is missing in it, in words.
-    pub(crate) notice: Option<&'a str>,
 }
 
 /// What the scene is made of.
@@ -48,6 +48,8 @@ pub(crate) struct SceneParts<'a> {
     /// Wanted path of the end point and its name.
     pub(crate) trajectory: Option<&'a Trajectory>,
     pub(crate) path: &'a str,
+    /// What the reader has to know first, in words.
+    pub(crate) notice: Option<&'a str>,
     /// What is shown beside the first machine.
     pub(crate) compared: Option<&'a str>,
     /// Commands that are accepted, and among the modes those that can be asked for.
@@ -112,12 +114,12 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         Some(trajectory) => path_points(trajectory, drawing)?,
         None => Vec::new(),
     };
+    let extent = parts.trajectory.map(|trajectory| extent(trajectory, drawing)).transpose()?;
     let events = recorded.iter().flat_map(|recorded| recorded.events);
     let events: Value =
         events.map(|event| json!({"time_s": event.time, "kind": event.kind, "text": event.text})).collect();
     let faults: Vec<&str> = ["none"].into_iter().chain(parts.faults.iter().map(String::as_str)).collect();
-    let recording =
-        recorded.as_ref().map(|recorded| json!({"duration_s": recorded.duration, "notice": recorded.notice}));
+    let recording = recorded.as_ref().map(|recorded| json!({"duration_s": recorded.duration}));
     Ok(json!({
         "schema": "sinew.live/1",
         "machine": robot.parts().name,
@@ -131,7 +133,9 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         "muscles": muscles,
         "end_point": end_point,
         "path": if line.is_empty() { Value::Null } else { json!(line) },
+        "extent": extent.unwrap_or_default(),
         "path_name": parts.path,
+        "notice": parts.notice,
         "paths": choices.paths,
         "poses": {},
         "supervisor": {"modes": Mode::ALL.map(Mode::name), "faults": faults},
@@ -148,6 +152,33 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         "overlays": recorded.as_ref().map_or(&[][..], |recorded| recorded.overlays),
         "recording": recording,
     }))
+}
+
+/// The outermost origins of bodies along a motion, m: what a view of it should contain.
+fn extent(trajectory: &Trajectory, drawing: &mut Drawing) -> Result<Vec<[f64; 3]>, Error> {
+    let mut at = Reference::new(trajectory.joints());
+    let sides = [-1.0, 0.0, 1.0];
+    let directions =
+        sides.into_iter().flat_map(|x| sides.into_iter().flat_map(move |y| sides.map(|z| [x, y, z])));
+    let mut farthest: Vec<([f64; 3], f64, [f64; 3])> =
+        directions.map(|direction| (direction, f64::NEG_INFINITY, [0.0; 3])).collect();
+    for k in 0..=EXTENT_POSES {
+        trajectory.sample(trajectory.duration() * k as f64 / EXTENT_POSES as f64, &mut at)?;
+        drawing.evaluate(&at.q)?;
+        let (mut poses, mut origins) = (Vec::new(), Vec::new());
+        drawing.bodies(&mut poses);
+        origins.extend(poses.chunks_exact(7).map(|pose| [pose[0], pose[1], pose[2]]));
+        origins.extend(drawing.end_point());
+        for (direction, distance, point) in &mut farthest {
+            for origin in &origins {
+                let along = (0..3).map(|k| direction[k] * origin[k]).sum::<f64>();
+                if along > *distance {
+                    (*distance, *point) = (along, *origin);
+                }
+            }
+        }
+    }
+    Ok(farthest.into_iter().map(|(_, _, point)| point).collect())
 }
 
 /// Points of the end point along a path, m.

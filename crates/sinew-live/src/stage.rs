@@ -10,6 +10,7 @@ use crate::scene::{SceneParts, fault_kinds, scene};
 use crate::simulation::{CYCLE, Simulation, SimulationParts};
 use crate::source::Source;
 use serde_json::Value;
+use sinew::Error;
 use sinew::control::supervisor::Request;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::Failure;
@@ -82,16 +83,19 @@ const FAILURES: [(&str, &str); 9] = [
 const MOST_DUE: f64 = 0.05;
 
 impl Stage {
-    /// A stage with one machine under these conditions.
+    /// A stage with one machine, which was prepared under these conditions.
     ///
     /// # Errors
-    /// The reason for which they are refused.
-    pub fn new(mut source: Box<dyn SimulationSource>, conditions: Conditions) -> Result<Self, String> {
+    /// Parts of different machines.
+    pub fn new(
+        source: Box<dyn SimulationSource>,
+        conditions: Conditions,
+        parts: SimulationParts,
+    ) -> Result<Self, Error> {
         let choices = source.choices();
-        let parts = source.prepare(&conditions)?;
         let trajectory = Arc::clone(&parts.trajectory);
-        let drawing = Drawing::new(&parts.machine).map_err(|error| error.to_string())?;
-        let first = Simulation::new(parts).map_err(|error| error.to_string())?;
+        let drawing = Drawing::new(&parts.machine)?;
+        let first = Simulation::new(parts)?;
         let layout = Layout::new(&Contents::simulated(first.machine()));
         Ok(Self {
             source,
@@ -140,7 +144,7 @@ impl Stage {
     fn restart(&mut self, conditions: Conditions, compared: Option<String>) -> Result<(), String> {
         let parts = self.source.prepare(&conditions)?;
         let trajectory = Arc::clone(&parts.trajectory);
-        let words = |error: sinew::Error| error.to_string();
+        let words = |error: Error| error.to_string();
         let drawing = Drawing::new(&parts.machine).map_err(words)?;
         let first = Simulation::new(parts).map_err(words)?;
         let second = match compared {
@@ -180,6 +184,7 @@ impl Source for Stage {
             simulated: true,
             trajectory: Some(&self.trajectory),
             path: &self.conditions.path,
+            notice: None,
             compared: self.second.as_ref().map(|(variant, _)| variant.as_str()),
             commands: &commands,
             requests: Request::ALL[1..].iter().map(|request| request.name()).collect(),
@@ -228,7 +233,7 @@ impl Source for Stage {
     }
 
     fn command(&mut self, command: &Command) -> Result<(), String> {
-        let words = |error: sinew::Error| error.to_string();
+        let words = |error: Error| error.to_string();
         match command {
             Command::Mode(request) => self.each(|simulation| simulation.ask(*request)),
             Command::Drag(target) => {

@@ -150,6 +150,7 @@ impl Source for Run {
             simulated: parts.simulated,
             trajectory: parts.trajectory.as_ref(),
             path: &parts.path,
+            notice: None,
             compared: None,
             commands: &["mode"],
             requests: vec![Request::SafeStop.name()],

@@ -62,7 +62,9 @@ impl SimulationSource for Designs {
 fn stage(name: &str) -> Stage {
     let machine = sinew_lab::machine_file::load_machine(Path::new(name), None).unwrap().machine;
     let conditions = Conditions { path: "tour".to_owned(), variant: "observer".to_owned(), payload: 0.0 };
-    Stage::new(Box::new(Designs { machine }), conditions).unwrap()
+    let mut source = Box::new(Designs { machine });
+    let parts = source.prepare(&conditions).unwrap();
+    Stage::new(source, conditions, parts).unwrap()
 }
 
 fn server(name: &str) -> Server {

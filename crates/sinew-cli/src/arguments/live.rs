@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// stop (space bar), another path, dragging the end point, pushes, a payload, faults, slow motion, single steps and a second
 /// machine with another compensation beside the first are commanded from it, through the supervisor.
 ///
-/// A recording of `sinew run --record` is played: pause, slow motion, single cycles, any time, its modes, faults and repeats as marks,
+/// A recording of `sinew run` is played: pause, slow motion, single cycles, any time, its modes, faults and repeats as marks,
 /// a second recording of the same machine over it (--overlay).
 ///
 /// Only this computer can open the page. With --bind and another address everybody can who has the token, which is part of

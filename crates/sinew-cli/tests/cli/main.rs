@@ -11,6 +11,7 @@ mod edge;
 mod json;
 mod limits;
 mod link;
+mod live;
 mod machine;
 mod map;
 mod recording;

@@ -155,18 +155,14 @@ impl Source for Playback {
             simulated: first.head.simulated,
             trajectory: self.trajectory.as_ref(),
             path: &self.path,
+            notice: first.notice.as_deref(),
             compared: over.and_then(|over| names.get(over)).map(String::as_str),
             commands: &commands,
             requests: Vec::new(),
             faults: first.faults.clone(),
             failures: &[],
             interpolated: true,
-            recorded: Some(Recorded {
-                duration: first.duration(),
-                events: &first.events,
-                overlays: names,
-                notice: first.notice.as_deref(),
-            }),
+            recorded: Some(Recorded { duration: first.duration(), events: &first.events, overlays: names }),
         };
         Ok(scene(&parts, &mut self.drawing)?)
     }

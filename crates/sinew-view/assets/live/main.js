@@ -12,7 +12,7 @@ import { Toolbar } from "./toolbar.js";
 import { Traces } from "./traces.js";
 
 /** Sources by their name in the scene. @type {Record<string, string>} */
-const SOURCES = { twin: "simulated", segment: "simulated", ethercat: "hardware", recording: "recording" };
+const SOURCES = { twin: "simulated", segment: "simulated", ethercat: "hardware", recording: "recording", kinematic: "without forces" };
 
 /** What tests read. @type {Record<string, any>} */
 const seen = { ready: false, firstFrameMs: NaN, fps: 0, scene: null, state: null, connection: "connecting", mode: "", selected: "", errors: [], stopAnswerMs: NaN };
@@ -47,12 +47,13 @@ function showScene(/** @type {{same: boolean}} */ { same }) {
   byId("title").textContent = scene.machine;
   const source = byId("source");
   source.hidden = false;
-  source.textContent = scene.recording ? `recording${scene.simulated ? ", simulated" : ""}` : scene.simulated ? "simulated" : SOURCES[scene.source] ?? scene.source;
+  source.textContent = scene.recording ? `recording${scene.simulated ? ", simulated" : ""}` : scene.source === "kinematic" ? SOURCES.kinematic : scene.simulated ? "simulated" : SOURCES[scene.source] ?? scene.source;
   source.classList.toggle("warn", scene.simulated);
   session.compared = scene.compare ?? null;
   seen.scene = scene;
   const headers = session.connection.headers();
   const meshes = (/** @type {string} */ name) => fetch(`meshes/${name}`, { headers }).then((answer) => answer.arrayBuffer());
+  if (scene.notice && !page.view) say({ text: scene.notice, bad: true });
   if (!page.view) {
     try {
       page.view = new View(canvas, scene, { select: (found) => session.select(found), meshes, reduced: matchMedia("(prefers-reduced-motion: reduce)").matches });

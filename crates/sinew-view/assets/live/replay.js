@@ -13,8 +13,7 @@ export class Replay {
     this.box = byId("replay");
     this.sent = 0;
     this.held = false;
-    /** Whether the recording was shown before. */
-    this.begun = false;
+    /** Whether it was played once. */
     this.played = false;
     this.slider = element("input", { type: "range", min: 0, step: 0.001, "aria-label": "Time of the recording, s" });
     this.clock = element("output");
@@ -45,9 +44,6 @@ export class Replay {
       ? [element("select", { "aria-label": "Lay another recording over this one", onchange: (/** @type {Event} */ e) => session.command("overlay", { name: /** @type {HTMLSelectElement} */ (e.target).value || null }) },
         [element("option", { value: "", text: "no overlay" }), ...overlays.map((name) => element("option", { value: name, text: `over it: ${name}`, selected: name === compare }))])] : [];
     this.box.replaceChildren(this.play, element("div", { class: "scrubber" }, [this.slider, marks]), this.clock, list, ...over);
-    if (this.begun) return;
-    this.begun = true;
-    if (recording.notice) session.tell("notice", { text: recording.notice, bad: true });
   }
 
   /** @param {number} time s @param {boolean} [now] */

@@ -59,6 +59,8 @@ export class Bodies {
     /** @type {Map<Look, {mesh: InstancedMesh, parts: Class["parts"]}[]>} */
     this.looks = new Map();
     this.classes = { solid: this.sort((shape) => !shape.wrap), surface: this.sort((shape) => shape.wrap === true) };
+    /** Shapes of the bodies but the world. @type {Map<string, Class>|undefined} */
+    this.moving = undefined;
     this.add("body", this.classes.solid);
     this.add("surface", this.classes.surface);
     this.recolour();
@@ -95,7 +97,9 @@ export class Bodies {
   /** Shows or hides the reference or the second machine. @param {Look} look @param {boolean} shown */
   show(look, shown) {
     if (shown && !this.looks.has(look)) {
-      this.add(look, this.classes.solid);
+      // What does not move needs no second picture.
+      this.moving ??= this.sort((shape) => !shape.wrap && shape.body > 0);
+      this.add(look, this.moving);
       this.recolour();
     }
     for (const { mesh } of this.looks.get(look) ?? []) mesh.visible = shown;
@@ -143,8 +147,8 @@ export class Bodies {
 
   /** Puts the triangles of a mesh in place. @param {string} name @param {Float32Array} corners nine numbers a triangle */
   mesh(name, corners) {
-    for (const classes of Object.values(this.classes)) {
-      const found = classes.get(`mesh ${name}`);
+    for (const classes of [...Object.values(this.classes), this.moving]) {
+      const found = classes?.get(`mesh ${name}`);
       if (!found) continue;
       found.geometry.setAttribute("position", new Float32BufferAttribute(corners, 3));
       found.geometry.computeVertexNormals();

@@ -47,6 +47,7 @@
  * @property {Muscle[]} muscles
  * @property {{body: number, position: number[]}|null} end_point
  * @property {number[][]|null} [path]
+ * @property {number[][]} [extent] places that a view of the motion contains
  */
 
 /**

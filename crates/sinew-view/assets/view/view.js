@@ -160,6 +160,7 @@ export class View {
       const p = new Vector3(now.cable_points[k], now.cable_points[k + 1], now.cable_points[k + 2]);
       if (Number.isFinite(p.x)) { take(p, 0); lowest = Math.min(lowest, p.dot(this.orbit.up)); }
     }
+    for (const place of this.machine.extent ?? []) take(new Vector3().fromArray(place), 0);
     for (const path of this.paths) for (let k = 0; k + 2 < path.ribbon.points.length; k += 3) take(new Vector3().fromArray(path.ribbon.points, k), 0);
     if (!Number.isFinite(low.x)) { low.set(-0.1, -0.1, -0.1); high.set(0.1, 0.1, 0.1); }
     const centre = low.clone().add(high).multiplyScalar(0.5), radius = Math.max(0.02, 0.5 * high.distanceTo(low));

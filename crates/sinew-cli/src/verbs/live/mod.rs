@@ -24,7 +24,7 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
         }
         let progress = Progress::new();
         progress.show("planning and verifying the motion, calibrating the machine's cables", 0.0);
-        (Box::new(simulated::stage(arguments)?), true)
+        (simulated::source(arguments)?, true)
     };
     let server = Server::start(ServerSettings { address: arguments.bind, source })?;
     let url = server.url();

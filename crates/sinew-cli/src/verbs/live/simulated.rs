@@ -9,7 +9,7 @@ use sinew::machine::Machine;
 use sinew::twin::arm::Failure;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingTask, Verified, infeasible_motion, verify};
-use sinew_live::{Choices, Conditions, SimulationParts, SimulationSource, Stage};
+use sinew_live::{Choices, Conditions, Kinematic, SimulationParts, SimulationSource, Source, Stage};
 use std::sync::Arc;
 
 /// Name of the tour among the paths.
@@ -23,10 +23,30 @@ const VARIANTS: [CompensationVariant; 5] = [
     CompensationVariant::Perfect,
 ];
 
-/// The machine of the arguments along its motion, calibrated.
-pub(super) fn stage(arguments: &LiveArguments) -> Result<Stage, Error> {
+/// The machine of the arguments along its motion, calibrated. One that cannot make its motion is moved without forces, with the
+/// reason, unless the motion was asked for.
+pub(super) fn source(arguments: &LiveArguments) -> Result<Box<dyn Source>, Error> {
     let (description, _) = machine_source::load(&arguments.model)?;
     let machine = description.machine;
+    match stage(arguments, machine.clone()) {
+        Ok(stage) => Ok(Box::new(stage)),
+        Err(error @ Error::Infeasible { .. }) if arguments.path.is_none() => {
+            let path = machine
+                .paths
+                .first()
+                .map_or(PathArgument::Tour, |path| PathArgument::Named(path.name.clone()));
+            let trajectory = motion::unchecked(&machine, &path, arguments.duration)?;
+            let notice = format!("Shown without forces, because the machine cannot make its motion: {error}");
+            eprintln!("warning: {notice}");
+            let limits = tension_limits(&machine);
+            let shown = Kinematic::new(machine, trajectory, (path.to_string(), notice), limits);
+            Ok(Box::new(shown.map_err(sinew_lab::Error::from)?))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+fn stage(arguments: &LiveArguments, machine: Machine) -> Result<Stage, Error> {
     let first = machine.paths.first().map_or(TOUR, |path| path.name.as_str());
     let conditions = Conditions {
         path: arguments.path.clone().unwrap_or_else(|| first.to_owned()),
@@ -34,9 +54,10 @@ pub(super) fn stage(arguments: &LiveArguments) -> Result<Stage, Error> {
         payload: machine.payload,
     };
     let bare = Machine { payload: 0.0, ..machine.clone() };
-    let source =
+    let mut source =
         Bench { arm: CalibratedArm::new(&bare, arguments.seed)?, machine, duration: arguments.duration };
-    Stage::new(Box::new(source), conditions).map_err(Error::Shown)
+    let parts = source.prepared(&conditions)?;
+    Ok(Stage::new(Box::new(source), conditions, parts).map_err(sinew_lab::Error::from)?)
 }
 
 /// One specimen of a machine, calibrated once, under the conditions that a page chooses.

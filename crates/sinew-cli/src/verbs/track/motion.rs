@@ -35,6 +35,14 @@ pub(crate) fn trajectory(
     Ok(plan(machine, &motion, duration)?)
 }
 
+/// The same without a look at what the muscles can do; tours take the duration.
+pub(crate) fn unchecked(machine: &Machine, path: &PathArgument, duration: f64) -> Result<Trajectory, Error> {
+    match desired(machine, path)? {
+        None => Ok(plan_tour(machine, Some(duration), |_| Ok(None))?),
+        Some(motion) => Ok(plan(machine, &motion, Some(duration))?),
+    }
+}
+
 /// The motion, or none for a tour.
 fn desired(machine: &Machine, path: &PathArgument) -> Result<Option<DesiredMotion>, Error> {
     Ok(Some(match path {
