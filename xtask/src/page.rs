@@ -19,13 +19,21 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
         Some(packages) => types(root, &folder, packages)?,
         None => println!("types of the scripts and accessibility: skipped, npm or its packages are not here"),
     }
+    succeed(&mut cargo(root, &["build", "--quiet", "--package", "sinew-cli"]))?;
     let mut command =
         cargo(root, &["run", "--quiet", "--manifest-path", MANIFEST, "--target-dir", "target/page/browser"]);
-    command.args(["--", "--out", "out/page"]);
+    command.args(["--", "--out", "out/page", "--program"]).arg(program(root));
     if let Some(packages) = packages {
         command.arg("--axe").arg(packages.join("axe-core/axe.min.js"));
     }
     succeed(&mut command)
+}
+
+/// The program that was built.
+fn program(root: &Path) -> PathBuf {
+    let target =
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder));
+    target.join("debug").join(format!("sinew{}", std::env::consts::EXE_SUFFIX))
 }
 
 /// The folder of the packages, installed if they are not there yet; none without npm or network.

@@ -200,7 +200,8 @@ fn show(
         let Ok(picture) = picture else { return };
         // Without viewers nobody takes it.
         pictures.send_replace(picture);
-        std::thread::sleep(PICTURE.saturating_sub(begun.elapsed()));
+        // What is asked meanwhile is answered at once.
+        next = next.or_else(|| orders.recv_timeout(PICTURE.saturating_sub(begun.elapsed())).ok());
     }
 }
 

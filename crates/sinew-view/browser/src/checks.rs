@@ -62,7 +62,7 @@ pub(crate) async fn all(
 }
 
 /// Waits until a machine is drawn.
-async fn ready(page: &Browser) -> Outcome<()> {
+pub(crate) async fn ready(page: &Browser) -> Outcome<()> {
     page.until(
         "the page shows a machine",
         "window.sinew && sinew.ready && sinew.connection === 'open' && sinew.state",
@@ -91,7 +91,7 @@ async fn first_frame(page: &Browser, address: &str, wanted: &Wanted) -> Outcome<
 }
 
 /// Waits for some more frames, so that a picture shows what was asked for.
-async fn settled(page: &Browser) -> Outcome<()> {
+pub(crate) async fn settled(page: &Browser) -> Outcome<()> {
     let drawn = page.number("return sinew.view.stage.frames").await?;
     page.until("frames are drawn", &format!("sinew.view.stage.frames > {drawn} + 4")).await?;
     rest(400).await;
@@ -99,7 +99,7 @@ async fn settled(page: &Browser) -> Outcome<()> {
 }
 
 /// No error in the console, none of a script.
-async fn quiet(page: &Browser, when: &str) -> Outcome<()> {
+pub(crate) async fn quiet(page: &Browser, when: &str) -> Outcome<()> {
     let mut errors = page.console_errors().await?;
     let own = page.value("return sinew.errors").await?;
     errors.extend(own.as_array().into_iter().flatten().map(Value::to_string));

@@ -1,6 +1,6 @@
 //! The check of the live page: a headless Chromium opens it and acts as a person would.
 //!
-//! `sinew-view-browser [--address URL] [--axe FILE] [--out FOLDER]`. Without an address the page is served here, of a synthetic
+//! `sinew-view-browser [--address URL] [--axe FILE] [--out FOLDER] [--program FILE]`. Without an address the page is served here, of a synthetic
 //! machine whose positions are known. Skipped with a message where there is no Chromium. With `SINEW_LONG` in the environment the
 //! memory of the browser is watched for an hour.
 
@@ -9,6 +9,7 @@ mod checks;
 mod input;
 mod machine;
 mod memory;
+mod program;
 mod server;
 
 use browser::Browser;
@@ -25,6 +26,8 @@ pub(crate) struct Wanted {
     pub(crate) address: Option<String>,
     /// axe-core, as one script.
     pub(crate) axe: Option<PathBuf>,
+    /// The program, whose own pages are then looked at as well.
+    pub(crate) program: Option<PathBuf>,
     /// Folder of the screenshots.
     pub(crate) out: PathBuf,
     /// Mean number of waiting programs before the check, where others have the processors: times are then told, not judged.
@@ -48,7 +51,10 @@ fn wanted() -> Outcome<Wanted> {
             "--address" => wanted.address = Some(value()?),
             "--axe" => wanted.axe = Some(PathBuf::from(value()?)),
             "--out" => wanted.out = PathBuf::from(value()?),
-            other => return Err(format!("unknown argument {other}; expected --address, --axe, --out")),
+            "--program" => wanted.program = Some(PathBuf::from(value()?)),
+            other => {
+                return Err(format!("unknown argument {other}; expected --address, --axe, --out, --program"));
+            }
         }
     }
     Ok(wanted)
@@ -69,7 +75,10 @@ fn run() -> Outcome<()> {
         let server = if wanted.address.is_some() { None } else { Some(server::Server::start()?) };
         let address = wanted.address.clone().or_else(|| server.as_ref().map(server::Server::address));
         let page = Browser::open(&driver).await?;
-        let outcome = checks::all(&page, &address.unwrap_or_default(), server.as_ref(), &wanted).await;
+        let mut outcome = checks::all(&page, &address.unwrap_or_default(), server.as_ref(), &wanted).await;
+        if let (Ok(()), Some(program)) = (&outcome, &wanted.program) {
+            outcome = program::all(&page, program, &wanted).await;
+        }
         page.close().await;
         outcome
     })
