@@ -427,3 +427,66 @@ fn a_port_in_use_is_said() {
     let Err(error) = second else { panic!("both listen on one port") };
     assert!(error.to_string().contains(&server.address().to_string()), "{error}");
 }
+
+/// Numbers that repeat for a seed.
+struct Draws(u64);
+
+impl Draws {
+    fn next(&mut self, below: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 33) as usize) % below
+    }
+
+    fn number(&mut self, most: f64) -> f64 {
+        most * (self.next(2001) as f64 / 1000.0 - 1.0)
+    }
+}
+
+#[test]
+fn whatever_is_commanded_in_whatever_order_a_machine_can_be_drawn() {
+    use sinew::control::supervisor::Request;
+    for (seed, name) in
+        ["planar_leg", "finger", "surgical_wrist", "exosuit_elbow", "bench_joint"].iter().enumerate()
+    {
+        let (mut stage, mut draws) = (stage(name), Draws(seed as u64 + 1));
+        let parts = stage.simulation().machine().robot.parts().clone();
+        for _ in 0..80 {
+            let muscle = &parts.tendons[draws.next(parts.tendons.len())].name;
+            let command = match draws.next(10) {
+                0..=2 => Command::Mode(Request::ALL[1 + draws.next(Request::ALL.len() - 1)]),
+                3 => Command::Drag([0; 3].map(|_| draws.number(2.0))),
+                4 => Command::DragEnd,
+                5 => Command::Push {
+                    body: draws.next(parts.bodies.len() + 2),
+                    point: [0; 3].map(|_| draws.number(0.5)),
+                    force: [0; 3].map(|_| draws.number(100.0)),
+                    duration: 0.1,
+                },
+                6 => Command::Fault(if draws.next(2) == 0 { "cable:0".to_owned() } else { muscle.clone() }),
+                7 => Command::Path(if draws.next(2) == 0 { "tour".to_owned() } else { "nowhere".to_owned() }),
+                8 => Command::Seek(draws.number(1.0).abs()),
+                _ => Command::Speed { factor: Some(0.5), paused: Some(draws.next(2) == 0) },
+            };
+            if let Err(reason) = stage.command(&command) {
+                assert!(!reason.is_empty(), "{name}: {command:?}");
+            }
+            stage.command(&Command::Step(1 + draws.next(60) as u32)).unwrap();
+            let scene = stage.scene().unwrap();
+            let bytes = stage.state().unwrap();
+            let before: usize = scene["layout"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .take_while(|field| field["name"] != "body_pose")
+                .map(|field| match field["type"].as_str().unwrap() {
+                    "u8" => 1,
+                    "u16" => 2,
+                    _ => 8,
+                } * field["count"].as_u64().unwrap() as usize)
+                .sum();
+            let poses = &bytes[16 + before..][..28 * parts.bodies.len()];
+            let finite = poses.chunks_exact(4).all(|x| f32::from_le_bytes(x.try_into().unwrap()).is_finite());
+            assert!(finite, "{name} after {command:?}");
+        }
+    }
+}
