@@ -11,6 +11,14 @@ pub enum LiveError {
         /// Of the system.
         source: std::io::Error,
     },
+    /// Foxglove's protocol cannot be served.
+    #[error("--foxglove {address}: {reason}")]
+    Foxglove {
+        /// As given.
+        address: SocketAddr,
+        /// Why.
+        reason: String,
+    },
     /// The system refused a thread or random numbers.
     #[error("the server cannot start: {0}")]
     System(String),

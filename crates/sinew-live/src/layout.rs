@@ -171,6 +171,32 @@ fn pack<'a>(
     }
 }
 
+/// The numbers of the fields of a state, by the layout of its scene.
+#[cfg(feature = "foxglove")]
+pub(crate) fn unpack(layout: &Value, body: &[u8]) -> std::collections::BTreeMap<String, Vec<f64>> {
+    let (mut fields, mut rest) = (std::collections::BTreeMap::new(), body);
+    for field in layout.as_array().into_iter().flatten() {
+        let bytes = match field["type"].as_str() {
+            Some("u8") => 1,
+            Some("u16") => 2,
+            Some("f32") => 4,
+            _ => 8,
+        };
+        let count = field["count"].as_u64().unwrap_or(0) as usize;
+        let Some((taken, after)) = rest.split_at_checked(bytes * count) else { break };
+        rest = after;
+        let number = |part: &[u8]| match *part {
+            [byte] => f64::from(byte),
+            [a, b] => f64::from(u16::from_le_bytes([a, b])),
+            [a, b, c, d] => f64::from(f32::from_le_bytes([a, b, c, d])),
+            _ => part.try_into().map_or(f64::NAN, f64::from_le_bytes),
+        };
+        let name = field["name"].as_str().unwrap_or_default().to_owned();
+        fields.insert(name, taken.chunks_exact(bytes).map(number).collect());
+    }
+    fields
+}
+
 /// A message with its head of 16 bytes.
 pub(crate) fn message(kind: MessageKind, revision: u32, body: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(16 + body.len());

@@ -8,6 +8,8 @@
 //! Server       HTTP and WebSocket: the page's files, /scene, /history, /stream; a thread of its own owns one of these sources
 //! ```
 //!
+//! With the feature `foxglove` the same thread shows the source in Foxglove as well.
+//!
 //! That thread puts the newest state into one place, from which every viewer takes it: a slow viewer misses states and
 //! delays nobody. What is simulated is labelled so.
 
@@ -16,6 +18,8 @@ mod choices;
 mod command;
 mod drawing;
 mod error;
+#[cfg(feature = "foxglove")]
+mod foxglove_view;
 mod frame;
 mod kinematic;
 mod layout;

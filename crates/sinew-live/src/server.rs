@@ -42,11 +42,14 @@ pub struct ServerSettings {
     pub address: SocketAddr,
     /// What is shown.
     pub source: Box<dyn Source>,
+    /// Where Foxglove's protocol is served as well, on loopback; needs the feature `foxglove`.
+    pub foxglove: Option<SocketAddr>,
 }
 
 /// A page in service; its threads end when it is dropped.
 pub struct Server {
     address: SocketAddr,
+    foxglove: Option<SocketAddr>,
     token: Option<String>,
     ended: Arc<AtomicBool>,
     stop: Option<oneshot::Sender<()>>,
@@ -81,7 +84,9 @@ impl Server {
     /// # Errors
     /// [`LiveError::Address`] for an address that cannot be listened on; those of the source's first picture.
     pub fn start(settings: ServerSettings) -> Result<Self, LiveError> {
-        let ServerSettings { address, mut source } = settings;
+        let ServerSettings { address, mut source, foxglove } = settings;
+        let mut beside = Beside::start(foxglove)?;
+        let foxglove = beside.address(foxglove);
         let refused = |error| LiveError::Address { address, source: error };
         let system = |error: &dyn std::fmt::Display| LiveError::System(error.to_string());
         let listener = TcpListener::bind(address).map_err(refused)?;
@@ -99,7 +104,8 @@ impl Server {
         let runtime = runtime.map_err(|error| system(&error))?;
         let flag = Arc::clone(&ended);
         let named = |name: &str| std::thread::Builder::new().name(name.to_owned());
-        let showing = named("source").spawn(move || show(source.as_mut(), &waiting, &sender, &flag));
+        let showing =
+            named("source").spawn(move || show(source.as_mut(), &waiting, &sender, (&mut beside, &flag)));
         let showing = showing.map_err(|error| system(&error))?;
         let serving = named("page").spawn(move || {
             runtime.block_on(async {
@@ -109,13 +115,19 @@ impl Server {
             });
         });
         let serving = serving.map_err(|error| system(&error))?;
-        Ok(Self { address, token, ended, stop: Some(stop), threads: vec![showing, serving] })
+        Ok(Self { address, foxglove, token, ended, stop: Some(stop), threads: vec![showing, serving] })
     }
 
     /// Where it listens.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
+    }
+
+    /// Where Foxglove's protocol is served, if it is.
+    #[must_use]
+    pub fn foxglove(&self) -> Option<SocketAddr> {
+        self.foxglove
     }
 
     /// Address of the page, with the token in its fragment, which browsers send to nobody. A server that listens on all addresses
@@ -153,6 +165,51 @@ impl Drop for Server {
     }
 }
 
+/// Foxglove beside the page.
+struct Beside {
+    #[cfg(feature = "foxglove")]
+    view: Option<crate::foxglove_view::FoxgloveView>,
+}
+
+impl Beside {
+    #[cfg(feature = "foxglove")]
+    fn start(address: Option<SocketAddr>) -> Result<Self, LiveError> {
+        let view = address.map(crate::foxglove_view::FoxgloveView::start).transpose()?;
+        Ok(Self { view })
+    }
+
+    #[cfg(not(feature = "foxglove"))]
+    fn start(address: Option<SocketAddr>) -> Result<Self, LiveError> {
+        match address {
+            None => Ok(Self {}),
+            Some(address) => {
+                let reason = "this program was built without Foxglove's protocol; build it with the feature `foxglove`";
+                Err(LiveError::Foxglove { address, reason: reason.to_owned() })
+            }
+        }
+    }
+
+    /// Where it listens, asked for an address.
+    fn address(&self, asked: Option<SocketAddr>) -> Option<SocketAddr> {
+        #[cfg(feature = "foxglove")]
+        let asked = asked.map(|mut address| {
+            address.set_port(self.view.as_ref().map_or(0, crate::foxglove_view::FoxgloveView::port));
+            address
+        });
+        asked
+    }
+
+    #[cfg(feature = "foxglove")]
+    fn show(&mut self, picture: &Picture) {
+        if let Some(view) = &mut self.view {
+            view.show(picture.revision, &picture.scene, &picture.state);
+        }
+    }
+
+    #[cfg(not(feature = "foxglove"))]
+    fn show(&mut self, _: &Picture) {}
+}
+
 fn picture(source: &mut dyn Source) -> Result<Picture, LiveError> {
     let scene = Arc::new(source.scene()?.to_string());
     Ok(Picture { revision: source.revision(), state: Arc::new(source.state()?), scene })
@@ -163,7 +220,7 @@ fn show(
     source: &mut dyn Source,
     orders: &mpsc::Receiver<Order>,
     pictures: &watch::Sender<Picture>,
-    ended: &AtomicBool,
+    (beside, ended): (&mut Beside, &AtomicBool),
 ) {
     let mut last = Instant::now();
     let mut next = None;
@@ -198,6 +255,7 @@ fn show(
             source.state().map(|state| Picture { revision: source.revision(), state: Arc::new(state), scene })
         };
         let Ok(picture) = picture else { return };
+        beside.show(&picture);
         // Without viewers nobody takes it.
         pictures.send_replace(picture);
         // What is asked meanwhile is answered at once.

@@ -68,8 +68,12 @@ fn stage(name: &str) -> Stage {
 }
 
 fn server(name: &str) -> Server {
-    Server::start(ServerSettings { address: "127.0.0.1:0".parse().unwrap(), source: Box::new(stage(name)) })
-        .unwrap()
+    Server::start(ServerSettings {
+        address: "127.0.0.1:0".parse().unwrap(),
+        source: Box::new(stage(name)),
+        foxglove: None,
+    })
+    .unwrap()
 }
 
 /// Status and body of a request with these lines in its head.
@@ -376,7 +380,9 @@ fn requests_by_other_names_and_from_other_pages_are_refused() {
 #[test]
 fn off_loopback_scene_history_and_stream_need_the_token() {
     let source = Box::new(stage("bench_joint"));
-    let server = Server::start(ServerSettings { address: "0.0.0.0:0".parse().unwrap(), source }).unwrap();
+    let server =
+        Server::start(ServerSettings { address: "0.0.0.0:0".parse().unwrap(), source, foxglove: None })
+            .unwrap();
     let (url, port) = (server.url(), server.address().port());
     let address: SocketAddr = format!("127.0.0.1:{port}").parse().unwrap();
     let token = url.strip_prefix(&format!("http://{address}/#token=")).unwrap().to_owned();
@@ -422,8 +428,11 @@ fn no_more_pages_are_served_than_there_are_places() {
 #[test]
 fn a_port_in_use_is_said() {
     let server = server("bench_joint");
-    let second =
-        Server::start(ServerSettings { address: server.address(), source: Box::new(stage("bench_joint")) });
+    let second = Server::start(ServerSettings {
+        address: server.address(),
+        source: Box::new(stage("bench_joint")),
+        foxglove: None,
+    });
     let Err(error) = second else { panic!("both listen on one port") };
     assert!(error.to_string().contains(&server.address().to_string()), "{error}");
 }

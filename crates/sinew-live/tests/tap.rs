@@ -54,7 +54,7 @@ fn tapped(setup: &Setup) -> (Tap, Server) {
     })
     .unwrap();
     let address = "127.0.0.1:0".parse().unwrap();
-    (tap, Server::start(ServerSettings { address, source: Box::new(run) }).unwrap())
+    (tap, Server::start(ServerSettings { address, source: Box::new(run), foxglove: None }).unwrap())
 }
 
 fn show(tap: &mut Tap, record: &CycleRecord<'_, TwinBus>) {

@@ -57,7 +57,8 @@ impl RunPage {
             tension_limits: tension_limits(&setup.machine),
         })
         .map_err(sinew_lab::Error::from)?;
-        let server = Server::start(ServerSettings { address: arguments.bind, source: Box::new(run) })?;
+        let server =
+            Server::start(ServerSettings { address: arguments.bind, source: Box::new(run), foxglove: None })?;
         let url = server.url();
         let machine = if shown.simulated { "SIMULATED machine" } else { "machine" };
         eprintln!("{machine} on {url} while the run goes on");

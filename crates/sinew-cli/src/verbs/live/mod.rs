@@ -26,7 +26,8 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
         progress.show("planning and verifying the motion, calibrating the machine's cables", 0.0);
         (simulated::source(arguments)?, true)
     };
-    let server = Server::start(ServerSettings { address: arguments.bind, source })?;
+    let server =
+        Server::start(ServerSettings { address: arguments.bind, source, foxglove: arguments.foxglove })?;
     let url = server.url();
     let shown = match (recorded::is_recording(&arguments.model), simulated) {
         (false, _) => "SIMULATED machine",
@@ -34,6 +35,9 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
         (true, false) => "recording",
     };
     eprintln!("{shown} on {url}; Ctrl-C ends it");
+    if let Some(address) = server.foxglove() {
+        eprintln!("Foxglove: open a connection to ws://{address}");
+    }
     if arguments.open {
         open(&url);
     }
