@@ -2,7 +2,7 @@
 
     python python/examples/routes.py [TRIALS] [SEEDS]
 
-Both goals are searched apart from each other, with every seed 1 to SEEDS, by CMA-ES. Without friction a sheath's length makes no difference: the
+Both goals are searched apart from each other, with every seed 1 to SEEDS, by uniform draws and by CMA-ES from the best of them. Without friction a sheath's length makes no difference: the
 route that is best without friction is given, after its search, the length with which it has the most torque with friction.
 """
 
@@ -12,11 +12,12 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import optuna
 
-from sinew.study import Range, Study, routing
+from sinew.study import Range, Study, Trial, routing
 
 #: Values of a route, given its parameters and a seed.
 Objective = Callable[[dict[str, float], int], Mapping[str, float]]
@@ -80,14 +81,24 @@ VALUES = ("torque_nm", "frictionless_torque_nm", "friction_loss")
 
 
 def search(objective: Objective, parameters: dict[str, Range], value: str, trials: int, seed: int) -> dict[str, float]:
-    """Parameters of the route with the largest `value`."""
+    """Parameters of the route with the largest `value`: uniform draws, then, for the other half of the trials, CMA-ES from their best."""
+    drawn = best_of(objective, parameters, value, trials // 2, seed, None)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
-        sampler = optuna.samplers.CmaEsSampler(seed=seed, n_startup_trials=10)
+        # Where the search begins is given by arguments that Optuna 5 calls deprecated, and has no others for.
+        warnings.simplefilter("ignore", FutureWarning)
+        sampler = optuna.samplers.CmaEsSampler(x0=drawn.parameters, sigma0=0.1, seed=seed)
+    refined = best_of(objective, parameters, value, trials - trials // 2, seed, sampler)
+    return max(drawn, refined, key=lambda trial: trial.values[value]).parameters
+
+
+def best_of(
+    objective: Objective, parameters: dict[str, Range], value: str, trials: int, seed: int, sampler: Any
+) -> Trial:
+    """The trial with the largest `value` of a study."""
     with tempfile.TemporaryDirectory() as folder:
         with Study(folder, objective, parameters, maximize=[value], seed=seed, sampler=sampler) as study:
             ended = [trial for trial in study.run(trials, workers=1) if trial.error is None]
-    return max(ended, key=lambda trial: trial.values[value]).parameters
+    return max(ended, key=lambda trial: trial.values[value])
 
 
 def with_best_sheath(objective: Objective, route: dict[str, float], sheath: Range, seed: int) -> dict[str, float]:
