@@ -1,16 +1,26 @@
-"""Routes of muscles: the best with friction in the sheaths beside the best that takes no account of it. All simulated; needs Optuna.
+"""Routes of muscles: the best with friction in the sheaths beside the best that takes no account of it. All simulated; needs Optuna and cmaes.
 
-    python python/examples/routes.py [TRIALS] [SEED]
+    python python/examples/routes.py [TRIALS] [SEEDS]
+
+Both goals are searched apart from each other, with every seed 1 to SEEDS, by uniform draws and by CMA-ES from the best of them. Without friction a sheath's length makes no difference: the
+route that is best without friction is given, after its search, the length with which it has the most torque with friction.
 """
 
 from __future__ import annotations
 
 import sys
 import tempfile
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any
 
+import numpy as np
 import optuna
 
 from sinew.study import Range, Study, Trial, routing
+
+#: Values of a route, given its parameters and a seed.
+Objective = Callable[[dict[str, float], int], Mapping[str, float]]
 
 #: Machine, muscle, and how far its cable may be moved: end of the sheath and anchor, m, surfaces, and length of the sheath, m.
 CASES: list[tuple[str, str, dict[str, Range]]] = [
@@ -64,27 +74,74 @@ CASES: list[tuple[str, str, dict[str, Range]]] = [
 ]
 
 
-def search(machine: str, muscle: str, parameters: dict[str, Range], value: str, trials: int, seed: int) -> list[Trial]:
-    """Uniform draws and, a quarter of the trials, routes that a sampler of Optuna proposes for the largest `value`."""
-    sampler = optuna.samplers.TPESampler(seed=seed, multivariate=True, n_startup_trials=3 * trials // 4)
+#: Lengths of the sheath that are tried for a route that was found without friction.
+LENGTHS = 41
+#: The values of a route that are shown: with friction, without, loss.
+VALUES = ("torque_nm", "frictionless_torque_nm", "friction_loss")
+
+
+def search(objective: Objective, parameters: dict[str, Range], value: str, trials: int, seed: int) -> dict[str, float]:
+    """Parameters of the route with the largest `value`: uniform draws, then, for the other half of the trials, CMA-ES from their best."""
+    drawn = best_of(objective, parameters, value, trials // 2, seed, None)
+    with warnings.catch_warnings():
+        # Where the search begins is given by arguments that Optuna 5 calls deprecated, and has no others for.
+        warnings.simplefilter("ignore", FutureWarning)
+        sampler = optuna.samplers.CmaEsSampler(x0=drawn.parameters, sigma0=0.1, seed=seed)
+    refined = best_of(objective, parameters, value, trials - trials // 2, seed, sampler)
+    return max(drawn, refined, key=lambda trial: trial.values[value]).parameters
+
+
+def best_of(
+    objective: Objective, parameters: dict[str, Range], value: str, trials: int, seed: int, sampler: Any
+) -> Trial:
+    """The trial with the largest `value` of a study."""
     with tempfile.TemporaryDirectory() as folder:
-        with Study(folder, routing(machine, muscle), parameters, maximize=[value], seed=seed, sampler=sampler) as study:
-            return [trial for trial in study.run(trials, workers=1) if trial.error is None]
+        with Study(folder, objective, parameters, maximize=[value], seed=seed, sampler=sampler) as study:
+            ended = [trial for trial in study.run(trials, workers=1) if trial.error is None]
+    return max(ended, key=lambda trial: trial.values[value])
 
 
-def main(trials: int = 1200, seed: int = 1) -> None:
+def with_best_sheath(objective: Objective, route: dict[str, float], sheath: Range, seed: int) -> dict[str, float]:
+    """Values of a route with the length of its sheath that gives the most torque with friction."""
+    tried = [route | {"sheath_m": float(length)} for length in np.linspace(sheath.low, sheath.high, LENGTHS)]
+    return max((dict(objective(one, seed)) for one in tried), key=lambda values: values["torque_nm"])
+
+
+def compare(objective: Objective, parameters: dict[str, Range], trials: int, seed: int) -> dict[str, dict[str, float]]:
+    """Values of the best route by the goal of its search."""
+    apart = {name: value for name, value in parameters.items() if name != "sheath_m"}
+    best = search(objective, parameters, "torque_nm", trials, seed)
+    blind = search(objective, apart, "frictionless_torque_nm", trials, seed)
+    return {
+        "best with friction": dict(objective(best, seed)),
+        "best without friction": with_best_sheath(objective, blind, parameters["sheath_m"], seed),
+    }
+
+
+def main(trials: int = 1200, seeds: int = 5) -> None:
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    print("| machine, muscle | route | friction loss | torque, N m | without friction, N m |")
-    print("|---|---|---|---|---|")
+    print("| machine, muscle | route | torque, N m | without friction, N m | friction loss | gain of the best with friction |")
+    print("|---|---|---|---|---|---|")
     for machine, muscle, parameters in CASES:
-        goals = {"best with friction": "torque_nm", "best without friction": "frictionless_torque_nm"}
-        # Both are the best of the same routes: those of either search.
-        found = [t for value in goals.values() for t in search(machine, muscle, parameters, value, trials, seed)]
-        rows = {"design": routing(machine, muscle)({}, seed)}
-        rows |= {name: dict(max(found, key=lambda t: t.values[value]).values) for name, value in goals.items()}
-        for route, values in rows.items():
-            loss, torque, frictionless = (values[k] for k in ("friction_loss", "torque_nm", "frictionless_torque_nm"))
-            print(f"| {machine}, {muscle} | {route} | {100 * loss:.1f} % | {torque:.2f} | {frictionless:.2f} |")
+        objective = routing(machine, muscle)
+        runs = [compare(objective, parameters, trials, seed) for seed in range(1, seeds + 1)]
+        print(f"| {machine}, {muscle} | design | {' | '.join(shown([dict(objective({}, 1))]))} | |", flush=True)
+        gains = [
+            100 * (run["best with friction"]["torque_nm"] / run["best without friction"]["torque_nm"] - 1) for run in runs
+        ]
+        for route in runs[0]:
+            gain = f"{min(gains):.2f} to {max(gains):.2f} %" if route == "best with friction" else ""
+            print(f"| {machine}, {muscle} | {route} | {' | '.join(shown([run[route] for run in runs]))} | {gain} |", flush=True)
+
+
+def shown(values: list[dict[str, float]]) -> list[str]:
+    """Least and largest of the seeds."""
+    texts = []
+    for name in VALUES:
+        factor, unit, digits = (100, " %", 1) if name == "friction_loss" else (1, "", 3)
+        ends = [f"{factor * end([one[name] for one in values]):.{digits}f}" for end in (min, max)]
+        texts.append((ends[0] if ends[0] == ends[1] else " to ".join(ends)) + unit)
+    return texts
 
 
 if __name__ == "__main__":

@@ -33,9 +33,22 @@ def test_the_example_for_any_model_runs_on_the_exported_arm(tmp_path: Path, caps
 
 def test_the_comparison_of_routes_runs(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("optuna", reason="Optuna is not installed")
+    pytest.importorskip("cmaes", reason="cmaes is not installed")
     example = runpy.run_path(str(FOLDER / "routes.py"))
-    example["main"](8, 1)
+    example["main"](14, 1)
     rows = [line.split("|")[1:-1] for line in capsys.readouterr().out.splitlines()[2:]]
     assert len(rows) == 12
-    for _design, with_friction, without in zip(rows[::3], rows[1::3], rows[2::3], strict=True):
-        assert float(with_friction[3]) >= float(without[3]) and float(with_friction[4]) <= float(without[4])
+    for design, best, blind in zip(rows[::3], rows[1::3], rows[2::3], strict=True):
+        assert all(float(row[2]) < float(row[3]) for row in (design, best, blind))
+        gain = 100 * (float(best[2]) / float(blind[2]) - 1)
+        assert float(best[5].split(" to ")[0]) == pytest.approx(gain, abs=0.05)
+
+
+def test_a_route_that_was_found_without_friction_gets_its_best_sheath() -> None:
+    pytest.importorskip("optuna", reason="Optuna is not installed")
+    example = runpy.run_path(str(FOLDER / "routes.py"))
+    machine, muscle, parameters = example["CASES"][0]
+    objective, sheath = example["routing"](machine, muscle), parameters["sheath_m"]
+    best = example["with_best_sheath"](objective, {"anchor_x_m": 0.01}, sheath, 1)
+    for length in (sheath.low, sheath.high):
+        assert best["torque_nm"] >= objective({"anchor_x_m": 0.01, "sheath_m": length}, 1)["torque_nm"]

@@ -12,8 +12,9 @@ const PACKAGES: [&str; 5] = ["hypothesis", "maturin>=1.9,<2", "mypy", "numpy>=1.
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message. Not among them:
 /// stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 9] = [
+const OPTIONAL: [&str; 10] = [
     "gymnasium>=1.1",
+    "cmaes",
     "ipykernel",
     "matplotlib",
     "mujoco",
@@ -75,7 +76,9 @@ fn with_mujoco(root: &Path, interpreter: &Path, version: &str) -> Result<(), Str
 
 /// An environment with all packages, or what is missing for one.
 fn prepare(root: &Path, environment: &Path, interpreter: &Path) -> Result<(), String> {
-    if !interpreter.is_file() {
+    // One that was left half made has an interpreter, but no pip.
+    let mut pip = python(root, interpreter, &["-m", "pip", "--version"]);
+    if !pip.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success()) {
         let version = "import sys; sys.exit(sys.version_info < (3, 11))";
         let new_enough = |name: &str| {
             let mut command = Command::new(name);
@@ -85,7 +88,7 @@ fn prepare(root: &Path, environment: &Path, interpreter: &Path) -> Result<(), St
         let found = ["python3", "python"].into_iter().find(|name| new_enough(name));
         let name = found.ok_or("there is no Python 3.11 or newer")?;
         let place = environment.display().to_string();
-        succeed(&mut python(root, Path::new(name), &["-m", "venv", &place]))
+        succeed(&mut python(root, Path::new(name), &["-m", "venv", "--clear", &place]))
             .map_err(|error| format!("no environment could be made: {error}"))?;
     }
     install(root, interpreter, &PACKAGES)
