@@ -15,7 +15,9 @@ fuzz_target!(|octets: &[u8]| {
                     point.iter().chain(&force).all(|x| x.is_finite()) && duration > 0.0
                 }
                 Command::Payload(mass) => mass >= 0.0 && mass.is_finite(),
-                Command::Speed { factor, .. } => factor.is_none_or(|factor| factor > 0.0 && factor.is_finite()),
+                Command::Speed { factor, .. } => {
+                    factor.is_none_or(|factor| factor > 0.0 && factor.is_finite())
+                }
                 Command::Seek(time) => time >= 0.0 && time.is_finite(),
                 Command::Step(cycles) => cycles > 0,
                 _ => true,
