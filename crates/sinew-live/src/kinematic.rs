@@ -101,7 +101,9 @@ impl Source for Kinematic {
 
     fn state(&mut self) -> Result<Vec<u8>, LiveError> {
         self.sequence += 1;
-        self.trajectory.sample(self.time % self.trajectory.duration().max(CYCLE), &mut self.at)?;
+        let duration = self.trajectory.duration().max(CYCLE);
+        let along = if self.trajectory.is_closed() { self.time % duration } else { self.time };
+        self.trajectory.sample(along, &mut self.at)?;
         self.now.time = self.time;
         self.now.joint_reference.copy_from_slice(&self.at.q);
         let frame = Frame {

@@ -14,6 +14,7 @@
 //! delays nobody. What is simulated is labelled so.
 
 mod access;
+mod beside;
 mod choices;
 mod command;
 mod drawing;

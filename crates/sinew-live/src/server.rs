@@ -1,6 +1,7 @@
 //! The page's files, `/scene` and `/stream` over HTTP.
 
 use crate::access::{Access, PROTOCOL};
+use crate::beside::{Beside, Picture};
 use crate::command::{Command, MAX_COMMAND};
 use crate::error::LiveError;
 use crate::layout::{MessageKind, message};
@@ -60,14 +61,6 @@ pub struct Server {
 enum Order {
     Command(Command, oneshot::Sender<Result<(), String>>),
     History(oneshot::Sender<Option<Vec<u8>>>),
-}
-
-/// The newest picture, from which every viewer takes it.
-#[derive(Debug, Clone)]
-struct Picture {
-    revision: u32,
-    state: Arc<Vec<u8>>,
-    scene: Arc<String>,
 }
 
 /// What requests share.
@@ -163,51 +156,6 @@ impl Drop for Server {
             let _ = thread.join();
         }
     }
-}
-
-/// Foxglove beside the page.
-struct Beside {
-    #[cfg(feature = "foxglove")]
-    view: Option<crate::foxglove_view::FoxgloveView>,
-}
-
-impl Beside {
-    #[cfg(feature = "foxglove")]
-    fn start(address: Option<SocketAddr>) -> Result<Self, LiveError> {
-        let view = address.map(crate::foxglove_view::FoxgloveView::start).transpose()?;
-        Ok(Self { view })
-    }
-
-    #[cfg(not(feature = "foxglove"))]
-    fn start(address: Option<SocketAddr>) -> Result<Self, LiveError> {
-        match address {
-            None => Ok(Self {}),
-            Some(address) => {
-                let reason = "this program was built without Foxglove's protocol; build it with the feature `foxglove`";
-                Err(LiveError::Foxglove { address, reason: reason.to_owned() })
-            }
-        }
-    }
-
-    /// Where it listens, asked for an address.
-    fn address(&self, asked: Option<SocketAddr>) -> Option<SocketAddr> {
-        #[cfg(feature = "foxglove")]
-        let asked = asked.map(|mut address| {
-            address.set_port(self.view.as_ref().map_or(0, crate::foxglove_view::FoxgloveView::port));
-            address
-        });
-        asked
-    }
-
-    #[cfg(feature = "foxglove")]
-    fn show(&mut self, picture: &Picture) {
-        if let Some(view) = &mut self.view {
-            view.show(picture.revision, &picture.scene, &picture.state);
-        }
-    }
-
-    #[cfg(not(feature = "foxglove"))]
-    fn show(&mut self, _: &Picture) {}
 }
 
 fn picture(source: &mut dyn Source) -> Result<Picture, LiveError> {

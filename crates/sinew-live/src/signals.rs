@@ -101,9 +101,7 @@ impl Signals {
     /// # Shapes
     /// `words: [Signals::words(..)]`.
     pub(crate) fn write(words: &mut [f64], [muscles, joints]: [usize; 2], of: &Observed<'_>) {
-        let fault = of.fault.map_or([0.0; 2], |fault| {
-            [f64::from(fault.kind() as u8), fault.index().unwrap_or_default() as f64]
-        });
+        let fault = fault_numbers(of.fault);
         let head = [of.time, f64::from(of.mode as u8), fault[0], fault[1], of.cycle_us[0], of.cycle_us[1]];
         words[..HEAD].copy_from_slice(&head);
         let (angles, tensions) = words[HEAD..].split_at_mut(3 * joints);
@@ -153,6 +151,11 @@ impl Signals {
             list.copy_from_slice(take(muscles));
         }
     }
+}
+
+/// Numbers of a fault as [`Signals::fault`] holds them, of a supervisor that names its kind.
+pub(crate) fn fault_numbers(fault: Option<NamedFault>) -> [f64; 2] {
+    fault.map_or([0.0; 2], |fault| [f64::from(fault.kind() as u8), fault.index().unwrap_or_default() as f64])
 }
 
 /// Fills a row; NaN where there are fewer values.

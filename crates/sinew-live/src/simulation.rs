@@ -3,7 +3,7 @@
 use crate::drawing::{Drawing, FREE_POINTS, POINTS, SHEATH_POINTS};
 use crate::frame::Along;
 use crate::motion::Motion;
-use crate::signals::Signals;
+use crate::signals::{Signals, fault_numbers};
 use sinew::Error;
 use sinew::control::arm::{ArmMeasurement, PreviewedReference};
 use sinew::control::supervisor::{ExchangeStatus, Mode, NamedFault, Request, Supervisor};
@@ -267,13 +267,10 @@ impl Simulation {
     pub(crate) fn signals(&self) -> Signals {
         let Self { shown, plant, .. } = self;
         let (truth, reading) = (plant.truth(), plant.reading());
-        let fault = shown.fault.map_or([0.0; 2], |fault| {
-            [f64::from(fault.kind() as u8), fault.index().unwrap_or_default() as f64]
-        });
         Signals {
             time: self.time(),
             mode: f64::from(shown.mode as u8),
-            fault,
+            fault: fault_numbers(shown.fault),
             cycle_us: [f64::NAN; 2],
             joint_reference: shown.reference.clone(),
             joint_estimated: shown.estimated.clone(),

@@ -192,6 +192,13 @@ fn modes_and_repeats_are_events_and_another_recording_lies_over_it() {
 }
 
 #[test]
+fn a_recording_that_contradicts_its_machine_is_refused() {
+    let (setup, other) = (Setup::new("planar_leg", 1), Setup::new("finger", 1));
+    let refused = Playback::new(parts(&other, setup.recorded().0), |_| {}).unwrap_err().to_string();
+    assert!(refused.contains("head.json") && refused.contains("muscles"), "{refused}");
+}
+
+#[test]
 fn what_is_whole_of_a_cut_recording_is_shown_and_the_rest_is_said() {
     let setup = Setup::new("planar_leg", 1);
     let bytes = setup.recorded().0;

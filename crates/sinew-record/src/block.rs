@@ -164,6 +164,9 @@ impl Block {
         if count == 0 || count > MAX_CYCLES {
             return Err(damaged("1 to 100000 cycles in a block", count.to_string()));
         }
+        if message.first > LAST_CYCLE {
+            return Err(damaged("a cycle below 2^52", message.first.to_string()));
+        }
         let stride = head.stride.max(1);
         let first_slow = message.first.div_ceil(stride);
         let end = message.first.checked_add(count as u64);
@@ -209,6 +212,8 @@ impl Block {
     }
 }
 
+/// Latest cycle that is read: numbers of cycles are exact as floating-point numbers, and their sums do not overflow.
+const LAST_CYCLE: u64 = 1 << 52;
 /// Longest block that is read.
 const MAX_CYCLES: usize = 100_000;
 
@@ -226,4 +231,34 @@ fn decode(specs: &[ColumnSpec], columns: &[Column], count: usize) -> Option<Vec<
         });
     }
     columns.next().is_none().then_some(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cycle_that_no_recording_reaches_is_refused() {
+        let head = Head {
+            format: head::FORMAT,
+            program: String::new(),
+            commit: String::new(),
+            simulated: true,
+            virtual_time: true,
+            start_ns: 0,
+            period_ns: 1,
+            stride: STRIDE,
+            machine: String::new(),
+            muscles: Vec::new(),
+            joints: Vec::new(),
+            fast: Vec::new(),
+            slow: Vec::new(),
+        };
+        let of = |first| Cycles { first, count: 1, cycle_checks: vec![0], ..Cycles::default() };
+        assert!(Block::decode(&of(LAST_CYCLE), &head, 0).is_ok());
+        for first in [LAST_CYCLE + 1, u64::MAX] {
+            let error = Block::decode(&of(first), &head, 7).expect_err("too late").to_string();
+            assert!(error.contains("byte 7: expected a cycle below 2^52"), "{error}");
+        }
+    }
 }

@@ -67,6 +67,15 @@ impl Playback {
         let PlaybackParts { machine, trajectory, path, bytes, overlays, tension_limits } = parts;
         let count = (1 + overlays.len()) as f64;
         let first = Cycles::open(bytes, |share| progress(share / count))?;
+        let of_file = [first.head.muscles.len(), first.head.joints.len()];
+        let of_machine = [machine.muscles.len(), machine.robot.independent_joints().len()];
+        if of_file != of_machine {
+            let reason = format!(
+                "expected the {} muscles and {} joints of its machine file, got {} and {}",
+                of_machine[0], of_machine[1], of_file[0], of_file[1]
+            );
+            return Err(sinew_record::Error::Attachment { name: "head.json".to_owned(), reason }.into());
+        }
         let (mut names, mut others) = (Vec::new(), Vec::new());
         for (name, bytes) in overlays {
             let done = (1 + others.len()) as f64;
