@@ -33,6 +33,7 @@ const CRATES: [(&str, &[&str]); 14] = [
             "sinew-live",
             "sinew-runtime",
             "sinew-record",
+            "sinew-view",
         ],
     ),
     (

@@ -2,9 +2,12 @@
 
 use crate::error::LiveError;
 use crate::layout::unpack;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use foxglove::messages::{
     Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, LinePrimitive, Point3, Pose,
-    Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, Timestamp, Vector3, line_primitive,
+    Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, Timestamp, TriangleListPrimitive, Vector3,
+    line_primitive,
 };
 use foxglove::{Channel, ChannelBuilder, Context, RawChannel, WebSocketServer, WebSocketServerHandle};
 use serde_json::{Map, Value, json};
@@ -184,7 +187,7 @@ impl FoxgloveView {
         let of_body = |(k, name): (usize, &str)| {
             let mut entity = entity(&format!("body {name}"), if k == 0 { WORLD } else { name }, now);
             for shape in shapes.iter().filter(|shape| shape["body"] == k && shape["wrap"] != true) {
-                add(&mut entity, shape);
+                add(&mut entity, shape, &self.scene["meshes"]);
             }
             entity
         };
@@ -211,8 +214,20 @@ fn entity(id: &str, frame: &str, now: Timestamp) -> SceneEntity {
     }
 }
 
+/// Triangles of a mesh of the scene: corners, and three indices each.
+fn triangles(mesh: &Value) -> Option<(Vec<Point3>, Vec<u32>)> {
+    let bytes = |name: &str| STANDARD.decode(mesh[name].as_str()?).ok();
+    let number =
+        |four: &[u8]| <[u8; 4]>::try_from(four).map_or(f64::NAN, |four| f32::from_le_bytes(four).into());
+    let numbers: Vec<f64> = bytes("vertices")?.chunks_exact(4).map(number).collect();
+    let corners = numbers.chunks_exact(3).map(|p| Point3 { x: p[0], y: p[1], z: p[2] });
+    let indices = bytes("triangles")?;
+    let indices = indices.chunks_exact(2).map(|two| u32::from(u16::from_le_bytes([two[0], two[1]])));
+    Some((corners.collect(), indices.collect()))
+}
+
 /// Adds a shape of the scene to an entity.
-fn add(entity: &mut SceneEntity, shape: &Value) {
+fn add(entity: &mut SceneEntity, shape: &Value, meshes: &Value) {
     let number = |value: &Value| value.as_f64().unwrap_or(0.0);
     let three = |list: &Value| [0, 1, 2].map(|k| number(&list[k]));
     let [x, y, z] = three(&shape["position"]);
@@ -236,6 +251,18 @@ fn add(entity: &mut SceneEntity, shape: &Value) {
             top_scale: 1.0,
             color,
         }),
+        Some("mesh") => {
+            let mesh = shape["mesh"].as_u64().and_then(|k| triangles(&meshes[usize::try_from(k).ok()?]));
+            if let Some((points, indices)) = mesh {
+                entity.triangles.push(TriangleListPrimitive {
+                    pose,
+                    points,
+                    color,
+                    indices,
+                    ..Default::default()
+                });
+            }
+        }
         _ => {}
     }
 }

@@ -129,6 +129,7 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         "gravity": robot.parts().gravity,
         "bodies": bodies,
         "shapes": sinew_view::shapes(robot.parts()),
+        "meshes": sinew_view::meshes(robot.parts()),
         "joints": joints,
         "muscles": muscles,
         "end_point": end_point,

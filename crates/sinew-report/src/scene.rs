@@ -127,11 +127,11 @@ impl<'a> Scenery<'a> {
         let muscles: Vec<Value> = parts.tendons.iter().map(|tendon| json!({"name": tendon.name})).collect();
         let bodies: Vec<Value> =
             parts.bodies.iter().map(|body| json!({"name": body.name, "parent": body.parent})).collect();
-        json!({"gravity": parts.gravity, "bodies": bodies, "shapes": sinew_view::shapes(parts), "joints": joints,
-            "muscles": muscles})
+        json!({"gravity": parts.gravity, "bodies": bodies, "shapes": sinew_view::shapes(parts),
+            "meshes": sinew_view::meshes(parts), "joints": joints, "muscles": muscles})
     }
 
-    /// A pose, all coordinates `q: [nq]`. Cables with the same path as in the first pose are null.
+    /// A pose, all coordinates `q: [nq]`. Bodies and cables where they are in the first pose are null.
     ///
     /// # Errors
     /// [`Error::Drawing`] for coordinates of another robot.
@@ -164,10 +164,12 @@ impl ScenePose {
             let lines = || cable.iter().map(|line| line.iter().map(point).collect::<Value>()).collect();
             if same { Value::Null } else { lines() }
         });
-        let bodies = self.bodies.iter().map(|(at, turn)| {
-            json!(
-                at.iter().map(|x| rounded(*x)).chain(turn.iter().map(|x| rounded(*x))).collect::<Vec<f64>>()
-            )
+        let numbers = |(at, turn): &([f64; 3], [f64; 4])| -> Vec<f64> {
+            at.iter().chain(turn).map(|x| rounded(*x)).collect()
+        };
+        let bodies = self.bodies.iter().enumerate().map(|(i, body)| {
+            let same = base.is_some_and(|base| numbers(&base.bodies[i]) == numbers(body));
+            if same { Value::Null } else { json!(numbers(body)) }
         });
         json!({"bodies": bodies.collect::<Value>(), "cables": cables.collect::<Value>()})
     }

@@ -46,6 +46,7 @@ files![
     "view/bodies.js",
     "view/cables.js",
     "view/camera.js",
+    "view/mesh.js",
     "view/palette.js",
     "view/pick.js",
     "view/report.js",

@@ -1,7 +1,9 @@
 //! What is drawn of the bodies of a robot: their shapes, bones where the file has none, surfaces that cables wrap.
 
+use crate::meshes::{extent, surfaces, turned};
 use serde::Serialize;
-use sinew::body::{Geom, Parts, PathElement, TendonPath, WrapKind};
+use sinew::body::{Geom, MeshGeom, Parts, PathElement, TendonPath, WrapKind};
+use std::sync::Arc;
 
 /// Radius of a bone, as a share of the mean length of all, and at most as a share of its own.
 const BONE_SHARE: f64 = 0.085;
@@ -14,9 +16,10 @@ const SURFACE_SHARE: f64 = 1.2;
 pub struct Shape {
     /// The body, 0 for the world.
     pub body: usize,
-    /// `sphere`, `capsule`, `cylinder`, `box`, `ellipsoid` or `bone`.
+    /// `sphere`, `capsule`, `cylinder`, `box`, `ellipsoid`, `bone` or `mesh`.
     pub kind: &'static str,
-    /// Half lengths as in MJCF, m: the radius first, then the half length without the ends of a capsule or bone.
+    /// Half lengths as in MJCF, m: the radius first, then the half length without the ends of a capsule or bone. Of a mesh those of
+    /// the box around it.
     pub size: [f64; 3],
     /// Of its centre, m.
     pub position: [f64; 3],
@@ -24,6 +27,9 @@ pub struct Shape {
     pub quaternion: [f64; 4],
     /// Whether it is a surface that cables wrap.
     pub wrap: bool,
+    /// Index of its triangles among [`crate::meshes`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<usize>,
 }
 
 /// Shapes of all bodies. Of the world what is not larger than the robot: a floor would hide it. A body without a shape gets bones
@@ -31,16 +37,17 @@ pub struct Shape {
 #[must_use]
 pub fn shapes(parts: &Parts) -> Vec<Shape> {
     let reach: f64 = parts.bodies.iter().map(|body| norm(body.position)).sum();
-    let small = |geom: &&Geom| geom.body > 0 || geom.size.iter().all(|size| *size <= reach);
-    let described = parts.geoms.iter().filter(small).map(|geom| Shape {
+    let small = |shape: &Shape| shape.body > 0 || shape.size.iter().all(|size| *size <= reach);
+    let described = parts.geoms.iter().map(|geom: &Geom| Shape {
         body: geom.body,
         kind: geom.kind.word(),
         size: geom.size,
         position: geom.position,
         quaternion: geom.orientation,
         wrap: false,
+        mesh: None,
     });
-    let surfaces = parts.wraps.iter().map(|wrap| {
+    let wrapped = parts.wraps.iter().map(|wrap| {
         let (kind, length) = match wrap.kind {
             WrapKind::Cylinder => ("cylinder", SURFACE_SHARE * wrap.radius),
             WrapKind::Sphere => ("sphere", wrap.radius),
@@ -52,16 +59,38 @@ pub fn shapes(parts: &Parts) -> Vec<Shape> {
             position: wrap.position,
             quaternion: wrap.orientation,
             wrap: true,
+            mesh: None,
         }
     });
-    described.chain(bones(parts)).chain(surfaces).collect()
+    described.chain(files(parts)).filter(small).chain(bones(parts)).chain(wrapped).collect()
+}
+
+/// The shapes of files that were read.
+fn files(parts: &Parts) -> Vec<Shape> {
+    let known = surfaces(parts);
+    let of = |mesh: &MeshGeom| {
+        let surface = mesh.surface.as_ref()?;
+        let (centre, size) = extent(surface);
+        let centre = turned(mesh.orientation, centre);
+        Some(Shape {
+            body: mesh.body,
+            kind: "mesh",
+            size,
+            position: std::array::from_fn(|k| mesh.position[k] + centre[k]),
+            quaternion: mesh.orientation,
+            wrap: false,
+            mesh: known.iter().position(|other| Arc::ptr_eq(other, surface)),
+        })
+    };
+    parts.meshes.iter().filter_map(of).collect()
 }
 
 /// Bones of the bodies without shapes, the world's excepted.
 fn bones(parts: &Parts) -> Vec<Shape> {
     let mut ends: Vec<(usize, [f64; 3])> = Vec::new();
     for body in 1..parts.bodies.len() {
-        if parts.geoms.iter().any(|geom| geom.body == body) {
+        let read = |mesh: &MeshGeom| mesh.body == body && mesh.surface.is_some();
+        if parts.geoms.iter().any(|geom| geom.body == body) || parts.meshes.iter().any(read) {
             continue;
         }
         let mut own: Vec<[f64; 3]> = (body + 1..parts.bodies.len())
@@ -95,6 +124,7 @@ fn bone(body: usize, end: [f64; 3], radius: f64) -> Shape {
         position: end.map(|x| 0.5 * x),
         quaternion: from_z(end.map(|x| x / length)),
         wrap: false,
+        mesh: None,
     }
 }
 

@@ -17,6 +17,7 @@ pub(crate) mod log;
 pub(crate) mod machine;
 pub(crate) mod machine_source;
 pub(crate) mod man;
+pub(crate) mod meshes;
 mod numeric_table;
 mod page;
 pub(crate) mod plot;

@@ -1,5 +1,6 @@
 //! The page beside a run.
 
+use super::meshes::read_meshes;
 use super::track::setup::Setup;
 use crate::arguments::PageArguments;
 use crate::error::Error;
@@ -47,8 +48,10 @@ impl RunPage {
         if !arguments.page {
             return Ok(None);
         }
+        let mut machine = setup.machine.clone();
+        read_meshes(&mut machine.robot, &setup.source.path);
         let (tap, run) = tap(RunParts {
-            machine: setup.machine.clone(),
+            machine,
             trajectory: (!shown.linked).then(|| setup.trajectory.clone()),
             path: setup.path.to_string(),
             bus: shown.bus,

@@ -195,21 +195,49 @@ pub fn max_end_point_error(machine: &Machine) -> f64 {
     (MAX_ERROR_SHARE * reach).min(MAX_END_POINT_ERROR_M)
 }
 
-/// What was larger than in a completed run.
-fn inaccuracy(summary: &TrackSummary, machine: &Machine) -> Option<String> {
-    let limit = max_end_point_error(machine);
+/// An error of a run beside the largest one of a completed run.
+pub(super) struct BoundedError {
+    /// m, or rad or m of a joint.
+    pub(super) error: f64,
+    /// Largest of a completed run.
+    pub(super) bound: f64,
+    /// The joint; none for the end point.
+    pub(super) joint: Option<String>,
+}
+
+impl BoundedError {
+    /// Above one in a run that does not count as completed.
+    pub(super) fn share(&self) -> f64 {
+        self.error / self.bound
+    }
+}
+
+/// The error of the end point, or of a machine without one of the joint with the largest share of its bound; none where
+/// no joint has a range.
+pub(super) fn largest_bounded_error(summary: &TrackSummary, machine: &Machine) -> Option<BoundedError> {
     if machine.task.site().is_some() {
         let error = summary.end_point_error.max.max(summary.hold_error.max);
-        return (error > limit)
-            .then(|| format!("the end point exceeded {:.2} mm tracking error", 1e3 * limit));
+        return Some(BoundedError { error, bound: max_end_point_error(machine), joint: None });
     }
     let joints = machine.robot.independent_joints().into_iter().zip(&summary.joint_error);
-    joints.into_iter().find_map(|(joint, error)| {
+    let bounded = joints.filter_map(|(joint, error)| {
         let joint = &machine.robot.parts().joints[joint];
         let [low, high] = joint.range?;
-        let share = MAX_JOINT_ERROR_SHARE * 100.0;
-        (error.max > MAX_JOINT_ERROR_SHARE * (high - low))
-            .then(|| format!("{} exceeded {share:.0} % of its range in tracking error", joint.name))
+        let bound = MAX_JOINT_ERROR_SHARE * (high - low);
+        Some(BoundedError { error: error.max, bound, joint: Some(joint.name.clone()) })
+    });
+    bounded.max_by(|a, b| a.share().total_cmp(&b.share()))
+}
+
+/// What was larger than in a completed run.
+fn inaccuracy(summary: &TrackSummary, machine: &Machine) -> Option<String> {
+    let largest = largest_bounded_error(summary, machine).filter(|largest| largest.share() > 1.0)?;
+    Some(match largest.joint {
+        None => format!("the end point exceeded {:.2} mm tracking error", 1e3 * largest.bound),
+        Some(joint) => {
+            let share = MAX_JOINT_ERROR_SHARE * 100.0;
+            format!("{joint} exceeded {share:.0} % of its range in tracking error")
+        }
     })
 }
 

@@ -51,12 +51,10 @@ function showScene(/** @type {{same: boolean}} */ { same }) {
   source.classList.toggle("warn", scene.simulated);
   session.compared = scene.compare ?? null;
   seen.scene = scene;
-  const headers = session.connection.headers();
-  const meshes = (/** @type {string} */ name) => fetch(`meshes/${name}`, { headers }).then((answer) => answer.arrayBuffer());
   if (scene.notice && !page.view) say({ text: scene.notice, bad: true });
   if (!page.view) {
     try {
-      page.view = new View(canvas, scene, { select: (found) => session.select(found), meshes, reduced: matchMedia("(prefers-reduced-motion: reduce)").matches });
+      page.view = new View(canvas, scene, { select: (found) => session.select(found), reduced: matchMedia("(prefers-reduced-motion: reduce)").matches });
     } catch (error) {
       const notice = byId("notice");
       notice.hidden = false;

@@ -42,8 +42,10 @@ export class Session extends EventTarget {
   /** @param {SceneMessage} scene */
   takeScene(scene) {
     const same = this.scene && JSON.stringify([this.scene.machine, this.scene.muscles, this.scene.shapes]) === JSON.stringify([scene.machine, scene.muscles, scene.shapes]);
+    // A connection that was lost and came back goes on with what was kept; a history of its own would also take memory.
+    const kept = this.scene && JSON.stringify(this.scene.layout) === JSON.stringify(scene.layout);
     this.scene = scene;
-    this.history = new History(scene.layout);
+    if (!kept) this.history = new History(scene.layout);
     if (!same) this.selection = scene.muscles.length ? { kind: "muscle", index: 0 } : null;
     this.tell("scene", { same });
     this.tell("select");

@@ -1,10 +1,12 @@
 // Shapes of the bodies: one instanced geometry per class of shape, so that a machine of a hundred shapes is a handful of
 // draw calls. A second set, transparent, shows the reference; another the second simulated machine of a comparison.
-import { BoxGeometry, BufferGeometry, Color, CylinderGeometry, Float32BufferAttribute, Group, InstancedMesh, LatheGeometry, Matrix4, Mesh, MeshLambertMaterial, Quaternion, SphereGeometry, Vector2, Vector3 } from "../vendor/three/three.module.min.js";
+import { BoxGeometry, Color, CylinderGeometry, DoubleSide, Group, InstancedMesh, LatheGeometry, Matrix4, Mesh, MeshLambertMaterial, Quaternion, SphereGeometry, Vector2, Vector3 } from "../vendor/three/three.module.min.js";
 import { poseMatrix } from "./camera.js";
 import { triple } from "./cables.js";
+import { triangles } from "./mesh.js";
 import { token } from "./palette.js";
 
+/** @import {BufferGeometry} from "../vendor/three/three.module.min.js" */
 /** @import {Machine, Shape} from "./types.js" */
 
 /** @typedef {"body"|"surface"|"ghost"|"second"} Look */
@@ -25,10 +27,10 @@ const CYLINDER = (detail = 1) => new CylinderGeometry(1, 1, 2, Math.round(24 * d
 
 /**
  * Parts of a shape: class of geometry, then its scale and place in the frame of the shape.
- * @param {Shape} shape
+ * @param {Shape} shape @param {Machine["meshes"]} meshes
  * @returns {[string, (detail: number) => BufferGeometry, number[], number[]][]}
  */
-function parts({ kind, size, mesh }) {
+function parts({ kind, size, mesh }, meshes) {
   const [a, b = a, c = a] = size;
   switch (kind) {
     case "sphere": return [["sphere", SPHERE, [a, a, a], [0, 0, 0]]];
@@ -37,7 +39,7 @@ function parts({ kind, size, mesh }) {
     case "cylinder": return [["cylinder", CYLINDER, [a, a, b], [0, 0, 0]]];
     case "capsule": return [["tube", TUBE, [a, a, b], [0, 0, 0]], ["sphere", SPHERE, [a, a, a], [0, 0, b]], ["sphere", SPHERE, [a, a, a], [0, 0, -b]]];
     case "bone": return b < a ? [["sphere", SPHERE, [a, a, a], [0, 0, 0]]] : [["bone", link, [a, a, b + a], [0, 0, 0]]];
-    case "mesh": return mesh == null ? [] : [[`mesh ${mesh}`, () => new BufferGeometry(), [1, 1, 1], [0, 0, 0]]];
+    case "mesh": return mesh == null ? [] : [[`mesh ${mesh}`, () => triangles(meshes[mesh]), [1, 1, 1], [0, 0, 0]]];
     default: return [];
   }
 }
@@ -71,7 +73,7 @@ export class Bodies {
     /** @type {Map<string, Class>} */
     const classes = new Map();
     for (const shape of this.machine.shapes.filter((s) => s.kind !== "plane" && wanted(s))) {
-      for (const [name, make, scale, at] of parts(shape)) {
+      for (const [name, make, scale, at] of parts(shape, this.machine.meshes)) {
         const found = classes.get(name) ?? { geometry: make(this.detail), parts: [] };
         classes.set(name, found);
         found.parts.push({ shape, local: local(shape, scale, at) });
@@ -83,8 +85,10 @@ export class Bodies {
   /** Adds instances of the shapes in a look. @param {Look} look @param {Map<string, Class>} classes */
   add(look, classes) {
     const solid = look === "body";
-    this.looks.set(look, [...classes.values()].map(({ geometry, parts: list }) => {
+    this.looks.set(look, [...classes].map(([name, { geometry, parts: list }]) => {
       const material = new MeshLambertMaterial(solid ? {} : { transparent: true, depthWrite: look === "ghost" });
+      // Files of triangles have holes, and triangles that face inwards.
+      if (name.startsWith("mesh")) material.side = DoubleSide;
       const mesh = new InstancedMesh(geometry, material, list.length);
       mesh.frustumCulled = false;
       mesh.renderOrder = { body: 1, surface: 2.5, ghost: 6, second: 1.5 }[look];
@@ -144,25 +148,4 @@ export class Bodies {
       mesh.boundingSphere = null;
     }
   }
-
-  /** Puts the triangles of a mesh in place. @param {string} name @param {Float32Array} corners nine numbers a triangle */
-  mesh(name, corners) {
-    for (const classes of [...Object.values(this.classes), this.moving]) {
-      const found = classes?.get(`mesh ${name}`);
-      if (!found) continue;
-      found.geometry.setAttribute("position", new Float32BufferAttribute(corners, 3));
-      found.geometry.computeVertexNormals();
-      found.geometry.computeBoundingSphere();
-    }
-  }
-}
-
-/** Triangles of a binary STL file, or of bare little-endian numbers. @param {ArrayBuffer} bytes @returns {Float32Array} */
-export function triangles(bytes) {
-  const view = new DataView(bytes);
-  const count = bytes.byteLength >= 84 ? view.getUint32(80, true) : 0;
-  if (bytes.byteLength !== 84 + 50 * count) return new Float32Array(bytes.slice(0, bytes.byteLength - (bytes.byteLength % 36)));
-  const corners = new Float32Array(9 * count);
-  for (let k = 0; k < count; k += 1) for (let i = 0; i < 9; i += 1) corners[9 * k + i] = view.getFloat32(84 + 50 * k + 12 + 4 * i, true);
-  return corners;
 }

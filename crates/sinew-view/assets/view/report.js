@@ -6,8 +6,8 @@ import { VIEWS } from "./camera.js";
 /** @import {Machine, Instant} from "./types.js" */
 
 /**
- * A pose: bodies as seven numbers each; branches of every cable, null where they are those of the first pose.
- * @typedef {{bodies: number[][], cables: (number[][][]|null)[]}} Pose
+ * A pose: bodies as seven numbers each and branches of every cable, null where they are those of the first pose.
+ * @typedef {{bodies: (number[]|null)[], cables: (number[][][]|null)[]}} Pose
  * @typedef {{joint: string, unit: string, at: number[], frames: Pose[]}} Sweep
  * @typedef {{fixed: any, poses: {name: string, scene: Pose}[], sweeps: Sweep[], paths: {class: string, name: string, points: number[][]}[]}} Data
  */
@@ -18,7 +18,7 @@ const PATH_COLOURS = { measured: "--soft", predicted: "--accent", near: "--near"
 const SWEEP = 4;
 
 /** An empty machine, where only paths are shown. */
-const NOTHING = { gravity: [0, 0, -9.81], bodies: [], shapes: [], joints: [], muscles: [] };
+const NOTHING = { gravity: [0, 0, -9.81], bodies: [], shapes: [], meshes: [], joints: [], muscles: [] };
 
 /** All branches of a pose, one after another. @param {Pose} pose @param {Pose} base @returns {number[][][]} */
 function branches(pose, base) {
@@ -139,7 +139,7 @@ class Figure {
     const base = this.data.poses[0].scene;
     // Shorter branches stay at their end.
     const points = branches(pose, base).flatMap((line, k) => Array.from({ length: this.counts[k] }, (_, i) => line[Math.min(i, line.length - 1)] ?? [NaN, NaN, NaN]).flat());
-    return { body_pose: pose.bodies.flat(), cable_points: points };
+    return { body_pose: pose.bodies.flatMap((body, k) => body ?? base.bodies[k] ?? []), cable_points: points };
   }
 }
 

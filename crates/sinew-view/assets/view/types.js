@@ -14,8 +14,13 @@
  * @property {number[]} position
  * @property {number[]} quaternion
  * @property {boolean} [wrap]
- * @property {string|number|null} [mesh]
+ * @property {number} [mesh] index of its triangles
  * @property {string} [name]
+ */
+
+/**
+ * Triangles in the frame of a shape, in base64: corners as three float32 each, m; triangles as three uint16 each.
+ * @typedef {{vertices: string, triangles: string}} MeshData
  */
 
 /**
@@ -43,6 +48,7 @@
  * @property {number[]} gravity
  * @property {{name: string, parent: number}[]} bodies
  * @property {Shape[]} shapes
+ * @property {MeshData[]} meshes
  * @property {Joint[]} joints
  * @property {Muscle[]} muscles
  * @property {{body: number, position: number[]}|null} end_point

@@ -1,7 +1,7 @@
 // The three-dimensional view of a machine: one object that takes instants and shows them. The live page and the reports
 // use the same.
 import { Group, Matrix4, Quaternion, Vector2, Vector3 } from "../vendor/three/three.module.min.js";
-import { Bodies, triangles } from "./bodies.js";
+import { Bodies } from "./bodies.js";
 import { Cables } from "./cables.js";
 import { Orbit, poseMatrix } from "./camera.js";
 import { pick, place } from "./pick.js";
@@ -18,7 +18,7 @@ export class View {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Machine} machine
-   * @param {{select?: (found: Selection) => void, meshes?: (name: string) => Promise<ArrayBuffer>, reduced?: boolean, colours?: number[]}} [options] `colours`: of each cable, where no tension is known
+   * @param {{select?: (found: Selection) => void, reduced?: boolean, colours?: number[]}} [options] `colours`: of each cable, where no tension is known
    */
   constructor(canvas, machine, options = {}) {
     this.stage = new Stage(canvas);
@@ -48,7 +48,6 @@ export class View {
     this.paths = [];
     this.root.add(this.surroundings.group, this.bodies.group, ...this.cables.meshes, ...this.trail.ribbon.meshes, ...this.second.ribbon.meshes);
     this.path(machine.path ?? null);
-    this.loadMeshes();
     // Before the camera is placed: the first instant decides what it looks at.
     this.stage.before.unshift((now) => this.beforeFrame(now));
     this.listen();
@@ -72,15 +71,6 @@ export class View {
     this.paths.push(path);
     this.root.add(...path.ribbon.meshes);
     this.stage.invalidate();
-  }
-
-  async loadMeshes() {
-    const names = new Set(this.machine.shapes.filter((s) => s.kind === "mesh" && s.mesh != null).map((s) => String(s.mesh)));
-    for (const name of names) {
-      const bytes = await this.options.meshes?.(name).catch(() => null);
-      if (bytes) this.bodies.mesh(name, triangles(bytes));
-      this.stage.invalidate();
-    }
   }
 
   /** Takes an instant, which the next frame shows. @param {Instant} now @param {number} time s */
@@ -149,7 +139,7 @@ export class View {
       // A floor does not set the scale.
       if (shape.body === 0 || shape.kind === "plane") continue;
       const [w, x, y, z] = shape.quaternion, along = new Vector3(0, 0, 1).applyQuaternion(new Quaternion(x, y, z, w));
-      const long = ["bone", "capsule", "cylinder"].includes(shape.kind), radius = long ? shape.size[0] : Math.max(...(shape.kind === "mesh" ? [0.05] : shape.size));
+      const long = ["bone", "capsule", "cylinder"].includes(shape.kind), radius = long ? shape.size[0] : Math.max(...shape.size);
       for (const end of long ? [-1, 1] : [0]) {
         const p = new Vector3().fromArray(shape.position).addScaledVector(along, end * (long ? shape.size[1] : 0)).applyMatrix4(poseMatrix(now.body_pose, shape.body, pose));
         take(p, 0.8 * radius);

@@ -257,6 +257,15 @@ fn surfaces(parts: &mut Parts) -> Result<(), PartError> {
         part.finite("its position", &geom.position)?;
         part.unit("its orientation", &mut geom.orientation)?;
     }
+    for (index, mesh) in parts.meshes.iter_mut().enumerate() {
+        let part = Part { kind: "mesh", index, name: &mesh.file };
+        part.below("its body", mesh.body, bodies)?;
+        part.finite("its scale", &mesh.scale)?;
+        part.finite("its position", &mesh.position)?;
+        part.finite("its reference position", &mesh.reference_position)?;
+        part.unit("its orientation", &mut mesh.orientation)?;
+        part.unit("its reference orientation", &mut mesh.reference_orientation)?;
+    }
     Ok(())
 }
 

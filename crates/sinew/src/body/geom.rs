@@ -1,5 +1,8 @@
 //! Shapes of bodies, for drawings: plain data, without an effect on dynamics.
 
+use alloc::string::String;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Kind of a shape, in its own frame.
@@ -63,4 +66,38 @@ pub struct Geom {
     pub position: [f64; 3],
     /// Orientation in the body's frame.
     pub orientation: [f64; 4],
+}
+
+/// A shape fixed to a body that a file of triangles describes: what a drawing shows of it.
+///
+/// A point `v` of the file lies at `position + R(orientation) S R(reference_orientation)^T (v - reference_position)` in
+/// the body's frame, `S` the diagonal matrix of `scale`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MeshGeom {
+    /// The body.
+    pub body: usize,
+    /// Path of the file, relative to the folder of the file that describes the robot, or a URI of ROS.
+    pub file: String,
+    /// Metres in a unit of the file, along x, y, z; below zero where the file is mirrored.
+    pub scale: [f64; 3],
+    /// Point of the file at the origin of the shape.
+    pub reference_position: [f64; 3],
+    /// Orientation of the shape in the file.
+    pub reference_orientation: [f64; 4],
+    /// Origin of the shape in the body's frame, m.
+    pub position: [f64; 3],
+    /// Orientation in the body's frame.
+    pub orientation: [f64; 4],
+    /// Its triangles, where the file was read.
+    #[serde(skip)]
+    pub surface: Option<Arc<TriangleSurface>>,
+}
+
+/// Triangles in the frame of a shape, m.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TriangleSurface {
+    /// Corners.
+    pub vertices: Vec<[f32; 3]>,
+    /// Indices of three corners each, anticlockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
 }

@@ -28,7 +28,7 @@ pub(crate) mod vector;
 
 pub use chain::{DhRow, DhTable};
 pub use coupling::Reduction;
-pub use geom::{Geom, GeomKind};
+pub use geom::{Geom, GeomKind, MeshGeom, TriangleSurface};
 pub use kinematics::{MotionAxis, Pose, Poses};
 pub use part_error::PartError;
 pub use parts::{

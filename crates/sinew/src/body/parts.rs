@@ -4,7 +4,7 @@
 //! parent body; joints of one body act in the order they are listed, anchor and axis in the body's own frame
 //! (at the reference pose the joints move nothing); the world is body 0.
 
-use super::geom::Geom;
+use super::geom::{Geom, MeshGeom};
 use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -28,6 +28,9 @@ pub struct Parts {
     /// Shapes of the bodies, for drawings.
     #[serde(default)]
     pub geoms: Vec<Geom>,
+    /// Shapes of the bodies that other files describe, for drawings.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<MeshGeom>,
     /// Tendons: each is a muscle.
     pub tendons: Vec<Tendon>,
     /// Joints that follow other joints.

@@ -1,10 +1,12 @@
 use super::check::check;
+use super::geom::{MeshGeom, TriangleSurface};
 use super::link::{Link, LinkFrame};
 use super::part_error::PartError;
 use super::parts::{Body, JointKind, Parts};
 use super::tree::Tree;
 use super::vector::{add_scaled, frame_of, point_inertia, scale, sub};
 use crate::error::{Error, check_entries, non_negative};
+use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -31,6 +33,13 @@ impl Robot {
         let tree = Tree::new(&parts);
         let followers = in_order(&parts);
         Ok(Robot { parts, tree, followers })
+    }
+
+    /// Gives the shapes of other files their triangles, for drawings; none where `surface` gives none.
+    pub fn read_meshes(&mut self, mut surface: impl FnMut(&MeshGeom) -> Option<Arc<TriangleSurface>>) {
+        for mesh in &mut self.parts.meshes {
+            mesh.surface = surface(mesh);
+        }
     }
 
     /// The same robot with a point mass on a body.

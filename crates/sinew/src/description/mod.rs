@@ -11,6 +11,7 @@ mod document;
 mod domain;
 mod error;
 pub mod machine;
+mod mesh_file;
 mod mjcf;
 mod names;
 mod orientation;

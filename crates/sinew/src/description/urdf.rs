@@ -214,7 +214,7 @@ impl<'a> Graph<'a> {
             parts.bodies.push(still(self.root));
             root = 1;
             weigh(self.tree, self.links[self.root], &mut parts.bodies[1])?;
-            parts.geoms.extend(urdf_geoms::read(self.tree, self.links[self.root], 1, origin)?);
+            urdf_geoms::read(self.tree, self.links[self.root], 1, origin, parts)?;
         }
         let mut mimics = Vec::new();
         let leaving = |link: &str| self.leaving.get(link).into_iter().flatten().rev().copied();
@@ -228,8 +228,7 @@ impl<'a> Graph<'a> {
             body.parent = parent;
             (body.position, body.orientation) = origin(self.tree, element)?;
             weigh(self.tree, self.links[link], &mut body)?;
-            let shapes = urdf_geoms::read(self.tree, self.links[link], index, origin)?;
-            parts.geoms.extend(shapes);
+            urdf_geoms::read(self.tree, self.links[link], index, origin, parts)?;
             let kind = at.word("type", &KINDS)?.ok_or_else(|| at.error("type", "is missing"))?;
             if kind == 5 {
                 return Err(at.error(

@@ -101,3 +101,57 @@ fn a_shape_of_a_robot_is_finite_and_has_a_body() {
     assert!(refused(|geom| geom.size[0] = 0.0).contains("size"));
     assert!(refused(|geom| geom.position[2] = f64::INFINITY).contains("position"));
 }
+
+const MESHES: &str = r#"<mujoco>
+  <compiler meshdir="../shapes/"/>
+  <default><mesh scale="0.001 0.001 0.001"/></default>
+  <asset>
+    <mesh file="bones/radius.stl"/>
+    <mesh name="shell" file="Shell.OBJ" scale="1 -1 1" refpos="1 2 3" refquat="0 2 0 0"/>
+    <mesh name="inline" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/>
+  </asset>
+  <worldbody>
+    <body name="arm">
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+      <geom mesh="radius" pos="0 0 0.1" group="2"/>
+      <geom type="capsule" size="0.1 0.2" group="3" density="0"/>
+      <body name="hand">
+        <geom type="mesh" mesh="shell" quat="0 0 3 0" density="0"/>
+        <geom type="mesh" mesh="inline" density="0"/>
+      </body>
+      <body name="hook"><geom size="0.1" group="4" density="0"/></body>
+    </body>
+  </worldbody>
+</mujoco>"#;
+
+#[test]
+fn files_of_triangles_are_named_and_placed_as_mujoco_does() {
+    let found = from_mjcf("m.xml", MESHES, &mut |_| Err(String::new())).unwrap();
+    let [radius, shell] = &found.parts.meshes[..] else { panic!("{:?}", found.parts.meshes) };
+    assert_eq!((radius.body, radius.file.as_str()), (1, "../shapes/bones/radius.stl"));
+    assert_eq!((radius.scale, radius.position), ([0.001; 3], [0.0, 0.0, 0.1]));
+    assert_eq!((shell.body, shell.file.as_str()), (2, "../shapes/Shell.OBJ"));
+    assert_eq!((shell.scale, shell.reference_position), ([1.0, -1.0, 1.0], [1.0, 2.0, 3.0]));
+    assert_eq!(shell.reference_orientation, [0.0, 1.0, 0.0, 0.0]);
+    assert_eq!(shell.orientation, [0.0, 0.0, 1.0, 0.0]);
+    assert!(found.warnings.iter().any(|warning| warning.what.contains("no file")), "{:?}", found.warnings);
+    // Shapes for collisions are hidden where there are others, as in MuJoCo's viewer.
+    assert!(found.parts.geoms.is_empty(), "{:?}", found.parts.geoms);
+    let alone = MESHES.replace("group=\"2\"", "group=\"3\"").replace("mesh=\"shell\"", "mesh=\"inline\"");
+    let alone = from_mjcf("m.xml", &alone, &mut |_| Err(String::new())).unwrap().parts;
+    assert_eq!((alone.geoms.len(), alone.meshes.len()), (2, 1));
+    Robot::new(found.parts).unwrap();
+    let stripped = MESHES.replace("meshdir=", "strippath=\"true\" assetdir=");
+    let stripped = from_mjcf("m.xml", &stripped, &mut |_| Err(String::new())).unwrap();
+    assert_eq!(stripped.parts.meshes[0].file, "../shapes/radius.stl");
+}
+
+#[test]
+fn files_of_triangles_in_urdf_keep_their_origin_and_scale() {
+    let urdf = r#"<robot name="r"><link name="base"><visual><origin xyz="0 0 1" rpy="0 0 0"/>
+        <geometry><mesh filename="package://arm/meshes/base.stl" scale="0.1 0.1 0.1"/></geometry></visual></link></robot>"#;
+    let found = from_urdf("r.urdf", urdf, None).unwrap().parts.meshes;
+    assert_eq!(found.len(), 1);
+    assert_eq!((found[0].body, found[0].file.as_str()), (1, "package://arm/meshes/base.stl"));
+    assert_eq!((found[0].scale, found[0].position), ([0.1; 3], [0.0, 0.0, 1.0]));
+}

@@ -24,6 +24,11 @@ pub(crate) fn run(arguments: &ConvertArguments, general: &General) -> Result<Ans
     let machine = matches!(source_of(&arguments.input, arguments.muscles.as_deref())?, Source::Machine);
     let left_out = if machine { &MACHINE_ALONE[..] } else { &[] };
     let parts = robot.parts();
+    match parts.meshes.len() {
+        0 => {}
+        1 => eprintln!("warning: a shape of a body in a mesh file is left out"),
+        many => eprintln!("warning: {many} shapes of bodies in mesh files are left out"),
+    }
     let text = if kind == Format::Toml { to_toml(parts) } else { to_mjcf(parts) };
     let written = write_all(&[(output.clone(), text.as_bytes())])?;
     let (bodies, joints, muscles) = (parts.bodies.len() - 1, parts.joints.len(), parts.tendons.len());

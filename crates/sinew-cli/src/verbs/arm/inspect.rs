@@ -8,13 +8,17 @@ use crate::arguments::{General, InspectArguments};
 use crate::error::Error;
 use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::table::{number, table};
+use crate::verbs::meshes::read_meshes;
 use sinew::body::{JointKind, Robot};
 use sinew_lab::machine_file::{LoadedRobot, load_robot};
 
 pub(crate) fn run(arguments: &InspectArguments, general: &General) -> Result<Answer, Error> {
     let inputs = [&arguments.model].into_iter().chain(&arguments.muscles);
     refuse_overwrite(inputs, arguments.report.as_slice(), general.no_clobber)?;
-    let loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;
+    let mut loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;
+    if arguments.report.is_some() {
+        read_meshes(&mut loaded.robot, &arguments.model);
+    }
     let survey = survey(&loaded.robot)?;
     let written = match &arguments.report {
         Some(path) => write_all(&[(path.clone(), report::page(&loaded.robot, &survey)?.as_bytes())])?,

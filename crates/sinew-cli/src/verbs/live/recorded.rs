@@ -3,6 +3,7 @@
 use crate::arguments::LiveArguments;
 use crate::error::Error;
 use crate::progress::Progress;
+use crate::verbs::meshes::read_meshes;
 use crate::verbs::page::tension_limits;
 use crate::verbs::recording::{RunSetup, read_bytes, recording};
 use sinew_live::{LiveError, Playback, PlaybackParts};
@@ -25,7 +26,8 @@ pub(super) fn playback(arguments: &LiveArguments) -> Result<(Playback, bool), Er
     let bytes = read_bytes(file)?;
     let read = recording(file, &bytes)?;
     let setup = RunSetup::of(file, &read)?;
-    let machine = setup.machine(file, &read)?;
+    let mut machine = setup.machine(file, &read)?;
+    read_meshes(&mut machine.robot, setup.machine_path());
     let simulated = read.head.simulated;
     // A motion that cannot be planned again is not drawn; what was recorded is.
     let trajectory = if setup.link.is_some() { None } else { setup.trajectory(file, &read, &machine).ok() };

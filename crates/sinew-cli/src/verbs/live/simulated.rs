@@ -3,6 +3,7 @@
 use crate::arguments::{FaultArgument, LiveArguments, PathArgument};
 use crate::error::Error;
 use crate::verbs::machine_source;
+use crate::verbs::meshes::read_meshes;
 use crate::verbs::page::tension_limits;
 use crate::verbs::track::{fault, motion};
 use sinew::machine::Machine;
@@ -27,7 +28,8 @@ const VARIANTS: [CompensationVariant; 5] = [
 /// reason, unless the motion was asked for.
 pub(super) fn source(arguments: &LiveArguments) -> Result<Box<dyn Source>, Error> {
     let (description, _) = machine_source::load(&arguments.model)?;
-    let machine = description.machine;
+    let mut machine = description.machine;
+    read_meshes(&mut machine.robot, &arguments.model);
     match stage(arguments, machine.clone()) {
         Ok(stage) => Ok(Box::new(stage)),
         Err(error @ Error::Infeasible { .. }) if arguments.path.is_none() => {

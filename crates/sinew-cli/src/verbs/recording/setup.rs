@@ -149,6 +149,11 @@ impl RunSetup {
         }
     }
 
+    /// Where the machine's file was when it was recorded: meshes are not part of a recording.
+    pub(crate) fn machine_path(&self) -> &Path {
+        &self.machine
+    }
+
     /// The machine as it was recorded, with its payload.
     pub(crate) fn machine(&self, file: &Path, recording: &Recording<'_>) -> Result<Machine, Error> {
         let texts = self.machine_files.iter().map(|each| {

@@ -13,6 +13,7 @@ use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
+use crate::verbs::meshes::read_meshes;
 use crate::verbs::page::{RunPage, Shown, stopped_text};
 use record::RunHead;
 use setup::Setup;
@@ -94,7 +95,9 @@ fn files(
     };
     let mut files = Vec::new();
     if let Some(path) = &arguments.report {
-        files.push((path.clone(), report(&head, setup.variant, &result.trace, Some(&setup.machine.robot))?));
+        let mut robot = setup.machine.robot.clone();
+        read_meshes(&mut robot, &setup.source.path);
+        files.push((path.clone(), report(&head, setup.variant, &result.trace, Some(&robot))?));
     }
     if let Some(path) = &arguments.record {
         files.push((path.clone(), record::csv(&head, &result.trace)?));

@@ -8,6 +8,7 @@ use crate::body::{Parts, Robot};
 use crate::description::Description;
 use crate::description::document::{Document, Entry, Table};
 use crate::description::error::{DescriptionError, Warning};
+use crate::description::mesh_file::joined;
 use crate::description::mjcf::from_mjcf;
 use crate::description::names::named;
 use crate::description::origin::Origins;
@@ -175,6 +176,12 @@ fn body_file(
             from_mjcf(&shown, &text, &mut |file| files.include(file, path))?
         }
     };
+    // Meshes are named relative to the body's file.
+    if let Some((folder, _)) = path.rsplit_once('/') {
+        for mesh in &mut description.parts.meshes {
+            mesh.file = joined(folder, &mesh.file);
+        }
+    }
     if let Some(name) = root.entry("name") {
         description.parts.name = name.text("a name")?.to_string();
     }

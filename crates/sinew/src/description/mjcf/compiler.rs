@@ -4,6 +4,7 @@ use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use crate::description::tree::Tree;
 use alloc::format;
+use alloc::string::{String, ToString};
 
 /// Source of a body's inertia.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,6 +27,10 @@ pub(super) struct Compiler {
     pub(super) least_inertia: f64,
     pub(super) balance: bool,
     pub(super) total_mass: Option<f64>,
+    /// Folder of meshes, relative to that of the model.
+    pub(super) mesh_folder: String,
+    /// Whether folders within the names of files are left out.
+    pub(super) strip_path: bool,
 }
 
 impl Compiler {
@@ -40,6 +45,8 @@ impl Compiler {
             least_inertia: 0.0,
             balance: false,
             total_mass: None,
+            mesh_folder: String::new(),
+            strip_path: false,
         };
         for &element in &tree.elements[0].children {
             if tree.elements[element].name == "compiler" {
@@ -63,6 +70,10 @@ impl Compiler {
                 || at.error("eulerseq", format!("is `{text}`: expected three letters out of xyzXYZ"));
             self.sequence = letters.ok_or_else(expected)?;
         }
+        if let Some(folder) = at.text("meshdir").or_else(|| at.text("assetdir")) {
+            self.mesh_folder = folder.to_string();
+        }
+        self.strip_path = at.flag("strippath", self.strip_path)?;
         self.auto_limits = at.flag("autolimits", self.auto_limits)?;
         self.balance = at.flag("balanceinertia", self.balance)?;
         match at.word("inertiafromgeom", &["false", "true", "auto"])? {

@@ -20,6 +20,7 @@ pub(super) fn kind(name: &str) -> Option<&'static str> {
     Some(match name {
         "joint" => "joint",
         "geom" => "geom",
+        "mesh" => "mesh",
         "site" => "site",
         "tendon" => "tendon",
         "equality" => "equality",

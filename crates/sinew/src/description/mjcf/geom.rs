@@ -3,6 +3,7 @@
 use super::compiler::Compiler;
 use super::import_state::{Import, Surface};
 use super::inertia::diagonal;
+use super::mesh;
 use super::place::{Place, place};
 use super::shell;
 use super::solid::{Solid, TYPES, Weight};
@@ -34,11 +35,13 @@ pub(super) fn read(
     let heavy = counts && mass.unwrap_or(density) > 0.0;
     if kind >= 7 || at.text("mesh").is_some() {
         import.name("geom", at)?;
-        import.pass_over(
-            at.element,
-            "mesh",
-            "<geom> with a mesh: meshes are not read, its shape is left out",
-        );
+        if at.text("mesh").is_some() {
+            let place = frame.of(place(at, &import.compiler)?);
+            mesh::shape(import, at, body, place, group)?;
+        } else {
+            let kind = TYPES[kind];
+            import.pass_over(at.element, kind, &format!("<geom> of type {kind}: its shape is not drawn"));
+        }
         return Ok(if heavy { Weight::Unknown } else { Weight::Nothing });
     }
     let name = import.name("geom", at)?;
@@ -48,6 +51,7 @@ pub(super) fn read(
         let Place { position, orientation } = place;
         let size = core::array::from_fn(|i| if i < kind.sizes() { size[i] } else { 0.0 });
         import.parts.geoms.push(Geom { body, kind, size, position, orientation });
+        import.geom_groups.push(group);
         import.parts.geoms.len() - 1
     });
     if let Some(name) = name {

@@ -3,7 +3,7 @@
 use super::compiler::Compiler;
 use super::defaults::Defaults;
 use super::import_state::Import;
-use super::{body, lists, replicate, schema, sheath, tendon};
+use super::{body, lists, mesh, replicate, schema, sheath, tendon};
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use crate::description::tree::Tree;
@@ -35,6 +35,10 @@ pub fn from_mjcf(
     let defaults = Defaults::read(&tree)?;
     let mut import = Import::new(&tree, compiler, &defaults, file);
     read_settings(&mut import)?;
+    for asset in top_elements(&tree, "asset") {
+        let meshes = tree.elements[asset].children.iter().filter(|&&e| tree.elements[e].name == "mesh");
+        meshes.copied().try_for_each(|element| mesh::read(&mut import, element))?;
+    }
     body::world(&mut import)?;
     read_references(&mut import)?;
     // A surface that a cable wraps around is drawn as one.
@@ -42,7 +46,25 @@ pub fn from_mjcf(
         import.surfaces.values().filter(|surface| surface.wrap.is_some()).filter_map(|s| s.geom).collect();
     let mut index = 0..;
     import.parts.geoms.retain(|_| index.next().is_none_or(|k| !wrapped.contains(&k)));
+    let mut index = 0..;
+    import.geom_groups.retain(|_| index.next().is_none_or(|k| !wrapped.contains(&k)));
+    keep_shown(&mut import);
     Ok(Description { parts: import.parts, warnings: import.warnings, origins: import.origins })
+}
+
+/// First of the groups that MuJoCo's viewer hides: shapes for collisions, mostly.
+const HIDDEN_GROUP: f64 = 3.0;
+
+/// Leaves out shapes in hidden groups, of a robot that has others.
+fn keep_shown(import: &mut Import<'_>) {
+    let Import { parts, geom_groups, mesh_groups, .. } = import;
+    if geom_groups.iter().chain(&*mesh_groups).all(|group| *group >= HIDDEN_GROUP) {
+        return;
+    }
+    let mut shown = geom_groups.iter().map(|group| *group < HIDDEN_GROUP);
+    parts.geoms.retain(|_| shown.next() == Some(true));
+    let mut shown = mesh_groups.iter().map(|group| *group < HIDDEN_GROUP);
+    parts.meshes.retain(|_| shown.next() == Some(true));
 }
 
 /// Children of the root of one name.

@@ -2,6 +2,7 @@
 
 use super::compiler::Compiler;
 use super::defaults::Defaults;
+use super::mesh::MeshAsset;
 use super::place::Place;
 use crate::body::{Parts, WrapKind};
 use crate::description::attributes::Attributes;
@@ -34,6 +35,11 @@ pub(super) struct Import<'a> {
     pub(super) defaults: &'a Defaults,
     pub(super) parts: Parts,
     pub(super) surfaces: BTreeMap<String, Surface>,
+    /// Files of shapes by the names of their assets.
+    pub(super) meshes: BTreeMap<String, MeshAsset>,
+    /// Groups of the shapes of bodies, and of those in files.
+    pub(super) geom_groups: Vec<f64>,
+    pub(super) mesh_groups: Vec<f64>,
     pub(super) warnings: Vec<Warning>,
     pub(super) origins: Origins,
     /// Names by kind, each with its index in the list of its kind.
@@ -55,6 +61,9 @@ impl<'a> Import<'a> {
             defaults,
             parts,
             surfaces: BTreeMap::new(),
+            meshes: BTreeMap::new(),
+            geom_groups: Vec::new(),
+            mesh_groups: Vec::new(),
             warnings: Vec::new(),
             origins: Origins::new(file),
             names: BTreeMap::new(),

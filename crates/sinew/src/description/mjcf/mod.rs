@@ -9,6 +9,7 @@ mod import;
 mod import_state;
 mod inertia;
 mod lists;
+mod mesh;
 mod place;
 mod ranges;
 mod replicate;
