@@ -5,6 +5,7 @@ use super::error::Error;
 use super::format::significant;
 use super::payload::Payload;
 use super::plot::Plot;
+use super::scene::{SceneData, SceneFigure, machine_figure, scene_script};
 use super::shell::{SHELL, Shell};
 use askama::Template;
 use sinew::control::capability::{Extreme, PoseCapability};
@@ -100,6 +101,8 @@ struct Page<'a> {
     shell: Shell,
     name: &'a str,
     poses: usize,
+    scene: SceneFigure,
+    scene_script: String,
     rows: Vec<Row>,
     maps: Vec<Map>,
     torques: Vec<Plot>,
@@ -121,7 +124,7 @@ struct Map {
 }
 
 /// A page of its own.
-pub fn page(view: &MapView<'_>) -> Result<String, Error> {
+pub fn page(view: &MapView<'_>, scene: &SceneData) -> Result<String, Error> {
     let rows = quantities(view).into_iter().map(|quantity| {
         let [least, median, most] = quantity.spread.map(|value| significant(value, 3));
         Row {
@@ -142,6 +145,8 @@ pub fn page(view: &MapView<'_>) -> Result<String, Error> {
         shell: SHELL,
         name: &view.name,
         poses: view.poses.len(),
+        scene: machine_figure(scene)?,
+        scene_script: scene_script(),
         rows: rows.collect(),
         maps: maps(view),
         held: view.payload.held_rows(),

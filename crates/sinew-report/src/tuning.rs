@@ -5,6 +5,7 @@ use super::error::Error;
 use super::format::{NONE, fixed, plural, significant};
 use super::machine_picture::draw;
 use super::plot::css_percent;
+use super::scene::{SceneData, SceneFigure, machine_figure, scene_script};
 use super::shell::{SHELL, Shell};
 use askama::Template;
 use serde::Serialize;
@@ -119,6 +120,8 @@ struct Page<'a> {
     amount: String,
     verdict: String,
     picture: String,
+    scene: SceneFigure,
+    scene_script: String,
     joints: Vec<Row>,
     changes: Vec<Change>,
     margins: Vec<MarginRow>,
@@ -165,7 +168,7 @@ struct Matrix {
 const USUAL: [Option<f64>; 3] = [Some(30.0), Some(2.0), None];
 
 /// A page of its own.
-pub fn page(tuned: &Tuned, machine: &Machine) -> Result<String, Error> {
+pub fn page(tuned: &Tuned, machine: &Machine, scene: &SceneData) -> Result<String, Error> {
     let [poses, drawn] = tuned.amount;
     let (margins, scales) = margins(tuned);
     let page = Page {
@@ -179,6 +182,8 @@ pub fn page(tuned: &Tuned, machine: &Machine) -> Result<String, Error> {
         ),
         verdict: verdict(tuned),
         picture: draw(machine, &PAGE)?,
+        scene: machine_figure(scene)?,
+        scene_script: scene_script(),
         joints: tuned.joints.iter().map(joint).collect(),
         changes: tuned.joints.iter().map(change).collect(),
         margins,

@@ -26,6 +26,46 @@ fn inspect_prints_a_table_and_writes_a_page() {
     assert!(bench.read("arm.html").contains("moment arms") || bench.read("arm.html").contains("Moment arms"));
 }
 
+/// One triangle as binary STL.
+fn triangle() -> Vec<u8> {
+    let corners = [[0.0_f32, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.3]];
+    let numbers = [0.0; 3].into_iter().chain(corners.into_iter().flatten());
+    let mut bytes = vec![0; 80];
+    bytes.extend(1_u32.to_le_bytes());
+    bytes.extend(numbers.flat_map(f32::to_le_bytes));
+    bytes.extend([0; 2]);
+    bytes
+}
+
+#[test]
+fn a_mesh_is_drawn_where_it_can_be_read_and_named_where_it_cannot() {
+    let bench = Bench::new();
+    std::fs::create_dir(bench.path("shapes")).unwrap();
+    bench.write("shapes/thigh.stl", triangle());
+    bench.write(
+        "leg.xml",
+        r#"<mujoco><compiler meshdir="shapes"/><asset><mesh file="thigh.stl"/><mesh file="shank.stl"/></asset><worldbody>
+        <site name="a" pos="0.05 0 0.1"/><body name="thigh"><joint name="hip" axis="0 1 0" range="-40 40"/>
+        <inertial pos="0 0 -0.1" mass="1" diaginertia="0.01 0.01 0.01"/><geom mesh="thigh"/><geom mesh="shank"/>
+        <site name="b" pos="0.05 0 -0.1"/></body></worldbody>
+        <tendon><spatial name="t"><site site="a"/><site site="b"/></spatial></tendon></mujoco>"#,
+    );
+    bench.write("machine.toml", "body = \"leg.xml\"\n");
+    for file in ["leg.xml", "machine.toml"] {
+        let run = bench.run(&format!("arm inspect {file} --report leg.html"));
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        assert!(run.stderr.contains("shapes/shank.stl: cannot be read"), "{}", run.stderr);
+        assert!(!run.stderr.contains("thigh.stl"), "{}", run.stderr);
+        let page = bench.read("leg.html");
+        assert_eq!(page.matches("\"kind\":\"mesh\"").count(), 1);
+        assert!(!page.contains("\"kind\":\"bone\""));
+    }
+    // Without a drawing no mesh is read.
+    assert_eq!(bench.run("arm inspect leg.xml").stderr, "");
+    let run = bench.run("arm convert leg.xml leg.toml");
+    assert!(run.stderr.contains("2 shapes of bodies in mesh files are left out"), "{}", run.stderr);
+}
+
 #[test]
 fn bad_robots_and_poses_are_refused_with_their_place() {
     let bench = Bench::new();

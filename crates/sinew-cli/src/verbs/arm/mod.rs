@@ -7,7 +7,7 @@ pub(super) mod model;
 mod poses;
 mod report;
 mod survey;
-mod view;
+pub(super) mod view;
 
 use crate::answer::Answer;
 use crate::arguments::{ArmArguments, ArmVerb, General};

@@ -4,16 +4,36 @@ use super::model::display_name;
 use super::poses::apply_couplings;
 use super::survey::{coupled_reference_pose, joint_range};
 use crate::error::Error;
+use crate::verbs::meshes::read_meshes;
 use sinew::body::Robot;
+use sinew::machine::Machine;
+use sinew::muscle::MuscleDynamics;
 use sinew_report::scene::{POINTS, SceneData, Scenery, Sweep};
+use std::path::Path;
 
 /// Minimum and maximum number of poses over the range of a joint.
 const FRAMES: [usize; 2] = [5, 25];
 
+/// The pose in which motions of a machine start, then what [`scene`] shows; with the shapes of mesh files beside `path`.
+pub(crate) fn machine_scene(machine: &Machine, path: &Path) -> Result<SceneData, Error> {
+    let mut robot = machine.robot.clone();
+    read_meshes(&mut robot, path);
+    let mut model = MuscleDynamics::new(&robot)?;
+    model.evaluate(&machine.start)?;
+    posed(&robot, vec![("start".to_owned(), model.coordinates().to_vec())])
+}
+
 /// Reference and key poses by name, and each joint by itself over its range.
 pub(super) fn scene(robot: &Robot) -> Result<SceneData, Error> {
+    posed(robot, Vec::new())
+}
+
+fn posed(robot: &Robot, first: Vec<(String, Vec<f64>)>) -> Result<SceneData, Error> {
     let mut scenery = Scenery::new(robot);
     let mut scene = SceneData { fixed: Some(scenery.fixed()), ..SceneData::default() };
+    for (name, q) in first {
+        scene.poses.push((name, scenery.pose(&q)?));
+    }
     let rest = coupled_reference_pose(robot);
     scene.poses.push(("reference".to_owned(), scenery.pose(&rest)?));
     for (index, key) in robot.parts().keys.iter().enumerate() {

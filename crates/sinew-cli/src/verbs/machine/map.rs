@@ -9,6 +9,7 @@ use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
 use crate::verbs::arm::model::print_warnings;
+use crate::verbs::arm::view::machine_scene;
 use sinew::body::JointKind;
 use sinew::control::capability::{CableMotion, CapabilityModel, EndPointJacobian, PoseCapability};
 use sinew::machine::Machine;
@@ -40,7 +41,10 @@ pub(super) fn run(arguments: &MachineMapArguments, general: &General) -> Result<
     view.payload = payload(machine, &places, &progress)?;
     drop(progress);
     let written = match &arguments.report {
-        Some(path) => write_all(&[(path.clone(), page(&view)?.as_bytes())])?,
+        Some(path) => write_all(&[(
+            path.clone(),
+            page(&view, &machine_scene(machine, &arguments.machine)?)?.as_bytes(),
+        )])?,
         None => Vec::new(),
     };
     let content = if general.json { Content::json(&json(&view))? } else { Content::Text(text(&view)) };

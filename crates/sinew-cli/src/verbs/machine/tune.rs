@@ -9,6 +9,7 @@ use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
 use crate::verbs::arm::model::print_warnings;
+use crate::verbs::arm::view::machine_scene;
 use serde::Serialize;
 use sinew::body::JointKind;
 use sinew::control::arm::{DampingMargins, JointFigures, joint_limits, synthesize};
@@ -40,7 +41,7 @@ pub(super) fn run(arguments: &MachineTuneArguments, general: &General) -> Result
         files.push((path.clone(), serde_json::to_string_pretty(&tuned.gains)? + "\n"));
     }
     if let Some(path) = &arguments.report {
-        files.push((path.clone(), page(&tuned, &machine)?));
+        files.push((path.clone(), page(&tuned, &machine, &machine_scene(&machine, &arguments.machine)?)?));
     }
     let bytes: Vec<(PathBuf, &[u8])> =
         files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
