@@ -11,7 +11,7 @@ use crate::select::choice::{Choice, selection_rmse};
 use crate::select::cross_validation::cross_validate_all;
 use crate::select::folds::Folds;
 pub use crate::select::influence::Keep;
-use crate::select::influence::exclude_foreign_logs;
+use crate::select::influence::{check_keep, exclude_foreign_logs};
 use crate::training::fit;
 use sinew::predictor::Model;
 
@@ -36,6 +36,15 @@ pub struct Identification {
     pub model: Model,
     /// Candidates, errors, warnings and recommendations.
     pub report: IdentificationReport,
+}
+
+/// Checks the names in the options against a dataset, before any fit.
+///
+/// # Errors
+/// [`Error::UnknownModel`], [`Error::UnknownLog`], as [`identify`].
+pub fn check_options(data: &Dataset, options: &Options) -> Result<(), Error> {
+    candidates(&ConditionedLogs::new(data.clone()), &options.models)?;
+    check_keep(data, &options.keep)
 }
 
 /// Identifies the transmission that made a dataset.

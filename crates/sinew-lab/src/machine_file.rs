@@ -1,9 +1,11 @@
 //! Machines and robots from files (TOML, MJCF, URDF) or by the names of those that come with the program.
 
 mod error;
+mod mesh;
 mod text;
 
 pub use error::MachineFileError;
+pub use mesh::mesh_bytes;
 pub use text::{TextFileError, read_text};
 
 use sinew::body::Robot;

@@ -7,15 +7,11 @@ use serde::Serialize;
 use sinew::body::{MeshGeom, Parts, Robot, TriangleSurface};
 use std::collections::HashMap;
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Triangles of all meshes of a robot together: about 16 bytes each in a page.
 const TRIANGLES: usize = 20_000;
-/// Largest file that is read, bytes.
-const LARGEST: u64 = 128 << 20;
-/// Folders above that of the robot in which packages of ROS are looked for.
-const FOLDERS_ABOVE: usize = 8;
 
 /// A surface as the page reads it: little-endian numbers in base64.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -26,11 +22,13 @@ pub struct EncodedMesh {
     pub triangles: String,
 }
 
-/// Reads the mesh files that a robot names (STL, OBJ), with the triangles that a page can hold. `folder` is that of the file that
-/// describes the robot.
+/// Bytes of a file by its name in the robot's description, or why there are none.
+pub type ReadMesh<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
+
+/// Reads the mesh files that a robot names (STL, OBJ), with the triangles that a page can hold.
 ///
 /// Returns why files were not read: a robot without them is drawn with less, and works the same.
-pub fn read_meshes(robot: &mut Robot, folder: &Path) -> Vec<String> {
+pub fn read_meshes(robot: &mut Robot, read: &mut ReadMesh<'_>) -> Vec<String> {
     let (mut whole, mut problems) = (Vec::<(MeshGeom, TriangleSurface)>::new(), Vec::new());
     let bits = |x: [f64; 3]| x.map(f64::to_bits);
     let alike = |a: &MeshGeom, b: &MeshGeom| {
@@ -44,7 +42,7 @@ pub fn read_meshes(robot: &mut Robot, folder: &Path) -> Vec<String> {
         if refused.contains(&mesh.file.as_str()) || whole.iter().any(|(known, _)| alike(known, mesh)) {
             continue;
         }
-        match read(folder, &mesh.file) {
+        match surface_of(&mesh.file, read) {
             Ok(surface) => whole.push((mesh.clone(), placed(surface, mesh))),
             Err(problem) => {
                 refused.push(&mesh.file);
@@ -108,18 +106,11 @@ pub(crate) fn surfaces(parts: &Parts) -> Vec<Arc<TriangleSurface>> {
 }
 
 /// The triangles of a file in its own coordinates.
-fn read(folder: &Path, file: &str) -> Result<TriangleSurface, String> {
-    let unread = |error: std::io::Error| format!("cannot be read: {error}");
-    let path = find(folder, file)?;
-    let about = std::fs::metadata(&path).map_err(unread)?;
-    if !about.is_file() || about.len() > LARGEST {
-        return Err(format!("expected a file of at most {} MB", LARGEST >> 20));
-    }
-    let bytes = std::fs::read(&path).map_err(unread)?;
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-    let surface = match extension.as_deref() {
-        Some("stl") => stl(&bytes),
-        Some("obj") => obj(&bytes),
+fn surface_of(file: &str, read: &mut ReadMesh<'_>) -> Result<TriangleSurface, String> {
+    let extension = file.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
+    let surface = match extension.as_str() {
+        "stl" => stl(&read(file)?),
+        "obj" => obj(&read(file)?),
         _ => return Err("expected a mesh in STL or OBJ".to_owned()),
     }?;
     let corners = surface.vertices.len();
@@ -132,28 +123,6 @@ fn read(folder: &Path, file: &str) -> Result<TriangleSurface, String> {
         return Err("holds a corner that is not finite or does not exist".to_owned());
     }
     Ok(surface)
-}
-
-/// The path of a mesh file; packages of ROS are looked for in the folders above the robot's.
-fn find(folder: &Path, file: &str) -> Result<PathBuf, String> {
-    if let Some(path) = file.strip_prefix("file://") {
-        return Ok(PathBuf::from(path));
-    }
-    let Some(inner) = file.strip_prefix("package://").or_else(|| file.strip_prefix("model://")) else {
-        if file.contains("://") {
-            return Err("expected a path, or a URI that begins with file:// or package://".to_owned());
-        }
-        return Ok(folder.join(file));
-    };
-    let package = inner.split('/').next().unwrap_or_default();
-    let root = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let above = root.canonicalize().map_err(|error| format!("cannot be read: {error}"))?;
-    let candidates = above.ancestors().take(FOLDERS_ABOVE).flat_map(|folder| {
-        let own = folder.file_name().is_some_and(|name| name == package).then(|| folder.parent()).flatten();
-        own.into_iter().chain([folder]).map(|folder| folder.join(inner)).collect::<Vec<_>>()
-    });
-    let mut existing = candidates.filter(|path| path.exists());
-    existing.next().ok_or_else(|| format!("no folder {package} stands beside or above the robot's"))
 }
 
 fn stl(bytes: &[u8]) -> Result<TriangleSurface, String> {

@@ -12,7 +12,8 @@ const SKIP: &str = "a finite number of seconds >= 0";
 /// one row per sample: signals of the near side (the motor's) and the signal of the far end to be predicted.
 /// Roles that no flag sets are inferred from column names with unit suffixes: tension_in_n, position_in_m,
 /// tension_out_n, anchor_m, time_s, trial. A motion by name with two or three values is a label and left. Every
-/// column is listed with its role and the reason before the fit; --dry-run stops there.
+/// column is listed with its role and the reason before the fit; --dry-run stops there. One of --effort, --motion,
+/// --anchor, --given replaces all inputs that names imply: name every input then.
 ///
 /// Candidate models are compared by cross-validation whose folds hold out values of --group; without it,
 /// values of conditions found in the logs (a load, a frequency), else whole logs, trials, or intervals of
@@ -29,7 +30,7 @@ pub(crate) struct IdentifyArguments {
     /// Seconds at the start of every trial that are neither fitted nor scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,
-    /// Logs that stay although they look like foreign recordings, by their names, or all
+    /// Logs that stay although they look like foreign recordings, by their names in any order, or all
     #[arg(long, value_name = "LOG,..|all", value_delimiter = ',')]
     pub(crate) keep: Vec<String>,
     /// Print the logs, their columns and the role of each, and stop before the fit
@@ -51,16 +52,16 @@ pub(crate) struct RoleArguments {
     /// Far-end signal to predict
     #[arg(long, value_name = "COL")]
     pub(crate) far: Option<String>,
-    /// Tensions or torques of the near side
+    /// Tensions (N) or torques (N m) of the near side; replaces all inputs taken by name
     #[arg(long, value_name = "COL,..", value_delimiter = ',')]
     pub(crate) effort: Vec<String>,
-    /// Positions or strokes of the near side
+    /// Positions or strokes of the near side (m, mm, rad or deg); replaces all inputs taken by name
     #[arg(long, value_name = "COL,..", value_delimiter = ',')]
     pub(crate) motion: Vec<String>,
-    /// Displacement of the far end, from a joint sensor
+    /// Displacement of the far end (m, mm, rad or deg), from a joint sensor; replaces all inputs taken by name
     #[arg(long, value_name = "COL")]
     pub(crate) anchor: Option<String>,
-    /// Slowly varying quantities: a joint angle, the bend of the sheath
+    /// Slowly varying quantities: a joint angle, the bend of the sheath; replaces all inputs taken by name
     #[arg(long, value_name = "COL,..", value_delimiter = ',')]
     pub(crate) given: Vec<String>,
     /// Time; the suffixes _s, _ms and _us denote its unit

@@ -60,21 +60,34 @@ pub(crate) fn run(arguments: &DemoArguments, general: &General) -> Result<Answer
     Ok(answer)
 }
 
-/// The numbers that the simulation was made from beside those identified; nothing where the chosen model has others.
+/// The numbers that the simulation was made from beside those identified; dashes where the chosen model has others.
 fn truth_table(seed: u64, parameters: &[Parameter]) -> String {
     let row = |truth: Truth| {
-        let found = parameters.iter().find(|parameter| parameter.name == truth.name)?;
-        let covered = (found.low..=found.high).contains(&truth.value);
-        let [made_of, value, low, high] =
-            [truth.value, found.value, found.low, found.high].map(|x| number(Some(x)));
-        let verdict = if covered { "inside" } else { "outside" };
-        let name = truth.name.to_owned();
-        Some(vec![name, truth.unit.to_owned(), made_of, value, low, high, verdict.to_owned()])
+        let found = parameters.iter().find(|parameter| parameter.name == truth.name);
+        let identified = found.map(|found| [found.value, found.low, found.high]);
+        let verdict = match found {
+            Some(found) if (found.low..=found.high).contains(&truth.value) => "inside",
+            Some(_) => "outside",
+            None => "not a number of the chosen model",
+        };
+        let numbers =
+            identified.map_or_else(|| ["-"; 3].map(str::to_owned), |all| all.map(|x| number(Some(x))));
+        let head = [truth.name.to_owned(), truth.unit.to_owned(), number(Some(truth.value))];
+        head.into_iter().chain(numbers).chain([verdict.to_owned()]).collect()
     };
-    let rows: Vec<Vec<String>> = demo_truth(seed).into_iter().filter_map(row).collect();
-    if rows.is_empty() {
-        return String::new();
-    }
+    let rows: Vec<Vec<String>> = demo_truth(seed).into_iter().map(row).collect();
     let head = ["made from", "unit", "truth", "identified", "95 % from", "to", "truth is"];
     format!("{}\n", table(&head, &rows, 2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::truth_table;
+
+    #[test]
+    fn the_truth_is_shown_also_where_another_family_of_models_was_chosen() {
+        let text = truth_table(1, &[]);
+        let rows = text.lines().filter(|line| line.contains("not a number of the chosen model")).count();
+        assert!(rows > 0 && rows == sinew_lab::simulated::demo_truth(1).len(), "{text}");
+    }
 }

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::output::{Folder, bold, one_line, print, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, percent, table};
-use sinew_identify::identify::{Identification, Keep, Options, identify};
+use sinew_identify::identify::{Identification, Keep, Options, check_options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_dataset};
 use sinew_identify::report::{Grade, IdentificationReport};
 use sinew_report::{picture_svg, render};
@@ -21,8 +21,12 @@ pub(crate) fn run(arguments: &IdentifyArguments, general: &General) -> Result<An
     }
     let progress = Progress::new();
     progress.show("reading logs", 0.0);
-    let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
-    let data = read_dataset(&role_flags(&arguments.roles), &options)?;
+    let reading = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
+    let data = read_dataset(&role_flags(&arguments.roles), &reading)?;
+    let models =
+        if arguments.model.iter().any(|m| m == "auto") { Vec::new() } else { arguments.model.clone() };
+    let options = Options { seed: arguments.write.seed, models, keep: keep(&arguments.keep) };
+    check_options(&data, &options)?;
     let (Some(folder), false) = (folder, arguments.dry_run) else {
         let logs = || serde_json::json!({"logs": data.logs, "columns": data.columns});
         let content = if general.json { Content::json(&logs())? } else { Content::Text(account(&data)) };
@@ -32,9 +36,6 @@ pub(crate) fn run(arguments: &IdentifyArguments, general: &General) -> Result<An
         // Before the fit, so that a wrong role is seen in time.
         print(&(account(&data) + "\n"))?;
     }
-    let models =
-        if arguments.model.iter().any(|m| m == "auto") { Vec::new() } else { arguments.model.clone() };
-    let options = Options { seed: arguments.write.seed, models, keep: keep(&arguments.keep) };
     let identification = identify(&data, &options, &|stage, done| progress.show(stage, done))?;
     drop(progress);
     write_results(&folder, &arguments.write, &identification, general.json)
@@ -133,7 +134,7 @@ fn influence_text(report: &IdentificationReport) -> String {
         .collect();
     let mut text =
         "Leave-one-log-out influence: error on the other logs with it in training, over that without it; its own error over \
-         theirs\n\n"
+         theirs; in the order of the logs\n\n"
             .to_owned();
     text += &table(&["log", "", "influence", "own error"], &rows, 2);
     for row in report.influence.iter().filter(|row| !row.remark.is_empty()) {

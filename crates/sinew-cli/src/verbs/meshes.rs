@@ -1,12 +1,12 @@
 //! The shapes that other files describe, read where a machine is drawn.
 
 use sinew::body::Robot;
+use sinew_lab::machine_file::mesh_bytes;
 use std::path::Path;
 
 /// Reads the mesh files of a robot, whose own file is `path`, and warns of those that cannot be read.
 pub(crate) fn read_meshes(robot: &mut Robot, path: &Path) {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let problems = sinew_view::read_meshes(robot, folder);
+    let problems = sinew_view::read_meshes(robot, &mut |file| mesh_bytes(path, file));
     let more = problems.len().saturating_sub(MOST);
     for problem in problems.iter().take(MOST) {
         eprintln!("warning: {problem}");

@@ -128,3 +128,10 @@ fn where_the_disk_is_full_the_run_goes_on_and_what_was_written_is_whole() {
     let cycles = info["cycles"].as_u64().unwrap();
     assert!((500..7000).contains(&cycles) && cycles.is_multiple_of(500), "{cycles}");
 }
+
+#[test]
+fn the_format_of_a_record_is_not_mistaken() {
+    let bench = Bench::new();
+    bench.refuses("track bench_joint --record run.mcap", &["--record", "run.mcap", ".csv", "sinew run"]);
+    bench.refuses("run bench_joint --record run.csv", &["--record", "run.csv", ".mcap", "sinew log export"]);
+}

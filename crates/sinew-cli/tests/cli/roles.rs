@@ -48,7 +48,10 @@ fn a_dry_run_lists_every_column_and_writes_nothing() {
         assert!(said.contains(&format!("\n{column} ")), "{column}: {said}");
     }
     assert!(said.contains("--ignore") && said.contains(" N ") && said.contains("by its name"), "{said}");
+    assert!(said.contains("replaces all inputs"), "{said}");
     bench.succeeds("identify l.csv --dry-run --out out");
+    bench.refuses("identify l.csv --dry-run --model cel", &["cel", "cell"]);
+    bench.refuses("identify l.csv --dry-run --keep k.csv", &["k.csv", "l.csv"]);
     assert!(bench.content() == before, "a dry run writes nothing");
 }
 

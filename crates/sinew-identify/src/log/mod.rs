@@ -16,6 +16,7 @@
 //! | spikes    | `spikes`     | single samples that no cable can have produced                        |
 //! | dataset   | `assemble`   | conditions, duplicated logs                                           |
 //! | checks    | `signal_checks` | whether samples and changing signals suffice                       |
+//! | likeness  | `likeness`   | whether an input is a copy of the far side, or a log mirrored         |
 //!
 //! Every repair is reported: whatever was skipped, dropped or cut is a sentence in
 //! [`LogInfo::findings`], and whatever cannot be used is an [`Error`](crate::Error) that names its place.
@@ -25,6 +26,7 @@ mod binary;
 mod conditions;
 mod cut;
 mod duplicates;
+mod likeness;
 mod memory_limit;
 mod names;
 mod occurrences;

@@ -1,5 +1,6 @@
 //! Signals that identify nothing: refused, or reported where something is left.
 
+use super::likeness::report_likeness;
 use super::types::{Dataset, Role, Sequence};
 use crate::Error;
 
@@ -25,7 +26,11 @@ pub(super) fn check_signals(dataset: &mut Dataset, far_required: bool) -> Result
     if far_required {
         check_far(dataset, &place)?;
     }
-    check_inputs(dataset, &place)
+    check_inputs(dataset, &place)?;
+    if far_required {
+        report_likeness(dataset);
+    }
+    Ok(())
 }
 
 fn check_far(dataset: &Dataset, place: &str) -> Result<(), Error> {

@@ -143,6 +143,14 @@ fn described(Judgement { influence, deviation }: Judgement) -> String {
     )
 }
 
+/// Refuses a log to keep that is not there.
+///
+/// # Errors
+/// [`Error::UnknownLog`].
+pub(crate) fn check_keep(data: &Dataset, keep: &Keep) -> Result<(), Error> {
+    reasons_to_keep(data, keep).map(|_| ())
+}
+
 /// For every log, why it stays whatever its influence.
 fn reasons_to_keep(data: &Dataset, keep: &Keep) -> Result<Vec<Option<String>>, Error> {
     let known = || data.logs.iter().map(|log| log.name.clone());

@@ -132,8 +132,8 @@ fn files_of_triangles_are_named_and_placed_as_mujoco_does() {
     assert_eq!((radius.scale, radius.position), ([0.001; 3], [0.0, 0.0, 0.1]));
     assert_eq!((shell.body, shell.file.as_str()), (2, "../shapes/Shell.OBJ"));
     assert_eq!((shell.scale, shell.reference_position), ([1.0, -1.0, 1.0], [1.0, 2.0, 3.0]));
-    assert_eq!(shell.reference_orientation, [0.0, 1.0, 0.0, 0.0]);
-    assert_eq!(shell.orientation, [0.0, 0.0, 1.0, 0.0]);
+    assert!(shell.reference_orientation[1] > 1.0 - 1e-12, "{shell:?}");
+    assert!(shell.orientation[2] > 1.0 - 1e-12, "{shell:?}");
     assert!(found.warnings.iter().any(|warning| warning.what.contains("no file")), "{:?}", found.warnings);
     // Shapes for collisions are hidden where there are others, as in MuJoCo's viewer.
     assert!(found.parts.geoms.is_empty(), "{:?}", found.parts.geoms);

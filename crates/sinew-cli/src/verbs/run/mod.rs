@@ -66,6 +66,11 @@ pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer,
 
 /// The recording replaces no file that is read.
 fn check_outputs(arguments: &RunArguments, no_clobber: bool) -> Result<(), Error> {
+    if let Some(file) = arguments.record.as_ref().filter(|file| file.extension().is_some_and(|e| e == "csv"))
+    {
+        let expected = "a recording that ends in .mcap; `sinew log export` writes it as a table";
+        return Err(Error::Argument { flag: "--record", value: file.display().to_string(), expected });
+    }
     let outputs: Vec<_> = arguments.record.iter().cloned().collect();
     let motion = &arguments.motion;
     let waypoints = motion.path.as_ref().and_then(PathArgument::file);

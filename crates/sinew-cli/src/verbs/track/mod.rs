@@ -69,6 +69,11 @@ pub(crate) fn run(arguments: &TrackArguments, general: &General) -> Result<Answe
 }
 
 fn check_outputs(arguments: &TrackArguments, no_clobber: bool) -> Result<(), Error> {
+    if let Some(file) = arguments.record.as_ref().filter(|file| file.extension().is_some_and(|e| e == "mcap"))
+    {
+        let expected = "a table that ends in .csv; `sinew run --record` writes MCAP";
+        return Err(Error::Argument { flag: "--record", value: file.display().to_string(), expected });
+    }
     let outputs: Vec<PathBuf> =
         [&arguments.report, &arguments.record].into_iter().flatten().cloned().collect();
     let waypoints = arguments.motion.path.as_ref().and_then(PathArgument::file);

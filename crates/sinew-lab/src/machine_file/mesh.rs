@@ -1,0 +1,72 @@
+//! Files of triangles that a robot names.
+
+use std::path::{Path, PathBuf};
+
+/// Largest file that is read, bytes.
+const LARGEST: u64 = 128 << 20;
+/// Folders above that of the robot in which packages of ROS are looked for.
+const FOLDERS_ABOVE: usize = 8;
+
+/// Bytes of a mesh file as the robot at `path` names it: relative to its folder, absolute, or a URI of ROS.
+///
+/// # Errors
+/// The reason why it cannot be read.
+pub fn mesh_bytes(path: &Path, file: &str) -> Result<Vec<u8>, String> {
+    let unread = |error: std::io::Error| format!("cannot be read: {error}");
+    let found = find(path.parent().unwrap_or(Path::new("")), file)?;
+    let about = std::fs::metadata(&found).map_err(unread)?;
+    if !about.is_file() || about.len() > LARGEST {
+        return Err(format!("expected a file of at most {} MB", LARGEST >> 20));
+    }
+    std::fs::read(&found).map_err(unread)
+}
+
+/// The path of a mesh file; packages of ROS are looked for in the folders above the robot's.
+fn find(folder: &Path, file: &str) -> Result<PathBuf, String> {
+    if let Some(path) = file.strip_prefix("file://") {
+        return Ok(PathBuf::from(path));
+    }
+    let Some(inner) = file.strip_prefix("package://").or_else(|| file.strip_prefix("model://")) else {
+        if file.contains("://") {
+            return Err("expected a path, or a URI that begins with file:// or package://".to_owned());
+        }
+        return Ok(folder.join(file));
+    };
+    let package = inner.split('/').next().unwrap_or_default();
+    let root = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let above = root.canonicalize().map_err(|error| format!("cannot be read: {error}"))?;
+    let candidates = above.ancestors().take(FOLDERS_ABOVE).flat_map(|folder| {
+        let own = folder.file_name().is_some_and(|name| name == package).then(|| folder.parent()).flatten();
+        own.into_iter().chain([folder]).map(|folder| folder.join(inner)).collect::<Vec<_>>()
+    });
+    let mut existing = candidates.filter(|path| path.exists());
+    existing.next().ok_or_else(|| format!("no folder {package} stands beside or above the robot's"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mesh_bytes;
+
+    #[test]
+    fn meshes_are_found_beside_the_robot_and_in_packages_above_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let package = folder.path().join("arm_description");
+        std::fs::create_dir_all(package.join("meshes")).unwrap();
+        std::fs::create_dir_all(package.join("urdf")).unwrap();
+        std::fs::write(package.join("meshes/a.stl"), b"a").unwrap();
+        let robot = package.join("urdf/arm.urdf");
+        let absolute = format!("file://{}", package.join("meshes/a.stl").display());
+        for file in ["package://arm_description/meshes/a.stl", "../meshes/a.stl", &absolute] {
+            assert_eq!(mesh_bytes(&robot, file).unwrap(), b"a", "{file}");
+        }
+        for (file, words) in [
+            ("package://legs/a.stl", "no folder legs stands beside or above the robot's"),
+            ("http://host/a.stl", "expected a path, or a URI"),
+            ("../meshes", "expected a file"),
+            ("none.stl", "cannot be read"),
+        ] {
+            let problem = mesh_bytes(&robot, file).unwrap_err();
+            assert!(problem.contains(words), "{file}: {problem}");
+        }
+    }
+}
