@@ -4,7 +4,7 @@ use super::types::{Dataset, Role, Sequence};
 
 /// Share of the far side's variance that an affine function of a near side leaves at least: friction, backlash and
 /// noise see to it. A copy of the far side, also a smoothed one, leaves less.
-const LEAST_LEFT: f64 = 2e-3;
+const LEAST_LEFT: f64 = 2e-2;
 
 /// Longest delay of a filter that is looked for, samples.
 const LONGEST_DELAY: usize = 30;
