@@ -2,9 +2,8 @@
 
 use super::compiler::Compiler;
 use super::defaults::Defaults;
-use super::mesh::MeshAsset;
 use super::place::Place;
-use crate::body::{Parts, WrapKind};
+use crate::body::{MeshGeom, Parts, WrapKind};
 use crate::description::attributes::Attributes;
 use crate::description::error::{DescriptionError, Warning};
 use crate::description::origin::Origins;
@@ -35,8 +34,8 @@ pub(super) struct Import<'a> {
     pub(super) defaults: &'a Defaults,
     pub(super) parts: Parts,
     pub(super) surfaces: BTreeMap<String, Surface>,
-    /// Files of shapes by the names of their assets.
-    pub(super) meshes: BTreeMap<String, MeshAsset>,
+    /// Files of shapes by the names of their assets; none where the triangles stand in the model itself or are made by MuJoCo.
+    pub(super) meshes: BTreeMap<String, Option<MeshGeom>>,
     /// Groups of the shapes of bodies, and of those in files.
     pub(super) geom_groups: Vec<f64>,
     pub(super) mesh_groups: Vec<f64>,

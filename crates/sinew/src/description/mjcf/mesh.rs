@@ -10,26 +10,25 @@ use crate::description::mesh_file::joined;
 use crate::description::orientation as turn;
 use alloc::string::{String, ToString};
 
-/// A file of triangles, and how its coordinates are to be understood.
-pub(super) struct MeshAsset {
-    /// None where the triangles stand in the model itself or are made by MuJoCo.
-    file: Option<String>,
-    scale: [f64; 3],
-    reference_position: [f64; 3],
-    reference_orientation: [f64; 4],
-}
-
 /// Reads a `<mesh>` of `<asset>`.
 pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), DescriptionError> {
     let at = import.attributes(element, None)?;
     let quaternion = at.array_or("refquat", turn::IDENTITY)?;
-    let asset = MeshAsset {
-        file: at.text("file").map(|file| path(&import.compiler, file)),
-        scale: at.array_or("scale", [1.0; 3])?,
-        reference_position: at.array_or("refpos", [0.0; 3])?,
-        reference_orientation: turn::unit(quaternion)
-            .ok_or_else(|| at.error("refquat", "has no direction: expected a vector that is not zero"))?,
-    };
+    let scale = at.array_or("scale", [1.0; 3])?;
+    let reference_position = at.array_or("refpos", [0.0; 3])?;
+    let reference_orientation = turn::unit(quaternion)
+        .ok_or_else(|| at.error("refquat", "has no direction: expected a vector that is not zero"))?;
+    // Its body and its place there are those of the geoms that show it.
+    let asset = at.text("file").map(|file| MeshGeom {
+        body: 0,
+        file: path(&import.compiler, file),
+        scale,
+        reference_position,
+        reference_orientation,
+        position: [0.0; 3],
+        orientation: turn::IDENTITY,
+        surface: None,
+    });
     let name = import.name("mesh", at)?.or_else(|| at.text("file").map(stem));
     if let Some(name) = name {
         import.meshes.insert(name, asset);
@@ -46,21 +45,16 @@ pub(super) fn shape(
     group: f64,
 ) -> Result<(), DescriptionError> {
     let asset = at.text("mesh").and_then(|name| import.meshes.get(name));
-    let Some((asset, file)) = asset.and_then(|asset| Some((asset, asset.file.clone()?))) else {
+    let Some(asset) = asset.cloned().flatten() else {
         import.pass_over(at.element, "mesh", "<geom> with a mesh that no file holds: its shape is not drawn");
         return Ok(());
     };
-    let mesh = MeshGeom {
+    import.parts.meshes.push(MeshGeom {
         body,
-        file,
-        scale: asset.scale,
-        reference_position: asset.reference_position,
-        reference_orientation: asset.reference_orientation,
         position: place.position,
         orientation: place.orientation,
-        surface: None,
-    };
-    import.parts.meshes.push(mesh);
+        ..asset
+    });
     import.mesh_groups.push(group);
     Ok(())
 }
