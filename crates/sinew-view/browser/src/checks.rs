@@ -15,7 +15,7 @@ const LOST: Duration = Duration::from_millis(1000);
 /// What the page and the check need to notice, on a loaded machine.
 const NOTICE: Duration = Duration::from_millis(700);
 /// Distance of a drawn position from the one that was sent, m.
-const NEAR_M: f64 = 1e-6;
+pub(crate) const NEAR_M: f64 = 1e-6;
 /// Space bar and tabulator in WebDriver's alphabet.
 const SPACE: char = ' ';
 const TAB: char = '\u{e004}';

@@ -1,7 +1,7 @@
 //! The page of the program itself: a simulated machine, recordings of it, a run while it goes on.
 
 use crate::browser::{Browser, rest};
-use crate::checks::{quiet, ready, settled};
+use crate::checks::{NEAR_M, quiet, ready, settled};
 use crate::input::{click, key};
 use crate::{Outcome, Wanted};
 use serde_json::Value;
@@ -61,6 +61,7 @@ pub(crate) async fn all(page: &Browser, program: &Path, wanted: &Wanted) -> Outc
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     page.size(1400, 900).await?;
     simulated(page, &program, &folder, wanted).await?;
+    meshed(page, &program, &folder, wanted).await?;
     recorded(page, &program, &folder, wanted).await?;
     watched(page, &program, &folder, wanted).await
 }
@@ -111,6 +112,43 @@ async fn simulated(page: &Browser, program: &Path, folder: &Path, wanted: &Wante
     }
     exported(page).await?;
     quiet(page, "of a simulated machine").await?;
+    page.go("about:blank").await
+}
+
+/// A link whose shape is a file of four triangles is drawn with them, in its place.
+async fn meshed(page: &Browser, program: &Path, folder: &Path, wanted: &Wanted) -> Outcome<()> {
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.join(name), text).map_err(|e| format!("{}: {e}", folder.join(name).display()))
+    };
+    write("wedge.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 -1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")?;
+    write(
+        "leg.xml",
+        r#"<mujoco><asset><mesh file="wedge.obj" scale="0.05 0.05 0.3"/></asset><worldbody><site name="a" pos="0.05 0 0.1"/>
+        <body name="thigh"><joint name="hip" axis="0 1 0" range="-40 40"/><inertial pos="0 0 -0.1" mass="1" diaginertia="0.01 0.01 0.01"/>
+        <geom type="mesh" mesh="wedge"/><site name="b" pos="0.05 0 -0.1"/></body></worldbody>
+        <tendon><spatial name="t"><site site="a"/><site site="b"/></spatial></tendon></mujoco>"#,
+    )?;
+    let served = Served::start(program, folder, "live leg.xml")?;
+    open(page, &served).await?;
+    rest(1500).await;
+    let found = page.value(
+        "const drawn = sinew.view.bodies.looks.get('body').filter(({ parts }) => parts[0].shape.kind === 'mesh');
+         const { mesh, parts: [{ local }] } = drawn[0], { geometry } = mesh, at = geometry.getAttribute('position');
+         geometry.computeBoundingBox();
+         const { min, max } = geometry.boundingBox.clone().applyMatrix4(local);
+         return { drawn: drawn.length, corners: at.count, box: [...min.toArray(), ...max.toArray()], seen: mesh.visible };",
+    ).await?;
+    let box_m = [0.0, 0.0, -0.3, 0.05, 0.05, 0.0];
+    let fits = box_m
+        .iter()
+        .enumerate()
+        .all(|(k, m): (usize, &f64)| found["box"][k].as_f64().is_some_and(|at| (at - m).abs() <= NEAR_M));
+    println!("a shape of a file: {} corners, in the box {} m", found["corners"], found["box"]);
+    page.picture(&wanted.out, "shape").await?;
+    if found["drawn"] != 1 || found["corners"] != 12 || found["seen"] != true || !fits {
+        return Err(format!("a shape of a file is drawn wrong: {found}"));
+    }
+    quiet(page, "with a shape of a file").await?;
     page.go("about:blank").await
 }
 
