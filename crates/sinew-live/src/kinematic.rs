@@ -44,7 +44,8 @@ impl Kinematic {
         (path, notice): (String, String),
         tension_limits: Vec<[f64; 2]>,
     ) -> Result<Self, Error> {
-        let contents = Contents { truth: false, temperature: false, ..Contents::simulated(&machine) };
+        let contents =
+            Contents { forces: false, truth: false, temperature: false, ..Contents::simulated(&machine) };
         let [_, joints, muscles] = contents.sizes;
         Ok(Self {
             drawing: Drawing::new(&machine)?,

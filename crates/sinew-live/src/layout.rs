@@ -40,6 +40,8 @@ pub(crate) type Field = (&'static str, NumberType, usize, &'static str);
 pub(crate) struct Contents {
     /// Bodies, joints, muscles.
     pub(crate) sizes: [usize; 3],
+    /// Whether tensions are known, and joints other than those of the reference.
+    pub(crate) forces: bool,
     /// Whether the true state of the machine is known.
     pub(crate) truth: bool,
     /// Whether the temperatures of the windings are known.
@@ -55,7 +57,7 @@ impl Contents {
     pub(crate) fn simulated(machine: &Machine) -> Self {
         let robot = &machine.robot;
         let sizes = [robot.parts().bodies.len(), robot.independent_joints().len(), machine.muscles.len()];
-        Self { sizes, truth: true, temperature: true, timed: false, second: false }
+        Self { sizes, forces: true, truth: true, temperature: true, timed: false, second: false }
     }
 }
 
@@ -74,7 +76,8 @@ impl Layout {
     /// The fields of a source's states.
     pub(crate) fn new(contents: &Contents) -> Self {
         use NumberType::{F32, F64, U8, U16};
-        let Contents { sizes: [bodies, joints, muscles], truth, temperature, timed, second } = *contents;
+        let Contents { sizes: [bodies, joints, muscles], forces, truth, temperature, timed, second } =
+            *contents;
         let points = muscles * POINTS;
         let mut fields = vec![
             ("time_s", F64, 1, "s"),
@@ -91,13 +94,17 @@ impl Layout {
             ("cable_sliding", U8, points, "1"),
             ("end_point", F64, 3, "m"),
             ("end_point_reference", F64, 3, "m"),
-            ("joint_estimated", F64, joints, "rad or m"),
             ("joint_reference", F64, joints, "rad or m"),
-            ("tension_in", F64, muscles, "N"),
-            ("tension_out_desired", F64, muscles, "N"),
-            ("tension_out_estimated", F64, muscles, "N"),
-            ("winch_position", F64, muscles, "m"),
         ];
+        if forces {
+            fields.extend([
+                ("joint_estimated", F64, joints, "rad or m"),
+                ("tension_in", F64, muscles, "N"),
+                ("tension_out_desired", F64, muscles, "N"),
+                ("tension_out_estimated", F64, muscles, "N"),
+                ("winch_position", F64, muscles, "m"),
+            ]);
+        }
         if truth {
             fields.push(("joint_true", F64, joints, "rad or m"));
             fields.push(("tension_out_true", F64, muscles, "N"));

@@ -10,6 +10,7 @@ use sinew::body::JointKind;
 use sinew::control::supervisor::{FaultKind, Mode};
 use sinew::machine::Machine;
 use sinew::trajectory::{Reference, Trajectory};
+use sinew_view::Shape;
 
 /// Points of the path of the end point.
 const PATH_POINTS: usize = 240;
@@ -114,7 +115,8 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         Some(trajectory) => path_points(trajectory, drawing)?,
         None => Vec::new(),
     };
-    let extent = parts.trajectory.map(|trajectory| extent(trajectory, drawing)).transpose()?;
+    let shapes = sinew_view::shapes(robot.parts());
+    let extent = parts.trajectory.map(|trajectory| extent(trajectory, &shapes, drawing)).transpose()?;
     let events = recorded.iter().flat_map(|recorded| recorded.events);
     let events: Value =
         events.map(|event| json!({"time_s": event.time, "kind": event.kind, "text": event.text})).collect();
@@ -128,7 +130,7 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         "period_s": CYCLE,
         "gravity": robot.parts().gravity,
         "bodies": bodies,
-        "shapes": sinew_view::shapes(robot.parts()),
+        "shapes": shapes,
         "meshes": sinew_view::meshes(robot.parts()),
         "joints": joints,
         "muscles": muscles,
@@ -155,8 +157,8 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
     }))
 }
 
-/// The outermost origins of bodies along a motion, m: what a view of it should contain.
-fn extent(trajectory: &Trajectory, drawing: &mut Drawing) -> Result<Vec<[f64; 3]>, Error> {
+/// The outermost corners of bodies along a motion, m: what a view of it should contain.
+fn extent(trajectory: &Trajectory, shapes: &[Shape], drawing: &mut Drawing) -> Result<Vec<[f64; 3]>, Error> {
     let mut at = Reference::new(trajectory.joints());
     let sides = [-1.0, 0.0, 1.0];
     let directions =
@@ -166,20 +168,25 @@ fn extent(trajectory: &Trajectory, drawing: &mut Drawing) -> Result<Vec<[f64; 3]
     for k in 0..=EXTENT_POSES {
         trajectory.sample(trajectory.duration() * k as f64 / EXTENT_POSES as f64, &mut at)?;
         drawing.evaluate(&at.q)?;
-        let (mut poses, mut origins) = (Vec::new(), Vec::new());
-        drawing.bodies(&mut poses);
-        origins.extend(poses.chunks_exact(7).map(|pose| [pose[0], pose[1], pose[2]]));
-        origins.extend(drawing.end_point());
-        for (direction, distance, point) in &mut farthest {
-            for origin in &origins {
-                let along = (0..3).map(|k| direction[k] * origin[k]).sum::<f64>();
+        // Surfaces that cables wrap are drawn as cylinders of a chosen length.
+        let drawn = shapes.iter().filter(|shape| shape.body > 0 && !shape.wrap);
+        let corners = drawn.flat_map(|shape| shape.corners().map(|corner| (shape.body, corner)));
+        let mut points: Vec<[f64; 3]> = corners.map(|(body, at)| drawing.place(body, at)).collect();
+        points.extend(drawing.end_point());
+        for (direction, distance, outermost) in &mut farthest {
+            for point in &points {
+                let along = (0..3).map(|k| direction[k] * point[k]).sum::<f64>();
                 if along > *distance {
-                    (*distance, *point) = (along, *origin);
+                    (*distance, *outermost) = (along, *point);
                 }
             }
         }
     }
-    Ok(farthest.into_iter().map(|(_, _, point)| point).collect())
+    Ok(farthest
+        .into_iter()
+        .filter(|(_, distance, _)| distance.is_finite())
+        .map(|(_, _, point)| point)
+        .collect())
 }
 
 /// Points of the end point along a path, m.

@@ -32,12 +32,28 @@ pub struct Shape {
     pub mesh: Option<usize>,
 }
 
+impl Shape {
+    /// Corners of the box around it, in the frame of its body, m.
+    #[must_use]
+    pub fn corners(&self) -> [[f64; 3]; 8] {
+        let [a, b, c] = match self.kind {
+            "sphere" => [self.size[0]; 3],
+            "cylinder" => [self.size[0], self.size[0], self.size[1]],
+            "capsule" | "bone" => [self.size[0], self.size[0], self.size[0] + self.size[1]],
+            _ => self.size,
+        };
+        std::array::from_fn(|k| {
+            let side = |bit: usize, half: f64| if k >> bit & 1 == 0 { -half } else { half };
+            let corner = turned(self.quaternion, [side(0, a), side(1, b), side(2, c)]);
+            std::array::from_fn(|i| self.position[i] + corner[i])
+        })
+    }
+}
+
 /// Shapes of all bodies. Of the world what is not larger than the robot: a floor would hide it. A body without a shape gets bones
 /// from its origin to the bodies that it carries, or to its farthest site.
 #[must_use]
 pub fn shapes(parts: &Parts) -> Vec<Shape> {
-    let reach: f64 = parts.bodies.iter().map(|body| norm(body.position)).sum();
-    let small = |shape: &Shape| shape.body > 0 || shape.size.iter().all(|size| *size <= reach);
     let described = parts.geoms.iter().map(|geom: &Geom| Shape {
         body: geom.body,
         kind: geom.kind.word(),
@@ -47,6 +63,11 @@ pub fn shapes(parts: &Parts) -> Vec<Shape> {
         wrap: false,
         mesh: None,
     });
+    let described: Vec<Shape> = described.chain(files(parts)).collect();
+    let moving = described.iter().filter(|shape| shape.body > 0).flat_map(Shape::corners);
+    let reach = parts.bodies.iter().map(|body| norm(body.position)).sum::<f64>()
+        + moving.map(norm).fold(0.0, f64::max);
+    let small = |shape: &Shape| shape.body > 0 || shape.size.iter().all(|size| *size <= reach);
     let wrapped = parts.wraps.iter().map(|wrap| {
         let (kind, length) = match wrap.kind {
             WrapKind::Cylinder => ("cylinder", SURFACE_SHARE * wrap.radius),
@@ -62,7 +83,7 @@ pub fn shapes(parts: &Parts) -> Vec<Shape> {
             mesh: None,
         }
     });
-    described.chain(files(parts)).filter(small).chain(bones(parts)).chain(wrapped).collect()
+    described.into_iter().filter(small).chain(bones(parts)).chain(wrapped).collect()
 }
 
 /// The shapes of files that were read.

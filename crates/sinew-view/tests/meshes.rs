@@ -114,6 +114,9 @@ fn every_format_gives_the_same_box() {
     for (k, (size, place)) in shapes[0].size.iter().zip(shapes[0].position).enumerate() {
         let half = [0.05, 0.1, 0.2][k];
         assert!((size - half).abs() < 1e-8 && (place - half).abs() < 1e-8, "{:?}", shapes[0]);
+        let corners = shapes[0].corners().map(|corner| corner[k]);
+        let [low, high] = [f64::min, f64::max].map(|of| corners.iter().copied().reduce(of).unwrap());
+        assert!(low.abs() < 1e-8 && (high - 2.0 * half).abs() < 1e-8, "{corners:?}");
     }
 }
 

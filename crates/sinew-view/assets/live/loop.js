@@ -32,6 +32,7 @@ export class Loop {
   draw() {
     const { scene, history, muscle } = this.session, { canvas } = this, c = /** @type {Record<string, string>} */ (this.colours);
     const w = canvas.clientWidth, h = canvas.clientHeight, pen = canvas.getContext("2d", { willReadFrequently: this.session.software });
+    if (scene) this.box.hidden = !history.rings.has("tension_in");
     if (!scene || !pen || !w || !h) return;
     const density = devicePixelRatio || 1;
     if (canvas.width !== Math.round(w * density) || canvas.height !== Math.round(h * density)) [canvas.width, canvas.height] = [Math.round(w * density), Math.round(h * density)];

@@ -12,9 +12,11 @@ import { words } from "./layout.js";
 /** Panes that can be chosen, and those that are shown at first. @type {[string, string][]} */
 export const PANES = [
   ["far", "Far tension"], ["near", "Near tension"], ["joint_error", "Joint error"], ["end_point_error", "End-point error"],
-  ["winch", "Winch position"], ["temperature", "Motor temperature"], ["cycle", "Cycle times"],
+  ["joint_angle", "Joint positions"], ["winch", "Winch position"], ["temperature", "Motor temperature"], ["cycle", "Cycle times"],
 ];
 export const FIRST = ["far", "near", "joint_error", "end_point_error"];
+/** Shown at first of a machine that is moved without forces. */
+export const MOVED = ["joint_angle"];
 
 const COLOURS = ["--m0", "--m1", "--m2", "--m3", "--m4", "--m5", "--m6", "--m7"];
 
@@ -46,17 +48,19 @@ export function pane(session, id) {
     const [unit, scale] = shown(scene.layout.find((f) => f.name === field)?.unit ?? "");
     return { id, title: `${title}: ${name}`, unit, lines: [{ name: title.toLowerCase(), colour: "--accent", width: 1.5, value: of(field, muscle, scale) }] };
   };
-  if (id === "far") return scene.muscles.length ? { id, title: `Far tension: ${name}`, unit: "N", lines: three("tension_out", muscle) } : null;
+  if (id === "far") return scene.muscles.length && has(session, "tension_in") ? { id, title: `Far tension: ${name}`, unit: "N", lines: three("tension_out", muscle) } : null;
   if (id === "near") return one("Near tension", "tension_in");
   if (id === "winch") return one("Winch position", "winch_position");
   if (id === "temperature") return one("Motor temperature", "motor_temperature");
-  if (id === "joint_error") {
-    const measured = has(session, "joint_true") ? "joint_true" : "joint_estimated";
+  if (id === "joint_error" || id === "joint_angle") {
+    const measured = ["joint_true", "joint_estimated"].find((field) => has(session, field)), errors = id === "joint_error";
+    const field = errors ? measured : measured ?? "joint_reference";
     const chosen = selection?.kind === "joint" ? [selection.index] : scene.joints.map((_, k) => k).slice(0, 8);
     const angle = chosen.every((k) => scene.joints[k]?.unit !== "m"), scale = angle ? 180 / Math.PI : 1000;
-    if (!has(session, "joint_reference") || !chosen.length) return null;
-    return { id, title: selection?.kind === "joint" ? `Joint error: ${words(scene.joints[chosen[0]].name)}` : "Joint errors", unit: angle ? "deg" : "mm",
-      lines: chosen.map((k) => ({ name: words(scene.joints[k].name), colour: COLOURS[k % 8], width: 1.4, value: (s) => scale * (history.value(measured, k, s) - history.value("joint_reference", k, s)) })) };
+    if (!field || !has(session, "joint_reference") || !chosen.length) return null;
+    const [what, all] = errors ? ["Joint error", "Joint errors"] : ["Joint position", "Joint positions"];
+    return { id, title: selection?.kind === "joint" ? `${what}: ${words(scene.joints[chosen[0]].name)}` : all, unit: angle ? "deg" : "mm",
+      lines: chosen.map((k) => ({ name: words(scene.joints[k].name), colour: COLOURS[k % 8], width: 1.4, value: (s) => scale * (history.value(field, k, s) - (errors ? history.value("joint_reference", k, s) : 0)) })) };
   }
   if (id === "end_point_error") {
     const distance = (/** @type {string} */ field) => (/** @type {number} */ s) => 1000 * Math.hypot(...[0, 1, 2].map((i) => history.value(field, i, s) - history.value("end_point_reference", i, s)));

@@ -1,7 +1,7 @@
 // Signals over time, one pane under another with a common cursor: zoom by a drag, pause, search, export of what is seen.
 import { ink } from "../view/palette.js";
 import { button, element, figure, save, tell, words } from "./layout.js";
-import { FIRST, PANES, pane } from "./panes.js";
+import { FIRST, MOVED, PANES, pane } from "./panes.js";
 
 /** @import {Session} from "./session.js" */
 /** @import {Pane} from "./panes.js" */
@@ -46,6 +46,7 @@ export class Traces {
   offer() {
     const { scene } = this.session;
     this.names.replaceChildren(...PANES.map(([, title]) => element("option", { value: title })), ...(scene?.signals ?? []).map((s) => element("option", { value: words(s.name), label: `${s.group}, ${s.unit}` })));
+    if (this.panes.length && !this.panes.some((id) => pane(this.session, id))) this.panes = [...MOVED];
     this.build();
   }
 

@@ -51,6 +51,17 @@ function local(shape, scale, at) {
   return new Matrix4().compose(place, turn, new Vector3().fromArray(scale));
 }
 
+/**
+ * Points around which balls contain a shape, in the frame of its body, m: ends of what is long, corners of what has any.
+ * @param {Shape} shape @returns {{at: Vector3, radius: number}[]}
+ */
+export function outline({ kind, size: [a, b = a, c = a], position, quaternion: [w, x, y, z] }) {
+  const long = ["bone", "capsule", "cylinder"].includes(kind), edged = ["box", "mesh"].includes(kind), sides = [-1, 1];
+  const ends = long ? sides.map((k) => [0, 0, k * b]) : edged ? sides.flatMap((i) => sides.flatMap((j) => sides.map((k) => [i * a, j * b, k * c]))) : [[0, 0, 0]];
+  const turn = new Quaternion(x, y, z, w), centre = new Vector3().fromArray(position);
+  return ends.map((end) => ({ at: new Vector3().fromArray(end).applyQuaternion(turn).add(centre), radius: long ? a : edged ? 0 : Math.max(a, b, c) }));
+}
+
 export class Bodies {
   /** @param {Machine} machine @param {boolean} [software] whether no graphics processor draws: with fewer triangles */
   constructor(machine, software = false) {

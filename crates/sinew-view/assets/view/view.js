@@ -1,7 +1,7 @@
 // The three-dimensional view of a machine: one object that takes instants and shows them. The live page and the reports
 // use the same.
-import { Group, Matrix4, Quaternion, Vector2, Vector3 } from "../vendor/three/three.module.min.js";
-import { Bodies } from "./bodies.js";
+import { Group, Matrix4, Vector2, Vector3 } from "../vendor/three/three.module.min.js";
+import { Bodies, outline } from "./bodies.js";
 import { Cables } from "./cables.js";
 import { Orbit, poseMatrix } from "./camera.js";
 import { pick, place } from "./pick.js";
@@ -138,10 +138,9 @@ export class View {
     for (const shape of this.machine.shapes) {
       // A floor does not set the scale.
       if (shape.body === 0 || shape.kind === "plane") continue;
-      const [w, x, y, z] = shape.quaternion, along = new Vector3(0, 0, 1).applyQuaternion(new Quaternion(x, y, z, w));
-      const long = ["bone", "capsule", "cylinder"].includes(shape.kind), radius = long ? shape.size[0] : Math.max(...shape.size);
-      for (const end of long ? [-1, 1] : [0]) {
-        const p = new Vector3().fromArray(shape.position).addScaledVector(along, end * (long ? shape.size[1] : 0)).applyMatrix4(poseMatrix(now.body_pose, shape.body, pose));
+      poseMatrix(now.body_pose, shape.body, pose);
+      for (const { at, radius } of outline(shape)) {
+        const p = at.applyMatrix4(pose);
         take(p, 0.8 * radius);
         lowest = Math.min(lowest, p.dot(this.orbit.up) - radius);
       }
@@ -150,7 +149,11 @@ export class View {
       const p = new Vector3(now.cable_points[k], now.cable_points[k + 1], now.cable_points[k + 2]);
       if (Number.isFinite(p.x)) { take(p, 0); lowest = Math.min(lowest, p.dot(this.orbit.up)); }
     }
-    for (const place of this.machine.extent ?? []) take(new Vector3().fromArray(place), 0);
+    for (const place of this.machine.extent ?? []) {
+      const p = new Vector3().fromArray(place);
+      take(p, 0);
+      lowest = Math.min(lowest, p.dot(this.orbit.up));
+    }
     for (const path of this.paths) for (let k = 0; k + 2 < path.ribbon.points.length; k += 3) take(new Vector3().fromArray(path.ribbon.points, k), 0);
     if (!Number.isFinite(low.x)) { low.set(-0.1, -0.1, -0.1); high.set(0.1, 0.1, 0.1); }
     const centre = low.clone().add(high).multiplyScalar(0.5), radius = Math.max(0.02, 0.5 * high.distanceTo(low));
