@@ -142,7 +142,7 @@ pub(crate) struct AdaptArguments {
 
 /// Identify a simulated transmission; no log is needed.
 ///
-/// A model is fitted to two simulated days and evaluated on a third. The logs are written beside the model;
+/// A model is fitted to four simulated days and evaluated on a fifth. The logs are written beside the model;
 /// all outputs are labelled as simulated.
 #[derive(Debug, Args)]
 pub(crate) struct DemoArguments {
