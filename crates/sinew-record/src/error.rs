@@ -27,6 +27,16 @@ pub enum Error {
         /// Name of the attachment.
         name: &'static str,
     },
+    /// A file that ends before its attachments do.
+    #[error(
+        "byte {at}: expected the rest of a recording, got the end of the file: it was cut short before {name}, without which nothing can be shown"
+    )]
+    CutShort {
+        /// Place of the record that is not whole.
+        at: u64,
+        /// Name of the attachment that is missing.
+        name: &'static str,
+    },
     /// An attachment that cannot be read.
     #[error("attachment {name}: {reason}")]
     Attachment {

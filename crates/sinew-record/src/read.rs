@@ -83,7 +83,7 @@ impl<'a> Recording<'a> {
     /// Reads the head and finds the chunks.
     ///
     /// # Errors
-    /// [`Error::Damaged`] names the place of what is no recording; [`Error::Missing`], [`Error::Attachment`] and
+    /// [`Error::Damaged`] and [`Error::CutShort`] name the place of what is no recording; [`Error::Missing`], [`Error::Attachment`] and
     /// [`Error::Version`] for files of others and for newer ones.
     pub fn read(bytes: &'a [u8]) -> Result<Self, Error> {
         let mut rest = Bytes { rest: bytes, at: 0 };
@@ -109,7 +109,7 @@ impl<'a> Recording<'a> {
                 _ => {}
             }
         }
-        let head = head.ok_or(Error::Missing { name: HEAD })?;
+        let head = head.ok_or_else(|| missing(HEAD, complete, rest.at))?;
         let cut_off = rest.rest.len() as u64;
         Ok(Self { head, files, complete, cut_off, bytes, chunks })
     }
@@ -123,9 +123,10 @@ impl<'a> Recording<'a> {
     /// Text of an attachment.
     ///
     /// # Errors
-    /// [`Error::Missing`] without it, [`Error::Attachment`] where it is no text.
+    /// [`Error::Missing`] or [`Error::CutShort`] without it, [`Error::Attachment`] where it is no text.
     pub fn text(&self, name: &'static str) -> Result<&str, Error> {
-        let bytes = self.file(name).ok_or(Error::Missing { name })?;
+        let end = self.bytes.len() as u64 - self.cut_off;
+        let bytes = self.file(name).ok_or_else(|| missing(name, self.complete, end))?;
         std::str::from_utf8(bytes)
             .map_err(|error| Error::Attachment { name: name.to_owned(), reason: error.to_string() })
     }
@@ -141,6 +142,11 @@ impl<'a> Recording<'a> {
     pub fn blocks(&self) -> Blocks<'_> {
         Blocks { recording: self, chunk: 0, rest: None, channel: None }
     }
+}
+
+/// Why an attachment is not there, of a file whose last whole record ends at `end`.
+fn missing(name: &'static str, complete: bool, end: u64) -> Error {
+    if complete { Error::Missing { name } } else { Error::CutShort { at: end, name } }
 }
 
 /// Checks and opens a chunk: its records.

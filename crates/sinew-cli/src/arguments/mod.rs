@@ -123,16 +123,17 @@ pub(crate) enum Verb {
     Man(ManArguments),
 }
 
-/// Draw the report of a run again from the record that `sinew track` has written of it.
+/// Draw the report of a run again from what `sinew track` or `sinew run` has recorded of it.
 ///
-/// The record is a table (CSV): time, status, end point, joints (reference, true, read, believed), winches (read,
-/// commanded), tensions (desired, believed and true at the anchor, true and read at the drive), one row per 10 ms.
+/// The record of `sinew track` is a table (CSV): time, status, end point, joints (reference, true, read, believed),
+/// winches (read, commanded), tensions (desired, believed and true at the anchor, true and read at the drive), one row
+/// per 10 ms. The recording of `sinew run` is drawn as by `sinew log plot`.
 ///
 /// Example: sinew plot run.csv --report run.html
 #[derive(Debug, Args)]
 pub(crate) struct PlotArguments {
-    /// A record
-    #[arg(value_name = "RECORD.csv")]
+    /// A record of `sinew track` or a recording of `sinew run`
+    #[arg(value_name = "RECORD.csv|FILE.mcap")]
     pub(crate) record: PathBuf,
     /// HTML report to write
     #[arg(long, value_name = "FILE.html")]

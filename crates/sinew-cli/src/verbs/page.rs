@@ -158,7 +158,15 @@ pub(crate) fn open(url: &str) {
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn();
-    if let Err(error) = started {
-        eprintln!("warning: no browser was opened ({program}: {error}); open the address above in one");
+    let warn = move |reason: String| {
+        eprintln!("warning: no browser was opened ({program}: {reason}); open the address above in one");
+    };
+    match started {
+        // It ends when the browser does, or soon where it finds none.
+        Ok(mut process) => drop(std::thread::spawn(move || match process.wait() {
+            Ok(status) if !status.success() => warn(status.to_string()),
+            _ => {}
+        })),
+        Err(error) => warn(error.to_string()),
     }
 }

@@ -36,6 +36,8 @@ fn a_recorded_run_is_shown_exported_drawn_and_replayed() {
     assert!(identified.stdout.contains("tension_in_n"), "{}", identified.stdout);
 
     bench.succeeds("log plot run.mcap --report run.html");
+    bench.succeeds("plot run.mcap --report again.html");
+    assert_eq!(bench.read("run.html"), bench.read("again.html"));
     assert!(bench.read("run.html").contains("Tensions at the anchors"));
     bench.succeeds("log layout run.mcap --out layout.json");
     let layout = json(&bench.read("layout.json"));

@@ -87,7 +87,9 @@ impl Cycles {
         }
         if index.is_empty() {
             let expected = "at least one block of cycles";
-            return Err(Error::Damaged { at: bytes.len() as u64, expected, got: "none".to_owned() });
+            let got =
+                if recording.complete { "none" } else { "none: the file was cut short before the first" };
+            return Err(Error::Damaged { at: bytes.len() as u64, expected, got: got.to_owned() });
         }
         let notice = notice(&recording, list.missing());
         let (events, faults) = list.finish();

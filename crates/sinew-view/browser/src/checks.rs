@@ -270,7 +270,7 @@ async fn lost_and_healed(page: &Browser, server: &Server, wanted: &Wanted) -> Ou
 }
 
 /// Rules of accessibility, by axe-core, where it is at hand.
-async fn accessible(page: &Browser, wanted: &Wanted, state: &str) -> Outcome<()> {
+pub(crate) async fn accessible(page: &Browser, wanted: &Wanted, state: &str) -> Outcome<()> {
     let Some(axe) = &wanted.axe else {
         println!("accessibility: skipped, axe-core is not here");
         return Ok(());

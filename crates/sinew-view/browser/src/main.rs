@@ -10,6 +10,7 @@ mod input;
 mod machine;
 mod memory;
 mod program;
+mod reports;
 mod server;
 
 use browser::Browser;

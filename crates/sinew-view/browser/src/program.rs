@@ -3,7 +3,7 @@
 use crate::browser::{Browser, rest};
 use crate::checks::{NEAR_M, quiet, ready, settled};
 use crate::input::{click, key};
-use crate::{Outcome, Wanted};
+use crate::{Outcome, Wanted, reports};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -63,7 +63,8 @@ pub(crate) async fn all(page: &Browser, program: &Path, wanted: &Wanted) -> Outc
     simulated(page, &program, &folder, wanted).await?;
     meshed(page, &program, &folder, wanted).await?;
     recorded(page, &program, &folder, wanted).await?;
-    watched(page, &program, &folder, wanted).await
+    watched(page, &program, &folder, wanted).await?;
+    reports::all(page, &program, &folder, wanted).await
 }
 
 async fn open(page: &Browser, served: &Served) -> Outcome<()> {

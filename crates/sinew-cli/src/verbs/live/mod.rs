@@ -4,6 +4,7 @@ mod recorded;
 mod simulated;
 
 use super::page::open;
+use super::recording::is_recording;
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{General, LiveArguments};
 use crate::error::Error;
@@ -14,7 +15,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer, Error> {
-    let (source, simulated): (Box<dyn Source>, bool) = if recorded::is_recording(&arguments.model) {
+    let (source, simulated): (Box<dyn Source>, bool) = if is_recording(&arguments.model) {
         let (playback, simulated) = recorded::playback(arguments)?;
         (Box::new(playback), simulated)
     } else {
@@ -29,7 +30,7 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
     let server =
         Server::start(ServerSettings { address: arguments.bind, source, foxglove: arguments.foxglove })?;
     let url = server.url();
-    let shown = match (recorded::is_recording(&arguments.model), simulated) {
+    let shown = match (is_recording(&arguments.model), simulated) {
         (false, _) => "SIMULATED machine",
         (true, true) => "recording of a SIMULATED machine",
         (true, false) => "recording",

@@ -7,18 +7,6 @@ use crate::verbs::meshes::read_meshes;
 use crate::verbs::page::tension_limits;
 use crate::verbs::recording::{RunSetup, read_bytes, recording};
 use sinew_live::{LiveError, Playback, PlaybackParts};
-use std::io::Read;
-use std::path::Path;
-
-/// First bytes of an MCAP file.
-const MAGIC: [u8; 5] = *b"\x89MCAP";
-
-/// Whether a file is a recording, by its first bytes, or is called one.
-pub(super) fn is_recording(path: &Path) -> bool {
-    let mut start = [0; MAGIC.len()];
-    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut start));
-    (read.is_ok() && start == MAGIC) || path.extension().is_some_and(|extension| extension == "mcap")
-}
 
 /// The recording of the arguments with those over it, and whether its machine was simulated.
 pub(super) fn playback(arguments: &LiveArguments) -> Result<(Playback, bool), Error> {

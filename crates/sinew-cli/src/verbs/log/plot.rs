@@ -15,7 +15,7 @@ use sinew_report::signals::{Group, SignalPage, Signals, page};
 /// Rows of the report.
 const ROWS: u64 = 3000;
 
-pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Answer, Error> {
+pub(in crate::verbs) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Answer, Error> {
     let LogPlotArguments { file, report } = arguments;
     refuse_overwrite([file], std::slice::from_ref(report), general.no_clobber)?;
     let bytes = read_bytes(file)?;

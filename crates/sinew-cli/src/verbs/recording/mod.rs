@@ -4,6 +4,6 @@ mod read;
 mod setup;
 mod start;
 
-pub(crate) use read::{read_bytes, recording};
+pub(crate) use read::{is_recording, read_bytes, recording};
 pub(crate) use setup::{LinkSetup, RunSetup};
 pub(crate) use start::{Ended, Recording, Request};

@@ -6,6 +6,16 @@ use std::path::Path;
 /// Largest recording that is read, bytes: some ten hours of a large machine.
 const MAX_BYTES: u64 = 4 << 30;
 
+/// First bytes of an MCAP file.
+const MAGIC: [u8; 5] = *b"\x89MCAP";
+
+/// Whether a file is a recording, by its first bytes, or is called one.
+pub(crate) fn is_recording(path: &Path) -> bool {
+    let mut start = [0; MAGIC.len()];
+    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    (read.is_ok() && start == MAGIC) || path.extension().is_some_and(|extension| extension == "mcap")
+}
+
 /// The bytes of a recording.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };

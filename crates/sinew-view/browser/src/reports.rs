@@ -1,0 +1,76 @@
+//! The reports of the program, as files, from the address bar: no error, accessible, drawn, and no wider than a phone.
+
+use crate::browser::{Browser, rest};
+use crate::checks::accessible;
+use crate::{Outcome, Wanted};
+use std::path::Path;
+use std::process::Command;
+
+/// What is run in turn, and the report that it writes.
+const REPORTS: [(&str, &str); 7] = [
+    ("bench run --duration 6 --speeds 0.02,0.05 --out bench.csv", ""),
+    ("identify bench.csv --out model --model linear,cell", "model/report.html"),
+    ("track planar_leg --path step --no-learning --report track.html", "track.html"),
+    ("arm inspect lm_arm --report arm.html", "arm.html"),
+    ("machine tune bench_joint --out gains.json --report tune.html", "tune.html"),
+    ("machine map planar_leg --report map.html", "map.html"),
+    ("plot first.mcap --report plot.html", "plot.html"),
+];
+
+/// All of them; `folder` holds a recording.
+pub(crate) async fn all(page: &Browser, program: &Path, folder: &Path, wanted: &Wanted) -> Outcome<()> {
+    // A page whose run has ended goes on asking for it.
+    page.go("about:blank").await?;
+    rest(300).await;
+    page.console_errors().await?;
+    for (arguments, report) in REPORTS {
+        let mut command = Command::new(program);
+        let ended = command.args(arguments.split(' ')).current_dir(folder).output();
+        let ended = ended.map_err(|e| format!("{}: {e}", program.display()))?;
+        if !ended.status.success() {
+            let words = String::from_utf8_lossy(&ended.stderr).into_owned();
+            return Err(format!("`sinew {arguments}` ended with {}: {words}", ended.status));
+        }
+        if !report.is_empty() {
+            let file = folder.join(report);
+            let file = std::fs::canonicalize(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+            looked_at(page, &file, wanted).await?;
+        }
+    }
+    page.size(1400, 900).await?;
+    page.go("about:blank").await
+}
+
+async fn looked_at(page: &Browser, file: &Path, wanted: &Wanted) -> Outcome<()> {
+    let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let name = format!("report-{name}");
+    let address = format!("file://{}", file.display());
+    for theme in ["dark", "light"] {
+        page.size(1400, 900).await?;
+        page.go(&address).await?;
+        page.value(&format!("document.documentElement.dataset.theme = '{theme}'")).await?;
+        rest(300).await;
+        accessible(page, wanted, &format!("{name}, {theme}")).await?;
+    }
+    page.picture(&wanted.out, &name).await?;
+    // A view is drawn where it comes into sight.
+    page.value("document.querySelectorAll('figure.scene').forEach((figure) => figure.scrollIntoView())")
+        .await?;
+    page.until(
+        "the three-dimensional view is drawn",
+        "[...document.querySelectorAll('figure.scene canvas')].every((c) => c.width > 300)",
+    )
+    .await?;
+    let failed = page.number("return document.querySelectorAll('figure.scene .notice').length").await?;
+    page.size(390, 844).await?;
+    page.go(&address).await?;
+    rest(500).await;
+    page.picture(&wanted.out, &format!("{name}-phone")).await?;
+    let narrow = page.value("return { wide: document.documentElement.scrollWidth, views: document.querySelectorAll('figure.scene').length }").await?;
+    let errors = page.console_errors().await?;
+    println!("{name}: {} views, {} px wide on a phone", narrow["views"], narrow["wide"]);
+    if !errors.is_empty() || failed > 0.0 || narrow["wide"].as_f64().is_none_or(|wide| wide > 390.0) {
+        return Err(format!("{name}: {failed} views failed, {narrow}, {}", errors.join("; ")));
+    }
+    Ok(())
+}
