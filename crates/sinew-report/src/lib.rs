@@ -41,6 +41,7 @@ pub mod signals;
 mod svg_path;
 #[cfg(test)]
 mod tests;
+mod text;
 mod traces;
 pub mod tracking;
 pub mod tuning;

@@ -82,6 +82,8 @@ impl Table {
 struct Errors {
     end_point: Option<[f64; 2]>,
     joint: [f64; 2],
+    /// Unit of a thousandth of a joint's position.
+    unit: &'static str,
     by: &'static str,
 }
 
@@ -89,8 +91,8 @@ impl Errors {
     fn text(&self) -> String {
         let joint = self.joint.map(|x| 1e3 * x);
         let mut text = format!(
-            "Errors during the motion {}: joints {:.3} mrad or mm mean, {:.2} max",
-            self.by, joint[0], joint[1]
+            "Errors during the motion {}: joints {:.3} {} mean, {:.2} max",
+            self.by, joint[0], self.unit, joint[1]
         );
         if let Some(end_point) = self.end_point {
             let [mean, max] = end_point.map(|x| 1e3 * x);
@@ -184,7 +186,13 @@ fn groups(table: &Table, head: &Head, machine: &Machine) -> Result<(Vec<Group>, 
             plots.into(),
         ));
     }
-    Ok((groups, Errors { end_point, joint, by }))
+    let turning = head.joints.iter().filter(|joint| joint.unit == "rad").count();
+    let unit = match turning {
+        0 => "mm",
+        all if all == head.joints.len() => "mrad",
+        _ => "mrad or mm",
+    };
+    Ok((groups, Errors { end_point, joint, unit, by }))
 }
 
 /// Positions of a site in a series of poses: x, y, z.
