@@ -278,7 +278,7 @@ pub enum Error {
         column: String,
     },
     /// A signal that never changes where it must.
-    #[error("{place}: {what} {} {} constant at {value}: expected a signal that varies", list(.columns), are(.columns))]
+    #[error("{place}: {what} {} {} constant at {}: expected a signal that varies", list(.columns), are(.columns), short(.value))]
     Constant {
         /// The log, or the logs.
         place: String,
@@ -359,6 +359,11 @@ fn at_line(line: &Option<usize>) -> String {
 
 fn hint(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(", did you mean `{name}`?"))
+}
+
+/// A number without hundreds of zeros.
+fn short(value: &f64) -> String {
+    if value.abs() < 1e9 { value.to_string() } else { format!("{value:e}") }
 }
 
 fn are(names: &[String]) -> &'static str {

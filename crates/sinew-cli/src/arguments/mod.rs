@@ -62,11 +62,12 @@ use std::path::PathBuf;
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done as asked
-  1    the machine that runs the program failed: no permission, no space, standard output that cannot be written
+  1    the machine that runs the program failed: no permission, no space
   2    bad input: an argument, a file or its content
-  3    the input is good and the result is not what was asked for: a motion infeasible, stopped or inaccurate, a
-       bench run stopped, a cable broken, a torque out of reach, no drive that is strong enough
-  130  interrupted by Ctrl-C; no output is left incomplete";
+  3    the input is good and the result is not what was asked for: a motion
+       infeasible, stopped or inaccurate, a bench run stopped, a cable broken,
+       a torque out of reach, no drive that is strong enough
+  130  interrupted by Ctrl-C, SIGTERM or SIGHUP; no output is left incomplete";
 
 /// Identifies, simulates and controls cable-driven robots whose cables run in sheaths.
 ///

@@ -31,8 +31,7 @@ const POSE_PREFIX: &str = "to-joints:";
 const JOINTS_PREFIX: &str = "joints:";
 
 /// What may stand for a motion that is not named by the machine.
-pub(crate) const PATH_FORMS: &str =
-    "tour, to:X,Y,Z, to-joints:JOINT=VALUE,.., joints:EXISTING_FILE.csv or EXISTING_FILE.csv";
+pub(crate) const PATH_FORMS: &str = "tour, to:X,Y,Z, to-joints:JOINT=VALUE,.., joints:FILE.csv or FILE.csv";
 
 impl fmt::Display for PathArgument {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -98,40 +97,41 @@ impl TypedValueParser for PathParser {
         }
         if let Some(coordinates) = text.strip_prefix(POINT_PREFIX) {
             let point = point(coordinates).map(PathArgument::Point);
-            return point.ok_or_else(|| refuse(&["to:X,Y,Z with three finite numbers, m"]));
+            return point.ok_or_else(|| refuse(&["to:X,Y,Z with three numbers within -1000 to 1000 m"]));
         }
         if let Some(joints) = text.strip_prefix(POSE_PREFIX) {
             let pose = pose(joints).map(PathArgument::Pose);
-            let valid = "to-joints:JOINT=VALUE,JOINT=VALUE with each joint once and finite numbers, rad or m";
+            let valid = "to-joints:JOINT=VALUE,JOINT=VALUE with each joint once and numbers within -1000 to 1000 rad or m";
             return pose.ok_or_else(|| refuse(&[valid]));
         }
         if let Some(file) = text.strip_prefix(JOINTS_PREFIX) {
-            let file = Path::new(file);
-            let found = file.exists().then(|| PathArgument::JointWaypoints(file.to_owned()));
-            return found.ok_or_else(|| refuse(&["joints:EXISTING_FILE.csv"]));
+            return match file {
+                "" => Err(refuse(&["joints:FILE.csv"])),
+                file => Ok(PathArgument::JointWaypoints(file.into())),
+            };
         }
-        if Path::new(text).exists() {
-            return Ok(PathArgument::Waypoints(text.into()));
-        }
-        if text.is_empty() || Path::new(text).extension().is_some() {
+        if text.is_empty() {
             return Err(refuse(&["the name of a path", PATH_FORMS]));
+        }
+        if Path::new(text).exists() || Path::new(text).extension().is_some() {
+            return Ok(PathArgument::Waypoints(text.into()));
         }
         Ok(PathArgument::Named(text.to_owned()))
     }
 }
 
-/// A finite number.
+/// A coordinate, m or rad, within those of any machine.
 fn number(text: &str) -> Option<f64> {
-    text.trim().parse().ok().filter(|x: &f64| x.is_finite())
+    text.trim().parse().ok().filter(|x: &f64| x.abs() <= 1e3)
 }
 
-/// Three finite numbers between commas.
+/// Three coordinates between commas.
 fn point(text: &str) -> Option<[f64; 3]> {
     let coordinates: Option<Vec<f64>> = text.split(',').map(number).collect();
     coordinates?.try_into().ok()
 }
 
-/// Names and finite numbers, each name once.
+/// Names and coordinates, each name once.
 fn pose(text: &str) -> Option<Vec<(String, f64)>> {
     let mut joints: Vec<(String, f64)> = Vec::new();
     for entry in text.split(',') {
@@ -154,8 +154,15 @@ mod tests {
         let named = |text| pose(text).map(|joints| joints.len());
         assert_eq!(pose("elbow=0.5, wrist = -1"), Some(vec![("elbow".into(), 0.5), ("wrist".into(), -1.0)]));
         assert_eq!(
-            [named("elbow"), named("elbow="), named("=1"), named("a=1,a=2"), named("a=nan")],
-            [None; 5]
+            [
+                named("elbow"),
+                named("elbow="),
+                named("=1"),
+                named("a=1,a=2"),
+                named("a=nan"),
+                named("a=1e300")
+            ],
+            [None; 6]
         );
     }
 }

@@ -106,14 +106,20 @@ fn too_large(file: &str, bytes: u64) -> Error {
 
 impl OpenLog {
     fn from_path(file: String, path: &Path) -> Result<Self, Error> {
-        let unreadable = |source| Error::Unreadable { file: file.clone(), source };
+        let given = || path.display().to_string();
+        let unreadable = |source| Error::Unreadable { file: given(), source };
         let mut head = Vec::new();
         let handle = std::fs::File::open(path).map_err(unreadable)?;
         let kind_of_file = handle.metadata().map_err(unreadable)?.file_type();
         if !kind_of_file.is_file() && !kind_of_file.is_dir() {
             // A log is read twice, first to find its columns.
             let got = "a device or a pipe".to_owned();
-            return Err(Error::Malformed { file, line: None, expected: "a file on disk".into(), got });
+            return Err(Error::Malformed {
+                file: given(),
+                line: None,
+                expected: "a file on disk".into(),
+                got,
+            });
         }
         handle.take(1024).read_to_end(&mut head).map_err(unreadable)?;
         let content = match kind(&head) {

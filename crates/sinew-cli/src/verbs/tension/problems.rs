@@ -39,6 +39,10 @@ pub(super) struct ValidProblem {
 
 /// Reads the whole file; an error begins with the path of the value that is wrong.
 pub(super) fn parse(text: &str) -> Result<Vec<ValidProblem>, String> {
+    // The derived reader takes a list for an object's fields in their order.
+    if text.trim_start().starts_with('[') {
+        return Err(r#"expected an object, {"problems": [..]}, got a list"#.to_owned());
+    }
     let mut json = serde_json::Deserializer::from_str(text);
     let file: WrittenFile = serde_path_to_error::deserialize(&mut json).map_err(|error| {
         let (path, cause) = (error.path().to_string(), error.inner());
