@@ -33,6 +33,16 @@ pub(crate) fn number(value: Option<f64>) -> String {
     }
 }
 
+/// Unit of thousandths of joints' positions, whose units are `rad` or `m`.
+pub(crate) fn thousandths<'a>(mut units: impl Iterator<Item = &'a str> + Clone) -> &'static str {
+    let slides = units.clone().filter(|unit| *unit == "m").count();
+    match (slides, units.all(|unit| unit == "m")) {
+        (0, _) => "mrad",
+        (_, true) => "mm",
+        (_, false) => "mrad or mm",
+    }
+}
+
 /// A fraction as a percentage with one decimal, or a dash as in [`number`].
 pub(crate) fn percent(fraction: Option<f64>) -> String {
     fraction.filter(|v| v.is_finite()).map_or_else(|| "-".to_owned(), |v| format!("{:.1} %", 100.0 * v))

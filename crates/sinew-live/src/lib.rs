@@ -26,13 +26,16 @@ mod kinematic;
 mod layout;
 mod motion;
 mod recording;
+mod routes;
 mod scene;
 mod server;
+mod show;
 mod signals;
 mod simulation;
 mod source;
 mod stage;
 mod tap;
+mod viewer;
 
 pub use choices::Choices;
 pub use command::{Command, MAX_COMMAND};

@@ -6,7 +6,6 @@ use crate::layout::Layout;
 use crate::simulation::CYCLE;
 use serde_json::{Value, json};
 use sinew::Error;
-use sinew::body::JointKind;
 use sinew::control::supervisor::{FaultKind, Mode};
 use sinew::machine::Machine;
 use sinew::trajectory::{Reference, Trajectory};
@@ -90,7 +89,7 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         .into_iter()
         .map(|joint| {
             let joint = &robot.parts().joints[joint];
-            let unit = if joint.kind == JointKind::Slide { "m" } else { "rad" };
+            let unit = joint.kind.unit();
             json!({"name": joint.name, "unit": unit, "range": joint.range, "body": joint.body, "axis": joint.axis,
                 "position": joint.anchor})
         })
@@ -226,7 +225,7 @@ fn signals(machine: &Machine, layout: &Layout) -> Value {
     }
     for (k, joint) in joints.into_iter().enumerate() {
         let joint = &robot.parts().joints[joint];
-        let unit = if joint.kind == JointKind::Slide { "m" } else { "rad" };
+        let unit = joint.kind.unit();
         for (field, label, truth) in [
             ("joint_reference", "reference", false),
             ("joint_estimated", "estimated", false),

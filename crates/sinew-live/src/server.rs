@@ -1,41 +1,18 @@
-//! The page's files, `/scene` and `/stream` over HTTP.
+//! A page in service: its two threads, one that shows and one that answers requests.
 
-use crate::access::{Access, PROTOCOL};
-use crate::beside::{Beside, Picture};
-use crate::command::{Command, MAX_COMMAND};
+use crate::access::Access;
+use crate::beside::Beside;
 use crate::error::LiveError;
-use crate::layout::{MessageKind, message};
+use crate::routes::router;
+use crate::show::{picture, show};
 use crate::source::Source;
-use axum::Router;
-use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
-use axum::extract::{Path, Request, State};
-use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
-use axum::http::{HeaderMap, StatusCode};
-use axum::middleware::{Next, from_fn_with_state};
-use axum::response::{IntoResponse, Response};
-use axum::routing::get;
-use serde_json::{Value, json};
-use std::collections::VecDeque;
+use crate::viewer::{Shared, WAITING};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 use tokio::sync::{oneshot, watch};
-
-/// Between two states.
-const PICTURE: Duration = Duration::from_micros(16_667);
-/// Share of a picture's time in which the simulation may run.
-const BUDGET: f64 = 0.85;
-/// Commands that wait at most.
-const WAITING: usize = 64;
-/// Viewers at most.
-const VIEWERS: usize = 32;
-/// Time in which a viewer takes a message; one that does not is gone.
-const PATIENCE: Duration = Duration::from_secs(10);
-/// Silence after which a viewer gets the last state again, while another motion is prepared or many cycles are stepped.
-const SILENCE: Duration = Duration::from_millis(400);
 
 /// Where and what a server serves.
 pub struct ServerSettings {
@@ -55,20 +32,6 @@ pub struct Server {
     ended: Arc<AtomicBool>,
     stop: Option<oneshot::Sender<()>>,
     threads: Vec<JoinHandle<()>>,
-}
-
-/// What is asked of the source, and where the answer goes.
-enum Order {
-    Command(Command, oneshot::Sender<Result<(), String>>),
-    History(oneshot::Sender<Option<Vec<u8>>>),
-}
-
-/// What requests share.
-struct Shared {
-    access: Access,
-    pictures: watch::Receiver<Picture>,
-    orders: mpsc::SyncSender<Order>,
-    viewers: AtomicUsize,
 }
 
 impl Server {
@@ -156,231 +119,4 @@ impl Drop for Server {
             let _ = thread.join();
         }
     }
-}
-
-fn picture(source: &mut dyn Source) -> Result<Picture, LiveError> {
-    let scene = Arc::new(source.scene()?.to_string());
-    Ok(Picture { revision: source.revision(), state: Arc::new(source.state()?), scene })
-}
-
-/// Lets time pass on the source until the server ends: what is asked of it, its time, a picture.
-fn show(
-    source: &mut dyn Source,
-    orders: &mpsc::Receiver<Order>,
-    pictures: &watch::Sender<Picture>,
-    (beside, ended): (&mut Beside, &AtomicBool),
-) {
-    let mut last = Instant::now();
-    let mut next = None;
-    while !ended.load(Ordering::Relaxed) {
-        let begun = Instant::now();
-        let passed = begun.duration_since(last).as_secs_f64();
-        last = begun;
-        while let Some(order) = next.take().or_else(|| orders.try_recv().ok()) {
-            // The page may be gone.
-            match order {
-                Order::Command(command, outcome) => drop(outcome.send(source.command(&command))),
-                Order::History(answer) => match source.history() {
-                    Ok(rows) => drop(answer.send(rows)),
-                    Err(_) => return,
-                },
-            }
-        }
-        let budget = PICTURE.mul_f64(BUDGET);
-        // A command ends the advance: a stop must not wait for time that is still due.
-        let mut is_spent = || {
-            next = orders.try_recv().ok();
-            next.is_some() || begun.elapsed() > budget
-        };
-        if source.advance(passed, &mut is_spent).is_err() {
-            return;
-        }
-        let scene = Arc::clone(&pictures.borrow().scene);
-        let changed = pictures.borrow().revision != source.revision();
-        let picture = if changed {
-            picture(source)
-        } else {
-            source.state().map(|state| Picture { revision: source.revision(), state: Arc::new(state), scene })
-        };
-        let Ok(picture) = picture else { return };
-        beside.show(&picture);
-        // Without viewers nobody takes it.
-        pictures.send_replace(picture);
-        // What is asked meanwhile is answered at once.
-        next = next.or_else(|| orders.recv_timeout(PICTURE.saturating_sub(begun.elapsed())).ok());
-    }
-}
-
-fn router(shared: Arc<Shared>) -> Router {
-    Router::new()
-        .route("/", get(|| async { file("index.html") }))
-        .route("/assets/{*path}", get(|Path(path): Path<String>| async move { file(&path) }))
-        .route("/scene", get(scene))
-        .route("/history", get(history))
-        .route("/stream", get(stream))
-        .layer(from_fn_with_state(Arc::clone(&shared), guard))
-        .with_state(shared)
-}
-
-/// Requests by another name or from another page are refused.
-async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
-    if !shared.access.is_own(request.headers()) {
-        let words = "This server answers requests for its own address from its own page only.";
-        return (StatusCode::FORBIDDEN, words).into_response();
-    }
-    next.run(request).await
-}
-
-fn file(path: &str) -> Response {
-    let Some(asset) = sinew_view::asset(path) else { return StatusCode::NOT_FOUND.into_response() };
-    let headers = [
-        (CONTENT_TYPE, asset.content_type),
-        (CONTENT_SECURITY_POLICY, "default-src 'self'; frame-ancestors 'none'"),
-        (CACHE_CONTROL, "no-cache"),
-    ];
-    (headers, asset.bytes).into_response()
-}
-
-async fn scene(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
-    if !shared.access.is_authorized(&headers) {
-        return unauthorized();
-    }
-    let scene = Arc::clone(&shared.pictures.borrow().scene);
-    ([(CONTENT_TYPE, "application/json"), (CACHE_CONTROL, "no-store")], scene.as_str().to_owned())
-        .into_response()
-}
-
-/// The signals before now, where the source has them.
-async fn history(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
-    if !shared.access.is_authorized(&headers) {
-        return unauthorized();
-    }
-    let (sender, receiver) = oneshot::channel();
-    if shared.orders.try_send(Order::History(sender)).is_err() {
-        return StatusCode::SERVICE_UNAVAILABLE.into_response();
-    }
-    match receiver.await {
-        Ok(Some(rows)) => {
-            ([(CONTENT_TYPE, "application/octet-stream"), (CACHE_CONTROL, "no-store")], rows).into_response()
-        }
-        Ok(None) => StatusCode::NO_CONTENT.into_response(),
-        Err(_) => StatusCode::SERVICE_UNAVAILABLE.into_response(),
-    }
-}
-
-fn unauthorized() -> Response {
-    let words = "The token is missing or wrong: open the address that the program printed, with what stands behind the #.";
-    (StatusCode::UNAUTHORIZED, words).into_response()
-}
-
-async fn stream(
-    State(shared): State<Arc<Shared>>,
-    headers: HeaderMap,
-    upgrade: WebSocketUpgrade,
-) -> Response {
-    if !shared.access.is_authorized(&headers) {
-        return unauthorized();
-    }
-    let Some(place) = ViewerPlace::take(&shared) else {
-        return (StatusCode::SERVICE_UNAVAILABLE, "Too many pages are open.").into_response();
-    };
-    let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MAX_COMMAND).max_frame_size(MAX_COMMAND);
-    upgrade.on_upgrade(move |socket| async move {
-        // A connection that ends needs no answer.
-        let _ = watch_source(socket, &place.0).await;
-    })
-}
-
-/// One of the places for viewers, given back where it is dropped, also by a connection that never came about.
-struct ViewerPlace(Arc<Shared>);
-
-impl ViewerPlace {
-    fn take(shared: &Arc<Shared>) -> Option<Self> {
-        let place = Self(Arc::clone(shared));
-        (shared.viewers.fetch_add(1, Ordering::Relaxed) < VIEWERS).then_some(place)
-    }
-}
-
-impl Drop for ViewerPlace {
-    fn drop(&mut self) {
-        self.0.viewers.fetch_sub(1, Ordering::Relaxed);
-    }
-}
-
-/// Sends every new picture that the viewer is ready for, and takes its commands.
-async fn watch_source(mut socket: WebSocket, shared: &Shared) -> Option<()> {
-    let mut pictures = shared.pictures.clone();
-    pictures.mark_changed();
-    let mut revision = pictures.borrow().revision;
-    // Commands are executed in the order in which they came.
-    let mut asked = VecDeque::new();
-    loop {
-        tokio::select! {
-            changed = pictures.changed() => {
-                changed.ok()?;
-                let picture = pictures.borrow_and_update().clone();
-                if picture.revision != revision {
-                    revision = picture.revision;
-                    send(&mut socket, message(MessageKind::Scene, revision, &[])).await?;
-                }
-                send(&mut socket, picture.state.to_vec()).await?;
-            }
-            answer = outcome(asked.front_mut()) => {
-                asked.pop_front();
-                send(&mut socket, message(MessageKind::Answer, revision, answer.to_string().as_bytes())).await?;
-            }
-            () = tokio::time::sleep(SILENCE) => {
-                let state = pictures.borrow().state.to_vec();
-                send(&mut socket, state).await?;
-            }
-            received = socket.recv(), if asked.len() < WAITING => match received?.ok()? {
-                Message::Text(text) => {
-                    match order(text.as_str(), shared) {
-                        Ok(waiting) => asked.push_back(waiting),
-                        Err(answer) => {
-                            send(&mut socket, message(MessageKind::Answer, revision, answer.to_string().as_bytes())).await?;
-                        }
-                    }
-                }
-                Message::Binary(_) => {
-                    let answer = json!({"id": null, "ok": false, "error": "a command is a text, not binary data"});
-                    send(&mut socket, message(MessageKind::Answer, revision, answer.to_string().as_bytes())).await?;
-                }
-                Message::Close(_) => return Some(()),
-                Message::Ping(_) | Message::Pong(_) => {}
-            },
-        }
-    }
-}
-
-async fn send(socket: &mut WebSocket, bytes: Vec<u8>) -> Option<()> {
-    tokio::time::timeout(PATIENCE, socket.send(Message::Binary(bytes.into()))).await.ok()?.ok()
-}
-
-/// A command that waits for the source: its number and its outcome.
-type Waiting = (Value, oneshot::Receiver<Result<(), String>>);
-
-/// Hands a command to the source, or the answer that refuses it.
-fn order(text: &str, shared: &Shared) -> Result<Waiting, Value> {
-    let (id, command) = Command::parse(text).map_err(|(id, reason)| reply(&id, Err(reason)))?;
-    let (sender, receiver) = oneshot::channel();
-    match shared.orders.try_send(Order::Command(command, sender)) {
-        Ok(()) => Ok((id, receiver)),
-        Err(_) => Err(reply(&id, Err("too many commands wait; try again".to_owned()))),
-    }
-}
-
-/// The answer to the first command that waits; never without one.
-async fn outcome(first: Option<&mut Waiting>) -> Value {
-    match first {
-        None => std::future::pending().await,
-        Some((id, receiver)) => {
-            let outcome = receiver.await.unwrap_or_else(|_| Err("what is shown has ended".to_owned()));
-            reply(id, outcome)
-        }
-    }
-}
-
-fn reply(id: &Value, outcome: Result<(), String>) -> Value {
-    json!({"id": id, "ok": outcome.is_ok(), "error": outcome.err()})
 }

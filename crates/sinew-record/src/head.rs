@@ -3,7 +3,6 @@
 use crate::codes::fault_of;
 use crate::grid::Grid;
 use serde::{Deserialize, Serialize};
-use sinew::body::JointKind;
 use sinew::control::arm::{ArmStatus, Fault};
 use sinew::machine::{Device, DeviceRole, DriveDevice, Machine, Signal};
 
@@ -124,7 +123,7 @@ impl Head {
             .independent_joints()
             .into_iter()
             .map(|joint| {
-                let unit = if parts.joints[joint].kind == JointKind::Slide { "m" } else { "rad" };
+                let unit = parts.joints[joint].kind.unit();
                 JointColumn { name: parts.joints[joint].name.clone(), unit: unit.to_owned() }
             })
             .collect();

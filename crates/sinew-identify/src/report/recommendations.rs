@@ -64,7 +64,7 @@ pub(super) fn recommendations(
     let kind = if evidence.folds.grouped { "new logs" } else { "later stretches of the same day" };
     let error = format!(
         "expect an error of about {expected:.1} % of the range on {kind}{}{}",
-        fold_range(evidence),
+        fold_range(evidence, report.expected.rmse),
         references(evidence, assessment)
     );
     let because = assessment.reasons.join("; ");
@@ -108,8 +108,9 @@ fn capitalised(sentence: &str) -> String {
     characters.next().map_or_else(String::new, |first| first.to_uppercase().chain(characters).collect())
 }
 
-/// The least and the largest fold error of the chosen model, in words; nothing with a single fold.
-fn fold_range(evidence: &Evidence<'_>) -> String {
+/// The least and the largest fold error of the chosen model, in words, and why the expected error is not its RMSE where
+/// the two differ; nothing with a single fold.
+fn fold_range(evidence: &Evidence<'_>, expected: f64) -> String {
     let validation = evidence.scored[evidence.chosen].validation();
     let errors: Vec<f64> = validation.map_or_else(Vec::new, |v| v.folds.iter().map(|f| f.rmse).collect());
     if errors.len() < 2 {
@@ -117,7 +118,12 @@ fn fold_range(evidence: &Evidence<'_>) -> String {
     }
     let percent = |rmse: f64| 100.0 * rmse / evidence.model.provenance.far_range;
     let (least, most) = errors.iter().fold((f64::MAX, 0.0_f64), |(l, m), e| (l.min(*e), m.max(*e)));
-    format!(" ({:.1} to {:.1} % fold by fold)", percent(least), percent(most))
+    let range = format!("{:.1} to {:.1} % fold by fold", percent(least), percent(most));
+    let rmse = validation.and_then(|v| v.comparison.rmse()).unwrap_or(expected);
+    if (expected / rmse - 1.0).abs() < 0.02 {
+        return format!(" ({range})");
+    }
+    format!(", the choice among the models included (the chosen one alone {:.1} %, {range})", percent(rmse))
 }
 
 fn next_step(evidence: &Evidence<'_>, report: &IdentificationReport) -> String {

@@ -1,6 +1,6 @@
 //! Why a machine stopped, in words with the number that was exceeded.
 
-use sinew::body::{JointKind, Robot};
+use sinew::body::Robot;
 use sinew::control::arm::Fault;
 use sinew::control::supervisor::Threshold;
 
@@ -18,8 +18,8 @@ pub fn fault_name(fault: Fault, robot: &Robot) -> String {
 pub fn stop_reason(fault: Fault, threshold: Option<Threshold>, robot: &Robot) -> String {
     let name = fault_name(fault, robot);
     let unit = |k: usize| {
-        let joint = robot.independent_joints().get(k).map(|joint| robot.parts().joints[*joint].kind);
-        if joint == Some(JointKind::Slide) { "m" } else { "rad" }
+        let joints = robot.independent_joints();
+        joints.get(k).map_or("rad", |joint| robot.parts().joints[*joint].kind.unit())
     };
     match (threshold, fault) {
         (Some(Threshold::JointError(limit)), Fault::TrackingError(k)) => {

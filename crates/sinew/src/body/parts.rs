@@ -83,6 +83,15 @@ impl JointKind {
             JointKind::Hinge | JointKind::Ball | JointKind::Free => "rad",
         }
     }
+
+    /// Unit of its torque: N of a slide, N m of the others.
+    #[must_use]
+    pub fn torque_unit(self) -> &'static str {
+        match self {
+            JointKind::Slide => "N",
+            JointKind::Hinge | JointKind::Ball | JointKind::Free => "N m",
+        }
+    }
 }
 
 /// A joint between a body and its parent.

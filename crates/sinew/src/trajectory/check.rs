@@ -1,7 +1,7 @@
 use super::motion::Trajectory;
 use super::reference::Reference;
 use super::violation::{Infeasibility, Violation};
-use crate::body::Robot;
+use crate::body::{JointKind, Robot};
 use crate::error::{Error, check_length, positive};
 use crate::muscle::MuscleDynamics;
 use alloc::string::{String, ToString};
@@ -94,6 +94,7 @@ pub fn first_infeasibility(
                 joint: independent_name(robot, deficit.velocity),
                 needed: torque.get(deficit.velocity).copied().unwrap_or(f64::NAN),
                 missing: deficit.torque,
+                unit: independent_kind(robot, deficit.velocity).torque_unit(),
                 muscle: deficit.muscle.map(|(muscle, tension)| (muscle_name(robot, muscle), tension)),
             });
         }
@@ -170,19 +171,33 @@ fn joint_violation(model: &MuscleDynamics, limits: &Limits) -> Option<Violation>
         if let (Some(range), 1) = (joint.range, coordinates.len()) {
             let position = q[coordinates.start];
             if position < range[0] - RANGE_TOLERANCE || position > range[1] + RANGE_TOLERANCE {
-                return Some(Violation::JointRange { joint: joint.name.clone(), position, range });
+                return Some(Violation::JointRange {
+                    joint: joint.name.clone(),
+                    position,
+                    range,
+                    unit: joint.kind.unit(),
+                });
             }
         }
     }
     let fast = v.iter().position(|v| v.abs() > limits.joint_speed)?;
+    let unit = robot
+        .joint_of_velocity(fast)
+        .map_or(JointKind::Hinge, |joint| robot.parts().joints[joint].kind)
+        .unit();
     let joint = joint_name(robot, fast);
-    Some(Violation::JointSpeed { joint, speed: v[fast].abs(), most: limits.joint_speed })
+    Some(Violation::JointSpeed { joint, speed: v[fast].abs(), most: limits.joint_speed, unit })
 }
 
 /// Name of an independent joint.
 fn independent_name(robot: &Robot, index: usize) -> String {
     let joint = robot.independent_joints().get(index).map(|&joint| robot.parts().joints[joint].name.clone());
     joint.unwrap_or_else(|| index.to_string())
+}
+
+fn independent_kind(robot: &Robot, index: usize) -> JointKind {
+    let joint = robot.independent_joints().get(index).map(|&joint| robot.parts().joints[joint].kind);
+    joint.unwrap_or(JointKind::Hinge)
 }
 
 fn joint_name(robot: &Robot, velocity: usize) -> String {

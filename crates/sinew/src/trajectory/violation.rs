@@ -16,6 +16,8 @@ pub enum Violation {
         position: f64,
         /// rad or m.
         range: [f64; 2],
+        /// `rad` or `m`.
+        unit: &'static str,
     },
     /// A joint above its speed limit.
     JointSpeed {
@@ -25,6 +27,8 @@ pub enum Violation {
         speed: f64,
         /// rad/s or m/s.
         most: f64,
+        /// `rad` or `m`, per s.
+        unit: &'static str,
     },
     /// A cable above the speed limit of its winch.
     CableSpeed {
@@ -52,6 +56,8 @@ pub enum Violation {
         needed: f64,
         /// Residual, Nm or N.
         missing: f64,
+        /// `N m` or `N`.
+        unit: &'static str,
         /// The saturated muscle with the largest moment arm in its direction, and its tension, N.
         muscle: Option<(String, f64)>,
     },
@@ -98,14 +104,17 @@ impl fmt::Display for Infeasibility {
         write!(f, "at {:.3} s: ", self.time)?;
         match &self.violation {
             Violation::Unreachable(point) => point.fmt(f),
-            Violation::JointRange { joint, position, range: [low, high] } => {
+            Violation::JointRange { joint, position, range: [low, high], unit } => {
                 write!(
                     f,
-                    "joint `{joint}` must be within {low:.5} and {high:.5}, but the reference is {position:.5}"
+                    "joint `{joint}` must be within {low:.5} and {high:.5} {unit}, but the reference is {position:.5} {unit}"
                 )
             }
-            Violation::JointSpeed { joint, speed, most } => {
-                write!(f, "joint `{joint}` may move at most {most:.3} per s, but the reference is {speed:.3}")
+            Violation::JointSpeed { joint, speed, most, unit } => {
+                write!(
+                    f,
+                    "joint `{joint}` may move at most {most:.3} {unit}/s, but the reference moves {speed:.3} {unit}/s"
+                )
             }
             Violation::CableSpeed { muscle, speed, most } => {
                 write!(
@@ -119,10 +128,10 @@ impl fmt::Display for Infeasibility {
                     "the winch of `{muscle}` accelerates by at most {most:.3} m/s^2, but the reference needs {acceleration:.3}"
                 )
             }
-            Violation::Torque { joint, needed, missing, muscle } => {
+            Violation::Torque { joint, needed, missing, unit, muscle } => {
                 write!(
                     f,
-                    "`{joint}` needs {:.3} N m, of which tensions within their limits leave {} N m unmet",
+                    "`{joint}` needs {:.3} {unit}, of which tensions within their limits leave {} {unit} unmet",
                     needed.abs(),
                     Significant(missing.abs())
                 )?;

@@ -5,6 +5,7 @@ use crate::answer::{Answer, Content};
 use crate::arguments::{General, LogPlotArguments};
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
+use crate::table::thousandths;
 use crate::verbs::recording::{RunSetup, read_bytes, recording};
 use sinew::body::Poses;
 use sinew::machine::Machine;
@@ -186,12 +187,7 @@ fn groups(table: &Table, head: &Head, machine: &Machine) -> Result<(Vec<Group>, 
             plots.into(),
         ));
     }
-    let turning = head.joints.iter().filter(|joint| joint.unit == "rad").count();
-    let unit = match turning {
-        0 => "mm",
-        all if all == head.joints.len() => "mrad",
-        _ => "mrad or mm",
-    };
+    let unit = thousandths(head.joints.iter().map(|joint| joint.unit.as_str()));
     Ok((groups, Errors { end_point, joint, unit, by }))
 }
 

@@ -5,7 +5,6 @@ use crate::error::Error;
 use crate::output::one_line;
 use crate::table::number;
 use serde::Serialize;
-use sinew::body::JointKind;
 use sinew::control::arm::{LeastStable, UnheldPose, least_stable_pose, unheld_poses};
 use sinew::machine::{Clearance, Machine, NegativeStiffness};
 use sinew::transmission::cable::CableLaw;
@@ -139,7 +138,7 @@ impl HeldWinches {
 fn too_weak(machine: &Machine, unheld: &[UnheldPose], poses: &[Vec<f64>]) -> Option<String> {
     let worst = unheld.iter().max_by(|a, b| a.missing.abs().total_cmp(&b.missing.abs()))?;
     let joint = &machine.robot.parts().joints[machine.robot.independent_joints()[worst.joint]];
-    let unit = if joint.kind == JointKind::Slide { "N" } else { "N m" };
+    let unit = joint.kind.torque_unit();
     let [missing, needed] = [worst.missing, worst.needed].map(|torque| number(Some(torque.abs())));
     let count = if unheld.len() == poses.len() {
         "any sampled pose".to_owned()
@@ -183,7 +182,7 @@ fn in_words(machine: &Machine, pose: &[f64]) -> String {
     let joints = machine.robot.independent_joints().into_iter().zip(pose);
     let each = joints.map(|(index, at)| {
         let joint = &parts.joints[index];
-        let unit = if joint.kind == JointKind::Slide { "m" } else { "rad" };
+        let unit = joint.kind.unit();
         format!("{} {} {unit}", joint.name, number(Some(*at)))
     });
     each.collect::<Vec<_>>().join(", ")

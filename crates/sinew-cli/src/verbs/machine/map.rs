@@ -10,7 +10,6 @@ use crate::progress::Progress;
 use crate::table::{number, table};
 use crate::verbs::arm::model::print_warnings;
 use crate::verbs::arm::view::machine_scene;
-use sinew::body::JointKind;
 use sinew::control::capability::{CableMotion, CapabilityModel, EndPointJacobian, PoseCapability};
 use sinew::machine::Machine;
 use sinew_lab::machine_file::load_machine;
@@ -60,8 +59,7 @@ fn view<'a>(
     let parts = machine.robot.parts();
     let joints = machine.robot.independent_joints().into_iter().map(|joint| {
         let joint = &parts.joints[joint];
-        let unit = if joint.kind == JointKind::Slide { "m" } else { "rad" };
-        (joint.name.clone(), unit)
+        (joint.name.clone(), joint.kind.unit())
     });
     let mut view = MapView {
         name: parts.name.clone(),

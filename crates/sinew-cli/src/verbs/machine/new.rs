@@ -157,9 +157,10 @@ fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Res
     let mut text = summary(&answer);
     if let (Some((joint, missing)), true) = (demands.missing, demands.unreachable > 0) {
         let joint = choice.machine.robot.independent_joints()[joint];
-        let name = one_line(&choice.machine.robot.parts().joints[joint].name);
+        let joint = &choice.machine.robot.parts().joints[joint];
+        let (name, unit) = (one_line(&joint.name), joint.kind.torque_unit());
         text += &format!(
-            "\nIn {} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {} Nm or N\n",
+            "\nIn {} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {} {unit}\n",
             percent(Some(unreachable_share)),
             number(Some(missing))
         );

@@ -100,7 +100,7 @@ impl Shown {
             Joint {
                 name: joint.name.clone(),
                 kind: if slide { "slide" } else { "hinge" },
-                unit: if slide { "m" } else { "rad" },
+                unit: joint.kind.unit(),
                 range: joint.range,
                 start: machine.start[place],
                 encoder_resolution: machine.encoders[place].map(|encoder| encoder.resolution),
@@ -200,7 +200,7 @@ const UNITS: [(&str, &str); 23] = [
 fn unit(key: &str, machine: &Machine) -> &'static str {
     let of_joint = |name: &str| {
         let joint = machine.robot.joint(name)?;
-        Some(if machine.robot.parts().joints[joint].kind == JointKind::Slide { "m" } else { "rad" })
+        Some(machine.robot.parts().joints[joint].kind.unit())
     };
     match key.split_once('.') {
         Some(("start" | "rest" | "swing" | "joints", joint)) => of_joint(joint).unwrap_or("rad"),

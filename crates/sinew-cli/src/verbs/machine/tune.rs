@@ -11,7 +11,6 @@ use crate::table::{number, table};
 use crate::verbs::arm::model::print_warnings;
 use crate::verbs::arm::view::machine_scene;
 use serde::Serialize;
-use sinew::body::JointKind;
 use sinew::control::arm::{DampingMargins, JointFigures, joint_limits, synthesize};
 use sinew::machine::{Machine, Tolerances};
 use sinew::twin::arm::ArmSpecimen;
@@ -94,7 +93,7 @@ fn tuned(
     let joints = machine.robot.independent_joints().into_iter().zip(&limits).enumerate();
     let joints = joints.map(|(j, (index, limit))| {
         let joint = &parts.joints[index];
-        let unit = if joint.kind == JointKind::Slide { "m" } else { "rad" };
+        let unit = joint.kind.unit();
         let subject = Subject { unit, names: &names, gains: &gains, found: &found };
         let changed = limit.changed.iter().map(|(change, after)| Changed {
             change: change.name(),

@@ -5,7 +5,7 @@ use crate::arguments::RunArguments;
 use crate::error::Error;
 use crate::interrupt;
 use crate::progress::Progress;
-use crate::table::{number, table};
+use crate::table::{number, table, thousandths};
 use crate::verbs::page::RunPage;
 use crate::verbs::recording::{Ended, Recording, Request};
 use crate::verbs::track::setup::Setup;
@@ -66,7 +66,9 @@ pub(super) fn text(measured: &Measured, machine: &Machine) -> String {
             [joints[*joint].name.clone()].into_iter().chain(errors).collect()
         })
         .collect();
-    let mut text = table(&["joint, by its encoder", "error, mrad or mm: mean", "max"], &rows, 1);
+    let unit = thousandths(independent.iter().map(|joint| joints[*joint].kind.unit()));
+    let mean = format!("error, {unit}: mean");
+    let mut text = table(&["joint, by its encoder", &mean, "max"], &rows, 1);
     let ended = match (numbers.ended, &numbers.reason) {
         (_, Some(reason)) => format!("stopped: {reason}"),
         ("interrupted", None) => "interrupted; the drives braked".to_owned(),
