@@ -86,6 +86,20 @@ fn verb_name(matches: &ArgMatches) -> String {
     inner.subcommand_name().map_or_else(|| verb.to_owned(), |inner| format!("{verb} {inner}"))
 }
 
+/// The verb, and the verb within it, of a command line that is refused: its first words that name one.
+fn verb_asked() -> String {
+    let (mut command, mut words) = (Arguments::command(), Vec::new());
+    for word in std::env::args_os().skip(1) {
+        match command.find_subcommand(&word).cloned() {
+            Some(inner) => command = inner,
+            None if word.to_string_lossy().starts_with('-') => continue,
+            None => break,
+        }
+        words.push(word.to_string_lossy().into_owned());
+    }
+    words.join(" ")
+}
+
 /// Help and version, or the reason for which the command line is refused; `sinew` alone prints its help.
 fn refuse_arguments(error: &clap::Error) -> ExitCode {
     if std::env::args_os().len() < 2 {
@@ -98,7 +112,7 @@ fn refuse_arguments(error: &clap::Error) -> ExitCode {
         let text = error.render().to_string();
         let reason = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
         let message = reason.split_whitespace().collect::<Vec<_>>().join(" ");
-        let _ = answer::print_error("", Error::BAD_INPUT, &message);
+        let _ = answer::print_error(&verb_asked(), Error::BAD_INPUT, &message);
     }
     error.exit()
 }

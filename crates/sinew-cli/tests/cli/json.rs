@@ -187,3 +187,14 @@ fn documents_about_a_bus_that_is_not_there_are_errors() {
         assert!(document["error"]["message"].as_str().unwrap().contains("none9"), "{document}");
     }
 }
+
+#[test]
+fn a_command_line_that_is_refused_names_the_verb_that_it_asked_for() {
+    let bench = Bench::new();
+    for (arguments, verb) in
+        [("track --payload -1 --json", "track"), ("--json arm inspect", "arm inspect"), ("nope --json", "")]
+    {
+        let document: Value = serde_json::from_str(&bench.run(arguments).stdout).unwrap();
+        assert_eq!((&document["verb"], &document["exit_code"]), (&verb.into(), &2.into()), "{arguments}");
+    }
+}
