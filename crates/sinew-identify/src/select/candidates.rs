@@ -229,7 +229,7 @@ impl<'a> Family<'a> {
             self.cell_alone(
                 "cells",
                 distributed,
-                "several `cells` side by side: friction that gives way piece by piece",
+                "several `cell`s side by side: friction that gives way piece by piece",
             ),
             self.hybrid(),
             self.hybrid_with("hybrid-rigid", &RIGID, &[], rigid),
