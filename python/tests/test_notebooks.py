@@ -8,11 +8,13 @@ from pathlib import Path
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "docs/notebooks"
+#: What notebooks of one name need beside the package.
+EXTRA = {"mujoco": "mujoco", "gym": "gymnasium"}
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 
 
 def test_there_are_notebooks() -> None:
-    assert len(NOTEBOOKS) >= 3
+    assert len(NOTEBOOKS) >= 5
 
 
 @pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: str(file.stem))
@@ -21,6 +23,8 @@ def test_a_notebook_runs(file: Path, tmp_path: Path) -> None:
     nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed")
     pytest.importorskip("ipykernel", reason="ipykernel is not installed")
     pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    if file.stem in EXTRA:
+        pytest.importorskip(EXTRA[file.stem], reason=f"{EXTRA[file.stem]} is not installed")
     import nbformat
 
     notebook = nbformat.read(file, as_version=4)
