@@ -120,6 +120,41 @@ def test_a_sampler_of_optuna_continues(tmp_path: Path) -> None:
     assert len(ended) == 30 and all(t.ended and t.error is None for t in ended)
 
 
+def test_a_storage_of_optuna_holds_what_the_journal_holds(tmp_path: Path) -> None:
+    optuna = pytest.importorskip("optuna", reason="Optuna is not installed")
+    url = f"sqlite:///{tmp_path / 'optuna.db'}"
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+
+    def study(folder: str, seed: int = 1, storage: str | None = url) -> Study:
+        sampler = optuna.samplers.TPESampler(seed=1)
+        return Study(tmp_path / folder, objective, RANGES, minimize=["far"], seed=seed, sampler=sampler, storage=storage)
+
+    with study("a", storage=None) as begun:
+        begun.run(5, workers=1)
+    with study("a") as continued:
+        continued.run(9, workers=1)
+    # As if killed while a trial ran: its proposal and Optuna's question stand there.
+    lines = (tmp_path / "a/journal.jsonl").read_text().splitlines(keepends=True)
+    (tmp_path / "a/journal.jsonl").write_text("".join(lines) + lines[-2].replace('"trial": 8', '"trial": 9'))
+    optuna.load_study(study_name="a", storage=url).ask()
+    with study("a") as continued:
+        trials = continued.run(14, workers=2)
+    stored = optuna.load_study(study_name="a", storage=url).trials
+    ended = [trial for trial in stored if trial.state == optuna.trial.TrialState.COMPLETE]
+    assert {t.user_attrs["trial"]: (t.params, t.value) for t in ended} == {
+        t.number: (t.parameters, t.values["far"]) for t in trials
+    }
+    assert len(ended) == 14 and all(trial.state.is_finished() for trial in stored)
+    for folder, seed in (("b/a", 2), ("c/a", 1)):
+        with study(folder, seed) as other, pytest.raises(ValueError, match="another study 'a'"):
+            other.run(1)
+    optuna.create_study(study_name="d", storage=url).ask()
+    with study("d") as other, pytest.raises(ValueError, match=r"not of sinew\.study"):
+        other.run(1)
+    with pytest.raises(ValueError, match="storage needs a sampler"):
+        Study(tmp_path / "e", objective, RANGES, storage=url)
+
+
 def counted(parameters: dict[str, float], seed: int) -> dict[str, float]:
     with open(os.environ["SINEW_TEST_COUNT"], "a") as file:
         file.write(f"{seed}\n")

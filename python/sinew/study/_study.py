@@ -15,6 +15,7 @@ import numpy as np
 from .. import __version__
 from ._backends import Objective, Result, run_local, run_ray
 from ._journal import Journal, Trial
+from ._optimizer import Optimizer
 from ._slurm import run_slurm
 
 
@@ -44,7 +45,8 @@ class Study:
 
     `objective(parameters, seed)` returns named finite numbers. `parameters`: ranges by name. `minimize`, `maximize`: names of
     the values to make small and large, for Optuna, Pareto front and report. `sampler`: `None` for uniform draws that depend on `seed` and the
-    trial's number alone, or a sampler of Optuna.
+    trial's number alone, or a sampler of Optuna. `storage`: URL of one of Optuna's (`"sqlite:///study.db"`) or such an object, in which the
+    sampler's trials are kept as well, under the folder's name, for Optuna's dashboard.
 
     Raises `ValueError` where the folder holds a study of other parameters or seed, or another process runs it.
     """
@@ -59,6 +61,7 @@ class Study:
         maximize: Sequence[str] = (),
         seed: int = 1,
         sampler: Any = None,
+        storage: Any = None,
     ) -> None:
         if not callable(objective):
             raise TypeError("objective must be a function of parameters and a seed")
@@ -66,6 +69,8 @@ class Study:
             raise TypeError(f"parameters[{wrong[0]!r}] must be a Range")
         if sampler is not None and not (minimize or maximize):
             raise ValueError("minimize or maximize must name a value for a sampler of Optuna")
+        if storage is not None and sampler is None:
+            raise ValueError("storage needs a sampler of Optuna")
         if both := set(minimize) & set(maximize):
             raise ValueError(f"{min(both)!r} is in minimize and in maximize")
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
@@ -73,15 +78,15 @@ class Study:
         self.folder, self.objective = Path(folder), objective
         self.parameters, self.seed = dict(parameters), seed
         self.minimize, self.maximize = tuple(minimize), tuple(maximize)
-        self._sampler = sampler
-        head = {
+        self._sampler, self._storage = sampler, storage
+        self._head = {
             "study": 1,
             "seed": seed,
             "minimize": list(minimize),
             "maximize": list(maximize),
             "parameters": {name: asdict(value) for name, value in self.parameters.items()},
         }
-        self._journal = Journal(self.folder / "journal.jsonl", head)
+        self._journal = Journal(self.folder / "journal.jsonl", self._head)
 
     @property
     def trials(self) -> list[Trial]:
@@ -109,7 +114,7 @@ class Study:
             if isinstance(value, bool) or not isinstance(value, int) or value < 1:
                 raise ValueError(f"{name} must be an integer of at least 1, but is {value!r}")
         count = workers or os.cpu_count() or 1
-        optimizer = None if self._sampler is None else _Optimizer(self)
+        optimizer = None if self._sampler is None else self._optimizer()
         pending = self._pending(trials, optimizer)
         results: Iterator[Result]
         if backend == "local":
@@ -129,7 +134,7 @@ class Study:
                 optimizer.tell(self._journal.trials[number])
         return self.trials
 
-    def _pending(self, trials: int, optimizer: _Optimizer | None) -> Iterator[Trial]:
+    def _pending(self, trials: int, optimizer: Optimizer | None) -> Iterator[Trial]:
         for number in range(trials):
             trial = self._journal.trials.get(number)
             if trial is None:
@@ -145,6 +150,18 @@ class Study:
                 optimizer.again(trial)
             if not trial.ended:
                 yield trial
+
+    def _optimizer(self) -> Optimizer:
+        return Optimizer(
+            self.folder.resolve().name,
+            self._head,
+            self.trials,
+            distributions={name: (value.low, value.high, value.log) for name, value in self.parameters.items()},
+            minimize=self.minimize,
+            maximize=self.maximize,
+            sampler=self._sampler,
+            storage=self._storage,
+        )
 
     def save(self) -> Path:
         """Writes `results.parquet`, one row a trial that ended; needs polars."""
@@ -172,42 +189,3 @@ class Study:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-class _Optimizer:
-    """Ask and tell of Optuna; its memory is built again from the journal."""
-
-    def __init__(self, study: Study) -> None:
-        import optuna
-
-        self._failed = optuna.trial.TrialState.FAIL
-        self._values = (*study.minimize, *study.maximize)
-        self._space: dict[str, Any] = {
-            name: optuna.distributions.FloatDistribution(value.low, value.high, log=value.log)
-            for name, value in study.parameters.items()
-        }
-        directions: list[Any] = ["minimize"] * len(study.minimize) + ["maximize"] * len(study.maximize)
-        self._study = optuna.create_study(directions=directions, sampler=study._sampler)
-        self._asked: dict[int, Any] = {}
-        for trial in study.trials:
-            if trial.ended and trial.error is None:
-                values = [trial.values[name] for name in self._values]
-                made = optuna.trial.create_trial(
-                    params=trial.parameters, distributions=self._space, values=values
-                )
-                self._study.add_trial(made)
-
-    def ask(self, number: int) -> dict[str, float]:
-        self._asked[number] = self._study.ask(self._space)
-        return dict(self._asked[number].params)
-
-    def again(self, trial: Trial) -> None:
-        self._study.enqueue_trial(trial.parameters)
-        self.ask(trial.number)
-
-    def tell(self, trial: Trial) -> None:
-        asked = self._asked.pop(trial.number)
-        if trial.error is not None:
-            self._study.tell(asked, state=self._failed)
-        else:
-            self._study.tell(asked, [trial.values[name] for name in self._values])

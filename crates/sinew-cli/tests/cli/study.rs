@@ -29,7 +29,7 @@ fn the_page_shows_what_is_printed() {
 #[test]
 fn a_function_of_ones_own_is_imported_and_texts_are_literals() {
     let bench = Bench::new();
-    let text = "folder = 'a\"b\\n'\ntrials = 3\nbackend = \"slurm\"\nsampler = \"nsga2\"\nminimize = [\"loss\"]\n\
+    let text = "folder = 'a\"b\\n'\ntrials = 3\nbackend = \"slurm\"\nsampler = \"nsga2\"\nstorage = \"sqlite:///s.db\"\nminimize = [\"loss\"]\n\
                 [objective.python]\nmodule = \"mine.work\"\nfunction = \"loss\"\n[parameters.gain]\nlow = 0.1\nhigh = 10\nlog = true\n";
     bench.write("study.toml", text);
     let printed = bench.run("study study.toml").stdout;
@@ -38,7 +38,7 @@ fn a_function_of_ones_own_is_imported_and_texts_are_literals() {
         "Study(\"a\\\"b\\\\n\", objective,",
         "Range(0.1, 10.0, log=True)",
         "backend=\"slurm\"",
-        "NSGAIISampler(seed=1)",
+        "NSGAIISampler(seed=1), storage=\"sqlite:///s.db\")",
     ] {
         assert!(printed.contains(part), "{part}: {printed}");
     }
@@ -53,6 +53,7 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         ("trials = 3", "trials = -1", 2, "-1"),
         ("trials = 3", "trials = 3\nspeed = 1", 3, "speed"),
         ("trials = 3", "trials = 3\nsampler = \"tpe\"", 3, "minimize or maximize"),
+        ("trials = 3", "trials = 3\nstorage = \"sqlite:///s.db\"", 3, "storage needs a sampler"),
         ("trials = 3", "trials = 3\nbackend = \"cloud\"", 3, "cloud"),
         ("trials = 3", "trials = 3\nminimize = [\"a\", \"a\"]", 3, "named twice"),
         ("low = 1.0", "low = 3.0", 6, "from low to high"),

@@ -16,6 +16,7 @@ pub(super) struct Study {
     pub(super) minimize: Vec<String>,
     pub(super) maximize: Vec<String>,
     pub(super) sampler: Sampler,
+    pub(super) storage: Option<String>,
     pub(super) objective: Objective,
     pub(super) parameters: BTreeMap<String, Range>,
 }
@@ -36,6 +37,7 @@ struct Written {
     #[serde(default)]
     maximize: Vec<Spanned<String>>,
     sampler: Option<Spanned<Sampler>>,
+    storage: Option<Spanned<String>>,
     objective: Spanned<Objective>,
     #[serde(default)]
     parameters: BTreeMap<Spanned<String>, Spanned<Range>>,
@@ -131,6 +133,9 @@ pub(super) fn parse(text: &str) -> Result<Study, String> {
             return Err(at(place.span().start, "sampler needs a table [parameters.NAME]"));
         }
     }
+    if let Some(place) = written.storage.as_ref().filter(|_| sampler == Sampler::Uniform) {
+        return Err(at(place.span().start, "storage needs a sampler of Optuna: tpe or nsga2"));
+    }
     let mut values: Vec<&str> = Vec::new();
     for value in written.minimize.iter().chain(&written.maximize) {
         if values.contains(&value.get_ref().as_str()) {
@@ -164,6 +169,7 @@ pub(super) fn parse(text: &str) -> Result<Study, String> {
         minimize: names(written.minimize),
         maximize: names(written.maximize),
         sampler,
+        storage: written.storage.map(Spanned::into_inner),
         objective: written.objective.into_inner(),
         parameters: written
             .parameters

@@ -48,6 +48,9 @@ pub(super) fn program(study: &Study) -> String {
     if let Some(sampler) = sampler {
         let _ = write!(options, ", sampler=optuna.samplers.{sampler}(seed={})", study.seed);
     }
+    if let Some(storage) = &study.storage {
+        let _ = write!(options, ", storage={}", quoted(storage));
+    }
     let backend = match study.backend {
         Backend::Local => "local",
         Backend::Ray => "ray",
