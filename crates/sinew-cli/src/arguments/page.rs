@@ -15,4 +15,7 @@ pub(crate) struct PageArguments {
     /// Open the page in the browser
     #[arg(long, requires = "page")]
     pub(crate) open: bool,
+    /// Serve Foxglove's protocol as well, on this loopback address; in programs that were built with the feature foxglove
+    #[arg(long, value_name = "ADDRESS:PORT", requires = "page")]
+    pub(crate) foxglove: Option<SocketAddr>,
 }

@@ -60,11 +60,12 @@ impl RunPage {
             tension_limits: tension_limits(&setup.machine),
         })
         .map_err(sinew_lab::Error::from)?;
-        let server =
-            Server::start(ServerSettings { address: arguments.bind, source: Box::new(run), foxglove: None })?;
+        let PageArguments { bind: address, foxglove, .. } = *arguments;
+        let server = Server::start(ServerSettings { address, source: Box::new(run), foxglove })?;
         let url = server.url();
         let machine = if shown.simulated { "SIMULATED machine" } else { "machine" };
         eprintln!("{machine} on {url} while the run goes on");
+        tell_foxglove(&server);
         if arguments.open {
             open(&url);
         }
@@ -147,6 +148,13 @@ pub(crate) fn tension_limits(machine: &Machine) -> Vec<[f64; 2]> {
         [low.unwrap_or(0.0), high.unwrap_or(muscle.drive.most_tension)]
     });
     limits.collect()
+}
+
+/// Says where Foxglove finds what is shown, if its protocol is served.
+pub(crate) fn tell_foxglove(server: &Server) {
+    if let Some(address) = server.foxglove() {
+        eprintln!("Foxglove: open a connection to ws://{address}");
+    }
 }
 
 /// Opens an address in the browser; a warning where there is none.

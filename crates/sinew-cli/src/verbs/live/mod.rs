@@ -3,7 +3,7 @@
 mod recorded;
 mod simulated;
 
-use super::page::open;
+use super::page::{open, tell_foxglove};
 use super::recording::is_recording;
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{General, LiveArguments};
@@ -36,9 +36,7 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
         (true, false) => "recording",
     };
     eprintln!("{shown} on {url}; Ctrl-C ends it");
-    if let Some(address) = server.foxglove() {
-        eprintln!("Foxglove: open a connection to ws://{address}");
-    }
+    tell_foxglove(&server);
     if arguments.open {
         open(&url);
     }
