@@ -69,17 +69,7 @@ impl CalibrationProgramme {
         };
         Self { strokes: [0, 1, 2].map(stroke), tension: [low, high] }
     }
-
-    /// Rate of drag adaptation during tracking, 1/(N m): the working range and the travel of the calibration set
-    /// the scale of an innovation times a displacement.
-    fn drag_adaptation(&self) -> f64 {
-        let scale = 0.5 * (self.tension[0] + self.tension[1]) * self.strokes[1].length;
-        DRAG_ADAPTATION / scale
-    }
 }
-
-/// Rate of drag adaptation during tracking times tension and travel, 1.
-const DRAG_ADAPTATION: f64 = 45.0;
 
 /// Identifies the observer model of every transmission of an arm from its own runs on the bench.
 ///
@@ -121,7 +111,8 @@ pub fn calibrate_arm(
             let start =
                 CableModel { path: designed.path.clone(), parameters, start: 1.0, ..CableModel::bench() };
             let mut fit = fit_cable(&logs, &start, &options())?;
-            fit.model.learning = programme.drag_adaptation();
+            // The anchor's travel comes from the body's geometry here, whose errors would be adapted as drag.
+            fit.model.learning = 0.0;
             // The zeros of the arm's encoders differ from those of the bench.
             fit.model.zero_stretch = None;
             Ok(fit.model)
