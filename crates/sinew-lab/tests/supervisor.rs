@@ -48,20 +48,25 @@ fn table(cases: &[Case]) -> String {
             cases.iter().filter_map(|case| case.reported.map(|(time, _)| 1e3 * time)).collect();
         reports.sort_by(f64::total_cmp);
         let stops = cases.iter().filter_map(|case| case.stopped.map(|(time, _)| 1e3 * time));
-        let stop = stops.fold(f64::NAN, f64::max);
-        let fall = cases.iter().map(|case| case.fall).fold(0.0, f64::max);
+        // Where nothing stops there is neither a time nor a speed after it.
+        let (stop, fall) = match stops.reduce(f64::max) {
+            Some(stop) => {
+                let fall = cases.iter().map(|case| case.fall).fold(0.0, f64::max);
+                (format!("{stop:.0}"), format!("{fall:.2}"))
+            }
+            None => ("none".into(), "-".into()),
+        };
         let tension = cases.iter().map(|case| case.tension).fold(0.0, f64::max);
         let count = |f: &dyn Fn(&Case) -> bool| cases.iter().filter(|case| f(case)).count();
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {:.0} | {:.0} | {:.0} | {fall:.2} | {tension:.2} | {} of {} |",
+            "| {} | {} | {} | {} | {:.0} | {:.0} | {stop} | {fall} | {tension:.2} | {} of {} |",
             injection.name(),
             cases.len(),
             reports.len(),
             count(&|case| case.named),
             quantile(&reports, 0.5),
             quantile(&reports, 1.0),
-            stop,
             count(&|case| case.recovered == Some(true)),
             count(&|case| case.recovered.is_some()),
         );

@@ -21,6 +21,8 @@ const RECOVERY: f64 = 40.0;
 
 /// Time in which the winches have come to rest after a stop, s.
 const BRAKING: f64 = 0.25;
+/// Time for which a load has to keep the tension above its limit, s: twice the time after which it is a fault.
+const OVERLOAD: f64 = 0.02;
 
 /// Kinds of faults that are injected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -91,7 +93,8 @@ impl Injection {
     fn expected(self) -> &'static [FaultKind] {
         match self {
             Self::CableBreak | Self::SlackAfterBreak => &[FaultKind::CableBreak],
-            Self::Overload => &[FaultKind::Overload],
+            // A load that moves the limb away before the tension is above its limit is an error of tracking.
+            Self::Overload => &[FaultKind::Overload, FaultKind::TrackingError],
             Self::Jam => &[FaultKind::Jam],
             Self::NoPower => &[FaultKind::Jam, FaultKind::DriveFault],
             Self::MotorLost | Self::JointLost | Self::LoadCellLost => &[FaultKind::SensorLost],
@@ -276,9 +279,8 @@ impl Bench {
         let failure = match injection {
             Injection::CableBreak | Injection::SlackAfterBreak => Failure::Cable(part),
             Injection::Overload => {
-                let (joint, torque) = self.overload(healthy, part, peaks[part]);
                 limits.muscles[part].tension = 1.1 * peaks[part];
-                Failure::Push { joint, torque }
+                self.overload(healthy, (part, start), peaks[part])
             }
             Injection::Jam => Failure::Winch(part),
             Injection::NoPower => Failure::Amplifier(part),
@@ -319,6 +321,7 @@ impl Bench {
         let mut mode = Mode::Run;
         let until = start + OBSERVED;
         let mut end = until;
+        let mut began = false;
         while session.time() < end && mode != Mode::Fault {
             let exchange = ExchangeStatus { drive, ..session.exchange() };
             // Loss for good ends when the drives have stopped: the readings come back.
@@ -328,7 +331,12 @@ impl Bench {
             };
             let going = session
                 .step_with(Request::Run, &exchange, |row| {
-                    let since = row.time - start;
+                    // A load counts from the cycle on in which it raises the tension above its limit.
+                    if injection == Injection::Overload && !began && case.reported.is_none() {
+                        began = row.truth.cables[part].tension_in > ratio[part];
+                        case.start = if began { row.time } else { start };
+                    }
+                    let since = row.time - case.start;
                     if let Some(fault) = row.fault {
                         case.reported = case.reported.or(Some((since, fault)));
                     }
@@ -351,7 +359,11 @@ impl Bench {
             }
         }
         let judged = case.stopped.or(case.reported).map(|(_, fault)| fault);
-        let right_part = judged.is_some_and(|fault| fault.index().is_none_or(|index| index == part));
+        let right_part = judged.is_some_and(|fault| {
+            // An error of tracking is that of a joint, a load was aimed at a muscle.
+            let of_joint = injection == Injection::Overload && fault.kind() == FaultKind::TrackingError;
+            of_joint || fault.index().is_none_or(|index| index == part)
+        });
         case.named = right_part && judged.is_some_and(|fault| injection.expected().contains(&fault.kind()));
         if injection.goes_on() {
             case.recovered = Some(mode != Mode::SafeStop && mode != Mode::Fault);
@@ -363,8 +375,9 @@ impl Bench {
         case
     }
 
-    /// A joint and a torque that load a muscle half as much again as the motion does.
-    fn overload(&self, healthy: &TrackSession<'_>, muscle: usize, peak: f64) -> (usize, f64) {
+    /// The least of some loads that raises the tension of a muscle, at its drive, above its limit of 1.1 times the peak of
+    /// the motion and keeps it there, or that ends the run by another fault before.
+    fn overload(&self, healthy: &TrackSession<'_>, (muscle, start): (usize, f64), peak: f64) -> Failure {
         let machine = &self.arm.machine;
         let mut body = sinew::muscle::MuscleDynamics::new(&machine.robot).unwrap();
         body.evaluate(healthy.plant().truth().q).unwrap();
@@ -372,7 +385,26 @@ impl Bench {
         let arms = &body.moment_arms()[muscle * n..(muscle + 1) * n];
         let (joint, arm) = arms.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap();
         // tau = R^T T: the push takes the opposite direction of the muscle's torque.
-        (joint, -arm * 1.6 * peak)
+        let load = |share: f64| Failure::Push { joint, torque: -arm * share * peak };
+        let overloads = |failure: &Failure| {
+            let fault = InjectedFault { start, duration: f64::INFINITY, failure: failure.clone() };
+            let mut session = healthy.clone().with_faults(&[fault]).unwrap();
+            let (mut above, mut longest, mut running) = (0.0_f64, 0.0_f64, true);
+            while running && session.time() < start + OBSERVED && longest < OVERLOAD {
+                running = session
+                    .step(|row| {
+                        let over = row.truth.cables[muscle].tension_in > 1.1 * peak;
+                        above = if over { above + STEP } else { 0.0 };
+                        longest = longest.max(above);
+                        running = row.mode == Mode::Run;
+                    })
+                    .unwrap()
+                    && running;
+            }
+            longest >= OVERLOAD || !running
+        };
+        let shares = (0..16).map(|k| 1.6 * 1.1_f64.powi(k));
+        shares.map(load).find(overloads).expect("a load of seven times the peak is too much for every muscle")
     }
 }
 
