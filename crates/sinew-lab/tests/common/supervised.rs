@@ -387,7 +387,7 @@ impl Bench {
         // tau = R^T T: the push takes the opposite direction of the muscle's torque.
         let load = |share: f64| Failure::Push { joint, torque: -arm * share * peak };
         let overloads = |failure: &Failure| {
-            let fault = InjectedFault { start, duration: f64::INFINITY, failure: failure.clone() };
+            let fault = InjectedFault { start, duration: f64::INFINITY, failure: *failure };
             let mut session = healthy.clone().with_faults(&[fault]).unwrap();
             let (mut above, mut longest, mut running) = (0.0_f64, 0.0_f64, true);
             while running && session.time() < start + OBSERVED && longest < OVERLOAD {
