@@ -96,8 +96,8 @@ pub(super) struct FaultDetector {
     unchanged_travel: Vec<[f64; 2]>,
     /// Time for which every cable has lacked its tension, s.
     missing_for: Vec<f64>,
-    /// Whether its tension fell within one cycle.
-    broke: Vec<bool>,
+    /// Whether its winch, by command, had paid out what was missing at first while its encoder's output was unchanged.
+    paid_out_unseen: Vec<bool>,
     /// Accepted or continued motor positions, m: `[muscles]`.
     pub(super) motor: Vec<f64>,
     /// Accepted tensions, N, NaN where rejected: `[muscles]`.
@@ -136,7 +136,7 @@ impl FaultDetector {
             drive_standing: vec![false; muscles],
             unchanged_travel: vec![[0.0; 2]; muscles],
             missing_for: vec![0.0; muscles],
-            broke: vec![false; muscles],
+            paid_out_unseen: vec![false; muscles],
             motor: vec![0.0; muscles],
             tension: vec![0.0; muscles],
             joint: vec![0.0; joints],
@@ -277,8 +277,11 @@ impl FaultDetector {
                 && measured < (1.0 - MISSING_SHARE) * estimated
                 && estimated - measured > self.muscle_gains[k].missing_tension;
             if missing && self.missing_for[k] == 0.0 {
+                // What a winch pays out unseen is missing, too, but not at once.
+                let share = UNSEEN_SHARE * (estimated - measured);
                 let fallen = self.tension[k] - measured;
-                self.broke[k] = fallen.is_nan() || fallen > UNSEEN_SHARE * (estimated - measured);
+                let unseen = -self.unchanged_travel[k][1] * self.cable_stiffness[k];
+                self.paid_out_unseen[k] = fallen <= share && unseen > share;
             }
             self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
             let accepted = plausible && self.missing_for[k] <= MISSING_TIME;
@@ -286,9 +289,7 @@ impl FaultDetector {
             let symptom = if plausible { Symptom::Unknown } else { self.load_cells[k].symptom() };
             self.report(accepted, Fault::TensionSensor(k), symptom);
             if self.missing_for[k] > PERSISTENCE_TIME {
-                // What a winch pays out unseen is missing, too, but not at once.
-                let unseen = -self.unchanged_travel[k][1] * self.cable_stiffness[k];
-                if !self.broke[k] && unseen > UNSEEN_SHARE * (estimated - measured) {
+                if self.paid_out_unseen[k] {
                     self.stop(Fault::MotorSensor(k), Symptom::Stuck);
                 } else {
                     self.stop(Fault::Cable(k), Symptom::Unknown);
@@ -371,6 +372,17 @@ mod tests {
         assert_eq!(lacking(5.0, 127), None);
         // A fifth of the estimate is the limit.
         assert_eq!(lacking(9.0, 1000), None);
+    }
+
+    #[test]
+    fn a_tension_that_was_missing_before_the_encoder_stood_is_missing_from_the_cable() {
+        for (stands_from, fault) in [(102, Fault::Cable(0)), (80, Fault::MotorSensor(0))] {
+            // 50 mm/s paid out at 25 N/mm from cycle 80 on, seen until the encoder stands.
+            let motor = |k: u32| 0.5 - 5e-5 * f64::from(k.min(stands_from));
+            let tension = |k: u32| (40.0 - 1.5 * f64::from(k.saturating_sub(80))).max(0.0);
+            let found = stops(-0.05, |k| [motor(k), noisy(tension(k), k), 0.2]);
+            assert_eq!(found.map(|(_, found)| found), Some(fault));
+        }
     }
 
     #[test]

@@ -39,8 +39,16 @@ pub(super) struct DriftRule {
     pub(super) least_drift: f64,
     /// Drift of which the forecast speaks.
     pub(super) limit: f64,
-    /// Whether a fall is not reported.
-    pub(super) growth_alone: bool,
+    /// Direction that is wear.
+    pub(super) wear: Wear,
+}
+
+/// Direction in which a quantity changes where its cable wears; the other one is not reported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wear {
+    Growth,
+    Fall,
+    Either,
 }
 
 /// Drift of one quantity of a cable, as a share of its value in the model.
@@ -102,8 +110,8 @@ impl DriftWatch {
         self.recent += (x - self.recent) / RECENT;
         let [grown, fallen] = self.sums.map(|sum| sum > THRESHOLD);
         let drift = self.recent - self.mean;
-        self.found |= grown && drift > self.rule.least_drift;
-        self.found |= !self.rule.growth_alone && fallen && -drift > self.rule.least_drift;
+        self.found |= self.rule.wear != Wear::Fall && grown && drift > self.rule.least_drift;
+        self.found |= self.rule.wear != Wear::Growth && fallen && -drift > self.rule.least_drift;
     }
 
     fn deviation(&self) -> f64 {
@@ -138,7 +146,7 @@ mod tests {
     use crate::random::Random;
 
     const RULE: DriftRule =
-        DriftRule { least_deviation: 0.005, least_drift: 0.02, limit: 0.2, growth_alone: false };
+        DriftRule { least_deviation: 0.005, least_drift: 0.02, limit: 0.2, wear: Wear::Either };
 
     #[test]
     fn steady_noise_is_not_reported_in_a_thousand_series() {
@@ -152,11 +160,18 @@ mod tests {
     }
 
     #[test]
-    fn a_fall_is_reported_only_where_it_matters() {
-        for growth_alone in [false, true] {
-            let mut watch = DriftWatch::new(DriftRule { growth_alone, ..RULE });
-            (0..40).for_each(|k| watch.update(-0.005 * f64::from(k), 100.0));
-            assert_eq!(watch.drift().found, !growth_alone);
+    fn only_the_direction_of_wear_is_reported() {
+        for (wear, sign, found) in [
+            (Wear::Growth, 1.0, true),
+            (Wear::Growth, -1.0, false),
+            (Wear::Fall, 1.0, false),
+            (Wear::Fall, -1.0, true),
+            (Wear::Either, 1.0, true),
+            (Wear::Either, -1.0, true),
+        ] {
+            let mut watch = DriftWatch::new(DriftRule { wear, ..RULE });
+            (0..40).for_each(|k| watch.update(sign * 0.005 * f64::from(k), 100.0));
+            assert_eq!(watch.drift().found, found, "{wear:?} {sign}");
         }
     }
 

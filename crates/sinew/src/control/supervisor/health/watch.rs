@@ -1,4 +1,4 @@
-use super::drift::{Drift, DriftRule, DriftWatch};
+use super::drift::{Drift, DriftRule, DriftWatch, Wear};
 use super::sliding::{SlidingFit, SlidingModel, SlidingSample};
 use super::torque::TorqueFit;
 use crate::control::arm::ArmController;
@@ -70,11 +70,13 @@ const WINDOW: f64 = 60.0;
 const SLIDING_SPEED: f64 = 2e-3;
 /// Friction that falls, of a cable that runs in or of grease that warms, does no harm.
 const FRICTION: DriftRule =
-    DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2, growth_alone: true };
+    DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2, wear: Wear::Growth };
+/// No cable becomes stiffer by wear: where its sheath is so short that friction and stretch act alike, friction that grows
+/// looks like it.
 const STIFFNESS: DriftRule =
-    DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2, growth_alone: false };
+    DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2, wear: Wear::Fall };
 const PRETENSION: DriftRule =
-    DriftRule { least_deviation: 0.02, least_drift: 0.1, limit: 0.5, growth_alone: false };
+    DriftRule { least_deviation: 0.02, least_drift: 0.1, limit: 0.5, wear: Wear::Either };
 
 impl HealthMonitor {
     pub(in crate::control::supervisor) fn new(muscles: usize) -> Self {
