@@ -2,13 +2,14 @@
 ///
 /// ```text
 /// e = C T_in E(s A),   E(z) = (1 - exp(-z))/z                        stretch of a cable that slides everywhere
-/// x' = x + s C (f - 1) D |v|/2  T_m/(T_m + T_d),   T_m = T_in E(s A)  with what the observer has learned as drag taken back
+/// x' = x + C E(s A) i + s C (f - 1) D |v|/2  T_m/(T_m + T_d),   T_m = T_in E(s A)
 /// -x' = c + C T_in E(s A) d_C + C T_in s E'(s A) A d_A               least squares over a window, d_C and d_A with priors
 /// ```
 ///
 /// | symbol | meaning                                                             | unit |
 /// |--------|---------------------------------------------------------------------|------|
 /// | x      | travel of the winch in addition to its encoder's with which the observer explains the tension | m |
+/// | i      | tension at the drive that it does not explain yet                     | N    |
 /// | T_in, s | tension at the drive, direction of sliding                           | N, 1 |
 /// | C, A   | compliance and friction angle of the model                            | m/N, 1 |
 /// | D, T_d | drag of the model and the tension below which it fades                | N s/m, N |
@@ -16,7 +17,8 @@
 /// | d_C, d_A | relative differences of the cable from its model                     | 1    |
 ///
 /// Sliding toward the motor the stretch shrinks with friction, away it grows: the hysteresis tells friction from compliance.
-/// The observer takes friction that grows for drag: without `x'` nothing of it would be left unexplained.
+/// The observer corrects `x` more slowly than a cable reverses: `i` is what is left. It takes friction that grows for drag, which `f` takes
+/// back.
 ///
 /// # Assumes
 /// Friction evenly along the cable. Errors of geometry and creep enter both numbers alike as long as the motion is the
@@ -41,6 +43,8 @@ pub(super) struct SlidingSample {
     pub(super) tension: f64,
     /// `x`, m.
     pub(super) unexplained: f64,
+    /// `i`, N.
+    pub(super) innovation: f64,
     /// `f`.
     pub(super) drag_factor: f64,
 }
@@ -79,14 +83,14 @@ fn mean_tension(z: f64) -> [f64; 2] {
 impl SlidingFit {
     /// Takes one sample.
     pub(super) fn add(&mut self, sample: &SlidingSample, model: &SlidingModel) {
-        let SlidingSample { speed, tension, unexplained, drag_factor } = *sample;
+        let SlidingSample { speed, tension, unexplained, innovation, drag_factor } = *sample;
         let SlidingModel { angle, compliance, drag, drag_fade } = *model;
         let sign = speed.signum();
         let [mean, slope] = mean_tension(sign * angle);
         let stretch = compliance * tension;
         let faded = tension * mean / (tension * mean + drag_fade);
         let learned = 0.5 * compliance * (drag_factor - 1.0) * drag * speed * faded;
-        let travel = unexplained + learned;
+        let travel = unexplained + compliance * mean * innovation + learned;
         let row = [1.0, stretch * mean, stretch * slope];
         let mut place = 0;
         for i in 0..3 {
@@ -131,7 +135,8 @@ mod tests {
     #[test]
     fn differences_of_friction_and_compliance_are_told_apart() {
         let (angle, compliance) = (0.9, 2e-4);
-        for [softer, rougher] in [[0.1, 0.0], [0.0, 0.15], [-0.05, 0.08]] {
+        // All of it is left to the innovation where the observer has corrected nothing.
+        for [softer, rougher, slow] in [[0.1, 0.0, 0.0], [0.0, 0.15, 0.5], [-0.05, 0.08, 1.0]] {
             let mut fit = SlidingFit::default();
             for k in 0..400 {
                 let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
@@ -139,7 +144,13 @@ mod tests {
                 let stretch = |c: f64, a: f64| c * tension * mean_tension(sign * a)[0];
                 let own = stretch(compliance * (1.0 + softer), angle * (1.0 + rougher));
                 let unexplained = stretch(compliance, angle) - own + 0.7e-3;
-                let sample = SlidingSample { speed: 0.05 * sign, tension, unexplained, drag_factor: 1.0 };
+                let sample = SlidingSample {
+                    speed: 0.05 * sign,
+                    tension,
+                    unexplained: unexplained * (1.0 - slow),
+                    innovation: slow * unexplained / (compliance * mean_tension(sign * angle)[0]),
+                    drag_factor: 1.0,
+                };
                 fit.add(&sample, &SlidingModel { angle, compliance, drag: 80.0, drag_fade: 5.0 });
             }
             let [c, a] = fit.solve().unwrap();
@@ -155,7 +166,10 @@ mod tests {
             for k in 0..400 {
                 let speed = if k % 2 == 0 { 0.05 } else { -0.05 };
                 let tension = 40.0 + 20.0 * libm::sin(0.1 * f64::from(k));
-                fit.add(&SlidingSample { speed, tension, unexplained: 0.0, drag_factor }, &model);
+                fit.add(
+                    &SlidingSample { speed, tension, unexplained: 0.0, innovation: 0.0, drag_factor },
+                    &model,
+                );
             }
             fit.solve().unwrap()[1]
         };

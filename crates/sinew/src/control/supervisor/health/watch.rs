@@ -114,7 +114,9 @@ impl HealthMonitor {
                 let [drag, drag_fade] = law.drag();
                 let (angle, compliance) = (law.friction_angle(), law.compliance().iter().sum());
                 let (unexplained, drag_factor) = (observed.unexplained[k], observed.drag_factor[k]);
-                let sample = SlidingSample { speed, tension: tension.max(0.0), unexplained, drag_factor };
+                let innovation = tension - observed.tension_in[k];
+                let tension = tension.max(0.0);
+                let sample = SlidingSample { speed, tension, unexplained, innovation, drag_factor };
                 cable.sliding.add(&sample, &SlidingModel { angle, compliance, drag, drag_fade });
             }
             let arms = observed.moment_arms.get(k * joints..(k + 1) * joints).unwrap_or_default();
