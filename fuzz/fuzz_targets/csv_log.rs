@@ -1,4 +1,4 @@
 //! Any bytes as a text table.
-#![no_main]
+#![cfg_attr(fuzzing, no_main)]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| sinew_fuzz::read_log(bytes));
+sinew_fuzz::target!(sinew_fuzz::read_log);

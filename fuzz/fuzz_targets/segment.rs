@@ -1,11 +1,4 @@
-//! Frames, time and faults on a line of simulated EtherCAT devices, as the tests of the crate play them.
-#![no_main]
+//! Frames on a line of simulated EtherCAT devices.
+#![cfg_attr(fuzzing, no_main)]
 
-#[path = "../../crates/sinew-segment/tests/fuzzing/mod.rs"]
-mod fuzzing;
-
-use libfuzzer_sys::fuzz_target;
-
-fuzz_target!(|octets: &[u8]| {
-    fuzzing::play(octets);
-});
+sinew_fuzz::target!(sinew_fuzz::play_segment);

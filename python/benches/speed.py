@@ -1,7 +1,7 @@
 """Times of the package, least of several runs, beside those of a Rust loop where there is one.
 
 Run with a release build: `pip install . && python python/benches/speed.py PROGRAM [MODEL.xml]`, where PROGRAM is
-`sinew-py-golden` of `cargo build --release --manifest-path crates/sinew-py/golden/Cargo.toml`.
+`sinew-py-golden` of `cargo build --release --package sinew-py-golden`.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ pub(crate) struct Step {
 }
 
 /// All steps. Every build uses the dev profile and all features, so that each dependency is compiled once.
-const STEPS: [Step; 13] = [
+const STEPS: [Step; 11] = [
     Step { name: "fmt", purpose: "the code is formatted", run: fmt },
     Step {
         name: "hygiene",
@@ -27,12 +27,6 @@ const STEPS: [Step; 13] = [
     },
     Step { name: "clippy", purpose: "no warning with all features", run: clippy },
     Step { name: "features", purpose: "no warning without optional features", run: features },
-    Step { name: "fuzz", purpose: "the fuzz targets compile", run: fuzz },
-    Step {
-        name: "bindings",
-        purpose: "the native part of the Python package compiles, without Python",
-        run: python::compile,
-    },
     Step { name: "test", purpose: "unit and integration tests (nextest where installed)", run: test },
     Step { name: "doctest", purpose: "the examples in the documentation", run: doctest },
     Step { name: "doc", purpose: "the documentation builds without a warning", run: doc },
@@ -135,14 +129,8 @@ fn shown(command: &Command) -> String {
 
 fn fmt(root: &Path) -> Result<(), String> {
     succeed(&mut cargo(root, &["fmt", "--all", "--check"]))?;
-    for manifest in OTHER_WORKSPACES.into_iter().filter(|manifest| root.join(manifest).is_file()) {
-        succeed(&mut cargo(root, &["fmt", "--manifest-path", manifest, "--all", "--check"]))?;
-    }
-    Ok(())
+    succeed(&mut cargo(root, &["fmt", "--manifest-path", page::MANIFEST, "--all", "--check"]))
 }
-
-/// Workspaces of their own beside that of the root.
-const OTHER_WORKSPACES: [&str; 3] = ["fuzz/Cargo.toml", python::MANIFEST, page::MANIFEST];
 
 fn clippy(root: &Path) -> Result<(), String> {
     let arguments = ["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"];
@@ -221,19 +209,6 @@ fn long(root: &Path) -> Result<(), String> {
     succeed(cargo(root, &arguments).env("SINEW_LONG", "1"))?;
     // Every bench once, without measuring.
     succeed(&mut cargo(root, &["bench", "--workspace", "--all-features", "--benches", "--", "--test"]))
-}
-
-fn fuzz(root: &Path) -> Result<(), String> {
-    if !root.join("fuzz/Cargo.toml").is_file() {
-        println!("no fuzz targets yet");
-        return Ok(());
-    }
-    // A check, not a build: linking needs a nightly toolchain's instrumentation. Naming a libFuzzer that is never
-    // linked spares compiling it, and with it the need for a C++ compiler. The folder is that of clippy, whose
-    // dependencies serve here as well.
-    let mut command = cargo(root, &["check", "--manifest-path", "fuzz/Cargo.toml", "--all"]);
-    let command = command.args(["--target-dir", "target"]).env("CUSTOM_LIBFUZZER_PATH", "unused/libfuzzer.a");
-    succeed(command)
 }
 
 #[cfg(test)]

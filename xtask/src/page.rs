@@ -1,6 +1,7 @@
 //! The live page in a headless Chromium, and the types of its scripts where node is present.
 
 use crate::check::{cargo, succeed};
+use crate::readme;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -19,21 +20,14 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
         Some(packages) => types(root, &folder, packages)?,
         None => println!("types of the scripts and accessibility: skipped, npm or its packages are not here"),
     }
-    succeed(&mut cargo(root, &["build", "--quiet", "--package", "sinew-cli"]))?;
-    let mut command =
-        cargo(root, &["run", "--quiet", "--manifest-path", MANIFEST, "--target-dir", "target/page/browser"]);
-    command.args(["--", "--out", "out/page", "--program"]).arg(program(root));
+    let program = readme::program(root)?;
+    // The folder of the other steps, whose dependencies serve here as well.
+    let mut command = cargo(root, &["run", "--quiet", "--manifest-path", MANIFEST, "--target-dir", "target"]);
+    command.args(["--", "--out", "out/page", "--program"]).arg(program);
     if let Some(packages) = packages {
         command.arg("--axe").arg(packages.join("axe-core/axe.min.js"));
     }
     succeed(&mut command)
-}
-
-/// The program that was built.
-fn program(root: &Path) -> PathBuf {
-    let target =
-        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder));
-    target.join("debug").join(format!("sinew{}", std::env::consts::EXE_SUFFIX))
 }
 
 /// The folder of the packages, installed if they are not there yet; none without npm or network.

@@ -4,9 +4,6 @@ use crate::check::{cargo, succeed};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// The workspace of the native part of the package.
-pub(crate) const MANIFEST: &str = "crates/sinew-py/Cargo.toml";
-
 /// What builds the package, and what its tests cannot do without.
 const PACKAGES: [&str; 5] = ["hypothesis", "maturin>=1.9,<2", "mypy", "numpy>=1.26", "pytest"];
 
@@ -28,14 +25,7 @@ const OPTIONAL: [&str; 10] = [
 /// Older versions of MuJoCo with which `sinew.mujoco` is tested: the oldest whose `MjSpec` configures plugins, one in the middle.
 const OLDER_MUJOCO: [&str; 2] = ["3.3.3", "3.17.0"];
 
-/// Type-checks the native part, as on a machine without an interpreter: what the package uses of the libraries is there.
-pub(crate) fn compile(root: &Path) -> Result<(), String> {
-    let arguments = ["check", "--manifest-path", MANIFEST, "--workspace", "--target-dir", "target"];
-    let mut command = cargo(root, &arguments);
-    succeed(command.env("PYO3_NO_PYTHON", "1").env("PYO3_BUILD_EXTENSION_MODULE", "1"))
-}
-
-/// Lints and builds the native part, then runs the tests; skipped with a message where there is no Python.
+/// Builds the native part, then runs the tests; skipped with a message where there is no Python.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
     let environment = root.join("target/python");
     let interpreter = environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
@@ -43,12 +33,8 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
         println!("skipped: {missing}");
         return Ok(());
     }
-    // The folder of the other steps, whose dependencies serve here as well.
-    let manifest = ["--manifest-path", MANIFEST, "--workspace", "--target-dir", "target"];
-    let lint = [&["clippy", "--all-targets"], &manifest[..], &["--", "-D", "warnings"]].concat();
-    succeed(&mut cargo(root, &lint))?;
     // Both packages at once: the features of the dependencies are then those of the build for Python.
-    succeed(&mut cargo(root, &[&["build"], &manifest[..]].concat()))?;
+    succeed(&mut cargo(root, &["build", "--package", "sinew-py", "--package", "sinew-py-golden"]))?;
     let mut maturin = python(root, &interpreter, &["-m", "maturin", "develop", "--quiet"]);
     let target = root.join("target");
     succeed(maturin.env("CARGO_TARGET_DIR", &target).env("VIRTUAL_ENV", &environment))?;

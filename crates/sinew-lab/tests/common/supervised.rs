@@ -161,7 +161,8 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new(machine: &Machine, trajectory: Trajectory, seed: u64) -> Self {
-        Self { arm: CalibratedArm::new(machine, seed).unwrap(), trajectory, seed, repeats: 1 }
+        // Twice the motion, so that it goes on after a fault: a sensor that sticks at rest shows nothing false.
+        Self { arm: CalibratedArm::new(machine, seed).unwrap(), trajectory, seed, repeats: 2 }
     }
 
     pub(crate) fn with_session<T>(
@@ -200,7 +201,7 @@ impl Bench {
         let mut drawn: Vec<(f64, Injection, usize)> = Vec::new();
         for injection in Injection::ALL {
             for _ in 0..per_kind {
-                let start = BEFORE + 0.5 + random.unit() * (self.end() - BEFORE - 1.0);
+                let start = BEFORE + 0.5 + random.unit() * (self.end() - OBSERVED - BEFORE - 0.5);
                 let joint =
                     matches!(injection, Injection::JointLost | Injection::JointStuck | Injection::JointJump);
                 let count = if joint { encoders.len() } else { muscles };

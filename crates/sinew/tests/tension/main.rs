@@ -234,9 +234,21 @@ fn a_torque_made_by_tensions_within_the_limits_is_reached() {
 
 #[test]
 fn joints_told_apart_hardly_fixed_muscles_and_unequal_weights_stop_nothing() {
+    degenerate_problems_are_solved(15);
+}
+
+#[test]
+fn long_joints_told_apart_hardly_fixed_muscles_and_unequal_weights_stop_nothing() {
+    if std::env::var_os("SINEW_LONG").is_some() {
+        degenerate_problems_are_solved(120);
+    }
+}
+
+/// `rounds` problems of every size.
+fn degenerate_problems_are_solved(rounds: usize) {
     let mut random = Random::new(17);
     for size in SIZES {
-        for round in 0..60 {
+        for round in 0..rounds {
             let kind = KINDS[round % 5];
             let mut owned = draw(&mut random, kind, size);
             let (muscles, joints) = size;
