@@ -74,7 +74,7 @@ const MISSING_SHARE: f64 = 0.8;
 /// A winch that moves while its encoder stands changes the tension; a winch that stands does not. A fault
 /// degrades the arm at once; it stops it after the persistence time, but for that of a load cell. A rejected
 /// motor position is continued by `h v_c`; a rejected joint angle or tension becomes NaN. A tracking error while a
-/// tension is missing is the fault of the cable. Stopping is final.
+/// tension is missing has the same cause as that. Stopping is final.
 ///
 /// # Source
 /// Residual evaluation with thresholds and persistence times, as usual; analytical redundancy as in
@@ -96,8 +96,8 @@ pub(super) struct FaultDetector {
     unchanged_travel: Vec<[f64; 2]>,
     /// Time for which every cable has lacked its tension, s.
     missing_for: Vec<f64>,
-    /// Whether its winch, by command, had paid out what was missing at first while its encoder's output was unchanged.
-    paid_out_unseen: Vec<bool>,
+    /// What it lacks it by, from what was known in the first cycle: [`Self::cause_of_missing_tension`].
+    missing_by: Vec<(Fault, Symptom)>,
     /// Accepted or continued motor positions, m: `[muscles]`.
     pub(super) motor: Vec<f64>,
     /// Accepted tensions, N, NaN where rejected: `[muscles]`.
@@ -136,7 +136,7 @@ impl FaultDetector {
             drive_standing: vec![false; muscles],
             unchanged_travel: vec![[0.0; 2]; muscles],
             missing_for: vec![0.0; muscles],
-            paid_out_unseen: vec![false; muscles],
+            missing_by: (0..muscles).map(|k| (Fault::Cable(k), Symptom::Unknown)).collect(),
             motor: vec![0.0; muscles],
             tension: vec![0.0; muscles],
             joint: vec![0.0; joints],
@@ -177,8 +177,9 @@ impl FaultDetector {
         if let Some(joint) = lost {
             let slackest = self.missing_for.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
             let broken = slackest.filter(|(_, missing_for)| **missing_for > MISSING_TIME);
-            let fault = broken.map_or(Fault::TrackingError(joint), |(cable, _)| Fault::Cable(cable));
-            self.stop(fault, Symptom::Unknown);
+            let lost = (Fault::TrackingError(joint), Symptom::Unknown);
+            let (fault, symptom) = broken.map_or(lost, |(cable, _)| self.missing_by[cable]);
+            self.stop(fault, symptom);
         }
     }
 
@@ -277,11 +278,7 @@ impl FaultDetector {
                 && measured < (1.0 - MISSING_SHARE) * estimated
                 && estimated - measured > self.muscle_gains[k].missing_tension;
             if missing && self.missing_for[k] == 0.0 {
-                // What a winch pays out unseen is missing, too, but not at once.
-                let share = UNSEEN_SHARE * (estimated - measured);
-                let fallen = self.tension[k] - measured;
-                let unseen = -self.unchanged_travel[k][1] * self.cable_stiffness[k];
-                self.paid_out_unseen[k] = fallen <= share && unseen > share;
+                self.missing_by[k] = self.cause_of_missing_tension(k, measured, estimated);
             }
             self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
             let accepted = plausible && self.missing_for[k] <= MISSING_TIME;
@@ -289,12 +286,29 @@ impl FaultDetector {
             let symptom = if plausible { Symptom::Unknown } else { self.load_cells[k].symptom() };
             self.report(accepted, Fault::TensionSensor(k), symptom);
             if self.missing_for[k] > PERSISTENCE_TIME {
-                if self.paid_out_unseen[k] {
-                    self.stop(Fault::MotorSensor(k), Symptom::Stuck);
-                } else {
-                    self.stop(Fault::Cable(k), Symptom::Unknown);
-                }
+                let (fault, symptom) = self.missing_by[k];
+                self.stop(fault, symptom);
             }
+        }
+    }
+
+    /// Fault by which a cable lacks its tension, one at a time being assumed: a joint's encoder that was lost or stood
+    /// before and whose replacement misleads the muscles; the motor's, while which stood the winch paid out what is
+    /// missing, by command, and not at once; else the cable itself.
+    fn cause_of_missing_tension(&self, k: usize, measured: f64, estimated: f64) -> (Fault, Symptom) {
+        let replaced = self.encoders.iter().position(|encoder| {
+            encoder.rejected_for > MISSING_TIME && matches!(encoder.symptom(), Symptom::Lost | Symptom::Stuck)
+        });
+        if let Some(joint) = replaced {
+            return (Fault::JointSensor(joint), self.encoders[joint].symptom());
+        }
+        let share = UNSEEN_SHARE * (estimated - measured);
+        let fallen = self.tension[k] - measured;
+        let unseen = -self.unchanged_travel[k][1] * self.cable_stiffness[k];
+        if fallen <= share && unseen > share {
+            (Fault::MotorSensor(k), Symptom::Stuck)
+        } else {
+            (Fault::Cable(k), Symptom::Unknown)
         }
     }
 
@@ -381,6 +395,16 @@ mod tests {
             let motor = |k: u32| 0.5 - 5e-5 * f64::from(k.min(stands_from));
             let tension = |k: u32| (40.0 - 1.5 * f64::from(k.saturating_sub(80))).max(0.0);
             let found = stops(-0.05, |k| [motor(k), noisy(tension(k), k), 0.2]);
+            assert_eq!(found.map(|(_, found)| found), Some(fault));
+        }
+    }
+
+    #[test]
+    fn a_tension_that_is_missing_while_a_joints_encoder_is_replaced_is_the_encoders_fault() {
+        for (lost_from, fault) in [(80, Fault::JointSensor(0)), (103, Fault::Cable(0))] {
+            let joint = |k: u32| if k >= lost_from { f64::NAN } else { 0.2 };
+            let found =
+                stops(0.0, |k| [noisy(0.5, k), noisy(if k >= 100 { 3.0 } else { 40.0 }, k), joint(k)]);
             assert_eq!(found.map(|(_, found)| found), Some(fault));
         }
     }
