@@ -42,7 +42,11 @@ fn what_is_no_recording_or_of_another_machine_is_refused() {
     bench.refuses("live nowhere.mcap", &["nowhere.mcap", "cannot be read"]);
     bench.refuses("live planar_leg --overlay text.mcap", &["--overlay text.mcap", "beside a recording"]);
     bench.succeeds(&format!("run {MOTION} --virtual-time --record leg.mcap"));
-    bench.succeeds("run bench_joint --path tour --repeats 1 --duration 4 --virtual-time --record joint.mcap");
+    let joint = bench
+        .succeeds("run bench_joint --path tour --repeats 1 --duration 4 --virtual-time --record joint.mcap");
+    // A machine without an end point is judged by its joints.
+    assert!(joint.stdout.contains("mean joint error, mrad"), "{}", joint.stdout);
+    assert!(!joint.stdout.contains("- mm"), "{}", joint.stdout);
     bench.refuses(
         "live leg.mcap --overlay joint.mcap",
         &["--overlay joint.mcap", "with the same muscles and joints", "bench_joint"],

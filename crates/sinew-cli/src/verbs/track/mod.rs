@@ -20,7 +20,7 @@ use setup::Setup;
 use sinew::body::Robot;
 use sinew::control::supervisor::Request;
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{INITIAL_REST_S, TraceRow, TrackOutcome, TrackingNumbers, TrackingResult};
+use sinew_lab::arm::{ErrorRange, INITIAL_REST_S, TraceRow, TrackOutcome, TrackingNumbers, TrackingResult};
 use sinew_report::tracking::{TrackView, page, response};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -163,12 +163,13 @@ pub(crate) fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumb
     let mut text = tracking_table(tracking);
     for hold in tracking.values().filter_map(|numbers| numbers.hold) {
         let e = hold.end_point_error_m;
-        let [mean, max] = [e.mean, e.max].map(|m| number(Some(1e3 * m)));
-        let [offsets, tension] = [1e3 * hold.unseen_error_m, hold.tension_unrest_n].map(|x| number(Some(x)));
-        text += &format!(
-            "Mean error while holding: {mean} mm (max {max}), by the encoders' zero offsets alone: {offsets} mm. \
-             Tension ripple while holding: {tension} N rms\n"
-        );
+        let [mean, max, offsets] = [e.mean, e.max, hold.unseen_error_m].map(|m| number(Some(1e3 * m)));
+        if e.mean.is_finite() {
+            text += &format!(
+                "Mean error while holding: {mean} mm (max {max}), by the encoders' zero offsets alone: {offsets} mm\n"
+            );
+        }
+        text += &format!("Tension ripple while holding: {} N rms\n", number(Some(hold.tension_unrest_n)));
     }
     for incident in tracking.values().flat_map(|numbers| &numbers.incidents) {
         text += &format!(
@@ -204,30 +205,37 @@ pub(crate) fn ended(numbers: &TrackingNumbers) -> String {
     }
 }
 
-/// Errors by compensation variant.
+/// Errors by compensation variant: of the end point, or of the joints of a machine without one.
 pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> String {
-    let rows: Vec<Vec<String>> = tracking
-        .iter()
-        .map(|(variant, n)| {
+    let milli = |x: f64| number(Some(1e3 * x));
+    let has_end_point = tracking.values().any(|n| n.end_point_error_m.mean.is_finite());
+    let has =
+        |range: fn(&TrackingNumbers) -> Option<ErrorRange>| tracking.values().any(|n| range(n).is_some());
+    let joints: [(&str, fn(&TrackingNumbers) -> Option<ErrorRange>); 2] =
+        [("mean joint error, mrad", |n| n.joint_error_rad), ("mean joint error, mm", |n| n.joint_error_m)];
+    let mut header = vec!["SIMULATED", "ended"];
+    let mut cells: BTreeMap<CompensationVariant, Vec<String>> =
+        tracking.iter().map(|(variant, n)| (*variant, vec![variant.to_string(), ended(n)])).collect();
+    let mut add = |heads: &[&'static str], values: &dyn Fn(&TrackingNumbers) -> Vec<f64>| {
+        header.extend(heads);
+        for (variant, n) in tracking {
+            cells.entry(*variant).or_default().extend(values(n).into_iter().map(milli));
+        }
+    };
+    if has_end_point {
+        add(&["mean tracking error, mm", "std", "max", "last repeat"], &|n| {
             let e = &n.end_point_error_m;
-            let ended = ended(n);
-            let mm = |m: f64| number(Some(1e3 * m));
-            vec![
-                variant.to_string(),
-                ended,
-                mm(e.mean),
-                mm(e.std),
-                mm(e.max),
-                mm(n.end_point_error_per_repeat_m.last().map_or(e.mean, |last| last.mean)),
-                mm(n.muscle_length_error_m.mean),
-            ]
-        })
-        .collect();
-    let header =
-        ["SIMULATED", "ended", "mean tracking error, mm", "std", "max", "last repeat", "muscle length, mm"];
-    let mut text = table(&header, &rows, 2);
-    if let Some(offsets) = tracking.values().map(|n| n.unseen_error_m).next() {
-        let [mean, max] = [offsets.mean, offsets.max].map(|m| number(Some(1e3 * m)));
+            vec![e.mean, e.std, e.max, n.end_point_error_per_repeat_m.last().map_or(e.mean, |last| last.mean)]
+        });
+    } else {
+        for (head, range) in joints.into_iter().filter(|(_, range)| has(*range)) {
+            add(&[head, "max"], &|n| range(n).map_or(vec![f64::NAN; 2], |e| vec![e.mean, e.max]));
+        }
+    }
+    add(&["muscle length, mm"], &|n| vec![n.muscle_length_error_m.mean]);
+    let mut text = table(&header, &cells.into_values().collect::<Vec<_>>(), 2);
+    if let (true, Some(offsets)) = (has_end_point, tracking.values().map(|n| n.unseen_error_m).next()) {
+        let [mean, max] = [offsets.mean, offsets.max].map(milli);
         text += &format!("Mean error by the encoders' zero offsets alone: {mean} mm (max {max})\n");
     }
     text
