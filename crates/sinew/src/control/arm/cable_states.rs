@@ -131,7 +131,7 @@ impl CableStates {
         (body, pose): (&MuscleDynamics, &[f64]),
         desired_tension: &[f64],
     ) -> Result<(), Error> {
-        self.update_angles(body.wrap_angles(), pose)?;
+        self.update_angles(body, pose)?;
         for (k, (sample, length)) in self.samples.iter_mut().zip(body.lengths()).enumerate() {
             *sample = CableSample { motor: motor[k], anchor: -length, tension_in: tension[k] };
         }
@@ -172,12 +172,12 @@ impl CableStates {
 
     /// Sets the wrap angles and bends of the pose: of all cables at first, then of one cable per cycle, because poses
     /// change slowly.
-    fn update_angles(&mut self, angles: &[f64], pose: &[f64]) -> Result<(), Error> {
+    fn update_angles(&mut self, body: &MuscleDynamics, pose: &[f64]) -> Result<(), Error> {
         let n = self.wraps.len();
         let first = self.wraps.iter().any(|wrap| wrap.angle.is_nan());
         for k in if first { 0..n } else { self.next_wrap..self.next_wrap + 1 } {
             let wrap = &mut self.wraps[k];
-            let angle = angles[k].clamp(0.0, MAX_WRAP);
+            let angle = body.wrap_angle(k).clamp(0.0, MAX_WRAP);
             if wrap.angle.is_nan() || (angle - wrap.angle).abs() >= WRAP_RESOLUTION {
                 self.observers.set_wrap(k, wrap.pulley, angle)?;
                 wrap.angle = angle;
