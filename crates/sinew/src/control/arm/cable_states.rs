@@ -3,7 +3,7 @@ use super::signals::require_length;
 use crate::Error;
 use crate::muscle::MuscleDynamics;
 use crate::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
-use crate::transmission::cable::CableLaw;
+use crate::transmission::cable::{BothDirections, CableLaw};
 use crate::transmission::{Perceptron, SheathBend};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -40,6 +40,8 @@ pub(super) struct CableStates {
     pub(super) stretch: Vec<f64>,
     /// `T_in^`, N.
     pub(super) tension_in: Vec<f64>,
+    /// `c`, of the whole cable, m/N.
+    pub(super) compliance: Vec<f64>,
     /// Gain of the observers' correction, m/(N s).
     correction: Vec<f64>,
     /// Speed of the winch in addition to its encoder's, by the observer's correction, m/s.
@@ -70,9 +72,12 @@ impl CableStates {
             pulley: model.path.pulleys().saturating_sub(1),
             angle: f64::NAN,
         };
+        let observers = CableObservers::new(models)?;
+        let whole = |k| observers.cables().law(k).map_or(0.0, |law| law.compliance().iter().sum());
         Ok(Self {
             source,
-            observers: CableObservers::new(models)?,
+            compliance: (0..n).map(whole).collect(),
+            observers,
             samples: vec![CableSample::default(); n],
             estimates: vec![CableEstimate::default(); n],
             residuals: Vec::new(),
@@ -162,6 +167,18 @@ impl CableStates {
     /// Whether the whole cable slid in one direction in the last step.
     pub(super) fn slides(&self, cable: usize) -> bool {
         self.observers.cables().slides_everywhere(cable)
+    }
+
+    /// Stretch of every cable, m, that slides steadily toward its motor, and away from it: `[muscles]`.
+    ///
+    /// # Errors
+    /// As [`CableLaw::sliding`].
+    pub(super) fn stretch_in_both_directions(
+        &self,
+        sliding: &[BothDirections],
+        stretch: &mut [[f64; 2]],
+    ) -> Result<(), Error> {
+        self.observers.cables().stretch_in_both_directions(sliding, stretch)
     }
 
     /// The law of a cable at its present wrap angles and bend.
