@@ -283,7 +283,7 @@ impl Machine {
     /// `q`: shape `(..., joints)`, rad or m.
     fn wrap_angles<'py>(&self, q: &Bound<'py, PyAny>) -> Array<'py> {
         self.in_poses(q, &[self.muscles()], |model, out| {
-            out.copy_from_slice(model.wrap_angles());
+            out.iter_mut().enumerate().for_each(|(muscle, out)| *out = model.wrap_angle(muscle));
             Ok(())
         })
     }

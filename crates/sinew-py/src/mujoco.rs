@@ -34,9 +34,9 @@ pub(crate) fn mujoco_machine(machine: &Bound<'_, Machine>) -> PyResult<(String, 
     let robot = &machine.robot;
     let mut model = MuscleDynamics::new(robot).map_err(Failure::from)?;
     model.evaluate(&machine.start).map_err(Failure::from)?;
-    let places = model.lengths().iter().zip(model.wrap_angles());
-    let muscle = |((design, tendon), (free, wrap)): ((&MuscleDesign, &Tendon), (&f64, &f64))| {
-        let path = design.path(free.max(SHORTEST), *wrap).map_err(Failure::from)?;
+    let places = model.lengths().iter().enumerate().map(|(k, free)| (free, model.wrap_angle(k)));
+    let muscle = |((design, tendon), (free, wrap)): ((&MuscleDesign, &Tendon), (&f64, f64))| {
+        let path = design.path(free.max(SHORTEST), wrap).map_err(Failure::from)?;
         Ok(serde_json::json!({
             "name": tendon.name, "path": path, "parameters": design.cable, "tension_n": design.tension,
         }))

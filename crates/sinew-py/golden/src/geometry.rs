@@ -58,7 +58,7 @@ impl Pose {
         Ok(json!({
             "lengths": model.lengths(),
             "moment_arms": model.moment_arms(),
-            "wrap_angles": model.wrap_angles(),
+            "wrap_angles": (0..model.muscles()).map(|muscle| model.wrap_angle(muscle)).collect::<Vec<f64>>(),
             "inverse_dynamics": torque,
             "forward_dynamics": acceleration,
             "mass_matrix": mass,

@@ -8,25 +8,26 @@ use crate::error::{Error, positive};
 /// [`Error::OutOfDomain`] with the first pivot that is not positive.
 pub(crate) fn factor(a: &mut [f64], n: usize) -> Result<(), Error> {
     for i in 0..n {
-        for j in 0..=i {
-            let sum: f64 = (0..j).map(|k| a[i * n + k] * a[j * n + k]).sum();
-            let rest = a[i * n + j] - sum;
-            a[i * n + j] = if i == j {
-                libm::sqrt(positive("pivot of a mass matrix", rest)?)
-            } else {
-                rest / a[j * n + j]
-            };
+        let (above, rest) = a.split_at_mut(i * n);
+        let row = &mut rest[..=i];
+        for (j, other) in above.chunks_exact(n).enumerate() {
+            row[j] = (row[j] - dot(&row[..j], &other[..j])) / other[j];
         }
+        row[i] = libm::sqrt(positive("pivot of a mass matrix", row[i] - dot(&row[..i], &row[..i]))?);
     }
     Ok(())
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `b := L^-1 b`.
 pub(crate) fn solve_lower(l: &[f64], b: &mut [f64]) {
     let n = b.len();
     for i in 0..n {
-        let sum: f64 = (0..i).map(|k| l[i * n + k] * b[k]).sum();
-        b[i] = (b[i] - sum) / l[i * n + i];
+        let row = &l[i * n..=i * n + i];
+        b[i] = (b[i] - dot(&row[..i], &b[..i])) / row[i];
     }
 }
 

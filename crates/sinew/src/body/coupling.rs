@@ -117,6 +117,17 @@ impl Reduction {
         &self.independent
     }
 
+    /// Index among the independent velocities of the one that a velocity follows, or is; none where it is constant.
+    pub(crate) fn leader(&self, velocity: usize) -> Option<usize> {
+        self.leader[velocity]
+    }
+
+    /// Entry of `J` of a velocity.
+    #[inline]
+    pub(crate) fn slope(&self, velocity: usize) -> f64 {
+        self.slope[velocity]
+    }
+
     /// The pose from the coordinates of the independent joints; evaluates slopes and curvatures in it.
     ///
     /// # Shapes
@@ -247,10 +258,15 @@ impl Reduction {
         self.update(robot, q)?;
         robot.mass_matrix(q, scratch, &mut self.mass)?;
         mass.fill(0.0);
-        for i in 0..nv {
-            for j in 0..nv {
-                if let (Some(row), Some(column)) = (self.leader[i], self.leader[j]) {
-                    mass[row * n + column] += self.slope[i] * self.mass[i * nv + j] * self.slope[j];
+        for (i, masses) in self.mass.chunks_exact(nv.max(1)).enumerate() {
+            let Some(row) = self.leader[i] else { continue };
+            // Links of different branches have no mass in common.
+            for (j, entry) in masses[..=i].iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
+                let Some(column) = self.leader[j] else { continue };
+                let entry = self.slope[i] * entry * self.slope[j];
+                mass[row * n + column] += entry;
+                if i != j {
+                    mass[column * n + row] += entry;
                 }
             }
         }

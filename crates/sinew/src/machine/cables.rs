@@ -62,9 +62,10 @@ impl Machine {
         pose: &[f64],
         cells: usize,
     ) -> Result<Vec<CableLaw>, Error> {
-        let places = model.lengths().iter().zip(model.wrap_angles());
-        let law = |((design, bend), (free, wrap)): ((&super::MuscleDesign, SheathBend), (&f64, &f64))| {
-            let law = CableLaw::new(&design.path(free.max(SHORTEST), *wrap)?, &design.cable, cells)?;
+        let places = model.lengths().iter().enumerate();
+        let law = |((design, bend), (muscle, free)): ((&super::MuscleDesign, SheathBend), (usize, &f64))| {
+            let path = design.path(free.max(SHORTEST), model.wrap_angle(muscle))?;
+            let law = CableLaw::new(&path, &design.cable, cells)?;
             if bend.is_constant() { Ok(law) } else { law.with_sheath_bend(bend.at(pose)) }
         };
         self.muscles.iter().zip(self.sheath_bends()?).zip(places).map(law).collect()

@@ -39,20 +39,25 @@ impl Muscles {
     pub fn bends(&self, geometry: &Geometry, bends: &mut [f64]) -> Result<(), Error> {
         self.check(geometry)?;
         check_length("bends", bends.len(), self.count())?;
-        for (cable, bend) in self.topology.cables.iter().zip(bends.iter_mut()) {
-            let mut before =
-                cable.sheath_end.map(|end| rotate(&geometry.poses.links[end.link].axes, end.position));
-            *bend = 0.0;
-            for (index, span) in cable.spans.clone().zip(&self.topology.spans[cable.spans.clone()]) {
-                let strand = &geometry.strands[index];
-                if span.begins && index != cable.spans.start {
-                    before = None;
-                }
-                *bend += before.map_or(0.0, |before| between(before, strand.out)) + strand.angle;
-                before = Some(strand.into);
-            }
-        }
+        bends.iter_mut().enumerate().for_each(|(muscle, bend)| *bend = self.bend(geometry, muscle));
         Ok(())
+    }
+
+    /// The same of one muscle, 0 for an index out of range, with a geometry of these muscles.
+    pub(super) fn bend(&self, geometry: &Geometry, muscle: usize) -> f64 {
+        let Some(cable) = self.topology.cables.get(muscle) else { return 0.0 };
+        let mut before =
+            cable.sheath_end.map(|end| rotate(&geometry.poses.links[end.link].axes, end.position));
+        let mut bend = 0.0;
+        for (index, span) in cable.spans.clone().zip(&self.topology.spans[cable.spans.clone()]) {
+            let strand = &geometry.strands[index];
+            if span.begins && index != cable.spans.start {
+                before = None;
+            }
+            bend += before.map_or(0.0, |before| between(before, strand.out)) + strand.angle;
+            before = Some(strand.into);
+        }
+        bend
     }
 }
 

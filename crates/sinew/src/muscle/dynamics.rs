@@ -1,6 +1,7 @@
 use super::geometry::{Geometry, Muscles};
+use super::sparse_arms::SparseArms;
 use crate::body::{Reduction, Robot, Scratch};
-use crate::error::{Error, check_length};
+use crate::error::{Error, check_entries, check_length};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -32,16 +33,17 @@ pub struct MuscleDynamics {
     reduction: Option<Reduction>,
     /// Index of every independent joint among all coordinates.
     independent: Vec<usize>,
+    /// `R` without the entries that are always zero, and whole.
+    arms: SparseArms,
     moment_arms: Vec<f64>,
-    wrap_angles: Vec<f64>,
     /// Of all joints: coordinates, velocities, accelerations, forces.
     q: Vec<f64>,
     v: Vec<f64>,
     a: Vec<f64>,
     passive: Vec<f64>,
     torque: Vec<f64>,
-    /// Moment arms of all joints; empty without couplings.
-    all_arms: Vec<f64>,
+    /// Zeros, one for each independent joint.
+    rest: Vec<f64>,
 }
 
 impl MuscleDynamics {
@@ -58,18 +60,20 @@ impl MuscleDynamics {
         let independent: Vec<usize> =
             joints.into_iter().map(|joint| robot.velocities_of(joint).start).collect();
         let (m, n) = (muscles.count(), independent.len());
+        let reduction = coupled.then(|| Reduction::new(robot));
+        let leader = |velocity| reduction.as_ref().map_or(Some(velocity), |all| all.leader(velocity));
         Ok(Self {
             geometry: Geometry::new(robot, &muscles),
             scratch: Scratch::new(robot),
-            reduction: coupled.then(|| Reduction::new(robot)),
+            arms: SparseArms::new(&muscles, leader),
+            reduction,
             moment_arms: vec![0.0; m * n],
-            wrap_angles: vec![0.0; m],
             q: robot.reference_pose(),
             v: vec![0.0; nv],
             a: vec![0.0; nv],
             passive: vec![0.0; nv],
             torque: vec![0.0; nv],
-            all_arms: vec![0.0; if coupled { m * nv } else { 0 }],
+            rest: vec![0.0; n],
             independent,
             muscles,
             robot: robot.clone(),
@@ -124,10 +128,10 @@ impl MuscleDynamics {
         &self.moment_arms
     }
 
-    /// `phi`, wrap angle of every muscle at its joints in the evaluated pose, rad: `[muscles]`.
+    /// `phi`, wrap angle of a muscle at its joints in the evaluated pose, rad; 0 for an index out of range.
     #[must_use]
-    pub fn wrap_angles(&self) -> &[f64] {
-        &self.wrap_angles
+    pub fn wrap_angle(&self, muscle: usize) -> f64 {
+        self.muscles.bend(&self.geometry, muscle)
     }
 
     /// Sets the pose by the independent joints, rad or m: lengths (19), moment arms (20), wrap angles.
@@ -143,23 +147,48 @@ impl MuscleDynamics {
             self.robot.apply_couplings(&mut self.q)?;
         }
         self.muscles.evaluate(&self.q, &mut self.geometry)?;
-        self.muscles.bends(&self.geometry, &mut self.wrap_angles)?;
-        let Some(reduction) = &mut self.reduction else {
-            return self.muscles.dense(&self.geometry, &mut self.moment_arms);
-        };
-        reduction.update(&self.robot, &self.q)?;
-        self.muscles.dense(&self.geometry, &mut self.all_arms)?;
-        let (n, nv) = (self.independent.len(), self.v.len());
-        let rows = self.all_arms.chunks_exact(nv).zip(self.moment_arms.chunks_exact_mut(n));
-        rows.into_iter().try_for_each(|(all, row)| reduction.forces(all, row))
+        match &mut self.reduction {
+            None => self.arms.gather(&self.geometry, |_| 1.0),
+            Some(reduction) => {
+                reduction.update(&self.robot, &self.q)?;
+                self.arms.gather(&self.geometry, |velocity| reduction.slope(velocity));
+            }
+        }
+        self.arms.spread(&mut self.moment_arms, self.independent.len());
+        Ok(())
+    }
+
+    /// The joints that a muscle crosses, each with its moment arm, m: a row of `R` without the entries that are
+    /// always zero.
+    #[inline]
+    pub(crate) fn crossings(&self, muscle: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
+        self.arms.row(muscle)
     }
 
     /// `R u`: speed of every anchor toward its motor, m/s, from joint velocities; displacement, m, from
     /// small changes of the joints.
     pub fn anchor_motion(&self, v: &[f64], out: &mut [f64]) {
-        for (row, out) in self.moment_arms.chunks_exact(v.len()).zip(out) {
-            *out = row.iter().zip(v).map(|(arm, v)| arm * v).sum();
+        for (muscle, out) in out.iter_mut().enumerate().take(self.muscles()) {
+            *out = self.arms.row(muscle).map(|(joint, arm)| arm * v.get(joint).unwrap_or(&0.0)).sum();
         }
+    }
+
+    /// `M u' = R^T F + tau_p - c - g` in the evaluated pose: force that accelerates the joints under tensions at
+    /// the anchors.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
+    pub fn accelerating_force(&mut self, v: &[f64], tension: &[f64], out: &mut [f64]) -> Result<(), Error> {
+        check_entries("tension", tension, self.muscles())?;
+        let rest = core::mem::take(&mut self.rest);
+        let done = self.inverse_dynamics(v, &rest, out);
+        self.rest = rest;
+        done?;
+        out.iter_mut().for_each(|force| *force = -*force);
+        for (muscle, tension) in tension.iter().enumerate() {
+            self.arms.row(muscle).for_each(|(joint, arm)| out[joint] += arm * tension);
+        }
+        Ok(())
     }
 
     /// `u'` in the evaluated pose under tensions at the anchors and external forces.
@@ -257,6 +286,15 @@ mod tests {
             let external: Vec<f64> = (0..n).map(|j| needed[j] - given(j)).collect();
             model.forward_dynamics(&v, &tension, Some(&external), &mut found).unwrap();
             assert!(found.iter().zip(&a).all(|(f, a)| (f - a).abs() < 1e-9), "{coupled} {found:?} {a:?}");
+            // Both give one force, M times the acceleration without external ones.
+            let (mut force, mut mass) = (vec![0.0; n], vec![0.0; n * n]);
+            model.forward_dynamics(&v, &tension, None, &mut found).unwrap();
+            model.accelerating_force(&v, &tension, &mut force).unwrap();
+            model.mass_matrix(&mut mass).unwrap();
+            for (force, row) in force.iter().zip(mass.chunks_exact(n)) {
+                let product: f64 = row.iter().zip(&found).map(|(mass, a)| mass * a).sum();
+                assert!((force - product).abs() < 1e-12, "{coupled} {force} {product}");
+            }
         }
     }
 }

@@ -9,6 +9,7 @@ mod dynamics;
 mod geometry;
 mod path;
 mod rate;
+mod sparse_arms;
 mod surface;
 #[cfg(test)]
 pub(crate) mod testing;

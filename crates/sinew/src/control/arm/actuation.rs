@@ -8,9 +8,10 @@ use super::tension_following::{CableEstimate, winch_speed};
 use super::winch::{MuscleReference, WinchController};
 use crate::Error;
 use crate::control::compensation::Compensation;
-use crate::control::stretch::FarEndReference;
+use crate::control::stretch::{FarEndReference, VANISHING_SPEED};
 use crate::drive::DriveCommand;
 use crate::predictor::CableSample;
+use crate::transmission::cable::BothDirections;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -41,6 +42,9 @@ pub(super) struct Actuation {
     mode: ActuationMode,
     winches: Vec<WinchController>,
     learning: Option<IterativeLearning>,
+    sliding: Vec<BothDirections>,
+    /// `e_+` and `e_-` of every cable, m: `[muscles]`.
+    steady_stretch: Vec<[f64; 2]>,
     /// Commands for the drives: `[muscles]`.
     pub(super) drives: Vec<DriveCommand>,
     /// Commanded speed of every winch, m/s; NaN where its drive was given a tension. `[muscles]`
@@ -80,6 +84,8 @@ impl Actuation {
             mode,
             winches: vec![WinchController::default(); muscles],
             learning: None,
+            sliding: vec![BothDirections::default(); muscles],
+            steady_stretch: vec![[0.0; 2]; muscles],
             drives: vec![DriveCommand::Off; muscles],
             winch_speed: vec![0.0; muscles],
         })
@@ -104,6 +110,9 @@ impl Actuation {
         inputs: &ActuationInputs<'_>,
     ) -> Result<(), Error> {
         let ActuationInputs { anchors, cables, .. } = inputs;
+        if let ActuationMode::WinchSpeed(_) = self.mode {
+            self.evaluate_sliding(inputs)?;
+        }
         let mut learning = self.learning.as_mut().zip(inputs.repeat_time).map(|(learning, time)| {
             learning.advance(time);
             learning
@@ -112,10 +121,8 @@ impl Actuation {
             match &mut self.mode {
                 ActuationMode::WinchSpeed(_) => {
                     let reference = MuscleReference {
-                        tension: inputs.tension[k],
                         velocity: anchors.reference[k],
                         previewed_velocity: anchors.previewed[k],
-                        slip_velocity: anchors.slip[k],
                         estimated_velocity: anchors.estimated[k],
                         error: anchors.error[k],
                         learned: learning.as_ref().map_or(0.0, |learning| learning.output[k]),
@@ -123,20 +130,18 @@ impl Actuation {
                         rest_stretch: inputs.at_rest.then_some(cables.stretch[k]),
                     };
                     let (winch, muscle) = (&mut self.winches[k], &gains.muscles[k]);
-                    let (law, drag) = (cables.law(k)?, cables.drag_factor[k]);
                     let speed = if let Some(integral) = inputs.tension_alone {
                         let estimate = CableEstimate {
                             tension_out: cables.tension_out[k],
                             stretch: cables.stretch[k],
-                            velocity: [anchors.estimated[k], anchors.slip[k]],
-                            drag_factor: drag,
+                            velocity: anchors.estimated[k],
                             integral: integral[k],
                         };
-                        winch_speed(law, inputs.tension[k], &estimate, muscle)?
+                        winch_speed(inputs.tension[k], self.steady_stretch[k], &estimate, muscle)
                     } else {
-                        let stretch = winch.desired_stretch(h, law, &reference, drag, gains, muscle)?;
-                        let compliance = law.compliance().iter().sum();
-                        winch.speed(&reference, stretch, cables.stretch[k], compliance, muscle)
+                        let stretch =
+                            winch.desired_stretch(h, self.steady_stretch[k], &reference, gains, muscle);
+                        winch.speed(&reference, stretch, cables.stretch[k], cables.compliance[k], muscle)
                     };
                     if let Some(learning) = &mut learning {
                         learning.record(k, winch.feedback);
@@ -164,6 +169,26 @@ impl Actuation {
             }
         }
         Ok(())
+    }
+
+    /// `e_+` and `e_-` of every cable at its desired tension. Where the anchor moves the other way, without drag.
+    fn evaluate_sliding(&mut self, inputs: &ActuationInputs<'_>) -> Result<(), Error> {
+        let ActuationInputs { anchors, cables, .. } = inputs;
+        let followed = inputs.tension_alone.is_some();
+        let velocity = if followed { &anchors.estimated } else { &anchors.reference };
+        for (k, sliding) in self.sliding.iter_mut().enumerate() {
+            let velocity = velocity[k];
+            *sliding = BothDirections {
+                tension_out: inputs.tension[k],
+                velocity: [
+                    if velocity > 0.0 { velocity } else { VANISHING_SPEED },
+                    if velocity < 0.0 { velocity } else { -VANISHING_SPEED },
+                ],
+                slip: anchors.slip[k],
+                drag_factor: cables.drag_factor[k],
+            };
+        }
+        cables.stretch_in_both_directions(&self.sliding, &mut self.steady_stretch)
     }
 
     /// All winches stand, and their laws begin anew.

@@ -3,7 +3,7 @@ use super::signals::require_length;
 use crate::Error;
 use crate::muscle::MuscleDynamics;
 use crate::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
-use crate::transmission::cable::CableLaw;
+use crate::transmission::cable::{BothDirections, CableLaw};
 use crate::transmission::{Perceptron, SheathBend};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -40,6 +40,8 @@ pub(super) struct CableStates {
     pub(super) stretch: Vec<f64>,
     /// `T_in^`, N.
     pub(super) tension_in: Vec<f64>,
+    /// `c`, of the whole cable, m/N.
+    pub(super) compliance: Vec<f64>,
     /// Gain of the observers' correction, m/(N s).
     correction: Vec<f64>,
     /// Speed of the winch in addition to its encoder's, by the observer's correction, m/s.
@@ -70,9 +72,12 @@ impl CableStates {
             pulley: model.path.pulleys().saturating_sub(1),
             angle: f64::NAN,
         };
+        let observers = CableObservers::new(models)?;
+        let whole = |k| observers.cables().law(k).map_or(0.0, |law| law.compliance().iter().sum());
         Ok(Self {
             source,
-            observers: CableObservers::new(models)?,
+            compliance: (0..n).map(whole).collect(),
+            observers,
             samples: vec![CableSample::default(); n],
             estimates: vec![CableEstimate::default(); n],
             residuals: Vec::new(),
@@ -131,7 +136,7 @@ impl CableStates {
         (body, pose): (&MuscleDynamics, &[f64]),
         desired_tension: &[f64],
     ) -> Result<(), Error> {
-        self.update_angles(body.wrap_angles(), pose)?;
+        self.update_angles(body, pose)?;
         for (k, (sample, length)) in self.samples.iter_mut().zip(body.lengths()).enumerate() {
             *sample = CableSample { motor: motor[k], anchor: -length, tension_in: tension[k] };
         }
@@ -164,6 +169,18 @@ impl CableStates {
         self.observers.cables().slides_everywhere(cable)
     }
 
+    /// Stretch of every cable, m, that slides steadily toward its motor, and away from it: `[muscles]`.
+    ///
+    /// # Errors
+    /// As [`CableLaw::sliding`].
+    pub(super) fn stretch_in_both_directions(
+        &self,
+        sliding: &[BothDirections],
+        stretch: &mut [[f64; 2]],
+    ) -> Result<(), Error> {
+        self.observers.cables().stretch_in_both_directions(sliding, stretch)
+    }
+
     /// The law of a cable at its present wrap angles and bend.
     pub(super) fn law(&self, cable: usize) -> Result<&CableLaw, Error> {
         let expected = self.samples.len();
@@ -172,12 +189,12 @@ impl CableStates {
 
     /// Sets the wrap angles and bends of the pose: of all cables at first, then of one cable per cycle, because poses
     /// change slowly.
-    fn update_angles(&mut self, angles: &[f64], pose: &[f64]) -> Result<(), Error> {
+    fn update_angles(&mut self, body: &MuscleDynamics, pose: &[f64]) -> Result<(), Error> {
         let n = self.wraps.len();
         let first = self.wraps.iter().any(|wrap| wrap.angle.is_nan());
         for k in if first { 0..n } else { self.next_wrap..self.next_wrap + 1 } {
             let wrap = &mut self.wraps[k];
-            let angle = angles[k].clamp(0.0, MAX_WRAP);
+            let angle = body.wrap_angle(k).clamp(0.0, MAX_WRAP);
             if wrap.angle.is_nan() || (angle - wrap.angle).abs() >= WRAP_RESOLUTION {
                 self.observers.set_wrap(k, wrap.pulley, angle)?;
                 wrap.angle = angle;

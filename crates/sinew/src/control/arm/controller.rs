@@ -66,8 +66,8 @@ pub struct ArmController {
     /// Whether, beside that, all errors are within their tolerances.
     holding: bool,
     reached: Status,
-    /// Acceleration of the model under the estimated tensions, rad/s^2: `[joints]`.
-    model_acceleration: Vec<f64>,
+    /// Force that accelerates the joints by the model under the estimated tensions, Nm: `[joints]`.
+    model_force: Vec<f64>,
     /// `tau`, Nm: `[joints]`.
     torque: Vec<f64>,
     /// `F_d`, `F_min`, `F_max`, N: `[muscles]`.
@@ -155,7 +155,7 @@ impl ArmController {
             at_rest: false,
             holding: false,
             reached: Status::Optimal,
-            model_acceleration: vec![0.0; joints],
+            model_force: vec![0.0; joints],
             torque: vec![0.0; joints],
             desired_tension: vec![0.0; muscles],
             min_tension: gains.muscles.iter().map(|muscle| muscle.tension[0]).collect(),
@@ -411,15 +411,16 @@ impl ArmController {
 
     /// Angles, velocities and disturbances of the joints under the estimated tensions.
     fn estimate_joints(&mut self, h: f64) -> Result<(), Error> {
-        let Self { body, joints, cables, model_acceleration, .. } = self;
-        body.forward_dynamics(&joints.v, &cables.tension_out, None, model_acceleration)?;
+        let Self { body, joints, cables, model_force, .. } = self;
         if !self.disturbance_initialized {
             self.disturbance_initialized = true;
             // The arm starts at rest: the disturbance balances the model's acceleration.
-            joints.disturbance.iter_mut().zip(&*model_acceleration).for_each(|(d, a)| *d = -a);
+            body.forward_dynamics(&joints.v, &cables.tension_out, None, &mut joints.disturbance)?;
+            joints.disturbance.iter_mut().for_each(|d| *d = -*d);
             self.law.initialize(&self.gains, &joints.disturbance);
         }
-        joints.update(h, &self.faults.joint, model_acceleration, body)?;
+        body.accelerating_force(&joints.v, &cables.tension_out, model_force)?;
+        joints.update(h, &self.faults.joint, model_force, body)?;
         self.stiffness.update(body, joints);
         if !self.at_rest {
             let known = self.source != CableStateSource::Encoders;

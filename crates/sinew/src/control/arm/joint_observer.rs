@@ -11,14 +11,14 @@ use alloc::vec::Vec;
 ///
 /// ```text
 /// e = q_m - q^,   w = w_o clip(|e|/e_0, 1, r)
-/// (M + h^2 R^T diag(1/c_b) R) dv = M h (a + d^ + 3 w^2 e)
+/// (M + h^2 R^T diag(1/c_b) R) dv = h f + M h (d^ + 3 w^2 e)
 /// q'^ += dv,   q^ += h (q'^ + 3 w e),   d^ += h w^3 e
 /// ```
 ///
 /// | symbol | meaning                                                                     | unit    |
 /// |--------|-----------------------------------------------------------------------------|---------|
 /// | q_m    | measured coordinate                                                         | rad or m |
-/// | a      | acceleration by the model under the estimated tensions, (23) with `d = 0`     | rad/s^2 |
+/// | f      | force of the model under the estimated tensions, (23) with `d = 0`: `M a`     | Nm or N |
 /// | d^     | disturbance: errors of masses, friction and tensions, `M^-1 (-d)` of (23)      | rad/s^2 |
 /// | w_o    | bandwidth                                                                   | rad/s   |
 /// | e_0, r | threshold of the innovation above which the bandwidth grows, largest growth   | rad, 1  |
@@ -85,8 +85,8 @@ impl JointObserver {
         self.disturbance.fill(0.0);
     }
 
-    /// One step of `h` s with the measured coordinates, NaN where there is none, and the model's accelerations
-    /// in the evaluated pose of the body.
+    /// One step of `h` s with the measured coordinates, NaN where there is none, and the model's force in the
+    /// evaluated pose of the body.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] where the mass matrix is not positive definite.
@@ -94,21 +94,22 @@ impl JointObserver {
         &mut self,
         h: f64,
         measured: &[f64],
-        acceleration: &[f64],
+        force: &[f64],
         body: &mut MuscleDynamics,
     ) -> Result<(), Error> {
         let n = self.q.len();
-        for (k, (measured, a)) in measured.iter().zip(acceleration).enumerate() {
+        for (k, measured) in measured.iter().enumerate() {
             let e = if measured.is_finite() { measured - self.q[k] } else { 0.0 };
             let ratio = (e.abs() / self.innovation_threshold[k]).clamp(1.0, self.max_bandwidth_ratio);
             let w = self.bandwidth * ratio;
-            self.impulse[k] = h * (a + self.disturbance[k] + 3.0 * w * w * e);
+            self.impulse[k] = h * (self.disturbance[k] + 3.0 * w * w * e);
             self.q[k] += h * 3.0 * w * e;
             self.disturbance[k] += h * w * w * w * e;
         }
         self.augment_mass(h, body)?;
-        for (change, row) in self.change.iter_mut().zip(self.mass.chunks_exact(n)) {
-            *change = row.iter().zip(&self.impulse).map(|(mass, impulse)| mass * impulse).sum();
+        for ((change, row), force) in self.change.iter_mut().zip(self.mass.chunks_exact(n)).zip(force) {
+            let momentum: f64 = row.iter().zip(&self.impulse).map(|(mass, impulse)| mass * impulse).sum();
+            *change = h * force + momentum;
         }
         cholesky::factor(&mut self.augmented, n)?;
         cholesky::solve(&self.augmented, &mut self.change);
@@ -124,11 +125,12 @@ impl JointObserver {
         let n = self.q.len();
         body.mass_matrix(&mut self.mass)?;
         self.augmented.copy_from_slice(&self.mass);
-        for (row, stiffness) in body.moment_arms().chunks_exact(n).zip(&self.stiffness) {
-            for (i, arm) in row.iter().enumerate().filter(|(_, arm)| **arm != 0.0) {
+        for (muscle, stiffness) in self.stiffness.iter().enumerate() {
+            for (i, arm) in body.crossings(muscle) {
                 let weighted = h * h * stiffness * arm;
-                let to = &mut self.augmented[i * n..i * n + i + 1];
-                to.iter_mut().zip(row).for_each(|(to, other)| *to += weighted * other);
+                for (j, other) in body.crossings(muscle).filter(|(j, _)| *j <= i) {
+                    self.augmented[i * n + j] += weighted * other;
+                }
             }
         }
         Ok(())

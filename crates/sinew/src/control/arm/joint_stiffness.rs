@@ -57,8 +57,8 @@ impl JointStiffness {
     pub(super) fn update(&mut self, body: &MuscleDynamics, observer: &JointObserver) {
         let joints = self.joints.len();
         self.joints.fill(LEAST);
-        for (row, stiffness) in body.moment_arms().chunks_exact(joints).zip(&self.cables) {
-            self.joints.iter_mut().zip(row).for_each(|(sum, arm)| *sum += stiffness * arm * arm);
+        for (muscle, stiffness) in self.cables.iter().enumerate() {
+            body.crossings(muscle).for_each(|(joint, arm)| self.joints[joint] += stiffness * arm * arm);
         }
         for (torque, row) in self.disturbance_torque.iter_mut().zip(observer.mass.chunks_exact(joints)) {
             *torque = row.iter().zip(&observer.disturbance).map(|(mass, d)| mass * d).sum();

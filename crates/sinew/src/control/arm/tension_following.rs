@@ -1,8 +1,6 @@
 use super::gains::MuscleGains;
 use crate::Error;
-use crate::control::stretch::VANISHING_SPEED;
 use crate::error::{check_length, finite};
-use crate::transmission::cable::CableLaw;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -44,10 +42,8 @@ pub(super) struct CableEstimate {
     pub(super) tension_out: f64,
     /// `e^`, m.
     pub(super) stretch: f64,
-    /// `v^`, m/s, and its low pass, at which friction is evaluated.
-    pub(super) velocity: [f64; 2],
-    /// Drag as a multiple of the law's.
-    pub(super) drag_factor: f64,
+    /// `v^`, m/s.
+    pub(super) velocity: f64,
     /// `i`, 1.
     pub(super) integral: f64,
 }
@@ -112,26 +108,17 @@ fn band(gains: &MuscleGains, tension: f64) -> f64 {
     BAND[0] * gains.tension[1] + BAND[1] * tension
 }
 
-/// `v` of one winch, m/s.
-///
-/// # Errors
-/// As [`CableLaw::sliding`].
+/// `v` of one winch, m/s, from `e_+` and `e_-`.
 pub(super) fn winch_speed(
-    law: &CableLaw,
     tension: f64,
+    [toward, away]: [f64; 2],
     estimate: &CableEstimate,
     gains: &MuscleGains,
-) -> Result<f64, Error> {
-    let [velocity, slip] = estimate.velocity;
-    let stretch = |s: f64| {
-        let along = if s * velocity > 0.0 { velocity } else { s * VANISHING_SPEED };
-        law.sliding(tension, along, slip, estimate.drag_factor).map(|steady| steady.stretch)
-    };
+) -> f64 {
     let share = (tension - estimate.tension_out) / band(gains, tension);
     let s = (share + estimate.integral).clamp(-1.0, 1.0);
-    let desired = 0.5 * ((1.0 + s) * stretch(1.0)? + (1.0 - s) * stretch(-1.0)?);
-    let travel = desired - estimate.stretch;
+    let travel = 0.5 * ((1.0 + s) * toward + (1.0 - s) * away) - estimate.stretch;
     let most = libm::sqrt(2.0 * gains.winch_deceleration * travel.abs());
-    let speed = velocity + (travel / gains.stretch_time_constant).clamp(-most, most);
-    Ok(speed.clamp(-gains.max_winch_speed, gains.max_winch_speed))
+    let speed = estimate.velocity + (travel / gains.stretch_time_constant).clamp(-most, most);
+    speed.clamp(-gains.max_winch_speed, gains.max_winch_speed)
 }

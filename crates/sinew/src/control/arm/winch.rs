@@ -1,19 +1,12 @@
 use super::gains::{ArmGains, MuscleGains};
-use crate::Error;
-use crate::control::stretch::VANISHING_SPEED;
-use crate::transmission::cable::CableLaw;
 
 /// Reference of one muscle for the next control cycle, with the estimates that its winch feeds back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MuscleReference {
-    /// `F_d`, desired tension at the anchor, N.
-    pub(super) tension: f64,
     /// `v_r(t)`, reference speed of the anchor, m/s, + toward the motor.
     pub(super) velocity: f64,
     /// `v_r(t + t_p)`, m/s.
     pub(super) previewed_velocity: f64,
-    /// `v_s`, filtered estimate of the anchor's speed that friction is evaluated at, m/s.
-    pub(super) slip_velocity: f64,
     /// `v^`, estimated speed of the anchor, m/s.
     pub(super) estimated_velocity: f64,
     /// `d = R (q_r - q^)`, position error of the anchor, m.
@@ -101,26 +94,15 @@ const TAUT_TIME: f64 = 2.0;
 const MIN_DEAD_BAND: f64 = 1e-5;
 
 impl WinchController {
-    /// `e*`, m, `h` s after the one before, with the drag as a multiple of the law's.
-    ///
-    /// # Errors
-    /// As [`CableLaw::sliding`].
+    /// `e*`, m, `h` s after the one before, from `e_+` and `e_-`.
     pub(super) fn desired_stretch(
         &mut self,
         h: f64,
-        law: &CableLaw,
+        [toward, away]: [f64; 2],
         reference: &MuscleReference,
-        drag_factor: f64,
         gains: &ArmGains,
         muscle: &MuscleGains,
-    ) -> Result<f64, Error> {
-        let stretch = |s: f64| {
-            let velocity = reference.velocity;
-            let velocity = if s * velocity > 0.0 { velocity } else { s * VANISHING_SPEED };
-            let slip = reference.slip_velocity;
-            law.sliding(reference.tension, velocity, slip, drag_factor).map(|steady| steady.stretch)
-        };
-        let (toward, away) = (stretch(1.0)?, stretch(-1.0)?);
+    ) -> f64 {
         let dead_band = (toward - away).max(MIN_DEAD_BAND);
         let creep_ratio = reference.previewed_velocity / CREEP_SPEED;
         let feedback_share =
@@ -148,7 +130,7 @@ impl WinchController {
         self.integral = integral.clamp((-end - known).min(0.0), (end - known).max(0.0));
         self.feedback = self.integral + proportional;
         let s = (known + self.feedback).clamp(-end, end);
-        Ok(0.5 * ((1.0 + s) * toward + (1.0 - s) * away))
+        0.5 * ((1.0 + s) * toward + (1.0 - s) * away)
     }
 
     /// `d_0`, m; a change of its sign widens the dead zone.

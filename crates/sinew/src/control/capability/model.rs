@@ -146,7 +146,7 @@ impl CapabilityModel {
     #[must_use]
     pub fn friction_angle(&self, muscle: usize) -> f64 {
         let design = &self.machine.muscles[muscle];
-        let bend = self.bend[muscle] + self.model.wrap_angles()[muscle];
+        let bend = self.bend[muscle] + self.model.wrap_angle(muscle);
         design.cable.friction * bend - libm::log(design.cable.efficiency)
     }
 

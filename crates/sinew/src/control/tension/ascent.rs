@@ -64,9 +64,10 @@ impl Steps {
         u64::from(self.taken) * self.operations
     }
 
-    /// Whether there may be another.
-    pub(super) fn remain(&self) -> bool {
-        self.taken < self.limit && self.spent() + self.operations <= self.budget
+    /// Whether there may be so many more.
+    pub(super) fn allow(&self, more: u32) -> bool {
+        self.taken.saturating_add(more) <= self.limit
+            && self.spent() + u64::from(more) * self.operations <= self.budget
     }
 }
 
@@ -150,7 +151,7 @@ impl<S: Scalar> Ascent<S> {
     ) -> bool {
         let n = block.joints();
         self.set_floor(block);
-        let possible = proximal.is_none() && n > 0 && steps.remain();
+        let possible = proximal.is_none() && n > 0 && steps.allow(1);
         if possible && lambda.iter().all(|lambda| lambda.rounded() == 0.0) {
             self.start(block, lambda);
             steps.taken += 1;
@@ -160,7 +161,7 @@ impl<S: Scalar> Ascent<S> {
         let tolerance = proximal.map_or(self.tolerances.residual, |proximal| proximal.tolerance);
         // As a rule, each step settles at least one muscle.
         for _ in 0..20 + 2 * (block.muscles() + n) {
-            if !steps.remain() {
+            if !steps.allow(1) {
                 break;
             }
             self.set_gradient(n, lambda, proximal);

@@ -17,6 +17,10 @@ pub(super) struct Solver {
     wide: Search<Wide>,
 }
 
+/// Newton steps without which the search in more digits, which starts from nothing, ends nowhere: one that finds the
+/// closest torque and one that confirms it, and both again for the tensions that give it.
+const LEAST_WIDE_STEPS: u32 = 4;
+
 /// Multipliers of a group's last solution, where the next search starts; those of the new one.
 #[derive(Debug)]
 pub(super) struct GroupStart<'a> {
@@ -55,9 +59,9 @@ impl Solver {
         let mut status = self.solve_double(&fast, start, steps);
         if status == Status::NotConverged {
             steps.budget = steps.spent() + max_operations / 100;
-        }
-        if status == Status::NotConverged && steps.remain() {
-            status = self.solve_wide(block, start.lambda, steps);
+            if steps.allow(LEAST_WIDE_STEPS) {
+                status = self.solve_wide(block, start.lambda, steps);
+            }
         }
         if status == Status::NotConverged && !start.lambda.iter().all(|lambda| lambda.is_finite()) {
             start.lambda.fill(0.0);
@@ -88,9 +92,14 @@ impl Solver {
             *start.infeasible = status == Status::Infeasible;
             return status;
         }
-        let reached = *start.infeasible && search.reach(block, start.lambda, steps);
-        *start.infeasible = false;
-        if reached { search.certify(block, &search.ascent.here) } else { Status::NotConverged }
+        if !core::mem::take(start.infeasible) {
+            start.lambda.copy_from_slice(&search.lambda[..n]);
+        } else if search.reach(block, start.lambda, steps) {
+            return search.certify(block, &search.ascent.here);
+        }
+        // The search may have ended at another torque.
+        search.ascent.here.measure(block);
+        Status::NotConverged
     }
 
     /// The search in numbers with more digits, from nothing.

@@ -104,7 +104,7 @@ impl<const N: usize> LaneGroup<N> {
         law.check_angle(&node)?;
         law.nodes[place.node] = node;
         law.pulleys[pulley].wrap = wrap;
-        self.refresh_friction(k, place.node);
+        self.refresh(k, place.node);
         Ok(())
     }
 
@@ -112,24 +112,15 @@ impl<const N: usize> LaneGroup<N> {
     pub(super) fn set_sheath_bend(&mut self, k: usize, bend: f64) -> Result<(), Error> {
         self.laws[k].set_sheath_bend(bend)?;
         for node in 0..self.nodes.len() {
-            self.refresh_friction(k, node);
+            self.refresh(k, node);
         }
         Ok(())
-    }
-
-    /// Writes a node from its law with the drag that it has.
-    fn refresh_friction(&mut self, k: usize, node: usize) {
-        let drag = self.nodes[node].drag.0[k];
-        self.refresh(k, node, 1.0);
-        self.nodes[node].drag.0[k] = drag;
     }
 
     /// Multiplies the drag of a lane as built by a factor.
     pub(super) fn scale_drag(&mut self, k: usize, factor: f64) -> Result<(), Error> {
         non_negative("drag factor", factor)?;
-        for (node, law) in self.nodes.iter_mut().zip(&self.laws[k].nodes) {
-            node.drag.0[k] = law.drag * factor;
-        }
+        self.drag_factor.0[k] = factor;
         Ok(())
     }
 

@@ -25,7 +25,7 @@ pub(super) struct Node<const N: usize> {
     pub(super) tanh_half: Row<N>,
     /// `mu_v phi_i / 2`, s/m.
     pub(super) viscous: Row<N>,
-    /// `d_i`, N s/m.
+    /// `d_i` of the law, N s/m.
     pub(super) drag: Row<N>,
 }
 
@@ -84,6 +84,8 @@ pub(super) struct LaneGroup<const N: usize> {
     pub(super) nodes: Vec<Node<N>>,
     /// `2 T_d`, N.
     pub(super) fade: Row<N>,
+    /// Drag as a multiple of the law's.
+    pub(super) drag_factor: Row<N>,
     /// Present where friction of any lane weakens, with one memory per node.
     pub(super) weakening: Option<Weakenings<N>>,
     pub(super) memory: Vec<Memory<N>>,
@@ -132,6 +134,7 @@ impl<const N: usize> LaneGroup<N> {
                 cells - 1
             ],
             fade: row(&|law| 2.0 * law.drag_fade),
+            drag_factor: Row([1.0; N]),
             weakening: None,
             memory: vec![],
             creep: None,
@@ -159,20 +162,20 @@ impl<const N: usize> LaneGroup<N> {
         }
         for lane in 0..N {
             for node in 0..cells - 1 {
-                lanes.refresh(lane, node, 1.0);
+                lanes.refresh(lane, node);
             }
         }
         lanes
     }
 
-    /// Writes one node of one lane from its law, its drag times `drag_factor`.
-    pub(super) fn refresh(&mut self, lane: usize, node: usize, drag_factor: f64) {
+    /// Writes one node of one lane from its law.
+    pub(super) fn refresh(&mut self, lane: usize, node: usize) {
         let law = self.laws[lane].nodes[node];
         let row = &mut self.nodes[node];
         row.half_angle.0[lane] = law.friction + law.loss;
         row.tanh_half.0[lane] = tanh_series(row.half_angle.0[lane]);
         row.viscous.0[lane] = law.viscous;
-        row.drag.0[lane] = law.drag * drag_factor;
+        row.drag.0[lane] = law.drag;
         if let Some(memory) = self.memory.get_mut(node) {
             memory.friction.0[lane] = law.friction;
             memory.loss.0[lane] = law.loss;

@@ -4,6 +4,7 @@ use super::dispatch::{LANES, advance_on, creep_on};
 use super::ends::{EndMotion, EndTensions, LARGEST_MOTION, above_pretension, check_interval, check_motion};
 use super::lane_group::{Ends, LaneGroup, Motion, Row};
 use super::law::CableLaw;
+use super::steady::{BothDirections, SteadyLanes};
 use crate::Error;
 use crate::dispatch::InstructionSet;
 use crate::error::{check_length, finite, within};
@@ -99,6 +100,27 @@ impl CableBatch {
             for (k, end) in ends.iter_mut().enumerate() {
                 *end = stepped.of(k, group.laws[k].pretension());
             }
+        }
+        Ok(())
+    }
+
+    /// Stretch, m, of every cable that slides steadily toward the motor, and away from it: `sliding: [cables]` in,
+    /// `stretch: [cables]` out. The states take no part.
+    ///
+    /// # Errors
+    /// As [`CableLaw::sliding`], and [`Error::WrongLength`].
+    pub(crate) fn stretch_in_both_directions(
+        &self,
+        sliding: &[BothDirections],
+        stretch: &mut [[f64; 2]],
+    ) -> Result<(), Error> {
+        check_length("sliding", sliding.len(), self.count)?;
+        check_length("stretch", stretch.len(), self.count)?;
+        let parts = sliding.chunks(LANES).zip(stretch.chunks_mut(LANES));
+        for (lanes, (sliding, stretch)) in self.groups.iter().zip(parts) {
+            let work = SteadyLanes { lanes, sliding, stretch };
+            work.check()?;
+            self.instructions.run(work);
         }
         Ok(())
     }

@@ -64,4 +64,5 @@ pub use many::CableBatch;
 pub use one::Cable;
 pub use parameters::{CableParameters, Weakening};
 pub use path::{CablePath, Segment};
+pub(crate) use steady::BothDirections;
 pub use steady::SteadySliding;

@@ -1,7 +1,10 @@
 //! The stationary solution of a cable that slides at constant speed.
 
-use super::elementary::tanh_series;
+use super::dispatch::LANES;
+use super::elementary::{at_least, tanh_series};
+use super::lane_group::{LaneGroup, Row};
 use super::law::CableLaw;
+use crate::dispatch::{Arithmetic, Work};
 use crate::error::{Error, finite, non_negative};
 
 /// Tension and stretch of a steadily sliding cable.
@@ -76,23 +79,114 @@ impl CableLaw {
         let mut ratio = 1.0;
         for (node, compliance) in self.nodes.iter().rev().zip(cells) {
             let half = s * (weakened * node.friction + node.loss) + node.viscous * velocity;
-            let mut ahead = tension * ratio;
-            for _ in 0..FIXED_POINT_ITERATIONS {
-                let both = tension + ahead;
-                let tau = tanh_series(half + node.drag * drag_speed / (both + 2.0 * self.drag_fade));
-                ratio = (1.0 + tau) / (1.0 - tau);
-                ahead = tension * ratio;
-            }
-            tension = ahead;
+            tension = before(tension, &mut ratio, half, node.drag * drag_speed, 2.0 * self.drag_fade);
             stretch += compliance * tension;
         }
         Ok(SteadySliding { tension_in: tension, stretch })
     }
 }
 
+/// `T_(i-1)` from `T_i`, the ratio of the node behind, which becomes that of this one, `s h_i + g_i v`, `d_i v` and
+/// `2 T_d`.
+#[inline(always)]
+fn before(tension: f64, ratio: &mut f64, half: f64, drag: f64, fade: f64) -> f64 {
+    let mut ahead = tension * *ratio;
+    for _ in 0..FIXED_POINT_ITERATIONS {
+        let tau = tanh_series(half + drag / (tension + ahead + fade));
+        *ratio = (1.0 + tau) / (1.0 - tau);
+        ahead = tension * *ratio;
+    }
+    ahead
+}
+
+/// Steady sliding of one cable in both directions.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct BothDirections {
+    /// Tension at the anchor, N.
+    pub(crate) tension_out: f64,
+    /// Speed toward the motor and away from it, m/s: not below and not above zero.
+    pub(crate) velocity: [f64; 2],
+    /// Speed at which the velocity weakening is evaluated, m/s.
+    pub(crate) slip: f64,
+    /// Drag as a multiple of the law's.
+    pub(crate) drag_factor: f64,
+}
+
+impl BothDirections {
+    fn check(&self) -> Result<(), Error> {
+        finite("tension_out", self.tension_out)?;
+        self.velocity.into_iter().try_for_each(|velocity| finite("velocity", velocity).map(|_| ()))?;
+        finite("slip", self.slip)?;
+        non_negative("drag_factor", self.drag_factor).map(|_| ())
+    }
+}
+
+/// [`CableLaw::sliding`] in both directions for the lanes of a group.
+pub(super) struct SteadyLanes<'a> {
+    pub(super) lanes: &'a LaneGroup<LANES>,
+    pub(super) sliding: &'a [BothDirections],
+    pub(super) stretch: &'a mut [[f64; 2]],
+}
+
+impl SteadyLanes<'_> {
+    /// # Errors
+    /// As [`CableLaw::sliding`].
+    pub(super) fn check(&self) -> Result<(), Error> {
+        self.sliding.iter().try_for_each(BothDirections::check)
+    }
+}
+
+impl Work for SteadyLanes<'_> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self, _: A) {
+        let Self { lanes, sliding, stretch } = self;
+        let zero = [Row::<LANES>::ZERO; 2];
+        let (mut tension, mut velocity, mut drag_speed, mut sum) = (zero, zero, zero, zero);
+        let (mut ratio, mut weakened) = ([Row([1.0; LANES]); 2], Row([1.0; LANES]));
+        for (k, (one, law)) in sliding.iter().zip(&lanes.laws).enumerate() {
+            weakened.0[k] = law.weakening.map_or(1.0, |weakening| weakening.factor(one.slip.abs()));
+            for d in 0..2 {
+                tension[d].0[k] = at_least(one.tension_out - law.pretension, 0.0);
+                velocity[d].0[k] = one.velocity[d];
+                drag_speed[d].0[k] = one.drag_factor * one.velocity[d];
+            }
+        }
+        let last = lanes.nodes.len();
+        for d in 0..2 {
+            for k in 0..LANES {
+                sum[d].0[k] = lanes.compliance[last].0[k] * tension[d].0[k];
+            }
+        }
+        for (i, (node, compliance)) in lanes.nodes.iter().zip(&lanes.compliance).enumerate().rev() {
+            let mut half_angle = node.half_angle;
+            if let Some(memory) = lanes.memory.get(i) {
+                for k in 0..LANES {
+                    half_angle.0[k] = weakened.0[k] * memory.friction.0[k] + memory.loss.0[k];
+                }
+            }
+            for (d, s) in [1.0, -1.0].into_iter().enumerate() {
+                for k in 0..LANES {
+                    let half = s * half_angle.0[k] + node.viscous.0[k] * velocity[d].0[k];
+                    let drag = node.drag.0[k] * drag_speed[d].0[k];
+                    tension[d].0[k] =
+                        before(tension[d].0[k], &mut ratio[d].0[k], half, drag, lanes.fade.0[k]);
+                    sum[d].0[k] += compliance.0[k] * tension[d].0[k];
+                }
+            }
+        }
+        for (k, stretch) in stretch.iter_mut().enumerate() {
+            *stretch = [sum[0].0[k], sum[1].0[k]];
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use crate::transmission::cable::{Cable, CableLaw, CableParameters, CablePath, EndMotion};
+    use super::BothDirections;
+    use crate::transmission::cable::{
+        Cable, CableBatch, CableLaw, CableParameters, CablePath, EndMotion, Weakening,
+    };
+    use alloc::vec::Vec;
 
     #[test]
     fn long_sliding_converges_to_the_steady_solution() {
@@ -123,5 +217,39 @@ mod tests {
         let steady = law.steady(3.0, 0.1, 1.0).unwrap();
         assert!(steady.tension_in == 0.0 && steady.stretch == 0.0);
         assert!(law.steady(f64::NAN, 0.1, 1.0).is_err() && law.steady(3.0, 0.1, -1.0).is_err());
+    }
+
+    #[test]
+    fn in_lanes_cables_slide_to_the_bit_as_each_alone() {
+        for weakening in [None, Some(Weakening { rise: 0.4, speed: 4e-3, lag: 0.04 })] {
+            let law = |k: i32| {
+                let friction = 0.1 + 0.01 * f64::from(k);
+                // Friction weakens in every other cable.
+                let weakening = weakening.filter(|_| k % 2 == 0);
+                let parameters =
+                    CableParameters { friction, viscous: 0.02, weakening, ..CableParameters::bench() };
+                CableLaw::new(&CablePath::bench(), &parameters, 9).unwrap()
+            };
+            let laws: Vec<_> = (0..11).map(law).collect();
+            let conditions = |k: i32| BothDirections {
+                tension_out: 10.0 + 9.0 * f64::from(k),
+                velocity: [0.01 * f64::from(k), -0.02 * f64::from(k) - 1e-9],
+                slip: 3e-3 * f64::from(k - 5),
+                drag_factor: 0.5 + 0.1 * f64::from(k),
+            };
+            let sliding: Vec<_> = (0..11).map(conditions).collect();
+            let mut stretch = [[0.0; 2]; 11];
+            let batch = CableBatch::new(&laws).unwrap();
+            batch.stretch_in_both_directions(&sliding, &mut stretch).unwrap();
+            for ((law, one), stretch) in laws.iter().zip(&sliding).zip(stretch) {
+                let alone = one.velocity.map(|velocity| {
+                    law.sliding(one.tension_out, velocity, one.slip, one.drag_factor).unwrap().stretch
+                });
+                assert_eq!(alone.map(f64::to_bits), stretch.map(f64::to_bits), "{one:?}");
+            }
+            assert!(stretch[10][0] > stretch[10][1] && stretch[10][1] > stretch[0][1]);
+            let wrong = BothDirections { slip: f64::NAN, ..sliding[0] };
+            assert!(batch.stretch_in_both_directions(&[wrong; 11], &mut stretch).is_err());
+        }
     }
 }

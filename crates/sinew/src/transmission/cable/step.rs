@@ -78,7 +78,7 @@ fn eliminate<const N: usize>(lanes: &mut LaneGroup<N>, rate: f64, motion: &Motio
     let (tension, stiffness) = (&lanes.tension[..m], &lanes.stiffness[..m]);
     let (nodes, slip) = (&lanes.nodes[..m - 1], &lanes.slip[..=m]);
     let (superdiagonal, right_hand_side) = (&mut lanes.superdiagonal[..m], &mut lanes.right_hand_side[..m]);
-    let fade = lanes.fade;
+    let (fade, drag_factor) = (lanes.fade, lanes.drag_factor);
     // `super'` and `rhs'` of the row before.
     let (mut sup_done, mut rhs_done) = (Row::<N>::ZERO, Row::<N>::ZERO);
     for i in 0..m - 1 {
@@ -105,7 +105,8 @@ fn eliminate<const N: usize>(lanes: &mut LaneGroup<N>, rate: f64, motion: &Motio
             };
             let sign = if bound <= NO_FRICTION { driven } else { sliding };
             // Friction of a sliding node, and its slope in the displacement.
-            let resistance = (node.viscous.0[k] + node.drag.0[k] / (sum + fade.0[k])) * rate;
+            let drag = node.drag.0[k] * drag_factor.0[k];
+            let resistance = (node.viscous.0[k] + drag / (sum + fade.0[k])) * rate;
             let tau = tanh_series(sign * node.half_angle.0[k] + resistance * w);
             let (sub, sup) = ((1.0 - tau) * kl, (1.0 + tau) * kr);
             let main = sub + sup + sum * (1.0 - tau * tau) * resistance;

@@ -85,9 +85,9 @@ impl Limb {
         self.model.lengths()
     }
 
-    /// `phi(q)` of every muscle, rad.
-    pub(super) fn bends(&self) -> &[f64] {
-        self.model.wrap_angles()
+    /// `phi(q)` of a muscle, rad.
+    pub(super) fn bend(&self, muscle: usize) -> f64 {
+        self.model.wrap_angle(muscle)
     }
 
     /// Advances by `h` seconds under these tensions at the anchors.

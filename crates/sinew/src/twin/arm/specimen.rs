@@ -62,9 +62,9 @@ impl ArmSpecimen {
         least.validate()?;
         let mut model = MuscleDynamics::new(&machine.robot)?;
         model.evaluate(&machine.start)?;
-        let places = model.lengths().iter().zip(model.wrap_angles());
-        let cables = machine.muscles.iter().zip(places).map(|(design, (free, wrap))| {
-            let path = design.path(free.max(SHORTEST), *wrap)?;
+        let places = model.lengths().iter().enumerate();
+        let cables = machine.muscles.iter().zip(places).map(|(design, (muscle, free))| {
+            let path = design.path(free.max(SHORTEST), model.wrap_angle(muscle))?;
             Ok(Specimen { path, parameters: design.cable, effects: Effects::default() })
         });
         let mut specimen = Self {

@@ -336,9 +336,9 @@ impl ArmTwin {
 
     /// Sets the wrap of every cable at its joint, and the bend of the sheaths that pass joints, from the pose.
     fn update_angles(&mut self) -> Result<(), Error> {
-        for (k, bend) in self.limb.bends().iter().enumerate() {
-            let last = self.specimen.cables[k].path.pulleys().saturating_sub(1);
-            self.cables.set_wrap(k, last, bend.min(MAX_WRAP))?;
+        for (k, cable) in self.specimen.cables.iter().enumerate() {
+            let last = cable.path.pulleys().saturating_sub(1);
+            self.cables.set_wrap(k, last, self.limb.bend(k).min(MAX_WRAP))?;
         }
         for (k, bend) in &self.bends {
             self.cables.set_sheath_bend(*k, bend.at(&self.limb.q))?;
@@ -352,7 +352,7 @@ impl ArmTwin {
             let share = self.wear(muscle, Worn::Friction);
             let own = self.bends.iter().find(|(k, _)| *k == muscle).map(|(_, bend)| bend.at(&self.limb.q));
             let sheath = own.unwrap_or(self.specimen.cables[muscle].path.sheath_bend());
-            let all = sheath + self.limb.bends()[muscle].min(MAX_WRAP);
+            let all = sheath + self.limb.bend(muscle).min(MAX_WRAP);
             self.cables.set_sheath_bend(muscle, sheath + share * all)?;
         }
         Ok(())
