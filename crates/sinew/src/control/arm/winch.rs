@@ -189,3 +189,47 @@ impl WinchController {
         speed.clamp(-gains.max_winch_speed, gains.max_winch_speed)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec::Vec;
+
+    /// Speeds of a winch at rest, m/s, cycle by cycle, whose anchor has these position errors, m.
+    fn speeds(errors: &[f64]) -> Vec<f64> {
+        let gains = ArmGains::for_tests(1, 1);
+        let muscle = &gains.muscles[0];
+        let steady = [31e-3, 18e-3];
+        let mut estimated = 0.5 * (steady[0] + steady[1]);
+        let mut winch = WinchController::default();
+        let speed = |error: &f64| {
+            let reference = MuscleReference {
+                velocity: 0.0,
+                previewed_velocity: 0.0,
+                estimated_velocity: 0.0,
+                error: *error,
+                learned: 0.0,
+                tension_in: 40.0,
+                rest_stretch: Some(estimated),
+            };
+            let desired = winch.desired_stretch(1e-3, steady, &reference, &gains, muscle);
+            let speed = winch.speed(&reference, desired, estimated, 0.0, muscle);
+            estimated += 1e-3 * speed;
+            speed
+        };
+        errors.iter().map(speed).collect()
+    }
+
+    #[test]
+    fn at_rest_a_winch_stands_within_its_dead_zone_and_leaves_it_toward_its_reference() {
+        let [least, _] = ArmGains::for_tests(1, 1).muscles[0].rest_tolerance;
+        for side in [-1.0, 1.0] {
+            let within = speeds(&[0.9 * side * least; 1000]);
+            assert!(within.iter().all(|v| v.abs() < 1e-12), "{within:?}");
+            let leaving: Vec<f64> =
+                (0..1000).map(|k| side * least * (0.9 + 0.2 * f64::from(k) / 999.0)).collect();
+            let leaving = speeds(&leaving);
+            assert!(leaving.iter().all(|v| side * v > -1e-12) && side * leaving[999] > 1e-5, "{leaving:?}");
+        }
+    }
+}
