@@ -200,6 +200,7 @@ mod tests {
             signals: vec![],
             cell: None,
             cable: None,
+            axis: None,
             features: None,
             hidden: 0,
             rows: 0,
