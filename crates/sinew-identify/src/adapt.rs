@@ -146,7 +146,8 @@ fn scaled(old: &Estimator, runs: &[&Run]) -> Option<Estimator> {
 /// The same estimator with `gain y + offset` in place of `y`, `gain > 0`.
 fn affine(old: &Estimator, gain: f64, offset: f64) -> Estimator {
     let mut new = old.clone();
-    let is_cell = new.law.cell.is_some();
+    let is_cell = new.law.cell.is_some() || new.law.axis.is_some();
+    new.law.axis = new.law.axis.map(|axis| axis.rescaled(gain, offset));
     if let Some(cell) = &mut new.law.cell {
         affine_cell(cell, gain, offset);
     }
@@ -220,6 +221,7 @@ fn fresh(old: &Estimator, runs: &[&Run], seed: u64) -> Option<Estimator> {
         signals: law.signals.clone(),
         cell: None,
         cable: None,
+        axis: None,
         features: hidden.map(|_| plan),
         hidden: hidden.unwrap_or(0),
         rows: ROWS,

@@ -65,7 +65,13 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
 
     let stage = |done: f64| progress("cross-validating the candidates", 0.1 + 0.7 * done);
     let scored = cross_validate_all(&candidates, &logs, &folds, options.seed, &stage); // 4. Cross-validation.
-    let choice = Choice { candidates: &candidates, scored: &scored, grouped: folds.grouped };
+    let extrapolates = folds.extrapolates(&logs.data);
+    let choice = Choice {
+        candidates: &candidates,
+        scored: &scored,
+        grouped: folds.grouped,
+        extrapolates: &extrapolates,
+    };
     let choose = |without| choice.choose(without);
     let chosen = choose(None).ok_or(Error::NothingFitted { what: "any candidate model" })?;
     let rmse = selection_rmse(&scored, chosen, &choose);

@@ -2,6 +2,7 @@
 
 use crate::cable::fit_observed;
 use crate::estimation::rmse;
+use crate::fit::axis::fit_axis;
 use crate::fit::cell::{CellData, CellPlan, fit_cell};
 use crate::fit::ensemble::{self, Rows};
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
@@ -13,14 +14,22 @@ use sinew::transmission::ClampCell;
 /// Fits a recipe to runs; `None` where they hold too little to fit.
 #[must_use]
 pub(crate) fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
-    let mut law =
-        MemoryLaw { signals: recipe.signals.clone(), cell: None, cable: None, features: Vec::new() };
+    let mut law = MemoryLaw {
+        signals: recipe.signals.clone(),
+        cell: None,
+        cable: None,
+        axis: None,
+        features: Vec::new(),
+    };
     let columns = Columns::new(&law, runs);
     if let Some(plan) = &recipe.cell {
         law.cell = Some(fit_cell(&columns.data(), plan)?);
     }
     if let Some(columns) = recipe.cable {
         law.cable = Some(fit_observed(runs, columns)?);
+    }
+    if let Some(plan) = &recipe.axis {
+        law.axis = Some(fit_axis(&law, runs, plan)?.axis);
     }
     if let Some(plan) = &recipe.features {
         law.features = features(plan, &columns, &law)?;
@@ -129,6 +138,8 @@ fn features(plan: &FeaturePlan, columns: &Columns, law: &MemoryLaw) -> Option<Ve
         features.extend([Feature::CellState, Feature::CellWidth, Feature::CellPosition]);
     } else if law.cable.is_some() {
         features.extend([Feature::CellState, Feature::Innovation]);
+    } else if law.axis.is_some() {
+        features.push(Feature::CellState);
     }
     Some(features)
 }

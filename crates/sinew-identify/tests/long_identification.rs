@@ -14,7 +14,7 @@ mod common;
 use common::families::{Family, Specimen};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_identify::evaluate::{evaluate, roles_of};
+use sinew_identify::evaluate::{evaluate, predict, roles_of};
 use sinew_identify::identify::{Identification, Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes, read_bytes_with_roles};
 
@@ -85,6 +85,76 @@ fn long_the_expected_error_is_within_a_fifth_of_the_fresh_one_in_the_median() {
         );
         assert!((ratio(0.5) - 1.0).abs() <= 0.2, "{family:?}: {}", ratio(0.5));
     }
+}
+
+/// One specimen of the campaign of choices and bands.
+struct Judged {
+    /// Error of the chosen model on fresh logs over that of the best candidate there, less one.
+    regret: f64,
+    /// Share of the fresh samples inside the band.
+    inside: f64,
+    /// Width of the band over that of the narrowest band of this form that holds 95 % of the fresh samples.
+    width: f64,
+}
+
+fn judged(family: Family, seed: u64) -> Judged {
+    let mut random = ChaCha8Rng::seed_from_u64(5000 + seed);
+    let specimen = Specimen::drawn(family, &mut random);
+    let logs = days(&specimen, 3, &mut random);
+    let fresh = days(&specimen, 4, &mut random);
+    let score = |found: &Identification| {
+        let data = read_bytes_with_roles(&read(&fresh), &roles_of(&found.model), &options()).unwrap();
+        (evaluate(&found.model, &data).unwrap().overall, data)
+    };
+    let found = identified(&logs, &[], seed);
+    let (scores, data) = score(&found);
+    let names = found.report.candidates.iter().filter(|c| c.failed.is_none()).map(|c| c.name.as_str());
+    let errors = names.map(|name| score(&identified(&logs, &[name], seed)).0.rmse.unwrap());
+    let best = errors.fold(f64::INFINITY, f64::min);
+    let predictions = predict(&found.model, &data).unwrap();
+    let pairs = data.sequences.iter().zip(&predictions).flat_map(|(s, p)| s.far.iter().zip(p));
+    let mut needed: Vec<f64> = pairs.map(|(far, p)| (far - p.mean).abs() / p.half_width()).collect();
+    needed.sort_by(f64::total_cmp);
+    Judged {
+        regret: scores.rmse.unwrap() / best - 1.0,
+        inside: scores.coverage95.unwrap(),
+        width: 1.0 / needed[needed.len() * 95 / 100],
+    }
+}
+
+#[test]
+fn long_the_choice_is_near_the_best_candidate_and_its_band_covers() {
+    if is_skipped() {
+        return;
+    }
+    let mut all: Vec<Judged> = Vec::new();
+    for seed in 0..SEEDS / 3 {
+        for family in Family::ALL {
+            let judged = judged(family, seed);
+            let Judged { regret, inside, width } = judged;
+            eprintln!("{family:?}, seed {seed}: regret {regret:.3}, inside {inside:.3}, width {width:.2}");
+            all.push(judged);
+        }
+    }
+    let at = |share: f64, pick: fn(&Judged) -> f64| {
+        let mut values: Vec<f64> = all.iter().map(pick).collect();
+        values.sort_by(f64::total_cmp);
+        values[(share * (values.len() - 1) as f64).round() as usize]
+    };
+    for (name, pick) in
+        [("regret", (|j| j.regret) as fn(&Judged) -> f64), ("inside", |j| j.inside), ("width", |j| j.width)]
+    {
+        eprintln!(
+            "{name}: 10 % {:.3}, median {:.3}, 90 % {:.3}",
+            at(0.1, pick),
+            at(0.5, pick),
+            at(0.9, pick)
+        );
+    }
+    assert!(at(0.5, |j| j.regret) <= 0.1 && at(0.9, |j| j.regret) <= 0.5);
+    let inside = at(0.5, |j| j.inside);
+    assert!((0.92..=0.98).contains(&inside), "{inside}");
+    assert!(at(0.5, |j| j.width) <= 1.6);
 }
 
 /// Logs dropped by the influence check.

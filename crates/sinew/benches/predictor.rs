@@ -1,7 +1,9 @@
 //! Cost of one prediction, by part: memory, networks.
 
 use divan::{Bencher, black_box};
-use sinew::predictor::{Ensemble, Feature, MEMBERS, Memory, MemoryLaw, PerNetwork, Signal};
+use sinew::predictor::{
+    Axis, AxisForce, AxisMotion, AxisSlip, Ensemble, Feature, MEMBERS, Memory, MemoryLaw, PerNetwork, Signal,
+};
 use sinew::transmission::{BasisTerm, Branch, ClampCell};
 
 fn main() {
@@ -32,6 +34,7 @@ fn law(taus: usize) -> MemoryLaw {
             branches: [(1.0, 0.5), (0.8, 0.3), (0.5, 0.2)].map(branch).to_vec(),
         }),
         cable: None,
+        axis: None,
         features,
     }
 }
@@ -72,6 +75,50 @@ fn memory_step(bencher: Bencher, taus: usize) {
         i = (i + 1) % inputs.len();
         memory.step(&law, 0.01, black_box(&inputs[i]));
         memory.features()[0]
+    });
+}
+
+/// An axis without networks, as force and as motion.
+#[divan::bench(args = ["force", "motion"])]
+fn axis_step(bencher: Bencher, kind: &str) {
+    let slip = |distance| AxisSlip { distance, force: 10.0 };
+    let force = AxisForce {
+        position: Some(0),
+        velocity: None,
+        velocity_gain: 1.0,
+        tau_s: 0.01,
+        mass: 90.0,
+        damping: 200.0,
+        stiffness: 0.0,
+        slips: [1e-4, 1e-3, 1e-2].map(slip).to_vec(),
+        gains: vec![],
+        offset: 0.0,
+    };
+    let motion = AxisMotion {
+        force: 0,
+        gain: 0.01,
+        damping: 2.0,
+        stiffness: 0.0,
+        friction: 0.2,
+        bias: 0.0,
+        offset: 0.0,
+        far_is_velocity: true,
+    };
+    let axis = if kind == "force" { Axis::Force(force) } else { Axis::Motion(motion) };
+    let law = MemoryLaw {
+        signals: vec![Signal::Input(0)],
+        cell: None,
+        cable: None,
+        axis: Some(axis),
+        features: vec![],
+    };
+    let mut memory = Memory::new(&law);
+    let inputs = inputs();
+    let mut i = 0;
+    bencher.bench_local(|| {
+        i = (i + 1) % inputs.len();
+        memory.step(&law, 0.001, black_box(&inputs[i][..1]));
+        memory.cell().state
     });
 }
 

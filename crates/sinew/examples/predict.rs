@@ -32,7 +32,13 @@ fn clamp_model() -> Model {
     let branches = vec![Branch { width: 1.0, share: 1.0 }];
     let (basis, low, high) = (vec![BasisTerm::Signal(0)], vec![0.8], vec![1.25]);
     let cell = ClampCell { basis, low, high, elastic: vec![], kappa: vec![], start: 0.5, branches };
-    let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, features: vec![] };
+    let law = MemoryLaw {
+        signals: vec![Signal::Input(0)],
+        cell: Some(cell),
+        cable: None,
+        axis: None,
+        features: vec![],
+    };
     let (far, member, program) = ("tension_out_n".into(), "cell".into(), "examples/predict".into());
     let description = "clamp cell with given bounds".into();
     let (seed, logs, samples, rmse_unseen, far_range) = (0, vec![], 0, 1.0, 200.0);

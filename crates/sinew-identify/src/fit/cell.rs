@@ -476,6 +476,7 @@ mod tests {
                 signals: vec![Signal::Input(0), Signal::Input(1)],
                 cell: Some(truth()),
                 cable: None,
+                axis: None,
                 features: vec![],
             };
             let mut memory = Memory::new(&law);
@@ -555,7 +556,7 @@ mod tests {
         let theta: Vec<f64> = (0..scaled.parameters()).map(|i| if i < 3 { 0.2 } else { 0.3 }).collect();
         let cell = scaled.cell(&theta, &plan());
         let signals = vec![Signal::Input(0), Signal::Input(1)];
-        let law = MemoryLaw { signals, cell: Some(cell), cable: None, features: vec![] };
+        let law = MemoryLaw { signals, cell: Some(cell), cable: None, axis: None, features: vec![] };
         let mut memory = Memory::new(&law);
         let mut simulation = Simulation::new(&scaled, &theta);
         for row in 0..log.far.len() {

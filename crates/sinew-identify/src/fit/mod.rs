@@ -1,5 +1,5 @@
-//! Fits of models to sequences: the clamp cell, ensembles of networks, one plain network, linear regression, the
-//! classical laws.
+//! Fits of models to sequences: the clamp cell, the axis, ensembles of networks, one plain network, linear regression,
+//! the classical laws.
 //!
 //! All but the regression are problems given to one search, `levenberg_marquardt`, with a prior of `prior`:
 //!
@@ -8,8 +8,9 @@
 //! | clamp cell             | `cell.rs`          | diagonal, constant factor | ridge                       |
 //! | network of an ensemble | `network.rs`       | identity, gain ratio      | groups of weights, evidence |
 //! | plain network          | `perceptron/`      | identity, constant factor | none                        |
-//! | classical law, cable   | `least_squares.rs` | diagonal, growing factor  | none                        |
+//! | classical law, cable, axis | `least_squares.rs` | diagonal, growing factor | none                    |
 
+pub(crate) mod axis;
 pub(crate) mod cell;
 pub mod classical;
 pub(crate) mod ensemble;

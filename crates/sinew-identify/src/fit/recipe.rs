@@ -1,5 +1,6 @@
 //! What a candidate model consists of, before it is fitted.
 
+use super::axis::AxisPlan;
 use super::cell::CellPlan;
 use sinew::predictor::{CableColumns, Signal};
 
@@ -34,6 +35,8 @@ pub(crate) struct Recipe {
     pub cell: Option<CellPlan>,
     /// The cable observer in place of the cell, and the columns it reads.
     pub cable: Option<CableColumns>,
+    /// A moving mass in place of the cell.
+    pub axis: Option<AxisPlan>,
     /// Inputs of its networks; none in a purely physical model.
     pub features: Option<FeaturePlan>,
     /// Hidden tanh nodes of each network.

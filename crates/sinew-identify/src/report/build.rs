@@ -13,7 +13,7 @@ use crate::log::unit_of;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
 use crate::select::influence::InfluenceRow;
 use sinew::metrics::Comparison;
-use sinew::predictor::Model;
+use sinew::predictor::{Axis, Model};
 
 /// The report of an identification.
 pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> IdentificationReport {
@@ -118,5 +118,9 @@ fn size(model: &Model) -> usize {
         lanes * sinew::predictor::MEMBERS + 4 * e.mean.len()
     });
     let perceptron = model.estimator.perceptron.as_ref().map_or(0, |p| p.hidden() * (p.inputs() + 2) + 1);
-    cell + ensemble + perceptron
+    let axis = law.axis.as_ref().map_or(0, |axis| match axis {
+        Axis::Force(law) => 4 + 2 * law.slips.len() + law.gains.len(),
+        Axis::Motion(_) => 5,
+    });
+    cell + axis + ensemble + perceptron
 }

@@ -2,7 +2,7 @@
 
 use crate::fit::classical::Parameter;
 use crate::log::unit_of;
-use sinew::predictor::{CableModel, MemoryLaw, Model, Signal};
+use sinew::predictor::{Axis, AxisForce, AxisMotion, CableModel, MemoryLaw, Model, Signal};
 use sinew::transmission::{BasisTerm, ClampCell};
 
 /// Numbers of the physics with intervals from the spread over the folds (delete-one-fold jackknife).
@@ -11,6 +11,10 @@ pub(super) fn parameters(model: &Model, folds: &[MemoryLaw]) -> Vec<Parameter> {
     if let Some(cable) = &law.cable {
         let folds: Vec<&CableModel> = folds.iter().filter_map(|f| Some(&f.cable.as_ref()?.model)).collect();
         return cable_parameters(&cable.model, &folds);
+    }
+    if let Some(axis) = &law.axis {
+        let folds: Vec<&Axis> = folds.iter().filter_map(|f| f.axis.as_ref()).collect();
+        return axis_parameters(axis, &folds, model);
     }
     let Some(cell) = &law.cell else { return Vec::new() };
     let folds: Vec<&ClampCell> = folds.iter().filter_map(|f| f.cell.as_ref()).collect();
@@ -53,6 +57,62 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
         }
     };
     numbers.into_iter().map(one).collect()
+}
+
+/// Inertia, friction and spring of an axis, in units of far and near side.
+fn axis_parameters(axis: &Axis, folds: &[&Axis], model: &Model) -> Vec<Parameter> {
+    let unit_of_signal = |signal: usize| match model.estimator.law.signals.get(signal) {
+        Some(Signal::Input(input)) => unit_of(&model.inputs[*input].column),
+        _ => String::new(),
+    };
+    let far = unit_of(&model.far);
+    let rows: Vec<(&str, String, fn(&Axis) -> f64)> = match axis {
+        Axis::Force(law) => {
+            let near = law.position.map_or_else(String::new, unit_of_signal);
+            let over =
+                |suffix: &str| format!("{far}{suffix} per {}", if near.is_empty() { "unit" } else { &near });
+            vec![
+                ("inertia", over(" s^2"), |a| force_of(a, |law| law.mass)),
+                ("viscous friction", over(" s"), |a| force_of(a, |law| law.damping)),
+                ("dry friction", far.clone(), |a| {
+                    force_of(a, |law| law.slips.iter().map(|slip| slip.force).sum())
+                }),
+                ("spring", over(""), |a| force_of(a, |law| law.stiffness)),
+                ("constant force", far.clone(), |a| force_of(a, |law| law.offset)),
+            ]
+        }
+        Axis::Motion(law) => {
+            let force = unit_of_signal(law.force);
+            vec![
+                ("inertia", format!("{force} per far side and s"), |a| motion_of(a, |law| 1.0 / law.gain)),
+                ("viscous friction over inertia", "1/s".to_owned(), |a| motion_of(a, |law| law.damping)),
+                ("dry friction", force.clone(), |a| motion_of(a, |law| law.friction / law.gain.abs())),
+                ("spring over inertia", "1/s^2".to_owned(), |a| motion_of(a, |law| law.stiffness)),
+                ("constant force", force, |a| motion_of(a, |law| law.bias / law.gain)),
+            ]
+        }
+    };
+    let one = |(name, unit, number): (&str, String, fn(&Axis) -> f64)| {
+        let others: Vec<f64> = folds.iter().map(|axis| number(axis)).collect();
+        let value = number(axis);
+        let (low, high) = jackknife(value, &others);
+        let identified = low.is_finite() && low * high > 0.0;
+        let remark = match (low.is_finite(), identified) {
+            (false, _) => "too few folds for an interval",
+            (true, false) => "these logs do not determine it",
+            (true, true) => "",
+        };
+        Parameter { name: name.into(), unit, value, low, high, identified, remark: remark.into() }
+    };
+    rows.into_iter().map(one).collect()
+}
+
+fn force_of(axis: &Axis, of: impl Fn(&AxisForce) -> f64) -> f64 {
+    if let Axis::Force(law) = axis { of(law) } else { f64::NAN }
+}
+
+fn motion_of(axis: &Axis, of: impl Fn(&AxisMotion) -> f64) -> f64 {
+    if let Axis::Motion(law) = axis { of(law) } else { f64::NAN }
 }
 
 fn cell_parameters(model: &Model, cell: &ClampCell, folds: &[&ClampCell]) -> Vec<Parameter> {

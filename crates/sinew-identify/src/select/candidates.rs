@@ -1,9 +1,11 @@
 //! The candidate models of a comparison, made from the roles of the columns and the sampling alone.
 
+use super::axes::{self, axis_plans};
 use super::signals::{RoleIndices, SignalSet};
 use crate::Error;
 use crate::cable::cable_logs;
 use crate::conditioning::ConditionedLogs;
+use crate::fit::axis::AxisPlan;
 use crate::fit::cell::CellPlan;
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
 use sinew::predictor::{CableColumns, MEMBERS, Signal};
@@ -69,6 +71,9 @@ pub(crate) fn all_candidates(logs: &ConditionedLogs) -> Vec<CandidateRecipe> {
     if let Ok((columns, _)) = cable_logs(&logs.data) {
         candidates.extend(family.observers(columns, &roles));
     }
+    for plan in axis_plans(logs, &separate, &roles) {
+        candidates.extend(family.axes(&plan));
+    }
     candidates
 }
 
@@ -76,8 +81,12 @@ pub(crate) fn all_candidates(logs: &ConditionedLogs) -> Vec<CandidateRecipe> {
 pub(crate) const CONSTANT: &str = "constant";
 pub(crate) const LINEAR: &str = "linear";
 
-/// The candidates named, or without a name all but those whose cell and networks are refitted in turn: on one
-/// rig these are 10 % better and on another a fifth worse, and cross-validation does not predict which.
+/// Name of the axis without networks.
+const INERTIA: &str = "inertia";
+
+/// The candidates named, or without a name all but those whose cell and networks are refitted in turn (on one
+/// rig these are 10 % better and on another a fifth worse, and cross-validation does not predict which) and, where no
+/// inertia shows, those of an axis.
 /// Beside them the constant and the linear regression, as references where they are not named.
 ///
 /// # Errors
@@ -85,7 +94,11 @@ pub(crate) const LINEAR: &str = "linear";
 pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec<CandidateRecipe>, Error> {
     let all = all_candidates(logs);
     if names.is_empty() {
-        return Ok(all.into_iter().filter(|candidate| candidate.recipe.rounds == 0).collect());
+        let inertia_shows = axes::inertia_shows(logs);
+        let compared = |candidate: &CandidateRecipe| {
+            candidate.recipe.rounds == 0 && (candidate.recipe.axis.is_none() || inertia_shows)
+        };
+        return Ok(all.into_iter().filter(compared).collect());
     }
     let known: Vec<String> = all.iter().map(|candidate| candidate.recipe.name.clone()).collect();
     if let Some(name) = names.iter().find(|name| !known.contains(name)) {
@@ -108,7 +121,9 @@ pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec
 /// Candidates that the roles of these logs do not allow, with the reason in words.
 pub(crate) fn not_compared(logs: &ConditionedLogs) -> Vec<(String, String)> {
     let observer = cable_logs(&logs.data).err().map(|reason| ("observer".to_owned(), reason.to_string()));
-    observer.into_iter().collect()
+    let inertia = (!axes::inertia_shows(logs))
+        .then(|| (INERTIA.to_owned(), "no part of the far side is explained by a moving mass".to_owned()));
+    observer.into_iter().chain(inertia).collect()
 }
 
 /// A recipe as candidates are compared: with half the networks, trained for half as long, the ranks stay the
@@ -168,6 +183,7 @@ impl<'a> Family<'a> {
             signals: self.signals.signals.clone(),
             cell: None,
             cable: None,
+            axis: None,
             features: None,
             hidden: HIDDEN,
             rows: 5000,
@@ -311,6 +327,21 @@ impl<'a> Family<'a> {
         let features = self.features(&RADII, taus, &self.signals.given);
         let recipe = Recipe { features, ..self.recipe(name) };
         CandidateRecipe { recipe, description: description.to_owned(), prior: PhysicsPrior::Learned }
+    }
+
+    /// An axis alone, and with networks on its residual.
+    fn axes(&self, plan: &AxisPlan) -> [CandidateRecipe; 2] {
+        let alone = Recipe { axis: Some(plan.clone()), ..self.recipe(INERTIA) };
+        let taus = [2.0, 10.0, 50.0].map(|intervals| intervals * self.interval_s);
+        let features = self.features(&RADII, &taus, &self.signals.given);
+        let with_networks = Recipe { name: "inertia-network".to_owned(), features, ..alone.clone() };
+        let law = "a moving mass with dry and viscous friction and a spring";
+        let residual = "`inertia` plus gated networks on stop operators and recent changes";
+        [(alone, law), (with_networks, residual)].map(|(recipe, description)| CandidateRecipe {
+            recipe,
+            description: description.to_owned(),
+            prior: PhysicsPrior::Matched,
+        })
     }
 
     /// The cable observer, which reads both displacements, alone and with networks on its residual.

@@ -18,7 +18,8 @@ const STANDARD_ERRORS: f64 = 1.0;
 /// ```text
 /// s_k = exp( mean over folds f of ln e(k, f) )
 /// chosen: least s_k among the candidates with the physics of the roles; one with less physics instead where
-///         s_k < m s_chosen,  and  mean d + sigma(d)/sqrt(n) < 0,   d_i = ln e(k, i) - ln e(chosen, i)
+///         s_k < m s_chosen,  mean d + sigma(d)/sqrt(n) < 0,   d_i = ln e(k, i) - ln e(chosen, i),
+///         and e(k, f) < e(chosen, f) on every fold f that extrapolates a condition
 /// ```
 ///
 /// | symbol   | meaning                                                      | unit |
@@ -31,6 +32,8 @@ pub(crate) struct Choice<'a> {
     pub(crate) scored: &'a [ScoredCandidate],
     /// Whether the folds hold out whole logs, trials or conditions.
     pub(crate) grouped: bool,
+    /// `[fold]`: whether it holds out a condition beyond all others ([`Folds::extrapolates`](super::folds::Folds)).
+    pub(crate) extrapolates: &'a [bool],
 }
 
 impl Choice<'_> {
@@ -51,12 +54,35 @@ impl Choice<'_> {
 
     /// Index of the candidate chosen by all folds but `without`; `None` where none could be fitted.
     pub(crate) fn choose(&self, without: Option<usize>) -> Option<usize> {
-        let score = |k: usize| self.scored[k].score(without);
-        self.best_of_each(without).into_iter().reduce(|old, new| {
-            let clear = score(new) < self.margin() * score(old)
-                && clearly_better(&self.scored[new], &self.scored[old], without);
-            if clear { new } else { old }
-        })
+        self.best_of_each(without)
+            .into_iter()
+            .reduce(|old, new| if self.objection(new, old, without).is_some() { old } else { new })
+    }
+
+    /// Why a candidate with less physics is not preferred to one with more, by all folds but `without`; completes
+    /// "but". `None` where it is.
+    fn objection(&self, less: usize, more: usize, without: Option<usize>) -> Option<String> {
+        let (less, more) = (&self.scored[less], &self.scored[more]);
+        if less.score(without) >= self.margin() * more.score(without) {
+            let percent = 100.0 * (1.0 - self.margin());
+            return Some(format!("a model with less physics must be better by {percent:.0} %"));
+        }
+        if !clearly_better(less, more, without) {
+            return Some("by no more than one standard error of the differences between the logs".to_owned());
+        }
+        self.loses_beyond(less, more, without)
+            .then(|| "it is worse on a condition beyond those of the other logs".to_owned())
+    }
+
+    /// Whether a fold that extrapolates a condition is predicted no better than by the other candidate.
+    fn loses_beyond(&self, one: &ScoredCandidate, other: &ScoredCandidate, without: Option<usize>) -> bool {
+        let folds = |scored: &ScoredCandidate| -> Vec<(usize, f64)> {
+            let all = scored.validation().map_or(&[][..], |v| v.folds.as_slice()).iter().enumerate();
+            let kept = all.filter(|(place, _)| Some(*place) != without);
+            kept.map(|(_, fold)| (fold.fold, fold.rmse)).collect()
+        };
+        let beyond = |fold: usize| self.extrapolates.get(fold).copied().unwrap_or(false);
+        folds(one).into_iter().zip(folds(other)).any(|((fold, a), (_, b))| beyond(fold) && a >= b)
     }
 
     /// The reason for the choice, in one sentence.
@@ -72,12 +98,9 @@ impl Choice<'_> {
         for other in self.best_of_each(None).into_iter().filter(|&k| k != chosen) {
             let (ratio, less) = (score(other) / score(chosen), self.candidates[other].prior > prior);
             let percent = 100.0 * (ratio - 1.0).abs();
-            let verdict = match (less, ratio < 1.0) {
-                (true, true) => format!(
-                    "is {percent:.0} % better, but a model with less physics must be better by {:.0} % and by more than one \
-                     standard error of the differences between the logs",
-                    100.0 * (1.0 - self.margin())
-                ),
+            let objection = if less { self.objection(other, chosen, None) } else { None };
+            let verdict = match (objection, ratio < 1.0) {
+                (Some(objection), true) => format!("is {percent:.0} % better, but {objection}"),
                 (_, true) => format!("is {percent:.0} % better"),
                 (_, false) => format!("is {percent:.0} % worse"),
             };
@@ -177,6 +200,7 @@ mod tests {
             signals: vec![],
             cell: None,
             cable: None,
+            axis: None,
             features: None,
             hidden: 0,
             rows: 0,
@@ -199,7 +223,7 @@ mod tests {
                 scored(&[4.1, 4.0, 4.2, 4.1, 4.1].map(|e: f64| e * learned)),
                 scored(&[0.1; 5]),
             ];
-            let choice = Choice { candidates: &candidates, scored: &scored, grouped };
+            let choice = Choice { candidates: &candidates, scored: &scored, grouped, extrapolates: &[] };
             let chosen = choice.choose(None).unwrap();
             assert!(choice.reason(chosen).contains("was chosen"));
             chosen
@@ -207,6 +231,21 @@ mod tests {
         assert_eq!((chosen(0.5, true), chosen(0.5, false)), (2, 2), "better by a factor of two");
         assert_eq!((chosen(0.9, true), chosen(0.9, false)), (2, 0), "better by a tenth");
         assert_eq!((chosen(0.99, true), chosen(0.99, false)), (0, 0), "as good");
+    }
+
+    #[test]
+    fn a_model_with_less_physics_must_also_be_better_where_a_condition_is_extrapolated() {
+        use PhysicsPrior::{Learned, Matched};
+        let candidates = [candidate(Matched), candidate(Learned)];
+        // Better by a third everywhere but on the first fold.
+        let scored = [scored(&[4.0, 4.2, 4.1, 4.0, 4.3]), scored(&[4.1, 2.8, 2.7, 2.7, 2.9])];
+        let choice =
+            |extrapolates| Choice { candidates: &candidates, scored: &scored, grouped: true, extrapolates };
+        assert_eq!(choice(&[false; 5]).choose(None), Some(1));
+        let beyond = choice(&[true, false, false, false, false]);
+        assert_eq!(beyond.choose(None), Some(0));
+        assert!(beyond.reason(0).contains("worse on a condition beyond"), "{}", beyond.reason(0));
+        assert_eq!(choice(&[false, true, false, false, true]).choose(None), Some(1));
     }
 
     #[test]

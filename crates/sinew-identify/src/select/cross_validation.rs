@@ -184,36 +184,101 @@ fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -> Vec<Run> 
 /// Factor from standard deviation to half width of the 95 % band, by all folds but `without`.
 ///
 /// ```text
-/// c = (n + 1)/n Q(0.95 + 0.05/n),      Q: quantile of |error| / sigma over n folds of equal weight
+/// c = Q(L),   Q: quantile of |error| / sigma over n folds of equal weight
+/// L: least level in [0.95, 1] for which the mean over folds f of the share of |error| / sigma below Q(L; all but f)
+///    is 0.95; 1 where there is none
 /// ```
 ///
-/// The level is that of split conformal prediction with `n` exchangeable folds: with one fold the largest ratio,
-/// with many the 95 % quantile. The factor allows for a next log that differs from the folds more than they do
-/// from each other.
+/// `Q(L; all but f)` is the band of the other folds on one that did not calibrate it, as a next log does not. Where the
+/// folds agree the level is 0.95; where one of them is unlike the others it rises until that one is covered. A single
+/// fold says nothing of a next one: its factor is twice its largest ratio.
+///
+/// # Source
+/// Conformal prediction with sequences as the exchangeable units: `vovk2005`, `lei2018`.
 pub(crate) fn band_factor(folds: &[FoldScore], without: Option<usize>) -> f64 {
-    let kept = || folds.iter().filter(|fold| Some(fold.fold) != without || folds.len() == 1);
-    let n = kept().count().max(1) as f64;
-    let ratios: Vec<f64> = kept().flat_map(|fold| fold.ratios.iter().copied()).collect();
-    (quantiles(ratios, &[0.95 + 0.05 / n])[0] * (n + 1.0) / n).max(1e-6)
+    let kept: Vec<&FoldScore> =
+        folds.iter().filter(|fold| Some(fold.fold) != without || folds.len() == 1).collect();
+    let single = if kept.len() == 1 { 2.0 } else { 1.0 };
+    let all = sorted_ratios(&kept, None);
+    (single * at_level(&all, level(&kept))).max(1e-6)
+}
+
+/// Coverage that the band promises.
+const COVERAGE: f64 = 0.95;
+
+/// Steps in which the level rises from [`COVERAGE`] to 1.
+const LEVELS: u32 = 20;
+
+/// The level `L` of [`band_factor`].
+fn level(folds: &[&FoldScore]) -> f64 {
+    if folds.len() < 2 {
+        return 1.0;
+    }
+    let others: Vec<Vec<f64>> = (0..folds.len()).map(|f| sorted_ratios(folds, Some(f))).collect();
+    let covered = |level: f64| {
+        let share = |(fold, others): (&&FoldScore, &Vec<f64>)| {
+            let limit = at_level(others, level);
+            fold.ratios.iter().filter(|ratio| **ratio <= limit).count() as f64 / fold.ratios.len() as f64
+        };
+        folds.iter().zip(&others).map(share).sum::<f64>() / folds.len() as f64
+    };
+    let levels = (0..LEVELS).map(|k| COVERAGE + (1.0 - COVERAGE) * f64::from(k) / f64::from(LEVELS));
+    levels.into_iter().find(|level| covered(*level) >= COVERAGE).unwrap_or(1.0)
+}
+
+/// Ratios of all folds but the one at `without`, least first.
+fn sorted_ratios(folds: &[&FoldScore], without: Option<usize>) -> Vec<f64> {
+    let kept = folds.iter().enumerate().filter(|(place, _)| Some(*place) != without);
+    let mut ratios: Vec<f64> = kept.flat_map(|(_, fold)| fold.ratios.iter().copied()).collect();
+    ratios.sort_unstable_by(f64::total_cmp);
+    ratios
+}
+
+/// The quantile of sorted values; zero where there are none.
+fn at_level(sorted: &[f64], level: f64) -> f64 {
+    let last = sorted.len().saturating_sub(1) as f64;
+    sorted.get((level * last).round() as usize).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn fold(fold: usize, size: f64) -> FoldScore {
+        let ratios = (0..=200).map(|k| size * f64::from(k) / 100.0).collect();
+        FoldScore { fold, ratios, ..FoldScore::default() }
+    }
+
     #[test]
-    fn the_band_of_few_folds_is_stretched_most() {
-        let fold = |fold: usize| FoldScore {
-            fold,
-            ratios: (0..=200).map(|k| f64::from(k) / 100.0).collect(),
-            ..FoldScore::default()
-        };
-        let factor = |count: usize| band_factor(&(0..count).map(fold).collect::<Vec<_>>(), None);
-        assert!((factor(1) - 2.0 * 2.0).abs() < 1e-9, "twice the largest ratio");
-        assert!((factor(5) - 1.2 * 1.92).abs() < 0.02 && (factor(50) - 1.02 * 1.9).abs() < 0.02);
-        let mut folds: Vec<FoldScore> = (0..3).map(fold).collect();
-        folds[1].ratios.iter_mut().for_each(|ratio| *ratio *= 10.0);
-        assert!(band_factor(&folds, Some(1)) <= 3.0 && band_factor(&folds, None) > 15.0);
-        assert!(band_factor(&[], None) > 0.0);
+    fn folds_that_agree_give_their_quantile_and_a_single_one_is_no_evidence() {
+        let alike: Vec<FoldScore> = (0..5).map(|k| fold(k, 1.0)).collect();
+        assert!((band_factor(&alike, None) - 1.9).abs() < 0.02);
+        assert!((band_factor(&alike[..1], None) - 4.0).abs() < 0.02 && band_factor(&[], None) > 0.0);
+    }
+
+    #[test]
+    fn a_fold_unlike_the_others_is_covered_by_the_band_of_all_and_not_by_that_of_the_others() {
+        let mut folds: Vec<FoldScore> = (0..4).map(|k| fold(k, 1.0)).collect();
+        folds[1] = fold(1, 5.0);
+        let covered = |factor: f64| folds[1].ratios.iter().filter(|r| **r <= factor).count();
+        assert!(covered(band_factor(&folds, Some(1))) < 80);
+        let factor = band_factor(&folds, None);
+        assert!(covered(factor) > 190 && factor < 10.1, "{factor}");
+    }
+
+    #[test]
+    fn the_band_covers_19_of_20_samples_of_a_next_log_drawn_like_the_folds() {
+        // Sizes of errors that differ from log to log by a factor of up to two.
+        let size = |k: usize| 1.0 + ((k as f64) * 0.618_034).fract();
+        for count in [5, 8] {
+            let mut covered = 0;
+            for draw in 0..200 {
+                let logs: Vec<FoldScore> = (0..=count).map(|k| fold(k, size(draw * 13 + k * 7))).collect();
+                let factor = band_factor(&logs[..count], None);
+                covered += logs[count].ratios.iter().filter(|r| **r <= factor).count();
+            }
+            let share = f64::from(u32::try_from(covered).unwrap()) / (200.0 * 201.0);
+            assert!((0.92..0.98).contains(&share), "{count} folds: {share}");
+        }
     }
 }

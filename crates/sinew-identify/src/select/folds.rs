@@ -1,6 +1,7 @@
 //! Folds that follow the intended use: another log, another load, another stretch of time.
 
-use crate::log::Dataset;
+use crate::fit::statistics::quantiles;
+use crate::log::{Dataset, Role};
 
 /// At most this many folds along one condition, or over logs and trials.
 const MOST_FOLDS: usize = 5;
@@ -55,6 +56,26 @@ impl Folds {
             return Self::by_label(&label, MOST_FOLDS, question);
         }
         Self::by_time(data)
+    }
+
+    /// `[fold]`: whether it holds out a value of a condition or of a given quantity beyond all those that remain.
+    pub(crate) fn extrapolates(&self, data: &Dataset) -> Vec<bool> {
+        let quantities = numeric_quantities(data);
+        let beyond = |held: &[Option<(usize, usize)>], values: &[f64]| {
+            let of = |kept: bool| {
+                let pairs = values
+                    .iter()
+                    .zip(held)
+                    .filter(move |(value, h)| h.is_none() == kept && value.is_finite());
+                pairs.fold((f64::MAX, f64::MIN), |(low, high), (v, _)| (low.min(*v), high.max(*v)))
+            };
+            let ((low, high), (least, most)) = (of(true), of(false));
+            low <= high && (least < low || most > high)
+        };
+        let fold = |held: &Vec<Option<(usize, usize)>>| {
+            self.grouped && quantities.iter().any(|values| beyond(held, values))
+        };
+        self.held_out.iter().map(fold).collect()
     }
 
     fn by_label(label: &[usize], most: usize, question: String) -> Self {
@@ -133,6 +154,24 @@ fn separating_conditions(data: &Dataset) -> Vec<usize> {
     found
 }
 
+/// `[quantity][sequence]`: conditions that are numbers, and the medians of given quantities; NaN where there is none.
+fn numeric_quantities(data: &Dataset) -> Vec<Vec<f64>> {
+    let condition = |c: usize| -> Vec<f64> {
+        data.sequences.iter().map(|s| s.condition_values[c].parse().unwrap_or(f64::NAN)).collect()
+    };
+    let width = data.roles.inputs.len();
+    let given = |input: usize| -> Vec<f64> {
+        let median = |s: &crate::log::Sequence| {
+            let column = s.inputs.iter().skip(input).step_by(width).copied();
+            let values: Vec<f64> = column.filter(|v| v.is_finite()).collect();
+            if values.is_empty() { f64::NAN } else { quantiles(values, &[0.5])[0] }
+        };
+        data.sequences.iter().map(median).collect()
+    };
+    let givens = (0..width).filter(|&i| data.roles.inputs[i].role == Role::Given);
+    (0..data.conditions.len()).map(condition).chain(givens.map(given)).collect()
+}
+
 /// Numbers by size, text by alphabet.
 fn natural(a: &str, b: &str) -> std::cmp::Ordering {
     match (a.parse::<f64>(), b.parse::<f64>()) {
@@ -177,6 +216,8 @@ mod tests {
         let folds = Folds::of(&data);
         assert!(folds.grouped && folds.question.contains("load") && folds.question.contains("speed"));
         is_sound(&folds, 9);
+        // The least and the largest load and speed are beyond the others, the middle ones are not.
+        assert_eq!(folds.extrapolates(&data), [true, false, true, true, false, true]);
         for fold in &folds.held_out {
             let held: Vec<(u32, u32)> =
                 fold.iter().zip(&all).filter(|(f, _)| f.is_some()).map(|(_, c)| *c).collect();

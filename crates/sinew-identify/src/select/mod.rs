@@ -1,5 +1,6 @@
 //! Model selection: candidates, the influence of each log, folds, cross-validation, choice.
 
+mod axes;
 pub(crate) mod candidates;
 pub(crate) mod choice;
 pub(crate) mod cross_validation;

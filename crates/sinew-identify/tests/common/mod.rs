@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "not every test file needs every helper")]
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
+pub(crate) mod axes;
 pub(crate) mod families;
 
 use sinew_identify::Error;

@@ -1,5 +1,6 @@
-//! The state of a model along a sequence: clamp cell or cable observer, stop operators, low-pass filters.
+//! The state of a model along a sequence: clamp cell, cable observer or axis, stop operators, low-pass filters.
 
+use super::axis::{Axis, AxisOutput, AxisState};
 use super::cable::{CableEstimate, ObservedCable, SequenceObserver};
 use super::signal::Signal;
 use crate::transmission::{ClampCell, ClampStep, saturate};
@@ -50,19 +51,22 @@ pub struct MemoryLaw {
     /// The cable observer in place of the cell, where the displacements of both ends are measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cable: Option<ObservedCable>,
+    /// A moving mass in place of the cell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<Axis>,
     /// Inputs of the networks.
     pub features: Vec<Feature>,
 }
 
 impl MemoryLaw {
-    /// Whether there is a cell or a cable.
+    /// Whether there is a cell, a cable or an axis.
     #[must_use]
     pub fn has_physics(&self) -> bool {
-        self.cell.is_some() || self.cable.is_some()
+        self.cell.is_some() || self.cable.is_some() || self.axis.is_some()
     }
 }
 
-/// The cell, or the cable in its place, after a sample.
+/// The cell, or the cable or axis in its place, after a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CellOutput {
     /// Its state: the physical prediction of the far end.
@@ -84,6 +88,14 @@ impl CellOutput {
         let (low, high) = if known { (state, state) } else { (estimate.low, estimate.high) };
         Self { state, low: low.min(high), high: high.max(low), known }
     }
+
+    /// Until its friction has slipped once, the force of an axis is known up to that friction.
+    #[inline]
+    fn from_axis(output: &AxisOutput) -> Self {
+        let AxisOutput { value: state, half_width, known } = *output;
+        let half_width = if known { 0.0 } else { half_width };
+        Self { state, low: state - half_width, high: state + half_width, known }
+    }
 }
 
 /// The state of a [`MemoryLaw`] along one sequence.
@@ -96,6 +108,7 @@ pub struct Memory {
     cell: CellOutput,
     branches: Vec<f64>,
     observer: Option<SequenceObserver>,
+    axis: AxisState,
     started: bool,
 }
 
@@ -111,6 +124,7 @@ impl Memory {
             cell: CellOutput::default(),
             branches: vec![0.0; law.cell.as_ref().map_or(0, |c| c.branches.len())],
             observer: law.cable.as_ref().and_then(SequenceObserver::new),
+            axis: AxisState::default(),
             started: false,
         }
     }
@@ -131,6 +145,8 @@ impl Memory {
             self.step_cell(cell, far);
         } else if let Some(observer) = &mut self.observer {
             self.cell = CellOutput::from_cable(&observer.step(self.started, dt_s, inputs));
+        } else if let Some(axis) = &law.axis {
+            self.cell = CellOutput::from_axis(&self.axis.step(axis, self.started, dt_s, &self.signals, far));
         }
         self.step_features(law, dt_s);
         self.previous.copy_from_slice(&self.signals);

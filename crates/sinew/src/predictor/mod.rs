@@ -7,6 +7,7 @@
 //! A [`Model`] is immutable; a [`Predictor`] holds the state of one sequence. Batch and streaming prediction
 //! run the same code and agree to the bit.
 
+mod axis;
 mod cable;
 mod conditioner;
 mod ensemble;
@@ -19,6 +20,7 @@ mod model_file_error;
 mod signal;
 mod step;
 
+pub use axis::{Axis, AxisForce, AxisMotion, AxisSlip, Differentiator};
 pub use cable::{
     CableColumns, CableEstimate, CableModel, CableObserver, CableObservers, CableSample, ObservedCable,
 };

@@ -4,10 +4,10 @@ use super::conditioner::{InputLimits, MAX_MAGNITUDE};
 use super::ensemble::{Ensemble, PerNetwork};
 use super::estimator::Estimator;
 use super::memory::{Feature, MemoryLaw};
-use super::model_file_error::ModelFileError;
+use super::model_file_error::{ModelFileError, require};
 use crate::transmission::{BasisTerm, ClampCell};
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -76,8 +76,8 @@ pub struct Model {
     /// Estimator of the far end.
     pub estimator: Estimator,
     /// Half width of the 95 % band over the standard deviation of
-    /// [`Estimate::variance`](super::Estimate::variance): the largest over the folds of the cross-validation,
-    /// times `(n + 1)/n` for `n` folds.
+    /// [`Estimate::variance`](super::Estimate::variance): by conformal calibration over the folds of the
+    /// cross-validation.
     pub band_factor: f64,
     /// Origin.
     pub provenance: Provenance,
@@ -128,7 +128,7 @@ impl Model {
         }
         let learned = self.estimator.ensemble.is_some() || self.estimator.perceptron.is_some();
         let predicts = self.estimator.law.has_physics() || learned;
-        require("estimator", "a cell or cable, networks or both", predicts, "neither")
+        require("estimator", "a cell, cable or axis, networks or both", predicts, "neither")
     }
 }
 
@@ -146,6 +146,15 @@ impl MemoryLaw {
         if let Some(cable) = &self.cable {
             require("law.cable", "no cell beside it", self.cell.is_none(), "both")?;
             cable.validate(inputs).map_err(|error| ModelFileError::in_field("law.cable", error))?;
+        }
+        if let Some(axis) = &self.axis {
+            require(
+                "law.axis",
+                "no cell or cable beside it",
+                self.cell.is_none() && self.cable.is_none(),
+                "both",
+            )?;
+            axis.validate(signals)?;
         }
         for feature in &self.features {
             let (signal, constant) = match *feature {
@@ -259,17 +268,4 @@ fn all_within(name: &str, expected: &str, values: &[f64], largest: f64) -> Resul
         None => Ok(()),
         Some(bad) => require(name, expected, false, bad),
     }
-}
-
-#[expect(clippy::needless_pass_by_value, reason = "callers hand over numbers and texts as they come")]
-pub(super) fn require(
-    name: &str,
-    expected: &str,
-    holds: bool,
-    got: impl ToString,
-) -> Result<(), ModelFileError> {
-    if holds {
-        return Ok(());
-    }
-    Err(ModelFileError { name: name.to_string(), expected: expected.to_string(), got: got.to_string() })
 }

@@ -25,3 +25,20 @@ impl ModelFileError {
         }
     }
 }
+
+/// Refuses a field that does not hold what is expected of it.
+///
+/// # Errors
+/// [`ModelFileError`] where `holds` is false.
+#[expect(clippy::needless_pass_by_value, reason = "callers hand over numbers and texts as they come")]
+pub(super) fn require(
+    name: &str,
+    expected: &str,
+    holds: bool,
+    got: impl ToString,
+) -> Result<(), ModelFileError> {
+    if holds {
+        return Ok(());
+    }
+    Err(ModelFileError { name: name.to_string(), expected: expected.to_string(), got: got.to_string() })
+}

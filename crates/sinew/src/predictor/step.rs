@@ -72,7 +72,7 @@ impl Prediction {
 /// #     start: 0.5,
 /// #     branches: vec![Branch { width: 1.0, share: 1.0 }],
 /// # };
-/// # let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, features: vec![] };
+/// # let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, axis: None, features: vec![] };
 /// # let text = Model {
 /// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0,
 /// #     inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],

@@ -104,6 +104,7 @@ fn cable_model() -> Model {
         signals: vec![],
         cell: None,
         cable: Some(ObservedCable { columns, model }),
+        axis: None,
         features: vec![],
     };
     Model {
