@@ -376,6 +376,7 @@ fn a_controller_of_inconsistent_parts_is_refused() {
         |g: &mut ArmGains| g.joints[2].bandwidth = f64::NAN,
         |g: &mut ArmGains| g.joints.truncate(3),
         |g: &mut ArmGains| g.muscles[0].rest_tolerance = [1.0, 0.5],
+        |g: &mut ArmGains| g.feedback_share = 1.5,
     ] {
         let mut bad = gains.clone();
         change(&mut bad);

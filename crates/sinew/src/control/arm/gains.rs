@@ -186,7 +186,8 @@ impl ArmGains {
         positive("slip_filter_time", self.slip_filter_time)?;
         positive("rest_time_constant", self.rest_time_constant)?;
         non_negative("damping", self.damping)?;
-        non_negative("feedback_share", self.feedback_share)?;
+        let share = self.feedback_share;
+        within("feedback_share", "from 0 to 1", share, (0.0..=1.0).contains(&share))?;
         non_negative("creep_feedback_share", self.creep_feedback_share)?;
         let ratio = self.max_bandwidth_ratio;
         within("max_bandwidth_ratio", "at least 1", ratio, ratio >= 1.0 && ratio.is_finite())?;

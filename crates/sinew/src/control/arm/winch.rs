@@ -201,7 +201,7 @@ mod tests {
         let muscle = &gains.muscles[0];
         let steady = [31e-3, 18e-3];
         let mut estimated = 0.5 * (steady[0] + steady[1]);
-        let mut winch = WinchController::default();
+        let mut winch = WinchController { tolerance: muscle.rest_tolerance[0], ..WinchController::default() };
         let speed = |error: &f64| {
             let reference = MuscleReference {
                 velocity: 0.0,

@@ -1,13 +1,16 @@
 //! Rates of a sampled signal, from the past alone.
 
-/// Value, rate and second rate of a signal by a polynomial of degree two fitted to its past with exponentially fading
-/// weights.
+/// Value, rate and second rate of a signal by a polynomial of degree two fitted to its past: at first to all of it with
+/// equal weights, later with exponentially fading ones.
 ///
 /// ```text
 /// p = x + v dt + a dt^2/2,   q = v + a dt,   e = u - p,   theta = tau/(tau + dt)
-/// x = p + (1 - theta^3) e
-/// v = q + 3/2 (1 - theta)^2 (1 + theta) e/dt
-/// a = a + (1 - theta)^3 e/dt^2
+/// x = p + alpha e,   v = q + beta e/dt,   a = a + gamma e/dt^2
+///
+///                    alpha                          beta                           gamma
+/// n = 1              1                              1                              0
+/// n < 3.2/(1-theta)  3 (3 n^2 + 3 n + 2)/N          18 (2 n + 1)/N                 60/N       N = (n+1) (n+2) (n+3)
+/// then               1 - theta^3                    3/2 (1 - theta)^2 (1 + theta)  (1 - theta)^3
 /// ```
 ///
 /// | symbol  | meaning                                   | unit        |
@@ -16,16 +19,17 @@
 /// | x, v, a | its value, rate and second rate           | [u], per s, s^2 |
 /// | tau     | time over which the past fades             | s, > 0      |
 /// | dt      | time since the sample before               | s, >= 0     |
+/// | n       | samples since the first                    | 1           |
 ///
-/// A signal of constant second rate is followed without lag; noise is attenuated the more, the larger `tau`. The
-/// divisions by `dt` cancel: `1 - theta = dt/(tau + dt)`. A sequence may begin in motion: `tau` grows from 0 with a
-/// quarter of the time since its start, so that the first samples determine the rates.
+/// A signal of constant second rate is followed without lag, from its third sample on where samples are evenly spaced;
+/// noise is attenuated the more, the larger `tau`. At `n = 3.2/(1 - theta)` both have the same variance. Samples closer than
+/// a thousandth of `tau` are left out, which bounds the divisions by `dt`.
 ///
 /// # Departs
-/// `theta` is the first-order approximation of `exp(-dt/tau)`.
+/// `theta` is the first-order approximation of `exp(-dt/tau)`. The equal weights are those of even samples.
 ///
 /// # Source
-/// `morrison1969`, fading-memory polynomial filter.
+/// `morrison1969`, expanding-memory and fading-memory polynomial filters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Differentiator {
     /// `x`, signal unit.
@@ -34,9 +38,20 @@ pub struct Differentiator {
     pub rate: f64,
     /// `a`, signal unit per s^2.
     pub second_rate: f64,
-    /// `tau` so far, s.
-    memory_s: f64,
+    /// Time since the last sample that was used, s.
+    since_s: f64,
+    /// `n`.
+    samples: u32,
 }
+
+/// Least `dt` over `tau`.
+const LEAST_INTERVAL: f64 = 1e-3;
+
+/// Beyond it, which wild intervals alone reach, a polynomial begins anew.
+const LARGEST: f64 = 1e60;
+
+/// `n (1 - theta)` from which the past fades.
+const FADES: f64 = 3.2;
 
 impl Differentiator {
     /// At the first sample of a sequence.
@@ -46,18 +61,33 @@ impl Differentiator {
         Self { value: signal, ..Self::default() }
     }
 
-    /// Advances by one sample; a `dt_s` that is not positive changes nothing.
+    /// Advances by one sample.
     #[inline]
     pub fn step(&mut self, signal: f64, tau_s: f64, dt_s: f64) {
-        if dt_s > 0.0 {
-            let reach = self.memory_s + dt_s;
-            let (theta, rest) = (self.memory_s / reach, dt_s / reach);
-            let predicted = self.value + dt_s * (self.rate + 0.5 * dt_s * self.second_rate);
-            let error = signal - predicted;
-            self.value = predicted + (1.0 - theta * theta * theta) * error;
-            self.rate += dt_s * self.second_rate + 1.5 * rest * (1.0 + theta) / reach * error;
-            self.second_rate += rest / (reach * reach) * error;
-            self.memory_s = tau_s.min(self.memory_s + 0.25 * dt_s);
+        self.since_s += dt_s;
+        let dt_s = self.since_s;
+        if dt_s < LEAST_INTERVAL * tau_s {
+            return;
+        }
+        self.since_s = 0.0;
+        self.samples = self.samples.saturating_add(1);
+        let n = f64::from(self.samples);
+        let (theta, rest) = (tau_s / (tau_s + dt_s), dt_s / (tau_s + dt_s));
+        let [alpha, beta, gamma] = if self.samples == 1 {
+            [1.0, 1.0, 0.0]
+        } else if n * rest < FADES {
+            let product = (n + 1.0) * (n + 2.0) * (n + 3.0);
+            [3.0 * (3.0 * n * n + 3.0 * n + 2.0), 18.0 * (2.0 * n + 1.0), 60.0].map(|gain| gain / product)
+        } else {
+            [1.0 - theta * theta * theta, 1.5 * rest * rest * (1.0 + theta), rest * rest * rest]
+        };
+        let predicted = self.value + dt_s * (self.rate + 0.5 * dt_s * self.second_rate);
+        let error = signal - predicted;
+        self.value = predicted + alpha * error;
+        self.rate += dt_s * self.second_rate + beta * error / dt_s;
+        self.second_rate += gamma * error / (dt_s * dt_s);
+        if !(self.value.abs() < LARGEST && self.rate.abs() < LARGEST && self.second_rate.abs() < LARGEST) {
+            *self = Self::at(signal);
         }
     }
 }
@@ -83,12 +113,19 @@ mod tests {
     }
 
     #[test]
-    fn a_sequence_that_begins_in_motion_has_its_rate_long_before_a_memory_has_passed() {
-        let mut found = Differentiator::at(1.0);
-        for k in 1..=12 {
-            found.step(1.0 + 0.3 * 0.001 * f64::from(k), 0.05, 0.001);
+    fn a_sequence_that_begins_in_motion_has_its_rates_from_the_third_sample_on() {
+        for second_rate in [0.0, 40.0] {
+            let (mut found, dt) = (Differentiator::at(1.0), 0.001);
+            for k in 1..=200 {
+                let t = dt * f64::from(k);
+                found.step(1.0 + 0.3 * t + 0.5 * second_rate * t * t, 0.01, dt);
+                assert!(found.rate.abs() < 0.4 + 10.0 * t * second_rate, "{k}: {found:?}");
+                if k >= 2 {
+                    assert!((found.rate - 0.3 - second_rate * t).abs() < 1e-9, "{k}: {found:?}");
+                    assert!((found.second_rate - second_rate).abs() < 1e-6, "{k}: {found:?}");
+                }
+            }
         }
-        assert!((found.rate - 0.3).abs() < 0.06 && found.second_rate.abs() < 20.0, "{found:?}");
     }
 
     #[test]
@@ -106,5 +143,16 @@ mod tests {
         let mut still = Differentiator::at(1.0);
         still.step(5.0, 0.01, 0.0);
         assert_eq!(still, Differentiator::at(1.0));
+    }
+
+    #[test]
+    fn intervals_of_any_size_leave_finite_rates() {
+        let mut found = Differentiator::at(0.0);
+        for k in 0..10_000_u32 {
+            let draw = k.wrapping_mul(2_654_435_761) >> 8;
+            let dt = [0.0, 5e-324, 1e-15, 1e-9, 1e-3, 1.0, 1e30][(draw % 7) as usize];
+            found.step(if draw % 2 == 0 { 1e30 } else { -1e30 }, 1e-6, dt);
+            assert!((1e30 * found.second_rate).is_finite() && found.value.is_finite(), "{k}: {found:?}");
+        }
     }
 }
