@@ -59,6 +59,9 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
     numbers.into_iter().map(one).collect()
 }
 
+/// Name and unit of a number of an axis, and the number.
+type AxisRow = (&'static str, String, fn(&Axis) -> f64);
+
 /// Inertia, friction and spring of an axis, in units of far and near side.
 fn axis_parameters(axis: &Axis, folds: &[&Axis], model: &Model) -> Vec<Parameter> {
     let unit_of_signal = |signal: usize| match model.estimator.law.signals.get(signal) {
@@ -66,7 +69,7 @@ fn axis_parameters(axis: &Axis, folds: &[&Axis], model: &Model) -> Vec<Parameter
         _ => String::new(),
     };
     let far = unit_of(&model.far);
-    let rows: Vec<(&str, String, fn(&Axis) -> f64)> = match axis {
+    let rows: Vec<AxisRow> = match axis {
         Axis::Force(law) => {
             let near = law.position.map_or_else(String::new, unit_of_signal);
             let over =

@@ -38,8 +38,8 @@ pub(super) struct MuscleReference {
 /// At rest `d` is passed through a dead zone, `d_0 = d - clip(d, +-delta)`, and
 ///
 /// ```text
-/// s_r' = d_0/(t_r x_t),   s_i' = lambda_i (d - clip(d, +-delta_max))/G,   s = s_r + s_k + s_i
-/// v = 0,   s_r + s_k + s_i = (2 (e^ - kappa d) - e_+ - e_-)/G      while d_0 = 0
+/// s_r' = d_0/(t_r x_t),   s_i' = lambda_i d_0/G,   s = s_r + s_k + s_i
+/// s_r + s_k + s_i = (2 (e^ - d) - e_+ - e_-)/G  at the beginning of rest and while d_0 = 0
 /// delta <- min(3/2 delta, delta_max)            whenever d_0 changes sign, from delta_min
 /// ```
 ///
@@ -59,9 +59,7 @@ pub(super) struct MuscleReference {
 /// while the anchor travels `x_t`; the last share `beta` of the crossing is left to feedback, because a cable
 /// that is driven across too far breaks away. `e_+` and `e_-` take the friction at the speed of slip. The
 /// term `t_d` damps break-away. At rest the growing dead zone `delta` ends limit cycles between stiction and
-/// integral; a winch within it stands although others still correct their joints, which may take a minute against
-/// stiction. The integral alone crosses the last share `beta` of the dead band: only errors beyond `delta_max` are worth
-/// the jump of a joint that breaks away.
+/// integral.
 ///
 /// # Departs
 /// `yuan2023` commands the tension of the drive (8); this law commands the speed of its winch.
@@ -77,8 +75,6 @@ pub(super) struct WinchController {
     /// `s_i + lambda d/G`, contribution of feedback to `s`, 1: input of iterative learning.
     pub(super) feedback: f64,
     at_rest: bool,
-    /// Whether `d_0 = 0`, so that the winch stands at rest.
-    pub(super) stands: bool,
     /// `delta`, m.
     tolerance: f64,
     /// Last `d_0` other than zero, m.
@@ -111,29 +107,18 @@ impl WinchController {
         let creep_ratio = reference.previewed_velocity / CREEP_SPEED;
         let feedback_share =
             gains.feedback_share + gains.creep_feedback_share / (1.0 + creep_ratio * creep_ratio);
-        let (velocity, integral_rate, proportional) = if let Some(estimated) = reference.rest_stretch {
+        let (velocity, error, proportional) = if let Some(estimated) = reference.rest_stretch {
             let excess = self.excess_at_rest(reference.error, muscle);
-            self.stands = excess == 0.0;
-            if !self.at_rest || self.stands {
-                // With this `s` the winch starts from rest when `d` leaves the dead zone, `x = 0`.
-                let standing = estimated - muscle.position_gain * reference.error;
-                let s = (2.0 * standing - toward - away) / dead_band;
-                let most = 1.0 - gains.feedback_share;
-                self.feedforward = s.clamp(-most, most);
+            if !self.at_rest || excess == 0.0 {
+                let s = (2.0 * (estimated - reference.error) - toward - away) / dead_band;
+                self.feedforward = s.clamp(-1.0, 1.0);
                 self.integral = s - self.feedforward - reference.learned;
             }
-            let most = muscle.rest_tolerance[1];
-            let far = reference.error - reference.error.clamp(-most, most);
-            (excess / gains.rest_time_constant, muscle.pre_travel_integral * far / dead_band, 0.0)
+            (excess / gains.rest_time_constant, excess, 0.0)
         } else {
-            self.stands = false;
             self.tolerance = muscle.rest_tolerance[0];
             let proportional = muscle.pre_travel_gain * reference.error / dead_band;
-            (
-                reference.previewed_velocity,
-                muscle.pre_travel_integral * reference.error / dead_band,
-                proportional,
-            )
+            (reference.previewed_velocity, reference.error, proportional)
         };
         self.at_rest = reference.rest_stretch.is_some();
         // What feedforward has already crossed is kept when beta grows.
@@ -141,7 +126,7 @@ impl WinchController {
         self.feedforward = (self.feedforward + h * velocity / muscle.presliding_distance).clamp(-most, most);
         let end = 1.0 + feedback_share;
         let known = self.feedforward + reference.learned;
-        let integral = self.integral + h * integral_rate;
+        let integral = self.integral + h * muscle.pre_travel_integral * error / dead_band;
         self.integral = integral.clamp((-end - known).min(0.0), (end - known).max(0.0));
         self.feedback = self.integral + proportional;
         let s = (known + self.feedback).clamp(-end, end);
@@ -187,49 +172,5 @@ impl WinchController {
             speed
         };
         speed.clamp(-gains.max_winch_speed, gains.max_winch_speed)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use alloc::vec::Vec;
-
-    /// Speeds of a winch at rest, m/s, cycle by cycle, whose anchor has these position errors, m.
-    fn speeds(errors: &[f64]) -> Vec<f64> {
-        let gains = ArmGains::for_tests(1, 1);
-        let muscle = &gains.muscles[0];
-        let steady = [31e-3, 18e-3];
-        let mut estimated = 0.5 * (steady[0] + steady[1]);
-        let mut winch = WinchController { tolerance: muscle.rest_tolerance[0], ..WinchController::default() };
-        let speed = |error: &f64| {
-            let reference = MuscleReference {
-                velocity: 0.0,
-                previewed_velocity: 0.0,
-                estimated_velocity: 0.0,
-                error: *error,
-                learned: 0.0,
-                tension_in: 40.0,
-                rest_stretch: Some(estimated),
-            };
-            let desired = winch.desired_stretch(1e-3, steady, &reference, &gains, muscle);
-            let speed = winch.speed(&reference, desired, estimated, 0.0, muscle);
-            estimated += 1e-3 * speed;
-            speed
-        };
-        errors.iter().map(speed).collect()
-    }
-
-    #[test]
-    fn at_rest_a_winch_stands_within_its_dead_zone_and_leaves_it_toward_its_reference() {
-        let [least, _] = ArmGains::for_tests(1, 1).muscles[0].rest_tolerance;
-        for side in [-1.0, 1.0] {
-            let within = speeds(&[0.9 * side * least; 1000]);
-            assert!(within.iter().all(|v| v.abs() < 1e-12), "{within:?}");
-            let leaving: Vec<f64> =
-                (0..1000).map(|k| side * least * (0.9 + 0.2 * f64::from(k) / 999.0)).collect();
-            let leaving = speeds(&leaving);
-            assert!(leaving.iter().all(|v| side * v > -1e-12) && side * leaving[999] > 1e-5, "{leaving:?}");
-        }
     }
 }
