@@ -15,8 +15,8 @@
 ///
 /// | symbol  | meaning                                   | unit        |
 /// |---------|-------------------------------------------|-------------|
-/// | u       | the signal                                | [u]         |
-/// | x, v, a | its value, rate and second rate           | [u], per s, s^2 |
+/// | u       | the signal                                | \[u\]         |
+/// | x, v, a | its value, rate and second rate           | \[u\], per s, s^2 |
 /// | tau     | time over which the past fades             | s, > 0      |
 /// | dt      | time since the sample before               | s, >= 0     |
 /// | n       | samples since the first                    | 1           |

@@ -18,12 +18,12 @@ use serde::{Deserialize, Serialize};
 ///
 /// | symbol     | field                          | meaning                                                | unit              |
 /// |------------|--------------------------------|--------------------------------------------------------|-------------------|
-/// | x          | `position`                     | position; `x'` and `x''` by a [`Differentiator`]        | [x]               |
-/// | x'         | `velocity`                     | in place of the derivative, where it is measured         | [x]/s, any factor |
-/// | m, d, k    | `mass`, `damping`, `stiffness` | inertia, viscous friction, spring                        | [y] per s^2/[x], s/[x], 1/[x] |
-/// | f, r       | `slips`                        | Maxwell slip: dry friction after presliding over `r`      | [y], [x]          |
-/// | g, F       | `gains`                        | forces of the near side that pass through the axis        | [y]/[F], [F]      |
-/// | c          | `offset`                       | constant force                                           | [y]               |
+/// | x          | `position`                     | position; `x'` and `x''` by a [`Differentiator`]        | \[x\]               |
+/// | x'         | `velocity`                     | in place of the derivative, where it is measured         | \[x\]/s, any factor |
+/// | m, d, k    | `mass`, `damping`, `stiffness` | inertia, viscous friction, spring                        | \[y\] per s^2/\[x\], s/\[x\], 1/\[x\] |
+/// | f, r       | `slips`                        | Maxwell slip: dry friction after presliding over `r`      | \[y\], \[x\]          |
+/// | g, F       | `gains`                        | forces of the near side that pass through the axis        | \[y\]/\[F\], \[F\]      |
+/// | c          | `offset`                       | constant force                                           | \[y\]               |
 ///
 /// Without a position `dx = x' dt`, and there is no spring. The constants are those of the motion itself, whatever the
 /// lag of the differentiator.

@@ -14,13 +14,13 @@ use serde::{Deserialize, Serialize};
 ///
 /// | symbol | field                     | meaning                                         | unit                  |
 /// |--------|---------------------------|-------------------------------------------------|-----------------------|
-/// | F      | `force`                   | the near force                                   | [F]                   |
-/// | b      | `gain`                    | inverse of the mass                               | [v]/s/[F]             |
+/// | F      | `force`                   | the near force                                   | \[F\]                   |
+/// | b      | `gain`                    | inverse of the mass                               | \[v\]/s/\[F\]             |
 /// | d      | `damping`                 | viscous friction over mass                        | 1/s, > 0              |
 /// | k      | `stiffness`               | spring over mass                                  | 1/s^2, >= 0           |
-/// | f, c   | `friction`, `bias`        | dry friction and constant force over mass         | [v]/s, f >= 0         |
-/// | y      | `far_is_velocity`         | the far side: velocity, or position               | [v], or [v] s         |
-/// | o      | `offset`                  | zero of the far side                              | [y]                   |
+/// | f, c   | `friction`, `bias`        | dry friction and constant force over mass         | \[v\]/s, f >= 0         |
+/// | y      | `far_is_velocity`         | the far side: velocity, or position               | \[v\], or \[v\] s         |
+/// | o      | `offset`                  | zero of the far side                              | \[y\]                   |
 ///
 /// A step takes the mean force of its two samples and the mean velocity `u` by the trapezoidal rule, with dry friction as
 /// a threshold on it: where `|v + dt/2 (b F - c - k x)| <= dt/2 f` the axis sticks. It is stable for every `dt`.
