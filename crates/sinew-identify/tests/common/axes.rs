@@ -101,7 +101,7 @@ impl AxisRig {
             for _ in 0..STEPS {
                 let level = self.coulomb * (1.0 + (self.stribeck - 1.0) * f64::exp(-(v / 0.01) * (v / 0.01)));
                 bristle = (bristle + v * dt / 2e-5).clamp(-1.0, 1.0);
-                let ripple = self.ripple[0] * (6.283 * x / self.ripple[1]).sin();
+                let ripple = self.ripple[0] * (std::f64::consts::TAU * x / self.ripple[1]).sin();
                 let spring = self.stiffness * x;
                 v += dt * (force - self.damping * v - level * bristle - ripple - spring) / self.mass;
                 x += dt * v;

@@ -205,13 +205,15 @@ pub(crate) fn ended(numbers: &TrackingNumbers) -> String {
     }
 }
 
+/// The errors of one kind of joints, where there are such joints.
+type RangeOf = fn(&TrackingNumbers) -> Option<ErrorRange>;
+
 /// Errors by compensation variant: of the end point, or of the joints of a machine without one.
 pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNumbers>) -> String {
     let milli = |x: f64| number(Some(1e3 * x));
     let has_end_point = tracking.values().any(|n| n.end_point_error_m.mean.is_finite());
-    let has =
-        |range: fn(&TrackingNumbers) -> Option<ErrorRange>| tracking.values().any(|n| range(n).is_some());
-    let joints: [(&str, fn(&TrackingNumbers) -> Option<ErrorRange>); 2] =
+    let has = |range: RangeOf| tracking.values().any(|n| range(n).is_some());
+    let joints: [(&str, RangeOf); 2] =
         [("mean joint error, mrad", |n| n.joint_error_rad), ("mean joint error, mm", |n| n.joint_error_m)];
     let mut header = vec!["SIMULATED", "ended"];
     let mut cells: BTreeMap<CompensationVariant, Vec<String>> =
