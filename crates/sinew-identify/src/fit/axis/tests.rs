@@ -41,7 +41,7 @@ fn fitted(far: usize, kind: AxisKind, motions: &[usize], efforts: &[usize]) -> (
     let law = MemoryLaw { signals, cell: None, cable: None, axis: None, features: vec![] };
     let plan = AxisPlan { kind, motions: motions.to_vec(), efforts: efforts.to_vec() };
     let fit = fit_axis(&law, &runs, &plan).unwrap();
-    // At run time an axis starts at rest; what it forgets of that takes two seconds here.
+    // The friction's state is unknown until the first reversals have passed.
     let settled = |run: &&Run| -> Run {
         let mut run = (*run).clone();
         run.weight[..2500].fill(0.0);

@@ -96,7 +96,7 @@ pub(super) struct FaultDetector {
     unchanged_travel: Vec<[f64; 2]>,
     /// Time for which every cable has lacked its tension, s.
     missing_for: Vec<f64>,
-    /// What it lacks it by, from what was known in the first cycle: [`Self::cause_of_missing_tension`].
+    /// Fault by which it lacks its tension, judged in the first cycle: [`Self::cause_of_missing_tension`].
     missing_by: Vec<(Fault, Symptom)>,
     /// Accepted or continued motor positions, m: `[muscles]`.
     pub(super) motor: Vec<f64>,
@@ -292,9 +292,9 @@ impl FaultDetector {
         }
     }
 
-    /// Fault by which a cable lacks its tension, one at a time being assumed: a joint's encoder that was lost or stood
-    /// before and whose replacement misleads the muscles; the motor's, while which stood the winch paid out what is
-    /// missing, by command, and not at once; else the cable itself.
+    /// Fault by which a cable lacks its tension, under the assumption of a single fault. A joint encoder that was already
+    /// lost or stuck: the muscles follow its replacement. The motor encoder: while its output was unchanged, the winch was
+    /// commanded to pay out what is missing, and the tension fell in more than one cycle. Otherwise the cable itself.
     fn cause_of_missing_tension(&self, k: usize, measured: f64, estimated: f64) -> (Fault, Symptom) {
         let replaced = self.encoders.iter().position(|encoder| {
             encoder.rejected_for > MISSING_TIME && matches!(encoder.symptom(), Symptom::Lost | Symptom::Stuck)
