@@ -10,10 +10,9 @@
 //! exists.
 
 use super::levenberg_marquardt::{Adaptation, Damping, Limits, Problem, Scaling, minimise};
-use super::linear_algebra::Cholesky;
+use super::linear_algebra::{Cholesky, Matrix};
 use super::linearisation::Linearisation;
 use super::prior::Prior;
-use faer::Mat;
 use sinew::transmission::{Band, BasisTerm, Branch, ClampCell};
 
 /// Signals and far side of several sequences, one after the other.
@@ -216,7 +215,7 @@ impl Scaled {
     /// Ordinary least squares of the far side on the basis, and the spread of its residual.
     fn least_squares(&self) -> (Vec<f64>, f64) {
         let b = self.b;
-        let mut normal = Mat::zeros(b, b);
+        let mut normal = Matrix::zeros(b);
         let mut right = vec![0.0; b];
         let mut total = 0.0;
         for ((x, y), w) in self.basis.chunks_exact(b).zip(&self.far).zip(&self.weight) {

@@ -8,10 +8,9 @@
 //! Meant for some dozens of parameters: the Jacobian is stored.
 
 use super::levenberg_marquardt::{self as search, Adaptation, Damping, Limits, Scaling};
-use super::linear_algebra::symmetric_eigen;
+use super::linear_algebra::{Matrix, symmetric_eigen};
 use super::linearisation::Linearisation;
 use super::prior::Prior;
-use faer::Mat;
 
 /// A sum of squared residuals, given by the residuals.
 pub(crate) trait LeastSquares {
@@ -81,7 +80,7 @@ pub(crate) struct Solution {
     /// Sum of their squares.
     pub squares: f64,
     /// Lower triangle of `J^T J` there, `[p x p]`.
-    normal: Mat<f64>,
+    normal: Matrix,
 }
 
 /// Searches from `start: [p]`; `None` where the problem cannot be evaluated there.
@@ -169,7 +168,7 @@ pub(crate) struct Covariance {
     /// infinite where the data do not determine the parameter.
     pub variance: Vec<f64>,
     /// The whole inverse, `[p x p]`; directions that the data do not determine are left out of it.
-    pub matrix: Mat<f64>,
+    pub matrix: Matrix,
     /// Condition number of `J^T J` scaled to a unit diagonal; infinite where a parameter has no effect.
     pub condition: f64,
 }
@@ -181,12 +180,12 @@ impl Solution {
     }
 }
 
-fn covariance(normal: &Mat<f64>) -> Covariance {
+fn covariance(normal: &Matrix) -> Covariance {
     /// Relative size below which an eigenvalue of the scaled matrix is rounding (finite differences).
     const NOISE: f64 = 1e-11;
     /// A parameter counts as undetermined with its share in an undetermined direction above this.
     const MIN_SHARE: f64 = 1e-3;
-    let p = normal.nrows();
+    let p = normal.size();
     let largest = (0..p).map(|i| normal[(i, i)]).fold(0.0, f64::max);
     // A parameter without effect has a zero row and is left out.
     let scale: Vec<f64> = (0..p)
@@ -195,8 +194,8 @@ fn covariance(normal: &Mat<f64>) -> Covariance {
             if d > largest * 1e-30 { 1.0 / d.sqrt() } else { 0.0 }
         })
         .collect();
-    let scaled = Mat::from_fn(p, p, |i, j| normal[(i.max(j), i.min(j))] * scale[i] * scale[j]);
-    let (mut variance, mut matrix) = (vec![0.0; p], Mat::zeros(p, p));
+    let scaled = Matrix::from_fn(p, |i, j| normal[(i.max(j), i.min(j))] * scale[i] * scale[j]);
+    let (mut variance, mut matrix) = (vec![0.0; p], Matrix::zeros(p));
     let Some((values, vectors)) = symmetric_eigen(&scaled) else {
         return Covariance { variance: vec![f64::INFINITY; p], matrix, condition: f64::INFINITY };
     };

@@ -1,8 +1,7 @@
 //! Linear regression on the features of a recipe, in the form of an ensemble without hidden nodes.
 
-use super::linear_algebra::Cholesky;
+use super::linear_algebra::{Cholesky, Matrix};
 use super::standardisation::Standardisation;
-use faer::Mat;
 use sinew::predictor::Ensemble;
 
 /// Ridge relative to the variance of a standardised feature: lags of one signal are nearly collinear.
@@ -27,7 +26,7 @@ pub(super) fn regress(features: &[f64], targets: &[f64], width: usize) -> Option
     let inputs = standard.apply(features);
     let mean = targets.iter().sum::<f64>() / n as f64;
     let row = |i: usize| &inputs[i * width..][..width];
-    let mut normal = Mat::from_fn(width, width, |i, j| if i == j { RIDGE } else { 0.0 });
+    let mut normal = Matrix::from_fn(width, |i, j| if i == j { RIDGE } else { 0.0 });
     let mut right = vec![0.0; width];
     for (k, target) in targets.iter().enumerate() {
         let z = row(k);

@@ -24,5 +24,7 @@ pub mod perceptron;
 mod prior;
 pub(crate) mod recipe;
 pub(crate) mod run;
+mod simd;
 mod standardisation;
 pub(crate) mod statistics;
+mod tiles;

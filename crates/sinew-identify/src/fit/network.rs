@@ -11,10 +11,10 @@
 //! Regularisation: `mackay1992`; `foresee1997` for its use with Levenberg-Marquardt.
 
 use super::levenberg_marquardt::{Adaptation, Damping, Limits, Problem, Scaling, minimise};
+use super::linear_algebra::Matrix;
 use super::linearisation::Linearisation;
 use super::prior::{Evidence, Group, Prior};
-use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::{Accum, MatRef, Par};
+use super::tiles::BLOCK;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -153,9 +153,6 @@ fn prior(hidden: usize, features: usize, samples: f64, precision: f64) -> Prior 
 /// Rows of the first, coarse stage of training.
 const COARSE_ROWS: usize = 1500;
 
-/// Rows of the Jacobian built at a time: small enough to stay in the second-level cache.
-const BLOCK: usize = 512;
-
 /// Residual variance of a standardised target that is assumed before the first evidence.
 const FIRST_VARIANCE: f64 = 0.05;
 
@@ -259,7 +256,7 @@ impl<'a> Training<'a> {
             steps,
             weight: vec![1.0; n],
             residual: vec![0.0; n],
-            jacobian: vec![0.0; BLOCK.min(n) * parameters],
+            jacobian: vec![0.0; BLOCK.min(n) * Matrix::stride(parameters)],
             activation: vec![0.0; hidden],
         }
     }
@@ -283,32 +280,21 @@ impl Problem for Training<'_> {
 
     fn linearise(&mut self, theta: &[f64], at: &mut Linearisation) -> bool {
         at.clear();
-        let (f, p, n) = (self.data.features, theta.len(), self.data.targets.len());
+        let (f, n, stride) = (self.data.features, self.data.targets.len(), Matrix::stride(theta.len()));
         let parts = Parts::of(theta, self.hidden, f);
         for start in (0..n).step_by(BLOCK) {
             let rows = BLOCK.min(n - start);
-            for (row, values) in (start..start + rows).zip(self.jacobian.chunks_exact_mut(p)) {
+            for (row, values) in (start..start + rows).zip(self.jacobian.chunks_exact_mut(stride)) {
                 let z = &self.data.inputs[row * f..][..f];
                 let error = parts.output(z, &mut self.activation) - self.data.targets[row];
                 at.squares += self.weight[row] * error * error;
                 let root = self.weight[row].sqrt();
                 parts.gradient(z, &self.activation, root, values);
-                for (sum, value) in at.gradient.iter_mut().zip(values) {
+                for (sum, value) in at.gradient.iter_mut().zip(&*values) {
                     *sum += root * error * *value;
                 }
             }
-            let block = MatRef::from_row_major_slice(&self.jacobian[..rows * p], rows, p);
-            matmul(
-                at.normal.as_mut(),
-                BlockStructure::TriangularLower,
-                Accum::Add,
-                block.transpose(),
-                BlockStructure::Rectangular,
-                block,
-                BlockStructure::Rectangular,
-                1.0,
-                Par::Seq,
-            );
+            at.normal.add_square(&self.jacobian[..rows * stride]);
         }
         true
     }

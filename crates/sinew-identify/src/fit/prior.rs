@@ -15,9 +15,8 @@
 //! # Source
 //! `mackay1992`.
 
-use super::linear_algebra::Cholesky;
+use super::linear_algebra::{Cholesky, Matrix};
 use super::linearisation::Linearisation;
-use faer::Mat;
 use std::ops::Range;
 
 /// Precisions of residuals and parameters.
@@ -94,11 +93,10 @@ impl Prior {
     }
 
     /// `H`, the lower triangle of half the Gauss-Newton matrix of `C`: `[p x p]`.
-    pub(crate) fn matrix(&self, at: &Linearisation) -> Mat<f64> {
+    pub(crate) fn matrix(&self, at: &Linearisation) -> Matrix {
         let p = at.gradient.len();
         let mut matrix =
-            Mat::from_fn(
-                p,
+            Matrix::from_fn(
                 p,
                 |row, column| {
                     if row < column { 0.0 } else { self.precision * at.normal[(row, column)] }

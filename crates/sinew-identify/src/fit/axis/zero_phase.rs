@@ -1,8 +1,7 @@
 //! Rates and smoothing without lag, and linear regression on smoothed columns.
 
 use super::sequence::Sequence;
-use crate::fit::linear_algebra::Cholesky;
-use faer::Mat;
+use crate::fit::linear_algebra::{Cholesky, Matrix};
 
 /// Rate of a column by central differences: `[n]`, per s. A sequence's ends take one-sided ones.
 pub(super) fn rate(values: &[f64], dt_s: &[f64]) -> Vec<f64> {
@@ -80,7 +79,7 @@ impl Regression {
             let ridge = if i == j { RIDGE } else { 0.0 };
             dot(&self.columns[used[i]], &self.columns[used[j]]) / (scale[i] * scale[j]) + ridge
         };
-        let normal = Mat::from_fn(used.len(), used.len(), |i, j| if j <= i { product(i, j) } else { 0.0 });
+        let normal = Matrix::from_fn(used.len(), |i, j| if j <= i { product(i, j) } else { 0.0 });
         let right: Vec<f64> =
             used.iter().zip(&scale).map(|(&i, scale)| dot(&self.columns[i], &self.target) / scale).collect();
         let scaled = Cholesky::new(normal)?.solve(&right)?;

@@ -3,8 +3,7 @@
 use super::result::{ClassicalFit, Parameter};
 use super::samples::{Samples, Signals, sensor_noise};
 use crate::fit::least_squares::{Covariance, LeastSquares, Options, Solution, solve_from_many};
-use crate::fit::linear_algebra::Cholesky;
-use faer::Mat;
+use crate::fit::linear_algebra::{Cholesky, Matrix};
 use sinew::metrics::Comparison;
 
 /// Transformation of a parameter for the search.
@@ -385,7 +384,7 @@ pub(super) fn linear_fit(columns: &[Vec<f64>], target: &[f64]) -> Option<(Vec<f6
     let p = columns.len();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let scale: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt().max(1e-150)).collect();
-    let normal = Mat::from_fn(p, p, |i, j| {
+    let normal = Matrix::from_fn(p, |i, j| {
         let ridge = if i == j { 1e-12 } else { 0.0 };
         dot(&columns[i], &columns[j]) * scale[i] * scale[j] + ridge
     });

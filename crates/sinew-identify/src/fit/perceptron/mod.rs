@@ -5,14 +5,12 @@
 //! (J^T J / n + mu I) step = -J^T e / n
 //! ```
 //!
-//! [`train`] poses the problem, `normal_equations` sums over fixed chunks of samples in parallel, `tiles` are
-//! its inner loops, `simd` the arithmetic on vectors.
+//! [`train`] poses the problem, `normal_equations` sums over fixed chunks of samples in parallel with the products of
+//! `fit/tiles.rs`.
 
 mod network;
 mod normal_equations;
 mod samples;
-mod simd;
-mod tiles;
 mod training;
 
 pub use network::Weights;

@@ -1,7 +1,7 @@
 //! The network: as plain weights, and laid out for SIMD vectors over its nodes.
 
-use super::simd::{Real, load, padded, store, tanh};
-use super::tiles::BLOCK;
+use crate::fit::simd::{Real, load, padded, store, tanh};
+use crate::fit::tiles::BLOCK;
 use pulp::{Simd, WithSimd};
 use sinew::transmission::{Perceptron, PerceptronWeights};
 

@@ -17,10 +17,10 @@
 //! samples and f64 beyond: the rounding errors of different samples are independent and average out.
 
 use super::network::{Net, SquaredError};
-use super::simd::{Real, load, padded, store};
-use super::tiles::{BLOCK, View, add_pairs, add_product};
+use crate::fit::linear_algebra::Matrix;
 use crate::fit::linearisation::Linearisation;
-use faer::Mat;
+use crate::fit::simd::{Real, load, padded, store};
+use crate::fit::tiles::{BLOCK, View, add_pairs, add_product};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::marker::PhantomData;
@@ -48,7 +48,7 @@ pub(super) fn normal_equations<R: Real>(net: &Net, samples: &[f64]) -> Linearisa
     let p = Net::parameters(net.inputs, net.hidden);
     let entry = |row: usize, column: usize| if row < column { 0.0 } else { sums.normal(net, row, column) };
     Linearisation {
-        normal: Mat::from_fn(p, p, entry),
+        normal: Matrix::from_fn(p, entry),
         gradient: (0..p).map(|row| sums.gradient(net, row)).collect(),
         squares: sums.squared_error,
     }
@@ -108,7 +108,7 @@ impl Sums {
         }
     }
 
-    /// CandidateRecipe `(row, column)` of `J^T J`, `row >= column`.
+    /// Entry `(row, column)` of `J^T J`, `row >= column`.
     pub(super) fn normal(&self, net: &Net, row: usize, column: usize) -> f64 {
         let hidden = net.hidden;
         let first = (net.inputs + 1) * hidden;
@@ -123,7 +123,7 @@ impl Sums {
         self.pairs[(rotation * self.monomials + monomial) * self.pair_width + node]
     }
 
-    /// CandidateRecipe of `J^T e`.
+    /// Entry of `J^T e`.
     pub(super) fn gradient(&self, net: &Net, row: usize) -> f64 {
         let (block, node) = (row / net.hidden, row % net.hidden);
         match block {

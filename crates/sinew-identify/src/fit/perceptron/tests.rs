@@ -2,8 +2,8 @@
 
 use super::network::Net;
 use super::normal_equations::{Normal, normal_equations, squared_error};
-use super::simd::Real;
 use super::*;
+use crate::fit::simd::Real;
 use proptest::prelude::*;
 use pulp::Simd;
 use std::marker::PhantomData;

@@ -1,7 +1,8 @@
 //! Products summed over the samples of a block, in tiles of accumulators that fit the registers.
 
-use super::simd::{Real, load, store};
+use super::simd::{Real, load, padded, store};
 use pulp::Simd;
+use std::ops::Range;
 
 /// Samples per block: their rows fit the first-level cache.
 pub(super) const BLOCK: usize = 64;
@@ -78,17 +79,33 @@ pub(super) fn add_product<S: Simd, R: Real, const TALL: usize>(
     right: View<'_, R>,
     out: &mut [R],
 ) {
-    let width = right.width;
-    let doubles = width / (2 * R::width::<S>()) * (2 * R::width::<S>());
-    for (tile, out) in out.chunks_exact_mut(TALL * width).enumerate() {
-        for at in (0..doubles).step_by(2 * R::width::<S>()) {
-            let sums = tile_sums::<S, R, TALL, 2>(simd, left, tile * TALL, right, at);
-            add_tile(simd, &sums, out, width, at);
-        }
-        for at in (doubles..width).step_by(R::width::<S>()) {
-            let sums = tile_sums::<S, R, TALL, 1>(simd, left, tile * TALL, right, at);
-            add_tile(simd, &sums, out, width, at);
-        }
+    for (tile, out) in out.chunks_exact_mut(TALL * right.width).enumerate() {
+        add_row_of_tiles::<S, R, TALL>(simd, left, tile * TALL, right, 0..right.width, out);
+    }
+}
+
+/// `out[c][lane] += sum over rows of left[top + c] right[lane]` for the `lanes`, and for those before and behind them
+/// that share a vector with them; `out: [TALL x right.width]`, or less.
+#[inline(always)]
+pub(super) fn add_row_of_tiles<S: Simd, R: Real, const TALL: usize>(
+    simd: S,
+    left: View<'_, R>,
+    top: usize,
+    right: View<'_, R>,
+    lanes: Range<usize>,
+    out: &mut [R],
+) {
+    let (vector, width) = (R::width::<S>(), right.width);
+    let end = padded(lanes.end, vector);
+    let first = lanes.start / (2 * vector) * (2 * vector);
+    let doubles = end / (2 * vector) * (2 * vector);
+    for at in (first..doubles).step_by(2 * vector) {
+        let sums = tile_sums::<S, R, TALL, 2>(simd, left, top, right, at);
+        add_tile(simd, &sums, out, width, at);
+    }
+    for at in (doubles.max(first)..end).step_by(vector) {
+        let sums = tile_sums::<S, R, TALL, 1>(simd, left, top, right, at);
+        add_tile(simd, &sums, out, width, at);
     }
 }
 
