@@ -3,7 +3,7 @@
 use crate::bench::Bench;
 use serde_json::Value;
 
-const MOTION: &str = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 2 --hold 0.3";
+const MOTION: &str = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 2 --hold 0.3 --unverified";
 /// A page on a free port.
 const PAGE: &str = "--page --bind 127.0.0.1:0";
 
