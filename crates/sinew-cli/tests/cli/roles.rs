@@ -130,3 +130,15 @@ fn a_planned_programme_shows_what_a_model_needs() {
     }
     bench.refuses_usage("bench plan --stroke 0 --out p.csv", &["--stroke", "0.0001 to 10 m"]);
 }
+
+#[test]
+fn a_reference_that_is_asked_for_becomes_a_model_that_predicts() {
+    let bench = Bench::new();
+    for name in ["constant", "linear"] {
+        bench.succeeds(&format!("identify a.csv b.csv --model {name} --out {name}"));
+        let answer = bench.succeeds(&format!("evaluate {name}/model.json c.csv --json")).stdout;
+        let error = serde_json::from_str::<Value>(&answer).unwrap()["overall"]["rmse"].as_f64().unwrap();
+        assert!(error > 0.0, "{name}: {error}");
+        bench.succeeds(&format!("predict {name}/model.json c.csv --out {name}.csv"));
+    }
+}

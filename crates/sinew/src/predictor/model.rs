@@ -208,7 +208,13 @@ impl ClampCell {
 
 impl Ensemble {
     fn validate(&self, features: usize) -> Result<(), ModelFileError> {
-        require("ensemble", "1 to 1000 features", (1..=MAX_NODES).contains(&features), features)?;
+        // A constant has neither features nor nodes.
+        let (least, expected) = if self.hidden_bias.is_empty() {
+            (0, "at most 1000 features")
+        } else {
+            (1, "1 to 1000 features")
+        };
+        require("ensemble", expected, (least..=MAX_NODES).contains(&features), features)?;
         let lists = [
             ("ensemble.clip_low", &self.clip_low),
             ("ensemble.clip_high", &self.clip_high),

@@ -222,7 +222,10 @@ impl FaultDetector {
         for (k, &measured) in measurement.motor.iter().enumerate() {
             let speed = prediction.winch_speed[k];
             let gains = &self.muscle_gains[k];
-            let blocked = may_ignore_command(speed, measurement.tension[k], gains.slack_tension);
+            // A load cell that is rejected does not say whether its cable is slack.
+            let rejected = self.load_cells[k].rejected_for > 0.0;
+            let tension = if rejected { f64::NAN } else { measurement.tension[k] };
+            let blocked = may_ignore_command(speed, tension, gains.slack_tension);
             let max_residual = gains.max_winch_residual;
             let commanded = if speed.is_finite() { h * speed } else { 0.0 };
             let motor = &mut self.motors[k];
@@ -420,6 +423,11 @@ mod tests {
             let (time, fault) = lagging(0.2, 40.0).unwrap();
             assert!(fault == Fault::Drive(0) && (0.26..0.29).contains(&time), "{time} {fault:?}");
             assert_eq!(lagging(0.5, 40.0), None);
+        }
+        // A load cell that stands at 40 N does not say whether the cable is slack.
+        for (speed, judged) in [(0.05, true), (-0.05, false)] {
+            let found = stops(speed, |k| [0.5 + 0.2 * speed * H * f64::from(k), 40.0, 0.2]);
+            assert_eq!(found.map(|(_, fault)| fault), judged.then_some(Fault::Drive(0)));
         }
         let slack = stops(-0.05, |k| [noisy(0.5, k), if k == 0 { 40.0 } else { noisy(3.0, k) }, 0.2]);
         assert_eq!(slack.map(|(_, fault)| fault), Some(Fault::Cable(0)));
