@@ -1,6 +1,6 @@
 //! The roles of the columns: listed with their reasons before the fit, and corrected by flags.
 
-use crate::bench::{Bench, samples};
+use crate::bench::{Bench, log, samples};
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -134,6 +134,7 @@ fn a_planned_programme_shows_what_a_model_needs() {
 #[test]
 fn a_reference_that_is_asked_for_becomes_a_model_that_predicts() {
     let bench = Bench::new();
+    bench.write("c.csv", log(0.31));
     for name in ["constant", "linear"] {
         bench.succeeds(&format!("identify a.csv b.csv --model {name} --out {name}"));
         let answer = bench.succeeds(&format!("evaluate {name}/model.json c.csv --json")).stdout;

@@ -5,7 +5,7 @@ use super::sequence::{Sequence, causal_squares};
 use super::zero_phase::{Regression, rate, smooth};
 use crate::fit::run::Run;
 use sinew::predictor::{Axis, AxisForce, AxisSlip, MemoryLaw};
-use sinew::transmission::saturate;
+use sinew::transmission::Play;
 
 /// Distances of presliding as fractions of the range of the position.
 const DISTANCES: [f64; 3] = [0.0005, 0.005, 0.05];
@@ -93,13 +93,12 @@ fn travel(sequences: &[Sequence<'_>], kinematics: Kinematics) -> f64 {
     sequences.iter().map(range).fold(0.0, f64::max)
 }
 
-/// The stop operator of a position.
-fn stop(position: &[f64], distance: f64) -> Vec<f64> {
-    let (mut state, mut last) = (0.0, position.first().copied().unwrap_or(0.0));
-    let step = |x: &f64| {
-        state = saturate(state + x - last, -distance, distance);
-        last = *x;
-        state / distance
+/// Stops of a position, as shares of their radius.
+fn stops(play: Play, position: &[f64]) -> Vec<f64> {
+    let mut at = position.first().copied().unwrap_or(0.0);
+    let step = |&x: &f64| {
+        at = play.step(at, x);
+        play.stop(at, x) / play.radius()
     };
     position.iter().map(step).collect()
 }
@@ -142,12 +141,14 @@ fn regress(
         return None;
     }
     let distances = DISTANCES.map(|fraction| fraction * range);
+    let plays: Vec<Play> =
+        distances.iter().map(|distance| Play::new(*distance).ok()).collect::<Option<_>>()?;
     // Columns: acceleration, velocity, position, one, stops, near forces.
     let of = |sequence: &Sequence<'_>| {
         let [position, velocity, acceleration] = kinematics.motion(sequence);
         let spring = if kinematics.position.is_some() { position.clone() } else { vec![0.0; position.len()] };
         let mut columns = vec![acceleration, velocity, spring, vec![1.0; position.len()]];
-        columns.extend(distances.iter().map(|distance| stop(&position, *distance)));
+        columns.extend(plays.iter().map(|play| stops(*play, &position)));
         columns.extend(plan.efforts.iter().map(|&effort| sequence.signals[effort].clone()));
         (columns, sequence.far.to_vec())
     };
