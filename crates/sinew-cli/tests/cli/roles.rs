@@ -94,7 +94,7 @@ fn a_foreign_log_is_judged_with_figures_and_stays_where_it_is_to_be_kept() {
     let bench = Bench::new();
     let mut logs = String::new();
     for (k, frequency) in [0.31, 0.4, 0.47, 0.53].into_iter().enumerate() {
-        bench.write(&format!("day{k}.csv"), crate::bench::log(frequency));
+        bench.write(&format!("day{k}.csv"), log(frequency));
         logs += &format!(" day{k}.csv");
     }
     let mut foreign = String::from("time_s,tension_in_n,tension_out_n\n");
