@@ -145,8 +145,10 @@ fn random_machines_track_a_tour_of_their_ranges_by_rules_alone() {
         quantile(ratio.clone(), 0.5),
         quantile(ratio, 0.9)
     );
-    // Of hundred machines 95 % are wanted (docs/campaigns.md); of the first four two are refused by their verification.
-    if first == 1000 {
+    // Of a hundred machines 95 % are wanted (docs/campaigns.md).
+    assert!(2 * good.len() >= tracked.len() && !good.is_empty());
+    // Of the first four two are refused by their verification.
+    if std::env::var_os("SINEW_MACHINES").is_none() {
         assert!(good.len() == tracked.len() && good.len() >= 2);
         assert!(quantile(of(|t| t.over_dead_band), 1.0) < 0.02 && quantile(of(|t| t.over_true), 1.0) < 1.3);
     }

@@ -49,11 +49,11 @@ impl Cholesky {
 }
 
 /// A panel of columns after the other; the columns behind a panel are updated by one product.
-struct Factorise<'a>(&'a mut Matrix);
+pub(super) struct Factorise<'a>(pub(super) &'a mut Matrix);
 
 impl Factorise<'_> {
     #[inline(always)]
-    fn factorise<S: Simd, const TALL: usize>(self, simd: S) -> bool {
+    pub(super) fn factorise<S: Simd, const TALL: usize>(self, simd: S) -> bool {
         let (size, stride) = (self.0.size, self.0.stride);
         let mut negative = vec![0.0; PANEL * stride];
         for start in (0..size).step_by(PANEL) {
@@ -95,11 +95,11 @@ impl WithSimd for Factorise<'_> {
 }
 
 /// Of `A^-1 = M^T M`, `M = L^-1`: squares of the columns of `M`, a panel of them at a time by forward substitution.
-struct InverseDiagonal<'a>(&'a Matrix);
+pub(super) struct InverseDiagonal<'a>(pub(super) &'a Matrix);
 
 impl InverseDiagonal<'_> {
     #[inline(always)]
-    fn compute<S: Simd, const TALL: usize>(self, simd: S) -> Vec<f64> {
+    pub(super) fn compute<S: Simd, const TALL: usize>(self, simd: S) -> Vec<f64> {
         let Matrix { size, stride, entries } = self.0;
         let (size, stride) = (*size, *stride);
         let width = padded(PANEL, TALL);

@@ -84,14 +84,14 @@ impl IndexMut<(usize, usize)> for Matrix {
     }
 }
 
-struct AddSquare<'a> {
-    jacobian: &'a [f64],
-    to: &'a mut Matrix,
+pub(super) struct AddSquare<'a> {
+    pub(super) jacobian: &'a [f64],
+    pub(super) to: &'a mut Matrix,
 }
 
 impl AddSquare<'_> {
     #[inline(always)]
-    fn add<S: Simd, const TALL: usize>(self, simd: S) {
+    pub(super) fn add<S: Simd, const TALL: usize>(self, simd: S) {
         let Matrix { size, stride, entries } = self.to;
         for block in self.jacobian.chunks(BLOCK * *stride) {
             let rows = View { rows: block, width: *stride, count: block.len() / *stride };

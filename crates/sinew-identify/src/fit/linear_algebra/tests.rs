@@ -1,5 +1,7 @@
 //! Products, factors and eigenvalues against their definitions.
 
+use super::cholesky::{Factorise, InverseDiagonal};
+use super::matrix::{AddSquare, SHORTER, TALLEST};
 use super::*;
 use proptest::prelude::*;
 
@@ -69,4 +71,34 @@ fn an_indefinite_matrix_and_numbers_that_are_not_finite_are_refused() {
     let bad = matrix([[f64::NAN, 0.0], [0.0, 1.0]]);
     assert!(symmetric_eigen(&bad).is_none());
     assert!(Cholesky::new(bad).and_then(|factor| factor.solve(&[1.0, 1.0])).is_none());
+}
+
+/// Lower triangles of a sum, of its factor, and the inverse's diagonal, in tiles of `TALL` rows without SIMD.
+fn plainly<const TALL: usize>(p: usize, jacobian: &[f64]) -> Vec<f64> {
+    let mut matrix = Matrix::from_fn(p, |row, column| if row == column { 1.0 } else { 0.0 });
+    AddSquare { jacobian, to: &mut matrix }.add::<_, TALL>(pulp::Scalar);
+    let lower = |matrix: &Matrix| {
+        (0..p).flat_map(|column| matrix.column(column)[column..].to_vec()).collect::<Vec<f64>>()
+    };
+    let mut all = lower(&matrix);
+    assert!(Factorise(&mut matrix).factorise::<_, TALL>(pulp::Scalar));
+    all.extend(lower(&matrix));
+    all.extend(InverseDiagonal(&matrix).compute::<_, TALL>(pulp::Scalar));
+    all
+}
+
+#[test]
+fn tiles_of_every_machine_give_the_same() {
+    for p in [1, 5, 13, 14, 15, 31, 32, 33, 47, 64, 65, 98] {
+        let mut jacobian = vec![0.0; 150 * Matrix::stride(p)];
+        for (row, values) in jacobian.chunks_exact_mut(Matrix::stride(p)).enumerate() {
+            values[..p]
+                .iter_mut()
+                .enumerate()
+                .for_each(|(i, value)| *value = ((7 * row * p + i) as f64).sin());
+        }
+        let (short, tall) = (plainly::<SHORTER>(p, &jacobian), plainly::<TALLEST>(p, &jacobian));
+        let off = short.iter().zip(&tall).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(short.len() == tall.len() && off < 1e-10, "{p}: {off}");
+    }
 }
