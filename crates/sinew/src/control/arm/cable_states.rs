@@ -42,8 +42,6 @@ pub(super) struct CableStates {
     pub(super) tension_in: Vec<f64>,
     /// `c`, of the whole cable, m/N.
     pub(super) compliance: Vec<f64>,
-    /// Gain of the observers' correction, m/(N s).
-    correction: Vec<f64>,
     /// Speed of the winch in addition to its encoder's, by the observer's correction, m/s.
     pub(super) winch_correction: Vec<f64>,
     /// Drag as a multiple of the law's, 1.
@@ -89,7 +87,6 @@ impl CableStates {
             tension_out: vec![0.0; n],
             stretch: vec![0.0; n],
             tension_in: vec![0.0; n],
-            correction: models.iter().map(|model| model.correction).collect(),
             winch_correction: vec![0.0; n],
             drag_factor: vec![1.0; n],
             unexplained: vec![0.0; n],
@@ -147,7 +144,7 @@ impl CableStates {
         }
         for (k, (estimate, sample)) in self.estimates.iter().zip(&self.samples).enumerate() {
             self.tension_in[k] = estimate.tension_in;
-            self.winch_correction[k] = self.correction[k] * estimate.innovation;
+            self.winch_correction[k] = estimate.correction;
             self.unexplained[k] += h * self.winch_correction[k];
             let displacement = sample.motor - sample.anchor;
             if !self.started {

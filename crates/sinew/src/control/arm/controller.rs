@@ -94,6 +94,8 @@ const REST_REFERENCE_SPEED: f64 = 1e-9;
 pub(in crate::control) struct Observed<'a> {
     /// Moment arms in the estimated pose, m: `[muscles x joints]`.
     pub(in crate::control) moment_arms: &'a [f64],
+    /// Lengths of the muscles in the estimated pose, m.
+    pub(in crate::control) lengths: &'a [f64],
     /// Accepted or continued motor positions, m.
     pub(in crate::control) motor: &'a [f64],
     /// Accepted coordinates, rad or m; NaN where rejected: `[joints]`.
@@ -290,6 +292,7 @@ impl ArmController {
     pub(in crate::control) fn observed(&self) -> Observed<'_> {
         Observed {
             moment_arms: self.body.moment_arms(),
+            lengths: self.body.lengths(),
             motor: &self.faults.motor,
             joint: &self.faults.joint,
             tension: &self.faults.tension,

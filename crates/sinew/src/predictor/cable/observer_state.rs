@@ -18,6 +18,8 @@ pub struct CableEstimate {
     pub tension_in: f64,
     /// Measured minus estimated tension at the drive's outlet, N; zero where none was measured.
     pub innovation: f64,
+    /// Speed that corrects the motor's in the next interval, m/s: `g clip(i, +-50 N)` of the innovation `i`.
+    pub correction: f64,
     /// Elongation of the cable from zero tension, m.
     pub stretch: f64,
     /// Whether the whole cable has slid in one direction for 0.1 s since the last reset, so that its profile
@@ -133,12 +135,20 @@ impl ObserverState {
         let (motor_displacement, anchor_displacement) = displacements;
         self.held = motor_displacement.is_none() || anchor_displacement.is_none();
         self.last = Some((finite_or(sample.motor, motor), finite_or(sample.anchor, anchor)));
-        let innovation = self.innovation.clamp(-MAX_INNOVATION, MAX_INNOVATION);
         (self.anchor_displacement, self.interval) = (anchor_displacement.unwrap_or(0.0), interval);
         Some(EndMotion {
-            motor: motor_displacement.unwrap_or(0.0) + self.correction * innovation * interval.max(0.0),
+            motor: motor_displacement.unwrap_or(0.0) + self.correction_speed() * interval.max(0.0),
             anchor: anchor_displacement.unwrap_or(0.0),
         })
+    }
+
+    /// Of the motor, m/s, from the last innovation.
+    fn correction_speed(&self) -> f64 {
+        self.correction * self.bounded_innovation()
+    }
+
+    fn bounded_innovation(&self) -> f64 {
+        self.innovation.clamp(-MAX_INNOVATION, MAX_INNOVATION)
     }
 
     /// Starts with a sample.
@@ -174,6 +184,7 @@ impl ObserverState {
             high: self.far_gain * (ends.tension_in * self.ratio + self.pretension),
             tension_in: ends.tension_in,
             innovation: self.innovation,
+            correction: self.correction_speed(),
             stretch,
             known: self.converged,
             held: self.held,
@@ -193,10 +204,9 @@ impl ObserverState {
         if self.converged_time < ADAPTATION_DELAY {
             self.converged_time += self.interval;
         } else if slides_everywhere {
-            let innovation = self.innovation.clamp(-MAX_INNOVATION, MAX_INNOVATION);
             let speed = self.anchor_displacement / self.interval;
             let weight = self.anchor_displacement * (speed / DRAG_SPEED) * (speed / DRAG_SPEED);
-            let factor = self.drag_factor + self.adaptation * innovation * weight;
+            let factor = self.drag_factor + self.adaptation * self.bounded_innovation() * weight;
             self.drag_factor = factor.clamp(DRAG_FACTOR[0], DRAG_FACTOR[1]);
         }
     }

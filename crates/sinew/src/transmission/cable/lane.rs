@@ -3,7 +3,7 @@
 use super::lane_group::LaneGroup;
 use super::repair::tension_ratio;
 use super::travel::{CellView, travel};
-use crate::error::{Error, non_negative, within};
+use crate::error::{Error, non_negative, positive, within};
 use crate::transmission::Sliding;
 
 impl<const N: usize> LaneGroup<N> {
@@ -121,6 +121,23 @@ impl<const N: usize> LaneGroup<N> {
     pub(super) fn scale_drag(&mut self, k: usize, factor: f64) -> Result<(), Error> {
         non_negative("drag factor", factor)?;
         self.drag_factor.0[k] = factor;
+        Ok(())
+    }
+
+    /// Multiplies the compliance of a lane as built by a factor. Its cells keep their lengths, so that tensions fall as the
+    /// compliance grows.
+    pub(super) fn scale_compliance(&mut self, k: usize, factor: f64) -> Result<(), Error> {
+        positive("compliance factor", factor)?;
+        let cells = self.tension.iter_mut().zip(&mut self.compliance).zip(&mut self.stiffness);
+        for (((tension, compliance), stiffness), built) in cells.zip(&self.laws[k].compliance) {
+            let scaled = factor * built;
+            tension.0[k] *= compliance.0[k] / scaled;
+            (compliance.0[k], stiffness.0[k]) = (scaled, 1.0 / scaled);
+        }
+        let stretch = self.stretch.0[k];
+        self.update_stretch_and_energy(k);
+        // The same but for rounding; of a slack cable it is the slack.
+        self.stretch.0[k] = stretch;
         Ok(())
     }
 

@@ -193,6 +193,15 @@ impl CableBatch {
         self.groups[group].scale_drag(k, factor)
     }
 
+    /// As [`Cable::scale_compliance`](super::Cable::scale_compliance) for one cable.
+    ///
+    /// # Errors
+    /// As there, and [`Error::OutOfDomain`] for an index out of range.
+    pub fn scale_compliance(&mut self, cable: usize, factor: f64) -> Result<(), Error> {
+        let (group, k) = self.place(cable)?;
+        self.groups[group].scale_compliance(k, factor)
+    }
+
     /// As [`Cable::set_creep`](super::Cable::set_creep) for one cable.
     ///
     /// # Errors
@@ -215,7 +224,7 @@ impl CableBatch {
         lanes.into_iter().flat_map(move |lanes| lanes.tension.iter().map(move |row| row.0[cable % LANES]))
     }
 
-    /// The law of one cable as built, with its current wraps and bend.
+    /// The law of one cable as built, with its current wraps and bend, without changes of drag and compliance.
     #[must_use]
     pub fn law(&self, cable: usize) -> Option<&CableLaw> {
         let (group, k) = self.place(cable).ok()?;
@@ -239,7 +248,7 @@ impl CableBatch {
 
     /// Writes the state of one cable: from it the cable continues to the bit as from its last step.
     ///
-    /// Wraps, bends and drag that were changed, and creep, are not part of it.
+    /// Wraps, bends, drag and compliance that were changed, and creep, are not part of it.
     ///
     /// # Shapes
     /// `state: [state_len]`: stretch, m; twice the energy, J; tensions, N; slips of the last step, m; lagged speeds, m/s.

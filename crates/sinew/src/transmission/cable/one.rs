@@ -128,7 +128,7 @@ impl Cable {
         Ok(self.lanes.travel_to(0, far, sliding))
     }
 
-    /// The law as built, with its current wraps and bend.
+    /// The law as built, with its current wraps and bend, without changes of drag and compliance.
     #[must_use]
     pub fn law(&self) -> &CableLaw {
         &self.lanes.laws[0]
@@ -179,6 +179,17 @@ impl Cable {
     /// [`Error::OutOfDomain`] where the factor is negative or not finite.
     pub fn scale_drag(&mut self, factor: f64) -> Result<(), Error> {
         self.lanes.scale_drag(0, factor)
+    }
+
+    /// Sets the compliance of every cell to a multiple of the law's, as where strands have broken. The lengths of the cells are
+    /// kept: tensions fall as the compliance grows.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] where the factor is not positive and finite.
+    pub fn scale_compliance(&mut self, factor: f64) -> Result<(), Error> {
+        self.lanes.scale_compliance(0, factor)?;
+        self.ends = self.lanes.ends_at_rest(0);
+        Ok(())
     }
 
     /// Lets the cable creep from now on, and recover: a Kelvin-Voigt element in every cell, whose strain approaches `share`

@@ -32,7 +32,7 @@ pub enum Worn {
     Friction,
     /// The pretension `T_0` falls by a share.
     Pretension,
-    /// The compliance grows by a share, at the drive: strands that have broken there.
+    /// The compliance grows by a share, along the whole cable: strands that have broken.
     Stiffness,
 }
 

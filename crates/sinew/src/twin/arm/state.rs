@@ -51,10 +51,6 @@ pub struct ArmTwin {
     motions: Vec<EndMotion>,
     anchor_tension: Vec<f64>,
     lengths_before: Vec<f64>,
-    /// Stretch of worn strands at the drives, m.
-    worn_stretch: Vec<f64>,
-    /// Its change in this step, m.
-    worn_travel: Vec<f64>,
 }
 
 /// True state of the arm.
@@ -121,8 +117,6 @@ impl ArmTwin {
             motions: vec![EndMotion::default(); muscles],
             anchor_tension: tension_out.to_vec(),
             lengths_before: limb.lengths().to_vec(),
-            worn_stretch: vec![0.0; muscles],
-            worn_travel: vec![0.0; muscles],
             limb,
             specimen: specimen.clone(),
         };
@@ -172,14 +166,13 @@ impl ArmTwin {
         self.step_drives(commands, h);
         self.measure();
         self.push();
-        self.stretch_worn_strands()?;
+        self.soften_worn_cables()?;
         for _ in 0..self.specimen.resolution.substeps {
             self.lengths_before.copy_from_slice(self.limb.lengths());
             self.limb.advance(h / substeps, &self.anchor_tension)?;
             let lengths = self.lengths_before.iter().zip(self.limb.lengths());
-            let drives = self.steps.iter().zip(&self.worn_travel);
-            for ((motion, (drive, worn)), (before, now)) in self.motions.iter_mut().zip(drives).zip(lengths) {
-                *motion = EndMotion { motor: (drive.moved - worn) / substeps, anchor: before - now };
+            for ((motion, drive), (before, now)) in self.motions.iter_mut().zip(&self.steps).zip(lengths) {
+                *motion = EndMotion { motor: drive.moved / substeps, anchor: before - now };
             }
             self.cables.step(h / substeps, &self.motions, &mut self.cable_readings)?;
             self.lose_pretension();
@@ -303,16 +296,12 @@ impl ArmTwin {
         self.faults.iter().map(|fault| fault.wear(muscle, part, self.time)).sum()
     }
 
-    /// Strands that are worn at a drive take a part of the winch's travel.
-    fn stretch_worn_strands(&mut self) -> Result<(), Error> {
-        if self.faults.is_empty() {
-            return Ok(());
-        }
-        for k in 0..self.steps.len() {
-            let share = self.wear(k, Worn::Stiffness);
-            let stretch = share * self.cables.compliance(k)? * self.cable_readings[k].tension_in;
-            self.worn_travel[k] = stretch - self.worn_stretch[k];
-            self.worn_stretch[k] = stretch;
+    /// Cables of which strands have broken are softer.
+    fn soften_worn_cables(&mut self) -> Result<(), Error> {
+        for fault in &self.faults {
+            if let Failure::Wear { muscle, what: Worn::Stiffness, .. } = fault.failure {
+                self.cables.scale_compliance(muscle, 1.0 + self.wear(muscle, Worn::Stiffness))?;
+            }
         }
         Ok(())
     }

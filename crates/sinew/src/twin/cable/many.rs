@@ -15,7 +15,9 @@ use alloc::vec::Vec;
 pub struct CablePlants {
     cables: CableBatch,
     wear: Vec<Wear>,
+    /// Compliance of every cell as built, m/N, and the factor by which wear has made it larger.
     compliance: Vec<Vec<f64>>,
+    compliance_factor: Vec<f64>,
     substeps: usize,
     parts: Vec<EndMotion>,
     ends: Vec<EndTensions>,
@@ -42,6 +44,7 @@ impl CablePlants {
             cables,
             wear: specimens.iter().map(|s| Wear::new(&s.effects)).collect(),
             compliance: laws.iter().map(|law| law.compliance().to_vec()).collect(),
+            compliance_factor: vec![1.0; n],
             substeps: resolution.substeps,
             parts: vec![EndMotion::default(); n],
             ends: vec![EndTensions::default(); n],
@@ -71,6 +74,16 @@ impl CablePlants {
     /// As there.
     pub fn set_sheath_bend(&mut self, cable: usize, bend: f64) -> Result<(), Error> {
         self.cables.set_sheath_bend(cable, bend)
+    }
+
+    /// As [`CableBatch::scale_compliance`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn scale_compliance(&mut self, cable: usize, factor: f64) -> Result<(), Error> {
+        self.cables.scale_compliance(cable, factor)?;
+        self.compliance_factor[cable] = factor;
+        Ok(())
     }
 
     /// Advances all cables: `motions: [cables]` in, `readings: [cables]` out.
@@ -124,16 +137,8 @@ impl CablePlants {
     /// [`Error::OutOfDomain`] for an index out of range.
     pub fn energy(&self, cable: usize) -> Result<f64, Error> {
         let tensions = self.tensions(cable)?;
-        Ok(tensions.zip(&self.compliance[cable]).map(|(t, c)| 0.5 * c * t * t).sum())
-    }
-
-    /// Compliance of one cable, m/N.
-    ///
-    /// # Errors
-    /// [`Error::OutOfDomain`] for an index out of range.
-    pub fn compliance(&self, cable: usize) -> Result<f64, Error> {
-        within("cable", "below the number of cables", cable as f64, cable < self.wear.len())?;
-        Ok(self.compliance[cable].iter().sum())
+        let factor = self.compliance_factor[cable];
+        Ok(tensions.zip(&self.compliance[cable]).map(|(t, c)| 0.5 * factor * c * t * t).sum())
     }
 
     /// Tension along one cable, N, drive end first.

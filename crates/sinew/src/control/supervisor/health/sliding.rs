@@ -1,16 +1,19 @@
+use crate::body::cholesky;
+
 /// Friction and compliance of a cable from the travel that its model does not explain, over one window.
 ///
 /// ```text
 /// e = C T_in E(s A),   E(z) = (1 - exp(-z))/z                        stretch of a cable that slides everywhere
 /// x' = x + C E(s A) i + s C (f - 1) D |v|/2  T_m/(T_m + T_d),   T_m = T_in E(s A)
-/// -x' = c + C T_in E(s A) d_C + C T_in s E'(s A) A d_A               least squares over a window, d_C and d_A with priors
+/// -x' = c + g p + C T_in E(s A) d_C + C T_in s E'(s A) A d_A         least squares over a window; g, d_C, d_A with priors
 /// ```
 ///
 /// | symbol | meaning                                                             | unit |
 /// |--------|---------------------------------------------------------------------|------|
 /// | x      | travel of the winch in addition to its encoder's with which the observer explains the tension | m |
 /// | i      | tension at the drive that it does not explain yet                     | N    |
-/// | T_in, s | tension at the drive, direction of sliding                           | N, 1 |
+/// | T_in, s | tension at the drive as the observer estimates it, direction of sliding | N, 1 |
+/// | p, g   | position of the anchor; error of the muscle's moment arm as a share of it | m, 1 |
 /// | C, A   | compliance and friction angle of the model                            | m/N, 1 |
 /// | D, T_d | drag of the model and the tension below which it fades                | N s/m, N |
 /// | f, v   | drag that the observer has learned, over the model's; speed of the anchor | 1, m/s |
@@ -18,25 +21,31 @@
 ///
 /// Sliding toward the motor the stretch shrinks with friction, away it grows: the hysteresis tells friction from compliance.
 /// The observer corrects `x` more slowly than a cable reverses: `i` is what is left. It takes friction that grows for drag, which `f` takes
-/// back.
+/// back. Noise of the load cell is in `x'` by `i`: were it in `T_in` too, it would look like a stiffness.
 ///
 /// # Assumes
-/// Friction evenly along the cable. Errors of geometry and creep enter both numbers alike as long as the motion is the
-/// same: only their change counts.
+/// Friction evenly along the cable. What else is wrong with the geometry, and creep, enter both numbers alike as long as the motion is
+/// the same: only their change counts.
 ///
 /// # Source
 /// (10) of `yuan2023`, linearised.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SlidingFit {
-    /// Upper triangle of the normal equations of `(1, r_C, r_A)`, row by row, and their right side.
-    normal: [f64; 6],
-    right: [f64; 3],
+    /// Normal equations of `(1, p, r_C, r_A)`, and their right side.
+    normal: [[f64; COLUMNS]; COLUMNS],
+    right: [f64; COLUMNS],
     count: [f64; 2],
+    /// Position of the anchor in the first sample, m.
+    origin: Option<f64>,
 }
+
+const COLUMNS: usize = 4;
 
 /// What is seen of a cable at one time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SlidingSample {
+    /// Of the anchor, m.
+    pub(super) position: f64,
     /// Of the anchor, m/s, + toward the motor.
     pub(super) speed: f64,
     /// At the drive, N, >= 0.
@@ -64,9 +73,11 @@ pub(super) struct SlidingModel {
 
 /// Samples of each direction that a window needs.
 const ENOUGH: f64 = 40.0;
-/// Standard deviation of a relative difference before a window, 1, and of a sample, m: the priors.
-const PRIOR: f64 = 0.5;
-const NOISE: f64 = 3e-4;
+/// Standard deviations before a window: of `d_C` and `d_A`, and of `g`.
+const WEAR: f64 = 0.5;
+const MOMENT_ARM: f64 = 0.02;
+/// Standard deviation of a sample as a share of the cable's stretch.
+const NOISE: f64 = 0.03;
 /// Angle below which the series of `E` is taken.
 const SMALL: f64 = 1e-3;
 
@@ -83,7 +94,7 @@ fn mean_tension(z: f64) -> [f64; 2] {
 impl SlidingFit {
     /// Takes one sample.
     pub(super) fn add(&mut self, sample: &SlidingSample, model: &SlidingModel) {
-        let SlidingSample { speed, tension, unexplained, innovation, drag_factor } = *sample;
+        let SlidingSample { position, speed, tension, unexplained, innovation, drag_factor } = *sample;
         let SlidingModel { angle, compliance, drag, drag_fade } = *model;
         let sign = speed.signum();
         let [mean, slope] = mean_tension(sign * angle);
@@ -91,14 +102,13 @@ impl SlidingFit {
         let faded = tension * mean / (tension * mean + drag_fade);
         let learned = 0.5 * compliance * (drag_factor - 1.0) * drag * speed * faded;
         let travel = unexplained + compliance * mean * innovation + learned;
-        let row = [1.0, stretch * mean, stretch * slope];
-        let mut place = 0;
-        for i in 0..3 {
-            for j in i..3 {
-                self.normal[place] += row[i] * row[j];
-                place += 1;
+        let position = position - *self.origin.get_or_insert(position);
+        let row = [1.0, position, stretch * mean, stretch * slope];
+        for ((normal, right), own) in self.normal.iter_mut().zip(&mut self.right).zip(row) {
+            for (sum, other) in normal.iter_mut().zip(row) {
+                *sum += own * other;
             }
-            self.right[i] -= row[i] * travel;
+            *right -= own * travel;
         }
         self.count[usize::from(sign > 0.0)] += 1.0;
     }
@@ -108,14 +118,18 @@ impl SlidingFit {
         if self.count.iter().any(|count| *count < ENOUGH) {
             return None;
         }
-        let [n, a, b, aa, ab, bb] = self.normal;
-        let [y, ya, yb] = self.right;
-        // The constant is eliminated; the samples are not independent: one in `ENOUGH` counts.
-        let prior = ENOUGH * (NOISE / PRIOR) * (NOISE / PRIOR);
-        let (aa, ab, bb) = (aa - a * a / n + prior, ab - a * b / n, bb - b * b / n + prior);
-        let (ya, yb) = (ya - a * y / n, yb - b * y / n);
-        let determinant = aa * bb - ab * ab;
-        (determinant > 0.0).then(|| [(ya * bb - yb * ab) / determinant, (yb * aa - ya * ab) / determinant])
+        let mut normal = self.normal;
+        let mean_square = normal[2][2] / normal[0][0];
+        // The samples are not independent: one in `ENOUGH` counts.
+        let noise = ENOUGH * NOISE * NOISE * mean_square;
+        for (k, prior) in [(1, MOMENT_ARM), (2, WEAR), (3, WEAR)] {
+            normal[k][k] += noise / (prior * prior);
+        }
+        let mut solution = self.right;
+        cholesky::factor(normal.as_flattened_mut(), COLUMNS).ok()?;
+        cholesky::solve(normal.as_flattened(), &mut solution);
+        let [.., compliance, friction] = solution;
+        Some([compliance, friction])
     }
 }
 
@@ -133,28 +147,38 @@ mod tests {
     }
 
     #[test]
-    fn differences_of_friction_and_compliance_are_told_apart() {
-        let (angle, compliance) = (0.9, 2e-4);
+    fn differences_of_friction_and_compliance_are_told_apart_at_any_scale_and_in_a_geometry_that_errs() {
         // All of it is left to the innovation where the observer has corrected nothing.
-        for [softer, rougher, slow] in [[0.1, 0.0, 0.0], [0.0, 0.15, 0.5], [-0.05, 0.08, 1.0]] {
-            let mut fit = SlidingFit::default();
-            for k in 0..400 {
-                let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-                let tension = 40.0 + 20.0 * libm::sin(0.1 * f64::from(k));
-                let stretch = |c: f64, a: f64| c * tension * mean_tension(sign * a)[0];
-                let own = stretch(compliance * (1.0 + softer), angle * (1.0 + rougher));
-                let unexplained = stretch(compliance, angle) - own + 0.7e-3;
-                let sample = SlidingSample {
-                    speed: 0.05 * sign,
-                    tension,
-                    unexplained: unexplained * (1.0 - slow),
-                    innovation: slow * unexplained / (compliance * mean_tension(sign * angle)[0]),
-                    drag_factor: 1.0,
-                };
-                fit.add(&sample, &SlidingModel { angle, compliance, drag: 80.0, drag_fade: 5.0 });
+        for [softer, rougher, slow, arm] in
+            [[0.1, 0.0, 0.0, 0.0], [0.0, 0.15, 0.5, 0.01], [-0.05, 0.08, 1.0, -0.02]]
+        {
+            // From the stretch of an arm's cable to that of a finger's.
+            for compliance in [2e-4, 2e-6] {
+                let angle = 0.9;
+                let mut fit = SlidingFit::default();
+                for k in 0..400 {
+                    let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+                    let tension = 40.0 + 20.0 * libm::sin(0.1 * f64::from(k));
+                    let stretch = |c: f64, a: f64| c * tension * mean_tension(sign * a)[0];
+                    let own = stretch(compliance * (1.0 + softer), angle * (1.0 + rougher));
+                    let position = 300.0 * compliance * libm::sin(0.037 * f64::from(k));
+                    let unexplained = stretch(compliance, angle) - own + arm * position + 3.5 * compliance;
+                    let sample = SlidingSample {
+                        position,
+                        speed: 0.05 * sign,
+                        tension,
+                        unexplained: unexplained * (1.0 - slow),
+                        innovation: slow * unexplained / (compliance * mean_tension(sign * angle)[0]),
+                        drag_factor: 1.0,
+                    };
+                    fit.add(&sample, &SlidingModel { angle, compliance, drag: 80.0, drag_fade: 5.0 });
+                }
+                let [c, a] = fit.solve().unwrap();
+                assert!(
+                    (c - softer).abs() < 0.02 && (a - rougher).abs() < 0.02,
+                    "{softer} {rougher}: {c} {a}"
+                );
             }
-            let [c, a] = fit.solve().unwrap();
-            assert!((c - softer).abs() < 0.02 && (a - rougher).abs() < 0.02, "{softer} {rougher}: {c} {a}");
         }
     }
 
@@ -167,7 +191,14 @@ mod tests {
                 let speed = if k % 2 == 0 { 0.05 } else { -0.05 };
                 let tension = 40.0 + 20.0 * libm::sin(0.1 * f64::from(k));
                 fit.add(
-                    &SlidingSample { speed, tension, unexplained: 0.0, innovation: 0.0, drag_factor },
+                    &SlidingSample {
+                        position: 0.0,
+                        speed,
+                        tension,
+                        unexplained: 0.0,
+                        innovation: 0.0,
+                        drag_factor,
+                    },
                     &model,
                 );
             }

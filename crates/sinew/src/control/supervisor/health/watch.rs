@@ -113,10 +113,12 @@ impl HealthMonitor {
             if speed.abs() > SLIDING_SPEED && tension.is_finite() && controller.slides(k) {
                 let [drag, drag_fade] = law.drag();
                 let (angle, compliance) = (law.friction_angle(), law.compliance().iter().sum());
+                let position = -observed.lengths[k];
                 let (unexplained, drag_factor) = (observed.unexplained[k], observed.drag_factor[k]);
-                let innovation = tension - observed.tension_in[k];
-                let tension = tension.max(0.0);
-                let sample = SlidingSample { speed, tension, unexplained, innovation, drag_factor };
+                // The estimate stands for the tension: noise of the reading on both sides of the fit would look like a
+                // stiffness.
+                let (innovation, tension) = (tension - observed.tension_in[k], observed.tension_in[k]);
+                let sample = SlidingSample { position, speed, tension, unexplained, innovation, drag_factor };
                 cable.sliding.add(&sample, &SlidingModel { angle, compliance, drag, drag_fade });
             }
             let arms = observed.moment_arms.get(k * joints..(k + 1) * joints).unwrap_or_default();
