@@ -46,6 +46,9 @@ pub struct SafetyLimits {
     /// Time for which lost readings are bridged, s, >= 0; longer is for good.
     #[serde(rename = "bridged_loss_s")]
     pub bridged_loss: f64,
+    /// Lateness of a single cycle that is bridged, s, >= 0; a later one is late for good.
+    #[serde(rename = "bridged_lateness_s")]
+    pub bridged_lateness: f64,
     /// Time by which cycles may be late, summed over those of the last second, s, > 0.
     #[serde(rename = "lateness_s")]
     pub lateness: f64,
@@ -68,7 +71,8 @@ impl Default for SafetyLimits {
             holding_time: 1.0,
             lowering_speed: 0.2,
             lowering_time: 20.0,
-            bridged_loss: 0.012,
+            bridged_loss: 0.004,
+            bridged_lateness: 0.012,
             lateness: 0.02,
             command_age: 0.1,
         }
@@ -104,6 +108,7 @@ impl SafetyLimits {
         }
         non_negative("joint_margin", self.joint_margin)?;
         non_negative("holding_time", self.holding_time)?;
+        non_negative("bridged_lateness", self.bridged_lateness)?;
         non_negative("bridged_loss", self.bridged_loss).map(drop)
     }
 }

@@ -228,13 +228,13 @@ impl Supervisor {
         // A computer wakes a program some ten microseconds late; that is no fault.
         let late = exchange.lateness.is_finite() && exchange.lateness > LATE_SHARE * h;
         self.late = if late { exchange.lateness } else { 0.0 };
-        // A single stall is bridged as lost cycles are, whatever its length below their limit.
+        // A single stall counts as one late cycle, whatever its length below its limit.
         self.late_by = self.late_by * (1.0 - (h / LATENESS_MEMORY).min(1.0)) + self.late.min(h);
         let safety = &self.limits.safety;
         let reported = |fault| Some(NamedFault::new(fault, Symptom::Reported));
         // Half a cycle of tolerance for times that are sums of cycles.
         let lost = self.lost_for > safety.bridged_loss + 0.5 * h;
-        let late = self.late_by > safety.lateness || self.late > safety.bridged_loss + 0.5 * h;
+        let late = self.late_by > safety.lateness || self.late > safety.bridged_lateness + 0.5 * h;
         // Readings that were rejected do not exceed limits: the controller has its own answer to them.
         let observed = self.mode.is_controlled().then(|| self.controller.observed());
         let accepted = observed.map_or(*measurement, |seen| ArmMeasurement {

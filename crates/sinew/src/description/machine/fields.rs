@@ -166,6 +166,12 @@ pub(super) const SAFETY: &[Field<SafetyLimits>] = &[
         get: |s| Some(s.bridged_loss),
         set: |s, x| s.bridged_loss = x,
     },
+    Field {
+        key: "bridged_lateness_s",
+        domain: NON_NEGATIVE,
+        get: |s| Some(s.bridged_lateness),
+        set: |s, x| s.bridged_lateness = x,
+    },
     Field { key: "lateness_s", domain: POSITIVE, get: |s| Some(s.lateness), set: |s, x| s.lateness = x },
     Field {
         key: "command_age_s",

@@ -2,7 +2,7 @@
 ///
 /// ```text
 /// x_0, s_0    mean and standard deviation of the first n_0 values
-/// z = (x - x_0)/max(s_0, s_min)
+/// z = (x - x_0)/max(s_0, s_min, s_x/2)
 /// S+ <- max(0, S+ + z - k),   S- <- max(0, S- - z - k)                      CUSUM
 /// found       S > h  and  |d| > d_min,   d the mean over the last values
 /// slope       exponentially weighted least squares of x over time, memory of n_f values
@@ -12,7 +12,11 @@
 /// |--------|------------------------------------------------------|-------|
 /// | n_0, n_f | values at the beginning; memory of slope and mean   | 8, 8, 4 |
 /// | k, h   | allowance and threshold                              | 1, 8  |
+/// | s_x    | standard deviation that the fit of `x` states, in the mean of the first values |     |
 /// | s_min, d_min | least deviation, least drift that is reported    | [`DriftRule`] |
+///
+/// Of eight values the deviation is known to a quarter, and values of one motion are not independent: `s_x` keeps a number that is poorly
+/// determined from being taken for a precise one. Measured, values scatter by 0.1 to 0.7 of it.
 ///
 /// # Source
 /// `page1954` (CUSUM).
@@ -22,12 +26,21 @@ pub(super) struct DriftWatch {
     count: f64,
     mean: f64,
     squares: f64,
+    /// Mean of `s_x`.
+    stated: f64,
     sums: [f64; 2],
     /// Mean of the last values.
     recent: f64,
     /// Weighted sums of the line: 1, t, x, t^2, t x, with times from the last value on.
     line: [f64; 5],
     found: bool,
+}
+
+/// A number with the standard deviation that its fit states; 0 where it states none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Estimate {
+    pub(super) value: f64,
+    pub(super) deviation: f64,
 }
 
 /// What is specific to a quantity.
@@ -69,6 +82,8 @@ const FIRST: f64 = 8.0;
 /// Memory of the recent mean and of the slope, values.
 const RECENT: f64 = 4.0;
 const SLOPE_MEMORY: f64 = 8.0;
+/// Share of the stated deviation that counts.
+const STATED_SHARE: f64 = 0.5;
 /// `k` and `h`.
 const ALLOWANCE: f64 = 1.0;
 const THRESHOLD: f64 = 8.0;
@@ -80,6 +95,7 @@ impl DriftWatch {
             count: 0.0,
             mean: 0.0,
             squares: 0.0,
+            stated: 0.0,
             sums: [0.0; 2],
             recent: 0.0,
             line: [0.0; 5],
@@ -88,8 +104,9 @@ impl DriftWatch {
     }
 
     /// Takes the value of one window, which lasts `window` s.
-    pub(super) fn update(&mut self, x: f64, window: f64) {
-        if !x.is_finite() {
+    pub(super) fn update(&mut self, estimate: Estimate, window: f64) {
+        let Estimate { value: x, deviation } = estimate;
+        if !x.is_finite() || !deviation.is_finite() {
             return;
         }
         self.count += 1.0;
@@ -101,6 +118,7 @@ impl DriftWatch {
         if self.count <= FIRST {
             let d = x - self.mean;
             self.mean += d / self.count;
+            self.stated += (deviation - self.stated) / self.count;
             self.squares += d * (x - self.mean);
             self.recent = self.mean;
             return;
@@ -115,7 +133,9 @@ impl DriftWatch {
     }
 
     fn deviation(&self) -> f64 {
-        libm::sqrt(self.squares / (FIRST - 1.0)).max(self.rule.least_deviation)
+        libm::sqrt(self.squares / (FIRST - 1.0))
+            .max(self.rule.least_deviation)
+            .max(STATED_SHARE * self.stated)
     }
 
     pub(super) fn drift(&self) -> Drift {
@@ -145,6 +165,10 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
+    fn exact(value: f64) -> Estimate {
+        Estimate { value, deviation: 0.0 }
+    }
+
     const RULE: DriftRule =
         DriftRule { least_deviation: 0.005, least_drift: 0.02, limit: 0.2, wear: Wear::Either };
 
@@ -153,7 +177,7 @@ mod tests {
         let mut random = Random::new(5);
         let reported = (0..1000).filter(|_| {
             let mut watch = DriftWatch::new(RULE);
-            (0..360).for_each(|_| watch.update(0.03 + 0.005 * random.normal(), 100.0));
+            (0..360).for_each(|_| watch.update(exact(0.03 + 0.005 * random.normal()), 100.0));
             watch.drift().found
         });
         assert!(reported.count() == 0);
@@ -170,7 +194,7 @@ mod tests {
             (Wear::Either, -1.0, true),
         ] {
             let mut watch = DriftWatch::new(DriftRule { wear, ..RULE });
-            (0..40).for_each(|k| watch.update(sign * 0.005 * f64::from(k), 100.0));
+            (0..40).for_each(|k| watch.update(exact(sign * 0.005 * f64::from(k)), 100.0));
             assert_eq!(watch.drift().found, found, "{wear:?} {sign}");
         }
     }
@@ -183,7 +207,7 @@ mod tests {
             let mut found = None;
             for k in 0..44 {
                 let worn = 0.2 * (f64::from(k - 8) / 36.0).max(0.0);
-                watch.update(0.01 + worn + 0.006 * random.normal(), 100.0);
+                watch.update(exact(0.01 + worn + 0.006 * random.normal()), 100.0);
                 if watch.drift().found && found.is_none() {
                     found = Some((worn, watch.drift().remaining));
                 }

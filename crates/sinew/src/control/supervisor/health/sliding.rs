@@ -1,3 +1,4 @@
+use super::drift::Estimate;
 use crate::body::cholesky;
 
 /// Friction and compliance of a cable from the travel that its model does not explain, over one window.
@@ -114,7 +115,7 @@ impl SlidingFit {
     }
 
     /// `d_C` and `d_A`; none where a direction is missing.
-    pub(super) fn solve(&self) -> Option<[f64; 2]> {
+    pub(super) fn solve(&self) -> Option<[Estimate; 2]> {
         if self.count.iter().any(|count| *count < ENOUGH) {
             return None;
         }
@@ -125,11 +126,16 @@ impl SlidingFit {
         for (k, prior) in [(1, MOMENT_ARM), (2, WEAR), (3, WEAR)] {
             normal[k][k] += noise / (prior * prior);
         }
-        let mut solution = self.right;
         cholesky::factor(normal.as_flattened_mut(), COLUMNS).ok()?;
+        let mut solution = self.right;
         cholesky::solve(normal.as_flattened(), &mut solution);
-        let [.., compliance, friction] = solution;
-        Some([compliance, friction])
+        let estimate = |k: usize| {
+            let mut variance = [0.0; COLUMNS];
+            variance[k] = noise;
+            cholesky::solve(normal.as_flattened(), &mut variance);
+            Estimate { value: solution[k], deviation: libm::sqrt(variance[k]) }
+        };
+        Some([estimate(2), estimate(3)])
     }
 }
 
@@ -173,7 +179,7 @@ mod tests {
                     };
                     fit.add(&sample, &SlidingModel { angle, compliance, drag: 80.0, drag_fade: 5.0 });
                 }
-                let [c, a] = fit.solve().unwrap();
+                let [c, a] = fit.solve().unwrap().map(|estimate| estimate.value);
                 assert!(
                     (c - softer).abs() < 0.02 && (a - rougher).abs() < 0.02,
                     "{softer} {rougher}: {c} {a}"
@@ -202,7 +208,7 @@ mod tests {
                     &model,
                 );
             }
-            fit.solve().unwrap()[1]
+            fit.solve().unwrap()[1].value
         };
         assert!(friction(1.0).abs() < 1e-9);
         // 4 N of drag more, of about 45 N at 0.9 rad in the mean of both directions.

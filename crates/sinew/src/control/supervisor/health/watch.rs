@@ -1,4 +1,4 @@
-use super::drift::{Drift, DriftRule, DriftWatch, Wear};
+use super::drift::{Drift, DriftRule, DriftWatch, Estimate, Wear};
 use super::sliding::{SlidingFit, SlidingModel, SlidingSample};
 use super::torque::TorqueFit;
 use crate::control::arm::ArmController;
@@ -134,11 +134,13 @@ impl HealthMonitor {
         for (k, cable) in self.cables.iter_mut().enumerate() {
             if let Some([compliance, friction]) = cable.sliding.solve() {
                 cable.friction.update(friction, self.time);
-                cable.stiffness.update(-compliance, self.time);
+                let stiffness = Estimate { value: -compliance.value, ..compliance };
+                cable.stiffness.update(stiffness, self.time);
             }
             let pretension = controller.cable_law(k).map_or(0.0, |law| law.pretension());
             if let (Some([force, arms]), true) = (cable.torque.solve(), pretension > 0.0) {
-                cable.pretension.update(force / pretension, self.time);
+                let lacking = Estimate { value: force / pretension, deviation: 0.0 };
+                cable.pretension.update(lacking, self.time);
                 let lost = (-cable.pretension.drift().share).max(0.0) * pretension;
                 cable.explained = lost * lost * arms;
             }
