@@ -66,8 +66,6 @@ pub(super) struct ActuationInputs<'a> {
     pub(super) repeat_time: Option<f64>,
     /// Whether the reference is at rest and the arm near it.
     pub(super) at_rest: bool,
-    /// Whether all winches are to stand.
-    pub(super) holding: bool,
     /// Integral terms of tensions that are followed wherever the joints go: `[muscles]`; none where the joints are
     /// followed.
     pub(super) tension_alone: Option<&'a [f64]>,
@@ -146,7 +144,7 @@ impl Actuation {
                     if let Some(learning) = &mut learning {
                         learning.record(k, winch.feedback);
                     }
-                    let target = if inputs.holding { 0.0 } else { speed };
+                    let target = if inputs.at_rest && winch.stands { 0.0 } else { speed };
                     // A drive cannot follow a faster change; what it would lack is not its fault.
                     let most = h * muscle.max_winch_acceleration;
                     self.winch_speed[k] += (target - self.winch_speed[k]).clamp(-most, most);

@@ -491,7 +491,6 @@ impl ArmController {
             faults: &self.faults,
             repeat_time,
             at_rest: self.at_rest,
-            holding: self.holding,
             tension_alone: self.tensions.integral(),
         };
         self.actuation.command(h, &self.gains, &inputs)
