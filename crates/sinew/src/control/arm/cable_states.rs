@@ -42,8 +42,8 @@ pub(super) struct CableStates {
     pub(super) tension_in: Vec<f64>,
     /// `c`, of the whole cable, m/N.
     pub(super) compliance: Vec<f64>,
-    /// Speed of the winch in addition to its encoder's, by the observer's correction, m/s.
-    pub(super) winch_correction: Vec<f64>,
+    /// Speed of the winch in addition to its encoder's that the tension at the drive asks for, m/s.
+    pub(super) unexplained_speed: Vec<f64>,
     /// Drag as a multiple of the law's, 1.
     pub(super) drag_factor: Vec<f64>,
     /// Travel of the winch in addition to its encoder's since the start, m: the integral of the correction.
@@ -87,7 +87,7 @@ impl CableStates {
             tension_out: vec![0.0; n],
             stretch: vec![0.0; n],
             tension_in: vec![0.0; n],
-            winch_correction: vec![0.0; n],
+            unexplained_speed: vec![0.0; n],
             drag_factor: vec![1.0; n],
             unexplained: vec![0.0; n],
         })
@@ -98,7 +98,7 @@ impl CableStates {
         self.observers.reset();
         self.started = false;
         self.wraps.iter_mut().for_each(|wrap| wrap.angle = f64::NAN);
-        self.winch_correction.fill(0.0);
+        self.unexplained_speed.fill(0.0);
         self.unexplained.fill(0.0);
     }
 
@@ -144,8 +144,8 @@ impl CableStates {
         }
         for (k, (estimate, sample)) in self.estimates.iter().zip(&self.samples).enumerate() {
             self.tension_in[k] = estimate.tension_in;
-            self.winch_correction[k] = estimate.correction;
-            self.unexplained[k] += h * self.winch_correction[k];
+            self.unexplained_speed[k] = estimate.unexplained_speed;
+            self.unexplained[k] += h * estimate.correction;
             let displacement = sample.motor - sample.anchor;
             if !self.started {
                 self.stretch_offset[k] = estimate.stretch - displacement;

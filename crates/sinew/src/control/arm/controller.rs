@@ -367,7 +367,7 @@ impl ArmController {
         let prediction = Prediction {
             winch_speed: &self.actuation.winch_speed,
             tension_in: &self.cables.tension_in,
-            winch_correction: &self.cables.winch_correction,
+            unexplained_speed: &self.cables.unexplained_speed,
             joint: [&self.joints.q, &self.joints.v, &self.joints.disturbance],
             disturbance_torque: &self.stiffness.disturbance_torque,
             joint_stiffness: &self.stiffness.joints,

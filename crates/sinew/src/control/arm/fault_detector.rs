@@ -14,8 +14,8 @@ pub(super) struct Prediction<'a> {
     pub(super) winch_speed: &'a [f64],
     /// Estimated tension at every drive's outlet, N.
     pub(super) tension_in: &'a [f64],
-    /// Speed of every winch in addition to its encoder's, by its load cell, m/s: the observers' correction.
-    pub(super) winch_correction: &'a [f64],
+    /// Speed of every winch in addition to its encoder's that its load cell asks for, m/s.
+    pub(super) unexplained_speed: &'a [f64],
     /// Estimated angle, rad, speed, rad/s, and disturbance, rad/s^2, of every joint.
     pub(super) joint: [&'a [f64]; 3],
     /// Torque of the disturbances at every joint, Nm.
@@ -238,7 +238,7 @@ impl FaultDetector {
             if changed {
                 (*by_tension, *by_command) = (0.0, 0.0);
             } else if accepted {
-                *by_tension += h * prediction.winch_correction[k];
+                *by_tension += h * prediction.unexplained_speed[k];
                 *by_command += commanded;
             }
             if changed {
@@ -357,7 +357,7 @@ mod tests {
         let prediction = Prediction {
             winch_speed: &[winch_speed],
             tension_in: &[40.0],
-            winch_correction: &[0.0],
+            unexplained_speed: &[0.0],
             joint: [&[0.2], &[0.0], &[0.0]],
             disturbance_torque: &[0.0],
             joint_stiffness: &[200.0],

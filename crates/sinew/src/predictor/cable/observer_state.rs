@@ -18,7 +18,9 @@ pub struct CableEstimate {
     pub tension_in: f64,
     /// Measured minus estimated tension at the drive's outlet, N; zero where none was measured.
     pub innovation: f64,
-    /// Speed that corrects the motor's in the next interval, m/s: `g clip(i, +-50 N)` of the innovation `i`.
+    /// Speed of the motor, in addition to its encoder's, that the innovation `i` asks for, m/s: `g i`.
+    pub unexplained_speed: f64,
+    /// The part of it that corrects the motor's speed in the next interval, m/s: `g clip(i, +-50 N)`.
     pub correction: f64,
     /// Elongation of the cable from zero tension, m.
     pub stretch: f64,
@@ -184,6 +186,7 @@ impl ObserverState {
             high: self.far_gain * (ends.tension_in * self.ratio + self.pretension),
             tension_in: ends.tension_in,
             innovation: self.innovation,
+            unexplained_speed: self.correction * self.innovation,
             correction: self.correction_speed(),
             stretch,
             known: self.converged,
