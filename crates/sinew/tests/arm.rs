@@ -9,7 +9,7 @@ use sinew::body::{Robot, Scratch};
 use sinew::drive::{Drive, DriveCommand, DriveParameters};
 use sinew::muscle::{Geometry, Muscles};
 use sinew::random::Random;
-use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Sensor, SensorFailure};
+use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Sensor, SensorFailure, Worn};
 use sinew::twin::bench::Bench;
 use sinew::twin::cable::{Effects, Resolution, Specimen};
 
@@ -146,6 +146,28 @@ fn with_all_winches_jammed_no_energy_is_ever_created() {
         assert!(fastest > 0.2, "nothing moved");
         assert!(before < begin - 1e-3, "friction took nothing: {begin} {before}");
         assert!(arm.truth().v.iter().all(|v| v.abs() < 0.5 * fastest), "{:?} {fastest}", arm.truth().v);
+    }
+}
+
+#[test]
+fn broken_strands_lower_the_tension_once_and_leave_it_steady() {
+    let specimen = bare();
+    let q = start(&specimen.robot);
+    let tensions = holding(&specimen.robot, &q, 60.0);
+    for muscle in [0, 4, 9, 14] {
+        let failure = Failure::Wear { muscle, what: Worn::Stiffness, share: 1.0 / 6.0 };
+        let fault = InjectedFault { start: 0.5, duration: f64::INFINITY, failure };
+        let mut arm = ArmTwin::new(&specimen, &q, &tensions, 1).unwrap().with_faults(&[fault]).unwrap();
+        let at_drive: Vec<f64> = (0..2000)
+            .map(|_| {
+                arm.step(&STAND, H).unwrap();
+                arm.truth().cables[muscle].tension_in
+            })
+            .collect();
+        let (before, after) = (at_drive[498], at_drive[501]);
+        assert!((0.8..0.95).contains(&(after / before)), "muscle {muscle}: {before} -> {after} N");
+        let most = at_drive[1000..].windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+        assert!(most < 0.05, "muscle {muscle}: {most} N from one step to the next");
     }
 }
 

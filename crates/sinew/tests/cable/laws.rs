@@ -377,11 +377,54 @@ fn a_step_that_cannot_be_taken_leaves_everything_as_it_was() {
         one.set_wrap(1, 0.5).is_err() && one.set_wrap(0, -0.1).is_err() && one.set_wrap(0, 20.0).is_err()
     );
     assert!(one.travel_to(f64::NAN, Sliding::TowardMotor).is_err() && one.scale_drag(-1.0).is_err());
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(one.scale_compliance(bad).is_err() && many.scale_compliance(1, bad).is_err(), "{bad}");
+    }
+    assert!(many.scale_compliance(2, 1.2).is_err() && many.energy(2).is_err());
     assert!(many.settle(2, 70.0, Sliding::TowardMotor).is_err());
     assert!(one.tensions().eq(before.iter().copied()) && many.tensions(1).eq(before.iter().copied()));
     assert!(CableBatch::new(&[]).is_err());
     let other = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 9).unwrap();
     assert!(CableBatch::new(&[other, one.law().clone()]).is_err());
+}
+
+#[test]
+fn a_softer_cable_keeps_its_length_and_loses_tension_and_energy_in_proportion() {
+    for factor in [1.0, 7.0 / 6.0, 3.0] {
+        let mut one = cable(&CableParameters::bench(), 12);
+        one.settle(90.0, Sliding::TowardMotor).unwrap();
+        let mut many = CableBatch::new(&vec![one.law().clone(); 9]).unwrap();
+        (0..9).for_each(|k| many.settle(k, 90.0, Sliding::TowardMotor).unwrap());
+        let (stretch, energy, tensions) = (one.stretch(), one.energy(), one.tensions().collect::<Vec<f64>>());
+        one.scale_compliance(factor).unwrap();
+        many.scale_compliance(8, factor).unwrap();
+        assert_eq!(one.stretch(), stretch);
+        assert!((factor * one.energy() - energy).abs() < 1e-12 * energy, "{factor}");
+        assert!(one.tensions().zip(&tensions).all(|(now, before)| (factor * now - before).abs() < 1e-9));
+        // The factor is of the law: the same again changes nothing, and one takes it back.
+        let softer: Vec<f64> = one.tensions().collect();
+        one.scale_compliance(factor).unwrap();
+        assert!(one.tensions().eq(softer.iter().copied()));
+        assert!(many.tensions(8).eq(one.tensions()) && many.energy(8).unwrap() == one.energy());
+        assert!(many.tensions(7).eq(tensions.iter().copied()), "another lane");
+        // What the winch takes up gives a tension that is smaller by the factor.
+        let stiff = {
+            let mut stiff = cable(&CableParameters::bench(), 12);
+            stiff.settle(90.0, Sliding::TowardMotor).unwrap();
+            (0..400)
+                .map(|_| stiff.step(1e-3, EndMotion { motor: 2e-5, anchor: 0.0 }).unwrap())
+                .last()
+                .unwrap()
+        };
+        let soft = (0..400).map(|_| one.step(1e-3, EndMotion { motor: 2e-5, anchor: 0.0 }).unwrap()).last();
+        assert!((factor * soft.unwrap().tension_in - stiff.tension_in).abs() < 0.05 * stiff.tension_in);
+        one.scale_compliance(1.0).unwrap();
+        assert!((one.stretch() - stretch - 8e-3).abs() < 1e-9);
+    }
+    let mut slack = cable(&CableParameters::bench(), 12);
+    slack.step(1e-3, EndMotion { motor: -1e-3, anchor: 0.0 }).unwrap();
+    slack.scale_compliance(1.5).unwrap();
+    assert!((slack.stretch() + 1e-3).abs() < 1e-12 && slack.tensions().all(|tension| tension == 0.0));
 }
 
 #[test]

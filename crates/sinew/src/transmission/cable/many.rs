@@ -238,6 +238,15 @@ impl CableBatch {
         Some(lanes.stretch.0[cable % LANES])
     }
 
+    /// As [`Cable::energy`](super::Cable::energy) of one cable.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for an index out of range.
+    pub fn energy(&self, cable: usize) -> Result<f64, Error> {
+        let (group, k) = self.place(cable)?;
+        Ok(0.5 * self.groups[group].energy.0[k])
+    }
+
     /// Numbers that [`save`](Self::save) writes for one cable: `2 cells + 1`, and `cells - 1` more where friction of a cable
     /// of the batch weakens with speed.
     #[must_use]

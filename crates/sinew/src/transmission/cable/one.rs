@@ -182,7 +182,7 @@ impl Cable {
     }
 
     /// Sets the compliance of every cell to a multiple of the law's, as where strands have broken. The lengths of the cells are
-    /// kept: tensions fall as the compliance grows.
+    /// kept: tensions and energy fall as the compliance grows.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] where the factor is not positive and finite.

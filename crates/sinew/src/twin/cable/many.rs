@@ -15,9 +15,6 @@ use alloc::vec::Vec;
 pub struct CablePlants {
     cables: CableBatch,
     wear: Vec<Wear>,
-    /// Compliance of every cell as built, m/N, and the factor by which wear has made it larger.
-    compliance: Vec<Vec<f64>>,
-    compliance_factor: Vec<f64>,
     substeps: usize,
     parts: Vec<EndMotion>,
     ends: Vec<EndTensions>,
@@ -43,8 +40,6 @@ impl CablePlants {
         Ok(Self {
             cables,
             wear: specimens.iter().map(|s| Wear::new(&s.effects)).collect(),
-            compliance: laws.iter().map(|law| law.compliance().to_vec()).collect(),
-            compliance_factor: vec![1.0; n],
             substeps: resolution.substeps,
             parts: vec![EndMotion::default(); n],
             ends: vec![EndTensions::default(); n],
@@ -81,9 +76,7 @@ impl CablePlants {
     /// # Errors
     /// As there.
     pub fn scale_compliance(&mut self, cable: usize, factor: f64) -> Result<(), Error> {
-        self.cables.scale_compliance(cable, factor)?;
-        self.compliance_factor[cable] = factor;
-        Ok(())
+        self.cables.scale_compliance(cable, factor)
     }
 
     /// Advances all cables: `motions: [cables]` in, `readings: [cables]` out.
@@ -136,9 +129,7 @@ impl CablePlants {
     /// # Errors
     /// [`Error::OutOfDomain`] for an index out of range.
     pub fn energy(&self, cable: usize) -> Result<f64, Error> {
-        let tensions = self.tensions(cable)?;
-        let factor = self.compliance_factor[cable];
-        Ok(tensions.zip(&self.compliance[cable]).map(|(t, c)| 0.5 * factor * c * t * t).sum())
+        self.cables.energy(cable)
     }
 
     /// Tension along one cable, N, drive end first.

@@ -16,7 +16,7 @@
 /// | s_min, d_min | least deviation, least drift that is reported    | [`DriftRule`] |
 ///
 /// Of eight values the deviation is known to a quarter, and values of one motion are not independent: `s_x` keeps a number that is poorly
-/// determined from being taken for a precise one. Measured, values scatter by 0.1 to 0.7 of it.
+/// determined from being taken for a precise one. Measured, values scatter by 0.1 to 1.4 of it.
 ///
 /// # Source
 /// `page1954` (CUSUM).

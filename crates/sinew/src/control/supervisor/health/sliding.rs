@@ -49,7 +49,7 @@ pub(super) struct SlidingSample {
     pub(super) position: f64,
     /// Of the anchor, m/s, + toward the motor.
     pub(super) speed: f64,
-    /// At the drive, N, >= 0.
+    /// At the drive, estimated, N, >= 0.
     pub(super) tension: f64,
     /// `x`, m.
     pub(super) unexplained: f64,
