@@ -483,7 +483,9 @@ pub(crate) struct Worn {
 impl Bench {
     /// Tracks for this many seconds with these failures, or to the end of the window in which wear is found.
     pub(crate) fn wears(&mut self, seconds: f64, faults: &[InjectedFault]) -> Worn {
-        const WINDOW: f64 = 300.0;
+        const WINDOW: f64 = 120.0;
+        // Windows before the wear begins.
+        const HEALTHY: usize = 7;
         self.repeats = (seconds / self.trajectory.duration()).ceil() as u32;
         self.with_session(faults, |mut session| {
             let mut worn = Worn {
@@ -526,8 +528,9 @@ impl Bench {
                     }
                 }
             }
-            let first = worn.errors.first().copied().unwrap_or(1.0);
-            worn.errors.iter_mut().for_each(|error| *error = (1e3 * *error / first).round() * 1e-3);
+            let healthy = &worn.errors[..worn.errors.len().min(HEALTHY)];
+            let healthy = healthy.iter().sum::<f64>() / healthy.len() as f64;
+            worn.errors.iter_mut().for_each(|error| *error = (1e3 * *error / healthy).round() * 1e-3);
             worn.error_when_found = worn.found.and(worn.errors.last().copied());
             for health in session.supervisor().health() {
                 let drifts = [health.friction, health.stiffness, health.pretension];

@@ -104,6 +104,8 @@ pub(in crate::control) struct Observed<'a> {
     pub(in crate::control) tension: &'a [f64],
     /// The same, estimated.
     pub(in crate::control) tension_in: &'a [f64],
+    /// Estimated tensions at the anchors, N.
+    pub(in crate::control) tension_out: &'a [f64],
     /// Travel of the winch in addition to its encoder's that explains the tensions, m.
     pub(in crate::control) unexplained: &'a [f64],
     /// Drag that the cables' observers have learned, as a multiple of the law's, 1.
@@ -297,6 +299,7 @@ impl ArmController {
             joint: &self.faults.joint,
             tension: &self.faults.tension,
             tension_in: &self.cables.tension_in,
+            tension_out: &self.cables.tension_out,
             unexplained: &self.cables.unexplained,
             drag_factor: &self.cables.drag_factor,
             disturbance_torque: &self.stiffness.disturbance_torque,

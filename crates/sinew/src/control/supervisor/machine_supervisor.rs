@@ -100,7 +100,7 @@ impl Supervisor {
             last_request: Request::None,
             fault: None,
             monitor: LimitMonitor::new(&limits),
-            health: HealthMonitor::new(muscles),
+            health: HealthMonitor::new(muscles, joints),
             pretension: Pretension::new(&controller)?,
             safe_stop: SafeStop::new(muscles),
             held: HeldReference::new(joints),

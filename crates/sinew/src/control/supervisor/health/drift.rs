@@ -77,6 +77,24 @@ pub struct Drift {
     pub remaining: f64,
 }
 
+impl Drift {
+    /// Two independent estimates of one drift, weighted by their variances; the forecast is that of the more precise one, `found` that of `self`.
+    pub(super) fn joined(&self, other: &Self) -> Self {
+        let [own, others] = [self, other].map(|drift| 1.0 / (drift.error * drift.error));
+        let precision = own + others;
+        if precision > 0.0 {
+            Self {
+                share: (own * self.share + others * other.share) / precision,
+                error: 1.0 / libm::sqrt(precision),
+                found: self.found,
+                remaining: if own > others { self.remaining } else { other.remaining },
+            }
+        } else {
+            *self
+        }
+    }
+}
+
 /// `n_0`.
 const FIRST: f64 = 8.0;
 /// Memory of the recent mean and of the slope, values.

@@ -92,16 +92,25 @@ fn mean_tension(z: f64) -> [f64; 2] {
     [mean, decay - mean]
 }
 
+impl SlidingModel {
+    /// `s (f - 1) D |v| T_m/(T_m + T_d)`, N: what the observer has added to the model's friction.
+    pub(super) fn learned_drag(&self, sample: &SlidingSample) -> f64 {
+        let [mean, _] = mean_tension(sample.speed.signum() * self.angle);
+        let tension = sample.tension * mean;
+        let faded = if tension > 0.0 { tension / (tension + self.drag_fade) } else { 0.0 };
+        (sample.drag_factor - 1.0) * self.drag * sample.speed * faded
+    }
+}
+
 impl SlidingFit {
     /// Takes one sample.
     pub(super) fn add(&mut self, sample: &SlidingSample, model: &SlidingModel) {
-        let SlidingSample { position, speed, tension, unexplained, innovation, drag_factor } = *sample;
-        let SlidingModel { angle, compliance, drag, drag_fade } = *model;
+        let SlidingSample { position, speed, tension, unexplained, innovation, .. } = *sample;
+        let SlidingModel { angle, compliance, .. } = *model;
         let sign = speed.signum();
         let [mean, slope] = mean_tension(sign * angle);
         let stretch = compliance * tension;
-        let faded = tension * mean / (tension * mean + drag_fade);
-        let learned = 0.5 * compliance * (drag_factor - 1.0) * drag * speed * faded;
+        let learned = 0.5 * compliance * model.learned_drag(sample);
         let travel = unexplained + compliance * mean * innovation + learned;
         let position = position - *self.origin.get_or_insert(position);
         let row = [1.0, position, stretch * mean, stretch * slope];

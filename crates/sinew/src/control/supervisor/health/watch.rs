@@ -36,8 +36,11 @@ impl CableHealth {
 /// Estimates the slow changes of all cables while a machine follows its references.
 ///
 /// Once a window of [`WINDOW`] s of motion, friction and compliance are fitted to the travel that the observers do not explain
-/// ([`SlidingFit`]) and the force that each anchor lacks to the torques of the disturbances ([`TorqueFit`]); the drift of
+/// ([`SlidingFit`]), and pretension and friction once more to the torques of the disturbances ([`TorqueFit`]); the drift of
 /// each number from its values in the first windows is judged ([`DriftWatch`]). One cable is sampled per control cycle.
+///
+/// Stiffness is judged by the travel alone. Of friction and pretension one change of one cable is named, the one that explains the torques
+/// best: they show a tenth of the friction that the travel of a short cable shows.
 ///
 /// # Assumes
 /// The same motions recur: of another motion the errors of the model are others.
@@ -48,6 +51,10 @@ impl CableHealth {
 pub(in crate::control::supervisor) struct HealthMonitor {
     cables: Vec<Watched>,
     health: Vec<CableHealth>,
+    /// Drag that the cables' observers have learned, N: `[muscles]`.
+    learned_drag: Vec<f64>,
+    /// Torques that the cables' models do not explain, Nm or N: `[joints]`.
+    torque: Vec<f64>,
     next: usize,
     time: f64,
 }
@@ -57,17 +64,29 @@ pub(in crate::control::supervisor) struct HealthMonitor {
 struct Watched {
     sliding: SlidingFit,
     torque: TorqueFit,
+    /// By the travel that its observer does not explain.
     friction: DriftWatch,
+    /// By the torques, if nothing else changes.
+    friction_by_torque: DriftWatch,
     stiffness: DriftWatch,
     pretension: DriftWatch,
-    /// Mean square of the torques that its change explains, Nm^2, where it lacks force.
-    explained: f64,
+    /// Mean squares of the torques that a growth of its friction explains and a loss of its pretension, Nm^2.
+    explained: [f64; 2],
+}
+
+/// A change of a cable that the torques show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Explanation {
+    Friction { cable: usize, found: bool },
+    Pretension { cable: usize },
 }
 
 /// s.
 const WINDOW: f64 = 60.0;
 /// Speed of an anchor from which on the direction of sliding is certain, m/s.
 const SLIDING_SPEED: f64 = 2e-3;
+/// Share of the most from which on the frictions of two cables explain the torques alike: a correlation of 0.77.
+const ALIKE: f64 = 0.6;
 /// Friction that falls, of a cable that runs in or of grease that warms, does no harm.
 const FRICTION: DriftRule =
     DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2, wear: Wear::Growth };
@@ -79,18 +98,21 @@ const PRETENSION: DriftRule =
     DriftRule { least_deviation: 0.02, least_drift: 0.1, limit: 0.5, wear: Wear::Either };
 
 impl HealthMonitor {
-    pub(in crate::control::supervisor) fn new(muscles: usize) -> Self {
+    pub(in crate::control::supervisor) fn new(muscles: usize, joints: usize) -> Self {
         let watched = Watched {
             sliding: SlidingFit::default(),
             torque: TorqueFit::default(),
             friction: DriftWatch::new(FRICTION),
+            friction_by_torque: DriftWatch::new(FRICTION),
             stiffness: DriftWatch::new(STIFFNESS),
             pretension: DriftWatch::new(PRETENSION),
-            explained: 0.0,
+            explained: [0.0; 2],
         };
         Self {
             cables: vec![watched; muscles],
             health: vec![CableHealth::default(); muscles],
+            learned_drag: vec![0.0; muscles],
+            torque: vec![0.0; joints],
             next: 0,
             time: 0.0,
         }
@@ -105,24 +127,40 @@ impl HealthMonitor {
     pub(in crate::control::supervisor) fn update(&mut self, h: f64, controller: &ArmController) {
         self.time += h;
         let observed = controller.observed();
-        let joints = observed.disturbance_torque.len().max(1);
         let k = self.next;
         self.next = (self.next + 1) % self.cables.len().max(1);
         if let (Some(cable), Ok(law)) = (self.cables.get_mut(k), controller.cable_law(k)) {
-            let (tension, speed) = (observed.tension[k], observed.anchor_speed[k]);
-            if speed.abs() > SLIDING_SPEED && tension.is_finite() && controller.slides(k) {
-                let [drag, drag_fade] = law.drag();
-                let (angle, compliance) = (law.friction_angle(), law.compliance().iter().sum());
-                let position = -observed.lengths[k];
-                let (unexplained, drag_factor) = (observed.unexplained[k], observed.drag_factor[k]);
+            let [drag, drag_fade] = law.drag();
+            let model = SlidingModel {
+                angle: law.friction_angle(),
+                compliance: law.compliance().iter().sum(),
+                drag,
+                drag_fade,
+            };
+            let (speed, tension) = (observed.anchor_speed[k], observed.tension[k]);
+            let sample = SlidingSample {
+                position: -observed.lengths[k],
+                speed,
                 // The estimate stands for the tension: noise of the reading on both sides of the fit would look like a
                 // stiffness.
-                let (innovation, tension) = (tension - observed.tension_in[k], observed.tension_in[k]);
-                let sample = SlidingSample { position, speed, tension, unexplained, innovation, drag_factor };
-                cable.sliding.add(&sample, &SlidingModel { angle, compliance, drag, drag_fade });
+                tension: observed.tension_in[k],
+                unexplained: observed.unexplained[k],
+                innovation: tension - observed.tension_in[k],
+                drag_factor: observed.drag_factor[k],
+            };
+            let slides = speed.abs() > SLIDING_SPEED && controller.slides(k);
+            if slides && tension.is_finite() {
+                cable.sliding.add(&sample, &model);
             }
-            let arms = observed.moment_arms.get(k * joints..(k + 1) * joints).unwrap_or_default();
-            cable.torque.add(arms, observed.disturbance_torque);
+            self.learned_drag[k] = model.learned_drag(&sample);
+            let sliding_tension = (observed.tension_out[k] - law.pretension()).max(0.0);
+            let friction = if slides { speed.signum() * model.angle * sliding_tension } else { 0.0 };
+            self.torque.copy_from_slice(observed.disturbance_torque);
+            let joints = self.torque.len();
+            for (arms, drag) in observed.moment_arms.chunks_exact(joints.max(1)).zip(&self.learned_drag) {
+                self.torque.iter_mut().zip(arms).for_each(|(torque, arm)| *torque -= arm * drag);
+            }
+            cable.torque.add(&observed.moment_arms[k * joints..(k + 1) * joints], &self.torque, friction);
         }
         if self.time >= WINDOW {
             self.close_window(controller);
@@ -132,32 +170,97 @@ impl HealthMonitor {
 
     fn close_window(&mut self, controller: &ArmController) {
         for (k, cable) in self.cables.iter_mut().enumerate() {
-            if let Some([compliance, friction]) = cable.sliding.solve() {
-                cable.friction.update(friction, self.time);
-                let stiffness = Estimate { value: -compliance.value, ..compliance };
-                cable.stiffness.update(stiffness, self.time);
-            }
-            let pretension = controller.cable_law(k).map_or(0.0, |law| law.pretension());
-            if let (Some([force, arms]), true) = (cable.torque.solve(), pretension > 0.0) {
-                let lacking = Estimate { value: force / pretension, deviation: 0.0 };
-                cable.pretension.update(lacking, self.time);
-                let lost = (-cable.pretension.drift().share).max(0.0) * pretension;
-                cable.explained = lost * lost * arms;
-            }
-            (cable.sliding, cable.torque) = (SlidingFit::default(), TorqueFit::default());
+            cable.close_window(self.time, controller.cable_law(k).map_or(0.0, |law| law.pretension()));
         }
-        let worn =
-            self.cables.iter().any(|cable| cable.friction.drift().found || cable.stiffness.drift().found);
-        let most = self.cables.iter().fold(0.0_f64, |most, cable| most.max(cable.explained));
-        for (health, cable) in self.health.iter_mut().zip(&self.cables) {
-            let mut pretension = cable.pretension.drift();
-            // One cable explains the torques best; where friction or stiffness has changed, that does.
-            pretension.found &= !worn && cable.explained > 0.0 && cable.explained >= most;
-            *health = CableHealth {
-                friction: cable.friction.drift(),
-                stiffness: cable.stiffness.drift(),
-                pretension,
-            };
+        // A change of stiffness moves both others.
+        let changed = self.cables.iter().any(|cable| cable.stiffness.drift().found);
+        let named = self.best_explanation().filter(|_| !changed);
+        for (k, (health, cable)) in self.health.iter_mut().zip(&self.cables).enumerate() {
+            let [mut friction, mut pretension] = [&cable.friction, &cable.pretension].map(DriftWatch::drift);
+            pretension.found &= named == Some(Explanation::Pretension { cable: k });
+            friction.found = named == Some(Explanation::Friction { cable: k, found: true });
+            if let Some(Explanation::Friction { cable: worn, .. }) = named
+                && worn == k
+            {
+                friction = friction.joined(&cable.friction_by_torque.drift());
+            }
+            *health = CableHealth { friction, stiffness: cable.stiffness.drift(), pretension };
         }
+    }
+
+    /// The one change of one cable that explains the torques best. Of cables whose frictions explain them alike, as those of
+    /// antagonists, it is the one whose travel shows most, if that is more by a standard deviation.
+    fn best_explanation(&self) -> Option<Explanation> {
+        let explained = |cable: &Watched| cable.explained.into_iter().fold(0.0, f64::max);
+        let most = self.cables.iter().map(explained).fold(0.0, f64::max);
+        let best = self.cables.iter().position(|cable| most > 0.0 && explained(cable) >= most)?;
+        let [friction, pretension] = self.cables[best].explained;
+        if pretension > friction {
+            return Some(Explanation::Pretension { cable: best });
+        }
+        let alike = || self.cables.iter().enumerate().filter(|(_, cable)| cable.explained[0] > ALIKE * most);
+        let shown = |(k, cable): &(usize, &Watched)| {
+            let Drift { share, error, .. } = cable.friction.drift();
+            share / error + if *k == best { 1.0 } else { 0.0 }
+        };
+        let (named, cable) = alike().max_by(|one, other| shown(one).total_cmp(&shown(other)))?;
+        let found =
+            cable.friction.drift().found || alike().any(|(_, cable)| cable.friction_by_torque.drift().found);
+        Some(Explanation::Friction { cable: named, found })
+    }
+}
+
+impl Watched {
+    /// Fits what was sampled in a window of `time` s; `pretension` of the model, N.
+    fn close_window(&mut self, time: f64, pretension: f64) {
+        if let Some([compliance, friction]) = self.sliding.solve() {
+            self.friction.update(friction, time);
+            self.stiffness.update(Estimate { value: -compliance.value, ..compliance }, time);
+        }
+        let exact = |value: f64| Estimate { value, deviation: 0.0 };
+        self.explained = [0.0; 2];
+        if let Some(change) = self.torque.friction() {
+            self.friction_by_torque.update(exact(change.value), time);
+            let grown = self.friction_by_torque.drift().share.max(0.0);
+            self.explained[0] = grown * grown * change.power;
+        }
+        if let (Some(change), true) = (self.torque.force(), pretension > 0.0) {
+            self.pretension.update(exact(change.value / pretension), time);
+            let lost = (-self.pretension.drift().share).max(0.0) * pretension;
+            self.explained[1] = lost * lost * change.power;
+        }
+        (self.sliding, self.torque) = (SlidingFit::default(), TorqueFit::default());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A machine whose cables explain so much of the torques, `[friction, pretension]`, and show so much friction by their travel.
+    fn monitor(cables: &[([f64; 2], f64)]) -> HealthMonitor {
+        let mut monitor = HealthMonitor::new(cables.len(), 1);
+        for (cable, (explained, shown)) in monitor.cables.iter_mut().zip(cables) {
+            cable.explained = *explained;
+            for k in 0..40 {
+                let value = if k < 8 { 0.0 } else { *shown };
+                cable.friction.update(Estimate { value, deviation: 0.02 }, WINDOW);
+                let torque = if explained[0] > 0.5 { 0.1 * f64::from(k) } else { 0.0 };
+                cable.friction_by_torque.update(Estimate { value: torque, deviation: 0.0 }, WINDOW);
+            }
+        }
+        monitor
+    }
+
+    #[test]
+    fn the_change_that_explains_the_torques_best_is_named_and_of_alike_ones_that_which_the_travel_shows() {
+        let friction = |cable, found| Some(Explanation::Friction { cable, found });
+        let pretension = |cable| Some(Explanation::Pretension { cable });
+        assert_eq!(monitor(&[([0.0, 0.0], 0.5), ([0.0, 0.0], 0.0)]).best_explanation(), None);
+        assert_eq!(monitor(&[([1.0, 0.3], 0.0), ([0.2, 0.6], 0.5)]).best_explanation(), friction(0, true));
+        assert_eq!(monitor(&[([1.0, 0.3], 0.01), ([0.9, 0.2], 0.03)]).best_explanation(), friction(1, true));
+        assert_eq!(monitor(&[([1.0, 0.3], -0.1), ([0.9, 1.2], 0.5)]).best_explanation(), pretension(1));
+        // What has not drifted by itself is not reported.
+        assert_eq!(monitor(&[([0.3, 0.1], 0.0), ([0.0, 0.0], 0.5)]).best_explanation(), friction(0, false));
     }
 }

@@ -1,0 +1,1 @@
+//! No code: the package stands for its dependencies.
