@@ -40,7 +40,7 @@ impl CableHealth {
 /// each number from its values in the first windows is judged ([`DriftWatch`]). One cable is sampled per control cycle.
 ///
 /// Stiffness is judged by the travel alone. Of friction and pretension one change of one cable is named, the one that explains the torques
-/// best: they show a tenth of the friction that the travel of a short cable shows.
+/// best: of a short cable they show smaller frictions than its travel does.
 ///
 /// # Assumes
 /// The same motions recur: of another motion the errors of the model are others.
