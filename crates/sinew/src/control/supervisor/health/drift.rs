@@ -78,6 +78,11 @@ pub struct Drift {
 }
 
 impl Drift {
+    /// In standard errors, 1; 0 until known.
+    pub(super) fn deviations(&self) -> f64 {
+        self.share / self.error
+    }
+
     /// Two independent estimates of one drift, weighted by their variances; the forecast is that of the more precise one, `found` that of `self`.
     pub(super) fn joined(&self, other: &Self) -> Self {
         let [own, others] = [self, other].map(|drift| 1.0 / (drift.error * drift.error));

@@ -41,9 +41,9 @@ struct Projection {
     normal: f64,
 }
 
-/// A change that explains the torques, and the mean square of the torques per its square.
+/// What is fitted, and the mean square of the torques per its square.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Change {
+pub(super) struct Fitted {
     pub(super) value: f64,
     pub(super) power: f64,
 }
@@ -63,19 +63,19 @@ impl TorqueFit {
     }
 
     /// `f_k` with `P_f`; none without a moment arm.
-    pub(super) fn force(&self) -> Option<Change> {
+    pub(super) fn force(&self) -> Option<Fitted> {
         self.force.solve(self.count)
     }
 
     /// `a_k` with `P_a`; none where the cable never slides.
-    pub(super) fn friction(&self) -> Option<Change> {
+    pub(super) fn friction(&self) -> Option<Fitted> {
         self.friction.solve(self.count)
     }
 }
 
 impl Projection {
-    fn solve(&self, count: f64) -> Option<Change> {
-        (self.normal > 0.0).then(|| Change { value: self.right / self.normal, power: self.normal / count })
+    fn solve(&self, count: f64) -> Option<Fitted> {
+        (self.normal > 0.0).then(|| Fitted { value: self.right / self.normal, power: self.normal / count })
     }
 }
 
@@ -112,7 +112,7 @@ mod tests {
                 let torque = arms[worn].map(|arm| arm * force);
                 (0..MUSCLES).for_each(|k| fits[k].add(&arms[k], &torque, friction[k]));
             }
-            let explained = |change: Option<Change>| change.map_or(0.0, |c| c.value * c.value * c.power);
+            let explained = |change: Option<Fitted>| change.map_or(0.0, |c| c.value * c.value * c.power);
             let named = (0..MUSCLES)
                 .flat_map(|k| [(k, true, fits[k].friction()), (k, false, fits[k].force())])
                 .max_by(|(.., one), (.., other)| explained(*one).total_cmp(&explained(*other)));

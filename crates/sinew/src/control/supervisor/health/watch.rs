@@ -74,11 +74,20 @@ struct Watched {
     explained: [f64; 2],
 }
 
-/// A change of a cable that the torques show.
+/// A change of a cable that explains the torques.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Explanation {
+    cable: usize,
+    change: Change,
+    found: bool,
+    /// In standard deviations.
+    drift: f64,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Explanation {
-    Friction { cable: usize, found: bool },
-    Pretension { cable: usize },
+enum Change {
+    Friction,
+    Pretension,
 }
 
 /// s.
@@ -172,19 +181,22 @@ impl HealthMonitor {
         for (k, cable) in self.cables.iter_mut().enumerate() {
             cable.close_window(self.time, controller.cable_law(k).map_or(0.0, |law| law.pretension()));
         }
-        // A change of stiffness moves both others.
-        let changed = self.cables.iter().any(|cable| cable.stiffness.drift().found);
-        let named = self.best_explanation().filter(|_| !changed);
+        // A cable that has become softer moves the torques, and what moves those moves the travel: the more certain change has happened.
+        let explanation = self.best_explanation();
+        let softest = self.cables.iter().map(|cable| cable.stiffness.drift()).filter(|drift| drift.found);
+        let softest = softest.map(|drift| drift.deviations().abs()).fold(0.0, f64::max);
+        let softer = softest > explanation.map_or(0.0, |explanation| explanation.drift);
         for (k, (health, cable)) in self.health.iter_mut().zip(&self.cables).enumerate() {
-            let [mut friction, mut pretension] = [&cable.friction, &cable.pretension].map(DriftWatch::drift);
-            pretension.found &= named == Some(Explanation::Pretension { cable: k });
-            friction.found = named == Some(Explanation::Friction { cable: k, found: true });
-            if let Some(Explanation::Friction { cable: worn, .. }) = named
-                && worn == k
-            {
-                friction = friction.joined(&cable.friction_by_torque.drift());
+            let explains = |change| explanation.filter(|it| !softer && it.cable == k && it.change == change);
+            let [mut friction, mut stiffness, mut pretension] =
+                [&cable.friction, &cable.stiffness, &cable.pretension].map(DriftWatch::drift);
+            friction.found = false;
+            if let Some(Explanation { found, .. }) = explains(Change::Friction) {
+                friction = Drift { found, ..friction.joined(&cable.friction_by_torque.drift()) };
             }
-            *health = CableHealth { friction, stiffness: cable.stiffness.drift(), pretension };
+            pretension.found = explains(Change::Pretension).is_some_and(|it| it.found);
+            stiffness.found &= softer;
+            *health = CableHealth { friction, stiffness, pretension };
         }
     }
 
@@ -196,17 +208,22 @@ impl HealthMonitor {
         let best = self.cables.iter().position(|cable| most > 0.0 && explained(cable) >= most)?;
         let [friction, pretension] = self.cables[best].explained;
         if pretension > friction {
-            return Some(Explanation::Pretension { cable: best });
+            let drift = self.cables[best].pretension.drift();
+            let (found, drift) = (drift.found, drift.deviations().abs());
+            return Some(Explanation { cable: best, change: Change::Pretension, found, drift });
         }
         let alike = || self.cables.iter().enumerate().filter(|(_, cable)| cable.explained[0] > ALIKE * most);
         let shown = |(k, cable): &(usize, &Watched)| {
-            let Drift { share, error, .. } = cable.friction.drift();
-            share / error + if *k == best { 1.0 } else { 0.0 }
+            cable.friction.drift().deviations() + if *k == best { 1.0 } else { 0.0 }
         };
         let (named, cable) = alike().max_by(|one, other| shown(one).total_cmp(&shown(other)))?;
-        let found =
-            cable.friction.drift().found || alike().any(|(_, cable)| cable.friction_by_torque.drift().found);
-        Some(Explanation::Friction { cable: named, found })
+        let by_torque = || alike().map(|(_, cable)| cable.friction_by_torque.drift());
+        Some(Explanation {
+            cable: named,
+            change: Change::Friction,
+            found: cable.friction.drift().found || by_torque().any(|drift| drift.found),
+            drift: by_torque().map(|drift| drift.deviations()).fold(0.0, f64::max),
+        })
     }
 }
 
@@ -254,13 +271,15 @@ mod tests {
 
     #[test]
     fn the_change_that_explains_the_torques_best_is_named_and_of_alike_ones_that_which_the_travel_shows() {
-        let friction = |cable, found| Some(Explanation::Friction { cable, found });
-        let pretension = |cable| Some(Explanation::Pretension { cable });
-        assert_eq!(monitor(&[([0.0, 0.0], 0.5), ([0.0, 0.0], 0.0)]).best_explanation(), None);
-        assert_eq!(monitor(&[([1.0, 0.3], 0.0), ([0.2, 0.6], 0.5)]).best_explanation(), friction(0, true));
-        assert_eq!(monitor(&[([1.0, 0.3], 0.01), ([0.9, 0.2], 0.03)]).best_explanation(), friction(1, true));
-        assert_eq!(monitor(&[([1.0, 0.3], -0.1), ([0.9, 1.2], 0.5)]).best_explanation(), pretension(1));
+        let named = |cables: &[([f64; 2], f64)]| {
+            monitor(cables).best_explanation().map(|it| (it.cable, it.change, it.found))
+        };
+        assert_eq!(named(&[([0.0, 0.0], 0.5), ([0.0, 0.0], 0.0)]), None);
+        assert_eq!(named(&[([1.0, 0.3], 0.0), ([0.2, 0.6], 0.5)]), Some((0, Change::Friction, true)));
+        assert_eq!(named(&[([1.0, 0.3], 0.01), ([0.9, 0.2], 0.03)]), Some((1, Change::Friction, true)));
+        assert_eq!(named(&[([1.0, 0.3], 0.01), ([0.9, 0.2], 0.012)]), Some((0, Change::Friction, true)));
+        assert_eq!(named(&[([1.0, 0.3], -0.1), ([0.9, 1.2], 0.5)]), Some((1, Change::Pretension, false)));
         // What has not drifted by itself is not reported.
-        assert_eq!(monitor(&[([0.3, 0.1], 0.0), ([0.0, 0.0], 0.5)]).best_explanation(), friction(0, false));
+        assert_eq!(named(&[([0.3, 0.1], 0.0), ([0.0, 0.0], 0.5)]), Some((0, Change::Friction, false)));
     }
 }
