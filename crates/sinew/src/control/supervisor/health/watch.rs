@@ -96,6 +96,8 @@ const WINDOW: f64 = 60.0;
 const SLIDING_SPEED: f64 = 2e-3;
 /// Share of the most from which on the frictions of two cables explain the torques alike: a correlation of 0.77.
 const ALIKE: f64 = 0.6;
+/// How many times more certain a change by the torques has to be than one of a stiffness to be named in its place.
+const DIRECT: f64 = 2.0;
 /// Friction that falls, of a cable that runs in or of grease that warms, does no harm.
 const FRICTION: DriftRule =
     DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2, wear: Wear::Growth };
@@ -181,11 +183,12 @@ impl HealthMonitor {
         for (k, cable) in self.cables.iter_mut().enumerate() {
             cable.close_window(self.time, controller.cable_law(k).map_or(0.0, |law| law.pretension()));
         }
-        // A cable that has become softer moves the torques, and what moves those moves the travel: the more certain change has happened.
+        // A cable that has become softer moves the torques, and what moves those moves the travel, which however knows a
+        // compliance more directly.
         let explanation = self.best_explanation();
         let softest = self.cables.iter().map(|cable| cable.stiffness.drift()).filter(|drift| drift.found);
         let softest = softest.map(|drift| drift.deviations().abs()).fold(0.0, f64::max);
-        let softer = softest > explanation.map_or(0.0, |explanation| explanation.drift);
+        let softer = DIRECT * softest > explanation.map_or(0.0, |explanation| explanation.drift);
         for (k, (health, cable)) in self.health.iter_mut().zip(&self.cables).enumerate() {
             let explains = |change| explanation.filter(|it| !softer && it.cable == k && it.change == change);
             let [mut friction, mut stiffness, mut pretension] =
