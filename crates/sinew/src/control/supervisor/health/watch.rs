@@ -80,7 +80,7 @@ struct Explanation {
     cable: usize,
     change: Change,
     found: bool,
-    /// In standard deviations.
+    /// How far it has drifted, in standard errors.
     drift: f64,
 }
 
@@ -96,7 +96,7 @@ const WINDOW: f64 = 60.0;
 const SLIDING_SPEED: f64 = 2e-3;
 /// Share of the most from which on the frictions of two cables explain the torques alike: a correlation of 0.77.
 const ALIKE: f64 = 0.6;
-/// How many times more certain a change by the torques has to be than one of a stiffness to be named in its place.
+/// A change that explains the torques is named in the place of a softer cable if its drift is this many times as many standard errors.
 const DIRECT: f64 = 2.0;
 /// Friction that falls, of a cable that runs in or of grease that warms, does no harm.
 const FRICTION: DriftRule =
@@ -183,8 +183,8 @@ impl HealthMonitor {
         for (k, cable) in self.cables.iter_mut().enumerate() {
             cable.close_window(self.time, controller.cable_law(k).map_or(0.0, |law| law.pretension()));
         }
-        // A cable that has become softer moves the torques, and what moves those moves the travel, which however knows a
-        // compliance more directly.
+        // A softer cable changes the torques, and more friction or less pretension the fitted compliance; the travel shows a
+        // compliance directly, the torques do not.
         let explanation = self.best_explanation();
         let softest = self.cables.iter().map(|cable| cable.stiffness.drift()).filter(|drift| drift.found);
         let softest = softest.map(|drift| drift.deviations().abs()).fold(0.0, f64::max);
