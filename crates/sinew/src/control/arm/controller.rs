@@ -110,6 +110,8 @@ pub(in crate::control) struct Observed<'a> {
     pub(in crate::control) unexplained: &'a [f64],
     /// Drag that the cables' observers have learned, as a multiple of the law's, 1.
     pub(in crate::control) drag_factor: &'a [f64],
+    /// Measured less estimated coordinates, rad or m; 0 without a measurement: `[joints]`.
+    pub(in crate::control) joint_innovation: &'a [f64],
     /// Nm or N: `[joints]`.
     pub(in crate::control) disturbance_torque: &'a [f64],
     /// Estimated speed of the anchors, m/s, + toward the motor.
@@ -302,6 +304,7 @@ impl ArmController {
             tension_out: &self.cables.tension_out,
             unexplained: &self.cables.unexplained,
             drag_factor: &self.cables.drag_factor,
+            joint_innovation: &self.joints.innovation,
             disturbance_torque: &self.stiffness.disturbance_torque,
             anchor_speed: &self.anchors.estimated,
             symptom: self.faults.symptom,

@@ -48,6 +48,8 @@ pub(super) struct JointObserver {
     pub(super) mass: Vec<f64>,
     augmented: Vec<f64>,
     impulse: Vec<f64>,
+    /// `e`, rad or m, 0 without a measurement: `[joints]`.
+    pub(super) innovation: Vec<f64>,
     change: Vec<f64>,
     /// `q^`, rad or m: `[joints]`.
     pub(super) q: Vec<f64>,
@@ -71,6 +73,7 @@ impl JointObserver {
             mass: vec![0.0; joints * joints],
             augmented: vec![0.0; joints * joints],
             impulse: vec![0.0; joints],
+            innovation: vec![0.0; joints],
             change: vec![0.0; joints],
             q: vec![0.0; joints],
             v: vec![0.0; joints],
@@ -83,6 +86,7 @@ impl JointObserver {
         self.q.copy_from_slice(measured);
         self.v.fill(0.0);
         self.disturbance.fill(0.0);
+        self.innovation.fill(0.0);
     }
 
     /// One step of `h` s with the measured coordinates, NaN where there is none, and the model's force in the
@@ -100,6 +104,7 @@ impl JointObserver {
         let n = self.q.len();
         for (k, measured) in measured.iter().enumerate() {
             let e = if measured.is_finite() { measured - self.q[k] } else { 0.0 };
+            self.innovation[k] = e;
             let ratio = (e.abs() / self.innovation_threshold[k]).clamp(1.0, self.max_bandwidth_ratio);
             let w = self.bandwidth * ratio;
             self.impulse[k] = h * (self.disturbance[k] + 3.0 * w * w * e);

@@ -15,8 +15,8 @@
 /// | s_x    | standard deviation that the fit of `x` states, in the mean of the first values |     |
 /// | s_min, d_min | least deviation, least drift that is reported    | [`DriftRule`] |
 ///
-/// Of eight values the deviation is known to a quarter, and values of one motion are not independent: `s_x` keeps a number that is poorly
-/// determined from being taken for a precise one. Measured, values scatter by 0.1 to 1.4 of it.
+/// Of eight values the deviation is known to a quarter, and values of one motion are not independent: `s_min` and `s_x` keep a number that
+/// is poorly determined from being taken for a precise one.
 ///
 /// # Source
 /// `page1954` (CUSUM).
@@ -46,7 +46,7 @@ pub(super) struct Estimate {
 /// What is specific to a quantity.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DriftRule {
-    /// `s_min`.
+    /// `s_min`, what else than scatter changes a healthy cable's value.
     pub(super) least_deviation: f64,
     /// `d_min`.
     pub(super) least_drift: f64,
@@ -107,9 +107,16 @@ const RECENT: f64 = 4.0;
 const SLOPE_MEMORY: f64 = 8.0;
 /// Share of the stated deviation that counts.
 const STATED_SHARE: f64 = 0.5;
+/// Scatter below which two numbers count as equally precise.
+const LEAST_SCATTER: f64 = 1e-3;
 /// `k` and `h`.
 const ALLOWANCE: f64 = 1.0;
 const THRESHOLD: f64 = 8.0;
+
+/// Of the recent mean less that of the first values, per deviation of a value.
+fn standard_error() -> f64 {
+    libm::sqrt(1.0 / FIRST + 1.0 / (2.0 * RECENT - 1.0))
+}
 
 impl DriftWatch {
     pub(super) fn new(rule: DriftRule) -> Self {
@@ -156,9 +163,18 @@ impl DriftWatch {
     }
 
     fn deviation(&self) -> f64 {
-        libm::sqrt(self.squares / (FIRST - 1.0))
-            .max(self.rule.least_deviation)
-            .max(STATED_SHARE * self.stated)
+        self.scatter().max(self.rule.least_deviation)
+    }
+
+    /// `max(s_0, s_x/2)`.
+    fn scatter(&self) -> f64 {
+        libm::sqrt(self.squares / (FIRST - 1.0)).max(STATED_SHARE * self.stated)
+    }
+
+    /// The drift over its standard error by scatter alone, 1; 0 until known.
+    pub(super) fn significance(&self) -> f64 {
+        let error = self.scatter().max(LEAST_SCATTER) * standard_error();
+        if self.count < FIRST { 0.0 } else { (self.recent - self.mean) / error }
     }
 
     pub(super) fn drift(&self) -> Drift {
@@ -166,7 +182,7 @@ impl DriftWatch {
             return Drift { error: f64::INFINITY, remaining: f64::INFINITY, ..Drift::default() };
         }
         let share = self.recent - self.mean;
-        let error = self.deviation() * libm::sqrt(1.0 / FIRST + 1.0 / (2.0 * RECENT - 1.0));
+        let error = self.deviation() * standard_error();
         let [n, t, v, tt, tv] = self.line;
         let spread = n * tt - t * t;
         let slope = if spread > 0.0 { (n * tv - t * v) / spread } else { 0.0 };

@@ -5,13 +5,14 @@ use crate::body::cholesky;
 ///
 /// ```text
 /// e = C T_in E(s A),   E(z) = (1 - exp(-z))/z                        stretch of a cable that slides everywhere
-/// x' = x + C E(s A) i + s C (f - 1) D |v|/2  T_m/(T_m + T_d),   T_m = T_in E(s A)
+/// x' = x + R_k e_q + C E(s A) i + s C (f - 1) D |v|/2  T_m/(T_m + T_d),   T_m = T_in E(s A)
 /// -x' = c + g p + C T_in E(s A) d_C + C T_in s E'(s A) A d_A         least squares over a window; g, d_C, d_A with priors
 /// ```
 ///
 /// | symbol | meaning                                                             | unit |
 /// |--------|---------------------------------------------------------------------|------|
 /// | x      | travel of the winch in addition to its encoder's with which the observer explains the tension | m |
+/// | R_k e_q | way of the anchor in addition to the estimated joints': moment arms by measured less estimated coordinates | m |
 /// | i      | tension at the drive that it does not explain yet                     | N    |
 /// | T_in, s | tension at the drive as the observer estimates it, direction of sliding | N, 1 |
 /// | p, g   | position of the anchor; error of the muscle's moment arm as a share of it | m, 1 |
@@ -21,6 +22,8 @@ use crate::body::cholesky;
 /// | d_C, d_A | relative differences of the cable from its model                     | 1    |
 ///
 /// Sliding toward the motor the stretch shrinks with friction, away it grows: the hysteresis tells friction from compliance.
+/// A joint's estimate lags its encoder where friction changes its sign, which at the anchor of a short cable is as much as its stretch
+/// changes: without `e_q` friction of one muscle shows in all muscles of its joints.
 /// The observer corrects `x` more slowly than a cable reverses: `i` is what is left. It takes friction that grows for drag, which `f` takes
 /// back. Noise of the load cell is in `x'` by `i`: were it in `T_in` too, it would look like a stiffness.
 ///
@@ -53,6 +56,8 @@ pub(super) struct SlidingSample {
     pub(super) tension: f64,
     /// `x`, m.
     pub(super) unexplained: f64,
+    /// `R_k e_q`, m.
+    pub(super) anchor_error: f64,
     /// `i`, N.
     pub(super) innovation: f64,
     /// `f`.
@@ -78,7 +83,7 @@ const ENOUGH: f64 = 40.0;
 const WEAR: f64 = 0.5;
 const MOMENT_ARM: f64 = 0.02;
 /// Standard deviation of a sample as a share of the cable's stretch.
-const NOISE: f64 = 0.03;
+const NOISE: f64 = 0.003;
 /// Angle below which the series of `E` is taken.
 const SMALL: f64 = 1e-3;
 
@@ -111,7 +116,7 @@ impl SlidingFit {
         let [mean, slope] = mean_tension(sign * angle);
         let stretch = compliance * tension;
         let learned = 0.5 * compliance * model.learned_drag(sample);
-        let travel = unexplained + compliance * mean * innovation + learned;
+        let travel = unexplained + sample.anchor_error + compliance * mean * innovation + learned;
         let position = position - *self.origin.get_or_insert(position);
         let row = [1.0, position, stretch * mean, stretch * slope];
         for ((normal, right), own) in self.normal.iter_mut().zip(&mut self.right).zip(row) {
@@ -178,11 +183,13 @@ mod tests {
                     let own = stretch(compliance * (1.0 + softer), angle * (1.0 + rougher));
                     let position = 300.0 * compliance * libm::sin(0.037 * f64::from(k));
                     let unexplained = stretch(compliance, angle) - own + arm * position + 3.5 * compliance;
+                    let lag = -0.3 * compliance * tension * sign;
                     let sample = SlidingSample {
                         position,
                         speed: 0.05 * sign,
                         tension,
-                        unexplained: unexplained * (1.0 - slow),
+                        unexplained: unexplained * (1.0 - slow) - lag,
+                        anchor_error: lag,
                         innovation: slow * unexplained / (compliance * mean_tension(sign * angle)[0]),
                         drag_factor: 1.0,
                     };
@@ -211,6 +218,7 @@ mod tests {
                         speed,
                         tension,
                         unexplained: 0.0,
+                        anchor_error: 0.0,
                         innovation: 0.0,
                         drag_factor,
                     },

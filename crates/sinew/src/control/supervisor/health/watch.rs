@@ -1,4 +1,5 @@
 use super::drift::{Drift, DriftRule, DriftWatch, Estimate, Wear};
+use super::explanation::{self, Change, Evidence, Shown};
 use super::sliding::{SlidingFit, SlidingModel, SlidingSample};
 use super::torque::TorqueFit;
 use crate::control::arm::ArmController;
@@ -39,8 +40,7 @@ impl CableHealth {
 /// ([`SlidingFit`]), and pretension and friction once more to the torques of the disturbances ([`TorqueFit`]); the drift of
 /// each number from its values in the first windows is judged ([`DriftWatch`]). One cable is sampled per control cycle.
 ///
-/// Stiffness is judged by the travel alone. Of friction and pretension one change of one cable is named, the one that explains the torques
-/// best: of a short cable they show smaller frictions than its travel does.
+/// One change of one cable is named at a time, the one that explains most ([`explanation::best`]).
 ///
 /// # Assumes
 /// The same motions recur: of another motion the errors of the model are others.
@@ -74,37 +74,19 @@ struct Watched {
     explained: [f64; 2],
 }
 
-/// A change of a cable that explains the torques.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Explanation {
-    cable: usize,
-    change: Change,
-    found: bool,
-    /// How far it has drifted, in standard errors.
-    drift: f64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Change {
-    Friction,
-    Pretension,
-}
-
 /// s.
 const WINDOW: f64 = 60.0;
 /// Speed of an anchor from which on the direction of sliding is certain, m/s.
 const SLIDING_SPEED: f64 = 2e-3;
-/// Share of the most from which on the frictions of two cables explain the torques alike: a correlation of 0.77.
-const ALIKE: f64 = 0.6;
-/// A change that explains the torques is named in the place of a softer cable if its drift is this many times as many standard errors.
-const DIRECT: f64 = 2.0;
 /// Friction that falls, of a cable that runs in or of grease that warms, does no harm.
 const FRICTION: DriftRule =
-    DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2, wear: Wear::Growth };
+    DriftRule { least_deviation: 0.005, least_drift: 0.015, limit: 0.2, wear: Wear::Growth };
+/// The torques show masses and loads, too.
+const FRICTION_BY_TORQUE: DriftRule = DriftRule { least_deviation: 0.01, least_drift: 0.04, ..FRICTION };
 /// No cable becomes stiffer by wear: where its sheath is so short that friction and stretch act alike, friction that grows
 /// looks like it.
 const STIFFNESS: DriftRule =
-    DriftRule { least_deviation: 0.01, least_drift: 0.04, limit: 0.2, wear: Wear::Fall };
+    DriftRule { least_deviation: 0.005, least_drift: 0.03, limit: 0.2, wear: Wear::Fall };
 const PRETENSION: DriftRule =
     DriftRule { least_deviation: 0.02, least_drift: 0.1, limit: 0.5, wear: Wear::Either };
 
@@ -114,7 +96,7 @@ impl HealthMonitor {
             sliding: SlidingFit::default(),
             torque: TorqueFit::default(),
             friction: DriftWatch::new(FRICTION),
-            friction_by_torque: DriftWatch::new(FRICTION),
+            friction_by_torque: DriftWatch::new(FRICTION_BY_TORQUE),
             stiffness: DriftWatch::new(STIFFNESS),
             pretension: DriftWatch::new(PRETENSION),
             explained: [0.0; 2],
@@ -149,6 +131,9 @@ impl HealthMonitor {
                 drag_fade,
             };
             let (speed, tension) = (observed.anchor_speed[k], observed.tension[k]);
+            let joints = self.torque.len();
+            let arms = &observed.moment_arms[k * joints..(k + 1) * joints];
+            let errors = arms.iter().zip(observed.joint_innovation);
             let sample = SlidingSample {
                 position: -observed.lengths[k],
                 speed,
@@ -156,6 +141,7 @@ impl HealthMonitor {
                 // stiffness.
                 tension: observed.tension_in[k],
                 unexplained: observed.unexplained[k],
+                anchor_error: errors.map(|(arm, error)| arm * error).sum(),
                 innovation: tension - observed.tension_in[k],
                 drag_factor: observed.drag_factor[k],
             };
@@ -167,11 +153,10 @@ impl HealthMonitor {
             let sliding_tension = (observed.tension_out[k] - law.pretension()).max(0.0);
             let friction = if slides { speed.signum() * model.angle * sliding_tension } else { 0.0 };
             self.torque.copy_from_slice(observed.disturbance_torque);
-            let joints = self.torque.len();
-            for (arms, drag) in observed.moment_arms.chunks_exact(joints.max(1)).zip(&self.learned_drag) {
-                self.torque.iter_mut().zip(arms).for_each(|(torque, arm)| *torque -= arm * drag);
+            for (others, drag) in observed.moment_arms.chunks_exact(joints.max(1)).zip(&self.learned_drag) {
+                self.torque.iter_mut().zip(others).for_each(|(torque, arm)| *torque -= arm * drag);
             }
-            cable.torque.add(&observed.moment_arms[k * joints..(k + 1) * joints], &self.torque, friction);
+            cable.torque.add(arms, &self.torque, friction);
         }
         if self.time >= WINDOW {
             self.close_window(controller);
@@ -183,54 +168,35 @@ impl HealthMonitor {
         for (k, cable) in self.cables.iter_mut().enumerate() {
             cable.close_window(self.time, controller.cable_law(k).map_or(0.0, |law| law.pretension()));
         }
-        // A softer cable changes the torques, and more friction or less pretension the fitted compliance; the travel shows a
-        // compliance directly, the torques do not.
-        let explanation = self.best_explanation();
-        let softest = self.cables.iter().map(|cable| cable.stiffness.drift()).filter(|drift| drift.found);
-        let softest = softest.map(|drift| drift.deviations().abs()).fold(0.0, f64::max);
-        let softer = DIRECT * softest > explanation.map_or(0.0, |explanation| explanation.drift);
+        let explanation = explanation::best(self.cables.iter().map(Watched::evidence));
         for (k, (health, cable)) in self.health.iter_mut().zip(&self.cables).enumerate() {
-            let explains = |change| explanation.filter(|it| !softer && it.cable == k && it.change == change);
-            let [mut friction, mut stiffness, mut pretension] =
-                [&cable.friction, &cable.stiffness, &cable.pretension].map(DriftWatch::drift);
-            friction.found = false;
-            if let Some(Explanation { found, .. }) = explains(Change::Friction) {
-                friction = Drift { found, ..friction.joined(&cable.friction_by_torque.drift()) };
+            let named = |change| explanation.is_some_and(|it| it.cable == k && it.change == change);
+            let found = |change| named(change) && explanation.is_some_and(|it| it.found);
+            let mut friction = cable.friction.drift();
+            if named(Change::Friction) {
+                friction = friction.joined(&cable.friction_by_torque.drift());
             }
-            pretension.found = explains(Change::Pretension).is_some_and(|it| it.found);
-            stiffness.found &= softer;
-            *health = CableHealth { friction, stiffness, pretension };
+            *health = CableHealth {
+                friction: Drift { found: found(Change::Friction), ..friction },
+                pretension: Drift { found: found(Change::Pretension), ..cable.pretension.drift() },
+                stiffness: Drift { found: found(Change::Stiffness), ..cable.stiffness.drift() },
+            };
         }
-    }
-
-    /// The one change of one cable that explains the torques best. Of cables whose frictions explain them alike, as those of
-    /// antagonists, it is the one whose travel shows most, if that is more by a standard deviation.
-    fn best_explanation(&self) -> Option<Explanation> {
-        let explained = |cable: &Watched| cable.explained.into_iter().fold(0.0, f64::max);
-        let most = self.cables.iter().map(explained).fold(0.0, f64::max);
-        let best = self.cables.iter().position(|cable| most > 0.0 && explained(cable) >= most)?;
-        let [friction, pretension] = self.cables[best].explained;
-        if pretension > friction {
-            let drift = self.cables[best].pretension.drift();
-            let (found, drift) = (drift.found, drift.deviations().abs());
-            return Some(Explanation { cable: best, change: Change::Pretension, found, drift });
-        }
-        let alike = || self.cables.iter().enumerate().filter(|(_, cable)| cable.explained[0] > ALIKE * most);
-        let shown = |(k, cable): &(usize, &Watched)| {
-            cable.friction.drift().deviations() + if *k == best { 1.0 } else { 0.0 }
-        };
-        let (named, cable) = alike().max_by(|one, other| shown(one).total_cmp(&shown(other)))?;
-        let by_torque = || alike().map(|(_, cable)| cable.friction_by_torque.drift());
-        Some(Explanation {
-            cable: named,
-            change: Change::Friction,
-            found: cable.friction.drift().found || by_torque().any(|drift| drift.found),
-            drift: by_torque().map(|drift| drift.deviations()).fold(0.0, f64::max),
-        })
     }
 }
 
 impl Watched {
+    fn evidence(&self) -> Evidence {
+        let shown = |watch: &DriftWatch| Shown { drift: watch.drift(), significance: watch.significance() };
+        Evidence {
+            friction: shown(&self.friction),
+            stiffness: shown(&self.stiffness),
+            friction_by_torque: self.friction_by_torque.drift(),
+            pretension: self.pretension.drift(),
+            explained: self.explained,
+        }
+    }
+
     /// Fits what was sampled in a window of `time` s; `pretension` of the model, N.
     fn close_window(&mut self, time: f64, pretension: f64) {
         if let Some([compliance, friction]) = self.sliding.solve() {
@@ -250,39 +216,5 @@ impl Watched {
             self.explained[1] = lost * lost * change.power;
         }
         (self.sliding, self.torque) = (SlidingFit::default(), TorqueFit::default());
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A machine whose cables explain so much of the torques, `[friction, pretension]`, and show so much friction by their travel.
-    fn monitor(cables: &[([f64; 2], f64)]) -> HealthMonitor {
-        let mut monitor = HealthMonitor::new(cables.len(), 1);
-        for (cable, (explained, shown)) in monitor.cables.iter_mut().zip(cables) {
-            cable.explained = *explained;
-            for k in 0..40 {
-                let value = if k < 8 { 0.0 } else { *shown };
-                cable.friction.update(Estimate { value, deviation: 0.02 }, WINDOW);
-                let torque = if explained[0] > 0.5 { 0.1 * f64::from(k) } else { 0.0 };
-                cable.friction_by_torque.update(Estimate { value: torque, deviation: 0.0 }, WINDOW);
-            }
-        }
-        monitor
-    }
-
-    #[test]
-    fn the_change_that_explains_the_torques_best_is_named_and_of_alike_ones_that_which_the_travel_shows() {
-        let named = |cables: &[([f64; 2], f64)]| {
-            monitor(cables).best_explanation().map(|it| (it.cable, it.change, it.found))
-        };
-        assert_eq!(named(&[([0.0, 0.0], 0.5), ([0.0, 0.0], 0.0)]), None);
-        assert_eq!(named(&[([1.0, 0.3], 0.0), ([0.2, 0.6], 0.5)]), Some((0, Change::Friction, true)));
-        assert_eq!(named(&[([1.0, 0.3], 0.01), ([0.9, 0.2], 0.03)]), Some((1, Change::Friction, true)));
-        assert_eq!(named(&[([1.0, 0.3], 0.01), ([0.9, 0.2], 0.012)]), Some((0, Change::Friction, true)));
-        assert_eq!(named(&[([1.0, 0.3], -0.1), ([0.9, 1.2], 0.5)]), Some((1, Change::Pretension, false)));
-        // What has not drifted by itself is not reported.
-        assert_eq!(named(&[([0.3, 0.1], 0.0), ([0.0, 0.0], 0.5)]), Some((0, Change::Friction, false)));
     }
 }
