@@ -11,7 +11,8 @@ use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
-    CalibratedArm, TrackOutcome, TrackingTask, Verified, first_infeasibility, plan_tour, track_arm, verify,
+    CalibratedArm, TrackOutcome, TrackingTask, Verified, first_infeasibility, plan_tour, slower_tour,
+    track_arm, verify,
 };
 use std::ops::Range;
 
@@ -23,6 +24,8 @@ struct Tracked {
     joints: usize,
     muscles: usize,
     first_link: f64,
+    /// Of the tour, s.
+    duration: f64,
     ended: TrackOutcome,
     reason: Option<String>,
     slack: f64,
@@ -58,10 +61,14 @@ fn feasible(seed: u64) -> Result<(RandomMachine, Trajectory), String> {
 fn track(seed: u64) -> Result<Tracked, String> {
     let text = |error: sinew_lab::Error| error.to_string();
     let (RandomMachine { machine, first_link }, trajectory) = feasible(seed)?;
-    let machine = match verify(&machine, &trajectory, 1).map_err(text)? {
-        Verified::Tracks(rules) => Machine { rules, ..machine },
-        Verified::Fails(reason) => return Err(format!("verification: {reason}")),
+    let (trajectory, rules) = match verify(&machine, &trajectory, 1).map_err(text)? {
+        Verified::Tracks(rules) => (trajectory, rules),
+        Verified::Fails(reason) => {
+            let slower = slower_tour(&machine, &trajectory, 1).map_err(text)?;
+            slower.ok_or_else(|| format!("verification: {reason}"))?
+        }
     };
+    let machine = Machine { rules, ..machine };
     let arm = CalibratedArm::new(&machine, seed).map_err(text)?;
     let (_, found) = arm.gains(&trajectory).map_err(text)?;
     let task = TrackingTask {
@@ -82,6 +89,7 @@ fn track(seed: u64) -> Result<Tracked, String> {
         joints: found.joints.len(),
         muscles: found.muscles.len(),
         first_link,
+        duration: trajectory.duration(),
         ended: run.ended,
         reason: run.reason,
         slack: run.longest_slack_s,
@@ -115,7 +123,7 @@ fn campaign(seeds: Range<u64>) -> Vec<Tracked> {
     let accepted = tracked.len();
     let lost = |t: &Tracked| matches!(t.ended, TrackOutcome::Stopped | TrackOutcome::Diverged);
     let good: Vec<Tracked> = tracked.into_iter().filter(|t| !lost(t)).collect();
-    let of = |f: fn(&Tracked) -> f64| good.iter().map(|t| f(t)).collect::<Vec<f64>>();
+    let of = |f: fn(&Tracked) -> f64| good.iter().map(f).collect::<Vec<f64>>();
     let large: Vec<f64> = good.iter().filter(|t| t.first_link >= 0.15).map(|t| 1e3 * t.error).collect();
     println!("refused {} of {count}", count - accepted);
     println!("neither stopped nor lost {} of {}", good.len(), accepted);

@@ -4,6 +4,7 @@
 //! limits of the drives or of the error: there single specimens fail in single repeats.
 
 use super::feasibility::first_infeasibility;
+use super::plan::plan_tour;
 use super::report::largest_bounded_error;
 use super::tracking::poses_along;
 use crate::Error;
@@ -35,6 +36,8 @@ const SPECIMENS_NEAR: u64 = 8;
 /// Shares above which a motion is near to the limits: of what it may use of its drives, and of error and slack.
 const NEAR_DRIVES: f64 = 0.7;
 const NEAR_ERROR: f64 = 0.6;
+/// Durations of slower tours.
+const SLOWER: [f64; 2] = [2.0, 4.0];
 /// Rest before and after the motion, s.
 const REST: [f64; 2] = [1.0, 0.5];
 /// Repeats that are simulated, s: a fast motion that once decays is kept up by the next repeats.
@@ -81,6 +84,28 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
         }
     }
     Ok(Verified::Fails(failure.unwrap_or_default()))
+}
+
+/// A tour at half the speed of one that no drawn machine tracks, or at a quarter, and the rules with which they track it; none where that
+/// does not help. What takes time at every reversal, to cross the dead bands of the cables, takes a smaller share of a slower motion.
+///
+/// # Errors
+/// As [`verify`] and [`plan_tour`].
+pub fn slower_tour(
+    machine: &Machine,
+    tour: &Trajectory,
+    repeats: u32,
+) -> Result<Option<(Trajectory, ControlRules)>, Error> {
+    for stretch in SLOWER {
+        let infeasibility = |trajectory: &Trajectory| first_infeasibility(machine, trajectory, 1);
+        let slower = plan_tour(machine, Some(stretch * tour.duration()), infeasibility)?;
+        if infeasibility(&slower)?.is_none()
+            && let Verified::Tracks(rules) = verify(machine, &slower, repeats)?
+        {
+            return Ok(Some((slower, rules)));
+        }
+    }
+    Ok(None)
 }
 
 /// Whether a motion uses nearly all of the drives and tensions that it may use.

@@ -11,7 +11,7 @@ use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::InjectedFault;
 use sinew_lab::arm::{
-    CalibratedArm, InfeasibleMotion, TrackingResult, TrackingTask, Verified, infeasible_motion,
+    CalibratedArm, InfeasibleMotion, TrackingResult, TrackingTask, Verified, infeasible_motion, slower_tour,
     track_arm_watched, verify,
 };
 use sinew_lab::experiment::TrackRow;
@@ -79,7 +79,9 @@ impl Setup {
         }
         setup.check_feasible()?;
         if setup.gains.is_none() && setup.variant == CompensationVariant::Observer {
-            setup.verify(arguments.unverified)?;
+            // Whoever gives a duration asks for that one.
+            let may_slow = setup.path == PathArgument::Tour && arguments.duration.is_none();
+            setup.verify(may_slow, arguments.unverified)?;
         }
         Ok(setup)
     }
@@ -98,9 +100,22 @@ impl Setup {
         }
     }
 
-    /// Lowers the gains until simulated machines of the design track the motion; refuses it where none do, or warns.
-    fn verify(&mut self, start_nevertheless: bool) -> Result<(), Error> {
-        match verify(&self.machine, &self.trajectory, self.repeats)? {
+    /// Lowers the gains until simulated machines of the design track the motion, then the speed if it `may_slow`; refuses the motion where
+    /// none do, or warns.
+    fn verify(&mut self, may_slow: bool, start_nevertheless: bool) -> Result<(), Error> {
+        let verified = verify(&self.machine, &self.trajectory, self.repeats)?;
+        if let (Verified::Fails(reason), true) = (&verified, may_slow)
+            && let Some((slower, rules)) = slower_tour(&self.machine, &self.trajectory, self.repeats)?
+        {
+            eprintln!(
+                "The tour takes {:.0} s instead of {:.0} s, in which simulated machines of this design do not track it: {reason}",
+                slower.duration(),
+                self.trajectory.duration(),
+            );
+            (self.trajectory, self.machine.rules) = (slower, rules);
+            return Ok(());
+        }
+        match verified {
             Verified::Tracks(rules) => self.machine.rules = rules,
             Verified::Fails(reason) if start_nevertheless => {
                 eprintln!("warning: simulated machines of this design do not track this motion: {reason}");

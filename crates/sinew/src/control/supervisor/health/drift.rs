@@ -2,7 +2,8 @@
 ///
 /// ```text
 /// x_0, s_0    mean and standard deviation of the first n_0 values
-/// z = (x - x_0)/max(s_0, s_min, s_x/2)
+/// s^2 <- s^2 + (min(d^2/2, 9 s^2) - s^2)/n,   d the difference of two successive values, s = s_0 at first
+/// z = (x - x_0)/max(s_0, s, s_min, s_x/2)
 /// S+ <- max(0, S+ + z - k),   S- <- max(0, S- - z - k)                      CUSUM
 /// found       S > h  and  |d| > d_min,   d the mean over the last values
 /// slope       exponentially weighted least squares of x over time, memory of n_f values
@@ -11,21 +12,26 @@
 /// | symbol | meaning                                              | value |
 /// |--------|------------------------------------------------------|-------|
 /// | n_0, n_f | values at the beginning; memory of slope and mean   | 8, 8, 4 |
-/// | k, h   | allowance and threshold                              | 1, 8  |
+/// | n      | values so far, less one                              | at most 64 |
+/// | k, h   | allowance and threshold                              | [`DriftRule`] |
 /// | s_x    | standard deviation that the fit of `x` states, in the mean of the first values |     |
 /// | s_min, d_min | least deviation, least drift that is reported    | [`DriftRule`] |
 ///
-/// Of eight values the deviation is known to a quarter, and values of one motion are not independent: `s_min` and `s_x` keep a number that
-/// is poorly determined from being taken for a precise one.
+/// Of eight values the deviation is known to a quarter: differences of successive values, to which a slow drift adds little, make it more
+/// precise. A step counts as three deviations. Values of one motion are not independent, and the mean of eight errs as well: so the
+/// allowance.
 ///
 /// # Source
-/// `page1954` (CUSUM).
+/// `page1954` (CUSUM), `vonneumann1941` (differences).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DriftWatch {
     rule: DriftRule,
     count: f64,
     mean: f64,
     squares: f64,
+    /// `s^2`, and the value before.
+    variance: f64,
+    last: f64,
     /// Mean of `s_x`.
     stated: f64,
     sums: [f64; 2],
@@ -50,6 +56,8 @@ pub(super) struct DriftRule {
     pub(super) least_deviation: f64,
     /// `d_min`.
     pub(super) least_drift: f64,
+    /// `k` and `h`.
+    pub(super) cusum: [f64; 2],
     /// Drift of which the forecast speaks.
     pub(super) limit: f64,
     /// Direction that is wear.
@@ -109,9 +117,9 @@ const SLOPE_MEMORY: f64 = 8.0;
 const STATED_SHARE: f64 = 0.5;
 /// Scatter below which two numbers count as equally precise.
 const LEAST_SCATTER: f64 = 1e-3;
-/// `k` and `h`.
-const ALLOWANCE: f64 = 1.0;
-const THRESHOLD: f64 = 8.0;
+/// Largest step that counts, deviations, and memory of the deviation, values.
+const LARGEST_STEP: f64 = 3.0;
+const SCATTER_MEMORY: f64 = 64.0;
 
 /// Of the recent mean less that of the first values, per deviation of a value.
 fn standard_error() -> f64 {
@@ -125,6 +133,8 @@ impl DriftWatch {
             count: 0.0,
             mean: 0.0,
             squares: 0.0,
+            variance: 0.0,
+            last: 0.0,
             stated: 0.0,
             sums: [0.0; 2],
             recent: 0.0,
@@ -151,12 +161,18 @@ impl DriftWatch {
             self.stated += (deviation - self.stated) / self.count;
             self.squares += d * (x - self.mean);
             self.recent = self.mean;
+            (self.variance, self.last) = (self.squares / (FIRST - 1.0), x);
             return;
         }
+        let step = x - self.last;
+        let square = (0.5 * step * step).min(LARGEST_STEP * LARGEST_STEP * self.variance);
+        self.variance += (square - self.variance) / (self.count - 1.0).min(SCATTER_MEMORY);
+        self.last = x;
         let z = (x - self.mean) / self.deviation();
-        self.sums = [(self.sums[0] + z - ALLOWANCE).max(0.0), (self.sums[1] - z - ALLOWANCE).max(0.0)];
+        let [allowance, threshold] = self.rule.cusum;
+        self.sums = [(self.sums[0] + z - allowance).max(0.0), (self.sums[1] - z - allowance).max(0.0)];
         self.recent += (x - self.recent) / RECENT;
-        let [grown, fallen] = self.sums.map(|sum| sum > THRESHOLD);
+        let [grown, fallen] = self.sums.map(|sum| sum > threshold);
         let drift = self.recent - self.mean;
         self.found |= self.rule.wear != Wear::Fall && grown && drift > self.rule.least_drift;
         self.found |= self.rule.wear != Wear::Growth && fallen && -drift > self.rule.least_drift;
@@ -166,9 +182,9 @@ impl DriftWatch {
         self.scatter().max(self.rule.least_deviation)
     }
 
-    /// `max(s_0, s_x/2)`.
+    /// `max(s_0, s, s_x/2)`.
     fn scatter(&self) -> f64 {
-        libm::sqrt(self.squares / (FIRST - 1.0)).max(STATED_SHARE * self.stated)
+        libm::sqrt((self.squares / (FIRST - 1.0)).max(self.variance)).max(STATED_SHARE * self.stated)
     }
 
     /// The drift over its standard error by scatter alone, 1; 0 until known.
@@ -208,18 +224,43 @@ mod tests {
         Estimate { value, deviation: 0.0 }
     }
 
-    const RULE: DriftRule =
-        DriftRule { least_deviation: 0.005, least_drift: 0.02, limit: 0.2, wear: Wear::Either };
+    const RULE: DriftRule = DriftRule {
+        least_deviation: 0.005,
+        least_drift: 0.02,
+        cusum: [1.0, 8.0],
+        limit: 0.2,
+        wear: Wear::Either,
+    };
+
+    /// As the travel is judged: what scatters more than the rule's least deviation.
+    const PRECISE: DriftRule =
+        DriftRule { least_deviation: 0.0, least_drift: 0.0, cusum: [2.0, 12.0], ..RULE };
 
     #[test]
-    fn steady_noise_is_not_reported_in_a_thousand_series() {
+    fn steady_noise_is_hardly_reported_in_a_thousand_series() {
         let mut random = Random::new(5);
-        let reported = (0..1000).filter(|_| {
-            let mut watch = DriftWatch::new(RULE);
-            (0..360).for_each(|_| watch.update(exact(0.03 + 0.005 * random.normal()), 100.0));
-            watch.drift().found
-        });
-        assert!(reported.count() == 0);
+        for (rule, most) in [(RULE, 0), (PRECISE, 2)] {
+            let reported = (0..1000).filter(|_| {
+                let mut watch = DriftWatch::new(rule);
+                (0..600).for_each(|_| watch.update(exact(0.03 + 0.005 * random.normal()), 100.0));
+                watch.drift().found
+            });
+            assert!(reported.count() <= most, "{rule:?}");
+        }
+    }
+
+    #[test]
+    fn a_step_is_found_and_does_not_hide_behind_the_scatter_that_it_adds() {
+        let mut random = Random::new(6);
+        for _ in 0..200 {
+            let mut watch = DriftWatch::new(PRECISE);
+            (0..16).for_each(|_| watch.update(exact(0.005 * random.normal()), 100.0));
+            let windows = (0..10).position(|_| {
+                watch.update(exact(0.06 + 0.005 * random.normal()), 100.0);
+                watch.drift().found
+            });
+            assert!(windows.is_some_and(|windows| windows < 4), "{windows:?}");
+        }
     }
 
     #[test]

@@ -79,16 +79,20 @@ const WINDOW: f64 = 60.0;
 /// Speed of an anchor from which on the direction of sliding is certain, m/s.
 const SLIDING_SPEED: f64 = 2e-3;
 /// Friction that falls, of a cable that runs in or of grease that warms, does no harm.
-const FRICTION: DriftRule =
-    DriftRule { least_deviation: 0.005, least_drift: 0.015, limit: 0.2, wear: Wear::Growth };
+const FRICTION: DriftRule = DriftRule {
+    least_deviation: 0.003,
+    least_drift: 0.015,
+    cusum: [2.0, 12.0],
+    limit: 0.2,
+    wear: Wear::Growth,
+};
 /// The torques show masses and loads, too.
-const FRICTION_BY_TORQUE: DriftRule = DriftRule { least_deviation: 0.01, least_drift: 0.04, ..FRICTION };
-/// No cable becomes stiffer by wear: where its sheath is so short that friction and stretch act alike, friction that grows
-/// looks like it.
-const STIFFNESS: DriftRule =
-    DriftRule { least_deviation: 0.005, least_drift: 0.03, limit: 0.2, wear: Wear::Fall };
+const FRICTION_BY_TORQUE: DriftRule =
+    DriftRule { least_deviation: 0.01, least_drift: 0.04, cusum: [1.0, 8.0], ..FRICTION };
+/// No cable becomes stiffer by wear.
+const STIFFNESS: DriftRule = DriftRule { least_drift: 0.03, wear: Wear::Fall, ..FRICTION };
 const PRETENSION: DriftRule =
-    DriftRule { least_deviation: 0.02, least_drift: 0.1, limit: 0.5, wear: Wear::Either };
+    DriftRule { least_deviation: 0.02, least_drift: 0.1, cusum: [1.0, 8.0], limit: 0.5, wear: Wear::Either };
 
 impl HealthMonitor {
     pub(in crate::control::supervisor) fn new(muscles: usize, joints: usize) -> Self {
