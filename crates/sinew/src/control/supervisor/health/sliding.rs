@@ -79,6 +79,9 @@ pub(super) struct SlidingModel {
 
 /// Samples of each direction that a window needs.
 const ENOUGH: f64 = 40.0;
+/// Share of the samples in which a cable has to slide everywhere: one that slides less only breaks away again and again, and what it
+/// shows depends on how far it comes.
+const LEAST_SLIDING: f64 = 0.15;
 /// Standard deviations before a window: of `d_C` and `d_A`, and of `g`.
 const WEAR: f64 = 0.5;
 const MOMENT_ARM: f64 = 0.02;
@@ -128,9 +131,10 @@ impl SlidingFit {
         self.count[usize::from(sign > 0.0)] += 1.0;
     }
 
-    /// `d_C` and `d_A`; none where a direction is missing.
-    pub(super) fn solve(&self) -> Option<[Estimate; 2]> {
-        if self.count.iter().any(|count| *count < ENOUGH) {
+    /// `d_C` and `d_A` of a window of so many samples; none where a direction is missing or the cable hardly slides.
+    pub(super) fn solve(&self, samples: f64) -> Option<[Estimate; 2]> {
+        let slides = self.count.iter().sum::<f64>() >= LEAST_SLIDING * samples;
+        if !slides || self.count.iter().any(|count| *count < ENOUGH) {
             return None;
         }
         let mut normal = self.normal;
@@ -195,7 +199,7 @@ mod tests {
                     };
                     fit.add(&sample, &SlidingModel { angle, compliance, drag: 80.0, drag_fade: 5.0 });
                 }
-                let [c, a] = fit.solve().unwrap().map(|estimate| estimate.value);
+                let [c, a] = fit.solve(400.0).unwrap().map(|estimate| estimate.value);
                 assert!(
                     (c - softer).abs() < 0.02 && (a - rougher).abs() < 0.02,
                     "{softer} {rougher}: {c} {a}"
@@ -225,7 +229,7 @@ mod tests {
                     &model,
                 );
             }
-            fit.solve().unwrap()[1].value
+            fit.solve(400.0).unwrap()[1].value
         };
         assert!(friction(1.0).abs() < 1e-9);
         // 4 N of drag more, of about 45 N at 0.9 rad in the mean of both directions.

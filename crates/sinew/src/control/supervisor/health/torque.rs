@@ -62,6 +62,11 @@ impl TorqueFit {
         self.count += 1.0;
     }
 
+    /// Number of samples.
+    pub(super) fn samples(&self) -> f64 {
+        self.count
+    }
+
     /// `f_k` with `P_f`; none without a moment arm.
     pub(super) fn force(&self) -> Option<Fitted> {
         self.force.solve(self.count)

@@ -57,6 +57,8 @@ pub(in crate::control::supervisor) struct HealthMonitor {
     torque: Vec<f64>,
     next: usize,
     time: f64,
+    /// Whether the first window, in which the observers settle, is over.
+    settled: bool,
 }
 
 /// State of one cable.
@@ -112,6 +114,7 @@ impl HealthMonitor {
             torque: vec![0.0; joints],
             next: 0,
             time: 0.0,
+            settled: false,
         }
     }
 
@@ -169,6 +172,10 @@ impl HealthMonitor {
     }
 
     fn close_window(&mut self, controller: &ArmController) {
+        if !core::mem::replace(&mut self.settled, true) {
+            self.cables.iter_mut().for_each(Watched::discard);
+            return;
+        }
         for (k, cable) in self.cables.iter_mut().enumerate() {
             cable.close_window(self.time, controller.cable_law(k).map_or(0.0, |law| law.pretension()));
         }
@@ -203,7 +210,7 @@ impl Watched {
 
     /// Fits what was sampled in a window of `time` s; `pretension` of the model, N.
     fn close_window(&mut self, time: f64, pretension: f64) {
-        if let Some([compliance, friction]) = self.sliding.solve() {
+        if let Some([compliance, friction]) = self.sliding.solve(self.torque.samples()) {
             self.friction.update(friction, time);
             self.stiffness.update(Estimate { value: -compliance.value, ..compliance }, time);
         }
@@ -219,6 +226,11 @@ impl Watched {
             let lost = (-self.pretension.drift().share).max(0.0) * pretension;
             self.explained[1] = lost * lost * change.power;
         }
+        self.discard();
+    }
+
+    /// Forgets what was sampled.
+    fn discard(&mut self) {
         (self.sliding, self.torque) = (SlidingFit::default(), TorqueFit::default());
     }
 }
