@@ -293,11 +293,11 @@ fn faults_on(machine: &Machine, seeds: Range<u64>, count: usize) -> Outcome {
 
 #[test]
 fn single_faults_at_random_are_bridged_or_reported_and_named_rightly() {
-    let found = faults_on(&lm_machine(), 7..8, 12);
+    let found = faults_on(&lm_machine(), 7..8, 24);
     let reported = found.count(|case| case.named().is_some());
     let stopped = found.count(|case| case.stopped);
     assert!(found.count(Outcome::inaccurate) + found.count(Outcome::wrong) + found.false_alarms == 0);
-    assert!(reported > 4 && (1..8).contains(&stopped), "{reported} {stopped}");
+    assert!(reported > 8 && (2..16).contains(&stopped), "{reported} {stopped}");
 }
 
 #[test]
