@@ -161,8 +161,8 @@ fn the_error_by_encoder_zeros_is_proportional_to_them_and_an_open_trajectory_is_
 
 #[test]
 fn an_arm_at_rest_has_no_limit_cycle() {
-    // Of three arms one may creep, and its elbow breaks away once after seconds; the others rest.
-    let mut unrest: Vec<f64> = (1..4)
+    // Of five arms one or two creep, and their elbow breaks away once after seconds; the others rest.
+    let mut unrest: Vec<f64> = (1..6)
         .map(|seed| {
             let found = run(Case { seed, after: 20.0, ..Case::default() }, |_| {});
             assert!(found.hold_error.max < 6e-3, "seed {seed}: {:?}", found.hold_error);
@@ -170,7 +170,7 @@ fn an_arm_at_rest_has_no_limit_cycle() {
         })
         .collect();
     unrest.sort_by(f64::total_cmp);
-    assert!(unrest[1] < 0.3 && unrest[2] < 1.5, "{unrest:?} N");
+    assert!(unrest[2] < 0.3 && unrest[4] < 1.5, "{unrest:?} N");
 }
 
 #[test]

@@ -65,9 +65,10 @@ fn results_are_the_same_with_and_without_a_page() {
     assert_eq!(shown.code, Some(0), "{}", shown.stderr);
     assert!(shown.stderr.contains("SIMULATED machine on http://127.0.0.1:"), "{}", shown.stderr);
     assert_eq!(alone, shown.stdout);
-    // On the simulated bus; without one a run is that of `track` to the bit.
-    let run = format!("run {motion} --virtual-time --bus segment");
-    let alone = bench.succeeds(&run).stdout;
-    let shown = bench.run(&format!("{run} {PAGE}"));
-    assert_eq!((shown.code, alone), (Some(0), shown.stdout), "{}", shown.stderr);
+    let run = format!("run {motion} --virtual-time");
+    for bus in ["twin", "segment"] {
+        let alone = bench.succeeds(&format!("{run} --bus {bus}")).stdout;
+        let shown = bench.run(&format!("{run} --bus {bus} {PAGE}"));
+        assert_eq!((shown.code, alone), (Some(0), shown.stdout), "{bus}: {}", shown.stderr);
+    }
 }

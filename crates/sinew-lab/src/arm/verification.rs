@@ -36,7 +36,7 @@ const SPECIMENS_NEAR: u64 = 8;
 /// Shares above which a motion is near to the limits: of what it may use of its drives, and of error and slack.
 const NEAR_DRIVES: f64 = 0.7;
 const NEAR_ERROR: f64 = 0.6;
-/// Durations of slower tours.
+/// Durations of slower tours, as multiples of the first.
 const SLOWER: [f64; 2] = [2.0, 4.0];
 /// Rest before and after the motion, s.
 const REST: [f64; 2] = [1.0, 0.5];
@@ -97,7 +97,7 @@ pub fn slower_tour(
     repeats: u32,
 ) -> Result<Option<(Trajectory, ControlRules)>, Error> {
     for stretch in SLOWER {
-        let infeasibility = |trajectory: &Trajectory| first_infeasibility(machine, trajectory, 1);
+        let infeasibility = |trajectory: &Trajectory| first_infeasibility(machine, trajectory, repeats);
         let slower = plan_tour(machine, Some(stretch * tour.duration()), infeasibility)?;
         if infeasibility(&slower)?.is_none()
             && let Verified::Tracks(rules) = verify(machine, &slower, repeats)?

@@ -2,7 +2,7 @@
 ///
 /// ```text
 /// x_0, s_0    mean and standard deviation of the first n_0 values
-/// s^2 <- s^2 + (min(d^2/2, 9 s^2) - s^2)/n,   d the difference of two successive values, s = s_0 at first
+/// s^2 <- s^2 + (min(u^2/2, 9 s^2) - s^2)/n,   u the difference of two successive values, s = s_0 at first
 /// z = (x - x_0)/max(s_0, s, s_min, s_x/2)
 /// S+ <- max(0, S+ + z - k),   S- <- max(0, S- - z - k)                      CUSUM
 /// found       S > h  and  |d| > d_min,   d the mean over the last values
