@@ -267,28 +267,26 @@ impl LeastSquares for Problem<'_> {
     }
 
     /// Central differences, wide enough to pass over the corners of stick and slip.
-    fn linearise(&self, theta: &[f64], residuals: &mut [f64], jacobian: &mut [f64]) -> bool {
+    fn slopes(&self, theta: &[f64], residuals: &[f64], jacobian: &mut [f64]) -> bool {
         const STEP: f64 = 5e-3;
         let shifted = |i: usize, by: f64| {
             let mut theta = theta.to_vec();
             theta[i] += by;
             theta
         };
-        let mut points = vec![theta.to_vec()];
-        points.extend((0..theta.len()).flat_map(|i| [shifted(i, STEP), shifted(i, -STEP)]));
+        let points: Vec<_> =
+            (0..theta.len()).flat_map(|i| [shifted(i, STEP), shifted(i, -STEP)]).collect();
         let found: Vec<_> = points
             .par_chunks(SIDE_BY_SIDE)
             .flat_map_iter(|points| self.evaluate_side_by_side(points))
             .collect();
-        let Some(here) = &found[0] else { return false };
-        residuals.copy_from_slice(here);
-        for (column, pair) in jacobian.chunks_exact_mut(here.len()).zip(found[1..].chunks_exact(2)) {
+        for (column, pair) in jacobian.chunks_exact_mut(residuals.len().max(1)).zip(found.chunks_exact(2)) {
             // At the edge of the domain the inner side serves.
             let width = STEP * pair.iter().flatten().count() as f64;
             if width <= 0.0 {
                 return false;
             }
-            let (up, down) = (pair[0].as_ref().unwrap_or(here), pair[1].as_ref().unwrap_or(here));
+            let [up, down] = [&pair[0], &pair[1]].map(|found| found.as_deref().unwrap_or(residuals));
             for (slope, (up, down)) in column.iter_mut().zip(up.iter().zip(down)) {
                 *slope = (up - down) / width;
             }

@@ -24,13 +24,11 @@ pub(crate) trait LeastSquares {
     /// domain.
     fn evaluate(&self, theta: &[f64], residuals: &mut [f64]) -> bool;
 
-    /// Writes residuals and Jacobian `jacobian: [p x n]`, one row of `n` per parameter.
+    /// Writes the Jacobian `jacobian: [p x n]`, one row of `n` per parameter, at `theta: [p]`, where the residuals are
+    /// `residuals: [n]`; `false` where a parameter cannot be moved.
     ///
     /// By default forward differences with a step of 1e-6 of the parameter, at least 1e-7.
-    fn linearise(&self, theta: &[f64], residuals: &mut [f64], jacobian: &mut [f64]) -> bool {
-        if !self.evaluate(theta, residuals) {
-            return false;
-        }
+    fn slopes(&self, theta: &[f64], residuals: &[f64], jacobian: &mut [f64]) -> bool {
         let mut moved = theta.to_vec();
         for (i, column) in jacobian.chunks_exact_mut(residuals.len().max(1)).enumerate() {
             let step = (1e-6 * theta[i].abs()).max(1e-7);
@@ -44,7 +42,7 @@ pub(crate) trait LeastSquares {
                     return false;
                 }
             }
-            for (slope, residual) in column.iter_mut().zip(residuals.iter()) {
+            for (slope, residual) in column.iter_mut().zip(residuals) {
                 *slope = (*slope - residual) / width;
             }
             moved[i] = theta[i];
@@ -89,7 +87,8 @@ pub(crate) fn solve(problem: &impl LeastSquares, start: &[f64], options: Options
     if start.len() != p {
         return None;
     }
-    let mut dense = Dense { problem, residuals: vec![0.0; n], jacobian: vec![0.0; n * p] };
+    let at = vec![f64::NAN; p];
+    let mut dense = Dense { problem, at, residuals: vec![0.0; n], jacobian: vec![0.0; n * p] };
     let limits =
         Limits { steps: options.steps, trials: usize::MAX, tolerance: options.tolerance, small_steps: 2 };
     let found = search::minimise(&mut dense, start.to_vec(), &mut Prior::none(p), &DAMPING, &limits)?;
@@ -121,18 +120,33 @@ pub(crate) fn solve_from_many(
 /// Residuals and stored Jacobian as a problem of the search.
 struct Dense<'a, P> {
     problem: &'a P,
+    /// Where the residuals are known, `[p]`; NaN where they are not.
+    at: Vec<f64>,
     residuals: Vec<f64>,
     /// `[p x n]`.
     jacobian: Vec<f64>,
 }
 
+impl<P: LeastSquares> Dense<'_, P> {
+    fn evaluate(&mut self, theta: &[f64]) -> bool {
+        let inside = self.problem.evaluate(theta, &mut self.residuals);
+        self.at.copy_from_slice(theta);
+        if !inside {
+            self.at.fill(f64::NAN);
+        }
+        inside
+    }
+}
+
 impl<P: LeastSquares> search::Problem for Dense<'_, P> {
     fn squares(&mut self, theta: &[f64]) -> Option<f64> {
-        self.problem.evaluate(theta, &mut self.residuals).then(|| dot(&self.residuals, &self.residuals))
+        self.evaluate(theta).then(|| dot(&self.residuals, &self.residuals))
     }
 
     fn linearise(&mut self, theta: &[f64], at: &mut Linearisation) -> bool {
-        if !self.problem.linearise(theta, &mut self.residuals, &mut self.jacobian) {
+        // An accepted step was evaluated last.
+        let known = self.at == theta || self.evaluate(theta);
+        if !known || !self.problem.slopes(theta, &self.residuals, &mut self.jacobian) {
             return false;
         }
         let n = self.residuals.len();

@@ -307,6 +307,7 @@ impl Supervisor {
             Mode::Hold if row.from == Mode::Pretension => {
                 self.controller.restart();
                 self.monitor.restart();
+                self.health.restart();
                 self.held.rest_at(measurement.joint, reference.current);
             }
             // The reference that was followed last is the one to be held.

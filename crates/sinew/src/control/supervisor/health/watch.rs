@@ -57,7 +57,7 @@ pub(in crate::control::supervisor) struct HealthMonitor {
     torque: Vec<f64>,
     next: usize,
     time: f64,
-    /// Whether the first window, in which the observers settle, is over.
+    /// Whether the first window after a start, in which the observers settle, is over.
     settled: bool,
 }
 
@@ -171,6 +171,13 @@ impl HealthMonitor {
         }
     }
 
+    /// The observers begin anew: the window that was begun and the next one, in which they settle, do not count. What the
+    /// windows before showed is kept.
+    pub(in crate::control::supervisor) fn restart(&mut self) {
+        self.cables.iter_mut().for_each(Watched::discard);
+        (self.time, self.settled) = (0.0, false);
+    }
+
     fn close_window(&mut self, controller: &ArmController) {
         if !core::mem::replace(&mut self.settled, true) {
             self.cables.iter_mut().for_each(Watched::discard);
@@ -232,5 +239,24 @@ impl Watched {
     /// Forgets what was sampled.
     fn discard(&mut self) {
         (self.sliding, self.torque) = (SlidingFit::default(), TorqueFit::default());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn after_a_start_the_observers_settle_again_and_what_was_found_before_is_kept() {
+        let mut monitor = HealthMonitor::new(1, 1);
+        let value = |value| Estimate { value, deviation: 0.0 };
+        (0..8).for_each(|_| monitor.cables[0].friction.update(value(0.0), WINDOW));
+        (monitor.time, monitor.settled) = (0.9 * WINDOW, true);
+        monitor.cables[0].torque.add(&[0.1], &[1.0], 1.0);
+        let before = monitor.cables[0].friction.drift();
+        monitor.restart();
+        assert!(!monitor.settled && monitor.time < 1e-9);
+        assert!(monitor.cables[0].torque.samples() < 0.5);
+        assert_eq!(monitor.cables[0].friction.drift(), before);
     }
 }
