@@ -274,8 +274,7 @@ impl LeastSquares for Problem<'_> {
             theta[i] += by;
             theta
         };
-        let points: Vec<_> =
-            (0..theta.len()).flat_map(|i| [shifted(i, STEP), shifted(i, -STEP)]).collect();
+        let points: Vec<_> = (0..theta.len()).flat_map(|i| [shifted(i, STEP), shifted(i, -STEP)]).collect();
         let found: Vec<_> = points
             .par_chunks(SIDE_BY_SIDE)
             .flat_map_iter(|points| self.evaluate_side_by_side(points))

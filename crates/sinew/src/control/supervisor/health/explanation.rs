@@ -46,6 +46,9 @@ const ALIKE: f64 = 0.6;
 /// Significance by which the travel of a cable must show more friction than that of one whose friction explains the torques better.
 const CLEARLY: f64 = 2.0;
 
+/// Standard errors by which the torques must show less friction than at the beginning to contradict a travel that shows more.
+const CONTRADICTED: f64 = 2.0;
+
 /// The one change of one cable that explains most of what all `cables` show; none where nothing has changed.
 ///
 /// A change of one cable changes the tensions, with them the errors of all models, and so what the travel of its neighbours shows: the
@@ -64,15 +67,19 @@ pub(super) fn best(cables: impl Iterator<Item = Evidence> + Clone) -> Option<Exp
     }
 }
 
-/// The growth of friction or loss of stiffness that is most significant.
+/// The growth of friction or loss of stiffness that is most significant. A growth of friction shows in the torques with the same sign;
+/// where the travel of an antagonist shows one, it shows with the other.
 fn by_travel(cables: impl Iterator<Item = Evidence>) -> Option<Explanation> {
-    let changes = cables.enumerate().flat_map(|(cable, Evidence { friction, stiffness, .. })| {
-        let of = |change, Shown { drift, significance }: Shown, wear: f64| {
-            let (found, deviations) = (drift.found, wear * drift.deviations());
-            (wear * significance, Explanation { cable, change, found, deviations })
-        };
-        [of(Change::Friction, friction, 1.0), of(Change::Stiffness, stiffness, -1.0)]
-    });
+    let changes =
+        cables.enumerate().flat_map(|(cable, Evidence { friction, stiffness, friction_by_torque, .. })| {
+            let of = |change, Shown { drift, significance }: Shown, wear: f64| {
+                let (found, deviations) = (drift.found, wear * drift.deviations());
+                (wear * significance, Explanation { cable, change, found, deviations })
+            };
+            let contradicted = friction_by_torque.deviations() < -CONTRADICTED;
+            let rougher = (!contradicted).then(|| of(Change::Friction, friction, 1.0));
+            rougher.into_iter().chain([of(Change::Stiffness, stiffness, -1.0)])
+        });
     let worn = changes.filter(|(significance, _)| *significance > 0.0);
     worn.max_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, change)| change)
 }
@@ -180,6 +187,14 @@ mod tests {
         assert_eq!(named(&[softer, cable(none, quiet, none, none)]), Some((0, Change::Stiffness, true)));
         // Neither friction that falls nor a cable that stiffens is wear.
         assert_eq!(named(&[cable([-20.0, 20.0], [-90.0, 90.0], none, none)]), None);
+    }
+
+    #[test]
+    fn a_growth_of_friction_that_the_torques_contradict_is_that_of_an_antagonist() {
+        let antagonist = |torque: f64| cable([9.0, 0.0], [9.0, 0.0], [torque, 0.0], [0.0; 2]);
+        let rough = cable([8.5, 0.0], [8.5, 0.0], [5.0, 0.0], [1.0, 0.0]);
+        assert_eq!(named(&[rough, antagonist(-5.0)]), Some((0, Change::Friction, true)));
+        assert_eq!(named(&[rough, antagonist(-1.0)]), Some((1, Change::Friction, true)));
     }
 
     #[test]
