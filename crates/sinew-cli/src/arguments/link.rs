@@ -30,7 +30,7 @@ pub(crate) struct LinkKeyArguments {
 
 /// Show the state of a machine that runs with a link, without commanding it.
 ///
-/// It takes the session, so that no other client can command the machine meanwhile. With --json one line per state.
+/// Up to eight watch beside the client that commands. With --json one line per state.
 ///
 /// Example: sinew link watch 127.0.0.1:7500
 #[derive(Debug, Args)]
