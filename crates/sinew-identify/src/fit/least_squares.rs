@@ -87,8 +87,7 @@ pub(crate) fn solve(problem: &impl LeastSquares, start: &[f64], options: Options
     if start.len() != p {
         return None;
     }
-    let at = vec![f64::NAN; p];
-    let mut dense = Dense { problem, at, residuals: vec![0.0; n], jacobian: vec![0.0; n * p] };
+    let mut dense = Dense { problem, at: None, residuals: vec![0.0; n], jacobian: vec![0.0; n * p] };
     let limits =
         Limits { steps: options.steps, trials: usize::MAX, tolerance: options.tolerance, small_steps: 2 };
     let found = search::minimise(&mut dense, start.to_vec(), &mut Prior::none(p), &DAMPING, &limits)?;
@@ -120,8 +119,8 @@ pub(crate) fn solve_from_many(
 /// Residuals and stored Jacobian as a problem of the search.
 struct Dense<'a, P> {
     problem: &'a P,
-    /// Where the residuals are known, `[p]`; NaN where they are not.
-    at: Vec<f64>,
+    /// Where the residuals are known: `[p]`.
+    at: Option<Vec<f64>>,
     residuals: Vec<f64>,
     /// `[p x n]`.
     jacobian: Vec<f64>,
@@ -130,10 +129,7 @@ struct Dense<'a, P> {
 impl<P: LeastSquares> Dense<'_, P> {
     fn evaluate(&mut self, theta: &[f64]) -> bool {
         let inside = self.problem.evaluate(theta, &mut self.residuals);
-        self.at.copy_from_slice(theta);
-        if !inside {
-            self.at.fill(f64::NAN);
-        }
+        self.at = inside.then(|| theta.to_vec());
         inside
     }
 }
@@ -145,7 +141,7 @@ impl<P: LeastSquares> search::Problem for Dense<'_, P> {
 
     fn linearise(&mut self, theta: &[f64], at: &mut Linearisation) -> bool {
         // An accepted step was evaluated last.
-        let known = self.at == theta || self.evaluate(theta);
+        let known = self.at.as_deref() == Some(theta) || self.evaluate(theta);
         if !known || !self.problem.slopes(theta, &self.residuals, &mut self.jacobian) {
             return false;
         }
