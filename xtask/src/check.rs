@@ -134,19 +134,22 @@ fn fmt(root: &Path) -> Result<(), String> {
 }
 
 fn clippy(root: &Path) -> Result<(), String> {
-    let arguments = ["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"];
-    succeed(&mut cargo(root, &arguments))
+    let mut command = cargo(root, &["clippy", "--workspace", "--all-targets", "--all-features", "--"]);
+    succeed(command.args(LINTS))
 }
 
+/// Of clippy.
+const LINTS: [&str; 2] = ["-D", "warnings"];
+
 /// Environment in which cargo takes the metadata of the workspace's crates that [`clippy`] has written for its own, as `cargo clippy`
-/// sets it; empty where clippy is not beside cargo.
+/// sets it; empty where clippy is not beside cargo. Where another version of it sets another, the crates are checked again.
 fn as_clippy() -> Vec<(&'static str, OsString)> {
     let cargo = std::env::var_os("CARGO").map(PathBuf::from).unwrap_or_default();
     let driver = cargo.with_file_name(format!("clippy-driver{}", std::env::consts::EXE_SUFFIX));
     if !driver.is_file() {
         return Vec::new();
     }
-    let arguments = ["-D", "warnings"].map(|argument| format!("{argument}__CLIPPY_HACKERY__")).concat();
+    let arguments = LINTS.map(|argument| format!("{argument}__CLIPPY_HACKERY__")).concat();
     vec![("RUSTC_WORKSPACE_WRAPPER", driver.into()), ("CLIPPY_ARGS", arguments.into())]
 }
 
@@ -154,7 +157,7 @@ fn as_clippy() -> Vec<(&'static str, OsString)> {
 fn features(root: &Path) -> Result<(), String> {
     for packages in FEATURE_SETS {
         let mut command = cargo(root, &["clippy"]);
-        succeed(command.args(packages).args(["--", "-D", "warnings"]))?;
+        succeed(command.args(packages).arg("--").args(LINTS))?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Signals over time in pairs, as a page of their own.
 
 use super::error::Error;
-use super::plot::Plot;
+use super::plot::{Legend, Plot};
 use super::scale::{Axis, padded};
 use super::shell::{SHELL, Shell};
 use super::svg_path::line;
@@ -59,8 +59,12 @@ struct Page<'a> {
 struct Drawn<'a> {
     id: usize,
     group: &'a Group,
+    legend: Legend,
     plots: Vec<Plot>,
 }
+
+/// Styles of the two lines of a picture.
+const LINES: [&str; 2] = ["measured", "predicted"];
 
 /// The page.
 ///
@@ -69,7 +73,9 @@ struct Drawn<'a> {
 pub fn page(page: &SignalPage) -> Result<String, Error> {
     let groups = page.groups.iter().enumerate().map(|(id, group)| {
         let plots = group.plots.iter().map(|signals| plot(group, signals)).collect();
-        Drawn { id, group, plots }
+        let names = LINES.into_iter().zip(group.legend.iter().map(String::as_str));
+        let legend = Legend::new(&names.filter(|(_, name)| !name.is_empty()).collect::<Vec<_>>());
+        Drawn { id, group, legend, plots }
     });
     let all = Page { shell: SHELL, page, groups: groups.collect() };
     Ok(all.render()?)
@@ -84,9 +90,34 @@ fn plot(group: &Group, signals: &Signals) -> Plot {
     let title = signals.title.clone();
     let mut plot =
         Plot::new("trace low", title.clone(), (&x, "time (s)".to_owned()), (&y, title)).without_legend();
-    let names = ["measured", "predicted"].into_iter().zip(&group.legend);
+    let names = LINES.into_iter().zip(&group.legend);
     for ((class, name), values) in names.zip(&signals.lines) {
         plot.draw(class, name, line(group.time.iter().copied().zip(values.iter().copied()), &x, &y));
     }
     plot
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_in_a_legend_stands_beside_its_line() {
+        let group = |legend: [&str; 2]| Group {
+            heading: "Joints".into(),
+            lead: String::new(),
+            legend: legend.map(str::to_owned),
+            time: vec![0.0, 1.0],
+            plots: vec![Signals { title: "hip (rad)".into(), lines: [vec![0.0, 1.0], vec![0.0, 1.1]] }],
+        };
+        let groups = vec![group(["reference", "true"]), group(["command", ""])];
+        let (title, amount, verdict) = ("a run".into(), String::new(), String::new());
+        let html =
+            page(&SignalPage { title, kind: "recording", amount, verdict, simulated: true, groups }).unwrap();
+        for (class, name) in [("measured", "reference"), ("predicted", "true"), ("measured", "command")] {
+            let entry = format!(r#"<path class="{class}" d="M2 6h30"/></svg>{name}</span>"#);
+            assert!(html.contains(&entry), "{name}");
+        }
+        assert!(!html.contains("</svg></span>"));
+    }
 }

@@ -45,7 +45,6 @@ pub(super) struct Shown {
 const ALIKE: f64 = 0.6;
 /// Significance by which the travel of a cable must show more friction than that of one whose friction explains the torques better.
 const CLEARLY: f64 = 2.0;
-
 /// Standard errors by which the torques must show less friction than at the beginning to contradict a travel that shows more.
 const CONTRADICTED: f64 = 2.0;
 
@@ -67,8 +66,10 @@ pub(super) fn best(cables: impl Iterator<Item = Evidence> + Clone) -> Option<Exp
     }
 }
 
-/// The growth of friction or loss of stiffness that is most significant. A growth of friction shows in the torques with the same sign;
-/// where the travel of an antagonist shows one, it shows with the other.
+/// The growth of friction or loss of stiffness that is most significant.
+///
+/// The travel of an antagonist of a cable whose friction grows shows a growth, too, but its torques show a fall: a growth that the torques
+/// contradict does not count.
 fn by_travel(cables: impl Iterator<Item = Evidence>) -> Option<Explanation> {
     let changes =
         cables.enumerate().flat_map(|(cable, Evidence { friction, stiffness, friction_by_torque, .. })| {
