@@ -47,14 +47,17 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
 
 /// Builds the program as the tests did and says where it is.
 pub(crate) fn program(root: &Path) -> Result<PathBuf, String> {
-    // With the examples the features are those of the tests, and nothing is compiled anew.
-    let arguments = ["build", "--workspace", "--all-features", "--bins", "--examples"];
+    // Of the same units as the tests, or cargo compiles the macros of the reports and all that use them a second time.
+    let arguments = ["build", "--workspace", "--all-features", "--tests"];
     succeed(&mut cargo(root, &arguments))?;
     let mut command = cargo(root, &arguments);
     let output = command.arg("--message-format=json").stderr(Stdio::null()).output();
     let messages = output.map_err(|e| format!("cargo build: {e}"))?.stdout;
     let messages = String::from_utf8_lossy(&messages).into_owned();
-    let built = messages.lines().filter(|line| line.contains(r#""name":"sinew""#));
+    let program = |line: &&str| {
+        [r#""kind":["bin"]"#, r#""name":"sinew""#, r#""test":false"#].iter().all(|part| line.contains(part))
+    };
+    let built = messages.lines().filter(program);
     let mut places = built.filter_map(|line| line.split_once(r#""executable":""#)?.1.split('"').next());
     places.next_back().map(PathBuf::from).ok_or_else(|| "the build made no program `sinew`".into())
 }
