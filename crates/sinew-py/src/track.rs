@@ -186,7 +186,7 @@ pub(crate) fn track<'py>(
         check_feasible(&machine, &trajectory, repeats)?;
         if variant == CompensationVariant::Observer {
             match verify(&machine, &trajectory, repeats)? {
-                Verified::Tracks(rules) => machine.rules = rules,
+                Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => machine.rules = rules,
                 Verified::Fails(_) if conditions.unverified => {}
                 Verified::Fails(reason) => {
                     return Err(Failure::refused(format!(

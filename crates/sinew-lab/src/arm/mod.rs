@@ -33,4 +33,4 @@ pub use tracking::{
     CalibratedArm, INITIAL_REST_S, PreparedRun, TrackingResult, TrackingTask, calibration_programmes,
     track_arm, track_arm_watched,
 };
-pub use verification::{Verified, slower_tour, verify};
+pub use verification::{Verified, VerifiedTour, verify, verify_tour};

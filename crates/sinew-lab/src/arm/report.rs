@@ -219,14 +219,27 @@ pub(super) fn largest_bounded_error(summary: &TrackSummary, machine: &Machine) -
         let error = summary.end_point_error.max.max(summary.hold_error.max);
         return Some(BoundedError { error, bound: max_end_point_error(machine), joint: None });
     }
-    let joints = machine.robot.independent_joints().into_iter().zip(&summary.joint_error);
-    let bounded = joints.filter_map(|(joint, error)| {
+    let rigid = vec![0.0; summary.joint_error.len()];
+    joint_errors(summary, machine, &rigid).max_by(|a, b| a.share().total_cmp(&b.share()))
+}
+
+/// Share of its dead band by which a joint may miss its reference when it breaks away from the friction of its cables.
+const BREAK_AWAY_SHARE: f64 = 0.25;
+
+/// The error of every joint with a range, beside the largest of a completed run or what the joint's dead band, rad or m, explains, where that
+/// is more.
+pub(super) fn joint_errors(
+    summary: &TrackSummary,
+    machine: &Machine,
+    dead_bands: &[f64],
+) -> impl Iterator<Item = BoundedError> {
+    let joints = machine.robot.independent_joints().into_iter().zip(&summary.joint_error).zip(dead_bands);
+    joints.filter_map(|((joint, error), dead_band)| {
         let joint = &machine.robot.parts().joints[joint];
         let [low, high] = joint.range?;
-        let bound = MAX_JOINT_ERROR_SHARE * (high - low);
+        let bound = (MAX_JOINT_ERROR_SHARE * (high - low)).max(BREAK_AWAY_SHARE * dead_band);
         Some(BoundedError { error: error.max, bound, joint: Some(joint.name.clone()) })
-    });
-    bounded.max_by(|a, b| a.share().total_cmp(&b.share()))
+    })
 }
 
 /// What was larger than in a completed run.

@@ -105,7 +105,7 @@ pub struct TrackSummary {
 
 impl TrackSummary {
     /// `slack_below: [muscles]`, N; `ranges: [joints]`, rad or m.
-    pub(super) fn new(slack_below: Vec<f64>, ranges: Vec<f64>) -> Self {
+    pub(crate) fn new(slack_below: Vec<f64>, ranges: Vec<f64>) -> Self {
         let (muscles, joints) = (slack_below.len(), ranges.len());
         Self {
             slack_below,

@@ -73,7 +73,7 @@ impl Track {
         let mut machine = machine(&self.machine)?;
         let trajectory = plan_tour(&machine, None, |t| first_infeasibility(&machine, t, 1))?;
         match verify(&machine, &trajectory, 1)? {
-            Verified::Tracks(rules) => machine.rules = rules,
+            Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => machine.rules = rules,
             Verified::Fails(reason) => return Err(reason.into()),
         }
         let arm = CalibratedArm::new(&machine, self.seed)?;

@@ -9,7 +9,9 @@ use crate::verbs::track::{fault, motion};
 use sinew::machine::Machine;
 use sinew::twin::arm::Failure;
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingTask, Verified, infeasible_motion, verify};
+use sinew_lab::arm::{
+    CalibratedArm, PreparedRun, TrackingTask, Verified, infeasible_motion, verify, verify_tour,
+};
 use sinew_live::{Choices, Conditions, Kinematic, SimulationParts, SimulationSource, Source, Stage};
 use std::sync::Arc;
 
@@ -114,9 +116,18 @@ impl Bench {
             return Err(Error::Infeasible { path: path.to_string(), infeasibility });
         }
         let mut arm = self.arm.loaded(conditions.payload)?;
-        if variant == CompensationVariant::Observer
-            && let Verified::Tracks(rules) = verify(&machine, &trajectory, u32::MAX)?
-        {
+        let (trajectory, verified) = match (variant, &path) {
+            (CompensationVariant::Observer, PathArgument::Tour) => {
+                let tour = verify_tour(&machine, trajectory, u32::MAX)?;
+                (tour.trajectory, Some(tour.verified))
+            }
+            (CompensationVariant::Observer, _) => {
+                let verified = verify(&machine, &trajectory, u32::MAX)?;
+                (trajectory, Some(verified))
+            }
+            _ => (trajectory, None),
+        };
+        if let Some(Verified::Tracks(rules) | Verified::Inaccurate(rules, _)) = verified {
             arm.machine.rules = rules;
         }
         let task = TrackingTask {

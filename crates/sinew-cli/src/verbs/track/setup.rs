@@ -11,8 +11,8 @@ use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::InjectedFault;
 use sinew_lab::arm::{
-    CalibratedArm, InfeasibleMotion, TrackingResult, TrackingTask, Verified, infeasible_motion, slower_tour,
-    track_arm_watched, verify,
+    CalibratedArm, InfeasibleMotion, TrackingResult, TrackingTask, Verified, infeasible_motion,
+    track_arm_watched, verify, verify_tour,
 };
 use sinew_lab::experiment::TrackRow;
 use sinew_lab::{CompensationVariant, Error as LabError};
@@ -103,20 +103,29 @@ impl Setup {
     /// Lowers the gains until simulated machines of the design track the motion, then the speed if it `may_slow`; refuses the motion where
     /// none do, or warns.
     fn verify(&mut self, may_slow: bool, start_nevertheless: bool) -> Result<(), Error> {
-        let verified = verify(&self.machine, &self.trajectory, self.repeats)?;
-        if let (Verified::Fails(reason), true) = (&verified, may_slow)
-            && let Some((slower, rules)) = slower_tour(&self.machine, &self.trajectory, self.repeats)?
-        {
-            eprintln!(
-                "The tour takes {:.0} s instead of {:.0} s, in which simulated machines of this design do not track it: {reason}",
-                slower.duration(),
-                self.trajectory.duration(),
-            );
-            (self.trajectory, self.machine.rules) = (slower, rules);
-            return Ok(());
-        }
+        let verified = if may_slow {
+            let given = self.trajectory.duration();
+            let tour = verify_tour(&self.machine, self.trajectory.clone(), self.repeats)?;
+            self.trajectory = tour.trajectory;
+            if let Some(reason) = tour.slowed {
+                eprintln!(
+                    "The tour takes {:.0} s instead of {given:.0} s, in which simulated machines of this design do not track it: {reason}",
+                    self.trajectory.duration(),
+                );
+            }
+            tour.verified
+        } else {
+            verify(&self.machine, &self.trajectory, self.repeats)?
+        };
         match verified {
             Verified::Tracks(rules) => self.machine.rules = rules,
+            Verified::Inaccurate(rules, reason) => {
+                eprintln!(
+                    "warning: simulated machines of this design come to the end of this motion, but inaccurately: {reason}; `sinew machine tune` names \
+                     what limits each joint"
+                );
+                self.machine.rules = rules;
+            }
             Verified::Fails(reason) if start_nevertheless => {
                 eprintln!("warning: simulated machines of this design do not track this motion: {reason}");
             }
