@@ -4,7 +4,7 @@ Units are SI and radians. Arrays of float64 in C order are read without a copy, 
 """
 
 from ._cable import Cable, Free, Pulley, Sheath
-from ._experiment import Reproduction, Run, reproduce, track
+from ._experiment import Reproduction, Run, reproduce, track, verify
 from ._machine import Distribution, Machine, Routing, _load_machine, distribute
 from ._model import Evaluation, Model, Predictions, Scores, demo_logs, identify
 from ._sinew import CableEnds, Command, Controller, Prediction, Predictor, Trajectory, Twin, __version__
@@ -36,4 +36,5 @@ __all__ = [
     "identify",
     "reproduce",
     "track",
+    "verify",
 ]

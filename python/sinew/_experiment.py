@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -68,6 +69,7 @@ def track(
     payload_kg: float | None = None,
     seed: int = 1,
     unverified: bool = False,
+    rules: Mapping[str, float] | None = None,
     trace_interval_s: float = 0.01,
     progress: Progress | None = None,
 ) -> Run:
@@ -79,14 +81,10 @@ def track(
     `payload_kg`: by default the machine's. `seed`: draws the machine. `trace_interval_s`: s between rows of the trace.
 
     Raises `ValueError` for a motion that the machine cannot track, with the reason; `unverified` starts one that only
-    simulated machines of the design did not track.
+    simulated machines of the design did not track. `rules`: those of `verify` for the same motion, which is then not
+    simulated before the start again: many specimens of a machine need it once.
     """
-    if isinstance(path, _sinew.Trajectory):
-        if duration_s is not None:
-            raise ValueError("duration_s must be none with a planned trajectory, which has its own")
-        trajectory = path
-    else:
-        trajectory = machine.plan(path, duration_s=duration_s)
+    trajectory = _planned(machine, path, duration_s)
     conditions = {
         "repeats": repeats,
         "learning": learning,
@@ -95,10 +93,40 @@ def track(
         "payload_kg": payload_kg,
         "seed": seed,
         "unverified": unverified,
+        "rules": None if rules is None else json.dumps(dict(rules)),
         "trace_interval_s": trace_interval_s,
     }
     numbers, trace = _sinew.track(machine, trajectory, conditions, progress)
     return Run(json.loads(numbers), trace, tuple(machine.muscle_names))
+
+
+def verify(
+    machine: Machine,
+    path: Path | _sinew.Trajectory | None = None,
+    *,
+    duration_s: float | None = None,
+    repeats: int | None = None,
+    payload_kg: float | None = None,
+    progress: Progress | None = None,
+) -> dict[str, float]:
+    """Rules of control with which SIMULATED machines, drawn within the tolerances, track a motion.
+
+    `path`, `duration_s`, `repeats`, `payload_kg`: as in `track`. The gains are lowered until all drawn machines come to the end of the motion with
+    taut cables and small errors. Units are part of the names; the rules are those of the machine file's table `[control]`.
+
+    Raises `ValueError` for a motion that the machine cannot track, with the reason.
+    """
+    trajectory = _planned(machine, path, duration_s)
+    rules: dict[str, float] = json.loads(_sinew.verify(machine, trajectory, repeats, payload_kg, progress))
+    return rules
+
+
+def _planned(machine: Machine, path: Path | _sinew.Trajectory | None, duration_s: float | None) -> _sinew.Trajectory:
+    if not isinstance(path, _sinew.Trajectory):
+        return machine.plan(path, duration_s=duration_s)
+    if duration_s is not None:
+        raise ValueError("duration_s must be none with a planned trajectory, which has its own")
+    return path
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,6 +34,7 @@ __all__ = [
     "reproduce",
     "table_text",
     "track",
+    "verify",
 ]
 
 __version__: str
@@ -71,6 +72,13 @@ def plan_motion(machine: Machine, desired: Any, duration_s: _Number | None) -> T
 def track(
     machine: Machine, trajectory: Trajectory, conditions: dict[str, Any], progress: _Progress
 ) -> tuple[str, dict[str, NDArray[Any]]]: ...
+def verify(
+    machine: Machine,
+    trajectory: Trajectory,
+    given: SupportsIndex | None,
+    payload_kg: _Number | None,
+    progress: _Progress,
+) -> str: ...
 def page_style() -> str: ...
 def reproduce(
     part: str, quick: bool, seed: SupportsIndex, threads: SupportsIndex | None, progress: _Progress

@@ -40,6 +40,7 @@ ARM = sinew.Machine("lm_arm")
 JOINT = sinew.Machine("bench_joint")
 TWIN, CONTROLLER, CABLE = sinew.Twin(JOINT, 1), JOINT.controller(), sinew.Cable()
 MOTION = JOINT.plan("tour")
+RULES = sinew.verify(JOINT, MOTION, repeats=1)
 Q, ZERO = ARM.start, np.zeros(7)
 COLUMNS = {"time_s": np.arange(5.0), "tension_in_n": np.ones(5), "tension_out_n": np.ones(5)}
 
@@ -169,6 +170,10 @@ def test_bad_input_to_a_model_gives_a_promised_exception(model: sinew.Model, dat
         (lambda: JOINT.plan("circle"), ValueError, "path must be one of .*tour, but is .circle."),
         (lambda: sinew.track(JOINT, "tour", compensation="magic"), ValueError, "expected none, capstan.*got magic"),
         (lambda: sinew.track(JOINT, "tour", duration_s=0.2), ValueError, "the machine cannot track the motion: at"),
+        (lambda: sinew.verify(JOINT, "tour", duration_s=0.2), ValueError, "the machine cannot track the motion: at"),
+        (lambda: sinew.track(JOINT, "tour", rules=RULES | {"gain": 1.0}), ValueError, "unknown field `gain`"),
+        (lambda: sinew.track(JOINT, "tour", rules=RULES | {"margin": np.nan}), ValueError, "rules must be those of"),
+        (lambda: sinew.track(JOINT, "tour", rules=RULES | {"margin": 2.0}), ValueError, r"margin.*\(0, 1\]"),
         (lambda: sinew.Model.from_json('{"format": "sinew transmission model", "version": 9}'), ValueError, "version 1;"),
     ],
 )

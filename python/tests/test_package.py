@@ -93,6 +93,18 @@ def test_what_notebooks_show_is_balanced_and_escaped(model: sinew.Model, log_fil
         assert len(repr(one)) > 5
 
 
+def test_a_motion_that_was_verified_is_not_verified_again_and_gives_the_same_bits() -> None:
+    machine = sinew.Machine("bench_joint")
+    motion = machine.plan("tour")
+    rules = sinew.verify(machine, motion, repeats=1)
+    assert rules.keys() >= {"bandwidth_rad_per_s", "pre_travel_gain"} and all(value > 0.0 for value in rules.values())
+    once = sinew.track(machine, motion, repeats=1, seed=5)
+    again = sinew.track(machine, motion, repeats=1, seed=5, rules=rules)
+    assert once.numbers == again.numbers
+    slow = sinew.track(machine, motion, repeats=1, seed=5, rules=rules | {"bandwidth_rad_per_s": 2.0})
+    assert slow.numbers["joint_error_rad"]["mean"] > once.numbers["joint_error_rad"]["mean"]
+
+
 def test_a_run_can_be_plotted() -> None:
     pytest.importorskip("matplotlib")
     run = sinew.track(sinew.Machine("planar_leg"), "tour", repeats=1)

@@ -65,7 +65,7 @@ mod _sinew {
     #[pymodule_export]
     use crate::tension::distribute;
     #[pymodule_export]
-    use crate::track::{Trajectory, plan_motion, track};
+    use crate::track::{Trajectory, plan_motion, track, verify};
     #[pymodule_export]
     use crate::twin::Twin;
 }

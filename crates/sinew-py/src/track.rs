@@ -11,7 +11,7 @@ use sinew::trajectory::{JointWaypoint, Reference, Waypoint};
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
     CalibratedArm, DesiredMotion, InfeasibleMotion, TraceRow, TrackingTask, Verified, first_infeasibility,
-    infeasible_motion, plan, plan_tour, track_arm, verify,
+    infeasible_motion, plan, plan_tour, track_arm, verify as simulate_drawn_machines,
 };
 use std::sync::Arc;
 
@@ -153,11 +153,49 @@ pub(crate) struct Conditions {
     payload_kg: Option<f64>,
     seed: u64,
     unverified: bool,
+    /// Of `verify`, as JSON.
+    rules: Option<String>,
     trace_interval_s: f64,
 }
 
 /// Repeats of a closed motion where none are given.
 const REPEATS: u32 = 6;
+
+/// Rules with which drawn machines track a motion, as JSON; see `sinew.verify`.
+#[pyfunction]
+pub(crate) fn verify(
+    py: Python<'_>,
+    machine: &Machine,
+    trajectory: &Trajectory,
+    given: Option<u32>,
+    payload_kg: Option<f64>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let (machine, trajectory) = (machine.machine.clone(), trajectory.inner.clone());
+    long_call::run(py, progress, None, move |progress| {
+        let machine = loaded(&machine, payload_kg)?;
+        let repeats = repeats(given, trajectory.is_closed())?;
+        progress.tell("checking and verifying the motion", 0.0);
+        check_feasible(&machine, &trajectory, repeats)?;
+        match simulate_drawn_machines(&machine, &trajectory, repeats)? {
+            Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => Ok(serde_json::to_string(&rules)?),
+            Verified::Fails(reason) => Err(Failure::refused(format!(
+                "simulated machines of this design do not track this motion: {reason}; a slower motion may help"
+            ))),
+        }
+    })
+}
+
+/// The machine with a payload, by default its own.
+fn loaded(
+    machine: &sinew::machine::Machine,
+    payload_kg: Option<f64>,
+) -> Result<sinew::machine::Machine, Failure> {
+    let payload = payload_kg.unwrap_or(machine.payload);
+    let machine = sinew::machine::Machine { payload, ..machine.clone() };
+    machine.validate()?;
+    Ok(machine)
+}
 
 /// Tracks a motion; see `sinew.track`. Numbers as JSON, and the trace as columns.
 #[pyfunction]
@@ -178,14 +216,16 @@ pub(crate) fn track<'py>(
                 return Err(Failure::refused(format!("{name} must be 0 to 3600 s, but is {value}")));
             }
         }
-        let payload = conditions.payload_kg.unwrap_or(machine.payload);
-        let mut machine = sinew::machine::Machine { payload, ..(*machine).clone() };
-        machine.validate()?;
+        let mut machine = loaded(&machine, conditions.payload_kg)?;
         let repeats = repeats(conditions.repeats, trajectory.is_closed())?;
         progress.tell("checking and verifying the motion", 0.0);
         check_feasible(&machine, &trajectory, repeats)?;
-        if variant == CompensationVariant::Observer {
-            match verify(&machine, &trajectory, repeats)? {
+        if let Some(rules) = &conditions.rules {
+            machine.rules = serde_json::from_str(rules)
+                .map_err(|error| Failure::refused(format!("rules must be those of `verify`: {error}")))?;
+            machine.validate()?;
+        } else if variant == CompensationVariant::Observer {
+            match simulate_drawn_machines(&machine, &trajectory, repeats)? {
                 Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => machine.rules = rules,
                 Verified::Fails(_) if conditions.unverified => {}
                 Verified::Fails(reason) => {

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from typing import ClassVar
 
-from .. import Machine, track
+from .. import Machine, track, verify
 from .._machine import Path
 from ._backends import Objective
 
@@ -21,11 +21,13 @@ def robustness(
     """The objective of a study without parameters whose trials are SIMULATED specimens, drawn by their seeds.
 
     `machine`: a machine, or its name or file. Values: `max_end_point_error_m`, `max_joint_error_rad`, `max_joint_error_m` and the means, where the
-    machine has them, and whether the motion `completed`, 1 or 0. Raises `ValueError` for a motion that cannot be planned.
+    machine has them, and whether the motion `completed`, 1 or 0. The motion is verified once for all trials. Raises `ValueError` for one that
+    the machine cannot track.
     """
     arm = machine if isinstance(machine, Machine) else Machine(machine)
-    arm.plan(path, duration_s=duration_s)
-    return _Specimens(arm, path, duration_s, compensation)
+    trajectory = arm.plan(path, duration_s=duration_s)
+    rules = verify(arm, trajectory, repeats=1) if compensation == "observer" else None
+    return _Specimens(arm, path, duration_s, compensation, rules)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,7 @@ class _Specimens:
     path: Path | None
     duration_s: float | None
     compensation: str
+    rules: dict[str, float] | None
 
     def __call__(self, _parameters: dict[str, float], seed: int) -> dict[str, float]:
         run = track(
@@ -45,6 +48,7 @@ class _Specimens:
             learning=False,
             seed=seed,
             compensation=self.compensation,
+            rules=self.rules,
             trace_interval_s=1.0,
         )
         values = {"completed": float(run.completed)}

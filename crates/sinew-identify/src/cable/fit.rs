@@ -129,7 +129,7 @@ impl Problem<'_> {
     /// The start itself and its neighbours in friction, drag and stiffness of the free lengths; the best are
     /// followed.
     fn search(&self, theta: &[f64]) -> Option<Solution> {
-        let options = Options { steps: self.options.steps, tolerance: 1e-7 };
+        let options = Options { steps: self.options.steps, tolerance: 1e-4 };
         if !self.options.multistart {
             return solve(self, theta, options);
         }

@@ -84,7 +84,7 @@ pub(crate) struct Limits {
     pub steps: usize,
     /// Steps tried, accepted or rejected, at most.
     pub trials: usize,
-    /// A step that lowers `C` by less than this fraction is small.
+    /// A step that lowers `C` by less than this fraction is small; where a rejected one was predicted to, the search has converged.
     pub tolerance: f64,
     /// Small steps in a row that end the search.
     pub small_steps: usize,
@@ -146,7 +146,9 @@ pub(crate) fn minimise(
                 return None;
             }
         }
-        let trial = Step::compute(&at, &theta, prior, damping.scaling, mu.value).and_then(|step| {
+        let step = Step::compute(&at, &theta, prior, damping.scaling, mu.value);
+        let predicted = step.as_ref().map_or(f64::INFINITY, |step| step.predicted_decrease);
+        let trial = step.and_then(|step| {
             let squares = problem.squares(&step.theta)?;
             let lower = prior.cost(squares, &step.theta);
             (lower < cost).then_some((step, squares, lower))
@@ -154,12 +156,13 @@ pub(crate) fn minimise(
         let Some((step, squares, lower)) = trial else {
             rejected += 1;
             mu.increase(damping);
-            if mu.value > MAX_DAMPING {
+            // A shorter step would lower `C` by even less than this one was predicted to.
+            if mu.value > MAX_DAMPING || predicted < limits.tolerance * cost {
                 break End::Converged;
             }
             continue;
         };
-        mu.decrease(damping, (cost - lower) / step.predicted_decrease);
+        mu.decrease(damping, (cost - lower) / predicted);
         small = if cost - lower < limits.tolerance * cost { small + 1 } else { 0 };
         theta = step.theta;
         cost = lower;
