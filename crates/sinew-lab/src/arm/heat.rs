@@ -19,6 +19,9 @@ pub struct DriveHeat {
 
 /// Longest step of the integration, s: an eighth of the time constant of a small winding.
 const LONGEST_STEP: f64 = 1.0;
+/// Steps at one instant's currents, at most: in a motion of days, where they are longer than [`LONGEST_STEP`], every winding is at its steady
+/// temperature, to which the implicit integration leads with any step.
+const MOST_STEPS: f64 = 1000.0;
 /// Instants of one repeat at which the currents are computed.
 const INSTANTS: usize = 400;
 
@@ -43,7 +46,7 @@ pub fn drive_heat(
 ) -> Result<DriveHeat, Error> {
     let currents = currents(machine, gains, found, pretension, trajectory)?;
     let interval = trajectory.duration() / INSTANTS as f64;
-    let steps = (interval / LONGEST_STEP).ceil().max(1.0);
+    let steps = (interval / LONGEST_STEP).ceil().clamp(1.0, MOST_STEPS);
     let mut heat = DriveHeat { overheated: None, windings: vec![ROOM; machine.muscles.len()] };
     for (k, muscle) in machine.muscles.iter().enumerate() {
         let mut motor = MotorTemperatures::room();
@@ -116,4 +119,18 @@ fn currents(
         instants.push(each.collect());
     }
     Ok(instants)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+    use super::super::testing::bench_joint;
+    use super::super::{first_infeasibility, plan_tour};
+
+    #[test]
+    fn a_motion_of_any_duration_is_checked_in_finite_time() {
+        let machine = bench_joint();
+        let tour = plan_tour(&machine, Some(1e12), |trajectory| first_infeasibility(&machine, trajectory, 1));
+        assert!(tour.unwrap().duration() > 9e11);
+    }
 }
