@@ -14,7 +14,7 @@ pub(crate) struct Step {
 }
 
 /// All steps. Every build uses the dev profile and all features, so that each dependency is compiled once.
-const STEPS: [Step; 11] = [
+const STEPS: [Step; 10] = [
     Step { name: "fmt", purpose: "the code is formatted", run: fmt },
     Step {
         name: "hygiene",
@@ -26,12 +26,15 @@ const STEPS: [Step; 11] = [
         purpose: "no room imports what it must not know, no circle between files",
         run: layering::check,
     },
-    Step { name: "clippy", purpose: "no warning with all features", run: clippy },
+    Step {
+        name: "clippy",
+        purpose: "no warning with all features, tests, examples and benches",
+        run: clippy,
+    },
     Step { name: "features", purpose: "no warning without optional features", run: features },
     Step { name: "test", purpose: "unit and integration tests (nextest where installed)", run: test },
     Step { name: "doctest", purpose: "the examples in the documentation", run: doctest },
     Step { name: "doc", purpose: "the documentation builds without a warning", run: doc },
-    Step { name: "build", purpose: "benches build", run: build },
     Step { name: "examples", purpose: "the examples run to their end", run: examples },
     Step {
         name: "readme",
@@ -188,17 +191,10 @@ fn doc(root: &Path) -> Result<(), String> {
     succeed(command.env("RUSTDOCFLAGS", "-Dwarnings").envs(as_clippy()))
 }
 
-fn build(root: &Path) -> Result<(), String> {
-    succeed(&mut cargo(root, &["build", "--workspace", "--all-features", "--examples", "--bench", "*"]))
-}
-
-/// Runs every example of `crates/sinew` and `crates/sinew-lab`: the files there are the list, the programs are those that
-/// [`build`] made with everything else, because a package built alone has other features and is compiled anew.
+/// Runs every example of `crates/sinew` and `crates/sinew-lab`: the files there are the list, the programs are those of the whole
+/// workspace, because a package built alone has other features and is compiled anew. Benches are run by [`long`].
 fn examples(root: &Path) -> Result<(), String> {
-    succeed(&mut cargo(
-        root,
-        &["build", "--quiet", "--workspace", "--all-features", "--examples", "--bench", "*"],
-    ))?;
+    succeed(&mut cargo(root, &["build", "--quiet", "--workspace", "--all-features", "--examples"]))?;
     for package in ["sinew", "sinew-lab"] {
         for (file, _) in tree::sources(root, &format!("crates/{package}/examples"))? {
             let name = file.file_stem().unwrap_or_default();
