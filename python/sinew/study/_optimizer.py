@@ -38,8 +38,9 @@ class Optimizer:
             parameter: optuna.distributions.FloatDistribution(low, high, log=log)
             for parameter, (low, high, log) in distributions.items()
         }
+        directions: list[Any] = ["minimize"] * len(minimize) + ["maximize"] * len(maximize)
         self._study = optuna.create_study(
-            directions=["minimize"] * len(minimize) + ["maximize"] * len(maximize),
+            directions=directions,
             sampler=sampler,
             storage=storage,
             study_name=name,
@@ -65,9 +66,9 @@ class Optimizer:
             self._study.set_user_attr("sinew", dict(head))
         elif known != dict(head):
             raise ValueError(f"the storage holds another study {name!r}: {known or 'not of sinew.study'}")
-        told = set()
+        told: set[int] = set()
         for trial in stored:
-            number = trial.user_attrs.get("trial")
+            number: int = trial.user_attrs.get("trial", -1)
             if trial.state == self._complete:
                 if number not in ended or ended[number].parameters != trial.params:
                     raise ValueError(f"the storage holds another study {name!r}: trial {number} is not in the journal")
