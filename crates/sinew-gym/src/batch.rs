@@ -1,7 +1,6 @@
 use crate::design::EnvironmentDesign;
 use crate::environment::{Environment, check_actions};
-use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use crate::threads::Threads;
 use sinew::Error;
 use std::sync::Arc;
 
@@ -21,8 +20,7 @@ pub enum ResetMode {
 pub struct EnvironmentBatch {
     environments: Vec<Environment>,
     mode: ResetMode,
-    /// None: in the calling thread.
-    pool: Option<ThreadPool>,
+    threads: Threads,
 }
 
 /// Where a step writes: one row for every environment.
@@ -45,10 +43,7 @@ pub struct Outcomes<'a> {
     pub last_errors: &'a mut [f64],
 }
 
-/// Blocks of environments for each thread: those whose environments reset last longer.
-const BLOCKS_PER_THREAD: usize = 4;
-/// Most threads and most environments.
-const MOST_THREADS: usize = 1024;
+/// Most environments.
 const MOST_ENVIRONMENTS: usize = 1_000_000;
 
 /// One environment with its rows.
@@ -61,7 +56,7 @@ type Rows<'a> = (
 );
 
 impl EnvironmentBatch {
-    /// One environment for each seed, stepped by `threads` threads; 1: by the calling thread.
+    /// One environment for each seed, stepped by `threads` threads, the calling one among them.
     ///
     /// # Errors
     /// As [`Environment::new`]; [`Error::OutOfDomain`] for the number of seeds or threads, or where the operating system
@@ -72,25 +67,17 @@ impl EnvironmentBatch {
         mode: ResetMode,
         threads: usize,
     ) -> Result<Self, Error> {
-        let domain = |name, expected, got: usize| Error::OutOfDomain { name, expected, got: got as f64 };
         if !(1..=MOST_ENVIRONMENTS).contains(&seeds.len()) {
-            return Err(domain("number of environments", "from 1 to 1 000 000", seeds.len()));
+            let (name, expected) = ("number of environments", "from 1 to 1 000 000");
+            return Err(Error::OutOfDomain { name, expected, got: seeds.len() as f64 });
         }
-        if !(1..=MOST_THREADS).contains(&threads) {
-            return Err(domain("number of threads", "from 1 to 1024", threads));
-        }
-        let pool = if threads == 1 || seeds.len() == 1 {
-            None
-        } else {
-            let built = ThreadPoolBuilder::new().num_threads(threads.min(seeds.len())).build();
-            Some(built.map_err(|_| domain("number of threads", "as many as the system gives", threads))?)
-        };
-        let make = |seed: &u64| Environment::new(design.clone(), *seed);
-        let environments = match &pool {
-            None => seeds.iter().map(make).collect::<Result<_, _>>()?,
-            Some(pool) => pool.install(|| seeds.par_iter().map(make).collect::<Result<_, _>>())?,
-        };
-        Ok(Self { environments, mode, pool })
+        let threads = Threads::new(threads, seeds.len())?;
+        let mut environments: Vec<Option<Environment>> = seeds.iter().map(|_| None).collect();
+        threads.share(seeds.iter().zip(&mut environments), |(seed, place)| {
+            *place = Some(Environment::new(design.clone(), *seed)?);
+            Ok(())
+        })?;
+        Ok(Self { environments: environments.into_iter().flatten().collect(), mode, threads })
     }
 
     /// The environments.
@@ -127,17 +114,8 @@ impl EnvironmentBatch {
             *error = environment.error();
             Ok(())
         };
-        let Self { environments, pool, .. } = self;
-        match pool {
-            None => {
-                let rows = environments.iter_mut().zip(observations.chunks_exact_mut(width));
-                rows.zip(errors).enumerate().try_for_each(one)
-            }
-            Some(pool) => pool.install(|| {
-                let rows = environments.par_iter_mut().zip(observations.par_chunks_exact_mut(width));
-                rows.zip(errors).enumerate().try_for_each(one)
-            }),
-        }
+        let rows = self.environments.iter_mut().zip(observations.chunks_exact_mut(width));
+        self.threads.share(rows.zip(errors).enumerate(), one)
     }
 
     /// One action for every environment.
@@ -169,42 +147,15 @@ impl EnvironmentBatch {
             let (name, expected) = ("environment", "reset after the end of its episode, which has ended");
             return Err(Error::EntryOutOfDomain { name, index, expected, got: 1.0 });
         }
-        let Self { environments, pool, .. } = self;
-        let one = |rows: Rows<'_>| step_one(mode, rows);
-        match pool {
-            None => environments
-                .iter_mut()
-                .zip(actions.chunks_exact(acts))
-                .zip(
-                    out.observations
-                        .chunks_exact_mut(width)
-                        .zip(out.last_observations.chunks_exact_mut(width)),
-                )
-                .zip(out.rewards.iter_mut().zip(out.errors.iter_mut().zip(out.last_errors.iter_mut())))
-                .zip(out.terminated.iter_mut().zip(out.truncated.iter_mut()))
-                .try_for_each(|((((a, b), c), d), e)| one((a, b, c, d, e))),
-            Some(pool) => {
-                let block = count.div_ceil(BLOCKS_PER_THREAD * pool.current_num_threads());
-                pool.install(|| {
-                    environments
-                        .par_iter_mut()
-                        .zip(actions.par_chunks_exact(acts))
-                        .zip(
-                            out.observations
-                                .par_chunks_exact_mut(width)
-                                .zip(out.last_observations.par_chunks_exact_mut(width)),
-                        )
-                        .zip(
-                            out.rewards
-                                .par_iter_mut()
-                                .zip(out.errors.par_iter_mut().zip(out.last_errors.par_iter_mut())),
-                        )
-                        .zip(out.terminated.par_iter_mut().zip(out.truncated.par_iter_mut()))
-                        .with_min_len(block)
-                        .try_for_each(|((((a, b), c), d), e)| one((a, b, c, d, e)))
-                })
-            }
-        }
+        let outputs =
+            out.observations.chunks_exact_mut(width).zip(out.last_observations.chunks_exact_mut(width));
+        let rewards = out.rewards.iter_mut().zip(out.errors.iter_mut().zip(out.last_errors.iter_mut()));
+        let ends = out.terminated.iter_mut().zip(out.truncated.iter_mut());
+        let rows =
+            self.environments.iter_mut().zip(actions.chunks_exact(acts)).zip(outputs).zip(rewards).zip(ends);
+        self.threads.share(rows, |((((environment, action), observations), rewards), ends)| {
+            step_one(mode, (environment, action, observations, rewards, ends))
+        })
     }
 
     fn width(&self) -> usize {

@@ -12,7 +12,8 @@
 //! | `observation`   | the layout of observations                                                     |
 //! | `episode`       | what is drawn at the beginning of an episode                                   |
 //! | `environment`   | one environment: reset, step                                                   |
-//! | `batch`         | many of them, over threads, with resets of ended episodes                      |
+//! | `batch`         | many of them, with resets of ended episodes                                    |
+//! | `threads`       | how threads share them                                                         |
 //!
 //! Every environment has its own random numbers: what it does depends on its seed and its actions alone, to the bit, whatever
 //! the number of environments and threads. Everything is simulated.
@@ -25,6 +26,7 @@ mod observation;
 mod randomisation;
 mod settings;
 mod task;
+mod threads;
 
 pub use batch::{EnvironmentBatch, Outcomes, ResetMode};
 pub use design::EnvironmentDesign;

@@ -61,7 +61,8 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
             .map(|k| ArmSpecimen::drawn_around(&design, &loaded, FIRST_SEED + k))
             .collect::<Result<Vec<_>, _>>()
     };
-    let mut specimens = drawn(0..if near_drives(machine, trajectory)? { SPECIMENS_NEAR } else { SPECIMENS })?;
+    let mut specimens = drawn(0..SPECIMENS)?;
+    let mut many = near_drives(machine, trajectory)?;
     let poses = poses_along(trajectory)?;
     let repeats = repeats.clamp(1, ((LONGEST / trajectory.duration()).ceil() as u32).max(1));
     let mut inaccurate = None;
@@ -74,17 +75,18 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
                 specimens.par_iter().map(|built| simulate(&trial, built, (trajectory, repeats), &poses));
             runs.collect()
         };
-        let mut found = run(&specimens)?;
-        let near = found.iter().any(|run| run.share_of_limits > NEAR_ERROR);
+        let mut found = run(&specimens[..SPECIMENS as usize])?;
         let promising = match Quality::of_all(&found) {
-            Quality::Accurate => near,
+            Quality::Accurate => true,
             Quality::Inaccurate(_) => inaccurate.is_none(),
             Quality::Failed(_) => false,
         };
-        if specimens.len() as u64 == SPECIMENS && promising {
-            let more = drawn(SPECIMENS..SPECIMENS_NEAR)?;
-            found.extend(run(&more)?);
-            specimens.extend(more);
+        many |= promising && found.iter().any(|run| run.share_of_limits > NEAR_ERROR);
+        if many && promising {
+            if specimens.len() as u64 == SPECIMENS {
+                specimens.extend(drawn(SPECIMENS..SPECIMENS_NEAR)?);
+            }
+            found.extend(run(&specimens[SPECIMENS as usize..])?);
         }
         match Quality::of_all(&found) {
             Quality::Accurate => return Ok(Verified::Tracks(rules)),
