@@ -209,14 +209,16 @@ pub(crate) enum Error {
     },
     /// A motion that simulated machines of the design do not track.
     #[error(
-        "{motion}: simulated machines of this design do not track this motion: {reason}; a slower motion may help, and \
-         --unverified starts it nevertheless"
+        "{motion}: simulated machines of this design do not track this motion: {reason}; {}--unverified starts it nevertheless",
+        if *.slowed { "nor at half and a quarter of its speed; " } else { "a slower motion may help, and " }
     )]
     Untracked {
         /// Flag and value of the payload or path.
         motion: String,
         /// What stopped one of them.
         reason: String,
+        /// Whether slower motions were simulated as well.
+        slowed: bool,
     },
     /// A file whose text cannot be used.
     #[error(transparent)]

@@ -201,8 +201,8 @@ pub(super) struct BoundedError {
     pub(super) error: f64,
     /// Largest of a completed run.
     pub(super) bound: f64,
-    /// The joint; none for the end point.
-    pub(super) joint: Option<String>,
+    /// The joint and its unit; none for the end point.
+    pub(super) joint: Option<(String, &'static str)>,
 }
 
 impl BoundedError {
@@ -238,7 +238,7 @@ pub(super) fn joint_errors(
         let joint = &machine.robot.parts().joints[joint];
         let [low, high] = joint.range?;
         let bound = (MAX_JOINT_ERROR_SHARE * (high - low)).max(BREAK_AWAY_SHARE * dead_band);
-        Some(BoundedError { error: error.max, bound, joint: Some(joint.name.clone()) })
+        Some(BoundedError { error: error.max, bound, joint: Some((joint.name.clone(), joint.kind.unit())) })
     })
 }
 
@@ -247,7 +247,7 @@ fn inaccuracy(summary: &TrackSummary, machine: &Machine) -> Option<String> {
     let largest = largest_bounded_error(summary, machine).filter(|largest| largest.share() > 1.0)?;
     Some(match largest.joint {
         None => format!("the end point exceeded {:.2} mm tracking error", 1e3 * largest.bound),
-        Some(joint) => {
+        Some((joint, _)) => {
             let share = MAX_JOINT_ERROR_SHARE * 100.0;
             format!("{joint} exceeded {share:.0} % of its range in tracking error")
         }

@@ -231,9 +231,10 @@ impl Quality {
                 1e3 * largest.error,
                 1e3 * margin * largest.bound
             )),
-            Some(joint) => {
+            Some((joint, unit)) => {
+                let bound = margin * largest.bound;
                 let reason =
-                    format!("error of {joint} of {:.3}, above {:.3}", largest.error, margin * largest.bound);
+                    format!("error of {joint} of {:.3} {unit}, above {bound:.3} {unit}", largest.error);
                 let excess = joint_errors(summary, machine, dead_bands).any(|error| error.share() > margin);
                 if excess { Self::Failed(reason) } else { Self::Inaccurate(reason) }
             }

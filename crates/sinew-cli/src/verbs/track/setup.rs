@@ -136,7 +136,7 @@ impl Setup {
                 } else {
                     format!("--path {}", self.path)
                 };
-                return Err(Error::Untracked { motion, reason });
+                return Err(Error::Untracked { motion, reason, slowed: may_slow });
             }
         }
         Ok(())
