@@ -77,17 +77,17 @@ impl Layout {
 
     /// Writes an observation part after part, every entry within its bounds.
     pub(crate) fn write(&self, parts: &[&[f64]], out: &mut [f32]) {
-        let mut bounds = self.bounds.as_slice();
-        let mut rest = out;
+        let mut rest = &mut *out;
         for part in parts {
-            let length = part.len().min(rest.len()).min(bounds.len());
-            let (now, behind) = rest.split_at_mut(length);
-            let (of, others) = bounds.split_at(length);
-            for ((out, entry), [low, high]) in now.iter_mut().zip(*part).zip(of) {
-                // A reading that is not a number, which no sensor here gives, would be the lower bound.
-                *out = (*entry as f32).max(*low).min(*high);
+            let (now, behind) = rest.split_at_mut(part.len().min(rest.len()));
+            for (out, entry) in now.iter_mut().zip(*part) {
+                *out = *entry as f32;
             }
-            (rest, bounds) = (behind, others);
+            rest = behind;
+        }
+        // A pass of its own, in SIMD lanes. A reading that is not a number, which no sensor here gives, would be the lower bound.
+        for (out, [low, high]) in out.iter_mut().zip(&self.bounds) {
+            *out = out.max(*low).min(*high);
         }
     }
 }
