@@ -266,12 +266,21 @@ fn repeats(given: Option<u32>, closed: bool) -> Result<u32, Failure> {
     }
 }
 
-/// Refuses a motion that the machine cannot carry out.
+/// Longest motion that is simulated, s: that of the program's `--duration`.
+const LONGEST_S: f64 = 3600.0;
+
+/// Refuses a motion that the machine cannot carry out, or whose simulation would take hours.
 fn check_feasible(
     machine: &sinew::machine::Machine,
     trajectory: &sinew::trajectory::Trajectory,
     repeats: u32,
 ) -> Result<(), Failure> {
+    let duration = trajectory.duration();
+    if duration > LONGEST_S {
+        return Err(Failure::refused(format!(
+            "the motion must take at most {LONGEST_S} s, but takes {duration} s"
+        )));
+    }
     let Some(InfeasibleMotion { payload, infeasibility }) = infeasible_motion(machine, trajectory, repeats)?
     else {
         return Ok(());
