@@ -22,8 +22,8 @@ const LONGEST_STEP: f64 = 1.0;
 /// Steps at one instant's currents, at most: in a motion of days, where they are longer than [`LONGEST_STEP`], every winding is at its steady
 /// temperature, to which the implicit integration leads with any step.
 const MOST_STEPS: f64 = 1000.0;
-/// Change of temperature over a repeat below which the repeats no longer differ, K.
-const STEADY: f64 = 1e-6;
+/// Mean change of temperature over a repeat below which the repeats no longer differ, K/s.
+const STEADY: f64 = 1e-9;
 /// Instants of one repeat at which the currents are computed.
 const INSTANTS: usize = 400;
 
@@ -69,7 +69,8 @@ pub fn drive_heat(
                 }
             }
             // Every further repeat is like this one.
-            if (motor.winding - before.winding).abs().max((motor.housing - before.housing).abs()) < STEADY {
+            let change = (motor.winding - before.winding).abs().max((motor.housing - before.housing).abs());
+            if change < STEADY * trajectory.duration() {
                 break;
             }
         }
