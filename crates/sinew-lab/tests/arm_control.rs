@@ -421,3 +421,42 @@ fn for_any_measurements_commands_stay_finite_and_within_the_limits_of_a_winch() 
         }
     }
 }
+
+#[test]
+fn for_any_reference_commands_stay_within_the_limits_of_a_winch_or_the_reference_is_refused() {
+    let robot = lm_arm();
+    let models = believed(&ArmSpecimen::nominal(&lm_machine()).unwrap());
+    let limited = gains(&models);
+    let way = || ActuationMode::WinchSpeed(CableStateSource::Observer);
+    let fresh = || ArmController::new(&robot, &models, limited.clone(), way()).unwrap();
+    let rest = Reference { q: start(&robot), ..Reference::new(7) };
+    let joint = rest.q.clone();
+    let sample = ArmMeasurement { motor: &[0.5; 15], tension: &[60.0; 15], joint: &joint };
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e200, 1e30, -1e9, 1e3] {
+        for place in 0..6 {
+            let mut controller = fresh();
+            let mut goals = [rest.clone(), rest.clone()];
+            let Reference { q, v, a } = &mut goals[place / 3];
+            [q, v, a][place % 3][3] = value;
+            let goal = PreviewedReference { current: &goals[0], previewed: &goals[1], repeat_time: None };
+            for _ in 0..50 {
+                match controller.step(H, &sample, &goal) {
+                    Ok(answer) => {
+                        assert!(value.is_finite(), "{value} at {place} is taken");
+                        for (command, gains) in answer.drives.iter().zip(&limited.muscles) {
+                            let most = gains.max_winch_speed;
+                            assert!(
+                                matches!(command, DriveCommand::Velocity(v) if v.abs() <= most),
+                                "{command:?}"
+                            );
+                        }
+                    }
+                    Err(error) => {
+                        let named = error.to_string();
+                        assert!(value.is_finite() || named.contains("must be finite"), "{named}");
+                    }
+                }
+            }
+        }
+    }
+}

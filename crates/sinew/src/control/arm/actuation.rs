@@ -3,13 +3,13 @@ use super::cable_states::{CableStateSource, CableStates};
 use super::fault_detector::FaultDetector;
 use super::gains::{ArmGains, MuscleGains};
 use super::iterative_learning::IterativeLearning;
-use super::signals::require_length;
 use super::tension_following::{CableEstimate, winch_speed};
 use super::winch::{MuscleReference, WinchController};
 use crate::Error;
 use crate::control::compensation::Compensation;
 use crate::control::stretch::{FarEndReference, VANISHING_SPEED};
 use crate::drive::DriveCommand;
+use crate::error::check_length;
 use crate::predictor::CableSample;
 use crate::transmission::cable::BothDirections;
 use alloc::vec;
@@ -76,7 +76,7 @@ impl Actuation {
     /// [`Error::WrongLength`] for compensations of another number than muscles.
     pub(super) fn new(muscles: usize, mode: ActuationMode) -> Result<Self, Error> {
         if let ActuationMode::DriveTension(list) = &mode {
-            require_length("compensations", muscles, list.len())?;
+            check_length("compensations", list.len(), muscles)?;
         }
         Ok(Self {
             mode,

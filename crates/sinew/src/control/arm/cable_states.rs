@@ -1,6 +1,6 @@
 use super::residual_network::ResidualNetwork;
-use super::signals::require_length;
 use crate::Error;
+use crate::error::check_length;
 use crate::muscle::MuscleDynamics;
 use crate::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
 use crate::transmission::cable::{BothDirections, CableLaw};
@@ -104,7 +104,7 @@ impl CableStates {
 
     /// Adds a correction to every observer: `[muscles]`.
     pub(super) fn set_residuals(&mut self, networks: Vec<Perceptron>) -> Result<(), Error> {
-        require_length("residuals", self.samples.len(), networks.len())?;
+        check_length("residuals", networks.len(), self.samples.len())?;
         self.residuals = networks.into_iter().map(ResidualNetwork::new).collect::<Result<_, _>>()?;
         Ok(())
     }
@@ -112,7 +112,7 @@ impl CableStates {
     /// Lets the bends of the sheaths follow the pose: `[muscles]`, each scaled to the bend for which its friction was
     /// identified.
     pub(super) fn set_sheath_bends(&mut self, bends: &[SheathBend]) -> Result<(), Error> {
-        require_length("bends", self.samples.len(), bends.len())?;
+        check_length("bends", bends.len(), self.samples.len())?;
         self.bends.clear();
         if bends.iter().any(|bend| !bend.is_constant()) {
             let identified = |(k, bend): (usize, &SheathBend)| match bend.is_constant() {

@@ -7,13 +7,14 @@ use super::gains::ArmGains;
 use super::joint_monitor::EncoderCheck;
 use super::joint_observer::JointObserver;
 use super::joint_stiffness::JointStiffness;
-use super::signals::{ArmCommand, ArmMeasurement, Dimensions, PreviewedReference, require_length};
+use super::signals::{ArmCommand, ArmMeasurement, Dimensions, PreviewedReference};
 use super::status::{ArmStatus, Fault, Symptom};
 use super::tension_following::TensionFollowing;
 use crate::Error;
 use crate::body::Robot;
 use crate::control::tension::{Distribution, Problem, Settings, Status};
 use crate::drive::DriveCommand;
+use crate::error::check_length;
 use crate::muscle::MuscleDynamics;
 use crate::predictor::CableModel;
 use crate::trajectory::Reference;
@@ -135,7 +136,7 @@ impl ArmController {
         let body = MuscleDynamics::new(robot)?;
         let (muscles, joints) = (body.muscles(), body.joints());
         gains.validate(muscles, joints)?;
-        require_length("models", muscles, models.len())?;
+        check_length("models", models.len(), muscles)?;
         let source = mode.cable_state_source();
         let stiffness = JointStiffness::new(models, joints)?;
         let estimated = matches!(mode, ActuationMode::WinchSpeed(CableStateSource::Observer));
@@ -231,7 +232,7 @@ impl ArmController {
         self.faults.stop(fault, symptom);
     }
 
-    /// Checks the lengths of all slices of a control cycle.
+    /// Checks the lengths of all slices of a control cycle, and that the references are finite.
     pub(in crate::control) fn check(
         &self,
         measurement: &ArmMeasurement<'_>,
@@ -337,7 +338,7 @@ impl ArmController {
     /// beginning. Nothing is allocated.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for slices of another robot; [`Error::OutOfDomain`] for references that are not
+    /// [`Error::WrongLength`] for slices of another robot; [`Error::EntryOutOfDomain`] for references that are not
     /// finite.
     pub fn step(
         &mut self,

@@ -4,6 +4,7 @@ use super::status::ArmStatus;
 use crate::Error;
 use crate::control::tension::Status;
 use crate::drive::DriveCommand;
+use crate::error::{check_entries, check_length};
 use crate::trajectory::Reference;
 
 /// Measurements of an arm's sensors in one control cycle.
@@ -56,30 +57,31 @@ pub(super) struct Dimensions {
 }
 
 impl Dimensions {
-    /// Checks the lengths of all slices of a control cycle.
+    /// Checks the lengths of all slices of a control cycle, and that the references are finite; readings need not be.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] names the first slice of another length.
+    /// [`Error::WrongLength`] names the first slice of another length, [`Error::EntryOutOfDomain`] the first entry of a reference that is not
+    /// finite.
     pub(super) fn check(
         self,
         measurement: &ArmMeasurement<'_>,
         reference: &PreviewedReference<'_>,
     ) -> Result<(), Error> {
-        let Reference { q, v, a, .. } = reference.current;
-        for (name, expected, got) in [
-            ("motor", self.muscles, measurement.motor.len()),
-            ("tension", self.muscles, measurement.tension.len()),
-            ("joint", self.joints, measurement.joint.len()),
-            ("current reference", self.joints, q.len().min(v.len()).min(a.len())),
-            ("previewed reference", self.joints, reference.previewed.v.len()),
+        let ArmMeasurement { motor, tension, joint } = measurement;
+        check_length("motor", motor.len(), self.muscles)?;
+        check_length("tension", tension.len(), self.muscles)?;
+        check_length("joint", joint.len(), self.joints)?;
+        let PreviewedReference { current, previewed, .. } = reference;
+        for (name, values) in [
+            ("current q", &current.q),
+            ("current v", &current.v),
+            ("current a", &current.a),
+            ("previewed q", &previewed.q),
+            ("previewed v", &previewed.v),
+            ("previewed a", &previewed.a),
         ] {
-            require_length(name, expected, got)?;
+            check_entries(name, values, self.joints)?;
         }
         Ok(())
     }
-}
-
-/// An error unless a list has the expected length.
-pub(super) fn require_length(name: &'static str, expected: usize, got: usize) -> Result<(), Error> {
-    if got == expected { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
 }
