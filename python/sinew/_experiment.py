@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -80,7 +81,8 @@ def track(
     `"observer_network"`, `"no_observer"`, `"no_disturbance_observer"`, `"paper"`, `"capstan"`, `"none"` or `"perfect"`.
     `payload_kg`: by default the machine's. `seed`: draws the machine. `trace_interval_s`: s between rows of the trace.
 
-    Raises `ValueError` for a motion that the machine cannot track, with the reason; `unverified` starts one that only
+    Warns of a motion that simulated machines of the design come to the end of, but inaccurately. Raises `ValueError` for one
+    that the machine cannot track, with the reason; `unverified` starts one that only
     simulated machines of the design did not track. `rules`: those of `verify` for the same motion, which is then not
     simulated before the start again: many specimens of a machine need it once.
     """
@@ -96,7 +98,9 @@ def track(
         "rules": None if rules is None else json.dumps(dict(rules)),
         "trace_interval_s": trace_interval_s,
     }
-    numbers, trace = _sinew.track(machine, trajectory, conditions, progress)
+    numbers, trace, warning = _sinew.track(machine, trajectory, conditions, progress)
+    if warning is not None:
+        warnings.warn(warning, UserWarning, stacklevel=2)
     return Run(json.loads(numbers), trace, tuple(machine.muscle_names))
 
 
@@ -114,10 +118,13 @@ def verify(
     `path`, `duration_s`, `repeats`, `payload_kg`: as in `track`. The gains are lowered until all drawn machines come to the end of the motion with
     taut cables and small errors. Units are part of the names; the rules are those of the machine file's table `[control]`.
 
-    Raises `ValueError` for a motion that the machine cannot track, with the reason.
+    Warns where the dead bands of the cables leave a joint inaccurate. Raises `ValueError` for a motion that the machine cannot track, with the reason.
     """
     trajectory = _planned(machine, path, duration_s)
-    rules: dict[str, float] = json.loads(_sinew.verify(machine, trajectory, repeats, payload_kg, progress))
+    text, warning = _sinew.verify(machine, trajectory, repeats, payload_kg, progress)
+    if warning is not None:
+        warnings.warn(warning, UserWarning, stacklevel=2)
+    rules: dict[str, float] = json.loads(text)
     return rules
 
 

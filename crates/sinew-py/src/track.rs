@@ -7,6 +7,7 @@ use crate::machine::Machine;
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use sinew::machine::ControlRules;
 use sinew::trajectory::{JointWaypoint, Reference, Waypoint};
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
@@ -161,29 +162,47 @@ pub(crate) struct Conditions {
 /// Repeats of a closed motion where none are given.
 const REPEATS: u32 = 6;
 
-/// Rules with which drawn machines track a motion, as JSON; see `sinew.verify`.
+/// Rules with which drawn machines track a motion, as JSON, and a warning where they do so inaccurately; see `sinew.verify`.
 #[pyfunction]
 pub(crate) fn verify(
     py: Python<'_>,
     machine: &Machine,
     trajectory: &Trajectory,
-    given: Option<u32>,
+    repeats: Option<u32>,
     payload_kg: Option<f64>,
     progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<String> {
+) -> PyResult<(String, Option<String>)> {
     let (machine, trajectory) = (machine.machine.clone(), trajectory.inner.clone());
     long_call::run(py, progress, None, move |progress| {
         let machine = loaded(&machine, payload_kg)?;
-        let repeats = repeats(given, trajectory.is_closed())?;
+        let repeats = number_of_repeats(repeats, trajectory.is_closed())?;
         progress.tell("checking and verifying the motion", 0.0);
         check_feasible(&machine, &trajectory, repeats)?;
-        match simulate_drawn_machines(&machine, &trajectory, repeats)? {
-            Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => Ok(serde_json::to_string(&rules)?),
-            Verified::Fails(reason) => Err(Failure::refused(format!(
-                "simulated machines of this design do not track this motion: {reason}; a slower motion may help"
-            ))),
-        }
+        let (rules, warning) = verified(&machine, &trajectory, repeats, false)?;
+        Ok((serde_json::to_string(&rules)?, warning))
     })
+}
+
+/// Rules with which drawn machines track a motion, and a warning where they do so inaccurately. Where none do, a refusal, or the machine's
+/// own rules if it is to be started nevertheless.
+fn verified(
+    machine: &sinew::machine::Machine,
+    trajectory: &sinew::trajectory::Trajectory,
+    repeats: u32,
+    start_nevertheless: bool,
+) -> Result<(ControlRules, Option<String>), Failure> {
+    match simulate_drawn_machines(machine, trajectory, repeats)? {
+        Verified::Tracks(rules) => Ok((rules, None)),
+        Verified::Inaccurate(rules, reason) => {
+            let start = "simulated machines of this design come to the end of this motion, but inaccurately";
+            Ok((rules, Some(format!("{start}: {reason}"))))
+        }
+        Verified::Fails(_) if start_nevertheless => Ok((machine.rules, None)),
+        Verified::Fails(reason) => Err(Failure::refused(format!(
+            "simulated machines of this design do not track this motion: {reason}; a slower motion may help, and \
+             unverified=True starts it nevertheless"
+        ))),
+    }
 }
 
 /// The machine with a payload, by default its own.
@@ -197,7 +216,7 @@ fn loaded(
     Ok(machine)
 }
 
-/// Tracks a motion; see `sinew.track`. Numbers as JSON, and the trace as columns.
+/// Tracks a motion; see `sinew.track`. Numbers as JSON, the trace as columns, and what to warn of.
 #[pyfunction]
 pub(crate) fn track<'py>(
     py: Python<'py>,
@@ -205,9 +224,9 @@ pub(crate) fn track<'py>(
     trajectory: &Trajectory,
     conditions: Conditions,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(String, Bound<'py, PyDict>)> {
+) -> PyResult<(String, Bound<'py, PyDict>, Option<String>)> {
     let (machine, trajectory) = (machine.machine.clone(), trajectory.inner.clone());
-    let (numbers, trace) = long_call::run(py, progress, None, move |progress| {
+    let (numbers, trace, warning) = long_call::run(py, progress, None, move |progress| {
         let variant: CompensationVariant = conditions.compensation.parse()?;
         for (name, value) in
             [("hold_s", conditions.hold_s), ("trace_interval_s", conditions.trace_interval_s)]
@@ -217,24 +236,16 @@ pub(crate) fn track<'py>(
             }
         }
         let mut machine = loaded(&machine, conditions.payload_kg)?;
-        let repeats = repeats(conditions.repeats, trajectory.is_closed())?;
+        let repeats = number_of_repeats(conditions.repeats, trajectory.is_closed())?;
         progress.tell("checking and verifying the motion", 0.0);
         check_feasible(&machine, &trajectory, repeats)?;
+        let mut warning = None;
         if let Some(rules) = &conditions.rules {
             machine.rules = serde_json::from_str(rules)
                 .map_err(|error| Failure::refused(format!("rules must be those of `verify`: {error}")))?;
             machine.validate()?;
         } else if variant == CompensationVariant::Observer {
-            match simulate_drawn_machines(&machine, &trajectory, repeats)? {
-                Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => machine.rules = rules,
-                Verified::Fails(_) if conditions.unverified => {}
-                Verified::Fails(reason) => {
-                    return Err(Failure::refused(format!(
-                        "simulated machines of this design do not track this motion: {reason}; a slower motion may help, and \
-                         unverified=True starts it nevertheless"
-                    )));
-                }
-            }
+            (machine.rules, warning) = verified(&machine, &trajectory, repeats, conditions.unverified)?;
         }
         progress.tell("calibrating the cables", 0.2);
         let arm = CalibratedArm::new(&machine, conditions.seed)?;
@@ -249,13 +260,13 @@ pub(crate) fn track<'py>(
             trace_interval: conditions.trace_interval_s,
         };
         let result = track_arm(&arm, variant, &task)?;
-        Ok((serde_json::to_string(&result.numbers)?, result.trace))
+        Ok((serde_json::to_string(&result.numbers)?, result.trace, warning))
     })?;
-    Ok((numbers, columns(py, &trace)?))
+    Ok((numbers, columns(py, &trace)?, warning))
 }
 
 /// An open motion is tracked once.
-fn repeats(given: Option<u32>, closed: bool) -> Result<u32, Failure> {
+fn number_of_repeats(given: Option<u32>, closed: bool) -> Result<u32, Failure> {
     match given {
         Some(0) => Err(Failure::refused("repeats must be at least 1")),
         _ if closed => Ok(given.unwrap_or(REPEATS)),

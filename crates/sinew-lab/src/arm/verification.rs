@@ -1,7 +1,8 @@
 //! Verification of a controller before the start: the motion is simulated on machines drawn within the tolerances,
 //! other ones than that of the run, and gains are lowered until all of them track it: to its end, with taut cables, and
-//! with an error below that of a completed run by the machine's margin. More are drawn for a motion that is near to the
-//! limits of the drives or of the error: there single specimens fail in single repeats.
+//! with an error below that of a completed run by the machine's margin, or in joint space with one that the dead bands of the cables
+//! explain. More are drawn for a motion that is near to the limits of the drives or of the error: there single specimens fail in single
+//! repeats.
 
 use super::feasibility::first_infeasibility;
 use super::plan::plan_tour;
@@ -34,8 +35,8 @@ const SOFTER: [[f64; 4]; 4] =
 /// Seeds of the drawn machines are those from here on: not those of any run.
 const FIRST_SEED: u64 = 0x7665_7269_6679_0001;
 /// Machines that are drawn, and in all for a motion near to the limits.
-const SPECIMENS: u64 = 2;
-const SPECIMENS_NEAR: u64 = 8;
+const SPECIMENS: usize = 2;
+const SPECIMENS_NEAR: usize = 8;
 /// Shares above which a motion is near to the limits: of what it may use of its drives, and of error and slack.
 const NEAR_DRIVES: f64 = 0.7;
 const NEAR_ERROR: f64 = 0.6;
@@ -56,12 +57,10 @@ const MAX_SLACK: f64 = 0.25;
 pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Result<Verified, Error> {
     let loaded = machine.loaded()?;
     let design = ArmSpecimen::nominal(&loaded)?;
-    let drawn = |seeds: core::ops::Range<u64>| {
-        seeds
-            .map(|k| ArmSpecimen::drawn_around(&design, &loaded, FIRST_SEED + k))
-            .collect::<Result<Vec<_>, _>>()
-    };
-    let mut specimens = drawn(0..SPECIMENS)?;
+    let drawn =
+        (0..SPECIMENS_NEAR as u64).map(|k| ArmSpecimen::drawn_around(&design, &loaded, FIRST_SEED + k));
+    let specimens = drawn.collect::<Result<Vec<_>, _>>()?;
+    let (few, more) = specimens.split_at(SPECIMENS);
     let mut many = near_drives(machine, trajectory)?;
     let poses = poses_along(trajectory)?;
     let repeats = repeats.clamp(1, ((LONGEST / trajectory.duration()).ceil() as u32).max(1));
@@ -74,14 +73,11 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
                 specimens.par_iter().map(|built| simulate(&trial, built, (trajectory, repeats), &poses));
             runs.collect()
         };
-        let mut found = run(&specimens[..SPECIMENS as usize])?;
+        let mut found = run(few)?;
         let promising = !matches!(Quality::of_all(&found), Quality::Failed(_));
         many |= promising && found.iter().any(|run| run.share_of_limits > NEAR_ERROR);
         if many && promising {
-            if specimens.len() as u64 == SPECIMENS {
-                specimens.extend(drawn(SPECIMENS..SPECIMENS_NEAR)?);
-            }
-            found.extend(run(&specimens[SPECIMENS as usize..])?);
+            found.extend(run(more)?);
         }
         match Quality::of_all(&found) {
             Quality::Accurate => return Ok(Verified::Tracks(rules)),
