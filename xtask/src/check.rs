@@ -111,6 +111,9 @@ fn table(times: &[(&str, f64)]) -> String {
     times.iter().chain([&all]).map(row).collect::<Vec<_>>().join("\n")
 }
 
+/// The judge of mutants, a workspace of its own.
+pub(crate) const MUTANTS: &str = "xtask/mutants/Cargo.toml";
+
 /// The cargo that runs this program, in the root of the workspace.
 pub(crate) fn cargo(root: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
@@ -133,7 +136,10 @@ fn shown(command: &Command) -> String {
 
 fn fmt(root: &Path) -> Result<(), String> {
     succeed(&mut cargo(root, &["fmt", "--all", "--check"]))?;
-    succeed(&mut cargo(root, &["fmt", "--manifest-path", page::MANIFEST, "--all", "--check"]))
+    for manifest in [page::MANIFEST, MUTANTS] {
+        succeed(&mut cargo(root, &["fmt", "--manifest-path", manifest, "--all", "--check"]))?;
+    }
+    Ok(())
 }
 
 fn clippy(root: &Path) -> Result<(), String> {

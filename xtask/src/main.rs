@@ -20,6 +20,7 @@ usage: cargo xtask check [STEP...]     run every step, or only those named, in t
        cargo xtask check python        the Python package, where Python 3.11 and pip are there
        cargo xtask check page          the live page in a headless Chromium, where there is one
        cargo xtask check --list        the steps and what each is for
+       cargo xtask mutants [...]       judge the tests by cargo-mutants' changes of the code (--help: options)
        cargo xtask pictures            draw the machines of models/ anew, into docs/machines
        cargo xtask --help              this text
 
@@ -41,18 +42,31 @@ fn main() -> ExitCode {
             println!("{}", check::list());
             ExitCode::SUCCESS
         }
-        ["pictures"] => match pictures::make(&tree::root()) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(message) => {
-                eprintln!("error: {message}");
-                ExitCode::FAILURE
-            }
-        },
+        ["pictures"] => reported(pictures::make(&tree::root())),
+        ["mutants", words @ ..] => reported(mutants(words)),
         ["check", names @ ..] => match check::chosen(names) {
             Ok(steps) => check::run(&steps),
             Err(message) => misunderstood(&message),
         },
-        [other, ..] => misunderstood(&format!("`{other}` is not a command; expected `check` or `pictures`")),
+        [other, ..] => misunderstood(&format!("`{other}` is not a command; expected `check`, `mutants` or `pictures`")),
+    }
+}
+
+/// A workspace of its own runs it, so that no check builds its parser of Rust.
+fn mutants(words: &[&str]) -> Result<(), String> {
+    let root = tree::root();
+    let folder = root.join("target");
+    let run = ["run", "--quiet", "--release", "--manifest-path", check::MUTANTS, "--target-dir"];
+    check::succeed(check::cargo(&root, &run).arg(folder).arg("--").args(words))
+}
+
+fn reported(result: Result<(), String>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
     }
 }
 
