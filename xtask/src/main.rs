@@ -48,7 +48,9 @@ fn main() -> ExitCode {
             Ok(steps) => check::run(&steps),
             Err(message) => misunderstood(&message),
         },
-        [other, ..] => misunderstood(&format!("`{other}` is not a command; expected `check`, `mutants` or `pictures`")),
+        [other, ..] => {
+            misunderstood(&format!("`{other}` is not a command; expected `check`, `mutants` or `pictures`"))
+        }
     }
 }
 
