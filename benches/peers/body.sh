@@ -18,7 +18,7 @@ cargo bench --quiet -p sinew --bench body --no-run
 cargo build --quiet --release --manifest-path benches/peers/dynibo/Cargo.toml --target-dir "$target/peers"
 "$python" - "$golden" <<'PYTHON'
 import json, sys, pinocchio
-arm = json.load(open("crates/sinew/tests/description/pinocchio.json"))["robots"][0]
+arm = json.load(open("crates/sinew/tests/sinew/description/pinocchio.json"))["robots"][0]
 open(sys.argv[1] + "/arm.urdf", "w").write(arm["urdf"])
 pinocchio.buildModelFromUrdf(sys.argv[1] + "/arm.urdf").saveToText(sys.argv[1] + "/arm.txt")
 PYTHON

@@ -1,4 +1,4 @@
-// Pinocchio's inverse dynamics of the seven-joint arm of crates/sinew/tests/description/pinocchio.json, called from
+// Pinocchio's inverse dynamics of the seven-joint arm of crates/sinew/tests/sinew/description/pinocchio.json, called from
 // C++: least and median of the rounds, ns per pose.
 //
 //   pinocchio ARM.txt         (a model that Python saved; benches/peers/body.sh compiles and runs this)

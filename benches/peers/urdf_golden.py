@@ -1,6 +1,6 @@
 """Reference values for URDF robots by Pinocchio: random trees and an arm of seven joints.
 
-    python benches/peers/urdf_golden.py crates/sinew/tests/description/pinocchio.json
+    python benches/peers/urdf_golden.py crates/sinew/tests/sinew/description/pinocchio.json
 
 For each robot: the file, its moving joints, and poses with velocities, accelerations, forces (inverse dynamics), mass
 matrix (row by row) and the accelerations that other forces cause (forward dynamics), all in the order of `joints`.

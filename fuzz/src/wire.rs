@@ -3,7 +3,7 @@
 #[path = "../../crates/sinew-link/tests/adversary/mod.rs"]
 #[allow(dead_code, unreachable_pub, reason = "the tests of the crate use more of it")]
 mod adversary;
-#[path = "../../crates/sinew-segment/tests/fuzzing/mod.rs"]
+#[path = "../../crates/sinew-segment/tests/segment/fuzzing/mod.rs"]
 #[allow(unreachable_pub, reason = "shared with the tests of the crate")]
 mod fuzzing;
 

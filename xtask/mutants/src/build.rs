@@ -19,7 +19,7 @@ pub(crate) struct Build {
 }
 
 /// Copies the repository at `root` to `tree`, writes the mutants into it and builds its tests.
-pub(crate) fn build(root: &Path, tree: &Path, mutants: &[Mutant]) -> Result<Build, String> {
+pub(crate) fn build(root: &Path, tree: &Path, mutants: &[Mutant], lib: bool) -> Result<Build, String> {
     copy(root, tree)?;
     let library = tree.join("crates").join(CRATE).join("src/lib.rs");
     let text = read(&library)? + "\n#[doc(hidden)]\n#[allow(missing_docs)]\npub mod mutants;\n";
@@ -43,7 +43,7 @@ pub(crate) fn build(root: &Path, tree: &Path, mutants: &[Mutant]) -> Result<Buil
         }
         let refused = refused(tree, &texts)?;
         if refused.is_empty() {
-            return Ok(Build { switched, unviable, programs: programs(tree)? });
+            return Ok(Build { switched, unviable, programs: programs(tree, lib)? });
         }
         println!("{} mutants do not compile", refused.len());
         unviable.extend(refused);
@@ -139,8 +139,9 @@ fn mutant_at(text: &str, line: usize) -> Option<usize> {
     })
 }
 
-fn programs(tree: &Path) -> Result<Vec<PathBuf>, String> {
-    let (success, messages) = cargo(tree, &["test", "--no-run", "--lib", "--tests"])?;
+fn programs(tree: &Path, lib: bool) -> Result<Vec<PathBuf>, String> {
+    let which: &[&str] = if lib { &["--lib"] } else { &["--lib", "--tests"] };
+    let (success, messages) = cargo(tree, &[&["test", "--no-run"], which].concat())?;
     if !success {
         let said: Vec<_> =
             messages.iter().filter_map(|message| message["message"]["rendered"].as_str()).collect();

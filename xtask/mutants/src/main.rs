@@ -21,12 +21,13 @@ use std::time::Duration;
 const HELP: &str = "\
 Judges the mutants that cargo-mutants lists for the crate sinew by the tests of that crate, in one build.
 
-usage: cargo xtask mutants [--jobs N] [--only FILE] [--budget SECONDS] [--out FOLDER] [FOLDER-OF-SOURCES...]
+usage: cargo xtask mutants [--jobs N] [--only FILE] [--budget SECONDS] [--lib] [--out FOLDER] [FOLDER-OF-SOURCES...]
 
   FOLDER-OF-SOURCES  relative to the repository; by default transmission, drive, control, predictor, body and muscle of sinew
   --jobs N           tests that run at once; default 2
   --only FILE        only the mutants named in the first column of this table of an earlier run, but not those caught there
   --budget SECONDS   of the tests that reach a mutant run the quickest that take so long together; default: all
+  --lib              by the unit tests alone
   --out FOLDER       default target/mutants; gets verdicts.tsv
 
 A mutant is caught, timed out (its tests ran ten times as long), missed, not reached by any test, unviable (does not compile),
@@ -60,6 +61,7 @@ struct Options {
     jobs: usize,
     only: Option<PathBuf>,
     budget: Duration,
+    lib: bool,
     out: PathBuf,
 }
 
@@ -69,6 +71,7 @@ fn options(arguments: &[String]) -> Result<Options, String> {
         jobs: 2,
         only: None,
         budget: Duration::MAX,
+        lib: false,
         out: PathBuf::from("target/mutants"),
     };
     let mut words = arguments.iter();
@@ -90,6 +93,7 @@ fn options(arguments: &[String]) -> Result<Options, String> {
                     .map(Duration::from_secs)
                     .ok_or(format!("--budget: expected whole seconds from 1, found `{text}`"))?;
             }
+            "--lib" => options.lib = true,
             "--only" => options.only = Some(PathBuf::from(value()?)),
             "--out" => options.out = PathBuf::from(value()?),
             flag if flag.starts_with('-') => return Err(format!("`{flag}` is not an option")),
@@ -121,7 +125,7 @@ fn judge_all(options: &Options) -> Result<(), String> {
         mutants.retain(|mutant| names.contains(mutant.name.as_str()));
     }
     println!("{} mutants", mutants.len());
-    let built = build::build(&root, &tree, &mutants)?;
+    let built = build::build(&root, &tree, &mutants, options.lib)?;
     println!("{} switched, {} do not compile", built.switched.len(), built.unviable.len());
     let folder = tree.join("crates").join(build::CRATE);
     let tests = Tests::measure(&built.programs, &folder, &out, options.jobs)?;

@@ -1,4 +1,4 @@
-//! Inverse dynamics of the seven-joint arm of `crates/sinew/tests/description/pinocchio.json`, both by turns.
+//! Inverse dynamics of the seven-joint arm of `crates/sinew/tests/sinew/description/pinocchio.json`, both by turns.
 //!
 //! Prints for each the least and the median of the rounds, ns per pose, and how far the torques are from the file's.
 
@@ -30,7 +30,7 @@ fn apart(tau: &[f64], case: &Case) -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../crates/sinew/tests/description/pinocchio.json");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../crates/sinew/tests/sinew/description/pinocchio.json");
     let golden: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path)?)?;
     let arm = &golden["robots"][0];
     let urdf = arm["urdf"].as_str().ok_or("no URDF")?;

@@ -261,7 +261,7 @@ pub(super) fn tables23(part: &BenchPart) -> Vec<Table> {
 }
 
 /// Names the means of Tables II and III that deviate from the paper's by more than 16 %, this project's
-/// target for the largest deviation (`sinew-lab/tests/cable_tables.rs` tests it on the calibrated cable).
+/// target for the largest deviation (`sinew-lab/tests/lab/cable_tables.rs` tests it on the calibrated cable).
 pub(super) fn beyond(part: &BenchPart) -> String {
     let mut names = Vec::new();
     for (name, found, reported) in [

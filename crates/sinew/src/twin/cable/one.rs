@@ -22,7 +22,7 @@ impl Default for Resolution {
     /// model and twice its rate, so that plant and observer differ in their discretisation.
     ///
     /// The end tensions differ from those with 64 cells and 8 substeps by less than 0.3 N rms (near) and
-    /// 0.15 N rms (far): `tests/cable_plant.rs`.
+    /// 0.15 N rms (far): `tests/sinew/cable_plant.rs`.
     fn default() -> Self {
         Self { cells: 24, substeps: 2 }
     }

@@ -1,0 +1,186 @@
+//! From simulated logs to a model: known parameters are recovered, foreign logs are found, wrong structures are reported.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+use crate::common;
+
+use common::{Sample, csv, read_all};
+use sinew_identify::adapt::adapt;
+use sinew_identify::evaluate::{evaluate, roles_of};
+use sinew_identify::identify::{Identification, Options, identify};
+use sinew_identify::log::{Dataset, ReadOptions, RequestedRoles, read_bytes_with_roles};
+
+/// A cable with play between `low` and `high` times the near tension, seen by a noisy far sensor.
+fn cable(n: usize, phase: f64, [low, high]: [f64; 2], noise: f64) -> Vec<Sample> {
+    let (mut far, mut state) = (5.0_f64, 1_u32 + (phase * 1e3) as u32);
+    (0..n)
+        .map(|i| {
+            let t = i as f64 * 0.01;
+            let near = 6.0 + 3.0 * (2.0 * t + phase).sin() + 0.8 * (5.3 * t + phase).cos();
+            far = far.clamp(low * near, high * near);
+            // A small linear congruential generator is noise enough here.
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            [t, near, far + noise * (f64::from(state) / f64::from(u32::MAX) - 0.5)]
+        })
+        .collect()
+}
+
+fn logs(all: &[(&str, Vec<Sample>)]) -> Dataset {
+    let texts: Vec<(&str, String)> = all.iter().map(|(name, samples)| (*name, csv(samples))).collect();
+    let texts: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (*name, text.as_str())).collect();
+    read_all(&texts, &RequestedRoles::default()).unwrap()
+}
+
+fn identified(data: &Dataset, models: &[&str]) -> Identification {
+    let models = models.iter().map(|m| (*m).to_string()).collect();
+    identify(data, &Options { seed: 1, models, ..Options::default() }, &|_, _| {}).unwrap()
+}
+
+const BAND: [f64; 2] = [0.7, 0.9];
+
+#[test]
+fn a_known_cell_comes_back_from_noisy_logs_with_gaps() {
+    let mut first = cable(1500, 0.0, BAND, 0.05);
+    // Five seconds are missing.
+    first.drain(600..1100);
+    let data = logs(&[("a.csv", first), ("b.csv", cable(1500, 1.0, BAND, 0.05))]);
+    assert_eq!(data.sequences.len(), 3, "the gap cuts");
+    let found = identified(&data, &["cell"]);
+    let cell = found.model.estimator.law.cell.unwrap();
+    // The basis is the near tension and the constant.
+    for (fitted, truth) in [(cell.low[0], BAND[0]), (cell.high[0], BAND[1])] {
+        assert!((fitted - truth).abs() < 0.01, "{cell:?}");
+    }
+    assert!(cell.low[1].abs() < 0.05 && cell.high[1].abs() < 0.05, "{cell:?}");
+    assert!(cell.branches.len() == 1);
+}
+
+#[test]
+fn a_foreign_log_is_left_out_and_named() {
+    let ours = |phase| cable(900, phase, BAND, 0.02);
+    let mut all =
+        vec![("a.csv", ours(0.0)), ("b.csv", ours(0.9)), ("c.csv", ours(1.8)), ("d.csv", ours(2.7))];
+    let clean = identified(&logs(&all), &["cell"]);
+    assert!(clean.report.influence.iter().all(|row| !row.dropped));
+    all.insert(2, ("other.csv", cable(900, 0.4, [0.3, 0.45], 0.02)));
+    let found = identified(&logs(&all), &["cell"]);
+    let dropped: Vec<&str> =
+        found.report.influence.iter().filter(|row| row.dropped).map(|row| row.log.as_str()).collect();
+    assert_eq!(dropped, ["other.csv"]);
+    assert!(!found.model.provenance.logs.contains(&"other.csv".to_string()));
+    // Without it the fit is that of the others alone.
+    let cells = [&clean, &found].map(|f| f.model.estimator.law.cell.clone().unwrap());
+    assert!((cells[0].low[0] - cells[1].low[0]).abs() < 1e-9);
+}
+
+#[test]
+fn a_log_alone_in_its_condition_is_kept_and_judged_with_its_figures() {
+    let at = |bend: u32, samples: &[Sample]| -> String {
+        let lines = csv(samples);
+        let rows = lines.lines().enumerate();
+        rows.map(|(k, row)| if k == 0 { format!("{row},sheath_deg\n") } else { format!("{row},{bend}\n") })
+            .collect()
+    };
+    let ours = |phase| cable(900, phase, BAND, 0.02);
+    let other = cable(900, 0.4, [0.3, 0.45], 0.02);
+    let read = |bend: u32| {
+        let texts = [0.0, 0.9, 1.8, 2.7].map(|phase| at(60, &ours(phase)));
+        let other = at(bend, &other);
+        let names = ["a.csv", "b.csv", "c.csv", "d.csv"];
+        let mut all: Vec<(&str, &str)> = names.into_iter().zip(texts.iter().map(String::as_str)).collect();
+        all.push(("other.csv", &other));
+        let flags = RequestedRoles {
+            effort: vec!["tension_in_n".into()],
+            given: vec!["sheath_deg".into()],
+            ..RequestedRoles::default()
+        };
+        identified(&read_all(&all, &flags).unwrap(), &["linear"]).report
+    };
+    let report = read(180);
+    let row = report.influence.iter().find(|row| row.log == "other.csv").unwrap();
+    assert!(!row.dropped, "{row:?}");
+    // Where the bend tells the two apart, the other recording may even help: a remark is due only above the limit.
+    assert_eq!(
+        row.remark.contains("no other log has its value of `sheath_deg`"),
+        row.influence > 0.4,
+        "{row:?}"
+    );
+    let same = read(60);
+    assert!(same.influence.iter().any(|row| row.log == "other.csv" && row.dropped), "{:?}", same.influence);
+}
+
+#[test]
+fn a_far_side_without_relation_is_not_recommended_and_a_log_without_reversal_with_care() {
+    use sinew_identify::report::Grade;
+    let noise = |phase: f64| -> Vec<Sample> {
+        let unrelated = cable(900, phase + 40.0, BAND, 0.0).into_iter().rev();
+        cable(900, phase, BAND, 0.0).iter().zip(unrelated).map(|(a, b)| [a[0], a[1], b[2].sin()]).collect()
+    };
+    let data = logs(&[("a.csv", noise(0.0)), ("b.csv", noise(1.3)), ("c.csv", noise(2.9))]);
+    let report = identified(&data, &["cell"]).report;
+    assert_eq!(report.grade, Grade::DoNotUse);
+    assert!(report.recommendations[0].starts_with("Do not use the model"), "{:?}", report.recommendations);
+    let beside: Vec<&str> = report.candidates.iter().map(|c| c.name.as_str()).collect();
+    assert!(beside.contains(&"constant") && beside.contains(&"linear"), "{beside:?}");
+
+    let ramp: Vec<Sample> = (0..900)
+        .map(|i| [0.01 * f64::from(i), 2.0 + 0.01 * f64::from(i), 1.6 + 0.008 * f64::from(i)])
+        .collect();
+    let longer: Vec<Sample> = ramp.iter().map(|[t, near, far]| [*t, near * 1.1, far * 1.1]).collect();
+    let report = identified(&logs(&[("a.csv", ramp), ("b.csv", longer)]), &["cell"]).report;
+    assert_ne!(report.grade, Grade::Use);
+    assert!(report.warnings.iter().any(|w| w.contains("never reverses")), "{:?}", report.warnings);
+
+    let good = logs(&[("a.csv", cable(1500, 0.0, BAND, 0.02)), ("b.csv", cable(1500, 1.0, BAND, 0.02))]);
+    let report = identified(&good, &["cell"]).report;
+    assert_eq!(report.grade, Grade::Use, "{:?}", report.recommendations);
+    assert!(report.chosen.reason.starts_with("cell was chosen"), "{}", report.chosen.reason);
+}
+
+#[test]
+fn a_law_without_memory_says_that_its_structure_is_wrong() {
+    let data = logs(&[("a.csv", cable(1500, 0.0, BAND, 0.02)), ("b.csv", cable(1500, 1.0, BAND, 0.02))]);
+    let report = identified(&data, &["cell"]).report;
+    let capstan = report.classical.iter().find(|law| law.law.starts_with("static capstan")).unwrap();
+    assert!(capstan.remark.contains("structure"), "{}", capstan.remark);
+    let play = report.classical.iter().find(|law| law.law == "capstan play").unwrap();
+    assert!(!play.remark.contains("structure"), "{}", play.remark);
+}
+
+#[test]
+fn a_short_calibration_reaches_another_specimen() {
+    let data = logs(&[("a.csv", cable(1500, 0.0, BAND, 0.02)), ("b.csv", cable(1500, 1.0, BAND, 0.02))]);
+    let old = identified(&data, &["hybrid"]).model;
+    // Another tool: more friction, and a far sensor of another gain.
+    let other = |n, phase| csv(&cable(n, phase, [0.5, 0.8], 0.02));
+    let read = |texts: &[&str]| {
+        let logs: Vec<(&str, &[u8])> = texts.iter().map(|text| ("other.csv", text.as_bytes())).collect();
+        let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
+        read_bytes_with_roles(&logs, &roles_of(&old), &options).unwrap()
+    };
+    let test = other(1500, 2.0);
+    let test = read(&[&test]);
+    let error = |model| evaluate(model, &test).unwrap().overall.percent_of_range.unwrap();
+    let calibration: Vec<String> = [0.3, 1.3, 2.3].map(|phase| other(500, phase)).to_vec();
+    let calibration: Vec<&str> = calibration.iter().map(String::as_str).collect();
+    let options = Options { seed: 1, ..Options::default() };
+    let new = adapt(&old, &read(&calibration), &options, &|_, _| {}).unwrap();
+    let (before, after) = (error(&old), error(&new.model));
+    assert!(before > 12.0, "the other tool is another one: {before} %");
+    assert!(after < 3.0, "{before} % -> {after} % by {}", new.model.provenance.member);
+    let names: Vec<&str> = new.report.candidates.iter().map(|m| m.name.as_str()).collect();
+    assert!(["old", "scaled", "transfer", "fresh"].iter().all(|way| names.contains(way)), "{names:?}");
+}
+
+#[test]
+fn the_same_specimen_needs_no_adaptation() {
+    let data = logs(&[("a.csv", cable(1500, 0.0, BAND, 0.02)), ("b.csv", cable(1500, 1.0, BAND, 0.02))]);
+    let old = identified(&data, &["hybrid"]).model;
+    let again: Vec<String> = [0.3, 1.3, 2.3].map(|phase| csv(&cable(500, phase, BAND, 0.02))).to_vec();
+    let logs: Vec<(&str, &[u8])> = again.iter().map(|text| ("same.csv", text.as_bytes())).collect();
+    let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
+    let calibration = read_bytes_with_roles(&logs, &roles_of(&old), &options).unwrap();
+    let new = adapt(&old, &calibration, &Options { seed: 1, ..Options::default() }, &|_, _| {}).unwrap();
+    let error = |model| evaluate(model, &calibration).unwrap().overall.rmse.unwrap();
+    assert!(error(&new.model) < 1.05 * error(&old), "{} {}", error(&new.model), error(&old));
+}

@@ -1,0 +1,16 @@
+//! Tests of identification by its public items.
+//!
+//! One program, so that what the tests share is compiled and linked once.
+
+mod bad_logs;
+mod cable;
+mod common;
+mod exported_logs;
+mod identification;
+mod likeness;
+mod long_identification;
+mod mat5_logs;
+mod moving_masses;
+mod optional_formats;
+mod sequences;
+mod text_logs;

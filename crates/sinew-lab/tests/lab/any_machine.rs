@@ -1,0 +1,180 @@
+//! Random machines, from a finger to an arm: each planned, calibrated on its own bench and tracked by rules alone.
+
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+#![allow(clippy::print_stdout, reason = "a campaign prints its table")]
+
+use crate::common;
+
+use common::random_machine::{RandomMachine, machine};
+use rayon::prelude::*;
+use sinew::machine::Machine;
+use sinew::trajectory::Trajectory;
+use sinew_lab::CompensationVariant;
+use sinew_lab::arm::{
+    CalibratedArm, TrackOutcome, TrackingTask, Verified, first_infeasibility, plan_tour, track_arm,
+    verify_tour,
+};
+use std::ops::Range;
+
+/// Result on one machine.
+#[derive(Debug)]
+#[allow(dead_code, reason = "printed")]
+struct Tracked {
+    seed: u64,
+    joints: usize,
+    muscles: usize,
+    first_link: f64,
+    /// Of the tour, s.
+    duration: f64,
+    /// Whether the simulated machines of the design track it accurately.
+    accurate: bool,
+    ended: TrackOutcome,
+    reason: Option<String>,
+    slack: f64,
+    /// Mean joint error, rad, and over the mean dead band of the joints.
+    error: f64,
+    over_dead_band: f64,
+    worst: f64,
+    /// Ratio to the observer with true parameters.
+    over_true: f64,
+    incidents: usize,
+    stuck_mode: f64,
+}
+
+/// Masses of the links that are tried until the tensions give the torque.
+const LIGHTER: [f64; 4] = [1.0, 0.7, 0.49, 0.34];
+
+/// A random machine with a tour of its ranges.
+fn feasible(seed: u64) -> Result<(RandomMachine, Trajectory), String> {
+    let text = |error: sinew_lab::Error| error.to_string();
+    let mut reason = String::new();
+    for lighter in LIGHTER {
+        let drawn = machine(seed, lighter);
+        let check = |trajectory: &Trajectory| first_infeasibility(&drawn.machine, trajectory, 1);
+        let trajectory = plan_tour(&drawn.machine, None, check).map_err(text)?;
+        match first_infeasibility(&drawn.machine, &trajectory, 1).map_err(text)? {
+            None => return Ok((drawn, trajectory)),
+            Some(violated) => reason = violated.to_string(),
+        }
+    }
+    Err(reason)
+}
+
+fn track(seed: u64) -> Result<Tracked, String> {
+    let text = |error: sinew_lab::Error| error.to_string();
+    let (RandomMachine { machine, first_link }, trajectory) = feasible(seed)?;
+    let tour = verify_tour(&machine, trajectory, 1).map_err(text)?;
+    let (accurate, rules) = match tour.verified {
+        Verified::Tracks(rules) => (true, rules),
+        Verified::Inaccurate(rules, _) => (false, rules),
+        Verified::Fails(reason) => return Err(format!("verification: {reason}")),
+    };
+    let trajectory = tour.trajectory;
+    let machine = Machine { rules, ..machine };
+    let arm = CalibratedArm::new(&machine, seed).map_err(text)?;
+    let (_, found) = arm.gains(&trajectory).map_err(text)?;
+    let task = TrackingTask {
+        trajectory: &trajectory,
+        repeats: 1,
+        learning: false,
+        final_rest: 0.0,
+        faults: &[],
+        gains: None,
+        trace_interval: 1.0,
+    };
+    let run = track_arm(&arm, CompensationVariant::Observer, &task).map_err(text)?.numbers;
+    let truth = track_arm(&arm, CompensationVariant::Perfect, &task).map_err(text)?.numbers;
+    let error = run.joint_error_rad.unwrap();
+    let band = found.joints.iter().map(|joint| joint.dead_band).sum::<f64>() / found.joints.len() as f64;
+    Ok(Tracked {
+        seed,
+        joints: found.joints.len(),
+        muscles: found.muscles.len(),
+        first_link,
+        duration: trajectory.duration(),
+        accurate,
+        ended: run.ended,
+        reason: run.reason,
+        slack: run.longest_slack_s,
+        error: error.mean,
+        over_dead_band: error.mean / band,
+        worst: error.max,
+        over_true: error.mean / truth.joint_error_rad.unwrap().mean,
+        incidents: run.incidents.len(),
+        stuck_mode: found.stuck_mode,
+    })
+}
+
+/// Value below which a share of the list lies.
+fn quantile(mut list: Vec<f64>, share: f64) -> f64 {
+    list.sort_by(f64::total_cmp);
+    list.get((list.len().saturating_sub(1) as f64 * share).round() as usize).copied().unwrap_or(f64::NAN)
+}
+
+/// Tracks machines of these seeds, prints what the documentation tabulates, and returns those that were neither stopped nor lost.
+fn campaign(seeds: Range<u64>) -> Vec<Tracked> {
+    let results: Vec<Result<Tracked, String>> = seeds
+        .into_par_iter()
+        .map(|seed| {
+            let found = track(seed);
+            println!("{seed}: {found:?}");
+            found
+        })
+        .collect();
+    let count = results.len();
+    let tracked: Vec<Tracked> = results.into_iter().flatten().collect();
+    let accepted = tracked.len();
+    let inaccurate = tracked.iter().filter(|t| !t.accurate).count();
+    let lost = |t: &Tracked| matches!(t.ended, TrackOutcome::Stopped | TrackOutcome::Diverged);
+    let good: Vec<Tracked> = tracked.into_iter().filter(|t| !lost(t)).collect();
+    let of = |f: fn(&Tracked) -> f64| good.iter().map(f).collect::<Vec<f64>>();
+    let large: Vec<f64> = good.iter().filter(|t| t.first_link >= 0.15).map(|t| 1e3 * t.error).collect();
+    println!("refused {} of {count}", count - accepted);
+    println!("accepted as inaccurate {inaccurate}");
+    println!("neither stopped nor lost {} of {}", good.len(), accepted);
+    for limit in [0.25, 0.05] {
+        let taut = good.iter().filter(|t| t.slack <= limit).count();
+        println!("and never slack for more than {limit} s: {taut}");
+    }
+    let over = of(|t| 100.0 * t.over_dead_band);
+    println!(
+        "error over dead band, %: median {:.2}, p90 {:.2}",
+        quantile(over.clone(), 0.5),
+        quantile(over, 0.9)
+    );
+    println!(
+        "first link of 0.15 m and more, mrad: median {:.2}, p90 {:.2}",
+        quantile(large.clone(), 0.5),
+        quantile(large, 0.9)
+    );
+    let ratio = of(|t| t.over_true);
+    println!(
+        "over true parameters: median {:.2}, p90 {:.2}",
+        quantile(ratio.clone(), 0.5),
+        quantile(ratio, 0.9)
+    );
+    // Of a hundred machines 95 % are wanted (docs/campaigns.md).
+    assert!(2 * good.len() >= accepted && !good.is_empty());
+    good
+}
+
+#[test]
+fn random_machines_track_a_tour_of_their_ranges_by_rules_alone() {
+    let good = campaign(6056..6059);
+    assert!(good.len() == 3);
+    assert!(good.iter().all(|tracked| tracked.over_dead_band < 0.02 && tracked.over_true < 1.3));
+}
+
+#[test]
+fn long_campaign_of_random_machines() {
+    // `SINEW_MACHINES=first seed,machines`; with `SINEW_LONG` twelve.
+    let given = std::env::var("SINEW_MACHINES").ok();
+    if given.is_none() && std::env::var_os("SINEW_LONG").is_none() {
+        eprintln!("skipped: neither SINEW_LONG nor SINEW_MACHINES is set");
+        return;
+    }
+    let given = given.unwrap_or_else(|| "1000,12".into());
+    let numbers: Vec<u64> = given.split(',').map(|number| number.parse().unwrap()).collect();
+    let [first, count] = numbers[..] else { panic!("{given}: expected two numbers") };
+    campaign(first..first + count);
+}

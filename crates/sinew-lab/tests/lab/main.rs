@@ -1,0 +1,16 @@
+//! Experiments on the twin.
+//!
+//! One program, so that what the tests share is compiled and linked once.
+
+mod any_machine;
+mod arm;
+mod arm_control;
+mod arm_faults;
+mod bench;
+mod cable_tables;
+mod common;
+mod held_winches;
+mod reproduce_bench;
+mod sheath_bend;
+mod supervisor;
+mod unknown_cable;

@@ -1,0 +1,23 @@
+//! Tests of the library by its public items.
+//!
+//! One program, so that what the tests share is compiled and linked once.
+
+mod arm;
+mod body;
+mod cable;
+mod cable_plant;
+mod capability;
+#[path = "../common/mod.rs"]
+mod common;
+mod description;
+mod drive;
+mod energy;
+mod inverse_kinematics;
+mod joint_motions;
+mod machine;
+mod online_references;
+mod predictor;
+mod sizing;
+mod supervisor;
+mod tension;
+mod trajectory;
