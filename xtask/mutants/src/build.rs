@@ -66,6 +66,15 @@ fn write(path: &Path, text: &str) -> Result<(), String> {
 }
 
 fn copy(root: &Path, tree: &Path) -> Result<(), String> {
+    // What the repository has no more must not be built; what cargo has built stays.
+    for entry in
+        std::fs::read_dir(tree).into_iter().flatten().flatten().filter(|entry| entry.file_name() != "target")
+    {
+        let path = entry.path();
+        let removed =
+            if path.is_dir() { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) };
+        removed.map_err(|error| format!("{}: {error}", path.display()))?;
+    }
     let output = Command::new("git")
         .current_dir(root)
         .args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"])
@@ -74,9 +83,6 @@ fn copy(root: &Path, tree: &Path) -> Result<(), String> {
     for name in String::from_utf8_lossy(&output.stdout).split('\0').filter(|name| !name.is_empty()) {
         let (from, to) = (root.join(name), tree.join(name));
         let Ok(bytes) = std::fs::read(&from) else { continue };
-        if std::fs::read(&to).is_ok_and(|present| present == bytes) {
-            continue;
-        }
         let folder = to.parent().unwrap_or(tree);
         std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
         std::fs::write(&to, bytes).map_err(|error| format!("{}: {error}", to.display()))?;
