@@ -77,8 +77,8 @@ for column, positions, name in (("load_pct", (2, 6), "loads 3 and 7 of ten"), ("
     held = {values[k] for k in positions}
     train = part(tool, "train", lambda row: row[column] not in held)
     test = part(tool, "test", lambda row: row[column] in held)
-    task(f"instrument, torque, {name} not seen", [train], [test], "--far T_out_Nm --effort T_in_Nm --motion p_in_rad --trial trial --skip 1")
-    task(f"instrument, angle, {name} not seen", [train], [test], "--far p_out_rad --effort T_in_Nm --motion p_in_rad --trial trial --skip 1")
+    task(f"instrument, torque, {name} not seen", [train], [test], "--far T_out_Nm --effort T_in_Nm --motion p_in_rad --trial trial")
+    task(f"instrument, angle, {name} not seen", [train], [test], "--far p_out_rad --effort T_in_Nm --motion p_in_rad --trial trial")
 
 catheter = sorted((data / "wy_catheter").glob("f*.csv"))
 for frequency in ("f002", "f010", "f015", "f020"):
