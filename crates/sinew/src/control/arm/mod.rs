@@ -27,6 +27,7 @@ mod winch;
 pub use actuation::ActuationMode;
 pub use cable_states::CableStateSource;
 pub use controller::ArmController;
+pub(in crate::control) use controller::Observed;
 pub use gains::{ArmGains, JointGains, MuscleGains};
 pub use held_winches::{LeastStable, MAX_UNSTABLE_RATE, UnheldPose, least_stable_pose, unheld_poses};
 pub use joint_limits::{ACCURACY_CHANGES, JointFigures, JointLimit, LimitedBy, joint_limits};

@@ -73,7 +73,7 @@ pub(super) enum Wear {
 }
 
 /// Drift of one quantity of a cable, as a share of its value in the model.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift {
     /// Since the beginning, 1; 0 until known.
     pub share: f64,
@@ -83,6 +83,13 @@ pub struct Drift {
     pub found: bool,
     /// Time until it reaches its limit, a fifth (of a pretension the half), at its present rate, s; infinite where it does not grow.
     pub remaining: f64,
+}
+
+impl Default for Drift {
+    /// Unknown.
+    fn default() -> Self {
+        Self { share: 0.0, error: f64::INFINITY, found: false, remaining: f64::INFINITY }
+    }
 }
 
 impl Drift {
@@ -195,7 +202,7 @@ impl DriftWatch {
 
     pub(super) fn drift(&self) -> Drift {
         if self.count < FIRST {
-            return Drift { error: f64::INFINITY, remaining: f64::INFINITY, ..Drift::default() };
+            return Drift::default();
         }
         let share = self.recent - self.mean;
         let error = self.deviation() * standard_error();
@@ -219,6 +226,7 @@ impl DriftWatch {
 mod tests {
     use super::*;
     use crate::random::Random;
+    use std::vec::Vec;
 
     fn exact(value: f64) -> Estimate {
         Estimate { value, deviation: 0.0 }
@@ -298,5 +306,141 @@ mod tests {
             assert!((drift.share - 0.19).abs() < 4.0 * drift.error + 0.02, "{drift:?}");
             assert!(drift.remaining < 2500.0, "{drift:?}");
         }
+    }
+
+    #[test]
+    fn share_error_and_forecast_are_those_of_weighted_sums_over_all_values() {
+        let mut random = Random::new(8);
+        for case in 0..50 {
+            let rule = DriftRule { least_deviation: 1e-3 * f64::from(case % 3), ..RULE };
+            let mut watch = DriftWatch::new(rule);
+            let rate = if case % 2 == 0 { 0.004 } else { -0.004 };
+            let values: Vec<(f64, f64)> = (0..30)
+                .map(|k| (rate * f64::from(k) + 5e-4 * random.normal(), 60.0 + 20.0 * random.unit()))
+                .collect();
+            for (value, window) in &values {
+                watch.update(exact(*value), *window);
+            }
+            let first = values.iter().take(8).map(|(value, _)| value / 8.0).sum::<f64>();
+            let recent = values.iter().skip(8).fold(first, |mean, (value, _)| 0.75 * mean + 0.25 * value);
+            // Times before the last value, and weights that fade by an eighth for each value.
+            let mut sums = [0.0; 5];
+            let (mut t, mut weight) = (0.0, 1.0);
+            for (value, window) in values.iter().rev() {
+                let terms = [1.0, t, *value, t * t, t * value];
+                sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += weight * term);
+                (t, weight) = (t - window, 0.875 * weight);
+            }
+            let [n, t, v, tt, tv] = sums;
+            let slope = (n * tv - t * v) / (n * tt - t * t);
+            let drift = watch.drift();
+            assert!(drift.found, "{drift:?}");
+            assert!((drift.share - (recent - first)).abs() < 1e-12);
+            let remaining = (0.2 - drift.share.abs()) / slope.abs();
+            assert!((drift.remaining / remaining - 1.0).abs() < 1e-9, "{} {remaining}", drift.remaining);
+            // Of the mean of eight and of a mean with weights 1/4, 3/16, ...: sum of squares 1/7.
+            let scatter = drift.error / libm::sqrt(1.0 / 8.0 + 1.0 / 7.0);
+            assert!((drift.deviations() * drift.error / drift.share - 1.0).abs() < 1e-12);
+            let significance = drift.share / (scatter.max(1e-3) * libm::sqrt(1.0 / 8.0 + 1.0 / 7.0));
+            assert!((watch.significance() / significance - 1.0).abs() < 1e-9 || rule.least_deviation > 0.0);
+        }
+    }
+
+    #[test]
+    fn the_scatter_of_alternating_values_is_that_of_their_differences() {
+        let d = 0.01;
+        let mut watch = DriftWatch::new(DriftRule { least_deviation: 0.0, ..RULE });
+        for k in 0..40 {
+            watch.update(exact(if k % 2 == 0 { d } else { -d }), 100.0);
+        }
+        // 8/7 d^2 at first; a step of 2 d counts as 2 d^2, with weights 1/8, 1/9, ..., 1/39.
+        let square = d * d * (2.0 - (2.0 - 8.0 / 7.0) * 7.0 / 39.0);
+        let error = libm::sqrt(square * (1.0 / 8.0 + 1.0 / 7.0));
+        assert!((watch.drift().error / error - 1.0).abs() < 1e-12);
+        assert!((watch.significance() / (watch.drift().share / error) - 1.0).abs() < 1e-12);
+        // A step of a hundred deviations counts as one of three.
+        watch.update(exact(100.0 * d), 100.0);
+        let larger = square + (9.0 - 1.0) * square / 40.0;
+        let error = libm::sqrt(larger * (1.0 / 8.0 + 1.0 / 7.0));
+        assert!((watch.drift().error / error - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_constant_deviation_is_found_when_its_sum_exceeds_the_threshold_and_its_mean_the_least_drift() {
+        // z = 3 a window, 2 of it above the allowance: 8 is exceeded by the fifth, not by the fourth.
+        let count = |sign: f64, least_drift: f64| {
+            let mut watch = DriftWatch::new(DriftRule { least_drift, ..RULE });
+            (0..8).for_each(|_| watch.update(exact(0.0), 100.0));
+            (1..40).find(|_| {
+                // The difference to the value before would add to the scatter.
+                watch.last = sign * 0.015;
+                watch.update(exact(sign * 0.015), 100.0);
+                watch.drift().found
+            })
+        };
+        for sign in [1.0, -1.0] {
+            assert_eq!(count(sign, 1e-3), Some(5));
+            // The recent mean has come to 1 - 0.75^n of the step.
+            let after = |n: f64| 0.015 * (1.0 - libm::pow(0.75, n));
+            assert_eq!(count(sign, 0.5 * (after(7.0) + after(8.0))), Some(8));
+            assert_eq!(count(sign, 0.0151), None);
+        }
+    }
+
+    #[test]
+    fn before_eight_values_nothing_is_known_and_what_is_not_finite_does_not_count() {
+        let mut watch = DriftWatch::new(RULE);
+        for k in 0..7 {
+            watch.update(exact(0.1 * f64::from(k)), 100.0);
+            watch.update(exact(f64::NAN), 100.0);
+            watch.update(Estimate { value: 0.0, deviation: f64::INFINITY }, 100.0);
+            let drift = watch.drift();
+            assert!(drift.error.is_infinite() && drift.remaining.is_infinite() && !drift.found);
+            assert!(drift.share.abs() < 1e-300 && watch.significance().abs() < 1e-300);
+        }
+        watch.update(exact(0.7), 100.0);
+        assert!(watch.drift().error.is_finite());
+        // The eighth value is still of the beginning.
+        assert!(watch.drift().share.abs() < 1e-12);
+    }
+
+    #[test]
+    fn half_of_the_deviation_that_a_fit_states_counts() {
+        let mut watch = DriftWatch::new(RULE);
+        for k in 0..8 {
+            watch.update(Estimate { value: 0.0, deviation: 0.01 * f64::from(k + 1) }, 100.0);
+        }
+        let error = 0.5 * 0.045 * libm::sqrt(1.0 / 8.0 + 1.0 / 7.0);
+        assert!((watch.drift().error / error - 1.0).abs() < 1e-12);
+        assert!(watch.significance().abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_remains_beyond_the_limit_and_all_time_without_a_trend() {
+        let mut watch = DriftWatch::new(RULE);
+        (0..8).for_each(|_| watch.update(exact(0.0), 100.0));
+        (0..40).for_each(|_| watch.update(exact(0.25), 100.0));
+        assert!(watch.drift().found && watch.drift().remaining.abs() < 1e-300);
+        let mut back = DriftWatch::new(RULE);
+        (0..8).for_each(|_| back.update(exact(0.0), 100.0));
+        (0..40).for_each(|_| back.update(exact(0.15), 100.0));
+        // Still worn, but coming back.
+        (0..6).for_each(|k| back.update(exact(0.15 - 0.005 * f64::from(k)), 100.0));
+        let drift = back.drift();
+        assert!(drift.found && drift.share > 0.1 && drift.remaining.is_infinite(), "{drift:?}");
+    }
+
+    #[test]
+    fn two_estimates_of_one_drift_are_weighted_by_their_variances() {
+        let one = Drift { share: 0.1, error: 0.01, found: true, remaining: 5.0 };
+        let other = Drift { share: 0.2, error: 0.02, found: false, remaining: 7.0 };
+        for (joined, found) in [(one.joined(&other), true), (other.joined(&one), false)] {
+            assert!((joined.share - (4.0 * 0.1 + 0.2) / 5.0).abs() < 1e-12);
+            assert!((joined.error - 0.01 / libm::sqrt(1.25)).abs() < 1e-12);
+            assert!((joined.remaining - 5.0).abs() < 1e-12 && joined.found == found);
+        }
+        let unknown = Drift::default();
+        assert_eq!(unknown.joined(&unknown), unknown);
+        assert!((unknown.joined(&one).share - 0.1).abs() < 1e-12);
     }
 }

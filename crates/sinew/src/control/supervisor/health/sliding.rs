@@ -236,4 +236,78 @@ mod tests {
         assert!((0.03..0.3).contains(&friction(2.0)), "{}", friction(2.0));
         assert!(friction(0.5) < -0.015);
     }
+
+    #[test]
+    fn without_friction_the_mean_tension_is_that_of_the_drive() {
+        for z in [0.0, 1e-12, -1e-12] {
+            let [mean, slope] = mean_tension(z);
+            assert!((mean - 1.0).abs() < 1e-11 && slope.abs() < 1e-11, "{z}: {mean} {slope}");
+        }
+    }
+
+    #[test]
+    fn learned_drag_has_the_sign_of_the_motion_and_fades_with_the_tension_along_the_cable() {
+        let model = SlidingModel { angle: 0.8, compliance: 1e-4, drag: 80.0, drag_fade: 5.0 };
+        let sample = SlidingSample {
+            position: 0.0,
+            speed: 0.05,
+            tension: 40.0,
+            unexplained: 0.0,
+            anchor_error: 0.0,
+            innovation: 0.0,
+            drag_factor: 1.5,
+        };
+        for sign in [1.0, -1.0] {
+            // Mean tension of a cable that slides everywhere, by quadrature of T exp(-s A x).
+            let mean = (0..1000).map(|k| libm::exp(-sign * 0.8 * (f64::from(k) + 0.5) / 1000.0)).sum::<f64>()
+                / 1000.0;
+            let tension = 40.0 * mean;
+            let expected = sign * 0.5 * 80.0 * 0.05 * tension / (tension + 5.0);
+            let drag = model.learned_drag(&SlidingSample { speed: sign * 0.05, ..sample });
+            assert!((drag / expected - 1.0).abs() < 1e-6, "{drag} {expected}");
+        }
+        let slack = model.learned_drag(&SlidingSample { tension: 0.0, ..sample });
+        assert!(slack.abs() < 1e-300);
+    }
+
+    /// A fit of a cable that slides to and fro, with so many samples of each direction.
+    fn slid(toward: u32, away: u32) -> SlidingFit {
+        let model = SlidingModel { angle: 0.9, compliance: 2e-4, drag: 80.0, drag_fade: 5.0 };
+        let mut fit = SlidingFit::default();
+        for (count, speed) in [(toward, 0.05), (away, -0.05)] {
+            for k in 0..count {
+                let sample = SlidingSample {
+                    position: 0.01 * libm::sin(0.3 * f64::from(k)),
+                    speed,
+                    tension: 40.0 + 20.0 * libm::sin(0.1 * f64::from(k)),
+                    unexplained: 0.0,
+                    anchor_error: 0.0,
+                    innovation: 0.0,
+                    drag_factor: 1.0,
+                };
+                fit.add(&sample, &model);
+            }
+        }
+        fit
+    }
+
+    #[test]
+    fn a_window_needs_forty_samples_of_each_direction_and_a_cable_that_slides_for_a_seventh_of_it() {
+        assert!(slid(40, 40).solve(80.0).is_some());
+        assert!(slid(39, 400).solve(439.0).is_none());
+        assert!(slid(400, 39).solve(439.0).is_none());
+        assert!(slid(100, 100).solve(200.0 / 0.151).is_some());
+        assert!(slid(100, 100).solve(200.0 / 0.149).is_none());
+    }
+
+    #[test]
+    fn the_stated_deviation_falls_with_the_root_of_the_number_of_samples() {
+        let [few, many] = [slid(100, 100), slid(1600, 1600)].map(|fit| fit.solve(100.0).unwrap());
+        for k in 0..2 {
+            assert!(few[k].deviation > 0.0 && few[k].deviation < 0.7 * WEAR);
+            // Sixteen times as many: the root is four but for how the positions are spread and for the prior.
+            let ratio = few[k].deviation / many[k].deviation;
+            assert!((3.5..5.0).contains(&ratio), "{ratio}");
+        }
+    }
 }

@@ -137,4 +137,16 @@ mod tests {
         fit.add(&[0.02], &[1.0], 0.0);
         assert!(fit.force().is_some() && fit.friction().is_none());
     }
+
+    #[test]
+    fn the_power_is_the_mean_square_of_the_torques_per_unit() {
+        let mut fit = TorqueFit::default();
+        for (arm, friction) in [(0.02, 10.0), (0.03, -20.0), (0.05, 0.0), (0.04, 5.0)] {
+            fit.add(&[arm], &[0.5 * arm], friction);
+        }
+        let [force, rough] = [fit.force(), fit.friction()].map(|fitted| fitted.unwrap().power);
+        assert!((force - (4.0 + 9.0 + 25.0 + 16.0) * 1e-4 / 4.0).abs() < 1e-15);
+        assert!((rough - (0.2 * 0.2 + 0.6 * 0.6 + 0.2 * 0.2) / 4.0).abs() < 1e-15);
+        assert!((fit.samples() - 4.0).abs() < 1e-15);
+    }
 }

@@ -2,8 +2,9 @@ use super::drift::{Drift, DriftRule, DriftWatch, Estimate, Wear};
 use super::explanation::{self, Change, Evidence, Shown};
 use super::sliding::{SlidingFit, SlidingModel, SlidingSample};
 use super::torque::TorqueFit;
-use crate::control::arm::ArmController;
+use crate::control::arm::{ArmController, Observed};
 use crate::control::supervisor::fault_kind::FaultKind;
+use crate::transmission::cable::CableLaw;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -125,48 +126,54 @@ impl HealthMonitor {
 
     /// One control cycle of `h` s in which a reference was followed without a fault.
     pub(in crate::control::supervisor) fn update(&mut self, h: f64, controller: &ArmController) {
-        self.time += h;
-        let observed = controller.observed();
         let k = self.next;
         self.next = (self.next + 1) % self.cables.len().max(1);
-        if let (Some(cable), Ok(law)) = (self.cables.get_mut(k), controller.cable_law(k)) {
-            let [drag, drag_fade] = law.drag();
-            let model = SlidingModel {
-                angle: law.friction_angle(),
-                compliance: law.compliance().iter().sum(),
-                drag,
-                drag_fade,
-            };
-            let (speed, tension) = (observed.anchor_speed[k], observed.tension[k]);
-            let joints = self.torque.len();
-            let arms = &observed.moment_arms[k * joints..(k + 1) * joints];
-            let errors = arms.iter().zip(observed.joint_innovation);
-            let sample = SlidingSample {
-                position: -observed.lengths[k],
-                speed,
-                // The estimate stands for the tension: noise of the reading on both sides of the fit would look like a
-                // stiffness.
-                tension: observed.tension_in[k],
-                unexplained: observed.unexplained[k],
-                anchor_error: errors.map(|(arm, error)| arm * error).sum(),
-                innovation: tension - observed.tension_in[k],
-                drag_factor: observed.drag_factor[k],
-            };
-            let slides = speed.abs() > SLIDING_SPEED && controller.slides(k);
-            if slides && tension.is_finite() {
-                cable.sliding.add(&sample, &model);
-            }
-            self.learned_drag[k] = model.learned_drag(&sample);
-            let sliding_tension = (observed.tension_out[k] - law.pretension()).max(0.0);
-            let friction = if slides { speed.signum() * model.angle * sliding_tension } else { 0.0 };
-            self.torque.copy_from_slice(observed.disturbance_torque);
-            for (others, drag) in observed.moment_arms.chunks_exact(joints.max(1)).zip(&self.learned_drag) {
-                self.torque.iter_mut().zip(others).for_each(|(torque, arm)| *torque -= arm * drag);
-            }
-            cable.torque.add(arms, &self.torque, friction);
+        if let Ok(law) = controller.cable_law(k) {
+            self.sample(k, &controller.observed(), law, controller.slides(k));
         }
+        self.pass(h, |k| controller.cable_law(k).map_or(0.0, CableLaw::pretension));
+    }
+
+    /// Takes what is observed of cable `k`, which `slides` everywhere or not.
+    fn sample(&mut self, k: usize, observed: &Observed, law: &CableLaw, slides: bool) {
+        let Some(cable) = self.cables.get_mut(k) else { return };
+        let [drag, drag_fade] = law.drag();
+        let compliance = law.compliance().iter().sum();
+        let model = SlidingModel { angle: law.friction_angle(), compliance, drag, drag_fade };
+        let (speed, tension) = (observed.anchor_speed[k], observed.tension[k]);
+        let joints = self.torque.len();
+        let arms = &observed.moment_arms[k * joints..(k + 1) * joints];
+        let errors = arms.iter().zip(observed.joint_innovation);
+        let sample = SlidingSample {
+            position: -observed.lengths[k],
+            speed,
+            // The estimate stands for the tension: noise of the reading on both sides of the fit would look like a
+            // stiffness.
+            tension: observed.tension_in[k],
+            unexplained: observed.unexplained[k],
+            anchor_error: errors.map(|(arm, error)| arm * error).sum(),
+            innovation: tension - observed.tension_in[k],
+            drag_factor: observed.drag_factor[k],
+        };
+        let slides = speed.abs() > SLIDING_SPEED && slides;
+        if slides && tension.is_finite() {
+            cable.sliding.add(&sample, &model);
+        }
+        self.learned_drag[k] = model.learned_drag(&sample);
+        let sliding_tension = (observed.tension_out[k] - law.pretension()).max(0.0);
+        let friction = if slides { speed.signum() * model.angle * sliding_tension } else { 0.0 };
+        self.torque.copy_from_slice(observed.disturbance_torque);
+        for (others, drag) in observed.moment_arms.chunks_exact(joints.max(1)).zip(&self.learned_drag) {
+            self.torque.iter_mut().zip(others).for_each(|(torque, arm)| *torque -= arm * drag);
+        }
+        cable.torque.add(arms, &self.torque, friction);
+    }
+
+    /// `h` s pass; `pretension` of each cable's model, N.
+    fn pass(&mut self, h: f64, pretension: impl Fn(usize) -> f64) {
+        self.time += h;
         if self.time >= WINDOW {
-            self.close_window(controller);
+            self.close_window(pretension);
             self.time = 0.0;
         }
     }
@@ -178,13 +185,13 @@ impl HealthMonitor {
         (self.time, self.settled) = (0.0, false);
     }
 
-    fn close_window(&mut self, controller: &ArmController) {
+    fn close_window(&mut self, pretension: impl Fn(usize) -> f64) {
         if !core::mem::replace(&mut self.settled, true) {
             self.cables.iter_mut().for_each(Watched::discard);
             return;
         }
         for (k, cable) in self.cables.iter_mut().enumerate() {
-            cable.close_window(self.time, controller.cable_law(k).map_or(0.0, |law| law.pretension()));
+            cable.close_window(self.time, pretension(k));
         }
         let explanation = explanation::best(self.cables.iter().map(Watched::evidence));
         for (k, (health, cable)) in self.health.iter_mut().zip(&self.cables).enumerate() {
@@ -245,6 +252,8 @@ impl Watched {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
+    use crate::transmission::cable::{CableParameters, CablePath};
 
     #[test]
     fn after_a_start_the_observers_settle_again_and_what_was_found_before_is_kept() {
@@ -258,5 +267,161 @@ mod tests {
         assert!(!monitor.settled && monitor.time < 1e-9);
         assert!(monitor.cables[0].torque.samples() < 0.5);
         assert_eq!(monitor.cables[0].friction.drift(), before);
+    }
+
+    /// What changes of the first of two antagonists, as shares.
+    #[derive(Debug, Clone, Copy, Default)]
+    struct Change {
+        friction: f64,
+        compliance: f64,
+        pretension: f64,
+    }
+
+    const ARMS: [f64; 2] = [0.03, -0.025];
+
+    /// What is observed of both cables `t` s after the start: they slide to and fro, and what the first one's change adds is left unexplained.
+    fn observe(monitor: &mut HealthMonitor, t: f64, law: &CableLaw, change: Change, noise: &mut Random) {
+        let angle = law.friction_angle();
+        let compliance: f64 = law.compliance().iter().sum();
+        let rate = 0.8 * libm::cos(0.9 * t);
+        let mean = |z: f64| (1.0 - libm::exp(-z)) / z;
+        let speeds = ARMS.map(|arm| -arm * rate);
+        let tension_in = [0, 1].map(|k| 60.0 + 15.0 * libm::sin(0.37 * t + f64::from(k)));
+        let sliding = [0, 1].map(|k| tension_in[k] * libm::exp(-speeds[k].signum() * angle));
+        let stretch = |k: usize, c: f64, a: f64| c * tension_in[k] * mean(speeds[k].signum() * a);
+        let worn = stretch(0, compliance * (1.0 + change.compliance), angle * (1.0 + change.friction));
+        let unexplained = [stretch(0, compliance, angle) - worn, 0.0].map(|x| x + 1e-5 * noise.normal());
+        let lost =
+            change.pretension * law.pretension() - change.friction * speeds[0].signum() * angle * sliding[0];
+        monitor.sample(
+            monitor.next,
+            &Observed {
+                moment_arms: &ARMS,
+                lengths: &ARMS.map(|arm| 0.5 - arm * libm::sin(0.9 * t) / 0.9 * 0.8),
+                motor: &[0.0; 2],
+                joint: &[0.0],
+                tension: &tension_in,
+                tension_in: &tension_in,
+                tension_out: &sliding.map(|tension| tension + law.pretension()),
+                unexplained: &unexplained,
+                drag_factor: &[1.0; 2],
+                joint_innovation: &[0.0],
+                disturbance_torque: &[ARMS[0] * lost + 0.002 * noise.normal()],
+                anchor_speed: &speeds,
+                symptom: crate::control::arm::Symptom::Unknown,
+            },
+            law,
+            true,
+        );
+        monitor.next = 1 - monitor.next;
+    }
+
+    /// After a quarter of an hour as new and half an hour with a change.
+    fn watched(change: Change) -> HealthMonitor {
+        let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
+        let (mut monitor, mut noise) = (HealthMonitor::new(2, 1), Random::new(3));
+        let h = 0.1;
+        for k in 0..27_000 {
+            let t = h * f64::from(k);
+            let present = if t < 900.0 { Change::default() } else { change };
+            observe(&mut monitor, t, &law, present, &mut noise);
+            monitor.pass(h, |_| law.pretension());
+        }
+        monitor
+    }
+
+    #[test]
+    fn cables_that_do_not_change_are_healthy() {
+        let monitor = watched(Change::default());
+        for health in monitor.health() {
+            assert_eq!(health.found(), None);
+            for drift in [health.friction, health.stiffness, health.pretension] {
+                assert!(drift.share.abs() < 0.02 && drift.error.is_finite(), "{drift:?}");
+                assert!(drift.remaining.is_infinite());
+            }
+        }
+    }
+
+    #[test]
+    fn each_change_of_a_cable_is_measured_and_named_with_its_cable() {
+        let friction = Change { friction: 0.1, ..Change::default() };
+        let softer = Change { compliance: 0.08, ..Change::default() };
+        let slack = Change { pretension: -0.3, ..Change::default() };
+        for (change, kind) in [
+            (friction, FaultKind::FrictionDrift),
+            (softer, FaultKind::StiffnessDrift),
+            (slack, FaultKind::PretensionDrift),
+        ] {
+            let monitor = watched(change);
+            let [worn, other] = [0, 1].map(|k| monitor.health()[k]);
+            assert_eq!((worn.found(), other.found()), (Some(kind), None), "{change:?}");
+            assert_eq!(
+                [worn.friction, worn.stiffness, worn.pretension].iter().filter(|d| d.found).count(),
+                1
+            );
+            match kind {
+                FaultKind::FrictionDrift => assert!((worn.friction.share - 0.1).abs() < 0.01, "{worn:?}"),
+                FaultKind::StiffnessDrift => assert!((worn.stiffness.share + 0.08).abs() < 0.01, "{worn:?}"),
+                _ => assert!((worn.pretension.share + 0.3).abs() < 0.03, "{worn:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn the_windows_last_a_minute_and_the_first_one_does_not_count() {
+        let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
+        let (mut monitor, mut noise) = (HealthMonitor::new(2, 1), Random::new(3));
+        let mut known = None;
+        for k in 0..12_000 {
+            let t = 0.1 * f64::from(k);
+            observe(&mut monitor, t, &law, Change::default(), &mut noise);
+            monitor.pass(0.1, |_| law.pretension());
+            if known.is_none() && monitor.health()[0].friction.error.is_finite() {
+                known = Some(t);
+            }
+        }
+        // Eight windows after the one in which the observers settle.
+        assert!((known.unwrap() - 9.0 * WINDOW).abs() < 0.3, "{known:?}");
+    }
+
+    #[test]
+    fn a_cable_that_creeps_tells_no_direction_of_sliding_and_a_rejected_tension_nothing() {
+        let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
+        for (speed, tension, slides, counts) in [
+            (2.1 * SLIDING_SPEED, 50.0, true, true),
+            (-2.1 * SLIDING_SPEED, 50.0, true, true),
+            (0.9 * SLIDING_SPEED, 50.0, true, false),
+            (2.1 * SLIDING_SPEED, 50.0, false, false),
+            (2.1 * SLIDING_SPEED, f64::NAN, true, false),
+        ] {
+            let mut monitor = HealthMonitor::new(1, 1);
+            for sign in [1.0, -1.0].repeat(60) {
+                let observed = Observed {
+                    moment_arms: &[0.03],
+                    lengths: &[0.5],
+                    motor: &[0.0],
+                    joint: &[0.0],
+                    tension: &[tension],
+                    tension_in: &[50.0],
+                    tension_out: &[30.0],
+                    unexplained: &[0.0],
+                    drag_factor: &[1.0],
+                    joint_innovation: &[0.0],
+                    disturbance_torque: &[0.0],
+                    anchor_speed: &[sign * speed],
+                    symptom: crate::control::arm::Symptom::Unknown,
+                };
+                monitor.sample(0, &observed, &law, slides);
+            }
+            assert_eq!(
+                monitor.cables[0].sliding.solve(120.0).is_some(),
+                counts,
+                "{speed} {tension} {slides}"
+            );
+            // The torques count every sample, their friction where it slides.
+            assert!((monitor.cables[0].torque.samples() - 120.0).abs() < 0.5);
+            let sure = speed.abs() > SLIDING_SPEED && slides;
+            assert_eq!(monitor.cables[0].torque.friction().is_some(), sure);
+        }
     }
 }
