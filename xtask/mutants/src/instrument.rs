@@ -238,14 +238,17 @@ impl<'ast> Visit<'ast> for Walk<'ast> {
     fn visit_expr_struct(&mut self, node: &'ast syn::ExprStruct) {
         for field in &node.fields {
             let deleted = self.taken(field, Group::Field);
-            let base = node.rest.as_ref().filter(|_| field.colon_token.is_some() && !deleted.is_empty());
-            let Some(base) = base else {
+            let (Some((number, _)), Some(base), syn::Member::Named(name)) =
+                (deleted.first(), &node.rest, &field.member)
+            else {
                 visit::visit_field_value(self, field);
                 continue;
             };
             let (start, end) = self.range(&field.expr);
-            let syn::Member::Named(name) = &field.member else { continue };
-            self.open(start, &[(deleted[0].0, format!("({}).{name}", self.text(&**base)))], "");
+            if field.colon_token.is_none() {
+                self.edits.push((start, format!("{name}: ")));
+            }
+            self.open(start, &[(*number, format!("({}).{name}", self.text(&**base)))], "");
             visit::visit_expr(self, &field.expr);
             self.close(end, "");
         }

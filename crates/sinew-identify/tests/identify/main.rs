@@ -2,6 +2,8 @@
 //!
 //! One program, so that what the tests share is compiled and linked once.
 
+#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
 mod bad_logs;
 mod cable;
 mod common;

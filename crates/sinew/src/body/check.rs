@@ -2,6 +2,7 @@
 
 use super::part_error::PartError;
 use super::parts::{Actuator, Coupling, Joint, JointKind, Parts, PathElement, Tendon, TendonPath};
+use super::symmetric;
 use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -161,26 +162,12 @@ fn physical(part: &Part, inertia: &[f64; 6]) -> Result<(), PartError> {
     Ok(())
 }
 
-/// Eigenvalues in rising order, by Jacobi's rotations.
+/// Eigenvalues in rising order.
 fn principal_moments(inertia: &[f64; 6]) -> [f64; 3] {
     let [xx, yy, zz, xy, xz, yz] = *inertia;
-    let mut m = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
-    for _ in 0..12 {
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            if m[p][q].abs() < f64::MIN_POSITIVE {
-                continue;
-            }
-            let theta = 0.5 * libm::atan2(2.0 * m[p][q], m[q][q] - m[p][p]);
-            let (s, c) = libm::sincos(theta);
-            for row in &mut m {
-                (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
-            }
-            let (first, second) = (m[p], m[q]);
-            m[p] = core::array::from_fn(|k| c * first[k] - s * second[k]);
-            m[q] = core::array::from_fn(|k| s * first[k] + c * second[k]);
-        }
-    }
-    let mut moments = [m[0][0], m[1][1], m[2][2]];
+    let mut matrix = [xx, xy, xz, xy, yy, yz, xz, yz, zz];
+    symmetric::eigen(&mut matrix, &mut [0.0; 9], 3);
+    let mut moments = [matrix[0], matrix[4], matrix[8]];
     moments.sort_by(f64::total_cmp);
     moments
 }

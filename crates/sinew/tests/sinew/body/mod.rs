@@ -4,7 +4,9 @@
 
 mod coupled;
 mod golden;
+mod joints;
 mod laws;
 mod muscles;
 mod refused;
 mod robots;
+mod tables;

@@ -1,0 +1,225 @@
+//! Springs and dry friction of joints, and what is found by its name.
+
+use super::robots::{Random, parts};
+use sinew::body::{Actuator, ActuatorKind, Body, Joint, JointKind, Parts, Poses, Robot};
+
+/// A free body that carries another one on a joint of this kind, both with springs.
+fn sprung(kind: JointKind, random: &mut Random) -> Robot {
+    let mut unit = || {
+        let raw: [f64; 4] = core::array::from_fn(|_| random.next());
+        let length = raw.iter().map(|x| x * x).sum::<f64>().sqrt();
+        raw.map(|x| x / length)
+    };
+    let (one, two) = (unit(), unit());
+    let body = |name: &str, parent: usize, orientation: [f64; 4]| Body {
+        name: name.into(),
+        parent,
+        position: [0.1, -0.2, 0.3],
+        orientation,
+        mass: 1.0,
+        center_of_mass: [0.0; 3],
+        inertia: [0.1, 0.1, 0.1, 0.0, 0.0, 0.0],
+    };
+    let joint = |name: &str, body: usize, kind: JointKind| Joint {
+        name: name.into(),
+        body,
+        kind,
+        anchor: [0.0; 3],
+        axis: [0.6, 0.0, 0.8],
+        reference: 0.0,
+        range: None,
+        armature: 0.0,
+        damping: 0.7,
+        friction: 0.4 + body as f64,
+        stiffness: 3.0,
+        spring_reference: 0.2,
+    };
+    let world =
+        Body { mass: 0.0, position: [0.0; 3], inertia: [0.0; 6], ..body("world", 0, [1.0, 0.0, 0.0, 0.0]) };
+    let bodies = vec![world, body("one", 0, one), body("two", 1, two)];
+    let joints = vec![joint("free", 1, JointKind::Free), joint("next", 2, kind)];
+    Robot::new(Parts { name: "sprung".into(), bodies, joints, gravity: [0.0; 3], ..Parts::default() })
+        .unwrap()
+}
+
+fn energy(robot: &Robot, q: &[f64]) -> f64 {
+    let mut poses = Poses::new(robot);
+    robot.forward_kinematics(q, &mut poses).unwrap();
+    robot.potential_energy(q, &poses).unwrap()
+}
+
+#[test]
+fn springs_push_down_the_slope_of_their_energy_and_rest_where_they_are_relaxed() {
+    let mut random = Random(21);
+    for kind in [JointKind::Hinge, JointKind::Slide, JointKind::Ball] {
+        for _ in 0..20 {
+            let robot = sprung(kind, &mut random);
+            let mut q = robot.reference_pose();
+            let zero = vec![0.0; robot.nv()];
+            let mut tau = zero.clone();
+            if matches!(kind, JointKind::Hinge | JointKind::Slide) {
+                q[robot.coordinates_of(1)][0] = 0.2;
+            }
+            robot.passive_force(&q, &zero, &mut tau).unwrap();
+            assert!(tau.iter().all(|tau| tau.abs() < 1e-12), "{kind:?} at rest: {tau:?}");
+            assert!(energy(&robot, &q).abs() < 1e-20);
+
+            let away: Vec<f64> = zero.iter().map(|_| random.next()).collect();
+            robot.integrate(&mut q, &away, 1.0).unwrap();
+            robot.passive_force(&q, &zero, &mut tau).unwrap();
+            assert!(energy(&robot, &q) > 0.0);
+            for k in 0..robot.nv() {
+                let beside = |step: f64| {
+                    let (mut beside, mut v) = (q.clone(), zero.clone());
+                    v[k] = 1.0;
+                    robot.integrate(&mut beside, &v, step).unwrap();
+                    energy(&robot, &beside)
+                };
+                let slope = (beside(1e-5) - beside(-1e-5)) / 2e-5;
+                assert!((tau[k] + slope).abs() < 1e-7, "{kind:?} {k}: {} {slope}", tau[k]);
+            }
+            // Dampers add to it.
+            let mut damped = tau.clone();
+            robot.passive_force(&q, &away, &mut damped).unwrap();
+            for ((damped, tau), v) in damped.iter().zip(&tau).zip(&away) {
+                assert!((damped - (tau - 0.7 * v)).abs() < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn dry_friction_opposes_the_motion_and_saturates_beyond_its_width() {
+    let robot = sprung(JointKind::Ball, &mut Random(22));
+    let mut tau = vec![0.0; robot.nv()];
+    for speed in [-1.0, -0.01, 0.002, 0.5] {
+        robot.dry_friction(&vec![speed; robot.nv()], 0.01, &mut tau).unwrap();
+        for (k, tau) in tau.iter().enumerate() {
+            let friction = if k < 6 { 1.4 } else { 2.4 };
+            assert!((tau + friction * f64::tanh(speed / 0.01)).abs() < 1e-9, "{speed} {k}: {tau}");
+        }
+    }
+    assert!(robot.dry_friction(&vec![0.1; robot.nv()], 0.0, &mut tau).is_err());
+}
+
+#[test]
+fn parts_are_found_by_their_names_and_joints_by_their_velocities() {
+    let robot = Robot::new(parts("lm_arm")).unwrap();
+    for (k, part) in robot.parts().bodies.iter().enumerate() {
+        assert_eq!(robot.body(&part.name), Some(k));
+    }
+    for (k, part) in robot.parts().joints.iter().enumerate() {
+        assert_eq!(robot.joint(&part.name), Some(k));
+        for v in robot.velocities_of(k) {
+            assert_eq!(robot.joint_of_velocity(v), Some(k));
+        }
+    }
+    for (k, part) in robot.parts().sites.iter().enumerate() {
+        assert_eq!(robot.site(&part.name), Some(k));
+    }
+    for (k, part) in robot.parts().tendons.iter().enumerate() {
+        assert_eq!(robot.tendon(&part.name), Some(k));
+    }
+    for name in ["", "no such part"] {
+        assert_eq!(
+            (robot.body(name), robot.joint(name), robot.site(name), robot.tendon(name)),
+            (None, None, None, None)
+        );
+    }
+    assert_eq!(robot.joint_of_velocity(robot.nv()), None);
+    let mixed = sprung(JointKind::Ball, &mut Random(23));
+    assert_eq!((mixed.velocities_of(0), mixed.velocities_of(1)), (0..6, 6..9));
+    assert_eq!((mixed.coordinates_of(0), mixed.coordinates_of(1)), (0..7, 7..11));
+    let joints: Vec<_> = (0..10).map(|v| mixed.joint_of_velocity(v)).collect();
+    assert_eq!(joints, [vec![Some(0); 6], vec![Some(1); 3], vec![None]].concat());
+}
+
+#[test]
+fn units_are_those_of_the_kind() {
+    for kind in [JointKind::Hinge, JointKind::Ball, JointKind::Free] {
+        assert_eq!((kind.unit(), kind.torque_unit()), ("rad", "N m"));
+    }
+    assert_eq!((JointKind::Slide.unit(), JointKind::Slide.torque_unit()), ("m", "N"));
+}
+
+#[test]
+fn the_ranges_of_an_actuator_limit_the_tension_of_its_cable() {
+    let actuator = |kind, control_range, force_range| Actuator {
+        name: "a".into(),
+        kind,
+        tendon: 0,
+        gear: -2.0,
+        control_range,
+        force_range,
+        law: Default::default(),
+    };
+    let largest = |kind, control, force| actuator(kind, control, force).largest_tension();
+    let close = |found: Option<f64>, wanted: f64| (found.unwrap() - wanted).abs() < 1e-12;
+    assert!(close(largest(ActuatorKind::Motor, Some([-30.0, 10.0]), None), 60.0));
+    assert!(close(largest(ActuatorKind::Motor, Some([-30.0, 10.0]), Some([0.0, 20.0])), 40.0));
+    assert!(close(largest(ActuatorKind::Muscle, Some([0.0, 1.0]), Some([-50.0, 0.0])), 100.0));
+    assert_eq!(largest(ActuatorKind::Muscle, Some([0.0, 1.0]), None), None);
+    assert_eq!(largest(ActuatorKind::Motor, None, None), None);
+}
+
+#[test]
+fn inertias_are_accepted_in_every_orientation_up_to_the_limit_of_a_flat_body() {
+    let mut random = Random(24);
+    for _ in 0..200 {
+        // Columns of a rotation, from a random quaternion.
+        let raw: [f64; 4] = core::array::from_fn(|_| random.next());
+        let length = raw.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let [w, x, y, z] = raw.map(|x| x / length);
+        let rotation = [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ];
+        let (a, b) = (1.5 + random.next(), 1.5 + random.next());
+        let accepted = |moments: [f64; 3]| {
+            let entry = |i: usize, j: usize| {
+                (0..3).map(|k| rotation[i][k] * moments[k] * rotation[j][k]).sum::<f64>()
+            };
+            let mut parts = parts("lm_arm");
+            parts.bodies[3].inertia =
+                [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)];
+            Robot::new(parts).is_ok()
+        };
+        assert!(accepted([a, b, a + b - 1e-6]));
+        assert!(!accepted([a, b, a + b + 1e-6]));
+        assert!(accepted([a, a, 0.0]));
+        assert!(!accepted([a, a, -1e-6]));
+    }
+}
+
+#[test]
+fn actuators_that_make_no_sense_are_refused() {
+    let refused = |change: &dyn Fn(&mut Actuator)| {
+        let mut parts = parts("lm_arm");
+        let mut actuator = Actuator {
+            name: "motor".into(),
+            kind: ActuatorKind::Motor,
+            tendon: 0,
+            gear: 1.0,
+            control_range: Some([0.0, 1.0]),
+            force_range: None,
+            law: [("gainprm".to_string(), "1".to_string())].into(),
+        };
+        change(&mut actuator);
+        parts.actuators = vec![actuator];
+        Robot::new(parts).err().map(|error| error.to_string())
+    };
+    assert_eq!(refused(&|_| ()), None);
+    for (change, named) in [
+        (&(|a: &mut Actuator| a.tendon = 99) as &dyn Fn(&mut Actuator), "its tendon"),
+        (&|a| a.gear = f64::NAN, "its gear"),
+        (&|a| a.control_range = Some([1.0, 0.0]), "its control range"),
+        (&|a| a.force_range = Some([f64::NAN, 0.0]), "its force range"),
+        (&|a| a.law = [("Gain".to_string(), "1".to_string())].into(), "a name in its law"),
+        (&|a| a.law = [(String::new(), "1".to_string())].into(), "a name in its law"),
+        (&|a| a.law = [("gain".to_string(), "1\u{7}".to_string())].into(), "its law"),
+    ] {
+        let message = refused(change).unwrap();
+        assert!(message.contains("actuator `motor`") && message.contains(named), "{message}");
+    }
+}
