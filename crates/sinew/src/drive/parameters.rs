@@ -223,12 +223,16 @@ mod tests {
     #[test]
     fn only_a_tension_beyond_a_limit_stops_the_motion_that_leads_further_beyond() {
         let drive = drive();
-        let limited = |tension: f64| [-0.1, 0.1].map(|velocity| drive.limited_speed(velocity, tension));
+        let both = [-0.1, 0.1];
+        let limited = |tension: f64, expected: [f64; 2]| {
+            let got = both.map(|velocity| drive.limited_speed(velocity, tension));
+            assert_eq!(got.map(f64::to_bits), expected.map(f64::to_bits), "{tension} N: {got:?}");
+        };
         for within in [drive.least_tension, 100.0, drive.most_tension] {
-            assert_eq!(limited(within), [-0.1, 0.1], "{within} N");
+            limited(within, both);
         }
-        assert_eq!(limited(drive.most_tension + 1e-9), [-0.1, 0.0]);
-        assert_eq!(limited(drive.least_tension - 1e-9), [0.0, 0.1]);
+        limited(drive.most_tension + 1e-9, [-0.1, 0.0]);
+        limited(drive.least_tension - 1e-9, [0.0, 0.1]);
     }
 
     #[test]
