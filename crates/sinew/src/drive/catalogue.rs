@@ -390,4 +390,59 @@ mod tests {
             let _ = Catalogue::from_toml(&OURS[..cut]);
         }
     }
+
+    #[test]
+    fn what_is_no_catalogue_is_refused_where_it_stands() {
+        for (text, place) in [
+            ("colour = 1", "1: column 1: "),
+            ("motor = []\nreducer = []\nwinch = []\n  colour = 1", "4: column 3: "),
+            ("motor = []\nreducer = []\n \"\u{e9}\" = 1", "3: column 2: "),
+        ] {
+            let error = Catalogue::from_toml(text).unwrap_err().to_string();
+            assert!(error.starts_with(place) && error.contains("unknown field"), "{error}");
+        }
+    }
+
+    #[test]
+    fn every_kind_of_part_says_where_its_numbers_come_from() {
+        for (kind, name) in
+            [("motor", "maxon_re35_24v"), ("reducer", "maxon_gp32c_3"), ("winch", "drum_15mm")]
+        {
+            let at = OURS.find(&format!("name = \"{name}\"")).unwrap();
+            let (before, entry) = OURS.split_at(at);
+            let changed = |key: &str, to: &str| {
+                let start = entry.find(&format!("\n{key} = ")).unwrap() + 1;
+                let end = start + entry[start..].find('\n').unwrap();
+                let error =
+                    Catalogue::from_toml(&format!("{before}{}{to}{}", &entry[..start], &entry[end..]))
+                        .unwrap_err();
+                assert_eq!(error.line, line(OURS, at + start), "{error}");
+                assert_eq!(error.place, format!("{kind} `{name}`"));
+                error.problem
+            };
+            assert!(changed("source", "source = \"\"").contains("source is empty"));
+            // A number of no part, the beginning of one's name, and a number of another part further below.
+            let foreign = if kind == "winch" { "backlash_rad" } else { "lead_m" };
+            for number in ["colour", "r", "assume", foreign] {
+                let problem = changed("assumed", &format!("assumed = [\"{number}\"]"));
+                assert!(problem.contains(number), "{problem}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_reducers_torques_and_ratios_are_finite_and_in_their_order() {
+        let reducer = Catalogue::built_in().unwrap().reducers.swap_remove(0);
+        let wrong = |change: &dyn Fn(&mut CatalogueReducer)| {
+            let mut reducer = reducer.clone();
+            change(&mut reducer);
+            reducer.validate().unwrap_err().to_string()
+        };
+        assert!(reducer.validate().is_ok());
+        assert!(wrong(&|r| r.peak_torque = 0.9 * r.continuous_torque).starts_with("peak_torque"));
+        assert!(wrong(&|r| r.peak_torque = f64::INFINITY).starts_with("peak_torque"));
+        for ratio in [0.5, f64::INFINITY, f64::NAN] {
+            assert!(wrong(&|r| r.ratios.push(ratio)).starts_with("ratios"), "{ratio}");
+        }
+    }
 }

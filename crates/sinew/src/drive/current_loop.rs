@@ -40,9 +40,25 @@ impl CurrentLoop {
     pub fn integrate(&mut self, motor: &Motor, wanted: f64, current: f64) {
         self.correction += INTEGRAL_GAIN * motor.resistance * (wanted - current);
     }
+}
 
-    /// Resets the integral.
-    pub fn reset(&mut self) {
-        self.correction = 0.0;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::MotorState;
+
+    #[test]
+    fn one_step_brings_a_cold_winding_to_the_wanted_current_however_short_it_is() {
+        let motor = Motor::class_35_mm();
+        for h in [3e-5, 1e-4, 1e-3] {
+            for (current, wanted) in [(0.0, 5.0), (3.0, -4.0), (-2.0, 0.0)] {
+                let mut state = MotorState::cold(&motor);
+                state.current = current;
+                let decay = state.lag(&motor, h).left;
+                let voltage = CurrentLoop::default().voltage(&motor, wanted, current, decay);
+                state.drive(&motor, voltage, h);
+                assert!((state.current - wanted).abs() < 1e-13, "{h} {wanted}: {}", state.current);
+            }
+        }
     }
 }

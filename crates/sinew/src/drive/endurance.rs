@@ -142,4 +142,33 @@ mod tests {
         }
         assert!((temperatures.winding - motor.steady_temperature(motor.lasting_current())).abs() < 0.5);
     }
+
+    #[test]
+    fn in_a_millisecond_the_winding_alone_takes_the_heat() {
+        let motor = Motor::class_35_mm();
+        let seconds = 1e-3;
+        // C dT/dt = R i^2 (1 + a (T - 25)).
+        let growth = motor.resistance_at(ROOM + 1.0) / motor.resistance - 1.0;
+        let logarithm = libm::log(motor.resistance_at(motor.hottest) / motor.resistance);
+        let expected = libm::sqrt(motor.winding_capacity * logarithm / (growth * motor.resistance * seconds));
+        let current = motor.current_for(seconds);
+        assert!((current / expected - 1.0).abs() < 1e-3, "{current} {expected}");
+    }
+
+    #[test]
+    fn after_the_time_that_was_asked_for_the_winding_is_at_its_limit() {
+        let motor = Motor::class_35_mm();
+        let (seconds, h) = (1000.0, 0.02);
+        let current = motor.current_for(seconds);
+        // The law of the motor with explicit and far smaller steps.
+        let (mut winding, mut housing) = (ROOM, ROOM);
+        for _ in 0..50_000 {
+            let inner = (winding - housing) / motor.winding_to_housing;
+            let outer = (housing - ROOM) / motor.housing_to_air;
+            let loss = motor.resistance_at(winding) * current * current;
+            winding += h * (loss - inner) / motor.winding_capacity;
+            housing += h * (inner - outer) / motor.housing_capacity;
+        }
+        assert!((winding - motor.hottest).abs() < 0.15, "{winding}");
+    }
 }

@@ -334,7 +334,7 @@ impl Drive {
                 self.enter(Mode::Velocity);
                 velocity
             }
-            DriveCommand::Tension { tension, feed } if (tension + feed).is_finite() => {
+            DriveCommand::Tension { tension, feed } if tension.is_finite() && feed.is_finite() => {
                 self.enter(Mode::Tension);
                 let wanted = saturate(tension, self.parameters.least_tension, self.parameters.most_tension);
                 self.tension_loop.speed(wanted, self.reading.tension, feed, h)
@@ -395,5 +395,147 @@ impl Drive {
         } else {
             None
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::{Encoder, LoadCell, ROOM, Reducer};
+
+    const H: f64 = 1e-3;
+
+    /// The paper's drive with sensors that neither round, scatter nor delay.
+    fn exact() -> DriveParameters {
+        let load_cell = LoadCell { noise: 0.0, resolution: 0.0, ..LoadCell::one_kilonewton() };
+        let encoder = Encoder { counts: 1e9, zero: 0.0 };
+        DriveParameters { load_cell, encoder, delay_steps: 0.0, ..DriveParameters::mc_am() }
+    }
+
+    /// Torque of the motor that balances a tension, losses aside.
+    fn holding(drive: &Drive, tension: f64) -> f64 {
+        tension * drive.drum.arm(drive.winch) / drive.parameters.reducer.ratio
+    }
+
+    #[test]
+    fn a_command_that_is_not_finite_switches_the_amplifier_off() {
+        let mut drive = Drive::new(exact(), 1).unwrap();
+        for _ in 0..100 {
+            drive.step(DriveCommand::Velocity(0.05), 100.0, H);
+        }
+        let off = drive.clone().step(DriveCommand::Off, 100.0, H);
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for command in [
+                DriveCommand::Current(wrong),
+                DriveCommand::Velocity(wrong),
+                DriveCommand::Tension { tension: wrong, feed: 0.0 },
+                DriveCommand::Tension { tension: 100.0, feed: wrong },
+            ] {
+                assert_eq!(drive.clone().step(command, 100.0, H), off, "{command:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn speed_control_takes_over_a_turning_shaft_without_a_jump_of_the_torque() {
+        let parameters = exact();
+        let mut drive = Drive::new(parameters, 1).unwrap();
+        let tension = 100.0;
+        drive.settle(tension);
+        let current = 1.5 * parameters.pulling_current(tension, 0.0);
+        let mut speed = 0.0;
+        for _ in 0..50 {
+            speed = drive.step(DriveCommand::Current(current), tension, H).speed;
+        }
+        assert!(speed > 0.03, "{speed}");
+        drive.step(DriveCommand::Velocity(speed), tension, H);
+        let expected = holding(&drive, tension);
+        assert!((drive.torque - expected).abs() < 1e-8 * expected, "{} {expected}", drive.torque);
+    }
+
+    #[test]
+    fn tension_control_that_is_entered_again_has_forgotten_its_integral() {
+        let mut drive = Drive::new(exact(), 1).unwrap();
+        let tension = 100.0;
+        drive.settle(tension);
+        for _ in 0..100 {
+            drive.step(DriveCommand::Tension { tension: 2.0 * tension, feed: 0.0 }, tension, H);
+        }
+        drive.step(DriveCommand::Brake, tension, H);
+        drive.step(DriveCommand::Tension { tension, feed: 0.0 }, tension, H);
+        let expected = holding(&drive, tension);
+        assert!((drive.torque - expected).abs() < 1e-15, "{} {expected}", drive.torque);
+    }
+
+    #[test]
+    fn without_tension_the_winch_follows_the_motor_with_the_play_of_the_backlash() {
+        let mut drive = Drive::new(exact(), 1).unwrap();
+        let Reducer { ratio, backlash, .. } = drive.parameters.reducer;
+        let arm = drive.drum.arm(drive.winch);
+        // Steps of the motor in backlashes, and how far the winch follows from the middle between the flanks on.
+        for (turned, follows) in [(0.4, 0.0), (0.2, 0.1), (-0.9, 0.0), (-0.3, -0.2), (0.8, 0.0), (0.5, 0.3)] {
+            let (moved, lost) = drive.advance(turned * backlash * ratio / H, 0.0, arm, H);
+            assert!((moved - follows * backlash * arm).abs() < 1e-12, "{turned}: {moved}");
+            assert!(lost.abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn tension_lays_the_winch_on_a_flank_and_a_slack_cable_leaves_it_between_them() {
+        let off = |tension: f64| {
+            let mut drive = Drive::new(exact(), 1).unwrap();
+            drive.settle(tension);
+            drive.reading().position - drive.wound()
+        };
+        let parameters = exact();
+        let half = 0.5 * parameters.reducer.backlash * parameters.winch.arm(0);
+        assert!(off(0.0).abs() < 1e-11, "{}", off(0.0));
+        assert!((off(100.0) - half).abs() < 1e-11, "{} {half}", off(100.0));
+    }
+
+    #[test]
+    fn what_lies_beyond_a_limit_is_a_fault_and_the_limit_is_not() {
+        let fault = |change: &dyn Fn(&mut Drive)| {
+            let mut drive = Drive::new(exact(), 1).unwrap();
+            change(&mut drive);
+            drive.check_faults();
+            drive.fault
+        };
+        let (full, hottest) = (exact().winch.full(), exact().motor.hottest);
+        assert_eq!(fault(&|drive| drive.winch = 0.0), None);
+        assert_eq!(fault(&|drive| drive.winch = full), None);
+        assert_eq!(fault(&|drive| drive.motor.winding = hottest), None);
+        assert_eq!(fault(&|drive| drive.winch = -1e-9), Some(DriveFault::DrumEmpty));
+        assert_eq!(fault(&|drive| drive.winch = full + 1e-9), Some(DriveFault::DrumFull));
+        let winding = hottest + 1e-9;
+        assert_eq!(fault(&|drive| drive.motor.winding = winding), Some(DriveFault::Hot { winding }));
+    }
+
+    #[test]
+    fn a_winding_warms_to_its_fault_which_a_braked_drive_still_reports() {
+        let mut parameters = exact();
+        // Hot within a fraction of a second.
+        parameters.motor.winding_capacity = 0.15;
+        let mut drive = Drive::new(parameters, 1).unwrap();
+        assert!((drive.winding() - ROOM).abs() < 1e-15);
+        let most = parameters.motor.peak_current;
+        let blocking = 1.1 * parameters.tension_of(most);
+        let fault = (0..400).find_map(|_| drive.step(DriveCommand::Current(most), blocking, H).fault);
+        assert!(drive.winding() > parameters.motor.hottest);
+        assert_eq!(fault, Some(DriveFault::Hot { winding: drive.winding() }));
+        assert_eq!(drive.step(DriveCommand::Brake, blocking, H).fault, fault);
+    }
+
+    #[test]
+    fn a_fast_shaft_is_braked_with_all_of_the_voltage_where_the_wanted_current_needs_more() {
+        let mut parameters = exact();
+        (parameters.motor.resistance, parameters.motor.voltage) = (2.0, 12.0);
+        let mut drive = Drive::new(parameters, 1).unwrap();
+        drive.speed = 300.0;
+        let wanted = -parameters.motor.torque_constant * parameters.motor.peak_current;
+        let Powered { winding, electrical, .. } = drive.powered(Some(wanted), 0.0, H);
+        assert!(winding.mean < -5.0, "{} A", winding.mean);
+        let voltage = electrical / (winding.mean * H);
+        assert!((voltage + parameters.motor.voltage).abs() < 1e-12, "{voltage} V");
     }
 }

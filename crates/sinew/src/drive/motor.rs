@@ -223,7 +223,7 @@ impl MotorState {
             housing: ROOM,
             resistance: motor.resistance,
             lag: Lag { left: 0.0, mean: 0.0, square: 0.0 },
-            rates: Rates { conductance: 1.0 / motor.resistance, ..Rates::default() },
+            rates: Rates::default(),
             step: 0.0,
         }
     }
@@ -368,6 +368,33 @@ mod tests {
         assert!(wrong(|m| m.inertia = f64::NAN).contains("inertia"));
         assert!(wrong(|m| m.peak_current = 1.0).contains("peak_current"));
         assert!(wrong(|m| m.hottest = 20.0).contains("hottest"));
+        assert!(wrong(|m| m.hottest = ROOM).contains("hottest"));
         assert!(Motor::class_35_mm().validate().is_ok());
+    }
+
+    #[test]
+    fn a_winding_that_is_opened_returns_its_field_and_carries_no_current() {
+        let motor = Motor::class_35_mm();
+        let mut state = MotorState { current: 8.0, ..MotorState::cold(&motor) };
+        let returned = state.open(&motor);
+        assert!((returned - 0.5 * motor.inductance * 64.0).abs() < 1e-15, "{returned}");
+        assert!(state.current.abs() < 1e-15 && state.field(&motor).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_resistance_follows_the_warmth_in_steps_of_a_thousandth() {
+        let motor = Motor::class_35_mm();
+        let mut state = MotorState::cold(&motor);
+        let mut resistance = |rise: f64| {
+            state.winding = ROOM + rise;
+            state.lag(&motor, 1e-3);
+            state.resistance()
+        };
+        assert!((resistance(0.0) - motor.resistance).abs() < 1e-15);
+        // By 0.0004, by 0.002 and, from there, by 0.0006.
+        assert!((resistance(0.1) - motor.resistance).abs() < 1e-15);
+        let followed = motor.resistance_at(ROOM + 0.5);
+        assert!((resistance(0.5) - followed).abs() < 1e-15);
+        assert!((resistance(0.65) - followed).abs() < 1e-15);
     }
 }

@@ -143,3 +143,114 @@ impl DriveParameters {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::Shaft;
+    use std::string::ToString;
+
+    /// Without ripple: currents and tensions are for the mean of the losses.
+    fn drive() -> DriveParameters {
+        let losses = Reducer { efficiency: 0.6, friction: 3e-3, viscous: 2e-5, ..Reducer::ratio_53() };
+        let reducer = Reducer { ratio: 30.0, ripple: 0.0, ..losses };
+        DriveParameters { reducer, ..DriveParameters::mc_am() }
+    }
+
+    /// Speed of the motor's shaft at a cable speed.
+    fn shaft_speed(drive: &DriveParameters, velocity: f64) -> f64 {
+        velocity * drive.reducer.ratio / drive.winch.arm(0)
+    }
+
+    #[test]
+    fn the_currents_for_taking_up_and_paying_out_keep_the_simulated_shaft_at_its_speed() {
+        let drive = drive();
+        for (tension, speed) in [(80.0, 0.05), (200.0, 0.12), (20.0, 0.2)] {
+            let up = (drive.pulling_current(tension, speed), speed);
+            let out = (drive.yielding_current(tension, speed), -speed);
+            for (current, velocity) in [up, out] {
+                let speed = shaft_speed(&drive, velocity);
+                let shaft = Shaft { inertia: drive.motor.inertia, speed, angle: 0.0 };
+                let torque = drive.motor.torque_constant * current;
+                let turned = drive.reducer.turn(shaft, torque, 0.0, tension * drive.winch.arm(0), 1e-3);
+                assert!((turned.speed / speed - 1.0).abs() < 1e-14, "{tension} {velocity}: {}", turned.speed);
+            }
+        }
+    }
+
+    #[test]
+    fn a_tension_is_taken_up_with_the_current_that_it_was_computed_from() {
+        let drive = drive();
+        for current in [0.5, 4.0, 12.0] {
+            let back = drive.pulling_current(drive.tension_of(current), 0.0);
+            assert!((back / current - 1.0).abs() < 1e-14, "{current} {back}");
+        }
+        let swallowed = 0.9 * drive.reducer.friction / drive.motor.torque_constant;
+        assert!(drive.tension_of(swallowed).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_working_tension_leaves_half_of_the_no_load_speed_or_takes_the_peak_current_or_19_in_20() {
+        let mut weak = drive();
+        weak.motor.voltage = 6.0;
+        let shaft = shaft_speed(&weak, weak.speed_at(weak.working_tension()));
+        let no_load = weak.motor.voltage / weak.motor.torque_constant;
+        assert!((shaft / no_load - 0.5).abs() < 1e-14, "{shaft} {no_load}");
+        let mut short = drive();
+        short.motor.peak_current = 4.5;
+        let current = short.pulling_current(short.working_tension(), 0.0);
+        assert!((current - short.motor.peak_current).abs() < 1e-14, "{current}");
+        let gentle = DriveParameters { most_tension: 50.0, ..drive() };
+        assert!((20.0 * gentle.working_tension() - 19.0 * gentle.most_tension).abs() < 1e-12);
+        assert!((gentle.working_tension() - gentle.allowed_tension()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn at_its_fastest_a_drive_uses_all_of_its_voltage_or_all_of_its_bearings() {
+        let mut drive = drive();
+        let hot = drive.motor.resistance_at(drive.motor.hottest);
+        for tension in [5.0, 100.0, 250.0] {
+            let back = drive.motor.torque_constant * shaft_speed(&drive, drive.speed_at(tension));
+            let used = hot * drive.pulling_current(tension, 0.0) + back;
+            assert!((used / drive.motor.voltage - 1.0).abs() < 1e-14, "{tension}: {used} V");
+        }
+        assert!(drive.speed_at(1e4).abs() < 1e-15, "no voltage is left");
+        drive.motor.top_speed = 300.0;
+        let shaft = shaft_speed(&drive, drive.speed_at(5.0));
+        assert!((shaft - drive.motor.top_speed).abs() < 1e-12, "{shaft}");
+    }
+
+    #[test]
+    fn only_a_tension_beyond_a_limit_stops_the_motion_that_leads_further_beyond() {
+        let drive = drive();
+        let both = [-0.1, 0.1];
+        let limited = |tension: f64, expected: [f64; 2]| {
+            let got = both.map(|velocity| drive.limited_speed(velocity, tension));
+            assert_eq!(got.map(f64::to_bits), expected.map(f64::to_bits), "{tension} N: {got:?}");
+        };
+        for within in [drive.least_tension, 100.0, drive.most_tension] {
+            limited(within, both);
+        }
+        limited(drive.most_tension + 1e-9, [-0.1, 0.0]);
+        limited(drive.least_tension - 1e-9, [0.0, 0.1]);
+    }
+
+    #[test]
+    fn numbers_outside_their_domain_are_named_whatever_the_part() {
+        let wrong = |change: fn(&mut DriveParameters)| {
+            let mut drive = DriveParameters::mc_am();
+            change(&mut drive);
+            drive.validate().unwrap_err().to_string()
+        };
+        assert!(DriveParameters::mc_am().validate().is_ok());
+        assert!(wrong(|d| d.motor.resistance = 0.0).starts_with("resistance"));
+        assert!(wrong(|d| d.reducer.ratio = 0.5).starts_with("ratio"));
+        assert!(wrong(|d| d.winch.radius = 0.0).starts_with("radius"));
+        assert!(wrong(|d| d.encoder.counts = 0.0).starts_with("counts"));
+        assert!(wrong(|d| d.load_cell.range = 0.0).starts_with("range"));
+        assert!(wrong(|d| d.acceleration = 0.0).starts_with("acceleration"));
+        assert!(wrong(|d| d.most_tension = f64::NAN).starts_with("most_tension"));
+        assert!(wrong(|d| d.least_tension = -1.0).starts_with("least_tension"));
+        assert!(wrong(|d| d.least_tension = d.most_tension).starts_with("least_tension"));
+    }
+}

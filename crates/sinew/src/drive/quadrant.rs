@@ -36,3 +36,15 @@ impl Quadrant {
         matches!(self, Self::First | Self::Third)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drive_is_active_where_its_torque_acts_along_its_motion() {
+        for (speed, torque) in [(2.0, 3.0), (2.0, -3.0), (-2.0, -3.0), (-2.0, 3.0)] {
+            assert_eq!(Quadrant::of(speed, torque).is_active(), speed * torque > 0.0, "{speed} {torque}");
+        }
+    }
+}

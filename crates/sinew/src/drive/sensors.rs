@@ -241,4 +241,59 @@ mod tests {
         assert!(read(3).iter().all(|t| (-100.0..=1000.0).contains(t)));
         assert!((read(3)[1] - 900.0).abs() < 3.0);
     }
+
+    #[test]
+    fn an_encoder_counts_whole_turns_and_adds_its_homing_error() {
+        let encoder = Encoder { counts: 100.0, zero: 0.2 };
+        let turn = 2.0 * core::f64::consts::PI;
+        for k in 0..50 {
+            let angle = f64::from(k) * 0.137 - 3.0;
+            let read = encoder.read(angle);
+            assert!((read - angle - encoder.zero).abs() <= 0.5 * turn / encoder.counts + 1e-12, "{angle}");
+            assert!((encoder.read(angle + turn) - read - turn).abs() < 1e-12, "{angle}");
+        }
+        assert!((JointEncoder::fourteen_bits().resolution * f64::from(1 << 14) - turn).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_load_cell_without_resolution_adds_its_offset_and_its_noise_to_the_tension() {
+        let cell = LoadCell { gain: 1.1, offset: 3.0, noise: 0.4, resolution: 0.0, range: 1000.0 };
+        let (mut random, mut same) = (Random::new(5), Random::new(5));
+        for tension in [0.0, 50.0, 400.0] {
+            let expected = 1.1 * tension + 3.0 + 0.4 * same.normal();
+            let read = cell.read(tension, &mut random);
+            assert!((read - expected).abs() < 1e-12, "{read} {expected}");
+        }
+    }
+
+    #[test]
+    fn a_load_cell_reads_from_a_tenth_of_its_range_below_zero_to_its_range_in_whole_counts() {
+        let cell = LoadCell { noise: 0.0, resolution: 0.25, range: 500.0, ..LoadCell::one_kilonewton() };
+        let mut random = Random::new(1);
+        for (tension, expected) in
+            [(-5000.0, -50.0), (-40.0, -40.0), (7.1, 7.0), (7.2, 7.25), (5000.0, 500.0)]
+        {
+            let read = cell.read(tension, &mut random);
+            assert!((read - expected).abs() < 1e-12, "{tension}: {read}");
+        }
+    }
+
+    #[test]
+    fn numbers_outside_their_domain_are_named() {
+        let named = |result: Result<(), Error>, name: &str| {
+            let text = std::string::ToString::to_string(&result.unwrap_err());
+            assert!(text.starts_with(name), "{text}");
+        };
+        let encoder = Encoder { counts: 2048.0, zero: 0.0 };
+        named(Encoder { counts: 0.0, ..encoder }.validate(), "counts");
+        named(Encoder { zero: f64::NAN, ..encoder }.validate(), "zero");
+        named(JointEncoder { resolution: 0.0, zero: 0.0 }.validate(), "resolution");
+        named(JointEncoder { zero: f64::INFINITY, ..JointEncoder::slide() }.validate(), "zero");
+        let cell = LoadCell::one_kilonewton();
+        named(LoadCell { gain: 0.0, ..cell }.validate(), "gain");
+        named(LoadCell { offset: f64::NAN, ..cell }.validate(), "offset");
+        named(LoadCell { noise: -0.1, ..cell }.validate(), "noise");
+        named(LoadCell { resolution: -0.1, ..cell }.validate(), "resolution");
+        named(LoadCell { range: 0.0, ..cell }.validate(), "range");
+    }
 }

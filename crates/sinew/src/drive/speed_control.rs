@@ -69,3 +69,33 @@ impl SpeedControl {
         holding + self.velocity_loop.torque(wanted, measured.speed, drive.motor.inertia, limits, h)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shaft_that_is_taken_over_is_only_held_against_its_tension() {
+        let drive = DriveParameters::mc_am();
+        let arm = drive.winch.arm(0);
+        let (speed, tension) = (200.0, 150.0);
+        let mut control = SpeedControl::new();
+        control.take_over(speed);
+        let velocity = speed * arm / drive.reducer.ratio;
+        let torque = control.torque(&drive, velocity, MeasuredShaft { tension, speed, arm }, 1e-3);
+        assert!((torque - tension * arm / drive.reducer.ratio).abs() < 1e-9, "{torque}");
+    }
+
+    #[test]
+    fn the_motor_gives_the_torque_of_its_peak_current_and_not_more_whatever_the_tension() {
+        let drive = DriveParameters::mc_am();
+        let most = drive.motor.torque_constant * drive.motor.peak_current;
+        for tension in [0.0, 200.0, 550.0] {
+            for (speed, expected) in [(-1000.0, most), (1000.0, -most)] {
+                let measured = MeasuredShaft { tension, speed, arm: drive.winch.arm(0) };
+                let torque = SpeedControl::new().torque(&drive, 0.0, measured, 1e-3);
+                assert!((torque - expected).abs() < 1e-15, "{tension} {speed}: {torque}");
+            }
+        }
+    }
+}

@@ -66,3 +66,40 @@ impl TensionLoop {
         feed + self.compliance * rate + self.gain * error + self.integral
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_speed_is_that_of_feed_ramp_error_and_integral_and_after_a_reset_again() {
+        let (gain, reset_time, compliance) = (3e-3, 0.4, 5e-5);
+        let (feed, error, rate, h) = (0.02, 10.0, 2000.0, 1e-3);
+        let mut tension_loop = TensionLoop::new(gain, reset_time, compliance);
+        for _ in 0..2 {
+            for k in 0..50 {
+                let wanted = 100.0 + rate * h * f64::from(k);
+                let speed = tension_loop.speed(wanted, wanted - error, feed, h);
+                // At first there is no earlier command to take the rate from.
+                let stretching = if k == 0 { 0.0 } else { compliance * rate };
+                let integral = gain / reset_time * error * h * f64::from(k + 1);
+                let expected = feed + stretching + gain * error + integral;
+                assert!((speed - expected).abs() < 1e-12, "{k}: {speed} {expected}");
+            }
+            tension_loop.reset();
+        }
+    }
+
+    #[test]
+    fn the_integral_is_at_most_50_millimetres_per_second_either_way() {
+        for error in [400.0, -400.0] {
+            let mut tension_loop = TensionLoop::of_drive();
+            let mut speed = 0.0;
+            for _ in 0..1000 {
+                speed = tension_loop.speed(500.0, 500.0 - error, 0.0, 1e-3);
+            }
+            let integral = speed - tension_loop.gain * error;
+            assert!((integral - 0.05_f64.copysign(error)).abs() < 1e-12, "{integral}");
+        }
+    }
+}

@@ -88,4 +88,36 @@ mod tests {
         // The reference leads by at most 133 rad/s and falls by 100 rad/s in a millisecond.
         assert!(torques[3].abs() < 0.01, "{torques:?}");
     }
+
+    #[test]
+    fn a_shaft_that_follows_its_ramp_gets_the_torque_taken_over_and_that_of_its_inertia() {
+        let (inertia, h, acceleration, load) = (1e-5, 1e-3, 2000.0, 0.03);
+        let limits = VelocityLimits { acceleration, torque: [-1.0, 1.0] };
+        for sign in [1.0, -1.0] {
+            let mut velocity_loop = VelocityLoop::new(150.0);
+            velocity_loop.take_over(40.0, load);
+            for k in 1..=8 {
+                // Five steps to a speed that is 10 rad/s off, then it is held.
+                let speed = 40.0 + sign * acceleration * h * f64::from(k.min(5));
+                let torque = velocity_loop.torque(40.0 + 10.0 * sign, speed, inertia, limits, h);
+                let expected = load + if k <= 5 { sign * inertia * acceleration } else { 0.0 };
+                assert!((torque - expected).abs() < 1e-12, "{k}: {torque} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_reference_leads_a_blocked_shaft_by_the_error_that_saturates_the_torque_from_end_to_end() {
+        let (inertia, gain, h, speed) = (1e-5, 150.0, 1e-3, 50.0);
+        let limits = VelocityLimits { acceleration: 1e5, torque: [-0.2, 0.1] };
+        for wanted in [5000.0, -5000.0] {
+            let mut velocity_loop = VelocityLoop::new(gain);
+            for _ in 0..20 {
+                velocity_loop.torque(wanted, speed, inertia, limits, h);
+            }
+            let lead = velocity_loop.reference - speed;
+            assert!((inertia * gain * lead.abs() - 0.3).abs() < 1e-12, "{lead}");
+            assert!(lead * wanted > 0.0);
+        }
+    }
 }

@@ -193,4 +193,24 @@ mod tests {
         let winch = Winch { lead: 0.0, ..Winch::fifteen_millimetres() };
         assert!((winch.wound(TURN) - TURN * winch.radius).abs() < 1e-15);
     }
+
+    #[test]
+    fn a_turn_takes_up_the_length_of_its_helix() {
+        let winch = Winch { lead: 0.03, layers: 4, ..Winch::fifteen_millimetres() };
+        for layer in 0..4 {
+            let radius = 0.015 + 3e-3 * f64::from(layer);
+            let point = |k: u32| {
+                let angle = TURN * f64::from(k) / 2000.0;
+                [radius * angle.cos(), radius * angle.sin(), winch.lead * angle / TURN]
+            };
+            // Chords are shorter than their arcs by a 24th of the square of their angle.
+            let length: f64 = (0..2000)
+                .map(|k| {
+                    let (from, to) = (point(k), point(k + 1));
+                    libm::sqrt((0..3).map(|i| (to[i] - from[i]).powi(2)).sum::<f64>())
+                })
+                .sum();
+            assert!((TURN * winch.arm(layer) / length - 1.0).abs() < 5e-7, "{layer} {length}");
+        }
+    }
 }

@@ -120,3 +120,34 @@ fn interval(a: f64, b: f64, d: f64) -> Option<[f64; 2]> {
     let high = if a > 0.0 { 0.5 * sum / a } else { f64::INFINITY };
     Some([2.0 * b / sum, high])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_of_ratios_is_where_its_limit_holds() {
+        for (a, b, d) in [
+            (0.0, 0.0, 1.0),
+            (0.0, 3.0, 2.0),
+            (0.5, 0.0, 2.0),
+            (0.5, 1.0, 2.0),
+            (2.0, 3.0, 8.0),
+            // Touched in one ratio, and nowhere.
+            (1.0, 1.0, 2.0),
+            (2.0, 3.0, 4.0),
+            (0.0, 1.0, -1.0),
+            (1.0, 1.0, -4.0),
+        ] {
+            let found = interval(a, b, d);
+            // Sixteenths: exact, the ratio 1 included.
+            let holds = |n: f64| a * n + b / n <= d;
+            let ratios = (1..2000).map(|k| f64::from(k) / 16.0);
+            assert_eq!(found.is_some(), ratios.clone().any(holds), "{a} {b} {d}");
+            for n in ratios {
+                let inside = found.is_some_and(|[low, high]| low <= n && n <= high);
+                assert_eq!(inside, holds(n), "{a} n + {b}/n <= {d} at {n}: {found:?}");
+            }
+        }
+    }
+}

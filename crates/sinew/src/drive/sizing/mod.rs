@@ -7,6 +7,8 @@
 mod choice;
 mod design;
 mod envelope;
+#[cfg(test)]
+mod tests;
 
 pub use choice::{Choice, choose};
 pub use design::{Demand, Design, Limit, Requirement};
