@@ -30,6 +30,7 @@ pub(crate) mod study;
 pub(crate) mod tension;
 pub(crate) mod track;
 pub(crate) mod twin;
+mod verification;
 
 use crate::error::Error;
 use sinew::predictor::Model;

@@ -6,6 +6,7 @@ use crate::verbs::machine_source;
 use crate::verbs::meshes::read_meshes;
 use crate::verbs::page::tension_limits;
 use crate::verbs::track::{fault, motion};
+use crate::verbs::verification;
 use sinew::machine::Machine;
 use sinew::twin::arm::Failure;
 use sinew_lab::CompensationVariant;
@@ -118,7 +119,9 @@ impl Bench {
         let mut arm = self.arm.loaded(conditions.payload)?;
         let (trajectory, verified) = match (variant, &path) {
             (CompensationVariant::Observer, PathArgument::Tour) => {
+                let given = trajectory.duration();
                 let tour = verify_tour(&machine, trajectory, u32::MAX)?;
+                verification::tell_slowed(&tour, given);
                 (tour.trajectory, Some(tour.verified))
             }
             (CompensationVariant::Observer, _) => {
@@ -127,6 +130,8 @@ impl Bench {
             }
             _ => (trajectory, None),
         };
+        // What is shown may be stopped at any time: the motion starts nevertheless.
+        verified.iter().for_each(verification::warn);
         if let Some(Verified::Tracks(rules) | Verified::Inaccurate(rules, _)) = verified {
             arm.machine.rules = rules;
         }

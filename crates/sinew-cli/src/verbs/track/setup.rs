@@ -4,7 +4,7 @@ use super::{fault, motion};
 use crate::arguments::{MotionArguments, PathArgument};
 use crate::error::Error;
 use crate::verbs::machine_source::{self, MachineSource};
-use crate::verbs::read_text;
+use crate::verbs::{read_text, verification};
 use sinew::control::arm::ArmGains;
 use sinew::control::supervisor::Request;
 use sinew::machine::Machine;
@@ -106,30 +106,14 @@ impl Setup {
         let verified = if may_slow {
             let given = self.trajectory.duration();
             let tour = verify_tour(&self.machine, self.trajectory.clone(), self.repeats)?;
+            verification::tell_slowed(&tour, given);
             self.trajectory = tour.trajectory;
-            if let Some(reason) = tour.slowed {
-                eprintln!(
-                    "The tour takes {:.0} s instead of {given:.0} s, in which simulated machines of this design do not track it: {reason}",
-                    self.trajectory.duration(),
-                );
-            }
             tour.verified
         } else {
             verify(&self.machine, &self.trajectory, self.repeats)?
         };
         match verified {
-            Verified::Tracks(rules) => self.machine.rules = rules,
-            Verified::Inaccurate(rules, reason) => {
-                eprintln!(
-                    "warning: simulated machines of this design come to the end of this motion, but inaccurately: {reason}; `sinew machine tune` names \
-                     what limits each joint"
-                );
-                self.machine.rules = rules;
-            }
-            Verified::Fails(reason) if start_nevertheless => {
-                eprintln!("warning: simulated machines of this design do not track this motion: {reason}");
-            }
-            Verified::Fails(reason) => {
+            Verified::Fails(reason) if !start_nevertheless => {
                 let payload = self.machine.payload;
                 let motion = if payload > 0.0 {
                     format!("--payload {payload} kg")
@@ -137,6 +121,12 @@ impl Setup {
                     format!("--path {}", self.path)
                 };
                 return Err(Error::Untracked { motion, reason, slowed: may_slow });
+            }
+            verified => {
+                verification::warn(&verified);
+                if let Verified::Tracks(rules) | Verified::Inaccurate(rules, _) = verified {
+                    self.machine.rules = rules;
+                }
             }
         }
         Ok(())
