@@ -224,4 +224,18 @@ mod tests {
             assert!(found.tension.iter().zip(tension).all(|(a, b)| (a - b).abs() < 1e-9));
         }
     }
+
+    #[test]
+    fn of_equal_poses_the_first_is_named_and_none_where_no_pose_is_held() {
+        let (machine, laws, poses) = crane();
+        let LeastStable { index, .. } = least_stable_pose(&machine, &laws, &poses, 0.0).unwrap().unwrap();
+        let twice = [poses[index].clone(), poses[index].clone()];
+        assert_eq!(least_stable_pose(&machine, &laws, &twice, 0.0).unwrap().unwrap().index, 0);
+        let unheld: Vec<Vec<f64>> = unheld_poses(&machine, &laws, &poses)
+            .unwrap()
+            .iter()
+            .map(|pose| poses[pose.index].clone())
+            .collect();
+        assert_eq!(least_stable_pose(&machine, &laws, &unheld, 0.0), Ok(None));
+    }
 }
