@@ -318,6 +318,7 @@ mod tests {
             scene.anchors.slip = vec![0.03; 2];
             scene.cables.drag_factor = vec![1.5; 2];
             scene.command(&mut actuation);
+            // Where the anchor does not go the edge of sliding is taken at 1 nm/s.
             for (k, found) in actuation.steady_stretch.iter().enumerate() {
                 let law = scene.cables.law(k).unwrap();
                 let stretch = |v: f64| law.sliding(60.0, v, 0.03, 1.5).unwrap().stretch;
@@ -326,9 +327,9 @@ mod tests {
                     0 => [stretch(0.06), edge_away],
                     _ => [edge_toward, stretch(-0.06)],
                 };
-                assert!((expected[k] - [edge_toward, edge_away][k]).abs() > 1e-5, "drag is felt");
+                assert!((expected[k] - [edge_toward, edge_away][k]).abs() > 5e-4, "drag is felt");
                 for (found, expected) in found.iter().zip(expected) {
-                    assert!((found - expected).abs() < 1e-9, "{k}: {found} {expected}");
+                    assert!((found - expected).abs() < 5e-11, "{k}: {found} {expected}");
                 }
             }
         }

@@ -220,7 +220,7 @@ mod tests {
             let (index, eigenvalue, tension) = expected.unwrap();
             let found = least_stable_pose(&machine, &laws, &poses, 0.0).unwrap().unwrap();
             assert_eq!(found.index, index);
-            assert!((found.stability.eigenvalue / eigenvalue - 1.0).abs() < 1e-9, "{found:?} {eigenvalue}");
+            assert!((found.stability.eigenvalue / eigenvalue - 1.0).abs() < 1e-12, "{found:?} {eigenvalue}");
             assert!(found.tension.iter().zip(tension).all(|(a, b)| (a - b).abs() < 1e-9));
         }
     }
