@@ -314,6 +314,7 @@ mod tests {
     use alloc::vec;
 
     type Set = fn(&mut ArmGains, f64);
+    type SetPair = fn(&mut ArmGains, [f64; 2]);
 
     /// The field that is refused with this value.
     fn refused(set: Set, value: f64) -> Option<&'static str> {
@@ -385,7 +386,7 @@ mod tests {
 
     #[test]
     fn pairs_of_limits_have_to_be_finite_and_rising() {
-        let pairs: [(&str, fn(&mut ArmGains, [f64; 2])); 3] = [
+        let pairs: [(&str, SetPair); 3] = [
             ("tension limits", |gains, x| gains.muscles[1].tension = x),
             ("rest_tolerance", |gains, x| gains.muscles[1].rest_tolerance = x),
             ("rest_error", |gains, x| gains.muscles[1].rest_error = x),

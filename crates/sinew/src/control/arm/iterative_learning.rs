@@ -258,14 +258,14 @@ mod tests {
     /// The feedforward in every repeat of a motion of 1 s in which the feedback is constant.
     fn learned(feedback: &[f64]) -> Vec<f64> {
         let mut learning = IterativeLearning::new(1, 1.0).unwrap();
-        let mut repeat = |feedback: &f64| {
+        let repeat = |feedback: &f64| {
             for k in 0..100 {
                 learning.advance(0.01 * f64::from(k));
                 learning.record(0, *feedback);
             }
             learning.output[0]
         };
-        feedback.iter().map(|feedback| repeat(feedback)).collect()
+        feedback.iter().map(repeat).collect()
     }
 
     #[test]

@@ -279,7 +279,7 @@ mod tests {
     #[test]
     fn a_machine_is_characterized_a_fifth_above_its_least_tensions_beyond_the_pretension() {
         let (machine, laws) = (lever(), laws());
-        let (limits, found) = characterize(&machine, &laws, &[machine.start.clone()]).unwrap();
+        let (limits, found) = characterize(&machine, &laws, core::slice::from_ref(&machine.start)).unwrap();
         assert_eq!(limits, tension_limits(&machine, &laws));
         for ((muscle, law), [least, _]) in found.muscles.iter().zip(&laws).zip(limits) {
             assert_near(&[muscle.tension], &[law.pretension() + 1.2 * least]);
