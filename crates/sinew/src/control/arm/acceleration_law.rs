@@ -84,3 +84,79 @@ impl AccelerationLaw {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two joints with bandwidths of 3 and 5 rad/s, the second without compensation of disturbances.
+    fn gains() -> ArmGains {
+        let mut gains = ArmGains::for_tests(1, 2);
+        gains.damping = 0.7;
+        (gains.joints[0].bandwidth, gains.joints[0].disturbance_bandwidth) = (3.0, 8.0);
+        (gains.joints[1].bandwidth, gains.joints[1].disturbance_bandwidth) = (5.0, 0.0);
+        gains
+    }
+
+    fn near(a: f64, b: f64) -> bool {
+        (a - b).abs() <= 1e-12 * (1.0 + b.abs())
+    }
+
+    #[test]
+    fn the_compensated_disturbance_starts_with_the_estimate_where_there_is_compensation() {
+        let mut law = AccelerationLaw::new(2);
+        law.disturbance.fill(7.0);
+        law.initialize(&gains(), &[-1.5, 2.5]);
+        assert!(near(law.disturbance[0], -1.5) && near(law.disturbance[1], 0.0), "{:?}", law.disturbance);
+    }
+
+    #[test]
+    fn a_constant_estimate_is_compensated_with_the_time_constant_of_its_bandwidth() {
+        let (mut law, gains, h) = (AccelerationLaw::new(2), gains(), 1e-5);
+        law.initialize(&gains, &[1.0, 1.0]);
+        for _ in 0..10_000 {
+            law.update_disturbance(h, &gains, Some(&[4.0, 4.0]));
+        }
+        // 0.1 s on; the step of Euler's method costs w_d h/2 of the exponent.
+        let expected = 4.0 - 3.0 * libm::exp(-8.0 * 0.1);
+        assert!((law.disturbance[0] - expected).abs() < 8e-5, "{} {expected}", law.disturbance[0]);
+        assert!(near(law.disturbance[1], 0.0), "without a bandwidth nothing is compensated");
+    }
+
+    #[test]
+    fn without_an_estimate_a_constant_error_is_integrated_with_the_third_power_of_the_bandwidth() {
+        let (mut law, gains) = (AccelerationLaw::new(2), gains());
+        let reference = Reference { q: vec![0.3, -0.1], ..Reference::new(2) };
+        law.update_error(&reference, &[0.1, 0.1]);
+        assert!(near(law.error[0], 0.2) && near(law.error[1], -0.2), "{:?}", law.error);
+        for _ in 0..50 {
+            law.update_disturbance(0.01, &gains, None);
+        }
+        // Half a second of a fifth of w^3 times the error, against it.
+        assert!(near(law.disturbance[0], -0.5 * 0.2 * 27.0 * 0.2), "{:?}", law.disturbance);
+        assert!(near(law.disturbance[1], 0.5 * 0.2 * 125.0 * 0.2), "{:?}", law.disturbance);
+    }
+
+    #[test]
+    fn each_term_of_the_desired_acceleration_has_its_own_gain_and_at_rest_only_the_disturbance_counts() {
+        let gains = gains();
+        let of = |a: f64, error: f64, speed_error: f64, disturbance: f64, at_rest: bool| {
+            let mut law = AccelerationLaw::new(2);
+            let reference = Reference { q: vec![0.0; 2], v: vec![2.0 + speed_error; 2], a: vec![a; 2] };
+            law.error.fill(error);
+            law.disturbance.fill(disturbance);
+            law.evaluate(&gains, &reference, &[2.0, 2.0], at_rest);
+            law.output
+        };
+        for (k, w) in [3.0, 5.0].into_iter().enumerate() {
+            assert!(near(of(1.5, 0.0, 0.0, 0.0, false)[k], 1.5));
+            assert!(near(of(0.0, 0.2, 0.0, 0.0, false)[k], w * w * 0.2));
+            assert!(near(of(0.0, 0.0, -0.3, 0.0, false)[k], -2.0 * 0.7 * w * 0.3));
+            assert!(near(of(0.0, 0.0, 0.0, 4.0, false)[k], -4.0));
+            // They add up.
+            let sum = 1.5 + w * w * 0.2 - 2.0 * 0.7 * w * 0.3 - 4.0;
+            assert!(near(of(1.5, 0.2, -0.3, 4.0, false)[k], sum));
+            assert!(near(of(1.5, 0.2, -0.3, 4.0, true)[k], -4.0));
+        }
+    }
+}

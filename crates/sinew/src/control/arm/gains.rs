@@ -307,3 +307,152 @@ impl ArmGains {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    type Set = fn(&mut ArmGains, f64);
+    type SetPair = fn(&mut ArmGains, [f64; 2]);
+
+    /// The field that is refused with this value.
+    fn refused(set: Set, value: f64) -> Option<&'static str> {
+        let mut gains = ArmGains::for_tests(2, 2);
+        assert_eq!(gains.validate(2, 2), Ok(()));
+        set(&mut gains, value);
+        match gains.validate(2, 2) {
+            Ok(()) => None,
+            Err(Error::OutOfDomain { name, .. }) => Some(name),
+            Err(other) => panic!("{other}"),
+        }
+    }
+
+    #[test]
+    fn gains_that_have_to_be_positive_are_refused_by_name_at_zero_and_below() {
+        let positive: [(&str, Set); 22] = [
+            ("observer_bandwidth", |gains, x| gains.observer_bandwidth = x),
+            ("slip_filter_time", |gains, x| gains.slip_filter_time = x),
+            ("rest_time_constant", |gains, x| gains.rest_time_constant = x),
+            ("innovation_threshold", |gains, x| gains.joints[1].innovation_threshold = x),
+            ("resolution", |gains, x| gains.joints[1].resolution = x),
+            ("jump", |gains, x| gains.joints[1].jump = x),
+            ("implied", |gains, x| gains.joints[1].implied = x),
+            ("reference_travel", |gains, x| gains.joints[1].reference_travel = x),
+            ("tracking_error", |gains, x| gains.joints[1].tracking_error = x),
+            ("stretch_time_constant", |gains, x| gains.muscles[1].stretch_time_constant = x),
+            ("winch_deceleration", |gains, x| gains.muscles[1].winch_deceleration = x),
+            ("max_winch_speed", |gains, x| gains.muscles[1].max_winch_speed = x),
+            ("max_winch_acceleration", |gains, x| gains.muscles[1].max_winch_acceleration = x),
+            ("stop_deceleration", |gains, x| gains.muscles[1].stop_deceleration = x),
+            ("presliding_distance", |gains, x| gains.muscles[1].presliding_distance = x),
+            ("rest_speed", |gains, x| gains.muscles[1].rest_speed = x),
+            ("max_motor_rate", |gains, x| gains.muscles[1].max_motor_rate = x),
+            ("max_unchanged_travel", |gains, x| gains.muscles[1].max_unchanged_travel = x),
+            ("max_winch_residual", |gains, x| gains.muscles[1].max_winch_residual = x),
+            ("max_tension_rate", |gains, x| gains.muscles[1].max_tension_rate = x),
+            ("max_equal_tensions", |gains, x| gains.muscles[1].max_equal_tensions = x),
+            ("missing_tension", |gains, x| gains.muscles[1].missing_tension = x),
+        ];
+        for (name, set) in positive {
+            for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+                assert_eq!(refused(set, value), Some(name), "{value}");
+            }
+            assert_eq!(refused(set, 1e-3), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn gains_that_may_vanish_are_refused_by_name_below_zero() {
+        let non_negative: [(&str, Set); 10] = [
+            ("damping", |gains, x| gains.damping = x),
+            ("creep_feedback_share", |gains, x| gains.creep_feedback_share = x),
+            ("bandwidth", |gains, x| gains.joints[1].bandwidth = x),
+            ("disturbance_bandwidth", |gains, x| gains.joints[1].disturbance_bandwidth = x),
+            ("position_gain", |gains, x| gains.muscles[1].position_gain = x),
+            ("rate_gain", |gains, x| gains.muscles[1].rate_gain = x),
+            ("pre_travel_gain", |gains, x| gains.muscles[1].pre_travel_gain = x),
+            ("pre_travel_integral", |gains, x| gains.muscles[1].pre_travel_integral = x),
+            ("least_drive_tension", |gains, x| gains.muscles[1].least_drive_tension = x),
+            ("slack_tension", |gains, x| gains.muscles[1].slack_tension = x),
+        ];
+        for (name, set) in non_negative {
+            for value in [-1.0, f64::NAN, f64::INFINITY] {
+                assert_eq!(refused(set, value), Some(name), "{value}");
+            }
+            assert_eq!(refused(set, 0.0), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn pairs_of_limits_have_to_be_finite_and_rising() {
+        let pairs: [(&str, SetPair); 3] = [
+            ("tension limits", |gains, x| gains.muscles[1].tension = x),
+            ("rest_tolerance", |gains, x| gains.muscles[1].rest_tolerance = x),
+            ("rest_error", |gains, x| gains.muscles[1].rest_error = x),
+        ];
+        for (field, set) in pairs {
+            let refused = |pair: [f64; 2]| {
+                let mut gains = ArmGains::for_tests(2, 2);
+                set(&mut gains, pair);
+                gains
+                    .validate(2, 2)
+                    .is_err_and(|error| matches!(error, Error::OutOfDomain { name, .. } if name == field))
+            };
+            let wrong = [[2.0, 1.0], [-1.0, 1.0], [1.0, f64::INFINITY], [f64::NAN, 1.0], [1.0, f64::NAN]];
+            assert!(wrong.into_iter().all(refused), "{field}");
+            assert!(!refused([0.0, 1.0]) && !refused([1.0, 1.0]), "{field}");
+        }
+    }
+
+    #[test]
+    fn a_share_is_at_most_one_and_a_bandwidth_does_not_shrink() {
+        let share: Set = |gains, x| gains.feedback_share = x;
+        assert!([-0.1, 1.1, f64::NAN].into_iter().all(|x| refused(share, x) == Some("feedback_share")));
+        assert!([0.0, 1.0].into_iter().all(|x| refused(share, x).is_none()));
+        let ratio: Set = |gains, x| gains.max_bandwidth_ratio = x;
+        let wrong = [0.9, f64::INFINITY, f64::NAN];
+        assert!(wrong.into_iter().all(|x| refused(ratio, x) == Some("max_bandwidth_ratio")));
+        assert!(refused(ratio, 1.0).is_none());
+    }
+
+    #[test]
+    fn gains_of_another_machine_are_refused() {
+        let gains = ArmGains::for_tests(3, 2);
+        assert_eq!(gains.validate(3, 2), Ok(()));
+        let expected = |name, expected, got| Err(Error::WrongLength { name, expected, got });
+        assert_eq!(gains.validate(2, 2), expected("gains of muscles", 2, 3));
+        assert_eq!(gains.validate(3, 1), expected("gains of joints", 1, 2));
+    }
+
+    #[test]
+    fn without_tension_estimates_the_gains_of_feedback_are_fixed_shares_of_those_with_them() {
+        let of = |factor: f64| {
+            let mut gains = ArmGains::for_tests(1, 1);
+            gains.joints[0].bandwidth *= factor;
+            let muscle = &mut gains.muscles[0];
+            muscle.position_gain *= factor;
+            muscle.rate_gain *= factor;
+            muscle.pre_travel_gain *= factor;
+            gains
+        };
+        let feedback = |gains: &ArmGains| {
+            let muscle = &gains.muscles[0];
+            vec![gains.joints[0].bandwidth, muscle.position_gain, muscle.rate_gain, muscle.pre_travel_gain]
+        };
+        let shares = |factor: f64| -> Vec<f64> {
+            let [with, without] = [of(factor), of(factor).without_tension_estimates()];
+            feedback(&without).iter().zip(feedback(&with)).map(|(without, with)| without / with).collect()
+        };
+        for (share, of_tenfold) in shares(1.0).into_iter().zip(shares(10.0)) {
+            assert!(share > 0.3 && share < 0.8 && (of_tenfold - share).abs() < 1e-12, "{share} {of_tenfold}");
+        }
+        // All others stay.
+        let mut restored = of(1.0).without_tension_estimates();
+        restored.joints[0].bandwidth = of(1.0).joints[0].bandwidth;
+        let MuscleGains { position_gain, rate_gain, pre_travel_gain, .. } = of(1.0).muscles[0];
+        restored.muscles[0] =
+            MuscleGains { position_gain, rate_gain, pre_travel_gain, ..restored.muscles[0] };
+        assert_eq!(restored, of(1.0));
+    }
+}

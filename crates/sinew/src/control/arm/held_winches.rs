@@ -149,3 +149,93 @@ impl Holding {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Robot;
+
+    /// Three joints, each lifted by a muscle of its own, of 1 N to 140 N.
+    fn crane() -> (Machine, Vec<CableLaw>, Vec<Vec<f64>>) {
+        let mut parts = crate::muscle::testing::chain(false).parts().clone();
+        parts.sites[0].position[0] = -0.05;
+        let mut machine = Machine::of(&Robot::new(parts).unwrap()).unwrap();
+        machine.muscles.iter_mut().for_each(|muscle| muscle.tension = [Some(1.0), Some(140.0)]);
+        let (laws, poses) = (machine.laws(8).unwrap(), machine.poses(40).unwrap());
+        (machine, laws, poses)
+    }
+
+    /// By hand, because no two muscles share a joint: torque, tension of every muscle, and what it does not give.
+    fn held(machine: &Machine, laws: &[CableLaw], pose: &[f64]) -> [Vec<f64>; 3] {
+        let mut model = MuscleDynamics::new(&machine.robot).unwrap();
+        let mut torque = vec![0.0; 3];
+        model.evaluate(pose).unwrap();
+        model.inverse_dynamics(&[0.0; 3], &[0.0; 3], &mut torque).unwrap();
+        let limits = tension_limits(machine, laws);
+        let arm = |k: usize| model.moment_arms()[4 * k];
+        let tension: Vec<f64> =
+            (0..3).map(|k| (torque[k] / arm(k)).clamp(limits[k][0], limits[k][1])).collect();
+        let missing = (0..3).map(|k| torque[k] - arm(k) * tension[k]).collect();
+        [torque, tension, missing]
+    }
+
+    #[test]
+    fn a_pose_is_unheld_where_a_joint_needs_more_or_less_than_its_muscle_gives() {
+        let (machine, laws, poses) = crane();
+        let found = unheld_poses(&machine, &laws, &poses).unwrap();
+        assert!(found.len() > 3 && found.len() + 3 < poses.len(), "{} of {}", found.len(), poses.len());
+        let mut unheld = found.iter();
+        for (index, pose) in poses.iter().enumerate() {
+            let [torque, _, missing] = held(&machine, &laws, pose);
+            let joint = (0..3).max_by(|&a, &b| missing[a].abs().total_cmp(&missing[b].abs())).unwrap();
+            if missing[joint].abs() > 1e-6 {
+                let found = unheld.next().unwrap();
+                assert_eq!((found.index, found.joint), (index, joint));
+                assert!((found.missing - missing[joint]).abs() < 1e-9, "{found:?} {missing:?}");
+                assert!((found.needed - torque[joint]).abs() < 1e-12, "{found:?} {torque:?}");
+            }
+        }
+        assert_eq!(unheld.next(), None);
+    }
+
+    #[test]
+    fn the_least_stable_pose_is_the_held_one_with_the_least_eigenvalue() {
+        let (machine, laws, poses) = crane();
+        let compliance: Vec<f64> = laws.iter().map(|law| law.compliance().iter().sum()).collect();
+        let mut model = MuscleDynamics::new(&machine.robot).unwrap();
+        // In any order.
+        let backward: Vec<Vec<f64>> = poses.iter().rev().cloned().collect();
+        for poses in [poses, backward] {
+            let mut expected: Option<(usize, f64, Vec<f64>)> = None;
+            for (index, pose) in poses.iter().enumerate() {
+                let [_, tension, missing] = held(&machine, &laws, pose);
+                if missing.iter().any(|missing| missing.abs() > 1e-6) {
+                    continue;
+                }
+                let found = HeldStability::new(&mut model, &compliance, &tension, pose).unwrap().eigenvalue;
+                if expected.as_ref().is_none_or(|least| found < least.1) {
+                    expected = Some((index, found, tension));
+                }
+            }
+            let (index, eigenvalue, tension) = expected.unwrap();
+            let found = least_stable_pose(&machine, &laws, &poses, 0.0).unwrap().unwrap();
+            assert_eq!(found.index, index);
+            assert!((found.stability.eigenvalue / eigenvalue - 1.0).abs() < 1e-12, "{found:?} {eigenvalue}");
+            assert!(found.tension.iter().zip(tension).all(|(a, b)| (a - b).abs() < 1e-9));
+        }
+    }
+
+    #[test]
+    fn of_equal_poses_the_first_is_named_and_none_where_no_pose_is_held() {
+        let (machine, laws, poses) = crane();
+        let LeastStable { index, .. } = least_stable_pose(&machine, &laws, &poses, 0.0).unwrap().unwrap();
+        let twice = [poses[index].clone(), poses[index].clone()];
+        assert_eq!(least_stable_pose(&machine, &laws, &twice, 0.0).unwrap().unwrap().index, 0);
+        let unheld: Vec<Vec<f64>> = unheld_poses(&machine, &laws, &poses)
+            .unwrap()
+            .iter()
+            .map(|pose| poses[pose.index].clone())
+            .collect();
+        assert_eq!(least_stable_pose(&machine, &laws, &unheld, 0.0), Ok(None));
+    }
+}

@@ -235,4 +235,78 @@ mod tests {
     fn a_duration_outside_its_domain_is_refused() {
         assert!([0.0, -1.0, f64::NAN, f64::INFINITY].iter().all(|t| IterativeLearning::new(1, *t).is_err()));
     }
+
+    #[test]
+    fn the_feedforward_is_the_learned_one_a_shift_ahead_linear_between_the_middles_of_the_bins() {
+        // 10 bins of 0.2 s and a learned ramp of the time itself, the second muscle twice as steep.
+        let mut learning = IterativeLearning::new(2, 2.0).unwrap();
+        for bin in 0..10 {
+            let middle = (bin as f64 + 0.5) * 0.2;
+            learning.present.feedforward[2 * bin] = middle;
+            learning.present.feedforward[2 * bin + 1] = 2.0 * middle;
+        }
+        for k in 0..200 {
+            let time = 0.01 * f64::from(k);
+            learning.advance(time);
+            // The halves of the first and the last bin hold their middles' values.
+            let expected = (time + 0.12).clamp(0.1, 1.9);
+            assert!((learning.output[0] - expected).abs() < 1e-12, "{time}: {:?}", learning.output);
+            assert!((learning.output[1] - 2.0 * expected).abs() < 1e-12, "{time}: {:?}", learning.output);
+        }
+    }
+
+    /// The feedforward in every repeat of a motion of 1 s in which the feedback is constant.
+    fn learned(feedback: &[f64]) -> Vec<f64> {
+        let mut learning = IterativeLearning::new(1, 1.0).unwrap();
+        let repeat = |feedback: &f64| {
+            for k in 0..100 {
+                learning.advance(0.01 * f64::from(k));
+                learning.record(0, *feedback);
+            }
+            learning.output[0]
+        };
+        feedback.iter().map(repeat).collect()
+    }
+
+    #[test]
+    fn the_gain_halves_with_more_feedback_and_grows_by_half_with_less_and_the_best_repeat_is_built_on() {
+        let found = learned(&[1.0, 1.5, 0.9, 0.8, 0.7, 0.6, 0.0]);
+        let second = 0.4 * 1.0;
+        // 1.5 is more than 1: from the first repeat with half the gain.
+        let third = 0.2 * 1.0;
+        let fourth = third + 0.3 * 0.9;
+        // The gain is 0.4 again, and not more.
+        let fifth = fourth + 0.4 * 0.8;
+        let sixth = fifth + 0.4 * 0.7;
+        let seventh = sixth + 0.4 * 0.6;
+        for (found, expected) in found.iter().zip([0.0, second, third, fourth, fifth, sixth, seventh]) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn a_best_repeat_is_given_up_after_two_repeats_in_a_row_with_more_feedback() {
+        let found = learned(&[1.0, 2.0, 3.0, 0.5]);
+        // After one it is kept; after two the last repeat takes its place, with a quarter of the gain.
+        assert!((found[2] - 0.2).abs() < 1e-12, "{found:?}");
+        assert!((found[3] - (0.2 + 0.1 * 3.0)).abs() < 1e-12, "{found:?}");
+    }
+
+    #[test]
+    fn a_bin_without_samples_keeps_the_feedback_of_the_repeat_before() {
+        let mut learning = IterativeLearning::new(1, 1.0).unwrap();
+        let mut outputs = Vec::new();
+        for repeat in 0..3 {
+            for k in 0..100 {
+                learning.advance(0.01 * f64::from(k));
+                if repeat == 0 || k >= 50 {
+                    learning.record(0, 0.5);
+                }
+                if k == 10 {
+                    outputs.push(learning.output[0]);
+                }
+            }
+        }
+        assert!((outputs[1] - 0.2).abs() < 1e-12 && (outputs[2] - 0.4).abs() < 1e-12, "{outputs:?}");
+    }
 }

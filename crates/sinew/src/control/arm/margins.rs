@@ -81,6 +81,7 @@ fn bisect(f: impl Fn(f64) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::MuscleCharacteristics;
 
     #[test]
     fn a_slow_loop_has_a_quarter_turn_and_a_loop_at_its_gain_margin_none() {
@@ -90,5 +91,24 @@ mod tests {
         assert!(usual.phase > 0.5 && usual.gain > 2.0 && usual.delay > 5e-3, "{usual:?}");
         let edge = DampingMargins::new(60.0 * usual.gain, 5.6e-3);
         assert!(edge.phase.abs() < 1e-6 && (edge.gain - 1.0).abs() < 1e-6, "{edge:?}");
+    }
+
+    #[test]
+    fn muscles_that_damp_the_same_motion_add_to_its_crossover() {
+        let mut gains = ArmGains::for_tests(2, 1);
+        (gains.muscles[0].rate_gain, gains.muscles[1].rate_gain) = (0.1, 0.05);
+        gains.muscles[1].stretch_time_constant = 0.01;
+        let found = Characteristics {
+            muscles: alloc::vec![MuscleCharacteristics::default(); 2],
+            joints: Vec::new(),
+            arms: Vec::new(),
+            interaction: alloc::vec![200.0, 400.0, 100.0, 600.0],
+            stuck_mode: 0.0,
+            damping_rate: 0.0,
+        };
+        let margins = DampingMargins::of(&gains, &found);
+        assert!((margins[0].crossover - 40.0).abs() < 1e-12 && (margins[1].crossover - 40.0).abs() < 1e-12);
+        // At the same crossover the slower winch has the smaller margins.
+        assert!(margins[1].phase < margins[0].phase - 0.1 && margins[1].gain < margins[0].gain);
     }
 }

@@ -127,3 +127,100 @@ impl ResidualInputs {
         [estimate.tension_in, estimate.tension_out, motor, anchor]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transmission::PerceptronWeights;
+    use alloc::vec;
+    use alloc::vec::Vec;
+
+    const H: f64 = 1e-3;
+
+    /// The inputs at every millisecond of two ends with these positions, m.
+    fn inputs(
+        cycles: u32,
+        ends: impl Fn(f64) -> [f64; 2],
+    ) -> impl Iterator<Item = [f64; ResidualNetwork::INPUTS]> {
+        let mut state = ResidualInputs::default();
+        (0..cycles).map(move |k| {
+            let [motor, anchor] = ends(H * f64::from(k));
+            let sample = CableSample { motor, anchor, tension_in: f64::NAN };
+            state.update(
+                H,
+                &sample,
+                &CableEstimate { tension_in: 30.0, tension_out: 20.0, ..Default::default() },
+            )
+        })
+    }
+
+    #[test]
+    fn the_inputs_are_two_tensions_and_the_saturated_speeds_of_both_ends_behind_a_low_pass() {
+        let speeds = [4e-3, -1e-3];
+        for (k, inputs) in inputs(200, |t| speeds.map(|speed| 0.7 + speed * t)).enumerate() {
+            let passed = 1.0 - libm::exp(-(k as f64) * H / 0.05);
+            assert!((inputs[0] - 30.0).abs() < 1e-12 && (inputs[1] - 20.0).abs() < 1e-12);
+            for (input, speed) in inputs[2..].iter().zip(speeds) {
+                // Positions are known to 1e-16 m, speeds to 1e-13 m/s of 5 mm/s.
+                assert!((input - libm::tanh(passed * speed / 5e-3)).abs() < 4e-13, "{k}: {inputs:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_jump_of_an_encoder_counts_as_two_metres_per_second_in_its_direction() {
+        for side in [-1.0, 1.0] {
+            let jumped = |t: f64| [if t > 0.0495 { side } else { 0.0 }, 0.0];
+            let after = inputs(151, jumped).last().unwrap();
+            // A cycle at 2 m/s, and a hundred cycles of decay.
+            let speed = side * 2.0 * (1.0 - libm::exp(-H / 0.05)) * libm::exp(-100.0 * H / 0.05);
+            assert!((after[2] - libm::tanh(speed / 5e-3)).abs() < 1e-12 && after[3].abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_speed_of_an_end_without_a_position_is_kept_and_that_of_the_other_goes_on() {
+        let at = |t: f64| [if t > 0.0495 { f64::NAN } else { 3e-3 * t }, 3e-3 * t];
+        let all: Vec<_> = inputs(100, at).collect();
+        assert!((all[99][2] - all[49][2]).abs() < 1e-15 && all[49][2] > 0.3, "{:?}", all[99]);
+        assert!(all[99][3] > all[49][3] + 0.1, "{:?}", all[99]);
+    }
+
+    #[test]
+    fn an_interval_that_is_not_positive_restarts_the_low_pass_from_standstill() {
+        for h in [0.0, -H] {
+            let mut state = ResidualInputs::default();
+            let mut at = |h: f64, x: f64| {
+                let sample = CableSample { motor: x, anchor: x, tension_in: 0.0 };
+                state.update(h, &sample, &CableEstimate::default())
+            };
+            for k in 0..100 {
+                at(H, 5e-3 * H * f64::from(k));
+            }
+            assert!(at(H, 5e-3 * H * 100.0)[2] > 0.6);
+            assert!(at(h, 5e-3 * H * 101.0)[2].abs() < 1e-15);
+            // From there its position counts.
+            let input = at(H, 5e-3 * H * 102.0)[2];
+            assert!((input - libm::tanh(1.0 - libm::exp(-H / 0.05))).abs() < 1e-10, "{input}");
+        }
+    }
+
+    #[test]
+    fn a_correction_is_the_networks_up_to_four_newtons() {
+        let (sample, estimate) =
+            (CableSample::default(), CableEstimate { tension_out: 1.0, ..Default::default() });
+        for (weight, expected) in [(2.5, 2.5), (-2.5, -2.5), (9.0, 4.0), (-9.0, -4.0), (0.25, 0.25)] {
+            let network = Perceptron::new(PerceptronWeights {
+                inputs: ResidualNetwork::INPUTS,
+                hidden: 1,
+                input_weights: vec![0.0; ResidualNetwork::INPUTS],
+                hidden_bias: vec![0.0],
+                output_weights: vec![0.0],
+                output_bias: 0.0,
+                skip: vec![0.0, weight, 0.0, 0.0],
+            });
+            let correction = ResidualNetwork::new(network.unwrap()).unwrap().step(H, &sample, &estimate);
+            assert!((correction.unwrap() - expected).abs() < 1e-12);
+        }
+    }
+}

@@ -32,3 +32,30 @@ pub fn resting_tensions(robot: &Robot, q: &[f64], limits: &[[f64; 2]]) -> Result
 
 /// Share by which the tensions of a machine at rest before a run exceed the least desired ones.
 const RESTING_SHARE: f64 = 0.2;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_rest_every_muscle_holds_its_joint_if_that_takes_a_fifth_above_its_least_tension_or_more() {
+        // Each muscle has a joint of its own; the last two lift it.
+        let (robot, pose) = (crate::muscle::testing::chain(false), [0.1, 0.2, -0.3]);
+        let mut model = MuscleDynamics::new(&robot).unwrap();
+        let mut torque = [0.0; 3];
+        model.evaluate(&pose).unwrap();
+        model.inverse_dynamics(&[0.0; 3], &[0.0; 3], &mut torque).unwrap();
+        let needed = [0, 1, 2].map(|k| torque[k] / model.moment_arms()[4 * k]);
+        assert!(needed[0] < 0.0 && needed[1] > 20.0 && needed[2] > 5.0, "{needed:?}");
+        let at = |limits: [[f64; 2]; 3]| resting_tensions(&robot, &pose, &limits).unwrap();
+        let is = |found: &[f64], expected: [f64; 3]| {
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?} {expected:?}");
+        };
+        is(&at([[10.0, 500.0], [1.0, 500.0], [1.0, 500.0]]), [12.0, needed[1], needed[2]]);
+        // As far as the largest tension allows.
+        is(&at([[10.0, 500.0], [1.0, 5.0], [1.0, 500.0]]), [12.0, 5.0, needed[2]]);
+        // A fifth above the least tension counts where it is above the largest.
+        is(&at([[10.0, 11.0], [100.0, 500.0], [20.0, 500.0]]), [12.0, 120.0, 24.0]);
+        assert!(resting_tensions(&robot, &pose[..2], &[[1.0, 2.0]; 3]).is_err());
+    }
+}

@@ -222,3 +222,234 @@ fn equal_samples(drive: &DriveParameters) -> f64 {
         1e9
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::LoadCell;
+    use alloc::vec;
+
+    /// Three joints with a muscle each.
+    fn lever() -> Machine {
+        Machine::of(&crate::muscle::testing::chain(false)).unwrap()
+    }
+
+    fn laws() -> Vec<CableLaw> {
+        vec![CableModel::bench().law().unwrap(); 3]
+    }
+
+    fn assert_near(found: &[f64], expected: &[f64]) {
+        assert_eq!(found.len(), expected.len());
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-12 * b.abs();
+        assert!(found.iter().zip(expected).all(near), "{found:?}\n{expected:?}");
+    }
+
+    #[test]
+    fn between_its_limits_a_tension_leaves_the_drive_its_margins_at_the_other_end_of_the_cable() {
+        let (mut machine, laws) = (lever(), laws());
+        machine.muscles[0].drive.load_cell.noise = 2.0;
+        machine.muscles[1].drive.load_cell.noise = 0.0;
+        machine.muscles[1].drive.least_tension = 20.0;
+        let limits = tension_limits(&machine, &laws);
+        let pretension = laws[0].pretension();
+        assert_near(&[limits[0][0]], &[pretension + 14.0 * 2.0]);
+        // The drive's end at 1 nm/s. Paying out, the drive keeps half more than the tension below which it would not; winding in, it works.
+        let drive = |far: f64, velocity: f64| laws[0].sliding(far, velocity, 1.0, 0.0).unwrap().tension_in;
+        let least = drive(limits[1][0], -1e-9);
+        assert!((least / 30.0 - 1.0).abs() < 4e-9, "{least}");
+        for (design, [_, most]) in machine.muscles.iter().zip(limits) {
+            let working = drive(most, 1e-9);
+            assert!((working / design.drive.working_tension() - 1.0).abs() < 4e-9, "{working}");
+        }
+    }
+
+    #[test]
+    fn given_tensions_count_where_the_drive_reaches_them_and_the_largest_is_never_below_the_least() {
+        let (mut machine, laws) = (lever(), laws());
+        let reached = tension_limits(&machine, &laws)[0][1];
+        machine.muscles[0].tension = [Some(30.0), Some(100.0)];
+        machine.muscles[1].tension = [Some(30.0), Some(2.0 * reached)];
+        machine.muscles[2].tension = [Some(2.0 * reached), None];
+        let limits = tension_limits(&machine, &laws);
+        assert_near(&limits[0], &[30.0, 100.0]);
+        assert_near(&limits[1], &[30.0, reached]);
+        assert_near(&limits[2], &[2.0 * reached; 2]);
+    }
+
+    #[test]
+    fn a_machine_is_characterized_a_fifth_above_its_least_tensions_beyond_the_pretension() {
+        let (machine, laws) = (lever(), laws());
+        let (limits, found) = characterize(&machine, &laws, core::slice::from_ref(&machine.start)).unwrap();
+        assert_eq!(limits, tension_limits(&machine, &laws));
+        for ((muscle, law), [least, _]) in found.muscles.iter().zip(&laws).zip(limits) {
+            assert_near(&[muscle.tension], &[law.pretension() + 1.2 * least]);
+        }
+    }
+
+    fn joint_thresholds(resolution: f64, joint: &JointCharacteristics) -> [f64; 5] {
+        let rules = ControlRules { observer_bandwidth: 50.0, ..ControlRules::default() };
+        let encoder = JointEncoder { resolution, zero: 0.0 };
+        let gains = of_joint(&rules, Some(&encoder), joint);
+        assert!(gains.encoder);
+        assert_near(&[gains.resolution], &[resolution]);
+        [gains.innovation_threshold, gains.jump, gains.implied, gains.reference_travel, gains.tracking_error]
+    }
+
+    #[test]
+    fn thresholds_of_a_joint_are_counts_of_a_coarse_encoder_and_shares_of_a_wide_dead_band() {
+        let joint = JointCharacteristics { dead_band: 0.2, arm: 0.03, torque: 6.0, inertia: 0.5 };
+        let coarse = joint_thresholds(0.1, &joint);
+        assert_near(&coarse, &[1.0, 2.5, 4.0, 15.0, 130.0]);
+        let fine = joint_thresholds(1e-7, &joint);
+        // 6 Nm on 0.5 kg m^2 through an observer of three equal poles at 5.4 times 50 rad/s.
+        let break_away = 6.0 / 0.5 / (3.0 * 270.0 * 270.0);
+        assert_near(&fine, &[1e-6, 3.0 * break_away, 0.02, 0.08, 0.2]);
+    }
+
+    #[test]
+    fn the_disturbance_of_a_joint_is_compensated_a_little_faster_than_its_bandwidth() {
+        let rules = ControlRules { bandwidth: 7.0, ..ControlRules::default() };
+        let joint = JointCharacteristics { dead_band: 0.2, arm: 0.03, torque: 6.0, inertia: 0.5 };
+        let gains = of_joint(&rules, None, &joint);
+        assert_near(&[gains.bandwidth, gains.disturbance_bandwidth], &[7.0, 9.1]);
+        // A joint without an encoder is judged as with the usual one.
+        let usual = of_joint(&rules, Some(&JointEncoder::fourteen_bits()), &joint);
+        assert!(!gains.encoder);
+        assert_eq!(JointGains { encoder: true, ..gains }, usual);
+    }
+
+    /// `t_d` of muscles with these modes, rad/s, and interactions, 1/s^2.
+    fn damping(rules: &ControlRules, modes: &[f64], interaction: &[f64]) -> Vec<f64> {
+        let muscle = |mode: &f64| MuscleCharacteristics { mode: *mode, ..MuscleCharacteristics::default() };
+        let found = Characteristics {
+            muscles: modes.iter().map(muscle).collect(),
+            joints: vec![],
+            arms: vec![],
+            interaction: interaction.to_vec(),
+            stuck_mode: 0.0,
+            damping_rate: 0.0,
+        };
+        rate_gains(rules, &found)
+    }
+
+    #[test]
+    fn damping_alone_crosses_over_at_its_limit_or_has_the_longest_gain() {
+        let rules = ControlRules { damping_crossover: 40.0, ..ControlRules::default() };
+        let gains = damping(&rules, &[0.0, 10.0, 20.0, 100.0, 200.0], &[0.0; 25]);
+        assert_near(&gains, &[0.15, 0.15, 0.1, 4e-3, 1e-3]);
+    }
+
+    #[test]
+    fn muscles_side_by_side_share_the_damping_that_they_may_have_together() {
+        // Each alone takes the speed of an anchor at 60/s; four together at 240/s, of which these rules allow a part.
+        let rules = |shared_damping| ControlRules { shared_damping, ..ControlRules::default() };
+        for (shared, share) in [(0.5, 0.125), (2.0, 0.5), (5.0, 1.0)] {
+            let gains = damping(&rules(shared), &[200.0; 4], &[4e4; 16]);
+            assert_near(&gains, &[share * 60.0 / 4e4; 4]);
+        }
+        // Muscles of different strength, one of which is alone: no sum above the limit, and not far below it.
+        let interaction = [4e4, 9e4, 0.0, 4e4, 9e4, 0.0, 0.0, 0.0, 100.0];
+        let gains = damping(&rules(0.8), &[200.0, 300.0, 10.0], &interaction);
+        let rate = 4e4 * gains[0] + 9e4 * gains[1];
+        assert!((rate / 48.0 - 1.0).abs() < 1e-12 && (gains[2] - 0.15).abs() < 1e-12, "{rate} {gains:?}");
+    }
+
+    #[test]
+    fn a_machine_gets_the_damping_of_its_muscles_and_limits_of_its_tensions() {
+        let machine = lever();
+        let models = vec![CableModel::bench(); 3];
+        let poses = machine.poses(4).unwrap();
+        let (gains, found) = synthesize(&machine, &models, &poses).unwrap();
+        let damping: Vec<f64> = gains.muscles.iter().map(|muscle| muscle.rate_gain).collect();
+        assert_near(&damping, &rate_gains(&machine.rules, &found));
+        assert!(damping.iter().all(|gain| *gain > 0.0), "{damping:?}");
+        assert_eq!(gains.tension_limits(), tension_limits(&machine, &laws()));
+    }
+
+    /// `F_min = 20 N`; compliance and tension of the cable are not read.
+    fn muscle_gains(drive: &DriveParameters, arm: f64, dead_band: f64, resolution: f64) -> MuscleGains {
+        let rules = ControlRules {
+            position_gain: 0.8,
+            pre_travel_gain: 5.0,
+            pre_travel_integral: 4.0,
+            ..ControlRules::default()
+        };
+        let muscle = MuscleCharacteristics { arm, dead_band, ..MuscleCharacteristics::default() };
+        of_muscle(&rules, drive, &muscle, [20.0, 150.0], resolution)
+    }
+
+    #[test]
+    fn limits_of_a_winch_are_shares_of_what_its_drive_does_at_four_fifths_of_its_working_tension() {
+        let drive = DriveParameters { acceleration: 4.0, ..DriveParameters::mc_am() };
+        let speed = drive.speed_at(0.8 * drive.working_tension());
+        let gains = muscle_gains(&drive, 0.01, 0.01, 1e-6);
+        assert_near(&[gains.max_winch_speed, gains.max_motor_rate], &[0.93 * speed, 10.0 * speed]);
+        assert_near(&[gains.max_winch_residual], &[0.03 * speed]);
+        assert_near(&[gains.winch_deceleration, gains.stop_deceleration], &[1.4, 1.6]);
+        assert_near(&[gains.max_winch_acceleration, gains.max_tension_rate], &[4.0, 40e3]);
+        assert_near(
+            &[gains.position_gain, gains.pre_travel_gain, gains.pre_travel_integral],
+            &[0.8, 5.0, 4.0],
+        );
+        // 30 mrad of the moment arm, but of 3 ms to 4 ms of travel.
+        for (milliseconds, expected) in [(2.0, 3.0), (3.5, 3.5), (5.0, 4.0)] {
+            let gains = muscle_gains(&drive, milliseconds * 1e-3 * speed / 0.03, 0.01, 1e-6);
+            assert_near(&[gains.max_unchanged_travel], &[expected * 1e-3 * speed]);
+        }
+    }
+
+    #[test]
+    fn tolerances_at_rest_are_counts_of_a_coarse_encoder_else_shares_of_moment_arm_and_dead_band() {
+        let at_rest = |arm: f64, resolution: f64| {
+            let gains = muscle_gains(&DriveParameters::mc_am(), arm, 0.01, resolution);
+            [gains.rest_tolerance, gains.rest_error].concat()
+        };
+        assert_near(&at_rest(0.01, 1e-9), &[7.2e-5, 1.55 * 7.2e-5, 4e-4, 8e-4]);
+        // 0.5 mm and 1 mm of a long arm.
+        assert_near(&at_rest(0.05, 1e-9), &[7.2e-5, 1.55 * 7.2e-5, 5e-4, 1e-3]);
+        // A count of 0.2 mm.
+        assert_near(&at_rest(0.01, 0.02), &[1.1e-3, 1.55 * 1.1e-3, 1.6e-3, 3.2e-3]);
+        let gains = muscle_gains(&DriveParameters::mc_am(), 0.01, 0.01, 1e-9);
+        assert_near(&[gains.rest_speed, gains.presliding_distance], &[5e-4, 3.8e-5]);
+        // A muscle that moves nothing has the gains of one with an arm of 10 um.
+        let idle = |arm: f64| muscle_gains(&DriveParameters::mc_am(), arm, 0.01, 1e-9);
+        assert_eq!(idle(0.0), idle(1e-5));
+    }
+
+    #[test]
+    fn a_missing_tension_exceeds_the_noise_and_a_slack_cable_the_tension_at_which_its_drive_stops() {
+        let at = |noise: f64| {
+            let load_cell = LoadCell { noise, ..LoadCell::one_kilonewton() };
+            let drive = DriveParameters { load_cell, least_tension: 2.0, ..DriveParameters::mc_am() };
+            let gains = muscle_gains(&drive, 0.01, 0.01, 1e-6);
+            [gains.missing_tension, gains.least_drive_tension, gains.slack_tension]
+        };
+        assert_near(&at(0.4), &[0.38 * 20.0, 2.0, 2.0 + 0.14 * 20.0]);
+        assert_near(&at(1.5), &[15.0, 2.0, 2.0 + 0.14 * 20.0]);
+    }
+
+    /// Probability that two readings of a load cell are equal, summed over its counts.
+    fn equal(cell: &LoadCell) -> f64 {
+        let below = |x: f64| 0.5 * (1.0 + libm::erf(x * cell.resolution / cell.noise / libm::sqrt(2.0)));
+        let count = |k: i32| below(f64::from(k) + 0.5) - below(f64::from(k) - 0.5);
+        (-1000..=1000).map(|k| count(k) * count(k)).sum()
+    }
+
+    #[test]
+    fn a_load_cell_repeats_itself_by_noise_once_in_a_million_million_samples() {
+        let samples = |noise: f64, resolution: f64| {
+            let load_cell = LoadCell { noise, resolution, ..LoadCell::one_kilonewton() };
+            (equal_samples(&DriveParameters { load_cell, ..DriveParameters::mc_am() }), load_cell)
+        };
+        for (noise, resolution) in [(0.4, 0.05), (0.4, 0.1), (0.4, 0.2), (0.1, 0.1), (2.0, 0.3)] {
+            let (found, cell) = samples(noise, resolution);
+            let needed = (1..).find(|n| libm::pow(equal(&cell), f64::from(*n)) <= 1e-12).unwrap_or(0);
+            assert!((found - f64::from(needed)).abs() < 1e-12, "{noise} {resolution}: {found} {needed}");
+        }
+        // At least 8; without noise or counts, or where a count swallows the noise, no number tells.
+        assert!((samples(0.4, 1e-3).0 - 8.0).abs() < 1e-12);
+        for (noise, resolution) in [(0.0, 0.05), (0.4, 0.0), (0.0, 0.0), (0.1, 0.4), (0.1, 0.33)] {
+            assert!(samples(noise, resolution).0 > 1e8, "{noise} {resolution}");
+        }
+    }
+}

@@ -221,4 +221,243 @@ mod tests {
             assert!(beyond.iter().all(|(stands, speed)| !stands && side * speed > 0.0), "{beyond:?}");
         }
     }
+
+    const H: f64 = 1e-3;
+    /// `e_+` and `e_-`, m, and `G`, m.
+    const STEADY: [f64; 2] = [31e-3, 18e-3];
+    const DEAD_BAND: f64 = 13e-3;
+    const STILL: MuscleReference = MuscleReference {
+        velocity: 0.0,
+        previewed_velocity: 0.0,
+        estimated_velocity: 0.0,
+        error: 0.0,
+        learned: 0.0,
+        tension_in: 40.0,
+        rest_stretch: None,
+    };
+
+    /// `s` at a desired stretch, m.
+    fn place(desired: f64) -> f64 {
+        (2.0 * desired - STEADY[0] - STEADY[1]) / DEAD_BAND
+    }
+
+    /// `s` after every cycle of `h` s with one reference.
+    fn places(h: f64, cycles: u32, reference: &MuscleReference, winch: &mut WinchController) -> Vec<f64> {
+        let gains = ArmGains::for_tests(1, 1);
+        let cycle = |_| place(winch.desired_stretch(h, STEADY, reference, &gains, &gains.muscles[0]));
+        (0..cycles).map(cycle).collect()
+    }
+
+    #[test]
+    fn feedforward_crosses_the_dead_band_in_proportion_to_the_travel_up_to_the_share_of_feedback() {
+        let gains = ArmGains::for_tests(1, 1);
+        for speed in [1e-3, -1e-3, 2e-3, -5e-3, 0.1] {
+            let moving = MuscleReference { previewed_velocity: speed, ..STILL };
+            // Half of the additional share is left at 2 mm/s.
+            let creep = speed / 2e-3;
+            let most = 1.0 - gains.feedback_share - gains.creep_feedback_share / (1.0 + creep * creep);
+            for (k, s) in places(H, 300, &moving, &mut WinchController::default()).iter().enumerate() {
+                let travel = (k + 1) as f64 * H * speed;
+                let expected = (travel / gains.muscles[0].presliding_distance).clamp(-most, most);
+                assert!((s - expected).abs() < 1e-12, "{speed} m/s, {k}: {s} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_feedforward_has_crossed_fast_is_kept_when_the_reference_slows_down() {
+        let mut winch = WinchController::default();
+        let fast = MuscleReference { previewed_velocity: 0.1, ..STILL };
+        let crossed = *places(H, 10, &fast, &mut winch).last().unwrap();
+        let slow = places(H, 10, &STILL, &mut winch);
+        assert!(crossed > 0.94 && slow.iter().all(|s| (s - crossed).abs() < 1e-12), "{crossed} {slow:?}");
+        // On coming to rest on the far side of the dead band, feedback gets its least share back.
+        let rest = MuscleReference { rest_stretch: Some(STEADY[0]), ..STILL };
+        assert!((places(H, 1, &rest, &mut winch)[0] - 0.95).abs() < 1e-12);
+        // No winch goes further across than `1 + beta`.
+        let beyond = MuscleReference { rest_stretch: Some(STEADY[0] + 0.3 * DEAD_BAND), ..STILL };
+        let place = places(H, 1, &beyond, &mut WinchController::default())[0];
+        assert!((place - 1.21).abs() < 1e-12, "{place}");
+    }
+
+    #[test]
+    fn feedback_is_proportional_and_integral_in_dead_bands_and_crosses_to_one_plus_its_share() {
+        for error in [1e-4, -1e-4, 1e-3, -1e-3] {
+            let mut winch = WinchController::default();
+            let off = MuscleReference { error, ..STILL };
+            for (k, s) in places(0.05, 100, &off, &mut winch).iter().enumerate() {
+                let time = (k + 1) as f64 * 0.05;
+                let expected = (7.3 + 4.4 * time) * error / DEAD_BAND;
+                assert!(
+                    (s - expected.clamp(-1.21, 1.21)).abs() < 1e-12,
+                    "{error} m, {time} s: {s} {expected}"
+                );
+            }
+            // The input of learning is all of it; the integral alone is within the same limit.
+            let expected = 7.3 * error / DEAD_BAND + (4.4 * 5.0 * error / DEAD_BAND).clamp(-1.21, 1.21);
+            assert!((winch.feedback - expected).abs() < 1e-12, "{} {expected}", winch.feedback);
+        }
+    }
+
+    #[test]
+    fn the_integral_ends_where_it_and_what_is_learned_have_crossed_the_dead_band() {
+        // Learned, sign of the error, and where the integral ends; it never turns against its error.
+        let cases = [
+            (0.0, 1.0, 1.21),
+            (0.0, -1.0, -1.21),
+            (0.5, 1.0, 0.71),
+            (0.5, -1.0, -1.71),
+            (-0.5, 1.0, 1.71),
+            (1.5, 1.0, 0.0),
+            (1.5, -1.0, -2.71),
+            (-1.5, -1.0, 0.0),
+        ];
+        for (learned, side, expected) in cases {
+            let mut winch = WinchController::default();
+            let off = MuscleReference { error: 1e-3 * side, learned, ..STILL };
+            let first = places(0.05, 1, &off, &mut winch)[0];
+            let proportional = 7.3e-3 * side / DEAD_BAND;
+            let one = if expected == 0.0 { 0.0 } else { 0.05 * 4.4e-3 * side / DEAD_BAND };
+            let sum = (learned + proportional + one).clamp(-1.21, 1.21);
+            assert!((first - sum).abs() < 1e-12, "{learned} {side}: {first} {sum}");
+            places(0.05, 400, &off, &mut winch);
+            let integral = winch.feedback - proportional;
+            assert!((integral - expected).abs() < 1e-12, "{learned} {side}: {integral}");
+        }
+    }
+
+    #[test]
+    fn a_dead_band_that_vanishes_counts_as_ten_micrometres() {
+        let gains = ArmGains::for_tests(1, 1);
+        let off = MuscleReference { error: 1e-6, ..STILL };
+        let mut winch = WinchController::default();
+        winch.desired_stretch(H, [20e-3, 20e-3], &off, &gains, &gains.muscles[0]);
+        assert!((winch.feedback - (7.3 + 4.4 * H) * 0.1).abs() < 1e-12, "{}", winch.feedback);
+    }
+
+    /// One cycle at rest: what is left of the travel of the winch, `x`, m.
+    fn travel_at_rest(winch: &mut WinchController, estimated: f64, error: f64, learned: f64) -> f64 {
+        let gains = ArmGains::for_tests(1, 1);
+        let reference = MuscleReference { error, learned, rest_stretch: Some(estimated), ..STILL };
+        let desired = winch.desired_stretch(H, STEADY, &reference, &gains, &gains.muscles[0]);
+        desired - estimated + gains.muscles[0].position_gain * error
+    }
+
+    #[test]
+    fn a_winch_that_stands_has_nothing_left_to_travel_wherever_its_cable_creeps() {
+        let mut winch = WinchController::default();
+        places(H, 1, &STILL, &mut winch);
+        for (estimated, error, learned) in [
+            (24e-3, 5e-5, 0.0),
+            (26e-3, -8e-5, 0.2),
+            (20e-3, 0.0, -0.3),
+            (28e-3, 8e-5, 0.0),
+            (23e-3, -2e-5, 0.1),
+        ] {
+            let travel = travel_at_rest(&mut winch, estimated, error, learned);
+            assert!(winch.stands && travel.abs() < 1e-15, "{estimated} {error}: {travel}");
+        }
+    }
+
+    #[test]
+    fn an_error_beyond_the_dead_zone_is_corrected_at_rest_over_the_time_constant_of_rest() {
+        let gains = ArmGains::for_tests(1, 1);
+        for (side, learned) in [(1.0, 0.0), (-1.0, 0.2)] {
+            let mut winch = WinchController::default();
+            places(H, 1, &STILL, &mut winch);
+            let excess = side * 1.1e-4;
+            let rate = excess / (gains.rest_time_constant * gains.muscles[0].presliding_distance)
+                + gains.muscles[0].pre_travel_integral * excess / DEAD_BAND;
+            for k in 1..=100 {
+                // From the first cycle on, although the arm comes to rest with this error.
+                let travel = travel_at_rest(&mut winch, 24e-3, excess + side * 9e-5, learned);
+                let expected = 0.5 * DEAD_BAND * rate * H * f64::from(k);
+                assert!((travel - expected).abs() < 1e-14 && !winch.stands, "{k}: {travel} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_dead_zone_at_rest_grows_when_the_error_crosses_it_up_to_its_limit_and_anew_after_a_motion() {
+        let mut winch = WinchController::default();
+        let zone_is = |winch: &WinchController, zone: f64| {
+            [-1.0, 1.0].into_iter().all(|side| {
+                winch.is_within_tolerance(0.99 * side * zone)
+                    && !winch.is_within_tolerance(1.01 * side * zone)
+            })
+        };
+        for _ in 0..2 {
+            places(H, 1, &STILL, &mut winch);
+            assert!(zone_is(&winch, 9e-5));
+            winch.last_excess = 0.0;
+            // To the same side it does not grow, nor within it.
+            for error in [1e-4, 1e-4, 0.0, 1e-4, 0.0] {
+                travel_at_rest(&mut winch, 24e-3, error, 0.0);
+                assert!(zone_is(&winch, 9e-5), "{error}");
+            }
+            travel_at_rest(&mut winch, 24e-3, -1e-4, 0.0);
+            assert!(zone_is(&winch, 1.35e-4));
+            travel_at_rest(&mut winch, 24e-3, 1.36e-4, 0.0);
+            assert!(zone_is(&winch, 1.4e-4));
+            travel_at_rest(&mut winch, 24e-3, -2e-4, 0.0);
+            assert!(zone_is(&winch, 1.4e-4));
+        }
+    }
+
+    /// `v`, m/s, at a desired stretch that exceeds the estimated one, m.
+    fn speed(reference: &MuscleReference, lacking_stretch: f64) -> f64 {
+        let gains = ArmGains::for_tests(1, 1);
+        WinchController::default().speed(reference, 20e-3 + lacking_stretch, 20e-3, 4e-5, &gains.muscles[0])
+    }
+
+    #[test]
+    fn a_winch_takes_the_speed_of_its_reference_and_travels_what_its_cable_and_anchor_lack_in_its_time_constant()
+     {
+        let muscle = ArmGains::for_tests(1, 1).muscles[0];
+        let at = |velocity: f64, estimated: f64, error: f64| MuscleReference {
+            velocity,
+            estimated_velocity: estimated,
+            error,
+            ..STILL
+        };
+        let near = |speed: f64, expected: f64| (speed - expected).abs() < 1e-12;
+        for side in [-1.0, 1.0] {
+            assert!(near(speed(&at(0.05 * side, 0.05 * side, 0.0), 0.0), 0.05 * side));
+            let stretch = 1e-5 * side;
+            assert!(near(speed(&at(0.05, 0.05, 0.0), stretch), 0.05 + stretch / 0.0056));
+            assert!(near(speed(&at(0.05, 0.05, stretch), 0.0), 0.05 + 0.94 * stretch / 0.0056));
+            // A tenth of a millimetre per second of speed error.
+            assert!(near(speed(&at(0.05, 0.05 - 1e-4 * side, 0.0), 0.0), 0.05 + 0.15 * 1e-4 * side / 0.0056));
+            // Together.
+            let travel = side * (1e-5 + 0.94 * 2e-5 - 0.15 * 1e-4);
+            let all = at(0.05, 0.05 + 1e-4 * side, 2e-5 * side);
+            assert!(near(speed(&all, stretch), 0.05 + travel / 0.0056));
+            // A longer travel at the speed from which the winch can still stop.
+            let far = speed(&at(0.05, 0.05, 0.0), 1e-3 * side) - 0.05;
+            assert!(near(far * far, 2.0 * muscle.winch_deceleration * 1e-3) && far * side > 0.0);
+            assert!(near(speed(&at(0.0, 0.0, 0.0), side), side * muscle.max_winch_speed));
+        }
+    }
+
+    #[test]
+    fn a_winch_whose_cable_is_about_to_fall_slack_takes_up_what_it_lacks_on_top_of_its_anchors_motion() {
+        let paying = |tension_in: f64| MuscleReference {
+            velocity: -0.05,
+            estimated_velocity: -0.05,
+            tension_in,
+            ..STILL
+        };
+        let (muscle, c) = (ArmGains::for_tests(1, 1).muscles[0], 4e-5);
+        // At the least tension and above it the winch pays out as it is told.
+        for tension in [muscle.least_drive_tension, 2.0, 40.0] {
+            assert!(speed(&paying(tension), -1e-4) < -0.06);
+        }
+        for tension in [0.9, 0.4, 0.0] {
+            // The stretch that the tension lacks, in twice the time constant.
+            let expected = -0.05 + c * (1.0 - tension) / (2.0 * 0.0056);
+            assert!((speed(&paying(tension), -1e-4) - expected).abs() < 1e-12, "{tension}");
+            // A winch that is faster by itself is not slowed down.
+            assert!((speed(&paying(tension), 1e-3) - speed(&paying(40.0), 1e-3)).abs() < 1e-15);
+        }
+    }
 }
