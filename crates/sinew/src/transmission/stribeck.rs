@@ -178,7 +178,7 @@ mod tests {
         let law = Stribeck::new(0.1, 0.3, 0.01, 0.5, 40.0).unwrap();
         for (velocity, left) in [(0.0, 1.0), (0.01, libm::exp(-1.0)), (-0.02, libm::exp(-4.0))] {
             let exact = 0.1 + 0.2 * left + 0.5 * f64::abs(velocity);
-            assert!((law.coefficient(velocity).unwrap() - exact).abs() < 1e-15, "{velocity}");
+            assert!((law.coefficient(velocity).unwrap() - exact).abs() < 1e-16, "{velocity}");
         }
     }
 }

@@ -205,10 +205,10 @@ mod tests {
         for (from, to) in [(1.2, 2.9), (2.9, 1.2), (2.9, 0.0)] {
             let (changed, exact) = (bench(from).with_sheath_bend(to).unwrap(), bench(to));
             assert!((changed.sheath_bend() - to).abs() < 1e-15 && (exact.sheath_bend() - to).abs() < 1e-15);
-            assert!((changed.friction_angle() - exact.friction_angle()).abs() < 1e-15);
+            assert!((changed.friction_angle() - exact.friction_angle()).abs() < 2e-16);
             for (node, exact) in changed.nodes.iter().zip(&exact.nodes) {
-                assert!((node.friction - exact.friction).abs() < 1e-16, "{node:?} {exact:?}");
-                assert!((node.viscous - exact.viscous).abs() < 2e-16, "{node:?} {exact:?}");
+                assert!((node.friction - exact.friction).abs() < 5e-17, "{node:?} {exact:?}");
+                assert!((node.viscous - exact.viscous).abs() < 5e-17, "{node:?} {exact:?}");
                 assert!(
                     node.loss.to_bits() == exact.loss.to_bits()
                         && node.drag.to_bits() == exact.drag.to_bits()
@@ -220,7 +220,7 @@ mod tests {
     #[test]
     fn the_drag_of_the_nodes_is_that_of_the_cable() {
         let [drag, fade] = bench(2.0).drag();
-        assert!((drag - 95.0).abs() < 1e-12 && (fade - 5.0).abs() < 1e-15);
+        assert!((drag - 95.0).abs() < 3e-14 && (fade - 5.0).abs() < 1e-15);
     }
 
     #[test]
