@@ -24,10 +24,14 @@ impl<const N: usize> LaneGroup<N> {
     }
 }
 
-/// Lets the cables creep over an interval, s: cells lengthen, tensions are clipped at zero.
+/// Lets the cables creep over an interval, s: cells lengthen, tensions are clipped at zero. An interval that is not above zero
+/// and finite changes nothing.
 #[inline(always)]
 pub(super) fn creep<const N: usize>(lanes: &mut LaneGroup<N>, interval: f64) {
     let Some(creep) = &mut lanes.creep else { return };
+    if !(interval > 0.0 && interval.is_finite()) {
+        return;
+    }
     let (share, mut rate, mut taut) = (creep.share, Row::<N>::ZERO, Row::<N>::ZERO);
     for k in 0..N {
         rate.0[k] = interval / (creep.time.0[k] + interval);
@@ -41,7 +45,6 @@ pub(super) fn creep<const N: usize>(lanes: &mut LaneGroup<N>, interval: f64) {
         for k in 0..N {
             let growth = rate.0[k] * (share.0[k] * c.0[k] * t.0[k] - x.0[k]);
             x.0[k] += growth;
-            let growth = if growth.abs() < f64::INFINITY { growth } else { 0.0 };
             grown.0[k] += growth;
             t.0[k] = at_least(t.0[k] - taut.0[k] * growth * stiff.0[k], 0.0);
             stretch.0[k] += c.0[k] * t.0[k];
@@ -155,6 +158,24 @@ mod tests {
             let recovered = 2e-3 * (1.0 - libm::pow(0.1 / 0.11, f64::from(n)));
             assert!((lanes.stretch.0[0] - (recovered - 1.5e-3).min(0.0)).abs() < 2e-18, "{n}");
             assert!(lanes.tension.iter().all(|tension| tension.0[0] == 0.0), "{n}");
+        }
+    }
+
+    #[test]
+    fn an_interval_that_is_none_changes_nothing_then_or_later() {
+        let of = |lanes: &LaneGroup<1>| {
+            let crept = &lanes.creep.as_ref().unwrap().crept;
+            let rows = lanes.tension.iter().chain(crept).chain([&lanes.stretch, &lanes.energy]);
+            rows.map(|row| row.0[0].to_bits()).collect::<vec::Vec<_>>()
+        };
+        let mut lanes = LaneGroup::<1>::new(&[law(&[2e-4, 5e-4], &[0.1])]);
+        lanes.settle(0, 40.0, crate::transmission::Sliding::TowardMotor);
+        lanes.set_creep(0, 0.2, 0.1).unwrap();
+        creep(&mut lanes, 1e-2);
+        let before = of(&lanes);
+        for interval in [0.0, -1e-3, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            creep(&mut lanes, interval);
+            assert_eq!(of(&lanes), before, "{interval}");
         }
     }
 

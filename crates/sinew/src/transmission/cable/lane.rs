@@ -41,7 +41,7 @@ impl<const N: usize> LaneGroup<N> {
         self.reset_motion(k);
     }
 
-    /// Tensions of [`set_profile`](Self::lay); returns their stretch.
+    /// Tensions of [`set_profile`](Self::set_profile); returns their stretch.
     fn write_profile(&mut self, k: usize, near: f64, share: f64) -> f64 {
         let (mut tension, mut stretch) = (near, 0.0);
         for j in 0..self.tension.len() {
