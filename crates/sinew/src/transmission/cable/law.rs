@@ -218,6 +218,25 @@ mod tests {
     }
 
     #[test]
+    fn a_path_without_a_sheath_stays_without_bend_and_a_straight_sheath_bends_evenly() {
+        let free = Segment::Free { length: 0.5 };
+        let of = |segment: Segment, cells: usize| {
+            let path = CablePath::new(vec![free.clone(), segment, free.clone()]).unwrap();
+            CableLaw::new(&path, &CableParameters::bench(), cells).unwrap()
+        };
+        let pulley = of(Segment::Pulley { wrap: 1.0 }, 2);
+        assert!(
+            pulley.clone().with_sheath_bend(0.1).is_err() && pulley.clone().with_sheath_bend(0.0).is_ok()
+        );
+        assert!(pulley.with_sheath_bend(-0.1).is_err());
+        let sheath = |bend: f64| of(Segment::Sheath { length: 0.8, bend, curvature: vec![] }, 7);
+        let (bent, exact) = (sheath(0.0).with_sheath_bend(2.0).unwrap(), sheath(2.0));
+        for (node, exact) in bent.nodes.iter().zip(&exact.nodes) {
+            assert!((node.friction - exact.friction).abs() < 1e-16);
+        }
+    }
+
+    #[test]
     fn the_drag_of_the_nodes_is_that_of_the_cable() {
         let [drag, fade] = bench(2.0).drag();
         assert!((drag - 95.0).abs() < 3e-14 && (fade - 5.0).abs() < 1e-15);

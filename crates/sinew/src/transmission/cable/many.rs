@@ -298,6 +298,7 @@ impl CableBatch {
 mod tests {
     use super::super::{Cable, CableParameters, CablePath, Weakening};
     use super::*;
+    use core::f64::consts::PI;
     use std::vec;
 
     /// Ten unlike cables: two groups, the second one not full. Friction of the first eight may weaken.
@@ -360,6 +361,50 @@ mod tests {
                     assert_eq!(batch.travel_to(k, 3.0, sliding), cable.travel_to(3.0, sliding));
                 }
             }
+        }
+    }
+
+    #[test]
+    fn what_is_changed_in_one_cable_of_a_batch_is_changed_as_in_a_cable_alone_and_in_no_other() {
+        let (mut batch, mut alone) = settled(None);
+        batch.set_wrap(9, 0, 0.9).unwrap();
+        alone[9].set_wrap(0, 0.9).unwrap();
+        batch.set_sheath_bend(8, 3.0).unwrap();
+        alone[8].set_sheath_bend(3.0).unwrap();
+        batch.scale_compliance(7, 1.5).unwrap();
+        alone[7].scale_compliance(1.5).unwrap();
+        let (_, unchanged) = settled(None);
+        let angle = |cable: &Cable| cable.law().friction_angle();
+        // mu times the change of the angle.
+        assert!((angle(&alone[9]) - angle(&unchanged[9]) - 0.19 * (0.9 - 0.5 * PI)).abs() < 1e-15);
+        assert!((angle(&alone[8]) - angle(&unchanged[8]) - 0.18 * (3.0 - 1.5 * PI)).abs() < 1e-15);
+        assert!((alone[7].ends().tension_in * 1.5 / unchanged[7].ends().tension_in - 1.0).abs() < 1e-15);
+        let mut ends = [EndTensions::default(); 10];
+        for step in 0..100 {
+            batch.step(1e-3, &motions(step), &mut ends).unwrap();
+            for (k, cable) in alone.iter_mut().enumerate() {
+                assert_eq!(cable.step(1e-3, motions(step)[k]).unwrap(), ends[k], "{step} {k}");
+                assert_eq!(batch.slides_everywhere(k), cable.slides_everywhere(), "{step} {k}");
+            }
+        }
+        assert!(batch.set_wrap(10, 0, 0.9).is_err() && batch.set_wrap(9, 1, 0.9).is_err());
+        assert!(batch.set_sheath_bend(10, 3.0).is_err() && batch.set_sheath_bend(9, -3.0).is_err());
+        assert!(batch.scale_compliance(10, 1.5).is_err() && batch.scale_compliance(9, 0.0).is_err());
+    }
+
+    #[test]
+    fn a_state_with_a_negative_tension_is_refused_and_one_without_tension_is_not() {
+        let (mut batch, _) = settled(None);
+        let mut state = vec![0.0; batch.state_len()];
+        batch.save(2, &mut state).unwrap();
+        for (place, number, taken) in
+            [(2, 0.0, true), (8, 0.0, true), (2, -1e-9, false), (8, f64::NAN, false)]
+        {
+            let mut wrong = state.clone();
+            wrong[place] = number;
+            let before: Vec<f64> = batch.tensions(2).collect();
+            assert_eq!(batch.restore(2, &wrong).is_ok(), taken, "{place} {number}");
+            assert!(taken || batch.tensions(2).eq(before));
         }
     }
 
