@@ -123,6 +123,8 @@ mod tests {
     use super::*;
     use crate::transmission::Dahl;
     use proptest::prelude::*;
+    use std::vec;
+    use std::vec::Vec;
 
     proptest! {
         #[test]
@@ -164,10 +166,50 @@ mod tests {
             (0..steps).fold(-0.8, |z, i| law.step(z, position(i + 1) - position(i)))
         };
         let reference = end(1 << 17);
-        let errors: std::vec::Vec<f64> = (6..10).map(|p| (end(1 << p) - reference).abs()).collect();
+        let errors: Vec<f64> = (6..10).map(|p| (end(1 << p) - reference).abs()).collect();
         assert!(errors[0] > 1e-4, "{errors:?}");
         for pair in errors.windows(2) {
             assert!((libm::log2(pair[0] / pair[1]) - 1.0).abs() < 0.25, "{errors:?}");
+        }
+    }
+
+    #[test]
+    fn the_root_is_found_from_every_state_however_hard_the_step() {
+        // The first ones are where an iteration with a wrong slope or a wrong middle ends elsewhere.
+        let mut cases = vec![(-1e-9, 1.0, 1.01, 0.5), (-0.1, 1.1, 3.0, 0.5), (0.5, 0.3, 5.0, 0.5)];
+        cases.extend([
+            (1.0 - 1e-9, 1e-12, 30.0, 0.5),
+            (-0.7224281818524843, 0.34583168301636386, 1.78, 0.502),
+        ]);
+        for start in [-1.0, -0.999, -0.5, -1e-3, 0.0, 1e-9, 0.1, 0.9, 1.0 - 1e-9] {
+            for travel in [1e-12, 1e-3, 0.1, 0.9, 1.0, 1.1, 3.0, 100.0, 1e6] {
+                for sharpness in [1.0, 1.01, 1.3, 2.0, 3.0, 8.0, 100.0] {
+                    cases.extend([0.5, 0.6, 1.0].map(|shape| (start, travel, sharpness, shape)));
+                }
+            }
+        }
+        for (start, travel, sharpness, shape) in cases {
+            let law = BoucWen::new(1.0, 1.0, sharpness, shape).unwrap();
+            let z = law.step(start, travel);
+            let mirrored = law.step(-start, -travel);
+            assert!((z + mirrored).abs() < 1e-15, "the law knows no direction");
+            // Bisection of the same equation, whose left side grows with `z`.
+            let (mut low, mut high) = (start, 1.0);
+            for _ in 0..60 {
+                let middle: f64 = 0.5 * (low + high);
+                let grip = libm::pow(middle.abs(), sharpness) * (shape * middle.signum() + 1.0 - shape);
+                let beyond = middle - start > travel * (1.0 - grip);
+                *(if beyond { &mut high } else { &mut low }) = middle;
+            }
+            assert!((z - high).abs() < 2e-15, "{start} {travel} {sharpness} {shape}: {z} {high}");
+        }
+    }
+
+    #[test]
+    fn a_slide_that_is_not_finite_leaves_the_state() {
+        let law = BoucWen::new(1.0, 1e-3, 2.0, 0.7).unwrap();
+        for slide in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, 0.0] {
+            assert!((law.step(0.3, slide) - 0.3).abs() < 1e-16, "{slide}");
         }
     }
 }

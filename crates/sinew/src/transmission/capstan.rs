@@ -65,4 +65,13 @@ mod tests {
         assert_eq!(refused(1.0, 1e200, 1e200), "friction * wrap_angle");
         assert_eq!(refused(1.0, 1.0, 1e4), "tension_out");
     }
+
+    #[test]
+    fn the_tension_falls_by_the_exponential_toward_the_motor_and_grows_by_it_away() {
+        for (sliding, exact) in
+            [(Sliding::TowardMotor, 50.0 * libm::exp(-0.6)), (Sliding::AwayFromMotor, 50.0 * libm::exp(0.6))]
+        {
+            assert!((capstan_tension_out(50.0, 0.2, 3.0, sliding).unwrap() - exact).abs() < 3e-14);
+        }
+    }
 }

@@ -334,4 +334,29 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn the_state_moves_by_its_elasticity_times_the_change_of_the_signals_and_bounds_are_bilinear() {
+        let cell = ClampCell {
+            basis: vec![BasisTerm::Product(0, 1), BasisTerm::One],
+            low: vec![0.0, -100.0],
+            high: vec![2.0, 0.0],
+            elastic: vec![1, 0],
+            kappa: vec![0.5, -2.0],
+            ..cell(&[(1.0, 1.0)])
+        };
+        let mut states = [0.0];
+        cell.start(&mut states, &[3.0, 7.0], Some(1.0));
+        let step = cell.step(&mut states, &[2.5, 11.0], &[3.0, 7.0]);
+        assert!((step.state - (1.0 + 0.5 * 4.0 + 2.0 * 0.5)).abs() < 1e-12, "{step:?}");
+        assert!((step.high - 2.0 * 2.5 * 11.0).abs() < 1e-12 && (step.low + 100.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_cell_written_without_its_start_begins_in_the_middle_of_its_band() {
+        let text = r#"{"basis": ["one"], "low": [2.0], "high": [5.0], "elastic": [], "kappa": [],
+            "branches": [{"width": 1.0, "share": 1.0}]}"#;
+        let cell: ClampCell = serde_json::from_str(text).unwrap();
+        assert!((cell.start(&mut [0.0], &[], None).state - 3.5).abs() < 1e-15);
+    }
 }

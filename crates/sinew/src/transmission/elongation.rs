@@ -210,4 +210,16 @@ mod tests {
         }
         assert!(stretch(0.2, 4.0, 0.8, 20.0, 15.0, Sliding::TowardMotor).abs() < 1e-15);
     }
+
+    #[test]
+    fn without_friction_any_tension_above_the_pretension_reaches_the_whole_cable() {
+        // Even the next number, whose logarithm is rounded to the same.
+        let just_above = f64::from_bits(1e6_f64.to_bits() + 1);
+        assert!(libm::log(just_above) - libm::log(1e6) == 0.0);
+        for (tension, pretension, friction) in [(just_above, 1e6, 0.0), (30.0, 0.0, 0.8), (30.0, 0.0, 0.0)] {
+            let length = transmission_length(tension, pretension, friction).unwrap();
+            assert!(length == f64::INFINITY, "{tension} {pretension} {friction}: {length}");
+        }
+        assert!(transmission_length(20.0, 20.0, 0.0).unwrap() == 0.0);
+    }
 }

@@ -161,7 +161,15 @@ mod tests {
             (1e-6, f64::INFINITY, 1e-3),
         ] {
             let step = law.step(1e-5, slide, load, interval);
-            assert!((step.deflection - 1e-5).abs() < 1e-20 && step.force.is_finite());
+            assert!((step.deflection - 1e-5).abs() < 1e-20 && (step.force - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn without_load_the_bristles_spring_back_even_at_rest() {
+        let law = LuGre::new(1e5, 300.0, curve()).unwrap();
+        for slide in [0.0, 1e-6, -1e-6] {
+            assert!(law.step(1e-5, slide, 0.0, 1e-3).deflection == 0.0, "{slide}");
         }
     }
 }

@@ -232,4 +232,80 @@ mod tests {
         assert!(MaxwellSlip::new(&[], curve, None).is_err());
         assert!(MaxwellSlip::new(&[half, half], curve, None).is_ok());
     }
+
+    fn of_two(attraction: Option<f64>) -> MaxwellSlip {
+        let curve = Stribeck::new(0.1, 0.2, 1e-3, 0.0, 3.0).unwrap();
+        let elements =
+            [SlipElement { stiffness: 1e5, share: 0.4 }, SlipElement { stiffness: 2e4, share: 0.6 }];
+        let law = MaxwellSlip::new(&elements, curve, attraction).unwrap();
+        assert_eq!(law.elements(), elements);
+        law
+    }
+
+    #[test]
+    fn outside_the_domain_the_state_is_held_and_its_force_reported() {
+        let law = of_two(None);
+        let mut state = law.state();
+        law.step(&mut state, 1e-5, 100.0, 1e-3);
+        let held = state.clone();
+        let force: f64 = held.forces().iter().sum();
+        assert!(force > 1.0);
+        for (slide, load, interval) in [
+            (1e-4, 100.0, -1e-3),
+            (1e-4, 100.0, 0.0),
+            (1e-4, 100.0, f64::NAN),
+            (1e-4, -1.0, 1e-3),
+            (1e-4, f64::NAN, 1e-3),
+            (1e-4, f64::INFINITY, 1e-3),
+            (f64::NAN, 100.0, 1e-3),
+            (f64::INFINITY, 100.0, 1e-3),
+            (1e306, 100.0, 1e-3),
+        ] {
+            let reported = law.step(&mut state, slide, load, interval);
+            assert!((reported - force).abs() < 1e-15, "{slide} {load} {interval}");
+            assert_eq!(state, held, "{slide} {load} {interval}");
+        }
+    }
+
+    #[test]
+    fn a_pause_does_not_end_a_slip() {
+        let law = of_two(Some(50.0));
+        let mut state = law.state();
+        for _ in 0..50 {
+            law.step(&mut state, 1e-6, 100.0, 1e-3);
+        }
+        let moving = state.clone();
+        law.step(&mut state, 0.0, 100.0, 1e-3);
+        assert_eq!(state, moving);
+    }
+
+    #[test]
+    fn an_element_that_sticks_reaches_its_limit_by_its_spring_however_slow_the_attraction() {
+        // One spring of 1e5 N/m with a limit of 10 N: two steps of 60 um, of which the second one breaks it away.
+        let law = MaxwellSlip::new(
+            &[SlipElement { stiffness: 1e5, share: 1.0 }],
+            Stribeck::coulomb(0.1).unwrap(),
+            Some(1e-3),
+        )
+        .unwrap();
+        let mut state = law.state();
+        assert!((law.step(&mut state, 6e-5, 100.0, 1e-3) - 6.0).abs() < 1e-12);
+        assert!((law.step(&mut state, 6e-5, 100.0, 1e-3) - 10.0).abs() < 4e-15);
+        // The limit doubles: the slipping force follows it at its own slow rate.
+        let slipping = law.step(&mut state, 6e-5, 200.0, 1e-3);
+        assert!((slipping - 10.0).abs() < 1e-6, "{slipping}");
+    }
+
+    #[test]
+    fn without_load_every_element_lets_go_however_slow_the_attraction() {
+        // The slowest of all, so slow that over a step it is no number.
+        for attraction in [None, Some(50.0), Some(f64::from_bits(1))] {
+            let law = of_two(attraction);
+            let mut state = law.state();
+            law.step(&mut state, 1e-5, 100.0, 1e-3);
+            let drag = law.step(&mut state, 1e-5, 0.0, 1e-3);
+            assert!(state.forces().iter().all(|force| *force == 0.0), "{attraction:?} {state:?}");
+            assert!((drag - 3.0 * 1e-2).abs() < 1e-17, "{drag}");
+        }
+    }
 }

@@ -274,4 +274,10 @@ mod tests {
         (bad.inputs, bad.hidden) = (usize::MAX, 4);
         assert!(Perceptron::new(bad).is_err());
     }
+
+    #[test]
+    fn a_network_knows_its_size() {
+        let network = Perceptron::new(weights(3, 11, true, 0.4)).unwrap();
+        assert_eq!((network.inputs(), network.hidden()), (3, 11));
+    }
 }

@@ -115,4 +115,12 @@ mod tests {
         }
         assert!(Play::new(-0.1).is_err() && Play::new(f64::INFINITY).is_err());
     }
+
+    #[test]
+    fn the_dead_band_is_twice_the_radius_wide() {
+        let law = Play::new(0.3).unwrap();
+        let up = law.step(0.0, 2.0);
+        assert!((law.step(up, -2.0) - up + 4.0 - 2.0 * law.radius()).abs() < 3e-16);
+        assert!((law.radius() - 0.3).abs() < 1e-15);
+    }
 }

@@ -107,4 +107,11 @@ mod tests {
         assert!(total_wrap_angle(0.1, &[0.2, -0.1]).is_err());
         assert!((total_wrap_angle(0.7, &[]).unwrap() - 0.7).abs() < 1e-15);
     }
+
+    #[test]
+    fn a_pulley_that_turns_faster_than_its_joint_wraps_faster_and_wraps_add_to_the_bend() {
+        let pulley = Pulley::new(0.3, 1.5).unwrap();
+        assert!((pulley.wrap_angle(2.0).unwrap() - 3.3).abs() < 1e-15);
+        assert!((total_wrap_angle(0.7, &[0.2, 1.1]).unwrap() - 2.0).abs() < 1e-15);
+    }
 }

@@ -172,4 +172,12 @@ mod tests {
         assert!(sheath.tension_in(9.9, 3.0, Sliding::TowardMotor).is_err());
         assert!(SheathLaw::new(0.0, 0.2, 0.0).is_err() && SheathLaw::new(1.1, 0.2, 0.0).is_err());
     }
+
+    #[test]
+    fn friction_angle_and_loss_act_together_as_one_exponent() {
+        let sheath = SheathLaw::new(0.9, 0.2, 10.0).unwrap();
+        for (sliding, factor) in BOTH.into_iter().zip([0.9 * libm::exp(-0.6), libm::exp(0.6) / 0.9]) {
+            assert!((sheath.tension_out(50.0, 3.0, sliding).unwrap() - 50.0 * factor - 10.0).abs() < 3e-14);
+        }
+    }
 }

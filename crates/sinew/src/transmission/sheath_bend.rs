@@ -153,4 +153,13 @@ mod tests {
         }
         assert!(SheathBend::new(1.0, vec![0.1], vec![]).is_err());
     }
+
+    #[test]
+    fn slopes_of_a_specimen_are_multiples_of_the_designed_ones() {
+        let bend = SheathBend::new(1.0, vec![0.5, -0.2], vec![0.1, 0.2]).unwrap();
+        let mut factors = [1.5, 3.0].into_iter();
+        let specimen = bend.with_slopes(|| factors.next().unwrap()).unwrap();
+        assert!((specimen.at(&[1.1, 1.2]) - (1.0 + 0.75 - 0.6)).abs() < 1e-15);
+        assert!((specimen.at(&[0.1, 0.2]) - 1.0).abs() < 1e-15);
+    }
 }

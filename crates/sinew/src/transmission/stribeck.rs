@@ -172,4 +172,13 @@ mod tests {
         assert!(Stribeck::new(0.2, 0.1, 0.01, 0.0, 0.0).is_err());
         assert!(Stribeck::new(0.2, 0.2, 0.0, 0.0, 0.0).is_err());
     }
+
+    #[test]
+    fn at_the_stribeck_speed_a_share_of_one_over_e_is_left_of_the_rise() {
+        let law = Stribeck::new(0.1, 0.3, 0.01, 0.5, 40.0).unwrap();
+        for (velocity, left) in [(0.0, 1.0), (0.01, libm::exp(-1.0)), (-0.02, libm::exp(-4.0))] {
+            let exact = 0.1 + 0.2 * left + 0.5 * f64::abs(velocity);
+            assert!((law.coefficient(velocity).unwrap() - exact).abs() < 1e-16, "{velocity}");
+        }
+    }
 }

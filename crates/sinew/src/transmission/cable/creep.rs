@@ -24,10 +24,14 @@ impl<const N: usize> LaneGroup<N> {
     }
 }
 
-/// Lets the cables creep over an interval, s: cells lengthen, tensions are clipped at zero.
+/// Lets the cables creep over an interval, s: cells lengthen, tensions are clipped at zero. An interval that is not above zero
+/// and finite changes nothing.
 #[inline(always)]
 pub(super) fn creep<const N: usize>(lanes: &mut LaneGroup<N>, interval: f64) {
     let Some(creep) = &mut lanes.creep else { return };
+    if !(interval > 0.0 && interval.is_finite()) {
+        return;
+    }
     let (share, mut rate, mut taut) = (creep.share, Row::<N>::ZERO, Row::<N>::ZERO);
     for k in 0..N {
         rate.0[k] = interval / (creep.time.0[k] + interval);
@@ -41,7 +45,6 @@ pub(super) fn creep<const N: usize>(lanes: &mut LaneGroup<N>, interval: f64) {
         for k in 0..N {
             let growth = rate.0[k] * (share.0[k] * c.0[k] * t.0[k] - x.0[k]);
             x.0[k] += growth;
-            let growth = if growth.abs() < f64::INFINITY { growth } else { 0.0 };
             grown.0[k] += growth;
             t.0[k] = at_least(t.0[k] - taut.0[k] * growth * stiff.0[k], 0.0);
             stretch.0[k] += c.0[k] * t.0[k];
@@ -61,6 +64,7 @@ pub(super) fn creep<const N: usize>(lanes: &mut LaneGroup<N>, interval: f64) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::bare::law;
     use super::super::lane_group::{Ends, Motion};
     use super::super::step::advance;
     use super::super::{CableLaw, CableParameters, CablePath};
@@ -93,7 +97,7 @@ mod tests {
             let before = lanes.clone();
             creep(&mut lanes, 1e-3);
             for k in 0..8 {
-                let (mut grown, mut stretch) = (0.0, 0.0);
+                let (mut grown, mut stretch, mut energy) = (0.0, 0.0, 0.0);
                 for j in 0..11 {
                     let (t, c) = (before.tension[j].0[k], before.compliance[j].0[k]);
                     let growth =
@@ -104,7 +108,11 @@ mod tests {
                     let eased = if loaded { (t - growth * before.stiffness[j].0[k]).max(0.0) } else { t };
                     assert_eq!(lanes.tension[j].0[k].to_bits(), eased.to_bits(), "{step} {j} {k}");
                     stretch += c * eased;
+                    energy += c * eased * eased;
                 }
+                let lengthened = of(k).is_some() && before.stretch.0[k] > 0.0;
+                let energy = if lengthened { energy } else { before.energy.0[k] };
+                assert_eq!(lanes.energy.0[k].to_bits(), energy.to_bits(), "{step} {k}");
                 let expected = match of(k) {
                     None => before.stretch.0[k],
                     Some(_) if before.stretch.0[k] > 0.0 => stretch,
@@ -115,6 +123,60 @@ mod tests {
             }
         }
         assert!(taut > 500 && slack > 500, "{taut} {slack}: both have to occur");
+    }
+
+    #[test]
+    fn a_held_cable_relaxes_to_its_tension_over_one_and_the_share() {
+        // Constant length: c T + x = c T_0, hence x_n = c T_0 share/(1 + share) (1 - (1 - r (1 + share))^n).
+        let (share, time, interval) = (0.25, 0.4, 1e-2);
+        let mut lanes = LaneGroup::<1>::new(&[law(&[2e-4, 5e-4], &[0.1])]);
+        lanes.settle(0, 40.0, crate::transmission::Sliding::TowardMotor);
+        lanes.set_creep(0, share, time).unwrap();
+        let before = lanes.clone();
+        let rate = interval / (time + interval);
+        for n in 1..=400 {
+            creep(&mut lanes, interval);
+            let crept = share / (1.0 + share) * (1.0 - libm::pow(1.0 - rate * (1.0 + share), f64::from(n)));
+            for (tension, before) in lanes.tension.iter().zip(&before.tension) {
+                assert!((tension.0[0] / before.0[0] - (1.0 - crept)).abs() < 3e-15, "{n}");
+            }
+            assert!((lanes.stretch.0[0] / before.stretch.0[0] - (1.0 - crept)).abs() < 2e-15);
+            assert!((lanes.energy.0[0] / before.energy.0[0] - (1.0 - crept) * (1.0 - crept)).abs() < 3e-15);
+        }
+        assert!((lanes.tension[1].0[0] - 40.0 / 1.25).abs() < 6e-5);
+    }
+
+    #[test]
+    fn a_slack_cable_that_recovers_takes_up_its_slack_and_no_more() {
+        let mut lanes = LaneGroup::<1>::new(&[law(&[2e-4, 5e-4], &[0.1])]);
+        lanes.set_creep(0, 0.2, 0.1).unwrap();
+        lanes.creep.as_mut().unwrap().crept.fill(Row([1e-3]));
+        lanes.stretch = Row([-1.5e-3]);
+        for n in 1..=200 {
+            creep(&mut lanes, 1e-2);
+            // Two cells have crept by 1 mm each, of which 1.5 mm in all are slack.
+            let recovered = 2e-3 * (1.0 - libm::pow(0.1 / 0.11, f64::from(n)));
+            assert!((lanes.stretch.0[0] - (recovered - 1.5e-3).min(0.0)).abs() < 2e-18, "{n}");
+            assert!(lanes.tension.iter().all(|tension| tension.0[0] == 0.0), "{n}");
+        }
+    }
+
+    #[test]
+    fn an_interval_that_is_none_changes_nothing_then_or_later() {
+        let of = |lanes: &LaneGroup<1>| {
+            let crept = &lanes.creep.as_ref().unwrap().crept;
+            let rows = lanes.tension.iter().chain(crept).chain([&lanes.stretch, &lanes.energy]);
+            rows.map(|row| row.0[0].to_bits()).collect::<vec::Vec<_>>()
+        };
+        let mut lanes = LaneGroup::<1>::new(&[law(&[2e-4, 5e-4], &[0.1])]);
+        lanes.settle(0, 40.0, crate::transmission::Sliding::TowardMotor);
+        lanes.set_creep(0, 0.2, 0.1).unwrap();
+        creep(&mut lanes, 1e-2);
+        let before = of(&lanes);
+        for interval in [0.0, -1e-3, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            creep(&mut lanes, interval);
+            assert_eq!(of(&lanes), before, "{interval}");
+        }
     }
 
     #[test]

@@ -41,7 +41,7 @@ impl<const N: usize> LaneGroup<N> {
         self.reset_motion(k);
     }
 
-    /// Tensions of [`set_profile`](Self::lay); returns their stretch.
+    /// Tensions of [`set_profile`](Self::set_profile); returns their stretch.
     fn write_profile(&mut self, k: usize, near: f64, share: f64) -> f64 {
         let (mut tension, mut stretch) = (near, 0.0);
         for j in 0..self.tension.len() {
@@ -177,5 +177,88 @@ impl<const N: usize> LaneGroup<N> {
         for (saved, memory) in speeds.iter().zip(&mut self.memory) {
             memory.speed.0[k] = *saved;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bare::law;
+    use super::super::lane_group::Row;
+    use super::super::{CableLaw, CableParameters, CablePath, Segment};
+    use super::*;
+    use alloc::vec;
+
+    #[test]
+    fn a_cable_slides_everywhere_where_all_its_nodes_move_the_same_way() {
+        let mut lanes = LaneGroup::<1>::new(&[law(&[1e-4; 4], &[0.1; 3])]);
+        for (slips, everywhere) in [
+            ([1e-4, 2e-5, 3e-4], true),
+            ([-1e-4, -2e-5, -3e-4], true),
+            ([1e-4, -2e-5, 3e-4], false),
+            ([-1e-4, -2e-5, 3e-4], false),
+            ([1e-4, 2e-5, 0.0], false),
+            ([0.0, 2e-5, 3e-4], false),
+            ([0.0; 3], false),
+        ] {
+            // What the ends do does not count.
+            lanes.slip[0] = Row([-1.0]);
+            for (row, slip) in lanes.slip[1..4].iter_mut().zip(slips) {
+                row.0[0] = slip;
+            }
+            assert_eq!(lanes.slides_everywhere(0), everywhere, "{slips:?}");
+        }
+    }
+
+    #[test]
+    fn a_changed_wrap_is_that_of_a_path_built_with_it() {
+        let built = |wraps: [f64; 3]| {
+            let mut segments = vec![Segment::Free { length: 0.2 }];
+            segments.push(Segment::Sheath { length: 0.3, bend: 0.6, curvature: vec![] });
+            // Two pulleys share a node with the end of the sheath.
+            segments.extend([Segment::Pulley { wrap: wraps[0] }, Segment::Pulley { wrap: wraps[1] }]);
+            segments.extend([Segment::Free { length: 0.1 }, Segment::Pulley { wrap: wraps[2] }]);
+            segments.push(Segment::Free { length: 0.4 });
+            let parameters = CableParameters { friction: 0.1, viscous: 0.7, ..CableParameters::bench() };
+            CableLaw::new(&CablePath::new(segments).unwrap(), &parameters, 6).unwrap()
+        };
+        let mut lanes = LaneGroup::<2>::new(&[built([0.5, 0.8, 1.1])]);
+        let untouched = lanes.clone();
+        lanes.set_wrap(1, 1, 1.4).unwrap();
+        lanes.set_wrap(1, 2, 0.3).unwrap();
+        let exact = LaneGroup::<2>::new(&[built([0.5, 1.4, 0.3])]);
+        for ((node, exact), untouched) in lanes.nodes.iter().zip(&exact.nodes).zip(&untouched.nodes) {
+            assert!((node.half_angle.0[1] - exact.half_angle.0[1]).abs() < 3e-17);
+            assert!((node.tanh_half.0[1] - exact.tanh_half.0[1]).abs() < 3e-17);
+            assert!((node.viscous.0[1] - exact.viscous.0[1]).abs() < 2e-16);
+            assert_eq!(node.half_angle.0[0].to_bits(), untouched.half_angle.0[0].to_bits());
+            assert_eq!(node.viscous.0[0].to_bits(), untouched.viscous.0[0].to_bits());
+        }
+        // Without any wrap nothing is left, whatever was set in between.
+        lanes.set_wrap(1, 2, 0.0).unwrap();
+        let last = lanes.nodes[4];
+        assert!(last.half_angle.0[1].abs() < 1e-16 && last.viscous.0[1].abs() < 1e-16);
+        assert!(lanes.set_wrap(1, 3, 0.1).is_err() && lanes.set_wrap(1, 0, -0.1).is_err());
+        assert!(lanes.set_wrap(1, 0, 20.0).is_err());
+        assert!((lanes.laws[1].friction_angle() - built([0.5, 1.4, 0.0]).friction_angle()).abs() < 1e-16);
+    }
+
+    #[test]
+    fn a_cable_that_becomes_more_compliant_keeps_its_lengths_and_loses_tension() {
+        let compliance = [2e-4, 1e-4, 5e-4];
+        let mut lanes = LaneGroup::<1>::new(&[law(&compliance, &[0.1, 0.2])]);
+        lanes.settle(0, 30.0, Sliding::TowardMotor);
+        let before = lanes.clone();
+        // The factor is on what was built, not on what was set before.
+        for factor in [2.5, 1.25, 0.4] {
+            lanes.scale_compliance(0, factor).unwrap();
+            for (j, built) in compliance.iter().enumerate() {
+                assert!((lanes.compliance[j].0[0] / built - factor).abs() < 1e-15);
+                assert!((lanes.stiffness[j].0[0] * built * factor - 1.0).abs() < 2e-16);
+                assert!((lanes.tension[j].0[0] * factor / before.tension[j].0[0] - 1.0).abs() < 4e-16);
+            }
+            assert!((lanes.stretch.0[0] - before.stretch.0[0]).abs() < 1e-18);
+            assert!((lanes.energy.0[0] * factor / before.energy.0[0] - 1.0).abs() < 1e-15);
+        }
+        assert!(lanes.scale_compliance(0, 0.0).is_err());
     }
 }

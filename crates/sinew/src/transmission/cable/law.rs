@@ -186,3 +186,84 @@ impl CableLaw {
         self.pretension
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Segment;
+    use super::*;
+    use alloc::vec;
+
+    fn bench(bend: f64) -> CableLaw {
+        let mut segments: Vec<Segment> = CablePath::bench().into();
+        segments[1] = Segment::Sheath { length: 0.806, bend, curvature: vec![1.0, 3.0] };
+        let parameters = CableParameters { viscous: 0.7, ..CableParameters::bench() };
+        CableLaw::new(&CablePath::new(segments).unwrap(), &parameters, 9).unwrap()
+    }
+
+    #[test]
+    fn a_changed_bend_is_that_of_a_path_built_with_it() {
+        for (from, to) in [(1.2, 2.9), (2.9, 1.2), (2.9, 0.0)] {
+            let (changed, exact) = (bench(from).with_sheath_bend(to).unwrap(), bench(to));
+            assert!((changed.sheath_bend() - to).abs() < 1e-15 && (exact.sheath_bend() - to).abs() < 1e-15);
+            assert!((changed.friction_angle() - exact.friction_angle()).abs() < 2e-16);
+            for (node, exact) in changed.nodes.iter().zip(&exact.nodes) {
+                assert!((node.friction - exact.friction).abs() < 5e-17, "{node:?} {exact:?}");
+                assert!((node.viscous - exact.viscous).abs() < 5e-17, "{node:?} {exact:?}");
+                assert!(
+                    node.loss.to_bits() == exact.loss.to_bits()
+                        && node.drag.to_bits() == exact.drag.to_bits()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_path_without_a_sheath_stays_without_bend_and_a_straight_sheath_bends_evenly() {
+        let free = Segment::Free { length: 0.5 };
+        let of = |segment: Segment, cells: usize| {
+            let path = CablePath::new(vec![free.clone(), segment, free.clone()]).unwrap();
+            CableLaw::new(&path, &CableParameters::bench(), cells).unwrap()
+        };
+        let pulley = of(Segment::Pulley { wrap: 1.0 }, 2);
+        assert!(
+            pulley.clone().with_sheath_bend(0.1).is_err() && pulley.clone().with_sheath_bend(0.0).is_ok()
+        );
+        assert!(pulley.with_sheath_bend(-0.1).is_err());
+        let sheath = |bend: f64| of(Segment::Sheath { length: 0.8, bend, curvature: vec![] }, 7);
+        let (bent, exact) = (sheath(0.0).with_sheath_bend(2.0).unwrap(), sheath(2.0));
+        for (node, exact) in bent.nodes.iter().zip(&exact.nodes) {
+            assert!((node.friction - exact.friction).abs() < 1e-16);
+        }
+    }
+
+    #[test]
+    fn the_drag_of_the_nodes_is_that_of_the_cable() {
+        let [drag, fade] = bench(2.0).drag();
+        assert!((drag - 95.0).abs() < 3e-14 && (fade - 5.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_node_bears_a_friction_angle_of_four_fifths_with_its_loss_and_before_friction_weakens() {
+        let over_a_pulley = |friction: f64, efficiency: f64, rise: f64| {
+            let free = Segment::Free { length: 0.5 };
+            let path = CablePath::new(vec![free.clone(), Segment::Pulley { wrap: 1.0 }, free]).unwrap();
+            let weakening = Some(Weakening { rise, speed: 1e-3, lag: 0.01 });
+            let parameters = CableParameters { friction, efficiency, weakening, ..CableParameters::bench() };
+            CableLaw::new(&path, &parameters, 2)
+        };
+        // -ln 0.9 = 0.105.
+        for (friction, efficiency, rise, borne) in [
+            (0.79, 1.0, 0.0, true),
+            (0.81, 1.0, 0.0, false),
+            (0.69, 0.9, 0.0, true),
+            (0.70, 0.9, 0.0, false),
+            (0.52, 1.0, 0.5, true),
+            (0.54, 1.0, 0.5, false),
+            (0.45, 0.9, 0.5, true),
+            (0.47, 0.9, 0.5, false),
+        ] {
+            let law = over_a_pulley(friction, efficiency, rise);
+            assert_eq!(law.is_ok(), borne, "{friction} {efficiency} {rise}");
+        }
+    }
+}

@@ -293,3 +293,201 @@ impl CableBatch {
         Ok((cable / LANES, cable % LANES))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Cable, CableParameters, CablePath, Weakening};
+    use super::*;
+    use core::f64::consts::PI;
+    use std::vec;
+
+    /// Ten unlike cables: two groups, the second one not full. Friction of the first eight may weaken.
+    fn laws(weakening: Option<Weakening>) -> Vec<CableLaw> {
+        let law = |k: usize| {
+            let friction = 0.1 + 0.01 * k as f64;
+            let weakening = weakening.filter(|_| k < 8);
+            let parameters = CableParameters { friction, weakening, ..CableParameters::bench() };
+            CableLaw::new(&CablePath::bench(), &parameters, 7).unwrap()
+        };
+        (0..10).map(law).collect()
+    }
+
+    fn settled(weakening: Option<Weakening>) -> (CableBatch, Vec<Cable>) {
+        let laws = laws(weakening);
+        let mut batch = CableBatch::new(&laws).unwrap();
+        let mut alone: Vec<_> = laws.into_iter().map(Cable::new).collect();
+        for (k, cable) in alone.iter_mut().enumerate() {
+            let far = 30.0 + 5.0 * k as f64;
+            batch.settle(k, far, Sliding::TowardMotor).unwrap();
+            cable.settle(far, Sliding::TowardMotor).unwrap();
+        }
+        (batch, alone)
+    }
+
+    fn motions(step: i32) -> [EndMotion; 10] {
+        core::array::from_fn(|k| {
+            let phase = 0.05 * f64::from(step) + k as f64;
+            EndMotion { motor: 2e-4 * libm::sin(phase), anchor: 5e-5 * libm::cos(phase) }
+        })
+    }
+
+    #[test]
+    fn a_batch_is_its_cables_side_by_side_with_drag_that_is_scaled_and_creep() {
+        let (mut batch, mut alone) = settled(None);
+        assert_eq!((batch.len(), batch.cells(), batch.is_empty()), (10, 7, false));
+        for (k, cable) in alone.iter_mut().enumerate() {
+            let (factor, share, time) = (0.3 * k as f64, 0.02 * k as f64, 0.1 + k as f64);
+            batch.scale_drag(k, factor).unwrap();
+            cable.scale_drag(factor).unwrap();
+            if k % 3 != 0 {
+                batch.set_creep(k, share, time).unwrap();
+                cable.set_creep(share, time).unwrap();
+            }
+        }
+        let mut ends = [EndTensions::default(); 10];
+        for step in 0..200 {
+            let motions = motions(step);
+            batch.step(1e-3, &motions, &mut ends).unwrap();
+            batch.creep(1e-3);
+            for (k, cable) in alone.iter_mut().enumerate() {
+                assert_eq!(cable.step(1e-3, motions[k]).unwrap(), ends[k], "{step} {k}");
+                cable.creep(1e-3);
+                assert!(batch.tensions(k).eq(cable.tensions()), "{step} {k}");
+                assert_eq!(batch.stretch(k), Some(cable.stretch()));
+                assert_eq!(batch.energy(k), Ok(cable.energy()));
+                for sliding in [Sliding::TowardMotor, Sliding::AwayFromMotor] {
+                    assert_eq!(batch.travel_to(k, 90.0, sliding), cable.travel_to(90.0, sliding));
+                    // Below the pretension nothing is left for the cable.
+                    assert_eq!(batch.travel_to(k, 3.0, sliding), cable.travel_to(3.0, sliding));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_changed_in_one_cable_of_a_batch_is_changed_as_in_a_cable_alone_and_in_no_other() {
+        let (mut batch, mut alone) = settled(None);
+        batch.set_wrap(9, 0, 0.9).unwrap();
+        alone[9].set_wrap(0, 0.9).unwrap();
+        batch.set_sheath_bend(8, 3.0).unwrap();
+        alone[8].set_sheath_bend(3.0).unwrap();
+        batch.scale_compliance(7, 1.5).unwrap();
+        alone[7].scale_compliance(1.5).unwrap();
+        let (_, unchanged) = settled(None);
+        let angle = |cable: &Cable| cable.law().friction_angle();
+        // mu times the change of the angle.
+        assert!((angle(&alone[9]) - angle(&unchanged[9]) - 0.19 * (0.9 - 0.5 * PI)).abs() < 1e-15);
+        assert!((angle(&alone[8]) - angle(&unchanged[8]) - 0.18 * (3.0 - 1.5 * PI)).abs() < 1e-15);
+        assert!((alone[7].ends().tension_in * 1.5 / unchanged[7].ends().tension_in - 1.0).abs() < 1e-15);
+        let mut ends = [EndTensions::default(); 10];
+        for step in 0..100 {
+            batch.step(1e-3, &motions(step), &mut ends).unwrap();
+            for (k, cable) in alone.iter_mut().enumerate() {
+                assert_eq!(cable.step(1e-3, motions(step)[k]).unwrap(), ends[k], "{step} {k}");
+                assert_eq!(batch.slides_everywhere(k), cable.slides_everywhere(), "{step} {k}");
+            }
+        }
+        assert!(batch.set_wrap(10, 0, 0.9).is_err() && batch.set_wrap(9, 1, 0.9).is_err());
+        assert!(batch.set_sheath_bend(10, 3.0).is_err() && batch.set_sheath_bend(9, -3.0).is_err());
+        assert!(batch.scale_compliance(10, 1.5).is_err() && batch.scale_compliance(9, 0.0).is_err());
+    }
+
+    #[test]
+    fn a_state_with_a_negative_tension_is_refused_and_one_without_tension_is_not() {
+        let (mut batch, _) = settled(None);
+        let mut state = vec![0.0; batch.state_len()];
+        batch.save(2, &mut state).unwrap();
+        for (place, number, taken) in
+            [(2, 0.0, true), (8, 0.0, true), (2, -1e-9, false), (8, f64::NAN, false)]
+        {
+            let mut wrong = state.clone();
+            wrong[place] = number;
+            let before: Vec<f64> = batch.tensions(2).collect();
+            assert_eq!(batch.restore(2, &wrong).is_ok(), taken, "{place} {number}");
+            assert!(taken || batch.tensions(2).eq(before));
+        }
+    }
+
+    #[test]
+    fn a_cable_without_friction_travels_by_its_compliance_to_a_tension_above_the_pretension() {
+        let parameters = CableParameters { friction: 0.0, efficiency: 1.0, ..CableParameters::bench() };
+        let law = CableLaw::new(&CablePath::bench(), &parameters, 7).unwrap();
+        let compliance: f64 = law.compliance().iter().sum();
+        let mut batch = CableBatch::new(&vec![law; 9]).unwrap();
+        batch.settle(8, 40.0, Sliding::TowardMotor).unwrap();
+        for (to, sliding) in [(65.0, Sliding::TowardMotor), (20.0, Sliding::AwayFromMotor)] {
+            let travel = batch.travel_to(8, to, sliding).unwrap();
+            assert!((travel - compliance * (to - 40.0)).abs() < 4e-18, "{travel}");
+        }
+        assert!((batch.stretch(8).unwrap() - compliance * (40.0 - parameters.pretension)).abs() < 4e-18);
+    }
+
+    #[test]
+    fn drag_that_is_scaled_is_the_drag_of_a_law_with_as_much_more() {
+        let law = |drag: f64| {
+            let parameters = CableParameters { drag, ..CableParameters::bench() };
+            CableLaw::new(&CablePath::bench(), &parameters, 7).unwrap()
+        };
+        let mut batch = CableBatch::new(&[law(60.0), law(120.0)]).unwrap();
+        batch.scale_drag(0, 2.0).unwrap();
+        let mut ends = [EndTensions::default(); 2];
+        for _ in 0..100 {
+            batch.step(1e-3, &[EndMotion { motor: 1e-4, anchor: 2e-5 }; 2], &mut ends).unwrap();
+        }
+        assert_eq!(ends[0], ends[1]);
+        assert!(batch.scale_drag(0, -1.0).is_err());
+    }
+
+    #[test]
+    fn a_cable_continues_to_the_bit_from_a_state_that_was_written() {
+        for weakening in [None, Some(Weakening { rise: 0.4, speed: 4e-3, lag: 0.04 })] {
+            let (mut batch, _) = settled(weakening);
+            // Two totals, seven tensions, six slips, and six speeds where friction weakens.
+            assert_eq!(batch.state_len(), if weakening.is_some() { 21 } else { 15 });
+            let mut ends = [EndTensions::default(); 10];
+            for step in 0..50 {
+                batch.step(1e-3, &motions(step), &mut ends).unwrap();
+            }
+            let (mut other, _) = settled(weakening);
+            let mut state = vec![f64::NAN; batch.state_len()];
+            for k in 0..10 {
+                batch.save(k, &mut state).unwrap();
+                assert!((state[0] - batch.stretch(k).unwrap()).abs() == 0.0);
+                other.restore(k, &state).unwrap();
+            }
+            for step in 50..100 {
+                let mut again = ends;
+                batch.step(1e-3, &motions(step), &mut ends).unwrap();
+                other.step(1e-3, &motions(step), &mut again).unwrap();
+                assert_eq!(ends, again, "{step}");
+            }
+            assert!(batch.save(0, &mut state[1..]).is_err() && batch.save(10, &mut state).is_err());
+        }
+    }
+
+    #[test]
+    fn there_is_nothing_behind_the_last_cable() {
+        let (mut batch, _) = settled(None);
+        assert_eq!((batch.tensions(9).count(), batch.tensions(10).count()), (7, 0));
+        assert!(batch.stretch(9).is_some() && batch.stretch(10).is_none() && batch.stretch(99).is_none());
+        assert!(batch.law(9).is_some() && batch.law(10).is_none() && batch.energy(10).is_err());
+        assert!(batch.travel_to(10, 50.0, Sliding::TowardMotor).is_err());
+        assert!(batch.set_creep(10, 0.1, 1.0).is_err() && batch.scale_drag(10, 1.0).is_err());
+    }
+
+    #[test]
+    fn motion_that_is_too_far_is_refused_even_where_every_cable_moves_so() {
+        let (mut batch, _) = settled(None);
+        let before: Vec<f64> = batch.tensions(3).collect();
+        let mut ends = [EndTensions::default(); 10];
+        for far in [0.11, -0.11, f64::INFINITY, f64::NAN] {
+            for motion in [EndMotion { motor: far, anchor: 0.0 }, EndMotion { motor: 0.0, anchor: far }] {
+                assert!(batch.step(1e-3, &[motion; 10], &mut ends).is_err(), "{motion:?}");
+                let mut one = [EndMotion::default(); 10];
+                one[9] = motion;
+                assert!(batch.step(1e-3, &one, &mut ends).is_err(), "{motion:?}");
+            }
+        }
+        assert!(batch.tensions(3).eq(before));
+    }
+}

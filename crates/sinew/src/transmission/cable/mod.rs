@@ -42,6 +42,8 @@
 //! `yuan2023`, eqs. 2, 7 and 10, spread along the cable; front propagation as in play operators,
 //! `brokate1996`; the time step and its energy check are original.
 
+#[cfg(test)]
+mod bare;
 mod creep;
 mod dispatch;
 mod elementary;

@@ -201,8 +201,8 @@ impl Cable {
         self.lanes.set_creep(0, share, time)
     }
 
-    /// Creep over an interval, s, after a step; tensions are clipped at zero. Without [`set_creep`](Self::set_creep) nothing
-    /// changes.
+    /// Creep over an interval, s, after a step; tensions are clipped at zero. Without [`set_creep`](Self::set_creep), or where
+    /// the interval is not above zero and finite, nothing changes.
     pub fn creep(&mut self, interval: f64) {
         creep(&mut self.lanes, interval);
     }

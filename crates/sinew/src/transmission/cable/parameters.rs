@@ -139,3 +139,16 @@ impl CableParameters {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_is_highest_at_rest_and_half_of_the_rise_remains_at_the_given_speed() {
+        let weakening = Weakening { rise: 0.6, speed: 4e-3, lag: 0.02 };
+        for (speed, factor) in [(0.0, 1.6), (4e-3, 1.3), (8e-3, 1.12), (4.0, 1.0)] {
+            assert!((weakening.factor(speed) - factor).abs() < 1e-6, "{speed}");
+        }
+    }
+}

@@ -347,6 +347,38 @@ mod tests {
         assert!((far[1..5].iter().map(|node| node.bend).sum::<f64>() - 1.6).abs() < 1e-12);
     }
 
+    /// Cells in the sheaths `(length, bend)`, a pulley's free length between any two of them.
+    fn cells_of(sheaths: &[(f64, f64)], cells: usize) -> Vec<usize> {
+        let mut segments = vec![free(0.1)];
+        for (length, bend) in sheaths {
+            segments.extend([sheath(*length, *bend, &[]), free(0.1)]);
+        }
+        let layout = CablePath::new(segments).unwrap().layout(cells).unwrap();
+        let parts = layout.cells.split(|cell| !cell.sheathed).map(<[CellPlace]>::len);
+        parts.filter(|count| *count > 0).collect()
+    }
+
+    #[test]
+    fn cells_are_spread_so_that_the_largest_bend_of_one_is_least() {
+        // Bends as the number of cells: each bears the same.
+        assert_eq!(cells_of(&[(0.3, 2.0), (0.9, 5.0), (0.2, 3.0)], 14), [2, 5, 3]);
+        for (bends, cells) in [([2.0, 5.0, 3.1], 17), ([0.4, 0.1, 6.0], 30), ([1.0, 1.0, 1.1], 9)] {
+            let counts = cells_of(&bends.map(|bend| (0.3, bend)), cells);
+            let most = |counts: [usize; 3]| (0..3).map(|k| bends[k] / counts[k] as f64).fold(0.0, f64::max);
+            let all = cells - 4;
+            assert_eq!(counts.iter().sum::<usize>(), all);
+            let ways = (1..all).flat_map(|a| (1..all - a).map(move |b| [a, b, all - a - b]));
+            let least = ways.map(most).fold(f64::INFINITY, f64::min);
+            assert!((most([counts[0], counts[1], counts[2]]) - least).abs() < 1e-15, "{counts:?}");
+        }
+    }
+
+    #[test]
+    fn straight_sheaths_share_cells_by_length_and_leave_them_to_a_bent_one() {
+        assert_eq!(cells_of(&[(0.1, 0.0), (0.4, 0.0), (0.2, 0.0)], 11), [1, 4, 2]);
+        assert_eq!(cells_of(&[(5.0, 0.0), (0.1, 0.5)], 12), [1, 8]);
+    }
+
     #[test]
     fn an_invalid_path_is_refused_by_name() {
         let named = |segments: Vec<Segment>, name: &str| {

@@ -220,6 +220,34 @@ mod tests {
     }
 
     #[test]
+    fn every_node_is_in_balance_at_its_own_speed_direction_and_drag() {
+        let parameters = CableParameters { viscous: 0.2, ..CableParameters::bench() };
+        let law = CableLaw::new(&CablePath::bench(), &parameters, 12).unwrap();
+        // What two iterations of the drag at every node leave.
+        for (velocity, tolerance) in [(0.12, 1.2e-5), (0.03, 1e-6), (0.0, 2e-9), (-0.03, 4e-6), (-0.12, 4e-5)]
+        {
+            let steady = law.steady(60.0, velocity, 1.3).unwrap();
+            // At rest the cable is at the edge of sliding toward the motor.
+            let s = if velocity < 0.0 { -1.0 } else { 1.0 };
+            let mut tension = 60.0 - parameters.pretension;
+            let mut stretch = law.compliance[11] * tension;
+            for (node, compliance) in law.nodes.iter().zip(&law.compliance).rev() {
+                let (behind, mut ahead) = (tension, tension);
+                for _ in 0..100 {
+                    let drag = 1.3 * node.drag * velocity / (behind + ahead + 2.0 * parameters.drag_fade);
+                    let half = s * (node.friction + node.loss) + node.viscous * velocity + drag;
+                    ahead = behind * libm::exp(2.0 * half);
+                }
+                tension = ahead;
+                stretch += compliance * tension;
+            }
+            let off =
+                f64::max((steady.tension_in / tension - 1.0).abs(), (steady.stretch / stretch - 1.0).abs());
+            assert!(off < tolerance, "{velocity} {off:e}");
+        }
+    }
+
+    #[test]
     fn in_lanes_cables_slide_to_the_bit_as_each_alone() {
         for weakening in [None, Some(Weakening { rise: 0.4, speed: 4e-3, lag: 0.04 })] {
             let law = |k: i32| {
