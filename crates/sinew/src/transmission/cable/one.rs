@@ -49,7 +49,8 @@ impl Cable {
     /// The same with `count` Newton steps per time step instead of one, at least one.
     ///
     /// One suffices for steps of 1 ms at up to 0.3 m/s; after a jump of many millimetres five reach balance
-    /// in one step.
+    /// in one step where the cable slides on. A jump that reverses it may be off by as much as friction holds,
+    /// with any number (1 mm in a step of 1 ms: up to 11 N on the bench): take shorter steps there.
     #[must_use]
     pub fn with_iterations(mut self, count: usize) -> Self {
         self.lanes.iterations = count.max(1);
