@@ -267,3 +267,21 @@ fn on_cylinder(
         [lean * x - rates[i] * y, lean * y + rates[i] * x, along * tilt]
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_do_not_turn_where_the_plane_or_the_slope_of_a_cable_is_undetermined() {
+        let (along, moving) = ([1.0, 2.0, -0.5], [[0.1, -0.2, 0.3], [0.4, 0.0, -0.1]]);
+        // Both ends and the centre on one line.
+        let ends = [scale(-1.0, along), scale(1.5, along)];
+        let directions = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
+        assert_eq!(on_sphere(ends, moving, directions, (1.0, 1.5), 0.3), [[0.0; 3]; 2]);
+        // A cable parallel to the axis.
+        let ends = [[0.5, 0.0, 0.0], [0.5, 0.0, 4.0]];
+        let up = [[0.0, 0.0, 1.0]; 2];
+        assert_eq!(on_cylinder(ends, moving, up, (1.0, 1.5), (0.3, 4.0)), [[0.0; 3]; 2]);
+    }
+}
