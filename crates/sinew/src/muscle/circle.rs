@@ -153,9 +153,6 @@ pub(super) fn inside(ends: [Point; 2], radius: f64) -> Option<Touch> {
         }
     }
     let gap = libm::atan2(cross(e0, e1).abs(), dot(e0, e1));
-    if dot(e0, e1) < -(1.0 - TINY) * length0 * length1 {
-        return None;
-    }
     let [a, b] = [radius / length0, radius / length1];
     let t = grazing_angle(a, b, gap);
     // From e_0 towards e_1.
@@ -190,8 +187,8 @@ pub(super) fn turning(ends: [Point; 2], moving: [Point; 2], touch: (f64, f64), r
     let steep = shares.map(|share| libm::sqrt((1.0 - share * share * sine * sine).max(1e-18)));
     let own = [0, 1].map(|i| -shares[i] * dot(ends[i], moving[i]) / squares[i] * sine / steep[i]);
     let pull = [0, 1].map(|i| shares[i] * cosine / steep[i]);
-    let gap = if t < FRAC_PI_2 { sense * (phi[1] - phi[0]) } else { 0.0 };
-    let rate = if t < FRAC_PI_2 { (own[0] + own[1] + gap) / (2.0 - pull[0] - pull[1]) } else { 0.0 };
+    // Of the grazing angle, which does not count around, where `pull` is zero.
+    let rate = (own[0] + own[1] + sense * (phi[1] - phi[0])) / (2.0 - pull[0] - pull[1]);
     let lean = [0, 1].map(|i| own[i] + pull[i] * rate);
     [phi[0] - sense * lean[0], phi[1] + sense * lean[1]]
 }

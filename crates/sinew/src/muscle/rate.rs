@@ -229,7 +229,8 @@ fn on_sphere(
     }
     let normal = scale(1.0 / size, product);
     let change = add(cross(moving[0], ends[1]), cross(ends[0], moving[1]));
-    let tilt = scale(1.0 / size, add_scaled(change, -dot(change, normal), normal));
+    // With a part along the normal, which no direction in the plane meets.
+    let tilt = scale(1.0 / size, change);
     let x = scale(1.0 / norm(ends[0]), ends[0]);
     let y = cross(normal, x);
     let planar = |vectors: [Vector; 2]| vectors.map(|vector| [dot(vector, x), dot(vector, y)]);

@@ -30,9 +30,6 @@ pub(super) fn sphere(
 ) -> Option<Contact> {
     let [p0, p1] = ends;
     let (square0, square1, c) = (dot(p0, p0), dot(p1, p1), dot(p0, p1));
-    if square0 < TINY * TINY || square1 < TINY * TINY {
-        return None;
-    }
     if side.is_none() && misses(square0, square1, c, radius) {
         return None;
     }
@@ -41,6 +38,7 @@ pub(super) fn sphere(
     let normal = cross(p0, p1);
     let size = norm(normal);
     let y = if size < TINY { any_normal(x, axes) } else { scale(1.0 / (size * length0), cross(normal, p0)) };
+    // An end at the centre is within the circle, whatever the plane.
     let planar = [[length0, 0.0], [c / length0, dot(p1, y)]];
     let touch = wrap_in_plane(planar, side.map(|s| ([dot(s, x), dot(s, y)], norm(s))), radius)?;
     let lift = |[a, b]: Point| add_scaled(scale(a, x), b, y);
@@ -58,17 +56,11 @@ pub(super) fn sphere(
 #[inline]
 pub(super) fn cylinder(ends: [Vector; 2], side: Option<Vector>, radius: f64) -> Option<Contact> {
     let [p0, p1] = ends;
-    if dot(p0, p0) < TINY * TINY || dot(p1, p1) < TINY * TINY {
-        return None;
-    }
     let planar = [[p0[0], p0[1]], [p1[0], p1[1]]];
     let touch = wrap_in_plane(planar, side.map(|s| ([s[0], s[1]], norm(s))), radius)?;
     let around = touch.free[0] + touch.on + touch.free[1];
     let rise = p1[2] - p0[2];
     let length = libm::sqrt(around * around + rise * rise);
-    if length < TINY {
-        return None;
-    }
     let (along, up) = (around / length, rise / length);
     let lift = |[a, b]: Point| [along * a, along * b, up];
     let longer = 1.0 / along;

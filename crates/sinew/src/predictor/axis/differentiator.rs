@@ -211,5 +211,9 @@ mod tests {
             found.step(signal, 1e-18, 1e-20);
         }
         assert_eq!(found, Differentiator::at(-1e30));
+        // One of 1e-31 s makes an enormous rate at once, before there is a second one.
+        let mut found = Differentiator::at(0.0);
+        found.step(1e30, 1e-29, 1e-31);
+        assert_eq!(found, Differentiator::at(1e30));
     }
 }
