@@ -7,6 +7,9 @@ use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 
+/// A change and the field that is then refused.
+type Case = (fn(&mut Model), &'static str);
+
 /// A law of two inputs and no physics.
 fn law() -> MemoryLaw {
     MemoryLaw {
@@ -156,7 +159,7 @@ fn a_model_beyond_the_edges_of_its_domain_is_refused_by_name() {
     fn cell_of(m: &mut Model) -> &mut ClampCell {
         m.estimator.law.cell.as_mut().unwrap()
     }
-    let cases: [(fn(&mut Model), &str); 20] = [
+    let cases: [Case; 20] = [
         (|m| m.guards[2].jump = 0.0, "guards.jump"),
         (|m| m.estimator.gate_power = Some(-1.0), "estimator.gate_power"),
         (|m| m.estimator.gate_power = Some(f64::INFINITY), "estimator.gate_power"),
@@ -186,7 +189,7 @@ fn a_model_beyond_the_edges_of_its_domain_is_refused_by_name() {
         (
             |m| {
                 (m.estimator.law.cell, m.estimator.law.cable, m.estimator.law.axis) =
-                    (None, Some(cable()), Some(axis()))
+                    (None, Some(cable()), Some(axis()));
             },
             "law.axis",
         ),

@@ -173,6 +173,9 @@ mod tests {
     use super::*;
     use alloc::vec;
 
+    /// A change and the field that is then refused.
+    type Case = (fn(&mut AxisForce), &'static str);
+
     fn axis() -> AxisForce {
         AxisForce {
             position: Some(0),
@@ -324,7 +327,7 @@ mod tests {
             assert_eq!(changed(change), Ok(()));
         }
         let (law, tau) = ("law.axis.force", "law.axis.force.tau_s");
-        let cases: [(fn(&mut AxisForce), &str); 13] = [
+        let cases: [Case; 13] = [
             (|law| (law.position, law.velocity) = (None, None), law),
             (|law| law.position = Some(4), law),
             (|law| law.velocity = Some(9), law),

@@ -130,6 +130,9 @@ impl MotionState {
 mod tests {
     use super::*;
 
+    /// A change and the field that is then refused.
+    type Case = (fn(&mut AxisMotion), &'static str);
+
     fn axis() -> AxisMotion {
         AxisMotion {
             force: 0,
@@ -284,7 +287,7 @@ mod tests {
             assert_eq!(changed(change), Ok(()));
         }
         let (law, damping) = ("law.axis.motion", "law.axis.motion.damping");
-        let cases: [(fn(&mut AxisMotion), &str); 8] = [
+        let cases: [Case; 8] = [
             (|law| law.force = 2, law),
             (|law| law.gain = 2e30, law),
             (|law| law.offset = f64::NAN, law),
