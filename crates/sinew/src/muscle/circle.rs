@@ -298,7 +298,7 @@ mod tests {
                 continue;
             };
             let got = touch.free[0] + touch.on + touch.free[1];
-            assert!((got - wanted).abs() < 2e-13, "{ends:?}: {got} {wanted}");
+            assert!((got - wanted).abs() < 4e-15, "{ends:?}: {got} {wanted}");
             assert!((touch.on - radius * touch.angle).abs() < 1e-15 && touch.angle < 2.0 * PI);
             longer[0] += usize::from(long && touch.angle > PI);
             longer[1] += usize::from(long && touch.angle < PI);
@@ -306,8 +306,8 @@ mod tests {
             let points =
                 [mix(1.0, ends[0], touch.free[0], touch.into), mix(1.0, ends[1], -touch.free[1], touch.out)];
             for (point, along) in points.into_iter().zip([touch.into, touch.out]) {
-                assert!((libm::hypot(point[0], point[1]) - radius).abs() < 1e-13);
-                assert!((touch.sense * cross(point, along) - radius).abs() < 1e-13);
+                assert!((libm::hypot(point[0], point[1]) - radius).abs() < 1e-15);
+                assert!((touch.sense * cross(point, along) - radius).abs() < 1e-15);
             }
         }
         assert!(longer.iter().all(|count| *count > 40) && clear > 100, "{longer:?} {clear}");
@@ -319,7 +319,7 @@ mod tests {
         {
             let touch = around(ends, None, 1.0).unwrap();
             let got = touch.free[0] + touch.on + touch.free[1];
-            assert!((got - shortest(ends, 1.0)).abs() < 1e-14, "{ends:?}: {got}");
+            assert!((got - shortest(ends, 1.0)).abs() < 1e-15, "{ends:?}: {got}");
         }
     }
 
@@ -395,7 +395,7 @@ mod tests {
                         let middle = 0.5 * (low + high);
                         if value(middle) > 0.0 { low = middle } else { high = middle }
                     }
-                    assert!((t - low).abs() < 1e-11, "{a} {b} {share}: {t} {low}");
+                    assert!((t - low).abs() < 1e-12, "{a} {b} {share}: {t} {low}");
                 }
             }
         }

@@ -124,7 +124,7 @@ fn refused(change: impl FnOnce(&mut Model)) -> Result<(), String> {
 }
 
 fn close(a: f64, b: f64) -> bool {
-    (a - b).abs() < 1e-12 * (1.0 + a.abs())
+    (a - b).abs() < 1e-14 * (1.0 + a.abs())
 }
 
 #[test]
@@ -389,7 +389,7 @@ fn a_plain_network_adds_to_the_physics_and_may_stand_alone() {
         let mut memory = Memory::new(&model.estimator.law);
         memory.step(&model.estimator.law, 0.0, &[100.0, 2.0]);
         let estimate = model.estimator.estimate(&memory, &mut scratch);
-        assert!((estimate.mean - state - 6.5).abs() < 1e-12, "{estimate:?}");
+        assert!((estimate.mean - state - 6.5).abs() < 1e-15, "{estimate:?}");
         assert_eq!(estimate.known, !model.estimator.law.has_physics());
     }
 }

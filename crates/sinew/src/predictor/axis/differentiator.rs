@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn the_polynomial_is_that_of_least_squares_first_of_all_samples_and_then_of_the_fading_past() {
         let (dt, signal) = (0.25, noise(600));
-        for (tau, samples, fading, bound) in [(40.0, 100, 1.0, 1e-12), (2.5, 600, 10.0 / 11.0, 1e-11)] {
+        for (tau, samples, fading, bound) in [(40.0, 100, 1.0, 5e-14), (2.5, 600, 10.0 / 11.0, 2e-14)] {
             let mut found = Differentiator::at(signal[0]);
             for k in 1..samples {
                 found.step(signal[k], tau, dt);

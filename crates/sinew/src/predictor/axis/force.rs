@@ -277,7 +277,7 @@ mod tests {
                 };
                 let wanted = rates + spring + dry + passed - 1.5;
                 assert!(
-                    (output.value - wanted).abs() < 1e-9,
+                    (output.value - wanted).abs() < 2e-12,
                     "{position:?} {velocity:?} {k}: {output:?} {wanted}"
                 );
                 assert!((output.half_width - 2.5).abs() < 1e-15);

@@ -316,7 +316,7 @@ mod tests {
         let change = 0.5 * 3.0 * Sliding::STRIDE * speed * speed;
         for k in 1..=30 {
             let factor = sliding.factor(Sliding::INTERVAL, true);
-            assert!((factor - 1.0 - f64::from(k) * change).abs() < 1e-14, "{k}: {factor}");
+            assert!((factor - 1.0 - f64::from(k) * change).abs() < 1e-15, "{k}: {factor}");
         }
         let last = sliding.factor(Sliding::INTERVAL, false);
         for interval in [0.0, -0.01] {
@@ -377,7 +377,7 @@ mod tests {
             (estimate.stretch, 0.01),
         ];
         for (got, wanted) in wanted {
-            assert!((got - wanted).abs() < 1e-13, "{got} {wanted}: {estimate:?}");
+            assert!((got - wanted).abs() < 1e-15, "{got} {wanted}: {estimate:?}");
         }
         // The correction is what the motor moves in addition in the next interval.
         state.initialize(&sample(0.3, 0.1, 50.0));
