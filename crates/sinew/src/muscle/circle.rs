@@ -153,9 +153,6 @@ pub(super) fn inside(ends: [Point; 2], radius: f64) -> Option<Touch> {
         }
     }
     let gap = libm::atan2(cross(e0, e1).abs(), dot(e0, e1));
-    if dot(e0, e1) < -(1.0 - TINY) * length0 * length1 {
-        return None;
-    }
     let [a, b] = [radius / length0, radius / length1];
     let t = grazing_angle(a, b, gap);
     // From e_0 towards e_1.
@@ -190,8 +187,8 @@ pub(super) fn turning(ends: [Point; 2], moving: [Point; 2], touch: (f64, f64), r
     let steep = shares.map(|share| libm::sqrt((1.0 - share * share * sine * sine).max(1e-18)));
     let own = [0, 1].map(|i| -shares[i] * dot(ends[i], moving[i]) / squares[i] * sine / steep[i]);
     let pull = [0, 1].map(|i| shares[i] * cosine / steep[i]);
-    let gap = if t < FRAC_PI_2 { sense * (phi[1] - phi[0]) } else { 0.0 };
-    let rate = if t < FRAC_PI_2 { (own[0] + own[1] + gap) / (2.0 - pull[0] - pull[1]) } else { 0.0 };
+    // Of the grazing angle, which does not count around, where `pull` is zero.
+    let rate = (own[0] + own[1] + sense * (phi[1] - phi[0])) / (2.0 - pull[0] - pull[1]);
     let lean = [0, 1].map(|i| own[i] + pull[i] * rate);
     [phi[0] - sense * lean[0], phi[1] + sense * lean[1]]
 }
@@ -217,22 +214,32 @@ fn grazing_angle(a: f64, b: f64, gap: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Shortest length over both senses, from tangent points.
-    fn shortest(ends: [Point; 2], radius: f64) -> f64 {
+    /// Length by two tangents and an arc in one sense: to the left (+1) or to the right.
+    fn length(ends: [Point; 2], sense: f64, radius: f64) -> f64 {
         let distance = |a: Point, b: Point| libm::hypot(a[0] - b[0], a[1] - b[1]);
         let on = |angle: f64| [radius * libm::cos(angle), radius * libm::sin(angle)];
         let tangent = |end: Point, sense: f64| {
-            let lean = libm::acos(radius / libm::hypot(end[0], end[1]));
+            let lean = libm::acos((radius / libm::hypot(end[0], end[1])).min(1.0));
             libm::atan2(end[1], end[0]) + sense * lean
         };
-        [1.0, -1.0]
-            .map(|sense| {
-                let (from, to) = (tangent(ends[0], sense), tangent(ends[1], -sense));
-                let arc = libm::fmod(sense * (to - from) + 4.0 * PI, 2.0 * PI);
-                distance(ends[0], on(from)) + radius * arc + distance(on(to), ends[1])
-            })
-            .into_iter()
-            .fold(f64::INFINITY, f64::min)
+        let (from, to) = (tangent(ends[0], sense), tangent(ends[1], -sense));
+        let arc = libm::fmod(sense * (to - from) + 4.0 * PI, 2.0 * PI);
+        distance(ends[0], on(from)) + radius * arc + distance(on(to), ends[1])
+    }
+
+    /// Shortest length over both senses.
+    fn shortest(ends: [Point; 2], radius: f64) -> f64 {
+        length(ends, 1.0, radius).min(length(ends, -1.0, radius))
+    }
+
+    fn polar(distance: f64, angle: f64) -> Point {
+        [distance * libm::cos(angle), distance * libm::sin(angle)]
+    }
+
+    /// Least distance from the centre on the way between the ends.
+    fn clearance([e0, e1]: [Point; 2]) -> f64 {
+        let at = |share: f64| mix(1.0 - share, e0, share, e1);
+        (0..=400).map(|k| at(f64::from(k) / 400.0)).map(|p| libm::hypot(p[0], p[1])).fold(9.0, f64::min)
     }
 
     #[test]
@@ -268,5 +275,129 @@ mod tests {
             }
         }
         assert!(touched > 100, "{touched}");
+    }
+
+    #[test]
+    fn a_side_on_the_longer_arc_sends_the_cable_around_it_and_any_other_side_changes_nothing() {
+        let (radius, mut longer, mut clear) = (0.7, [0; 2], 0);
+        for i in 0..1500 {
+            let x = f64::from(i);
+            let (begin, gap, aside) = (0.37 * x, libm::remainder(1.13 * x, 2.0 * PI), 0.71 * x + 0.2);
+            let ends = [polar(0.75 + 0.001 * x, begin), polar(0.72 + 0.002 * x, begin + gap)];
+            let touch = around(ends, Some(polar(0.4, begin + aside)), radius);
+            let rest = libm::remainder(gap - aside, 2.0 * PI);
+            let long = libm::remainder(aside, 2.0 * PI) * gap < 0.0 && rest * gap < 0.0;
+            let wanted = if long { length(ends, -gap.signum(), radius) } else { shortest(ends, radius) };
+            let near = clearance(ends);
+            if !long && (near - radius).abs() < 1e-3 {
+                continue;
+            }
+            let Some(touch) = touch else {
+                assert!(!long && near > radius, "{ends:?}");
+                clear += 1;
+                continue;
+            };
+            let got = touch.free[0] + touch.on + touch.free[1];
+            assert!((got - wanted).abs() < 4e-15, "{ends:?}: {got} {wanted}");
+            assert!((touch.on - radius * touch.angle).abs() < 1e-15 && touch.angle < 2.0 * PI);
+            longer[0] += usize::from(long && touch.angle > PI);
+            longer[1] += usize::from(long && touch.angle < PI);
+            // It arrives and leaves along the circle, in the same sense.
+            let points =
+                [mix(1.0, ends[0], touch.free[0], touch.into), mix(1.0, ends[1], -touch.free[1], touch.out)];
+            for (point, along) in points.into_iter().zip([touch.into, touch.out]) {
+                assert!((libm::hypot(point[0], point[1]) - radius).abs() < 1e-15);
+                assert!((touch.sense * cross(point, along) - radius).abs() < 1e-15);
+            }
+        }
+        assert!(longer.iter().all(|count| *count > 40) && clear > 100, "{longer:?} {clear}");
+    }
+
+    #[test]
+    fn a_cable_that_ends_on_the_circle_wraps_as_one_that_ends_beside_it() {
+        for ends in [[[1.0, 0.0], polar(2.0, 2.5)], [polar(3.0, 2.6), [1.0, 0.0]], [[0.0, 1.0], [0.0, -1.0]]]
+        {
+            let touch = around(ends, None, 1.0).unwrap();
+            let got = touch.free[0] + touch.on + touch.free[1];
+            assert!((got - shortest(ends, 1.0)).abs() < 1e-15, "{ends:?}: {got}");
+        }
+    }
+
+    #[test]
+    fn a_cable_that_touches_to_rounding_does_not_go_once_around() {
+        let mut touching = 0;
+        for i in 0..3000 {
+            let foot = polar(1.0, 0.01 * f64::from(i));
+            let reach = 0.3 + 0.001 * f64::from(i);
+            let ends = [mix(1.0, foot, -1.3, left(foot)), mix(1.0, foot, reach, left(foot))];
+            if let Some(touch) = around(ends, None, 1.0) {
+                touching += 1;
+                assert!(touch.angle < 2e-15, "{ends:?}: {}", touch.angle);
+            }
+        }
+        assert!((300..2900).contains(&touching), "{touching}");
+    }
+
+    #[test]
+    fn what_has_no_extent_bends_no_cable() {
+        // A circle smaller than rounding.
+        for radius in [0.0, 1e-16] {
+            assert_eq!(around([[1.0, 0.0], [-1.0, 0.0]], None, radius), None);
+            assert_eq!(inside([[1.0, 0.0], [0.0, 1.0]], radius), None);
+        }
+        // A cable without length, on the circle or within the ring.
+        assert_eq!(around([[1.0, 0.0]; 2], None, 1.0), None);
+        assert_eq!(inside([[0.3, 0.4]; 2], 1.0), None);
+        assert_eq!(inside([[0.0; 2]; 2], 1.0), None);
+    }
+
+    #[test]
+    fn a_ring_bends_no_cable_that_begins_or_ends_on_it_to_rounding() {
+        let (beside, far) = ([1.0 + f64::EPSILON, 0.0], [2.0, 0.0]);
+        assert_eq!(inside([beside, far], 1.0), None);
+        assert_eq!(inside([far, beside], 1.0), None);
+        // Half a nanometre within and half outside.
+        assert_eq!(inside([[1.0 - 5e-10, 0.0], [1.0 + 5e-10, 0.0]], 1.0), None);
+        assert_eq!(inside([[1.0 + 5e-10, 0.0], [1.0 - 5e-10, 0.0]], 1.0), None);
+        // The diameter leads through it.
+        assert_eq!(inside([[1.5, 0.0], [-2.0, 0.0]], 1.0), None);
+    }
+
+    #[test]
+    fn no_other_point_of_a_ring_makes_the_cable_shorter() {
+        for i in 1..40 {
+            let gap = 0.04 * f64::from(i);
+            let ends = [polar(2.0, 0.3), polar(1.1 + 0.02 * f64::from(i), 0.3 - gap)];
+            let Some(touch) = inside(ends, 1.0) else {
+                assert!(clearance(ends) < 1.0 + 1e-3);
+                continue;
+            };
+            let way = |point: Point| {
+                ends.map(|end| libm::hypot(end[0] - point[0], end[1] - point[1])).iter().sum::<f64>()
+            };
+            let got = touch.free[0] + touch.free[1];
+            let least = (0..3000).map(|k| way(polar(1.0, 0.003 * f64::from(k)))).fold(9.0, f64::min);
+            assert!((-1e-14..1e-5).contains(&(least - got)), "{gap}: {got} {least}");
+        }
+    }
+
+    #[test]
+    fn the_grazing_angle_solves_its_equation_also_where_the_cable_nearly_lies_on_the_ring() {
+        for a in [0.05, 0.5, 0.9, 0.999, 0.999_999] {
+            for b in [0.1, 0.6, 0.95, 0.999, 0.999_999] {
+                for share in [0.05, 0.5, 0.9, 0.99] {
+                    let gap = share * (libm::acos(a) + libm::acos(b));
+                    let value =
+                        |t: f64| libm::asin(a * libm::sin(t)) + libm::asin(b * libm::sin(t)) - 2.0 * t + gap;
+                    let t = grazing_angle(a, b, gap);
+                    let (mut low, mut high) = (0.0, FRAC_PI_2);
+                    for _ in 0..60 {
+                        let middle = 0.5 * (low + high);
+                        if value(middle) > 0.0 { low = middle } else { high = middle }
+                    }
+                    assert!((t - low).abs() < 1e-12, "{a} {b} {share}: {t} {low}");
+                }
+            }
+        }
     }
 }

@@ -297,4 +297,27 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn all_velocities_are_the_rates_of_all_coordinates_with_and_without_couplings() {
+        for coupled in [false, true] {
+            let mut model = MuscleDynamics::new(&crate::muscle::testing::chain(coupled)).unwrap();
+            let n = model.joints();
+            let (u, v): (Vec<f64>, Vec<f64>) =
+                (0..n).map(|k| (0.2 + 0.1 * k as f64, 0.5 - 0.9 * k as f64)).unzip();
+            model.evaluate(&u).unwrap();
+            model.forward_dynamics(&v, &[1.0; 3], None, &mut vec![0.0; n]).unwrap();
+            let found = model.velocities().to_vec();
+            let mut at = |h: f64| {
+                let moved: Vec<f64> = u.iter().zip(&v).map(|(u, v)| u + h * v).collect();
+                model.evaluate(&moved).unwrap();
+                model.coordinates().to_vec()
+            };
+            let (before, after) = (at(-1e-5), at(1e-5));
+            assert_eq!(found.len(), 3);
+            for ((found, before), after) in found.iter().zip(before).zip(after) {
+                assert!((found - (after - before) / 2e-5).abs() < 3e-12, "{coupled}: {found}");
+            }
+        }
+    }
 }

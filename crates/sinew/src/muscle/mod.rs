@@ -13,6 +13,8 @@ mod sparse_arms;
 mod surface;
 #[cfg(test)]
 pub(crate) mod testing;
+#[cfg(test)]
+mod tests;
 mod topology;
 
 pub use dynamics::MuscleDynamics;

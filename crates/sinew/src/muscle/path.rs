@@ -51,10 +51,6 @@ impl Muscles {
         let climb = dot(strand.out, axis);
         let around = add_scaled(strand.out, -climb, axis);
         let (size, level) = (norm(radius), norm(around));
-        if level < 1e-12 {
-            branch.push(arrival);
-            return;
-        }
         let forward = scale(size / level, around);
         let turn = strand.angle / level;
         let count = libm::ceil(turn / step).max(1.0) as usize;

@@ -229,7 +229,8 @@ fn on_sphere(
     }
     let normal = scale(1.0 / size, product);
     let change = add(cross(moving[0], ends[1]), cross(ends[0], moving[1]));
-    let tilt = scale(1.0 / size, add_scaled(change, -dot(change, normal), normal));
+    // With a part along the normal, which no direction in the plane meets.
+    let tilt = scale(1.0 / size, change);
     let x = scale(1.0 / norm(ends[0]), ends[0]);
     let y = cross(normal, x);
     let planar = |vectors: [Vector; 2]| vectors.map(|vector| [dot(vector, x), dot(vector, y)]);
@@ -266,4 +267,22 @@ fn on_cylinder(
         let lean = -slope * tilt / along;
         [lean * x - rates[i] * y, lean * y + rates[i] * x, along * tilt]
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_do_not_turn_where_the_plane_or_the_slope_of_a_cable_is_undetermined() {
+        let (along, moving) = ([1.0, 2.0, -0.5], [[0.1, -0.2, 0.3], [0.4, 0.0, -0.1]]);
+        // Both ends and the centre on one line.
+        let ends = [scale(-1.0, along), scale(1.5, along)];
+        let directions = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
+        assert_eq!(on_sphere(ends, moving, directions, (1.0, 1.5), 0.3), [[0.0; 3]; 2]);
+        // A cable parallel to the axis.
+        let ends = [[0.5, 0.0, 0.0], [0.5, 0.0, 4.0]];
+        let up = [[0.0, 0.0, 1.0]; 2];
+        assert_eq!(on_cylinder(ends, moving, up, (1.0, 1.5), (0.3, 4.0)), [[0.0; 3]; 2]);
+    }
 }

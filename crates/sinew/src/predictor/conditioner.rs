@@ -165,4 +165,28 @@ mod tests {
         assert_eq!(at(0.6), SampleKind::First);
         assert_eq!(at(f64::NAN), SampleKind::Repeated);
     }
+
+    #[test]
+    fn a_change_and_an_interval_of_exactly_the_limit_are_accepted() {
+        let mut conditioner = Conditioner::new(1);
+        let mut at = |time_s, value| {
+            let kind = conditioner.update(&[LIMITS], 0.5, time_s, &[value]);
+            (kind, conditioner.values()[0], conditioner.any_held())
+        };
+        assert_eq!(at(1.0, 0.0), (SampleKind::First, 0.0, false));
+        assert_eq!(at(1.5, 1.0), (SampleKind::Next, 1.0, false));
+        assert_eq!(at(2.0, 2.25), (SampleKind::Next, 1.0, true));
+        assert_eq!(at(2.625, 1.5), (SampleKind::First, 1.5, false));
+    }
+
+    #[test]
+    fn a_missing_time_is_one_interval_after_the_last() {
+        let mut conditioner = Conditioner::new(1);
+        for (time_s, interval) in
+            [(3.0, 0.0), (3.25, 0.25), (f64::NAN, 0.25), (f64::INFINITY, 0.25), (4.0, 0.25), (4.125, 0.125)]
+        {
+            conditioner.update(&[LIMITS], 0.5, time_s, &[1.0]);
+            assert!((conditioner.dt_s() - interval).abs() < 1e-15, "{time_s}: {}", conditioner.dt_s());
+        }
+    }
 }

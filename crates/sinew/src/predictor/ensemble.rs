@@ -213,4 +213,57 @@ mod tests {
         assert_eq!(edge.median.to_bits(), far.median.to_bits());
         assert_eq!((edge.clipped, far.clipped), (0, 2));
     }
+
+    #[test]
+    fn any_numbers_of_features_and_nodes_give_the_sum_of_the_networks() {
+        for features in 1..=4 {
+            for hidden in 0..=5 {
+                let mut k = 0.0_f32;
+                let mut rows = |count: usize| -> Vec<PerNetwork> {
+                    let mut next = || {
+                        k += 1.3;
+                        k.sin()
+                    };
+                    (0..count).map(|_| core::array::from_fn(|_| next())).collect()
+                };
+                let e = Ensemble {
+                    clip_low: vec![-2.0; features],
+                    clip_high: vec![2.0; features],
+                    mean: vec![0.3; features],
+                    inverse_scale: vec![0.7; features],
+                    hidden_weights: rows(hidden * features),
+                    hidden_bias: rows(hidden),
+                    output_weights: rows(hidden),
+                    skip: rows(features),
+                    bias: rows(1)[0],
+                };
+                let x: Vec<f64> = (0..features).map(|i| 0.4 + 0.3 * i as f64).collect();
+                let z: Vec<f64> = x.iter().map(|x| (x - 0.3) * 0.7).collect();
+                let mut sum = 0.0;
+                for lane in 0..MEMBERS {
+                    let dot = |rows: &[PerNetwork]| {
+                        rows.iter().zip(&z).map(|(w, z)| f64::from(w[lane]) * z).sum::<f64>()
+                    };
+                    sum += f64::from(e.bias[lane]) + dot(&e.skip);
+                    for (j, row) in e.hidden_weights.chunks_exact(features).enumerate() {
+                        let node = (f64::from(e.hidden_bias[j][lane]) + dot(row)).tanh();
+                        sum += f64::from(e.output_weights[j][lane]) * node;
+                    }
+                }
+                let z: Vec<f32> = z.iter().map(|z| *z as f32).collect();
+                let got = e.outputs(&z).to_array().iter().map(|output| f64::from(*output)).sum::<f64>();
+                assert!((got - sum).abs() < 7e-7, "{features} features, {hidden} nodes: {got} {sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn features_below_and_above_the_box_are_counted_and_those_on_its_edges_are_not() {
+        let (e, mut scratch) = (ensemble(), [0.0; 2]);
+        for (x, clipped) in
+            [([-1.0, 2.0], 0), ([-1.1, 0.0], 1), ([1.1, 0.0], 1), ([-9.0, 9.0], 2), ([0.0, -2.0], 0)]
+        {
+            assert_eq!(e.evaluate(&x, &mut scratch).clipped, clipped, "{x:?}");
+        }
+    }
 }

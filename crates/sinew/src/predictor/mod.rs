@@ -19,6 +19,8 @@ mod model;
 mod model_file_error;
 mod signal;
 mod step;
+#[cfg(test)]
+mod tests;
 
 pub use axis::{Axis, AxisForce, AxisMotion, AxisSlip, Differentiator};
 pub use cable::{

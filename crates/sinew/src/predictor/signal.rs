@@ -64,3 +64,23 @@ impl Signal {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Signal;
+
+    #[test]
+    fn logarithms_are_those_of_tensions_above_zero_plus_the_offset() {
+        let (tension, ratio) = (
+            Signal::LogTension { input: 1, offset: 2.0 },
+            Signal::LogRatio { first: 0, second: 1, offset: 2.0 },
+        );
+        for (inputs, sums) in
+            [([6.0, 14.0], [8.0, 16.0]), ([-5.0, 3.0], [2.0, 5.0]), ([7.0, -0.1], [9.0, 2.0])]
+        {
+            let [first, second] = sums.map(|sum: f64| sum.ln());
+            assert!((tension.value(&inputs) - second).abs() < 1e-15, "{inputs:?}");
+            assert!((ratio.value(&inputs) - (first - second)).abs() < 5e-16, "{inputs:?}");
+        }
+    }
+}

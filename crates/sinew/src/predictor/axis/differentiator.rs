@@ -95,6 +95,7 @@ impl Differentiator {
 #[cfg(test)]
 mod tests {
     use super::Differentiator;
+    use alloc::vec::Vec;
 
     #[test]
     fn a_parabola_is_followed_without_lag_at_uneven_samples() {
@@ -154,5 +155,65 @@ mod tests {
             found.step(if draw % 2 == 0 { 1e30 } else { -1e30 }, 1e-6, dt);
             assert!((1e30 * found.second_rate).is_finite() && found.value.is_finite(), "{k}: {found:?}");
         }
+    }
+
+    /// Value, rate and second rate at the last of even samples by least squares with weights `fading^age`.
+    fn fitted(signal: &[f64], fading: f64, dt: f64) -> [f64; 3] {
+        let (mut moments, mut sums) = ([0.0; 5], [0.0; 3]);
+        for (age, u) in signal.iter().rev().enumerate() {
+            let (t, mut weight) = (-(age as f64), fading.powi(age as i32));
+            for k in 0..5 {
+                moments[k] += weight;
+                if k < 3 {
+                    sums[k] += weight * u;
+                }
+                weight *= t;
+            }
+        }
+        // Three normal equations, solved by Cramer's rule.
+        let matrix = |column: Option<usize>| {
+            let m = |i: usize, j: usize| if column == Some(j) { sums[i] } else { moments[i + j] };
+            m(0, 0) * (m(1, 1) * m(2, 2) - m(1, 2) * m(2, 1))
+                - m(0, 1) * (m(1, 0) * m(2, 2) - m(1, 2) * m(2, 0))
+                + m(0, 2) * (m(1, 0) * m(2, 1) - m(1, 1) * m(2, 0))
+        };
+        let [a, b, c] = [0, 1, 2].map(|column| matrix(Some(column)) / matrix(None));
+        [a, b / dt, 2.0 * c / (dt * dt)]
+    }
+
+    /// Numbers between -1 and 1.
+    fn noise(count: u32) -> Vec<f64> {
+        (0..count).map(|k| f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 23) - 1.0).collect()
+    }
+
+    #[test]
+    fn the_polynomial_is_that_of_least_squares_first_of_all_samples_and_then_of_the_fading_past() {
+        let (dt, signal) = (0.25, noise(600));
+        for (tau, samples, fading, bound) in [(40.0, 100, 1.0, 5e-14), (2.5, 600, 10.0 / 11.0, 2e-14)] {
+            let mut found = Differentiator::at(signal[0]);
+            for k in 1..samples {
+                found.step(signal[k], tau, dt);
+                // Equal weights while n dt/(tau + dt) < 3.2; the others have forgotten them after 40 tau.
+                if k >= 3 && (fading < 1.0) == (k > 450) {
+                    let [value, rate, second_rate] = fitted(&signal[..=k], fading, dt);
+                    let errors = [found.value - value, found.rate - rate, found.second_rate - second_rate];
+                    assert!(errors.iter().all(|error| error.abs() < bound), "{k}: {errors:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_rate_beyond_all_measure_begins_the_polynomial_anew() {
+        let mut found = Differentiator::at(0.0);
+        // An interval of 1e-20 s makes of a moderate jump an enormous second rate, and only of that one.
+        for signal in [1e30, -1e30] {
+            found.step(signal, 1e-18, 1e-20);
+        }
+        assert_eq!(found, Differentiator::at(-1e30));
+        // One of 1e-31 s makes an enormous rate at once, before there is a second one.
+        let mut found = Differentiator::at(0.0);
+        found.step(1e30, 1e-29, 1e-31);
+        assert_eq!(found, Differentiator::at(1e30));
     }
 }

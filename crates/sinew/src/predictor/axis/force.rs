@@ -173,6 +173,9 @@ mod tests {
     use super::*;
     use alloc::vec;
 
+    /// A change and the field that is then refused.
+    type Case = (fn(&mut AxisForce), &'static str);
+
     fn axis() -> AxisForce {
         AxisForce {
             position: Some(0),
@@ -223,6 +226,124 @@ mod tests {
             assert!((2.0 * pair.0 + 5.0 - pair.1).abs() < 1e-9, "{pair:?}");
             let signals = [0.01 * f64::from(k), 0.0];
             pair = (one.step(&law, 0.01, &signals).value, other.step(&scaled, 0.01, &signals).value);
+        }
+    }
+
+    /// A law with every term.
+    fn whole() -> AxisForce {
+        AxisForce {
+            position: Some(0),
+            velocity: Some(1),
+            velocity_gain: 2.0,
+            tau_s: 0.004,
+            mass: 3.0,
+            damping: 5.0,
+            stiffness: 7.0,
+            slips: vec![AxisSlip { distance: 0.01, force: 2.0 }, AxisSlip { distance: 0.04, force: -0.5 }],
+            gains: vec![(2, 0.3), (3, -4.0)],
+            offset: -1.5,
+        }
+    }
+
+    #[test]
+    fn every_term_of_the_law_adds_to_the_force_from_position_velocity_or_both() {
+        // A constant acceleration, which the differentiator follows exactly, and two constant forces of the near side.
+        let (x0, v0, a, dt) = (0.2, 0.05, 0.4, 0.01);
+        let (near, passed) = ([2.0, 0.7], 0.3 * 2.0 - 4.0 * 0.7);
+        for (position, velocity) in [(Some(0), None), (None, Some(1)), (Some(0), Some(1))] {
+            let law = AxisForce { position, velocity, ..whole() };
+            let mut state = ForceState::default();
+            let mut travel = 0.0;
+            for k in 0..60 {
+                let t = dt * f64::from(k);
+                let (x, v) = (x0 + v0 * t + 0.5 * a * t * t, v0 + a * t);
+                // The measured velocity in half its unit.
+                let signals = [x, 0.5 * v, near[0], near[1]];
+                let output =
+                    if k == 0 { state.start(&law, &signals) } else { state.step(&law, dt, &signals) };
+                travel = match position {
+                    Some(_) => x - x0,
+                    None if k == 0 => 0.0,
+                    None => travel + v * dt,
+                };
+                let spring = if position.is_some() { 7.0 * x } else { 0.0 };
+                let dry = 2.0 * (travel / 0.01).min(1.0) - 0.5 * (travel / 0.04).min(1.0);
+                // Where nothing is measured but the position, rates are known from the third sample on.
+                let rates = match k {
+                    0 if velocity.is_some() => 5.0 * v,
+                    0 => 0.0,
+                    1 | 2 => continue,
+                    _ => 3.0 * a + 5.0 * v,
+                };
+                let wanted = rates + spring + dry + passed - 1.5;
+                assert!(
+                    (output.value - wanted).abs() < 2e-12,
+                    "{position:?} {velocity:?} {k}: {output:?} {wanted}"
+                );
+                assert!((output.half_width - 2.5).abs() < 1e-15);
+                assert_eq!(output.known, travel >= 0.04, "{k}: {travel}");
+            }
+            assert!(travel > 0.05);
+            // What is known once stays so where the motion turns.
+            let back = [x0 + v0 * 0.59 + 0.5 * a * 0.59 * 0.59 - 0.02, -0.4, near[0], near[1]];
+            assert!(state.step(&law, dt, &back).known);
+        }
+    }
+
+    #[test]
+    fn another_unit_of_the_far_side_scales_every_term_of_the_law() {
+        let (law, scaled) = (whole(), whole().rescaled(-2.0, 5.0));
+        let (mut one, mut other) = (ForceState::default(), ForceState::default());
+        for k in 0..40 {
+            let wave = |rate: f64| libm::sin(rate * f64::from(k));
+            let signals = [0.05 * wave(0.3), 0.4 * wave(0.2), wave(0.7), 2.0 * wave(0.9)];
+            let [y, scaled_y] = [(&law, &mut one), (&scaled, &mut other)].map(|(law, state)| match k {
+                0 => state.start(law, &signals).value,
+                _ => state.step(law, 0.01, &signals).value,
+            });
+            assert!((-2.0 * y + 5.0 - scaled_y).abs() < 1e-12, "{k}: {y} {scaled_y}");
+        }
+    }
+
+    #[test]
+    fn a_law_is_refused_by_the_name_of_what_is_outside_its_domain_and_only_then() {
+        let changed = |change: fn(&mut AxisForce)| {
+            let mut law = whole();
+            change(&mut law);
+            law.validate(4).map_err(|error| error.name)
+        };
+        let many = |count| vec![AxisSlip { distance: 1e-4, force: 1.0 }; count];
+        assert_eq!(AxisForce { slips: many(4), ..whole() }.validate(4), Ok(()));
+        assert!(AxisForce { slips: many(5), ..whole() }.validate(4).is_err());
+        let accepted: [fn(&mut AxisForce); 6] = [
+            |law| law.position = None,
+            |law| law.velocity = None,
+            |law| law.mass = -1e30,
+            |law| law.slips[0] = AxisSlip { distance: 1e-30, force: 1e30 },
+            |law| law.tau_s = 1e-6,
+            |law| law.gains.clear(),
+        ];
+        for change in accepted {
+            assert_eq!(changed(change), Ok(()));
+        }
+        let (law, tau) = ("law.axis.force", "law.axis.force.tau_s");
+        let cases: [Case; 13] = [
+            (|law| (law.position, law.velocity) = (None, None), law),
+            (|law| law.position = Some(4), law),
+            (|law| law.velocity = Some(9), law),
+            (|law| law.gains[1].0 = 4, law),
+            (|law| law.gains[0].1 = f64::NAN, law),
+            (|law| law.mass = 2e30, law),
+            (|law| law.damping = f64::INFINITY, law),
+            (|law| law.offset = f64::NAN, law),
+            (|law| law.slips[1].force = -2e30, law),
+            (|law| law.tau_s = 0.0, tau),
+            (|law| law.tau_s = f64::NAN, tau),
+            (|law| law.slips[1].distance = 0.0, "law.axis.force.slips.distance"),
+            (|law| law.slips[0].distance = 2e30, "law.axis.force.slips.distance"),
+        ];
+        for (change, name) in cases {
+            assert_eq!(changed(change), Err(name.into()));
         }
     }
 }

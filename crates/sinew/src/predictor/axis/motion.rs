@@ -130,6 +130,9 @@ impl MotionState {
 mod tests {
     use super::*;
 
+    /// A change and the field that is then refused.
+    type Case = (fn(&mut AxisMotion), &'static str);
+
     fn axis() -> AxisMotion {
         AxisMotion {
             force: 0,
@@ -174,6 +177,128 @@ mod tests {
         for k in 0..1000 {
             let output = state.step(&stiff, 10.0, &[if k % 2 == 0 { 1e30 } else { -1e30 }]);
             assert!(output.value.is_finite(), "{state:?}");
+        }
+    }
+
+    /// A law with every term but dry friction.
+    fn sprung() -> AxisMotion {
+        AxisMotion {
+            gain: 2.0,
+            damping: 1.5,
+            stiffness: 9.0,
+            friction: 0.0,
+            bias: 0.8,
+            offset: 0.3,
+            ..axis()
+        }
+    }
+
+    #[test]
+    fn a_damped_spring_swings_about_its_equilibrium_as_in_closed_form() {
+        let (force, far, dt) = (3.0, 1.1, 1e-3);
+        let rest = (2.0 * force - 0.8) / 9.0;
+        let (decay, frequency) = (0.75, libm::sqrt(9.0 - 0.75 * 0.75));
+        for far_is_velocity in [false, true] {
+            let law = AxisMotion { far_is_velocity, ..sprung() };
+            let mut state = MotionState::default();
+            let mut output = state.start(&law, &[force], Some(far));
+            // The far side is measured with its offset; the other begins at rest, or where the spring rests.
+            let (x, v) = if far_is_velocity { (0.0, far - 0.3) } else { (far - 0.3 - rest, 0.0) };
+            for k in 0..4000 {
+                let t = dt * f64::from(k);
+                let (sine, cosine) = libm::sincos(frequency * t);
+                let fading = libm::exp(-decay * t);
+                let lean = (v + decay * x) / frequency;
+                let position = fading * (x * cosine + lean * sine);
+                let velocity = -decay * position + fading * frequency * (lean * cosine - x * sine);
+                let wanted = if far_is_velocity { velocity } else { rest + position };
+                assert!((output.value - 0.3 - wanted).abs() < 2e-6, "{k}: {output:?} {wanted}");
+                output = state.step(&law, dt, &[force]);
+            }
+        }
+    }
+
+    #[test]
+    fn an_axis_that_is_not_measured_starts_at_rest_where_it_stays() {
+        let (force, rest) = ([3.0], (2.0 * 3.0 - 0.8) / 9.0 + 0.3);
+        let mut state = MotionState::default();
+        let law = AxisMotion { far_is_velocity: false, ..sprung() };
+        let mut output = state.start(&law, &force, None);
+        for _ in 0..100 {
+            assert!((output.value - rest).abs() < 1e-14, "{output:?}");
+            output = state.step(&law, 0.01, &force);
+        }
+        // Without a spring at zero, with a spring that is too soft at the largest number.
+        let start = |stiffness, bias| {
+            MotionState::default().start(&AxisMotion { stiffness, bias, ..law.clone() }, &force, None).value
+        };
+        assert!((start(0.0, 0.8) - 0.3).abs() < 1e-15 && (start(0.0, 6.0) - 0.3).abs() < 1e-15);
+        assert!((start(1e-30, 0.8) - 1e30).abs() < 1e15 && (start(1e-30, 9.0) + 1e30).abs() < 1e15);
+    }
+
+    #[test]
+    fn a_start_is_forgotten_after_four_decay_times_of_the_velocity_and_eight_with_a_spring() {
+        // Numbers without rounding: the velocity decays in half a second, the swing in one.
+        for (stiffness, samples) in [(0.0, 8), (9.0, 16)] {
+            let law = AxisMotion { damping: 2.0, stiffness, ..sprung() };
+            let mut state = MotionState::default();
+            assert!(!state.start(&law, &[1.0], Some(4.0)).known);
+            for k in 1..=20 {
+                assert_eq!(state.step(&law, 0.25, &[1.0]).known, k >= samples, "{stiffness} {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn another_unit_of_the_far_side_scales_the_whole_motion() {
+        for far_is_velocity in [false, true] {
+            for (gain, far) in [(-2.0, None), (3.0, Some(0.4))] {
+                let law = AxisMotion { friction: 0.7, far_is_velocity, ..sprung() };
+                let scaled = law.rescaled(gain, 5.0);
+                let (mut one, mut other) = (MotionState::default(), MotionState::default());
+                let mut pair = (
+                    one.start(&law, &[1.0], far),
+                    other.start(&scaled, &[1.0], far.map(|far: f64| gain * far + 5.0)),
+                );
+                for k in 0..300 {
+                    assert!((gain * pair.0.value + 5.0 - pair.1.value).abs() < 3e-14, "{k}: {pair:?}");
+                    let force = [1.0 + 2.0 * libm::sin(0.05 * f64::from(k))];
+                    pair = (one.step(&law, 0.02, &force), other.step(&scaled, 0.02, &force));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_law_is_refused_by_the_name_of_what_is_outside_its_domain_and_only_then() {
+        let changed = |change: fn(&mut AxisMotion)| {
+            let mut law = AxisMotion { force: 1, ..sprung() };
+            change(&mut law);
+            law.validate(2).map_err(|error| error.name)
+        };
+        let accepted: [fn(&mut AxisMotion); 5] = [
+            |law| law.damping = 1e-30,
+            |law| law.bias = -1e30,
+            |law| law.stiffness = 0.0,
+            |law| law.force = 0,
+            |law| law.force = 1,
+        ];
+        for change in accepted {
+            assert_eq!(changed(change), Ok(()));
+        }
+        let (law, damping) = ("law.axis.motion", "law.axis.motion.damping");
+        let cases: [Case; 8] = [
+            (|law| law.force = 2, law),
+            (|law| law.gain = 2e30, law),
+            (|law| law.offset = f64::NAN, law),
+            (|law| law.bias = f64::NEG_INFINITY, law),
+            (|law| law.damping = 0.0, damping),
+            (|law| law.damping = -1.0, damping),
+            (|law| law.stiffness = -1e-9, law),
+            (|law| law.friction = -1e-9, law),
+        ];
+        for (change, name) in cases {
+            assert_eq!(changed(change), Err(name.into()));
         }
     }
 }

@@ -189,4 +189,69 @@ mod tests {
         }
         assert!(estimates.iter().any(|e| e.known) && many.step(1e-3, &[], &mut estimates).is_err());
     }
+
+    /// Three observers of different friction, together and one by one.
+    fn few() -> (CableObservers, Vec<CableObserver>) {
+        let model = |friction: f64| {
+            let mut model = CableModel::bench();
+            model.parameters.friction *= friction;
+            model
+        };
+        let models = [0.8, 1.0, 1.1].map(model);
+        let ones = models.iter().map(|model| CableObserver::new(model).unwrap()).collect();
+        (CableObservers::new(&models).unwrap(), ones)
+    }
+
+    /// All ends move alike, by 1.8 mm in a sample: four steps of the law.
+    fn together(k: u32) -> [CableSample; 3] {
+        let slid = 1.8e-3 * f64::from(k);
+        [80.0, 90.0, 60.0].map(|tension_in| CableSample { motor: slid, anchor: 0.97 * slid, tension_in })
+    }
+
+    #[test]
+    fn large_motions_resets_wraps_and_travels_are_those_of_single_observers() {
+        let (mut many, mut ones) = few();
+        let mut estimates = [CableEstimate::default(); 3];
+        let mut known = 0;
+        for k in 0..80 {
+            if k == 40 {
+                many.reset();
+                ones.iter_mut().for_each(CableObserver::reset);
+            }
+            if k % 7 == 3 {
+                let wrap = 0.5 + 0.02 * f64::from(k);
+                many.set_wrap(1, 0, wrap).unwrap();
+                ones[1].set_wrap(0, wrap).unwrap();
+            }
+            many.step(0.01, &together(k), &mut estimates).unwrap();
+            for (cable, one) in ones.iter_mut().enumerate() {
+                assert_eq!(one.step(0.01, &together(k)[cable]), estimates[cable], "{k}, cable {cable}");
+                let sliding = Sliding::TowardMotor;
+                let travel = one.travel_to(95.0, sliding).unwrap();
+                assert!((many.travel_to(cable, 95.0, sliding).unwrap() - travel).abs() < 1e-15);
+                assert!(travel > 1e-4 || k < 50);
+            }
+            known += u32::from(estimates[0].known);
+            assert!(k != 40 || !estimates[0].known);
+        }
+        assert!((20..70).contains(&known), "{known}");
+        assert!(many.set_wrap(3, 0, 1.0).is_err() && many.travel_to(3, 95.0, Sliding::TowardMotor).is_err());
+    }
+
+    #[test]
+    fn a_sheath_that_is_bent_more_widens_the_bounds_of_its_cable_alone() {
+        let (mut many, _) = few();
+        let mut estimates = [CableEstimate::default(); 3];
+        many.step(0.01, &together(0), &mut estimates).unwrap();
+        let before = estimates;
+        many.set_sheath_bend(2, 7.0).unwrap();
+        many.step(0.0, &together(0), &mut estimates).unwrap();
+        for (cable, (now, before)) in estimates.iter().zip(&before).enumerate() {
+            let law = many.cables().law(cable).unwrap();
+            let ratio = libm::exp(law.friction_angle());
+            assert!((now.high - now.tension_in * ratio - law.pretension()).abs() < 6e-14, "{now:?}");
+            assert_eq!(now.high > before.high + 1.0, cable == 2, "{now:?} {before:?}");
+        }
+        assert!(many.set_sheath_bend(3, 7.0).is_err());
+    }
 }

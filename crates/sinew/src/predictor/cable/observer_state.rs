@@ -237,3 +237,195 @@ fn finite_or(value: f64, otherwise: f64) -> f64 {
 fn displacement(from: f64, to: f64) -> Option<f64> {
     Some(to - from).filter(|distance| distance.abs() <= MAX_DISPLACEMENT)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ENDS: EndTensions = EndTensions { tension_in: 40.0, tension_out: 30.0, dissipated: 0.0 };
+
+    fn sample(motor: f64, anchor: f64, tension_in: f64) -> CableSample {
+        CableSample { motor, anchor, tension_in }
+    }
+
+    fn state(change: impl FnOnce(&mut CableModel)) -> ObserverState {
+        let mut model = CableModel::bench();
+        change(&mut model);
+        ObserverState::new(&model, &model.law().unwrap())
+    }
+
+    /// An observer under a constant innovation while the anchor moves evenly, without rounding in its times.
+    struct Sliding {
+        state: ObserverState,
+        anchor: f64,
+        innovation: f64,
+    }
+
+    impl Sliding {
+        const INTERVAL: f64 = 1.0 / 64.0;
+        const STRIDE: f64 = 1.0 / 1024.0;
+
+        fn new(learning: f64, innovation: f64) -> Sliding {
+            let mut state = state(|model| model.learning = learning);
+            state.initialize(&sample(0.0, 0.0, 40.0));
+            Sliding { state, anchor: 0.0, innovation }
+        }
+
+        /// The drag factor after a sample.
+        fn factor(&mut self, interval: f64, slides: bool) -> f64 {
+            self.anchor += Self::STRIDE;
+            let sample = sample(0.0, self.anchor, 40.0 + self.innovation);
+            self.state.end_motion(interval, &sample).unwrap();
+            self.state.adapt_drag(slides);
+            self.state.update(&sample, ENDS, 0.0).drag_factor
+        }
+
+        /// The same after the profile has been known for two seconds.
+        fn settled(learning: f64, innovation: f64) -> Sliding {
+            let mut sliding = Sliding::new(learning, innovation);
+            sliding.factor(Self::INTERVAL, true);
+            sliding.state.record_sliding(true, 0.2);
+            for _ in 0..128 {
+                sliding.factor(Self::INTERVAL, true);
+            }
+            sliding
+        }
+    }
+
+    fn is_one(factor: f64) -> bool {
+        (factor - 1.0).abs() < f64::EPSILON
+    }
+
+    #[test]
+    fn drag_is_adapted_while_all_slides_from_two_seconds_after_the_profile_is_known() {
+        let mut sliding = Sliding::new(0.5, 3.0);
+        for _ in 0..200 {
+            assert!(is_one(sliding.factor(Sliding::INTERVAL, true)));
+        }
+        sliding.state.record_sliding(true, 0.2);
+        // Time that stands still or runs backwards does not count.
+        for _ in 0..50 {
+            assert!(is_one(sliding.factor(0.0, true)) && is_one(sliding.factor(-0.01, true)));
+        }
+        for _ in 0..128 {
+            assert!(is_one(sliding.factor(Sliding::INTERVAL, true)));
+        }
+        assert!(is_one(sliding.factor(Sliding::INTERVAL, false)));
+        // f + g_d i dx (v/v_d)^2
+        let speed = Sliding::STRIDE / Sliding::INTERVAL / 0.1;
+        let change = 0.5 * 3.0 * Sliding::STRIDE * speed * speed;
+        for k in 1..=30 {
+            let factor = sliding.factor(Sliding::INTERVAL, true);
+            assert!((factor - 1.0 - f64::from(k) * change).abs() < 1e-15, "{k}: {factor}");
+        }
+        let last = sliding.factor(Sliding::INTERVAL, false);
+        for interval in [0.0, -0.01] {
+            assert!((sliding.factor(interval, true) - last).abs() < f64::EPSILON);
+        }
+    }
+
+    #[test]
+    fn a_spike_adapts_drag_as_fifty_newtons_do_and_drag_stays_within_its_bounds() {
+        let factor = |innovation| Sliding::settled(2.0, innovation).factor(Sliding::INTERVAL, true);
+        assert!((factor(1e9) - factor(50.0)).abs() < f64::EPSILON && factor(50.0) > factor(49.0));
+        for (innovation, bound) in [(50.0, 5.0), (-50.0, 0.2)] {
+            let mut sliding = Sliding::settled(100.0, innovation);
+            for _ in 0..50 {
+                sliding.factor(Sliding::INTERVAL, true);
+            }
+            assert!((sliding.factor(Sliding::INTERVAL, true) - bound).abs() < f64::EPSILON);
+        }
+        // Without a gain nothing is adapted.
+        assert!(is_one(Sliding::settled(0.0, 50.0).factor(Sliding::INTERVAL, true)));
+    }
+
+    #[test]
+    fn drag_is_set_in_the_law_where_it_has_changed_by_more_than_two_thousandths() {
+        for sign in [1.0, -1.0] {
+            let mut sliding = Sliding::settled(0.5, sign * 3.0);
+            assert_eq!(sliding.state.changed_drag_factor(), None);
+            let mut set = 1.0;
+            let mut times = 0;
+            for _ in 0..40 {
+                let factor = sliding.factor(Sliding::INTERVAL, true);
+                let changed = sliding.state.changed_drag_factor();
+                assert_eq!(changed.is_some(), (factor - set).abs() > 2e-3);
+                if let Some(changed) = changed {
+                    assert!((changed - factor).abs() < f64::EPSILON);
+                    (set, times) = (factor, times + 1);
+                }
+            }
+            assert!((3..15).contains(&times), "{times}");
+        }
+    }
+
+    #[test]
+    fn an_estimate_has_the_units_of_the_far_sensor_and_the_bounds_of_sliding() {
+        let mut state = state(|model| (model.far_gain, model.correction) = (2.0, 0.004));
+        let model = CableModel::bench();
+        let law = model.law().unwrap();
+        let (ratio, pretension) = (libm::exp(law.friction_angle()), law.pretension());
+        assert!(pretension > 0.0 && ratio > 1.5);
+        let estimate = state.update(&sample(0.0, 0.0, 120.0), ENDS, 0.01);
+        let wanted = [
+            (estimate.far, 60.0),
+            (estimate.low, 2.0 * (40.0 / ratio + pretension)),
+            (estimate.high, 2.0 * (40.0 * ratio + pretension)),
+            (estimate.innovation, 80.0),
+            (estimate.unexplained_speed, 0.32),
+            (estimate.correction, 0.2),
+            (estimate.stretch, 0.01),
+        ];
+        for (got, wanted) in wanted {
+            assert!((got - wanted).abs() < 1e-15, "{got} {wanted}: {estimate:?}");
+        }
+        // The correction is what the motor moves in addition in the next interval.
+        state.initialize(&sample(0.3, 0.1, 50.0));
+        let motion = state.end_motion(0.01, &sample(0.301, 0.102, 50.0)).unwrap();
+        assert!((motion.motor - 0.001 - 0.2 * 0.01).abs() < 1e-15 && (motion.anchor - 0.002).abs() < 1e-15);
+    }
+
+    #[test]
+    fn one_missing_position_holds_its_end_and_an_observer_starts_with_both() {
+        let mut state = state(|_| ());
+        for (motor, anchor) in [(0.1, f64::NAN), (f64::NAN, 0.1)] {
+            state.initialize(&sample(motor, anchor, 50.0));
+            assert!(state.held && state.end_motion(0.01, &sample(0.1, 0.1, 50.0)).is_none());
+        }
+        state.initialize(&sample(0.1, 0.2, 50.0));
+        let motion = state.end_motion(0.01, &sample(0.11, f64::NAN, 50.0)).unwrap();
+        assert!(state.held && (motion.motor - 0.01).abs() < 1e-15 && motion.anchor.abs() < 1e-15);
+        let motion = state.end_motion(0.01, &sample(f64::NAN, 0.21, 50.0)).unwrap();
+        assert!(state.held && motion.motor.abs() < 1e-15 && (motion.anchor - 0.01).abs() < 1e-15);
+        assert!(state.end_motion(0.01, &sample(0.11, 0.21, 50.0)).is_some() && !state.held);
+        state.reset();
+        assert!(state.end_motion(0.01, &sample(0.11, 0.21, 50.0)).is_none());
+    }
+
+    #[test]
+    fn a_profile_is_known_after_a_tenth_of_a_second_of_sliding_without_a_stop() {
+        let mut state = state(|_| ());
+        for everywhere in [true, true, true, false, true, true, true] {
+            state.record_sliding(everywhere, 0.03);
+            assert!(!state.converged);
+        }
+        state.record_sliding(true, 0.03);
+        assert!(state.converged);
+        state.record_sliding(false, 0.03);
+        assert!(state.converged);
+    }
+
+    #[test]
+    fn a_motion_is_divided_into_steps_of_at_most_half_a_millimetre() {
+        for (motor, anchor, steps) in [
+            (0.0, 0.0, 1.0),
+            (4e-4, -4.9e-4, 1.0),
+            (6e-4, 0.0, 2.0),
+            (0.0, -1.2e-3, 3.0),
+            (-2.3e-3, 1.2e-3, 5.0),
+        ] {
+            let n = substeps(&EndMotion { motor, anchor });
+            assert!((n - steps).abs() < f64::EPSILON, "{motor} {anchor}: {n}");
+        }
+    }
+}

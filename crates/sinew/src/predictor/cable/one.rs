@@ -289,4 +289,70 @@ mod tests {
         let bent = text.replace("\"length_m\":0.166", "\"length_m\":-1.0");
         assert!(serde_json::from_str::<CableModel>(&bent).is_err());
     }
+
+    /// Ends that move by almost 2 mm in a sample, in four steps of the law.
+    fn fast(k: u32) -> CableSample {
+        let slid = 1.9e-3 * f64::from(k);
+        CableSample { motor: 0.1 + slid, anchor: -0.3 + 0.95 * slid, tension_in: f64::NAN }
+    }
+
+    #[test]
+    fn a_large_motion_is_that_of_the_law_in_smaller_steps() {
+        let model = CableModel::bench();
+        let mut observer = CableObserver::new(&model).unwrap();
+        let start = CableSample { tension_in: 60.0, ..fast(0) };
+        let mut law = Cable::new(model.law().unwrap());
+        law.set_profile(60.0, 0.0, None);
+        assert!((observer.step(0.01, &start).tension_in - 60.0).abs() < 2e-14);
+        let (mut slid, mut known) = (0.0, 0);
+        for k in 1..100 {
+            let estimate = observer.step(0.01, &fast(k));
+            for _ in 0..4 {
+                law.step(0.0025, EndMotion { motor: 4.75e-4, anchor: 0.95 * 4.75e-4 }).unwrap();
+                slid = if law.slides_everywhere() { slid + 0.0025 } else { 0.0 };
+            }
+            assert!((estimate.tension_out - law.ends().tension_out).abs() < 8e-13, "{k}: {estimate:?}");
+            assert!((estimate.stretch - law.stretch()).abs() < 6e-16);
+            // Sliding counts by its own time, whatever the number of steps.
+            if (slid - 0.1_f64).abs() > 1e-6 {
+                assert_eq!(estimate.known, slid > 0.1, "{k}: {slid}");
+            }
+            known += u32::from(estimate.known);
+        }
+        assert!((20..99).contains(&known), "{known}");
+    }
+
+    #[test]
+    fn an_observer_that_is_reset_starts_at_its_next_sample() {
+        let mut observer = CableObserver::new(&CableModel::bench()).unwrap();
+        let fresh = observer.step(0.01, &CableSample { tension_in: 70.0, ..fast(0) });
+        for k in 1..60 {
+            observer.step(0.01, &fast(k));
+        }
+        assert!(observer.step(0.01, &fast(60)).known);
+        observer.reset();
+        assert_eq!(observer.step(0.01, &CableSample { tension_in: 70.0, ..fast(61) }), fresh);
+    }
+
+    #[test]
+    fn a_larger_wrap_angle_widens_the_bounds_of_the_far_tension() {
+        let mut observer = CableObserver::new(&CableModel::bench()).unwrap();
+        let sample = CableSample { tension_in: 70.0, ..fast(0) };
+        observer.step(0.01, &sample);
+        observer.set_wrap(0, 2.5).unwrap();
+        assert!(observer.set_wrap(7, 1.0).is_err());
+        let estimate = observer.step(0.0, &sample);
+        let law = observer.cable().law();
+        assert!(law.friction_angle() > CableModel::bench().law().unwrap().friction_angle() + 0.1);
+        let ratio = libm::exp(law.friction_angle());
+        assert!((estimate.low - 70.0 / ratio - law.pretension()).abs() < 2e-14, "{estimate:?}");
+        assert!((estimate.high - 70.0 * ratio - law.pretension()).abs() < 6e-14, "{estimate:?}");
+    }
+
+    #[test]
+    fn columns_count_in_metres_toward_the_motor() {
+        let columns = CableColumns { tension: 2, motor: 0, anchor: 1, motor_scale: 0.5, anchor_scale: -4.0 };
+        let wanted = CableSample { motor: 1.5, anchor: -8.0, tension_in: 9.0 };
+        assert_eq!(columns.sample(&[3.0, 2.0, 9.0]), wanted);
+    }
 }
