@@ -195,4 +195,15 @@ mod tests {
         // Small groups store every arm.
         assert_eq!(pattern.column, [0, 0, 1, 0, 1]);
     }
+
+    #[test]
+    fn operations_are_those_of_a_newton_step_with_dense_rows() {
+        // Every joint by every muscle: n^2/2 per muscle, n^3/6 of the factors, m^2 of the line search.
+        for (muscles, joints) in [(4, 2), (15, 7), (9, 6)] {
+            let mut pattern = Pattern::new(muscles, joints);
+            pattern.find(muscles, &alloc::vec![1.0; muscles * joints]);
+            let expected = muscles * (joints * joints / 2) + joints.pow(3) / 6 + muscles * muscles;
+            assert_eq!(pattern.groups[0].operations, expected as u64);
+        }
+    }
 }
