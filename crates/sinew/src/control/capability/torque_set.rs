@@ -337,6 +337,15 @@ mod tests {
     }
 
     #[test]
+    fn a_set_has_the_same_shape_for_instruments_and_for_cranes() {
+        let prism = [1.0, 0.0, 0.0, 0.5, 0.9, 0.0, -0.6, 0.8, 0.0, 0.0, 0.0, 2.0];
+        for size in [1e-9, 1e-6, 1e6] {
+            let found = of(&prism.map(|arm| size * arm), 3).polytope().unwrap();
+            assert_eq!((found.vertices.len(), found.facets.len()), (12, 8), "{size}");
+        }
+    }
+
+    #[test]
     fn fewer_muscles_than_joints_give_a_flat_set() {
         for (muscles, joints) in [(0, 1), (1, 2), (1, 3), (2, 3), (1, 4)] {
             let arms: Vec<f64> = (0..muscles * joints).map(|k| 1.0 + k as f64 * k as f64).collect();
@@ -374,7 +383,8 @@ mod tests {
     fn the_outline_goes_round_all_vertices_counter_clockwise() {
         // Along both axes either way, in every quadrant, and one muscle without moment arms.
         let all = [0.5, 0.0, -0.3, 0.4, 0.0, -0.7, 0.2, 0.6, -0.4, -0.3, 0.0, 0.0, 0.3, -0.1];
-        let other = [-0.5, 0.0, 0.0, 0.7, -0.1, 0.9];
+        // A muscle that does not cross a joint may have an arm of either zero.
+        let other = [-0.5, -0.0, 0.0, 0.7, -0.1, 0.9];
         for arms in [&all[..], &other[..]] {
             let set = of(arms, 2);
             let (outline, vertices) = (set.outline().unwrap(), set.vertices().unwrap());

@@ -206,4 +206,19 @@ mod tests {
             assert_eq!(pattern.groups[0].operations, expected as u64);
         }
     }
+
+    #[test]
+    fn a_large_group_stores_every_arm_where_three_in_ten_are_not_zero() {
+        let joints = 10;
+        // Every muscle crosses some neighbouring joints: 2 of 10, and 4 of 10.
+        for (crossed, dense) in [(2, false), (4, true)] {
+            let muscles = joints + 1 - crossed;
+            let mut arms = alloc::vec![0.0; muscles * joints];
+            (0..muscles).for_each(|k| arms[k * joints + k..][..crossed].fill(0.03));
+            let mut pattern = Pattern::new(muscles, joints);
+            pattern.find(muscles, &arms);
+            assert_eq!((pattern.groups.len(), pattern.groups[0].dense), (1, dense));
+            assert_eq!(pattern.column.len(), muscles * if dense { joints } else { crossed });
+        }
+    }
 }
