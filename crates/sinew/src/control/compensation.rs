@@ -235,7 +235,7 @@ mod tests {
         let sample = CableSample { motor: 0.0, anchor: 0.0, tension_in: 70.0 };
         let output = compensation.step(1e-3, &reference, &sample).unwrap();
         let DriveCommand::Tension { tension, feed } = output.command else { panic!("{output:?}") };
-        assert!((tension - (50.0 + 5.0 + 5.0 + 2.0)).abs() < 1e-13 && (feed - 0.1).abs() < 1e-15);
-        assert!((output.tension_out - (70.0 - (3.0 + 14.0 - 1.0))).abs() < 1e-13, "{}", output.tension_out);
+        assert!((tension - (50.0 + 5.0 + 5.0 + 2.0)).abs() < 1e-14 && (feed - 0.1).abs() < 1e-15);
+        assert!((output.tension_out - (70.0 - (3.0 + 14.0 - 1.0))).abs() < 1e-14, "{}", output.tension_out);
     }
 }

@@ -140,7 +140,7 @@ mod tests {
             for sign in [1.0, -1.0] {
                 let stretch = desired - sign * error;
                 let speed = controller.winch_speed(INTERVAL, &reference(80.0, 0.05), stretch, 1.0).unwrap();
-                assert!((speed - 0.05 - sign * expected).abs() < 1e-13, "{error} {speed}");
+                assert!((speed - 0.05 - sign * expected).abs() < 1e-16, "{error} {speed}");
             }
         }
     }
@@ -154,7 +154,7 @@ mod tests {
             controller.winch_speed(INTERVAL, &reference(80.0, 0.05 * s), first, 1.0).unwrap();
             let speed = controller.winch_speed(INTERVAL, &reference(81.0, 0.06 * s), second, 1.0).unwrap();
             let rate = (second - first) / INTERVAL;
-            assert!(rate.abs() > 0.01 && (speed - 0.06 * s - rate).abs() < 1e-13, "{speed} {rate}");
+            assert!(rate.abs() > 0.01 && (speed - 0.06 * s - rate).abs() < 1e-15, "{speed} {rate}");
             let back = stretch(81.0, -0.05 * s);
             assert!((back - second).abs() > 1e-3);
             let speed = controller.winch_speed(INTERVAL, &reference(81.0, -0.05 * s), back, 1.0).unwrap();
@@ -171,7 +171,7 @@ mod tests {
                 let stretch = law.steady(80.0, s * 1e-9, 1.0).unwrap().stretch;
                 let reference = FarEndReference { tension_out: 80.0, velocity, previewed_velocity: 0.05 * s };
                 let speed = controller.winch_speed(INTERVAL, &reference, stretch, 1.0).unwrap();
-                assert!((speed - velocity).abs() < 1e-13, "{speed} {velocity}");
+                assert!((speed - velocity).abs() < 1e-15, "{speed} {velocity}");
             }
         }
     }
