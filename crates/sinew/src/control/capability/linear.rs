@@ -170,7 +170,7 @@ mod tests {
             let rest = a[n..].iter().enumerate().filter(|(i, _)| i % n != k);
             rest.map(|(_, x)| *x).collect()
         };
-        let sign = |k: usize| if k % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         (0..n).map(|k| sign(k) * a[k] * expansion(&minor(k), n - 1)).sum()
     }
 

@@ -234,10 +234,10 @@ mod tests {
         };
         check(&|residual, scale| sparse.subtract_torque(&tension, residual, scale));
         check(&|residual, scale| {
-            Dense::<0> { joints: 3, arms: &arms }.subtract_torque(&tension, residual, scale)
+            Dense::<0> { joints: 3, arms: &arms }.subtract_torque(&tension, residual, scale);
         });
         check(&|residual, scale| {
-            Dense::<3> { joints: 3, arms: &arms }.subtract_torque(&tension, residual, scale)
+            Dense::<3> { joints: 3, arms: &arms }.subtract_torque(&tension, residual, scale);
         });
     }
 }
