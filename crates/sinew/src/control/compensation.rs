@@ -212,4 +212,30 @@ mod tests {
         let output = compensation.step(1e-3, &reference, &sample).unwrap();
         assert!(output.tension_out.is_nan() && matches!(output.command, DriveCommand::Tension { .. }));
     }
+
+    #[test]
+    fn the_networks_friction_is_added_toward_the_drive_and_taken_off_toward_the_anchor() {
+        // 5 N + 0.1 of the tension + 20 N s/m of the speed, and 3 N + 0.2 of the tension - 10 N s/m of it.
+        let network = |bias, [tension, speed]: [f64; 2]| {
+            Perceptron::new(PerceptronWeights {
+                inputs: 2,
+                hidden: 1,
+                input_weights: alloc::vec![0.0; 2],
+                hidden_bias: alloc::vec![0.0],
+                output_weights: alloc::vec![0.0],
+                output_bias: bias,
+                skip: alloc::vec![tension, speed],
+            })
+            .unwrap()
+        };
+        let networks =
+            NetworkCompensation::new(network(5.0, [0.1, 20.0]), network(3.0, [0.2, -10.0])).unwrap();
+        let mut compensation = Compensation::Network(Box::new(networks));
+        let reference = FarEndReference { tension_out: 50.0, velocity: 0.1, previewed_velocity: 0.1 };
+        let sample = CableSample { motor: 0.0, anchor: 0.0, tension_in: 70.0 };
+        let output = compensation.step(1e-3, &reference, &sample).unwrap();
+        let DriveCommand::Tension { tension, feed } = output.command else { panic!("{output:?}") };
+        assert!((tension - (50.0 + 5.0 + 5.0 + 2.0)).abs() < 1e-14 && (feed - 0.1).abs() < 1e-15);
+        assert!((output.tension_out - (70.0 - (3.0 + 14.0 - 1.0))).abs() < 1e-14, "{}", output.tension_out);
+    }
 }

@@ -231,3 +231,112 @@ fn strokes(machine: &Machine, dynamics: &mut MuscleDynamics) -> Result<Vec<f64>,
     }
     Ok(travel.into_iter().map(|[least, most]| most - least).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{JointKind, PathElement, Robot, Site, TendonPath};
+    use crate::control::testing::{Slide, slides};
+
+    /// So slow that nothing accelerates.
+    const SLOW: SizingMotion = SizingMotion { period: 1e4, share: 1.0 };
+    const UP: [f64; 3] = [0.0, 0.0, 1.0];
+
+    fn machine(gravity: f64, ranges: &[[f64; 2]], arms: &[&[f64]]) -> Machine {
+        let slide = |range: &[f64; 2]| Slide { axis: UP, mass: 2.0, range: *range };
+        let along: Vec<Slide> = ranges.iter().map(slide).collect();
+        let mut machine = Machine::of(&slides(gravity, &along, arms)).unwrap();
+        machine.muscles.iter_mut().for_each(|design| design.tension = [Some(20.0), None]);
+        machine
+    }
+
+    #[test]
+    fn a_share_of_nothing_and_one_beyond_the_range_are_refused() {
+        let machine = machine(0.0, &[[-0.1, 0.1]], &[&[1.0], &[-1.0]]);
+        for share in [0.0, -0.5, 1.0 + 1e-9, f64::NAN] {
+            assert!(drive_demands(&machine, &SizingMotion { share, ..SLOW }).is_err(), "{share}");
+        }
+        assert!(drive_demands(&machine, &SizingMotion { share: 1.0, ..SLOW }).is_ok());
+    }
+
+    #[test]
+    fn where_cables_only_pull_with_the_weight_the_larger_torque_is_missing_and_they_are_kept_tight() {
+        // Two weights on each other; cables pull both down, the upper one by the higher arm.
+        let machine = machine(9.81, &[[-0.1, 0.1]; 2], &[&[-1.0, 0.0], &[0.0, -3.0]]);
+        let demands = drive_demands(&machine, &SLOW).unwrap();
+        assert_eq!(demands.unreachable, demands.samples);
+        let (joint, missing) = demands.missing.unwrap();
+        // 4 kg and 20 N are missing at the lower slide, 2 kg and 60 N at the upper one.
+        assert_eq!(joint, 1);
+        assert!((missing - (2.0 * 9.81 + 60.0)).abs() < 3e-7, "{missing}");
+        for (demand, law) in demands.muscles.iter().zip(machine.laws(CELLS).unwrap()) {
+            let tension = (20.0 - law.pretension()) * libm::exp(law.friction_angle());
+            assert!((demand.tension - tension).abs() < 1e-14, "{} {tension}", demand.tension);
+        }
+    }
+
+    #[test]
+    fn a_sheath_that_the_joints_bend_demands_the_friction_of_its_largest_bend() {
+        let mut machine = machine(0.0, &[[-0.1, 0.3]], &[&[1.0], &[-1.0]]);
+        machine.muscles[0].bend_by_joint = vec![2.0];
+        let demands = drive_demands(&machine, &SLOW).unwrap();
+        let law = &machine.laws(CELLS).unwrap()[0];
+        // By 0.3 m a bend of 0.6 rad more than in the start.
+        let largest = law.friction_angle() + machine.muscles[0].cable.friction * 0.6;
+        let tension = |angle: f64| (20.0 - law.pretension()) * libm::exp(angle);
+        let [bent, straight] = [0, 1].map(|muscle| demands.muscles[muscle].tension);
+        assert!((bent / tension(largest) - 1.0).abs() < 5e-7, "{bent} {}", tension(largest));
+        assert!((straight / tension(law.friction_angle()) - 1.0).abs() < 7e-8);
+    }
+
+    #[test]
+    fn samples_are_instants_of_sines_of_evenly_spread_phases() {
+        let machine = machine(0.0, &[[-0.1, 0.3], [-0.2, 0.2]], &[&[1.0, 1.0], &[-1.0, -1.0]]);
+        let motion = SizingMotion { period: 3.0, share: 0.5 };
+        let rate = core::f64::consts::TAU / 3.0;
+        let mut sampler = Sampler::new(&machine, &motion).unwrap();
+        let mut means = [[0.0; 2]; 2];
+        for _ in 0..1000 {
+            let [q, v, a] = sampler.next();
+            for (j, middle) in [0.1, 0.0].into_iter().enumerate() {
+                // A share of 0.5 of 0.4 m is an amplitude of 0.1 m.
+                let (sine, cosine) = ((q[j] - middle) / 0.1, v[j] / (0.1 * rate));
+                assert!((sine * sine + cosine * cosine - 1.0).abs() < 1e-15);
+                assert!((a[j] + 0.1 * rate * rate * sine).abs() < 4e-16);
+                means[j][0] += sine / 1000.0;
+                means[j][1] += cosine / 1000.0;
+            }
+        }
+        assert!(means.as_flattened().iter().all(|mean| mean.abs() < 7e-4), "{means:?}");
+    }
+
+    /// A hinge on the first slide's place with a cable from its lever of 0.1 m to a point at 0.3 m.
+    fn hinge(range: [f64; 2]) -> Machine {
+        let mut parts = slides(0.0, &[Slide { axis: UP, mass: 2.0, range }], &[&[1.0]]).parts().clone();
+        (parts.joints[0].kind, parts.joints[0].axis) = (JointKind::Hinge, [0.0, 1.0, 0.0]);
+        let site = |name: &str, body: usize, x: f64| Site {
+            name: name.into(),
+            body,
+            position: [x, 0.0, 0.0],
+            orientation: [1.0, 0.0, 0.0, 0.0],
+        };
+        parts.sites = vec![site("anchor", 1, 0.1), site("sheath", 0, 0.3)];
+        parts.tendons[0].path = TendonPath::Spatial(vec![PathElement::Site(1), PathElement::Site(0)]);
+        Machine::of(&Robot::new(parts).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn the_stroke_is_from_the_shortest_to_the_longest_within_the_range_and_the_stretch() {
+        let length = |q: f64| libm::sqrt(0.01 + 0.09 - 0.06 * libm::cos(q));
+        // Shortest within the range, off its middle; longest at an end of it.
+        for (range, shortest, longest) in
+            [([-1.0, 0.5], length(0.0), length(1.0)), ([0.2, 1.2], length(0.2), length(1.2))]
+        {
+            let machine = hinge(range);
+            let demand = drive_demands(&machine, &SizingMotion { share: 0.5, ..SLOW }).unwrap().muscles[0];
+            let compliance: f64 = machine.laws(CELLS).unwrap()[0].compliance().iter().sum();
+            let stroke = longest - shortest + demand.tension * compliance;
+            assert!((demand.stroke - stroke).abs() < 2e-6, "{} {stroke}", demand.stroke);
+        }
+    }
+}

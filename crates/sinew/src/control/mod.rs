@@ -10,3 +10,6 @@ pub mod demand;
 pub mod stretch;
 pub mod supervisor;
 pub mod tension;
+
+#[cfg(test)]
+mod testing;

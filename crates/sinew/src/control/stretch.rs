@@ -94,3 +94,85 @@ impl StretchController {
 pub(super) fn direction(velocity: f64) -> Sliding {
     if velocity >= 0.0 { Sliding::TowardMotor } else { Sliding::AwayFromMotor }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::predictor::CableModel;
+
+    const INTERVAL: f64 = 2e-3;
+
+    fn controller() -> (StretchController, CableLaw) {
+        let law = CableModel::bench().law().unwrap();
+        (StretchController::new(law.clone()), law)
+    }
+
+    fn reference(tension_out: f64, velocity: f64) -> FarEndReference {
+        FarEndReference { tension_out, velocity, previewed_velocity: velocity }
+    }
+
+    #[test]
+    fn at_the_desired_stretch_the_winch_follows_the_anchor() {
+        for velocity in [0.05, -0.05] {
+            let (mut controller, law) = controller();
+            // Drag counts at the reference's speed, as often as the estimate says.
+            let stretch = law.steady(80.0, velocity, 1.5).unwrap().stretch;
+            assert!((stretch - law.steady(80.0, 0.01 * velocity, 1.5).unwrap().stretch).abs() > 1e-5);
+            for _ in 0..3 {
+                let speed =
+                    controller.winch_speed(INTERVAL, &reference(80.0, velocity), stretch, 1.5).unwrap();
+                assert!((speed - velocity).abs() < 1e-15, "{speed}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_error_of_the_stretch_decays_with_the_time_constant_and_brakes_at_the_winchs_deceleration() {
+        let (mut controller, law) = controller();
+        let desired = law.steady(80.0, 0.05, 1.0).unwrap().stretch;
+        // Both laws give the same speed at 2 a t_v^2 = 3.2 mm.
+        for (error, expected) in [
+            (1e-3, 1e-3 / 0.02),
+            (3.1e-3, 3.1e-3 / 0.02),
+            (3.3e-3, libm::sqrt(2.0 * 4.0 * 3.3e-3)),
+            (1e-2, libm::sqrt(2.0 * 4.0 * 1e-2)),
+        ] {
+            for sign in [1.0, -1.0] {
+                let stretch = desired - sign * error;
+                let speed = controller.winch_speed(INTERVAL, &reference(80.0, 0.05), stretch, 1.0).unwrap();
+                assert!((speed - 0.05 - sign * expected).abs() < 1e-16, "{error} {speed}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_growing_tension_is_led_by_the_rate_of_its_stretch_except_from_one_direction_to_the_other() {
+        for s in [1.0, -1.0] {
+            let (mut controller, law) = controller();
+            let stretch = |tension, velocity| law.steady(tension, velocity, 1.0).unwrap().stretch;
+            let (first, second) = (stretch(80.0, 0.05 * s), stretch(81.0, 0.06 * s));
+            controller.winch_speed(INTERVAL, &reference(80.0, 0.05 * s), first, 1.0).unwrap();
+            let speed = controller.winch_speed(INTERVAL, &reference(81.0, 0.06 * s), second, 1.0).unwrap();
+            let rate = (second - first) / INTERVAL;
+            assert!(rate.abs() > 0.01 && (speed - 0.06 * s - rate).abs() < 1e-15, "{speed} {rate}");
+            let back = stretch(81.0, -0.05 * s);
+            assert!((back - second).abs() > 1e-3);
+            let speed = controller.winch_speed(INTERVAL, &reference(81.0, -0.05 * s), back, 1.0).unwrap();
+            assert!((speed + 0.05 * s).abs() < 1e-15, "{speed}");
+        }
+    }
+
+    #[test]
+    fn before_a_reversal_the_stretch_is_that_of_the_coming_direction_without_drag() {
+        for s in [1.0, -1.0] {
+            // Still sliding the other way, or at rest.
+            for velocity in [-0.05 * s, 0.0, -0.0] {
+                let (mut controller, law) = controller();
+                let stretch = law.steady(80.0, s * 1e-9, 1.0).unwrap().stretch;
+                let reference = FarEndReference { tension_out: 80.0, velocity, previewed_velocity: 0.05 * s };
+                let speed = controller.winch_speed(INTERVAL, &reference, stretch, 1.0).unwrap();
+                assert!((speed - velocity).abs() < 1e-15, "{speed} {velocity}");
+            }
+        }
+    }
+}

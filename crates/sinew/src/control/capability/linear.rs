@@ -93,3 +93,107 @@ pub(super) fn determinant(a: &mut [f64], n: usize) -> f64 {
     }
     product
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use alloc::vec;
+
+    fn dot(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    }
+
+    fn unit(random: &mut Random, n: usize) -> Vec<f64> {
+        let vector: Vec<f64> = (0..n).map(|_| random.normal()).collect();
+        let length = libm::sqrt(dot(&vector, &vector));
+        vector.iter().map(|x| x / length).collect()
+    }
+
+    #[test]
+    fn the_null_vector_is_of_unit_length_and_perpendicular_to_all_rows() {
+        let mut random = Random::new(11);
+        for n in 1..7 {
+            let oblique: Vec<f64> = (1..n).flat_map(|_| unit(&mut random, n)).collect();
+            // One entry beside the diagonal in each row: without pivoting the first pivot is zero.
+            let mut nested = vec![0.0; (n - 1) * n];
+            (0..n - 1).for_each(|i| nested[i * n + (i + 1) % n] = 1.0);
+            for rows in [oblique, nested] {
+                let (mut columns, mut normal) = (vec![0; n], vec![0.0; n]);
+                assert!(null_vector(&mut rows.clone(), &mut columns, &mut normal));
+                assert!((dot(&normal, &normal) - 1.0).abs() < 4e-16, "{n}");
+                assert!(rows.chunks_exact(n).all(|row| dot(row, &normal).abs() < 2e-16), "{n}");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_that_depend_on_each_other_have_no_single_null_vector() {
+        for n in 3..6 {
+            let mut rows = vec![0.0; (n - 1) * n];
+            for row in rows.chunks_exact_mut(n) {
+                (row[0], row[n - 1]) = (0.6, -0.8);
+            }
+            assert!(!null_vector(&mut rows, &mut vec![0; n], &mut vec![0.0; n]), "{n}");
+        }
+    }
+
+    #[test]
+    fn the_basis_of_a_plane_is_orthonormal_and_perpendicular_to_its_normal() {
+        let mut random = Random::new(12);
+        for n in 2..7 {
+            let axis =
+                |k: usize, sign: f64| (0..n).map(|j| if j == k { sign } else { 0.0 }).collect::<Vec<f64>>();
+            // The axes in both directions: a mirror of the wrong sign has no length there.
+            let mut normals: Vec<Vec<f64>> = (0..n).flat_map(|k| [axis(k, 1.0), axis(k, -1.0)]).collect();
+            normals.extend((0..10).map(|_| unit(&mut random, n)));
+            for normal in normals {
+                let basis = plane_basis(&normal);
+                assert_eq!(basis.len(), (n - 1) * n);
+                for (i, row) in basis.chunks_exact(n).enumerate() {
+                    assert!(dot(row, &normal).abs() < 3e-16);
+                    for (j, other) in basis.chunks_exact(n).enumerate() {
+                        let expected = if i == j { 1.0 } else { 0.0 };
+                        assert!((dot(row, other) - expected).abs() < 3e-16);
+                    }
+                }
+            }
+        }
+    }
+
+    /// By the first row.
+    fn expansion(a: &[f64], n: usize) -> f64 {
+        if n == 0 {
+            return 1.0;
+        }
+        let minor = |k: usize| -> Vec<f64> {
+            let rest = a[n..].iter().enumerate().filter(|(i, _)| i % n != k);
+            rest.map(|(_, x)| *x).collect()
+        };
+        let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+        (0..n).map(|k| sign(k) * a[k] * expansion(&minor(k), n - 1)).sum()
+    }
+
+    #[test]
+    fn the_determinant_is_that_of_the_expansion_by_rows() {
+        let mut random = Random::new(13);
+        for n in 1..6 {
+            for _ in 0..5 {
+                let a: Vec<f64> = (0..n * n).map(|_| random.normal()).collect();
+                let expected = expansion(&a, n);
+                assert!((determinant(&mut a.clone(), n) - expected).abs() < 4e-15, "{n}");
+            }
+        }
+        // Every order of four rows: one entry per row and column, so that a wrong row is a pivot of zero.
+        let mut signs = [0; 3];
+        for code in 0..256_usize {
+            let columns = [code % 4, code / 4 % 4, code / 16 % 4, code / 64];
+            let mut a = [0.0; 16];
+            (0..4).for_each(|i| a[4 * i + columns[i]] = 1.0 + i as f64);
+            let (expected, got) = (expansion(&a, 4), determinant(&mut a, 4));
+            assert!((got - expected).abs() < 1e-15, "{columns:?}");
+            signs[(1.0 + expected / 24.0) as usize] += 1;
+        }
+        assert_eq!(signs, [12, 232, 12]);
+    }
+}

@@ -158,3 +158,63 @@ fn binding(moment_arms: &[f64], normal: &[f64], slope: f64) -> Vec<Binding> {
     binding.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     binding
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn largest(arms: &[f64], limits: &[[f64; 2]], needed: &[f64], load: &[f64]) -> Option<LargestLoad> {
+        LoadSearch::new(limits.len(), needed.len()).largest(arms, limits, needed, load).unwrap()
+    }
+
+    #[test]
+    fn one_joint_holds_what_its_muscles_have_beyond_the_needed_torque() {
+        let (arms, limits) = ([0.03, -0.02], [[10.0, 100.0], [5.0, 80.0]]);
+        // Within -1.3 to 2.9 Nm.
+        for (needed, load, expected, largest_first) in [
+            (0.0, 2.0, 1.45, true),
+            (0.9, 0.25, 8.0, true),
+            (-0.5, 1e6, 3.4e-6, true),
+            (0.0, -0.5, 2.6, false),
+            (0.9, -4.0, 0.55, false),
+        ] {
+            let found = largest(&arms, &limits, &[needed], &[load]).unwrap();
+            assert!((found.factor / expected - 1.0).abs() < 4e-16, "{} {expected}", found.factor);
+            let [first, second] = found.binding[..] else { panic!("{:?}", found.binding) };
+            assert_eq!((first.muscle, first.largest), (0, largest_first));
+            assert_eq!((second.muscle, second.largest), (1, !largest_first));
+            // A newton more is an arm's length more of torque.
+            assert!((first.gain * load.abs() / 0.03 - 1.0).abs() < 1e-15);
+            assert!((second.gain * load.abs() / 0.02 - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn of_two_joints_the_one_that_gives_way_first_limits_the_load() {
+        // Torques of 0 to 3 and 0 to 1 Nm.
+        let (arms, limits) = ([0.03, 0.0, 0.0, 0.05], [[0.0, 100.0], [0.0, 20.0]]);
+        for (needed, load, expected, muscle) in [
+            ([0.0, 0.0], [1.0, 1.0], 1.0, 1),
+            ([0.5, 0.25], [2.0, 0.5], 1.25, 0),
+            ([0.5, 0.25], [0.5, 2.0], 0.375, 1),
+            ([2.0, 0.5], [-4.0, 0.25], 0.5, 0),
+        ] {
+            let found = largest(&arms, &limits, &needed, &load).unwrap();
+            assert!((found.factor - expected).abs() < 2e-15, "{} {expected}", found.factor);
+            assert_eq!(found.binding.len(), 1, "{:?}", found.binding);
+            let one = found.binding[0];
+            assert_eq!((one.muscle, one.largest), (muscle, load[muscle] > 0.0));
+            let gain = arms[3 * muscle] / load[muscle].abs();
+            assert!((one.gain - gain).abs() < 1e-15, "{} {gain}", one.gain);
+        }
+    }
+
+    #[test]
+    fn nothing_more_is_held_where_the_needed_torque_is_the_largest_already() {
+        let found = largest(&[0.03], &[[0.0, 100.0]], &[3.0], &[1.0]).unwrap();
+        assert!(found.factor.abs() < 1e-15 && found.binding[0].muscle == 0, "{found:?}");
+        // A joint that no muscle moves holds no load, and no muscle would help.
+        let found = largest(&[0.03, 0.0], &[[0.0, 100.0]], &[1.0, 0.0], &[0.0, 1.0]).unwrap();
+        assert_eq!(found, LargestLoad { factor: 0.0, binding: Vec::new() });
+    }
+}

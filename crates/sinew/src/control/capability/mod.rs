@@ -25,6 +25,8 @@ mod load;
 mod model;
 mod pose;
 mod stiffness;
+#[cfg(test)]
+mod tests;
 mod torque_set;
 mod zonotope;
 

@@ -26,8 +26,7 @@ pub(super) fn joint_stiffness(
             }
         }
     }
-    let held = (0..joints).map(|i| factor[i * joints + i]).fold(f64::INFINITY, f64::min) > 0.0;
-    (held && cholesky::factor(&mut factor, joints).is_ok()).then_some(JointStiffness { factor, joints })
+    cholesky::factor(&mut factor, joints).is_ok().then_some(JointStiffness { factor, joints })
 }
 
 impl JointStiffness {

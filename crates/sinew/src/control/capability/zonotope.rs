@@ -57,6 +57,11 @@ impl Planes {
         }
     }
 
+    /// Whether one of them holds all generators, or too few generators span none.
+    pub(super) fn are_of_flat_set(&self) -> bool {
+        self.sides.iter().all(|sides| sides.plus == 0 && sides.minus == 0)
+    }
+
     pub(super) fn iter(&self) -> impl Iterator<Item = (&[f64], Sides)> {
         self.normals.chunks_exact(self.dimension.max(1)).zip(self.sides.iter().copied())
     }
@@ -211,4 +216,27 @@ fn next_combination(chosen: &mut [usize], count: usize) -> bool {
         }
     }
     false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_set_of_indices_comes_once() {
+        for count in 1..8 {
+            let mut binomial = 1;
+            for k in 1..=count {
+                binomial = binomial * (count + 1 - k) / k;
+                let mut chosen: Vec<usize> = (0..k).collect();
+                let mut sets = vec![chosen.clone()];
+                while next_combination(&mut chosen, count) {
+                    sets.push(chosen.clone());
+                }
+                assert_eq!(sets.len(), binomial, "{k} of {count}");
+                assert!(sets.iter().all(|set| set.is_sorted_by(|a, b| a < b) && set[k - 1] < count));
+                assert!(sets.is_sorted_by(|a, b| a < b));
+            }
+        }
+    }
 }

@@ -43,3 +43,22 @@ pub fn cocontract(level: f64, minimum: &[f64], maximum: &[f64], reference: &mut 
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::cocontract;
+
+    #[test]
+    fn the_level_is_the_share_of_the_way_from_slack_to_tight() {
+        let (minimum, maximum) = ([20.0, 5.0], [400.0, 105.0]);
+        for (level, expected) in [(0.0, minimum), (0.25, [115.0, 30.0]), (1.0, maximum)] {
+            let mut reference = [f64::NAN; 2];
+            cocontract(level, &minimum, &maximum, &mut reference).unwrap();
+            assert!(reference.iter().zip(expected).all(|(got, expected)| (got - expected).abs() < 1e-13));
+        }
+        for level in [-0.1, 1.1, f64::NAN] {
+            assert!(cocontract(level, &minimum, &maximum, &mut [0.0; 2]).is_err());
+        }
+        assert!(cocontract(0.5, &minimum[..1], &maximum, &mut [0.0; 2]).is_err());
+    }
+}

@@ -195,4 +195,30 @@ mod tests {
         // Small groups store every arm.
         assert_eq!(pattern.column, [0, 0, 1, 0, 1]);
     }
+
+    #[test]
+    fn operations_are_those_of_a_newton_step_with_dense_rows() {
+        // Every joint by every muscle: n^2/2 per muscle, n^3/6 of the factors, m^2 of the line search.
+        for (muscles, joints) in [(4, 2), (15, 7), (9, 6)] {
+            let mut pattern = Pattern::new(muscles, joints);
+            pattern.find(muscles, &alloc::vec![1.0; muscles * joints]);
+            let expected = muscles * (joints * joints / 2) + joints.pow(3) / 6 + muscles * muscles;
+            assert_eq!(pattern.groups[0].operations, expected as u64);
+        }
+    }
+
+    #[test]
+    fn a_large_group_stores_every_arm_where_three_in_ten_are_not_zero() {
+        let joints = 10;
+        // Every muscle crosses some neighbouring joints: 2 of 10, and 4 of 10.
+        for (crossed, dense) in [(2, false), (4, true)] {
+            let muscles = joints + 1 - crossed;
+            let mut arms = alloc::vec![0.0; muscles * joints];
+            (0..muscles).for_each(|k| arms[k * joints + k..][..crossed].fill(0.03));
+            let mut pattern = Pattern::new(muscles, joints);
+            pattern.find(muscles, &arms);
+            assert_eq!((pattern.groups.len(), pattern.groups[0].dense), (1, dense));
+            assert_eq!(pattern.column.len(), muscles * if dense { joints } else { crossed });
+        }
+    }
 }

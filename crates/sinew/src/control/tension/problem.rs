@@ -137,3 +137,29 @@ fn check_entries(
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_problem_is_checked_without_being_solved() {
+        let right = Problem {
+            moment_arms: &[0.03, -0.02],
+            torque: &[1.0],
+            minimum: &[5.0; 2],
+            maximum: &[100.0; 2],
+            reference: &[0.0; 2],
+            weight: &[1.0; 2],
+        };
+        assert_eq!(right.check(2, 1), Ok(()));
+        assert!(matches!(right.check(1, 2), Err(Error::WrongLength { name: "torque", expected: 2, got: 1 })));
+        let crossed = Problem { minimum: &[5.0, 100.5], ..right };
+        assert!(matches!(
+            crossed.check(2, 1),
+            Err(Error::EntryOutOfDomain { name: "minimum", index: 1, .. })
+        ));
+        let slack = Problem { weight: &[1.0, 0.0], ..right };
+        assert!(matches!(slack.check(2, 1), Err(Error::EntryOutOfDomain { name: "weight", index: 1, .. })));
+    }
+}

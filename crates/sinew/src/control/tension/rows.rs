@@ -212,3 +212,32 @@ pub(super) fn relative_residual<S: Scalar>(residual: &[S], scale: &[f64]) -> f64
     // Where all terms are zero, 0 / 0 is no larger than any number.
     ratios.fold(0.0, |largest, ratio| if ratio > largest { ratio } else { largest })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dense_and_sparse_rows_take_off_the_same_torque_and_add_the_size_of_its_terms() {
+        let arms = [0.5, 0.0, -2.0, 0.0, 3.0, 0.25];
+        let sparse =
+            Sparse { joints: 3, start: &[0, 2, 4], column: &[0, 2, 1, 2], value: &[0.5, -2.0, 3.0, 0.25] };
+        let tension = [4.0, -2.0];
+        // The second muscle pulls against the first at the last joint.
+        let (left, sizes) = ([1.0 - 2.0, 1.0 + 6.0, 1.0 + 8.5], [0.5 + 2.0, 0.5 + 6.0, 0.5 + 8.5]);
+        let check = |subtract: &dyn Fn(&mut [f64], &mut [f64])| {
+            let (mut residual, mut scale) = ([1.0; 3], [0.5; 3]);
+            subtract(&mut residual, &mut scale);
+            for j in 0..3 {
+                assert!((residual[j] - left[j]).abs() < 1e-15 && (scale[j] - sizes[j]).abs() < 1e-15, "{j}");
+            }
+        };
+        check(&|residual, scale| sparse.subtract_torque(&tension, residual, scale));
+        check(&|residual, scale| {
+            Dense::<0> { joints: 3, arms: &arms }.subtract_torque(&tension, residual, scale);
+        });
+        check(&|residual, scale| {
+            Dense::<3> { joints: 3, arms: &arms }.subtract_torque(&tension, residual, scale);
+        });
+    }
+}
