@@ -29,17 +29,18 @@ pub(crate) fn instrument(
     }
     let mut lines = vec![0];
     lines.extend(source.match_indices('\n').map(|(offset, _)| offset + 1));
-    let mut walk = Walk { source, lines, at, constant: 0, edits: Vec::new(), switched: Vec::new() };
-    walk.visit_file(&syntax);
-    walk.edits.sort_by_key(|edit| edit.0);
+    let mut instrumentation =
+        Instrumentation { source, lines, at, constant: 0, edits: Vec::new(), switched: Vec::new() };
+    instrumentation.visit_file(&syntax);
+    instrumentation.edits.sort_by_key(|edit| edit.0);
     let (mut text, mut end) = (String::new(), 0);
-    for (offset, inserted) in &walk.edits {
+    for (offset, inserted) in &instrumentation.edits {
         text.push_str(&source[end..*offset]);
         text.push_str(inserted);
         end = *offset;
     }
     text.push_str(&source[end..]);
-    Ok(Instrumented { text, switched: walk.switched })
+    Ok(Instrumented { text, switched: instrumentation.switched })
 }
 
 /// Places can coincide between a function's body and its first expression.
@@ -64,7 +65,7 @@ impl Group {
     }
 }
 
-struct Walk<'a> {
+struct Instrumentation<'a> {
     source: &'a str,
     /// Offset of each line.
     lines: Vec<usize>,
@@ -76,7 +77,7 @@ struct Walk<'a> {
     switched: Vec<usize>,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> Instrumentation<'a> {
     fn offset(&self, place: LineColumn) -> usize {
         let start = self.lines[place.line - 1];
         let line = &self.source[start..];
@@ -188,18 +189,20 @@ fn assigns(operator: &syn::BinOp) -> bool {
     )
 }
 
-impl<'ast> Visit<'ast> for Walk<'ast> {
+impl<'ast> Visit<'ast> for Instrumentation<'ast> {
     fn visit_expr_binary(&mut self, node: &'ast syn::ExprBinary) {
         if binds(&node.left) || binds(&node.right) {
             visit::visit_expr_binary(self, node);
             return;
         }
         let closing = if assigns(&node.op) { ";" } else { "" };
-        self.switch(node, &node.op, closing, |walk| visit::visit_expr_binary(walk, node));
+        self.switch(node, &node.op, closing, |instrumentation| {
+            visit::visit_expr_binary(instrumentation, node)
+        });
     }
 
     fn visit_expr_unary(&mut self, node: &'ast syn::ExprUnary) {
-        self.switch(node, &node.op, "", |walk| visit::visit_expr_unary(walk, node));
+        self.switch(node, &node.op, "", |instrumentation| visit::visit_expr_unary(instrumentation, node));
     }
 
     fn visit_arm(&mut self, node: &'ast syn::Arm) {
