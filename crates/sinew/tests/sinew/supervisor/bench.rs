@@ -190,7 +190,9 @@ impl Bench {
 
     /// The last of some cycles.
     pub(crate) fn steps(&mut self, cycles: usize, request: Request) -> Cycle {
-        (1..cycles).for_each(|_| drop(self.step(request)));
+        for _ in 1..cycles {
+            self.step(request);
+        }
         self.step(request)
     }
 
