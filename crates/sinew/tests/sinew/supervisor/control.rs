@@ -42,7 +42,7 @@ fn a_tense_machine_runs_at_once_and_follows_its_reference() {
         assert_eq!(found.reference, bench.reference, "the given one is followed");
     }
     let (way, error) = (bench.reference.q[0], bench.reference.q[0] - bench.joint);
-    assert!(way > 0.11 && error.abs() < 0.02, "{way} {error}");
+    assert!(way > 0.11 && error.abs() < 3e-3, "{way} {error}");
 }
 
 #[test]
@@ -55,7 +55,7 @@ fn a_pose_is_held_whatever_the_reference_and_run_waits_until_it_is_near() {
         for _ in 0..50 {
             let found = bench.step(request);
             assert_eq!((found.mode, found.fault), (Mode::Hold, None));
-            assert!((found.reference.q[0] - pose).abs() < 2e-3 && (bench.joint - pose).abs() < 5e-3);
+            assert!((found.reference.q[0] - pose).abs() < 1e-9 && (bench.joint - pose).abs() < 1e-3);
         }
     }
     // The request is remembered.
@@ -88,7 +88,7 @@ fn a_motion_that_is_left_for_hold_is_braked_without_a_step() {
         assert!((found.reference.q[0] - last - H * expected).abs() < 1e-9);
         last = found.reference.q[0];
     }
-    assert!((bench.joint - last).abs() < 0.02, "{} {last}", bench.joint);
+    assert!((bench.joint - last).abs() < 0.015, "{} {last}", bench.joint);
 }
 
 #[test]
@@ -250,18 +250,16 @@ fn a_fault_precedes_every_request() {
 fn tensions_are_followed_while_the_machine_runs_and_forgotten_when_it_holds() {
     let mut bench = running();
     let least = bench.step(Request::Run).desired_tension;
+    assert!(least.iter().all(|least| *least < 30.0), "{least:?}");
     assert!(bench.supervisor.set_tensions(Some(&[50.0; 3])).is_err(), "of another machine");
     bench.supervisor.set_tensions(Some(&[60.0; 2])).unwrap();
-    let followed = bench.steps(500, Request::Run).desired_tension;
-    assert!(
-        followed.iter().zip(least).all(|(followed, least)| *followed > least + 5.0),
-        "{followed:?} {least:?}"
-    );
+    let followed = bench.steps(100, Request::Run).desired_tension;
+    assert!(followed.iter().all(|followed| (followed - 60.0).abs() < 1e-9), "{followed:?}");
     let held = bench.steps(2, Request::Hold).desired_tension;
-    assert!(held.iter().zip(least).all(|(held, least)| (held - least).abs() < 5.0), "{held:?} {least:?}");
+    assert!(held.iter().zip(least).all(|(held, least)| (held - least).abs() < 0.1), "{held:?} {least:?}");
     // Where the machine does not run none are taken.
     bench.supervisor.set_tensions(Some(&[60.0; 3])).unwrap();
     bench.supervisor.set_tensions(Some(&[60.0; 2])).unwrap();
     let held = bench.steps(50, Request::Hold).desired_tension;
-    assert!(held.iter().zip(least).all(|(held, least)| (held - least).abs() < 5.0), "{held:?} {least:?}");
+    assert!(held.iter().zip(least).all(|(held, least)| (held - least).abs() < 0.1), "{held:?} {least:?}");
 }
