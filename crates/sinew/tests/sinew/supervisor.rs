@@ -1,6 +1,13 @@
-//! The documentation of the supervisor is that of its tables.
+//! The documentation of the supervisor is that of its tables; a machine is operated by the rules of its page.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
+mod bench;
+mod control;
+mod limits;
+mod modes;
+mod pretension;
+mod reports;
 
 use sinew::control::supervisor::{FaultKind, transitions_markdown};
 use sinew::machine::SafetyLimits;

@@ -258,7 +258,7 @@ impl MuscleGains {
 #[cfg(test)]
 impl ArmGains {
     /// Those of an arm with the paper's drives.
-    pub(super) fn for_tests(muscles: usize, joints: usize) -> Self {
+    pub(in crate::control) fn for_tests(muscles: usize, joints: usize) -> Self {
         let joint = JointGains {
             bandwidth: 10.5,
             disturbance_bandwidth: 13.65,

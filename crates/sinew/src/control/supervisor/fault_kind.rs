@@ -174,4 +174,28 @@ mod tests {
         }
         assert_eq!((FaultKind::from_number(0), FaultKind::from_number(21)), (None, None));
     }
+
+    #[test]
+    fn a_sensor_is_named_by_its_symptom_whichever_it_is() {
+        for sensor in [Fault::JointSensor(1), Fault::MotorSensor(1), Fault::TensionSensor(1)] {
+            for (symptom, kind) in [
+                (Symptom::Stuck, FaultKind::SensorStuck),
+                (Symptom::Jumped, FaultKind::EncoderJump),
+                (Symptom::Lost, FaultKind::SensorLost),
+                (Symptom::Unknown, FaultKind::SensorLost),
+                (Symptom::Reported, FaultKind::SensorLost),
+            ] {
+                assert_eq!(FaultKind::of(sensor, symptom), kind);
+                assert_eq!(kind.reaction(), Reaction::BridgeThenStop, "a sensor is bridged first");
+            }
+        }
+    }
+
+    #[test]
+    fn a_drive_whose_winch_stands_is_jammed_and_any_other_is_at_fault() {
+        assert_eq!(FaultKind::of(Fault::Drive(0), Symptom::Standing), FaultKind::Jam);
+        for symptom in [Symptom::Reported, Symptom::Unknown, Symptom::Stuck] {
+            assert_eq!(FaultKind::of(Fault::Drive(0), symptom), FaultKind::DriveFault);
+        }
+    }
 }

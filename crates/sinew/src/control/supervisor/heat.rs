@@ -67,4 +67,33 @@ mod tests {
         let steady = drive.motor.steady_temperature(current);
         assert!((heat.winding() - steady).abs() < 0.02 * (steady - 25.0), "{} {steady}", heat.winding());
     }
+
+    /// Temperature of a winding long after a tension, N, and a speed of the cable, m/s, have begun.
+    fn settled(tension: f64, speed: f64) -> f64 {
+        let drive = DriveParameters::mc_am();
+        let mut heat = WindingHeat::new();
+        (0..100).for_each(|_| heat.update(1e6, &drive, tension, speed));
+        heat.winding()
+    }
+
+    #[test]
+    fn a_winch_that_takes_up_is_hotter_and_one_that_pays_out_colder_by_the_losses_of_its_reducer() {
+        let drive = DriveParameters::mc_am();
+        let steady = |current: f64| drive.motor.steady_temperature(current);
+        for speed in [2e-3, 0.05] {
+            let (up, out) = (drive.pulling_current(200.0, speed), drive.yielding_current(200.0, speed));
+            let near =
+                |found: f64, current: f64| (found - steady(current)).abs() < 1e-3 * (steady(current) - 25.0);
+            assert!(near(settled(200.0, speed), up) && near(settled(200.0, -speed), out), "{up} {out}");
+            assert!(steady(up) > 1.2 * steady(out));
+        }
+    }
+
+    #[test]
+    fn a_slack_cable_and_a_silent_load_cell_leave_a_standing_winding_cold() {
+        // Both frictions of a standing reducer are equal, so that no current is left.
+        for tension in [0.0, -5.0, f64::NAN] {
+            assert!((settled(tension, 0.0) - 25.0).abs() < 1e-9);
+        }
+    }
 }

@@ -85,3 +85,83 @@ impl HeldReference {
 fn deceleration(gains: &JointGains) -> f64 {
     gains.bandwidth * gains.tracking_error
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    /// Gains with `a_h` of 2 rad/s^2 and errors of at most 0.5 rad.
+    fn gains() -> ArmGains {
+        let mut gains = ArmGains::for_tests(1, 2);
+        gains.joints.iter_mut().for_each(|joint| (joint.bandwidth, joint.tracking_error) = (4.0, 0.5));
+        gains
+    }
+
+    fn moving(v: [f64; 2]) -> HeldReference {
+        let mut held = HeldReference::new(2);
+        held.follow(&Reference { q: vec![0.3, -0.2], v: v.to_vec(), a: vec![7.0, -7.0] });
+        held
+    }
+
+    #[test]
+    fn a_held_pose_is_at_rest_where_it_is_measured_and_where_it_is_not_in_the_given_one() {
+        let mut held = moving([1.0, -1.0]);
+        held.rest_at(&[0.1, f64::NAN], &Reference { q: vec![5.0, 0.7], v: vec![3.0; 2], a: vec![3.0; 2] });
+        assert_eq!(held.reference, Reference { q: vec![0.1, 0.7], ..Reference::new(2) });
+    }
+
+    #[test]
+    fn a_motion_that_is_left_comes_to_rest_at_the_deceleration_of_the_controller() {
+        let gains = gains();
+        let mut held = moving([0.8, -0.4]);
+        assert_eq!(held.reference.v, [0.8, -0.4], "it begins with the speed of the motion");
+        for cycle in 1..=600_u32 {
+            held.step(1e-3, &gains);
+            let braked = 2e-3 * f64::from(cycle);
+            let expected = [(0.8 - braked).max(0.0), (braked - 0.4).min(0.0)];
+            for (v, expected) in held.reference.v.iter().zip(expected) {
+                assert!((v - expected).abs() < 1e-9, "{cycle}: {v} {expected}");
+            }
+            assert!(held.reference.a[0] <= 0.0 && held.reference.a[1] >= 0.0);
+        }
+        // v^2/(2 a_h), but for half a cycle.
+        for (q, [from, way]) in held.reference.q.iter().zip([[0.3, 0.16], [-0.2, -0.04]]) {
+            assert!((q - from - way).abs() < 5e-4, "{q}");
+        }
+        assert!(held.reference.v.iter().chain(&held.reference.a).all(|rate| rate.abs() < 1e-9));
+    }
+
+    #[test]
+    fn what_is_previewed_is_where_the_held_pose_will_be() {
+        let gains = gains();
+        // The second joint comes to rest within the horizon of 0.12 s, the third motion is at rest.
+        for v in [[0.8, -0.15], [-0.6, 0.1], [0.0, 0.24]] {
+            let mut held = moving(v);
+            held.preview(&gains);
+            let seen = held.previewed.clone();
+            for _ in 0..12_000 {
+                held.step(PREVIEW_HORIZON / 12_000.0, &gains);
+            }
+            for k in 0..2 {
+                let (q, v) = (held.reference.q[k], held.reference.v[k]);
+                assert!((seen.q[k] - q).abs() < 1e-5 && (seen.v[k] - v).abs() < 1e-5, "{seen:?} {held:?}");
+                let braking = if v.abs() > 1e-9 { -2.0 * v.signum() } else { 0.0 };
+                assert!((seen.a[k] - braking).abs() < 1e-9, "{seen:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_reference_is_near_within_a_fifth_of_the_largest_error_of_every_joint() {
+        let (held, gains) = (moving([0.0; 2]), gains());
+        let near = |off: [f64; 2]| {
+            let q = vec![0.3 + off[0], -0.2 + off[1]];
+            held.is_near(&Reference { q, ..Reference::new(2) }, &gains)
+        };
+        assert!(near([0.099, -0.099]) && near([-0.099, 0.0]));
+        for off in [[0.101, 0.0], [0.0, 0.101], [-0.101, 0.0], [0.0, -0.101], [0.5, 0.5]] {
+            assert!(!near(off), "{off:?}");
+        }
+    }
+}

@@ -128,3 +128,28 @@ const SLIDE: f64 = 0.25;
 const LEAST_SLACK: f64 = 1e-3;
 /// m/s.
 const LEAST_SPEED: f64 = 1e-4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gains_alone_tell_the_slow_speeds_of_the_winches_by_their_moment_arms_and_nothing_else() {
+        let mut gains = ArmGains::for_tests(2, 1);
+        // 0.05 rad/s at 40 and at 20 mm; the second winch is slower than what its joint is allowed.
+        gains.muscles[0].rest_speed = 2e-3;
+        gains.muscles[1].max_winch_speed = 3e-3;
+        let limits = Limits::of_gains(&gains);
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        for (limit, [take_up, slack, lowering]) in
+            limits.muscles.iter().zip([[0.3 * 0.04, 4.0 * 0.04, 0.2 * 0.04], [3e-3, 4.0 * 0.02, 3e-3]])
+        {
+            near(limit.take_up_speed, take_up);
+            near(limit.largest_slack, slack);
+            near(limit.lowering_speed, lowering);
+            assert!([limit.tension, limit.tension_rate, limit.speed].iter().all(|limit| limit.is_infinite()));
+            assert!(limit.travel.is_none() && limit.motor.is_none());
+        }
+        assert_eq!((limits.ranges, limits.safety), (alloc::vec![None], SafetyLimits::default()));
+    }
+}

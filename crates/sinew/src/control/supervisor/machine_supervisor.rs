@@ -283,7 +283,7 @@ impl Supervisor {
             let fault = found.is_some() && matches!(self.mode, Mode::Ready | Mode::Pretension);
             let conditions = self.conditions(reference, exchange, fault);
             let Some(row) = next(self.mode, self.goal, |condition| conditions.hold(condition)) else { break };
-            if row.condition == Condition::Fault {
+            if row.condition == Condition::Fault || row.to == Mode::SafeStop {
                 self.fault = found;
             }
             self.enter(row, measurement, reference)?;
@@ -451,7 +451,7 @@ impl Supervisor {
     /// The fault to be reported with a status.
     fn reported(&self, status: ArmStatus, exchange: &ExchangeStatus) -> Option<NamedFault> {
         match status {
-            ArmStatus::Degraded(fault) if self.mode.is_controlled() => {
+            ArmStatus::Degraded(fault) => {
                 let symptom = match exchange.received && fault != Fault::LateCycles {
                     true => self.controller.observed().symptom,
                     false => Symptom::Reported,

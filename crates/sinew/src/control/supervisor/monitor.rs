@@ -175,3 +175,227 @@ impl Watched {
         (self.before, self.window) = (now, 0.0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::arm::ArmGains;
+    use crate::drive::DriveParameters;
+    use core::iter::repeat_n;
+
+    /// Signals of one cycle: of the second muscle and of the joint.
+    #[derive(Debug, Clone, Copy)]
+    struct Seen {
+        motor: f64,
+        tension: f64,
+        joint: f64,
+        estimated: Option<f64>,
+    }
+
+    /// Nothing unusual.
+    const USUAL: Seen = Seen { motor: 0.2, tension: 100.0, joint: 0.0, estimated: Some(100.0) };
+
+    /// Two muscles at one joint; a tension of 400 N, 0.5 m of travel, a joint of +-1 rad, slack below 10 N.
+    fn limits() -> Limits {
+        let mut limits = Limits::of_gains(&ArmGains::for_tests(2, 1));
+        for muscle in &mut limits.muscles {
+            (muscle.tension, muscle.travel, muscle.slack_tension) = (400.0, Some([0.0, 0.5]), 10.0);
+        }
+        limits.ranges[0] = Some([-1.0, 1.0]);
+        limits
+    }
+
+    fn step(monitor: &mut LimitMonitor, h: f64, limits: &Limits, seen: Seen) -> Option<NamedFault> {
+        let measured = ArmMeasurement {
+            motor: &[0.2, seen.motor],
+            tension: &[100.0, seen.tension],
+            joint: &[seen.joint],
+        };
+        let estimated = seen.estimated.map(|estimated| [100.0, estimated]);
+        monitor.update(h, limits, &measured, estimated.as_ref().map(|both| &both[..]))
+    }
+
+    /// The first fault, with the cycle in which it is found, from 1 on.
+    fn first(limits: &Limits, h: f64, signal: impl IntoIterator<Item = Seen>) -> Option<(usize, Fault)> {
+        let mut monitor = LimitMonitor::new(limits);
+        signal.into_iter().enumerate().find_map(|(k, seen)| {
+            let found = step(&mut monitor, h, limits, seen)?;
+            assert_eq!(found.symptom, Symptom::Unknown);
+            Some((k + 1, found.fault))
+        })
+    }
+
+    /// Signals beyond a limit, with their faults.
+    fn exceeded() -> [(Seen, Fault); 5] {
+        [
+            (Seen { tension: 401.0, ..USUAL }, Fault::Overload(1)),
+            (Seen { motor: 0.501, ..USUAL }, Fault::Travel(1)),
+            (Seen { motor: -0.001, ..USUAL }, Fault::Travel(1)),
+            (Seen { joint: 1.01, ..USUAL }, Fault::JointRange(0)),
+            (Seen { joint: -1.01, ..USUAL }, Fault::JointRange(0)),
+        ]
+    }
+
+    #[test]
+    fn a_limit_that_is_reached_but_not_exceeded_is_no_fault() {
+        for seen in [
+            USUAL,
+            Seen { tension: 400.0, ..USUAL },
+            Seen { motor: 0.0, joint: -1.0, ..USUAL },
+            Seen { motor: 0.5, joint: 1.0, ..USUAL },
+            Seen { motor: f64::NAN, tension: f64::NAN, joint: f64::NAN, estimated: None },
+        ] {
+            assert_eq!(first(&limits(), 4e-3, repeat_n(seen, 200)), None, "{seen:?}");
+        }
+    }
+
+    #[test]
+    fn an_exceeded_limit_is_a_fault_once_it_has_lasted_for_ten_milliseconds() {
+        for (seen, fault) in exceeded() {
+            for (h, cycle) in [(4e-3, 3), (3e-3, 4), (0.7e-3, 15), (PERSISTENCE, 2), (0.02, 1)] {
+                assert_eq!(first(&limits(), h, repeat_n(seen, 20)), Some((cycle, fault)), "{h}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_within_its_limits_now_and_then_is_no_fault_and_what_is_missing_ends_none() {
+        for (seen, fault) in exceeded() {
+            let often = (0..100).map(|k| if k % 3 == 2 { USUAL } else { seen });
+            assert_eq!(first(&limits(), 4e-3, often), None, "{fault:?}");
+            let lost = Seen { motor: f64::NAN, tension: f64::NAN, joint: f64::NAN, estimated: Some(100.0) };
+            let gaps = (0..100).map(|k| if k % 2 == 1 { lost } else { seen });
+            assert_eq!(first(&limits(), 4e-3, gaps), Some((5, fault)));
+        }
+    }
+
+    #[test]
+    fn of_several_faults_the_first_is_named() {
+        let seen = Seen { tension: 401.0, motor: 0.6, joint: 2.0, ..USUAL };
+        assert_eq!(first(&limits(), 4e-3, repeat_n(seen, 9)), Some((3, Fault::Overload(1))));
+    }
+
+    #[test]
+    fn a_restart_forgets_how_long_a_limit_was_exceeded() {
+        let limits = limits();
+        for (seen, fault) in exceeded() {
+            let mut monitor = LimitMonitor::new(&limits);
+            for _ in 0..10 {
+                assert_eq!(step(&mut monitor, 4e-3, &limits, seen), None);
+                assert_eq!(step(&mut monitor, 4e-3, &limits, seen), None);
+                monitor.restart();
+            }
+            let found = (0..3).filter_map(|_| step(&mut monitor, 4e-3, &limits, seen)).last();
+            assert_eq!(found.map(|found| found.fault), Some(fault));
+        }
+    }
+
+    #[test]
+    fn a_cable_is_slack_where_its_tension_is_low_and_none_is_expected_for_three_tenths_of_a_second() {
+        let of = |tension: f64, estimated: Option<f64>| {
+            first(&limits(), 0.08, repeat_n(Seen { tension, estimated, ..USUAL }, 50))
+        };
+        assert_eq!(of(5.0, Some(15.0)), Some((4, Fault::Slack(1))));
+        assert_eq!(of(9.9, Some(0.0)), Some((4, Fault::Slack(1))));
+        // A cable of which tension is expected is broken, which is for others to say.
+        assert_eq!((of(5.0, Some(20.0)), of(5.0, Some(30.0))), (None, None));
+        assert_eq!((of(10.0, Some(5.0)), of(12.0, Some(5.0)), of(5.0, None)), (None, None, None));
+    }
+
+    /// The same without limits but those of rates: N/s and m/s.
+    fn rates(rate: f64, speed: f64) -> Limits {
+        let mut limits = Limits::of_gains(&ArmGains::for_tests(2, 1));
+        limits.muscles.iter_mut().for_each(|muscle| (muscle.tension_rate, muscle.speed) = (rate, speed));
+        limits
+    }
+
+    #[test]
+    fn a_winch_and_a_tension_may_change_at_their_limits_and_not_faster() {
+        // One cycle of a 64th of a second is a window: all numbers are exact.
+        let h = 1.0 / 64.0;
+        let of = |limits: &Limits, speed: f64, rate: f64| {
+            first(
+                limits,
+                h,
+                (0..40).map(|k| {
+                    let time = h * f64::from(k);
+                    Seen { motor: 0.2 + speed * time, tension: 150.0 + rate * time, ..USUAL }
+                }),
+            )
+        };
+        let limits = &rates(64.0, 1.0);
+        for side in [-1.0, 1.0] {
+            assert_eq!(of(limits, side * 0.999, side * 64.0), None);
+            assert_eq!(of(&rates(64.0, f64::INFINITY), side * 9.0, side * 64.0), None);
+            assert_eq!(of(limits, side * 1.01, side * 64.0), Some((2, Fault::Overspeed(1))));
+            assert_eq!(of(limits, side * 0.999, side * 65.0), Some((2, Fault::TensionRate(1))));
+        }
+        let exact = (0..40).map(|k| Seen { motor: h * f64::from(k), ..USUAL });
+        assert_eq!(first(limits, h, exact), None, "a winch at its limit");
+    }
+
+    #[test]
+    fn a_speed_is_taken_over_twenty_milliseconds_so_that_noise_between_cycles_is_none() {
+        let alternating = (0..400).map(|k| Seen { motor: 0.2 + 1e-4 * f64::from(k % 2), ..USUAL });
+        // 0.1 m/s between two cycles, nothing between the ends of windows of an even number of cycles.
+        assert_eq!(first(&rates(f64::INFINITY, 1e-3), 1e-3, alternating), None);
+        let steady = |speed: f64| (0..200).map(move |k| Seen { motor: 1e-3 * speed * f64::from(k), ..USUAL });
+        assert_eq!(first(&rates(f64::INFINITY, 0.51), 1e-3, steady(0.5)), None);
+        // Two windows and ten milliseconds.
+        let found = first(&rates(f64::INFINITY, 0.49), 1e-3, steady(0.5));
+        assert!(matches!(found, Some((49..=52, Fault::Overspeed(1)))), "{found:?}");
+        // A reading that is missing at the end of a window is no speed of any size.
+        let lost = (0..200).map(|k| Seen { motor: if k % 40 == 19 { f64::NAN } else { 0.2 }, ..USUAL });
+        assert_eq!(first(&rates(f64::INFINITY, 1e-3), 1e-3, lost), None);
+    }
+
+    #[test]
+    fn a_step_of_the_tension_counts_by_what_its_filter_of_ten_milliseconds_lets_through() {
+        // A step at the beginning of the second window: 1 - (1 - h/t_f)^20 of it by the end.
+        let step = |k: u32| Seen { tension: if k < 20 { 100.0 } else { 140.0 }, ..USUAL };
+        let rate = 40.0 * (1.0 - 0.9_f64.powi(20)) / 0.02;
+        let found = |limit: f64| first(&rates(limit, f64::INFINITY), 1e-3, (0..100).map(step));
+        assert_eq!(found(1.001 * rate), None);
+        assert!(matches!(found(0.999 * rate), Some((49..=52, Fault::TensionRate(1)))));
+    }
+
+    /// The monitor of a winch after days at a tension, N, and a speed, m/s, with its fault in the last cycle.
+    fn warm(hottest: f64, tension: f64, speed: f64) -> (LimitMonitor, Option<Fault>) {
+        let mut limits = Limits::of_gains(&ArmGains::for_tests(2, 1));
+        limits.muscles[1].motor = Some((DriveParameters::mc_am(), hottest));
+        let mut monitor = LimitMonitor::new(&limits);
+        let h = 1e4;
+        let found = (0..200).map(|k| {
+            let motor = speed * h * f64::from(k);
+            step(&mut monitor, h, &limits, Seen { motor, tension, ..USUAL })
+        });
+        let found = found.last().flatten().map(|found| found.fault);
+        (monitor, found)
+    }
+
+    #[test]
+    fn a_winding_hotter_than_its_limit_is_a_fault() {
+        let drive = DriveParameters::mc_am();
+        for speed in [0.05, 0.0, -0.05] {
+            let current = match speed {
+                0.05 => drive.pulling_current(200.0, 0.05),
+                0.0 => 0.5 * (drive.pulling_current(200.0, 0.0) + drive.yielding_current(200.0, 0.0)),
+                _ => drive.yielding_current(200.0, 0.05),
+            };
+            let steady = drive.motor.steady_temperature(current);
+            let (monitor, found) = warm(steady + 0.1, 200.0, speed);
+            assert_eq!(found, None, "{speed}");
+            assert!((monitor.winding(1) - steady).abs() < 0.05, "{} {steady}", monitor.winding(1));
+            assert_eq!(warm(steady - 0.1, 200.0, speed).1, Some(Fault::Overheating(1)));
+        }
+    }
+
+    #[test]
+    fn a_restart_does_not_cool_a_winding_and_a_motor_that_is_not_known_stays_cold() {
+        let (mut monitor, _) = warm(f64::INFINITY, 300.0, 0.0);
+        let hot = monitor.winding(1);
+        monitor.restart();
+        assert!(hot > 40.0 && (monitor.winding(1) - hot).abs() < 1e-12, "{hot} {}", monitor.winding(1));
+        assert!((monitor.winding(0) - 25.0).abs() < 1e-12 && monitor.winding(2).is_nan());
+    }
+}

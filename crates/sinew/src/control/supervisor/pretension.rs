@@ -122,7 +122,7 @@ impl Pretension {
         tension.iter().zip(&self.goal).all(|(tension, goal)| *tension >= REACHED * goal)
     }
 
-    /// Commands of `h` s; the fault of a cable whose slack is not taken up or whose load cell is silent.
+    /// Commands of `h` s; the fault of a cable whose slack is not taken up. One whose load cell is silent is not tightened.
     pub(super) fn step(
         &mut self,
         h: f64,

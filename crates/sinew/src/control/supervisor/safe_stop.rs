@@ -128,3 +128,196 @@ impl SafeStop {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// s; a power of two, so that the times of cycles are exact.
+    const H: f64 = 1.0 / 256.0;
+    /// Tension of a cable that is tense, N.
+    const TENSE: f64 = 100.0;
+
+    /// Two muscles: deceleration 2 m/s^2, slack at 4 N; held for 0.5 s, let down at 10 mm/s for 2 s at most.
+    struct Machine {
+        stop: SafeStop,
+        gains: ArmGains,
+        limits: Limits,
+    }
+
+    impl Machine {
+        fn stopped(drives: [DriveCommand; 2]) -> Self {
+            let gains = ArmGains::for_tests(2, 1);
+            let mut limits = Limits::of_gains(&gains);
+            limits.muscles.iter_mut().for_each(|muscle| muscle.lowering_speed = 0.01);
+            (limits.safety.holding_time, limits.safety.lowering_time) = (0.5, 2.0);
+            let mut stop = SafeStop::new(2);
+            stop.begin(&drives);
+            Self { stop, gains, limits }
+        }
+
+        fn standing() -> Self {
+            Self::stopped([DriveCommand::Velocity(0.0); 2])
+        }
+
+        /// Commands of a cycle.
+        fn step(&mut self, tension: [f64; 2], received: bool) -> [DriveCommand; 2] {
+            let mut drives = [DriveCommand::Off; 2];
+            self.stop.step(H, (&self.gains, &self.limits), &tension, received, &mut drives);
+            drives
+        }
+
+        /// Speeds of a cycle.
+        fn speeds(&mut self, tension: [f64; 2]) -> [f64; 2] {
+            self.step(tension, true).map(|drive| match drive {
+                DriveCommand::Velocity(speed) => speed,
+                other => panic!("{other:?}"),
+            })
+        }
+
+        /// After some cycles.
+        fn after(mut self, cycles: usize, tension: [f64; 2]) -> Self {
+            for _ in 0..cycles {
+                self.step(tension, true);
+            }
+            self
+        }
+    }
+
+    /// Cycles until the pose is let down.
+    const HELD: usize = 128;
+
+    #[test]
+    fn winches_brake_at_their_deceleration_and_then_stand() {
+        let mut machine = Machine::stopped([DriveCommand::Velocity(0.1), DriveCommand::Velocity(-0.05)]);
+        for cycle in 1..=HELD {
+            let braked = 2.0 * H * cycle as f64;
+            let speeds = machine.speeds([TENSE; 2]);
+            let expected = [(0.1 - braked).max(0.0), (braked - 0.05).min(0.0)];
+            for (speed, expected) in speeds.iter().zip(expected) {
+                assert!((speed - expected).abs() < 1e-12, "{cycle}: {speeds:?} {expected:?}");
+            }
+            assert!(!machine.stop.is_down);
+        }
+        assert_eq!([0, 1].map(|k| machine.stop.state(k)), [MuscleState::Tense; 2]);
+    }
+
+    #[test]
+    fn a_drive_without_a_speed_or_with_one_that_is_no_number_is_one_that_stands() {
+        let mut machine = Machine::stopped([DriveCommand::Velocity(f64::NAN), DriveCommand::Off]);
+        assert_eq!(machine.step([TENSE; 2], true), [DriveCommand::Velocity(0.0); 2]);
+    }
+
+    #[test]
+    fn after_the_holding_time_cables_are_paid_out_on_a_ramp_of_half_a_second() {
+        let mut machine = Machine::standing().after(HELD, [TENSE; 2]);
+        for cycle in 1..=256 {
+            let expected = -0.01 * (H * f64::from(cycle) / 0.5).min(1.0);
+            for speed in machine.speeds([TENSE; 2]) {
+                assert!((speed - expected).abs() < 1e-12, "{cycle}: {speed} {expected}");
+            }
+            assert_eq!(machine.stop.state(0), MuscleState::LettingDown);
+        }
+    }
+
+    #[test]
+    fn a_slack_cable_stops_at_once_while_the_others_are_let_down_until_all_are_slack() {
+        let mut machine = Machine::standing().after(HELD + 200, [TENSE; 2]);
+        // At the limit of a slack cable: 2 m/s^2 brake 10 mm/s within two cycles.
+        machine.speeds([4.0, TENSE]);
+        let [slack, tense] = machine.speeds([4.0, TENSE]);
+        assert!(slack.abs() < 1e-12 && (tense + 0.01).abs() < 1e-12, "{slack} {tense}");
+        assert_eq!(
+            [0, 1].map(|k| machine.stop.state(k)),
+            [MuscleState::Tense, MuscleState::LettingDown],
+            "a winch that stands lets nothing down"
+        );
+        let [again, _] = machine.speeds([4.1, TENSE]);
+        assert!(again < 0.0 && !machine.stop.is_down, "{again}");
+        machine.speeds([3.0, 4.0]);
+        assert!(machine.stop.is_down);
+        assert_eq!([0, 1].map(|k| machine.stop.state(k)), [MuscleState::Relaxed; 2]);
+        // What is let down stays so: a load that pulls is not paid out for.
+        let machine = &mut machine.after(100, [TENSE; 2]);
+        assert!(machine.stop.is_down && machine.speeds([TENSE; 2]).iter().all(|speed| speed.abs() < 1e-12));
+    }
+
+    #[test]
+    fn tensions_that_are_low_from_the_start_have_to_stay_so_for_a_tenth_of_a_second() {
+        let mut machine = Machine::standing();
+        let down = (1..400).find(|_| {
+            assert!(machine.speeds([0.0; 2]).iter().all(|speed| speed.abs() < 1e-12));
+            machine.stop.is_down
+        });
+        // The first cycle after 0.6 s.
+        assert_eq!(down, Some(154));
+    }
+
+    #[test]
+    fn without_readings_the_winches_stand_until_the_time_is_over() {
+        for tension in [TENSE, 0.0, f64::NAN] {
+            let mut machine = Machine::standing();
+            let down = (1..1000).find(|_| {
+                assert_eq!(machine.step([tension; 2], false), [DriveCommand::Velocity(0.0); 2]);
+                machine.stop.is_down
+            });
+            // The first cycle after 2.5 s.
+            assert_eq!(down, Some(641));
+        }
+        let mut machine = Machine::standing().after(HELD + 10, [TENSE; 2]);
+        machine.step([TENSE; 2], false);
+        assert_eq!(machine.step([TENSE; 2], false), [DriveCommand::Velocity(0.0); 2], "lost while let down");
+    }
+
+    #[test]
+    fn a_cable_without_a_load_cell_is_paid_out_until_all_others_are_slack() {
+        let mut machine = Machine::standing().after(HELD + 200, [f64::NAN, TENSE]);
+        assert!(machine.speeds([f64::NAN, TENSE]).iter().all(|speed| (speed + 0.01).abs() < 1e-12));
+        assert!(!machine.stop.is_down);
+        machine.speeds([f64::NAN, 1.0]);
+        let last = machine.speeds([f64::NAN, 1.0]);
+        assert!(last.iter().all(|speed| speed.abs() < 1e-12) && machine.stop.is_down, "{last:?}");
+        // The others are slack when lowering begins: it is not paid out at all.
+        let mut machine = Machine::standing().after(HELD, [f64::NAN, 1.0]);
+        assert!(machine.speeds([f64::NAN, 1.0]).iter().all(|speed| speed.abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_braked_drive_stays_braked_whatever_its_tension_and_the_others_are_let_down() {
+        let mut machine = Machine::stopped([DriveCommand::Velocity(0.1), DriveCommand::Velocity(0.1)]);
+        machine.stop.brake(0);
+        // Of a muscle that there is not.
+        machine.stop.brake(2);
+        for _ in 0..HELD + 20 {
+            assert_eq!(machine.step([TENSE; 2], true)[0], DriveCommand::Brake);
+        }
+        assert_eq!([0, 1].map(|k| machine.stop.state(k)), [MuscleState::Braked, MuscleState::LettingDown]);
+        let mut machine = machine.after(60, [TENSE, 1.0]);
+        assert!(machine.stop.is_down, "a braked drive is not waited for");
+        assert_eq!(machine.stop.state(0), MuscleState::Braked);
+        let mut drives = [DriveCommand::Off; 2];
+        machine.stop.stand(&mut drives);
+        assert_eq!(drives, [DriveCommand::Brake, DriveCommand::Velocity(0.0)]);
+        machine.stop.release();
+        machine.stop.stand(&mut drives);
+        assert_eq!(drives, [DriveCommand::Velocity(0.0); 2]);
+        // The brake has taken its speed.
+        assert_eq!(machine.step([TENSE; 2], true)[0], DriveCommand::Velocity(0.0));
+    }
+
+    #[test]
+    fn a_second_stop_begins_like_the_first() {
+        let mut machine = Machine::standing();
+        machine.stop.brake(1);
+        let mut machine = machine.after(HELD + 100, [1.0; 2]);
+        assert!(machine.stop.is_down);
+        machine.stop.begin(&[DriveCommand::Velocity(0.02), DriveCommand::Velocity(0.0)]);
+        assert!(!machine.stop.is_down);
+        for cycle in 1..=HELD {
+            let expected = (0.02 - 2.0 * H * cycle as f64).max(0.0);
+            let [first, second] = machine.speeds([TENSE; 2]);
+            assert!((first - expected).abs() < 1e-12 && second.abs() < 1e-12, "{cycle}: {first} {second}");
+        }
+        assert!(machine.speeds([TENSE; 2]).iter().all(|speed| *speed < 0.0), "let down anew");
+    }
+}

@@ -129,3 +129,35 @@ pub struct SupervisorCommand<'a> {
     /// not estimated (NaN).
     pub arm: ArmCommand<'a>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_concerns_the_muscle_or_joint_of_its_index_or_the_whole_machine() {
+        let of = |fault| NamedFault::new(fault, Symptom::Unknown);
+        for k in [0, 1, 5] {
+            for fault in [
+                Fault::MotorSensor(k),
+                Fault::TensionSensor(k),
+                Fault::Drive(k),
+                Fault::Cable(k),
+                Fault::Slack(k),
+                Fault::Overload(k),
+                Fault::TensionRate(k),
+                Fault::Overspeed(k),
+                Fault::Travel(k),
+                Fault::Overheating(k),
+            ] {
+                assert_eq!((of(fault).index(), of(fault).muscle()), (Some(k), Some(k)), "{fault:?}");
+            }
+            for fault in [Fault::JointSensor(k), Fault::TrackingError(k), Fault::JointRange(k)] {
+                assert_eq!((of(fault).index(), of(fault).muscle()), (Some(k), None), "{fault:?}");
+            }
+        }
+        for fault in [Fault::Bus, Fault::LateCycles, Fault::StaleCommand] {
+            assert_eq!((of(fault).index(), of(fault).muscle()), (None, None), "{fault:?}");
+        }
+    }
+}

@@ -62,3 +62,52 @@ impl Threshold {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::DriveParameters;
+
+    #[test]
+    fn the_threshold_of_a_fault_is_the_limit_of_its_part_and_none_where_there_is_no_limit() {
+        let gains = ArmGains::for_tests(2, 1);
+        let mut limits = Limits::of_gains(&gains);
+        let of = |limits: &Limits, fault| Threshold::of(fault, limits, &gains);
+        // Gains alone tell neither tension, rate, speed, travel, heat nor range.
+        for fault in [
+            Fault::Overload(1),
+            Fault::TensionRate(1),
+            Fault::Overspeed(1),
+            Fault::Travel(1),
+            Fault::Overheating(1),
+            Fault::JointRange(0),
+        ] {
+            assert_eq!(of(&limits, fault), None, "{fault:?}");
+        }
+        let muscle = &mut limits.muscles[1];
+        (muscle.tension, muscle.tension_rate, muscle.speed, muscle.slack_tension) = (400.0, 8e3, 0.3, 2.0);
+        muscle.travel = Some([0.0, 0.4]);
+        muscle.motor = Some((DriveParameters::mc_am(), 140.0));
+        limits.ranges[0] = Some([-1.5, 1.25]);
+        for (fault, expected) in [
+            (Fault::Overload(1), Threshold::Tension(400.0)),
+            (Fault::Slack(1), Threshold::Tension(2.0)),
+            (Fault::TensionRate(1), Threshold::TensionRate(8e3)),
+            (Fault::Overspeed(1), Threshold::CableSpeed(0.3)),
+            (Fault::Travel(1), Threshold::Travel([0.0, 0.4])),
+            (Fault::Overheating(1), Threshold::Temperature(140.0)),
+            (Fault::JointRange(0), Threshold::JointRange([-1.5, 1.25])),
+            (Fault::TrackingError(0), Threshold::JointError(0.5)),
+            (Fault::StaleCommand, Threshold::CommandAge(0.1)),
+        ] {
+            assert_eq!(of(&limits, fault), Some(expected));
+        }
+        // A joint that only one end of its range stops.
+        limits.ranges[0] = Some([f64::NEG_INFINITY, 1.0]);
+        for fault in
+            [Fault::JointRange(0), Fault::Overload(2), Fault::Bus, Fault::LateCycles, Fault::Cable(1)]
+        {
+            assert_eq!(of(&limits, fault), None, "{fault:?}");
+        }
+    }
+}
