@@ -253,10 +253,10 @@ impl ArmController {
         self.faults.restart();
         self.cables.restart();
         self.actuation.restart();
-        self.started = false;
-        self.disturbance_initialized = false;
-        self.at_rest = false;
-        self.holding = false;
+        self.law.error.fill(0.0);
+        self.anchors.slip.fill(0.0);
+        (self.started, self.disturbance_initialized) = (false, false);
+        (self.at_rest, self.holding) = (false, false);
     }
 
     /// The robot that it controls, as designed.
@@ -503,3 +503,6 @@ impl ArmController {
         self.actuation.command(h, &self.gains, &inputs)
     }
 }
+
+#[cfg(test)]
+mod tests;
