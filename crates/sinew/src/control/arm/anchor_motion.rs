@@ -56,3 +56,72 @@ impl AnchorMotion {
         anchors.zip(limits).all(|((d, v), [error, speed])| d.abs() < error && v.abs() < speed)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::arm::gains::ArmGains;
+    use crate::predictor::CableModel;
+    use crate::trajectory::Reference;
+
+    /// `R u` by the dense matrix.
+    fn mapped(body: &MuscleDynamics, u: &[f64]) -> Vec<f64> {
+        let rows = body.moment_arms().chunks_exact(u.len());
+        rows.map(|row| row.iter().zip(u).map(|(arm, u)| arm * u).sum()).collect()
+    }
+
+    fn differ(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).fold(0.0, |most, (a, b)| f64::max(most, (a - b).abs()))
+    }
+
+    #[test]
+    fn references_estimates_and_errors_are_mapped_by_the_moment_arms_and_slip_follows_by_a_low_pass() {
+        let mut body = MuscleDynamics::new(&crate::muscle::testing::chain(false)).unwrap();
+        body.evaluate(&[0.1, -0.2, 0.3]).unwrap();
+        let mut joints =
+            JointObserver::new(&vec![CableModel::bench(); 3], &ArmGains::for_tests(3, 3)).unwrap();
+        joints.v.copy_from_slice(&[0.5, -0.4, 0.9]);
+        let of = |v: [f64; 3]| Reference { v: v.to_vec(), ..Reference::new(3) };
+        let (current, previewed, error) = (of([0.3, 0.2, -0.1]), of([-0.6, 0.7, 0.8]), [0.01, -0.02, 0.03]);
+        let reference = PreviewedReference { current: &current, previewed: &previewed, repeat_time: None };
+        let mut motion = AnchorMotion::new(3);
+        let share = 0.2;
+        for step in 1..=10 {
+            motion.update(&body, &reference, &joints, &error, share);
+            // A step of the input: what is missing shrinks by the same factor in every cycle.
+            let reached = 1.0 - libm::pow(1.0 - share, f64::from(step));
+            let slip: Vec<f64> = mapped(&body, &joints.v).iter().map(|v| reached * v).collect();
+            assert!(differ(&motion.slip, &slip) < 1e-15, "{step}: {:?} {slip:?}", motion.slip);
+        }
+        for (found, u) in [
+            (&motion.reference, &current.v[..]),
+            (&motion.previewed, &previewed.v),
+            (&motion.estimated, &joints.v),
+            (&motion.error, &error),
+        ] {
+            let expected = mapped(&body, u);
+            assert!(
+                differ(found, &expected) < 1e-15 && expected.iter().all(|v| v.abs() > 1e-5),
+                "{expected:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn anchors_are_near_while_every_error_and_every_speed_is_below_its_limit() {
+        let mut motion = AnchorMotion::new(2);
+        let near = |motion: &AnchorMotion| motion.is_near([[0.5, 2.0], [0.25, 1.0]].into_iter());
+        for side in [1.0, -1.0] {
+            motion.error.copy_from_slice(&[0.4 * side, 0.2]);
+            motion.estimated.copy_from_slice(&[1.5, -0.9 * side]);
+            assert!(near(&motion));
+            for (k, limits) in [[0.5, 2.0], [0.25, 1.0]].into_iter().enumerate() {
+                let (mut far, mut fast) = (motion.clone(), motion.clone());
+                (far.error[k], fast.estimated[k]) = (side * limits[0], side * limits[1]);
+                assert!(!near(&far) && !near(&fast), "at the limit: {k}");
+                (far.error[k], fast.estimated[k]) = (1.1 * side * limits[0], 1.1 * side * limits[1]);
+                assert!(!near(&far) && !near(&fast), "beyond the limit: {k}");
+            }
+        }
+    }
+}

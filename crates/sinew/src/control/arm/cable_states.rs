@@ -204,3 +204,290 @@ impl CableStates {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{Robot, SheathGeometry};
+    use crate::predictor::CableObserver;
+    use crate::transmission::PerceptronWeights;
+    use crate::transmission::cable::{CablePath, Segment};
+
+    const H: f64 = 1e-3;
+    const POSE: [f64; 3] = [0.1, 0.2, -0.3];
+    const DESIRED: [f64; 3] = [41.0, 42.0, 43.0];
+    const TENSION: [f64; 3] = [50.0, 60.0, 70.0];
+
+    /// A chain whose cables leave their sheaths at an angle that depends on the pose.
+    fn body() -> MuscleDynamics {
+        let mut parts = crate::muscle::testing::chain(false).parts().clone();
+        for tendon in &mut parts.tendons {
+            let end_axis = Some([libm::cos(0.5), 0.0, libm::sin(0.5)]);
+            tendon.sheath = Some(SheathGeometry { length: 0.5, bend: 1.0, end_axis });
+        }
+        let mut body = MuscleDynamics::new(&Robot::new(parts).unwrap()).unwrap();
+        body.evaluate(&POSE).unwrap();
+        body
+    }
+
+    fn models() -> Vec<CableModel> {
+        let of = |k: u32| {
+            let mut model = CableModel { start: 0.5, ..CableModel::bench() };
+            model.parameters.compliance *= 1.0 + 0.2 * f64::from(k);
+            model
+        };
+        (0..3).map(of).collect()
+    }
+
+    fn states(source: CableStateSource) -> CableStates {
+        CableStates::new(&models(), source).unwrap()
+    }
+
+    fn step(states: &mut CableStates, motor: &[f64], body: &MuscleDynamics, pose: &[f64]) {
+        states.update(H, (motor, &TENSION), (body, pose), &DESIRED).unwrap();
+    }
+
+    /// Friction angle of the bench's path with this wrap at its last pulley.
+    fn friction_angle(wrap: f64) -> f64 {
+        let model = &models()[0];
+        let bent = |segment: &Segment| match segment {
+            Segment::Pulley { .. } => Segment::Pulley { wrap },
+            other => other.clone(),
+        };
+        let path = CablePath::new(model.path.segments().iter().map(bent).collect()).unwrap();
+        CableLaw::new(&path, &model.parameters, model.cells).unwrap().friction_angle()
+    }
+
+    /// Number of cables whose law has the wrap angle of the body's pose.
+    fn up_to_date(states: &CableStates, body: &MuscleDynamics) -> usize {
+        let is_right = |k: usize| {
+            let expected = friction_angle(body.wrap_angle(k));
+            (states.law(k).unwrap().friction_angle() - expected).abs() < 1e-12
+        };
+        (0..3).filter(|k| is_right(*k)).count()
+    }
+
+    #[test]
+    fn wrap_angles_follow_the_pose_of_all_cables_at_first_and_then_of_one_cable_per_cycle() {
+        let (mut body, mut states) = (body(), states(CableStateSource::Observer));
+        step(&mut states, &[0.0; 3], &body, &POSE);
+        assert_eq!(up_to_date(&states, &body), 3);
+        for turn in [0.1, -0.2] {
+            let pose = POSE.map(|q| q + turn);
+            body.evaluate(&pose).unwrap();
+            for cables in 0..=3 {
+                assert_eq!(up_to_date(&states, &body), cables, "{turn}");
+                step(&mut states, &[0.0; 3], &body, &pose);
+            }
+        }
+    }
+
+    #[test]
+    fn a_change_of_a_wrap_angle_is_set_when_it_has_grown_to_a_milliradian() {
+        let (mut body, mut states) = (body(), states(CableStateSource::Observer));
+        step(&mut states, &[0.0; 3], &body, &POSE);
+        let friction = models()[0].parameters.friction;
+        let mut stale = 0;
+        for k in 1..40 {
+            let pose = POSE.map(|q| q + 2e-4 * f64::from(k));
+            body.evaluate(&pose).unwrap();
+            (0..3).for_each(|_| step(&mut states, &[0.0; 3], &body, &pose));
+            for cable in 0..3 {
+                let expected = friction_angle(body.wrap_angle(cable));
+                let off = (states.law(cable).unwrap().friction_angle() - expected).abs() / friction;
+                assert!(off < WRAP_RESOLUTION, "{off}");
+                stale += usize::from(off > 0.1 * WRAP_RESOLUTION);
+            }
+        }
+        // Most changes are too small, and leave the law as it is.
+        assert!((100..117).contains(&stale), "{stale} of 117");
+    }
+
+    #[test]
+    fn bends_of_sheaths_follow_the_pose_scaled_to_the_identified_bend_where_they_depend_on_it() {
+        let identified = models()[0].path.sheath_bend();
+        let varying = |slope: f64| SheathBend::new(1.2, vec![slope, 0.0, 0.1], POSE.to_vec()).unwrap();
+        let constant = SheathBend::new(0.7, vec![], vec![]).unwrap();
+        for bends in [
+            [varying(0.5), constant.clone(), varying(-0.3)],
+            [varying(0.5), varying(0.2), varying(-0.3)],
+            [constant.clone(), constant.clone(), constant.clone()],
+        ] {
+            let (mut body, mut states) = (body(), states(CableStateSource::Observer));
+            states.set_sheath_bends(&bends).unwrap();
+            for turn in [0.0, 0.4, -0.3] {
+                let pose = POSE.map(|q| q + turn);
+                body.evaluate(&pose).unwrap();
+                (0..3).for_each(|_| step(&mut states, &[0.0; 3], &body, &pose));
+                for (k, bend) in bends.iter().enumerate() {
+                    let share = if bend.is_constant() { 1.0 } else { bend.at(&pose) / 1.2 };
+                    let found = states.law(k).unwrap().sheath_bend();
+                    assert!((found - share * identified).abs() < 1e-12, "{k} {turn}: {found}");
+                }
+            }
+        }
+        let mut states = states(CableStateSource::Observer);
+        let wrong = Error::WrongLength { name: "bends", expected: 3, got: 1 };
+        assert_eq!(states.set_sheath_bends(&[varying(0.5)]).unwrap_err(), wrong);
+    }
+
+    fn constant_network(output_bias: f64) -> Perceptron {
+        let weights = PerceptronWeights {
+            inputs: ResidualNetwork::INPUTS,
+            hidden: 1,
+            input_weights: vec![0.0; ResidualNetwork::INPUTS],
+            hidden_bias: vec![0.0],
+            output_weights: vec![0.0],
+            output_bias,
+            skip: vec![],
+        };
+        Perceptron::new(weights).unwrap()
+    }
+
+    /// Motor positions that pull by a tenth of a millimetre per cycle.
+    fn pulled(k: u32) -> [f64; 3] {
+        [1.0, 1.2, 0.8].map(|share| 1e-4 * share * f64::from(k))
+    }
+
+    #[test]
+    fn the_estimates_are_those_of_every_cables_own_observer_and_a_network_adds_to_the_far_tension_alone() {
+        let body = body();
+        let (mut plain, mut corrected) =
+            (states(CableStateSource::Observer), states(CableStateSource::Observer));
+        let corrections = [1.5, -2.5, 0.5];
+        corrected.set_residuals(corrections.map(constant_network).to_vec()).unwrap();
+        let mut observers: Vec<CableObserver> =
+            models().iter().map(|model| CableObserver::new(model).unwrap()).collect();
+        for (k, observer) in observers.iter_mut().enumerate() {
+            observer.set_wrap(0, body.wrap_angle(k)).unwrap();
+        }
+        let mut travel = [0.0; 3];
+        for cycle in 0..100 {
+            let motor = pulled(cycle);
+            step(&mut plain, &motor, &body, &POSE);
+            step(&mut corrected, &motor, &body, &POSE);
+            for (k, observer) in observers.iter_mut().enumerate() {
+                let sample =
+                    CableSample { motor: motor[k], anchor: -body.lengths()[k], tension_in: TENSION[k] };
+                let expected = observer.step(H, &sample);
+                for (found, expected) in [
+                    (plain.tension_out[k], expected.tension_out),
+                    (plain.tension_in[k], expected.tension_in),
+                    (plain.stretch[k], expected.stretch),
+                    (plain.drag_factor[k], expected.drag_factor),
+                    (corrected.tension_out[k], expected.tension_out + corrections[k]),
+                    (corrected.tension_in[k], expected.tension_in),
+                    (corrected.stretch[k], expected.stretch),
+                ] {
+                    assert!((found - expected).abs() < 1e-12, "{cycle} {k}: {found} {expected}");
+                }
+                // 2 mm/s per N, of 50 N at most.
+                let innovation = TENSION[k] - plain.tension_in[k];
+                travel[k] += H * 2e-3 * innovation.clamp(-50.0, 50.0);
+                assert!((plain.unexplained_speed[k] - 2e-3 * innovation).abs() < 1e-15);
+                assert!((plain.unexplained[k] - travel[k]).abs() < 1e-15, "{cycle} {k}: {travel:?}");
+            }
+        }
+        assert!(travel.iter().all(|travel| travel.abs() > 1e-4), "{travel:?}");
+        let wrong = Error::WrongLength { name: "residuals", expected: 3, got: 1 };
+        assert_eq!(plain.set_residuals(vec![constant_network(1.0)]).unwrap_err(), wrong);
+    }
+
+    #[test]
+    fn by_the_encoders_alone_stretch_is_the_travel_of_both_ends_since_the_start() {
+        let mut body = body();
+        let (mut observed, mut states) =
+            (states(CableStateSource::Observer), states(CableStateSource::Encoders));
+        step(&mut observed, &[0.02; 3], &body, &POSE);
+        step(&mut states, &[0.02; 3], &body, &POSE);
+        let (first, lengths) = (states.stretch.clone(), body.lengths().to_vec());
+        for (k, first) in first.iter().enumerate() {
+            assert!((first - observed.stretch[k]).abs() < 1e-18 && *first > 0.0);
+            assert!((states.tension_out[k] - observed.tension_out[k]).abs() < 1e-12);
+        }
+        for cycle in 1..20 {
+            let pose = POSE.map(|q| q + 1e-3 * f64::from(cycle));
+            body.evaluate(&pose).unwrap();
+            step(&mut states, &pulled(cycle).map(|travel| 0.02 + travel), &body, &pose);
+            for k in 0..3 {
+                let expected = first[k] + pulled(cycle)[k] + body.lengths()[k] - lengths[k];
+                assert!((states.stretch[k] - expected).abs() < 1e-15, "{cycle} {k}");
+                assert!((states.tension_out[k] - DESIRED[k]).abs() < 1e-15);
+                assert!((states.drag_factor[k] - 1.0).abs() < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn a_cable_slides_as_a_whole_after_a_long_pull_and_no_longer_after_a_reversal() {
+        let (body, mut states) = (body(), states(CableStateSource::Observer));
+        step(&mut states, &[0.0; 3], &body, &POSE);
+        assert!((0..3).all(|k| !states.slides(k)), "at rest");
+        let mut motor = [0.0; 3];
+        for _ in 0..200 {
+            motor[1] += 2e-4;
+            step(&mut states, &motor, &body, &POSE);
+        }
+        assert!(states.slides(1) && !states.slides(0) && !states.slides(2));
+        motor[1] -= 2e-4;
+        step(&mut states, &motor, &body, &POSE);
+        assert!(!states.slides(1));
+    }
+
+    #[test]
+    fn stretch_in_both_directions_is_that_of_each_law_that_slides_steadily() {
+        let (body, mut states) = (body(), states(CableStateSource::Observer));
+        step(&mut states, &[0.0; 3], &body, &POSE);
+        let sliding: Vec<BothDirections> = [40.0, 70.0, 110.0]
+            .into_iter()
+            .map(|tension_out| BothDirections {
+                tension_out,
+                velocity: [0.01, -0.02],
+                slip: 0.015,
+                drag_factor: 1.3,
+            })
+            .collect();
+        let mut stretch = [[0.0; 2]; 3];
+        states.stretch_in_both_directions(&sliding, &mut stretch).unwrap();
+        for (k, (one, found)) in sliding.iter().zip(stretch).enumerate() {
+            for (velocity, found) in one.velocity.into_iter().zip(found) {
+                let law = states.law(k).unwrap();
+                let expected = law.sliding(one.tension_out, velocity, one.slip, one.drag_factor).unwrap();
+                assert!((found - expected.stretch).abs() < 1e-9, "{k}: {found} {expected:?}");
+            }
+            assert!(found[0] > found[1] && found[1] > 0.0);
+        }
+    }
+
+    #[test]
+    fn restarted_states_are_those_of_new_ones() {
+        for source in [CableStateSource::Observer, CableStateSource::Encoders] {
+            let mut body = body();
+            let (mut used, mut new) = (states(source), states(source));
+            for cycle in 0..50 {
+                let pose = POSE.map(|q| q - 3e-3 * f64::from(cycle));
+                body.evaluate(&pose).unwrap();
+                step(&mut used, &pulled(cycle), &body, &pose);
+            }
+            used.restart();
+            assert!(used.unexplained.iter().chain(&used.unexplained_speed).all(|x| x.abs() < 1e-18));
+            body.evaluate(&POSE).unwrap();
+            for cycle in 0..10 {
+                step(&mut used, &pulled(cycle), &body, &POSE);
+                step(&mut new, &pulled(cycle), &body, &POSE);
+                assert_eq!(up_to_date(&used, &body), 3);
+                for (a, b) in [
+                    (&used.tension_out, &new.tension_out),
+                    (&used.tension_in, &new.tension_in),
+                    (&used.stretch, &new.stretch),
+                    (&used.unexplained, &new.unexplained),
+                ] {
+                    assert!(
+                        a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12),
+                        "{source:?} {cycle} {a:?} {b:?}"
+                    );
+                }
+            }
+        }
+    }
+}

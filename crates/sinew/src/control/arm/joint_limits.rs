@@ -166,6 +166,7 @@ pub fn joint_limits(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::{JointCharacteristics, MuscleCharacteristics};
 
     fn lever() -> Machine {
         Machine::of(&crate::muscle::testing::chain(false)).unwrap()
@@ -217,5 +218,82 @@ mod tests {
         let limits = limited(&machine, 1.0);
         assert_eq!(limits[1].limited_by, LimitedBy::NoEncoder);
         assert!(limits.iter().all(|limit| limit.changed.len() == ACCURACY_CHANGES.len()));
+    }
+
+    #[test]
+    fn a_fine_encoder_leaves_uncertain_friction_as_the_limit() {
+        let mut machine = lever();
+        machine.encoders.iter_mut().flatten().for_each(|encoder| encoder.resolution = 1e-6);
+        for limit in limited(&machine, 0.01) {
+            let figures = limit.figures.unwrap();
+            assert!(figures.friction > figures.rest, "{figures:?}");
+            assert_eq!(limit.limited_by, LimitedBy::Friction);
+            assert!(helps(&limit).contains(&DesignChange::StifferCable));
+            assert!(!helps(&limit).contains(&DesignChange::FinerEncoder));
+        }
+    }
+
+    /// Three muscles and two joints; the last muscle has little of an arm about the first joint.
+    fn by_hand() -> (ArmGains, Characteristics) {
+        let muscle =
+            |dead_band: f64, mode: f64| MuscleCharacteristics { dead_band, mode, ..Default::default() };
+        let joint = |dead_band: f64| JointCharacteristics { dead_band, ..Default::default() };
+        let found = Characteristics {
+            muscles: [muscle(4e-3, 20.0), muscle(6e-3, 40.0), muscle(9e-3, 5.0)].to_vec(),
+            joints: [joint(0.2), joint(0.5)].to_vec(),
+            arms: [0.03, 0.01, 0.02, 0.04, 0.002, 0.05].to_vec(),
+            interaction: [400.0, 60.0, 7.0, 80.0, 1600.0, 90.0, 1.0, 2.0, 25.0].to_vec(),
+            stuck_mode: 0.0,
+            damping_rate: 0.0,
+        };
+        let mut gains = ArmGains::for_tests(3, 2);
+        (gains.feedback_share, gains.creep_feedback_share) = (0.05, 0.2);
+        for (k, muscle) in gains.muscles.iter_mut().enumerate() {
+            muscle.max_winch_speed = [0.1, 0.3, 0.05][k];
+            muscle.rate_gain = [0.02, 0.05, 0.15][k];
+            muscle.rest_tolerance[0] = [9e-5, 3e-5, 1e-6][k];
+        }
+        (gains, found)
+    }
+
+    #[test]
+    fn the_figures_of_a_joint_are_those_of_the_worst_muscle_that_counts_about_it() {
+        let (gains, found) = by_hand();
+        let figures = JointFigures::of(&gains, &found, 0).unwrap();
+        // Muscle 0: 4 mm at 0.1 m/s against 6 mm at 0.3 m/s; muscle 2 has a fifteenth of the strongest arm.
+        assert_eq!(figures.slowest, 0);
+        assert!((figures.crossing - 0.04).abs() < 1e-15);
+        assert!((figures.friction - 0.25 * 0.2).abs() < 1e-15);
+        // 90 um at 30 mm against 30 um at 20 mm.
+        assert!((figures.rest - 1.5e-3).abs() < 1e-15);
+        let first: f64 = (400.0 * 0.02 + 60.0 * 0.05 + 7.0 * 0.15) / 40.0;
+        let second = (80.0 * 0.02 + 1600.0 * 0.05 + 90.0 * 0.15) / 80.0;
+        assert!((figures.damping - first.min(second)).abs() < 1e-14, "{first} {second}");
+        // About the second joint all three count, and the last decides.
+        let figures = JointFigures::of(&gains, &found, 1).unwrap();
+        assert_eq!(figures.slowest, 2);
+        assert!((figures.crossing - 0.18).abs() < 1e-15 && (figures.friction - 0.125).abs() < 1e-15);
+        assert!((figures.rest - 2e-5).abs() < 1e-17, "1 um at 50 mm: {}", figures.rest);
+        let third = (1.0 * 0.02 + 2.0 * 0.05 + 25.0 * 0.15) / 10.0;
+        assert!((figures.damping - first.min(second).min(third)).abs() < 1e-14, "{third}");
+    }
+
+    #[test]
+    fn the_second_muscle_decides_the_damping_where_its_winch_damps_least() {
+        let (mut gains, found) = by_hand();
+        gains.muscles[1].rate_gain = 1e-3;
+        let figures = JointFigures::of(&gains, &found, 0).unwrap();
+        let second = (80.0 * 0.02 + 1600.0 * 1e-3 + 90.0 * 0.15) / 80.0;
+        assert!((figures.damping - second).abs() < 1e-14, "{figures:?} {second}");
+    }
+
+    #[test]
+    fn a_joint_that_no_muscle_moves_has_no_figures() {
+        let (gains, mut found) = by_hand();
+        for row in found.arms.chunks_exact_mut(2) {
+            row[1] = 0.0;
+        }
+        assert!(JointFigures::of(&gains, &found, 1).is_none());
+        assert!(JointFigures::of(&gains, &found, 0).is_some());
     }
 }

@@ -368,4 +368,192 @@ mod tests {
         // Without a residual, x_r,max is the limit.
         assert!(until_rejected(0.0, 0.4).is_some());
     }
+
+    /// Whether one cycle that moves by `step`, in rad, is accepted.
+    fn accepts_step(step: f64, gains: JointGains) -> bool {
+        let mut monitor = started();
+        let predicted = JointPrediction { gains: &gains, ..MOVING };
+        monitor.update(H, 0.5 + step, &predicted) == EncoderCheck::Accepted
+    }
+
+    #[test]
+    fn a_second_difference_may_be_25_counts_or_a_quarter_of_a_jump_whichever_is_larger() {
+        for side in [1.0, -1.0] {
+            // 10 mrad by the counts, 5 mrad by the jump.
+            let gains = JointGains { jump: 0.02, ..GAINS };
+            assert!(accepts_step(9.9e-3 * side, gains) && !accepts_step(10.1e-3 * side, gains));
+            // 10 mrad by the counts, 15 mrad by the jump.
+            let gains = JointGains { jump: 0.06, ..GAINS };
+            assert!(accepts_step(14.9e-3 * side, gains) && !accepts_step(15.1e-3 * side, gains));
+            // A jump of less than 25 counts is itself the limit.
+            assert!(accepts_step(7.4e-3 * side, GAINS) && !accepts_step(7.6e-3 * side, GAINS));
+        }
+    }
+
+    /// Outcomes of samples after an encoder gave nothing for a number of cycles, while the joint is predicted to stand at
+    /// 0.5 rad.
+    fn after_loss(lost_cycles: u32, gains: JointGains, samples: &[f64]) -> alloc::vec::Vec<EncoderCheck> {
+        let standing = JointPrediction { speed: 0.0, reference_speed: 0.0, gains: &gains, ..MOVING };
+        let mut monitor = started();
+        (0..lost_cycles).for_each(|_| {
+            monitor.update(H, f64::NAN, &standing);
+        });
+        samples.iter().map(|y| monitor.update(H, *y, &standing)).collect()
+    }
+
+    /// A living output about an angle: samples that differ by a count. The first follows no number, and does not agree.
+    fn living(angle: f64) -> [f64; 5] {
+        core::array::from_fn(|k| angle + if k % 2 == 0 { 0.0 } else { GAINS.resolution })
+    }
+
+    fn returns(checks: &[EncoderCheck]) -> bool {
+        checks.last() == Some(&EncoderCheck::Returned)
+    }
+
+    #[test]
+    fn the_error_allowed_at_a_return_grows_with_the_time_of_the_loss() {
+        // 0.15 s: the prediction is off by a jump; with the loss itself, two are allowed.
+        for side in [1.0, -1.0] {
+            let after = |share: f64| after_loss(150, GAINS, &living(0.5 + side * share * GAINS.jump));
+            assert!(returns(&after(1.9)) && !returns(&after(2.15)));
+            let after = |share: f64| after_loss(15, GAINS, &living(0.5 + side * share * GAINS.jump));
+            assert!(returns(&after(1.0)) && !returns(&after(1.25)));
+        }
+    }
+
+    #[test]
+    fn an_output_that_has_changed_since_its_loss_may_return_within_a_jump() {
+        // 25 counts are 10 mrad.
+        let gains = JointGains { jump: 0.2, ..GAINS };
+        for lost_cycles in [1, 2] {
+            assert!(returns(&after_loss(lost_cycles, gains, &living(0.65))), "{lost_cycles}");
+        }
+        // Still the output that was rejected: within 25 counts it may be believed, beyond it is the false one.
+        let standing = JointPrediction { speed: 0.0, reference_speed: 0.0, gains: &gains, ..MOVING };
+        for (angle, believed) in [(0.509, true), (0.53, false)] {
+            let mut monitor = started();
+            assert!(matches!(monitor.update(H, 0.8, &standing), EncoderCheck::Withdrawn { .. }));
+            let predicted = JointPrediction { angle: 0.8 - (angle - 0.5), ..standing };
+            let last =
+                (0..5).map(|_| monitor.update(H, 0.8, &predicted)).find(|c| *c == EncoderCheck::Returned);
+            assert_eq!(last.is_some(), believed, "{angle}");
+        }
+    }
+
+    #[test]
+    fn samples_of_a_return_differ_as_the_speed_says_within_two_counts_and_an_eighth_of_a_jump() {
+        // 2 D + x_j/8 = 1.74 mrad, about 3 mrad per cycle.
+        for side in [1.0, -1.0] {
+            let speed = 3.0 * side;
+            let returned = |off: f64| {
+                let mut monitor = started();
+                monitor.update(H, f64::NAN, &MOVING);
+                let mut last = EncoderCheck::Rejected;
+                for k in 0..5 {
+                    let angle = 0.5 + speed * H * f64::from(k);
+                    let predicted = JointPrediction { angle, speed, reference_speed: speed, ..MOVING };
+                    last = monitor.update(H, angle + off * f64::from(k), &predicted);
+                }
+                last == EncoderCheck::Returned
+            };
+            for off in [1.0, -1.0] {
+                assert!(returned(0.0) && returned(1.6e-3 * off) && !returned(1.9e-3 * off), "{side} {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_stuck_encoder_returns_from_as_far_as_the_reference_has_gone_meanwhile() {
+        let gains = JointGains { reference_travel: 0.03015, ..GAINS };
+        let mut stuck = started();
+        let moving = JointPrediction { gains: &gains, ..MOVING };
+        // 0.3 mrad per cycle against 30.15 mrad.
+        let rejected =
+            (1..200).find(|_| matches!(stuck.update(H, 0.5, &moving), EncoderCheck::Withdrawn { .. }));
+        assert_eq!(rejected, Some(101));
+        let standing = JointPrediction { speed: 0.0, reference_speed: 0.0, gains: &gains, ..MOVING };
+        for side in [1.0, -1.0] {
+            // 30.3 mrad, and a jump that has grown by less than a tenth.
+            for (off, expected) in [(0.036, true), (0.040, false)] {
+                let mut monitor = stuck;
+                let checks = living(0.5 + side * off).map(|y| monitor.update(H, y, &standing));
+                assert_eq!(returns(&checks), expected, "{off} {checks:?}");
+            }
+        }
+    }
+
+    /// Cycles until an output that stands at 0.5 rad is rejected; in cycle `k` the joint is predicted at an angle under a
+    /// torque of the disturbances, while the reference moves.
+    fn rejected_after(
+        reference_speed: f64,
+        gains: JointGains,
+        state: impl Fn(f64) -> [f64; 2],
+    ) -> Option<(u32, EncoderCheck)> {
+        let mut monitor = started();
+        let first = JointPrediction { gains: &gains, ..MOVING };
+        assert_eq!(monitor.update(H, 0.5003, &first), EncoderCheck::Accepted);
+        (1..1000).find_map(|k| {
+            let [angle, torque] = state(f64::from(k));
+            let predicted = JointPrediction { angle, torque, reference_speed, gains: &gains, ..MOVING };
+            let check = monitor.update(H, 0.5003, &predicted);
+            matches!(check, EncoderCheck::Withdrawn { .. }).then_some((k, check))
+        })
+    }
+
+    #[test]
+    fn the_estimate_that_moves_away_counts_as_motion_by_the_muscles_in_either_direction() {
+        for side in [1.0, -1.0] {
+            // 0.49 mrad per cycle by the estimate against x_max = 16 mrad, 0.301 by the reference.
+            let (cycles, check) =
+                rejected_after(0.301 * side, GAINS, |k| [0.5003 + 4.9e-4 * side * k, -1.0]).unwrap();
+            assert_eq!(cycles, 33);
+            let EncoderCheck::Withdrawn { shift, .. } = check else { unreachable!() };
+            assert!((shift - side * 3.01e-4 * 33.0).abs() < 1e-12, "the smaller of both: {shift}");
+            // Both shares together: half by the estimate and half by a torque at 200 Nm/rad.
+            let both = |k: f64| [0.5003 + 2.45e-4 * side * k, -1.0 - 0.049 * side * k];
+            assert_eq!(rejected_after(0.301 * side, GAINS, both).unwrap().0, 33);
+            // They cancel where the torque says the opposite: only x_r,max is left, 60 mrad.
+            let neither = |k: f64| [0.5003 + 2.45e-4 * side * k, -1.0 + 0.049 * side * k];
+            assert_eq!(rejected_after(0.301 * side, GAINS, neither).unwrap().0, 200);
+            // Against the reference, however strong, the muscles alone are not believed.
+            let against = |k: f64| [0.5003 - 5e-3 * side * k, -1.0];
+            assert_eq!(rejected_after(0.301 * side, GAINS, against).unwrap().0, 200);
+        }
+    }
+
+    #[test]
+    fn in_a_large_dead_band_the_reference_has_to_go_most_of_the_way_of_the_muscles() {
+        // x_max is 125 counts: 0.7 of it is 35 mrad.
+        let gains = JointGains { implied: 0.05, reference_travel: 1.0, ..GAINS };
+        let far = |_: f64| [0.6003, -1.0];
+        let (cycles, _) = rejected_after(0.3, gains, far).unwrap();
+        assert_eq!(cycles, 117, "35 mrad at 0.3 mrad per cycle");
+        // Of 50 counts, five counts suffice.
+        let (cycles, _) = rejected_after(0.3, JointGains { implied: 0.02, ..gains }, far).unwrap();
+        assert_eq!(cycles, 7, "2 mrad at 0.3 mrad per cycle");
+        // Twice the tolerance is twice the way.
+        let mut wide = JointMonitor::new(2.0);
+        let predicted = JointPrediction { angle: 0.7, gains: &gains, ..MOVING };
+        wide.update(H, 0.5, &JointPrediction { gains: &gains, ..MOVING });
+        let cycles = (1..1000).find(|_| wide.update(H, 0.5, &predicted) != EncoderCheck::Accepted);
+        assert_eq!(cycles, Some(234));
+    }
+
+    #[test]
+    fn a_restarted_monitor_judges_as_a_new_one_with_its_tolerance() {
+        for scale in [1.0, 2.5] {
+            let mut used = JointMonitor::new(scale);
+            for k in 0..50 {
+                used.update(H, if k < 20 { 0.5 } else { 0.9 }, &MOVING);
+            }
+            assert!(used.rejected_for > 0.0);
+            used.restart();
+            let mut new = JointMonitor::new(scale);
+            for y in [0.9, 0.9, 0.512, 0.512, 0.5, 0.5003, 0.5006, 0.5009, 0.5012, f64::NAN] {
+                assert_eq!(used.update(H, y, &MOVING), new.update(H, y, &MOVING), "{y}");
+                assert!((used.rejected_for - new.rejected_for).abs() < 1e-18);
+                assert_eq!(used.symptom(), new.symptom());
+            }
+        }
+    }
 }

@@ -141,3 +141,167 @@ impl JointObserver {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{PathElement, Robot, TendonPath};
+
+    const H: f64 = 2e-3;
+
+    /// A chain whose second muscle crosses its last two joints, so that the cables couple them.
+    fn coupled_by_a_cable() -> Robot {
+        let mut parts = crate::muscle::testing::chain(false).parts().clone();
+        parts.tendons[1].path = TendonPath::Spatial([PathElement::Site(2), PathElement::Site(5)].to_vec());
+        Robot::new(parts).unwrap()
+    }
+
+    fn models() -> Vec<CableModel> {
+        let of = |k: usize| {
+            let mut model = CableModel::bench();
+            model.parameters.compliance *= [1.0, 0.3, 2.0][k];
+            model
+        };
+        (0..3).map(of).collect()
+    }
+
+    fn setup() -> (MuscleDynamics, JointObserver, ArmGains) {
+        let mut body = MuscleDynamics::new(&coupled_by_a_cable()).unwrap();
+        body.evaluate(&[0.1, 0.2, -0.3]).unwrap();
+        let mut gains = ArmGains::for_tests(3, 3);
+        gains.joints[1].innovation_threshold = 2e-3;
+        let observer = JointObserver::new(&models(), &gains).unwrap();
+        (body, observer, gains)
+    }
+
+    /// Solves a dense system by Gauss and Jordan.
+    fn solved(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
+        for k in 0..b.len() {
+            let pivot = a[k][k];
+            a[k].iter_mut().for_each(|x| *x /= pivot);
+            b[k] /= pivot;
+            for i in (0..b.len()).filter(|i| *i != k) {
+                let factor = a[i][k];
+                let row = a[k].clone();
+                a[i].iter_mut().zip(&row).for_each(|(x, y)| *x -= factor * y);
+                b[i] -= factor * b[k];
+            }
+        }
+        b
+    }
+
+    /// The equations as they are written, with dense matrices: state `[q, v, d]` after a step.
+    fn stepped(
+        [q, v, d]: [&[f64]; 3],
+        measured: &[f64],
+        force: &[f64],
+        body: &mut MuscleDynamics,
+        gains: &ArmGains,
+    ) -> [Vec<f64>; 3] {
+        let n = 3;
+        let mut mass = vec![0.0; n * n];
+        body.mass_matrix(&mut mass).unwrap();
+        let arms = body.moment_arms();
+        let compliance: Vec<f64> =
+            models().iter().map(|model| *model.law().unwrap().compliance().last().unwrap()).collect();
+        let error = |j: usize| if measured[j].is_nan() { 0.0 } else { measured[j] - q[j] };
+        let bandwidth = |j: usize| {
+            let growth = error(j).abs() / gains.joints[j].innovation_threshold;
+            gains.observer_bandwidth * growth.max(1.0).min(gains.max_bandwidth_ratio)
+        };
+        let stiffness = |i: usize, j: usize| -> f64 {
+            (0..3).map(|k| arms[k * n + i] * arms[k * n + j] / compliance[k]).sum()
+        };
+        let row = |i: usize| (0..n).map(|j| mass[i * n + j] + H * H * stiffness(i, j)).collect::<Vec<_>>();
+        let driven = |j: usize| d[j] + 3.0 * bandwidth(j) * bandwidth(j) * error(j);
+        let right = |i: usize| H * force[i] + H * (0..n).map(|j| mass[i * n + j] * driven(j)).sum::<f64>();
+        let change = solved((0..n).map(row).collect(), (0..n).map(right).collect());
+        let v: Vec<f64> = (0..n).map(|j| v[j] + change[j]).collect();
+        let q = (0..n).map(|j| q[j] + H * (v[j] + 3.0 * bandwidth(j) * error(j))).collect();
+        let d = (0..n).map(|j| d[j] + H * bandwidth(j) * bandwidth(j) * bandwidth(j) * error(j)).collect();
+        [q, v, d]
+    }
+
+    #[test]
+    fn a_step_solves_the_equations_as_they_are_written() {
+        let (mut body, mut observer, gains) = setup();
+        observer.initialize(&[0.1, 0.2, -0.3]);
+        let mut state = [vec![0.1, 0.2, -0.3], vec![0.0; 3], vec![0.0; 3]];
+        for k in 0..12 {
+            let t = f64::from(k);
+            // Within the threshold, above it and beyond its largest growth; one that comes and goes.
+            let measured = [
+                state[0][0] + 1e-3 * libm::sin(t),
+                state[0][1] + 6e-3 * libm::cos(t),
+                if k % 3 == 1 { f64::NAN } else { state[0][2] - 0.04 },
+            ];
+            let force = [0.3, -0.2 * t, 0.1];
+            let [q, v, d] = &state;
+            let next = stepped([q, v, d], &measured, &force, &mut body, &gains);
+            let innovation = [0, 1, 2].map(|j| measured[j] - q[j]);
+            observer.update(H, &measured, &force, &mut body).unwrap();
+            for (found, expected) in [&observer.q, &observer.v, &observer.disturbance].into_iter().zip(&next)
+            {
+                for (found, expected) in found.iter().zip(expected) {
+                    assert!(
+                        (found - expected).abs() < 1e-12 * (1.0 + expected.abs()),
+                        "{k}: {found} {expected}"
+                    );
+                }
+            }
+            for (found, expected) in observer.innovation.iter().zip(innovation) {
+                let expected = if expected.is_nan() { 0.0 } else { expected };
+                assert!((found - expected).abs() < 1e-12, "{k}: {found} {expected}");
+            }
+            state = next;
+        }
+    }
+
+    #[test]
+    fn a_joint_at_rest_under_a_constant_force_is_found_at_rest_with_the_disturbance_that_balances_it() {
+        let (mut body, mut observer, _) = setup();
+        let (pose, force) = ([0.1, 0.2, -0.3], [0.4, -0.3, 0.2]);
+        observer.initialize(&pose);
+        for _ in 0..2000 {
+            observer.update(H, &pose, &force, &mut body).unwrap();
+        }
+        // M d = -f.
+        for (row, force) in observer.mass.chunks_exact(3).zip(force) {
+            let torque: f64 = row.iter().zip(&observer.disturbance).map(|(mass, d)| mass * d).sum();
+            assert!((torque + force).abs() < 1e-9, "{torque} {force}");
+        }
+        assert!(observer.v.iter().all(|v| v.abs() < 1e-9), "{:?}", observer.v);
+        assert!(observer.q.iter().zip(pose).all(|(q, pose)| (q - pose).abs() < 1e-9), "{:?}", observer.q);
+        // Without any measurement it stays there.
+        for _ in 0..500 {
+            observer.update(H, &[f64::NAN; 3], &force, &mut body).unwrap();
+        }
+        assert!(observer.q.iter().zip(pose).all(|(q, pose)| (q - pose).abs() < 1e-7), "{:?}", observer.q);
+    }
+
+    #[test]
+    fn initialized_it_is_at_the_measured_coordinates_at_rest_and_without_disturbance() {
+        let (mut body, mut observer, _) = setup();
+        for _ in 0..5 {
+            observer.update(H, &[0.2, 0.1, -0.2], &[1.0, 2.0, 3.0], &mut body).unwrap();
+        }
+        observer.initialize(&[0.5, -0.6, 0.7]);
+        for (found, expected) in [
+            (&observer.q, [0.5, -0.6, 0.7]),
+            (&observer.v, [0.0; 3]),
+            (&observer.disturbance, [0.0; 3]),
+            (&observer.innovation, [0.0; 3]),
+        ] {
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-18), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn the_step_is_implicit_in_the_last_cell_of_every_cable() {
+        let (_, observer, _) = setup();
+        for (stiffness, model) in observer.stiffness.iter().zip(models()) {
+            let last = *model.law().unwrap().compliance().last().unwrap();
+            assert!((stiffness * last - 1.0).abs() < 1e-12);
+        }
+    }
+}

@@ -144,4 +144,71 @@ mod tests {
         assert!((0..10_000).all(|_| monitor.update(1e-3, 0.101, 1.1e-5)));
         assert!(!(0..10_000).all(|_| monitor.update(1e-3, 0.101, 1.3e-5)));
     }
+
+    #[test]
+    fn slow_motion_is_forgotten_in_the_forgetting_time_whatever_it_is() {
+        // With e in every cycle the sum settles at e (t_f/h - 1).
+        for (forgetting_time, h) in [(0.25, 1e-3), (2.0, 1e-3), (0.25, 2e-3)] {
+            let cycles = forgetting_time / h - 1.0;
+            for (share, accepted) in [(0.98, true), (1.02, false)] {
+                let mut monitor = SensorMonitor::new(SensorLimits { forgetting_time, ..LIMITS });
+                let expected = share * LIMITS.max_unchanged / cycles;
+                let all = (0..20_000).all(|_| monitor.update(h, 0.1, expected));
+                assert_eq!(all, accepted, "{forgetting_time} {h} {share}");
+            }
+        }
+        // Nothing is forgotten where the time is infinite.
+        let mut monitor = SensorMonitor::new(SensorLimits { forgetting_time: f64::INFINITY, ..LIMITS });
+        // The first sample, and 13 equal ones.
+        assert!((0..14).all(|_| monitor.update(1e-3, 0.1, 0.9e-3)));
+        assert!(!monitor.update(1e-3, 0.1, 0.9e-3));
+    }
+
+    #[test]
+    fn the_symptom_is_that_of_the_first_rejected_sample_until_a_sample_is_accepted() {
+        let mut stuck = SensorMonitor::new(LIMITS);
+        assert!(stuck.update(1e-3, 0.1, 0.0) && !stuck.update(1e-3, 0.1, 0.02));
+        assert_eq!(stuck.symptom(), Symptom::Stuck);
+        assert!(!stuck.update(1e-3, 0.1, 0.02));
+        assert_eq!(stuck.symptom(), Symptom::Stuck);
+        let mut jumped = SensorMonitor::new(LIMITS);
+        assert!(jumped.update(1e-3, 0.1, 0.0) && !jumped.update(1e-3, 0.3, 0.0));
+        assert_eq!(jumped.symptom(), Symptom::Jumped);
+        // It came back, and stands: rejected without a break, still a jump.
+        assert!(!jumped.update(1e-3, 0.3, 0.1));
+        assert_eq!(jumped.symptom(), Symptom::Jumped);
+        let mut returned = jumped;
+        assert!(returned.update(1e-3, 0.1, 0.0) && returned.rejected_for.abs() < 1e-18);
+        assert!(!returned.update(1e-3, 0.1, 0.02));
+        assert_eq!(returned.symptom(), Symptom::Stuck);
+        assert!(!jumped.update(1e-3, f64::NAN, 0.0));
+        assert_eq!(jumped.symptom(), Symptom::Lost);
+    }
+
+    #[test]
+    fn equal_samples_are_counted_since_the_last_change() {
+        let mut monitor = SensorMonitor::new(LIMITS);
+        for (k, y) in [0.1, 0.1, 0.1, 0.1, 0.101, 0.101].into_iter().enumerate() {
+            monitor.update(1e-3, y, 0.0);
+            let same = [0, 1, 2, 3, 0, 1][k];
+            assert!(monitor.has_stood_for(same) && !monitor.has_stood_for(same + 1), "{k}");
+            assert_eq!(monitor.has_changed(), same == 0);
+        }
+    }
+
+    #[test]
+    fn a_restarted_monitor_judges_as_a_new_one() {
+        let mut used = SensorMonitor::new(LIMITS);
+        for k in 0..20 {
+            used.update(1e-3, if k < 5 { 0.45 } else { 0.3 }, 0.003);
+        }
+        assert!(used.rejected_for > 0.0);
+        used.restart();
+        let mut new = SensorMonitor::new(LIMITS);
+        for y in [0.3, 0.3, 0.302, 0.302, 0.302, 0.302, 0.302, 0.9] {
+            assert_eq!(used.update(1e-3, y, 0.003), new.update(1e-3, y, 0.003), "{y}");
+            assert_eq!((used.symptom(), used.has_changed()), (new.symptom(), new.has_changed()));
+            assert!((used.rejected_for - new.rejected_for).abs() < 1e-18);
+        }
+    }
 }

@@ -85,3 +85,58 @@ impl Dimensions {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec::Vec;
+
+    const DIMENSIONS: Dimensions = Dimensions { muscles: 3, joints: 2 };
+
+    #[test]
+    fn a_slice_of_another_robot_is_refused_by_its_name_and_readings_need_not_be_finite() {
+        let (three, two) = ([f64::NAN; 3], [f64::INFINITY; 2]);
+        let whole = ArmMeasurement { motor: &three, tension: &three, joint: &two };
+        let rest = Reference::new(2);
+        let reference = PreviewedReference { current: &rest, previewed: &rest, repeat_time: None };
+        assert!(DIMENSIONS.check(&whole, &reference).is_ok());
+        for (name, wrong) in [
+            ("motor", ArmMeasurement { motor: &two, ..whole }),
+            ("tension", ArmMeasurement { tension: &two, ..whole }),
+            ("joint", ArmMeasurement { joint: &three, ..whole }),
+        ] {
+            let error = DIMENSIONS.check(&wrong, &reference).unwrap_err();
+            assert!(matches!(error, Error::WrongLength { name: found, .. } if found == name), "{error:?}");
+        }
+    }
+
+    #[test]
+    fn a_reference_that_is_not_finite_or_of_another_robot_is_refused_by_its_name_and_entry() {
+        let measurement = ArmMeasurement { motor: &[0.0; 3], tension: &[0.0; 3], joint: &[0.0; 2] };
+        let rest = Reference::new(2);
+        let wrong: [fn(&mut Reference) -> &mut Vec<f64>; 3] = [|r| &mut r.q, |r| &mut r.v, |r| &mut r.a];
+        for (field, of) in ["q", "v", "a"].into_iter().zip(wrong) {
+            for (when, present) in [("current", true), ("previewed", false)] {
+                let check = |wrong: &Reference| {
+                    let (current, previewed) = if present { (wrong, &rest) } else { (&rest, wrong) };
+                    let reference = PreviewedReference { current, previewed, repeat_time: None };
+                    DIMENSIONS.check(&measurement, &reference).unwrap_err()
+                };
+                let expected = alloc::format!("{when} {field}");
+                let (mut infinite, mut longer) = (rest.clone(), rest.clone());
+                of(&mut infinite)[1] = f64::NEG_INFINITY;
+                of(&mut longer).push(0.0);
+                let error = check(&infinite);
+                assert!(
+                    matches!(error, Error::EntryOutOfDomain { name, index: 1, .. } if name == expected),
+                    "{expected}: {error:?}"
+                );
+                let error = check(&longer);
+                assert!(
+                    matches!(error, Error::WrongLength { name, got: 3, expected: 2 } if name == expected),
+                    "{expected}: {error:?}"
+                );
+            }
+        }
+    }
+}

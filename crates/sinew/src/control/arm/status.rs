@@ -110,3 +110,52 @@ pub enum ArmStatus {
     /// A fault persisted: the winches were braked to rest and stay there.
     Stopped(Fault),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec::Vec;
+
+    #[test]
+    fn every_fault_has_a_name_of_its_own_that_tells_the_part() {
+        let of_joints = [Fault::JointSensor(1), Fault::TrackingError(1), Fault::JointRange(1)];
+        let of_muscles = [
+            Fault::MotorSensor(1),
+            Fault::TensionSensor(1),
+            Fault::Drive(1),
+            Fault::Cable(1),
+            Fault::Slack(1),
+            Fault::Overload(1),
+            Fault::TensionRate(1),
+            Fault::Overspeed(1),
+            Fault::Travel(1),
+            Fault::Overheating(1),
+        ];
+        let of_none = [Fault::Bus, Fault::LateCycles, Fault::StaleCommand];
+        let name = |fault: &Fault| fault.name(|k| ["biceps", "triceps"][k], |k| ["shoulder", "elbow"][k]);
+        let [joints, muscles, none] = [&of_joints[..], &of_muscles, &of_none]
+            .map(|faults| faults.iter().map(name).collect::<Vec<String>>());
+        assert!(joints.iter().all(|name| name.contains("elbow")), "{joints:?}");
+        assert!(muscles.iter().all(|name| name.contains("triceps")), "{muscles:?}");
+        let all: Vec<String> = [joints, muscles, none].concat();
+        for (k, name) in all.iter().enumerate() {
+            assert!(!name.is_empty() && !all[..k].contains(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_reading_that_is_missing_or_zero_is_lost_one_that_stood_stuck_and_any_other_has_jumped() {
+        for (reading, stood, symptom) in [
+            (f64::NAN, false, Symptom::Lost),
+            (f64::NAN, true, Symptom::Lost),
+            (f64::INFINITY, false, Symptom::Lost),
+            (0.0, false, Symptom::Lost),
+            // An encoder may stand at zero as anywhere else.
+            (0.0, true, Symptom::Stuck),
+            (0.7, true, Symptom::Stuck),
+            (0.7, false, Symptom::Jumped),
+        ] {
+            assert_eq!(Symptom::of_reading(reading, stood), symptom, "{reading} {stood}");
+        }
+    }
+}

@@ -158,7 +158,10 @@ fn a_moving_reference_is_followed_and_not_held() {
             most = most.max((rig.joint - swing(k + 1).q[0]).abs());
         }
         // Without a preview the dead band is crossed late; by the encoders alone there is none.
-        assert!(most < if source == CableStateSource::Observer { 0.06 } else { 2.5e-3 }, "{source:?}: {most}");
+        assert!(
+            most < if source == CableStateSource::Observer { 0.06 } else { 2.5e-3 },
+            "{source:?}: {most}"
+        );
     }
 }
 
