@@ -142,7 +142,11 @@ fn detector() -> FaultDetector {
 }
 
 fn see(detector: &mut FaultDetector, k: u32, cycle: &Cycle) {
-    let clean = moving(k);
+    see_after(detector, H, &moving(k), cycle);
+}
+
+/// The same `h` s after the cycle before, with what the first muscle and joint show.
+fn see_after(detector: &mut FaultDetector, h: f64, clean: &Cycle, cycle: &Cycle) {
     let angle = [clean.predicted, cycle.predicted];
     let speed = [clean.joint_speed, cycle.joint_speed];
     let reference = Reference { q: angle.to_vec(), v: speed.to_vec(), ..Reference::new(2) };
@@ -160,7 +164,7 @@ fn see(detector: &mut FaultDetector, k: u32, cycle: &Cycle) {
         tension: &[clean.tension, cycle.tension],
         joint: &[clean.joint, cycle.joint],
     };
-    detector.update(H, &measurement, &prediction);
+    detector.update(h, &measurement, &prediction);
 }
 
 /// The detector after some cycles.
@@ -472,4 +476,81 @@ fn a_joint_encoder_that_jumped_or_reads_zero_is_not_why_a_cable_lacks_its_tensio
     assert_eq!(cause(|k| if k >= 100 { 0.5 } else { 0.2 }), cable);
     let lost = cause(|k| if k >= 100 { f64::NAN } else { 0.2 });
     assert_eq!(lost, (Fault::JointSensor(1), Symptom::Lost));
+}
+
+#[test]
+fn a_fault_that_has_lasted_for_exactly_its_persistence_time_does_not_stop_the_arm_yet() {
+    type Change = fn(Cycle) -> Cycle;
+    let faults: [(f64, Change, Fault); 3] = [
+        (0.015, |c| Cycle { motor: f64::NAN, ..c }, Fault::MotorSensor(1)),
+        (0.015, |c| Cycle { tension: c.tension - 38.0, ..c }, Fault::Cable(1)),
+        (0.125, |c| Cycle { joint: f64::NAN, ..c }, Fault::JointSensor(1)),
+    ];
+    for (h, change, fault) in faults {
+        let mut detector = detector();
+        for k in 0..7 {
+            let cycle = if k >= 4 { change(quiet(k)) } else { quiet(k) };
+            see_after(&mut detector, h, &quiet(k), &cycle);
+            // Two cycles are the time: 0.03 and 0.25 s.
+            assert_eq!(detector.status == ArmStatus::Stopped(fault), k == 6, "{k} {:?}", detector.status);
+        }
+    }
+}
+
+#[test]
+fn what_has_been_missing_for_exactly_the_time_of_a_vibration_is_not_missing_yet() {
+    let h = MISSING_TIME;
+    let mut detector = detector();
+    for k in 0..5 {
+        let cycle = Cycle { joint: if k == 4 { f64::NAN } else { 0.2 }, ..quiet(k) };
+        let tension = if k == 4 { 2.0 } else { noisy(40.0, k) };
+        see_after(&mut detector, h, &quiet(k), &Cycle { tension, ..cycle });
+    }
+    assert!((detector.tension[1] - 2.0).abs() < 1e-15, "{}", detector.tension[1]);
+    // The encoder was lost in the same cycle, so that the joint's replacement cannot be why.
+    assert_eq!(detector.missing_by[1], (Fault::Cable(1), Symptom::Unknown));
+    detector.check_tracking(&[0.6, 0.0]);
+    assert_eq!(detector.status, ArmStatus::Stopped(Fault::TrackingError(0)));
+}
+
+#[test]
+fn residuals_at_their_thresholds_are_not_beyond_them() {
+    // A return from a jump by r_v,max.
+    let jumped = |k: u32| Cycle { motor: if k >= 100 { 6e-3 } else { 0.0 }, ..quiet(k) };
+    assert_eq!(stopped(jumped), None);
+    // In 0.1 s half of a residual is forgotten; it moves by itself.
+    for (distance, fault) in [(-0.012, None), (-0.01201, Some(Fault::Drive(1)))] {
+        let mut detector = detector();
+        for (k, motor) in [(0, 0.0), (1, distance)] {
+            see_after(&mut detector, 0.1, &quiet(k), &Cycle { motor, ..quiet(k) });
+        }
+        let expected = fault.map_or(ArmStatus::Following, ArmStatus::Stopped);
+        assert_eq!(detector.status, expected, "{distance}");
+    }
+    // Tensions at a fifth of the estimate, and at the threshold of 8 N below it.
+    for (estimated, tension) in [(40.0, (1.0 - MISSING_SHARE) * 40.0), (9.0, 1.0)] {
+        let mut detector = after(10, quiet);
+        see(&mut detector, 10, &Cycle { estimated, tension, ..quiet(10) });
+        assert!(detector.missing_for[1].abs() < 1e-18, "{estimated} {tension}");
+    }
+    // Half of what is missing is what the encoder has not shown.
+    let mut detector = after(10, quiet);
+    detector.tension[1] = 20.0;
+    detector.unchanged_travel[1] = [0.0, -5e-4];
+    assert_eq!(detector.cause_of_missing_tension(1, 15.0, 40.0).0, Fault::Cable(1));
+    assert_eq!(detector.cause_of_missing_tension(1, 15.1, 40.0).0, Fault::MotorSensor(1));
+    // Of no commanded travel none is confirmed.
+    detector.unchanged_travel[1] = [0.0, 0.0];
+    assert!(!detector.is_travel_confirmed(1, 20.0));
+}
+
+#[test]
+fn a_winch_that_moves_by_itself_at_a_possible_speed_has_not_jumped() {
+    // 7 mm in 4 ms are below 2 m/s.
+    let mut detector = detector();
+    for k in 0..3 {
+        let motor = if k == 2 { 0.507 } else { 0.5 };
+        see_after(&mut detector, 4e-3, &quiet(k), &Cycle { motor, ..quiet(k) });
+    }
+    assert_eq!((detector.status, detector.symptom), (ArmStatus::Stopped(Fault::Drive(1)), Symptom::Unknown));
 }
