@@ -110,6 +110,9 @@ impl WinchController {
         let feedback_share =
             gains.feedback_share + gains.creep_feedback_share / (1.0 + creep_ratio * creep_ratio);
         let (velocity, integrated, proportional) = if let Some(estimated) = reference.rest_stretch {
+            if !self.at_rest {
+                self.tolerance = muscle.rest_tolerance[0];
+            }
             let excess = self.excess_at_rest(reference.error, muscle);
             self.stands = excess == 0.0;
             if !self.at_rest || self.stands {
@@ -357,6 +360,13 @@ mod tests {
             let travel = travel_at_rest(&mut winch, estimated, error, learned);
             assert!(winch.stands && travel.abs() < 1e-15, "{estimated} {error}: {travel}");
         }
+    }
+
+    #[test]
+    fn a_winch_that_starts_at_rest_has_its_dead_zone_from_the_first_cycle_on() {
+        let mut winch = WinchController::default();
+        let travel = travel_at_rest(&mut winch, 24e-3, 8e-5, 0.0);
+        assert!(winch.stands && winch.is_within_tolerance(8e-5) && travel.abs() < 1e-15, "{travel}");
     }
 
     #[test]

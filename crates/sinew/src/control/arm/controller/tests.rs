@@ -48,10 +48,9 @@ impl Rig {
         Self { controller, motor: [0.3, -0.1], tension: [45.0, 55.0], joint: REST, cycles: 0 }
     }
 
-    /// After some cycles at rest. The dead zones of rest begin with the first motion, however small.
+    /// After some cycles at rest.
     fn at_rest(source: CableStateSource) -> Self {
         let mut rig = Self::new(source);
-        rig.cycle(&Reference { v: vec![1e-6], ..at(REST) });
         (0..300).for_each(|_| {
             rig.cycle(&at(REST));
         });
