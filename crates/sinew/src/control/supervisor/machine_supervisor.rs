@@ -374,7 +374,6 @@ impl Supervisor {
             Mode::Pretension => {
                 let Self { pretension, controller, limits, drives, .. } = self;
                 if let Some(fault) = pretension.step(h, controller, limits, measurement.tension, drives) {
-                    let fault = NamedFault::new(fault, Symptom::Unknown);
                     self.follow_transitions(measurement, reference, exchange, Some(fault))?;
                 }
             }

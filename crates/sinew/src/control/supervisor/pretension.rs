@@ -1,6 +1,7 @@
 use super::limits::Limits;
+use super::signals::NamedFault;
 use crate::Error;
-use crate::control::arm::{ArmController, ArmMeasurement, Fault};
+use crate::control::arm::{ArmController, ArmMeasurement, Fault, Symptom};
 use crate::control::tension::{Distribution, Problem};
 use crate::drive::DriveCommand;
 use crate::muscle::MuscleDynamics;
@@ -47,6 +48,8 @@ pub(super) struct Pretension {
     speed: Vec<f64>,
     /// Cable taken up, m: `[muscles]`.
     taken: Vec<f64>,
+    /// Since when its load cell has been silent, s: `[muscles]`.
+    silent_for: Vec<f64>,
     share: f64,
     /// Whether every tension has been at its target.
     pub(super) tense: bool,
@@ -54,6 +57,8 @@ pub(super) struct Pretension {
 
 /// s.
 const TIME_CONSTANT: f64 = 0.1;
+/// How long a load cell may be silent, s: without it nobody knows when its cable is tense.
+const SILENCE: f64 = 0.1;
 /// Share of a tension's target from which on a cable is tense: friction and load cell are not known better.
 const REACHED: f64 = 0.6;
 /// Share of the present target that every cable has before all rise further.
@@ -78,6 +83,7 @@ impl Pretension {
             compliance: (0..m).map(compliance).collect::<Result<_, Error>>()?,
             speed: vec![0.0; m],
             taken: vec![0.0; m],
+            silent_for: vec![0.0; m],
             share: 0.0,
             tense: false,
             body,
@@ -97,6 +103,7 @@ impl Pretension {
         self.share = 0.0;
         self.speed.fill(0.0);
         self.taken.fill(0.0);
+        self.silent_for.fill(0.0);
         let coordinates = measured.joint.iter().zip(other);
         for (pose, (measured, other)) in self.pose.iter_mut().zip(coordinates) {
             *pose = if measured.is_finite() { *measured } else { *other };
@@ -122,7 +129,7 @@ impl Pretension {
         tension.iter().zip(&self.goal).all(|(tension, goal)| *tension >= REACHED * goal)
     }
 
-    /// Commands of `h` s; the fault of a cable whose slack is not taken up. One whose load cell is silent is not tightened.
+    /// Commands of `h` s; the fault of a cable whose slack is not taken up or whose load cell is silent. Such a cable is not tightened.
     pub(super) fn step(
         &mut self,
         h: f64,
@@ -130,7 +137,7 @@ impl Pretension {
         limits: &Limits,
         tension: &[f64],
         drives: &mut [DriveCommand],
-    ) -> Option<Fault> {
+    ) -> Option<NamedFault> {
         let mut fault = None;
         let mut together = true;
         for (k, (drive, limit)) in drives.iter_mut().zip(&limits.muscles).enumerate() {
@@ -148,7 +155,11 @@ impl Pretension {
             // Beyond the stretch at its target it is slack that was taken up.
             let stretch = self.goal[k] * self.compliance[k];
             if self.taken[k] > limit.largest_slack + stretch {
-                fault = fault.or(Some(Fault::Slack(k)));
+                fault = fault.or(Some(NamedFault::new(Fault::Slack(k), Symptom::Unknown)));
+            }
+            self.silent_for[k] = if measured.is_finite() { 0.0 } else { self.silent_for[k] + h };
+            if self.silent_for[k] > SILENCE {
+                fault = fault.or(Some(NamedFault::new(Fault::TensionSensor(k), Symptom::Lost)));
             }
             *drive = DriveCommand::Velocity(self.speed[k]);
         }

@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, H, carrying, compliance, controller};
 use sinew::control::arm::{Fault, Symptom};
-use sinew::control::supervisor::{Limits, Mode, MuscleState, Request};
+use sinew::control::supervisor::{FaultKind, Limits, Mode, MuscleState, Request};
 
 /// Tension below which a cable is slack, N.
 const SLACK: f64 = 0.5;
@@ -173,11 +173,27 @@ fn more_slack_than_the_largest_is_a_fault_of_its_cable_that_stops_the_machine() 
 }
 
 #[test]
-fn a_cable_whose_load_cell_is_silent_is_not_tightened_blindly() {
+fn a_cable_whose_load_cell_is_silent_is_not_tightened_and_stops_the_machine_after_a_tenth_of_a_second() {
     let goal = carrying(0.0);
     let mut bench = Bench::new([f64::NAN, 0.5 * goal[1]], slow);
-    for _ in 0..1500 {
+    let stopped = (0..1500).find(|_| {
         let found = bench.step(Request::Pretension);
-        assert_eq!((found.mode, found.speeds()[0].to_bits()), (Mode::Pretension, 0.0_f64.to_bits()));
+        assert_eq!(found.speeds()[0].to_bits(), 0.0_f64.to_bits());
+        if found.mode == Mode::SafeStop {
+            let fault = found.fault.map(|named| (named.kind(), named.fault));
+            assert_eq!(fault, Some((FaultKind::SensorLost, Fault::TensionSensor(0))));
+        }
+        found.mode == Mode::SafeStop
+    });
+    assert!(stopped.is_some_and(|cycle| (99..=101).contains(&cycle)), "{stopped:?}");
+}
+
+#[test]
+fn a_load_cell_that_is_silent_for_less_than_a_tenth_of_a_second_again_and_again_is_waited_for() {
+    let goal = carrying(0.0);
+    let mut bench = Bench::new([0.5 * goal[0], 0.5 * goal[1]], slow);
+    for cycle in 0..1500 {
+        bench.tension[0] = if cycle % 90 < 80 { f64::NAN } else { 0.5 * goal[0] };
+        assert_eq!(bench.step(Request::Pretension).mode, Mode::Pretension, "{cycle}");
     }
 }
