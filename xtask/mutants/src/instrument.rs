@@ -29,8 +29,21 @@ pub(crate) fn instrument(
     }
     let mut lines = vec![0];
     lines.extend(source.match_indices('\n').map(|(offset, _)| offset + 1));
-    let mut instrumentation =
-        Instrumentation { source, lines, at, constant: 0, edits: Vec::new(), switched: Vec::new() };
+    let mut instrumentation = Instrumentation {
+        source,
+        lines,
+        at,
+        constant: 0,
+        edits: Vec::new(),
+        switched: Vec::new(),
+        constants: HashMap::new(),
+    };
+    for item in &syntax.items {
+        if let syn::Item::Const(constant) = item {
+            let mutants = instrumentation.taken(&constant.ident, Group::Constant);
+            instrumentation.constants.insert(constant.ident.to_string(), mutants);
+        }
+    }
     instrumentation.visit_file(&syntax);
     instrumentation.edits.sort_by_key(|edit| edit.0);
     let (mut text, mut end) = (String::new(), 0);
@@ -51,6 +64,7 @@ enum Group {
     Guard,
     Arm,
     Field,
+    Constant,
 }
 
 impl Group {
@@ -61,6 +75,7 @@ impl Group {
             Genre::MatchArmGuard => Self::Guard,
             Genre::MatchArm => Self::Arm,
             Genre::StructField => Self::Field,
+            Genre::Constant => Self::Constant,
         }
     }
 }
@@ -75,6 +90,8 @@ struct Instrumentation<'a> {
     /// Insertions. At one offset they are in the order in which they were made.
     edits: Vec<(usize, String)>,
     switched: Vec<usize>,
+    /// Mutants of the file's constants, by name.
+    constants: HashMap<String, Vec<(usize, &'a Mutant)>>,
 }
 
 impl<'a> Instrumentation<'a> {
@@ -203,6 +220,24 @@ impl<'ast> Visit<'ast> for Instrumentation<'ast> {
 
     fn visit_expr_unary(&mut self, node: &'ast syn::ExprUnary) {
         self.switch(node, &node.op, "", |instrumentation| visit::visit_expr_unary(instrumentation, node));
+    }
+
+    fn visit_expr_path(&mut self, node: &'ast syn::ExprPath) {
+        let Some(mutants) = node.path.get_ident().and_then(|name| self.constants.get(&name.to_string()))
+        else {
+            return;
+        };
+        if mutants.is_empty() || self.constant > 0 {
+            return;
+        }
+        let (start, end) = self.range(node);
+        let original = self.text(node);
+        let mutated: Vec<_> = mutants
+            .iter()
+            .map(|(number, mutant)| (*number, format!("{original} * {}", mutant.replacement)))
+            .collect();
+        self.open(start, &mutated, "");
+        self.close(end, "");
     }
 
     fn visit_arm(&mut self, node: &'ast syn::Arm) {

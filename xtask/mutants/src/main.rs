@@ -21,12 +21,13 @@ use std::time::Duration;
 const HELP: &str = "\
 Judges the mutants that cargo-mutants lists for the crate sinew by the tests of that crate, in one build.
 
-usage: cargo xtask mutants [--jobs N] [--only FILE] [--budget SECONDS] [--lib] [--out FOLDER] [FOLDER-OF-SOURCES...]
+usage: cargo xtask mutants [--jobs N] [--only FILE] [--budget SECONDS] [--lib] [--constants] [--out FOLDER] [FOLDER-OF-SOURCES...]
 
   FOLDER-OF-SOURCES  relative to the repository; by default transmission, drive, control, predictor, body and muscle of sinew
   --jobs N           tests that run at once; default 2
   --only FILE        only the mutants named in the first column of this table of an earlier run, but not those caught there
   --budget SECONDS   of the tests that reach a mutant run the quickest that take so long together; default: all
+  --constants        instead of cargo-mutants' list: constants of these folders, a hundred times as large and a hundredth
   --lib              by the unit tests alone
   --out FOLDER       default target/mutants; gets verdicts.tsv
 
@@ -62,6 +63,7 @@ struct Options {
     only: Option<PathBuf>,
     budget: Duration,
     lib: bool,
+    constants: bool,
     out: PathBuf,
 }
 
@@ -72,6 +74,7 @@ fn options(arguments: &[String]) -> Result<Options, String> {
         only: None,
         budget: Duration::MAX,
         lib: false,
+        constants: false,
         out: PathBuf::from("target/mutants"),
     };
     let mut words = arguments.iter();
@@ -94,6 +97,7 @@ fn options(arguments: &[String]) -> Result<Options, String> {
                     .ok_or(format!("--budget: expected whole seconds from 1, found `{text}`"))?;
             }
             "--lib" => options.lib = true,
+            "--constants" => options.constants = true,
             "--only" => options.only = Some(PathBuf::from(value()?)),
             "--out" => options.out = PathBuf::from(value()?),
             flag if flag.starts_with('-') => return Err(format!("`{flag}` is not an option")),
@@ -111,6 +115,10 @@ fn judge_all(options: &Options) -> Result<(), String> {
     let out = root.join(&options.out);
     let tree = out.join("tree");
     let mut mutants = mutant::list(&root, &options.rooms)?;
+    if options.constants {
+        let files = mutants.iter().map(|mutant| mutant.file.clone()).collect();
+        mutants = mutant::constants(&root, &files)?;
+    }
     mutants.sort_by_key(|mutant| options.rooms.iter().position(|room| mutant.file.starts_with(room)));
     if let Some(only) = &options.only {
         let text = std::fs::read_to_string(only).map_err(|error| format!("{}: {error}", only.display()))?;

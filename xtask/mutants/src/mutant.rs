@@ -1,6 +1,7 @@
 //! Mutants as cargo-mutants lists them.
 
 use serde::Deserialize;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
@@ -29,6 +30,8 @@ pub(crate) enum Genre {
     MatchArm,
     /// A field is taken from the base of a struct expression.
     StructField,
+    /// A constant is a hundred times as large, or a hundredth; not of cargo-mutants.
+    Constant,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -58,4 +61,33 @@ pub(crate) fn list(root: &Path, rooms: &[String]) -> Result<Vec<Mutant>, String>
         ));
     }
     serde_json::from_slice(&output.stdout).map_err(|error| format!("the list of cargo mutants: {error}"))
+}
+
+/// Factors by which a constant is wrong.
+const FACTORS: [&str; 2] = ["100.0", "0.01"];
+
+/// Constants of type `f64` of these files, each a hundred times as large and a hundredth.
+pub(crate) fn constants(root: &Path, files: &BTreeSet<String>) -> Result<Vec<Mutant>, String> {
+    let mut mutants = Vec::new();
+    for file in files {
+        let path = root.join(file);
+        let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let syntax = syn::parse_file(&text).map_err(|error| format!("{file}: {error}"))?;
+        for item in syntax.items {
+            let syn::Item::Const(constant) = item else { continue };
+            if !matches!(&*constant.ty, syn::Type::Path(path) if path.path.is_ident("f64")) {
+                continue;
+            }
+            let at = constant.ident.span().start();
+            let place = Place { line: at.line, column: at.column + 1 };
+            mutants.extend(FACTORS.map(|factor| Mutant {
+                name: format!("{file}:{}:{}: {} times {factor}", place.line, place.column, constant.ident),
+                file: file.clone(),
+                genre: Genre::Constant,
+                replacement: factor.to_string(),
+                span: Span { start: place },
+            }));
+        }
+    }
+    Ok(mutants)
 }
