@@ -57,7 +57,7 @@ pub(super) struct Pretension {
 
 /// s.
 const TIME_CONSTANT: f64 = 0.1;
-/// How long a load cell may be silent, s: without it nobody knows when its cable is tense.
+/// How long a load cell may be silent, s: without it the tension of its cable is unknown.
 const SILENCE: f64 = 0.1;
 /// Share of a tension's target from which on a cable is tense: friction and load cell are not known better.
 const REACHED: f64 = 0.6;

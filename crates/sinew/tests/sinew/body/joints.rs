@@ -223,3 +223,74 @@ fn actuators_that_make_no_sense_are_refused() {
         assert!(message.contains("actuator `motor`") && message.contains(named), "{message}");
     }
 }
+
+#[test]
+fn directions_that_are_nearly_unit_are_normalised_and_others_are_refused() {
+    let with = |length: f64| {
+        let mut parts = parts("lm_arm");
+        parts.joints[0].axis = [0.6 * length, 0.0, 0.8 * length];
+        Robot::new(parts)
+    };
+    for length in [1.0, 1.0 + 1e-14, 1.0005, 0.9995] {
+        let axis = with(length).unwrap().parts().joints[0].axis;
+        assert!((axis.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 4e-16, "{length}: {axis:?}");
+    }
+    for length in [1.0015, 0.9985, 2.0, 0.0] {
+        assert!(with(length).is_err(), "{length}");
+    }
+}
+
+#[test]
+fn frames_and_motion_axes_are_those_of_small_motions() {
+    let mut random = Random(25);
+    for name in ["lm_arm", "random_0", "random_3"] {
+        let robot = Robot::new(parts(name)).unwrap();
+        let mut poses = Poses::new(&robot);
+        for _ in 0..5 {
+            let mut q = robot.reference_pose();
+            let away: Vec<f64> = (0..robot.nv()).map(|_| random.next()).collect();
+            robot.integrate(&mut q, &away, 0.7).unwrap();
+            robot.forward_kinematics(&q, &mut poses).unwrap();
+            for site in 0..robot.parts().sites.len() {
+                let pose = robot.site_pose(&poses, site);
+                // The quaternion turns the world's axes into the frame's.
+                let [w, x, y, z] = pose.quaternion();
+                let columns = [
+                    [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)],
+                    [2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)],
+                    [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)],
+                ];
+                for (column, axis) in columns.iter().flatten().zip(pose.axes.iter().flatten()) {
+                    assert!((column - axis).abs() < 1e-12, "{name}: {columns:?} {:?}", pose.axes);
+                }
+            }
+            // A point of the last body moves by w x p + v.
+            let site = robot.parts().sites.len() - 1;
+            let point = robot.site_pose(&poses, site).origin;
+            let axes = poses.motion_axes().to_vec();
+            assert_eq!(axes.len(), robot.nv());
+            for (k, axis) in axes.iter().enumerate() {
+                let ([a, b, c], [x, y, z]) = (axis.angular, point);
+                let turned = [b * z - c * y, c * x - a * z, a * y - b * x];
+                let beside = |step: f64| {
+                    let (mut beside, mut v) = (q.clone(), vec![0.0; robot.nv()]);
+                    v[k] = 1.0;
+                    robot.integrate(&mut beside, &v, step).unwrap();
+                    let mut poses = Poses::new(&robot);
+                    robot.forward_kinematics(&beside, &mut poses).unwrap();
+                    robot.site_pose(&poses, site).origin
+                };
+                let (ahead, behind) = (beside(1e-6), beside(-1e-6));
+                for i in 0..3 {
+                    let speed = (ahead[i] - behind[i]) / 2e-6;
+                    let moved = turned[i] + axis.linear[i];
+                    // A joint that does not carry the point does not move it.
+                    assert!(
+                        (moved - speed).abs() < 1e-7 || speed.abs() < 1e-9,
+                        "{name} {k}: {moved} {speed}"
+                    );
+                }
+            }
+        }
+    }
+}

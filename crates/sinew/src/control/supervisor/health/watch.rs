@@ -424,4 +424,79 @@ mod tests {
             assert_eq!(monitor.cables[0].torque.friction().is_some(), sure);
         }
     }
+
+    #[test]
+    fn the_fits_take_travel_torque_and_learned_drag_of_their_own_cable() {
+        let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
+        let [drag, drag_fade] = law.drag();
+        let model = SlidingModel {
+            angle: law.friction_angle(),
+            compliance: law.compliance().iter().sum(),
+            drag,
+            drag_fade,
+        };
+        let (mut monitor, mut random) = (HealthMonitor::new(2, 2), Random::new(4));
+        let mut learned = [0.0; 2];
+        let mut expected = [(SlidingFit::default(), TorqueFit::default()); 2];
+        for cycle in 0..800 {
+            let k = cycle % 2;
+            let mut draw = |scale: f64| [0, 1].map(|_| scale * random.normal());
+            let (arms, more_arms) = (draw(0.03), draw(0.02));
+            let (lengths, errors, torque) = (draw(0.01), draw(1e-3), draw(1.0));
+            let (unexplained, innovation) = (draw(1e-4), draw(0.5));
+            let speeds = draw(0.05);
+            let estimated = draw(5.0).map(|x| 50.0 + x);
+            let tension = [0, 1].map(|k| estimated[k] + innovation[k]);
+            let out = draw(2.0).map(|x| 30.0 + x);
+            let factors = draw(0.2).map(|x| 1.2 + x);
+            let moment_arms = [arms, more_arms].concat();
+            monitor.sample(
+                k,
+                &Observed {
+                    moment_arms: &moment_arms,
+                    lengths: &lengths,
+                    motor: &[0.0; 2],
+                    joint: &[0.0; 2],
+                    tension: &tension,
+                    tension_in: &estimated,
+                    tension_out: &out,
+                    unexplained: &unexplained,
+                    drag_factor: &factors,
+                    joint_innovation: &errors,
+                    disturbance_torque: &torque,
+                    anchor_speed: &speeds,
+                    symptom: crate::control::arm::Symptom::Unknown,
+                },
+                &law,
+                true,
+            );
+            let own = [arms, more_arms][k];
+            let sample = SlidingSample {
+                position: -lengths[k],
+                speed: speeds[k],
+                tension: estimated[k],
+                unexplained: unexplained[k],
+                anchor_error: own[0] * errors[0] + own[1] * errors[1],
+                innovation: innovation[k],
+                drag_factor: factors[k],
+            };
+            learned[k] = model.learned_drag(&sample);
+            let slides = speeds[k].abs() > 2e-3;
+            if slides {
+                expected[k].0.add(&sample, &model);
+            }
+            let left = [0, 1].map(|j| torque[j] - arms[j] * learned[0] - more_arms[j] * learned[1]);
+            let friction = speeds[k].signum() * model.angle * (out[k] - law.pretension());
+            expected[k].1.add(&own, &left, if slides { friction } else { 0.0 });
+        }
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-9 * (1.0 + b.abs());
+        for (cable, (sliding, torque)) in monitor.cables.iter().zip(&expected) {
+            let [found, wanted] = [cable.sliding, *sliding].map(|fit| fit.solve(400.0).unwrap());
+            assert!(found.iter().zip(&wanted).all(|(a, b)| near(a.value, b.value)), "{found:?} {wanted:?}");
+            let [found, wanted] = [cable.torque, *torque].map(|fit| fit.friction().unwrap());
+            assert!(near(found.value, wanted.value) && near(found.power, wanted.power));
+            let [found, wanted] = [cable.torque, *torque].map(|fit| fit.force().unwrap());
+            assert!(near(found.value, wanted.value) && near(found.power, wanted.power));
+        }
+    }
 }
