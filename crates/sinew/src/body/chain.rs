@@ -220,4 +220,15 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn half_turns_have_their_quaternions() {
+        for k in 0..3 {
+            let mut q = [0.0; 4];
+            q[k + 1] = 1.0;
+            let back = quaternion_of_axes(&frame_of(q));
+            let along = q.iter().zip(back).map(|(a, b)| a * b).sum::<f64>();
+            assert!((along.abs() - 1.0).abs() < 1e-15, "{k}: {back:?}");
+        }
+    }
 }

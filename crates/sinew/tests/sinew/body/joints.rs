@@ -1,7 +1,7 @@
 //! Springs and dry friction of joints, and what is found by its name.
 
 use super::robots::{Random, parts};
-use sinew::body::{Actuator, ActuatorKind, Body, Joint, JointKind, Parts, Poses, Robot};
+use sinew::body::{Actuator, ActuatorKind, Body, Joint, JointKind, Parts, Poses, Robot, Scratch};
 
 /// A free body that carries another one on a joint of this kind, both with springs.
 fn sprung(kind: JointKind, random: &mut Random) -> Robot {
@@ -291,6 +291,64 @@ fn frames_and_motion_axes_are_those_of_small_motions() {
                     );
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn the_difference_of_two_poses_undoes_an_integration() {
+    let mut random = Random(26);
+    for kind in [JointKind::Hinge, JointKind::Slide, JointKind::Ball] {
+        let robot = sprung(kind, &mut random);
+        for _ in 0..20 {
+            let mut from = robot.reference_pose();
+            let away: Vec<f64> = (0..robot.nv()).map(|_| 2.0 * random.next()).collect();
+            robot.integrate(&mut from, &away, 1.0).unwrap();
+            let v: Vec<f64> = (0..robot.nv()).map(|_| random.next()).collect();
+            let (mut to, mut found) = (from.clone(), vec![0.0; robot.nv()]);
+            robot.integrate(&mut to, &v, 0.5).unwrap();
+            robot.difference(&from, &to, &mut found).unwrap();
+            for (found, v) in found.iter().zip(&v) {
+                assert!((found - 0.5 * v).abs() < 1e-12, "{kind:?}: {found} {v}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_point_mass_adds_the_energy_of_its_own_motion() {
+    let mut random = Random(27);
+    for name in ["lm_arm", "random_1", "random_4"] {
+        let robot = Robot::new(parts(name)).unwrap();
+        let body = robot.parts().bodies.len() - 1;
+        let position = [0.1, -0.2, 0.15];
+        let loaded = robot.with_payload(body, position, 1.7).unwrap();
+        let (mut poses, mut scratch) = (Poses::new(&robot), Scratch::new(&robot));
+        for _ in 0..10 {
+            let mut q = robot.reference_pose();
+            let away: Vec<f64> = (0..robot.nv()).map(|_| random.next()).collect();
+            let v: Vec<f64> = (0..robot.nv()).map(|_| random.next()).collect();
+            robot.integrate(&mut q, &away, 0.6).unwrap();
+            robot.forward_kinematics(&q, &mut poses).unwrap();
+            let point = robot.body_pose(&poses, body).point(position);
+            let (mut linear, mut angular) = (vec![0.0; 3 * robot.nv()], vec![0.0; 3 * robot.nv()]);
+            robot.jacobian(&poses, body, point, &mut linear, &mut angular).unwrap();
+            let speed = |row: &[f64]| row.iter().zip(&v).map(|(a, v)| a * v).sum::<f64>();
+            let square: f64 = linear.chunks_exact(robot.nv()).map(|row| speed(row).powi(2)).sum();
+            let before = robot.kinetic_energy(&q, &v, &mut scratch).unwrap();
+            let after = loaded.kinetic_energy(&q, &v, &mut scratch).unwrap();
+            assert!((after - before - 0.5 * 1.7 * square).abs() < 1e-11 * after, "{name}");
+            // The same by the velocity of another point of the body and its rate of turn.
+            let other = robot.body_pose(&poses, body).point([0.3, 0.1, -0.2]);
+            let mut shifted = vec![0.0; 3 * robot.nv()];
+            robot.jacobian(&poses, body, other, &mut shifted, &mut angular).unwrap();
+            let [w, moved]: [[f64; 3]; 2] = [&angular, &shifted]
+                .map(|rows| core::array::from_fn(|i| speed(&rows[i * robot.nv()..(i + 1) * robot.nv()])));
+            let arm: [f64; 3] = core::array::from_fn(|i| point[i] - other[i]);
+            let turned =
+                [w[1] * arm[2] - w[2] * arm[1], w[2] * arm[0] - w[0] * arm[2], w[0] * arm[1] - w[1] * arm[0]];
+            let same: f64 = moved.iter().zip(turned).map(|(v, t)| (v + t).powi(2)).sum();
+            assert!((same - square).abs() < 1e-11 * (1.0 + square), "{name}: {same} {square}");
         }
     }
 }
