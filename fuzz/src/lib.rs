@@ -74,7 +74,7 @@ mod tests {
         seeds("seeds/machine", read_machine);
         seeds("seeds/model", read_model);
         seeds("seeds/page_command", read_page_command);
-        seeds("../crates/sinew-segment/tests/esi", read_device);
+        seeds("../crates/sinew-segment/tests/segment/esi", read_device);
         // Random to their readers: packets, frames and blocks are drawn from the bytes.
         for run in [play_link, play_segment, read_recording] {
             seeds("seeds/csv_log", run);
