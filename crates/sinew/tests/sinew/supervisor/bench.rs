@@ -42,8 +42,8 @@ fn design() -> &'static (Machine, Vec<CableModel>, ArmController) {
         let models: Vec<CableModel> =
             ArmSpecimen::nominal(&machine).unwrap().cables.iter().map(model).collect();
         let (gains, _) = synthesize(&machine, &models, &machine.poses(20).unwrap()).unwrap();
-        let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-        let controller = ArmController::new(&machine.robot, &models, gains, way).unwrap();
+        let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
+        let controller = ArmController::new(&machine.robot, &models, gains, mode).unwrap();
         (machine, models, controller)
     })
 }

@@ -41,8 +41,8 @@ fn a_tense_machine_runs_at_once_and_follows_its_reference() {
         assert_eq!(found.muscles, [MuscleState::Tense; 2]);
         assert_eq!(found.reference, bench.reference, "the given one is followed");
     }
-    let (way, error) = (bench.reference.q[0], bench.reference.q[0] - bench.joint);
-    assert!(way > 0.11 && error.abs() < 3e-3, "{way} {error}");
+    let (moved, error) = (bench.reference.q[0], bench.reference.q[0] - bench.joint);
+    assert!(moved > 0.11 && error.abs() < 3e-3, "{moved} {error}");
 }
 
 #[test]

@@ -139,7 +139,7 @@ fn a_supervisor_tells_of_its_machine_at_first_that_it_is_cold_and_sound() {
     assert!(supervisor.winding(2).is_nan());
     // As many as its controller has.
     let machine = fixed_arms();
-    let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-    let three = ArmController::new(&machine.robot, &vec![CableModel::bench(); 3], gains(3, 3), way).unwrap();
+    let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
+    let three = ArmController::new(&machine.robot, &vec![CableModel::bench(); 3], gains(3, 3), mode).unwrap();
     assert_eq!(Supervisor::of(three).unwrap().dimensions(), [3, 3]);
 }
