@@ -1,6 +1,6 @@
 //! The steps of `cargo xtask check`, in the order in which a mistake is found soonest.
 
-use crate::{hygiene, layering, page, python, readme, tree};
+use crate::{hygiene, layering, page, python, readme, test_programs, tree};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -65,9 +65,9 @@ pub(crate) fn list() -> String {
 }
 
 /// The named steps in the order of [`STEPS`]; all of them, and [`LONG`] if `--long` stands there, where none is named.
-/// [`PYTHON`] and [`PAGE`] run only by their names.
+/// [`PYTHON`] and [`PAGE`] run only by their names. With `--again`, tests run that have passed as they are.
 pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
-    let (flags, names): (Vec<&str>, Vec<&str>) = names.iter().partition(|name| **name == "--long");
+    let (flags, names): (Vec<&str>, Vec<&str>) = names.iter().partition(|name| FLAGS.contains(name));
     let all = || STEPS.iter().chain([&LONG, &PYTHON, &PAGE]);
     if let Some(unknown) = names.iter().find(|name| all().all(|step| step.name != **name)) {
         let known: Vec<&str> = all().map(|step| step.name).collect();
@@ -75,12 +75,17 @@ pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
     }
     let wanted = |step: &&Step| match step.name {
         name if names.contains(&name) => true,
-        "long" => !flags.is_empty(),
+        "long" => flags.contains(&"--long"),
         "python" | "page" => false,
         _ => names.is_empty(),
     };
+    if flags.contains(&"--again") {
+        test_programs::forget(&tree::root())?;
+    }
     Ok(all().filter(wanted).collect())
 }
+
+const FLAGS: [&str; 2] = ["--long", "--again"];
 
 /// Runs the steps up to the first that fails, and prints how long each took.
 pub(crate) fn run(steps: &[&Step]) -> ExitCode {
@@ -175,16 +180,11 @@ fn features(root: &Path) -> Result<(), String> {
 /// not checked again.
 const FEATURE_SETS: [&[&str]; 2] = [
     &["--package", "sinew-cli", "--package", "sinew-dependencies"],
-    &["--package", "sinew", "--no-default-features"],
+    &["--package", "sinew", "--package", "sinew-dependencies", "--no-default-features"],
 ];
 
 fn test(root: &Path) -> Result<(), String> {
-    let nextest = cargo(root, &["nextest", "--version"]).output().is_ok_and(|output| output.status.success());
-    if nextest {
-        return succeed(&mut cargo(root, &["nextest", "run", "--workspace", "--all-features"]));
-    }
-    println!("cargo-nextest is not installed: running `cargo test`");
-    succeed(&mut cargo(root, &["test", "--quiet", "--workspace", "--all-features", "--tests"]))
+    test_programs::run(root)
 }
 
 fn doctest(root: &Path) -> Result<(), String> {

@@ -8,6 +8,7 @@ mod page;
 mod pictures;
 mod python;
 mod readme;
+mod test_programs;
 mod tree;
 
 use std::process::ExitCode;
@@ -17,6 +18,7 @@ The project's own checks.
 
 usage: cargo xtask check [STEP...]     run every step, or only those named, in the order of the list
        cargo xtask check --long        the same, and the statistical tests over many seeds
+       cargo xtask check --again       run tests that have passed as they are, too
        cargo xtask check python        the Python package, where Python 3.11 and pip are there
        cargo xtask check page          the live page in a headless Chromium, where there is one
        cargo xtask check --list        the steps and what each is for

@@ -3,6 +3,7 @@
 
 use crate::check::{cargo, succeed};
 use crate::pictures;
+use crate::test_programs::WITHOUT_CORE;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -48,10 +49,13 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
 /// Builds the program as the tests did and says where it is.
 pub(crate) fn program(root: &Path) -> Result<PathBuf, String> {
     // Of the same units as the tests, or cargo compiles the macros of the reports and all that use them a second time.
-    let arguments = ["build", "--workspace", "--all-features", "--tests"];
-    succeed(&mut cargo(root, &arguments))?;
-    let mut command = cargo(root, &arguments);
-    let output = command.arg("--message-format=json").stderr(Stdio::null()).output();
+    let build = || {
+        let mut command = cargo(root, &["build"]);
+        command.args(WITHOUT_CORE);
+        command
+    };
+    succeed(&mut build())?;
+    let output = build().arg("--message-format=json").stderr(Stdio::null()).output();
     let messages = output.map_err(|e| format!("cargo build: {e}"))?.stdout;
     let messages = String::from_utf8_lossy(&messages).into_owned();
     let program = |line: &&str| {

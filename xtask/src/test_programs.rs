@@ -1,0 +1,176 @@
+//! Unit and integration tests. Each group is built while the tests of the group before run, and a program of tests runs only where it, or a
+//! file that it may read, has changed since it passed.
+
+use crate::check::{cargo, succeed};
+use crate::tree;
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::mpsc::channel;
+use std::time::UNIX_EPOCH;
+
+/// What cargo builds for the groups. The core is apart: its unit tests run for a second, and to optimise them would take a minute.
+/// `sinew-dependencies` gives the core the dependencies that the rest has left.
+const GROUPS: [(&str, &[&str]); 3] = [
+    ("workspace", &WITHOUT_CORE),
+    ("core", &["--package=sinew", "--package=sinew-dependencies", "--all-features", "--test=*"]),
+    (
+        "core-units",
+        &[
+            "--package=sinew",
+            "--package=sinew-dependencies",
+            "--all-features",
+            "--lib",
+            "--config=profile.dev.package.sinew.opt-level=0",
+        ],
+    ),
+];
+
+/// The first group. The program is a part of its build.
+pub(crate) const WITHOUT_CORE: [&str; 4] = ["--workspace", "--exclude=sinew", "--all-features", "--tests"];
+
+/// The package whose tests start the program, and the program.
+const OF_PROGRAM: (&str, &str) = ("sinew-cli", "debug/sinew");
+/// The package whose tests read the sources of all others: they run every time.
+const OF_SOURCES: &str = "xtask";
+
+/// What the steps leave for the next run, and in it the programs of tests that have passed.
+const FOLDER: &str = "target/check";
+const PASSED: &str = "passed";
+
+/// Forgets what has passed.
+pub(crate) fn forget(root: &Path) -> Result<(), String> {
+    let file = root.join(FOLDER).join(PASSED);
+    if !file.exists() {
+        return Ok(());
+    }
+    std::fs::remove_file(&file).map_err(|e| format!("{}: {e}", file.display()))
+}
+
+/// Builds all groups and runs what has not passed as it is.
+pub(crate) fn run(root: &Path) -> Result<(), String> {
+    let nextest = cargo(root, &["nextest", "--version"]).output().is_ok_and(|output| output.status.success());
+    if !nextest {
+        println!("cargo-nextest is not installed: running `cargo test`");
+        let test =
+            |(_, selection): &(&str, &[&str])| succeed(cargo(root, &["test", "--quiet"]).args(*selection));
+        return GROUPS.iter().try_for_each(test);
+    }
+    let folder = root.join(FOLDER);
+    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let metadata = folder.join("metadata.json");
+    write_output(&mut cargo(root, &["metadata", "--format-version=1", "--all-features"]), &metadata)?;
+    let mut passed = Passed::read(folder.join(PASSED));
+    let files =
+        state(root, &tree::files(root)?.into_iter().filter(|file| !is_source(file)).collect::<Vec<_>>());
+    let (built, lists) = channel();
+    std::thread::scope(|scope| {
+        let builder = scope.spawn(move || {
+            for (name, selection) in GROUPS {
+                let list = folder.join(name).with_extension("json");
+                let mut command =
+                    cargo(root, &["nextest", "list", "--cargo-quiet", "--list-type=binaries-only"]);
+                write_output(command.arg("--message-format=json-pretty").args(selection), &list)?;
+                if built.send(list).is_err() {
+                    // A test of an earlier group has failed.
+                    break;
+                }
+            }
+            Ok(())
+        });
+        let ran =
+            lists.into_iter().try_for_each(|list| run_group(root, &list, &metadata, files, &mut passed));
+        let built = builder.join().unwrap_or_else(|_| Err("the build of the tests panicked".into()));
+        built.and(ran)
+    })
+}
+
+/// Runs those programs of a built group that have not passed as they are.
+fn run_group(
+    root: &Path,
+    list: &Path,
+    metadata: &Path,
+    files: u64,
+    passed: &mut Passed,
+) -> Result<(), String> {
+    let text = std::fs::read_to_string(list).map_err(|e| format!("{}: {e}", list.display()))?;
+    let mut waiting = programs(&text);
+    let all = waiting.len();
+    for (id, path) in &mut waiting {
+        let of_program = id.starts_with(OF_PROGRAM.0);
+        let program = of_program.then(|| PathBuf::from("target").join(OF_PROGRAM.1));
+        let state = state(root, &[PathBuf::from(&*path)].into_iter().chain(program).collect::<Vec<_>>());
+        *path = format!("{path} {state:x} {files:x}");
+    }
+    waiting.retain(|id, now| id.starts_with(OF_SOURCES) || !passed.holds(id, now));
+    if waiting.len() < all {
+        println!("{} programs of tests have passed as they are (`--again` runs them)", all - waiting.len());
+    }
+    if waiting.is_empty() {
+        return Ok(());
+    }
+    let chosen = waiting.keys().map(|id| format!("binary_id(={id})")).collect::<Vec<_>>().join(" + ");
+    let mut command = cargo(root, &["nextest", "run", "--filterset", &chosen, "--binaries-metadata"]);
+    succeed(command.arg(list).arg("--cargo-metadata").arg(metadata))?;
+    passed.remember(waiting)
+}
+
+/// Names of the programs of tests in nextest's list, and where they are.
+fn programs(list: &str) -> BTreeMap<String, String> {
+    let values = |key: &str| {
+        let start = format!("\"{key}\": \"");
+        let value =
+            move |line: &str| Some(line.trim().strip_prefix(&start)?.trim_end_matches([',', '"']).to_owned());
+        list.lines().filter_map(value).collect::<Vec<_>>()
+    };
+    values("binary-id").into_iter().zip(values("binary-path")).collect()
+}
+
+/// Whether cargo builds a file anew where it changes, so that it needs no other watch.
+fn is_source(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension == "rs")
+}
+
+/// One number for the sizes and times of files.
+fn state(root: &Path, files: &[PathBuf]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for file in files {
+        let metadata = std::fs::metadata(root.join(file)).ok();
+        let modified =
+            metadata.as_ref().and_then(|metadata| metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok());
+        (file, metadata.map(|metadata| metadata.len()), modified).hash(&mut hasher);
+    }
+    hasher.finish()
+}
+
+/// Runs a command and keeps what it prints.
+fn write_output(command: &mut Command, file: &Path) -> Result<(), String> {
+    let output = std::fs::File::create(file).map_err(|e| format!("{}: {e}", file.display()))?;
+    succeed(command.stdout(Stdio::from(output)))
+}
+
+/// Programs of tests and the state in which they passed, kept in a file.
+struct Passed {
+    file: PathBuf,
+    states: BTreeMap<String, String>,
+}
+
+impl Passed {
+    /// What the file says, nothing where there is none.
+    fn read(file: PathBuf) -> Self {
+        let text = std::fs::read_to_string(&file).unwrap_or_default();
+        let line = |line: &str| line.split_once('\t').map(|(id, state)| (id.to_owned(), state.to_owned()));
+        Self { file, states: text.lines().filter_map(line).collect() }
+    }
+
+    fn holds(&self, id: &str, state: &str) -> bool {
+        self.states.get(id).is_some_and(|passed| passed == state)
+    }
+
+    fn remember(&mut self, states: BTreeMap<String, String>) -> Result<(), String> {
+        self.states.extend(states);
+        let text: String = self.states.iter().map(|(id, state)| format!("{id}\t{state}\n")).collect();
+        std::fs::write(&self.file, text).map_err(|e| format!("{}: {e}", self.file.display()))
+    }
+}
