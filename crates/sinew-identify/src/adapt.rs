@@ -22,7 +22,7 @@ use crate::log::Dataset;
 use crate::report::Evidence;
 use crate::report::build::report;
 use crate::select::choice::selection_rmse;
-use crate::select::cross_validation::{Fit, ScoredCandidate, cross_validate};
+use crate::select::cross_validation::{ScoredCandidate, cross_validate};
 use crate::select::folds::Folds;
 use crate::training::{fit_networks, refit_cell};
 use sinew::predictor::{Estimator, Feature, InputLimits, MEMBERS, Model};
@@ -33,6 +33,9 @@ const MARGIN: f64 = 0.95;
 
 /// Most rows the networks are trained on.
 const ROWS: usize = 5000;
+
+/// Makes a model from runs.
+type Variant<'a> = dyn Fn(&[&Run]) -> Option<Estimator> + Sync + 'a;
 
 /// Adapts `old` to the specimen of `data`, which was read with the columns of `old`.
 ///
@@ -49,7 +52,7 @@ pub fn adapt(
     let folds = Folds::of(data);
     let prior = &old.estimator;
     let fresh = |training: &[&Run]| fresh(prior, training, options.seed);
-    let variants: [(&str, &str, &Fit<'_>); 4] = [
+    let variants: [(&str, &str, &Variant<'_>); 4] = [
         ("old", "the old model as it was", &|training| Some(remeasured(prior.clone(), training))),
         ("scaled", "the old model with a new gain and offset", &|training| scaled(prior, training)),
         (
@@ -62,7 +65,7 @@ pub fn adapt(
     let mut scored = Vec::new();
     for (k, (name, description, fit)) in variants.iter().enumerate() {
         progress("cross-validating the adaptations", 0.1 + 0.2 * k as f64);
-        let outcome = cross_validate(*fit, &logs.runs, &folds);
+        let outcome = cross_validate(&|_, training| fit(training), &logs.runs, &folds);
         scored.push(ScoredCandidate { name: (*name).into(), description: (*description).into(), outcome });
     }
     let choose = |without| choose(&scored, without);

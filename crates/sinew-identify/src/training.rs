@@ -14,6 +14,12 @@ use sinew::transmission::ClampCell;
 /// Fits a recipe to runs; `None` where they hold too little to fit.
 #[must_use]
 pub(crate) fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
+    fit_on(fit_law(recipe, runs)?, recipe, runs, seed)
+}
+
+/// Fits the physics of a recipe: its law without features.
+#[must_use]
+pub(crate) fn fit_law(recipe: &Recipe, runs: &[&Run]) -> Option<MemoryLaw> {
     let mut law = MemoryLaw {
         signals: recipe.signals.clone(),
         cell: None,
@@ -21,9 +27,8 @@ pub(crate) fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator
         axis: None,
         features: Vec::new(),
     };
-    let columns = Columns::new(&law, runs);
     if let Some(plan) = &recipe.cell {
-        law.cell = Some(fit_cell(&columns.data(), plan)?);
+        law.cell = Some(refit_cell(&law, plan, runs)?);
     }
     if let Some(columns) = recipe.cable {
         law.cable = Some(fit_observed(runs, columns)?);
@@ -31,8 +36,14 @@ pub(crate) fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator
     if let Some(plan) = &recipe.axis {
         law.axis = Some(fit_axis(&law, runs, plan)?.axis);
     }
+    Some(law)
+}
+
+/// Fits the rest of a recipe to runs, its physics being given.
+#[must_use]
+pub(crate) fn fit_on(mut law: MemoryLaw, recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
     if let Some(plan) = &recipe.features {
-        law.features = features(plan, &columns, &law)?;
+        law.features = features(plan, &Columns::new(&law, runs), &law)?;
     }
     let mut estimator = fit_networks(law, recipe, runs, seed)?;
     for _ in 0..recipe.rounds {
@@ -64,7 +75,7 @@ fn without_correction(estimator: &Estimator, run: &Run) -> Run {
     residual
 }
 
-/// Fits the cell of a given law.
+/// Fits a cell on the signals of a law.
 pub(crate) fn refit_cell(law: &MemoryLaw, plan: &CellPlan, runs: &[&Run]) -> Option<ClampCell> {
     fit_cell(&Columns::new(law, runs).data(), plan)
 }

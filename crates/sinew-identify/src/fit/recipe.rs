@@ -54,6 +54,14 @@ pub(crate) struct Recipe {
     pub rounds: usize,
 }
 
+impl Recipe {
+    /// Whether the physics of both are fitted alike, so that one law serves both.
+    pub(crate) fn shares_physics(&self, other: &Self) -> bool {
+        let laws = (&self.cell, &self.cable, &self.axis) == (&other.cell, &other.cable, &other.axis);
+        laws && self.signals == other.signals
+    }
+}
+
 /// How the part that is not physical is learned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Learner {

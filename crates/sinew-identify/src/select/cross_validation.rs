@@ -4,16 +4,17 @@ use super::candidates::{CandidateRecipe, screening_recipe};
 use super::folds::Folds;
 use crate::conditioning::ConditionedLogs;
 use crate::estimation::estimate_sequence;
+use crate::fit::recipe::Recipe;
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
-use crate::training::fit;
+use crate::training::{fit_law, fit_on};
 use rayon::prelude::*;
 use sinew::metrics::Comparison;
 use sinew::predictor::{Estimate, Estimator, MemoryLaw};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Makes a model from runs.
-pub(crate) type Fit<'a> = dyn Fn(&[&Run]) -> Option<Estimator> + Sync + 'a;
+/// Makes a model of a fold from its runs.
+pub(crate) type Fit<'a> = dyn Fn(usize, &[&Run]) -> Option<Estimator> + Sync + 'a;
 
 /// Errors of one model on the data held out by one fold.
 #[derive(Debug, Clone, Default)]
@@ -80,7 +81,8 @@ impl ScoredCandidate {
     }
 }
 
-/// Cross-validates the screening recipe of every candidate; `finished` is called with the share that is done.
+/// Cross-validates the screening recipe of every candidate; `finished` is called with the share that is done. Candidates that differ in
+/// their networks alone share the law of each fold.
 pub(crate) fn cross_validate_all(
     candidates: &[CandidateRecipe],
     logs: &ConditionedLogs,
@@ -88,15 +90,33 @@ pub(crate) fn cross_validate_all(
     seed: u64,
     finished: &(dyn Fn(f64) + Sync),
 ) -> Vec<ScoredCandidate> {
-    let done = AtomicUsize::new(0);
-    let score = |candidate: &CandidateRecipe| {
-        let recipe = screening_recipe(&candidate.recipe);
-        let outcome = cross_validate(&|training| fit(&recipe, training, seed), &logs.runs, folds);
-        finished((1 + done.fetch_add(1, Ordering::Relaxed)) as f64 / candidates.len() as f64);
-        let (name, description) = (recipe.name, candidate.description.clone());
-        ScoredCandidate { name, description, outcome }
+    let recipes: Vec<Recipe> =
+        candidates.iter().map(|candidate| screening_recipe(&candidate.recipe)).collect();
+    let mut physics: Vec<&Recipe> = Vec::new();
+    for recipe in &recipes {
+        if !physics.iter().any(|known| known.shares_physics(recipe)) {
+            physics.push(recipe);
+        }
+    }
+    let (fold_count, done) = (folds.held_out.len(), AtomicUsize::new(0));
+    let steps = fold_count * physics.len() + candidates.len();
+    let advance = || finished((1 + done.fetch_add(1, Ordering::Relaxed)) as f64 / steps as f64);
+    let fit_one = |k: usize| {
+        let training = training_runs(&logs.runs, &folds.held_out[k % fold_count]);
+        let law = fit_law(physics[k / fold_count], &training.iter().collect::<Vec<_>>());
+        advance();
+        law
     };
-    candidates.par_iter().map(score).collect()
+    let laws: Vec<_> = (0..fold_count * physics.len()).into_par_iter().map(fit_one).collect();
+    let score = |(candidate, recipe): (&CandidateRecipe, &Recipe)| {
+        let of_physics = physics.iter().position(|known| known.shares_physics(recipe)).unwrap_or_default();
+        let laws = &laws[of_physics * fold_count..][..fold_count];
+        let fit = |fold: usize, training: &[&Run]| fit_on(laws[fold].clone()?, recipe, training, seed);
+        let outcome = cross_validate(&fit, &logs.runs, folds);
+        advance();
+        ScoredCandidate { name: recipe.name.clone(), description: candidate.description.clone(), outcome }
+    };
+    candidates.par_iter().zip(&recipes).map(score).collect()
 }
 
 /// Fits without each fold and predicts what was held out; where that fails, the reason in words.
@@ -109,10 +129,14 @@ pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Resu
         rmse_in_sample: 0.0,
         laws: Vec::new(),
     };
-    for (fold, held_out) in folds.held_out.iter().enumerate() {
-        let training = training_runs(runs, held_out);
+    let fit_fold = |fold: usize| {
+        let training = training_runs(runs, &folds.held_out[fold]);
+        fit(fold, &training.iter().collect::<Vec<&Run>>())
+    };
+    let estimators: Vec<_> = (0..folds.held_out.len()).into_par_iter().map(fit_fold).collect();
+    for ((fold, held_out), estimator) in folds.held_out.iter().enumerate().zip(estimators) {
         let of = folds.held_out.len();
-        let estimator = fit(&training.iter().collect::<Vec<&Run>>())
+        let estimator = estimator
             .ok_or_else(|| format!("the data without fold {} of {of} do not determine it", fold + 1))?;
         validation.rmse_in_sample += estimator.sigma0 / folds.held_out.len() as f64;
         validation.laws.push(estimator.law.clone());
