@@ -72,7 +72,7 @@ pub fn observer(fit: &CableFit) -> Result<Compensation, Error> {
 /// # Errors
 /// As [`fit_cable`].
 pub fn calibrated_cable(logs: &[Vec<BenchRow>]) -> Result<CableFit, Error> {
-    let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows, DECIMATION)).collect();
+    let logs: Vec<CableLog> = logs.iter().map(|rows| cable_log(rows.iter().step_by(DECIMATION))).collect();
     let options = FitOptions { samples: 40_000, residuals: 2500, multistart: false, ..FitOptions::default() };
     let mut fit = fit_cable(&logs, &CableModel::bench(), &options)?;
     fit.model.learning = DRAG_ADAPTATION;
@@ -97,10 +97,10 @@ fn rows(specimen: &Specimen, speed: f64, strokes: f64, seed: u64) -> Result<Vec<
     }
 }
 
-pub(crate) fn cable_log(rows: &[BenchRow], every: usize) -> CableLog {
+pub(crate) fn cable_log<'a>(rows: impl IntoIterator<Item = &'a BenchRow>) -> CableLog {
     let mut log = CableLog::default();
     let mut last = f64::NAN;
-    for row in rows.iter().step_by(every) {
+    for row in rows {
         log.push(if last.is_nan() { 0.0 } else { row.time - last }, row.sample, row.far);
         last = row.time;
     }

@@ -3,10 +3,10 @@
 
 use crate::Error;
 use crate::calibrate::{cable_log, networks};
-use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, run};
+use crate::experiment::bench::{BenchRow, BenchRun, Programme, run_all};
 use rayon::prelude::*;
 use sinew::control::arm::MuscleGains;
-use sinew::control::compensation::{Compensation, NetworkCompensation};
+use sinew::control::compensation::NetworkCompensation;
 use sinew::machine::{Machine, MuscleCharacteristics};
 use sinew::predictor::CableModel;
 use sinew::transmission::cable::CableParameters;
@@ -91,33 +91,25 @@ pub fn calibrate_arm(
     if [specimen.cables.len(), specimen.drives.len(), machine.muscles.len(), programmes.len()] != [count; 4] {
         return Err(Error::experiment("muscles", "as many as in the design", &specimen.cables.len()));
     }
-    design
-        .cables
-        .par_iter()
-        .enumerate()
-        .map(|(muscle, designed)| {
-            if let Some(model) = &machine.muscles[muscle].model {
-                return Ok(model.clone());
-            }
-            let programme = &programmes[muscle];
-            let logs = runs(specimen, muscle, programme, seed)?;
-            let logs: Vec<CableLog> = logs
-                .iter()
-                .zip(&programme.strokes)
-                .map(|(rows, strokes)| cable_log(rows, strokes.decimation))
-                .collect();
-            let parameters = CableParameters { weakening: Some(INITIAL_WEAKENING), ..designed.parameters };
-            // An arm starts with its cables pulled taut.
-            let start =
-                CableModel { path: designed.path.clone(), parameters, start: 1.0, ..CableModel::bench() };
-            let mut fit = fit_cable(&logs, &start, &options())?;
-            // The anchor's travel comes from the body's geometry here, whose errors would be adapted as drag.
-            fit.model.learning = 0.0;
-            // The zeros of the arm's encoders differ from those of the bench.
-            fit.model.zero_stretch = None;
-            Ok(fit.model)
-        })
-        .collect()
+    let kept = |muscle: &usize| machine.muscles[*muscle].model.is_none();
+    let muscles: Vec<usize> = (0..count).filter(kept).collect();
+    let logs = runs(specimen, &muscles, programmes, seed, |stroke| stroke.decimation)?;
+    let fits = muscles.par_iter().zip(logs).map(|(muscle, logs)| {
+        let logs: Vec<CableLog> = logs.iter().map(cable_log).collect();
+        let designed = &design.cables[*muscle];
+        let parameters = CableParameters { weakening: Some(INITIAL_WEAKENING), ..designed.parameters };
+        // An arm starts with its cables pulled taut.
+        let start = CableModel { path: designed.path.clone(), parameters, start: 1.0, ..CableModel::bench() };
+        let mut model = fit_cable(&logs, &start, &options())?.model;
+        // The anchor's travel comes from the body's geometry here, whose errors would be adapted as drag.
+        model.learning = 0.0;
+        // The zeros of the arm's encoders differ from those of the bench.
+        model.zero_stretch = None;
+        Ok(model)
+    });
+    let mut fits = fits.collect::<Result<Vec<_>, Error>>()?.into_iter();
+    let models = machine.muscles.iter().map(|muscle| muscle.model.clone().or_else(|| fits.next()));
+    Ok(models.flatten().collect())
 }
 
 /// The networks of (17) for every muscle, trained on the same runs.
@@ -129,16 +121,12 @@ pub fn calibrate_networks(
     programmes: &[CalibrationProgramme],
     seed: u64,
 ) -> Result<Vec<NetworkCompensation>, Error> {
-    (0..specimen.cables.len().min(specimen.drives.len()).min(programmes.len()))
-        .into_par_iter()
-        .map(|muscle| {
-            let mut logs = runs(specimen, muscle, &programmes[muscle], seed)?;
-            for rows in &mut logs {
-                *rows = rows.iter().step_by(NETWORK_DECIMATION).copied().collect();
-            }
-            networks(&logs, seed.wrapping_add(muscle as u64))
-        })
-        .collect()
+    let count = specimen.cables.len().min(specimen.drives.len()).min(programmes.len());
+    let muscles: Vec<usize> = (0..count).collect();
+    let logs = runs(specimen, &muscles, programmes, seed, |_| NETWORK_DECIMATION)?;
+    let networks =
+        logs.par_iter().enumerate().map(|(muscle, logs)| networks(logs, seed.wrapping_add(muscle as u64)));
+    networks.collect()
 }
 
 /// Decimation of the training rows of a network.
@@ -155,35 +143,34 @@ fn options() -> FitOptions {
     }
 }
 
-/// The calibration runs of one transmission, one for each stroke of its programme.
+/// The calibration runs of transmissions, one for each stroke of their programmes, with the decimation of each: `[muscle][stroke][row]`.
 pub(super) fn runs(
     specimen: &ArmSpecimen,
-    muscle: usize,
-    programme: &CalibrationProgramme,
+    muscles: &[usize],
+    programmes: &[CalibrationProgramme],
     seed: u64,
-) -> Result<Vec<Vec<BenchRow>>, Error> {
-    let each = programme.strokes.iter().enumerate().map(|(n, strokes)| {
-        let seed = seed.wrapping_mul(1009).wrapping_add((16 * muscle + n) as u64);
-        let bench_run = BenchRun {
-            // The bench has no light joint that would need more substeps.
-            resolution: Resolution { substeps: Resolution::default().substeps, ..specimen.resolution },
-            drives: specimen.drives[muscle],
-            stroke: strokes.length,
-            tension: programme.tension,
-            period: strokes.length / strokes.speed,
-            ..BenchRun::paper(specimen.cables[muscle].clone(), Programme::Calibrate, strokes.speed, seed)
-        };
-        let mut rows: Vec<BenchRow> = Vec::new();
-        let uncompensated = &mut Compensation::None;
-        match run(&bench_run, MuscleControl::Compensation(uncompensated), strokes.duration, |row| {
-            rows.push(*row);
-        })? {
-            None => Ok(rows),
-            Some(stop) => {
-                let expected = "no broken cable and no drive fault";
-                Err(Error::experiment("calibration run", expected, &format!("{stop:?}")))
-            }
+    decimation: impl Fn(&CalibrationStroke) -> usize,
+) -> Result<Vec<Vec<Vec<BenchRow>>>, Error> {
+    let mut all = Vec::new();
+    for &muscle in muscles {
+        let programme = &programmes[muscle];
+        for (n, stroke) in programme.strokes.iter().enumerate() {
+            let seed = seed.wrapping_mul(1009).wrapping_add((16 * muscle + n) as u64);
+            let cable = specimen.cables[muscle].clone();
+            let run = BenchRun {
+                // The bench has no light joint that would need more substeps.
+                resolution: Resolution { substeps: Resolution::default().substeps, ..specimen.resolution },
+                drives: specimen.drives[muscle],
+                stroke: stroke.length,
+                tension: programme.tension,
+                period: stroke.length / stroke.speed,
+                ..BenchRun::paper(cable, Programme::Calibrate, stroke.speed, seed)
+            };
+            all.push((run, stroke.duration, decimation(stroke)));
         }
-    });
-    each.collect()
+    }
+    let expected = "no broken cable and no drive fault";
+    let stopped = |stop| Error::experiment("calibration run", expected, &format!("{stop:?}"));
+    let mut rows = run_all(&all)?.into_iter().map(|rows| rows.map_err(stopped));
+    muscles.iter().map(|&muscle| rows.by_ref().take(programmes[muscle].strokes.len()).collect()).collect()
 }

@@ -56,18 +56,13 @@ pub fn calibrate_residuals(
     if [specimen.cables.len(), specimen.drives.len(), programmes.len()] != [count; 3] {
         return Err(Error::experiment("models", "as many as cables and drives", &models.len()));
     }
-    let indexed = models.par_iter().enumerate();
-    indexed
-        .map(|(muscle, model)| {
-            let programme = &programmes[muscle];
-            let rows = runs(specimen, muscle, programme, seed)?;
-            let logs = rows
-                .iter()
-                .zip(&programme.strokes)
-                .map(|(rows, strokes)| cable_log(rows, strokes.decimation));
-            fit_residual(&logs.collect::<Vec<_>>(), model, seed.wrapping_add(muscle as u64))
-        })
-        .collect()
+    let muscles: Vec<usize> = (0..count).collect();
+    let logs = runs(specimen, &muscles, programmes, seed, |stroke| stroke.decimation)?;
+    let fits = models.par_iter().zip(logs).enumerate().map(|(muscle, (model, logs))| {
+        let logs: Vec<CableLog> = logs.iter().map(cable_log).collect();
+        fit_residual(&logs, model, seed.wrapping_add(muscle as u64))
+    });
+    fits.collect()
 }
 
 /// Samples of one part of the runs.
@@ -161,12 +156,8 @@ mod tests {
         let mut parameters = cable.parameters;
         parameters.friction *= 1.05;
         let model = CableModel { path: cable.path.clone(), parameters, start: 1.0, ..CableModel::bench() };
-        let rows = runs(&specimen, 0, &programme, 1).unwrap();
-        let logs: Vec<CableLog> = rows
-            .iter()
-            .zip(&programme.strokes)
-            .map(|(rows, strokes)| cable_log(rows, strokes.decimation))
-            .collect();
+        let rows = runs(&specimen, &[0], &[programme], 1, |stroke| stroke.decimation).unwrap();
+        let logs: Vec<CableLog> = rows[0].iter().map(cable_log).collect();
         let fit = fit_residual(&logs, &model, 1).unwrap();
         assert!(fit.training.network_n < 0.7 * fit.training.observer_n, "{fit:?}");
         assert!(fit.held_out.observer_n > 0.1 && fit.held_out.network_n.is_finite(), "{fit:?}");

@@ -1,13 +1,14 @@
 //! Runs on the two-drive bench: one drive moves the cable, the other one controls its tension.
 
 use super::bench_oracle::{Oracle, TrueState};
+use rayon::prelude::*;
 use sinew::Error;
 use sinew::control::compensation::{Compensation, CompensationOutput};
 use sinew::control::stretch::{FarEndReference, PREVIEW_HORIZON};
 use sinew::drive::{DriveCommand, DriveFault, DriveParameters};
 use sinew::predictor::CableSample;
 use sinew::transmission::cable::{CableLaw, CableParameters, CablePath};
-use sinew::twin::bench::Bench;
+use sinew::twin::bench::{Bench, BenchReading, Benches};
 use sinew::twin::cable::{Broken, CableReading, Resolution, Specimen};
 
 /// Roles of the two drives.
@@ -73,6 +74,11 @@ impl BenchRun {
             anchor: AnchorSource::JointEncoder,
         }
     }
+
+    /// Mean of the far tension, N, with which a run begins.
+    fn mean_tension(&self) -> f64 {
+        0.5 * (self.tension[0] + self.tension[1])
+    }
 }
 
 /// One control cycle of a run. Positions count toward the muscle's drive.
@@ -105,6 +111,14 @@ pub struct BenchRow {
     pub velocity: f64,
 }
 
+impl BenchRow {
+    /// Adds what the cable did.
+    fn complete(&mut self, cable: &CableReading) {
+        self.truth = [cable.tension_in, cable.tension_out];
+        self.stretch = cable.stretch;
+    }
+}
+
 /// Reason for which a run ended early.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stop {
@@ -112,6 +126,12 @@ pub enum Stop {
     Broken(Broken),
     /// A drive reported a fault.
     Drive(DriveFault),
+}
+
+impl Stop {
+    fn of(cable: &CableReading, fault: Option<DriveFault>) -> Option<Self> {
+        cable.broken.map(Self::Broken).or(fault.map(Self::Drive))
+    }
 }
 
 /// Controller of the muscle's drive.
@@ -143,73 +163,161 @@ pub fn run(
     mut see: impl FnMut(&BenchRow),
 ) -> Result<Option<Stop>, Error> {
     let mut bench = Bench::new(&run.specimen, run.resolution, run.drives, run.seed)?;
-    bench.settle(0.5 * (run.tension[0] + run.tension[1]))?;
+    bench.settle(run.mean_tension())?;
     let mut oracle = Oracle::new(bench.cable().law().clone());
-    let mut reference_anchor = bench.reading().anchor();
-    let mut load = LoadFeedforward::new()?;
-    let mut stroke = Stroke::new(run.speed, run.stroke);
-    let mut previewed_stroke = stroke.clone();
-    for _ in 0..(PREVIEW_HORIZON / STEP) as u64 {
-        previewed_stroke.next();
+    let mut cycle = Cycle::new(run, &bench.reading())?;
+    for _ in 0..(seconds / STEP) as u64 {
+        let (mut row, load) =
+            cycle.row(&bench.reading(), |reference, sample, sliding| match &mut control {
+                MuscleControl::Compensation(compensation) => compensation.step(STEP, reference, sample),
+                MuscleControl::Oracle => {
+                    let CableReading { tension_out, stretch, .. } = bench.truth();
+                    let drag_factor = bench.cable().drag_factor();
+                    let state = TrueState { stretch, tension_out, drag_factor, sliding };
+                    let speed = oracle.winch_speed(STEP, reference, state)?;
+                    Ok(CompensationOutput { command: DriveCommand::Velocity(speed), tension_out, stretch })
+                }
+            })?;
+        let truth = bench.step(row.command, load, STEP)?;
+        row.complete(&truth);
+        see(&row);
+        if let Some(stop) = Stop::of(&truth, bench.fault()) {
+            return Ok(Some(stop));
+        }
     }
-    let steps = (seconds / STEP) as u64;
-    for k in 0..steps {
-        let time = k as f64 * STEP;
-        let (velocity, previewed_velocity) = (stroke.next(), previewed_stroke.next());
+    Ok(None)
+}
+
+/// What is kept of a run: every so many rows, or the reason for an early end.
+pub type KeptRows = Result<Vec<BenchRow>, Stop>;
+
+/// Runs without compensation, each for its number of seconds, with every n-th row kept, beginning with the first. Their cables are
+/// computed in SIMD lanes of eight and their rows are those of [`run`] to the bit.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_all(runs: &[(BenchRun, f64, usize)]) -> Result<Vec<KeptRows>, Error> {
+    let mut longest_first: Vec<usize> = (0..runs.len()).collect();
+    longest_first.sort_by(|a, b| runs[*b].1.total_cmp(&runs[*a].1));
+    let batches = longest_first.par_chunks(LANES).map(|batch| {
+        let of_batch: Vec<_> = batch.iter().map(|k| &runs[*k]).collect();
+        Ok(batch.iter().copied().zip(run_batch(&of_batch)?).collect())
+    });
+    let batches = batches.collect::<Result<Vec<Vec<(usize, KeptRows)>>, Error>>()?;
+    let mut kept: Vec<_> = batches.into_iter().flatten().collect();
+    kept.sort_by_key(|(k, _)| *k);
+    Ok(kept.into_iter().map(|(_, rows)| rows).collect())
+}
+
+/// Cables that are computed together.
+const LANES: usize = 8;
+
+/// Runs side by side, the longest first.
+fn run_batch(runs: &[&(BenchRun, f64, usize)]) -> Result<Vec<KeptRows>, Error> {
+    let entries: Vec<_> = runs.iter().map(|(run, ..)| (&run.specimen, run.drives, run.seed)).collect();
+    let resolution = runs.first().map_or_else(Resolution::default, |(run, ..)| run.resolution);
+    let mut benches = Benches::new(&entries, resolution)?;
+    benches.settle(&runs.iter().map(|(run, ..)| run.mean_tension()).collect::<Vec<_>>())?;
+    let cycles = runs.iter().zip(benches.readings());
+    let mut cycles =
+        cycles.map(|((run, ..), reading)| Cycle::new(run, &reading)).collect::<Result<Vec<_>, _>>()?;
+    let mut kept: Vec<KeptRows> = vec![Ok(Vec::new()); runs.len()];
+    let (mut rows, mut commands) = (Vec::new(), Vec::new());
+    for step in 0..u64::MAX {
+        let active = runs.iter().take_while(|(_, seconds, _)| step < (seconds / STEP) as u64).count();
+        if active == 0 {
+            break;
+        }
+        rows.clear();
+        commands.clear();
+        for (cycle, reading) in cycles.iter_mut().zip(benches.readings()).take(active) {
+            let (row, load) = cycle
+                .row(&reading, |reference, sample, _| Compensation::None.step(STEP, reference, sample))?;
+            commands.push([row.command, load]);
+            rows.push(row);
+        }
+        benches.step(&commands, STEP)?;
+        let ends = rows.iter_mut().zip(benches.truth()).zip(benches.faults());
+        for (((row, truth), fault), (kept, (.., every))) in ends.zip(kept.iter_mut().zip(runs)) {
+            let Ok(list) = kept else { continue };
+            row.complete(truth);
+            if step % (*every).max(1) as u64 == 0 {
+                list.push(*row);
+            }
+            if let Some(stop) = Stop::of(truth, fault) {
+                *kept = Err(stop);
+            }
+        }
+    }
+    Ok(kept)
+}
+
+/// What a run does in every control cycle, apart from the bench and the compensation.
+struct Cycle<'a> {
+    run: &'a BenchRun,
+    stroke: Stroke,
+    previewed_stroke: Stroke,
+    load: LoadFeedforward,
+    reference_anchor: f64,
+    cycles: u64,
+}
+
+impl<'a> Cycle<'a> {
+    fn new(run: &'a BenchRun, reading: &BenchReading) -> Result<Self, Error> {
+        let stroke = Stroke::new(run.speed, run.stroke);
+        let mut previewed_stroke = stroke.clone();
+        for _ in 0..(PREVIEW_HORIZON / STEP) as u64 {
+            previewed_stroke.next();
+        }
+        let (load, reference_anchor) = (LoadFeedforward::new()?, reading.anchor());
+        Ok(Self { run, stroke, previewed_stroke, load, reference_anchor, cycles: 0 })
+    }
+
+    /// The row of one cycle, without what follows it, and the command of the load's drive. `control` is the muscle's: from the reference,
+    /// the measurements, and whether the cable slides at full speed.
+    fn row(
+        &mut self,
+        reading: &BenchReading,
+        control: impl FnOnce(&FarEndReference, &CableSample, bool) -> Result<CompensationOutput, Error>,
+    ) -> Result<(BenchRow, DriveCommand), Error> {
+        let run = self.run;
+        let time = self.cycles as f64 * STEP;
+        self.cycles += 1;
+        let (velocity, previewed_velocity) = (self.stroke.next(), self.previewed_stroke.next());
         let wanted = desired_tension(run, time);
-        let reading = bench.reading();
         let anchor = match run.anchor {
             AnchorSource::JointEncoder => reading.anchor(),
-            AnchorSource::Reference => reference_anchor,
+            AnchorSource::Reference => self.reference_anchor,
         };
-        reference_anchor += velocity * STEP;
+        self.reference_anchor += velocity * STEP;
         let sample =
             CableSample { motor: reading.muscle.position, anchor, tension_in: reading.muscle.tension };
         let reference = FarEndReference { tension_out: wanted, velocity, previewed_velocity };
-        let output = match &mut control {
-            MuscleControl::Compensation(compensation) => compensation.step(STEP, &reference, &sample)?,
-            MuscleControl::Oracle => {
-                let CableReading { tension_out, stretch, .. } = bench.truth();
-                let drag_factor = bench.cable().drag_factor();
-                let sliding = stroke.window() != 0.0;
-                let speed = oracle.winch_speed(
-                    STEP,
-                    &reference,
-                    TrueState { stretch, tension_out, drag_factor, sliding },
-                )?;
-                CompensationOutput { command: DriveCommand::Velocity(speed), tension_out, stretch }
-            }
-        };
-        let (muscle, load_command) = match run.programme {
+        let window = self.stroke.window();
+        let output = control(&reference, &sample, window != 0.0)?;
+        let (command, load) = match run.programme {
             Programme::Track => (output.command, DriveCommand::Velocity(-velocity)),
             Programme::Calibrate => {
-                let feed = load.speed(wanted, velocity)?;
+                let feed = self.load.speed(wanted, velocity)?;
                 (DriveCommand::Velocity(velocity), DriveCommand::Tension { tension: wanted, feed })
             }
         };
-        let truth = bench.step(muscle, load_command, STEP)?;
-        see(&BenchRow {
+        let row = BenchRow {
             time,
-            window: stroke.window(),
+            window,
             wanted,
-            command: muscle,
+            command,
             sample,
             anchor: reading.anchor(),
             far: reading.load.tension,
             estimate: output.tension_out,
             estimated_stretch: output.stretch,
-            truth: [truth.tension_in, truth.tension_out],
-            stretch: truth.stretch,
+            truth: [f64::NAN; 2],
+            stretch: f64::NAN,
             velocity,
-        });
-        if let Some(broken) = truth.broken {
-            return Ok(Some(Stop::Broken(broken)));
-        }
-        if let Some(fault) = bench.fault() {
-            return Ok(Some(Stop::Drive(fault)));
-        }
+        };
+        Ok((row, load))
     }
-    Ok(None)
 }
 
 /// The desired far tension, N: a sine between its bounds.
@@ -281,5 +389,28 @@ impl Stroke {
     fn window(&self) -> f64 {
         let run_in = RUN_IN * 2.0 * self.half / self.speed;
         if self.steady > run_in { self.direction } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_in_lanes_are_those_alone_to_the_bit() {
+        let entry = |k: u64| {
+            let run = BenchRun::paper(Specimen::draw(k), Programme::Calibrate, 0.05 + 0.05 * k as f64, k);
+            (run, 0.3 + 0.1 * (k * 7 % 11) as f64, 1 + k as usize % 4)
+        };
+        // More than one batch, of different durations.
+        let all: Vec<_> = (0..11).map(entry).collect();
+        for ((run_alone, seconds, every), kept) in all.iter().zip(run_all(&all).unwrap()) {
+            let mut rows = Vec::new();
+            let uncompensated = MuscleControl::Compensation(&mut Compensation::None);
+            assert_eq!(run(run_alone, uncompensated, *seconds, |row| rows.push(*row)).unwrap(), None);
+            let expected: Vec<String> = rows.iter().step_by(*every).map(|row| format!("{row:?}")).collect();
+            let kept: Vec<String> = kept.unwrap().iter().map(|row| format!("{row:?}")).collect();
+            assert_eq!(kept, expected);
+        }
     }
 }
