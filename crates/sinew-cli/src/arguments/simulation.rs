@@ -6,8 +6,8 @@ use sinew::twin::cable::Specimen;
 use sinew_lab::{CompensationVariant, paper};
 use std::path::PathBuf;
 
-/// Reproduce the paper's experiments in simulation: tables and figures in DIR/report.html, numbers in
-/// DIR/results.json.
+/// Reproduce in simulation the experiments of the paper doi:10.1017/S026357472300005X: tables and figures in
+/// DIR/report.html, numbers in DIR/results.json.
 ///
 /// Calibration, identification and compensation on the bench at six speeds, then the arm along its path with
 /// every compensation variant; all results are labelled as simulated. --quick takes seconds and is coarser:
@@ -89,9 +89,10 @@ pub(crate) struct BenchRunArguments {
 
 /// Write a programme of motions for a bench (CSV) that shows what a model needs.
 ///
-/// The motor moves along straight lines between the rows: whole strokes, and inner loops of a half, a quarter and a tenth
-/// of them at the top, at the bottom and in the middle, at every speed, with a rest at each reversal. The anchor is held.
-/// `sinew twin cable PLAN` simulates a cable under it.
+/// The motor moves along straight lines between the rows: whole strokes, minor loops of a half, a quarter and a tenth of
+/// them at the top and at the bottom, and shrinking ones in the middle, at every speed, with a rest at each reversal. The
+/// anchor is held. Times are rounded to 1 us and positions to 1 um. `sinew twin cable PLAN` simulates a cable under it,
+/// for at most 3600 s and below 5 m/s.
 ///
 /// Example: sinew bench plan --stroke 0.05 --speeds 0.01,0.05 --out plan.csv
 #[derive(Debug, Args)]
@@ -151,7 +152,7 @@ pub(crate) struct TwinCableArguments {
     /// Cable: a named one, or a seed N that draws another one at random
     #[arg(long, value_name = "NAME|N", default_value = "bench", value_parser = SpecimenParser)]
     pub(crate) specimen: Specimen,
-    /// Initial far tension, N, after sliding toward the motor
+    /// Initial far tension, N, at least the cable's pretension, as after sliding toward the motor
     #[arg(long, value_name = "N", default_value_t = 40.0)]
     pub(crate) start: f64,
     /// Log to write (CSV), one row per millisecond

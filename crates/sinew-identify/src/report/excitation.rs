@@ -52,7 +52,7 @@ pub(super) fn limits(logs: &ConditionedLogs, model: &Model) -> Vec<String> {
     if reversals >= FEWEST_REVERSALS && whole().count() >= 3 {
         if spread(whole().map(|stroke| stroke.length)) < ONE {
             limits.push(format!(
-                "all strokes of `{name}` have one length, so no inner loop of the hysteresis is seen"
+                "all strokes of `{name}` have one length, so no minor loop of the hysteresis is seen"
             ));
         }
         if spread(whole().map(|stroke| stroke.length / stroke.duration_s.max(1e-12))) < ONE {

@@ -7,8 +7,9 @@ use crate::output::{refuse_overwrite, write_all};
 use crate::table::number;
 use std::fmt::Write;
 
-/// Turning points at each speed, as shares of the stroke: two whole loops, then inner loops of a half, a quarter and a
-/// tenth of it at its top, at its bottom and in its middle.
+/// Turning points at each speed, as shares of the stroke, from 0: a whole loop; a second one with minor loops of a half, a
+/// quarter and a tenth of the stroke at its top; minor loops of the same sizes at the bottom; in the middle shrinking
+/// half-loops of 0.5, 0.35, 0.25 and 0.2.
 const TURNS: [f64; 22] = [
     1.0, 0.0, 1.0, 0.5, 1.0, 0.75, 1.0, 0.9, 1.0, 0.0, 0.5, 0.0, 0.25, 0.0, 0.1, 0.0, 0.75, 0.25, 0.6, 0.35,
     0.55, 0.0,
@@ -63,7 +64,7 @@ fn table(corners: &[[f64; 2]]) -> String {
     );
     for [time, motor] in corners {
         // Writing into a string cannot fail.
-        let _ = writeln!(text, "{time:.4},{motor:.6},0");
+        let _ = writeln!(text, "{time:.6},{motor:.6},0");
     }
     text
 }
@@ -87,5 +88,14 @@ mod tests {
         let corners = programme(0.1, &[0.05, 0.01], 0.5);
         let rests = corners.windows(2).filter(|pair| (pair[1][1] - pair[0][1]).abs() < 1e-12).count();
         assert_eq!(rests, 2 * TURNS.len());
+    }
+
+    #[test]
+    fn rounding_keeps_the_times_of_the_shortest_strokes_apart() {
+        let text = table(&programme(1e-4, &[4.9], 0.0));
+        let time = |row: &str| row.split(',').next().unwrap().parse::<f64>().unwrap();
+        let times: Vec<f64> = text.lines().skip(2).map(time).collect();
+        assert_eq!(times.len(), TURNS.len() + 1);
+        assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{text}");
     }
 }
