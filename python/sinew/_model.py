@@ -271,11 +271,11 @@ def identify(
     `(n,)`, or a list of these. `far`: the column to predict. `effort`, `motion`, `anchor`, `given`: near-side tensions or
     torques, positions or strokes, displacement of the far end, slow quantities. Roles that are not given are found by
     names with units such as `tension_in_n`, `position_in_m`, `tension_out_n`, `time_s`. `time`: seconds. `trial`: label at
-    whose changes states are reset. `group`: condition by whose values folds are formed. `ignore`: columns that get no role by their names. `skip_s`: seconds at the start of
-    every trial that are neither fitted nor scored. `models`: names of candidates, all by default. `keep`: names of logs that are kept although they do
-    harm to the prediction of the others, `None` for all. The same `seed` gives
-    the same bits whatever the `threads`, by default all that are there, shared by all calls. `progress(stage, share)` is
-    called while it runs.
+    whose changes states are reset. `group`: condition by whose values folds are formed. `ignore`: columns to exclude,
+    whatever role their names imply. `skip_s`: seconds at the start of every trial that are neither fitted nor scored.
+    `models`: names of candidates, all by default. `keep`: names of logs that are kept although they do harm to the
+    prediction of the others, `None` for all. The same `seed` gives the same bits whatever the `threads`, by default all
+    that are there, shared by all calls. `progress(stage, share)` is called while it runs.
 
     Raises `FileNotFoundError`, and `ValueError` that names log, line and column.
     """

@@ -9,11 +9,11 @@ pub(crate) struct FaultArgument {
     /// As written.
     pub(crate) text: String,
     pub(crate) component: Component,
-    /// Of the muscle or joint.
+    /// Name of the muscle or joint; of the failure for `cycles`.
     pub(crate) name: String,
-    /// Since the start of the run, s.
+    /// Start, s from the start of the run.
     pub(crate) start_s: f64,
-    /// s; infinite for a permanent fault.
+    /// Duration, s; infinite for a permanent fault.
     pub(crate) duration_s: f64,
 }
 
@@ -26,14 +26,14 @@ pub(crate) enum Component {
     MotorEncoder(SensorFailure),
     LoadCell(SensorFailure),
     JointEncoder(SensorFailure),
-    /// Nm or N.
+    /// An external torque, Nm, or force, N, on a joint.
     Push(f64),
-    /// By which share.
+    /// Wear of a cable: relative change at the end of the duration, 1, in [0, 1].
     Wear(Worn, f64),
     Exchange(ExchangeFailure),
 }
 
-/// What the failing part of a `--fault` was expected to be.
+/// What was expected in place of the part of `--fault` that cannot be parsed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("expected {0}")]
 pub(crate) struct FaultSyntaxError(&'static str);
@@ -86,9 +86,9 @@ impl Component {
             ("pretension", mode) => Ok(Self::Wear(Worn::Pretension, share(mode)?)),
             ("stiffness", mode) => Ok(Self::Wear(Worn::Stiffness, share(mode)?)),
             ("cycles", None) => Err(FaultSyntaxError("cycles:lost, cycles:late or cycles:stale")),
-            ("cable" | "drive" | "winch" | "cycles", Some(_)) => {
-                Err(FaultSyntaxError("no MODE, which only sensors, push and wear have"))
-            }
+            ("cable" | "drive" | "winch" | "cycles", Some(_)) => Err(FaultSyntaxError(
+                "no MODE, which only sensors, push, friction, pretension and stiffness have",
+            )),
             _ => Err(FaultSyntaxError(
                 "cable, drive, winch, motor-encoder, load-cell, joint-encoder, push, friction, pretension, stiffness or \
                  cycles before the first `:`",
@@ -105,7 +105,7 @@ fn amount(mode: Option<&str>, expected: &'static str) -> Result<f64, FaultSyntax
 
 /// A share of wear, in per cent.
 fn share(mode: Option<&str>) -> Result<f64, FaultSyntaxError> {
-    let expected = "a number in 0..=100 (per cent) after the name of a worn cable's muscle";
+    let expected = "a number from 0 to 100 (per cent) after the name of the muscle";
     amount(mode, expected).and_then(|percent| {
         if (0.0..=100.0).contains(&percent) { Ok(0.01 * percent) } else { Err(FaultSyntaxError(expected)) }
     })

@@ -11,9 +11,10 @@ const SKIP: &str = "a finite number of seconds >= 0";
 /// A bench log is a table (CSV, TSV, MATLAB v5; Parquet and MATLAB v7.3 in builds with those features) with
 /// one row per sample: signals of the near side (the motor's) and the signal of the far end to be predicted.
 /// Roles that no flag sets are inferred from column names with unit suffixes: tension_in_n, position_in_m,
-/// tension_out_n, anchor_m, time_s, trial. A motion by name with two or three values is a label and left. Every
-/// column is listed with its role and the reason before the fit; --dry-run stops there. One of --effort, --motion,
-/// --anchor, --given replaces all inputs that names imply: name every input then.
+/// tension_out_n, anchor_m, time_s, trial. A column whose name implies a motion but which takes only two or three
+/// values is a label and gets no role. Every column is listed with its role and the reason before the fit; --dry-run
+/// stops there. One of --effort, --motion, --anchor, --given replaces all inputs that names imply: name every input
+/// then.
 ///
 /// Candidate models are compared by cross-validation whose folds hold out values of --group; without it,
 /// values of conditions found in the logs (a load, a frequency), else whole logs, trials, or intervals of
@@ -30,7 +31,7 @@ pub(crate) struct IdentifyArguments {
     /// Seconds at the start of every trial that are neither fitted nor scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,
-    /// Logs that stay although they look like foreign recordings, by their names in any order, or all
+    /// Logs to keep in the fit although the influence check would exclude them, by name in any order, or all
     #[arg(long, value_name = "LOG,..|all", value_delimiter = ',')]
     pub(crate) keep: Vec<String>,
     /// Print the logs, their columns and the role of each, and stop before the fit
@@ -73,7 +74,7 @@ pub(crate) struct RoleArguments {
     /// Condition whose values are the folds of the cross-validation
     #[arg(long, value_name = "COL")]
     pub(crate) group: Option<String>,
-    /// Columns that get no role by their names
+    /// Columns to exclude, whatever role their names imply
     #[arg(long, value_name = "COL,..", value_delimiter = ',')]
     pub(crate) ignore: Vec<String>,
 }

@@ -26,7 +26,7 @@ pub struct RequestedRoles {
     pub trial: Option<String>,
     /// Condition label: cross-validation holds out one value of it at a time.
     pub group: Option<String>,
-    /// Columns that get no role by their names.
+    /// Columns to exclude, whatever role their names imply.
     pub ignore: Vec<String>,
 }
 

@@ -24,7 +24,7 @@ pub struct ClassicalFit {
 /// One parameter with its 95 % interval.
 #[derive(Debug, Clone, Serialize)]
 pub struct Parameter {
-    /// Name, for example `friction angle (mu phi)`.
+    /// Name, for example `friction angle (mu phi - ln eta)`.
     pub name: String,
     /// Unit, `1` for none.
     pub unit: String,
