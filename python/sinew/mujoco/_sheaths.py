@@ -21,16 +21,16 @@ class Sheath:
     """A bent sheath between a tendon's actuators and the model.
 
     The tension at its far end is within `T exp(-theta)` and `T exp(theta)` of the pull `T` of the actuators, `theta =
-    mu (bend + turning * angle of the path) (1 + rise/(1 + (v/speed)^2)) - ln(efficiency)`, plus `pretension`.
+    min(20, mu (bend + turning * angle of the path) (1 + rise/(1 + (v/speed)^2)) - ln(efficiency))`, plus `pretension`.
     """
 
     #: Coefficient of friction, >= 0.
     mu: float
-    #: Sum of the magnitudes of its bends, rad, >= 0, whatever the pose.
+    #: Sum of the magnitudes of its bends, rad, >= 0, independent of the pose.
     bend: float
     #: Share of the turning of the tendon's path in the model that counts as bend, >= 0.
     turning: float = 0.0
-    #: Share of the tension that survives whatever the bend, in (0, 1].
+    #: Share of the tension left by losses that do not depend on the bend, in (0, 1].
     efficiency: float = 1.0
     #: Constant force in parallel at the far end, N, >= 0.
     pretension: float = 0.0

@@ -3,30 +3,30 @@
 use crate::text::number;
 use sinew::transmission::SheathLaw;
 
-/// Largest friction angle: beyond it the far end of a cable is a fixed point in every sense.
+/// Largest friction angle: at 20 the ratio of the tensions is 5e8, and the far end is locked.
 const LARGEST_ANGLE: f64 = 20.0;
 
 /// A sheath between an actuator and its tendon.
 ///
 /// ```text
-/// theta = mu (phi + g turning) (1 + beta/(1 + (v/v_s)^2)) - ln eta
+/// theta = min(20, mu (phi + g psi) (1 + beta/(1 + (v/v_s)^2)) - ln eta)
 /// T_out = T e^(-s theta) + T_0 = T cosh theta - s T sinh theta + T_0,      s in [-1, 1], +-1 while it slides
 /// ```
 ///
 /// | symbol | field        | unit | domain | meaning                                                       |
 /// |--------|--------------|------|--------|---------------------------------------------------------------|
-/// | T      |              | N    | > 0    | pull of all actuators of the tendon; without friction below zero    |
+/// | T      |              | N    | any    | sum of the actuators' pulls on the tendon; at or below 0 no friction acts |
 /// | mu     | `friction`   | 1    | >= 0   | coefficient of sliding                                         |
-/// | phi    | `bend`       | rad  | >= 0   | bends of the sheath, whatever the pose                         |
-/// | g      | `turning`    | 1    | >= 0   | share of the turning of the tendon's path that is counted       |
-/// | eta    | `efficiency` | 1    | (0, 1] | loss whatever the bend                                         |
+/// | phi    | `bend`       | rad  | >= 0   | bend of the sheath, independent of the pose                    |
+/// | g      | `turning`    | 1    | >= 0   | share of psi that is counted; psi, rad, is the sum of the angles of the tendon's path |
+/// | eta    | `efficiency` | 1    | (0, 1] | share of the tension left by losses that do not depend on the bend |
 /// | T_0    | `pretension` | N    | >= 0   | constant force in parallel                                     |
 /// | beta   | `rise`       | 1    | >= 0   | friction at rest is `1 + beta` times that of fast sliding        |
 /// | v_s    | `speed`      | m/s  | > 0    | speed at which half of the rise remains                         |
 ///
 /// # Assumes
-/// An inextensible cable of one speed. The part `T cosh theta` is the actuators' force, `s T sinh theta` a friction constraint
-/// of the tendon, whose solver finds `s`.
+/// An inextensible cable with one speed along its length. `T cosh theta` is the actuators' force; `s T sinh theta` is a
+/// friction constraint of the tendon, for which MuJoCo's constraint solver finds `s`.
 ///
 /// # Source
 /// As [`SheathLaw`]; the rational weakening as
@@ -72,17 +72,17 @@ impl Sheath {
         let largest = friction * bend * (1.0 + rise) + loss;
         if largest > LARGEST_ANGLE {
             return Err(format!(
-                "the friction angle mu bend is {largest:.1}, expected at most {LARGEST_ANGLE}"
+                "the friction angle mu bend (1 + rise) - ln efficiency is {largest:.1}, expected at most {LARGEST_ANGLE}"
             ));
         }
         Ok(law)
     }
 
-    /// `theta`, at most 20.
-    pub(crate) fn angle(&self, turning: f64, velocity: f64) -> f64 {
+    /// `theta` for a turning of the path `psi`, rad, and a velocity of the tendon, m/s.
+    pub(crate) fn angle(&self, psi: f64, velocity: f64) -> f64 {
         let ratio = velocity * self.inverse_speed;
         let weakening = if self.rise > 0.0 { 1.0 + self.rise / (1.0 + ratio * ratio) } else { 1.0 };
-        let wrap = self.bend + self.turning * turning;
+        let wrap = self.bend + self.turning * psi;
         (self.friction * wrap * weakening + self.loss).min(LARGEST_ANGLE)
     }
 }

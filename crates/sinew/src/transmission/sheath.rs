@@ -11,7 +11,7 @@ use crate::error::{Error, finite, non_negative, within};
 ///
 /// | symbol | argument      | unit | domain     | meaning                                   |
 /// |--------|---------------|------|------------|-------------------------------------------|
-/// | eta    | `efficiency`  | 1    | (0, 1]     | share of tension that survives bending     |
+/// | eta    | `efficiency`  | 1    | (0, 1]     | share of tension left by losses independent of phi |
 /// | mu     | `friction`    | 1    | >= 0       | friction coefficient, see [`Stribeck`](super::Stribeck) |
 /// | T_0    | `pretension`  | N    | >= 0       | constant force in parallel at the anchor   |
 /// | phi    | `wrap_angle`  | rad  | >= 0       | sheath bend plus wraps, see [`total_wrap_angle`](super::total_wrap_angle) |
@@ -34,7 +34,7 @@ use crate::error::{Error, finite, non_negative, within};
 /// let needed = sheath.tension_in(desired, 6.28, Sliding::TowardMotor)?;
 /// let reached = sheath.tension_out(needed, 6.28, Sliding::TowardMotor)?;
 /// assert!((reached - desired).abs() < 1e-10);
-/// // No bend, no loss, no pretension: the far end is the near end.
+/// // Without bend, loss and pretension both tensions are equal.
 /// assert_eq!(SheathLaw::new(1.0, 0.2, 0.0)?.tension_out(50.0, 0.0, Sliding::TowardMotor)?, 50.0);
 /// # Ok::<(), sinew::Error>(())
 /// ```
@@ -69,7 +69,7 @@ impl SheathLaw {
     /// Tension at the anchor, N: (7).
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for an argument outside its domain or a result beyond `f64`.
+    /// [`Error::OutOfDomain`] for an argument outside its domain or a result that is not finite.
     pub fn tension_out(&self, tension_in: f64, wrap_angle: f64, sliding: Sliding) -> Result<f64, Error> {
         non_negative("tension_in", tension_in)?;
         let exponent = self.exponent(wrap_angle)?;
@@ -79,7 +79,7 @@ impl SheathLaw {
     /// Drive-end tension for a desired tension at the anchor, N: (8), the exact inverse of (7).
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for an argument outside its domain or a result beyond `f64`.
+    /// [`Error::OutOfDomain`] for an argument outside its domain or a result that is not finite.
     #[doc(alias = "inverse")]
     pub fn tension_in(&self, tension_out: f64, wrap_angle: f64, sliding: Sliding) -> Result<f64, Error> {
         let above = tension_out - self.pretension;
@@ -104,7 +104,8 @@ impl SheathLaw {
     /// `mu phi - ln(eta) >= 0`; a pair of tensions identifies only this sum.
     fn exponent(&self, wrap_angle: f64) -> Result<f64, Error> {
         non_negative("wrap_angle", wrap_angle)?;
-        finite("friction * wrap_angle", self.friction * wrap_angle - libm::log(self.efficiency))
+        let exponent = self.friction * wrap_angle - libm::log(self.efficiency);
+        finite("friction * wrap_angle - ln(efficiency)", exponent)
     }
 }
 

@@ -53,7 +53,7 @@ pub enum CableMotion<'a> {
 /// ```
 ///
 /// # Source
-/// `yuan2023`, eq. 4.
+/// `yuan2023`, eq. 7.
 #[must_use]
 pub fn anchor_limits(drive: [f64; 2], angle: f64, pretension: f64, state: SlidingState) -> Option<[f64; 2]> {
     let through =

@@ -4,15 +4,18 @@
 //! ```text
 //! T(q) = { R^T F :  F_min,k <= F_k <= F_max,k }                 torques of the joints: a zonotope
 //! E(q) = { f :  g + J^T f in T(q) }                             forces that the end point exerts: a polytope
-//! F_max,k = F_drive exp(-A_k) + T_0,k   while the drive winds in,   F_drive exp(+A_k) + T_0,k   while it pays out
+//! [F_min,k, F_max,k] = [F_drive,min, F_drive,max] exp(-s A_k) + T_0,k
+//!        direction unknown: the intersection of both ranges; tension limits of the machine file narrow it
 //! ```
 //!
 //! | symbol  | meaning                                          | unit  |
 //! |---------|--------------------------------------------------|-------|
-//! | R, J    | moment arms, Jacobian of the end point            | m     |
-//! | g       | torque that gravity and springs of the joints need | Nm   |
+//! | R, J    | moment arms, Jacobian of the end point            | m, or 1 for sliding joints |
+//! | g       | torque that gravity and springs of the joints need | Nm or N |
+//! | F, f    | tensions at the anchors, force of the end point    | N     |
 //! | A, T_0  | friction angle and pretension of a cable           | 1, N  |
-//! | F_drive | tension of the drive                               | N     |
+//! | s       | +1 while the drive winds in, -1 while it pays out  | 1     |
+//! | F_drive | tension at the drive                               | N     |
 //!
 //! Small sets are given by vertices and facets, sets of any size by their support function and by the largest
 //! multiple of a load that they contain.

@@ -28,7 +28,7 @@ pub enum SensorFailure {
 /// What is worn of a cable in its sheath.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Worn {
-    /// The friction angle `mu phi` grows by a share.
+    /// The part `mu phi` of the friction angle grows by a share.
     Friction,
     /// The pretension `T_0` falls by a share.
     Pretension,

@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 /// Slow changes of a cable since the first minutes of operation, as shares of its model's values.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CableHealth {
-    /// Of its friction angle `mu phi`.
+    /// Of its friction angle.
     pub friction: Drift,
     /// Of its pretension `T_0`.
     pub pretension: Drift,
