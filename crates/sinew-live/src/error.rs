@@ -19,7 +19,7 @@ pub enum LiveError {
         /// Why.
         reason: String,
     },
-    /// The system refused a thread or random numbers.
+    /// The system refused a thread, a runtime or random numbers.
     #[error("the server cannot start: {0}")]
     System(String),
     /// A recording that cannot be read.

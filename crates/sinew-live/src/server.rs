@@ -1,4 +1,4 @@
-//! A page in service: its two threads, one that shows and one that answers requests.
+//! The server of a page: one thread advances the source, one answers requests.
 
 use crate::access::Access;
 use crate::beside::Beside;
@@ -38,7 +38,8 @@ impl Server {
     /// Begins to listen and to show.
     ///
     /// # Errors
-    /// [`LiveError::Address`] for an address that cannot be listened on; those of the source's first picture.
+    /// [`LiveError::Address`] for an address that cannot be listened on; [`LiveError::Foxglove`]; [`LiveError::System`] where the
+    /// system refuses a thread, a runtime or random numbers; those of [`Source::scene`] and [`Source::state`].
     pub fn start(settings: ServerSettings) -> Result<Self, LiveError> {
         let ServerSettings { address, mut source, foxglove } = settings;
         let mut beside = Beside::start(foxglove)?;
@@ -86,8 +87,8 @@ impl Server {
         self.foxglove
     }
 
-    /// Address of the page, with the token in its fragment, which browsers send to nobody. A server that listens on all addresses
-    /// of this computer is named by its loopback: from elsewhere it is opened by whichever address leads here.
+    /// Address of the page; off loopback with the token in its fragment, which browsers do not transmit. For a server bound to
+    /// all addresses it names the loopback address; other hosts use any address of this computer.
     #[must_use]
     pub fn url(&self) -> String {
         let fragment = self.token.as_ref().map_or(String::new(), |token| format!("#token={token}"));
@@ -101,7 +102,7 @@ impl Server {
         format!("http://{named}/{fragment}")
     }
 
-    /// Whether the source has ended by itself, because it failed.
+    /// Whether the thread of the source has ended because the source failed.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.threads.first().is_none_or(JoinHandle::is_finished)
@@ -112,7 +113,7 @@ impl Drop for Server {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Relaxed);
         if let Some(stop) = self.stop.take() {
-            // A server that has ended already needs no word.
+            // The receiver is gone where the server has already ended.
             let _ = stop.send(());
         }
         for thread in self.threads.drain(..) {

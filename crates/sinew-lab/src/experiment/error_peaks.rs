@@ -3,8 +3,9 @@
 use super::track_row::TrackRow;
 use sinew::control::tension::Status;
 
-/// Number of errors that are kept, and the least time between two of them, s.
+/// Number of errors that are kept.
 const KEPT: usize = 3;
+/// Least time between two of them, s.
 const APART_S: f64 = 1.0;
 /// Speed of a reference above which it has a direction, rad/s or m/s.
 const MOVING: f64 = 1e-6;
@@ -12,8 +13,8 @@ const MOVING: f64 = 1e-6;
 /// One of the largest errors of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorPeak {
-    /// Distance of the end point from its reference, m; of a machine without one the largest error of a joint as a
-    /// share of its range, 1.
+    /// Distance of the end point from its reference, m. For a machine without an end point: the largest joint error as a
+    /// share of the joint's range, 1; a joint without limits counts as 0.
     pub size: f64,
     /// s.
     pub time: f64,
@@ -26,7 +27,8 @@ pub struct ErrorPeak {
     pub joint_error: Vec<f64>,
     /// When the reference of every joint last reversed, s; NaN before: `[joints]`.
     pub reversed: Vec<f64>,
-    /// Whether tensions within their limits gave the torque.
+    /// Whether the tension distribution gave the torque within the limits of the tensions; false also where it did not
+    /// converge.
     pub feasible: bool,
 }
 
@@ -58,7 +60,8 @@ impl ErrorPeaks {
         Self { slots, ranges, direction: vec![0.0; joints], reversed: vec![f64::NAN; joints] }
     }
 
-    /// A control cycle of the motion.
+    /// Records a control cycle; `distance`, m, is NaN without an end point. An error that keeps growing moves its slot
+    /// along and counts once.
     pub(super) fn record(&mut self, row: &TrackRow<'_>, distance: f64) {
         for (k, v) in row.reference.v.iter().enumerate().filter(|(_, v)| v.abs() > MOVING) {
             if v * self.direction[k] < 0.0 {

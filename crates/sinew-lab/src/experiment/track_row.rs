@@ -25,15 +25,15 @@ pub struct TrackRow<'a> {
     /// True coordinates of the joints minus those in which every encoder reads its reference, rad or m:
     /// `[joints]`.
     pub joint_error: &'a [f64],
-    /// True pretension of every cable, N: `[muscles]`.
+    /// Pretension of every cable of the specimen at the start of the run, before any wear, N: `[muscles]`.
     pub pretension: &'a [f64],
-    /// Lengths of the muscles in the reference, m: `[muscles]`.
+    /// Lengths of the muscles in the reference pose, m: `[muscles]`.
     pub length: &'a [f64],
     /// True minus reference lengths, m: `[muscles]`.
     pub length_error: &'a [f64],
     /// Mode of the supervisor.
     pub mode: Mode,
-    /// Its fault.
+    /// Fault that the supervisor reports, if any.
     pub fault: Option<NamedFault>,
     /// Commands of the drives and estimates of the controller.
     pub command: &'a ArmCommand<'a>,

@@ -3,14 +3,14 @@ use crate::Rejection;
 /// What happened to a received datagram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// Rejected and counted; where a reply was written it is to be sent.
+    /// Rejected and counted; a reply (Refused), if one was written, is to be sent.
     Rejected(Rejection),
-    /// A session is offered: the reply is to be sent.
+    /// A Hello was answered: the reply (Welcome) offers a session and is to be sent.
     Offered,
-    /// A command was taken.
+    /// A command was put into the queue to the control cycle.
     Commanded,
-    /// A client that watches goes on.
+    /// A Watch packet keeps the session of a watching client alive.
     Watched,
-    /// The session has ended.
+    /// A Goodbye ended the session.
     Ended,
 }

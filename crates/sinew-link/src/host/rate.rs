@@ -1,16 +1,18 @@
 //! Limits of rates.
 
-/// A token bucket: a mean rate, and as many at once.
+/// A token bucket: a mean rate and a bounded burst.
 #[derive(Debug, Clone, Copy)]
 pub struct RateLimit {
+    /// Between events at the mean rate, ns; 0 without limit.
     period: u64,
+    /// Events allowed at once; 0 acts as 1.
     burst: u64,
-    /// When the bucket would be full, ns.
+    /// Theoretical arrival time: when the bucket is full again, ns.
     full_at: u64,
 }
 
 impl RateLimit {
-    /// At most this many per second in the mean, and `burst` at once; a rate of 0 is without limit.
+    /// At most `per_second` events per second in the mean, and `burst` at once; a rate of 0 is without limit.
     ///
     /// # Source
     /// The virtual scheduling algorithm, ITU-T I.371.
@@ -20,7 +22,7 @@ impl RateLimit {
         Self { period, burst: u64::from(burst), full_at: 0 }
     }
 
-    /// Whether one more is allowed at a time, ns; it is counted then.
+    /// Whether one more event is allowed at the time `now`, ns; an allowed event is counted.
     pub fn allow(&mut self, now: u64) -> bool {
         let begin = self.full_at.max(now);
         if begin - now > self.period * self.burst.saturating_sub(1) {

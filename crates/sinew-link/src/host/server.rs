@@ -36,16 +36,18 @@ pub struct Server {
     wake: UnixStream,
 }
 
-/// Datagrams that are read before states are sent.
+/// Most datagrams read before states are sent.
 const BATCH: usize = 256;
-/// Longest wait without a client, ns.
+/// Longest wait while no client commands or watches, ns.
 const IDLE: u64 = 50_000_000;
 
 impl Server {
-    /// Binds the socket and starts the thread. The port belongs to the calling thread where it waits in lock-step.
+    /// Binds the socket and starts the thread. In lock-step, [`Port::wait`] must be called on the thread that called this
+    /// function: it is the one that is woken.
     ///
     /// # Errors
-    /// [`Error::KeyNeeded`] for an address that others can reach without a key; [`Error::Socket`]; as [`Domain::validate`].
+    /// [`Error::KeyNeeded`] for a non-loopback address without a key; [`Error::Socket`]; [`Error::Thread`]; as
+    /// [`Domain::validate`].
     pub fn start(settings: ServerSettings) -> Result<(Self, Port), Error> {
         let ServerSettings { address, key, domain, sessions } = settings;
         if key.is_none() && !address.ip().is_loopback() {
@@ -92,7 +94,7 @@ impl Server {
         self.address
     }
 
-    /// Stops the thread; its counts.
+    /// Stops the thread and returns the counts of received packets; zeros where the thread panicked.
     #[must_use]
     pub fn stop(mut self) -> Counters {
         self.end().unwrap_or_default()
@@ -189,7 +191,8 @@ impl ServerThread {
         }
     }
 
-    /// Sends all parts of the newest state, as `seal` writes them for a client.
+    /// Sends all parts of the newest state to one client; `seal` writes the part that begins at the given [joint, muscle] and sets
+    /// where the next one begins, none after the last.
     fn send_to(
         &mut self,
         mut seal: impl FnMut(

@@ -10,12 +10,13 @@ use ethercrab::{PduLoop, PduRx, PduStorage, PduTx, ReceiveAction};
 
 /// Frames in flight, at most: a power of 2.
 const FRAMES: usize = 16;
-/// Largest payload of an Ethernet frame, less the headers of EtherCAT.
+/// Storage of a frame, octets: 1486 of process data, which with EtherCAT header (2), datagram header (10) and working counter
+/// (2) fill an Ethernet payload of 1500, and the Ethernet header (14).
 const DATA: usize = PduStorage::element_size(1486);
 /// Largest Ethernet frame, without checksum.
 pub(super) const MAX_FRAME: usize = 1514;
 
-/// Memory of the frames of one master.
+/// Frame buffers of one EtherCAT master (MainDevice).
 pub struct FrameStorage(PduStorage<FRAMES, DATA>);
 
 impl Default for FrameStorage {
@@ -25,19 +26,19 @@ impl Default for FrameStorage {
 }
 
 impl FrameStorage {
-    /// For one master.
+    /// Empty storage for one master.
     #[must_use]
     pub const fn new() -> Self {
         Self(PduStorage::new())
     }
 
-    /// Its ends; none where it is in use.
+    /// Its transmit, receive and frame-allocation handles; none from the second call on: a storage serves one master once.
     pub(super) fn split(&self) -> Option<(PduTx<'_>, PduRx<'_>, PduLoop<'_>)> {
         self.0.try_split().ok()
     }
 }
 
-/// Sends what futures want to send and gives them what comes back.
+/// Exchanges frames between ethercrab's futures and a link.
 pub(super) struct Pump<'a, L> {
     tx: PduTx<'a>,
     rx: PduRx<'a>,
@@ -62,7 +63,7 @@ impl<'a, L: Link> Pump<'a, L> {
         &mut self.link
     }
 
-    /// Why the link failed last.
+    /// The last error of the link; it is cleared.
     pub(super) fn take_error(&mut self) -> Option<std::io::Error> {
         self.error.take()
     }

@@ -62,7 +62,7 @@ pub(crate) fn unrotate(frame: &Frame, v: Vector) -> Vector {
     [dot(frame[0], v), dot(frame[1], v), dot(frame[2], v)]
 }
 
-/// Product of two rotations: `inner` is given in `outer`.
+/// Product of two rotations: the axes of `inner` are given in the frame `outer`.
 #[inline]
 pub(crate) fn compose(outer: &Frame, inner: &Frame) -> Frame {
     [rotate(outer, inner[0]), rotate(outer, inner[1]), rotate(outer, inner[2])]
@@ -73,7 +73,7 @@ pub(crate) fn transpose(frame: &Frame) -> Frame {
     [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]
 }
 
-/// `frame` turned about its own z.
+/// `frame` turned about its own z by an angle given as (sine, cosine).
 #[inline]
 pub(crate) fn turn_about_z(frame: &Frame, (sine, cosine): (f64, f64)) -> Frame {
     let [x, y, z] = *frame;
@@ -118,13 +118,13 @@ pub(crate) fn rotate_symmetric(frame: &Frame, m: &[f64; 6]) -> [f64; 6] {
     ]
 }
 
-/// Inertia of a point mass at `r` about the origin.
+/// Inertia of a point mass at `r` about the origin, kg m^2: `[xx, yy, zz, xy, xz, yz]`, off-diagonal entries negative products.
 pub(crate) fn point_inertia(mass: f64, r: Vector) -> [f64; 6] {
     let [x, y, z] = r;
     [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z].map(|entry| mass * entry)
 }
 
-/// The normalised quaternion; the identity for one of zero length.
+/// The normalised quaternion; the identity for one no longer than 1e-15.
 #[inline]
 pub(crate) fn unit_quaternion(q: [f64; 4]) -> [f64; 4] {
     let length = libm::sqrt(q.iter().map(|x| x * x).sum());
@@ -177,6 +177,7 @@ pub(crate) fn rotation_of(q: [f64; 4]) -> Vector {
 pub(crate) fn product(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
+
 /// The quaternion of a frame, by the largest of its four components.
 pub(crate) fn quaternion_of_axes(axes: &Frame) -> [f64; 4] {
     let [x, y, z] = *axes;

@@ -19,19 +19,19 @@ pub struct Specimen {
     pub effects: Effects,
 }
 
-/// Share of the calibrated compliance that is the cable's own: the sheath adds a tenth on half of the length,
-/// and creep the rest.
+/// Ratio of the cable's own compliance to the calibrated one: the wall of the sheath adds a tenth over half of the
+/// length, creep about 2 %.
 const COMPLIANCE_LEFT: f64 = 0.93;
-/// Drag of the cold cable over the calibrated one: half a minute at the higher speeds warms it by a few
-/// kelvin. Of 1.05 to 1.2 in steps of 0.05, 1.15 is closest to Tables II and III (7.4 % rms).
+/// Ratio of the cold cable's drag to the calibrated one: half a minute at the higher speeds warms it by a few
+/// kelvin. Of 1.05 to 1.2 in steps of 0.05, 1.15 is closest to Tables II and III of `yuan2023` (7.4 % rms).
 const COLD_DRAG: f64 = 1.15;
 
 impl Specimen {
     /// The bench as calibrated, every effect at its default size.
     ///
-    /// The tables were measured with all effects present: the cable's own compliance is lower by the
-    /// contribution of sheath and creep (`COMPLIANCE_LEFT`), and its cold drag higher by that of heat
-    /// (`COLD_DRAG`).
+    /// The tables of `yuan2023` were measured with all effects present: the cable's own compliance is lower than the
+    /// calibrated one by the contribution of sheath and creep (`COMPLIANCE_LEFT`), and its cold drag higher by that of
+    /// heat (`COLD_DRAG`).
     #[must_use]
     pub fn bench() -> Self {
         let calibrated = CableParameters::bench();
@@ -52,14 +52,15 @@ impl Specimen {
     /// A random specimen of the bench's cable; the same seed gives the same specimen.
     ///
     /// Standard deviations are those of the calibration: friction 4 %, drag 22 %, pretension 12 %, near free
-    /// length 25 %, compliance 3 %, all truncated at two standard deviations; effects between half and one
+    /// length 25 %, compliance 3 %, all clipped to two standard deviations; effects between half and one
     /// and a half of their default sizes.
     #[must_use]
     pub fn draw(seed: u64) -> Self {
         Self::drawn_around(&Self::bench(), seed)
     }
 
-    /// A random specimen of another design.
+    /// A random specimen of another design: its parameters, its near free length and its effects times the factors of
+    /// [`draw`](Self::draw). Uneven curvature, where present, is drawn anew as six parts; the breaking tension is kept.
     #[must_use]
     pub fn drawn_around(of: &Self, seed: u64) -> Self {
         let mut draw = Draws(Random::new(seed));
@@ -86,7 +87,7 @@ impl Specimen {
         Self { path, parameters, effects: draw.effects(&of.effects) }
     }
 
-    /// The law in `cells`, with the effects that are part of it.
+    /// The cable law discretised into `cells` cells, with those effects that belong to it.
     ///
     /// # Errors
     /// As [`CableLaw::new`] and [`Effects::validate`].
@@ -115,7 +116,7 @@ impl Specimen {
 struct Draws(Random);
 
 impl Draws {
-    /// A factor around 1 of this relative standard deviation, truncated at two: normal by the sum of twelve
+    /// A factor around 1 of this relative standard deviation, clipped to two: approximately normal, as the sum of twelve
     /// uniform numbers.
     fn around(&mut self, deviation: f64) -> f64 {
         let sum: f64 = (0..12).map(|_| self.0.unit()).sum();
