@@ -1,17 +1,18 @@
-//! A request to end that long runs answer themselves, so that a machine is not left without commands.
+//! Ctrl-C in long runs: they end by themselves when it is pressed, so that no machine is left without commands.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 static ANSWERED: AtomicBool = AtomicBool::new(false);
 
-/// The flag that Ctrl-C sets from here on instead of ending the program.
+/// From here on the first Ctrl-C sets the returned flag instead of ending the program; the caller ends when it is set.
 pub(crate) fn answer() -> &'static AtomicBool {
     ANSWERED.store(true, Ordering::SeqCst);
     &REQUESTED
 }
 
-/// Called on Ctrl-C: whether a run ends by itself. The second time it does not.
+/// Called on Ctrl-C: requests the end where a run answers it. False where none does, and from the second time on: the
+/// program is then ended at once.
 pub(crate) fn is_answered() -> bool {
     ANSWERED.load(Ordering::SeqCst) && !REQUESTED.swap(true, Ordering::SeqCst)
 }

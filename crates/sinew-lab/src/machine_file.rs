@@ -74,7 +74,7 @@ pub fn machine_in(path: &Path, text: &str) -> Result<MachineDescription, Machine
     Ok(machine_from_toml(&path.display().to_string(), text, &mut |file| beside(path, file))?)
 }
 
-/// What a file describes.
+/// Whether a file describes a robot alone or a machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Source {
     /// A robot alone; for URDF with the file of its muscles.
@@ -86,7 +86,7 @@ pub enum Source {
     Machine,
 }
 
-/// What a file describes.
+/// Whether a file, or a built-in name, describes a robot alone or a machine.
 ///
 /// # Errors
 /// As [`load_machine`].
@@ -108,11 +108,11 @@ pub fn muscles_of(path: &Path, muscles: Option<&Path>) -> Option<PathBuf> {
     muscles.map(Path::to_owned).or_else(|| beside.exists().then_some(beside))
 }
 
-/// A file as far as both readers treat it alike.
+/// A file after the steps that [`load_machine`] and [`load_robot`] have in common.
 enum Text {
     /// A machine file or a robot file.
     Toml {
-        /// For errors.
+        /// Of the file or the built-in machine, for errors.
         name: String,
         text: String,
     },

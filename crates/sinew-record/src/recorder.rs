@@ -25,12 +25,14 @@ use std::time::Duration;
 const RING: usize = 4096;
 /// Time after which the thread looks into an empty ring again.
 const PAUSE: Duration = Duration::from_millis(20);
-/// Cycles between two messages of signals, of frames and of muscles: 10, 5 and 1 per second at 1 kHz.
+/// Cycles between two messages of signals: 10 per second at 1 kHz.
 const STATE_EVERY: u64 = 100;
+/// Cycles between two messages of the bodies' frames: 5 per second at 1 kHz.
 const FRAMES_EVERY: u64 = 200;
+/// Cycles between two messages of the muscles: 1 per second at 1 kHz.
 const MUSCLES_EVERY: u64 = 1000;
 
-/// The side of the control cycle.
+/// The control cycle's end of the ring: puts every cycle into it.
 #[derive(Debug)]
 pub struct Recorder {
     ring: Producer<f64>,
@@ -77,7 +79,8 @@ impl Recorder {
         Self::start_with(storage, (head, machine, files), None, failed)
     }
 
-    /// The same of a run that a client commands, with what it sends; see [`LinkedMotion::with_tape`].
+    /// As [`start`](Self::start), for a run that a client commands: what is put on the returned tape is recorded too; see
+    /// [`LinkedMotion::with_tape`].
     ///
     /// [`LinkedMotion::with_tape`]: sinew_runtime::link::LinkedMotion::with_tape
     ///
@@ -126,7 +129,8 @@ impl Recorder {
         put
     }
 
-    /// The same, but waits for room: on virtual time, where no deadline passes meanwhile.
+    /// As [`record`](Self::record), but waits for room: on virtual time, where no deadline passes meanwhile. A cycle after
+    /// the thread has ended is counted as dropped.
     pub fn record_all<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<&ArmTruth<'_>>) {
         while !self.try_record(record, truth) {
             if self.thread.as_ref().is_none_or(JoinHandle::is_finished) {
@@ -158,7 +162,7 @@ impl Recorder {
     /// Waits until everything is written.
     ///
     /// # Errors
-    /// Those of the thread.
+    /// The first error of the writing thread; [`Error::Thread`] where it panicked.
     pub fn finish(mut self) -> Result<Recorded, Error> {
         self.shared.finished.store(true, Ordering::Release);
         let Some(thread) = self.thread.take() else { return Ok(Recorded::default()) };
@@ -176,7 +180,7 @@ impl Drop for Recorder {
     }
 }
 
-/// The side of the thread.
+/// The writing thread's end of the ring: takes the cycles out and writes them.
 struct Drain {
     consumer: Consumer<f64>,
     link: Option<TapeReader>,
@@ -254,7 +258,7 @@ impl Drain {
         }
     }
 
-    /// Writes what is shown of a sample.
+    /// Writes the messages for viewers that are due: signals, frames, scene, and changes of the status.
     fn show(&mut self, sample: &[f64], status: &mut Option<[f64; 4]>) -> Result<(), Error> {
         let index = sample[0] as u64;
         // Where cycles were skipped, time went on.
@@ -293,7 +297,7 @@ impl Drain {
     }
 }
 
-/// Empties the ring until the recorder is finished: the cycle goes on.
+/// Empties ring and tape until the recorder is finished, so that the cycle goes on after a failure.
 fn discard(mut ring: Consumer<f64>, mut link: Option<TapeReader>, shared: &Shared) {
     while !(shared.finished.load(Ordering::Acquire) && ring.is_empty()) {
         let ready = ring.slots();

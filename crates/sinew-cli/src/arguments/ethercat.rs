@@ -56,7 +56,7 @@ pub(crate) struct EthercatSimulateArguments {
     pub(crate) duration: Option<f64>,
 }
 
-/// Devices of others on a simulated bus.
+/// Descriptions of vendors' devices that are simulated.
 #[derive(Debug, Args)]
 pub(crate) struct DeviceFileArguments {
     /// ESI file of a vendor, or device table in TOML: the machine's devices with its vendor ID and product code are simulated as it

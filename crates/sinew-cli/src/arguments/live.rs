@@ -35,7 +35,7 @@ pub(crate) struct LiveArguments {
     /// Open the page in the browser
     #[arg(long)]
     pub(crate) open: bool,
-    /// Serve Foxglove's protocol as well, on this loopback address; in programs that were built with the feature foxglove
+    /// Serve Foxglove's protocol as well, on this loopback address; needs a program built with the feature foxglove
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub(crate) foxglove: Option<SocketAddr>,
     /// Motion at the start: a closed path of the machine by its name, or tour [default: the first named path,

@@ -126,8 +126,8 @@ pub(crate) enum Verb {
 
 /// Draw the report of a run again from what `sinew track` or `sinew run` has recorded of it.
 ///
-/// The record of `sinew track` is a table (CSV): time, status, end point, joints (reference, true, read, believed),
-/// winches (read, commanded), tensions (desired, believed and true at the anchor, true and read at the drive), one row
+/// The record of `sinew track` is a table (CSV): time, status, end point, joints (reference, true, read, estimated),
+/// winches (read, commanded), tensions (desired, estimated and true at the anchor, true and read at the drive), one row
 /// per 10 ms. The recording of `sinew run` is drawn as by `sinew log plot`.
 ///
 /// Example: sinew plot run.csv --report run.html

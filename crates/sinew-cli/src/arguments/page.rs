@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 // What `sinew run` and `sinew track` take: no documentation comment here.
 #[derive(Debug, Args)]
 pub(crate) struct PageArguments {
-    /// Show the run on a page in the browser while it goes on, with a stop; see `sinew live`
+    /// Show the run on a page in the browser while it lasts; the page can stop it; see `sinew live`
     #[arg(long)]
     pub(crate) page: bool,
     /// Address and port of the page; port 0 is any that is free
@@ -15,7 +15,7 @@ pub(crate) struct PageArguments {
     /// Open the page in the browser
     #[arg(long, requires = "page")]
     pub(crate) open: bool,
-    /// Serve Foxglove's protocol as well, on this loopback address; in programs that were built with the feature foxglove
+    /// Serve Foxglove's protocol as well, on this loopback address; needs a program built with the feature foxglove
     #[arg(long, value_name = "ADDRESS:PORT", requires = "page")]
     pub(crate) foxglove: Option<SocketAddr>,
 }

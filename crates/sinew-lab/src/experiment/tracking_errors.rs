@@ -11,22 +11,24 @@ pub(super) struct TrackingErrors<'a> {
     model: MuscleDynamics,
     /// Body of the end point, and its position on it, m; none where only the joints are the task.
     end_point_on: Option<(usize, [f64; 3])>,
-    /// Pose in which every encoder reads its reference, rad or m: `[joints]`.
+    /// Pose in which every encoder reads its reference, rad or m: `[joints]`; of a joint without an encoder the reference.
     encoder_pose: Vec<f64>,
-    /// End point of the reference, of the true pose, and of the pose in which every encoder reads its
-    /// reference, m; NaN without an end point.
+    /// End point in the reference pose, m; NaN without an end point.
     pub(super) reference_point: [f64; 3],
+    /// End point in the true pose, m; NaN without an end point.
     pub(super) end_point: [f64; 3],
+    /// End point in `encoder_pose`, m; NaN without an end point.
     pub(super) encoder_point: [f64; 3],
-    /// True pose minus the one in which every encoder reads its reference, rad or m: `[joints]`.
+    /// True pose minus `encoder_pose`, rad or m: `[joints]`.
     pub(super) joint_error: Vec<f64>,
-    /// Lengths in the reference, and true minus reference lengths, m: `[muscles]`.
+    /// Lengths of the muscles in the reference pose, m: `[muscles]`.
     pub(super) length: Vec<f64>,
+    /// True minus reference lengths, m: `[muscles]`.
     pub(super) length_error: Vec<f64>,
 }
 
 impl<'a> TrackingErrors<'a> {
-    /// For a site of the design, `robot`.
+    /// For the end point at a site of the design `robot`, by its index; none where only the joints are the task.
     ///
     /// # Errors
     /// As [`MuscleDynamics::new`].
@@ -49,7 +51,10 @@ impl<'a> TrackingErrors<'a> {
         })
     }
 
-    /// Evaluates all errors for a reference and a true pose, rad or m: `[joints]`.
+    /// Evaluates all errors for a reference and a true pose `q`, rad or m: `[joints]`.
+    ///
+    /// # Errors
+    /// As [`MuscleDynamics::evaluate`].
     pub(super) fn evaluate(&mut self, reference: &[f64], q: &[f64]) -> Result<(), Error> {
         for (k, (reference, encoder)) in reference.iter().zip(&self.specimen.encoders).enumerate() {
             self.encoder_pose[k] = reference - encoder.map_or(0.0, |encoder| encoder.zero);

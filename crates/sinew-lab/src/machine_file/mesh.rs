@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 /// Largest file that is read, bytes.
 const LARGEST: u64 = 128 << 20;
-/// Folders above that of the robot in which packages of ROS are looked for.
+/// Folders in which packages of ROS are looked for: that of the robot and seven above it.
 const FOLDERS_ABOVE: usize = 8;
 
-/// Bytes of a mesh file as the robot at `path` names it: relative to its folder, absolute, or a URI of ROS.
+/// Bytes of a mesh file as the robot at `path` names it: relative to its folder, absolute, or a
+/// URI that begins with `file://`, `package://` or `model://`.
 ///
 /// # Errors
 /// The reason why it cannot be read.
@@ -16,19 +17,21 @@ pub fn mesh_bytes(path: &Path, file: &str) -> Result<Vec<u8>, String> {
     let found = find(path.parent().unwrap_or(Path::new("")), file)?;
     let about = std::fs::metadata(&found).map_err(unread)?;
     if !about.is_file() || about.len() > LARGEST {
-        return Err(format!("expected a file of at most {} MB", LARGEST >> 20));
+        return Err(format!("expected a file of at most {} MiB", LARGEST >> 20));
     }
     std::fs::read(&found).map_err(unread)
 }
 
-/// The path of a mesh file; packages of ROS are looked for in the folders above the robot's.
+/// The path of a mesh file; a package of ROS is looked for beside the robot's folder, in it and in those above it.
 fn find(folder: &Path, file: &str) -> Result<PathBuf, String> {
     if let Some(path) = file.strip_prefix("file://") {
         return Ok(PathBuf::from(path));
     }
     let Some(inner) = file.strip_prefix("package://").or_else(|| file.strip_prefix("model://")) else {
         if file.contains("://") {
-            return Err("expected a path, or a URI that begins with file:// or package://".to_owned());
+            return Err(
+                "expected a path, or a URI that begins with file://, package:// or model://".to_owned()
+            );
         }
         return Ok(folder.join(file));
     };
@@ -40,7 +43,7 @@ fn find(folder: &Path, file: &str) -> Result<PathBuf, String> {
         own.into_iter().chain([folder]).map(|folder| folder.join(inner)).collect::<Vec<_>>()
     });
     let mut existing = candidates.filter(|path| path.exists());
-    existing.next().ok_or_else(|| format!("no folder {package} stands beside or above the robot's"))
+    existing.next().ok_or_else(|| format!("no folder {package} beside or above the robot's contains it"))
 }
 
 #[cfg(test)]
@@ -60,7 +63,7 @@ mod tests {
             assert_eq!(mesh_bytes(&robot, file).unwrap(), b"a", "{file}");
         }
         for (file, words) in [
-            ("package://legs/a.stl", "no folder legs stands beside or above the robot's"),
+            ("package://legs/a.stl", "no folder legs beside or above the robot's contains it"),
             ("http://host/a.stl", "expected a path, or a URI"),
             ("../meshes", "expected a file"),
             ("none.stl", "cannot be read"),

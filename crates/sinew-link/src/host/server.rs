@@ -191,7 +191,7 @@ impl ServerThread {
         }
     }
 
-    /// Sends all parts of the newest state to one client; `seal` writes the part that begins at the given [joint, muscle] and sets
+    /// Sends all parts of the newest state to one client; `seal` writes the part that begins at the given `[joint, muscle]` and sets
     /// where the next one begins, none after the last.
     fn send_to(
         &mut self,

@@ -12,8 +12,16 @@ use alloc::vec::Vec;
 /// ```text
 /// settle   y = argmin 1/2 |y - r|_W^2 + s/2 |y - x|_W^2   so that   J (y - x) = p - p(x),  low <= y <= high
 /// reach    y = argmin 1/2 |p - p(x) - J (y - x)|^2 + m/2 |y - x|_W^2   so that   low <= y <= high
-///          x <- x + min(1, stride/max|y - x|) (y - x)
+/// both     x <- x + min(1, min_i stride_i/|y_i - x_i|) (y - x)
 /// ```
+///
+/// | symbol    | meaning                                                                     | unit     |
+/// |-----------|-----------------------------------------------------------------------------|----------|
+/// | x, y      | independent joints before and after a step: `[n]`                            | rad or m |
+/// | r, W      | preferred pose and weights of [`Redundancy`]                                 | rad or m, 1 |
+/// | p, p(x), J | target; end point and its Jacobian at `x`, in the axes of the task           | m        |
+/// | s         | weight of the proximal term                                                  | 1        |
+/// | m         | damping: `max(d tr(J W^-1 J^T), 0.3 abs(p - p(x)) sqrt(tr(J W^-1 J^T)))`, `d` adapted | m^2 |
 ///
 /// `settle` finds the pose of the redundancy resolution: sequential linearisation, for `s > 0` with a proximal
 /// term where the curvature of the constraint is large; it converges linearly. `reach` is the method of
@@ -46,22 +54,27 @@ pub(super) struct Solver<'a> {
 pub(super) const POSITION_TOLERANCE: f64 = 1e-9;
 /// Largest joint step at convergence, rad or m.
 const STEP_TOLERANCE: f64 = 1e-12;
-/// Iterations of `settle` without a proximal term.
+/// Most iterations of `settle` without a proximal term.
 const SETTLE_ITERATIONS: usize = 300;
-/// Iterations without a proximal term in which the steps become smaller, or they do not converge.
+/// Iterations of `settle` without a proximal term within which the largest step must fall to 0.9 of its value; else it
+/// gives up.
 const SETTLE_WINDOW: usize = 40;
 /// Weights `s` of the proximal term, tried in order.
 const PROXIMITIES: [f64; 4] = [0.0, 3.0, 15.0, 75.0];
 /// Regularisation of the equations, relative to the trace of `J W^-1 J^T`.
 const REGULARIZATION: f64 = 1e-11;
+/// Most iterations of `reach`.
 const REACH_ITERATIONS: usize = 200;
-/// Share of `|p - p(x)| |J|` in the damping.
+/// Least damping of `reach`, as a share of `|p - p(x)|` times the root of the trace of `J W^-1 J^T`.
 const CURVATURE: f64 = 0.3;
 /// Squared cosine between the position error and the closest direction of motion at convergence of `reach`.
 const STATIONARY: f64 = 1e-11;
 
 impl<'a> Solver<'a> {
-    /// For some axes of the end point at a site.
+    /// For the end point at a site, by its index, in those of the world's axes that are true.
+    ///
+    /// # Errors
+    /// As [`Redundancy::validate`]; [`Error::OutOfDomain`] for an index out of range and for no axis.
     pub(super) fn new(
         robot: &'a Robot,
         rule: &'a Redundancy,
@@ -96,7 +109,7 @@ impl<'a> Solver<'a> {
         })
     }
 
-    /// Without the joints' ranges.
+    /// The same solver without the joints' ranges.
     pub(super) fn without_ranges(&self) -> Self {
         let ranges = vec![[f64::NEG_INFINITY, f64::INFINITY]; self.ranges.len()];
         Self { ranges, ..self.clone() }
@@ -107,7 +120,7 @@ impl<'a> Solver<'a> {
         self.rule.rest.iter().zip(&self.ranges).map(|(rest, [low, high])| rest.max(*low).min(*high)).collect()
     }
 
-    /// Moves `x` to the pose for `target` at a phase, from a pose nearby; `false` where that fails.
+    /// Moves `x`, from a pose nearby, to the pose for `target`, m, at a phase, rad; `false` where that fails.
     pub(super) fn solve(&mut self, phase: f64, target: [f64; 3], x: &mut [f64]) -> Result<bool, Error> {
         let start = x.to_vec();
         for proximity in PROXIMITIES {
@@ -122,12 +135,13 @@ impl<'a> Solver<'a> {
                 return Ok(true);
             }
         }
-        // No pose is locally the closest to the preferred one: the one nearest to the start.
+        // No pose is locally the closest to the preferred one: any that is reached from the start.
         x.copy_from_slice(&start);
         Ok(self.reach(target, x)? <= POSITION_TOLERANCE)
     }
 
-    /// Iterates to the closest pose; returns the position error, m, or infinity without convergence.
+    /// Iterates to the pose on the target that is closest to the preferred one; returns the position error, m, or infinity
+    /// without convergence.
     fn settle(&mut self, phase: f64, target: [f64; 3], x: &mut [f64], proximity: f64) -> Result<f64, Error> {
         let sine = libm::sin(phase);
         let mut multipliers = [0.0; 3];

@@ -1,4 +1,4 @@
-//! A trajectory and the sequence of trajectories, which contain each other.
+//! Trajectories of the joints, and sequences of them, which are trajectories again.
 
 use super::joint_path::JointPath;
 use super::minimum_jerk::MinimumJerk;
@@ -24,7 +24,7 @@ pub enum Trajectory {
 }
 
 impl Trajectory {
-    /// From rest to rest, s.
+    /// Duration from rest to rest, s.
     #[must_use]
     pub fn duration(&self) -> f64 {
         match self {
@@ -56,11 +56,11 @@ impl Trajectory {
     /// The reference at a time, s; at rest before 0 and after the end. Does not allocate.
     ///
     /// ```text
-    /// q' = q_th th',     q'' = q_th th'' + q_thth th'^2
+    /// q' = q_th th',     q'' = q_th th'' + q_thth th'^2          along a path: th phase, q_th = dq/dth
     /// ```
     ///
     /// # Errors
-    /// [`Error::WrongLength`] where `out` is another robot's.
+    /// [`Error::WrongLength`] where `out` has another number of joints.
     pub fn sample(&self, time: f64, out: &mut Reference) -> Result<(), Error> {
         let expected = self.joints();
         for (name, got) in [("q", out.q.len()), ("v", out.v.len()), ("a", out.a.len())] {
@@ -94,7 +94,8 @@ impl Trajectory {
 /// | symbol | meaning                            | unit |
 /// |--------|------------------------------------|------|
 /// | t_i    | start of a motion, increasing        | s    |
-/// | q_i    | its joints, at rest at 0 and at T_i  |      |
+/// | T_i    | its duration, without the pause      | s    |
+/// | q_i    | its joints, at rest at 0 and at T_i  | rad or m |
 ///
 /// Before the first motion the robot rests in its initial pose.
 ///
@@ -117,8 +118,9 @@ impl Sequence {
     /// Motions with their start times, s; `duration`, s, includes all pauses.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for none, or motions of different robots; [`Error::OutOfDomain`] for motions
-    /// that overlap or do not join, and for a duration shorter than the last motion needs.
+    /// [`Error::WrongLength`] without a motion or for different numbers of joints; [`Error::OutOfDomain`] for a motion
+    /// that starts before 0, before the one before it ends, or in another pose, and for a duration that ends before the
+    /// last motion.
     pub fn new(motions: Vec<(f64, Trajectory)>, duration: f64) -> Result<Self, Error> {
         let (starts, motions): (Vec<f64>, Vec<Trajectory>) = motions.into_iter().unzip();
         let Some(joints) = motions.first().map(Trajectory::joints) else {

@@ -9,16 +9,16 @@ pub enum Loop {
     /// Three sines a third of a turn apart: a circle of radius `A sqrt(3/2)` about the axis (1, 1, 1), at
     /// constant speed.
     Sine,
-    /// `[sin th, cos th, sin 2 th]`: a curve that is not planar.
+    /// `[sin th, cos th, sin 2 th]` of the phase `th`: a curve that is not planar.
     Saddle,
 }
 
 /// A position that has to be reached at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Waypoint {
-    /// s; only differences to the first waypoint matter.
+    /// Time, s; only differences to the first waypoint matter.
     pub time: f64,
-    /// In the world, m.
+    /// Position in the world, m.
     pub position: [f64; 3],
 }
 
@@ -33,11 +33,12 @@ pub struct Waypoint {
 /// | symbol | field       | unit | domain | meaning                     |
 /// |--------|-------------|------|--------|-----------------------------|
 /// | c      | `center`    | m    | finite | centre, in the world         |
-/// | A      | `amplitude` | m    | > 0    | of every coordinate          |
-/// | th     | `phase`     | rad  |        | 2 pi per turn; approximately the time, s, between waypoints |
+/// | A      | `amplitude` | m    | (0, 1000] | of every coordinate       |
+/// | th     | `phase`     | rad, s |      | of a loop 2 pi per turn, rad; through waypoints approximately the time, s |
+/// | t_i    |             | s    | increasing | time of a waypoint since the first |
 ///
 /// # Source
-/// `yuan2023` gives a sine shape, 0.15 m and two periods; centre and phases are this project's.
+/// `yuan2023` gives a sine shape, 0.15 m and two periods; centre and phases are ours.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EndPointPath {
     /// A closed path.
@@ -72,7 +73,7 @@ impl EndPointPath {
         Ok(Self::Waypoints { points, law })
     }
 
-    /// Checks the numbers.
+    /// Checks the numbers of a loop; waypoints are checked by [`through`](Self::through).
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] names the one outside its domain.
@@ -87,7 +88,7 @@ impl EndPointPath {
         Ok(())
     }
 
-    /// The phase at which a closed path closes, or an open one ends.
+    /// The phase at which a closed path closes, rad, or an open one ends, s.
     #[must_use]
     pub fn length(&self) -> f64 {
         match self {
@@ -102,7 +103,7 @@ impl EndPointPath {
         matches!(self, Self::Loop { .. })
     }
 
-    /// Desired position at a phase, m.
+    /// Desired position in the world at a phase, m.
     #[must_use]
     pub fn point(&self, phase: f64) -> [f64; 3] {
         const THIRD: f64 = 2.0 * core::f64::consts::FRAC_PI_3;
@@ -125,8 +126,13 @@ impl EndPointPath {
     }
 }
 
-/// Spline through points at their times, s, in the phase of a time law from rest to rest: minimum jerk between
-/// two points, ramps no longer than the first and the last interval between more.
+/// Spline through points over the phase, and the time law from rest to rest that reaches them at their times, s: minimum
+/// jerk for two points; for more, ramps as long as the shorter of the first and the last interval, at most half of the
+/// duration.
+///
+/// # Errors
+/// [`Error::WrongLength`] below two points, [`Error::OutOfDomain`] for one that is not finite or times that do not
+/// increase.
 pub(super) fn timed_spline(times: &[f64], values: &[f64]) -> Result<(Spline, TimeLaw), Error> {
     let [first, second, before, last] = match *times {
         [a, b] => [a, b, a, b],

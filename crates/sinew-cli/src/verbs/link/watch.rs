@@ -14,9 +14,9 @@ use std::time::{Duration, Instant};
 
 /// Time in which the machine's link is to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Between two signs of life.
+/// Time between two Watch packets, which keep the session alive; also the longest wait for a state.
 const ALIVE: Duration = Duration::from_millis(20);
-/// Between two pictures of the table.
+/// Time between two prints of the tables.
 const PICTURE: Duration = Duration::from_millis(200);
 
 pub(super) fn run(arguments: &LinkWatchArguments, general: &General) -> Result<Answer, Error> {
@@ -56,6 +56,7 @@ pub(super) fn run(arguments: &LinkWatchArguments, general: &General) -> Result<A
     Ok(Answer::done(content, Vec::new()))
 }
 
+/// The whole watch as a JSON document.
 fn summary(session: &ClientSession, states: u64) -> serde_json::Value {
     let round_trip = session.peer().round_trip();
     serde_json::json!({
@@ -95,6 +96,7 @@ fn line(session: &ClientSession) -> serde_json::Value {
     })
 }
 
+/// The newest state as tables.
 fn text(session: &ClientSession) -> String {
     let (state, counts, peer) = (session.state(), session.counts(), session.peer());
     let joints: Vec<Vec<String>> = state

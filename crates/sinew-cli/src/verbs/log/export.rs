@@ -92,7 +92,7 @@ fn csv(to: &mut std::fs::File, out: &Path, file: &Path, rows: Rows<'_>) -> Resul
     Ok(count)
 }
 
-/// A number with the digits that were recorded; nothing where there is none.
+/// A number with as many decimals as were recorded, or with all its digits; an empty cell where it is not finite.
 fn write_cell(cell: &mut Vec<u8>, column: &Column, value: f64) -> std::io::Result<()> {
     match column.digits {
         _ if !value.is_finite() => Ok(()),

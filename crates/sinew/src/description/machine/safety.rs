@@ -9,7 +9,7 @@ use crate::machine::{Machine, SafetyLimits};
 use alloc::format;
 use alloc::vec::Vec;
 
-/// The table; what it does not say follows from drives and joints and is listed as it holds.
+/// Reads the table `[safety]`. Its limits are listed, and for every muscle those that the table leaves to the drive.
 pub(super) fn safety(
     root: &Table<'_>,
     machine: &Machine,
@@ -25,7 +25,7 @@ pub(super) fn safety(
     Ok(safety)
 }
 
-/// Limits of every muscle that follow from its drive.
+/// Lists the limits of every muscle that follow from its drive.
 fn list_resolved(robot: &Robot, machine: &Machine, safety: &SafetyLimits, listing: &mut Listing) {
     for (tendon, design) in robot.parts().tendons.iter().zip(&machine.muscles) {
         listing.begin(&format!("[safety] of `{}`", tendon.name));

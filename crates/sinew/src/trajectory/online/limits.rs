@@ -6,15 +6,15 @@ use alloc::vec::Vec;
 /// Limits of references of the joints: `[joints]` each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointLimits {
-    /// Range, rad or m; finite.
+    /// Range, rad or m: lower and upper bound, finite.
     pub range: Vec<[f64; 2]>,
-    /// Largest speed, per s.
+    /// Largest speed, rad/s or m/s, >= 0.
     pub speed: Vec<f64>,
-    /// Largest acceleration, per s^2.
+    /// Largest acceleration, rad/s^2 or m/s^2, >= 0.
     pub acceleration: Vec<f64>,
 }
 
-/// Samples of a motion in which its largest speeds and accelerations are searched.
+/// Intervals between the samples of a motion among which its largest speeds and accelerations are searched.
 const SAMPLES: usize = 2000;
 
 impl JointLimits {
@@ -38,8 +38,8 @@ impl JointLimits {
         self.acceleration.iter().try_for_each(|a| non_negative("acceleration limit", *a).map(drop))
     }
 
-    /// The largest speed and acceleration of every joint in a motion that the machine is known to track, within
-    /// ranges.
+    /// Limits from a motion that the machine is known to track: the largest speed and acceleration of every joint in it,
+    /// with the given ranges.
     ///
     /// # Shapes
     /// `range: [joints]`, rad or m.

@@ -4,14 +4,14 @@
 //! | effect                        | meaning                                             | default size                     |
 //! |-------------------------------|-----------------------------------------------------|----------------------------------|
 //! | [`UnevenCurvature`]           | curvature varies along the sheath                    | parts of 0.5 to 1.5 of the mean   |
-//! | [`SheathCompliance`]          | the sheath's wall shortens under the cable's tension  | a tenth of the cable's compliance |
+//! | [`SheathCompliance`]          | the sheath's wall shortens under the cable's tension  | a tenth of the calibrated cable's compliance |
 //! | [`DragHeat`]                  | friction warms the grease, which lowers its drag      | 4 % per kelvin, 0.5 K per watt    |
-//! | [`BraidCreep`]                | recoverable creep of the braid                        | 4 % of the elastic stretch in 30 s |
-//! | [`SlowFriction`]              | friction is higher at creeping speed                  | a tenth, gone at 3 mm/s           |
+//! | [`BraidCreep`]                | recoverable creep of the braid                        | 4 % of the elastic stretch, time constant 30 s |
+//! | [`SlowFriction`]              | friction is higher at creeping speed                  | a tenth at rest, half of that at 3 mm/s |
 //! | [`Breakage`]                  | the cable breaks                                      | above 800 N                      |
 //!
-//! A wrap that changes with a joint is [`CablePlant::set_wrap`], a bend [`CablePlants::set_sheath_bend`]. A [`Specimen`] has all of them, drawn from a
-//! seed.
+//! [`CablePlant::set_wrap`] sets a wrap that changes with a joint, [`CablePlants::set_sheath_bend`] such a bend. A
+//! [`Specimen`] holds parameters and effects of one cable; [`Specimen::draw`] draws them from a seed.
 
 mod effects;
 mod many;
