@@ -112,6 +112,9 @@ fn run_group(
     }
     let chosen = waiting.keys().map(|id| format!("binary_id(={id})")).collect::<Vec<_>>().join(" + ");
     let mut command = cargo(root, &["nextest", "run", "--filterset", &chosen, "--binaries-metadata"]);
+    // Some tests wait for clocks and files: one more than there are processors.
+    let threads = std::thread::available_parallelism().map_or(1, usize::from) + 1;
+    command.env("NEXTEST_TEST_THREADS", threads.to_string());
     succeed(command.arg(list).arg("--cargo-metadata").arg(metadata))?;
     passed.remember(waiting)
 }
@@ -172,5 +175,73 @@ impl Passed {
         self.states.extend(states);
         let text: String = self.states.iter().map(|(id, state)| format!("{id}\t{state}\n")).collect();
         std::fs::write(&self.file, text).map_err(|e| format!("{}: {e}", self.file.display()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beside_their_package_dependencies_have_the_features_of_the_workspace() {
+        let root = tree::root();
+        let features = |packages: &[&str]| {
+            let mut command = cargo(&root, &["tree", "--offline", "--all-features", "--prefix=none"]);
+            let output = command
+                .args(["--edges=normal,build,dev", "--format={p} [{f}]"])
+                .args(packages)
+                .output()
+                .unwrap();
+            let text = String::from_utf8(output.stdout).unwrap();
+            let lines = text.lines().map(|line| line.trim_end_matches(" (*)").to_owned());
+            lines
+                .filter(|line| !line.is_empty() && !line.contains("(/"))
+                .collect::<std::collections::BTreeSet<_>>()
+        };
+        assert_eq!(
+            features(&["--package=sinew", "--package=sinew-dependencies"]),
+            features(&["--workspace"])
+        );
+    }
+
+    #[test]
+    fn what_has_passed_is_kept_by_name_and_state() {
+        let folder = std::env::temp_dir().join(format!("sinew-xtask-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("passed");
+        let mut passed = Passed::read(file.clone());
+        assert!(!passed.holds("sinew::lib", "1 2"));
+        passed.remember(BTreeMap::from([("sinew::lib".to_owned(), "1 2".to_owned())])).unwrap();
+        let passed = Passed::read(file);
+        assert!(passed.holds("sinew::lib", "1 2") && !passed.holds("sinew::lib", "1 3"));
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn programs_are_read_from_the_list() {
+        let list = r#"{
+          "rust-binaries": {
+            "a::b": {
+              "binary-id": "a::b",
+              "binary-path": "/target/b-1",
+            },
+            "c": {
+              "binary-id": "c",
+              "binary-path": "/target/c-2"
+            }"#;
+        let expected = [("a::b", "/target/b-1"), ("c", "/target/c-2")];
+        assert_eq!(programs(list), expected.map(|(id, path)| (id.to_owned(), path.to_owned())).into());
+    }
+
+    #[test]
+    fn a_file_that_grows_has_another_state() {
+        let file = std::env::temp_dir().join(format!("sinew-xtask-state-{}", std::process::id()));
+        let of = |text: &str| {
+            std::fs::write(&file, text).unwrap();
+            state(Path::new("/"), std::slice::from_ref(&file))
+        };
+        assert_ne!(of("1"), of("12"));
+        std::fs::remove_file(&file).unwrap();
+        assert_ne!(state(Path::new("/"), &[file]), 0);
     }
 }

@@ -46,7 +46,9 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_cycle_over_ethercat_allocates_nothing() {
-    for name in ["lm_arm", "finger"] {
+    // The larger machine moves; the smaller one is also let down, taken up again and held.
+    let then = [(Request::SafeStop, 20_000), (Request::Hold, 8000)];
+    for (name, then) in [("lm_arm", &[][..]), ("finger", &then)] {
         let setup = Setup::new(machine(name), 1, &[]);
         let storage = FrameStorage::new();
         let bus = setup.segment_bus(&storage);
@@ -59,15 +61,15 @@ fn a_cycle_over_ethercat_allocates_nothing() {
             assert!(record.exchange.fault.is_none());
             moved = moved.max((record.command.arm.q[0] - setup.machine.start[0]).abs());
         }
-        // Let down, taken up again, held.
-        for (request, cycles) in [(Request::SafeStop, 20_000), (Request::Hold, 8000)] {
-            cycle.set_request(request);
-            for _ in 0..cycles {
+        for (request, cycles) in then {
+            cycle.set_request(*request);
+            for _ in 0..*cycles {
                 cycle.step(&mut clock, 0).unwrap();
             }
         }
         assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
-        assert_eq!(cycle.supervisor().mode(), Mode::Hold, "{name}");
+        let ends = if then.is_empty() { Mode::Run } else { Mode::Hold };
+        assert_eq!(cycle.supervisor().mode(), ends, "{name}");
         assert!(moved > 1e-3, "{name}: the machine moved");
     }
 }

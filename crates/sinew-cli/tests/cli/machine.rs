@@ -340,7 +340,7 @@ fn a_motion_that_simulated_machines_of_the_design_do_not_track_is_refused_unless
         .replace("[-0.000119, 0.0, -0.0319998]", "[0.005201, 0.0, -0.0301548]")
         .replace("[0.000119, 0.0, -0.0319998]", "[-0.005201, 0.0, -0.0301548]");
     std::fs::write(bench.path("near.toml"), near).unwrap();
-    let refused = bench.run("track near.toml --path tour --json --report out.html");
+    let refused = bench.run("track near.toml --path tour --duration 12 --json --report out.html");
     assert_eq!(refused.code, Some(3), "{}", refused.stderr);
     let json: Value = serde_json::from_str(&refused.stdout).unwrap();
     assert_eq!(json["outcome"], "not_as_asked");
@@ -348,7 +348,7 @@ fn a_motion_that_simulated_machines_of_the_design_do_not_track_is_refused_unless
     assert!(reason.contains("--path tour") && reason.contains("--unverified"), "{reason}");
     assert!(reason.contains("lever") || reason.contains("slack"), "what a lost wrap leads to: {reason}");
     assert!(!bench.path("out.html").exists());
-    let started = bench.run("track near.toml --path tour --unverified --json --seed 500");
+    let started = bench.run("track near.toml --path tour --duration 12 --unverified --json --seed 500");
     assert!(started.stderr.contains("warning: simulated machines"), "{}", started.stderr);
     let json: Value = serde_json::from_str(&started.stdout).unwrap();
     assert!(json["tracking"]["observer"]["ended"].is_string(), "{json}");

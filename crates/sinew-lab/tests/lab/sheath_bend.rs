@@ -81,7 +81,7 @@ impl Built {
 
 #[test]
 fn a_leg_whose_sheath_bends_with_the_hip_tracks_as_one_whose_does_not_if_the_controller_knows_it() {
-    let slopes: [(u64, &[(f64, f64)]); 2] = [(1, &[(0.5, 1.02)]), (2, &[(0.5, 1.05), (2.0, 1.5)])];
+    let slopes: [(u64, &[(f64, f64)]); 2] = [(1, &[(0.5, 1.02)]), (2, &[(2.0, 1.5)])];
     for (seed, bends) in slopes {
         let plain = Built::new(seed, 0.0).errors(true);
         for (slope, worse) in bends {

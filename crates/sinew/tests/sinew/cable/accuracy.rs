@@ -19,19 +19,22 @@ struct Scenario {
 }
 
 /// Root mean square and largest difference of the near and the far tension, N.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 struct Errors {
     near: (f64, f64),
     far: (f64, f64),
 }
 
-fn compare(scenario: &Scenario, cells: usize) -> Errors {
-    let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), cells).unwrap();
-    let (mut cable, mut reference) = (Cable::new(law), Reference::new(95.0));
+/// Of cables with these numbers of cells, beside one run of the reference.
+fn compare(scenario: &Scenario, cells: [usize; 2]) -> [Errors; 2] {
+    let mut cables = cells.map(|cells| {
+        Cable::new(CableLaw::new(&CablePath::bench(), &CableParameters::bench(), cells).unwrap())
+    });
+    let mut reference = Reference::new(95.0);
     let (tension, sliding) = scenario.start;
-    cable.settle(tension, sliding).unwrap();
+    cables.iter_mut().for_each(|cable| cable.settle(tension, sliding).unwrap());
     reference.settle(tension, sliding.sign());
-    let (mut near, mut far, mut count) = ((0.0, 0.0_f64), (0.0, 0.0_f64), 0.0);
+    let (mut errors, mut count) = ([Errors { near: (0.0, 0.0), far: (0.0, 0.0) }; 2], 0.0);
     let (mut lowest, mut highest) = (f64::INFINITY, 0.0_f64);
     for step in 0..(1e3 * scenario.seconds) as usize {
         let at = |k: usize| (step * SUBSTEPS + k) as f64 * 1e-3 / SUBSTEPS as f64;
@@ -41,31 +44,30 @@ fn compare(scenario: &Scenario, cells: usize) -> Errors {
         }
         let change = |of: fn(f64) -> f64| of(at(SUBSTEPS)) - of(at(0));
         let motion = EndMotion { motor: change(scenario.motor), anchor: change(scenario.anchor) };
-        let ends = cable.step(1e-3, motion).unwrap();
+        let ends = cables.each_mut().map(|cable| cable.step(1e-3, motion).unwrap());
         lowest = lowest.min(reference.tension_out());
         highest = highest.max(reference.tension_out());
         if at(SUBSTEPS) < scenario.skip {
             continue;
         }
         let note = |to: &mut (f64, f64), error: f64| *to = (to.0 + error * error, to.1.max(error.abs()));
-        note(&mut near, ends.tension_in - reference.tension_in());
-        note(&mut far, ends.tension_out - reference.tension_out());
+        for (errors, ends) in errors.iter_mut().zip(ends) {
+            note(&mut errors.near, ends.tension_in - reference.tension_in());
+            note(&mut errors.far, ends.tension_out - reference.tension_out());
+        }
         count += 1.0;
     }
     assert_eq!(reference.failures, 0, "{}: the reference did not converge", scenario.name);
     assert!(highest < 900.0, "{}: {lowest} to {highest} N is beyond any cable", scenario.name);
     let root = |(squares, worst): (f64, f64)| ((squares / count).sqrt(), worst);
-    let errors = Errors { near: root(near), far: root(far) };
-    eprintln!(
-        "{} M={cells}: near {:.3?} far {:.3?} N ({lowest:.0} to {highest:.0})",
-        scenario.name, errors.near, errors.far
-    );
+    let errors = errors.map(|errors| Errors { near: root(errors.near), far: root(errors.far) });
+    eprintln!("{} M={cells:?}: {errors:.3?} N ({lowest:.0} to {highest:.0})", scenario.name);
     errors
 }
 
 fn assert_accurate(scenario: &Scenario) {
-    for cells in [CELLS, 16] {
-        let Errors { near, far } = compare(scenario, cells);
+    let cells = [CELLS, 16];
+    for (Errors { near, far }, cells) in compare(scenario, cells).into_iter().zip(cells) {
         let name = scenario.name;
         assert!(far.0 <= 0.1, "{name} M={cells}: T_out {} N rms", far.0);
         assert!(far.1 <= 0.5, "{name} M={cells}: T_out {} N at worst", far.1);
@@ -174,8 +176,7 @@ fn errors_fall_as_cells_grow_finer() {
         anchor: |t| 0.06 * t - 0.01 * (3.0 * t).sin(),
         skip: 0.2,
     };
-    let coarse = compare(&scenario, 6).near.0;
-    let fine = compare(&scenario, 14).near.0;
+    let [coarse, fine] = compare(&scenario, [6, 14]).map(|errors| errors.near.0);
     // Three times as many sheath cells: order 2 in space would be 9, time steps keep their share.
     assert!(fine < coarse / 3.0, "{coarse} N with 6 cells, {fine} N with 14");
 }

@@ -1,1 +1,0 @@
-//! No code: the package stands for its dependencies.
