@@ -31,16 +31,16 @@ const STEPS: [Step; 10] = [
         purpose: "no warning with all features, tests, examples and benches",
         run: clippy,
     },
-    Step { name: "features", purpose: "no warning without optional features", run: features },
     Step { name: "test", purpose: "unit and integration tests (nextest where installed)", run: test },
-    Step { name: "doctest", purpose: "the examples in the documentation", run: doctest },
-    Step { name: "doc", purpose: "the documentation builds without a warning", run: doc },
-    Step { name: "examples", purpose: "the examples run to their end", run: examples },
     Step {
         name: "readme",
         purpose: "the README's commands run, its usage is the program's",
         run: readme::check,
     },
+    Step { name: "features", purpose: "no warning without optional features", run: features },
+    Step { name: "doctest", purpose: "the examples in the documentation", run: doctest },
+    Step { name: "doc", purpose: "the documentation builds without a warning", run: doc },
+    Step { name: "examples", purpose: "the examples run to their end", run: examples },
 ];
 
 /// Left to `cargo xtask check --long`: statistics over many seeds, minutes of them.
@@ -87,33 +87,52 @@ pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
 
 const FLAGS: [&str; 2] = ["--long", "--again"];
 
+/// The step that runs beside those after it: its commands use one processor for much of their time.
+const BESIDE: &str = "readme";
+
 /// Runs the steps up to the first that fails, and prints how long each took.
 pub(crate) fn run(steps: &[&Step]) -> ExitCode {
-    let mut times: Vec<(&str, f64)> = Vec::new();
-    let mut failed = false;
-    for (done, step) in steps.iter().enumerate() {
-        println!("[{}/{}] {}: {}", done + 1, steps.len(), step.name, step.purpose);
+    let began = Instant::now();
+    let run = |(number, step): (usize, &&Step)| {
+        println!("[{}/{}] {}: {}", number + 1, steps.len(), step.name, step.purpose);
         let began = Instant::now();
         let outcome = (step.run)(&tree::root());
-        times.push((step.name, began.elapsed().as_secs_f64()));
-        if let Err(message) = outcome {
-            eprintln!("error: {message}");
-            println!("{0} FAILED; again with: cargo xtask check {0}", step.name);
-            failed = true;
-            break;
+        (step.name, began.elapsed().as_secs_f64(), outcome)
+    };
+    let numbered = || steps.iter().enumerate();
+    let mut ran = Vec::new();
+    std::thread::scope(|scope| {
+        let mut beside = None;
+        for (number, step) in numbered() {
+            if step.name == BESIDE {
+                beside = Some(scope.spawn(move || run((number, step))));
+                continue;
+            }
+            ran.push(run((number, step)));
+            if ran.last().is_some_and(|(.., outcome)| outcome.is_err()) {
+                break;
+            }
         }
+        let panicked = || (BESIDE, 0.0, Err("its thread panicked".to_owned()));
+        ran.extend(beside.map(|thread| thread.join().unwrap_or_else(|_| panicked())));
+    });
+    let mut times: Vec<(&str, f64)> = ran.iter().map(|(name, seconds, _)| (*name, *seconds)).collect();
+    times.push(("all", began.elapsed().as_secs_f64()));
+    let failed: Vec<_> =
+        ran.iter().filter_map(|(name, _, outcome)| Some((name, outcome.as_ref().err()?))).collect();
+    for (name, message) in &failed {
+        eprintln!("error: {message}");
+        println!("{name} FAILED; again with: cargo xtask check {name}");
     }
     println!("{}", table(&times));
-    let passed = times.len() - usize::from(failed);
-    println!("{passed} passed, {} failed", usize::from(failed));
-    if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+    println!("{} passed, {} failed", ran.len() - failed.len(), failed.len());
+    if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 /// Seconds of every step and of all.
 fn table(times: &[(&str, f64)]) -> String {
-    let all = ("all", times.iter().map(|(_, seconds)| seconds).sum());
     let row = |(name, seconds): &(&str, f64)| format!("{name:<12}{seconds:>8.1} s");
-    times.iter().chain([&all]).map(row).collect::<Vec<_>>().join("\n")
+    times.iter().map(row).collect::<Vec<_>>().join("\n")
 }
 
 /// The judge of mutants, a workspace of its own.
@@ -123,8 +142,17 @@ pub(crate) const MUTANTS: &str = "xtask/mutants/Cargo.toml";
 pub(crate) fn cargo(root: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root).args(arguments);
+    for (name, value) in SETTINGS {
+        if std::env::var_os(name).is_none() {
+            command.env(name, value);
+        }
+    }
     command
 }
+
+/// A check from nothing gains nothing from incremental compilation, and messages of panics name file and line without debugging
+/// information.
+const SETTINGS: [(&str, &str); 2] = [("CARGO_INCREMENTAL", "0"), ("CARGO_PROFILE_DEV_DEBUG", "0")];
 
 /// Runs a command to its end and reports how it failed.
 pub(crate) fn succeed(command: &mut Command) -> Result<(), String> {

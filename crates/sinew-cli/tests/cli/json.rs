@@ -115,8 +115,8 @@ fn documents_about_robots_and_machines_have_the_documented_keys_and_units() {
     checked(&bench, "machine tune", "machine tune finger --specimens 0", 0);
     checked(&bench, "machine map", "machine map finger --poses 10", 0);
     checked(&bench, "machine new", "machine new finger --out new.toml", 0);
-    checked(&bench, "track", "track finger --path tour --repeats 1 --record finger.csv", 0);
-    checked(&bench, "plot", "plot finger.csv --report finger.html", 0);
+    checked(&bench, "track", "track bench_joint --path tour --duration 12 --repeats 1 --record joint.csv", 0);
+    checked(&bench, "plot", "plot joint.csv --report joint.html", 0);
     let motion = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 3 --hold 1";
     checked(&bench, "run", &format!("run {motion} --bus segment --virtual-time"), 0);
 }
