@@ -1,6 +1,6 @@
 //! The steps of `cargo xtask check`, in the order in which a mistake is found soonest.
 
-use crate::{hygiene, layering, page, python, readme, test_programs, tree};
+use crate::{hygiene, layering, page, passed, python, readme, test_programs, tree};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -80,7 +80,7 @@ pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
         _ => names.is_empty(),
     };
     if flags.contains(&"--again") {
-        test_programs::forget(&tree::root())?;
+        passed::forget(&tree::root())?;
     }
     Ok(all().filter(wanted).collect())
 }

@@ -5,6 +5,7 @@ mod check;
 mod hygiene;
 mod layering;
 mod page;
+mod passed;
 mod pictures;
 mod python;
 mod readme;

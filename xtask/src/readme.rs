@@ -2,6 +2,7 @@
 //! somewhere, and its pictures are what the program draws.
 
 use crate::check::{cargo, succeed};
+use crate::passed::{Passed, state, state_of_data};
 use crate::pictures;
 use crate::test_programs::WITHOUT_CORE;
 use std::collections::BTreeSet;
@@ -41,9 +42,16 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     let text = std::fs::read_to_string(&path).map_err(|e| format!("README.md: {e}"))?;
     let blocks = blocks(&text);
     let program = program(root)?;
+    let mut passed = Passed::of(root);
+    let now = format!("{:x} {:x}", state(root, std::slice::from_ref(&program)), state_of_data(root)?);
+    if passed.holds("readme", &now) {
+        println!("the README has passed with this program (`--again` runs it)");
+        return Ok(());
+    }
     usage(&blocks, &program)?;
     pictures::check(root, &program)?;
-    run(root, &blocks, &program)
+    run(root, &blocks, &program)?;
+    passed.remember([("readme".to_owned(), now)].into())
 }
 
 /// Builds the program as the tests did and says where it is.

@@ -2,13 +2,11 @@
 //! file that it may read, has changed since it passed.
 
 use crate::check::{cargo, succeed};
-use crate::tree;
+use crate::passed::{FOLDER, Passed, state, state_of_data};
 use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::mpsc::channel;
-use std::time::UNIX_EPOCH;
 
 /// What cargo builds for the groups. The core is apart: its unit tests run for a second, and to optimise them would take a minute.
 /// `sinew-dependencies` gives the core the dependencies that the rest has left.
@@ -35,19 +33,6 @@ const OF_PROGRAM: (&str, &str) = ("sinew-cli", "debug/sinew");
 /// The package whose tests read the sources of all others: they run every time.
 const OF_SOURCES: &str = "xtask";
 
-/// What the steps leave for the next run, and in it the programs of tests that have passed.
-const FOLDER: &str = "target/check";
-const PASSED: &str = "passed";
-
-/// Forgets what has passed.
-pub(crate) fn forget(root: &Path) -> Result<(), String> {
-    let file = root.join(FOLDER).join(PASSED);
-    if !file.exists() {
-        return Ok(());
-    }
-    std::fs::remove_file(&file).map_err(|e| format!("{}: {e}", file.display()))
-}
-
 /// Builds all groups and runs what has not passed as it is.
 pub(crate) fn run(root: &Path) -> Result<(), String> {
     let nextest = cargo(root, &["nextest", "--version"]).output().is_ok_and(|output| output.status.success());
@@ -61,9 +46,8 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let metadata = folder.join("metadata.json");
     write_output(&mut cargo(root, &["metadata", "--format-version=1", "--all-features"]), &metadata)?;
-    let mut passed = Passed::read(folder.join(PASSED));
-    let files =
-        state(root, &tree::files(root)?.into_iter().filter(|file| !is_source(file)).collect::<Vec<_>>());
+    let mut passed = Passed::of(root);
+    let files = state_of_data(root)?;
     let (built, lists) = channel();
     std::thread::scope(|scope| {
         let builder = scope.spawn(move || {
@@ -130,57 +114,16 @@ fn programs(list: &str) -> BTreeMap<String, String> {
     values("binary-id").into_iter().zip(values("binary-path")).collect()
 }
 
-/// Whether cargo builds a file anew where it changes, so that it needs no other watch.
-fn is_source(file: &Path) -> bool {
-    file.extension().is_some_and(|extension| extension == "rs")
-}
-
-/// One number for the sizes and times of files.
-fn state(root: &Path, files: &[PathBuf]) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    for file in files {
-        let metadata = std::fs::metadata(root.join(file)).ok();
-        let modified =
-            metadata.as_ref().and_then(|metadata| metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok());
-        (file, metadata.map(|metadata| metadata.len()), modified).hash(&mut hasher);
-    }
-    hasher.finish()
-}
-
 /// Runs a command and keeps what it prints.
 fn write_output(command: &mut Command, file: &Path) -> Result<(), String> {
     let output = std::fs::File::create(file).map_err(|e| format!("{}: {e}", file.display()))?;
     succeed(command.stdout(Stdio::from(output)))
 }
 
-/// Programs of tests and the state in which they passed, kept in a file.
-struct Passed {
-    file: PathBuf,
-    states: BTreeMap<String, String>,
-}
-
-impl Passed {
-    /// What the file says, nothing where there is none.
-    fn read(file: PathBuf) -> Self {
-        let text = std::fs::read_to_string(&file).unwrap_or_default();
-        let line = |line: &str| line.split_once('\t').map(|(id, state)| (id.to_owned(), state.to_owned()));
-        Self { file, states: text.lines().filter_map(line).collect() }
-    }
-
-    fn holds(&self, id: &str, state: &str) -> bool {
-        self.states.get(id).is_some_and(|passed| passed == state)
-    }
-
-    fn remember(&mut self, states: BTreeMap<String, String>) -> Result<(), String> {
-        self.states.extend(states);
-        let text: String = self.states.iter().map(|(id, state)| format!("{id}\t{state}\n")).collect();
-        std::fs::write(&self.file, text).map_err(|e| format!("{}: {e}", self.file.display()))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tree;
 
     #[test]
     fn beside_their_package_dependencies_have_the_features_of_the_workspace() {
@@ -205,19 +148,6 @@ mod tests {
     }
 
     #[test]
-    fn what_has_passed_is_kept_by_name_and_state() {
-        let folder = std::env::temp_dir().join(format!("sinew-xtask-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        let file = folder.join("passed");
-        let mut passed = Passed::read(file.clone());
-        assert!(!passed.holds("sinew::lib", "1 2"));
-        passed.remember(BTreeMap::from([("sinew::lib".to_owned(), "1 2".to_owned())])).unwrap();
-        let passed = Passed::read(file);
-        assert!(passed.holds("sinew::lib", "1 2") && !passed.holds("sinew::lib", "1 3"));
-        std::fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
     fn programs_are_read_from_the_list() {
         let list = r#"{
           "rust-binaries": {
@@ -231,17 +161,5 @@ mod tests {
             }"#;
         let expected = [("a::b", "/target/b-1"), ("c", "/target/c-2")];
         assert_eq!(programs(list), expected.map(|(id, path)| (id.to_owned(), path.to_owned())).into());
-    }
-
-    #[test]
-    fn a_file_that_grows_has_another_state() {
-        let file = std::env::temp_dir().join(format!("sinew-xtask-state-{}", std::process::id()));
-        let of = |text: &str| {
-            std::fs::write(&file, text).unwrap();
-            state(Path::new("/"), std::slice::from_ref(&file))
-        };
-        assert_ne!(of("1"), of("12"));
-        std::fs::remove_file(&file).unwrap();
-        assert_ne!(state(Path::new("/"), &[file]), 0);
     }
 }

@@ -1,0 +1,107 @@
+//! What has passed in an earlier run, and in which state.
+
+use crate::tree;
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+
+/// What the steps leave for the next run, and in it what has passed.
+pub(crate) const FOLDER: &str = "target/check";
+const PASSED: &str = "passed";
+
+/// Forgets what has passed.
+pub(crate) fn forget(root: &Path) -> Result<(), String> {
+    let file = root.join(FOLDER).join(PASSED);
+    if !file.exists() {
+        return Ok(());
+    }
+    std::fs::remove_file(&file).map_err(|e| format!("{}: {e}", file.display()))
+}
+
+/// Whether cargo builds a file anew where it changes, so that it needs no other watch.
+fn is_source(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension == "rs")
+}
+
+/// The state of all files of the project but those whose change makes cargo build something anew.
+pub(crate) fn state_of_data(root: &Path) -> Result<u64, String> {
+    let files = tree::files(root)?.into_iter().filter(|file| !is_source(file));
+    Ok(state(root, &files.collect::<Vec<_>>()))
+}
+
+/// One number for the sizes and times of files.
+pub(crate) fn state(root: &Path, files: &[PathBuf]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for file in files {
+        let metadata = std::fs::metadata(root.join(file)).ok();
+        let modified =
+            metadata.as_ref().and_then(|metadata| metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok());
+        (file, metadata.map(|metadata| metadata.len()), modified).hash(&mut hasher);
+    }
+    hasher.finish()
+}
+
+/// Names and the states in which they passed, kept in a file.
+pub(crate) struct Passed {
+    file: PathBuf,
+    states: BTreeMap<String, String>,
+}
+
+impl Passed {
+    /// What an earlier run has left, nothing where there is none.
+    pub(crate) fn of(root: &Path) -> Self {
+        Self::read(root.join(FOLDER).join(PASSED))
+    }
+
+    fn read(file: PathBuf) -> Self {
+        let text = std::fs::read_to_string(&file).unwrap_or_default();
+        let line = |line: &str| line.split_once('\t').map(|(id, state)| (id.to_owned(), state.to_owned()));
+        Self { file, states: text.lines().filter_map(line).collect() }
+    }
+
+    /// Whether it has passed in this state.
+    pub(crate) fn holds(&self, id: &str, state: &str) -> bool {
+        self.states.get(id).is_some_and(|passed| passed == state)
+    }
+
+    /// Keeps states that have passed.
+    pub(crate) fn remember(&mut self, states: BTreeMap<String, String>) -> Result<(), String> {
+        self.states.extend(states);
+        if let Some(folder) = self.file.parent() {
+            std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        }
+        let text: String = self.states.iter().map(|(id, state)| format!("{id}\t{state}\n")).collect();
+        std::fs::write(&self.file, text).map_err(|e| format!("{}: {e}", self.file.display()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_passed_is_kept_by_name_and_state() {
+        let folder = std::env::temp_dir().join(format!("sinew-xtask-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("passed");
+        let mut passed = Passed::read(file.clone());
+        assert!(!passed.holds("sinew::lib", "1 2"));
+        passed.remember(BTreeMap::from([("sinew::lib".to_owned(), "1 2".to_owned())])).unwrap();
+        let passed = Passed::read(file);
+        assert!(passed.holds("sinew::lib", "1 2") && !passed.holds("sinew::lib", "1 3"));
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_file_that_grows_has_another_state() {
+        let file = std::env::temp_dir().join(format!("sinew-xtask-state-{}", std::process::id()));
+        let of = |text: &str| {
+            std::fs::write(&file, text).unwrap();
+            state(Path::new("/"), std::slice::from_ref(&file))
+        };
+        assert_ne!(of("1"), of("12"));
+        std::fs::remove_file(&file).unwrap();
+        assert_ne!(state(Path::new("/"), &[file]), 0);
+    }
+}
