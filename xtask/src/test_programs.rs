@@ -96,9 +96,6 @@ fn run_group(
     }
     let chosen = waiting.keys().map(|id| format!("binary_id(={id})")).collect::<Vec<_>>().join(" + ");
     let mut command = cargo(root, &["nextest", "run", "--filterset", &chosen, "--binaries-metadata"]);
-    // Some tests wait for clocks and files: one more than there are processors.
-    let threads = std::thread::available_parallelism().map_or(1, usize::from) + 1;
-    command.env("NEXTEST_TEST_THREADS", threads.to_string());
     succeed(command.arg(list).arg("--cargo-metadata").arg(metadata))?;
     passed.remember(waiting)
 }

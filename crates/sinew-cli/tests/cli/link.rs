@@ -98,6 +98,14 @@ fn flood(address: SocketAddr, stop: &AtomicBool) -> u64 {
     sent
 }
 
+struct StopOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for StopOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 #[test]
 fn a_flood_changes_no_bit_of_a_run_and_a_client_moves_the_machine() {
     let run = |flooded: bool| {
@@ -105,6 +113,8 @@ fn a_flood_changes_no_bit_of_a_run_and_a_client_moves_the_machine() {
         let (address, stop) = (running.address, AtomicBool::new(false));
         std::thread::scope(|scope| {
             let flood = flooded.then(|| scope.spawn(|| flood(address, &stop)));
+            // Where an assertion fails, too, or the scope would wait for the flood.
+            let stopping = StopOnDrop(&stop);
             let mut client = running.connect();
             assert_ne!(client.session().welcome().features & features::LOCK_STEP, 0);
             let (_, start) = advance(&mut client, Request::Run, Setpoints::none(), 1000 * MS);
@@ -126,7 +136,7 @@ fn a_flood_changes_no_bit_of_a_run_and_a_client_moves_the_machine() {
                     setpoints: Setpoints::none(),
                 })
                 .unwrap();
-            stop.store(true, Ordering::Relaxed);
+            drop(stopping);
             if let Some(flood) = flood {
                 assert!(flood.join().unwrap() > 1000);
             }
