@@ -126,7 +126,8 @@ mod tests {
     fn beside_their_package_dependencies_have_the_features_of_the_workspace() {
         let root = tree::root();
         let features = |packages: &[&str]| {
-            let mut command = cargo(&root, &["tree", "--offline", "--all-features", "--prefix=none"]);
+            let mut command =
+                cargo(&root, &["tree", "--offline", "--color=never", "--all-features", "--prefix=none"]);
             let output = command
                 .args(["--edges=normal,build,dev", "--format={p} [{f}]"])
                 .args(packages)
