@@ -1,18 +1,25 @@
 //! What has passed in an earlier run, and in which state.
 
+use crate::check::target;
 use crate::tree;
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
-/// What the steps leave for the next run, and in it what has passed.
-pub(crate) const FOLDER: &str = "target/check";
-const PASSED: &str = "passed";
+/// Where the steps leave what the next run reads.
+pub(crate) fn folder(root: &Path) -> PathBuf {
+    target(root).join("check")
+}
+
+/// What has passed.
+fn file(root: &Path) -> PathBuf {
+    folder(root).join("passed")
+}
 
 /// Forgets what has passed.
 pub(crate) fn forget(root: &Path) -> Result<(), String> {
-    let file = root.join(FOLDER).join(PASSED);
+    let file = file(root);
     if !file.exists() {
         return Ok(());
     }
@@ -24,10 +31,18 @@ fn is_source(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension == "rs")
 }
 
-/// The state of all files of the project but those whose change makes cargo build something anew.
-pub(crate) fn state_of_data(root: &Path) -> Result<u64, String> {
+/// Beginnings of the variables of the environment that tests read.
+const VARIABLES: [&str; 2] = ["SINEW_", "PROPTEST_"];
+
+/// What tests may read beside their own program: the state of all files of the project but those whose change makes cargo build
+/// something anew, and variables of the environment.
+pub(crate) fn state_of_data(root: &Path) -> Result<String, String> {
     let files = tree::files(root)?.into_iter().filter(|file| !is_source(file));
-    Ok(state(root, &files.collect::<Vec<_>>()))
+    let of_tests = |name: &str| VARIABLES.iter().any(|beginning| name.starts_with(beginning));
+    let variables = std::env::vars_os().filter(|(name, _)| name.to_str().is_some_and(of_tests));
+    let mut hasher = DefaultHasher::new();
+    variables.collect::<BTreeMap<_, _>>().hash(&mut hasher);
+    Ok(format!("{:x} {:x}", state(root, &files.collect::<Vec<_>>()), hasher.finish()))
 }
 
 /// One number for the sizes and times of files.
@@ -51,7 +66,7 @@ pub(crate) struct Passed {
 impl Passed {
     /// What an earlier run has left, nothing where there is none.
     pub(crate) fn of(root: &Path) -> Self {
-        Self::read(root.join(FOLDER).join(PASSED))
+        Self::read(file(root))
     }
 
     fn read(file: PathBuf) -> Self {

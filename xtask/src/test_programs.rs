@@ -1,8 +1,8 @@
 //! Unit and integration tests. Each group is built while the tests of the group before run, and a program of tests runs only where it, or a
-//! file that it may read, has changed since it passed.
+//! file of the project that is no Rust source, has changed since it passed.
 
-use crate::check::{cargo, succeed};
-use crate::passed::{FOLDER, Passed, state, state_of_data};
+use crate::check::{cargo, succeed, target};
+use crate::passed::{Passed, folder, state, state_of_data};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -28,8 +28,8 @@ const GROUPS: [(&str, &[&str]); 3] = [
 /// The first group. The program is a part of its build.
 pub(crate) const WITHOUT_CORE: [&str; 4] = ["--workspace", "--exclude=sinew", "--all-features", "--tests"];
 
-/// The package whose tests start the program, and the program.
-const OF_PROGRAM: (&str, &str) = ("sinew-cli", "debug/sinew");
+/// The package whose tests start the program.
+const OF_PROGRAM: &str = "sinew-cli";
 /// The package whose tests read the sources of all others: they run every time.
 const OF_SOURCES: &str = "xtask";
 
@@ -42,7 +42,7 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
             |(_, selection): &(&str, &[&str])| succeed(cargo(root, &["test", "--quiet"]).args(*selection));
         return GROUPS.iter().try_for_each(test);
     }
-    let folder = root.join(FOLDER);
+    let folder = folder(root);
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let metadata = folder.join("metadata.json");
     write_output(&mut cargo(root, &["metadata", "--format-version=1", "--all-features"]), &metadata)?;
@@ -64,7 +64,7 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
             Ok(())
         });
         let ran =
-            lists.into_iter().try_for_each(|list| run_group(root, &list, &metadata, files, &mut passed));
+            lists.into_iter().try_for_each(|list| run_group(root, &list, &metadata, &files, &mut passed));
         let built = builder.join().unwrap_or_else(|_| Err("the build of the tests panicked".into()));
         built.and(ran)
     })
@@ -75,17 +75,17 @@ fn run_group(
     root: &Path,
     list: &Path,
     metadata: &Path,
-    files: u64,
+    files: &str,
     passed: &mut Passed,
 ) -> Result<(), String> {
     let text = std::fs::read_to_string(list).map_err(|e| format!("{}: {e}", list.display()))?;
     let mut waiting = programs(&text);
     let all = waiting.len();
+    let program = target(root).join(format!("debug/sinew{}", std::env::consts::EXE_SUFFIX));
     for (id, path) in &mut waiting {
-        let of_program = id.starts_with(OF_PROGRAM.0);
-        let program = of_program.then(|| PathBuf::from("target").join(OF_PROGRAM.1));
+        let program = id.starts_with(OF_PROGRAM).then(|| program.clone());
         let state = state(root, &[PathBuf::from(&*path)].into_iter().chain(program).collect::<Vec<_>>());
-        *path = format!("{path} {state:x} {files:x}");
+        *path = format!("{path} {state:x} {files}");
     }
     waiting.retain(|id, now| id.starts_with(OF_SOURCES) || !passed.holds(id, now));
     if waiting.len() < all {

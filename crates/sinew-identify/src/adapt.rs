@@ -24,7 +24,7 @@ use crate::report::build::report;
 use crate::select::choice::selection_rmse;
 use crate::select::cross_validation::{ScoredCandidate, cross_validate};
 use crate::select::folds::Folds;
-use crate::training::{fit_networks, refit_cell};
+use crate::training::{fit_cell_of, fit_networks};
 use sinew::predictor::{Estimator, Feature, InputLimits, MEMBERS, Model};
 use sinew::transmission::{BasisTerm, ClampCell};
 
@@ -208,7 +208,7 @@ fn fresh(old: &Estimator, runs: &[&Run], seed: u64) -> Option<Estimator> {
     if let Some(cell) = &old.law.cell {
         let branches = cell.branches.iter().map(|b| b.width).collect();
         let plan = CellPlan { basis: cell.basis.clone(), elastic: cell.elastic.clone(), branches };
-        law.cell = Some(refit_cell(&law, &plan, runs)?);
+        law.cell = Some(fit_cell_of(&law, &plan, runs)?);
     }
     let ensemble = old.ensemble.as_ref();
     let hidden = ensemble.map(|e| e.hidden_bias.len()).or(old.perceptron.as_ref().map(|p| p.hidden()));

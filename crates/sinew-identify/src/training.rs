@@ -28,7 +28,7 @@ pub(crate) fn fit_law(recipe: &Recipe, runs: &[&Run]) -> Option<MemoryLaw> {
         features: Vec::new(),
     };
     if let Some(plan) = &recipe.cell {
-        law.cell = Some(refit_cell(&law, plan, runs)?);
+        law.cell = Some(fit_cell_of(&law, plan, runs)?);
     }
     if let Some(columns) = recipe.cable {
         law.cable = Some(fit_observed(runs, columns)?);
@@ -59,7 +59,7 @@ fn refit_in_turn(estimator: Estimator, recipe: &Recipe, runs: &[&Run], seed: u64
     let residuals: Vec<Run> = runs.iter().map(|run| without_correction(&estimator, run)).collect();
     let residuals: Vec<&Run> = residuals.iter().collect();
     let mut law = estimator.law;
-    law.cell = Some(refit_cell(&law, plan, &residuals)?);
+    law.cell = Some(fit_cell_of(&law, plan, &residuals)?);
     fit_networks(law, recipe, runs, seed)
 }
 
@@ -76,7 +76,7 @@ fn without_correction(estimator: &Estimator, run: &Run) -> Run {
 }
 
 /// Fits a cell on the signals of a law.
-pub(crate) fn refit_cell(law: &MemoryLaw, plan: &CellPlan, runs: &[&Run]) -> Option<ClampCell> {
+pub(crate) fn fit_cell_of(law: &MemoryLaw, plan: &CellPlan, runs: &[&Run]) -> Option<ClampCell> {
     fit_cell(&Columns::new(law, runs).data(), plan)
 }
 

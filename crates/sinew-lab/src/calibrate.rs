@@ -87,14 +87,12 @@ fn rows(specimen: &Specimen, speed: f64, strokes: f64, seed: u64) -> Result<Vec<
         run(&bench_run, MuscleControl::Compensation(&mut Compensation::None), seconds, |row| {
             rows.push(*row);
         })?;
-    match stop {
-        None => Ok(rows),
-        Some(stop) => Err(Error::experiment(
-            "calibration run",
-            "no broken cable and no drive fault",
-            &format!("{stop:?}"),
-        )),
-    }
+    stop.map_or(Ok(rows), |stop| Err(ended_early(stop)))
+}
+
+/// The error of a calibration run that did not reach its end.
+pub(crate) fn ended_early(stop: Stop) -> Error {
+    Error::experiment("calibration run", "no broken cable and no drive fault", &format!("{stop:?}"))
 }
 
 pub(crate) fn cable_log<'a>(rows: impl IntoIterator<Item = &'a BenchRow>) -> CableLog {

@@ -2,8 +2,8 @@
 //! are used.
 
 use crate::Error;
-use crate::calibrate::{cable_log, networks};
-use crate::experiment::bench::{BenchRow, BenchRun, Programme, run_all};
+use crate::calibrate::{cable_log, ended_early, networks};
+use crate::experiment::bench::{BenchRow, BenchRun, CalibrationRun, Programme, run_all};
 use rayon::prelude::*;
 use sinew::control::arm::MuscleGains;
 use sinew::control::compensation::NetworkCompensation;
@@ -166,11 +166,9 @@ pub(super) fn runs(
                 period: stroke.length / stroke.speed,
                 ..BenchRun::paper(cable, Programme::Calibrate, stroke.speed, seed)
             };
-            all.push((run, stroke.duration, decimation(stroke)));
+            all.push(CalibrationRun { run, seconds: stroke.duration, decimation: decimation(stroke) });
         }
     }
-    let expected = "no broken cable and no drive fault";
-    let stopped = |stop| Error::experiment("calibration run", expected, &format!("{stop:?}"));
-    let mut rows = run_all(&all)?.into_iter().map(|rows| rows.map_err(stopped));
+    let mut rows = run_all(&all)?.into_iter().map(|rows| rows.map_err(ended_early));
     muscles.iter().map(|&muscle| rows.by_ref().take(programmes[muscle].strokes.len()).collect()).collect()
 }

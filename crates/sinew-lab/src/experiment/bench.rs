@@ -188,23 +188,39 @@ pub fn run(
     Ok(None)
 }
 
-/// What is kept of a run: every so many rows, or the reason for an early end.
+/// A run without compensation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationRun {
+    /// Its conditions.
+    pub run: BenchRun,
+    /// Its duration, s.
+    pub seconds: f64,
+    /// Every n-th row is kept, beginning with the first; 0 acts as 1.
+    pub decimation: usize,
+}
+
+/// What is kept of a run: rows, or the reason for an early end.
 pub type KeptRows = Result<Vec<BenchRow>, Stop>;
 
-/// Runs without compensation, each for its number of seconds, with every n-th row kept, beginning with the first. Their cables are
-/// computed in SIMD lanes of eight and their rows are those of [`run`] to the bit.
+/// Runs without compensation. Their cables are computed in SIMD lanes of eight, and their rows are those of [`run`] to the bit.
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_all(runs: &[(BenchRun, f64, usize)]) -> Result<Vec<KeptRows>, Error> {
-    let mut longest_first: Vec<usize> = (0..runs.len()).collect();
-    longest_first.sort_by(|a, b| runs[*b].1.total_cmp(&runs[*a].1));
-    let batches = longest_first.par_chunks(LANES).map(|batch| {
+pub fn run_all(runs: &[CalibrationRun]) -> Result<Vec<KeptRows>, Error> {
+    // Lanes share cells and substeps, and end one after the other.
+    let resolution = |k: usize| (runs[k].run.resolution.cells, runs[k].run.resolution.substeps);
+    let mut order: Vec<usize> = (0..runs.len()).collect();
+    order.sort_by(|&a, &b| {
+        resolution(a).cmp(&resolution(b)).then(runs[b].seconds.total_cmp(&runs[a].seconds))
+    });
+    let alike = order.chunk_by(|&a, &b| resolution(a) == resolution(b));
+    let batches: Vec<&[usize]> = alike.flat_map(|alike| alike.chunks(LANES)).collect();
+    let kept = batches.par_iter().map(|batch| {
         let of_batch: Vec<_> = batch.iter().map(|k| &runs[*k]).collect();
         Ok(batch.iter().copied().zip(run_batch(&of_batch)?).collect())
     });
-    let batches = batches.collect::<Result<Vec<Vec<(usize, KeptRows)>>, Error>>()?;
-    let mut kept: Vec<_> = batches.into_iter().flatten().collect();
+    let kept = kept.collect::<Result<Vec<Vec<(usize, KeptRows)>>, Error>>()?;
+    let mut kept: Vec<_> = kept.into_iter().flatten().collect();
     kept.sort_by_key(|(k, _)| *k);
     Ok(kept.into_iter().map(|(_, rows)| rows).collect())
 }
@@ -212,19 +228,19 @@ pub fn run_all(runs: &[(BenchRun, f64, usize)]) -> Result<Vec<KeptRows>, Error> 
 /// Cables that are computed together.
 const LANES: usize = 8;
 
-/// Runs side by side, the longest first.
-fn run_batch(runs: &[&(BenchRun, f64, usize)]) -> Result<Vec<KeptRows>, Error> {
-    let entries: Vec<_> = runs.iter().map(|(run, ..)| (&run.specimen, run.drives, run.seed)).collect();
-    let resolution = runs.first().map_or_else(Resolution::default, |(run, ..)| run.resolution);
+/// Runs with one resolution side by side, the longest first.
+fn run_batch(runs: &[&CalibrationRun]) -> Result<Vec<KeptRows>, Error> {
+    let entries: Vec<_> = runs.iter().map(|of| (&of.run.specimen, of.run.drives, of.run.seed)).collect();
+    let resolution = runs.first().map_or_else(Resolution::default, |of| of.run.resolution);
     let mut benches = Benches::new(&entries, resolution)?;
-    benches.settle(&runs.iter().map(|(run, ..)| run.mean_tension()).collect::<Vec<_>>())?;
+    benches.settle(&runs.iter().map(|of| of.run.mean_tension()).collect::<Vec<_>>())?;
     let cycles = runs.iter().zip(benches.readings());
     let mut cycles =
-        cycles.map(|((run, ..), reading)| Cycle::new(run, &reading)).collect::<Result<Vec<_>, _>>()?;
+        cycles.map(|(of, reading)| Cycle::new(&of.run, &reading)).collect::<Result<Vec<_>, _>>()?;
     let mut kept: Vec<KeptRows> = vec![Ok(Vec::new()); runs.len()];
     let (mut rows, mut commands) = (Vec::new(), Vec::new());
     for step in 0..u64::MAX {
-        let active = runs.iter().take_while(|(_, seconds, _)| step < (seconds / STEP) as u64).count();
+        let active = runs.iter().take_while(|of| step < (of.seconds / STEP) as u64).count();
         if active == 0 {
             break;
         }
@@ -238,10 +254,10 @@ fn run_batch(runs: &[&(BenchRun, f64, usize)]) -> Result<Vec<KeptRows>, Error> {
         }
         benches.step(&commands, STEP)?;
         let ends = rows.iter_mut().zip(benches.truth()).zip(benches.faults());
-        for (((row, truth), fault), (kept, (.., every))) in ends.zip(kept.iter_mut().zip(runs)) {
+        for (((row, truth), fault), (kept, of)) in ends.zip(kept.iter_mut().zip(runs)) {
             let Ok(list) = kept else { continue };
             row.complete(truth);
-            if step % (*every).max(1) as u64 == 0 {
+            if step % of.decimation.max(1) as u64 == 0 {
                 list.push(*row);
             }
             if let Some(stop) = Stop::of(truth, fault) {
@@ -399,16 +415,22 @@ mod tests {
     #[test]
     fn runs_in_lanes_are_those_alone_to_the_bit() {
         let entry = |k: u64| {
-            let run = BenchRun::paper(Specimen::draw(k), Programme::Calibrate, 0.05 + 0.05 * k as f64, k);
-            (run, 0.3 + 0.1 * (k * 7 % 11) as f64, 1 + k as usize % 4)
+            let paper = BenchRun::paper(Specimen::draw(k), Programme::Calibrate, 0.05 + 0.05 * k as f64, k);
+            let resolution = Resolution { cells: if k.is_multiple_of(3) { 16 } else { 24 }, substeps: 2 };
+            CalibrationRun {
+                run: BenchRun { resolution, ..paper },
+                seconds: 0.3 + 0.1 * (k * 7 % 11) as f64,
+                decimation: 1 + k as usize % 4,
+            }
         };
-        // More than one batch, of different durations.
-        let all: Vec<_> = (0..11).map(entry).collect();
-        for ((run_alone, seconds, every), kept) in all.iter().zip(run_all(&all).unwrap()) {
+        // More than one batch, of different durations and resolutions.
+        let all: Vec<_> = (0..14).map(entry).collect();
+        for (of, kept) in all.iter().zip(run_all(&all).unwrap()) {
             let mut rows = Vec::new();
             let uncompensated = MuscleControl::Compensation(&mut Compensation::None);
-            assert_eq!(run(run_alone, uncompensated, *seconds, |row| rows.push(*row)).unwrap(), None);
-            let expected: Vec<String> = rows.iter().step_by(*every).map(|row| format!("{row:?}")).collect();
+            assert_eq!(run(&of.run, uncompensated, of.seconds, |row| rows.push(*row)).unwrap(), None);
+            let expected: Vec<String> =
+                rows.iter().step_by(of.decimation).map(|row| format!("{row:?}")).collect();
             let kept: Vec<String> = kept.unwrap().iter().map(|row| format!("{row:?}")).collect();
             assert_eq!(kept, expected);
         }
