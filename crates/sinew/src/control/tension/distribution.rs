@@ -1,11 +1,13 @@
 //! The public solver: groups of joints solved one after the other, each from its last solution.
 
+use super::ascent::Ascent;
+use super::block::{Block, Muscle};
 use super::pattern::{Group, Pattern};
 use super::problem::{Limit, Problem, is_nonzero};
-use super::rows::{Block, Dense, Sparse};
+use super::rows::{Dense, Sparse};
 use super::settings::Settings;
 use super::solution::{Solution, Status};
-use super::solver::{GroupStart, Solver};
+use super::solver::{Solver, Start};
 use crate::Error;
 use alloc::vec::Vec;
 
@@ -70,34 +72,21 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone)]
 pub struct Distribution {
     pattern: Pattern,
-    terms: Terms,
-    start: Start,
     solver: Solver,
-    // In the order of the problem.
-    tension: Vec<f64>,
-    residual: Vec<f64>,
-    multiplier: Vec<f64>,
-    limit: Vec<Limit>,
-}
-
-/// The problem in the pattern's order.
-#[derive(Debug, Clone)]
-struct Terms {
-    value: Vec<f64>,
-    lower: Vec<f64>,
-    upper: Vec<f64>,
-    reference: Vec<f64>,
-    compliance: Vec<f64>,
+    // The problem, in the pattern's order.
+    arms: Vec<f64>,
+    muscles: Vec<Muscle>,
     torque: Vec<f64>,
-}
-
-/// The last solution, in the pattern's order.
-#[derive(Debug, Clone)]
-struct Start {
+    // The last solution, in the pattern's order.
     lambda: Vec<f64>,
     /// Multipliers of the regularized dual, and the groups out of reach, to which they belong.
     regularized: Vec<f64>,
     infeasible: Vec<bool>,
+    // The last solution, in the order of the problem.
+    tension: Vec<f64>,
+    residual: Vec<f64>,
+    multiplier: Vec<f64>,
+    limit: Vec<Limit>,
 }
 
 impl Distribution {
@@ -110,35 +99,27 @@ impl Distribution {
     /// The same with other tolerances and limits.
     #[must_use]
     pub fn with_settings(muscles: usize, joints: usize, settings: &Settings) -> Self {
-        let per_muscle = alloc::vec![0.0; muscles];
-        let per_joint = alloc::vec![0.0; joints];
+        let per_joint = || alloc::vec![0.0; joints];
         Self {
             pattern: Pattern::new(muscles, joints),
-            terms: Terms {
-                value: alloc::vec![0.0; muscles * joints],
-                lower: per_muscle.clone(),
-                upper: per_muscle.clone(),
-                reference: per_muscle.clone(),
-                compliance: per_muscle.clone(),
-                torque: per_joint.clone(),
-            },
-            start: Start {
-                lambda: per_joint.clone(),
-                regularized: per_joint.clone(),
-                infeasible: alloc::vec![false; joints + 1],
-            },
             solver: Solver::new(muscles, joints, settings),
-            tension: per_muscle,
-            residual: per_joint.clone(),
-            multiplier: per_joint,
+            arms: alloc::vec![0.0; muscles * joints],
+            muscles: alloc::vec![Muscle::default(); muscles],
+            torque: per_joint(),
+            lambda: per_joint(),
+            regularized: per_joint(),
+            infeasible: alloc::vec![false; joints + 1],
+            tension: alloc::vec![0.0; muscles],
+            residual: per_joint(),
+            multiplier: per_joint(),
             limit: alloc::vec![Limit::Free; muscles],
         }
     }
 
     /// Drops the last solution: the next one starts from nothing.
     pub fn forget(&mut self) {
-        self.start.lambda.fill(0.0);
-        self.start.infeasible.fill(false);
+        self.lambda.fill(0.0);
+        self.infeasible.fill(false);
     }
 
     /// The tensions for a torque, or for the closest that can be reached.
@@ -148,14 +129,14 @@ impl Distribution {
     pub fn solve(&mut self, problem: &Problem) -> Result<Solution<'_>, Error> {
         let arms = problem.count_arms(self.tension.len(), self.residual.len())?;
         // Arms that became zero keep their places; a new one makes another pattern.
-        if !self.pattern.found || self.terms.gather_arms(&self.pattern, problem) != arms {
-            self.pattern.find(self.tension.len(), problem.moment_arms);
-            self.terms.gather_arms(&self.pattern, problem);
+        if self.pattern.groups().is_empty() || self.gather_arms(problem) != arms {
+            self.pattern.find(problem.moment_arms);
+            self.gather_arms(problem);
             self.forget();
         }
-        self.terms.gather(&self.pattern, problem);
+        self.gather(problem);
         let (mut status, mut iterations) = (Status::Optimal, 0);
-        for index in 0..self.pattern.groups.len() {
+        for index in 0..self.pattern.groups().len() {
             let (group_status, steps) = self.solve_group(index);
             status = status.max(group_status);
             iterations += steps;
@@ -165,91 +146,67 @@ impl Distribution {
     }
 
     fn solve_group(&mut self, index: usize) -> (Status, u32) {
-        let Self { pattern, terms, start, solver, .. } = self;
-        let group = pattern.groups[index].clone();
-        let arms = &terms.value[pattern.start[group.muscles.start]..pattern.start[group.muscles.end]];
-        let (block, joints) = (terms.block(pattern, &group), group.joints.len());
-        let mut start = GroupStart {
-            lambda: &mut start.lambda[group.joints.clone()],
-            regularized: &mut start.regularized[group.joints.clone()],
-            infeasible: &mut start.infeasible[index],
+        let Self { pattern, solver, .. } = self;
+        let Group { muscles, joints, dense, operations } = pattern.groups()[index].clone();
+        let n = joints.len();
+        let block = Block {
+            rows: Sparse {
+                joints: n,
+                start: &pattern.start[muscles.start..=muscles.end],
+                column: &pattern.column,
+                value: &self.arms,
+            },
+            muscles: &self.muscles[muscles.clone()],
+            torque: &self.torque[joints.clone()],
         };
+        let start = &mut Start {
+            lambda: &mut self.lambda[joints.clone()],
+            regularized: &mut self.regularized[joints.clone()],
+            infeasible: &mut self.infeasible[index],
+        };
+        let arms = &self.arms[pattern.start[muscles.start]..pattern.start[muscles.end]];
         // Three joints and fewer, as robot arms have them, are worth loops of known length.
-        let (work, start) = (group.operations, &mut start);
-        let result = match (group.dense, joints) {
-            (true, 1) => solver.solve(&block, Dense::<1> { joints, arms }, start, work),
-            (true, 2) => solver.solve(&block, Dense::<2> { joints, arms }, start, work),
-            (true, 3) => solver.solve(&block, Dense::<3> { joints, arms }, start, work),
-            (true, _) => solver.solve(&block, Dense::<0> { joints, arms }, start, work),
-            (false, _) => solver.solve(&block, block.rows, start, work),
+        let result = match (dense, n) {
+            (true, 1) => solver.solve(&block, Dense::<1> { joints: n, arms }, start, operations),
+            (true, 2) => solver.solve(&block, Dense::<2> { joints: n, arms }, start, operations),
+            (true, 3) => solver.solve(&block, Dense::<3> { joints: n, arms }, start, operations),
+            (true, _) => solver.solve(&block, Dense::<0> { joints: n, arms }, start, operations),
+            (false, _) => solver.solve(&block, block.rows, start, operations),
         };
-        self.scatter(&group);
+        // Into the order of the problem.
+        let Ascent { muscles: states, residual, .. } = solver.answer();
+        for ((&i, state), muscle) in pattern.muscles[muscles].iter().zip(states).zip(block.muscles) {
+            self.tension[i] = state.tension;
+            self.limit[i] = Limit::of(state.tension, muscle.lower, muscle.upper);
+        }
+        for (k, &j) in pattern.joints[joints].iter().enumerate() {
+            (self.residual[j], self.multiplier[j]) = (residual.torque[k], start.lambda[k]);
+        }
         result
     }
 
-    /// Puts a group's solution into the order of the problem.
-    fn scatter(&mut self, group: &Group) {
-        let (tension, residual) = self.solver.result();
-        let muscles = self.pattern.muscles[group.muscles.clone()].iter().zip(tension);
-        let limits =
-            self.terms.lower[group.muscles.clone()].iter().zip(&self.terms.upper[group.muscles.clone()]);
-        for ((&muscle, &tension), (&lower, &upper)) in muscles.zip(limits) {
-            self.tension[muscle] = tension;
-            self.limit[muscle] = Limit::of(tension, lower, upper);
-        }
-        let joints = self.pattern.joints[group.joints.clone()].iter().zip(residual);
-        for ((&joint, &residual), &lambda) in joints.zip(&self.start.lambda[group.joints.clone()]) {
-            self.residual[joint] = residual;
-            self.multiplier[joint] = lambda;
-        }
-    }
-}
-
-impl Terms {
     /// Puts the arms into the pattern's order; the number of those that are not zero.
-    fn gather_arms(&mut self, pattern: &Pattern, problem: &Problem) -> u64 {
+    fn gather_arms(&mut self, problem: &Problem) -> u64 {
         let mut count = 0;
-        for (value, &place) in self.value.iter_mut().zip(&pattern.source) {
-            *value = problem.moment_arms[place];
-            count += u64::from(is_nonzero(*value));
+        for (arm, &place) in self.arms.iter_mut().zip(self.pattern.source()) {
+            *arm = problem.moment_arms[place];
+            count += u64::from(is_nonzero(*arm));
         }
         count
     }
 
     /// Everything but the arms.
-    fn gather(&mut self, pattern: &Pattern, problem: &Problem) {
-        let count = pattern.muscles.len();
-        let Self { lower, upper, reference, compliance, .. } = self;
-        let (lower, upper) = (&mut lower[..count], &mut upper[..count]);
-        let (reference, compliance) = (&mut reference[..count], &mut compliance[..count]);
-        let Problem { minimum, maximum, reference: desired, weight, .. } = problem;
-        let (minimum, maximum) = (&minimum[..count], &maximum[..count]);
-        let (desired, weight) = (&desired[..count], &weight[..count]);
-        for (k, &muscle) in pattern.muscles.iter().enumerate() {
-            lower[k] = minimum[muscle];
-            upper[k] = maximum[muscle];
-            reference[k] = desired[muscle];
-            compliance[k] = 1.0 / weight[muscle];
+    fn gather(&mut self, problem: &Problem) {
+        for (muscle, &i) in self.muscles.iter_mut().zip(&self.pattern.muscles) {
+            *muscle = Muscle {
+                lower: problem.minimum[i],
+                upper: problem.maximum[i],
+                reference: problem.reference[i],
+                compliance: 1.0 / problem.weight[i],
+            };
         }
-        for (torque, &joint) in self.torque.iter_mut().zip(&pattern.joints) {
+        for (torque, &joint) in self.torque.iter_mut().zip(&self.pattern.joints) {
             *torque = problem.torque[joint];
-        }
-    }
-
-    fn block<'a>(&'a self, pattern: &'a Pattern, group: &Group) -> Block<'a, Sparse<'a>, f64> {
-        let muscles = group.muscles.clone();
-        Block {
-            rows: Sparse {
-                joints: group.joints.len(),
-                start: &pattern.start[muscles.start..=muscles.end],
-                column: &pattern.column,
-                value: &self.value,
-            },
-            lower: &self.lower[muscles.clone()],
-            upper: &self.upper[muscles.clone()],
-            reference: &self.reference[muscles.clone()],
-            compliance: &self.compliance[muscles],
-            torque: &self.torque[group.joints.clone()],
         }
     }
 }

@@ -12,7 +12,6 @@ use super::scalar::Scalar;
 #[inline(always)]
 pub(super) fn factor<S: Scalar>(h: &mut [S], floor: &[f64]) {
     let n = floor.len();
-    let h = &mut h[..n * n];
     for k in 0..n {
         let (above, below) = h.split_at_mut((k + 1) * n);
         let row = &mut above[k * n + k..];
@@ -30,7 +29,7 @@ pub(super) fn factor<S: Scalar>(h: &mut [S], floor: &[f64]) {
             if entry.rounded() != 0.0 {
                 let f = entry * inverse;
                 for (to, from) in lower[i..].iter_mut().zip(&row[i - k..]) {
-                    *to -= f * *from;
+                    *to = *to - f * *from;
                 }
             }
         }
@@ -41,14 +40,13 @@ pub(super) fn factor<S: Scalar>(h: &mut [S], floor: &[f64]) {
 #[inline(always)]
 pub(super) fn solve<S: Scalar>(h: &[S], x: &mut [S]) {
     let n = x.len();
-    let h = &h[..n * n];
-    for (k, row) in h.chunks_exact(n).enumerate().take(n) {
+    for (k, row) in h.chunks_exact(n).enumerate() {
         let f = x[k] * row[k];
         for (to, from) in x[k + 1..].iter_mut().zip(&row[k + 1..]) {
-            *to -= f * *from;
+            *to = *to - f * *from;
         }
     }
-    for (k, row) in h.chunks_exact(n).enumerate().take(n).rev() {
+    for (k, row) in h.chunks_exact(n).enumerate().rev() {
         x[k] = (x[k] - dot(&x[k + 1..], &row[k + 1..])) * row[k];
     }
 }

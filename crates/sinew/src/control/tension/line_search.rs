@@ -1,18 +1,7 @@
 //! The exact maximum of the dual along a direction.
 
+use super::block::{Muscle, State};
 use super::scalar::Scalar;
-
-/// One muscle along a direction.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ray<S> {
-    /// Tension without limits at step 0, and its limits.
-    pub(super) from: S,
-    pub(super) lower: f64,
-    pub(super) upper: f64,
-    /// `R_i d`, and its product with the compliance: the change of that tension per unit of the step.
-    pub(super) pull: S,
-    pub(super) rate: S,
-}
 
 /// Where a muscle leaves one limit and reaches the other, and the curvature that it adds between.
 #[derive(Debug, Clone, Copy)]
@@ -37,29 +26,27 @@ pub(super) struct Line<S> {
 /// give the torque then.
 ///
 /// ```text
-/// slope(s) = tau d - sum_i pull_i clip(from_i + s rate_i, lower_i, upper_i) - s eps |d|^2
+/// slope(s) = tau d - sum_i pull_i clip(unclipped_i + s rate_i, lower_i, upper_i) - s eps |d|^2
 /// ```
 ///
 /// The slope falls, piecewise linear. Breakpoints are visited in their order; curvatures are summed anew on
 /// every piece, so that stiff muscles that come and go leave no rounding. `segments` is room for as many as
-/// there are rays.
-#[inline]
-pub(super) fn search<S: Scalar>(
-    rays: impl Iterator<Item = Ray<S>>,
+/// there are muscles.
+pub(super) fn search<'a, S: Scalar + 'a>(
+    muscles: impl Iterator<Item = (&'a State<S>, &'a Muscle)>,
     line: &Line<S>,
     rounding: f64,
     segments: &mut [Segment<S>],
 ) -> S {
     let (mut count, mut scale) = (0, line.torque);
     let infinite = S::from(f64::INFINITY);
-    for ray in rays {
-        let rising = ray.rate > S::ZERO;
-        let (near, far) = if rising { (ray.lower, ray.upper) } else { (ray.upper, ray.lower) };
-        scale += ray.pull.rounded().abs() * near.abs().max(far.abs());
-        let moves = (ray.rate.rounded() != 0.0) & (ray.lower < ray.upper);
-        let inverse = S::from(1.0) / ray.rate;
-        let (enter, leave) = ((S::from(near) - ray.from) * inverse, (S::from(far) - ray.from) * inverse);
-        segments[count] = Segment { enter, leave, curvature: ray.pull * ray.rate };
+    for (&State { unclipped, pull, rate, .. }, &Muscle { lower, upper, .. }) in muscles {
+        let (near, far) = if rate > S::ZERO { (lower, upper) } else { (upper, lower) };
+        scale += pull.rounded().abs() * near.abs().max(far.abs());
+        let moves = (rate.rounded() != 0.0) & (lower < upper);
+        let inverse = S::from(1.0) / rate;
+        let [enter, leave] = [near, far].map(|limit| (S::from(limit) - unclipped) * inverse);
+        segments[count] = Segment { enter, leave, curvature: pull * rate };
         count += usize::from(moves & (leave > S::ZERO));
     }
     let (mut at, mut slope) = (S::ZERO, line.slope);
@@ -67,7 +54,7 @@ pub(super) fn search<S: Scalar>(
         let (mut next, mut curvature) = (infinite, line.regularization);
         for segment in &segments[..count] {
             let inside = (segment.enter <= at) & (at < segment.leave);
-            curvature += if inside { segment.curvature } else { S::ZERO };
+            curvature = curvature + if inside { segment.curvature } else { S::ZERO };
             let breakpoint = if segment.enter > at { segment.enter } else { segment.leave };
             next = if (breakpoint > at) & (breakpoint < next) { breakpoint } else { next };
         }
@@ -82,7 +69,7 @@ pub(super) fn search<S: Scalar>(
         if fall >= slope {
             return at + slope / curvature;
         }
-        slope -= fall;
+        slope = slope - fall;
         at = next;
         if slope.rounded() <= 10.0 * rounding * scale {
             return at;
@@ -97,12 +84,17 @@ pub(super) fn room<S: Scalar>(muscles: usize) -> alloc::vec::Vec<Segment<S>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Line, Ray, room, search};
-
-    const MUSCLE: Ray<f64> = Ray { from: -1.0, lower: 0.0, upper: 2.0, rate: 1.0, pull: 1.0 };
+    use super::{Line, Muscle, State, room, search};
 
     fn best(torque: f64, regularization: f64) -> f64 {
-        search([MUSCLE].into_iter(), &Line { slope: torque, torque, regularization }, 1e-14, &mut room(1))
+        let state = State { unclipped: -1.0, rate: 1.0, pull: 1.0, ..State::ZERO };
+        let muscle = Muscle { upper: 2.0, ..Muscle::default() };
+        search(
+            [(&state, &muscle)].into_iter(),
+            &Line { slope: torque, torque, regularization },
+            1e-14,
+            &mut room(1),
+        )
     }
 
     #[test]

@@ -16,10 +16,12 @@
 //! | `pattern` | joints that share no muscle are separate problems |
 //! | `solver` | the method: ascent, closest torque, proof, in `f64`, then in `scalar::Wide` |
 //! | `ascent`, `line_search`, `factor` | the dual ascent, regularized or not |
+//! | `block` | one group's problem, its muscles and residual |
 //! | `rows` | dense and sparse moment arms |
 //! | `cocontraction` | reference tensions for a level of co-contraction |
 
 mod ascent;
+mod block;
 mod cocontraction;
 mod distribution;
 mod factor;

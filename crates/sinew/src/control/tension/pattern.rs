@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use core::ops::Range;
 
 /// Joints coupled by common muscles and by no others, and these muscles, as ranges of [`Pattern`]'s order.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Group {
     pub(super) muscles: Range<usize>,
     pub(super) joints: Range<usize>,
@@ -23,154 +23,120 @@ const DENSE: f64 = 0.3;
 /// The places of the moment arms that are not zero, group by group.
 ///
 /// A robot arm of seven joints is as a rule several small problems, not one large one.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Pattern {
-    joint_count: usize,
     /// Muscle and joint at each place.
     pub(super) muscles: Vec<usize>,
     pub(super) joints: Vec<usize>,
-    pub(super) groups: Vec<Group>,
+    groups: Vec<Group>,
+    group_count: usize,
     /// First entry of each muscle, and the end of the last.
     pub(super) start: Vec<usize>,
     /// Joint of each entry, counted within the group.
     pub(super) column: Vec<usize>,
     /// Place of each entry in the problem's matrix.
-    pub(super) source: Vec<usize>,
-    /// First joint of each joint's group.
-    parent: Vec<usize>,
-    /// Whether groups were found.
-    pub(super) found: bool,
-}
-
-/// A clone has the same room: it allocates as little as the original.
-impl Clone for Pattern {
-    fn clone(&self) -> Self {
-        Self {
-            joint_count: self.joint_count,
-            muscles: with_room(&self.muscles),
-            joints: with_room(&self.joints),
-            groups: with_room(&self.groups),
-            start: with_room(&self.start),
-            column: with_room(&self.column),
-            source: with_room(&self.source),
-            parent: self.parent.clone(),
-            found: self.found,
-        }
-    }
-}
-
-fn with_room<T: Clone>(list: &Vec<T>) -> Vec<T> {
-    let mut clone = Vec::with_capacity(list.capacity());
-    clone.extend_from_slice(list);
-    clone
+    source: Vec<usize>,
+    /// First joint of each joint's and of each muscle's group; the number of joints for muscles that cross none.
+    joint_group: Vec<usize>,
+    muscle_group: Vec<usize>,
 }
 
 impl Pattern {
-    /// Room for a pattern; it holds none yet.
+    /// Room for a pattern; it holds no group yet.
     pub(super) fn new(muscles: usize, joints: usize) -> Self {
-        let mut start = Vec::with_capacity(muscles + 1);
-        start.push(0);
+        let zeros = |count: usize| alloc::vec![0; count];
         Self {
-            joint_count: joints,
-            muscles: Vec::with_capacity(muscles),
-            joints: Vec::with_capacity(joints),
-            groups: Vec::with_capacity(joints + 1),
-            start,
-            column: Vec::with_capacity(muscles * joints),
-            source: Vec::with_capacity(muscles * joints),
-            parent: alloc::vec![0; joints],
-            found: false,
+            muscles: (0..muscles).collect(),
+            joints: (0..joints).collect(),
+            groups: alloc::vec![Group::default(); joints + 1],
+            group_count: 0,
+            start: zeros(muscles + 1),
+            column: zeros(muscles * joints),
+            source: zeros(muscles * joints),
+            joint_group: zeros(joints),
+            muscle_group: zeros(muscles),
         }
+    }
+
+    /// None before [`find`](Self::find).
+    pub(super) fn groups(&self) -> &[Group] {
+        &self.groups[..self.group_count]
+    }
+
+    /// Place of each entry in the problem's matrix.
+    pub(super) fn source(&self) -> &[usize] {
+        &self.source[..self.start[self.muscles.len()]]
     }
 
     /// Finds the groups of `arms`, muscles x joints.
-    pub(super) fn find(&mut self, muscles: usize, arms: &[f64]) {
-        let n = self.joint_count;
-        let crosses = |muscle: usize, joint: usize| is_nonzero(arms[muscle * n + joint]);
-        self.join_joints(muscles, &crosses);
-        for list in [&mut self.muscles, &mut self.joints, &mut self.start, &mut self.column, &mut self.source]
-        {
-            list.clear();
-        }
-        self.groups.clear();
-        self.start.push(0);
-        self.found = true;
-        for first in 0..n {
-            if self.parent[first] == first {
-                self.gather(muscles, first, &crosses);
+    pub(super) fn find(&mut self, arms: &[f64]) {
+        let n = self.joints.len();
+        self.join_joints(arms);
+        self.muscles.sort_unstable_by_key(|&muscle| (self.muscle_group[muscle], muscle));
+        self.joints.sort_unstable_by_key(|&joint| (self.joint_group[joint], joint));
+        self.group_count = 0;
+        for first in 0..=n {
+            let range = |list: &[usize], group: &[usize]| {
+                let start = list.partition_point(|&k| group[k] < first);
+                start..start + list[start..].partition_point(|&k| group[k] == first)
+            };
+            let muscles = range(&self.muscles, &self.muscle_group);
+            let joints = range(&self.joints, &self.joint_group);
+            if !muscles.is_empty() || !joints.is_empty() {
+                self.groups[self.group_count] = self.list_entries(muscles, joints, arms);
+                self.group_count += 1;
             }
         }
-        self.gather_idle(muscles, &crosses);
     }
 
-    /// Joints that a muscle crosses together get one parent: the first of them.
-    fn join_joints(&mut self, muscles: usize, crosses: &impl Fn(usize, usize) -> bool) {
-        let n = self.joint_count;
-        for (joint, parent) in self.parent.iter_mut().enumerate() {
-            *parent = joint;
-        }
-        for muscle in 0..muscles {
-            let mut crossed = (0..n).filter(|&joint| crosses(muscle, joint));
-            let Some(first) = crossed.next() else { continue };
-            for joint in crossed {
-                let (a, b) = (self.parent[first], self.parent[joint]);
-                if a != b {
-                    let (first, other) = (a.min(b), a.max(b));
-                    for parent in self.parent.iter_mut().filter(|p| **p == other) {
-                        *parent = first;
-                    }
+    /// Joints that a muscle crosses together get one group.
+    fn join_joints(&mut self, arms: &[f64]) {
+        let n = self.joints.len();
+        (0..n).for_each(|joint| self.joint_group[joint] = joint);
+        for muscle in 0..self.muscles.len() {
+            let mut joints = crossed(arms, n, muscle);
+            let Some(first) = joints.next() else { continue };
+            for joint in joints {
+                let [a, b] = [first, joint].map(|joint| self.joint_group[joint]);
+                let (joined, other) = (a.min(b), a.max(b));
+                for group in self.joint_group.iter_mut().filter(|group| **group == other) {
+                    *group = joined;
                 }
             }
         }
+        for (muscle, group) in self.muscle_group.iter_mut().enumerate() {
+            *group = crossed(arms, n, muscle).next().map_or(n, |joint| self.joint_group[joint]);
+        }
     }
 
-    /// Lists the group whose first joint is `first`.
-    fn gather(&mut self, muscles: usize, first: usize, crosses: &impl Fn(usize, usize) -> bool) {
-        let n = self.joint_count;
-        let (from_muscle, from_joint) = (self.muscles.len(), self.joints.len());
-        self.joints.extend((first..n).filter(|&joint| self.parent[joint] == first));
-        let joints = &self.joints[from_joint..];
-        let arms = |&muscle: &usize| joints.iter().filter(|&&joint| crosses(muscle, joint)).count();
-        self.muscles.extend((0..muscles).filter(|muscle| arms(muscle) > 0));
-        let count = self.muscles[from_muscle..].iter().map(arms).sum::<usize>();
-        let all = (self.muscles.len() - from_muscle) * joints.len();
-        let dense = joints.len() <= SMALL || count as f64 >= DENSE * all as f64;
+    /// Appends the entries of a group's muscles.
+    fn list_entries(&mut self, muscles: Range<usize>, joints: Range<usize>, arms: &[f64]) -> Group {
+        let n = self.joints.len();
+        let (rows, columns) = (muscles.len(), joints.len());
+        let arm_count = |&muscle: &usize| crossed(arms, n, muscle).count();
+        let count: usize = self.muscles[muscles.clone()].iter().map(arm_count).sum();
+        let dense = columns <= SMALL || count as f64 >= DENSE * (rows * columns) as f64;
         let squares = |count: usize| (count * count) as u64;
-        let mut operations = squares(all / joints.len()) + squares(joints.len()) * joints.len() as u64 / 6;
-        for &muscle in &self.muscles[from_muscle..] {
-            let before = self.column.len();
-            for (column, &joint) in self.joints[from_joint..].iter().enumerate() {
-                if dense || crosses(muscle, joint) {
-                    self.column.push(column);
-                    self.source.push(muscle * n + joint);
+        let mut operations = squares(rows) + squares(columns) * columns as u64 / 6;
+        for k in muscles.clone() {
+            let mut end = self.start[k];
+            for (column, &joint) in self.joints[joints.clone()].iter().enumerate() {
+                let source = self.muscles[k] * n + joint;
+                if dense || is_nonzero(arms[source]) {
+                    (self.column[end], self.source[end]) = (column, source);
+                    end += 1;
                 }
             }
-            self.start.push(self.column.len());
-            operations += squares(self.column.len() - before) / 2;
+            operations += squares(end - self.start[k]) / 2;
+            self.start[k + 1] = end;
         }
-        let (muscles, joints) = (from_muscle..self.muscles.len(), from_joint..self.joints.len());
-        self.groups.push(Group { muscles, joints, dense, operations });
+        Group { muscles, joints, dense, operations }
     }
+}
 
-    /// Muscles that cross no joint are a group without joints.
-    fn gather_idle(&mut self, muscles: usize, crosses: &impl Fn(usize, usize) -> bool) {
-        let from = self.muscles.len();
-        for muscle in 0..muscles {
-            if !(0..self.joint_count).any(|joint| crosses(muscle, joint)) {
-                self.muscles.push(muscle);
-                self.start.push(self.column.len());
-            }
-        }
-        if self.muscles.len() > from {
-            let end = self.joints.len();
-            self.groups.push(Group {
-                muscles: from..self.muscles.len(),
-                joints: end..end,
-                dense: false,
-                operations: 0,
-            });
-        }
-    }
+/// The joints that a muscle crosses, of `n`.
+fn crossed(arms: &[f64], n: usize, muscle: usize) -> impl Iterator<Item = usize> {
+    (0..n).filter(move |joint| is_nonzero(arms[muscle * n + joint]))
 }
 
 #[cfg(test)]
@@ -186,14 +152,14 @@ mod tests {
             0.0, 0.0, 0.0, 4.0,
         ];
         let mut pattern = Pattern::new(4, 4);
-        pattern.find(4, &arms);
+        pattern.find(&arms);
         assert_eq!(pattern.muscles, [1, 0, 3, 2]);
         assert_eq!(pattern.joints, [0, 1, 3, 2]);
         let sizes: alloc::vec::Vec<_> =
-            pattern.groups.iter().map(|g| (g.muscles.len(), g.joints.len())).collect();
+            pattern.groups().iter().map(|g| (g.muscles.len(), g.joints.len())).collect();
         assert_eq!(sizes, [(1, 1), (2, 2), (0, 1), (1, 0)]);
         // Small groups store every arm.
-        assert_eq!(pattern.column, [0, 0, 1, 0, 1]);
+        assert_eq!(pattern.column[..pattern.source().len()], [0, 0, 1, 0, 1]);
     }
 
     #[test]
@@ -201,9 +167,9 @@ mod tests {
         // Every joint by every muscle: n^2/2 per muscle, n^3/6 of the factors, m^2 of the line search.
         for (muscles, joints) in [(4, 2), (15, 7), (9, 6)] {
             let mut pattern = Pattern::new(muscles, joints);
-            pattern.find(muscles, &alloc::vec![1.0; muscles * joints]);
+            pattern.find(&alloc::vec![1.0; muscles * joints]);
             let expected = muscles * (joints * joints / 2) + joints.pow(3) / 6 + muscles * muscles;
-            assert_eq!(pattern.groups[0].operations, expected as u64);
+            assert_eq!(pattern.groups()[0].operations, expected as u64);
         }
     }
 
@@ -216,9 +182,9 @@ mod tests {
             let mut arms = alloc::vec![0.0; muscles * joints];
             (0..muscles).for_each(|k| arms[k * joints + k..][..crossed].fill(0.03));
             let mut pattern = Pattern::new(muscles, joints);
-            pattern.find(muscles, &arms);
-            assert_eq!((pattern.groups.len(), pattern.groups[0].dense), (1, dense));
-            assert_eq!(pattern.column.len(), muscles * if dense { joints } else { crossed });
+            pattern.find(&arms);
+            assert_eq!((pattern.groups().len(), pattern.groups()[0].dense), (1, dense));
+            assert_eq!(pattern.source().len(), muscles * if dense { joints } else { crossed });
         }
     }
 }

@@ -38,7 +38,6 @@ pub struct Problem<'a> {
 
 /// The limit that determines a muscle's tension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
 pub enum Limit {
     /// The smallest tension.
     Lower,
@@ -50,7 +49,6 @@ pub enum Limit {
 
 impl Limit {
     /// The limit that holds where the tension without limits is `unclipped`.
-    #[inline]
     pub(super) fn of<S: Scalar>(unclipped: S, lower: f64, upper: f64) -> Self {
         // Without a branch, which would be hard to predict.
         let above = u8::from(unclipped > S::from(lower));
@@ -66,7 +64,6 @@ impl Limit {
 const LARGEST: f64 = 1e30;
 
 /// Whether a moment arm counts as different from zero.
-#[inline]
 pub(super) fn is_nonzero(arm: f64) -> bool {
     arm.abs() >= 1e-60
 }

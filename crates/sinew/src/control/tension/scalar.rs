@@ -1,7 +1,8 @@
 //! The numbers the method computes in: `f64`, and [`Wide`] where rounding would decide.
 
 use core::cmp::Ordering;
-use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use core::ops::{Add, Div, Mul, Sub};
+use ruint::aliases::U512;
 
 /// A real number in floating point.
 pub(super) trait Scalar:
@@ -12,8 +13,6 @@ pub(super) trait Scalar:
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Div<Output = Self>
-    + AddAssign
-    + SubAssign
 {
     const ZERO: Self;
 
@@ -30,57 +29,33 @@ impl Scalar for f64 {
     }
 }
 
-const LIMBS: usize = 8;
-const BITS: u32 = 64 * LIMBS as u32;
-
 /// A floating-point number of 512 bits, some 154 digits, truncated instead of rounded.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Wide {
     negative: bool,
     exponent: i32,
-    /// Least first, as a fraction of `2^exponent`; the highest bit is set unless the number is zero.
-    limbs: [u64; LIMBS],
+    /// As a part of `2^exponent`; the highest bit is set unless the number is zero.
+    fraction: U512,
 }
 
+/// Room for a product and a dividend.
+type U1024 = ruint::Uint<1024, 16>;
+
 impl Wide {
-    fn normalized(negative: bool, exponent: i32, limbs: [u64; LIMBS]) -> Self {
-        let empty = limbs.iter().rev().take_while(|limb| **limb == 0).count();
-        if empty == LIMBS {
+    fn normalized(negative: bool, exponent: i32, fraction: U512) -> Self {
+        let shift = fraction.leading_zeros();
+        if shift == U512::BITS {
             return Self::ZERO;
         }
-        let bits = limbs[LIMBS - 1 - empty].leading_zeros();
-        let at = |k: usize| if k >= empty { limbs[k - empty] } else { 0 };
-        let shifted = core::array::from_fn(|k| match (bits, k) {
-            (0, _) => at(k),
-            (_, 0) => at(k) << bits,
-            _ => at(k) << bits | at(k - 1) >> (64 - bits),
-        });
-        Self { negative, exponent: exponent - (64 * empty as i32 + bits as i32), limbs: shifted }
-    }
-
-    fn shifted_right(&self, shift: u32) -> [u64; LIMBS] {
-        let (whole, bits) = (shift as usize / 64, shift % 64);
-        let at = |k: usize| self.limbs.get(k + whole).copied().unwrap_or(0);
-        core::array::from_fn(|k| if bits == 0 { at(k) } else { at(k) >> bits | at(k + 1) << (64 - bits) })
-    }
-
-    fn is_zero(&self) -> bool {
-        self.limbs[LIMBS - 1] == 0
-    }
-
-    fn compare_magnitude(&self, other: &Self) -> Ordering {
-        let exponent = |x: &Self| (!x.is_zero(), x.exponent);
-        exponent(self)
-            .cmp(&exponent(other))
-            .then_with(|| self.limbs.iter().rev().cmp(other.limbs.iter().rev()))
+        Self { negative, exponent: exponent - shift as i32, fraction: fraction << shift }
     }
 }
 
 impl Scalar for Wide {
-    const ZERO: Self = Self { negative: false, exponent: 0, limbs: [0; LIMBS] };
+    const ZERO: Self = Self { negative: false, exponent: i32::MIN / 2, fraction: U512::ZERO };
 
     fn rounded(self) -> f64 {
-        let high = u128::from(self.limbs[LIMBS - 1]) << 64 | u128::from(self.limbs[LIMBS - 2]);
+        let high: u128 = (self.fraction >> 384_usize).to();
         let x = libm::ldexp(high as f64, self.exponent - 128);
         if self.negative { -x } else { x }
     }
@@ -91,32 +66,15 @@ impl From<f64> for Wide {
     fn from(x: f64) -> Self {
         let bits = x.to_bits();
         let (exponent, fraction) = ((bits >> 52 & 0x7ff) as i32, bits & ((1 << 52) - 1));
-        let mut limbs = [0; LIMBS];
-        limbs[LIMBS - 1] = if exponent == 0 { fraction } else { fraction | 1 << 52 };
-        Self::normalized(x < 0.0, exponent.max(1) - 1011, limbs)
-    }
-}
-
-impl PartialEq for Wide {
-    fn eq(&self, other: &Self) -> bool {
-        self.partial_cmp(other) == Some(Ordering::Equal)
+        let fraction = if exponent == 0 { fraction } else { fraction | 1 << 52 };
+        Self::normalized(x < 0.0, exponent.max(1) - 1011 + 448, U512::from(fraction))
     }
 }
 
 impl PartialOrd for Wide {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        let sign = |x: &Self| i32::from(!x.is_zero()) * if x.negative { -1 } else { 1 };
-        let (a, b) = (sign(self), sign(other));
-        let magnitudes = || if a < 0 { other.compare_magnitude(self) } else { self.compare_magnitude(other) };
-        Some(a.cmp(&b).then_with(magnitudes))
-    }
-}
-
-impl Neg for Wide {
-    type Output = Self;
-
-    fn neg(self) -> Self {
-        Self { negative: !self.negative, ..self }
+        let Self { negative, fraction, .. } = *self - *other;
+        Some(if negative { Ordering::Less } else { fraction.cmp(&U512::ZERO) })
     }
 }
 
@@ -124,25 +82,16 @@ impl Add for Wide {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        let (large, small) =
-            if self.compare_magnitude(&other).is_lt() { (other, self) } else { (self, other) };
-        let distance = large.exponent.abs_diff(small.exponent);
-        if small.is_zero() || distance >= BITS {
-            return large;
+        let is_smaller = (self.exponent, self.fraction) < (other.exponent, other.fraction);
+        let (large, small) = if is_smaller { (other, self) } else { (self, other) };
+        let distance = large.exponent.abs_diff(small.exponent) as usize;
+        let small_fraction = small.fraction.wrapping_shr(distance);
+        if large.negative != small.negative {
+            return Self::normalized(large.negative, large.exponent, large.fraction - small_fraction);
         }
-        let subtract = large.negative != small.negative;
-        let (mut sum, mut carry) = (large.limbs, subtract);
-        for (limb, small) in sum.iter_mut().zip(small.shifted_right(distance)) {
-            let (part, first) = limb.overflowing_add(if subtract { !small } else { small });
-            let (whole, second) = part.overflowing_add(u64::from(carry));
-            (*limb, carry) = (whole, first | second);
-        }
-        if subtract || !carry {
-            return Self::normalized(large.negative, large.exponent, sum);
-        }
-        let mut limbs = Self { limbs: sum, ..large }.shifted_right(1);
-        limbs[LIMBS - 1] |= 1 << 63;
-        Self { exponent: large.exponent + 1, limbs, ..large }
+        let (sum, carry) = large.fraction.overflowing_add(small_fraction);
+        let fraction = if carry { sum >> 1_usize | U512::ONE << 511_usize } else { sum };
+        Self { exponent: large.exponent + i32::from(carry), fraction, ..large }
     }
 }
 
@@ -150,7 +99,7 @@ impl Sub for Wide {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
-        self + -other
+        self + Self { negative: !other.negative, ..other }
     }
 }
 
@@ -158,17 +107,8 @@ impl Mul for Wide {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        let mut product = [0_u64; 2 * LIMBS];
-        for (i, a) in self.limbs.iter().enumerate() {
-            let mut carry = 0;
-            for (j, b) in other.limbs.iter().enumerate() {
-                let sum = u128::from(*a) * u128::from(*b) + u128::from(product[i + j]) + carry;
-                product[i + j] = sum as u64;
-                carry = sum >> 64;
-            }
-            product[i + LIMBS] = carry as u64;
-        }
-        let high = core::array::from_fn(|k| product[k + LIMBS]);
+        let product: U1024 = self.fraction.widening_mul(other.fraction);
+        let high = U512::from_limbs_slice(&product.as_limbs()[8..]);
         Self::normalized(self.negative != other.negative, self.exponent + other.exponent, high)
     }
 }
@@ -176,30 +116,12 @@ impl Mul for Wide {
 impl Div for Wide {
     type Output = Self;
 
-    /// By Newton's iteration for the reciprocal, which doubles the digits; zero for a divisor of zero.
+    /// Zero for a divisor of zero.
     fn div(self, other: Self) -> Self {
-        let unit = Self { exponent: 0, ..other };
-        if unit.is_zero() {
-            return Self::ZERO;
-        }
-        let mut reciprocal = Self::from(1.0 / unit.rounded());
-        for _ in 0..4 {
-            reciprocal += reciprocal * (Self::from(1.0) - reciprocal * unit);
-        }
-        let quotient = self * reciprocal;
-        Self { exponent: quotient.exponent - other.exponent, ..quotient }
-    }
-}
-
-impl AddAssign for Wide {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl SubAssign for Wide {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
+        let dividend: U1024 = U1024::from(self.fraction) << 511_usize;
+        let quotient = dividend.checked_div(U1024::from(other.fraction)).unwrap_or_default();
+        let exponent = self.exponent - other.exponent + 1;
+        Self::normalized(self.negative != other.negative, exponent, U512::from(quotient))
     }
 }
 
@@ -219,6 +141,6 @@ mod tests {
             assert_eq!(Wide::from(x).rounded().to_bits(), x.to_bits());
         }
         assert!(Wide::from(-2.0) < Wide::from(-1.0) && Wide::ZERO < third && third < one);
-        assert!(one - one == -Wide::ZERO);
+        assert!(one - one == Wide::ZERO && Wide::from(-0.0) == Wide::ZERO);
     }
 }
