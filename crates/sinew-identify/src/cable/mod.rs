@@ -13,7 +13,7 @@ mod weakening;
 
 pub(crate) use candidate::fit_observed;
 pub use dataset::cable_logs;
-pub use fit::{CableFit, FitOptions, fit_cable};
+pub use fit::{CableFit, FitOptions, fit_cable, fit_cable_model};
 pub use initial::{identify_cable, initial_cable};
 pub use log::{CableLog, observe_log};
 pub use quantity::{FittedQuantity, INITIAL_WEAKENING, Quantity};

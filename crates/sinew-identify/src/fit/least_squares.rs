@@ -83,20 +83,36 @@ pub(crate) struct Solution {
 
 /// Searches from `start: [p]`; `None` where the problem cannot be evaluated there.
 pub(crate) fn solve(problem: &impl LeastSquares, start: &[f64], options: Options) -> Option<Solution> {
-    let (p, n) = (problem.parameters(), problem.residuals());
+    let (theta, _) = minimise(problem, start, options)?;
+    linearise(problem, theta)
+}
+
+/// The best parameters, `[p]`, and their squares, without what the data determine of them.
+pub(crate) fn minimise(
+    problem: &impl LeastSquares,
+    start: &[f64],
+    options: Options,
+) -> Option<(Vec<f64>, f64)> {
+    let p = problem.parameters();
     if start.len() != p {
         return None;
     }
-    let mut dense = Dense { problem, at: None, residuals: vec![0.0; n], jacobian: vec![0.0; n * p] };
+    let mut dense = Dense::new(problem);
     let limits =
         Limits { steps: options.steps, trials: usize::MAX, tolerance: options.tolerance, small_steps: 2 };
     let found = search::minimise(&mut dense, start.to_vec(), &mut Prior::none(p), &DAMPING, &limits)?;
-    let mut at = Linearisation::zeros(p);
-    if !search::Problem::linearise(&mut dense, &found.theta, &mut at) {
+    Some((found.theta, found.cost))
+}
+
+/// A solution from its parameters, `[p]`; `None` where the problem cannot be evaluated there.
+pub(crate) fn linearise(problem: &impl LeastSquares, theta: Vec<f64>) -> Option<Solution> {
+    let mut dense = Dense::new(problem);
+    let mut at = Linearisation::zeros(theta.len());
+    if !search::Problem::linearise(&mut dense, &theta, &mut at) {
         return None;
     }
     let Linearisation { squares, normal, .. } = at;
-    Some(Solution { theta: found.theta, residuals: dense.residuals, squares, normal })
+    Some(Solution { theta, residuals: dense.residuals, squares, normal })
 }
 
 /// The best of several starts; ties go to the earlier one.
@@ -126,7 +142,12 @@ struct Dense<'a, P> {
     jacobian: Vec<f64>,
 }
 
-impl<P: LeastSquares> Dense<'_, P> {
+impl<'a, P: LeastSquares> Dense<'a, P> {
+    fn new(problem: &'a P) -> Self {
+        let (p, n) = (problem.parameters(), problem.residuals());
+        Self { problem, at: None, residuals: vec![0.0; n], jacobian: vec![0.0; n * p] }
+    }
+
     fn evaluate(&mut self, theta: &[f64]) -> bool {
         let inside = self.problem.evaluate(theta, &mut self.residuals);
         self.at = inside.then(|| theta.to_vec());

@@ -12,7 +12,7 @@ use sinew::predictor::CableModel;
 use sinew::transmission::cable::CableParameters;
 use sinew::twin::arm::ArmSpecimen;
 use sinew::twin::cable::Resolution;
-use sinew_identify::cable::{CableLog, FitOptions, INITIAL_WEAKENING, Quantity, fit_cable};
+use sinew_identify::cable::{CableLog, FitOptions, INITIAL_WEAKENING, Quantity, fit_cable_model};
 
 /// One calibration run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +100,7 @@ pub fn calibrate_arm(
         let parameters = CableParameters { weakening: Some(INITIAL_WEAKENING), ..designed.parameters };
         // An arm starts with its cables pulled taut.
         let start = CableModel { path: designed.path.clone(), parameters, start: 1.0, ..CableModel::bench() };
-        let mut model = fit_cable(&logs, &start, &options())?.model;
+        let mut model = fit_cable_model(&logs, &start, &options())?;
         // The anchor's travel comes from the body's geometry here, whose errors would be adapted as drag.
         model.learning = 0.0;
         // The zeros of the arm's encoders differ from those of the bench.
