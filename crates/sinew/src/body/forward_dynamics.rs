@@ -4,27 +4,27 @@ use super::parts::JointKind;
 use super::robot::Robot;
 use super::scratch::Scratch;
 use super::vector::{
-    Frame, IDENTITY, Vector, add, add_scaled, compose, cross, dot, rotate, scale, sub, symmetric, transpose,
-    unrotate,
+    Frame, IDENTITY, Vector, add, add_scaled, columns, compose, cross, dot, rotate, scale, sub, symmetric,
+    transpose, unrotate,
 };
 use crate::error::{Error, check_entries, check_length};
 
 impl ArticulatedBody {
     fn rigid(body: &Inertia, omega: Vector, velocity: Vector) -> ArticulatedBody {
-        let column = |axis| symmetric(&body.about_origin, axis);
-        let coupling = IDENTITY.map(|axis| cross(body.moment, axis));
+        let coupling = columns(|k| cross(body.moment, IDENTITY[k]));
         let momentum = add_scaled(cross(omega, body.moment), body.mass, velocity);
         let spin = add(symmetric(&body.about_origin, omega), cross(body.moment, velocity));
         ArticulatedBody {
-            angular: IDENTITY.map(column),
+            angular: columns(|k| symmetric(&body.about_origin, IDENTITY[k])),
             coupling,
-            linear: IDENTITY.map(|axis| scale(body.mass, axis)),
+            linear: columns(|k| scale(body.mass, IDENTITY[k])),
             moment: add(cross(omega, spin), cross(velocity, momentum)),
             force: cross(omega, momentum),
             ..ArticulatedBody::default()
         }
     }
 
+    #[inline]
     fn times(&self, turn: Vector, shift: Vector) -> (Vector, Vector) {
         let moment = add(rotate(&self.angular, turn), rotate(&self.coupling, shift));
         (moment, add(unrotate(&self.coupling, turn), rotate(&self.linear, shift)))
@@ -51,9 +51,9 @@ impl ArticulatedBody {
         let turned = |block: &Frame| compose(&compose(axes, block), &transpose(axes));
         let (angular, coupling, linear) =
             (turned(&child.angular), turned(&child.coupling), turned(&child.linear));
-        let crossed = |block: &Frame| block.map(|column| cross(origin, column));
-        let moved: Frame = core::array::from_fn(|k| add(coupling[k], crossed(&linear)[k]));
-        let arms = crossed(&transpose(&moved));
+        let moved = columns(|k| add(coupling[k], cross(origin, linear[k])));
+        let back = transpose(&moved);
+        let arms = columns(|k| cross(origin, back[k]));
         for k in 0..3 {
             let lever = rotate(&coupling, cross(origin, IDENTITY[k]));
             self.angular[k] = add(self.angular[k], add(sub(angular[k], lever), arms[k]));

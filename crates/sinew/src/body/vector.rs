@@ -9,6 +9,12 @@ pub(crate) type Frame = [Vector; 3];
 /// The identity.
 pub(crate) const IDENTITY: Frame = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
+/// Column by column. Closures of `array::map` are calls here, which cost forward dynamics a quarter of its time.
+#[inline(always)]
+pub(crate) fn columns(column: impl Fn(usize) -> Vector) -> Frame {
+    [column(0), column(1), column(2)]
+}
+
 #[inline]
 pub(crate) fn add(a: Vector, b: Vector) -> Vector {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
