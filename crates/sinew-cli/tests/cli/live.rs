@@ -59,7 +59,7 @@ fn what_is_no_recording_or_of_another_machine_is_refused() {
 #[test]
 fn results_are_the_same_with_and_without_a_page() {
     let bench = Bench::new();
-    let motion = "bench_joint --path to-joints:lever=0.2 --duration 1 --hold 0.3 --unverified --json";
+    let motion = "bench_joint --path to-joints:lever=0.4 --duration 2 --hold 0.3 --unverified --json";
     let alone = bench.succeeds(&format!("track {motion}")).stdout;
     let shown = bench.run(&format!("track {motion} {PAGE}"));
     assert_eq!(shown.code, Some(0), "{}", shown.stderr);
