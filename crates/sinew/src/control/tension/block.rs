@@ -63,6 +63,7 @@ impl<S: Scalar> Residual<S> {
         Self { torque: alloc::vec![S::ZERO; joints], scale: alloc::vec![0.0; joints] }
     }
 
+    /// Sets it to that of these tensions, one per muscle.
     #[inline(always)]
     pub(super) fn measure<R: Rows>(&mut self, block: &Block<R, S>, tensions: impl Iterator<Item = S>) {
         const FEW: usize = 3;
