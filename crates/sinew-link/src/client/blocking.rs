@@ -144,7 +144,8 @@ impl Client {
     /// The next complete state; packets that are rejected are skipped.
     ///
     /// # Errors
-    /// [`Error::NoAnswer`] where none comes in time, [`Error::Socket`].
+    /// [`Error::NoAnswer`] where none comes in time: where no packet of this client has reached the host for half a second, the session has
+    /// ended, and the client connects anew. [`Error::Socket`].
     pub fn receive(&mut self, most: Duration) -> Result<&Snapshot, Error> {
         let begin = Instant::now();
         let mut buffer = [0; MAX_DATAGRAM + 1];
