@@ -54,7 +54,7 @@ fn advance(client: &mut Client, request: Request, setpoints: Setpoints, goal: u6
     let begin = Instant::now();
     loop {
         client.send(&LinkCommand { request, advance_to_ns: goal, setpoints }).unwrap();
-        // Soon again: of ten commands pushed out of a full queue one after the other, none reaches the session in its half second.
+        // A session ends after half a second without a command: a full queue would have to drop a hundred in a row.
         while let Ok(state) = client.receive(Duration::from_millis(5)) {
             if state.machine_time_ns >= goal {
                 return (state.mode, state.joints().iter().map(|joint| joint.position).collect());
@@ -97,6 +97,7 @@ fn flood(address: SocketAddr, stop: &AtomicBool) -> u64 {
     sent
 }
 
+/// Sets a flag where its scope ends, by a panic as well.
 struct StopOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for StopOnDrop<'_> {

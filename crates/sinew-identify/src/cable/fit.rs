@@ -76,7 +76,7 @@ pub fn fit_cable(logs: &[CableLog], start: &CableModel, options: &FitOptions) ->
     })
 }
 
-/// The model of [`fit_cable`] without the account of its fit, in three quarters of the time.
+/// The model of [`fit_cable`] without the account of its fit, which takes one more linearisation.
 ///
 /// # Errors
 /// As [`fit_cable`].
@@ -265,22 +265,43 @@ impl Problem<'_> {
     fn pass(&self, models: &[CableModel], residuals: &mut [Vec<f64>]) -> Result<(), Error> {
         let mut observers = CableObservers::new(models)?;
         let mut estimates = vec![CableEstimate::default(); models.len()];
-        let count = self.rows.len();
         let mut samples = vec![CableSample::default(); models.len()];
+        self.walk(|first, interval, sample, compared| {
+            if first {
+                observers.reset();
+            }
+            samples.fill(*sample);
+            observers.step(interval, &samples, &mut estimates)?;
+            if let Some(i) = compared {
+                for (residuals, estimate) in residuals.iter_mut().zip(&estimates) {
+                    self.set_residuals(i, estimate, residuals);
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Visits every sample of the logs: whether it is the first of its log, the interval before it, the sample, and where it is
+    /// compared the index of its residual.
+    fn walk(
+        &self,
+        mut visit: impl FnMut(bool, f64, &CableSample, Option<usize>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         let mut rows = self.rows.iter().enumerate().peekable();
         for (place, log) in self.logs.iter().enumerate() {
-            observers.reset();
             for (row, (interval, sample)) in log.interval_s.iter().zip(&log.samples).enumerate() {
-                samples.fill(*sample);
-                observers.step(*interval, &samples, &mut estimates)?;
-                let Some((i, _)) = rows.next_if(|(_, at)| **at == (place, row)) else { continue };
-                for (residuals, estimate) in residuals.iter_mut().zip(&estimates) {
-                    residuals[i] = estimate.far - log.far[row];
-                    residuals[count + i] = self.options.near_weight * estimate.innovation;
-                }
+                let compared = rows.next_if(|(_, at)| **at == (place, row)).map(|(i, _)| i);
+                visit(row == 0, *interval, sample, compared)?;
             }
         }
         Ok(())
+    }
+
+    /// Errors of the far and of the near tension where the sample of residual `i` is compared.
+    fn set_residuals(&self, i: usize, estimate: &CableEstimate, residuals: &mut [f64]) {
+        let (place, row) = self.rows[i];
+        residuals[i] = estimate.far - self.logs[place].far[row];
+        residuals[self.rows.len() + i] = self.options.near_weight * estimate.innovation;
     }
 }
 
@@ -298,18 +319,17 @@ impl LeastSquares for Problem<'_> {
         let Some(mut observer) = self.model(theta).and_then(|model| CableObserver::new(&model).ok()) else {
             return false;
         };
-        let count = self.rows.len();
-        let mut rows = self.rows.iter().enumerate().peekable();
-        for (place, log) in self.logs.iter().enumerate() {
-            observer.reset();
-            for (row, (interval, sample)) in log.interval_s.iter().zip(&log.samples).enumerate() {
-                let estimate = observer.step(*interval, sample);
-                let Some((i, _)) = rows.next_if(|(_, at)| **at == (place, row)) else { continue };
-                residuals[i] = estimate.far - log.far[row];
-                residuals[count + i] = self.options.near_weight * estimate.innovation;
+        self.walk(|first, interval, sample, compared| {
+            if first {
+                observer.reset();
             }
-        }
-        true
+            let estimate = observer.step(interval, sample);
+            if let Some(i) = compared {
+                self.set_residuals(i, &estimate, residuals);
+            }
+            Ok(())
+        })
+        .is_ok()
     }
 
     /// Central differences, wide enough to pass over the corners of stick and slip.

@@ -136,7 +136,7 @@ pub(super) fn tanh<S: Simd, const N: usize>(simd: S, x: [S::f64s; N]) -> [S::f64
     let mut numerator = x;
     let mut denominator = x;
     for i in 0..N {
-        // Not `abs_f64s`, a call of its own in builds that optimise less.
+        // `abs_f64s` stays a function call in builds with less optimisation.
         let magnitude = simd.max_f64s(x[i], simd.neg_f64s(x[i]));
         let t = exp_of_minus_twice(simd, magnitude);
         numerator[i] = simd.sub_f64s(one, t);

@@ -9,7 +9,7 @@ pub(crate) type Frame = [Vector; 3];
 /// The identity.
 pub(crate) const IDENTITY: Frame = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// Column by column. Closures of `array::map` are calls here, which cost forward dynamics a quarter of its time.
+/// The frame with these columns. Not `array::map`, whose closures are not inlined: forward dynamics took half as long again.
 #[inline(always)]
 pub(crate) fn columns(column: impl Fn(usize) -> Vector) -> Frame {
     [column(0), column(1), column(2)]
