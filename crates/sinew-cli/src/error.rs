@@ -157,14 +157,6 @@ pub(crate) enum Error {
         /// Why.
         source: Box<sinew::Error>,
     },
-    /// A catalogue of drives that cannot be used.
-    #[error("{}: line {source}", file.display())]
-    Catalogue {
-        /// The file, or the built-in catalogue.
-        file: PathBuf,
-        /// Where and why.
-        source: sinew::drive::CatalogueError,
-    },
     /// A file of a study that cannot be used.
     #[error("{}: {problem}", file.display())]
     StudyFile {

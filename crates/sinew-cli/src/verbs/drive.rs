@@ -8,7 +8,7 @@ use crate::table::{number, percent, table};
 use serde::Serialize;
 use sinew::drive::Catalogue;
 use sinew::drive::sizing::{Bound, Choice, Design, EnvelopePoint, Requirement, choose};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Points of a printed envelope.
 const ENVELOPE_POINTS: usize = 13;
@@ -49,14 +49,8 @@ fn requirement(arguments: &DriveSizeArguments) -> Requirement {
 }
 
 fn catalogue(file: Option<&Path>) -> Result<Catalogue, Error> {
-    let refuse = |source| {
-        let file = file.map_or_else(|| PathBuf::from("the built-in catalogue"), Path::to_owned);
-        Error::Catalogue { file, source }
-    };
-    match file {
-        Some(file) => Catalogue::from_toml(&read_text(file)?).map_err(refuse),
-        None => Catalogue::built_in().map_err(refuse),
-    }
+    let read = |file: &Path| Ok(Catalogue::from_toml(&file.to_string_lossy(), &read_text(file)?)?);
+    file.map_or_else(|| Ok(Catalogue::built_in()?), read)
 }
 
 /// What is printed with `--json`.

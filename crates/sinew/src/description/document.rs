@@ -37,9 +37,13 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// The table of the whole document.
-    pub(in crate::description) fn root<'d>(&'d self, table: &'d Spanned<DeTable<'a>>) -> Table<'d> {
-        Table { document: self, entries: table.get_ref(), at: 0, place: "machine".to_string() }
+    /// The table of the whole document; errors name it as what it describes.
+    pub(in crate::description) fn root<'d>(
+        &'d self,
+        table: &'d Spanned<DeTable<'a>>,
+        described: &str,
+    ) -> Table<'d> {
+        Table { document: self, entries: table.get_ref(), at: 0, place: described.to_string() }
     }
 
     fn line(&self, at: usize) -> usize {
@@ -101,52 +105,64 @@ impl<'d> Table<'d> {
     /// The table at a key, with the same name as the key in errors.
     pub(in crate::description) fn table(&self, key: &str) -> Result<Option<Table<'d>>, DescriptionError> {
         let Some(entry) = self.entry(key) else { return Ok(None) };
-        let place = if self.at == 0 && self.place == "machine" {
-            format!("[{key}]")
-        } else {
-            format!("{}: {key}", self.place)
-        };
+        let outermost = !self.place.starts_with('[');
+        let place = if outermost { format!("[{key}]") } else { format!("{}: {key}", self.place) };
         entry.table(place).map(Some)
     }
 
-    /// The tables `[[key]]` with these keys, each named by the text at `name`.
+    /// The tables `[[key]]` with these keys, each named by the text at `name`, of which no two are
+    /// the same.
     pub(in crate::description) fn tables(
         &self,
         key: &str,
         name: &str,
         known: &[&str],
     ) -> Result<Vec<(Table<'d>, Named)>, DescriptionError> {
+        let tables = self.unnamed_tables(key, name, known)?;
+        let mut lines: BTreeMap<&str, usize> = BTreeMap::new();
+        for (table, Named { text, line }) in &tables {
+            if let Some(other) = lines.insert(text, *line) {
+                let expected = format!("a {name} of its own, not that of line {other}");
+                return Err(table.required(name)?.refuse(&expected));
+            }
+        }
+        Ok(tables)
+    }
+
+    /// As [`Table::tables`], where several may have the same text at `about`.
+    pub(in crate::description) fn unnamed_tables(
+        &self,
+        key: &str,
+        about: &str,
+        known: &[&str],
+    ) -> Result<Vec<(Table<'d>, Named)>, DescriptionError> {
         let Some(entry) = self.entry(key) else { return Ok(Vec::new()) };
-        let expected = format!("tables [[{key}]]");
-        let Some(array) = entry.value.get_ref().as_array() else { return Err(entry.refuse(&expected)) };
-        let mut tables: Vec<(Table<'d>, Named)> = Vec::new();
-        let mut lines: BTreeMap<String, usize> = BTreeMap::new();
-        for value in array.iter() {
-            let Some(entries) = value.get_ref().as_table() else {
-                return Err(entry.refuse_part(value, &expected));
-            };
-            let at = value.span().start;
-            let mut table = Table { document: self.document, entries, at, place: format!("[[{key}]]") };
-            let named = table.entry(name);
+        let read = |mut table: Table<'d>| {
+            table.place = format!("[[{key}]]");
+            let named = table.entry(about);
             let text = named.as_ref().and_then(|named| named.value.get_ref().as_str());
             if let Some(text) = text {
                 table.place = format!("[[{key}]] `{}`", shortened(text));
             }
             table.check_keys(known)?;
-            let named = table.required(name)?;
+            let named = table.required(about)?;
             let text = named.text("a name")?.to_string();
-            let line = named.line();
-            if let Some(other) = lines.insert(text.clone(), line) {
-                let expected = format!("a {name} of its own, not that of line {other}");
-                return Err(named.refuse(&expected));
-            }
-            tables.push((table, Named { text, line }));
-        }
-        Ok(tables)
+            Ok((table, Named { text, line: named.line() }))
+        };
+        entry.array_of_tables(&format!("tables [[{key}]]"))?.into_iter().map(read).collect()
+    }
+
+    /// The line of its head.
+    pub(in crate::description) fn line(&self) -> usize {
+        self.document.line(self.at)
     }
 
     pub(in crate::description) fn file(&self) -> &'d str {
         self.document.file
+    }
+
+    pub(in crate::description) fn text(&self) -> &'d str {
+        self.document.text
     }
 
     pub(in crate::description) fn error(&self, problem: &str) -> DescriptionError {
@@ -235,6 +251,11 @@ impl<'d> Entry<'d> {
         self.value.get_ref().is_table()
     }
 
+    /// A text, which may be empty.
+    pub(in crate::description) fn string(&self) -> Result<&'d str, DescriptionError> {
+        self.value.get_ref().as_str().ok_or_else(|| self.refuse("a text in quotes"))
+    }
+
     /// A text that is not empty.
     pub(in crate::description) fn text(&self, expected: &str) -> Result<&'d str, DescriptionError> {
         let text = self.value.get_ref().as_str().filter(|text| !text.is_empty());
@@ -273,6 +294,20 @@ impl<'d> Entry<'d> {
         Ok(numbers)
     }
 
+    /// A list of any number of numbers.
+    pub(in crate::description) fn list(&self, domain: Domain) -> Result<Vec<f64>, DescriptionError> {
+        let list = || format!("a list of numbers, each {}", domain.expected);
+        let Some(array) = self.value.get_ref().as_array() else { return Err(self.refuse(&list())) };
+        array.iter().map(|value| self.checked(value, domain)).collect()
+    }
+
+    /// One of the known words: its index.
+    pub(in crate::description) fn word(&self, known: &[&str]) -> Result<usize, DescriptionError> {
+        let text = self.text("a word")?;
+        let place = known.iter().position(|word| *word == text);
+        place.ok_or_else(|| self.problem(&spelling::expected(text, known)))
+    }
+
     /// Words, each one of the known ones.
     pub(in crate::description) fn words(&self, known: &[&str]) -> Result<Vec<&'d str>, DescriptionError> {
         let expected = || format!("a list of some of `{}`", known.join("`, `"));
@@ -294,8 +329,40 @@ impl<'d> Entry<'d> {
     }
 
     pub(in crate::description) fn table(&self, place: String) -> Result<Table<'d>, DescriptionError> {
-        let Some(entries) = self.value.get_ref().as_table() else { return Err(self.refuse("a table")) };
-        Ok(Table { document: self.document, entries, at: self.value.span().start, place })
+        self.table_of(self.value, place, "a table")
+    }
+
+    /// A table with these keys, named in errors by the key.
+    pub(in crate::description) fn inner_table(&self, known: &[&str]) -> Result<Table<'d>, DescriptionError> {
+        let table = self.table(format!("{}: {}", self.place, self.key))?;
+        table.check_keys(known)?;
+        Ok(table)
+    }
+
+    /// A list of tables with these keys, named in errors by the key.
+    pub(in crate::description) fn inner_tables(
+        &self,
+        known: &[&str],
+    ) -> Result<Vec<Table<'d>>, DescriptionError> {
+        let tables = self.array_of_tables("a list of tables { .. }")?;
+        tables.iter().try_for_each(|table| table.check_keys(known))?;
+        Ok(tables)
+    }
+
+    fn array_of_tables(&self, expected: &str) -> Result<Vec<Table<'d>>, DescriptionError> {
+        let Some(array) = self.value.get_ref().as_array() else { return Err(self.refuse(expected)) };
+        let place = || format!("{}: {}", self.place, self.key);
+        array.iter().map(|value| self.table_of(value, place(), expected)).collect()
+    }
+
+    fn table_of(
+        &self,
+        value: &'d Spanned<DeValue<'d>>,
+        place: String,
+        expected: &str,
+    ) -> Result<Table<'d>, DescriptionError> {
+        let Some(entries) = value.get_ref().as_table() else { return Err(self.refuse_part(value, expected)) };
+        Ok(Table { document: self.document, entries, at: value.span().start, place })
     }
 }
 

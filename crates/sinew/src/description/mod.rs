@@ -6,7 +6,6 @@
 //! with defaults for everything but the body ([`machine_of`], [`machine_from_toml`]).
 
 mod attributes;
-mod deserialized;
 mod document;
 mod domain;
 mod error;

@@ -43,7 +43,7 @@ pub fn from_urdf(
     graph.build(&mut parts)?;
     let mut origins = graph.origins(&parts, file);
     if let Some((file, text)) = muscles {
-        add_muscles(&mut parts, &mut origins, file, text)?;
+        (parts, origins) = add_muscles(parts, origins, file, text)?;
     }
     Ok(Description { parts, warnings, origins })
 }

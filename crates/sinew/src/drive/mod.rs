@@ -22,9 +22,7 @@ mod velocity_loop;
 mod winch;
 
 #[cfg(feature = "description")]
-pub use catalogue::{
-    Catalogue, CatalogueError, CatalogueMotor, CatalogueReducer, CatalogueWinch, ReducerLosses,
-};
+pub use catalogue::{Catalogue, CatalogueMotor, CatalogueReducer, CatalogueWinch, ReducerLosses};
 pub use current_loop::CurrentLoop;
 pub use endurance::MotorTemperatures;
 pub use machine::{Drive, DriveCommand, DriveFault, DriveReading, DriveStep};

@@ -7,7 +7,6 @@ use sinew::drive::sizing::{Requirement, choose};
 use sinew::drive::{Catalogue, CatalogueWinch, LoadCell, Winch};
 use sinew::machine::{Machine, MuscleDesign};
 use sinew::transmission::cable::CableParameters;
-use std::path::PathBuf;
 
 /// Largest dead band of a joint, rad or m, with which the default cable is kept.
 const MOST_DEAD_BAND: f64 = 0.2;
@@ -92,8 +91,7 @@ pub(super) fn of(machine: &Machine, motion: &SizingMotion) -> Result<Choice, Err
         }
     }
     let bands = dead_bands(&machine)?.1;
-    let built_in = Catalogue::built_in()
-        .map_err(|source| Error::Catalogue { file: PathBuf::from("the built-in catalogue"), source })?;
+    let built_in = Catalogue::built_in()?;
     let catalogue = if thin.is_some() { with_thin_winch(built_in) } else { built_in };
     let (mut drives, mut drive_of, mut used) = (Vec::<ChosenDrive>::new(), Vec::new(), Vec::new());
     let required: Vec<Requirement> =

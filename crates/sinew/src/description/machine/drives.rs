@@ -44,7 +44,7 @@ pub(super) fn read(root: &Table<'_>, listing: &mut Listing) -> Result<Vec<NamedD
     if tables.is_empty() {
         return Ok(Vec::new());
     }
-    let catalogue = Catalogue::built_in().map_err(|error| root.error(&error.to_string()))?;
+    let catalogue = Catalogue::built_in()?;
     let mut drives = Vec::new();
     for (table, named) in tables {
         listing.begin(&table.place);

@@ -12,7 +12,7 @@ use crate::description::mesh_file::joined;
 use crate::description::mjcf::from_mjcf;
 use crate::description::names::named;
 use crate::description::origin::Origins;
-use crate::description::robot_toml::{MACHINE_KEYS, ROBOT_KEYS, from_toml};
+use crate::description::robot_toml::{self, MACHINE_KEYS, ROBOT_KEYS};
 use crate::description::urdf::from_urdf;
 use crate::machine::Machine;
 use crate::trajectory::Redundancy;
@@ -64,9 +64,9 @@ pub fn machine_from_toml(
 ) -> Result<MachineDescription, DescriptionError> {
     let document = Document::new(file, text);
     let table = document.parse()?;
-    let root = document.root(&table);
+    let root = document.root(&table, "machine");
     let mut files = Files::new(file, read);
-    let description = body(&root, file, text, &mut files)?;
+    let description = body(&root, &mut files)?;
     machine(&root, description, &mut files)
 }
 
@@ -79,7 +79,7 @@ pub fn machine_of(description: Description) -> Result<MachineDescription, Descri
     let document = Document::new(&file, "");
     let table = document.parse()?;
     let none = &mut |_: super::FileReference<'_>| Err("is not read".to_string());
-    machine(&document.root(&table), description, &mut Files::new(&file, none))
+    machine(&document.root(&table, "machine"), description, &mut Files::new(&file, none))
 }
 
 /// Reads the robot of a machine file or of a robot file: its body, with the travel and the poses of the
@@ -94,8 +94,8 @@ pub fn robot_from_toml(
 ) -> Result<(Robot, Vec<Warning>), DescriptionError> {
     let document = Document::new(file, text);
     let table = document.parse()?;
-    let root = document.root(&table);
-    let description = body(&root, file, text, &mut Files::new(file, read))?;
+    let root = document.root(&table, "machine");
+    let description = body(&root, &mut Files::new(file, read))?;
     robot(&root, description, &mut Listing::default())
 }
 
@@ -106,24 +106,19 @@ pub fn robot_from_toml(
 pub fn has_machine_keys(file: &str, text: &str) -> Result<bool, DescriptionError> {
     let document = Document::new(file, text);
     let table = document.parse()?;
-    let root = document.root(&table);
+    let root = document.root(&table, "machine");
     let named = root.entry("body").is_some_and(|entry| entry.is_text());
     Ok(named || MACHINE_KEYS.iter().any(|key| root.entry(key).is_some()))
 }
 
 /// The description of the body: of the tables in the same file, or of another file.
-fn body(
-    root: &Table<'_>,
-    file: &str,
-    text: &str,
-    files: &mut Files<'_>,
-) -> Result<Description, DescriptionError> {
+fn body(root: &Table<'_>, files: &mut Files<'_>) -> Result<Description, DescriptionError> {
     let keys: Vec<&str> = ROBOT_KEYS.iter().chain(&MACHINE_KEYS).copied().collect();
     root.check_keys(&keys)?;
     match (root.entry("body"), root.entry("muscles")) {
         (Some(entry), muscles) if entry.is_text() => body_file(root, &entry, muscles.as_ref(), files),
         (_, Some(muscles)) => Err(muscles.problem(", but the body is none in URDF: expected no such key")),
-        _ => from_toml(file, text),
+        _ => robot_toml::description(root),
     }
 }
 
@@ -156,8 +151,9 @@ fn body_file(
             let shown = files.display(path);
             let document = Document::new(&shown, &text);
             let table = document.parse()?;
-            document.root(&table).check_keys(&ROBOT_KEYS)?;
-            from_toml(&shown, &text)?
+            let root = document.root(&table, "robot");
+            root.check_keys(&ROBOT_KEYS)?;
+            robot_toml::description(&root)?
         }
         Some("urdf") => {
             let muscles = match muscles {

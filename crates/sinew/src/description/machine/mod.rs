@@ -25,6 +25,7 @@
 //! A muscle's own table precedes its body's description, which precedes `[every_transmission]`. Numbers of a
 //! motor, a reducer or a winch are complete, or change those of the part that is named `like`.
 
+mod catalogue;
 mod devices;
 mod drives;
 mod fields;

@@ -3,9 +3,8 @@
 mod export;
 mod import;
 mod top_level;
-mod written;
 
 pub use export::to_toml;
-pub(super) use import::add_muscles;
 pub use import::from_toml;
+pub(super) use import::{add_muscles, description};
 pub(super) use top_level::{MACHINE_KEYS, ROBOT_KEYS};

@@ -57,7 +57,7 @@ fn a_capsule_between_two_points_is_the_one_of_mjcf() {
     let found = from_toml("leg.toml", toml).unwrap().parts.geoms;
     assert_eq!(found, parts(LEG).geoms[..1]);
     for (wrong, words) in [
-        ("kind = \"cone\"", "expected sphere, capsule, cylinder, ellipsoid, box"),
+        ("kind = \"cone\"", "expected one of `sphere`, `capsule`, `cylinder`, `ellipsoid`, `box`"),
         ("kind = \"box\"", "expected a capsule or a cylinder with one size"),
         ("kind = \"capsule\"\nposition_m = [0, 0, 0]", "expected one of them"),
     ] {

@@ -130,7 +130,7 @@ fn bad_toml_is_refused_with_its_line() {
         ("a = [", 1, "array"),
         ("[[body]]\nname = \"b\"\nmass_g = 3", 3, "mass_g"),
         ("[[body]]\nname = \"b\"\nmass_kg = nan", 3, "finite"),
-        ("\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"", 4, "`b`"),
+        ("\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"", 4, "body is \"b\""),
         (
             "\n[[body]]\nname = \"b\"\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"\naxis = [1, 0, 0]\nrange_m = [0, 1]",
             9,
