@@ -40,7 +40,7 @@ fn a_wrong_number_is_named_with_its_file_line_or_flag() {
     let line = 1 + OURS.lines().position(|line| line.starts_with("efficiency = 0.81")).unwrap();
     let run = bench.run(&format!("{REQUIRED} --catalogue parts.toml"));
     assert_eq!(run.code, Some(2));
-    for part in ["parts.toml", &format!("line {line}"), "maxon_gp42c_2", "efficiency", "(0, 1]", "1.81"] {
+    for part in [&*format!("parts.toml:{line}:"), "maxon_gp42c_2", "efficiency", "(0, 1]", "1.81"] {
         assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
     }
     bench.refuses_usage(&REQUIRED.replace("--tension 250", "--tension nan"), &["'nan' for '--tension"]);
