@@ -6,6 +6,8 @@
 
 mod bad_logs;
 mod cable;
+mod classical_coverage;
+mod classical_laws;
 mod common;
 mod exported_logs;
 mod identification;
