@@ -16,5 +16,6 @@ mod long_identification;
 mod mat5_logs;
 mod moving_masses;
 mod optional_formats;
+mod perceptron;
 mod sequences;
 mod text_logs;
