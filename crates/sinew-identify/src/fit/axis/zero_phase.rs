@@ -91,7 +91,7 @@ impl Regression {
             let fitted: f64 = self.columns.iter().zip(&found).map(|(column, w)| w * column[row]).sum();
             fitted - self.target[row]
         };
-        let squares: f64 = (0..n).map(|row| residual(row) * residual(row)).sum();
+        let squares: f64 = (0..n).map(|row| residual(row).powi(2)).sum();
         squares.is_finite().then_some((found, squares))
     }
 
