@@ -6,6 +6,8 @@
 
 mod bad_logs;
 mod cable;
+mod classical_coverage;
+mod classical_laws;
 mod common;
 mod exported_logs;
 mod identification;
@@ -14,5 +16,6 @@ mod long_identification;
 mod mat5_logs;
 mod moving_masses;
 mod optional_formats;
+mod perceptron;
 mod sequences;
 mod text_logs;

@@ -36,6 +36,10 @@ const COUNTED: f64 = 0.99;
 pub(super) struct Regression {
     columns: Vec<Vec<f64>>,
     target: Vec<f64>,
+    /// Products of the columns, once for all choices of them.
+    normal: Matrix,
+    /// Products of the columns with the target.
+    right: Vec<f64>,
 }
 
 impl Regression {
@@ -45,7 +49,7 @@ impl Regression {
         tau_s: f64,
         of: impl Fn(&Sequence<'_>) -> (Vec<Vec<f64>>, Vec<f64>),
     ) -> Self {
-        let mut all = Self { columns: Vec::new(), target: Vec::new() };
+        let (mut all_columns, mut all_target): (Vec<Vec<f64>>, Vec<f64>) = (Vec::new(), Vec::new());
         for sequence in sequences {
             let (mut columns, mut target) = of(sequence);
             let mut counted = sequence.weight.to_vec();
@@ -53,45 +57,58 @@ impl Regression {
                 .iter_mut()
                 .chain([&mut target, &mut counted])
                 .for_each(|c| smooth(c, sequence.dt_s, tau_s));
-            all.columns.resize(columns.len(), Vec::new());
+            all_columns.resize(columns.len(), Vec::new());
             for row in (0..target.len()).filter(|row| counted[*row] > COUNTED) {
-                all.columns.iter_mut().zip(&columns).for_each(|(all, column)| all.push(column[row]));
-                all.target.push(target[row]);
+                all_columns.iter_mut().zip(&columns).for_each(|(all, column)| all.push(column[row]));
+                all_target.push(target[row]);
             }
         }
-        all
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let product = |i: usize, j: usize| if j <= i { dot(&all_columns[i], &all_columns[j]) } else { 0.0 };
+        Self {
+            normal: Matrix::from_fn(all_columns.len(), product),
+            right: all_columns.iter().map(|column| dot(column, &all_target)).collect(),
+            columns: all_columns,
+            target: all_target,
+        }
     }
 
-    /// Coefficients and sum of squared residuals by least squares on the columns `used`; the others are zero. `None`
-    /// where there are too few rows.
+    /// Coefficients and sum of squared residuals by least squares on the columns `used`, in ascending order; the others are
+    /// zero. `None` where there are too few rows.
     pub(super) fn solve(&self, used: &[usize]) -> Option<(Vec<f64>, f64)> {
-        let n = self.target.len();
-        if n < 20 * used.len().max(1) {
+        self.with_squares(self.coefficients(used)?)
+    }
+
+    fn coefficients(&self, used: &[usize]) -> Option<Vec<f64>> {
+        if self.target.len() < 20 * used.len().max(1) {
             return None;
         }
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let scale: Vec<f64> = used
             .iter()
-            .map(|&i| dot(&self.columns[i], &self.columns[i]).sqrt())
+            .map(|&i| self.normal[(i, i)].sqrt())
             .map(|size| if size > 0.0 { size } else { 1.0 })
             .collect();
         let product = |i: usize, j: usize| {
             let ridge = if i == j { RIDGE } else { 0.0 };
-            dot(&self.columns[used[i]], &self.columns[used[j]]) / (scale[i] * scale[j]) + ridge
+            self.normal[(used[i], used[j])] / (scale[i] * scale[j]) + ridge
         };
         let normal = Matrix::from_fn(used.len(), |i, j| if j <= i { product(i, j) } else { 0.0 });
-        let right: Vec<f64> =
-            used.iter().zip(&scale).map(|(&i, scale)| dot(&self.columns[i], &self.target) / scale).collect();
+        let right: Vec<f64> = used.iter().zip(&scale).map(|(&i, scale)| self.right[i] / scale).collect();
         let scaled = Cholesky::new(normal)?.solve(&right)?;
         let mut found = vec![0.0; self.columns.len()];
         for ((&i, value), scale) in used.iter().zip(&scaled).zip(&scale) {
             found[i] = value / scale;
         }
+        Some(found)
+    }
+
+    /// Coefficients with their sum of squared residuals.
+    fn with_squares(&self, found: Vec<f64>) -> Option<(Vec<f64>, f64)> {
         let residual = |row: usize| {
             let fitted: f64 = self.columns.iter().zip(&found).map(|(column, w)| w * column[row]).sum();
             fitted - self.target[row]
         };
-        let squares: f64 = (0..n).map(|row| residual(row) * residual(row)).sum();
+        let squares: f64 = (0..self.target.len()).map(|row| residual(row).powi(2)).sum();
         squares.is_finite().then_some((found, squares))
     }
 
@@ -101,13 +118,13 @@ impl Regression {
         let with_sign = |sign: f64| {
             let mut used: Vec<usize> = (0..self.columns.len()).collect();
             loop {
-                let (found, squares) = self.solve(&used)?;
+                let found = self.coefficients(&used)?;
                 let wrong = |i: &&usize| one_sided.contains(i) && sign * found[**i] < 0.0;
                 let size =
                     |i: usize| found[i].abs() * self.columns[i].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
                 let Some(&worst) = used.iter().filter(wrong).max_by(|a, b| size(**a).total_cmp(&size(**b)))
                 else {
-                    return Some((found, squares));
+                    return self.with_squares(found);
                 };
                 used.retain(|i| *i != worst);
             }

@@ -26,10 +26,11 @@ struct Friction {
     reason: fn(usize) -> &'static str,
 }
 
-/// Every force law with memory, ready to be fitted.
-pub(super) fn laws(samples: &Samples, signals: &Signals) -> Vec<Law> {
+/// The force laws with memory, or the one of the name `only`, ready to be fitted: to find where to start takes most of the time.
+pub(super) fn laws(samples: &Samples, signals: &Signals, only: Option<&str>) -> Vec<Law> {
     [dahl(signals), bouc_wen(signals), lugre(samples, signals), maxwell_slip(signals)]
         .into_iter()
+        .filter(|friction| only.is_none_or(|only| friction.name == only))
         .map(|friction| friction.into_law(samples, signals))
         .collect()
 }

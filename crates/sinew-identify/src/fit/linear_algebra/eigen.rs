@@ -26,13 +26,14 @@ pub(crate) fn symmetric_eigen(matrix: &Matrix) -> Option<(Vec<f64>, Matrix)> {
                 let tangent = ratio.signum() / (ratio.abs() + ratio.hypot(1.0));
                 let cosine = 1.0 / tangent.hypot(1.0);
                 let sine = tangent * cosine;
-                for k in 0..p {
-                    (a[(k, i)], a[(k, j)]) = rotate(a[(k, i)], a[(k, j)], cosine, sine);
-                    (vectors[(k, i)], vectors[(k, j)]) =
-                        rotate(vectors[(k, i)], vectors[(k, j)], cosine, sine);
+                for matrix in [&mut a, &mut vectors] {
+                    let (left, right) = matrix.two_columns(i, j);
+                    for (x, y) in left.iter_mut().zip(right) {
+                        (*x, *y) = rotate(*x, *y, cosine, sine);
+                    }
                 }
-                for k in 0..p {
-                    (a[(i, k)], a[(j, k)]) = rotate(a[(i, k)], a[(j, k)], cosine, sine);
+                for column in a.columns() {
+                    (column[i], column[j]) = rotate(column[i], column[j], cosine, sine);
                 }
             }
         }

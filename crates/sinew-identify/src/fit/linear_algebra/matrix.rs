@@ -66,6 +66,18 @@ impl Matrix {
         self.entries[from * self.stride..].split_at_mut((to - from) * self.stride)
     }
 
+    /// Two columns, `i < j`.
+    pub(super) fn two_columns(&mut self, i: usize, j: usize) -> (&mut [f64], &mut [f64]) {
+        let size = self.size;
+        let (from_i, from_j) = self.panel(i, j);
+        (&mut from_i[..size], &mut from_j[..size])
+    }
+
+    /// All columns, each with the room behind it.
+    pub(super) fn columns(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        self.entries.chunks_exact_mut(self.stride)
+    }
+
     pub(super) fn column(&self, column: usize) -> &[f64] {
         &self.entries[column * self.stride..][..self.size]
     }

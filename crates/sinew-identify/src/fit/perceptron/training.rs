@@ -150,16 +150,6 @@ pub enum End {
 /// Steps: `hagan1994`; initial weights: `nguyen1990`.
 #[doc(alias = "trainlm")]
 pub fn train(inputs: &[f64], targets: &[f64], options: &TrainOptions) -> Result<Training, Error> {
-    train_with(inputs, targets, options, F32_FROM)
-}
-
-/// [`train`] with another number of samples in place of [`F32_FROM`].
-pub(super) fn train_with(
-    inputs: &[f64],
-    targets: &[f64],
-    options: &TrainOptions,
-    f32_from: usize,
-) -> Result<Training, Error> {
     options.check()?;
     let samples = Samples::new(inputs, targets)?;
     let n = targets.len();
@@ -169,7 +159,6 @@ pub(super) fn train_with(
     let mut descent = Descent {
         inputs: samples.inputs,
         hidden: options.hidden,
-        f32_from,
         tolerance: options.tolerance,
         fitted,
         held_back,
@@ -192,7 +181,6 @@ pub(super) fn train_with(
 struct Descent<'a> {
     inputs: usize,
     hidden: usize,
-    f32_from: usize,
     tolerance: f64,
     fitted: &'a [f64],
     held_back: &'a [f64],
@@ -282,7 +270,7 @@ impl Problem for Descent<'_> {
 
     fn linearise(&mut self, theta: &[f64], at: &mut Linearisation) -> bool {
         let (net, count) = (self.net(theta), self.count(self.fitted));
-        *at = if count < self.f32_from as f64 {
+        *at = if count < F32_FROM as f64 {
             normal_equations::<f64>(&net, self.fitted)
         } else {
             normal_equations::<f32>(&net, self.fitted)

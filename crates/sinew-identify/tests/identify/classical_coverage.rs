@@ -1,12 +1,10 @@
 //! The 95 % intervals of the static capstan cover the parameters of simulated logs, whatever motion and noise.
 
-use super::capstan;
-use super::result::Parameter;
-use super::samples::gather;
-use crate::log::{Dataset, Input, Role, Roles, Sequence};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use sinew_identify::fit::classical::{Parameter, fit_law};
+use sinew_identify::log::{Dataset, Input, Role, Roles, Sequence};
 use std::f64::consts::TAU;
 
 /// `mu phi` and `T_0`, N.
@@ -90,8 +88,7 @@ fn log(case: Case, seed: u64) -> Dataset {
 }
 
 fn fitted(case: Case, seed: u64) -> Vec<Parameter> {
-    let (all, thinned, signals) = gather(&log(case, seed)).unwrap();
-    capstan::fixed(&thinned, &signals).fit(&thinned, &all, &signals).unwrap().parameters
+    fit_law(&log(case, seed), "static capstan").unwrap().parameters
 }
 
 /// Shares of the intervals of `mu phi` and of `T_0` that cover their value.

@@ -1,14 +1,11 @@
 //! Known parameters are recovered from simulated logs with noise and gaps; unidentifiable ones are reported.
 
-use super::fit_classical;
-use super::play::play;
-use super::result::{ClassicalFit, Parameter};
-use super::samples::gather;
-use crate::log::{Dataset, Input, Role, Roles, Sequence};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use sinew::transmission::{Band, BoucWen, Dahl, LuGre, Play, Stribeck};
+use sinew_identify::fit::classical::{ClassicalFit, Parameter, fit_classical, fit_law};
+use sinew_identify::log::{Dataset, Input, Role, Roles, Sequence};
 
 /// Standard normal numbers.
 struct Noise(ChaCha8Rng);
@@ -23,8 +20,11 @@ impl Noise {
     }
 }
 
+/// Name, role and values of an input.
+type Column<'a> = (&'a str, Role, Vec<f64>);
+
 /// A log of one or more inputs, cut in three at 40 % and 70 %, with missing cells and rows not to be scored.
-fn dataset(columns: &[(&str, Role, Vec<f64>)], far: &[f64], interval: f64, noise: f64, seed: u64) -> Dataset {
+fn dataset(columns: &[Column<'_>], far: &[f64], interval: f64, noise: f64, seed: u64) -> Dataset {
     let n = far.len();
     let mut draw = Noise::new(seed);
     let noisy: Vec<f64> = far.iter().map(|y| y + noise * draw.draw()).collect();
@@ -104,8 +104,7 @@ fn play_comes_back_with_noise_gaps_and_missing_cells() {
     let (mut inside, mut asked) = (0, 0);
     for seed in 0..20 {
         let data = dataset(&[("tension_in_n", Role::Effort, near.clone())], &far, 0.02, 0.2, seed);
-        let (all, thinned, signals) = gather(&data).unwrap();
-        let fit = &play(&thinned, &signals).fit(&thinned, &all, &signals).unwrap();
+        let fit = &fit_law(&data, "capstan play").unwrap();
         let truths = [("(a1)", (-0.4_f64).exp()), ("(b1)", -0.5), ("(a2)", 0.4_f64.exp()), ("(b2)", 0.8)];
         assert_recovered(fit, &[("friction angle", 0.4), ("gain", 1.0)]);
         for (name, truth) in truths {
@@ -308,14 +307,27 @@ fn constant_signals_and_too_few_samples_are_reported() {
     assert_eq!(fit_classical(&short).len(), 1);
 }
 
-#[test]
-fn the_order_of_columns_changes_nothing() {
+/// A tension with play under a motion: far side, tension and motion.
+fn far_and_two_columns() -> (Vec<f64>, [Column<'static>; 2]) {
     let motion: Vec<f64> = wave(1500, 0.02).iter().map(|w| 0.05 * w).collect();
     let near: Vec<f64> = (0..1500).map(|i| 80.0 + 20.0 * (0.0171 * f64::from(i)).sin()).collect();
-    let far = played(&near);
-    let a = ("tension_in_n", Role::Effort, near);
-    let b = ("position_in_m", Role::Motion, motion);
+    (played(&near), [("tension_in_n", Role::Effort, near), ("position_in_m", Role::Motion, motion)])
+}
+
+#[test]
+fn the_order_of_columns_changes_nothing() {
+    let (far, [a, b]) = far_and_two_columns();
     let one = fit_classical(&dataset(&[a.clone(), b.clone()], &far, 0.02, 0.1, 9));
     let other = fit_classical(&dataset(&[b, a], &far, 0.02, 0.1, 9));
     assert_eq!(format!("{one:?}"), format!("{other:?}"));
+}
+
+#[test]
+fn a_law_alone_is_fitted_as_among_all() {
+    let (far, columns) = far_and_two_columns();
+    let data = dataset(&columns, &far, 0.02, 0.1, 9);
+    for fit in fit_classical(&data) {
+        assert_eq!(format!("{:?}", fit_law(&data, &fit.law).unwrap()), format!("{fit:?}"));
+    }
+    assert!(fit_law(&data, "no such law").is_none());
 }
