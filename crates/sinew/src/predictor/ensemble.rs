@@ -3,7 +3,6 @@
 use crate::math::quick_tanh_lanes;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
-use wide::f32x8;
 
 /// Networks in an ensemble: one per SIMD lane.
 pub const MEMBERS: usize = 8;
@@ -72,20 +71,21 @@ impl Ensemble {
             *z = ((inside - mean) * scale) as f32;
         }
         let outputs = self.outputs(scratch);
-        let deviation = outputs - f32x8::splat(sum(outputs.to_array()) / MEMBERS as f32);
-        let variance = sum((deviation * deviation).to_array()) / (MEMBERS - 1) as f32;
-        EnsembleOutput {
-            median: f64::from(median(outputs.to_array())),
-            variance: f64::from(variance),
-            clipped,
+        let mean = sum(outputs) / MEMBERS as f32;
+        let mut squares = outputs;
+        for output in &mut squares {
+            let deviation = *output - mean;
+            *output = deviation * deviation;
         }
+        let variance = sum(squares) / (MEMBERS - 1) as f32;
+        EnsembleOutput { median: f64::from(median(outputs)), variance: f64::from(variance), clipped }
     }
 
     #[inline]
-    fn outputs(&self, z: &[f32]) -> f32x8 {
-        let mut outputs = f32x8::from(self.bias);
+    fn outputs(&self, z: &[f32]) -> PerNetwork {
+        let mut outputs = self.bias;
         for (weight, z) in self.skip.iter().zip(z) {
-            outputs += f32x8::from(*weight) * f32x8::splat(*z);
+            add(&mut outputs, weight, [*z; MEMBERS]);
         }
         // Two nodes at a time: their sums are independent chains of additions.
         let (row, nodes) = (z.len().max(1), self.hidden_bias.len());
@@ -93,25 +93,33 @@ impl Ensemble {
         let biases = self.hidden_bias.chunks_exact(2).zip(self.output_weights.chunks_exact(2));
         for (pair, (bias, output)) in rows.by_ref().zip(biases) {
             let (first, second) = pair.split_at(row);
-            let (mut a, mut b) = (f32x8::from(bias[0]), f32x8::from(bias[1]));
+            let (mut a, mut b) = (bias[0], bias[1]);
             for ((first, second), z) in first.iter().zip(second).zip(z) {
-                let z = f32x8::splat(*z);
-                a += f32x8::from(*first) * z;
-                b += f32x8::from(*second) * z;
+                add(&mut a, first, [*z; MEMBERS]);
+                add(&mut b, second, [*z; MEMBERS]);
             }
-            outputs += f32x8::from(output[0]) * quick_tanh_lanes(a);
-            outputs += f32x8::from(output[1]) * quick_tanh_lanes(b);
+            add(&mut outputs, &output[0], quick_tanh_lanes(a));
+            add(&mut outputs, &output[1], quick_tanh_lanes(b));
         }
         if let (1, Some(bias), Some(output)) =
             (nodes % 2, self.hidden_bias.last(), self.output_weights.last())
         {
-            let mut node = f32x8::from(*bias);
+            let mut node = *bias;
             for (weight, z) in rows.remainder().iter().zip(z) {
-                node += f32x8::from(*weight) * f32x8::splat(*z);
+                add(&mut node, weight, [*z; MEMBERS]);
             }
-            outputs += f32x8::from(*output) * quick_tanh_lanes(node);
+            add(&mut outputs, output, quick_tanh_lanes(node));
         }
         outputs
+    }
+}
+
+/// Adds `weight input`, lane by lane. At opt-level 3 the compiler makes vector instructions of it, at 2 of the
+/// hyperbolic tangents alone.
+#[inline(always)]
+fn add(sum: &mut PerNetwork, weight: &PerNetwork, input: PerNetwork) {
+    for ((sum, weight), input) in sum.iter_mut().zip(weight).zip(input) {
+        *sum += weight * input;
     }
 }
 
@@ -121,36 +129,28 @@ fn sum(v: PerNetwork) -> f32 {
     ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]))
 }
 
-/// Median of eight, the mean of the middle two, by Batcher's sorting network.
+/// Median of eight, the mean of the middle two, by Batcher's sorting network without the last exchanges of the
+/// other six.
 #[inline]
 fn median(mut v: PerNetwork) -> f32 {
-    const PAIRS: [(usize, usize); 19] = [
-        (0, 1),
-        (2, 3),
-        (4, 5),
-        (6, 7),
-        (0, 2),
-        (1, 3),
-        (4, 6),
-        (5, 7),
-        (1, 2),
-        (5, 6),
-        (0, 4),
-        (1, 5),
-        (2, 6),
-        (3, 7),
-        (2, 4),
-        (3, 5),
-        (1, 2),
-        (3, 4),
-        (5, 6),
-    ];
-    for (i, j) in PAIRS {
+    order(&mut v, [(0, 1), (2, 3), (4, 5), (6, 7)]);
+    order(&mut v, [(0, 2), (1, 3), (4, 6), (5, 7)]);
+    order(&mut v, [(1, 2), (5, 6)]);
+    order(&mut v, [(0, 4), (1, 5), (2, 6), (3, 7)]);
+    order(&mut v, [(2, 4), (3, 5)]);
+    order(&mut v, [(3, 4)]);
+    0.5 * (v[3] + v[4])
+}
+
+/// Orders pairs. Few at a time: a loop over all pairs of the network is not unrolled, which keeps the numbers in
+/// memory.
+#[inline(always)]
+fn order<const N: usize>(v: &mut PerNetwork, pairs: [(usize, usize); N]) {
+    for (i, j) in pairs {
         let (a, b) = (v[i], v[j]);
         v[i] = if a < b { a } else { b };
         v[j] = if a > b { a } else { b };
     }
-    0.5 * (v[3] + v[4])
 }
 
 #[cfg(test)]
@@ -251,7 +251,7 @@ mod tests {
                     }
                 }
                 let z: Vec<f32> = z.iter().map(|z| *z as f32).collect();
-                let got = e.outputs(&z).to_array().iter().map(|output| f64::from(*output)).sum::<f64>();
+                let got = e.outputs(&z).iter().map(|output| f64::from(*output)).sum::<f64>();
                 assert!((got - sum).abs() < 7e-7, "{features} features, {hidden} nodes: {got} {sum}");
             }
         }
