@@ -28,14 +28,15 @@ const MAY_NAME_RETIRED: [&str; 3] =
     ["xtask/retired_words.txt", "CHANGELOG.md", "crates/sinew/src/description/mjcf/schema.txt"];
 
 /// Pairs of a retired word and its replacement.
-fn retired() -> impl Iterator<Item = (&'static str, &'static str)> {
-    RETIRED.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = "))
+fn retired() -> Vec<(&'static str, &'static str)> {
+    RETIRED.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = ")).collect()
 }
 
 /// Checks every file and reports all findings at once.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
     let mut findings = Vec::new();
     let files = tree::files(root)?;
+    let retired = retired();
     for file in &files {
         let name = file.to_string_lossy().replace('\\', "/");
         let place = root.join(file);
@@ -47,7 +48,7 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
         // What is not UTF-8 is not text: pictures and test fixtures.
         let content = std::fs::read(&place).map_err(|e| format!("{name}: {e}"))?;
         if let Ok(text) = String::from_utf8(content) {
-            findings.extend(findings_in(&name, &text));
+            findings.extend(findings_in(&name, &text, &retired));
         }
     }
     if findings.is_empty() {
@@ -57,83 +58,86 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     Err(findings.join("\nerror: "))
 }
 
-/// What is wrong with a text file.
-fn findings_in(name: &str, text: &str) -> Vec<String> {
+/// What is wrong with a text file, line by line.
+fn findings_in(name: &str, text: &str, retired: &[(&str, &str)]) -> Vec<String> {
     if VENDORED.iter().any(|folder| name.starts_with(folder)) {
         return Vec::new();
     }
     let mut findings = Vec::new();
     let lines = text.lines().count();
     if name.ends_with(".rs") && lines > MOST_LINES {
-        findings.push(format!("{name}: {lines} lines, expected at most {MOST_LINES}"));
+        findings.push((0, format!("{name}: {lines} lines, expected at most {MOST_LINES}")));
     }
-    for (i, line) in text.lines().enumerate() {
-        let mut report = |what: &str, found: &str| {
-            findings.push(format!("{name}:{}: {what} `{}`", i + 1, found.trim()));
-        };
-        if let Some(stub) = STUBS.iter().find(|stub| has_word(line, stub)) {
-            report("unfinished work", stub);
+    let mut report = |what: &str, part: &str, is: fn(&str, usize, &str) -> bool| {
+        // The whole text at once: to begin a search costs more than to go on with it.
+        for (at, _) in text.match_indices(part).filter(|(at, _)| is(text, *at, part)) {
+            let line = text[..at].matches('\n').count() + 1;
+            findings.push((line, format!("{name}:{line}: {what} `{}`", part.trim())));
         }
-        if let Some(marker) = MERGE.iter().find(|marker| line.starts_with(**marker)) {
-            report("a merge left", marker);
-        }
-        if !MAY_NAME_RETIRED.contains(&name)
-            && let Some((word, term)) = retired().find(|(word, _)| has_word(line, word))
-        {
-            report(&format!("a retired word, the term is `{term}`:"), word);
-        }
-        if let Some(path) = PRIVATE.iter().find(|path| line.contains(**path)) {
-            report("a path of one machine", path);
+    };
+    STUBS.iter().for_each(|stub| report("unfinished work", stub, is_word));
+    MERGE.iter().for_each(|marker| report("a merge left", marker, begins_line));
+    PRIVATE.iter().for_each(|path| report("a path of one machine", path, |_, _, _| true));
+    if !MAY_NAME_RETIRED.contains(&name) {
+        for (word, term) in retired {
+            report(&format!("a retired word, the term is `{term}`:"), word, is_word);
         }
     }
-    findings
+    findings.sort();
+    findings.into_iter().map(|(_, finding)| finding).collect()
 }
 
-/// Whether `word` stands in `line` and is not part of a longer word.
-fn has_word(line: &str, word: &str) -> bool {
+/// Whether what stands at a place is not part of a longer word.
+fn is_word(text: &str, at: usize, word: &str) -> bool {
     let letter = |c: char| c.is_alphanumeric() || c == '_';
-    line.match_indices(word).any(|(at, _)| {
-        let before = line[..at].chars().next_back().is_some_and(letter);
-        let after = line[at + word.len()..].chars().next().is_some_and(letter);
-        !before && (word.ends_with('(') || !after)
-    })
+    let before = text[..at].chars().next_back().is_some_and(letter);
+    let after = text[at + word.len()..].chars().next().is_some_and(letter);
+    !before && (word.ends_with('(') || !after)
+}
+
+fn begins_line(text: &str, at: usize, _: &str) -> bool {
+    at == 0 || text[..at].ends_with('\n')
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn found_in(name: &str, text: &str) -> Vec<String> {
+        findings_in(name, text, &retired())
+    }
+
     #[test]
     fn a_stub_is_found_with_its_line_and_a_longer_word_is_not_one() {
         let stub = concat!("// TO", "DO: later");
-        let found = findings_in("a.rs", &format!("fn f() {{}}\n{stub}\n"));
+        let found = found_in("a.rs", &format!("fn f() {{}}\n{stub}\n"));
         assert_eq!(found.len(), 1);
         assert!(found[0].starts_with("a.rs:2:"), "{}", found[0]);
-        assert!(findings_in("a.rs", "MASTODONS and XXXL").is_empty());
-        assert_eq!(findings_in("a.rs", concat!("let x = todo", "!(\"x\");")).len(), 1);
+        assert!(found_in("a.rs", "MASTODONS and XXXL").is_empty());
+        assert_eq!(found_in("a.rs", concat!("let x = todo", "!(\"x\");")).len(), 1);
     }
 
     #[test]
     fn too_many_lines_of_rust_are_found_and_of_text_are_not() {
         let long = "\n".repeat(MOST_LINES + 1);
-        assert_eq!(findings_in("a.rs", &long).len(), 1);
-        assert!(findings_in("a.csv", &long).is_empty());
-        assert!(findings_in("a.rs", &"\n".repeat(MOST_LINES)).is_empty());
+        assert_eq!(found_in("a.rs", &long).len(), 1);
+        assert!(found_in("a.csv", &long).is_empty());
+        assert!(found_in("a.rs", &"\n".repeat(MOST_LINES)).is_empty());
     }
 
     #[test]
     fn a_retired_word_is_refused_with_its_replacement_and_may_stand_in_the_list_itself() {
-        let (word, term) = retired().next().unwrap();
-        let found = findings_in("a.rs", &format!("struct {word};"));
+        let (word, term) = retired()[0];
+        let found = found_in("a.rs", &format!("struct {word};"));
         assert_eq!(found.len(), 1);
         assert!(found[0].contains(term), "{}", found[0]);
-        assert!(findings_in("xtask/retired_words.txt", word).is_empty());
-        assert!(retired().count() > 20);
+        assert!(found_in("xtask/retired_words.txt", word).is_empty());
+        assert!(retired().len() > 20);
     }
 
     #[test]
     fn leftovers_of_a_merge_and_private_paths_are_found() {
-        assert_eq!(findings_in("a.md", concat!("<<<<", "<<< HEAD")).len(), 1);
-        assert_eq!(findings_in("a.md", concat!("see /ho", "me/someone/x")).len(), 1);
+        assert_eq!(found_in("a.md", concat!("<<<<", "<<< HEAD")).len(), 1);
+        assert_eq!(found_in("a.md", concat!("see /ho", "me/someone/x")).len(), 1);
     }
 }
