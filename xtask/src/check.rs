@@ -4,58 +4,81 @@ use crate::{hygiene, layering, page, passed, python, readme, test_programs, tree
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
 
 /// One step: a name to type, what it is for, what it does.
 pub(crate) struct Step {
     name: &'static str,
     purpose: &'static str,
-    run: fn(&Path) -> Result<(), String>,
+    run: fn(&Path, &Turn) -> Result<(), String>,
+}
+
+/// While it is a step's turn, the next step waits.
+pub(crate) struct Turn(Sender<()>);
+
+impl Turn {
+    /// The step has built all that it needs: the next one begins beside it.
+    pub(crate) fn end(&self) {
+        // Nobody waits for the end of a turn that is over.
+        let _ = self.0.send(());
+    }
 }
 
 /// All steps. Every build uses the dev profile and all features, so that each dependency is compiled once.
 const STEPS: [Step; 10] = [
-    Step { name: "fmt", purpose: "the code is formatted", run: fmt },
+    Step { name: "fmt", purpose: "the code is formatted", run: |root, _| fmt(root) },
     Step {
         name: "hygiene",
         purpose: "no huge files, stubs, conflict markers, private paths or retired words",
-        run: hygiene::check,
+        run: |root, _| hygiene::check(root),
     },
     Step {
         name: "layering",
         purpose: "no room imports what it must not know, no circle between files",
-        run: layering::check,
+        run: |root, _| layering::check(root),
     },
     Step {
         name: "clippy",
         purpose: "no warning with all features, tests, examples and benches",
-        run: clippy,
+        run: |root, _| clippy(root),
     },
-    Step { name: "test", purpose: "unit and integration tests (nextest where installed)", run: test },
+    Step {
+        name: "test",
+        purpose: "unit and integration tests (nextest where installed)",
+        run: test_programs::run,
+    },
     Step {
         name: "readme",
         purpose: "the README's commands run, its usage is the program's",
         run: readme::check,
     },
-    Step { name: "features", purpose: "no warning without optional features", run: features },
-    Step { name: "doctest", purpose: "the examples in the documentation", run: doctest },
-    Step { name: "doc", purpose: "the documentation builds without a warning", run: doc },
-    Step { name: "examples", purpose: "the examples run to their end", run: examples },
+    Step { name: "features", purpose: "no warning without optional features", run: |root, _| features(root) },
+    Step { name: "doctest", purpose: "the examples in the documentation", run: |root, _| doctest(root) },
+    Step { name: "doc", purpose: "the documentation builds without a warning", run: |root, _| doc(root) },
+    Step { name: "examples", purpose: "the examples run to their end", run: |root, _| examples(root) },
 ];
 
 /// Left to `cargo xtask check --long`: statistics over many seeds, minutes of them.
-const LONG: Step =
-    Step { name: "long", purpose: "statistical tests over many seeds, every bench once", run: long };
+const LONG: Step = Step {
+    name: "long",
+    purpose: "statistical tests over many seeds, every bench once",
+    run: |root, _| long(root),
+};
 
 /// Left to `cargo xtask check python`: it needs an interpreter, and packages that it installs into `target`.
-const PYTHON: Step =
-    Step { name: "python", purpose: "the Python package: types, tests, documentation", run: python::check };
+const PYTHON: Step = Step {
+    name: "python",
+    purpose: "the Python package: types, tests, documentation",
+    run: |root, _| python::check(root),
+};
 
 /// Left to `cargo xtask check page`: it needs a browser, and packages that it installs into `target`.
 const PAGE: Step = Step {
     name: "page",
     purpose: "the live page in a headless Chromium, types of its scripts",
-    run: page::check,
+    run: |root, _| page::check(root),
 };
 
 /// The steps with their purpose, one a line.
@@ -87,34 +110,32 @@ pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
 
 const FLAGS: [&str; 2] = ["--long", "--again"];
 
-/// The step that runs beside those after it: its commands use one processor for much of their time.
-const BESIDE: &str = "readme";
-
 /// Runs the steps up to the first that fails, and prints how long each took.
 pub(crate) fn run(steps: &[&Step]) -> ExitCode {
     let began = Instant::now();
-    let run = |(number, step): (usize, &&Step)| {
-        println!("[{}/{}] {}: {}", number + 1, steps.len(), step.name, step.purpose);
+    let failed = AtomicBool::new(false);
+    let run = |step: &Step, turn: &Turn| {
         let began = Instant::now();
-        let outcome = (step.run)(&tree::root());
+        let outcome = (step.run)(&tree::root(), turn);
+        failed.fetch_or(outcome.is_err(), Ordering::Relaxed);
+        turn.end();
         (step.name, began.elapsed().as_secs_f64(), outcome)
     };
-    let numbered = || steps.iter().enumerate();
-    let mut ran = Vec::new();
-    std::thread::scope(|scope| {
-        let mut beside = None;
-        for (number, step) in numbered() {
-            if step.name == BESIDE {
-                beside = Some(scope.spawn(move || run((number, step))));
-                continue;
-            }
-            ran.push(run((number, step)));
-            if ran.last().is_some_and(|(.., outcome)| outcome.is_err()) {
+    let ran: Vec<_> = std::thread::scope(|scope| {
+        let mut begun = Vec::new();
+        for (number, step) in steps.iter().enumerate() {
+            println!("[{}/{}] {}: {}", number + 1, steps.len(), step.name, step.purpose);
+            let (turn, next) = channel();
+            let run = &run;
+            begun.push((step.name, scope.spawn(move || run(step, &Turn(turn)))));
+            // An error: its thread has panicked.
+            let _ = next.recv();
+            if failed.load(Ordering::Relaxed) {
                 break;
             }
         }
-        let panicked = || (BESIDE, 0.0, Err("its thread panicked".to_owned()));
-        ran.extend(beside.map(|thread| thread.join().unwrap_or_else(|_| panicked())));
+        let panicked = |name| (name, 0.0, Err("its thread panicked".to_owned()));
+        begun.into_iter().map(|(name, thread)| thread.join().unwrap_or_else(|_| panicked(name))).collect()
     });
     let mut times: Vec<(&str, f64)> = ran.iter().map(|(name, seconds, _)| (*name, *seconds)).collect();
     times.push(("all", began.elapsed().as_secs_f64()));
@@ -211,12 +232,12 @@ const FEATURE_SETS: [&[&str]; 2] = [
     &["--package", "sinew", "--package", "sinew-dependencies", "--no-default-features"],
 ];
 
-fn test(root: &Path) -> Result<(), String> {
-    test_programs::run(root)
-}
-
+/// Of libraries: a change of the program leaves them as they are.
 fn doctest(root: &Path) -> Result<(), String> {
-    succeed(&mut cargo(root, &["test", "--quiet", "--workspace", "--all-features", "--doc"]))
+    let now = passed::state_of_libraries(root)?;
+    passed::unless(root, "doctest", now, || {
+        succeed(&mut cargo(root, &["test", "--quiet", "--workspace", "--all-features", "--doc"]))
+    })
 }
 
 /// rustdoc needs the metadata of all crates: that of [`clippy`] serves, so that nothing is checked again.
@@ -233,7 +254,10 @@ fn examples(root: &Path) -> Result<(), String> {
         for (file, _) in tree::sources(root, &format!("crates/{package}/examples"))? {
             let name = file.file_stem().unwrap_or_default();
             let program = target(root).join("debug/examples").join(name);
-            succeed(Command::new(program).current_dir(root).stdout(Stdio::null()))?;
+            let now = passed::state_of_program(root, &program)?;
+            passed::unless(root, &format!("example {}", name.display()), now, || {
+                succeed(Command::new(&program).current_dir(root).stdout(Stdio::null()))
+            })?;
         }
     }
     Ok(())

@@ -1,10 +1,11 @@
 //! What has passed in an earlier run, and in which state.
 
-use crate::check::target;
+use crate::check::{cargo, target};
 use crate::tree;
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::time::UNIX_EPOCH;
 
 /// Where the steps leave what the next run reads.
@@ -45,6 +46,43 @@ pub(crate) fn state_of_data(root: &Path) -> Result<String, String> {
     Ok(format!("{:x} {:x}", state(root, &files.collect::<Vec<_>>()), hasher.finish()))
 }
 
+/// A program, and what it may read.
+pub(crate) fn state_of_program(root: &Path, program: &Path) -> Result<String, String> {
+    Ok(format!("{:x} {}", state(root, &[program.to_path_buf()]), state_of_data(root)?))
+}
+
+/// The compiler, and all files of the project but the sources of packages without a library: what examples in the documentation depend
+/// on.
+pub(crate) fn state_of_libraries(root: &Path) -> Result<String, String> {
+    let package = |file: &Path| {
+        file.ancestors().find(|folder| root.join(folder).join("Cargo.toml").is_file()).map(Path::to_owned)
+    };
+    let of_library = |file: &PathBuf| {
+        !is_source(file)
+            || package(file).is_none_or(|package| root.join(package).join("src/lib.rs").is_file())
+    };
+    let files = tree::files(root)?.into_iter().filter(of_library);
+    let version = cargo(root, &["--version"]).output().map_err(|e| format!("cargo --version: {e}"))?.stdout;
+    let version = String::from_utf8_lossy(&version).trim().to_owned();
+    Ok(format!("{version} {:x} {}", state(root, &files.collect::<Vec<_>>()), state_of_data(root)?))
+}
+
+/// Runs what has not passed in the state of `now`, and remembers that it has.
+pub(crate) fn unless(
+    root: &Path,
+    id: &str,
+    now: String,
+    run: impl FnOnce() -> Result<(), String>,
+) -> Result<(), String> {
+    let mut passed = Passed::of(root);
+    if passed.holds(id, &now) {
+        println!("{id} has passed as it is (`--again` runs it)");
+        return Ok(());
+    }
+    run()?;
+    passed.remember([(id.to_owned(), now)].into())
+}
+
 /// One number for the sizes and times of files.
 pub(crate) fn state(root: &Path, files: &[PathBuf]) -> u64 {
     let mut hasher = DefaultHasher::new();
@@ -80,8 +118,11 @@ impl Passed {
         self.states.get(id).is_some_and(|passed| passed == state)
     }
 
-    /// Keeps states that have passed.
+    /// Keeps states that have passed, beside those that other steps have kept since.
     pub(crate) fn remember(&mut self, states: BTreeMap<String, String>) -> Result<(), String> {
+        static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+        let _writes = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+        *self = Self::read(std::mem::take(&mut self.file));
         self.states.extend(states);
         if let Some(folder) = self.file.parent() {
             std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;

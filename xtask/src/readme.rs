@@ -1,10 +1,9 @@
 //! The README cannot go stale: its `sh` blocks run, its usage names the program's verbs and flags, its links lead
 //! somewhere, and its pictures are what the program draws.
 
-use crate::check::{cargo, succeed};
-use crate::passed::{Passed, state, state_of_data};
-use crate::pictures;
+use crate::check::{Turn, cargo, succeed};
 use crate::test_programs::WITHOUT_CORE;
+use crate::{passed, pictures};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -36,22 +35,18 @@ struct Block<'a> {
 }
 
 /// Runs and compares.
-pub(crate) fn check(root: &Path) -> Result<(), String> {
+pub(crate) fn check(root: &Path, turn: &Turn) -> Result<(), String> {
     links(root)?;
     let path = root.join("README.md");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("README.md: {e}"))?;
     let blocks = blocks(&text);
     let program = program(root)?;
-    let mut passed = Passed::of(root);
-    let now = format!("{:x} {}", state(root, std::slice::from_ref(&program)), state_of_data(root)?);
-    if passed.holds("readme", &now) {
-        println!("the README has passed with this program (`--again` runs it)");
-        return Ok(());
-    }
-    usage(&blocks, &program)?;
-    pictures::check(root, &program)?;
-    run(root, &blocks, &program)?;
-    passed.remember([("readme".to_owned(), now)].into())
+    turn.end();
+    passed::unless(root, "the README", passed::state_of_program(root, &program)?, || {
+        usage(&blocks, &program)?;
+        pictures::check(root, &program)?;
+        run(root, &blocks, &program)
+    })
 }
 
 /// Builds the program as the tests did and says where it is.

@@ -1,7 +1,7 @@
 //! Unit and integration tests. Each group is built while the tests of the group before run, and a program of tests runs only where it, or a
 //! file of the project that is no Rust source, has changed since it passed.
 
-use crate::check::{cargo, succeed, target};
+use crate::check::{Turn, cargo, succeed, target};
 use crate::passed::{Passed, folder, state, state_of_data};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -55,8 +55,8 @@ const OF_PROGRAM: &str = "sinew-cli";
 /// The package whose tests read the sources of all others: they run every time.
 const OF_SOURCES: &str = "xtask";
 
-/// Builds all groups and runs what has not passed as it is.
-pub(crate) fn run(root: &Path) -> Result<(), String> {
+/// Builds all groups and runs what has not passed as it is. The turn ends with the last build.
+pub(crate) fn run(root: &Path, turn: &Turn) -> Result<(), String> {
     let nextest = cargo(root, &["nextest", "--version"]).output().is_ok_and(|output| output.status.success());
     if !nextest {
         println!("cargo-nextest is not installed: running `cargo test`");
@@ -80,9 +80,10 @@ pub(crate) fn run(root: &Path) -> Result<(), String> {
                 write_output(command.arg("--message-format=json-pretty").args(selection), &list)?;
                 if built.send(list).is_err() {
                     // A test of an earlier group has failed.
-                    break;
+                    return Ok(());
                 }
             }
+            turn.end();
             Ok(())
         });
         let ran =
