@@ -48,10 +48,20 @@ fn fifteen_drives_come_into_operation_over_raw_frames() {
     assert!(inside.status.success(), "{printed}\n{}", String::from_utf8_lossy(&inside.stderr));
 }
 
+/// Sets a flag where its scope ends, by a panic as well: a thread that waits for the flag ends, and the test fails instead of hanging.
+struct StopOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for StopOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 fn inside() {
     let setup = Setup::new(machine("lm_arm"), 1, &[]);
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
+        let stopping = StopOnDrop(&stop);
         let served = scope.spawn(|| {
             let socket = RawSocket::open("sinew1").unwrap();
             let mut simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine);
@@ -85,7 +95,7 @@ fn inside() {
             );
         }
         cycle.into_bus().stop();
-        stop.store(true, Ordering::Relaxed);
+        drop(stopping);
         assert!(served.join().unwrap() > 1000);
         assert_eq!(statistics.working_counter, 0, "{statistics:?}");
         // Frames are late where other programs have the processors.

@@ -1,10 +1,10 @@
 //! Clients in other languages, against the server.
 
-use crate::network::{cycle, start};
+use crate::network::{StopOnDrop, cycle, start};
 use sinew_link::{Key, Rejection};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 fn clients() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../clients")
@@ -28,6 +28,7 @@ fn drive(client: impl Fn() -> Command) {
         let stop = AtomicBool::new(false);
         let mut output: Option<Output> = None;
         let commands = std::thread::scope(|scope| {
+            let stopping = StopOnDrop(&stop);
             let cycle = scope.spawn(|| cycle(&mut port, &stop));
             let mut command = client();
             command.args(["127.0.0.1", &server.address().port().to_string(), "0.6"]);
@@ -35,7 +36,7 @@ fn drive(client: impl Fn() -> Command) {
                 command.arg(&file);
             }
             output = Some(command.output().unwrap());
-            stop.store(true, Ordering::Relaxed);
+            drop(stopping);
             cycle.join().unwrap()
         });
         let output = output.unwrap();

@@ -19,6 +19,15 @@ pub(crate) fn start(key: Option<Key>) -> (Server, Port) {
         .unwrap()
 }
 
+/// Sets a flag where its scope ends, by a panic as well: a thread that waits for the flag ends, and the test fails instead of hanging.
+pub(crate) struct StopOnDrop<'a>(pub(crate) &'a AtomicBool);
+
+impl Drop for StopOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 /// A control cycle of 1 ms that follows the newest joint set-point at once, until it is told to stop.
 pub(crate) fn cycle(port: &mut Port, stop: &AtomicBool) -> u64 {
     let (mut snapshot, mut commands) = (Snapshot::new(2, 4), 0);
@@ -48,6 +57,7 @@ fn commands_and_states_cross_with_and_without_a_key() {
         let (server, mut port) = start(key.clone());
         let stop = AtomicBool::new(false);
         std::thread::scope(|scope| {
+            let _stopping = StopOnDrop(&stop);
             scope.spawn(|| cycle(&mut port, &stop));
             let mut client = Client::connect(server.address(), key.as_ref(), SOON).unwrap();
             let mut setpoints = Setpoints::new(SetpointKind::Joint, 2);
@@ -70,7 +80,6 @@ fn commands_and_states_cross_with_and_without_a_key() {
             assert!(round_trip.count > 40);
             eprintln!("round trip on loopback: {round_trip:?}, mean {:?} ns", round_trip.mean_ns());
             client.close().unwrap();
-            stop.store(true, Ordering::Relaxed);
         });
         assert_eq!(server.stop().all_rejected(), 0);
     }
@@ -111,6 +120,7 @@ fn a_second_client_is_refused_and_the_first_one_is_not_disturbed_by_a_flood() {
     let (stop, address) = (AtomicBool::new(false), server.address());
     let mut flooded = 0_u64;
     std::thread::scope(|scope| {
+        let stopping = StopOnDrop(&stop);
         scope.spawn(|| cycle(&mut port, &stop));
         let mut client = Client::connect(address, None, SOON).unwrap();
         client.send(&Command::of(Request::Run)).unwrap();
@@ -130,7 +140,7 @@ fn a_second_client_is_refused_and_the_first_one_is_not_disturbed_by_a_flood() {
         }
         // Under a flood the answer may be lost in the socket's queue, like any other packet.
         assert!(matches!(refused, Err(Error::Refused { .. } | Error::NoAnswer { .. })));
-        stop.store(true, Ordering::Relaxed);
+        drop(stopping);
         flooded = flood.join().unwrap();
     });
     let counters = server.stop();

@@ -30,6 +30,8 @@ impl<'a, L: Link> Master<'a, L> {
             pdu: Duration::from_millis(20),
             state_transition: Duration::from_secs(5),
             mailbox_echo: Duration::from_millis(500),
+            // Devices answer within 10 ms, a host with other work looks later.
+            eeprom: Duration::from_millis(500),
             ..Timeouts::default()
         };
         let config = MainDeviceConfig {

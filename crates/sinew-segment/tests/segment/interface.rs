@@ -41,12 +41,22 @@ fn a_segment_on_an_interface_answers_a_master_on_another() {
     assert!(status.success(), "inside of the network: {status}");
 }
 
+/// Sets a flag where its scope ends, by a panic as well: a thread that waits for the flag ends, and the test fails instead of hanging.
+struct StopOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for StopOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 fn inside() {
     let (master, line) = (RawSocket::open("one").unwrap(), RawSocket::open("two").unwrap());
     let devices = (0..3).map(|_| Device::new(&builtin::coupler(), DeviceSettings::default()).unwrap());
     let mut segment = Segment::new(devices.collect());
     let stop = AtomicBool::new(false);
     let served = std::thread::scope(|scope| {
+        let stopping = StopOnDrop(&stop);
         let serving = scope.spawn(|| serve(&line, &mut segment, &stop, |_, _| {}));
         // The links may need a moment.
         let deadline = Instant::now() + Duration::from_secs(10);
@@ -61,7 +71,7 @@ fn inside() {
         assert_eq!(answer[6], 0x12, "passed a device");
         assert_eq!(wire::datagrams(&answer)[0].counter, 3);
         assert_eq!(master.try_receive(&mut [0; 60]).unwrap(), None, "own frames are not seen");
-        stop.store(true, Ordering::Relaxed);
+        drop(stopping);
         serving.join().unwrap().unwrap()
     });
     assert!(served.frames >= 1 && served.answers == served.frames, "{served:?}");
