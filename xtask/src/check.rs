@@ -289,6 +289,7 @@ fn long(root: &Path) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Mutex;
 
     #[test]
     fn named_steps_run_in_the_order_of_the_list_and_an_unknown_one_is_refused() {
@@ -301,6 +302,43 @@ mod tests {
         assert_eq!(chosen(&["page"]).unwrap().len(), 1);
         let refused = chosen(&["fmt", "clipy"]).err().unwrap();
         assert!(refused.contains("`clipy`") && refused.contains("clippy"), "{refused}");
+    }
+
+    #[test]
+    fn a_step_begins_where_the_turn_before_has_ended_and_none_after_a_failure() {
+        static BEGUN: Mutex<Vec<&str>> = Mutex::new(Vec::new());
+        let first = Step {
+            name: "first",
+            purpose: "ends its turn and runs on until the second has begun",
+            run: |_, turn| {
+                BEGUN.lock().unwrap().push("first");
+                turn.end();
+                let patience = Instant::now();
+                while !BEGUN.lock().unwrap().contains(&"second") && patience.elapsed().as_secs() < 20 {
+                    std::thread::yield_now();
+                }
+                Ok(())
+            },
+        };
+        let second = Step {
+            name: "second",
+            purpose: "fails",
+            run: |_, _| {
+                BEGUN.lock().unwrap().push("second");
+                Err("as it should".into())
+            },
+        };
+        let third = Step {
+            name: "third",
+            purpose: "never begins",
+            run: |_, _| {
+                BEGUN.lock().unwrap().push("third");
+                Ok(())
+            },
+        };
+        let outcome = run(&[&first, &second, &third]);
+        assert_eq!(format!("{outcome:?}"), format!("{:?}", ExitCode::FAILURE));
+        assert_eq!(*BEGUN.lock().unwrap(), ["first", "second"]);
     }
 
     #[test]
