@@ -6,6 +6,7 @@ use crate::passed::{Passed, folder, state, state_of_data};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
 
 /// What cargo builds for the groups. The two packages that are optimised for the tests of all others are apart: their unit tests run for
@@ -55,7 +56,8 @@ const OF_PROGRAM: &str = "sinew-cli";
 /// The package whose tests read the sources of all others: they run every time.
 const OF_SOURCES: &str = "xtask";
 
-/// Builds all groups and runs what has not passed as it is. The turn ends with the last build.
+/// Builds all groups and runs what has not passed as it is. The turn ends where the last group with such programs begins to run: builds and
+/// tests beside further steps would take each other's caches.
 pub(crate) fn run(root: &Path, turn: &Turn) -> Result<(), String> {
     let nextest = cargo(root, &["nextest", "--version"]).output().is_ok_and(|output| output.status.success());
     if !nextest {
@@ -68,59 +70,71 @@ pub(crate) fn run(root: &Path, turn: &Turn) -> Result<(), String> {
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let metadata = folder.join("metadata.json");
     write_output(&mut cargo(root, &["metadata", "--format-version=1", "--all-features"]), &metadata)?;
-    let mut passed = Passed::of(root);
+    let passed = Passed::of(root);
     let files = state_of_data(root)?;
-    let (built, lists) = channel();
+    let (sender, groups) = channel();
+    let (to_begin, all_built) = (AtomicUsize::new(0), AtomicBool::new(false));
     std::thread::scope(|scope| {
-        let builder = scope.spawn(move || {
+        let builder = scope.spawn(|| {
+            // Moved, so that the groups end with the builds.
+            let sender = sender;
             for (name, selection) in GROUPS {
                 let list = folder.join(name).with_extension("json");
                 let mut command =
                     cargo(root, &["nextest", "list", "--cargo-quiet", "--list-type=binaries-only"]);
                 write_output(command.arg("--message-format=json-pretty").args(selection), &list)?;
-                if built.send(list).is_err() {
+                let programs = to_run(root, &list, &files, &passed)?;
+                if programs.is_empty() {
+                    continue;
+                }
+                to_begin.fetch_add(1, Ordering::SeqCst);
+                if sender.send((list, programs)).is_err() {
                     // A test of an earlier group has failed.
                     return Ok(());
                 }
             }
-            turn.end();
+            all_built.store(true, Ordering::SeqCst);
+            if to_begin.load(Ordering::SeqCst) == 0 {
+                turn.end();
+            }
             Ok(())
         });
-        let ran =
-            lists.into_iter().try_for_each(|list| run_group(root, &list, &metadata, &files, &mut passed));
+        let ran = groups.into_iter().try_for_each(|(list, programs)| {
+            if to_begin.fetch_sub(1, Ordering::SeqCst) == 1 && all_built.load(Ordering::SeqCst) {
+                turn.end();
+            }
+            let chosen =
+                programs.keys().map(|id| format!("binary_id(={id})")).collect::<Vec<_>>().join(" + ");
+            let mut command = cargo(root, &["nextest", "run", "--filterset", &chosen, "--binaries-metadata"]);
+            succeed(command.arg(list).arg("--cargo-metadata").arg(&metadata))?;
+            Passed::of(root).remember(programs)
+        });
         let built = builder.join().unwrap_or_else(|_| Err("the build of the tests panicked".into()));
         built.and(ran)
     })
 }
 
-/// Runs those programs of a built group that have not passed as they are.
-fn run_group(
+/// Programs of a built group that have not passed as they are, with their state.
+fn to_run(
     root: &Path,
     list: &Path,
-    metadata: &Path,
     files: &str,
-    passed: &mut Passed,
-) -> Result<(), String> {
+    passed: &Passed,
+) -> Result<BTreeMap<String, String>, String> {
     let text = std::fs::read_to_string(list).map_err(|e| format!("{}: {e}", list.display()))?;
-    let mut waiting = programs(&text);
-    let all = waiting.len();
+    let mut programs = programs(&text);
+    let all = programs.len();
     let program = target(root).join(format!("debug/sinew{}", std::env::consts::EXE_SUFFIX));
-    for (id, path) in &mut waiting {
+    for (id, path) in &mut programs {
         let program = id.starts_with(OF_PROGRAM).then(|| program.clone());
         let state = state(root, &[PathBuf::from(&*path)].into_iter().chain(program).collect::<Vec<_>>());
         *path = format!("{path} {state:x} {files}");
     }
-    waiting.retain(|id, now| id.starts_with(OF_SOURCES) || !passed.holds(id, now));
-    if waiting.len() < all {
-        println!("{} programs of tests have passed as they are (`--again` runs them)", all - waiting.len());
+    programs.retain(|id, now| id.starts_with(OF_SOURCES) || !passed.holds(id, now));
+    if programs.len() < all {
+        println!("{} programs of tests have passed as they are (`--again` runs them)", all - programs.len());
     }
-    if waiting.is_empty() {
-        return Ok(());
-    }
-    let chosen = waiting.keys().map(|id| format!("binary_id(={id})")).collect::<Vec<_>>().join(" + ");
-    let mut command = cargo(root, &["nextest", "run", "--filterset", &chosen, "--binaries-metadata"]);
-    succeed(command.arg(list).arg("--cargo-metadata").arg(metadata))?;
-    passed.remember(waiting)
+    Ok(programs)
 }
 
 /// Names of the programs of tests in nextest's list, and where they are.
