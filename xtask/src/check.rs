@@ -88,7 +88,7 @@ pub(crate) fn list() -> String {
 }
 
 /// The named steps in the order of [`STEPS`]; all of them, and [`LONG`] if `--long` stands there, where none is named.
-/// [`PYTHON`] and [`PAGE`] run only by their names. With `--again`, tests run that have passed as they are.
+/// [`PYTHON`] and [`PAGE`] run only by their names. With `--again`, what has passed as it is runs, too.
 pub(crate) fn chosen(names: &[&str]) -> Result<Vec<&'static Step>, String> {
     let (flags, names): (Vec<&str>, Vec<&str>) = names.iter().partition(|name| FLAGS.contains(name));
     let all = || STEPS.iter().chain([&LONG, &PYTHON, &PAGE]);
@@ -128,9 +128,9 @@ pub(crate) fn run(steps: &[&Step]) -> ExitCode {
             let (turn, next) = channel();
             let run = &run;
             begun.push((step.name, scope.spawn(move || run(step, &Turn(turn)))));
-            // An error: its thread has panicked.
-            let _ = next.recv();
-            if failed.load(Ordering::Relaxed) {
+            // An error where its thread has panicked.
+            let panicked = next.recv().is_err();
+            if panicked || failed.load(Ordering::Relaxed) {
                 break;
             }
         }
@@ -250,12 +250,13 @@ fn doc(root: &Path) -> Result<(), String> {
 /// workspace, because a package built alone has other features and is compiled anew. Benches are run by [`long`].
 fn examples(root: &Path) -> Result<(), String> {
     succeed(&mut cargo(root, &["build", "--quiet", "--workspace", "--all-features", "--examples"]))?;
+    let data = passed::state_of_data(root)?;
     for package in ["sinew", "sinew-lab"] {
         for (file, _) in tree::sources(root, &format!("crates/{package}/examples"))? {
-            let name = file.file_stem().unwrap_or_default();
-            let program = target(root).join("debug/examples").join(name);
-            let now = passed::state_of_program(root, &program)?;
-            passed::unless(root, &format!("example {}", name.display()), now, || {
+            let name = file.file_stem().unwrap_or_default().to_string_lossy();
+            let program = target(root).join(format!("debug/examples/{name}{}", std::env::consts::EXE_SUFFIX));
+            let now = passed::state_of_program(root, &program, &data)?;
+            passed::unless(root, &format!("example {name}"), now, || {
                 succeed(Command::new(&program).current_dir(root).stdout(Stdio::null()))
             })?;
         }
@@ -317,6 +318,10 @@ mod tests {
                 while !BEGUN.lock().unwrap().contains(&"second") && patience.elapsed().as_secs() < 20 {
                     std::thread::yield_now();
                 }
+                let mut begun = BEGUN.lock().unwrap();
+                if begun.contains(&"second") {
+                    begun.push("first has seen the second");
+                }
                 Ok(())
             },
         };
@@ -338,7 +343,7 @@ mod tests {
         };
         let outcome = run(&[&first, &second, &third]);
         assert_eq!(format!("{outcome:?}"), format!("{:?}", ExitCode::FAILURE));
-        assert_eq!(*BEGUN.lock().unwrap(), ["first", "second"]);
+        assert_eq!(*BEGUN.lock().unwrap(), ["first", "second", "first has seen the second"]);
     }
 
     #[test]

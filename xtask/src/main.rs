@@ -19,7 +19,7 @@ The project's own checks.
 
 usage: cargo xtask check [STEP...]     run every step, or only those named, in the order of the list
        cargo xtask check --long        the same, and the statistical tests over many seeds
-       cargo xtask check --again       run tests that have passed as they are, too
+       cargo xtask check --again       run what has passed as it is, too
        cargo xtask check python        the Python package, where Python 3.11 and pip are there
        cargo xtask check page          the live page in a headless Chromium, where there is one
        cargo xtask check --list        the steps and what each is for

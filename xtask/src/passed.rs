@@ -32,39 +32,39 @@ fn is_source(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension == "rs")
 }
 
-/// Beginnings of the variables of the environment that tests read.
-const VARIABLES: [&str; 2] = ["SINEW_", "PROPTEST_"];
+/// Beginnings of the variables of the environment that tests read, and of those by which cargo compiles.
+const VARIABLES: [&str; 6] =
+    ["SINEW_", "PROPTEST_", "RUSTFLAGS", "RUSTDOCFLAGS", "CARGO_ENCODED_", "CARGO_PROFILE_"];
 
 /// What tests may read beside their own program: the state of all files of the project but those whose change makes cargo build
 /// something anew, and variables of the environment.
 pub(crate) fn state_of_data(root: &Path) -> Result<String, String> {
     let files = tree::files(root)?.into_iter().filter(|file| !is_source(file));
-    let of_tests = |name: &str| VARIABLES.iter().any(|beginning| name.starts_with(beginning));
-    let variables = std::env::vars_os().filter(|(name, _)| name.to_str().is_some_and(of_tests));
+    let chosen = |name: &str| VARIABLES.iter().any(|beginning| name.starts_with(beginning));
+    let variables = std::env::vars_os().filter(|(name, _)| name.to_str().is_some_and(chosen));
     let mut hasher = DefaultHasher::new();
     variables.collect::<BTreeMap<_, _>>().hash(&mut hasher);
     Ok(format!("{:x} {:x}", state(root, &files.collect::<Vec<_>>()), hasher.finish()))
 }
 
-/// A program, and what it may read.
-pub(crate) fn state_of_program(root: &Path, program: &Path) -> Result<String, String> {
-    Ok(format!("{:x} {}", state(root, &[program.to_path_buf()]), state_of_data(root)?))
+/// A program, and the data that it may read.
+pub(crate) fn state_of_program(root: &Path, program: &Path, data: &str) -> Result<String, String> {
+    if !root.join(program).is_file() {
+        return Err(format!("{}: the build has not made it", program.display()));
+    }
+    Ok(format!("{:x} {data}", state(root, &[program.to_path_buf()])))
 }
 
-/// The compiler, and all files of the project but the sources of packages without a library: what examples in the documentation depend
-/// on.
+/// What the examples in the documentation depend on: the compiler, the sources of all packages with a library, and data.
 pub(crate) fn state_of_libraries(root: &Path) -> Result<String, String> {
-    let package = |file: &Path| {
-        file.ancestors().find(|folder| root.join(folder).join("Cargo.toml").is_file()).map(Path::to_owned)
-    };
     let of_library = |file: &PathBuf| {
-        !is_source(file)
-            || package(file).is_none_or(|package| root.join(package).join("src/lib.rs").is_file())
+        let package = file.ancestors().find(|folder| root.join(folder).join("Cargo.toml").is_file());
+        is_source(file) && package.is_some_and(|package| root.join(package).join("src/lib.rs").is_file())
     };
-    let files = tree::files(root)?.into_iter().filter(of_library);
+    let sources: Vec<_> = tree::files(root)?.into_iter().filter(of_library).collect();
     let version = cargo(root, &["--version"]).output().map_err(|e| format!("cargo --version: {e}"))?.stdout;
     let version = String::from_utf8_lossy(&version).trim().to_owned();
-    Ok(format!("{version} {:x} {}", state(root, &files.collect::<Vec<_>>()), state_of_data(root)?))
+    Ok(format!("{version} {:x} {}", state(root, &sources), state_of_data(root)?))
 }
 
 /// Runs what has not passed in the state of `now`, and remembers that it has.

@@ -2,7 +2,7 @@
 //! somewhere, and its pictures are what the program draws.
 
 use crate::check::{Turn, cargo, succeed};
-use crate::test_programs::WITHOUT_CORE;
+use crate::test_programs::OTHERS;
 use crate::{passed, pictures};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -42,7 +42,13 @@ pub(crate) fn check(root: &Path, turn: &Turn) -> Result<(), String> {
     let blocks = blocks(&text);
     let program = program(root)?;
     turn.end();
-    passed::unless(root, "the README", passed::state_of_program(root, &program)?, || {
+    // This program judges: where it has changed, the README is judged again.
+    let data = format!(
+        "{} {:?}",
+        passed::state_of_data(root)?,
+        passed::state(root, &std::env::current_exe().into_iter().collect::<Vec<_>>())
+    );
+    passed::unless(root, "the README", passed::state_of_program(root, &program, &data)?, || {
         usage(&blocks, &program)?;
         pictures::check(root, &program)?;
         run(root, &blocks, &program)
@@ -54,7 +60,7 @@ pub(crate) fn program(root: &Path) -> Result<PathBuf, String> {
     // Of the same units as the tests, or cargo compiles the macros of the reports and all that use them a second time.
     let build = || {
         let mut command = cargo(root, &["build"]);
-        command.args(WITHOUT_CORE);
+        command.args(OTHERS);
         command
     };
     succeed(&mut build())?;

@@ -10,13 +10,13 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
 
 /// What cargo builds for the groups. The two packages that are optimised for the tests of all others are apart: their unit tests run for
-/// seconds, and to optimise them would take a minute and half a minute. What takes long without is an integration test there.
-/// One package at a time, because the other is its dependency and stays as it is; `sinew-dependencies` gives both the dependencies that
-/// the rest has left.
+/// seconds, and to optimise them would take a minute and half a minute. What takes long without is an integration test there. Their unit
+/// tests are two groups: built together, those of `sinew-identify` would link an unoptimised `sinew`. `sinew-dependencies` gives both the
+/// dependencies that the others have left.
 const GROUPS: [(&str, &[&str]); 4] = [
-    ("workspace", &WITHOUT_CORE),
+    ("others", &OTHERS),
     (
-        "core",
+        "optimised",
         &[
             "--package=sinew",
             "--package=sinew-identify",
@@ -26,7 +26,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
         ],
     ),
     (
-        "core-units",
+        "sinew-units",
         &[
             "--package=sinew",
             "--package=sinew-dependencies",
@@ -48,7 +48,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
 ];
 
 /// The first group. The program is a part of its build.
-pub(crate) const WITHOUT_CORE: [&str; 5] =
+pub(crate) const OTHERS: [&str; 5] =
     ["--workspace", "--exclude=sinew", "--exclude=sinew-identify", "--all-features", "--tests"];
 
 /// The package whose tests start the program.
@@ -73,7 +73,7 @@ pub(crate) fn run(root: &Path, turn: &Turn) -> Result<(), String> {
     let passed = Passed::of(root);
     let files = state_of_data(root)?;
     let (sender, groups) = channel();
-    let (to_begin, all_built) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let (not_begun, all_built) = (AtomicUsize::new(0), AtomicBool::new(false));
     std::thread::scope(|scope| {
         let builder = scope.spawn(|| {
             // Moved, so that the groups end with the builds.
@@ -87,20 +87,20 @@ pub(crate) fn run(root: &Path, turn: &Turn) -> Result<(), String> {
                 if programs.is_empty() {
                     continue;
                 }
-                to_begin.fetch_add(1, Ordering::SeqCst);
+                not_begun.fetch_add(1, Ordering::SeqCst);
                 if sender.send((list, programs)).is_err() {
                     // A test of an earlier group has failed.
                     return Ok(());
                 }
             }
             all_built.store(true, Ordering::SeqCst);
-            if to_begin.load(Ordering::SeqCst) == 0 {
+            if not_begun.load(Ordering::SeqCst) == 0 {
                 turn.end();
             }
             Ok(())
         });
         let ran = groups.into_iter().try_for_each(|(list, programs)| {
-            if to_begin.fetch_sub(1, Ordering::SeqCst) == 1 && all_built.load(Ordering::SeqCst) {
+            if not_begun.fetch_sub(1, Ordering::SeqCst) == 1 && all_built.load(Ordering::SeqCst) {
                 turn.end();
             }
             let chosen =

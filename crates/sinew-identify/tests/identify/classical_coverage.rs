@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use sinew_identify::fit::classical::{Parameter, fit_law};
+use sinew_identify::fit::classical::{Parameter, fit_classical_law};
 use sinew_identify::log::{Dataset, Input, Role, Roles, Sequence};
 use std::f64::consts::TAU;
 
@@ -88,7 +88,7 @@ fn log(case: Case, seed: u64) -> Dataset {
 }
 
 fn fitted(case: Case, seed: u64) -> Vec<Parameter> {
-    fit_law(&log(case, seed), "static capstan").unwrap().parameters
+    fit_classical_law(&log(case, seed), "static capstan").unwrap().parameters
 }
 
 /// Shares of the intervals of `mu phi` and of `T_0` that cover their value.

@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use sinew::transmission::{Band, BoucWen, Dahl, LuGre, Play, Stribeck};
-use sinew_identify::fit::classical::{ClassicalFit, Parameter, fit_classical, fit_law};
+use sinew_identify::fit::classical::{ClassicalFit, Parameter, fit_classical, fit_classical_law};
 use sinew_identify::log::{Dataset, Input, Role, Roles, Sequence};
 
 /// Standard normal numbers.
@@ -104,7 +104,7 @@ fn play_comes_back_with_noise_gaps_and_missing_cells() {
     let (mut inside, mut asked) = (0, 0);
     for seed in 0..20 {
         let data = dataset(&[("tension_in_n", Role::Effort, near.clone())], &far, 0.02, 0.2, seed);
-        let fit = &fit_law(&data, "capstan play").unwrap();
+        let fit = &fit_classical_law(&data, "capstan play").unwrap();
         let truths = [("(a1)", (-0.4_f64).exp()), ("(b1)", -0.5), ("(a2)", 0.4_f64.exp()), ("(b2)", 0.8)];
         assert_recovered(fit, &[("friction angle", 0.4), ("gain", 1.0)]);
         for (name, truth) in truths {
@@ -327,7 +327,8 @@ fn a_law_alone_is_fitted_as_among_all() {
     let (far, columns) = far_and_two_columns();
     let data = dataset(&columns, &far, 0.02, 0.1, 9);
     for fit in fit_classical(&data) {
-        assert_eq!(format!("{:?}", fit_law(&data, &fit.law).unwrap()), format!("{fit:?}"));
+        assert_eq!(format!("{:?}", fit_classical_law(&data, &fit.law).unwrap()), format!("{fit:?}"));
     }
-    assert!(fit_law(&data, "no such law").is_none());
+    let refused = fit_classical_law(&data, "no such law").unwrap_err();
+    assert!(refused.contains("`no such law`"), "{refused}");
 }

@@ -9,7 +9,6 @@ use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use core::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -43,7 +42,13 @@ impl<'a> Document<'a> {
         table: &'d Spanned<DeTable<'a>>,
         described: &str,
     ) -> Table<'d> {
-        Table { document: self, entries: table.get_ref(), at: 0, place: described.to_string() }
+        Table {
+            document: self,
+            entries: table.get_ref(),
+            at: 0,
+            outermost: true,
+            place: described.to_string(),
+        }
     }
 
     fn line(&self, at: usize) -> usize {
@@ -62,6 +67,7 @@ pub(in crate::description) struct Table<'d> {
     document: &'d Document<'d>,
     entries: &'d DeTable<'d>,
     at: usize,
+    outermost: bool,
     /// As errors name it.
     pub(in crate::description) place: String,
 }
@@ -105,8 +111,7 @@ impl<'d> Table<'d> {
     /// The table at a key, with the same name as the key in errors.
     pub(in crate::description) fn table(&self, key: &str) -> Result<Option<Table<'d>>, DescriptionError> {
         let Some(entry) = self.entry(key) else { return Ok(None) };
-        let outermost = !self.place.starts_with('[');
-        let place = if outermost { format!("[{key}]") } else { format!("{}: {key}", self.place) };
+        let place = if self.outermost { format!("[{key}]") } else { format!("{}: {key}", self.place) };
         entry.table(place).map(Some)
     }
 
@@ -118,7 +123,7 @@ impl<'d> Table<'d> {
         name: &str,
         known: &[&str],
     ) -> Result<Vec<(Table<'d>, Named)>, DescriptionError> {
-        let tables = self.unnamed_tables(key, name, known)?;
+        let tables = self.tables_about(key, name, known)?;
         let mut lines: BTreeMap<&str, usize> = BTreeMap::new();
         for (table, Named { text, line }) in &tables {
             if let Some(other) = lines.insert(text, *line) {
@@ -130,7 +135,7 @@ impl<'d> Table<'d> {
     }
 
     /// As [`Table::tables`], where several may have the same text at `about`.
-    pub(in crate::description) fn unnamed_tables(
+    pub(in crate::description) fn tables_about(
         &self,
         key: &str,
         about: &str,
@@ -138,7 +143,6 @@ impl<'d> Table<'d> {
     ) -> Result<Vec<(Table<'d>, Named)>, DescriptionError> {
         let Some(entry) = self.entry(key) else { return Ok(Vec::new()) };
         let read = |mut table: Table<'d>| {
-            table.place = format!("[[{key}]]");
             let named = table.entry(about);
             let text = named.as_ref().and_then(|named| named.value.get_ref().as_str());
             if let Some(text) = text {
@@ -149,7 +153,8 @@ impl<'d> Table<'d> {
             let text = named.text("a name")?.to_string();
             Ok((table, Named { text, line: named.line() }))
         };
-        entry.array_of_tables(&format!("tables [[{key}]]"))?.into_iter().map(read).collect()
+        let place = format!("[[{key}]]");
+        entry.array_of_tables(&place, &format!("tables {place}"))?.into_iter().map(read).collect()
     }
 
     /// The line of its head.
@@ -198,12 +203,7 @@ pub(in crate::description) struct Named {
 impl Document<'_> {
     /// A value as it stands in the file, on one line.
     fn written(&self, value: &Spanned<DeValue<'_>>) -> String {
-        self.written_in(value.span())
-    }
-
-    /// What stands in a span, on one line.
-    pub(in crate::description) fn written_in(&self, span: Range<usize>) -> String {
-        let text = self.text.get(span).unwrap_or("");
+        let text = self.text.get(value.span()).unwrap_or("");
         shortened(&text.split_whitespace().collect::<Vec<_>>().join(" "))
     }
 }
@@ -303,7 +303,9 @@ impl<'d> Entry<'d> {
 
     /// One of the known words: its index.
     pub(in crate::description) fn word(&self, known: &[&str]) -> Result<usize, DescriptionError> {
-        let text = self.text("a word")?;
+        let Some(text) = self.value.get_ref().as_str() else {
+            return Err(self.refuse(&format!("one of `{}`", known.join("`, `"))));
+        };
         let place = known.iter().position(|word| *word == text);
         place.ok_or_else(|| self.problem(&spelling::expected(text, known)))
     }
@@ -322,10 +324,13 @@ impl<'d> Entry<'d> {
     /// One of the known names: its index.
     pub(in crate::description) fn name(&self, kind: &str, known: &[&str]) -> Result<usize, DescriptionError> {
         let text = self.text(&format!("the name of a {kind}"))?;
-        known.iter().position(|name| *name == text).ok_or_else(|| {
-            let expected = spelling::expected(text, known);
-            self.problem(&format!(", but there is no {kind} of that name{expected}"))
-        })
+        known.iter().position(|name| *name == text).ok_or_else(|| self.unknown_name(kind, known))
+    }
+
+    /// The error that nothing has this name.
+    pub(in crate::description) fn unknown_name(&self, kind: &str, known: &[&str]) -> DescriptionError {
+        let expected = spelling::expected(self.value.get_ref().as_str().unwrap_or(""), known);
+        self.problem(&format!(", but there is no {kind} of that name{expected}"))
     }
 
     pub(in crate::description) fn table(&self, place: String) -> Result<Table<'d>, DescriptionError> {
@@ -344,15 +349,15 @@ impl<'d> Entry<'d> {
         &self,
         known: &[&str],
     ) -> Result<Vec<Table<'d>>, DescriptionError> {
-        let tables = self.array_of_tables("a list of tables { .. }")?;
+        let place = format!("{}: {}", self.place, self.key);
+        let tables = self.array_of_tables(&place, "a list of tables { .. }")?;
         tables.iter().try_for_each(|table| table.check_keys(known))?;
         Ok(tables)
     }
 
-    fn array_of_tables(&self, expected: &str) -> Result<Vec<Table<'d>>, DescriptionError> {
+    fn array_of_tables(&self, place: &str, expected: &str) -> Result<Vec<Table<'d>>, DescriptionError> {
         let Some(array) = self.value.get_ref().as_array() else { return Err(self.refuse(expected)) };
-        let place = || format!("{}: {}", self.place, self.key);
-        array.iter().map(|value| self.table_of(value, place(), expected)).collect()
+        array.iter().map(|value| self.table_of(value, place.to_string(), expected)).collect()
     }
 
     fn table_of(
@@ -362,7 +367,7 @@ impl<'d> Entry<'d> {
         expected: &str,
     ) -> Result<Table<'d>, DescriptionError> {
         let Some(entries) = value.get_ref().as_table() else { return Err(self.refuse_part(value, expected)) };
-        Ok(Table { document: self.document, entries, at: value.span().start, place })
+        Ok(Table { document: self.document, entries, at: value.span().start, outermost: false, place })
     }
 }
 

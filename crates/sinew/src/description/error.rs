@@ -1,8 +1,8 @@
-//! Errors and warnings about robot files.
+//! Errors and warnings about files of robots, machines and catalogues.
 
 use alloc::string::String;
 
-/// The first error in a robot file: its position, the value, and what was expected.
+/// The first error in a file: its position, the value, and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {place}: {problem}")]
 pub struct DescriptionError {

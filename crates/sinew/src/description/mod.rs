@@ -1,5 +1,6 @@
 //! Robot files: text in, [`crate::body::Parts`] or one error out; and back. Machine files: text in, a
 //! [`crate::machine::Machine`] with the origin of every value out; their format is documented at [`machine`].
+//! Catalogues of drives: text in, a [`crate::drive::Catalogue`] out.
 //!
 //! Nothing here accesses a file system: the caller passes text, and resolves the names of other files. The
 //! result of a robot file is a description; [`Description::robot`] validates it. A robot file is a machine file

@@ -1,5 +1,4 @@
 use crate::error::{Error, non_negative, positive, within};
-use serde::{Deserialize, Serialize};
 
 /// Brushed direct-current motor: winding, rotor, heat.
 ///
@@ -28,47 +27,33 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Textbook; copper's 0.00393 1/K.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motor {
     /// Nm/A.
-    #[serde(rename = "torque_constant_nm_per_a")]
     pub torque_constant: f64,
     /// Ohm at 25 degrees Celsius.
-    #[serde(rename = "resistance_ohm")]
     pub resistance: f64,
     /// H.
-    #[serde(rename = "inductance_h")]
     pub inductance: f64,
     /// kg m^2.
-    #[serde(rename = "inertia_kg_m2")]
     pub inertia: f64,
     /// V.
-    #[serde(rename = "voltage_v")]
     pub voltage: f64,
     /// A.
-    #[serde(rename = "continuous_current_a")]
     pub continuous_current: f64,
     /// A.
-    #[serde(rename = "peak_current_a")]
     pub peak_current: f64,
     /// rad/s.
-    #[serde(rename = "top_speed_rad_per_s")]
     pub top_speed: f64,
     /// K/W.
-    #[serde(rename = "winding_to_housing_k_per_w")]
     pub winding_to_housing: f64,
     /// K/W.
-    #[serde(rename = "housing_to_air_k_per_w")]
     pub housing_to_air: f64,
     /// J/K.
-    #[serde(rename = "winding_capacity_j_per_k")]
     pub winding_capacity: f64,
     /// J/K.
-    #[serde(rename = "housing_capacity_j_per_k")]
     pub housing_capacity: f64,
     /// Degrees Celsius.
-    #[serde(rename = "hottest_c")]
     pub hottest: f64,
 }
 

@@ -1,5 +1,4 @@
 use crate::error::{Error, non_negative, positive, within};
-use serde::{Deserialize, Serialize};
 
 /// Reducer: ratio, losses that grow with the load, backlash, ripple.
 ///
@@ -27,21 +26,17 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Textbook; `ratio` 53 of `yuan2023`, the rest assumed for reducers of this size.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reducer {
     /// 1.
     pub ratio: f64,
     /// 1.
     pub efficiency: f64,
     /// Nm at the motor.
-    #[serde(rename = "friction_nm")]
     pub friction: f64,
     /// Nm s/rad at the motor.
-    #[serde(rename = "viscous_nm_s_per_rad")]
     pub viscous: f64,
     /// rad at the winch.
-    #[serde(rename = "backlash_rad")]
     pub backlash: f64,
     /// 1.
     pub ripple: f64,

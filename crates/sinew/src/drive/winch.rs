@@ -1,5 +1,4 @@
 use crate::error::{Error, non_negative, positive, within};
-use serde::{Deserialize, Serialize};
 
 /// Winch: cable wound per turn, layer by layer.
 ///
@@ -21,17 +20,13 @@ use serde::{Deserialize, Serialize};
 /// # Source
 /// Textbook geometry; cable 3 mm of `yuan2023`. Its radius is not given: 15 mm is assumed, because with 10 mm
 /// the 24 V motor is too slow to move the cable at 0.12 m/s while it stretches by 60 mm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Winch {
     /// m.
-    #[serde(rename = "radius_m")]
     pub radius: f64,
     /// m per turn.
-    #[serde(rename = "lead_m")]
     pub lead: f64,
     /// m.
-    #[serde(rename = "cable_diameter_m")]
     pub cable_diameter: f64,
     /// Turns.
     pub turns_per_layer: f64,

@@ -41,12 +41,19 @@ pub fn fit_classical(data: &Dataset) -> Vec<ClassicalFit> {
     fit(data, None).unwrap_or_else(|why| vec![law::not_fitted(&why)])
 }
 
-/// Fits the one classical law with this [`ClassicalFit::law`], as [`fit_classical`] does, in a fraction of its time.
+/// Fits one classical law by its [`ClassicalFit::law`], as [`fit_classical`] does, in a fraction of its time.
 ///
-/// `None` where the dataset has not the signals for the law, nothing can be fitted, or no law has this name.
-#[must_use]
-pub fn fit_law(data: &Dataset, name: &str) -> Option<ClassicalFit> {
-    fit(data, Some(name)).ok()?.pop()
+/// | near side | laws |
+/// |---|---|
+/// | tension | `capstan play`, `static capstan`; with a motion `capstan with Stribeck, viscous growth and drag` |
+/// | displacement | `backlash play` |
+/// | either | `Dahl`, `Bouc-Wen`, `LuGre` (`LuGre under the near load`), `generalised Maxwell slip` |
+///
+/// # Errors
+/// Why nothing can be fitted to the dataset; a name that is none of these, or whose law needs other signals.
+pub fn fit_classical_law(data: &Dataset, name: &str) -> Result<ClassicalFit, String> {
+    let none = || format!("no law `{name}` is fitted to these signals");
+    fit(data, Some(name))?.pop().ok_or_else(none)
 }
 
 /// Fits the laws, or the one of the name `only`; a reason where nothing can be fitted.

@@ -12,7 +12,6 @@ use crate::description::error::DescriptionError;
 use crate::description::mjcf;
 use crate::description::orientation::{IDENTITY, unit, z_to};
 use crate::description::origin::Origins;
-use crate::description::spelling::near;
 use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -63,10 +62,34 @@ const SHEATH: [&str; 3] = ["length_m", "bend_rad", "end_axis"];
 const ACTUATOR: [&str; 7] = ["name", "muscle", "kind", "gear", "control_range", "force_range_n", "law"];
 const KEY: [&str; 2] = ["name", "q"];
 
-const JOINT_KINDS: [&str; 4] = ["hinge", "slide", "ball", "free"];
-const WRAP_KINDS: [&str; 2] = ["sphere", "cylinder"];
+/// What a file beside a URDF describes.
+const MUSCLE_FILE_KEYS: [&str; 5] = ["site", "wrap", "geom", "muscle", "actuator"];
+
+const JOINT_KINDS: [(JointKind, &str); 4] = [
+    (JointKind::Hinge, "hinge"),
+    (JointKind::Slide, "slide"),
+    (JointKind::Ball, "ball"),
+    (JointKind::Free, "free"),
+];
+const WRAP_KINDS: [(WrapKind, &str); 2] = [(WrapKind::Sphere, "sphere"), (WrapKind::Cylinder, "cylinder")];
 
 /// Reads a robot from this project's TOML, or from a machine file that contains it.
+///
+/// SI units; orientations are quaternions `[w, x, y, z]`; parts refer to each other by name, and the first body is `world`. Keys are
+/// optional where a default stands.
+///
+/// | table | keys | default |
+/// |---|---|---|
+/// | | `name`; `gravity_m_per_s2` | empty; `[0, 0, -9.81]` |
+/// | `[[body]]` | `name`; `parent`, a body before it; `position_m`, `orientation_wxyz` in the parent; `mass_kg`, `center_of_mass_m`, `inertia_kg_m2 = [xx, yy, zz]` or with `xy, xz, yz` | world; zero |
+/// | `[[joint]]` | `name`, `body`, `kind` (hinge, slide, ball, free), `axis` of a hinge or slide; `anchor_m`; of joints that turn `range_rad`, `reference_rad`, `armature_kg_m2`, `damping_nm_s_per_rad`, `friction_nm`, `stiffness_nm_per_rad`, `spring_reference_rad`; of slides the same in `m`, `kg`, `n_s_per_m`, `n`, `n_per_m` | no range; zero |
+/// | `[[site]]` | `name`, `body`; `position_m`, `orientation_wxyz` in the body | its frame |
+/// | `[[wrap]]` | `name`, `body`, `kind` (sphere, cylinder about z), `radius_m`; `position_m`, `orientation_wxyz` | its frame |
+/// | `[[geom]]` | for drawings: `body`, `kind` (sphere, capsule, cylinder, ellipsoid, box), `size_m` (radius; radius and half length; half axes or half lengths); `position_m`, `orientation_wxyz`; or, of a capsule or cylinder of one size, its radius, both ends of its axis `ends_m = [x, y, z, x, y, z]` | its frame |
+/// | `[[muscle]]` | `name`; a `path` of `{ site }`, `{ wrap, side }` and `{ pulley }`, the number that divides the lengths after it; or `joints` of `{ joint, coefficient }`, m per rad or 1; `sheath = { length_m, bend_rad, end_axis }`, `length_range_m`, `damping_n_s_per_m`, `stiffness_n_per_m`, `spring_length_m` (two numbers) | no sheath, no range, zero |
+/// | `[[coupling]]` | `follower`, `leader` (joints), `coefficients`: five, of the powers 0 to 4 of the leader's coordinate, rad or m | no leader: a constant |
+/// | `[[actuator]]` | `name`, `muscle`, `kind` (MJCF's element), `gear`: force at the muscle per unit of control, negative for a pull; `control_range` (N where the gear is -1), `force_range_n`, `law`: MJCF's attributes as texts | none |
+/// | `[[key]]` | `name`, `q`: the coordinates of all joints in order, rad or m, of balls and free joints with quaternions | none |
 ///
 /// # Errors
 ///
@@ -96,7 +119,7 @@ pub(in crate::description) fn description(root: &Table<'_>) -> Result<Descriptio
     Ok(Description { parts: reader.parts, warnings: Vec::new(), origins: reader.origins })
 }
 
-/// Adds the sites, wraps, muscles and actuators of a file to a robot whose bodies come from elsewhere.
+/// Adds the sites, wraps, shapes, muscles and actuators of a file to a robot whose bodies come from elsewhere.
 pub(in crate::description) fn add_muscles(
     parts: Parts,
     mut origins: Origins,
@@ -107,10 +130,9 @@ pub(in crate::description) fn add_muscles(
     let table = document.parse()?;
     let root = document.root(&table, "robot");
     root.check_keys(&ROBOT_KEYS)?;
-    if let Some(entry) = ["body", "joint"].iter().find_map(|key| root.entry(key)) {
-        let expected =
-            format!("{} comes from the URDF: expected sites, wraps, muscles, actuators", entry.key);
-        return Err(entry.bare(&expected));
+    if let Some(entry) = root.entries().into_iter().find(|entry| !MUSCLE_FILE_KEYS.contains(&entry.key)) {
+        let known = MUSCLE_FILE_KEYS.join("]], [[");
+        return Err(entry.bare(&format!("{} comes from the URDF: expected tables [[{known}]]", entry.key)));
     }
     origins.set_keys(file, text);
     let mut reader = Reader { root: &root, parts, origins };
@@ -133,8 +155,7 @@ impl Names {
         let name = entry.text(&format!("the name of a {}", self.kind))?;
         self.places.get(name).copied().ok_or_else(|| {
             let known: Vec<&str> = self.places.keys().map(String::as_str).collect();
-            let near = near(name, &known);
-            entry.problem(&format!(", but there is no {} of that name before it{near}", self.kind))
+            entry.unknown_name(self.kind, &known)
         })
     }
 
@@ -160,6 +181,15 @@ fn numbers<const N: usize>(
 
 fn optional<const N: usize>(table: &Table<'_>, key: &str) -> Result<Option<[f64; N]>, DescriptionError> {
     table.entry(key).map(|entry| entry.numbers(FINITE)).transpose()
+}
+
+/// The kind of a part and its word.
+fn kind<K: Copy>(
+    table: &Table<'_>,
+    known: &[(K, &'static str)],
+) -> Result<(K, &'static str), DescriptionError> {
+    let words: Vec<&str> = known.iter().map(|(_, word)| *word).collect();
+    Ok(known[table.required("kind")?.word(&words)?])
 }
 
 /// Position and orientation in the frame of a body.
@@ -198,8 +228,9 @@ impl<'r> Reader<'r> {
             center_of_mass: [0.0; 3],
             inertia: [0.0; 6],
         });
-        let mut bodies = self.body_names();
+        let mut bodies = Names { kind: "body before it", ..self.body_names() };
         for (table, named) in self.root.tables("body", "name", &BODY)? {
+            // Bodies stand after their parents.
             let parent = table.entry("parent").map_or(Ok(0), |parent| bodies.find(&parent))?;
             let index = self.parts.bodies.len();
             if bodies.places.insert(named.text.clone(), index).is_some() {
@@ -272,10 +303,7 @@ impl<'r> Reader<'r> {
         for (table, named) in self.root.tables("wrap", "name", &WRAP)? {
             self.describe("wrap", self.parts.wraps.len(), &table);
             let body = bodies.required(&table, "body")?;
-            let kind = match table.required("kind")?.word(&WRAP_KINDS)? {
-                0 => WrapKind::Sphere,
-                _ => WrapKind::Cylinder,
-            };
+            let (kind, _) = kind(&table, &WRAP_KINDS)?;
             let radius = table.required("radius_m")?.number(FINITE)?;
             let (position, orientation) = pose(&table)?;
             self.parts.wraps.push(Wrap { name: named.text, body, kind, radius, position, orientation });
@@ -285,7 +313,7 @@ impl<'r> Reader<'r> {
 
     fn geoms(&mut self) -> Result<(), DescriptionError> {
         let bodies = self.body_names();
-        for (table, _) in self.root.unnamed_tables("geom", "body", &GEOM)? {
+        for (table, _) in self.root.tables_about("geom", "body", &GEOM)? {
             self.describe("geom", self.parts.geoms.len(), &table);
             let body = bodies.required(&table, "body")?;
             self.parts.geoms.push(geom(&table, body)?);
@@ -322,8 +350,7 @@ impl<'r> Reader<'r> {
         for (table, named) in self.root.tables("actuator", "name", &ACTUATOR)? {
             self.describe("actuator", self.parts.actuators.len(), &table);
             // The MJCF element.
-            let kind = table.required("kind")?.word(&ActuatorKind::WORDS.map(|(_, word)| word))?;
-            let (kind, word) = ActuatorKind::WORDS[kind];
+            let (kind, word) = kind(&table, &ActuatorKind::WORDS)?;
             self.parts.actuators.push(Actuator {
                 name: named.text,
                 kind,
@@ -358,8 +385,7 @@ fn inertia(entry: &Entry<'_>) -> Result<[f64; 6], DescriptionError> {
 }
 
 fn joint(table: &Table<'_>, name: String, body: usize) -> Result<Joint, DescriptionError> {
-    let word = table.required("kind")?.word(&JOINT_KINDS)?;
-    let kind = [JointKind::Hinge, JointKind::Slide, JointKind::Ball, JointKind::Free][word];
+    let (kind, _) = kind(table, &JOINT_KINDS)?;
     let what = if kind == JointKind::Slide { "a slide" } else { "a joint that turns" };
     // The unit in a key must fit the kind of joint.
     let fitting = |turning: &'static str, sliding: &'static str| {
@@ -394,8 +420,7 @@ fn joint(table: &Table<'_>, name: String, body: usize) -> Result<Joint, Descript
 /// The shape of a body: between both ends of a capsule or cylinder, else at a position. Parts of a shape are
 /// validated with those of the robot, but for what depends on how it is written.
 fn geom(table: &Table<'_>, body: usize) -> Result<Geom, DescriptionError> {
-    let written = table.required("kind")?.word(&GeomKind::WORDS.map(|(_, word)| word))?;
-    let (kind, word) = GeomKind::WORDS[written];
+    let (kind, word) = kind(table, &GeomKind::WORDS)?;
     let sizes = table.required("size_m")?;
     let mut given = sizes.list(FINITE)?;
     let (mut position, mut orientation) = pose(table)?;

@@ -153,6 +153,12 @@ fn urdf_brings_joints_and_couplings_and_a_toml_its_muscles() {
     let muscles = "[[site]]\nname = \"o\"\nbody = \"base\"\n[[site]]\nname = \"i\"\nbody = \"a\"\nposition_m = [0.1, 0, 0]\n\
                    [[muscle]]\nname = \"m\"\npath = [{ site = \"o\" }, { site = \"i\" }]\n";
     let parts = from_urdf("two.urdf", URDF, Some(("two.toml", muscles))).unwrap().parts;
+    // What only a whole robot has is not passed over.
+    for (text, line) in [("name = \"x\"\n", 1), ("\n[[key]]\nname = \"k\"\nq = []\n", 2)] {
+        let refused = from_urdf("two.urdf", URDF, Some(("two.toml", text))).unwrap_err();
+        assert_eq!((refused.file.as_str(), refused.line), ("two.toml", line), "{refused}");
+        assert!(refused.problem.contains("comes from the URDF"), "{refused}");
+    }
     assert_eq!(parts.joints[0].axis.map(f64::to_bits), [0.0, 0.0, 1.0].map(f64::to_bits));
     assert_eq!(parts.couplings[0].coefficients[..2], [0.5, -2.0]);
     let trace: f64 = parts.bodies[2].inertia[..3].iter().sum();
