@@ -189,11 +189,17 @@ fn shown(command: &Command) -> String {
 }
 
 fn fmt(root: &Path) -> Result<(), String> {
-    succeed(&mut cargo(root, &["fmt", "--all", "--check"]))?;
-    for manifest in [page::MANIFEST, MUTANTS] {
-        succeed(&mut cargo(root, &["fmt", "--manifest-path", manifest, "--all", "--check"]))?;
-    }
-    Ok(())
+    let in_workspace = |manifest: Option<&str>| {
+        let of = manifest.map(|manifest| ["--manifest-path", manifest]);
+        let mut command = cargo(root, &["fmt", "--all", "--check"]);
+        succeed(command.args(of.into_iter().flatten()))
+    };
+    std::thread::scope(|scope| {
+        let others = [page::MANIFEST, MUTANTS].map(|manifest| scope.spawn(|| in_workspace(Some(manifest))));
+        let own = in_workspace(None);
+        let others = others.map(|thread| thread.join().unwrap_or_else(|_| Err("cargo fmt panicked".into())));
+        others.into_iter().fold(own, Result::and)
+    })
 }
 
 fn clippy(root: &Path) -> Result<(), String> {
