@@ -19,7 +19,7 @@ pub(crate) struct Step {
 pub(crate) struct Turn(Sender<()>);
 
 impl Turn {
-    /// The step has built all that it needs: the next one begins beside it.
+    /// The next step begins, beside what this one still has to do.
     pub(crate) fn end(&self) {
         // Nobody waits for the end of a turn that is over.
         let _ = self.0.send(());

@@ -43,11 +43,8 @@ pub(crate) fn check(root: &Path, turn: &Turn) -> Result<(), String> {
     let program = program(root)?;
     turn.end();
     // This program judges: where it has changed, the README is judged again.
-    let data = format!(
-        "{} {:?}",
-        passed::state_of_data(root)?,
-        passed::state(root, &std::env::current_exe().into_iter().collect::<Vec<_>>())
-    );
+    let judge = std::env::current_exe().map_err(|e| format!("the running program: {e}"))?;
+    let data = format!("{:x} {}", passed::state(root, &[judge]), passed::state_of_data(root)?);
     passed::unless(root, "the README", passed::state_of_program(root, &program, &data)?, || {
         usage(&blocks, &program)?;
         pictures::check(root, &program)?;
