@@ -34,6 +34,8 @@ pub(crate) fn fault_code(fault: Fault) -> f64 {
         Fault::JointRange(k) => (14.0, k),
         Fault::LateCycles => (15.0, 0),
         Fault::StaleCommand => (16.0, 0),
+        Fault::TensionOrMotorSensor(k) => (17.0, k),
+        Fault::MotorOrJointSensor(k) => (18.0, k),
     };
     FAULT_KIND * kind + index as f64
 }
@@ -59,6 +61,8 @@ pub fn fault_of(code: f64) -> Option<Fault> {
         14 => Fault::JointRange(index),
         15 => Fault::LateCycles,
         16 => Fault::StaleCommand,
+        17 => Fault::TensionOrMotorSensor(index),
+        18 => Fault::MotorOrJointSensor(index),
         _ => return None,
     })
 }

@@ -111,18 +111,28 @@ fn share(mode: Option<&str>) -> Result<f64, FaultSyntaxError> {
     })
 }
 
+const SENSOR_MODES: &str =
+    "stuck, lost, nan, jump=X, gain=X, drift=X (per s), saturation=X or noise=X after the name of a sensor's muscle or joint";
+
 fn sensor_failure(mode: Option<&str>) -> Result<SensorFailure, FaultSyntaxError> {
+    let sized = |text: &str| {
+        let (what, size) = text.split_once('=').unwrap_or((text, ""));
+        let failure = match what {
+            "jump" => SensorFailure::Offset,
+            "gain" => SensorFailure::Gain,
+            "drift" => SensorFailure::Drift,
+            "saturation" => SensorFailure::Saturation,
+            "noise" => SensorFailure::Noise,
+            _ => return Err(FaultSyntaxError(SENSOR_MODES)),
+        };
+        amount(Some(size), SENSOR_MODES).map(failure)
+    };
     match mode {
         Some("stuck") => Ok(SensorFailure::Stuck),
         Some("lost") => Ok(SensorFailure::Lost),
         Some("nan") => Ok(SensorFailure::NotANumber),
-        Some(other) => {
-            let expected = "stuck, lost, nan or jump=X after the name of a sensor's muscle or joint";
-            amount(other.strip_prefix("jump="), expected).map(SensorFailure::Offset)
-        }
-        None => {
-            Err(FaultSyntaxError("stuck, lost, nan or jump=X after the name of a sensor's muscle or joint"))
-        }
+        Some(other) => sized(other),
+        None => Err(FaultSyntaxError(SENSOR_MODES)),
     }
 }
 

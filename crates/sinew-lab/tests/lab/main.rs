@@ -13,6 +13,7 @@ mod cable_tables;
 mod common;
 mod held_winches;
 mod reproduce_bench;
+mod sensor_faults;
 mod sheath_bend;
 mod supervisor;
 mod unknown_cable;

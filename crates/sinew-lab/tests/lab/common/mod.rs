@@ -10,6 +10,9 @@ pub(crate) mod machines;
 pub(crate) mod random_machine;
 
 #[allow(dead_code, reason = "not every test uses all of it")]
+pub(crate) mod sensors;
+
+#[allow(dead_code, reason = "not every test uses all of it")]
 pub(crate) mod supervised;
 
 use sinew::body::Robot;

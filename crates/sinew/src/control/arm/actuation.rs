@@ -232,7 +232,7 @@ mod tests {
         fn new() -> Self {
             let gains = ArmGains::for_tests(2, 1);
             let models = [CableModel::bench(), CableModel::bench()];
-            let mut cables = CableStates::new(&models, CableStateSource::Observer).unwrap();
+            let mut cables = CableStates::new(&models, CableStateSource::Observer, 2).unwrap();
             let [toward, away] = [1e-9, -1e-9].map(|v| cables.law(0).unwrap().steady(60.0, v, 1.0).unwrap());
             cables.stretch.fill(0.5 * (toward.stretch + away.stretch));
             (cables.tension_in, cables.tension_out) = (vec![60.0; 2], vec![60.0; 2]);

@@ -1,3 +1,4 @@
+use super::open_loop::{Copied, Corrected, OpenLoopCables};
 use super::residual_network::ResidualNetwork;
 use crate::Error;
 use crate::error::check_length;
@@ -23,6 +24,7 @@ pub enum CableStateSource {
 pub(super) struct CableStates {
     source: CableStateSource,
     observers: CableObservers,
+    open_loop: OpenLoopCables,
     samples: Vec<CableSample>,
     estimates: Vec<CableEstimate>,
     /// Corrections of the observers: `[muscles]`, or none.
@@ -34,6 +36,8 @@ pub(super) struct CableStates {
     /// Stretch minus relative displacement of a cable's ends at the start, m.
     stretch_offset: Vec<f64>,
     started: bool,
+    /// Whether the profile of a cable no longer depends on its initial one.
+    pub(super) known: Vec<bool>,
     /// `T_out^`, N.
     pub(super) tension_out: Vec<f64>,
     /// `e^`, m.
@@ -64,7 +68,7 @@ const WRAP_RESOLUTION: f64 = 1e-3;
 const MAX_WRAP: f64 = 4.0;
 
 impl CableStates {
-    pub(super) fn new(models: &[CableModel], source: CableStateSource) -> Result<Self, Error> {
+    pub(super) fn new(models: &[CableModel], source: CableStateSource, joints: usize) -> Result<Self, Error> {
         let n = models.len();
         let wrap = |model: &CableModel| JointWrap {
             pulley: model.path.pulleys().saturating_sub(1),
@@ -76,6 +80,7 @@ impl CableStates {
             source,
             compliance: (0..n).map(whole).collect(),
             observers,
+            open_loop: OpenLoopCables::new(models, joints)?,
             samples: vec![CableSample::default(); n],
             estimates: vec![CableEstimate::default(); n],
             residuals: Vec::new(),
@@ -84,6 +89,7 @@ impl CableStates {
             next_wrap: 0,
             stretch_offset: vec![0.0; n],
             started: false,
+            known: vec![false; n],
             tension_out: vec![0.0; n],
             stretch: vec![0.0; n],
             tension_in: vec![0.0; n],
@@ -96,6 +102,7 @@ impl CableStates {
     /// The next update is the first.
     pub(super) fn restart(&mut self) {
         self.observers.reset();
+        self.open_loop.restart();
         self.started = false;
         self.wraps.iter_mut().for_each(|wrap| wrap.angle = f64::NAN);
         self.unexplained_speed.fill(0.0);
@@ -144,6 +151,7 @@ impl CableStates {
         }
         for (k, (estimate, sample)) in self.estimates.iter().zip(&self.samples).enumerate() {
             self.tension_in[k] = estimate.tension_in;
+            self.known[k] = estimate.known;
             self.unexplained_speed[k] = estimate.unexplained_speed;
             self.unexplained[k] += h * estimate.correction;
             let displacement = sample.motor - sample.anchor;
@@ -158,6 +166,37 @@ impl CableStates {
             };
         }
         self.started = true;
+        Ok(())
+    }
+
+    /// One cycle of the observers without load cells, after [`update`](Self::update): with the pose and the torque of the
+    /// disturbances, and whether nothing is suspected, so that copies may be made. Returns whether what they say is new.
+    pub(super) fn step_open_loop(
+        &mut self,
+        h: f64,
+        pose: &[f64],
+        disturbance_torque: &[f64],
+        renewing: bool,
+    ) -> Result<bool, Error> {
+        if self.source == CableStateSource::Encoders {
+            return Ok(false);
+        }
+        let Self { observers, open_loop, samples, unexplained, .. } = self;
+        let corrected = Corrected { observers, unexplained, pose, disturbance_torque };
+        open_loop.step(h, samples, &corrected, renewing)
+    }
+
+    /// The observers without load cells, once they have been copied.
+    pub(super) fn open_loop(&self) -> Option<&Copied> {
+        self.open_loop.used()
+    }
+
+    /// The observer of a cable forgets what its load cell has told since the copy was made.
+    pub(super) fn forget_load_cell(&mut self, cable: usize) -> Result<(), Error> {
+        if let Some(copy) = self.open_loop.used() {
+            self.unexplained[cable] = copy.unexplained[cable];
+            self.open_loop.correct(cable, &mut self.observers)?;
+        }
         Ok(())
     }
 
@@ -194,10 +233,12 @@ impl CableStates {
             let angle = body.wrap_angle(k).clamp(0.0, MAX_WRAP);
             if wrap.angle.is_nan() || (angle - wrap.angle).abs() >= WRAP_RESOLUTION {
                 self.observers.set_wrap(k, wrap.pulley, angle)?;
+                self.open_loop.set_wrap(k, wrap.pulley, angle)?;
                 wrap.angle = angle;
             }
             if let Some(bend) = self.bends.get(k).filter(|bend| !bend.is_constant()) {
                 self.observers.set_sheath_bend(k, bend.at(pose))?;
+                self.open_loop.set_sheath_bend(k, bend.at(pose))?;
             }
         }
         self.next_wrap = (self.next_wrap + 1) % n;
@@ -240,7 +281,7 @@ mod tests {
     }
 
     fn states(source: CableStateSource) -> CableStates {
-        CableStates::new(&models(), source).unwrap()
+        CableStates::new(&models(), source, 3).unwrap()
     }
 
     fn step(states: &mut CableStates, motor: &[f64], body: &MuscleDynamics, pose: &[f64]) {

@@ -4,6 +4,7 @@ use super::anchor_motion::AnchorMotion;
 use super::cable_states::{CableStateSource, CableStates};
 use super::fault_detector::{FaultDetector, Prediction};
 use super::gains::ArmGains;
+use super::isolation::Seen;
 use super::joint_monitor::EncoderCheck;
 use super::joint_observer::JointObserver;
 use super::joint_stiffness::JointStiffness;
@@ -62,6 +63,8 @@ pub struct ArmController {
     tensions: TensionFollowing,
     started: bool,
     disturbance_initialized: bool,
+    /// Time since sensors were held against each other, s.
+    since_isolation: f64,
     /// Whether the reference is at rest and the arm near it.
     at_rest: bool,
     /// Whether, beside that, all errors are within their tolerances.
@@ -145,7 +148,7 @@ impl ArmController {
             source,
             dimensions: Dimensions { muscles, joints },
             faults: FaultDetector::new(&stiffness.cables, &gains, joint_tolerance),
-            cables: CableStates::new(models, source)?,
+            cables: CableStates::new(models, source, joints)?,
             stiffness,
             joints: JointObserver::new(models, &gains)?,
             law: AccelerationLaw::new(joints),
@@ -159,6 +162,7 @@ impl ArmController {
             tensions: TensionFollowing::new(muscles),
             started: false,
             disturbance_initialized: false,
+            since_isolation: 0.0,
             at_rest: false,
             holding: false,
             reached: Status::Optimal,
@@ -255,7 +259,7 @@ impl ArmController {
         self.actuation.restart();
         self.law.error.fill(0.0);
         self.anchors.slip.fill(0.0);
-        (self.started, self.disturbance_initialized) = (false, false);
+        (self.started, self.disturbance_initialized, self.since_isolation) = (false, false, 0.0);
         (self.at_rest, self.holding) = (false, false);
     }
 
@@ -353,6 +357,7 @@ impl ArmController {
         } else {
             self.estimate_cables(h, reference.current)?; // (7), (10) at the lengths of (19)
             self.estimate_joints(h)?; // (21), (23)
+            self.isolate_faults(h, measurement)?;
             self.evaluate_errors(h, reference); // (24), and (20)
             self.detect_rest(reference);
             self.law.evaluate(&self.gains, reference.current, &self.joints.v, self.at_rest); // (25), (26)
@@ -374,6 +379,7 @@ impl ArmController {
         let prediction = Prediction {
             winch_speed: &self.actuation.winch_speed,
             tension_in: &self.cables.tension_in,
+            tension_out: &self.cables.tension_out,
             unexplained_speed: &self.cables.unexplained_speed,
             joint: [&self.joints.q, &self.joints.v, &self.joints.disturbance],
             disturbance_torque: &self.stiffness.disturbance_torque,
@@ -437,6 +443,33 @@ impl ArmController {
             self.law.update_disturbance(h, &self.gains, known.then_some(&joints.disturbance[..]));
         }
         Ok(())
+    }
+
+    /// Holds the sensors of every drive against each other and against the joints.
+    fn isolate_faults(&mut self, h: f64, measurement: &ArmMeasurement<'_>) -> Result<(), Error> {
+        let Self { body, cables, joints, stiffness, faults, .. } = self;
+        self.since_isolation += h;
+        let quiet = faults.isolation.is_quiet();
+        if !cables.step_open_loop(h, &joints.q, &stiffness.disturbance_torque, quiet)? {
+            return Ok(());
+        }
+        let seen = Seen {
+            body,
+            tension: measurement.tension,
+            tension_in: &cables.tension_in,
+            tension_out: &cables.tension_out,
+            unexplained: &cables.unexplained,
+            known: &cables.known,
+            pose: &joints.q,
+            joint_innovation: &joints.innovation,
+            disturbance_torque: &stiffness.disturbance_torque,
+            copy: cables.open_loop(),
+        };
+        let elapsed = core::mem::take(&mut self.since_isolation);
+        match faults.isolate(elapsed, &seen) {
+            Some(muscle) => cables.forget_load_cell(muscle),
+            None => Ok(()),
+        }
     }
 
     /// Errors of the joints and of the anchors.

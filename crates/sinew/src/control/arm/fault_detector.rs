@@ -1,4 +1,5 @@
 use super::gains::{ArmGains, JointGains, MuscleGains};
+use super::isolation::{Finding, Isolation, Seen};
 use super::joint_monitor::{EncoderCheck, JointMonitor, JointPrediction};
 use super::sensor_monitor::{SensorLimits, SensorMonitor};
 use super::signals::ArmMeasurement;
@@ -14,6 +15,8 @@ pub(super) struct Prediction<'a> {
     pub(super) winch_speed: &'a [f64],
     /// Estimated tension at every drive's outlet, N.
     pub(super) tension_in: &'a [f64],
+    /// Estimated tension at every anchor, N.
+    pub(super) tension_out: &'a [f64],
     /// Speed of every winch in addition to its encoder's that its load cell asks for, m/s.
     pub(super) unexplained_speed: &'a [f64],
     /// Estimated angle, rad, speed, rad/s, and disturbance, rad/s^2, of every joint.
@@ -44,17 +47,28 @@ const CONFIRMED_SHARE: f64 = 0.5;
 const WINCH_RESIDUAL_DECAY: f64 = 0.2;
 /// Time in which commanded travel without a change of the motor encoder is forgotten, s.
 const TRAVEL_FORGETTING_TIME: f64 = 1.0;
+/// Time in which a winch at full speed travels as far as what it does beside its command may change in one cycle, s; what it may do
+/// meanwhile, as a share of full speed, 1.
+const MOTOR_STEP_TIME: f64 = 1.3e-3;
+const MOTOR_UNCERTAINTY: f64 = 0.01;
 /// `t_m`, s: time for which a tension has to be missing before it is rejected; a light limb that vibrates at the mode
 /// of its cables lets the drives' ends go slack for some milliseconds.
 const MISSING_TIME: f64 = 0.005;
 /// `c`, share of its estimate by which a tension has to be below it, beside `dT`, to be missing.
 const MISSING_SHARE: f64 = 0.8;
 
+/// Time after which a tension that is missing while the joint has its force is a fault of the load cell, s.
+const JUDGEMENT_TIME: f64 = 0.1;
+/// Time within which it may still show that the cable has broken, s.
+const BREAK_MEMORY: f64 = 1.0;
+/// Share of its force at the anchor that a joint lacks where a cable has broken: until [`JUDGEMENT_TIME`], and later.
+const BROKEN_SHARES: [f64; 2] = [0.12, 0.3];
+
 /// Detects faults from residuals between measurements and predictions; replaces or withholds what it rejects.
 ///
 /// ```text
 /// joint encoder   JointMonitor: against the muscles, the reference and itself
-/// motor encoder   SensorMonitor with e = h v_c; unchanged over e_max: fault of the encoder where
+/// motor encoder   SensorMonitor with e = h v_c; jumped where dx - h v_c changes by more than v_max t_x, until it is back; unchanged over e_max: fault of the encoder where
 ///                   x_T + (T - T^)/K > c_x x_c, x_T = int v_T dt since the output changed; else of the drive
 /// load cell       SensorMonitor with e = 1
 /// drive           r_v = (r_v + h v_c - dx)(1 - h/t_f);                    fault at |r_v| > r_v,max
@@ -84,12 +98,18 @@ pub(super) struct FaultDetector {
     motors: Vec<SensorMonitor>,
     load_cells: Vec<SensorMonitor>,
     encoders: Vec<JointMonitor>,
+    /// Load cells against encoders.
+    pub(super) isolation: Isolation,
     joint_gains: Vec<JointGains>,
     muscle_gains: Vec<MuscleGains>,
     /// `K`, N/m: `[muscles]`.
     cable_stiffness: Vec<f64>,
     /// `r_v` of every winch, m.
     winch_residual: Vec<f64>,
+    /// Time for which a motor encoder has been away from where its winch was commanded to, s.
+    jumped_for: Vec<f64>,
+    /// Travel of every winch beside its command in the last cycle, m.
+    motor_off: Vec<f64>,
     /// Whether an unchanged motor encoder is attributed to its drive.
     drive_standing: Vec<bool>,
     /// `x_T` and `x_c` of every winch, m.
@@ -131,8 +151,11 @@ impl FaultDetector {
             joint_gains: gains.joints.clone(),
             muscle_gains: gains.muscles.clone(),
             encoders: vec![JointMonitor::new(joint_tolerance); joints],
+            isolation: Isolation::new(cable_stiffness, &gains.muscles, joints),
             cable_stiffness: cable_stiffness.to_vec(),
             winch_residual: vec![0.0; muscles],
+            jumped_for: vec![0.0; muscles],
+            motor_off: vec![0.0; muscles],
             drive_standing: vec![false; muscles],
             unchanged_travel: vec![[0.0; 2]; muscles],
             missing_for: vec![0.0; muscles],
@@ -151,7 +174,10 @@ impl FaultDetector {
     pub(super) fn restart(&mut self) {
         self.motors.iter_mut().chain(&mut self.load_cells).for_each(SensorMonitor::restart);
         self.encoders.iter_mut().for_each(JointMonitor::restart);
+        self.isolation.restart();
         self.winch_residual.fill(0.0);
+        self.jumped_for.fill(0.0);
+        self.motor_off.fill(0.0);
         self.drive_standing.fill(false);
         self.unchanged_travel.fill([0.0; 2]);
         self.missing_for.fill(0.0);
@@ -166,7 +192,7 @@ impl FaultDetector {
         }
         self.check_joints(h, measurement.joint, prediction);
         self.check_motors(h, measurement, prediction);
-        self.check_tensions(h, measurement.tension, prediction.tension_in);
+        self.check_tensions(h, measurement.tension, prediction);
         self.started = true;
     }
 
@@ -223,17 +249,35 @@ impl FaultDetector {
             let speed = prediction.winch_speed[k];
             let gains = &self.muscle_gains[k];
             // A load cell that is rejected does not say whether its cable is slack.
-            let rejected = self.load_cells[k].rejected_for > 0.0;
-            let tension = if rejected { f64::NAN } else { measurement.tension[k] };
+            let rejected = self.load_cells[k].rejected_for > 0.0 || self.isolation.bridged(k).is_some();
+            let tension = match rejected {
+                true => f64::NAN,
+                false => self.isolation.least_tension(k, measurement.tension[k]),
+            };
             let blocked = may_ignore_command(speed, tension, gains.slack_tension);
             let max_residual = gains.max_winch_residual;
             let commanded = if speed.is_finite() { h * speed } else { 0.0 };
             let motor = &mut self.motors[k];
-            let jumped = motor.rejected_for > 0.0 && motor.symptom() == Symptom::Jumped;
-            let accepted = motor.update(h, measured, if blocked { 0.0 } else { commanded });
+            // After a loss the winch may be elsewhere than it was commanded to.
+            let lost = motor.rejected_for > 0.0 && self.jumped_for[k] == 0.0;
+            let plausible = motor.update(h, measured, if blocked { 0.0 } else { commanded });
+            // A winch that moves by itself gathers speed; a reading that jumps does not.
+            let off = measured - self.motor[k] - commanded;
+            let most = gains.max_winch_speed;
+            let freely = if blocked { h * most } else { 0.0 };
+            let allowed = freely + most * (MOTOR_STEP_TIME.max(h) + MOTOR_UNCERTAINTY * self.jumped_for[k]);
+            let before = if self.jumped_for[k] > 0.0 { 0.0 } else { self.motor_off[k] };
+            let jumped = self.started && !lost && (off - before).abs() > allowed;
+            if !jumped {
+                self.motor_off[k] = if self.started && off.is_finite() { off } else { 0.0 };
+            }
+            self.jumped_for[k] = if jumped { self.jumped_for[k] + h } else { 0.0 };
+            let accepted = plausible && !jumped;
             let moved = if accepted && self.started { measured - self.motor[k] } else { commanded };
             self.motor[k] = if accepted { measured } else { self.motor[k] + commanded };
-            let (changed, rejected_for, symptom) = (motor.has_changed(), motor.rejected_for, motor.symptom());
+            let rejected_for = motor.rejected_for.max(self.jumped_for[k]);
+            let symptom = if plausible && jumped { Symptom::Jumped } else { motor.symptom() };
+            let changed = motor.has_changed();
             let [by_tension, by_command] = &mut self.unchanged_travel[k];
             if changed {
                 (*by_tension, *by_command) = (0.0, 0.0);
@@ -251,9 +295,6 @@ impl FaultDetector {
                 false => (Fault::MotorSensor(k), symptom),
             };
             self.report_vital(accepted, rejected_for, fault, symptom);
-            if jumped && accepted && moved.abs() > max_residual {
-                self.stop(Fault::MotorSensor(k), Symptom::Jumped);
-            }
             let residual = if blocked { 0.0 } else { h * speed - moved };
             self.winch_residual[k] = (self.winch_residual[k] + residual) * (1.0 - h / WINCH_RESIDUAL_DECAY);
             if self.winch_residual[k].abs() > max_residual {
@@ -273,24 +314,61 @@ impl FaultDetector {
         confirmed > CONFIRMED_SHARE * by_command.abs()
     }
 
-    fn check_tensions(&mut self, h: f64, measured: &[f64], estimated: &[f64]) {
-        for (k, (&measured, &estimated)) in measured.iter().zip(estimated).enumerate() {
+    fn check_tensions(&mut self, h: f64, measured: &[f64], prediction: &Prediction<'_>) {
+        let [pose, ..] = prediction.joint;
+        for (k, &measured) in measured.iter().enumerate() {
+            let estimated = prediction.tension_in[k];
             let plausible = self.load_cells[k].update(h, measured, 1.0);
+            let trusted = !self.started || self.isolation.check(k, h, measured, estimated, pose);
             let missing = plausible
                 && self.started
                 && measured < (1.0 - MISSING_SHARE) * estimated
                 && estimated - measured > self.muscle_gains[k].missing_tension;
             if missing && self.missing_for[k] == 0.0 {
                 self.missing_by[k] = self.cause_of_missing_tension(k, measured, estimated);
+                self.isolation.begin_missing(k);
             }
             self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
-            let accepted = plausible && self.missing_for[k] <= MISSING_TIME;
+            let accepted = plausible && trusted && self.missing_for[k] <= MISSING_TIME;
             self.tension[k] = if accepted { measured } else { f64::NAN };
-            let symptom = if plausible { Symptom::Unknown } else { self.load_cells[k].symptom() };
-            self.report(accepted, Fault::TensionSensor(k), symptom);
-            if self.missing_for[k] > PERSISTENCE_TIME {
-                let (fault, symptom) = self.missing_by[k];
-                self.stop(fault, symptom);
+            let rejected = (Fault::TensionSensor(k), self.load_cells[k].symptom());
+            let (fault, symptom) = match self.isolation.bridged(k) {
+                Some(bridged) if plausible => bridged,
+                _ => rejected,
+            };
+            // A tension that is missing has no name before it is known whether the joint lacks its force.
+            self.report(accepted || missing && self.missing_for[k] <= JUDGEMENT_TIME, fault, symptom);
+            self.judge_missing_tension(k, prediction);
+        }
+    }
+
+    /// A tension that is missing with its force at the joint is that of a cable that has broken, or of another part that
+    /// makes its estimate false; one that is missing alone is that of a load cell.
+    fn judge_missing_tension(&mut self, k: usize, prediction: &Prediction<'_>) {
+        let missing_for = self.missing_for[k];
+        if missing_for <= PERSISTENCE_TIME || missing_for > BREAK_MEMORY {
+            return;
+        }
+        let [early, late] = BROKEN_SHARES;
+        let share = if missing_for <= JUDGEMENT_TIME { early } else { late };
+        let (fault, symptom) = self.missing_by[k];
+        if self.isolation.force_is_lacking(k, share, prediction.tension_out[k]) || fault != Fault::Cable(k) {
+            self.stop(fault, symptom);
+        } else if missing_for > JUDGEMENT_TIME && self.isolation.bridged(k).is_none() {
+            let [pose, ..] = prediction.joint;
+            self.isolation.begin_bridge(k, Symptom::Deviating, pose);
+        }
+    }
+
+    /// Holds load cells and encoders against each other, `dt` s after the last time; returns a muscle whose load cell is not
+    /// to be believed from some time before on.
+    pub(super) fn isolate(&mut self, dt: f64, seen: &Seen<'_>) -> Option<usize> {
+        match self.isolation.evaluate(dt, seen) {
+            Finding::Nothing => None,
+            Finding::Bridge(muscle) => Some(muscle),
+            Finding::Stop(fault) => {
+                self.stop(fault, Symptom::Deviating);
+                None
             }
         }
     }

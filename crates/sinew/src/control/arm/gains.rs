@@ -139,6 +139,22 @@ pub struct MuscleGains {
     /// N: tension below which a drive may not pay out cable although it is commanded to.
     #[serde(rename = "slack_tension_n")]
     pub slack_tension: f64,
+    /// `s`, N, >= 0: standard deviation of the load cell's noise.
+    #[serde(rename = "load_cell_noise_n", default = "usual_noise")]
+    pub load_cell_noise: f64,
+    /// `eps`, 1, >= 0: relative error of the moment arms.
+    #[serde(default = "usual_arm_error")]
+    pub moment_arm_error: f64,
+}
+
+/// Of a load cell of 1 kN, N: of gains that were written without it.
+fn usual_noise() -> f64 {
+    0.4
+}
+
+/// Of gains that were written without it.
+fn usual_arm_error() -> f64 {
+    0.02
 }
 
 impl ArmGains {
@@ -215,6 +231,13 @@ impl JointGains {
 }
 
 impl MuscleGains {
+    /// Change of a load cell's reading, N, between two cycles, to a tension, N, that no winch at the speeds of pretension and
+    /// of lowering makes.
+    #[must_use]
+    pub(in crate::control) fn implausible_step(&self, tension: f64) -> f64 {
+        8.0 * self.load_cell_noise + 0.3 * tension.max(0.0) + self.missing_tension
+    }
+
     fn validate(&self) -> Result<(), Error> {
         for (name, value) in [
             ("stretch_time_constant", self.stretch_time_constant),
@@ -240,6 +263,8 @@ impl MuscleGains {
             ("pre_travel_integral", self.pre_travel_integral),
             ("least_drive_tension", self.least_drive_tension),
             ("slack_tension", self.slack_tension),
+            ("load_cell_noise", self.load_cell_noise),
+            ("moment_arm_error", self.moment_arm_error),
         ] {
             non_negative(name, value)?;
         }
@@ -293,6 +318,8 @@ impl ArmGains {
             missing_tension: 8.0,
             least_drive_tension: 1.0,
             slack_tension: 4.0,
+            load_cell_noise: 0.4,
+            moment_arm_error: 0.01,
         };
         Self {
             damping: 0.53,

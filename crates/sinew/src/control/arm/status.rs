@@ -13,6 +13,10 @@ pub enum Fault {
     MotorSensor(usize),
     /// The load cell of a muscle: its measurement was rejected, and the cable's observer runs without it.
     TensionSensor(usize),
+    /// Load cell and motor encoder of a muscle contradict each other: it is not known which of them is wrong.
+    TensionOrMotorSensor(usize),
+    /// The motor encoder of a muscle and the encoders of its joints contradict each other.
+    MotorOrJointSensor(usize),
     /// The drive of a muscle does not follow its command.
     Drive(usize),
     /// The cable of a muscle lacks the estimated tension: it is broken or off its winch.
@@ -49,6 +53,10 @@ impl Fault {
             Self::JointSensor(k) => format!("joint encoder of {}", joint(k)),
             Self::MotorSensor(k) => format!("motor encoder of {}", muscle(k)),
             Self::TensionSensor(k) => format!("load cell of {}", muscle(k)),
+            Self::TensionOrMotorSensor(k) => format!("load cell or motor encoder of {}", muscle(k)),
+            Self::MotorOrJointSensor(k) => {
+                format!("motor encoder of {} or encoder of a joint that it moves", muscle(k))
+            }
             Self::Drive(k) => format!("drive of {}", muscle(k)),
             Self::Cable(k) => format!("cable of {}", muscle(k)),
             Self::TrackingError(k) => format!("tracking error of {}", joint(k)),
@@ -78,6 +86,10 @@ pub enum Symptom {
     Stuck,
     /// The reading is elsewhere than it can be.
     Jumped,
+    /// The reading deviates from what the other sensors imply.
+    Deviating,
+    /// The noise of the reading has grown.
+    Noisy,
     /// The winch stands while it is commanded to move.
     Standing,
     /// The drive reports a fault.
@@ -122,6 +134,8 @@ mod tests {
         let of_muscles = [
             Fault::MotorSensor(1),
             Fault::TensionSensor(1),
+            Fault::TensionOrMotorSensor(1),
+            Fault::MotorOrJointSensor(1),
             Fault::Drive(1),
             Fault::Cable(1),
             Fault::Slack(1),

@@ -23,6 +23,7 @@ use alloc::vec::Vec;
 ///         x_r,max = max(150 D, 0.4 theta_G),   e_q = max(1300 D, theta_G)
 /// winch   encoder: 10 v_d, stands for 30 mrad r_k, 3 ms v_d to 4 ms v_d;   r_v,max = 30 ms v_d
 /// cable   load cell: 40 ranges per s;   dT = max(0.38 F_min, 10 sigma);   slack below T_l + 0.14 F_min
+///         eps = max(0.01, 0.4 a/r_k)
 /// ```
 ///
 /// | symbol   | meaning                                                                  | unit      |
@@ -33,6 +34,7 @@ use alloc::vec::Vec;
 /// | v_d, a_d | speed of the drive at 0.8 of its working tension, its acceleration limit | m/s, m/s^2 |
 /// | D, r_k   | resolution of the joints' encoders; largest moment arm of the muscle           | rad, m    |
 /// | x_j .. r_v,max, dT | thresholds of fault detection, [`JointGains`] and [`MuscleGains`]          |           |
+/// | a        | tolerance of the attachments, [`Machine::attachment_tolerance`]              | m         |
 /// | Om_k, B, G_k, theta_G, tau, I | [`Characteristics`]                                                 | rad/s, 1/s^2, rad |
 ///
 /// The numbers are [`ControlRules`] where a user may want to change them.
@@ -56,6 +58,7 @@ pub fn synthesize(
     let rules = &machine.rules;
     let resolution = machine.encoders.iter().flatten().map(|encoder| encoder.resolution);
     let resolution = resolution.fold(0.0, f64::max);
+    let attachment = machine.attachment_tolerance();
     let joints = machine.encoders.iter().zip(&found.joints);
     let rate_gains = rate_gains(rules, &found);
     let muscles = machine.muscles.iter().zip(&found.muscles).zip(limits).zip(rate_gains);
@@ -70,7 +73,7 @@ pub fn synthesize(
         joints: joints.map(|(encoder, joint)| of_joint(rules, encoder.as_ref(), joint)).collect(),
         muscles: muscles
             .map(|(((design, muscle), limits), rate_gain)| {
-                let gains = of_muscle(rules, &design.drive, muscle, limits, resolution);
+                let gains = of_muscle(rules, &design.drive, muscle, limits, (resolution, attachment));
                 MuscleGains { rate_gain, ..gains }
             })
             .collect(),
@@ -169,7 +172,7 @@ fn of_muscle(
     drive: &DriveParameters,
     muscle: &MuscleCharacteristics,
     tension: [f64; 2],
-    resolution: f64,
+    (resolution, attachment): (f64, f64),
 ) -> MuscleGains {
     // A muscle that moves no joint in these poses keeps finite gains.
     let arm = muscle.arm.max(LEAST_ARM);
@@ -199,6 +202,8 @@ fn of_muscle(
         missing_tension: (0.38 * tension[0]).max(10.0 * drive.load_cell.noise),
         least_drive_tension: drive.least_tension,
         slack_tension: drive.least_tension + 0.14 * tension[0],
+        load_cell_noise: drive.load_cell.noise,
+        moment_arm_error: LEAST_ARM_ERROR.max(ATTACHMENT_SHARE * attachment / arm),
     }
 }
 
@@ -207,6 +212,10 @@ const MAX_BANDWIDTH_RATIO: f64 = 5.4;
 
 /// Share of a drive's working tension at which its speed is given.
 const SPEED_SHARE: f64 = 0.8;
+
+/// Least relative error of a moment arm, and the share of an attachment's tolerance that is one.
+const LEAST_ARM_ERROR: f64 = 0.01;
+const ATTACHMENT_SHARE: f64 = 0.4;
 
 /// Least moment arm of a muscle, m.
 const LEAST_ARM: f64 = 1e-5;
@@ -375,7 +384,7 @@ mod tests {
             ..ControlRules::default()
         };
         let muscle = MuscleCharacteristics { arm, dead_band, ..MuscleCharacteristics::default() };
-        of_muscle(&rules, drive, &muscle, [20.0, 150.0], resolution)
+        of_muscle(&rules, drive, &muscle, [20.0, 150.0], (resolution, 1e-3))
     }
 
     #[test]

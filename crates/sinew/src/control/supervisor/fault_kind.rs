@@ -46,6 +46,8 @@ pub enum FaultKind {
     PretensionDrift = 19,
     /// The stiffness of a cable has changed; a report, not a stop.
     StiffnessDrift = 20,
+    /// A sensor's reading deviates from what the other sensors imply, or its noise has grown.
+    SensorDeviation = 21,
 }
 
 /// What is done about a fault.
@@ -65,7 +67,7 @@ pub enum Reaction {
 
 impl FaultKind {
     /// All kinds, by their numbers, which begin with 1.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Slack,
         Self::Overload,
         Self::CableBreak,
@@ -86,6 +88,7 @@ impl FaultKind {
         Self::TensionRate,
         Self::PretensionDrift,
         Self::StiffnessDrift,
+        Self::SensorDeviation,
     ];
 
     /// The kind of a number.
@@ -98,9 +101,14 @@ impl FaultKind {
     #[must_use]
     pub fn of(fault: Fault, symptom: Symptom) -> Self {
         match fault {
-            Fault::JointSensor(_) | Fault::MotorSensor(_) | Fault::TensionSensor(_) => match symptom {
+            Fault::JointSensor(_)
+            | Fault::MotorSensor(_)
+            | Fault::TensionSensor(_)
+            | Fault::TensionOrMotorSensor(_)
+            | Fault::MotorOrJointSensor(_) => match symptom {
                 Symptom::Stuck => Self::SensorStuck,
                 Symptom::Jumped => Self::EncoderJump,
+                Symptom::Deviating | Symptom::Noisy => Self::SensorDeviation,
                 _ => Self::SensorLost,
             },
             Fault::Drive(_) if symptom == Symptom::Standing => Self::Jam,
@@ -144,6 +152,7 @@ impl FaultKind {
             Self::TensionRate => "tension_rate",
             Self::PretensionDrift => "pretension_drift",
             Self::StiffnessDrift => "stiffness_drift",
+            Self::SensorDeviation => "sensor_deviation",
         }
     }
 
@@ -152,9 +161,11 @@ impl FaultKind {
     pub const fn reaction(self) -> Reaction {
         match self {
             Self::FrictionDrift | Self::PretensionDrift | Self::StiffnessDrift => Reaction::Report,
-            Self::SensorStuck | Self::SensorLost | Self::EncoderJump | Self::LostCycles => {
-                Reaction::BridgeThenStop
-            }
+            Self::SensorStuck
+            | Self::SensorLost
+            | Self::EncoderJump
+            | Self::SensorDeviation
+            | Self::LostCycles => Reaction::BridgeThenStop,
             Self::StaleCommand => Reaction::Hold,
             _ => Reaction::Stop,
         }
@@ -172,7 +183,7 @@ mod tests {
             assert_eq!(FaultKind::from_number(kind as u8), Some(kind));
             assert!(FaultKind::ALL[..place].iter().all(|other| other.name() != kind.name()));
         }
-        assert_eq!((FaultKind::from_number(0), FaultKind::from_number(21)), (None, None));
+        assert_eq!((FaultKind::from_number(0), FaultKind::from_number(22)), (None, None));
     }
 
     #[test]
@@ -181,6 +192,8 @@ mod tests {
             for (symptom, kind) in [
                 (Symptom::Stuck, FaultKind::SensorStuck),
                 (Symptom::Jumped, FaultKind::EncoderJump),
+                (Symptom::Deviating, FaultKind::SensorDeviation),
+                (Symptom::Noisy, FaultKind::SensorDeviation),
                 (Symptom::Lost, FaultKind::SensorLost),
                 (Symptom::Unknown, FaultKind::SensorLost),
                 (Symptom::Reported, FaultKind::SensorLost),

@@ -314,7 +314,7 @@ impl Supervisor {
             Mode::Hold => {}
             Mode::Run => self.fault = None,
             Mode::SafeStop => {
-                self.safe_stop.begin(&self.drives);
+                self.safe_stop.begin(&self.drives, self.controller.observed().tension);
                 self.brake_untrusted();
             }
             Mode::Ready if row.from == Mode::Fault => {
@@ -342,6 +342,7 @@ impl Supervisor {
             fault:
                 Fault::Drive(k)
                 | Fault::MotorSensor(k)
+                | Fault::MotorOrJointSensor(k)
                 | Fault::Overspeed(k)
                 | Fault::Travel(k)
                 | Fault::Overheating(k),

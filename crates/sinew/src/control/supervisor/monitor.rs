@@ -123,14 +123,16 @@ impl LimitMonitor {
                 watched.heat.update(h, drive, watched.tension, watched.rates[1]);
                 find(Fault::Overheating(k), watched.heat.winding() > *hottest);
             }
-            if tension.is_finite() {
-                let over = tension > limit.tension;
+            // Without a reading, the observer's estimate tells of an overload and ends none.
+            let estimated_over = tension_in.is_some_and(|all| tension.is_nan() && all[k] > limit.tension);
+            if tension.is_finite() || estimated_over {
+                let over = estimated_over || tension > limit.tension;
                 find(Fault::Overload(k), persist(&mut watched.overloaded_for, h, over, PERSISTENCE));
-                if let Some(estimated) = tension_in {
-                    let slack = watched.tension < limit.slack_tension
-                        && estimated[k] < SLACK_ESTIMATE * limit.slack_tension;
-                    find(Fault::Slack(k), persist(&mut watched.slack_for, h, slack, SLACK_PERSISTENCE));
-                }
+            }
+            if let (Some(estimated), true) = (tension_in, tension.is_finite()) {
+                let slack = watched.tension < limit.slack_tension
+                    && estimated[k] < SLACK_ESTIMATE * limit.slack_tension;
+                find(Fault::Slack(k), persist(&mut watched.slack_for, h, slack, SLACK_PERSISTENCE));
             }
             let [rate, speed] = watched.rates;
             let steep = rate.abs() > limit.tension_rate;

@@ -50,6 +50,8 @@ pub(super) struct Pretension {
     taken: Vec<f64>,
     /// Since when its load cell has been silent, s: `[muscles]`.
     silent_for: Vec<f64>,
+    /// Its last reading, N; NaN before the first.
+    previous: Vec<f64>,
     share: f64,
     /// Whether every tension has been at its target.
     pub(super) tense: bool,
@@ -84,6 +86,7 @@ impl Pretension {
             speed: vec![0.0; m],
             taken: vec![0.0; m],
             silent_for: vec![0.0; m],
+            previous: vec![f64::NAN; m],
             share: 0.0,
             tense: false,
             body,
@@ -104,6 +107,7 @@ impl Pretension {
         self.speed.fill(0.0);
         self.taken.fill(0.0);
         self.silent_for.fill(0.0);
+        self.previous.fill(f64::NAN);
         let coordinates = measured.joint.iter().zip(other);
         for (pose, (measured, other)) in self.pose.iter_mut().zip(coordinates) {
             *pose = if measured.is_finite() { *measured } else { *other };
@@ -129,7 +133,8 @@ impl Pretension {
         tension.iter().zip(&self.goal).all(|(tension, goal)| *tension >= REACHED * goal)
     }
 
-    /// Commands of `h` s; the fault of a cable whose slack is not taken up or whose load cell is silent. Such a cable is not tightened.
+    /// Commands of `h` s; the fault of a cable whose slack is not taken up or whose load
+    /// cell is silent or has jumped. Such a cable is not tightened.
     pub(super) fn step(
         &mut self,
         h: f64,
@@ -160,6 +165,10 @@ impl Pretension {
             self.silent_for[k] = if measured.is_finite() { 0.0 } else { self.silent_for[k] + h };
             if self.silent_for[k] > SILENCE {
                 fault = fault.or(Some(NamedFault::new(Fault::TensionSensor(k), Symptom::Lost)));
+            }
+            let change = (measured - core::mem::replace(&mut self.previous[k], measured)).abs();
+            if change > gains.implausible_step(measured) {
+                fault = fault.or(Some(NamedFault::new(Fault::TensionSensor(k), Symptom::Jumped)));
             }
             *drive = DriveCommand::Velocity(self.speed[k]);
         }

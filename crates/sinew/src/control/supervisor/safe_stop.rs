@@ -33,6 +33,9 @@ pub(super) struct SafeStop {
     speed: Vec<f64>,
     /// Whether a drive is to be braked: `[muscles]`.
     braked: Vec<bool>,
+    /// Last readings of the load cells, N, and whether they are believed: `[muscles]`.
+    previous: Vec<f64>,
+    measured: Vec<bool>,
     time: f64,
     /// Whether every cable that can be let down is.
     pub(super) is_down: bool,
@@ -45,13 +48,25 @@ const SETTLED: f64 = 0.1;
 
 impl SafeStop {
     pub(super) fn new(muscles: usize) -> Self {
-        Self { speed: vec![0.0; muscles], braked: vec![false; muscles], time: 0.0, is_down: false }
+        Self {
+            speed: vec![0.0; muscles],
+            braked: vec![false; muscles],
+            previous: vec![f64::NAN; muscles],
+            measured: vec![true; muscles],
+            time: 0.0,
+            is_down: false,
+        }
     }
 
-    /// Begins with the commands of the cycle before.
-    pub(super) fn begin(&mut self, drives: &[DriveCommand]) {
+    /// Begins with the commands of the cycle before and the tensions that were accepted in it, N, NaN where a load cell was not
+    /// believed: it is not believed in the stop either.
+    pub(super) fn begin(&mut self, drives: &[DriveCommand], accepted: &[f64]) {
         (self.time, self.is_down) = (0.0, false);
         self.braked.fill(false);
+        self.previous.fill(f64::NAN);
+        for (measured, accepted) in self.measured.iter_mut().zip(accepted) {
+            *measured = accepted.is_finite();
+        }
         for (speed, drive) in self.speed.iter_mut().zip(drives) {
             *speed = match drive {
                 DriveCommand::Velocity(speed) if speed.is_finite() => *speed,
@@ -93,8 +108,13 @@ impl SafeStop {
         self.time += h;
         let safety = &limits.safety;
         let lowering = self.time > safety.holding_time && received && !self.is_down;
-        let low = |k: usize| tension[k] <= gains.muscles[k].slack_tension;
-        let all_low = (0..drives.len()).all(|k| self.braked[k] || low(k) || tension[k].is_nan());
+        for (k, (previous, measured)) in self.previous.iter_mut().zip(&mut self.measured).enumerate() {
+            let change = (tension[k] - core::mem::replace(previous, tension[k])).abs();
+            *measured &= !(change > gains.muscles[k].implausible_step(tension[k]));
+        }
+        let unknown = |k: usize| !self.measured[k] || tension[k].is_nan();
+        let low = |k: usize| !unknown(k) && tension[k] <= gains.muscles[k].slack_tension;
+        let all_low = (0..drives.len()).all(|k| self.braked[k] || low(k) || unknown(k));
         for (k, drive) in drives.iter_mut().enumerate() {
             if self.braked[k] {
                 self.speed[k] = 0.0;
@@ -102,7 +122,7 @@ impl SafeStop {
                 continue;
             }
             let (gains, limit) = (&gains.muscles[k], &limits.muscles[k]);
-            let pays_out = lowering && !low(k) && !(tension[k].is_nan() && all_low);
+            let pays_out = lowering && !low(k) && !(unknown(k) && all_low);
             let target = if pays_out { -limit.lowering_speed } else { 0.0 };
             let rate = if self.time > safety.holding_time {
                 limit.lowering_speed / EASING
@@ -152,7 +172,7 @@ mod tests {
             limits.muscles.iter_mut().for_each(|muscle| muscle.lowering_speed = 0.01);
             (limits.safety.holding_time, limits.safety.lowering_time) = (0.5, 2.0);
             let mut stop = SafeStop::new(2);
-            stop.begin(&drives);
+            stop.begin(&drives, &[0.0; 2]);
             Self { stop, gains, limits }
         }
 
@@ -221,8 +241,24 @@ mod tests {
     }
 
     #[test]
+    fn a_load_cell_that_jumps_or_was_not_believed_counts_as_missing() {
+        // It reads slack from one cycle to the next: its cable is paid out until the other is slack.
+        let mut machine = Machine::standing().after(HELD + 200, [TENSE; 2]);
+        let [jumped, _] = machine.speeds([2.0, TENSE]);
+        assert!((jumped + 0.01).abs() < 1e-12, "{jumped}");
+        let mut machine = Machine::standing();
+        machine.stop.begin(&[DriveCommand::Velocity(0.0); 2], &[f64::NAN, TENSE]);
+        let mut machine = machine.after(HELD + 200, [2.0, TENSE]);
+        let [unknown, _] = machine.speeds([2.0, TENSE]);
+        assert!((unknown + 0.01).abs() < 1e-12 && !machine.stop.is_down, "{unknown}");
+    }
+
+    #[test]
     fn a_slack_cable_stops_at_once_while_the_others_are_let_down_until_all_are_slack() {
         let mut machine = Machine::standing().after(HELD + 200, [TENSE; 2]);
+        for tension in (1..=9).map(|k| TENSE - 10.0 * f64::from(k)) {
+            machine.speeds([tension, TENSE]);
+        }
         // At the limit of a slack cable: 2 m/s^2 brake 10 mm/s within two cycles.
         machine.speeds([4.0, TENSE]);
         let [slack, tense] = machine.speeds([4.0, TENSE]);
@@ -311,7 +347,7 @@ mod tests {
         machine.stop.brake(1);
         let mut machine = machine.after(HELD + 100, [1.0; 2]);
         assert!(machine.stop.is_down);
-        machine.stop.begin(&[DriveCommand::Velocity(0.02), DriveCommand::Velocity(0.0)]);
+        machine.stop.begin(&[DriveCommand::Velocity(0.02), DriveCommand::Velocity(0.0)], &[0.0; 2]);
         assert!(!machine.stop.is_down);
         for cycle in 1..=HELD {
             let expected = (0.02 - 2.0 * H * cycle as f64).max(0.0);

@@ -52,6 +52,8 @@ impl NamedFault {
             Fault::JointSensor(k)
             | Fault::MotorSensor(k)
             | Fault::TensionSensor(k)
+            | Fault::TensionOrMotorSensor(k)
+            | Fault::MotorOrJointSensor(k)
             | Fault::Drive(k)
             | Fault::Cable(k)
             | Fault::TrackingError(k)

@@ -42,6 +42,8 @@ impl Threshold {
             Fault::JointSensor(_)
             | Fault::MotorSensor(_)
             | Fault::TensionSensor(_)
+            | Fault::TensionOrMotorSensor(_)
+            | Fault::MotorOrJointSensor(_)
             | Fault::Drive(_)
             | Fault::Cable(_)
             | Fault::Bus

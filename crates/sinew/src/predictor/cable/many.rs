@@ -98,6 +98,18 @@ impl CableObservers {
         Ok(())
     }
 
+    /// Takes over the state of one cable of observers of the same models; `profile` is room for
+    /// [`CableBatch::state_len`] numbers. Nothing is allocated.
+    ///
+    /// # Errors
+    /// As [`CableBatch::save`].
+    pub(crate) fn copy_cable(&mut self, cable: usize, from: &Self, profile: &mut [f64]) -> Result<(), Error> {
+        from.cables.save(cable, profile)?;
+        self.cables.restore(cable, profile)?;
+        self.states[cable].clone_from(&from.states[cable]);
+        self.cables.scale_drag(cable, self.states[cable].law_drag_factor())
+    }
+
     /// The estimated cables with their profiles.
     #[must_use]
     pub fn cables(&self) -> &CableBatch {

@@ -214,6 +214,11 @@ impl ObserverState {
         }
     }
 
+    /// The drag factor as it was set in the law last.
+    pub(super) fn law_drag_factor(&self) -> f64 {
+        self.law_drag_factor
+    }
+
     /// The drag factor, where it has changed enough to be set in the law.
     pub(super) fn changed_drag_factor(&mut self) -> Option<f64> {
         let changed = (self.drag_factor - self.law_drag_factor).abs() > DRAG_RESOLUTION;

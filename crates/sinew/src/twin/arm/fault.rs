@@ -23,6 +23,37 @@ pub enum SensorFailure {
     NotANumber,
     /// The reading is off by this much, in the sensor's unit: lost counts, a slipped coupling.
     Offset(f64),
+    /// The reading is multiplied by this factor.
+    Gain(f64),
+    /// The error of the reading grows at this rate, in the sensor's unit per second.
+    Drift(f64),
+    /// The magnitude of the reading ends at this value, in the sensor's unit.
+    Saturation(f64),
+    /// Gaussian noise of this standard deviation, in the sensor's unit, is added to the reading.
+    Noise(f64),
+}
+
+impl SensorFailure {
+    /// What a sensor reads in place of `measured`, `elapsed` s after its failure began; `previous` is its last reading, `noise` a number
+    /// of unit variance.
+    pub(super) fn reading(
+        self,
+        measured: f64,
+        previous: f64,
+        elapsed: f64,
+        noise: impl FnOnce() -> f64,
+    ) -> f64 {
+        match self {
+            Self::Stuck => previous,
+            Self::Lost => 0.0,
+            Self::NotANumber => f64::NAN,
+            Self::Offset(offset) => measured + offset,
+            Self::Gain(gain) => gain * measured,
+            Self::Drift(rate) => measured + rate * elapsed,
+            Self::Saturation(limit) => measured.clamp(-limit.abs(), limit.abs()),
+            Self::Noise(deviation) => measured + deviation * noise(),
+        }
+    }
 }
 
 /// What is worn of a cable in its sheath.
@@ -112,13 +143,23 @@ impl InjectedFault {
                 within("share of wear", "at most 1 of a pretension, else 10", share, share <= most)?;
                 ("muscle of a fault", "below the number of muscles", muscle, muscles)
             }
-            Failure::Sensor(Sensor::Joint(joint), _) => {
-                ("joint of a fault", "below the number of joints", joint, joints)
+            Failure::Sensor(sensor, how) => {
+                if let SensorFailure::Offset(x)
+                | SensorFailure::Gain(x)
+                | SensorFailure::Drift(x)
+                | SensorFailure::Saturation(x)
+                | SensorFailure::Noise(x) = how
+                {
+                    crate::error::finite("size of a sensor's failure", x)?;
+                }
+                match sensor {
+                    Sensor::Joint(joint) => ("joint of a fault", "below the number of joints", joint, joints),
+                    Sensor::Tension(muscle) | Sensor::Motor(muscle) => {
+                        ("muscle of a fault", "below the number of muscles", muscle, muscles)
+                    }
+                }
             }
-            Failure::Cable(muscle)
-            | Failure::Amplifier(muscle)
-            | Failure::Winch(muscle)
-            | Failure::Sensor(Sensor::Tension(muscle) | Sensor::Motor(muscle), _) => {
+            Failure::Cable(muscle) | Failure::Amplifier(muscle) | Failure::Winch(muscle) => {
                 ("muscle of a fault", "below the number of muscles", muscle, muscles)
             }
         };

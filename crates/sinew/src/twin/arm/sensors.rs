@@ -1,5 +1,6 @@
-use super::fault::{Failure, InjectedFault, Sensor, SensorFailure};
+use super::fault::{Failure, InjectedFault, Sensor};
 use crate::drive::{Drive, JointEncoder};
+use crate::random::Random;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -57,16 +58,15 @@ impl ArmReading {
     ) {
         let failure_of = |sensor: Sensor| {
             faults.iter().filter(|fault| fault.is_active(time)).find_map(|fault| match fault.failure {
-                Failure::Sensor(which, how) if which == sensor => Some(how),
+                Failure::Sensor(which, how) if which == sensor => Some((how, time - fault.start)),
                 _ => None,
             })
         };
-        let set = |reading: &mut f64, measured: f64, sensor: Sensor| match failure_of(sensor) {
-            None => *reading = measured,
-            Some(SensorFailure::Stuck) => {}
-            Some(SensorFailure::Lost) => *reading = 0.0,
-            Some(SensorFailure::NotANumber) => *reading = f64::NAN,
-            Some(SensorFailure::Offset(offset)) => *reading = measured + offset,
+        let set = |reading: &mut f64, measured: f64, sensor: Sensor| {
+            *reading = match failure_of(sensor) {
+                None => measured,
+                Some((how, elapsed)) => how.reading(measured, *reading, elapsed, || noise(time, sensor)),
+            };
         };
         for (k, drive) in drives.iter().enumerate() {
             let drive = drive.reading();
@@ -79,4 +79,14 @@ impl ArmReading {
             set(&mut self.joint[k], measured, Sensor::Joint(k));
         }
     }
+}
+
+/// Noise of unit variance that belongs to a sensor and a time, whatever else was drawn: faults leave the other noise as it is.
+fn noise(time: f64, sensor: Sensor) -> f64 {
+    let (kind, index) = match sensor {
+        Sensor::Tension(k) => (1, k),
+        Sensor::Motor(k) => (2, k),
+        Sensor::Joint(k) => (3, k),
+    };
+    Random::new(time.to_bits() ^ ((index as u64) << 2 | kind).wrapping_mul(0x9e37_79b9_7f4a_7c15)).normal()
 }

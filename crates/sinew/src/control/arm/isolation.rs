@@ -1,0 +1,657 @@
+use super::correction_history::CorrectionHistory;
+use super::gains::MuscleGains;
+use super::open_loop::Copied;
+use super::status::{Fault, Symptom};
+use crate::muscle::MuscleDynamics;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Tells which sensor of a drive is wrong: load cell, motor encoder or joint encoder.
+///
+/// ```text
+/// r_k = T_k - F_k                      against an observer without load cells              cell + b,  encoder - K m
+/// y_k = K_k (x_k - x_k,0)              the same, as the corrected observer has followed it
+/// f_k = R_k.(tau_d - tau_d,0)/R_k.R_k  force that the anchor lacks                          cell - b e^-theta
+/// lambda = -f_k/(T_o^ - F_o)           1: the far tension without the cell is right; 0: that with it
+/// step of a cell    |dT| > 8 s + 0.3 F + K 0.1 mm  and  |T - T^| > h_f
+/// alarm             |y| > h_s for 20 ms  or  |r| > 1.5 h_f for 50 ms;   k has the largest |y|/h_s
+/// joint encoder j   the column K R_j explains three quarters of sum (y/h_s)^2, and more than k alone, for 0.1 s
+/// load cell k       |T_o^ - F_o| > h_t      after  80 ms   and  lambda > 0.5
+/// motor encoder k   |T_o^ - F_o| > 2.5 h_t  after 150 ms   and  lambda <= 0.25 for 0.1 s, no step of T within 2 s
+/// else              after 0.3 s one of both: the cell is bridged; where f_k follows r_k within 1.5 s it is the encoder
+/// h_f = 4 s + 0.20 F + K (eps l + 0.05 mm + 1.5 e)
+/// h_s = 6 s + 0.12 F + K (2 eps l + 0.06 mm + 3 e)
+/// h_t = max(2 s + 0.05 F_o + K 0.02 mm, 1.5 f~)
+/// ```
+///
+/// | symbol | meaning                                                                     | unit   |
+/// |--------|-----------------------------------------------------------------------------|--------|
+/// | T, T^  | measured and estimated tension at the drive's outlet                          | N      |
+/// | F, F_o | tensions at drive and anchor by the open-loop observers                       | N      |
+/// | x      | travel by which the load cell has corrected the winch; `x_0` at the copy      | m      |
+/// | K, s   | stiffness of the cable, noise of its load cell                                | N/m, N |
+/// | R, tau_d | moment arms, torque of the disturbances; `tau_d,0` at the copy               | m, Nm  |
+/// | l      | travel of the anchor since the copy, summed over joints without signs           | m      |
+/// | eps    | error of the moment arms                                                       | 1      |
+/// | e      | lag of the joints' observers at the anchor, forgotten in 0.3 s                 | m      |
+/// | f~     | largest deviation of `f_k` from its mean over a second, forgotten in 15 s       | N      |
+///
+/// While the near end of a cable sticks, its far end does not move: cell and motor encoder cannot be told apart, and the
+/// joint does not feel which of them is wrong. A load cell that is bridged is trusted again once it has agreed with
+/// its observer for [`AGREEMENT`].
+///
+/// # Assumes
+/// One fault at a time, of a machine as identified. An offset below `h_s`, about 6 N on a cable of 50 N, is not found.
+///
+/// # Source
+/// Structured residuals as in `chow1984`; thresholds from simulated machines without faults.
+#[derive(Debug, Clone)]
+pub(super) struct Isolation {
+    muscles: Vec<Watched>,
+    joints: usize,
+    alarm: Option<Alarm>,
+    /// Time for which a joint's column has explained the alarm, s: `[joints]`.
+    explained_for: Vec<f64>,
+    /// Pose in which a cell was bridged: `[muscles x joints]`.
+    poses: Vec<f64>,
+    history: CorrectionHistory,
+    /// `x - x_0` over the history, m: `[muscles]`, and its bounds, N.
+    long: Vec<[f64; 2]>,
+    /// Time for which a joint's column has explained them, s: `[joints]`; evaluations since the last one.
+    long_for: Vec<f64>,
+    turn: u32,
+}
+
+/// State of one muscle.
+#[derive(Debug, Clone, Copy)]
+struct Watched {
+    noise: f64,
+    stiffness: f64,
+    arm_error: f64,
+    /// Last two readings, N, newest first; NaN where there are none.
+    readings: [f64; 2],
+    /// Time since the reading made a step, s: of several noises and of more than a winch can do in a cycle.
+    since_step: f64,
+    /// Mean first and second difference of the readings, N.
+    change: f64,
+    roughness: f64,
+    /// `F`, N.
+    near: f64,
+    /// `h_f`, `h_s`, `h_t`, N.
+    fast: f64,
+    slow: f64,
+    far: f64,
+    /// `e`, m.
+    lag: f64,
+    /// `r`, filtered, and `T_o^ - F_o`, filtered, N.
+    residual: f64,
+    difference: f64,
+    /// `y`, N.
+    correction: f64,
+    /// `f` without a reference, N, its mean and its largest deviation.
+    force: f64,
+    mean_force: f64,
+    force_deviation: f64,
+    /// `f` when a tension began to be missing or a cell was bridged, N.
+    force_before: f64,
+    slow_for: f64,
+    fast_for: f64,
+    bridge: Option<Bridge>,
+    /// How often it has been bridged.
+    bridges: u32,
+}
+
+/// A load cell that is not used.
+#[derive(Debug, Clone, Copy)]
+struct Bridge {
+    symptom: Symptom,
+    /// Whether the motor encoder may be wrong instead.
+    undecided: bool,
+    /// Time since it began, and for which the cell has agreed with its observer, s.
+    age: f64,
+    agreed_for: f64,
+}
+
+impl Bridge {
+    /// Time for which the cell has to agree, s: longer each time that it has turned out to be false after all.
+    fn agreement(&self, times: u32) -> f64 {
+        let once = if self.symptom == Symptom::Jumped { AGREEMENT } else { LONG_AGREEMENT };
+        once * f64::from(1_u32 << times.min(6).saturating_sub(1))
+    }
+}
+
+/// An alarm of one muscle that is not yet decided.
+#[derive(Debug, Clone, Copy)]
+struct Alarm {
+    muscle: usize,
+    age: f64,
+    /// Time for which the far tension with the cell has been right, s.
+    encoder_for: f64,
+    /// Whether its cell is bridged on trial.
+    on_trial: bool,
+}
+
+/// What an evaluation finds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Finding {
+    Nothing,
+    /// The load cell of a muscle has become untrustworthy: its observer takes the state of its copy.
+    Bridge(usize),
+    /// The machine stops.
+    Stop(Fault),
+}
+
+/// What is compared.
+#[derive(Debug)]
+pub(super) struct Seen<'a> {
+    pub(super) body: &'a MuscleDynamics,
+    /// Readings of the load cells, N.
+    pub(super) tension: &'a [f64],
+    /// Corrected estimates at drives and anchors, N.
+    pub(super) tension_in: &'a [f64],
+    pub(super) tension_out: &'a [f64],
+    pub(super) unexplained: &'a [f64],
+    /// Whether the profile of a cable is known.
+    pub(super) known: &'a [bool],
+    pub(super) pose: &'a [f64],
+    pub(super) joint_innovation: &'a [f64],
+    pub(super) disturbance_torque: &'a [f64],
+    pub(super) copy: Option<&'a Copied>,
+}
+
+/// s: time of agreement after which a bridged load cell is used again.
+const AGREEMENT: f64 = 0.06;
+/// s: the same of a cell that had deviated little by little.
+const LONG_AGREEMENT: f64 = 0.6;
+/// Share of `h_f` within which it agrees.
+const AGREEING: f64 = 0.7;
+/// Share of its bound from which on a correction makes a load cell suspect.
+const SUSPECTED: f64 = 0.3;
+/// s: time for which a step of a reading speaks against its load cell.
+const STEP_MEMORY: f64 = 2.0;
+/// s: persistence of `y` and of `r` until an alarm.
+const SLOW_PERSISTENCE: f64 = 0.02;
+const FAST_PERSISTENCE: f64 = 0.05;
+/// s: filters of `r` and of `T_o^ - F_o`.
+const RESIDUAL_FILTER: f64 = 0.02;
+const DIFFERENCE_FILTER: f64 = 0.06;
+/// s: times in which lag and deviations of the force are forgotten, and over which its mean is taken.
+const LAG_MEMORY: f64 = 0.3;
+const DEVIATION_MEMORY: f64 = 15.0;
+const MEAN_TIME: f64 = 1.0;
+/// s: from an alarm to a load cell, to a motor encoder, to a trial, and to its end.
+const CELL_AFTER: f64 = 0.08;
+const ENCODER_AFTER: f64 = 0.15;
+const TRIAL_AFTER: f64 = 0.3;
+const TRIAL_ENDS: f64 = 1.8;
+/// s: time for which a joint's column has to explain an alarm.
+const EXPLAINED_FOR: f64 = 0.1;
+/// Share of the residuals that it explains, and by how much more than one drive does.
+const EXPLAINED: f64 = 0.75;
+const MARGIN: f64 = 0.05;
+/// `lambda` of a motor encoder, and how long it has to last, s.
+const ENCODER_EXPLAINED: f64 = 0.25;
+const ENCODER_FOR: f64 = 0.1;
+/// Evaluations for one of the history; the same for it, s.
+const LONG_TURNS: u32 = 8;
+const LONG_EXPLAINED_FOR: f64 = 0.5;
+const LONG_EXPLAINED: f64 = 0.85;
+/// s: filter of the roughness.
+const ROUGHNESS_FILTER: f64 = 0.05;
+/// Mean magnitude of the second difference of white noise of unit deviation: `sqrt(6) sqrt(2/pi)`.
+const SECOND_DIFFERENCE: f64 = 1.954_41;
+/// Growth of the noise that is a fault.
+const NOISE_GROWTH: f64 = 5.0;
+/// Ratio of the second to the first difference above which it is white noise, 1.73 for such noise alone, rather than a cable
+/// that vibrates.
+const WHITE_RATIO: f64 = 1.3;
+/// Share of the tension that is no noise.
+const ROUGH_SHARE: f64 = 0.02;
+/// Least squared moment arm by which a force is told, m^2.
+const LEAST_ARM: f64 = 1e-10;
+
+impl Isolation {
+    /// With the stiffness of every cable, N/m.
+    pub(super) fn new(cable_stiffness: &[f64], gains: &[MuscleGains], joints: usize) -> Self {
+        let watched = |(stiffness, gains): (&f64, &MuscleGains)| Watched::new(*stiffness, gains);
+        let muscles: Vec<Watched> = cable_stiffness.iter().zip(gains).map(watched).collect();
+        Self {
+            poses: vec![0.0; muscles.len() * joints],
+            history: CorrectionHistory::new(muscles.len(), joints),
+            long: vec![[0.0; 2]; muscles.len()],
+            long_for: vec![0.0; joints],
+            turn: 0,
+            muscles,
+            joints,
+            alarm: None,
+            explained_for: vec![0.0; joints],
+        }
+    }
+
+    /// Nothing has been seen.
+    pub(super) fn restart(&mut self) {
+        self.muscles.iter_mut().for_each(Watched::restart);
+        self.explained_for.fill(0.0);
+        self.long_for.fill(0.0);
+        self.history.forget();
+        self.alarm = None;
+    }
+
+    /// Whether copies of the observers may be made: what is compared holds no fault.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.alarm.is_none()
+    }
+
+    /// The fault of a load cell that is bridged.
+    pub(super) fn bridged(&self, muscle: usize) -> Option<(Fault, Symptom)> {
+        let bridge = self.muscles[muscle].bridge?;
+        let fault =
+            if bridge.undecided { Fault::TensionOrMotorSensor(muscle) } else { Fault::TensionSensor(muscle) };
+        Some((fault, bridge.symptom))
+    }
+
+    /// The least tension that a cable may have, N, by its load cell or, where the cell has begun to deviate, without it.
+    pub(super) fn least_tension(&self, muscle: usize, measured: f64) -> f64 {
+        let watched = &self.muscles[muscle];
+        if watched.ratio() > SUSPECTED { measured.min(watched.near) } else { measured }
+    }
+
+    /// The tension of a cable begins to be missing.
+    pub(super) fn begin_missing(&mut self, muscle: usize) {
+        self.muscles[muscle].force_before = self.muscles[muscle].force;
+    }
+
+    /// Whether the joint lacks a share of the force that the cable of a muscle had at its anchor, N, before its tension
+    /// was missing. What a muscle without a moment arm does is not known: its force is taken as lacking.
+    pub(super) fn force_is_lacking(&self, muscle: usize, share: f64, tension_out: f64) -> bool {
+        let watched = &self.muscles[muscle];
+        let lacking = watched.force_before - watched.force;
+        lacking.is_nan() || lacking > share * tension_out
+    }
+
+    /// A reading of a load cell, `h` s after the one before, with its estimate, N: whether it is used. `agrees` is false
+    /// for a reading that another check refuses; `pose` is that of the joints.
+    pub(super) fn check(&mut self, k: usize, h: f64, measured: f64, estimated: f64, pose: &[f64]) -> bool {
+        let watched = &mut self.muscles[k];
+        let innovation = measured - estimated;
+        let change = measured - watched.readings[0];
+        let rough = watched.follow_roughness(h, measured);
+        let step = 6.0 * watched.noise + 0.1 * estimated + watched.stiffness * 4e-4;
+        watched.since_step = if change.abs() > step { 0.0 } else { watched.since_step + h };
+        let limit = 8.0 * watched.noise + 0.3 * estimated + watched.stiffness * 1e-4;
+        // A reading after a gap has no change: it has to agree with its estimate.
+        let stepped = change.abs() > limit || change.is_nan();
+        if let Some(bridge) = &mut watched.bridge {
+            bridge.age += h;
+            let agrees = innovation.abs() < (AGREEING * watched.fast).min(AGREEING * watched.slow) && !rough;
+            bridge.agreed_for = if agrees { bridge.agreed_for + h } else { 0.0 };
+            if bridge.agreed_for > bridge.agreement(watched.bridges) && !bridge.undecided {
+                watched.bridge = None;
+                self.history.forget();
+            }
+        } else if innovation.abs() > watched.fast && stepped {
+            self.begin_bridge(k, Symptom::Jumped, pose);
+        } else if rough {
+            self.begin_bridge(k, Symptom::Noisy, pose);
+        }
+        self.muscles[k].bridge.is_none()
+    }
+
+    /// The load cell is not used from now on.
+    pub(super) fn begin_bridge(&mut self, k: usize, symptom: Symptom, pose: &[f64]) {
+        let n = self.joints;
+        self.history.forget();
+        self.poses[k * n..(k + 1) * n].copy_from_slice(pose);
+        let watched = &mut self.muscles[k];
+        watched.force_before = watched.force;
+        watched.bridges = watched.bridges.saturating_add(1);
+        watched.bridge = Some(Bridge { symptom, undecided: false, age: 0.0, agreed_for: 0.0 });
+    }
+
+    /// Evaluates all residuals, `dt` s after the last time.
+    pub(super) fn evaluate(&mut self, dt: f64, seen: &Seen<'_>) -> Finding {
+        let quiet = self.is_quiet();
+        for k in 0..self.muscles.len() {
+            let pose = &self.poses[k * self.joints..(k + 1) * self.joints];
+            self.muscles[k].follow(dt, k, seen, pose, quiet);
+        }
+        self.history.follow(dt, seen.unexplained, seen.pose);
+        self.turn = (self.turn + 1) % LONG_TURNS;
+        if quiet && self.turn == 0 {
+            if let Some(joint) = self.slipping_joint(dt * f64::from(LONG_TURNS), seen) {
+                return Finding::Stop(Fault::JointSensor(joint));
+            }
+        }
+        let Some(copy) = seen.copy else { return Finding::Nothing };
+        match self.alarm {
+            None => self.raise(seen),
+            Some(alarm) => self.decide(dt, alarm, seen, copy),
+        }
+    }
+
+    fn raise(&mut self, seen: &Seen<'_>) -> Finding {
+        let free = |k: usize| self.muscles[k].bridge.is_none() && seen.known[k];
+        let raised = (0..self.muscles.len()).any(|k| free(k) && self.muscles[k].is_beyond());
+        if raised {
+            let most = (0..self.muscles.len())
+                .filter(|k| free(*k))
+                .max_by(|a, b| self.muscles[*a].ratio().total_cmp(&self.muscles[*b].ratio()));
+            self.alarm = most.map(|muscle| Alarm { muscle, age: 0.0, encoder_for: 0.0, on_trial: false });
+            self.explained_for.fill(0.0);
+        }
+        Finding::Nothing
+    }
+
+    fn decide(&mut self, dt: f64, mut alarm: Alarm, seen: &Seen<'_>, copy: &Copied) -> Finding {
+        alarm.age += dt;
+        let k = alarm.muscle;
+        if let Some(joint) = self.explaining_joint(dt, seen) {
+            self.alarm = None;
+            return Finding::Stop(Fault::JointSensor(joint));
+        }
+        let watched = &self.muscles[k];
+        let force = force_between(seen.body, k, seen.disturbance_torque, &copy.disturbance_torque);
+        let (difference, far) = (watched.difference, watched.far);
+        let explained = -force / difference;
+        let cell = !(explained <= 0.5);
+        // The force follows the difference with the lag of the joints' observers.
+        let stepped = watched.since_step < STEP_MEMORY;
+        let encoder = difference.abs() > 2.5 * far && explained <= ENCODER_EXPLAINED && !stepped;
+        alarm.encoder_for = if encoder { alarm.encoder_for + dt } else { 0.0 };
+        self.alarm = Some(alarm);
+        if alarm.on_trial {
+            return self.end_trial(alarm, force, copy);
+        }
+        if difference.abs() > far && alarm.age > CELL_AFTER && cell {
+            self.alarm = None;
+            self.begin_bridge(k, Symptom::Deviating, seen.pose);
+            return Finding::Bridge(k);
+        }
+        if alarm.encoder_for > ENCODER_FOR && alarm.age > ENCODER_AFTER {
+            self.alarm = None;
+            return Finding::Stop(self.encoder_of(k, seen.body));
+        }
+        if alarm.age > TRIAL_AFTER && !encoder {
+            // What was a short deviation has gone.
+            if !self.muscles[k].is_deviating() {
+                self.alarm = None;
+                return Finding::Nothing;
+            }
+            self.alarm = Some(Alarm { on_trial: true, ..alarm });
+            self.begin_bridge(k, Symptom::Deviating, seen.pose);
+            if let Some(bridge) = &mut self.muscles[k].bridge {
+                bridge.undecided = true;
+            }
+            return Finding::Bridge(k);
+        }
+        Finding::Nothing
+    }
+
+    /// A cell that is bridged on trial: the anchor's force tells whether the motor encoder is wrong instead.
+    fn end_trial(&mut self, alarm: Alarm, force: f64, copy: &Copied) -> Finding {
+        let k = alarm.muscle;
+        let watched = &mut self.muscles[k];
+        let share = copy.tension_out[k] / copy.tension_in[k].max(watched.noise).max(1e-9);
+        let follows = watched.since_step > STEP_MEMORY
+            && force * watched.residual > 0.0
+            && force.abs() > watched.far
+            && force.abs() > 0.5 * watched.residual.abs() * share;
+        let agreed = watched.bridge.is_some_and(|bridge| bridge.agreed_for > LONG_AGREEMENT);
+        if follows {
+            self.alarm = None;
+            return Finding::Stop(Fault::MotorSensor(k));
+        }
+        if alarm.age > TRIAL_ENDS || agreed {
+            self.alarm = None;
+            if let Some(bridge) = &mut watched.bridge {
+                bridge.undecided = false;
+            }
+        }
+        Finding::Nothing
+    }
+
+    /// The joint whose encoder explains the corrections of all muscles better than one drive does, for long enough.
+    fn explaining_joint(&mut self, dt: f64, seen: &Seen<'_>) -> Option<usize> {
+        let mut found = None;
+        for joint in 0..self.joints {
+            let explains = self.column_explains(joint, seen.body, EXPLAINED, |k| {
+                (self.muscles[k].correction, self.muscles[k].slow)
+            });
+            self.explained_for[joint] = if explains { self.explained_for[joint] + dt } else { 0.0 };
+            if self.explained_for[joint] > EXPLAINED_FOR {
+                found = found.or(Some(joint));
+            }
+        }
+        found
+    }
+
+    /// The same over half a minute, in which an encoder may slip slowly.
+    fn slipping_joint(&mut self, dt: f64, seen: &Seen<'_>) -> Option<usize> {
+        let (before, pose) = self.history.oldest()?;
+        let mut total = 0.0;
+        for (k, watched) in self.muscles.iter().enumerate() {
+            let travel: f64 =
+                seen.body.crossings(k).map(|(j, arm)| (arm * (seen.pose[j] - pose[j])).abs()).sum();
+            let correction = watched.stiffness * (seen.unexplained[k] - before[k]);
+            let bound = watched.slow_bound(2.0 * travel);
+            self.long[k] = [correction, bound];
+            if watched.bridge.is_none() && seen.known[k] {
+                total += correction * correction / (bound * bound);
+            }
+        }
+        let mut found = None;
+        for joint in 0..self.joints {
+            let explains = total > 1.0
+                && self.column_explains(joint, seen.body, LONG_EXPLAINED, |k| {
+                    let [correction, bound] = self.long[k];
+                    (correction, bound)
+                });
+            self.long_for[joint] = if explains { self.long_for[joint] + dt } else { 0.0 };
+            if self.long_for[joint] > LONG_EXPLAINED_FOR {
+                found = found.or(Some(joint));
+            }
+        }
+        found
+    }
+
+    /// The motor encoder of a muscle; together with the encoders of its joints where one of those explains the corrections
+    /// as well.
+    fn encoder_of(&self, muscle: usize, body: &MuscleDynamics) -> Fault {
+        let joint = body.crossings(muscle).any(|(joint, _)| {
+            let [explained, ..] =
+                self.explanation(joint, body, |k| (self.muscles[k].correction, self.muscles[k].slow));
+            explained > EXPLAINED
+        });
+        if joint { Fault::MotorOrJointSensor(muscle) } else { Fault::MotorSensor(muscle) }
+    }
+
+    /// Whether an error of a joint's encoder, the column `K R_j`, explains a share of the corrections, each with its bound,
+    /// N, and more than any drive alone does.
+    fn column_explains(
+        &self,
+        joint: usize,
+        body: &MuscleDynamics,
+        share: f64,
+        correction: impl Fn(usize) -> (f64, f64),
+    ) -> bool {
+        let [explained, alone, largest] = self.explanation(joint, body, correction);
+        // One muscle alone does not tell its drive from a joint.
+        largest < 1.0 - MARGIN && explained > share && explained > alone + MARGIN
+    }
+
+    /// Share of the corrections that the column `K R_j` explains, the most that one drive does, and the largest share of one
+    /// muscle in the column.
+    fn explanation(
+        &self,
+        joint: usize,
+        body: &MuscleDynamics,
+        correction: impl Fn(usize) -> (f64, f64),
+    ) -> [f64; 3] {
+        let (mut product, mut square, mut largest, mut total, mut alone) = (0.0, 0.0, 0.0_f64, 0.0, 0.0_f64);
+        for (k, watched) in self.muscles.iter().enumerate().filter(|(_, watched)| watched.bridge.is_none()) {
+            let arm = body.crossings(k).find(|(j, _)| *j == joint).map_or(0.0, |(_, arm)| arm);
+            let (correction, bound) = correction(k);
+            let (column, ratio) = (watched.stiffness * arm / bound, correction / bound);
+            product += column * ratio;
+            square += column * column;
+            largest = largest.max(column * column);
+            total += ratio * ratio;
+            alone = alone.max(ratio * ratio);
+        }
+        [product * product / (square * total), alone / total, largest / square]
+    }
+}
+
+/// `R_k.(tau - tau_0)/R_k.R_k`, N; NaN without a moment arm.
+fn force_between(body: &MuscleDynamics, muscle: usize, torque: &[f64], before: &[f64]) -> f64 {
+    let (mut product, mut square) = (0.0, 0.0);
+    for (joint, arm) in body.crossings(muscle) {
+        product += arm * (torque[joint] - before[joint]);
+        square += arm * arm;
+    }
+    if square > LEAST_ARM { product / square } else { f64::NAN }
+}
+
+impl Watched {
+    fn new(stiffness: f64, gains: &MuscleGains) -> Self {
+        let noise = gains.load_cell_noise;
+        let watched = Self {
+            noise,
+            stiffness,
+            arm_error: gains.moment_arm_error,
+            readings: [f64::NAN; 2],
+            since_step: f64::INFINITY,
+            change: 0.0,
+            roughness: 0.0,
+            near: 0.0,
+            fast: f64::INFINITY,
+            slow: f64::INFINITY,
+            far: f64::INFINITY,
+            lag: 0.0,
+            residual: 0.0,
+            difference: 0.0,
+            correction: 0.0,
+            force: f64::NAN,
+            mean_force: f64::NAN,
+            force_deviation: 0.0,
+            force_before: f64::NAN,
+            slow_for: 0.0,
+            fast_for: 0.0,
+            bridge: None,
+            bridges: 0,
+        };
+        Self { roughness: SECOND_DIFFERENCE * noise, ..watched }
+    }
+
+    fn restart(&mut self) {
+        *self = Self {
+            readings: [f64::NAN; 2],
+            since_step: f64::INFINITY,
+            change: 0.0,
+            roughness: SECOND_DIFFERENCE * self.noise,
+            near: 0.0,
+            fast: f64::INFINITY,
+            slow: f64::INFINITY,
+            far: f64::INFINITY,
+            lag: 0.0,
+            residual: 0.0,
+            difference: 0.0,
+            correction: 0.0,
+            force: f64::NAN,
+            mean_force: f64::NAN,
+            force_deviation: 0.0,
+            force_before: f64::NAN,
+            slow_for: 0.0,
+            fast_for: 0.0,
+            bridge: None,
+            bridges: 0,
+            ..*self
+        };
+    }
+
+    /// Follows the roughness of the readings; whether it is that of a cell whose noise has grown.
+    fn follow_roughness(&mut self, h: f64, measured: f64) -> bool {
+        let [last, before] = self.readings;
+        self.readings = [measured, last];
+        let second = (measured - 2.0 * last + before).abs();
+        let limit = SECOND_DIFFERENCE * NOISE_GROWTH * self.noise + ROUGH_SHARE * self.near;
+        // A single step is not noise.
+        if second.is_finite() {
+            let first = (measured - last).abs();
+            self.change += (h / ROUGHNESS_FILTER).min(1.0) * (first.min(4.0 * limit) - self.change);
+            self.roughness += (h / ROUGHNESS_FILTER).min(1.0) * (second.min(4.0 * limit) - self.roughness);
+        }
+        self.roughness > limit && self.roughness > WHITE_RATIO * self.change
+    }
+
+    /// Residuals and bounds of muscle `k`; `bridged_in` is the pose in which its cell was bridged.
+    fn follow(&mut self, dt: f64, k: usize, seen: &Seen<'_>, bridged_in: &[f64], quiet: bool) {
+        let (near, far) = match (self.bridge, seen.copy) {
+            (None, Some(copy)) => (copy.tension_in[k], copy.tension_out[k]),
+            _ => (seen.tension_in[k], seen.tension_out[k]),
+        };
+        let from = match (self.bridge, seen.copy) {
+            (Some(_), _) => bridged_in,
+            (None, Some(copy)) => &copy.pose,
+            (None, None) => seen.pose,
+        };
+        let (mut lag, mut travel, mut product, mut square) = (0.0, 0.0, 0.0, 0.0);
+        for (joint, arm) in seen.body.crossings(k) {
+            lag += (arm * seen.joint_innovation[joint]).abs();
+            travel += (arm * (seen.pose[joint] - from[joint])).abs();
+            product += arm * seen.disturbance_torque[joint];
+            square += arm * arm;
+        }
+        self.lag = (self.lag * (1.0 - dt / LAG_MEMORY)).max(lag);
+        self.force = if square > LEAST_ARM { product / square } else { f64::NAN };
+        if self.force.is_finite() {
+            if self.mean_force.is_nan() {
+                self.mean_force = self.force;
+            }
+            self.mean_force += dt / MEAN_TIME * (self.force - self.mean_force);
+            if quiet && self.bridge.is_none() {
+                let deviation = (self.force - self.mean_force).abs();
+                self.force_deviation = (self.force_deviation * (1.0 - dt / DEVIATION_MEMORY)).max(deviation);
+            }
+        }
+        self.near = near;
+        let (s, stiffness, eps) = (self.noise, self.stiffness, self.arm_error);
+        self.fast = 4.0 * s + 0.2 * near + stiffness * (eps * travel + 5e-5 + 1.5 * self.lag);
+        self.slow = self.slow_bound(travel);
+        self.far = (2.0 * s + 0.05 * far + stiffness * 2e-5).max(1.5 * self.force_deviation);
+        let residual = seen.tension[k] - near;
+        if residual.is_finite() {
+            self.residual += (dt / RESIDUAL_FILTER).min(1.0) * (residual - self.residual);
+        }
+        let (mut difference, mut correction) = (0.0, 0.0);
+        if let (None, Some(copy)) = (self.bridge, seen.copy) {
+            difference = seen.tension_out[k] - copy.tension_out[k];
+            correction = stiffness * (seen.unexplained[k] - copy.unexplained[k]);
+        }
+        self.difference += (dt / DIFFERENCE_FILTER).min(1.0) * (difference - self.difference);
+        self.correction = correction;
+        let beyond = |for_s: f64, holds: bool| if holds { for_s + dt } else { 0.0 };
+        self.slow_for = beyond(self.slow_for, self.correction.abs() > self.slow);
+        self.fast_for = beyond(self.fast_for, self.residual.abs() > 1.5 * self.fast);
+    }
+
+    /// `h_s` after a travel of the anchor, m.
+    fn slow_bound(&self, travel: f64) -> f64 {
+        let geometry = 2.0 * self.arm_error * travel + 6e-5 + 3.0 * self.lag;
+        6.0 * self.noise + 0.12 * self.near + self.stiffness * geometry
+    }
+
+    fn ratio(&self) -> f64 {
+        self.correction.abs() / self.slow
+    }
+
+    /// Whether it has deviated for long enough.
+    fn is_beyond(&self) -> bool {
+        self.slow_for > SLOW_PERSISTENCE || self.fast_for > FAST_PERSISTENCE
+    }
+
+    /// Whether it deviates now.
+    fn is_deviating(&self) -> bool {
+        self.slow_for > 0.0 || self.fast_for > 0.0
+    }
+}
