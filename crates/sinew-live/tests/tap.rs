@@ -10,7 +10,7 @@ use common::{PERIOD, Setup};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
 use sinew::control::supervisor::Mode;
-use sinew_live::{Observed, RunParts, Server, ServerSettings, Tap, tap};
+use sinew_live::{Observed, RunParts, Server, ServerSettings, Source, Tap, tap};
 use sinew_runtime::bus::{SimulatedBus, TwinBus};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
 use std::alloc::System;
@@ -53,6 +53,8 @@ fn tapped(setup: &Setup) -> (Tap, Server) {
         tension_limits: vec![[1.0, 100.0]; setup.machine.muscles.len()],
     })
     .unwrap();
+    let mut run = run;
+    assert_eq!(run.scene().unwrap()["fault_kinds"], serde_json::json!([]), "a run is not made to fail");
     let address = "127.0.0.1:0".parse().unwrap();
     (tap, Server::start(ServerSettings { address, source: Box::new(run), foxglove: None }).unwrap())
 }

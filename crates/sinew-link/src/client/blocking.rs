@@ -188,14 +188,20 @@ impl Client {
             }
         }
         let unacknowledged = self.session.unacknowledged_stop().map(|stop| stop.request.name());
+        let (address, seconds) = (self.address, ACKNOWLEDGEMENT.as_secs_f64());
+        let sent = self.close_at_once();
+        unacknowledged.map_or(sent, |request| Err(Error::StopNotAcknowledged { address, request, seconds }))
+    }
+
+    /// Ends the session without waiting for anything.
+    ///
+    /// # Errors
+    /// [`Error::Socket`].
+    pub fn close_at_once(mut self) -> Result<(), Error> {
         let now = self.now();
         let bytes = self.session.goodbye(now, &mut self.datagram);
         let sent = self.socket.send(bytes);
-        let (address, seconds) = (self.address, ACKNOWLEDGEMENT.as_secs_f64());
-        match unacknowledged {
-            Some(request) => Err(Error::StopNotAcknowledged { address, request, seconds }),
-            None => sent.map(|_| ()).map_err(|source| Error::Socket { what: "send to", address, source }),
-        }
+        sent.map(|_| ()).map_err(|source| Error::Socket { what: "send to", address: self.address, source })
     }
 }
 
