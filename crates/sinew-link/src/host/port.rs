@@ -146,7 +146,8 @@ impl Port {
         self.shared.waiting.store(true, Ordering::SeqCst);
         // Full: the server has not yet seen the byte before.
         let _ = self.wake.write(&[1]);
-        if self.commands.is_empty() {
+        let changed = self.shared.session.load(Ordering::SeqCst) != self.seen;
+        if self.commands.is_empty() && self.next.is_none() && !changed {
             std::thread::park_timeout(most);
         }
         self.shared.waiting.store(false, Ordering::SeqCst);

@@ -183,14 +183,14 @@ impl LinkedMotion {
 
     /// Lock-step: whether the cycle of a time, ns, may begin; where not, waits a while for the client, with system calls. What is
     /// taken goes on the tape.
-    pub fn wait(&mut self, now: u64, tape: Option<&mut Tape>) -> bool {
+    pub fn wait(&mut self, now: u64, mut tape: Option<&mut Tape>) -> bool {
         if !self.settings.lock_step || matches!(self.source, Source::Recording(_)) {
             return true;
         }
-        if self.advance_to < now
+        while (!self.attended || self.advance_to < now)
             && let Some(input) = self.source.next()
         {
-            self.take(input, now, tape);
+            self.take(input, now, tape.as_deref_mut());
         }
         if self.advance_to >= now && self.attended {
             return true;

@@ -86,8 +86,9 @@ fn ended(setup: &Setup, watched: &Watched, end: End) -> usize {
     let bus = master.match_devices(&setup.machine.devices).unwrap().operate(&setup.machine, PERIOD).unwrap();
     assert_eq!(watched.released(), setup.machine.muscles.len(), "in operation");
     if end == End::BusAlone {
+        let left = watched.cycles();
         drop(bus);
-        return watched.cycles();
+        return left;
     }
     let (at_once, stop) = (AtomicBool::new(false), Arc::new(AtomicBool::new(false)));
     let cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), STEP);
@@ -152,7 +153,8 @@ fn whatever_ends_a_run_its_drives_come_to_rest_on_a_ramp_and_are_disabled_then()
             let watched = Watched::new(&setup);
             let left = ended(&setup, &watched, end);
             assert_eq!(watched.released(), 0, "{name} {end:?}: every drive is disabled");
-            let commands = watched.0.borrow().1[left.saturating_sub(1)..].to_vec();
+            // The first of them is what the last cycle of the run has commanded.
+            let commands = watched.0.borrow().1[left..].to_vec();
             let steepest = steepest(&setup.machine, &commands);
             assert!(steepest < 1.1, "{name} {end:?}: a step of {steepest} of the one that is allowed");
             let powered = commands.iter().rposition(|axes| axes.iter().any(|axis| *axis != AxisCommand::Off));

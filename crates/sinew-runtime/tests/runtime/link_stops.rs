@@ -17,13 +17,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const SOON: Duration = Duration::from_secs(30);
+/// Time in which its cables are slack, s.
+const SLACK: f64 = 4.0;
 /// Of a machine that is left, ns of its time.
 const UNATTENDED: u64 = 300_000_000;
 
-/// A machine that is let down within a second.
-fn setup(faults: &[InjectedFault]) -> Setup {
+/// A machine that is let down fast, within a time, s.
+fn setup(lowering_time: f64, faults: &[InjectedFault]) -> Setup {
     let mut machine = machine("bench_joint");
-    (machine.safety.holding_time, machine.safety.lowering_time) = (0.1, 0.5);
+    (machine.safety.holding_time, machine.safety.lowering_time) = (0.1, lowering_time);
+    machine.safety.lowering_speed = 2.0;
     machine.safety.pretension_time = 0.3;
     // A computer with other work is no reason to hold.
     machine.safety.command_age = 30.0;
@@ -133,7 +136,7 @@ fn happenings() -> Vec<Vec<Input>> {
 #[test]
 fn no_event_of_a_session_undoes_a_stop_in_any_mode_now_or_later() {
     for mode in Mode::ALL {
-        let setup = setup(&faults_of(mode));
+        let setup = setup(SLACK, &faults_of(mode));
         for stop in [Request::SafeStop, Request::GetReady, Request::TurnOff] {
             for (k, happening) in happenings().into_iter().enumerate() {
                 // In the cycle of the stop, while it is let down, and when it is down.
@@ -142,7 +145,7 @@ fn no_event_of_a_session_undoes_a_stop_in_any_mode_now_or_later() {
                     machine.ask(stop);
                     let mut modes = machine.modes(delay);
                     happening.iter().for_each(|input| machine.give(*input));
-                    modes.extend(machine.modes(2000));
+                    modes.extend(machine.modes(4200));
                     let case = format!("{mode:?} {stop:?} {k} after {delay}: {modes:?}");
                     let end = match (stop, mode) {
                         (Request::TurnOff, _) | (Request::SafeStop, Mode::Off) => Mode::Off,
@@ -161,12 +164,12 @@ fn no_event_of_a_session_undoes_a_stop_in_any_mode_now_or_later() {
 #[test]
 fn a_machine_that_is_left_is_held_for_a_time_and_then_let_down_in_every_mode() {
     for mode in Mode::ALL {
-        let setup = setup(&faults_of(mode));
+        let setup = setup(SLACK, &faults_of(mode));
         let mut left = Given::in_mode(&setup, mode);
         left.give(Input::Ends);
         let held = left.modes((UNATTENDED / PERIOD) as usize);
         assert!(!held.contains(&Mode::Run), "{mode:?}: {held:?}");
-        let down = left.modes(3000);
+        let down = left.modes(4500);
         let end = if mode == Mode::Fault { Mode::Fault } else { Mode::Ready };
         assert_eq!(down.last(), Some(&end), "{mode:?}: {held:?} {down:?}");
         if matches!(mode, Mode::Hold | Mode::Run) {
@@ -194,7 +197,7 @@ struct Linked<T> {
 
 /// Runs the machine in real time or in lock-step under `client`, which is given the address, until that has ended.
 fn linked<T: Send>(lock_step: bool, client: impl FnOnce(std::net::SocketAddr) -> T + Send) -> Linked<T> {
-    let setup = setup(&[]);
+    let setup = setup(0.5, &[]);
     let sessions = settings(lock_step);
     let limits = JointLimits::of_motion(&setup.trajectory, setup.machine.ranges().unwrap()).unwrap();
     let tension = setup.controller.gains().tension_limits();
@@ -325,7 +328,7 @@ fn is_there(program: &str) -> bool {
 fn stopped_by(mut command: Process, lock_step: bool) {
     let linked = linked(lock_step, |address| {
         let port = address.port().to_string();
-        let output = command.args([&port, if lock_step { "1" } else { "0" }]).output().unwrap();
+        let output = command.args([port.as_str(), if lock_step { "1" } else { "0" }]).output().unwrap();
         std::thread::sleep(Duration::from_millis(if lock_step { 100 } else { 1500 }));
         output
     });
