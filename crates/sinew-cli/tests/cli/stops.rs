@@ -185,7 +185,7 @@ fn ctrl_c_and_a_request_to_terminate_let_a_run_down_and_its_recording_replays() 
         let output = child.wait_with_output().unwrap();
         let (text, told) =
             (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
-        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert_eq!(output.status.code(), Some(3), "{told}");
         let document: Value = serde_json::from_str(&text).unwrap();
         assert!(document["interrupted_s"].as_f64().unwrap() > 1.0, "{document}");
         for state in
@@ -209,7 +209,7 @@ fn the_second_ctrl_c_ends_a_run_at_once_with_its_results() {
     let begin = Instant::now();
     let output = child.wait_with_output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert_eq!(output.status.code(), Some(3), "{told}");
     assert!(told.contains("brake, stand") && !told.contains("let down\n"), "{told}");
     assert!(begin.elapsed() < Duration::from_secs(5), "{:?}", begin.elapsed());
     replays(&bench, "moving.mcap");

@@ -87,7 +87,9 @@ impl<'a> Given<'a> {
         match mode {
             Mode::Off => {}
             Mode::Ready => machine.reach(Request::GetReady, Mode::Ready),
+            // Of slack cables: this machine is tense from the first cycle on.
             Mode::Pretension => {
+                machine.reach(Request::Run, Mode::Run);
                 machine.reach(Request::GetReady, Mode::Ready);
                 machine.reach(Request::Hold, Mode::Pretension);
             }
