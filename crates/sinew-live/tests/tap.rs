@@ -159,4 +159,15 @@ fn the_page_stops_a_run_through_its_supervisor() {
     assert!(answer.contains("\"ok\":true"), "{answer}");
     show(&mut tap, &cycle.step(&mut clock, 0).unwrap());
     assert_eq!(cycle.supervisor().mode(), Mode::SafeStop);
+    // The page that asked for it is closed: the stop goes on, beyond the end of the motion, until the machine is let down.
+    drop(socket);
+    drop(server);
+    let mut cycles = 401;
+    while !cycle.is_finished() {
+        show(&mut tap, &cycle.step(&mut clock, 0).unwrap());
+        cycles += 1;
+        assert!(cycles < 40_000, "{:?}", cycle.supervisor().mode());
+    }
+    assert_eq!(cycle.supervisor().mode(), Mode::Ready);
+    assert!(cycles > 1401, "stood for a second at least: {cycles}");
 }

@@ -214,3 +214,50 @@ fn the_second_ctrl_c_ends_a_run_at_once_with_its_results() {
     assert!(begin.elapsed() < Duration::from_secs(5), "{:?}", begin.elapsed());
     replays(&bench, "moving.mcap");
 }
+
+/// A run on devices of another process, over a pair of virtual interfaces in a network of their own, until signals end it.
+const TWO_PROCESSES: &str = r#"
+ip link add sinew0 type veth peer name sinew1 && ip link set sinew0 up && ip link set sinew1 up || exit 9
+"$SINEW" ethercat simulate leg.toml --interface sinew1 --duration 240 --json > devices.json & DEVICES=$!
+sleep 1
+"$SINEW" run leg.toml --bus ethercat --interface sinew0 --path to-joints:hip=0.4,knee=1.0 --duration 60 --hold 1 \
+    --unverified --record run.mcap --json > run.json & RUN=$!
+while kill -0 $RUN 2> /dev/null && [ "$(stat -c %s run.mcap 2> /dev/null || echo 0)" -lt 150000 ]; do sleep 0.1; done
+for SIGNAL in $SIGNALS; do kill -$SIGNAL $RUN; sleep 0.2; done
+wait $RUN; echo "run $?"
+sleep 0.1; kill -INT $DEVICES; wait $DEVICES
+"#;
+
+#[cfg(target_os = "linux")]
+#[test]
+fn drives_of_another_process_are_disabled_whatever_ends_the_run() {
+    let permitted = Command::new("unshare")
+        .args(["-Urn", "sh", "-c", "ip link add sinew0 type veth peer name sinew1"])
+        .output();
+    if !permitted.is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: network namespaces or virtual interfaces are not permitted here");
+        return;
+    }
+    let bench = Bench::new();
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar_leg.toml");
+    // Times of a computer with other work.
+    let lenient = "\n[safety]\nlateness_s = 1000.0\nbridged_lateness_s = 10.0\nbridged_loss_s = 5.0\n";
+    bench.write("leg.toml", std::fs::read_to_string(model).unwrap() + lenient);
+    for signals in ["TERM", "INT INT"] {
+        let output = Command::new("unshare")
+            .args(["-Urn", "sh", "-c", TWO_PROCESSES])
+            .current_dir(bench.path("."))
+            .env("SINEW", env!("CARGO_BIN_EXE_sinew"))
+            .env("SIGNALS", signals)
+            .output()
+            .unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(String::from_utf8_lossy(&output.stdout).contains("run 3"), "{signals}: {output:?}");
+        let devices: Value = serde_json::from_str(&bench.read("devices.json")).unwrap();
+        assert!(devices["frames_answered"].as_u64().unwrap() > 500, "{devices}");
+        // A drive that stops by itself, because nothing comes any more, says so with a fault.
+        let left = ["drives_with_power", "drives_with_a_fault"].map(|key| devices[key].as_u64());
+        assert_eq!(left, [Some(0); 2], "{signals}: {told} {}", bench.read("run.json"));
+        std::fs::remove_file(bench.path("run.mcap")).unwrap();
+    }
+}

@@ -34,6 +34,7 @@ struct Numbered {
 
 /// What a link gives to the control cycle, in the order in which it happened. Watchers and clients that are refused give nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "the control cycle takes it, which allocates nothing")]
 pub enum Input {
     /// The session of a client that commands has begun.
     Begins,

@@ -85,7 +85,7 @@ impl LinkedMotion {
         pose: &[f64],
         end: Option<u64>,
     ) -> Result<Self, Error> {
-        Self::of(Source::Server(port), settings, machine, limits, (pose, end))
+        Self::of(Source::Server(Box::new(port)), settings, machine, limits, (pose, end))
     }
 
     /// The same over inputs that were recorded, see [`supply`](Self::supply), from the first cycle on and without an end.

@@ -7,7 +7,7 @@ use std::time::Duration;
 #[derive(Debug)]
 pub(super) enum Source {
     /// A server.
-    Server(Port),
+    Server(Box<Port>),
     /// What a recording holds, the oldest first: of a link alone.
     Recording(VecDeque<(u64, Input)>),
 }

@@ -16,6 +16,7 @@ pub struct CycleInput {
 
 /// What was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "the control cycle puts it on a tape and allocates nothing")]
 pub enum Taken {
     /// From a link.
     Link(Input),

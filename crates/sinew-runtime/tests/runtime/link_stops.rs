@@ -103,6 +103,17 @@ impl<'a> Given<'a> {
         machine
     }
 
+    /// Modes until it is at rest, and a little longer; each once.
+    fn modes_to_rest(&mut self) -> Vec<Mode> {
+        let mut modes = Vec::new();
+        while !AT_REST.contains(&self.mode) && self.cycles < 30_000 {
+            modes.extend(self.modes(50));
+        }
+        modes.extend(self.modes(300));
+        modes.dedup();
+        modes
+    }
+
     /// Modes from now on, each once.
     fn modes(&mut self, cycles: usize) -> Vec<Mode> {
         let mut modes = Vec::new();
@@ -115,6 +126,9 @@ impl<'a> Given<'a> {
         modes
     }
 }
+
+/// Modes in which a machine stays where nothing is asked of it, without tension.
+const AT_REST: [Mode; 3] = [Mode::Off, Mode::Ready, Mode::Fault];
 
 fn faults_of(mode: Mode) -> Vec<InjectedFault> {
     let failure = Failure::Exchange(ExchangeFailure::Lost);
@@ -147,7 +161,7 @@ fn no_event_of_a_session_undoes_a_stop_in_any_mode_now_or_later() {
                     machine.ask(stop);
                     let mut modes = machine.modes(delay);
                     happening.iter().for_each(|input| machine.give(*input));
-                    modes.extend(machine.modes(4200));
+                    modes.extend(machine.modes_to_rest());
                     let case = format!("{mode:?} {stop:?} {k} after {delay}: {modes:?}");
                     let end = match (stop, mode) {
                         (Request::TurnOff, _) | (Request::SafeStop, Mode::Off) => Mode::Off,
