@@ -36,6 +36,5 @@ int main(int count, char **arguments) {
     printf("{\"states\": %llu, \"accepted\": %llu, \"lost\": %llu, \"mode\": %u, \"first_joint\": %.6f, \"round_trip_us\": %.1f}\n",
            (unsigned long long)states, (unsigned long long)robot.state.accepted, (unsigned long long)robot.state.lost,
            robot.state.mode, robot.state.joint[0].position, (double)robot.round_trip_ns * 1e-3);
-    sinew_link_close(&robot);
-    return 0;
+    return sinew_link_close(&robot) ? 1 : 0;
 }

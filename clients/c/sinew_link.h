@@ -40,7 +40,9 @@ typedef struct {
 typedef struct {
     int socket;
     uint8_t client_key[32], host_key[32];
-    uint64_t session, sent, newest, newest_sent_ns, newest_arrived_ns;
+    uint64_t session, sent, newest, newest_sent_ns, newest_arrived_ns, reflected;
+    unsigned stop;                        /* asked for and not yet taken, or 0 */
+    uint64_t stop_sequence, stop_advance_ns; /* of the packet that asked for it first */
     unsigned joints, muscles, features;
     uint64_t round_trip_ns; /* of the newest packet */
     uint64_t received;      /* datagrams of this session; those lost are newest - received */
@@ -60,8 +62,9 @@ int sinew_link_receive(sinew_link *link, double seconds);
  * sinew_link_watch, is kept by one every 0.1 s, and takes no commands. */
 int sinew_link_open_to_watch(sinew_link *link, const char *address, unsigned port, const uint8_t key[32], double seconds);
 int sinew_link_watch(sinew_link *link);
-/* Ends the session. */
-void sinew_link_close(sinew_link *link);
+/* Ends the session. Where a stop was asked for (SAFE_STOP, GET_READY, TURN_OFF), first asks again until the machine has taken it, at
+ * most a second; 0, or -1 where no state has shown it by then. */
+int sinew_link_close(sinew_link *link);
 
 #ifdef __cplusplus
 }
@@ -212,6 +215,7 @@ static int sinew_next(sinew_link *link, unsigned kind, uint8_t *datagram, uint64
             if (sequence <= link->newest) continue;
             link->newest = sequence, link->received++;
             link->newest_sent_ns = sinew_get(datagram + 32, 8), link->newest_arrived_ns = now = sinew_now();
+            link->reflected = sinew_get(datagram + 24, 8);
             if (sinew_get(datagram + 24, 8))
                 link->round_trip_ns = now - sinew_get(datagram + 40, 8) - sinew_get(datagram + 48, 8);
         }
@@ -287,6 +291,10 @@ int sinew_link_command(sinew_link *link, unsigned request, unsigned setpoint, co
     uint8_t datagram[SINEW_MAX_DATAGRAM], *at = datagram + SINEW_HEAD;
     size_t body = 16 + (size_t)points * (8 + 8 * (size_t)values);
     if (values > SINEW_MAX_MUSCLES || body > sizeof datagram - SINEW_HEAD - SINEW_TAG) return errno = EMSGSIZE, -1;
+    int stops = request == SINEW_ASK_TURN_OFF || request == SINEW_ASK_GET_READY || request == SINEW_ASK_SAFE_STOP;
+    if (request && !stops) link->stop = 0;
+    if (stops && (link->stop != request || link->stop_advance_ns != advance_to_ns))
+        link->stop = request, link->stop_sequence = link->sent + 1, link->stop_advance_ns = advance_to_ns;
     at = sinew_put(at, request, 1), at = sinew_put(at, setpoint, 1), at = sinew_put(at, values, 2);
     at = sinew_put(at, points, 4), at = sinew_put(at, advance_to_ns, 8);
     for (unsigned i = 0; i < points; i++) {
@@ -334,15 +342,23 @@ int sinew_link_receive(sinew_link *link, double seconds) {
     for (;;) {
         int size = sinew_next(link, 5, datagram, end);
         if (size < 0) return 0;
-        if (sinew_take(&link->state, datagram + SINEW_HEAD, (size_t)size)) return 1;
+        if (!sinew_take(&link->state, datagram + SINEW_HEAD, (size_t)size)) continue;
+        if (link->state.request == link->stop && link->reflected >= link->stop_sequence) link->stop = 0;
+        return 1;
     }
 }
 
-void sinew_link_close(sinew_link *link) {
+int sinew_link_close(sinew_link *link) {
     uint8_t datagram[SINEW_MAX_DATAGRAM];
+    uint64_t end = sinew_now() + 1000000000u;
+    while (link->stop && sinew_now() < end) {
+        sinew_link_command(link, link->stop, SINEW_NONE, NULL, NULL, 0, 0, link->stop_advance_ns);
+        sinew_link_receive(link, 0.02);
+    }
     sinew_send(link, 6, datagram, 0);
     close(link->socket);
     memset(link->client_key, 0, 32), memset(link->host_key, 0, 32);
+    return link->stop ? -1 : 0;
 }
 
 #endif

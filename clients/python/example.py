@@ -27,4 +27,4 @@ while (t := time.monotonic() - begin) < seconds:
     if arrived:
         state, states = arrived, states + 1
 print(json.dumps({"states": states, "accepted": state["accepted"], "lost": state["lost"], "mode": state["mode"]}))
-link.send(6, b"")
+link.close()

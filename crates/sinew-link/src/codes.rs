@@ -120,6 +120,14 @@ codes! {
     }
 }
 
+impl Request {
+    /// Whether a machine under tension is let down for it.
+    #[must_use]
+    pub fn is_stop(self) -> bool {
+        matches!(self, Self::SafeStop | Self::GetReady | Self::TurnOff)
+    }
+}
+
 impl Mode {
     /// Whether set-points are followed.
     #[must_use]

@@ -33,6 +33,19 @@ pub enum Error {
         /// How long was waited, s.
         seconds: f64,
     },
+    /// A session ended while the host had not yet said that the machine has taken the client's stop.
+    #[error(
+        "{address}: expected the machine to take {request} within {seconds} s, got no acknowledgement; it is stopped if the \
+         request has arrived"
+    )]
+    StopNotAcknowledged {
+        /// Whose machine.
+        address: SocketAddr,
+        /// What was asked for.
+        request: &'static str,
+        /// How long was waited, s.
+        seconds: f64,
+    },
     /// The host refused the session.
     #[error("{address}: expected a free session, got: {because}")]
     Refused {

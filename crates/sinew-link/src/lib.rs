@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Client --Hello-->  Host            Host: sockets and authentication in a thread of its own
-//! Client <-Welcome-- Host             |  Port::next_command   wait-free queue to the control cycle
+//! Client <-Welcome-- Host             |  Port::next_input     wait-free queue to the control cycle
 //! Client --Command-> Host             |  Port::publish        wait-free queue from the control cycle
 //! Client <--State--- Host            Playout: time-stamped set-points to a continuous reference
 //! ```

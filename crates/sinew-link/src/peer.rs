@@ -13,6 +13,8 @@ pub struct Peer {
     /// `time_ns` of the newest packet, and when it arrived by our clock.
     newest_time: u64,
     newest_arrival: u64,
+    /// Our newest packet that the other side has received, as far as it has said.
+    reflected: u64,
     round_trip: RoundTrip,
 }
 
@@ -71,6 +73,12 @@ impl Peer {
         self.window.newest() - self.accepted
     }
 
+    /// Number of our newest packet that the other side says it has received; 0 before the first.
+    #[must_use]
+    pub fn reflected(&self) -> u64 {
+        self.reflected
+    }
+
     /// Round trips so far.
     #[must_use]
     pub fn round_trip(&self) -> &RoundTrip {
@@ -117,6 +125,9 @@ impl Peer {
         }
         (self.newest_time, self.newest_arrival) = (head.time_ns, now);
         let sent_by_us = head.reflected_sequence > 0 && head.reflected_sequence <= self.sent;
+        if sent_by_us {
+            self.reflected = self.reflected.max(head.reflected_sequence);
+        }
         let travelled = now.checked_sub(head.reflected_time_ns).and_then(|t| t.checked_sub(head.held_ns));
         if let (true, Some(time)) = (sent_by_us, travelled) {
             self.round_trip.record(time);

@@ -67,18 +67,6 @@ pub struct Stage {
 
 /// Commands that a simulated machine takes.
 const COMMANDS: [&str; 8] = ["mode", "path", "drag", "push", "payload", "fault", "speed", "step"];
-/// Failures as `--fault` writes them, with what they are; `{}` is the name of a muscle.
-const FAILURES: [(&str, &str); 9] = [
-    ("load-cell:{}:lost", "load cell gives no value"),
-    ("load-cell:{}:stuck", "load cell is stuck"),
-    ("motor-encoder:{}:lost", "motor encoder gives no value"),
-    ("motor-encoder:{}:stuck", "motor encoder is stuck"),
-    ("drive:{}", "drive has no power"),
-    ("winch:{}", "winch is jammed"),
-    ("cable:{}", "cable breaks"),
-    ("wear:{}:friction=1", "friction doubles"),
-    ("wear:{}:pretension=0.5", "half of the pretension is lost"),
-];
 /// Most simulated time that is caught up at once, s.
 const MOST_DUE: f64 = 0.05;
 
@@ -189,7 +177,7 @@ impl Source for Stage {
             commands: &commands,
             requests: Request::ALL[1..].iter().map(|request| request.name()).collect(),
             faults: fault_kinds(),
-            failures: &FAILURES,
+            failures: &self.choices.failures,
             interpolated: false,
             recorded: None,
         };

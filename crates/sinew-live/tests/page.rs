@@ -29,7 +29,12 @@ struct Designs {
 impl SimulationSource for Designs {
     fn choices(&self) -> Choices {
         let tension_limits = vec![[1.0, 100.0]; self.machine.muscles.len()];
-        Choices { paths: vec!["tour".to_owned()], variants: vec!["observer".to_owned()], tension_limits }
+        Choices {
+            paths: vec!["tour".to_owned()],
+            variants: vec!["observer".to_owned()],
+            tension_limits,
+            failures: vec![("cable:{}", "cable breaks")],
+        }
     }
 
     fn prepare(&mut self, conditions: &Conditions) -> Result<SimulationParts, String> {

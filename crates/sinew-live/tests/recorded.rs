@@ -81,6 +81,7 @@ fn every_time_of_a_recording_shows_what_was_recorded_then() {
         let mut playback = playback(&setup, bytes.clone());
         let scene = playback.scene().unwrap();
         assert_eq!((&scene["source"], &scene["simulated"]), (&"recording".into(), &true.into()));
+        assert_eq!(scene["fault_kinds"], serde_json::json!([]), "what is recorded cannot fail any more");
         let duration = scene["recording"]["duration_s"].as_f64().unwrap();
         assert!((duration - 2.499).abs() < 1e-9, "{name}: {duration}");
         // Multiples of the stride, in no order, and cycles between them.

@@ -10,7 +10,7 @@ use common::{PERIOD, Setup};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
 use sinew::control::supervisor::Mode;
-use sinew_live::{Observed, RunParts, Server, ServerSettings, Tap, tap};
+use sinew_live::{Observed, RunParts, Server, ServerSettings, Source, Tap, tap};
 use sinew_runtime::bus::{SimulatedBus, TwinBus};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
 use std::alloc::System;
@@ -53,6 +53,8 @@ fn tapped(setup: &Setup) -> (Tap, Server) {
         tension_limits: vec![[1.0, 100.0]; setup.machine.muscles.len()],
     })
     .unwrap();
+    let mut run = run;
+    assert_eq!(run.scene().unwrap()["fault_kinds"], serde_json::json!([]), "a run is not made to fail");
     let address = "127.0.0.1:0".parse().unwrap();
     (tap, Server::start(ServerSettings { address, source: Box::new(run), foxglove: None }).unwrap())
 }
@@ -157,4 +159,15 @@ fn the_page_stops_a_run_through_its_supervisor() {
     assert!(answer.contains("\"ok\":true"), "{answer}");
     show(&mut tap, &cycle.step(&mut clock, 0).unwrap());
     assert_eq!(cycle.supervisor().mode(), Mode::SafeStop);
+    // The page that asked for it is closed: the stop goes on, beyond the end of the motion, until the machine is let down.
+    drop(socket);
+    drop(server);
+    let mut cycles = 401;
+    while !cycle.is_finished() {
+        show(&mut tap, &cycle.step(&mut clock, 0).unwrap());
+        cycles += 1;
+        assert!(cycles < 40_000, "{:?}", cycle.supervisor().mode());
+    }
+    assert_eq!(cycle.supervisor().mode(), Mode::Ready);
+    assert!(cycles > 1401, "stood for a second at least: {cycles}");
 }

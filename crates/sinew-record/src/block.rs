@@ -7,7 +7,7 @@ use crate::messages::{Column, Cycles};
 use crate::sample::Layout;
 use crate::{column, head};
 use crc32fast::Hasher;
-use sinew_runtime::link::LinkInput;
+use sinew_runtime::link::CycleInput;
 
 /// Collects samples of consecutive cycles.
 #[derive(Debug)]
@@ -151,7 +151,7 @@ pub struct Block {
     /// Cycles lost before this block, since the start.
     pub dropped: u64,
     /// What its cycles took from a link, in its order.
-    pub link: Vec<LinkInput>,
+    pub link: Vec<CycleInput>,
     /// Such inputs lost before the end of this block, since the start.
     pub dropped_link: u64,
 }
@@ -185,7 +185,7 @@ impl Block {
             return Err(damaged("checks of every cycle, muscle and joint", got.to_string()));
         }
         let link = message.link.iter().map(|input| {
-            LinkInput::from_bytes(input.at_ns, &input.command)
+            CycleInput::from_bytes(input.at_ns, &input.command)
                 .map_err(|reason| damaged("the body of a Command packet", reason.about().to_owned()))
         });
         let link = link.collect::<Result<_, Error>>()?;

@@ -79,14 +79,14 @@ impl Recorder {
         Self::start_with(storage, (head, machine, files), None, failed)
     }
 
-    /// As [`start`](Self::start), for a run that a client commands: what is put on the returned tape is recorded too; see
-    /// [`LinkedMotion::with_tape`].
+    /// As [`start`](Self::start), for a run that a client commands or that may be stopped from elsewhere: what is put on the returned
+    /// tape is recorded too; see [`Cycle::with_tape`].
     ///
-    /// [`LinkedMotion::with_tape`]: sinew_runtime::link::LinkedMotion::with_tape
+    /// [`Cycle::with_tape`]: sinew_runtime::cycle::Cycle::with_tape
     ///
     /// # Errors
     /// As [`start`](Self::start).
-    pub fn start_linked(
+    pub fn start_with_tape(
         storage: Box<dyn Storage>,
         head: Head,
         machine: &Machine,

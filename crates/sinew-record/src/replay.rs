@@ -13,7 +13,7 @@ use sinew::trajectory::Schedule;
 use sinew_runtime::Error as RuntimeError;
 use sinew_runtime::bus::{Bus, Exchange, Feedback};
 use sinew_runtime::cycle::{Clock, Cycle};
-use sinew_runtime::link::{LinkInput, LinkedMotion};
+use sinew_runtime::link::{CycleInput, LinkedMotion};
 
 /// The readings of a recording, one cycle after the other.
 #[derive(Debug)]
@@ -294,10 +294,8 @@ impl<'a> Replay<'a> {
     }
 }
 
-fn supply<B: Bus>(cycle: &mut Cycle<'_, B>, inputs: Vec<LinkInput>) {
-    if let Some(link) = cycle.link_mut() {
-        inputs.into_iter().for_each(|input| link.supply(input));
-    }
+fn supply<B: Bus>(cycle: &mut Cycle<'_, B>, inputs: Vec<CycleInput>) {
+    inputs.into_iter().for_each(|input| cycle.supply(input));
 }
 
 fn compare(same: &mut [bool], checks: &mut [Hasher], recorded: &[u32]) {

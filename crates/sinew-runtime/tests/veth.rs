@@ -11,12 +11,13 @@
 mod common;
 
 use common::{PERIOD, STEP, Setup, machine};
-use sinew_runtime::cycle::{Cycle, MonotonicClock, Timing, run};
+use sinew_runtime::Error;
+use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, Timing, run};
 use sinew_runtime::ethercat::{FrameStorage, Master, RawSocketLink, SimulatedMachine, serve};
 use sinew_segment::RawSocket;
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Set in the process that runs inside of the namespaces.
 const INSIDE: &str = "SINEW_VETH_INSIDE";
@@ -66,7 +67,10 @@ fn inside() {
             let socket = RawSocket::open("sinew1").unwrap();
             let mut simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine);
             let mut segment = simulated.segment(&[]).unwrap();
-            serve(&socket, (&mut segment, &mut simulated), PERIOD, &stop).unwrap()
+            let answered = serve(&socket, (&mut segment, &mut simulated), PERIOD, &stop).unwrap();
+            let drives = segment.devices().iter().filter_map(|device| device.drive());
+            // Without commands drives stop by themselves, with a fault: that is not what is meant.
+            (answered, drives.filter(|drive| drive.brake_released() || drive.error_code() != 0).count())
         });
         let begin = Instant::now();
         let storage = FrameStorage::new();
@@ -94,9 +98,24 @@ fn inside() {
                 row.quantity, row.median, row.p99, row.max
             );
         }
-        cycle.into_bus().stop();
+        let mut bus = cycle.into_bus();
+        bus.stop();
+        // Again in operation, and then left by an error in a cycle.
+        bus.restart(&setup.machine).unwrap();
+        let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), STEP);
+        let mut cycles = 0;
+        let fails = |_: &CycleRecord<'_, _>| {
+            cycles += 1;
+            if cycles < 500 { Ok(()) } else { Err(Error::Clock(std::io::Error::other("for the test"))) }
+        };
+        let failed = run(&mut cycle, &mut MonotonicClock, PERIOD, &ends, &mut timing, fails);
+        assert!(failed.is_err() && cycles == 500);
+        drop(cycle);
+        // The last frames are answered.
+        std::thread::sleep(Duration::from_millis(20));
         drop(stopping);
-        assert!(served.join().unwrap() > 1000);
+        let (answered, released) = served.join().unwrap();
+        assert!(answered > 1000 && released == 0, "{answered} frames, {released} drives not disabled");
         assert_eq!(statistics.working_counter, 0, "{statistics:?}");
         // Frames are late where other programs have the processors.
         assert!(

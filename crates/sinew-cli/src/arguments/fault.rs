@@ -17,6 +17,20 @@ pub(crate) struct FaultArgument {
     pub(crate) duration_s: f64,
 }
 
+/// What a page offers of it for a muscle, without its time: as written here, `{}` being the muscle's name, and in words.
+pub(crate) const OFFERED: [(&str, &str); 10] = [
+    ("load-cell:{}:lost", "load cell gives no value"),
+    ("load-cell:{}:stuck", "load cell is stuck"),
+    ("motor-encoder:{}:lost", "motor encoder gives no value"),
+    ("motor-encoder:{}:stuck", "motor encoder is stuck"),
+    ("drive:{}", "drive has no power"),
+    ("winch:{}", "winch is jammed"),
+    ("cable:{}", "cable breaks"),
+    ("friction:{}:100", "friction doubles"),
+    ("pretension:{}:50", "half of the pretension is lost"),
+    ("stiffness:{}:17", "a strand of seven breaks"),
+];
+
 /// The component that fails; sensors with their failure mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Component {

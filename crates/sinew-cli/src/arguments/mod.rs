@@ -25,7 +25,7 @@ pub(crate) use design::{DriveArguments, DriveSizeArguments, DriveVerb, TensionAr
 pub(crate) use ethercat::{
     DeviceFileArguments, EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
 };
-pub(crate) use fault::{Component, FaultArgument};
+pub(crate) use fault::{Component, FaultArgument, OFFERED};
 pub(crate) use identification::{
     AdaptArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PredictArguments, RoleArguments,
     WriteArguments,

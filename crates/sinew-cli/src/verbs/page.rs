@@ -77,13 +77,13 @@ impl RunPage {
         Arc::clone(self.tap.stop())
     }
 
-    /// When the page asked for a stop, s since the first cycle.
+    /// When the page asked for a stop, s since the first row.
     pub(crate) fn stopped(&self) -> Option<f64> {
         self.stopped
     }
 
-    /// Shows a cycle of a run; whether a machine that was stopped from the page is at rest.
-    pub(crate) fn show<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<ArmTruth<'_>>) -> bool {
+    /// Shows a cycle of a run.
+    pub(crate) fn show<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<ArmTruth<'_>>) {
         let times = record.times;
         let us = |from: u64, to: u64| to.saturating_sub(from) as f64 * 1e-3;
         let cycle_us = [us(times.deadline, times.woken), us(times.woken, times.written)];
@@ -98,7 +98,6 @@ impl RunPage {
             winch_position: &record.feedback.motor,
             truth,
         });
-        self.is_at_rest(record.moment.time, record.command.mode)
     }
 
     /// Shows a row of a simulation, no earlier than by the clock; what is asked of the supervisor next, none at the end of a stop.

@@ -16,13 +16,13 @@ const PATIENCE: Duration = Duration::from_secs(120);
 const MS: u64 = 1_000_000;
 
 /// A run with a link, and where it listens.
-struct Running {
-    child: Child,
-    address: SocketAddr,
+pub(crate) struct Running {
+    pub(crate) child: Child,
+    pub(crate) address: SocketAddr,
 }
 
 impl Running {
-    fn start(more: &str) -> Self {
+    pub(crate) fn start(more: &str) -> Self {
         let motion = "run planar_leg --path to-joints:hip=0.8,knee=1.6 --duration 3 --unverified --json";
         let mut child = Command::new(env!("CARGO_BIN_EXE_sinew"))
             .args(motion.split(' '))
@@ -38,11 +38,11 @@ impl Running {
         Self { address: address.expect("the run says where its link listens"), child }
     }
 
-    fn connect(&self) -> Client {
+    pub(crate) fn connect(&self) -> Client {
         Client::connect(self.address, None, PATIENCE).unwrap()
     }
 
-    fn end(self) -> Value {
+    pub(crate) fn end(self) -> Value {
         let output = self.child.wait_with_output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
         serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"))
@@ -50,7 +50,12 @@ impl Running {
 }
 
 /// Lets the machine's time go on to a goal, with a command; the state then.
-fn advance(client: &mut Client, request: Request, setpoints: Setpoints, goal: u64) -> (Mode, Vec<f64>) {
+pub(crate) fn advance(
+    client: &mut Client,
+    request: Request,
+    setpoints: Setpoints,
+    goal: u64,
+) -> (Mode, Vec<f64>) {
     let begin = Instant::now();
     loop {
         client.send(&LinkCommand { request, advance_to_ns: goal, setpoints }).unwrap();

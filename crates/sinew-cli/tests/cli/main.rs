@@ -18,6 +18,7 @@ mod recording;
 mod robots;
 mod roles;
 mod run;
+mod stops;
 mod study;
 mod tension;
 mod twin;

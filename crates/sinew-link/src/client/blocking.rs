@@ -41,6 +41,8 @@ pub struct Client {
 
 /// Between two Hellos.
 const RETRY: Duration = Duration::from_millis(100);
+/// Longest wait for the acknowledgement of a stop.
+const ACKNOWLEDGEMENT: Duration = Duration::from_secs(1);
 
 impl Client {
     /// A session with a host, asked for until it answers or the time is over; a host whose session another client has is asked
@@ -169,11 +171,33 @@ impl Client {
         }
     }
 
-    /// Ends the session.
+    /// Ends the session. Where a stop was asked for (SafeStop, GetReady, TurnOff), first waits until the machine has taken it, at most
+    /// a second, and asks again meanwhile.
+    ///
+    /// # Errors
+    /// [`Error::StopNotAcknowledged`]: the session has ended, and the machine has perhaps not been told to stop. [`Error::Socket`].
+    pub fn close(mut self) -> Result<(), Error> {
+        let begin = Instant::now();
+        while let Some(stop) = self.session.unacknowledged_stop().copied()
+            && begin.elapsed() < ACKNOWLEDGEMENT
+        {
+            let asked = Instant::now();
+            // Where the host has gone there is nobody who could answer: the time runs out.
+            if self.send(&stop).and_then(|()| self.receive(RETRY / 5)).is_err() {
+                std::thread::sleep((RETRY / 5).saturating_sub(asked.elapsed()));
+            }
+        }
+        let unacknowledged = self.session.unacknowledged_stop().map(|stop| stop.request.name());
+        let (address, seconds) = (self.address, ACKNOWLEDGEMENT.as_secs_f64());
+        let sent = self.close_at_once();
+        unacknowledged.map_or(sent, |request| Err(Error::StopNotAcknowledged { address, request, seconds }))
+    }
+
+    /// Ends the session without waiting for anything.
     ///
     /// # Errors
     /// [`Error::Socket`].
-    pub fn close(mut self) -> Result<(), Error> {
+    pub fn close_at_once(mut self) -> Result<(), Error> {
         let now = self.now();
         let bytes = self.session.goodbye(now, &mut self.datagram);
         let sent = self.socket.send(bytes);

@@ -3,7 +3,7 @@
 use crate::peer::{Peer, bare_head};
 use crate::setpoints;
 use crate::wire::{Datagram, Hello, Kind, Nonce, Refused, Sealer, SessionKeys, Welcome, open, session_of};
-use crate::{Command, Key, RefusedBecause, Rejection, Role, Snapshot, StateCounts};
+use crate::{Command, Key, RefusedBecause, Rejection, Request, Role, Setpoints, Snapshot, StateCounts};
 
 /// A client before its session: it has asked for one.
 #[derive(Debug, Clone)]
@@ -63,6 +63,7 @@ impl Greeting {
             peer: Peer::default(),
             state: Box::new(Snapshot::new(welcome.joints.into(), welcome.muscles.into())),
             counts: StateCounts::default(),
+            stop: None,
         }))
     }
 }
@@ -76,6 +77,9 @@ pub struct ClientSession {
     peer: Peer,
     state: Box<Snapshot>,
     counts: StateCounts,
+    /// The stop that was asked for last, without set-points, and the number of the packet that asked first; none once the machine
+    /// has taken it, and where something else was asked for since.
+    stop: Option<(Command, u64)>,
 }
 
 /// A state that arrived.
@@ -122,9 +126,23 @@ impl ClientSession {
         &self.counts
     }
 
+    /// A stop that was asked for and that no state has yet shown as taken; to be sent again until one does.
+    #[must_use]
+    pub fn unacknowledged_stop(&self) -> Option<&Command> {
+        self.stop.as_ref().map(|(stop, _)| stop)
+    }
+
     /// Writes a command.
     pub fn command<'a>(&mut self, command: &Command, now: u64, datagram: &'a mut Datagram) -> &'a [u8] {
         let head = self.peer.next_head(Kind::Command, self.session, now);
+        self.stop = match self.stop {
+            _ if command.request.is_stop() => {
+                let stop = Command { setpoints: Setpoints::none(), ..*command };
+                Some(self.stop.filter(|(last, _)| *last == stop).unwrap_or((stop, head.sequence)))
+            }
+            waiting if command.request == Request::None => waiting,
+            _ => None,
+        };
         datagram.seal(head, &self.keys.client, |writer| setpoints::write(command, writer))
     }
 
@@ -164,6 +182,10 @@ impl ClientSession {
             return Ok(Arrived::Late);
         }
         (self.state, self.counts) = (newer, counts);
+        // A state that has seen the request; the packet that carried it first may have been lost.
+        self.stop = self.stop.filter(|(stop, sequence)| {
+            self.state.request != stop.request || self.peer.reflected() < *sequence
+        });
         Ok(if last { Arrived::Complete } else { Arrived::Part })
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Server thread                     control cycle
-//!   UDP -> Sessions::receive  --queue-->  Port::next_command
+//!   UDP -> Sessions::receive  --queue-->  Port::next_input
 //!   UDP <- Sessions::state    <-queue--   Port::publish
 //! ```
 //!
@@ -21,7 +21,7 @@ mod sessions;
 pub use domain::Domain;
 pub use offers::RandomSource;
 pub use outcome::Outcome;
-pub use port::{Port, Session};
+pub use port::{Input, Port};
 pub use rate::RateLimit;
 pub use server::{Server, ServerSettings};
 pub use sessions::{SessionSettings, Sessions, WATCHERS};

@@ -32,15 +32,27 @@ struct Numbered {
     command: Command,
 }
 
-/// A session, by its number since the start of the server.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Session(u64);
+/// What a link gives to the control cycle, in the order in which it happened. Watchers and clients that are refused give nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "the control cycle takes it, which allocates nothing")]
+pub enum Input {
+    /// The session of a client that commands has begun.
+    Begins,
+    /// It has sent a valid command.
+    Command(Command),
+    /// Its session has ended: by a Goodbye, or because nothing came for too long.
+    Ends,
+}
 
 /// The control cycle's end of a link. All but [`Port::wait`] are free of locks, system calls and allocation.
 #[derive(Debug)]
 pub struct Port {
     commands: Consumer<Numbered>,
     snapshots: Producer<Snapshot>,
+    /// Number of the session whose beginning was given last; 0 after its end.
+    seen: u64,
+    /// A command of a session whose beginning has not been given.
+    next: Option<Numbered>,
     dropped: u64,
     shared: Arc<Shared>,
     counters: Arc<SharedCounters>,
@@ -62,24 +74,49 @@ pub(super) fn queues(wake: UnixStream, counters: Arc<SharedCounters>) -> (Port, 
     let (to_cycle, commands) = RingBuffer::new(COMMANDS);
     let (snapshots, from_cycle) = RingBuffer::new(SNAPSHOTS);
     let shared = Arc::<Shared>::default();
-    let port = Port { commands, snapshots, dropped: 0, shared: Arc::clone(&shared), counters, wake };
+    let port = Port {
+        commands,
+        snapshots,
+        seen: 0,
+        next: None,
+        dropped: 0,
+        shared: Arc::clone(&shared),
+        counters,
+        wake,
+    };
     let cycle = std::thread::current();
     (port, ServerEnd { commands: to_cycle, snapshots: from_cycle, shared, cycle })
 }
 
 impl Port {
-    /// The active session; none without a client.
-    #[must_use]
-    pub fn session(&self) -> Option<Session> {
-        let session = self.shared.session.load(Ordering::Acquire);
-        (session > 0).then_some(Session(session))
+    /// The next of what has happened. The commands that a session was in time to send come before its end, so that none is lost with
+    /// it.
+    pub fn next_input(&mut self) -> Option<Input> {
+        // Before the queue is looked at: all commands of sessions before this one are in it by then.
+        let newest = self.shared.session.load(Ordering::Acquire);
+        let next = self.next.take().or_else(|| self.commands.pop().ok());
+        let session = next.map_or(newest, |next| next.session);
+        if let Some(Numbered { session, command }) = next
+            && session == self.seen
+        {
+            return Some(Input::Command(command));
+        }
+        self.next = next;
+        if session == self.seen {
+            return None;
+        }
+        if self.seen > 0 {
+            self.seen = 0;
+            return Some(Input::Ends);
+        }
+        self.seen = session;
+        Some(Input::Begins)
     }
 
-    /// The next command of the active session; those of sessions that have ended are dropped.
+    /// The next command, whose session does not matter.
     pub fn next_command(&mut self) -> Option<Command> {
         loop {
-            let Numbered { session, command } = self.commands.pop().ok()?;
-            if session == self.shared.session.load(Ordering::Acquire) {
+            if let Input::Command(command) = self.next_input()? {
                 return Some(command);
             }
         }
@@ -110,7 +147,8 @@ impl Port {
         self.shared.waiting.store(true, Ordering::SeqCst);
         // Full: the server has not yet seen the byte before.
         let _ = self.wake.write(&[1]);
-        if self.commands.is_empty() {
+        let changed = self.shared.session.load(Ordering::SeqCst) != self.seen;
+        if self.commands.is_empty() && self.next.is_none() && !changed {
             std::thread::park_timeout(most);
         }
         self.shared.waiting.store(false, Ordering::SeqCst);

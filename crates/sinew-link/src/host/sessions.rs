@@ -28,6 +28,8 @@ pub struct SessionSettings {
     pub timeout_ns: u64,
     /// Without a valid packet, on the wall clock: then the session ends, ns.
     pub expiry_ns: u64,
+    /// From the end of a session, in the machine's time, for which a machine under tension is held before it is let down, ns.
+    pub unattended_ns: u64,
     /// Most commands per second.
     pub commands_per_second: u32,
 }
@@ -41,6 +43,7 @@ impl Default for SessionSettings {
             playout_delay_ns: 4_000_000,
             timeout_ns: 100_000_000,
             expiry_ns: 500_000_000,
+            unattended_ns: 5_000_000_000,
             commands_per_second: 4000,
         }
     }

@@ -1,7 +1,7 @@
 //! Server and client over loopback.
 
 use sinew_link::client::Client;
-use sinew_link::host::{Domain, Port, Server, ServerSettings, SessionSettings};
+use sinew_link::host::{Domain, Input, Port, Server, ServerSettings, SessionSettings};
 use sinew_link::{Command, Error, Key, Mode, Rejection, Request, SetpointKind, Setpoints, Snapshot};
 use std::net::UdpSocket;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -146,4 +146,77 @@ fn a_second_client_is_refused_and_the_first_one_is_not_disturbed_by_a_flood() {
     let counters = server.stop();
     eprintln!("{flooded} sent, {} rejected", counters.all_rejected());
     assert!(counters.rejected(Rejection::Magic) > 0 && counters.rejected(Rejection::Magic) <= flooded);
+}
+
+/// The next input, which comes soon.
+fn next(port: &mut Port) -> Input {
+    let begin = Instant::now();
+    loop {
+        if let Some(input) = port.next_input() {
+            return input;
+        }
+        assert!(begin.elapsed() < SOON, "no input");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn commands_come_before_the_end_of_their_session_however_late_the_cycle_looks() {
+    let (server, mut port) = start(None);
+    for request in [Request::SafeStop, Request::TurnOff] {
+        let mut client = Client::connect(server.address(), None, SOON).unwrap();
+        client.send(&Command::of(Request::Run)).unwrap();
+        client.send(&Command::of(request)).unwrap();
+        client.close_at_once().unwrap();
+        // The next client's session has begun, too, before the cycle looks.
+        let mut other = Client::connect(server.address(), None, SOON).unwrap();
+        other.send(&Command::of(Request::None)).unwrap();
+        other.close_at_once().unwrap();
+        std::thread::sleep(Duration::from_millis(100));
+        let [run, stop, none] = [Request::Run, request, Request::None].map(Command::of).map(Input::Command);
+        for expected in [Input::Begins, run, stop, Input::Ends, Input::Begins, none, Input::Ends] {
+            assert_eq!(next(&mut port), expected, "{request:?}");
+        }
+        assert_eq!(port.next_input(), None);
+    }
+}
+
+#[test]
+fn closing_waits_for_the_acknowledgement_of_a_stop_and_of_nothing_else() {
+    let (server, mut port) = start(None);
+    let answer = |port: &mut Port, request| {
+        let mut snapshot = Snapshot::new(2, 4);
+        snapshot.request = request;
+        port.publish(&snapshot);
+    };
+    // Nobody takes what is sent: a stop is not acknowledged by a state that shows another request.
+    let mut client = Client::connect(server.address(), None, SOON).unwrap();
+    client.send(&Command::of(Request::SafeStop)).unwrap();
+    answer(&mut port, Request::Run);
+    let error = client.close().unwrap_err();
+    assert!(matches!(error, Error::StopNotAcknowledged { request: "SafeStop", .. }), "{error}");
+    // What was asked for after the stop, and what is no stop, is not waited for.
+    for requests in [&[Request::Run][..], &[Request::SafeStop, Request::Hold], &[Request::None]] {
+        let mut client = Client::connect(server.address(), None, SOON).unwrap();
+        requests.iter().for_each(|request| client.send(&Command::of(*request)).unwrap());
+        let begin = Instant::now();
+        client.close().unwrap();
+        assert!(begin.elapsed() < Duration::from_millis(500), "{requests:?}");
+    }
+    // A machine that takes the stop late: it is asked again meanwhile.
+    while port.next_input().is_some() {}
+    let mut client = Client::connect(server.address(), None, SOON).unwrap();
+    client.send(&Command::of(Request::TurnOff)).unwrap();
+    client.send(&Command::of(Request::None)).unwrap();
+    std::thread::scope(|scope| {
+        let closing = scope.spawn(|| client.close());
+        std::thread::sleep(Duration::from_millis(200));
+        let mut asked = 0;
+        while let Some(input) = port.next_input() {
+            asked += usize::from(input == Input::Command(Command::of(Request::TurnOff)));
+        }
+        assert!(asked > 1, "{asked}");
+        answer(&mut port, Request::TurnOff);
+        closing.join().unwrap().unwrap();
+    });
 }

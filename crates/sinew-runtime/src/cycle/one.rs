@@ -1,10 +1,10 @@
 use super::clock::Clock;
 use crate::Error;
 use crate::bus::{Bus, BusStatistics, Exchange, Feedback};
-use crate::link::LinkedMotion;
+use crate::link::{CycleInput, LinkedMotion, Taken, Tape};
 use sinew::control::arm::PreviewedReference;
 use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::control::supervisor::{ExchangeStatus, Request, Supervisor, SupervisorCommand};
+use sinew::control::supervisor::{ExchangeStatus, Mode, Request, Supervisor, SupervisorCommand};
 use sinew::trajectory::{Moment, Reference, Schedule};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,8 +17,15 @@ pub struct Cycle<'a, B> {
     motion: Motion<'a>,
     period: f64,
     request: Request,
-    /// Whoever sets it asks for a safe stop.
-    stop: Option<Arc<AtomicBool>>,
+    /// Whoever sets one of them asks for a safe stop.
+    stops: Vec<Arc<AtomicBool>>,
+    /// Machine time at which a recorded run was asked for one, ns.
+    stop_at: Option<u64>,
+    /// Whether a safe stop has been asked for.
+    stopping: bool,
+    mode: Mode,
+    /// What is taken from elsewhere goes here as well.
+    tape: Option<Tape>,
     command_age: Option<f64>,
     waits: bool,
     feedback: Feedback,
@@ -52,6 +59,8 @@ pub struct CycleRecord<'a, B> {
     pub reference: &'a Reference,
     /// Mode, fault and commands.
     pub command: SupervisorCommand<'a>,
+    /// Whether a stop has been asked for, from the page or the terminal.
+    pub stopping: bool,
 }
 
 /// When the parts of a cycle ended, by the clock of the cycle, ns.
@@ -90,7 +99,11 @@ impl<'a, B: Bus> Cycle<'a, B> {
             motion,
             period,
             request: Request::Run,
-            stop: None,
+            stops: Vec::new(),
+            stop_at: None,
+            stopping: false,
+            mode: Mode::Off,
+            tape: None,
             command_age: None,
             waits: false,
             feedback: Feedback::new(muscles, joints),
@@ -123,11 +136,27 @@ impl<'a, B: Bus> Cycle<'a, B> {
         self.command_age = age;
     }
 
-    /// The same with a safe stop that can be asked for from elsewhere, whatever else is asked for: by setting the flag.
+    /// The same with a safe stop that can be asked for from elsewhere, whatever else is asked for: by setting the flag. The cycles then
+    /// go on until the machine is let down. There may be several such flags.
     #[must_use]
     pub fn with_stop(mut self, stop: Arc<AtomicBool>) -> Self {
-        self.stop = Some(stop);
+        self.stops.push(stop);
         self
+    }
+
+    /// The same with everything that is taken from elsewhere, from a link or as a stop, on a tape.
+    #[must_use]
+    pub fn with_tape(self, tape: Tape) -> Self {
+        Self { tape: Some(tape), ..self }
+    }
+
+    /// Adds what was taken in a recorded run, in its order, before the cycle that took it.
+    pub fn supply(&mut self, input: CycleInput) {
+        match (input.what, &mut self.motion) {
+            (Taken::Stop, _) => self.stop_at = self.stop_at.or(Some(input.at_ns)),
+            (Taken::Link(what), Motion::Linked(motion)) => motion.supply(input.at_ns, what),
+            (Taken::Link(_), Motion::Schedule(_)) => {}
+        }
     }
 
     /// The same with a machine that waits for its cycles, as a simulated one does: none is late.
@@ -149,21 +178,34 @@ impl<'a, B: Bus> Cycle<'a, B> {
         self.bus
     }
 
-    /// Whether the schedule is at its end, or the client's use of the machine.
+    /// Whether the schedule is at its end, or the client's use of the machine; after a stop was asked for, whether it is let down.
     #[must_use]
     pub fn is_finished(&self) -> bool {
+        if self.is_stop_asked() {
+            return self.stopping && matches!(self.mode, Mode::Off | Mode::Ready | Mode::Fault);
+        }
         match &self.motion {
             Motion::Schedule(schedule) => self.count >= (schedule.duration() / self.period).round() as u64,
             Motion::Linked(motion) => motion.is_finished(self.machine_time()),
         }
     }
 
-    /// Whether the next cycle may begin: false where it waits for a client in lock-step.
+    /// Whether a stop was asked for, from elsewhere or in a recorded run.
+    fn is_stop_asked(&self) -> bool {
+        self.stopping
+            || self.stops.iter().any(|stop| stop.load(Ordering::Relaxed))
+            || self.stop_at.is_some_and(|at| at <= self.machine_time())
+    }
+
+    /// Whether the next cycle may begin: false where it waits for a client in lock-step. A stop waits for nobody.
     pub fn is_due(&mut self) -> bool {
+        if self.is_stop_asked() {
+            return true;
+        }
         let now = self.machine_time();
         match &mut self.motion {
             Motion::Schedule(_) => true,
-            Motion::Linked(motion) => motion.wait(now),
+            Motion::Linked(motion) => motion.wait(now, self.tape.as_mut()),
         }
     }
 
@@ -171,14 +213,6 @@ impl<'a, B: Bus> Cycle<'a, B> {
     #[must_use]
     pub fn link(&self) -> Option<&LinkedMotion> {
         match &self.motion {
-            Motion::Schedule(_) => None,
-            Motion::Linked(motion) => Some(motion),
-        }
-    }
-
-    /// The same, to be supplied with recorded inputs.
-    pub fn link_mut(&mut self) -> Option<&mut LinkedMotion> {
-        match &mut self.motion {
             Motion::Schedule(_) => None,
             Motion::Linked(motion) => Some(motion),
         }
@@ -202,11 +236,18 @@ impl<'a, B: Bus> Cycle<'a, B> {
 
         let time = self.count as f64 * self.period;
         let now = self.machine_time();
-        let Self { bus, supervisor, current, previewed, feedback, .. } = self;
+        if !self.stopping && self.is_stop_asked() {
+            self.stopping = true;
+            if let Some(tape) = &mut self.tape {
+                tape.put(CycleInput { at_ns: now, what: Taken::Stop });
+            }
+        }
+        let Self { bus, supervisor, current, previewed, feedback, tape, .. } = self;
         let moment = match &mut self.motion {
             Motion::Schedule(schedule) => schedule.sample(time, PREVIEW_HORIZON, current, previewed)?,
             Motion::Linked(motion) => {
-                let moment = motion.sample(now, supervisor, current, previewed)?;
+                let moment =
+                    motion.sample(now, supervisor, [&mut *current, &mut *previewed], tape.as_mut())?;
                 (self.request, self.command_age) = (motion.request(), motion.command_age(now));
                 moment
             }
@@ -219,7 +260,8 @@ impl<'a, B: Bus> Cycle<'a, B> {
             ..simulated
         };
         let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
-        let stops = self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        // A client that turns the machine off asks for more than a stop.
+        let stops = self.stopping && self.request != Request::TurnOff;
         let request = if stops { Request::SafeStop } else { self.request };
         let command = supervisor.step(self.period, &feedback.measurement(), &reference, request, &status)?;
         let controlled = clock.now();
@@ -230,6 +272,8 @@ impl<'a, B: Bus> Cycle<'a, B> {
             motion.publish(now, &command, feedback);
         }
         self.count += 1;
-        Ok(CycleRecord { bus, moment, times, exchange, feedback, reference: current, command })
+        self.mode = command.mode;
+        let stopping = self.stopping;
+        Ok(CycleRecord { stopping, bus, moment, times, exchange, feedback, reference: current, command })
     }
 }

@@ -5,8 +5,8 @@ use crate::Error;
 use crate::bus::Bus;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Runs cycles at absolute deadlines, a period of nanoseconds apart by the clocks of the devices, until the motion ends or `stop`
-/// is set, and calls `see` after every one.
+/// Runs cycles at absolute deadlines, a period of nanoseconds apart by the clocks of the devices, until the cycle [is
+/// finished](Cycle::is_finished) or `end` is set, which ends them at once, and calls `see` after every one.
 ///
 /// A cycle that ends after the next deadline is late: the following one begins at once, and deadlines that have passed
 /// are skipped, not made up for.
@@ -17,12 +17,12 @@ pub fn run<B: Bus>(
     cycle: &mut Cycle<'_, B>,
     clock: &mut impl Clock,
     period: u64,
-    stop: &AtomicBool,
+    end: &AtomicBool,
     timing: &mut Timing,
     mut see: impl FnMut(&CycleRecord<'_, B>) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let mut deadline = clock.now() + period;
-    while !cycle.is_finished() && !stop.load(Ordering::Relaxed) {
+    while !cycle.is_finished() && !end.load(Ordering::Relaxed) {
         if !cycle.is_due() {
             continue;
         }

@@ -44,6 +44,13 @@ impl DriveState {
     }
 }
 
+impl DriveState {
+    /// Whether the motor has torque.
+    pub(super) fn has_torque(self) -> bool {
+        matches!(self, Self::OperationEnabled | Self::QuickStopActive | Self::FaultReactionActive)
+    }
+}
+
 /// Wanted state of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Goal {
@@ -51,6 +58,8 @@ pub(super) enum Goal {
     Enabled,
     /// It brakes and stays there.
     Stopped,
+    /// It has no power; where it moves it brakes first.
+    Disabled,
 }
 
 const DISABLE_VOLTAGE: u16 = 0x00;
@@ -69,7 +78,8 @@ pub(super) fn controlword(state: DriveState, goal: Goal, last: u16) -> u16 {
             DISABLE_VOLTAGE
         }
         (Goal::Stopped, DriveState::OperationEnabled | DriveState::QuickStopActive) => QUICK_STOP,
-        (Goal::Stopped, _) => DISABLE_VOLTAGE,
+        (Goal::Disabled, DriveState::OperationEnabled) => QUICK_STOP,
+        (Goal::Stopped | Goal::Disabled, _) => DISABLE_VOLTAGE,
         (Goal::Enabled, DriveState::SwitchOnDisabled) => SHUTDOWN,
         (Goal::Enabled, DriveState::ReadyToSwitchOn) => SWITCH_ON,
         (Goal::Enabled, DriveState::SwitchedOn | DriveState::OperationEnabled) => ENABLE_OPERATION,
@@ -134,6 +144,7 @@ mod tests {
             for (goal, ends) in [
                 (Goal::Enabled, [DriveState::OperationEnabled; 2]),
                 (Goal::Stopped, [DriveState::SwitchOnDisabled, DriveState::QuickStopActive]),
+                (Goal::Disabled, [DriveState::SwitchOnDisabled; 2]),
             ] {
                 // The worst history: the reset bit was set.
                 let (mut state, mut last) = (start, 0x80);

@@ -41,7 +41,12 @@ pub(super) struct DriveSlot {
     speed_control: SpeedControl,
     tension_loop: TensionLoop,
     running: bool,
+    /// Speed of the cable that was commanded last, m/s; in a torque command the one that was measured.
+    commanded: f64,
 }
+
+/// Share of a drive's acceleration with which it brakes before it is disabled, as in a safe stop.
+const BRAKING_SHARE: f64 = 0.4;
 
 /// Mode of operation of a drive, as in object 0x6060.
 pub(super) fn mode_of_operation(mode: DriveMode) -> i8 {
@@ -100,6 +105,7 @@ impl DriveSlot {
             speed_control: SpeedControl::new(),
             tension_loop: TensionLoop::of_drive(),
             running: false,
+            commanded: 0.0,
             device,
             parameters,
         })
@@ -117,7 +123,8 @@ impl DriveSlot {
     /// Writes the controlword that leads towards the command, and its set-point, 0 until the drive is enabled.
     pub(super) fn write(&mut self, outputs: &mut [u8], command: DriveCommand, h: f64) {
         let goal = match command {
-            DriveCommand::Off | DriveCommand::Brake => Goal::Stopped,
+            DriveCommand::Off => Goal::Disabled,
+            DriveCommand::Brake => Goal::Stopped,
             _ => Goal::Enabled,
         };
         let enabled = self.state == DriveState::OperationEnabled && goal == Goal::Enabled;
@@ -128,9 +135,18 @@ impl DriveSlot {
         self.running = enabled;
         self.last_control = controlword(self.state, goal, self.last_control);
         self.control.write_word(outputs, self.last_control);
+        if !enabled {
+            self.commanded = 0.0;
+        }
         let target = if enabled { self.set_point(command, h) } else { 0.0 };
         // Casts of floating-point numbers saturate; NaN becomes 0.
         self.target.write(outputs, target.round() as i32);
+    }
+
+    /// The speed, m/s, that follows the one that was commanded last on the way to rest, `h` s later: never a step.
+    pub(super) fn braked_speed(&self, h: f64) -> f64 {
+        let most = BRAKING_SHARE * self.parameters.acceleration * h;
+        self.commanded - self.commanded.clamp(-most, most)
     }
 
     /// In counts/s or per mille of the rated torque.
@@ -144,14 +160,17 @@ impl DriveSlot {
                 self.tension_loop.speed(wanted, self.tension, feed, h)
             }
             DriveCommand::Current(current) if device.mode == DriveMode::Torque => {
+                self.commanded = self.speed * per_radian;
                 return self.per_mille(parameters.motor.torque_constant * current);
             }
             DriveCommand::Current(_) | DriveCommand::Off | DriveCommand::Brake => 0.0,
         };
         let velocity = if velocity.is_finite() { velocity } else { 0.0 };
+        self.commanded = velocity;
         match device.mode {
             DriveMode::Velocity => {
                 let limited = parameters.limited_speed(velocity, self.tension);
+                self.commanded = limited;
                 limited / per_radian * (device.counts_per_turn / core::f64::consts::TAU)
             }
             DriveMode::Torque => {

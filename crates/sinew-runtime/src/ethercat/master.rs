@@ -2,10 +2,11 @@
 
 use super::bring_up::{self, PreOpGroup};
 use super::error::EthercatError;
-use super::found::FoundDevice;
+use super::found::{FoundDevice, positions};
 use super::link::Link;
 use super::pump::{FrameStorage, Pump};
 use ethercrab::{MainDevice, MainDeviceConfig, RetryBehaviour, Timeouts};
+use sinew::machine::Device;
 use std::time::Duration;
 
 /// A master whose devices are not known yet.
@@ -52,16 +53,32 @@ impl<'a, L: Link> Master<'a, L> {
     /// [`EthercatError::NoAnswer`] where no frame comes back, [`EthercatError::Link`] and [`EthercatError::Protocol`] where
     /// they do not answer as they should.
     pub fn scan(&mut self) -> Result<Vec<FoundDevice>, EthercatError> {
-        self.pre_op().map(|(_, found)| found)
+        pre_op(&self.main, &mut self.pump).map(|(_, found)| found)
     }
+}
 
-    pub(super) fn pre_op(&mut self) -> Result<(PreOpGroup, Vec<FoundDevice>), EthercatError> {
-        let Self { main, pump } = self;
-        let outcome = pump.complete(bring_up::pre_op(main));
-        outcome.map_err(|error| match pump.take_error() {
-            Some(source) => EthercatError::Link { during: "looking for devices", source },
-            None if !pump.answered() => EthercatError::NoAnswer,
-            None => error,
-        })
+fn pre_op<L: Link>(
+    main: &MainDevice<'_>,
+    pump: &mut Pump<'_, L>,
+) -> Result<(PreOpGroup, Vec<FoundDevice>), EthercatError> {
+    let outcome = pump.complete(bring_up::pre_op(main));
+    outcome.map_err(|error| match pump.take_error() {
+        Some(source) => EthercatError::Link { during: "looking for devices", source },
+        None if !pump.answered() => EthercatError::NoAnswer,
+        None => error,
+    })
+}
+
+/// Brings all devices to PRE-OP and finds those of a machine among them: the position of each on the wire.
+pub(super) fn matching<L: Link>(
+    main: &MainDevice<'_>,
+    pump: &mut Pump<'_, L>,
+    expected: &[Device],
+) -> Result<(PreOpGroup, Vec<usize>), EthercatError> {
+    let (group, found) = pre_op(main, pump)?;
+    if found.is_empty() {
+        return Err(EthercatError::NoDevices { expected: expected.len() });
     }
+    let positions = positions(expected, &found).map_err(EthercatError::Mismatch)?;
+    Ok((group, positions))
 }

@@ -2,9 +2,8 @@
 
 use super::bring_up::PreOpGroup;
 use super::error::EthercatError;
-use super::found::positions;
 use super::link::Link;
-use super::master::Master;
+use super::master::{Master, matching};
 use super::operational::EthercatBus;
 use sinew::machine::{Device, Machine};
 
@@ -43,19 +42,10 @@ impl<'a, L: Link> Master<'a, L> {
     /// As [`scan`](Self::scan); [`EthercatError::NoDevices`] and [`EthercatError::Mismatch`]. The master is given back, to
     /// try again.
     pub fn match_devices(mut self, expected: &[Device]) -> Result<Matched<'a, L>, Refused<'a, L>> {
-        match self.matching(expected) {
+        match matching(&self.main, &mut self.pump, expected) {
             Ok((group, positions)) => Ok(Matched { master: self, group, positions }),
             Err(error) => Err(Refused { master: Box::new(self), error }),
         }
-    }
-
-    fn matching(&mut self, expected: &[Device]) -> Result<(PreOpGroup, Vec<usize>), EthercatError> {
-        let (group, found) = self.pre_op()?;
-        if found.is_empty() {
-            return Err(EthercatError::NoDevices { expected: expected.len() });
-        }
-        let positions = positions(expected, &found).map_err(EthercatError::Mismatch)?;
-        Ok((group, positions))
     }
 }
 

@@ -3,9 +3,10 @@
 use super::bring_up::{self, OP, OpGroup, PreOpGroup};
 use super::cia402::DriveState;
 use super::clocks::{self, Clocks};
+use super::drive::DriveSlot;
 use super::error::EthercatError;
 use super::link::Link;
-use super::master::Master;
+use super::master::{Master, matching};
 use super::process_data::ProcessData;
 use super::pump::Pump;
 use super::recovery;
@@ -16,14 +17,17 @@ use ethercrab::{MainDevice, SubDeviceState};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 
-/// Devices in OP that matched the machine, their drives enabled.
-pub struct EthercatBus<'a, L> {
+/// Devices in OP that matched the machine, their drives enabled. It owns the drives: dropped it [stops](Self::stop) them, whatever has
+/// happened.
+pub struct EthercatBus<'a, L: Link> {
     main: MainDevice<'a>,
     pump: Pump<'a, L>,
     group: OpGroup,
     slots: Vec<Slot>,
     data: ProcessData,
     clocks: Option<Clocks>,
+    /// Whether drives may have torque.
+    in_operation: bool,
     /// ns.
     period: u64,
     /// When the cycle began, ns.
@@ -52,8 +56,10 @@ const MAX_START_CYCLES: u64 = 8000;
 const RECOVERY_CYCLES: u32 = 10;
 /// Cycles between two looks at a device's clock.
 const CLOCK_CYCLES: u32 = 50;
-/// Cycles in which drives brake before the program ends.
-const STOP_CYCLES: u32 = 200;
+/// Cycles in which drives come to rest, in which they stand then, and in which they lose their power, at most.
+const BRAKE_CYCLES: u32 = 500;
+const STAND_CYCLES: u32 = 20;
+const DISABLE_CYCLES: u32 = 200;
 
 impl<'a, L: Link> EthercatBus<'a, L> {
     /// As [`Matched::operate`](super::Matched::operate).
@@ -65,37 +71,46 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         period: u64,
     ) -> Result<Self, EthercatError> {
         let Master { main, mut pump } = master;
-        let places = (&machine.devices[..], positions);
-        let mappings = pump.complete(bring_up::configure(&main, &group, places, period, WATCHDOG))?;
-        let slots = slots(machine, positions, &mappings)?;
-        let mut names = vec![String::new(); positions.len()];
-        positions.iter().zip(&machine.devices).for_each(|(at, device)| names[*at].clone_from(&device.name));
-        let group = pump.complete(bring_up::map_addresses(&main, group))?;
-        let synchronized = slots.iter().filter_map(|slot| {
-            let SlotRole::Drive(drive) = &slot.role else { return None };
-            drive.device.sync0.then(|| (slot.position, names[slot.position].as_str()))
-        });
-        let synchronized: Vec<_> = synchronized.collect();
-        let clocks = pump.complete(clocks::start(&main, &group, &synchronized, period))?;
-        let group = pump.complete(bring_up::request_op(&main, group, &names))?;
+        let devices = configure(&main, &mut pump, group, positions, (machine, period))?;
         let mut bus = Self {
-            data: ProcessData::new(&main, &group, positions.len(), clocks.is_some()),
             dimensions: [machine.muscles.len(), machine.encoders.len()],
-            states: Vec::with_capacity(positions.len()),
             written: None,
             begin: 0,
             until_recovery: 0,
             until_clock: 0,
+            in_operation: true,
             main,
             pump,
-            group,
-            slots,
-            clocks,
             period,
-            names,
+            states: Vec::with_capacity(positions.len()),
+            group: devices.group,
+            slots: devices.slots,
+            data: devices.data,
+            clocks: devices.clocks,
+            names: devices.names,
         };
         bus.enable(machine)?;
         Ok(bus)
+    }
+
+    /// Starts the bus anew: devices that were switched off or exchanged are looked for, compared with those of the machine, configured
+    /// and enabled again.
+    ///
+    /// # Errors
+    /// As [`Master::match_devices`] and [`Matched::operate`](super::Matched::operate). No drive has torque then; the bus can be
+    /// started anew again.
+    pub fn restart(&mut self, machine: &Machine) -> Result<(), EthercatError> {
+        self.stop();
+        let Self { main, pump, period, .. } = self;
+        let (group, positions) = matching(main, pump, &machine.devices)?;
+        let devices = configure(main, pump, group, &positions, (machine, *period))?;
+        (self.group, self.slots, self.data) = (devices.group, devices.slots, devices.data);
+        (self.clocks, self.names) = (devices.clocks, devices.names);
+        self.dimensions = [machine.muscles.len(), machine.encoders.len()];
+        (self.written, self.until_recovery, self.until_clock) = (None, 0, 0);
+        self.states.clear();
+        self.in_operation = true;
+        self.enable(machine)
     }
 
     /// Exchanges process data until every device is in OP and every drive enabled and standing.
@@ -148,22 +163,54 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         self.clocks.as_ref().map(Clocks::report)
     }
 
-    /// The master alone, to start the bus anew: devices that were switched off or exchanged are looked for, compared with the
-    /// machine and configured again.
-    #[must_use]
-    pub fn into_master(self) -> Master<'a, L> {
-        Master { main: self.main, pump: self.pump }
-    }
-
-    /// Brakes all drives and closes their brakes; the devices stay in OP.
+    /// Brings all drives to rest on a ramp, then takes their power, so that their brakes close; the devices stay in OP.
     pub fn stop(&mut self) {
+        if !std::mem::take(&mut self.in_operation) {
+            return;
+        }
         let [muscles, joints] = self.dimensions;
         let mut feedback = Feedback::new(muscles, joints);
-        let brake = vec![DriveCommand::Brake; muscles];
-        for _ in 0..STOP_CYCLES {
+        let mut commands = vec![DriveCommand::Velocity(0.0); muscles];
+        let mut stood = 0;
+        for _ in 0..BRAKE_CYCLES {
             self.read(&mut feedback);
-            self.write_and_wait(&brake);
+            let standing = self.slow_down(&mut commands);
+            self.write_and_wait(&commands);
+            stood = if standing { stood + 1 } else { 0 };
+            if stood >= STAND_CYCLES {
+                break;
+            }
         }
+        commands.fill(DriveCommand::Off);
+        for _ in 0..DISABLE_CYCLES {
+            let answered = self.read(&mut feedback).fault != Some(BusFault::Lost);
+            let powered = self.drives().any(|drive| drive.state().has_torque());
+            if answered && !powered {
+                break;
+            }
+            self.write_and_wait(&commands);
+        }
+    }
+
+    fn drives(&self) -> impl Iterator<Item = &DriveSlot> {
+        self.slots.iter().filter_map(|slot| match &slot.role {
+            SlotRole::Drive(drive) => Some(&**drive),
+            SlotRole::Sensors(_) => None,
+        })
+    }
+
+    /// The next speeds on the way to rest; whether all winches are told to stand.
+    fn slow_down(&self, commands: &mut [DriveCommand]) -> bool {
+        let h = self.period as f64 * 1e-9;
+        let mut standing = true;
+        for drive in self.drives() {
+            let speed = drive.braked_speed(h);
+            standing &= speed == 0.0;
+            if let Some(command) = commands.get_mut(drive.device.muscle) {
+                *command = DriveCommand::Velocity(speed);
+            }
+        }
+        standing
     }
 
     /// Writes outside of a control cycle, and lets the rest of the period pass.
@@ -249,6 +296,46 @@ impl<'a, L: Link> EthercatBus<'a, L> {
             clocks.record_difference(difference);
         }
     }
+}
+
+impl<L: Link> Drop for EthercatBus<'_, L> {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+/// Devices that are configured and in OP.
+struct Configured {
+    group: OpGroup,
+    slots: Vec<Slot>,
+    data: ProcessData,
+    clocks: Option<Clocks>,
+    names: Vec<String>,
+}
+
+/// Configures the devices at these positions for a machine and a period, ns, and brings them to OP.
+fn configure<L: Link>(
+    main: &MainDevice<'_>,
+    pump: &mut Pump<'_, L>,
+    group: PreOpGroup,
+    positions: &[usize],
+    (machine, period): (&Machine, u64),
+) -> Result<Configured, EthercatError> {
+    let places = (&machine.devices[..], positions);
+    let mappings = pump.complete(bring_up::configure(main, &group, places, period, WATCHDOG))?;
+    let slots = slots(machine, positions, &mappings)?;
+    let mut names = vec![String::new(); positions.len()];
+    positions.iter().zip(&machine.devices).for_each(|(at, device)| names[*at].clone_from(&device.name));
+    let group = pump.complete(bring_up::map_addresses(main, group))?;
+    let synchronized = slots.iter().filter_map(|slot| {
+        let SlotRole::Drive(drive) = &slot.role else { return None };
+        drive.device.sync0.then(|| (slot.position, names[slot.position].as_str()))
+    });
+    let synchronized: Vec<_> = synchronized.collect();
+    let clocks = pump.complete(clocks::start(main, &group, &synchronized, period))?;
+    let group = pump.complete(bring_up::request_op(main, group, &names))?;
+    let data = ProcessData::new(main, &group, positions.len(), clocks.is_some());
+    Ok(Configured { group, slots, data, clocks, names })
 }
 
 fn concerns_drive(fault: &BusFault) -> bool {

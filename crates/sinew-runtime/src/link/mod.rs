@@ -8,11 +8,13 @@
 //! Nothing here waits but [`LinkedMotion::wait`], which only a cycle on virtual time calls.
 
 mod domain;
+mod goals;
 mod motion;
 mod observed;
 mod source;
 mod tape;
 
 pub use domain::domain;
+pub use goals::{GOAL_ROWS, GoalRow, SessionEvent, Then, goal_after, goals_markdown};
 pub use motion::{LinkCounts, LinkedMotion};
-pub use tape::{LinkInput, Tape, TapeReader};
+pub use tape::{CycleInput, Taken, Tape, TapeReader};

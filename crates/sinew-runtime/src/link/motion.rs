@@ -1,6 +1,7 @@
+use super::goals::{Goal, SessionEvent};
 use super::observed;
 use super::source::Source;
-use super::tape::{LinkInput, Tape};
+use super::tape::{CycleInput, Taken, Tape};
 use crate::Error;
 use crate::bus::Feedback;
 use sinew::control::stretch::PREVIEW_HORIZON;
@@ -10,7 +11,7 @@ use sinew::trajectory::online::{
     EndPointStep, JointLimits, Limited, MuscleLengthStep, Setpoint, SetpointFollower,
 };
 use sinew::trajectory::{Moment, Reference};
-use sinew_link::host::{Port, SessionSettings};
+use sinew_link::host::{Input, Port, SessionSettings};
 use sinew_link::wire::{MAX_VALUES, flags};
 use sinew_link::{Command, Counters, Playout, Pushed, SetpointKind, Snapshot};
 use std::collections::VecDeque;
@@ -18,20 +19,21 @@ use std::time::Duration;
 
 /// Requests and references from a link, in place of a schedule.
 ///
-/// A new session and the end of one ask for [`Request::Hold`]; set-points count in [`Mode::Run`] alone. In lock-step a command
-/// is taken once the machine's time is where the one before let it go, so that results do not depend on when packets arrive.
+/// What sessions and requests make of its goal stands in [`GOAL_ROWS`](super::GOAL_ROWS); set-points count in [`Mode::Run`] alone. In
+/// lock-step a command, and the end of its session, is taken once the machine's time is where the one before let it go, so that
+/// results do not depend on when packets arrive.
 #[derive(Debug)]
 pub struct LinkedMotion {
     source: Source,
-    /// What is taken goes here as well.
-    tape: Option<Tape>,
     settings: SessionSettings,
     playout: Playout,
     follower: SetpointFollower,
     lengths: MuscleLengthStep,
     end_point: Option<EndPointStep>,
     kind: SetpointKind,
-    request: Request,
+    goal: Goal,
+    /// Whether there is a client.
+    attended: bool,
     /// Machine time of the last command, ns.
     commanded_at: Option<u64>,
     advance_to: u64,
@@ -64,8 +66,8 @@ pub struct LinkCounts {
 const POINTS: usize = 256;
 /// Time in which a motion whose points fail to come ends, ns.
 const BRAKE: u64 = 50_000_000;
-/// Commands taken in one cycle at most.
-const COMMANDS: usize = 8;
+/// Inputs taken in one cycle at most.
+const INPUTS: usize = 8;
 /// Longest wait in lock-step before the caller may stop.
 const WAIT: Duration = Duration::from_millis(20);
 
@@ -83,7 +85,7 @@ impl LinkedMotion {
         pose: &[f64],
         end: Option<u64>,
     ) -> Result<Self, Error> {
-        Self::of(Source::Server(port, None), settings, machine, limits, (pose, end))
+        Self::of(Source::Server(Box::new(port)), settings, machine, limits, (pose, end))
     }
 
     /// The same over inputs that were recorded, see [`supply`](Self::supply), from the first cycle on and without an end.
@@ -97,12 +99,6 @@ impl LinkedMotion {
         pose: &[f64],
     ) -> Result<Self, Error> {
         Self::of(Source::Recording(VecDeque::new()), settings, machine, limits, (pose, None))
-    }
-
-    /// The same with everything that is taken from the link on a tape.
-    #[must_use]
-    pub fn with_tape(self, tape: Tape) -> Self {
-        Self { tape: Some(tape), ..self }
     }
 
     fn of(
@@ -128,14 +124,14 @@ impl LinkedMotion {
         }
         Ok(Self {
             source,
-            tape: None,
             playout: Playout::new(MAX_VALUES, POINTS, settings.playout_delay_ns, BRAKE),
+            goal: Goal::new(settings.unattended_ns),
+            attended: false,
             settings,
             follower,
             lengths,
             end_point,
             kind: SetpointKind::None,
-            request: Request::Hold,
             commanded_at: None,
             advance_to: 0,
             end,
@@ -154,7 +150,7 @@ impl LinkedMotion {
     /// What is asked of the supervisor in this cycle.
     #[must_use]
     pub fn request(&self) -> Request {
-        self.request
+        self.goal.request()
     }
 
     /// Kind of the set-points that are followed.
@@ -185,18 +181,18 @@ impl LinkedMotion {
         }
     }
 
-    /// Lock-step: whether the cycle of a time, ns, may begin; where not, waits a while for the client, with system calls.
-    pub fn wait(&mut self, now: u64) -> bool {
+    /// Lock-step: whether the cycle of a time, ns, may begin; where not, waits a while for the client, with system calls. What is
+    /// taken goes on the tape.
+    pub fn wait(&mut self, now: u64, mut tape: Option<&mut Tape>) -> bool {
         if !self.settings.lock_step || matches!(self.source, Source::Recording(_)) {
             return true;
         }
-        self.follow_session(now);
-        if self.advance_to < now
-            && let Some(command) = self.source.next_command()
+        while (!self.attended || self.advance_to < now)
+            && let Some(input) = self.source.next()
         {
-            self.take(LinkInput { at_ns: now, command: Some(command) });
+            self.take(input, now, tape.as_deref_mut());
         }
-        if self.advance_to >= now && self.source.has_session() {
+        if self.advance_to >= now && self.attended {
             return true;
         }
         self.answer();
@@ -211,55 +207,55 @@ impl LinkedMotion {
     }
 
     /// Adds what was taken in a recorded run, in its order, before the cycle that took it.
-    pub fn supply(&mut self, input: LinkInput) {
+    pub fn supply(&mut self, at_ns: u64, input: Input) {
         if let Source::Recording(inputs) = &mut self.source {
-            inputs.push_back(input);
+            inputs.push_back((at_ns, input));
         }
     }
 
-    fn follow_session(&mut self, now: u64) {
-        if self.source.session_changed() {
-            self.take(LinkInput { at_ns: now, command: None });
-        }
-    }
-
-    /// Takes what the client has sent; in lock-step this is done while waiting.
-    fn take_commands(&mut self, now: u64) {
+    /// Takes what the client has sent; in lock-step this is done while waiting. Behind another goal nothing is taken before the
+    /// supervisor has seen it: no request is lost because the next one came soon.
+    fn take_inputs(&mut self, now: u64, mut tape: Option<&mut Tape>) {
         while let Some(input) = self.source.next_recorded(now) {
-            self.take(input);
+            self.take(input, now, tape.as_deref_mut());
         }
         if self.settings.lock_step {
             return;
         }
-        self.follow_session(now);
-        for _ in 0..COMMANDS {
-            let Some(command) = self.source.next_command() else { break };
-            self.take(LinkInput { at_ns: now, command: Some(command) });
+        for _ in 0..INPUTS {
+            let Some(input) = self.source.next() else { break };
+            if self.take(input, now, tape.as_deref_mut()) {
+                break;
+            }
         }
     }
 
-    /// A command, or the beginning or end of a session, which leaves the machine in hold.
-    fn take(&mut self, input: LinkInput) {
-        if let Some(tape) = &mut self.tape {
-            tape.put(input);
+    /// A command, or the beginning or end of a session; whether the goal is another one.
+    fn take(&mut self, input: Input, now: u64, tape: Option<&mut Tape>) -> bool {
+        if let Some(tape) = tape {
+            tape.put(CycleInput { at_ns: now, what: Taken::Link(input) });
         }
-        match &input.command {
-            Some(command) => self.follow(command, input.at_ns),
-            None => {
-                self.request = Request::Hold;
-                self.kind = SetpointKind::None;
-                self.advance_to = 0;
-            }
+        let event = SessionEvent::of(&input);
+        self.attended = event.0 != SessionEvent::Ends;
+        match &input {
+            Input::Command(command) => self.follow(command, now),
+            Input::Begins | Input::Ends => (self.kind, self.advance_to) = (SetpointKind::None, 0),
         }
+        let changed = self.goal.follow(event, self.mode, now);
+        self.show_goal();
+        changed
+    }
+
+    /// What the state says of the goal; at once, because in lock-step a client waits for it without a cycle.
+    fn show_goal(&mut self) {
+        let request = sinew_link::Request::of(self.goal.request() as u8);
+        self.snapshot.request = request.unwrap_or(sinew_link::Request::None);
     }
 
     fn follow(&mut self, command: &Command, now: u64) {
         self.advance_to = command.advance_to_ns;
         // In lock-step the client answers for all the time that it grants.
         self.commanded_at = Some(if self.settings.lock_step { now.max(self.advance_to) } else { now });
-        if command.request != sinew_link::Request::None {
-            self.request = Request::from_number(command.request.number()).unwrap_or(Request::None);
-        }
         let setpoints = &command.setpoints;
         if setpoints.kind() == SetpointKind::None {
             return;
@@ -293,7 +289,7 @@ impl LinkedMotion {
         self.kind = kind;
     }
 
-    /// Before the supervisor: commands, and the references of this cycle. Nothing is allocated.
+    /// Before the supervisor: commands, which go on the tape, and the references of this cycle. Nothing is allocated.
     ///
     /// # Errors
     /// As [`SetpointFollower::step`] and [`Supervisor::set_tensions`].
@@ -301,10 +297,11 @@ impl LinkedMotion {
         &mut self,
         now: u64,
         supervisor: &mut Supervisor,
-        current: &mut Reference,
-        previewed: &mut Reference,
+        [current, previewed]: [&mut Reference; 2],
+        tape: Option<&mut Tape>,
     ) -> Result<Moment, Error> {
-        self.take_commands(now);
+        self.take_inputs(now, tape);
+        self.goal.pass(self.mode, now);
         let values = match self.kind {
             SetpointKind::None => 0,
             SetpointKind::Joint => self.pose.len(),
@@ -349,7 +346,6 @@ impl LinkedMotion {
         let snapshot = &mut *self.snapshot;
         observed::write(snapshot, period as f64 * 1e-9, command, feedback);
         (snapshot.machine_time_ns, snapshot.cycle) = (now, now / period.max(1));
-        snapshot.request = sinew_link::Request::of(self.request as u8).unwrap_or(sinew_link::Request::None);
         snapshot.setpoint = self.kind;
         snapshot.queued = self.playout.queued() as u16;
         snapshot.late = self.late;
@@ -360,6 +356,7 @@ impl LinkedMotion {
         if self.limited == Limited::Yes {
             snapshot.flags |= flags::LIMITED;
         }
+        self.show_goal();
         let due =
             (now / period.max(1)).is_multiple_of((self.settings.state_period_ns / period.max(1)).max(1));
         if due && !self.settings.lock_step {

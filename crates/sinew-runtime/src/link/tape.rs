@@ -1,32 +1,59 @@
 use rtrb::{Consumer, Producer, RingBuffer};
+use sinew_link::host::Input;
 use sinew_link::{Command, Rejection};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// What the control cycle took from a link, so that a linked run can be replayed.
+/// What the control cycle took from elsewhere, so that its run can be replayed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LinkInput {
+pub struct CycleInput {
     /// Machine time of the cycle that took it, ns.
     pub at_ns: u64,
-    /// A command; none where a session began or ended.
-    pub command: Option<Command>,
+    /// What it was.
+    pub what: Taken,
 }
 
-impl LinkInput {
-    /// The body of its Command packet; empty where a session began or ended.
+/// What was taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "the control cycle puts it on a tape and allocates nothing")]
+pub enum Taken {
+    /// From a link.
+    Link(Input),
+    /// A safe stop, from the page or the terminal.
+    Stop,
+}
+
+/// The only byte of an input that is no command: the body of a Command packet is longer.
+const BEGINS: u8 = 1;
+const ENDS: u8 = 2;
+const STOP: u8 = 3;
+
+impl CycleInput {
+    /// The body of its Command packet, or one byte.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        self.command.map_or_else(Vec::new, |command| command.to_bytes())
+        match &self.what {
+            Taken::Link(Input::Command(command)) => command.to_bytes(),
+            Taken::Link(Input::Begins) => vec![BEGINS],
+            Taken::Link(Input::Ends) => vec![ENDS],
+            Taken::Stop => vec![STOP],
+        }
     }
 
-    /// From what [`to_bytes`](Self::to_bytes) gives.
+    /// From what [`to_bytes`](Self::to_bytes) gives. No byte at all, in recordings of programs until 2026-11-26, is a session that
+    /// began or ended: the machine held.
     ///
     /// # Errors
     /// Why the bytes are no command.
     pub fn from_bytes(at_ns: u64, bytes: &[u8]) -> Result<Self, Rejection> {
-        let command = (!bytes.is_empty()).then(|| Command::from_bytes(bytes)).transpose()?;
-        Ok(Self { at_ns, command })
+        let what = match bytes {
+            [BEGINS] => Taken::Link(Input::Begins),
+            [] | [ENDS] => Taken::Link(Input::Ends),
+            [STOP] => Taken::Stop,
+            _ => Taken::Link(Input::Command(Command::from_bytes(bytes)?)),
+        };
+        Ok(Self { at_ns, what })
     }
 }
 
@@ -38,7 +65,7 @@ const PAUSE: Duration = Duration::from_millis(1);
 /// The control cycle's end of a ring of inputs.
 #[derive(Debug)]
 pub struct Tape {
-    ring: Producer<LinkInput>,
+    ring: Producer<CycleInput>,
     dropped: Arc<AtomicU64>,
     waits: bool,
 }
@@ -46,7 +73,7 @@ pub struct Tape {
 /// The other end.
 #[derive(Debug)]
 pub struct TapeReader {
-    ring: Consumer<LinkInput>,
+    ring: Consumer<CycleInput>,
     dropped: Arc<AtomicU64>,
 }
 
@@ -60,7 +87,7 @@ impl Tape {
         (Self { ring, dropped: Arc::clone(&dropped), waits }, TapeReader { ring: reader, dropped })
     }
 
-    pub(super) fn put(&mut self, input: LinkInput) {
+    pub(crate) fn put(&mut self, input: CycleInput) {
         while self.waits && self.ring.is_full() && !self.ring.is_abandoned() {
             std::thread::sleep(PAUSE);
         }
@@ -72,7 +99,7 @@ impl Tape {
 
 impl TapeReader {
     /// The next input, if there is one.
-    pub fn read(&mut self) -> Option<LinkInput> {
+    pub fn read(&mut self) -> Option<CycleInput> {
         self.ring.pop().ok()
     }
 

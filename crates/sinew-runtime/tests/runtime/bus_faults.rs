@@ -218,9 +218,9 @@ fn a_device_without_power_stops_the_machine_and_a_new_start_finds_it_again() {
             stopped |= matches!(record.command.arm.status, ArmStatus::Stopped(_));
         });
         assert!(stopped && cycle.statistics().first.is_some(), "{device}: {:?}", cycle.statistics());
-        let master = cycle.into_bus().into_master();
-        let bus = master.match_devices(&setup.machine.devices).unwrap().operate(&setup.machine, PERIOD);
-        assert_in_operation(bus.unwrap(), &setup);
+        let mut bus = cycle.into_bus();
+        bus.restart(&setup.machine).unwrap();
+        assert_in_operation(bus, &setup);
     }
 }
 
@@ -253,8 +253,7 @@ fn another_device_in_the_place_of_one_is_named_and_gets_no_set_point() {
         }
     });
     assert_eq!(stopped, Some(Fault::Drive(1)));
-    let refused = cycle.into_bus().into_master().match_devices(&setup.machine.devices).err().unwrap();
-    let text = refused.error.to_string();
+    let text = cycle.into_bus().restart(&setup.machine).unwrap_err().to_string();
     assert!(
         text.contains("position 2") && text.contains("drive of hip_extensor") && text.contains("SIM-LC1"),
         "{text}"

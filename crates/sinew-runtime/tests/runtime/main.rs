@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 mod bus_faults;
+mod bus_stops;
 mod clocks;
 mod common;
 mod link;
+mod link_stops;
 mod segment;

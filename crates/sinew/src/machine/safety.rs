@@ -55,6 +55,9 @@ pub struct SafetyLimits {
     /// Age of a command above which it is stale, s, > 0.
     #[serde(rename = "command_age_s")]
     pub command_age: f64,
+    /// Time for which a machine under tension whose client has gone is held before it is let down, s, >= 0.
+    #[serde(rename = "unattended_s")]
+    pub unattended: f64,
 }
 
 impl Default for SafetyLimits {
@@ -75,6 +78,7 @@ impl Default for SafetyLimits {
             bridged_lateness: 0.012,
             lateness: 0.02,
             command_age: 0.1,
+            unattended: 5.0,
         }
     }
 }
@@ -109,6 +113,7 @@ impl SafetyLimits {
         non_negative("joint_margin", self.joint_margin)?;
         non_negative("holding_time", self.holding_time)?;
         non_negative("bridged_lateness", self.bridged_lateness)?;
+        non_negative("unattended", self.unattended)?;
         non_negative("bridged_loss", self.bridged_loss).map(drop)
     }
 }

@@ -45,10 +45,19 @@ pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> R
         });
     }
     let answered = serve(&socket, (&mut segment, &mut simulated), PERIOD, stop)?;
+    // What the master has left behind: drives that it did not disable, and those that stopped by themselves.
+    let drives = || segment.devices().iter().filter_map(|device| device.drive());
+    let powered = drives().filter(|drive| drive.brake_released()).count();
+    let faults = drives().filter(|drive| drive.error_code() != 0).count();
     let content = if general.json {
-        Content::json(&serde_json::json!({"simulated": true, "frames_answered": answered}))?
+        Content::json(&serde_json::json!({
+            "simulated": true, "frames_answered": answered,
+            "drives_with_power": powered, "drives_with_a_fault": faults,
+        }))?
     } else {
-        Content::Text(format!("{answered} frames answered\n"))
+        Content::Text(format!(
+            "{answered} frames answered; at the end {powered} drives with power, {faults} with a fault\n"
+        ))
     };
     Ok(Answer::done(content, Vec::new()))
 }

@@ -1,12 +1,13 @@
 //! A simulated machine for the page.
 
-use crate::arguments::{FaultArgument, LiveArguments, PathArgument};
+use crate::arguments::{FaultArgument, LiveArguments, OFFERED, PathArgument};
 use crate::error::Error;
 use crate::verbs::machine_source;
 use crate::verbs::meshes::read_meshes;
 use crate::verbs::page::tension_limits;
 use crate::verbs::track::{fault, motion};
 use crate::verbs::verification;
+use sinew::body::Robot;
 use sinew::machine::Machine;
 use sinew::twin::arm::Failure;
 use sinew_lab::CompensationVariant;
@@ -80,6 +81,7 @@ impl SimulationSource for Bench {
             paths: named.chain([TOUR.to_owned()]).collect(),
             variants: VARIANTS.map(|variant| variant.name().to_owned()).to_vec(),
             tension_limits: tension_limits(&self.machine),
+            failures: OFFERED.to_vec(),
         }
     }
 
@@ -88,13 +90,18 @@ impl SimulationSource for Bench {
     }
 
     fn failure(&self, text: &str) -> Result<(Failure, f64), String> {
-        let (what, duration) = text.split_once('+').map_or((text, ""), |(what, duration)| (what, duration));
-        let written = if duration.is_empty() { format!("{what}@0") } else { format!("{what}@0+{duration}") };
-        let argument: FaultArgument = written.parse().map_err(|error| format!("`{text}`: {error}"))?;
-        let fault = fault::resolve(&[argument], &self.machine.robot).map_err(|error| error.to_string())?;
-        let fault = fault.first().ok_or("no fault")?;
-        Ok((fault.failure, fault.duration))
+        failure(text, &self.machine.robot)
     }
+}
+
+/// A failure and its duration, s, by the text of `--fault` without its time.
+fn failure(text: &str, robot: &Robot) -> Result<(Failure, f64), String> {
+    let (what, duration) = text.split_once('+').map_or((text, ""), |(what, duration)| (what, duration));
+    let written = if duration.is_empty() { format!("{what}@0") } else { format!("{what}@0+{duration}") };
+    let argument: FaultArgument = written.parse().map_err(|error| format!("`{text}`: {error}"))?;
+    let fault = fault::resolve(&[argument], robot).map_err(|error| error.to_string())?;
+    let fault = fault.first().ok_or("no fault")?;
+    Ok((fault.failure, fault.duration))
 }
 
 impl Bench {
@@ -148,5 +155,30 @@ impl Bench {
         let (plant, supervisor) = (prepared.run().plant()?, prepared.supervisor()?);
         drop(prepared);
         Ok(SimulationParts { machine: arm.machine, plant, supervisor, trajectory: Arc::new(trajectory) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew::twin::arm::InjectedFault;
+    use std::path::Path;
+
+    #[test]
+    fn every_failure_that_the_page_offers_is_accepted_for_every_muscle_of_every_built_in_machine() {
+        for (name, text) in sinew_lab::machine_file::BUILT_IN {
+            let machine = sinew_lab::machine_file::machine_in(Path::new(name), text).unwrap().machine;
+            let parts = machine.robot.parts();
+            let sizes = [parts.tendons.len(), machine.robot.nv()];
+            for (offered, words) in OFFERED {
+                for muscle in &parts.tendons {
+                    let text = offered.replace("{}", &muscle.name);
+                    let (failure, duration) = failure(&text, &machine.robot)
+                        .unwrap_or_else(|refused| panic!("{name}: {words}: {refused}"));
+                    let fault = InjectedFault { start: 0.0, duration, failure };
+                    assert!(fault.validate(sizes[0], sizes[1]).is_ok(), "{name}: {text}");
+                }
+            }
+        }
     }
 }

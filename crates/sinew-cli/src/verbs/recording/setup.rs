@@ -59,17 +59,25 @@ pub(crate) struct LinkSetup {
     lock_step: bool,
     playout_delay_ns: u64,
     timeout_ns: u64,
+    /// For ever in recordings without it.
+    #[serde(default = "for_ever")]
+    unattended_ns: u64,
+}
+
+fn for_ever() -> u64 {
+    u64::MAX
 }
 
 impl LinkSetup {
     pub(crate) fn of(settings: &SessionSettings) -> Self {
-        let SessionSettings { lock_step, playout_delay_ns, timeout_ns, .. } = *settings;
-        Self { lock_step, playout_delay_ns, timeout_ns }
+        let SessionSettings { lock_step, playout_delay_ns, timeout_ns, unattended_ns, .. } = *settings;
+        Self { lock_step, playout_delay_ns, timeout_ns, unattended_ns }
     }
 
     pub(crate) fn settings(self) -> SessionSettings {
-        let Self { lock_step, playout_delay_ns, timeout_ns } = self;
-        SessionSettings { lock_step, playout_delay_ns, timeout_ns, ..SessionSettings::default() }
+        let Self { lock_step, playout_delay_ns, timeout_ns, unattended_ns } = self;
+        let others = SessionSettings::default();
+        SessionSettings { lock_step, playout_delay_ns, timeout_ns, unattended_ns, ..others }
     }
 }
 

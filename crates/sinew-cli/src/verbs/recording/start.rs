@@ -78,11 +78,7 @@ impl Recording {
             OpenOptions::new().write(true).create(true).truncate(true).open(path).map_err(unwritable)?;
         let failed = warn_of(path);
         let (file, machine) = (Box::new(file), &setup.machine);
-        let started = match request.link {
-            Some(_) => Recorder::start_linked(file, head, machine, &files, failed)
-                .map(|(recorder, tape)| (recorder, Some(tape))),
-            None => Recorder::start(file, head, machine, &files, failed).map(|recorder| (recorder, None)),
-        };
+        let started = Recorder::start_with_tape(file, head, machine, &files, failed);
         let (recorder, tape) = started.map_err(Error::recording(path))?;
         Ok(Some(Self {
             recorder: Some(recorder),
@@ -90,11 +86,11 @@ impl Recording {
             path: path.clone(),
             replaced,
             virtual_time,
-            tape,
+            tape: Some(tape),
         }))
     }
 
-    /// Where what a client sends goes; once, for a run that a client commands.
+    /// Where what the cycle takes from elsewhere goes; once.
     pub(crate) fn take_tape(&mut self) -> Option<Tape> {
         self.tape.take()
     }

@@ -2,11 +2,11 @@
 
 use super::seen::Seen;
 use super::shortcomings::warn;
+use super::stopping::Stopping;
 use super::{bus, timing};
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{BusArgument, General, PathArgument, RunArguments};
 use crate::error::Error;
-use crate::interrupt;
 use crate::progress::Progress;
 use crate::verbs::device_files;
 use crate::verbs::link::key_file::read_key;
@@ -30,7 +30,6 @@ use sinew_runtime::ethercat::{
 };
 use sinew_runtime::link::{LinkedMotion, domain};
 use std::net::SocketAddr;
-use std::sync::atomic::Ordering;
 
 /// Control cycle, ns.
 const PERIOD: u64 = 1_000_000;
@@ -75,6 +74,7 @@ pub(super) fn execute(
     let mut sessions = SessionSettings {
         lock_step: arguments.virtual_time,
         timeout_ns: (setup.machine.safety.command_age * 1e9) as u64,
+        unattended_ns: (setup.machine.safety.unattended * 1e9) as u64,
         ..SessionSettings::default()
     };
     if sessions.lock_step {
@@ -94,10 +94,12 @@ pub(super) fn execute(
         let recording = linked.record(&identified.gains, &identified.models, false)?;
         let master = Master::new(&storage, RawSocketLink::open(interface)?)?;
         let devices = &setup.machine.devices;
+        // From here on drives have power: whoever ends the run stops them.
+        let stopping = Stopping::begin();
         let bus =
             master.match_devices(devices).map_err(EthercatError::from)?.operate(&setup.machine, PERIOD)?;
         drop(progress);
-        let on = On { supervisor, recording, truth: unknown };
+        let on = On { supervisor, recording, stopping, truth: unknown };
         return linked.on(bus, on, general, end_of_bus);
     }
     progress.show("calibrating the machine's cables", 0.0);
@@ -108,7 +110,7 @@ pub(super) fn execute(
     drop(progress);
     match arguments.bus {
         BusArgument::Twin => {
-            let on = On { supervisor, recording, truth };
+            let on = On { supervisor, recording, stopping: Stopping::begin(), truth };
             linked.on(TwinBus::new(plant, STEP), on, general, |_| None)
         }
         BusArgument::Segment | BusArgument::Ethercat => {
@@ -116,7 +118,7 @@ pub(super) fn execute(
             let segment = simulated.segment(&descriptions)?;
             let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
             let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
-            let on = On { supervisor, recording, truth };
+            let on = On { supervisor, recording, stopping: Stopping::begin(), truth };
             linked.on(matched.operate(&setup.machine, PERIOD)?, on, general, end_of_bus)
         }
     }
@@ -133,6 +135,7 @@ fn end_of_bus<L: Link>(bus: &mut EthercatBus<'_, L>) -> Option<ClockReport> {
 struct On<F> {
     supervisor: Supervisor,
     recording: Option<Recording>,
+    stopping: Stopping,
     truth: F,
 }
 
@@ -166,7 +169,7 @@ impl Linked<'_> {
         end: impl FnOnce(&mut B) -> Option<ClockReport>,
     ) -> Result<Answer, Error> {
         let Self { arguments, setup, sessions, follower, .. } = self;
-        let On { supervisor, mut recording, truth } = on;
+        let On { supervisor, mut recording, mut stopping, truth } = on;
         let (machine, sessions) = (&setup.machine, *sessions);
         let tension: Vec<[f64; 2]> =
             supervisor.controller().gains().muscles.iter().map(|muscle| muscle.tension).collect();
@@ -178,19 +181,15 @@ impl Linked<'_> {
         let until = arguments.link.until.map(|seconds| (seconds * 1e9) as u64);
         let limits = follower.limits.clone();
         let motion = LinkedMotion::new(port, sessions, machine, limits, &follower.pose, until)?;
-        let motion = match recording.as_mut().and_then(Recording::take_tape) {
-            Some(tape) => motion.with_tape(tape),
-            None => motion,
-        };
         let simulated = arguments.bus != BusArgument::Ethercat;
         let shown = Shown { bus: self.bus, simulated, linked: true, timed: !arguments.virtual_time };
         let mut page = RunPage::start(&arguments.page, setup, &shown)?;
-        let mut cycle = Cycle::linked(bus, supervisor, motion, STEP);
-        if let Some(page) = &page {
-            cycle = cycle.with_stop(page.stop());
+        let mut cycle = stopping.of(Cycle::linked(bus, supervisor, motion, STEP), page.as_ref());
+        if let Some(tape) = recording.as_mut().and_then(Recording::take_tape) {
+            cycle = cycle.with_tape(tape);
         }
         let mut cycle = if simulated { cycle.with_waiting_machine() } else { cycle };
-        let stop = interrupt::answer();
+        let end_at_once = stopping.at_once();
         let mut seen = Seen::default();
         let mut times = Timing::new();
         let see = |record: &CycleRecord<'_, B>| {
@@ -198,19 +197,18 @@ impl Linked<'_> {
             if let Some(recording) = &mut recording {
                 recording.record(record, truth(record.bus).as_ref());
             }
-            if let Some(page) = &mut page
-                && page.show(record, truth(record.bus))
-            {
-                stop.store(true, Ordering::Relaxed);
+            if let Some(page) = &mut page {
+                page.show(record, truth(record.bus));
             }
+            stopping.see(record);
             Ok(())
         };
         let real_time = if arguments.virtual_time {
-            run(&mut cycle, &mut VirtualClock::default(), PERIOD, stop, &mut times, see)?;
+            run(&mut cycle, &mut VirtualClock::default(), PERIOD, end_at_once, &mut times, see)?;
             RealTime::default()
         } else {
             let real_time = RealTime::request();
-            run(&mut cycle, &mut MonotonicClock, PERIOD, stop, &mut times, see)?;
+            run(&mut cycle, &mut MonotonicClock, PERIOD, end_at_once, &mut times, see)?;
             real_time
         };
         let recording = recording.map(Recording::end);
@@ -221,11 +219,8 @@ impl Linked<'_> {
         drop(server);
         warn(&real_time);
 
-        let from_page = page.as_ref().and_then(RunPage::stopped);
-        let ended = match from_page {
-            Some(_) if seen.stopped.is_none() => "stopped_from_page",
-            _ => seen.ended(arguments.link.until.is_some()),
-        };
+        let from_elsewhere = stopping.stopped(page.as_ref());
+        let ended = seen.ended(from_elsewhere, arguments.link.until.is_some());
         let reason = seen
             .stopped
             .map(|(time, fault)| format!("{} at {time:.3} s", stop_reason(fault, threshold, &machine.robot)));
@@ -267,7 +262,7 @@ impl Linked<'_> {
         let whole = recording.as_ref().is_none_or(|recording| recording.whole);
         let written = recording.into_iter().map(|recording| recording.written).collect();
         Ok(Answer {
-            outcome: Outcome::of(seen.stopped.is_none() && from_page.is_none() && whole),
+            outcome: Outcome::of(seen.stopped.is_none() && from_elsewhere.is_none() && whole),
             content,
             written,
         })

@@ -1,9 +1,9 @@
 //! A run of a real machine: only what its sensors measure is known.
 
 use super::bus;
+use super::stopping::{By, Stopped, Stopping};
 use crate::arguments::RunArguments;
 use crate::error::Error;
-use crate::interrupt;
 use crate::progress::Progress;
 use crate::table::{number, table, thousandths};
 use crate::verbs::page::RunPage;
@@ -71,7 +71,7 @@ pub(super) fn text(measured: &Measured, machine: &Machine) -> String {
     let mut text = table(&["joint, by its encoder", &mean, "max"], &rows, 1);
     let ended = match (numbers.ended, &numbers.reason) {
         (_, Some(reason)) => format!("stopped: {reason}"),
-        ("interrupted", None) => "interrupted; the drives braked".to_owned(),
+        ("interrupted", None) => "interrupted; the machine was stopped".to_owned(),
         _ => "as planned".to_owned(),
     };
     text += &format!("Ended {ended}\n");
@@ -102,20 +102,23 @@ pub(super) fn execute(
     let (gains, models) = (&identified.gains, &identified.models);
     let mut recording =
         Recording::start(&Request { arguments, setup, gains, models, calibrated: false, link: None })?;
+    // From here on drives have power: whoever ends the run stops them.
+    let mut stopping = Stopping::begin();
     let bus = master
         .match_devices(&setup.machine.devices)
         .map_err(EthercatError::from)?
         .operate(&setup.machine, PERIOD)?;
     let limits = Limits::of(&setup.machine, controller.gains())?;
-    let mut cycle = Cycle::new(bus, Supervisor::new(controller, limits)?, schedule, STEP);
-    if let Some(page) = &page {
-        cycle = cycle.with_stop(page.stop());
+    let cycle = Cycle::new(bus, Supervisor::new(controller, limits)?, schedule, STEP);
+    let mut cycle = stopping.of(cycle, page.as_ref());
+    if let Some(tape) = recording.as_mut().and_then(Recording::take_tape) {
+        cycle = cycle.with_tape(tape);
     }
     let real_time = RealTime::request();
     let mut timing = Timing::new();
     let mut errors = vec![Statistics::default(); schedule.joints()];
     let (mut stopped, mut degraded, mut modes) = (None, 0, Vec::with_capacity(64));
-    let stop = interrupt::answer();
+    let end = stopping.at_once();
     let see = |record: &CycleRecord<'_, EthercatBus<'_, RawSocketLink>>| {
         let command = &record.command;
         if modes.last().is_none_or(|last: &ModeChange| last.mode != command.mode) {
@@ -126,7 +129,7 @@ pub(super) fn execute(
                 stopped.get_or_insert((record.moment.time, fault));
                 // The machine has been let down.
                 if command.mode == Mode::Fault {
-                    stop.store(true, Ordering::Relaxed);
+                    end.store(true, Ordering::Relaxed);
                 }
             }
             ArmStatus::Degraded(_) => degraded += 1,
@@ -135,13 +138,11 @@ pub(super) fn execute(
         if let Some(recording) = &mut recording {
             recording.record(record, None);
         }
-        if let Some(page) = &mut page
-            && page.show(record, None)
-        {
-            stop.store(true, Ordering::Relaxed);
+        if let Some(page) = &mut page {
+            page.show(record, None);
         }
-        let followed = page.as_ref().is_none_or(|page| page.stopped().is_none());
-        if record.moment.repeat.is_some() && followed {
+        stopping.see(record);
+        if record.moment.repeat.is_some() && !stopping.is_stopping() {
             let measured = record.feedback.joint.iter().zip(&record.reference.q);
             for (statistics, (measured, reference)) in errors.iter_mut().zip(measured) {
                 if measured.is_finite() {
@@ -151,7 +152,7 @@ pub(super) fn execute(
         }
         Ok(())
     };
-    run(&mut cycle, &mut MonotonicClock, PERIOD, stop, &mut timing, see)?;
+    run(&mut cycle, &mut MonotonicClock, PERIOD, end, &mut timing, see)?;
     let statistics = cycle.statistics();
     let health = TrackHealth::of(cycle.supervisor().health(), &setup.machine.robot);
     let threshold = stopped.and_then(|(_, fault)| cycle.supervisor().threshold(fault));
@@ -159,17 +160,19 @@ pub(super) fn execute(
     let clocks = bus.clocks();
     bus.stop();
     let recording = recording.map(Recording::end);
-    let from_page = page.as_ref().and_then(RunPage::stopped);
+    let from_elsewhere = stopping.stopped(page.as_ref());
     let (ended, reason) = match stopped {
         Some((time, fault)) => {
             let reason = stop_reason(fault, threshold, &setup.machine.robot);
             ("stopped", Some(format!("{reason} at {time:.3} s")))
         }
-        None if from_page.is_some() => {
-            ("stopped", from_page.map(|time| format!("from the page at {time:.3} s")))
-        }
-        None if interrupt::is_requested() => ("interrupted", None),
-        None => ("as_planned", None),
+        None => match from_elsewhere {
+            Some(Stopped { by: By::Page, time }) => {
+                ("stopped", Some(format!("from the page at {time:.3} s")))
+            }
+            Some(Stopped { by: By::Terminal, .. }) => ("interrupted", None),
+            None => ("as_planned", None),
+        },
     };
     let joint_error =
         errors.iter().map(|statistics| MeanMax { mean: statistics.mean, max: statistics.max }).collect();

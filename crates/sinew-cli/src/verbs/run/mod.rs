@@ -6,10 +6,11 @@ mod measured;
 mod seen;
 mod shortcomings;
 mod simulated;
+mod stopping;
 mod timing;
 
 use super::device_files;
-use super::page::{RunPage, Shown, stopped_text};
+use super::page::{RunPage, Shown};
 use super::track::{setup::Setup, summary_text};
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{BusArgument, General, MotionArguments, PathArgument, RunArguments};
@@ -23,6 +24,7 @@ use simulated::{Executed, execute};
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::TrackOutcome;
 use std::collections::BTreeMap;
+use stopping::Stopped;
 
 pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer, Error> {
     let interface = arguments.interface.as_deref().filter(|_| arguments.bus == BusArgument::Ethercat);
@@ -57,7 +59,7 @@ pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer,
     let executed = execute(&setup, &arm, (arguments, &descriptions, page), &progress)?;
     drop(progress);
     let whole = executed.recording.as_ref().is_none_or(|recording| recording.whole);
-    let completed = executed.numbers.ended == TrackOutcome::Completed && executed.stopped_from_page.is_none();
+    let completed = executed.numbers.ended == TrackOutcome::Completed && executed.stopped.is_none();
     let outcome = Outcome::of(completed && whole);
     let content = content(arguments, &setup, &executed, general.json)?;
     let written = executed.recording.into_iter().map(|recording| recording.written).collect();
@@ -113,8 +115,8 @@ fn content(
         if let Some(recording) = &executed.recording {
             all["recording"] = recording.json.clone();
         }
-        if let Some(time) = executed.stopped_from_page {
-            all["stopped_from_page_s"] = time.into();
+        if let Some(stopped) = executed.stopped {
+            all[stopped.key()] = stopped.time.into();
         }
         return Content::json(&all);
     }
@@ -124,7 +126,7 @@ fn content(
         text += &timing::text(&executed.timing);
     }
     text += executed.recording.as_ref().map_or("", |recording| &recording.text);
-    text += &stopped_text(executed.stopped_from_page);
+    text += &executed.stopped.map_or(String::new(), Stopped::text);
     warn(&executed.real_time);
     Ok(Content::Text(text))
 }

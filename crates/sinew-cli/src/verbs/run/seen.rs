@@ -1,6 +1,6 @@
 //! What is kept of a run that a client commands.
 
-use crate::interrupt;
+use super::stopping::{By, Stopped};
 use sinew::control::arm::{ArmStatus, Fault};
 use sinew_lab::experiment::ModeChange;
 use sinew_runtime::cycle::CycleRecord;
@@ -32,12 +32,14 @@ impl Seen {
         record.feedback.joint.iter().chain(command.arm.q).for_each(|x| self.digest.add(*x));
     }
 
-    pub(super) fn ended(&self, until: bool) -> &'static str {
-        match self.stopped {
-            Some(_) => "stopped",
-            None if interrupt::is_requested() => "interrupted",
-            None if until => "as_planned",
-            None => "turned_off",
+    /// How the run ended: by a fault, by a stop from elsewhere, at its time, or because the client turned the machine off.
+    pub(super) fn ended(&self, stopped: Option<Stopped>, until: bool) -> &'static str {
+        match (self.stopped, stopped.map(|stopped| stopped.by)) {
+            (Some(_), _) => "stopped",
+            (None, Some(By::Page)) => "stopped_from_page",
+            (None, Some(By::Terminal)) => "interrupted",
+            (None, None) if until => "as_planned",
+            (None, None) => "turned_off",
         }
     }
 }

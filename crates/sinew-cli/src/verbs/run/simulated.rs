@@ -1,8 +1,8 @@
 //! A run on a simulated bus: the plant's truth is known, so the errors are those of `sinew track`.
 
+use super::stopping::{Stopped, Stopping};
 use crate::arguments::{BusArgument, RunArguments};
 use crate::error::Error;
-use crate::interrupt;
 use crate::progress::Progress;
 use crate::verbs::page::RunPage;
 use crate::verbs::recording::{Ended, Recording, Request};
@@ -14,7 +14,7 @@ use sinew_runtime::bus::{Bus, BusStatistics, ClockReport, SimulatedBus, TwinBus}
 use sinew_runtime::cycle::{Clock, Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
 use sinew_runtime::ethercat::{EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine};
 use sinew_segment::DescriptionFile;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// Result of a run.
 pub(super) struct Executed {
@@ -24,8 +24,8 @@ pub(super) struct Executed {
     pub(super) statistics: BusStatistics,
     pub(super) clocks: Option<ClockReport>,
     pub(super) recording: Option<Ended>,
-    /// When the page asked for a stop, s; the errors are those until then.
-    pub(super) stopped_from_page: Option<f64>,
+    /// A stop from the page or the terminal; the errors are those until then.
+    pub(super) stopped: Option<Stopped>,
 }
 
 /// Control cycle, ns.
@@ -44,7 +44,8 @@ pub(super) fn execute(
     let (gains, models) = (&prepared.gains, &arm.models);
     let recording =
         Recording::start(&Request { arguments, setup, gains, models, calibrated: true, link: None })?;
-    let how = How { virtual_time: arguments.virtual_time, recording, page, progress };
+    let how =
+        How { virtual_time: arguments.virtual_time, recording, page, progress, stopping: Stopping::begin() };
     let plant = prepared.run().plant()?;
     let storage = FrameStorage::new();
     match arguments.bus {
@@ -67,6 +68,7 @@ struct How<'a> {
     recording: Option<Recording>,
     page: Option<RunPage>,
     progress: &'a Progress,
+    stopping: Stopping,
 }
 
 fn paced<B: Bus + SimulatedBus>(
@@ -90,31 +92,27 @@ fn execute_on<B: Bus + SimulatedBus>(
     real_time: RealTime,
     how: How<'_>,
 ) -> Result<Executed, Error> {
-    let How { mut recording, mut page, progress, .. } = how;
+    let How { mut recording, mut page, progress, mut stopping, .. } = how;
     let conditions = prepared.run();
     let schedule = conditions.schedule()?;
     let mut evaluation = Evaluation::new(&conditions)?;
-    let mut cycle = Cycle::new(bus, prepared.supervisor()?, schedule, STEP).with_waiting_machine();
-    if let Some(page) = &page {
-        cycle = cycle.with_stop(page.stop());
+    let cycle = Cycle::new(bus, prepared.supervisor()?, schedule, STEP).with_waiting_machine();
+    let mut cycle = stopping.of(cycle, page.as_ref());
+    if let Some(tape) = recording.as_mut().and_then(Recording::take_tape) {
+        cycle = cycle.with_tape(tape);
     }
     let (mut timing, mut count) = (Timing::new(), 0_u64);
-    // With a recording Ctrl-C ends the run, so that the file gets its end.
-    let own = AtomicBool::new(false);
-    let stop = if recording.is_some() { interrupt::answer() } else { &own };
+    let end = stopping.at_once();
     let see = |record: &CycleRecord<'_, B>| {
         if record.bus.plant_failed() {
             evaluation.plant_failed(record.moment.time);
-            stop.store(true, Ordering::Relaxed);
+            end.store(true, Ordering::Relaxed);
         }
-        let mut stopped = None;
         if let Some(page) = &mut page {
-            if page.show(record, Some(record.bus.arm().truth())) {
-                stop.store(true, Ordering::Relaxed);
-            }
-            stopped = page.stopped();
+            page.show(record, Some(record.bus.arm().truth()));
         }
-        if stopped.is_none() {
+        stopping.see(record);
+        if !stopping.is_stopping() {
             evaluation.record(&record.moment, record.reference, &record.command, record.bus.arm())?;
         }
         if let Some(recording) = &mut recording {
@@ -126,13 +124,13 @@ fn execute_on<B: Bus + SimulatedBus>(
         count += 1;
         Ok(())
     };
-    run(&mut cycle, clock, PERIOD, stop, &mut timing, see)?;
+    run(&mut cycle, clock, PERIOD, end, &mut timing, see)?;
     let recording = recording.map(Recording::end);
     let statistics = cycle.statistics();
     let clocks = cycle.bus().clocks();
     let summary = evaluation.finish(cycle.supervisor());
     let numbers = TrackingNumbers::new(&summary, &arm.machine, conditions.tension_limits);
     let numbers = numbers.map_err(sinew_lab::Error::from)?;
-    let stopped_from_page = page.and_then(|page| page.stopped());
-    Ok(Executed { numbers, timing, real_time, statistics, clocks, recording, stopped_from_page })
+    let stopped = stopping.stopped(page.as_ref());
+    Ok(Executed { numbers, timing, real_time, statistics, clocks, recording, stopped })
 }

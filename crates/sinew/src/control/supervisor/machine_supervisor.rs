@@ -200,10 +200,7 @@ impl Supervisor {
         exchange: &ExchangeStatus,
     ) -> Result<SupervisorCommand<'_>, Error> {
         self.controller.check(measurement, reference)?;
-        if request != self.last_request && request != Request::None {
-            self.goal = request;
-        }
-        self.last_request = request;
+        self.take(request);
         let found = self.detect(h, measurement, exchange);
         self.follow_transitions(measurement, reference, exchange, found)?;
         let status = self.act(h, measurement, reference, exchange, found)?;
@@ -215,6 +212,16 @@ impl Supervisor {
             reference: &self.held.reference,
             arm: self.controller.outputs(&self.drives, status),
         })
+    }
+
+    /// A request that differs from that of the cycle before becomes the goal. A reset has a meaning in a fault alone: asked for
+    /// earlier it does not take the place of a stop.
+    fn take(&mut self, request: Request) {
+        let early = request == Request::Reset && self.mode != Mode::Fault && self.goal.is_stop();
+        if request != self.last_request && request != Request::None && !early {
+            self.goal = request;
+        }
+        self.last_request = request;
     }
 
     /// Faults that the controller does not see.
@@ -326,7 +333,8 @@ impl Supervisor {
             Mode::Off => self.fault = None,
         }
         let ended = matches!(row.condition, Condition::Fault | Condition::StaleCommand);
-        if ended || row.to == Mode::Fault {
+        // What was asked for ends with a fault, but for turning off, which a fault does not undo.
+        if (ended || row.to == Mode::Fault) && self.goal != Request::TurnOff {
             self.goal = Request::None;
         }
         if row.condition == Condition::StaleCommand {

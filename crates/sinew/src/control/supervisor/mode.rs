@@ -22,7 +22,8 @@ pub enum Mode {
 /// What a machine is asked for.
 ///
 /// It counts once, when it differs from that of the cycle before, and names a goal: the modes on the way to it are
-/// passed. A fault and a stale command end the goal.
+/// passed. A fault and a stale command end the goal, but for [`TurnOff`](Self::TurnOff); a [`Reset`](Self::Reset) before the
+/// fault mode does not take the place of a [stop](Self::is_stop).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[repr(u8)]
 pub enum Request {
@@ -94,6 +95,18 @@ impl Request {
     #[must_use]
     pub fn from_number(number: u8) -> Option<Self> {
         Self::ALL.get(usize::from(number)).copied()
+    }
+
+    /// Whether a machine under tension is let down for it.
+    #[must_use]
+    pub const fn is_stop(self) -> bool {
+        matches!(self, Self::SafeStop | Self::GetReady | Self::TurnOff)
+    }
+
+    /// Whether it needs tension.
+    #[must_use]
+    pub const fn is_under_tension(self) -> bool {
+        matches!(self, Self::Pretension | Self::Hold | Self::Run)
     }
 
     /// In words of documents and files.

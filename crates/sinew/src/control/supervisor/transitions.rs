@@ -140,6 +140,14 @@ mod tests {
     }
 
     #[test]
+    fn goals_of_the_table_are_those_that_requests_call_so() {
+        for goal in Request::ALL {
+            assert_eq!(DOWN.contains(&goal), goal.is_stop(), "{goal:?}");
+            assert_eq!(TENSE.contains(&goal), goal.is_under_tension(), "{goal:?}");
+        }
+    }
+
+    #[test]
     fn tension_is_built_up_in_pretension_alone_and_run_is_entered_from_hold_alone() {
         for row in &TRANSITIONS {
             if row.to.is_controlled() && !row.from.is_controlled() {

@@ -179,6 +179,12 @@ pub(super) const SAFETY: &[Field<SafetyLimits>] = &[
         get: |s| Some(s.command_age),
         set: |s, x| s.command_age = x,
     },
+    Field {
+        key: "unattended_s",
+        domain: NON_NEGATIVE,
+        get: |s| Some(s.unattended),
+        set: |s, x| s.unattended = x,
+    },
 ];
 
 pub(super) const TOLERANCES: &[Field<Tolerances>] = &[

@@ -169,3 +169,37 @@ fn a_winch_whose_travel_speed_or_heat_is_at_fault_is_braked_and_one_whose_tensio
     let range = stop(|limits| limits.ranges[0] = Some([0.1, 0.2]), half);
     assert_eq!(range, (FaultKind::JointRange, false, MuscleState::Tense));
 }
+
+#[test]
+fn a_reset_while_it_is_let_down_takes_the_place_of_no_stop() {
+    for (stop, end) in
+        [(Request::SafeStop, Mode::Ready), (Request::GetReady, Mode::Ready), (Request::TurnOff, Mode::Off)]
+    {
+        let mut bench = Bench::new(half_tense(), brief);
+        bench.steps(20, Request::Pretension);
+        assert_eq!(bench.step(stop).mode, Mode::SafeStop);
+        assert_eq!(bench.steps(3, Request::Reset).mode, Mode::SafeStop);
+        let (_, down) = bench.until_left(Request::None, FINE, 400).unwrap();
+        assert_eq!((down.mode, down.fault), (end, None), "{stop:?}");
+        assert_eq!(bench.steps(20, Request::None).mode, end, "nothing moves again");
+    }
+}
+
+#[test]
+fn turning_off_is_undone_by_no_fault_and_by_no_reset_on_the_way() {
+    for early in [Request::TurnOff, Request::Reset] {
+        let mut bench = Bench::new(half_tense(), brief);
+        bench.steps(20, Request::Pretension);
+        let failed = ExchangeStatus { drive: Some(0), ..FINE };
+        assert_eq!(bench.step_with(Request::Pretension, failed).mode, Mode::SafeStop);
+        assert_eq!(bench.steps(3, Request::TurnOff).kind(), Some(FaultKind::DriveFault), "still named");
+        bench.step(early);
+        let (_, ended) = bench.until_left(early, FINE, 400).unwrap();
+        assert_eq!((ended.mode, ended.drives), (Mode::Off, [DriveCommand::Off; 2]), "{early:?}");
+    }
+    // In one cycle with the fault.
+    let mut bench = Bench::new([0.0; 2], brief);
+    bench.step(Request::GetReady);
+    let failed = ExchangeStatus { drive: Some(0), ..FINE };
+    assert_eq!(bench.step_with(Request::TurnOff, failed).mode, Mode::Off);
+}

@@ -1,0 +1,263 @@
+//! What stops a run, and what remains of it: the table in docs/supervisor.md.
+
+use crate::bench::Bench;
+use crate::link::{Running, advance};
+use serde_json::Value;
+use sinew_link::client::Client;
+use sinew_link::{Command as LinkCommand, Mode, Request, Setpoints};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const PATIENCE: Duration = Duration::from_secs(120);
+const MS: u64 = 1_000_000;
+
+fn signal(child: &Child, signal: &str) {
+    let status = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
+    assert!(status.unwrap().success());
+}
+
+/// Modes of a run in their order.
+fn modes(document: &Value) -> Vec<String> {
+    let modes = document["run"]["modes"].as_array().unwrap().iter();
+    modes.filter_map(|mode| mode["mode"].as_str().map(str::to_owned)).collect()
+}
+
+/// The modes from the last motion on.
+fn since_run(document: &Value) -> Vec<String> {
+    let modes = modes(document);
+    let last = modes.iter().rposition(|mode| mode == "run").unwrap_or(0);
+    modes[last..].to_vec()
+}
+
+fn replays(bench: &Bench, file: &str) {
+    let replayed = bench.run(&format!("replay {file} --json"));
+    assert_eq!(replayed.code, Some(0), "{} {}", replayed.stdout, replayed.stderr);
+}
+
+/// Without set-points.
+fn go(client: &mut Client, request: Request, goal: u64) -> Mode {
+    advance(client, request, Setpoints::none(), goal).0
+}
+
+/// A session with this request, kept until the machine is in a mode.
+fn keep(client: &mut Client, request: Request, mode: Mode) {
+    let begin = Instant::now();
+    loop {
+        client.send(&LinkCommand::of(request)).unwrap();
+        if client.receive(Duration::from_millis(20)).is_ok_and(|state| state.mode == mode) {
+            return;
+        }
+        let state = client.session().state();
+        assert!(begin.elapsed() < PATIENCE, "{request:?} does not lead to {mode:?} but to {:?}", state.mode);
+    }
+}
+
+#[test]
+fn a_stop_over_the_link_holds_whoever_comes_and_goes_and_replays_to_the_bit() {
+    let bench = Bench::new();
+    for more in ["--virtual-time", "--virtual-time --bus segment", ""] {
+        let virtual_time = !more.is_empty();
+        let file = bench.path("stopped.mcap");
+        let running = Running::start(&format!("{more} --until 12 --record {}", file.display()));
+        let mut client = running.connect();
+        if virtual_time {
+            assert_eq!(go(&mut client, Request::Run, 800 * MS), Mode::Run);
+            let stop = LinkCommand { advance_to_ns: 1000 * MS, ..LinkCommand::of(Request::SafeStop) };
+            client.send(&stop).unwrap();
+        } else {
+            keep(&mut client, Request::Run, Mode::Run);
+            client.send(&LinkCommand::of(Request::SafeStop)).unwrap();
+        }
+        client.close().unwrap();
+        // A watcher, and then a client that asks for nothing and leaves without a word.
+        let mut watcher = Client::connect_to_watch(running.address, None, PATIENCE).unwrap();
+        watcher.watch().unwrap();
+        let mut other = running.connect();
+        if virtual_time {
+            assert!(matches!(go(&mut other, Request::None, 2000 * MS), Mode::SafeStop | Mode::Ready));
+        } else {
+            keep(&mut other, Request::None, Mode::SafeStop);
+        }
+        drop(other);
+        let mut last = running.connect();
+        if virtual_time {
+            last.send(&LinkCommand { advance_to_ns: 13_000 * MS, ..LinkCommand::of(Request::None) }).unwrap();
+        } else {
+            keep(&mut last, Request::None, Mode::Ready);
+        }
+        let document = running.end();
+        assert_eq!(since_run(&document), ["run", "safe_stop", "ready"], "{more}");
+        assert_eq!(document["run"]["ended"], "as_planned", "{more}");
+        replays(&bench, "stopped.mcap");
+        std::fs::remove_file(file).unwrap();
+    }
+}
+
+#[test]
+fn a_client_that_turns_off_and_leaves_leaves_a_machine_that_is_off() {
+    for more in ["--virtual-time", ""] {
+        let running = Running::start(more);
+        let mut client = running.connect();
+        if more.is_empty() {
+            keep(&mut client, Request::Run, Mode::Run);
+            client.send(&LinkCommand::of(Request::TurnOff)).unwrap();
+        } else {
+            go(&mut client, Request::Run, 800 * MS);
+            let off = LinkCommand { advance_to_ns: 40_000 * MS, ..LinkCommand::of(Request::TurnOff) };
+            client.send(&off).unwrap();
+        }
+        client.close_at_once().unwrap();
+        let document = running.end();
+        // Through ready in the cycle in which it is down.
+        assert_eq!(since_run(&document), ["run", "safe_stop", "off"], "{more}");
+        assert_eq!(document["run"]["ended"], "turned_off");
+    }
+}
+
+#[test]
+fn a_client_that_is_lost_while_it_runs_leaves_a_machine_that_is_held_and_then_let_down() {
+    let bench = Bench::new();
+    let file = bench.path("left.mcap");
+    let running = Running::start(&format!("--until 14 --record {}", file.display()));
+    let mut client = running.connect();
+    keep(&mut client, Request::Run, Mode::Run);
+    drop(client);
+    let document = running.end();
+    assert_eq!(since_run(&document), ["run", "hold", "safe_stop", "ready"]);
+    let time = |mode: &str| {
+        let found =
+            document["run"]["modes"].as_array().unwrap().iter().rfind(|change| change["mode"] == mode);
+        found.unwrap()["from_s"].as_f64().unwrap()
+    };
+    let held = time("safe_stop") - time("hold");
+    assert!((4.5..6.0).contains(&held), "{held} s");
+    replays(&bench, "left.mcap");
+}
+
+#[test]
+fn the_first_ctrl_c_is_a_safe_stop_that_waits_for_no_client_and_weakens_no_turning_off() {
+    let bench = Bench::new();
+    for (request, end, name) in
+        [(Request::Run, "ready", "interrupted"), (Request::TurnOff, "off", "interrupted")]
+    {
+        let file = bench.path("interrupted.mcap");
+        let running = Running::start(&format!("--virtual-time --record {}", file.display()));
+        let mut client = running.connect();
+        assert_eq!(go(&mut client, Request::Run, 800 * MS), Mode::Run);
+        // Time stands: the stop goes on without the client.
+        let asked = go(&mut client, request, 900 * MS);
+        assert_eq!(asked, if request == Request::Run { Mode::Run } else { Mode::SafeStop });
+        signal(&running.child, "INT");
+        let document = running.end();
+        assert_eq!(since_run(&document), ["run", "safe_stop", end]);
+        assert_eq!(document["run"]["ended"], name);
+        replays(&bench, "interrupted.mcap");
+    }
+}
+
+/// A run of its own in real time that is recorded, once it moves.
+fn moving(bench: &Bench, more: &str) -> Child {
+    let motion = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 20 --hold 1 --unverified";
+    let mut command = bench.command(&format!("run {motion} --record moving.mcap --json {more}"));
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let begin = Instant::now();
+    let size = |file: &Path| std::fs::metadata(file).map_or(0, |data| data.len());
+    let mut head = 0;
+    loop {
+        assert!(begin.elapsed() < PATIENCE, "the run does not begin");
+        std::thread::sleep(Duration::from_millis(20));
+        let now = size(&bench.path("moving.mcap"));
+        head = if head == 0 { now } else { head };
+        // Some seconds have been recorded.
+        if head > 0 && now > head + 200_000 {
+            return child;
+        }
+    }
+}
+
+#[test]
+fn ctrl_c_and_a_request_to_terminate_let_a_run_down_and_its_recording_replays() {
+    for (name, bus) in [("INT", "--bus twin"), ("TERM", "--bus segment")] {
+        let bench = Bench::new();
+        let child = moving(&bench, bus);
+        signal(&child, name);
+        let output = child.wait_with_output().unwrap();
+        let (text, told) =
+            (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+        assert_eq!(output.status.code(), Some(3), "{told}");
+        let document: Value = serde_json::from_str(&text).unwrap();
+        assert!(document["interrupted_s"].as_f64().unwrap() > 1.0, "{document}");
+        for state in
+            ["stopping; Ctrl-C again ends at once", "brake, stand, and let the cables down", "let down\n"]
+        {
+            assert!(told.contains(state), "{told}");
+        }
+        replays(&bench, "moving.mcap");
+        let info = bench.succeeds("log info moving.mcap").stdout;
+        assert!(info.contains("safe_stop") || info.contains("safe stop"), "{info}");
+    }
+}
+
+#[test]
+fn the_second_ctrl_c_ends_a_run_at_once_with_its_results() {
+    let bench = Bench::new();
+    let child = moving(&bench, "--bus segment");
+    signal(&child, "INT");
+    std::thread::sleep(Duration::from_millis(300));
+    signal(&child, "INT");
+    let begin = Instant::now();
+    let output = child.wait_with_output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert!(told.contains("brake, stand") && !told.contains("let down\n"), "{told}");
+    assert!(begin.elapsed() < Duration::from_secs(5), "{:?}", begin.elapsed());
+    replays(&bench, "moving.mcap");
+}
+
+/// A run on devices of another process, over a pair of virtual interfaces in a network of their own, until signals end it.
+const TWO_PROCESSES: &str = r#"
+ip link add sinew0 type veth peer name sinew1 && ip link set sinew0 up && ip link set sinew1 up || exit 9
+"$SINEW" ethercat simulate leg.toml --interface sinew1 --duration 240 --json > devices.json & DEVICES=$!
+sleep 1
+"$SINEW" run leg.toml --bus ethercat --interface sinew0 --path to-joints:hip=0.4,knee=1.0 --duration 60 --hold 1 \
+    --unverified --record run.mcap --json > run.json & RUN=$!
+while kill -0 $RUN 2> /dev/null && [ "$(stat -c %s run.mcap 2> /dev/null || echo 0)" -lt 150000 ]; do sleep 0.1; done
+for SIGNAL in $SIGNALS; do kill -$SIGNAL $RUN; sleep 0.2; done
+wait $RUN; echo "run $?"
+sleep 0.1; kill -INT $DEVICES; wait $DEVICES
+"#;
+
+#[cfg(target_os = "linux")]
+#[test]
+fn drives_of_another_process_are_disabled_whatever_ends_the_run() {
+    let permitted = Command::new("unshare")
+        .args(["-Urn", "sh", "-c", "ip link add sinew0 type veth peer name sinew1"])
+        .output();
+    if !permitted.is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: network namespaces or virtual interfaces are not permitted here");
+        return;
+    }
+    let bench = Bench::new();
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar_leg.toml");
+    // Times of a computer with other work.
+    let lenient = "\n[safety]\nlateness_s = 1000.0\nbridged_lateness_s = 10.0\nbridged_loss_s = 5.0\n";
+    bench.write("leg.toml", std::fs::read_to_string(model).unwrap() + lenient);
+    for signals in ["TERM", "INT INT"] {
+        let output = Command::new("unshare")
+            .args(["-Urn", "sh", "-c", TWO_PROCESSES])
+            .current_dir(bench.path("."))
+            .env("SINEW", env!("CARGO_BIN_EXE_sinew"))
+            .env("SIGNALS", signals)
+            .output()
+            .unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(String::from_utf8_lossy(&output.stdout).contains("run 3"), "{signals}: {output:?}");
+        let devices: Value = serde_json::from_str(&bench.read("devices.json")).unwrap();
+        assert!(devices["frames_answered"].as_u64().unwrap() > 500, "{devices}");
+        // A drive that stops by itself, because nothing comes any more, says so with a fault.
+        let left = ["drives_with_power", "drives_with_a_fault"].map(|key| devices[key].as_u64());
+        assert_eq!(left, [Some(0); 2], "{signals}: {told} {}", bench.read("run.json"));
+        std::fs::remove_file(bench.path("run.mcap")).unwrap();
+    }
+}
