@@ -131,7 +131,8 @@ fn execute_on<B: Bus + SimulatedBus>(
     let statistics = cycle.statistics();
     let clocks = cycle.bus().clocks();
     let summary = evaluation.finish(cycle.supervisor());
-    let numbers = TrackingNumbers::new(&summary, &arm.machine, conditions.tension_limits);
+    let limits = (conditions.tension_limits, arm.joint_error_limits());
+    let numbers = TrackingNumbers::new(&summary, &arm.machine, limits.0, &limits.1);
     let numbers = numbers.map_err(sinew_lab::Error::from)?;
     let stopped_from_page = page.and_then(|page| page.stopped());
     Ok(Executed { numbers, timing, real_time, statistics, clocks, recording, stopped_from_page })
