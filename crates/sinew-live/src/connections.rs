@@ -87,12 +87,12 @@ impl Connections {
 
 impl Connection {
     /// The header of a request has come.
-    pub(crate) fn is_asked(&self) {
+    pub(crate) fn mark_asked(&self) {
         self.reach(Stage::Answered);
     }
 
     /// It has become a stream.
-    pub(crate) fn is_stream(&self) {
+    pub(crate) fn mark_stream(&self) {
         self.reach(Stage::Stream);
     }
 
@@ -161,15 +161,15 @@ mod tests {
     fn the_oldest_half_open_connection_gives_way_and_a_stream_never_does() {
         let connections = Connections::within(FEW);
         let mut held: Vec<_> = (0..3).map(|_| connections.admit(address(1)).unwrap()).collect();
-        held[0].0.is_stream();
-        held[1].0.is_asked();
+        held[0].0.mark_stream();
+        held[1].0.mark_asked();
         let fourth = connections.admit(address(1)).unwrap();
         let closed = held.iter_mut().map(|(_, closed)| is_closed(closed)).collect::<Vec<_>>();
         assert_eq!(closed, [false, false, true], "half open before answered");
-        fourth.0.is_stream();
+        fourth.0.mark_stream();
         let fifth = connections.admit(address(1)).unwrap();
         assert!(is_closed(&mut held[1].1), "then what was answered");
-        fifth.0.is_stream();
+        fifth.0.mark_stream();
         assert!(connections.admit(address(1)).is_none(), "streams stay");
         assert!(connections.admit(address(2)).is_some(), "another address has its own places");
     }

@@ -34,7 +34,7 @@ async fn guard(
     request: Request,
     next: Next,
 ) -> Response {
-    connection.is_asked();
+    connection.mark_asked();
     if !is_unambiguous(request.headers()) {
         let words = "A request names one Host and at most one Origin.";
         return (StatusCode::BAD_REQUEST, words).into_response();
@@ -102,7 +102,7 @@ async fn stream(
     };
     let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MAX_COMMAND).max_frame_size(MAX_COMMAND);
     upgrade.on_upgrade(move |socket| async move {
-        connection.is_stream();
+        connection.mark_stream();
         // A connection that ends needs no answer.
         let _ = watch_source(socket, &place.0).await;
     })
