@@ -1,6 +1,7 @@
 //! What ends the program early, and with which exit code.
 
 use crate::table_error::TableError;
+use sinew::description::machine::Places;
 use sinew_identify::{ColumnRole, Error as IdentifyError};
 use sinew_lab::machine_file::{MachineFileError, TextFileError};
 use std::io::{self, ErrorKind};
@@ -64,6 +65,12 @@ pub(crate) enum Error {
         /// Why.
         source: Box<sinew::predictor::ModelFileError>,
     },
+    /// A recording that would have no end, or that waits for a writer.
+    #[error("{}: expected a file on disk, got a device or a pipe", file.display())]
+    NotOnDisk {
+        /// The file.
+        file: PathBuf,
+    },
     /// A recording that cannot be written or read.
     #[error("{}: {source}", file.display())]
     Recording {
@@ -95,20 +102,6 @@ pub(crate) enum Error {
         /// The robot's file.
         file: PathBuf,
     },
-    /// A part with which a machine cannot be simulated.
-    #[error("{}: {kind} `{name}`: {field} must be {expected}", file.display())]
-    UnusablePart {
-        /// The file of the body.
-        file: PathBuf,
-        /// Kind of part.
-        kind: &'static str,
-        /// Its name.
-        name: String,
-        /// The property.
-        field: &'static str,
-        /// What is required of it.
-        expected: &'static str,
-    },
     /// A file of gains that cannot be read.
     #[error("{}: {place}: {source}", file.display())]
     GainsFile {
@@ -130,6 +123,14 @@ pub(crate) enum Error {
         kind: &'static str,
         /// The names of that kind.
         known: Vec<String>,
+    },
+    /// A fault that begins when the run is over.
+    #[error("--fault {value}: expected a start before the end of the run, which is at {end_s:.3} s")]
+    LateFault {
+        /// As given.
+        value: String,
+        /// End of the run with its rests, s.
+        end_s: f64,
     },
     /// A row of a table that cannot be used.
     #[error("{}: {source}", file.display())]
@@ -303,7 +304,34 @@ impl From<sinew::description::DescriptionError> for Error {
     }
 }
 
+/// Whether an error names a part of the machine.
+fn names_part(error: sinew::Error) -> bool {
+    matches!(error, sinew::Error::Part { .. } | sinew::Error::PartOutOfDomain { .. })
+}
+
 impl Error {
+    /// What the physics refuses of a machine, with file, line and key of the part.
+    pub(crate) fn at(self, places: &Places) -> Self {
+        match self {
+            Self::Physics(error) | Self::Experiment(sinew_lab::Error::Physics(error)) => {
+                places.error(error).into()
+            }
+            other => other,
+        }
+    }
+
+    /// The same of a part alone: other numbers may be those of an argument.
+    pub(crate) fn of_part(self, places: &Places) -> Self {
+        match &self {
+            Self::Physics(error) | Self::Experiment(sinew_lab::Error::Physics(error))
+                if names_part(*error) =>
+            {
+                self.at(places)
+            }
+            _ => self,
+        }
+    }
+
     /// Exit code where the system, not the input, is the cause.
     pub(crate) const SYSTEM: u8 = 1;
     /// Exit code for bad input, the same as clap's for arguments.

@@ -38,12 +38,12 @@ rejections! {
     Session, "unknown_session", "Of a session that has ended or never began.";
     Tag, "wrong_tag", "The tag (HMAC) is not that of the content: damage, or another key.";
     Old, "old", "Behind the replay window.";
-    Replayed, "replayed", "Received before.";
+    Replayed, "replayed", "Received before; of a Hello: its session has begun.";
     Time, "time_backwards", "A newer packet with an older time stamp, or an older one with a newer stamp.";
     Role, "wrong_role", "A command in a session that watches, or a Watch in one that commands.";
     SecondClient, "second_client", "Another client has the session.";
     TooManyWatchers, "too_many_watchers", "As many clients watch as may.";
-    Rate, "rate", "More packets than a client may send.";
+    Rate, "rate", "More packets than a client may send, or a Hello more often than it is answered.";
     Code, "unknown_code", "A code without meaning.";
     Count, "wrong_count", "Not as many values or points as the machine has or a packet holds.";
     NonFinite, "non_finite", "A number that is not finite.";

@@ -212,12 +212,12 @@ impl Snapshot {
 /// What the host says of the packets that it received.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StateCounts {
-    /// Of this session, accepted.
+    /// Of this session, arrived with their tag, whatever their content.
     pub accepted: u64,
     /// Of this session, not arrived.
     pub lost: u64,
     /// Of anyone, rejected.
     pub rejected: u64,
-    /// Reason of the newest rejection in this session.
+    /// Reason for which the content of a packet of this session was last rejected.
     pub last_rejection: Option<Rejection>,
 }

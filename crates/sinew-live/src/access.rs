@@ -69,6 +69,11 @@ impl Access {
     }
 }
 
+/// Whether a request names one host and at most one origin: of several, another program on its way may have checked another one.
+pub(crate) fn is_unambiguous(headers: &HeaderMap) -> bool {
+    headers.get_all(HOST).iter().count() == 1 && headers.get_all(ORIGIN).iter().count() <= 1
+}
+
 /// Takes the same time wherever two texts of the same length differ.
 fn equal_in_constant_time(a: &str, b: &str) -> bool {
     a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |differ, (a, b)| differ | (a ^ b)) == 0

@@ -128,7 +128,10 @@ impl FoxgloveView {
         let mut all = Map::new();
         all.insert("simulated".to_owned(), self.scene["simulated"].clone());
         all.insert("mode".to_owned(), supervisor["modes"][number("mode") as usize].clone());
-        all.insert("fault".to_owned(), supervisor["faults"][number("fault") as usize].clone());
+        all.insert(
+            "fault".to_owned(),
+            supervisor["faults"][(number("fault") as u16).to_string()]["kind"].clone(),
+        );
         let (joints, muscles) = (self.names("joints"), self.names("muscles"));
         for (name, values) in fields {
             let named = |names: &[&str]| -> Value {

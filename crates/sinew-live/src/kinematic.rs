@@ -92,7 +92,6 @@ impl Source for Kinematic {
             compared: None,
             commands: &["speed", "step"],
             requests: Vec::new(),
-            faults: Vec::new(),
             failures: &[],
             interpolated: true,
             recorded: None,

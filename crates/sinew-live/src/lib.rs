@@ -17,6 +17,7 @@ mod access;
 mod beside;
 mod choices;
 mod command;
+mod connections;
 mod drawing;
 mod error;
 #[cfg(feature = "foxglove")]

@@ -1,10 +1,10 @@
 //! The page's files, `/scene`, `/history` and `/stream` over HTTP.
 
-use crate::access::PROTOCOL;
+use crate::access::{PROTOCOL, is_unambiguous};
 use crate::command::MAX_COMMAND;
+use crate::connections::Connection;
 use crate::show::Order;
 use crate::viewer::{Shared, ViewerPlace, watch_source};
-use axum::Router;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Path, Request, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
@@ -12,6 +12,7 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use axum::{Extension, Router};
 use std::sync::Arc;
 use tokio::sync::oneshot;
 
@@ -26,8 +27,18 @@ pub(crate) fn router(shared: Arc<Shared>) -> Router {
         .with_state(shared)
 }
 
-/// Requests by another name or from another page are refused.
-async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
+/// Requests by another name or from another page are refused, and those that name more than one.
+async fn guard(
+    State(shared): State<Arc<Shared>>,
+    Extension(connection): Extension<Connection>,
+    request: Request,
+    next: Next,
+) -> Response {
+    connection.mark_asked();
+    if !is_unambiguous(request.headers()) {
+        let words = "A request names one Host and at most one Origin.";
+        return (StatusCode::BAD_REQUEST, words).into_response();
+    }
     if !shared.access.is_own(request.headers()) {
         let words = "This server answers requests for its own address from its own page only.";
         return (StatusCode::FORBIDDEN, words).into_response();
@@ -79,6 +90,7 @@ fn unauthorized() -> Response {
 
 async fn stream(
     State(shared): State<Arc<Shared>>,
+    Extension(connection): Extension<Connection>,
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
@@ -90,6 +102,7 @@ async fn stream(
     };
     let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MAX_COMMAND).max_frame_size(MAX_COMMAND);
     upgrade.on_upgrade(move |socket| async move {
+        connection.mark_stream();
         // A connection that ends needs no answer.
         let _ = watch_source(socket, &place.0).await;
     })

@@ -6,7 +6,7 @@ use crate::layout::Layout;
 use crate::simulation::CYCLE;
 use serde_json::{Value, json};
 use sinew::Error;
-use sinew::control::supervisor::{FaultKind, Mode};
+use sinew::control::supervisor::{FaultCode, Mode};
 use sinew::machine::Machine;
 use sinew::trajectory::{Reference, Trajectory};
 use sinew_view::Shape;
@@ -55,8 +55,6 @@ pub(crate) struct SceneParts<'a> {
     /// Commands that are accepted, and among the modes those that can be asked for.
     pub(crate) commands: &'a [&'static str],
     pub(crate) requests: Vec<&'static str>,
-    /// Names of faults by their number in a state, after `none`.
-    pub(crate) faults: Vec<String>,
     /// Failures as `--fault` writes them, with what they are; `{}` is the name of a muscle.
     pub(crate) failures: &'a [(&'static str, &'static str)],
     /// Whether tensions along cables are interpolated between their ends.
@@ -64,9 +62,13 @@ pub(crate) struct SceneParts<'a> {
     pub(crate) recorded: Option<Recorded<'a>>,
 }
 
-/// Names of all kinds of faults by their numbers.
-pub(crate) fn fault_kinds() -> Vec<String> {
-    FaultKind::ALL.iter().map(|kind| kind.name().to_owned()).collect()
+/// All faults by their codes: kind, part, and whether its index is that of a joint or a muscle.
+fn fault_codes() -> Value {
+    let named = |code: FaultCode| {
+        let about = json!({"kind": code.kind.name(), "part": code.part, "of": code.counted.name()});
+        (code.number.to_string(), about)
+    };
+    FaultCode::all().map(named).collect::<serde_json::Map<_, _>>().into()
 }
 
 /// The answer to `/scene`.
@@ -119,7 +121,6 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
     let events = recorded.iter().flat_map(|recorded| recorded.events);
     let events: Value =
         events.map(|event| json!({"time_s": event.time, "kind": event.kind, "text": event.text})).collect();
-    let faults: Vec<&str> = ["none"].into_iter().chain(parts.faults.iter().map(String::as_str)).collect();
     let recording = recorded.as_ref().map(|recorded| json!({"duration_s": recorded.duration}));
     Ok(json!({
         "schema": "sinew.live/1",
@@ -140,7 +141,7 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         "notice": parts.notice,
         "paths": choices.paths,
         "poses": {},
-        "supervisor": {"modes": Mode::ALL.map(Mode::name), "faults": faults},
+        "supervisor": {"modes": Mode::ALL.map(Mode::name), "faults": fault_codes()},
         "variants": choices.variants,
         "compare": parts.compared,
         "fault_kinds": parts.failures,

@@ -2,16 +2,22 @@
 
 use crate::access::Access;
 use crate::beside::Beside;
+use crate::connections::{Connections, HEADER_TIME};
 use crate::error::LiveError;
 use crate::routes::router;
 use crate::show::{picture, show};
 use crate::source::Source;
 use crate::viewer::{Shared, WAITING};
+use axum::{Extension, Router};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread::JoinHandle;
+use std::time::Duration;
 use tokio::sync::{oneshot, watch};
 
 /// Where and what a server serves.
@@ -67,8 +73,7 @@ impl Server {
         let serving = named("page").spawn(move || {
             runtime.block_on(async {
                 let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
-                let serving = axum::serve(listener, router(shared)).into_future();
-                tokio::select! { _ = serving => {}, _ = stopped => {} }
+                tokio::select! { () = answer(listener, router(shared)) => {}, _ = stopped => {} }
             });
         });
         let serving = serving.map_err(|error| system(&error))?;
@@ -106,6 +111,29 @@ impl Server {
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.threads.first().is_none_or(JoinHandle::is_finished)
+    }
+}
+
+/// Pause after a connection that could not be accepted.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// Answers all connections, for ever.
+async fn answer(listener: tokio::net::TcpListener, router: Router) {
+    let connections = Connections::default();
+    loop {
+        let Ok((stream, from)) = listener.accept().await else {
+            tokio::time::sleep(PAUSE).await;
+            continue;
+        };
+        let Some((connection, closed)) = connections.admit(from.ip()) else { continue };
+        let service = TowerToHyperService::new(router.clone().layer(Extension(connection.clone())));
+        let mut http = http1::Builder::new();
+        http.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME);
+        let served = http.serve_connection(TokioIo::new(stream), service).with_upgrades();
+        tokio::spawn(async move {
+            let _place = connection;
+            tokio::select! { _ = served => {}, _ = closed => {} }
+        });
     }
 }
 

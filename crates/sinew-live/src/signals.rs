@@ -34,7 +34,7 @@ pub(crate) struct Signals {
     pub(crate) time: f64,
     /// Number of the mode of the supervisor.
     pub(crate) mode: f64,
-    /// Number of a fault in the scene's list, and index of its muscle or joint.
+    /// Code of a fault, and index of its muscle or joint.
     pub(crate) fault: [f64; 2],
     /// As [`Observed::cycle_us`].
     pub(crate) cycle_us: [f64; 2],
@@ -153,9 +153,9 @@ impl Signals {
     }
 }
 
-/// Numbers of a fault as [`Signals::fault`] holds them, of a supervisor that names its kind.
+/// Numbers of a fault as [`Signals::fault`] holds them.
 pub(crate) fn fault_numbers(fault: Option<NamedFault>) -> [f64; 2] {
-    fault.map_or([0.0; 2], |fault| [f64::from(fault.kind() as u8), fault.index().unwrap_or_default() as f64])
+    fault.map_or([0.0; 2], |fault| [f64::from(fault.code()), fault.index().unwrap_or_default() as f64])
 }
 
 /// Fills a row; NaN where there are fewer values.

@@ -6,7 +6,7 @@ use crate::drawing::Drawing;
 use crate::error::LiveError;
 use crate::frame::{BEHIND, Frame, PAUSED};
 use crate::layout::{Contents, Layout};
-use crate::scene::{SceneParts, fault_kinds, scene};
+use crate::scene::{SceneParts, scene};
 use crate::simulation::{CYCLE, Simulation, SimulationParts};
 use crate::source::Source;
 use serde_json::Value;
@@ -176,7 +176,6 @@ impl Source for Stage {
             compared: self.second.as_ref().map(|(variant, _)| variant.as_str()),
             commands: &commands,
             requests: Request::ALL[1..].iter().map(|request| request.name()).collect(),
-            faults: fault_kinds(),
             failures: &self.choices.failures,
             interpolated: false,
             recorded: None,

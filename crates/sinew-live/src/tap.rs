@@ -6,7 +6,7 @@ use crate::drawing::Drawing;
 use crate::error::LiveError;
 use crate::frame::{Along, Frame, SILENT};
 use crate::layout::{Contents, Layout};
-use crate::scene::{SceneParts, fault_kinds, scene};
+use crate::scene::{SceneParts, scene};
 use crate::signals::{Observed, Signals};
 use crate::source::Source;
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -154,7 +154,6 @@ impl Source for Run {
             compared: None,
             commands: &["mode"],
             requests: vec![Request::SafeStop.name()],
-            faults: fault_kinds(),
             failures: &[],
             interpolated: true,
             recorded: None,

@@ -11,8 +11,8 @@ use sinew::machine::ControlRules;
 use sinew::trajectory::{JointWaypoint, Reference, Waypoint};
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
-    CalibratedArm, DesiredMotion, InfeasibleMotion, TraceRow, TrackingTask, Verified, first_infeasibility,
-    infeasible_motion, plan, plan_tour, track_arm, verify as simulate_drawn_machines,
+    CalibratedArm, DesiredMotion, InfeasibleMotion, TraceRow, TrackingTask, Verified, VerifiedMotion,
+    first_infeasibility, infeasible_motion, plan, plan_tour, track_arm, verify as simulate_drawn_machines,
 };
 use std::sync::Arc;
 
@@ -178,26 +178,27 @@ pub(crate) fn verify(
         let repeats = number_of_repeats(repeats, trajectory.is_closed())?;
         progress.tell("checking and verifying the motion", 0.0);
         check_feasible(&machine, &trajectory, repeats)?;
-        let (rules, warning) = verified(&machine, &trajectory, repeats, false)?;
+        let (rules, warning, _) = verified(&machine, &trajectory, repeats, false)?;
         Ok((serde_json::to_string(&rules)?, warning))
     })
 }
 
-/// Rules with which drawn machines track a motion, and a warning where they do so inaccurately. Where none do, a refusal, or the machine's
-/// own rules if it is to be started nevertheless.
+/// Rules with which drawn machines track a motion, a warning where they do so inaccurately, and the largest errors of their joints. Where none
+/// do, a refusal, or the machine's own rules if it is to be started nevertheless.
 fn verified(
     machine: &sinew::machine::Machine,
     trajectory: &sinew::trajectory::Trajectory,
     repeats: u32,
     start_nevertheless: bool,
-) -> Result<(ControlRules, Option<String>), Failure> {
-    match simulate_drawn_machines(machine, trajectory, repeats)? {
-        Verified::Tracks(rules) => Ok((rules, None)),
+) -> Result<(ControlRules, Option<String>, Vec<f64>), Failure> {
+    let VerifiedMotion { verified, joint_errors } = simulate_drawn_machines(machine, trajectory, repeats)?;
+    match verified {
+        Verified::Tracks(rules) => Ok((rules, None, joint_errors)),
         Verified::Inaccurate(rules, reason) => {
             let start = "simulated machines of this design come to the end of this motion, but inaccurately";
-            Ok((rules, Some(format!("{start}: {reason}"))))
+            Ok((rules, Some(format!("{start}: {reason}")), joint_errors))
         }
-        Verified::Fails(_) if start_nevertheless => Ok((machine.rules, None)),
+        Verified::Fails(_) if start_nevertheless => Ok((machine.rules, None, joint_errors)),
         Verified::Fails(reason) => Err(Failure::refused(format!(
             "simulated machines of this design do not track this motion: {reason}; a slower motion may help, and \
              unverified=True starts it nevertheless"
@@ -239,16 +240,17 @@ pub(crate) fn track<'py>(
         let repeats = number_of_repeats(conditions.repeats, trajectory.is_closed())?;
         progress.tell("checking and verifying the motion", 0.0);
         check_feasible(&machine, &trajectory, repeats)?;
-        let mut warning = None;
+        let (mut warning, mut normal_errors) = (None, Vec::new());
         if let Some(rules) = &conditions.rules {
             machine.rules = serde_json::from_str(rules)
                 .map_err(|error| Failure::refused(format!("rules must be those of `verify`: {error}")))?;
             machine.validate()?;
         } else if variant == CompensationVariant::Observer {
-            (machine.rules, warning) = verified(&machine, &trajectory, repeats, conditions.unverified)?;
+            (machine.rules, warning, normal_errors) =
+                verified(&machine, &trajectory, repeats, conditions.unverified)?;
         }
         progress.tell("calibrating the cables", 0.2);
-        let arm = CalibratedArm::new(&machine, conditions.seed)?;
+        let arm = CalibratedArm::new(&machine, conditions.seed)?.with_normal_errors(normal_errors);
         progress.tell("tracking", 0.4);
         let task = TrackingTask {
             trajectory: &trajectory,

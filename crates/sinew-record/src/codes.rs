@@ -1,70 +1,36 @@
 //! Status and faults as numbers of a column.
 
-use sinew::control::arm::{ArmStatus, Fault};
+use sinew::control::arm::{ArmStatus, Symptom};
+use sinew::control::supervisor::NamedFault;
 use sinew_runtime::bus::BusFault;
 
-/// Status and fault: 0 following, 1 holding, 2 degraded, 3 stopped; 1000 times the kind of the fault plus the index of
-/// its muscle or joint, see [`fault_of`].
-pub(crate) fn status_code(status: ArmStatus) -> [f64; 2] {
+/// Status and fault: 0 following, 1 holding, 2 degraded, 3 stopped; the fault as [`fault_of`] reads it, with the symptom of the
+/// supervisor's fault where that is the same.
+pub(crate) fn status_code(status: ArmStatus, named: Option<NamedFault>) -> [f64; 2] {
+    let code = |fault| {
+        let named = named.filter(|named| named.fault == fault);
+        fault_code(named.unwrap_or(NamedFault { fault, symptom: Symptom::Unknown }))
+    };
     match status {
         ArmStatus::Following => [0.0, 0.0],
         ArmStatus::Holding => [1.0, 0.0],
-        ArmStatus::Degraded(fault) => [2.0, fault_code(fault)],
-        ArmStatus::Stopped(fault) => [3.0, fault_code(fault)],
+        ArmStatus::Degraded(fault) => [2.0, code(fault)],
+        ArmStatus::Stopped(fault) => [3.0, code(fault)],
     }
 }
 
-const FAULT_KIND: f64 = 1000.0;
+/// Factor of the number of a fault.
+const CODE: f64 = 1000.0;
 
-pub(crate) fn fault_code(fault: Fault) -> f64 {
-    let (kind, index) = match fault {
-        Fault::JointSensor(k) => (1.0, k),
-        Fault::MotorSensor(k) => (2.0, k),
-        Fault::TensionSensor(k) => (3.0, k),
-        Fault::Drive(k) => (4.0, k),
-        Fault::Cable(k) => (5.0, k),
-        Fault::TrackingError(k) => (6.0, k),
-        Fault::Bus => (7.0, 0),
-        Fault::Slack(k) => (8.0, k),
-        Fault::Overload(k) => (9.0, k),
-        Fault::TensionRate(k) => (10.0, k),
-        Fault::Overspeed(k) => (11.0, k),
-        Fault::Travel(k) => (12.0, k),
-        Fault::Overheating(k) => (13.0, k),
-        Fault::JointRange(k) => (14.0, k),
-        Fault::LateCycles => (15.0, 0),
-        Fault::StaleCommand => (16.0, 0),
-        Fault::TensionOrMotorSensor(k) => (17.0, k),
-        Fault::MotorOrJointSensor(k) => (18.0, k),
-    };
-    FAULT_KIND * kind + index as f64
+/// 1000 times the number of the fault plus the index of its muscle or joint.
+pub(crate) fn fault_code(named: NamedFault) -> f64 {
+    CODE * f64::from(named.code()) + named.index().unwrap_or(0) as f64
 }
 
-/// The fault of a code; none for 0 and unknown ones.
+/// The fault of a number in a column; none for 0 and unknown ones.
 #[must_use]
-pub fn fault_of(code: f64) -> Option<Fault> {
-    let index = (code % FAULT_KIND) as usize;
-    Some(match (code / FAULT_KIND) as u32 {
-        1 => Fault::JointSensor(index),
-        2 => Fault::MotorSensor(index),
-        3 => Fault::TensionSensor(index),
-        4 => Fault::Drive(index),
-        5 => Fault::Cable(index),
-        6 => Fault::TrackingError(index),
-        7 => Fault::Bus,
-        8 => Fault::Slack(index),
-        9 => Fault::Overload(index),
-        10 => Fault::TensionRate(index),
-        11 => Fault::Overspeed(index),
-        12 => Fault::Travel(index),
-        13 => Fault::Overheating(index),
-        14 => Fault::JointRange(index),
-        15 => Fault::LateCycles,
-        16 => Fault::StaleCommand,
-        17 => Fault::TensionOrMotorSensor(index),
-        18 => Fault::MotorOrJointSensor(index),
-        _ => return None,
-    })
+pub fn fault_of(code: f64) -> Option<NamedFault> {
+    NamedFault::of_code((code / CODE) as u16, (code % CODE) as usize)
 }
 
 /// The status of a code.
@@ -72,8 +38,8 @@ pub fn fault_of(code: f64) -> Option<Fault> {
 pub fn status_of(status: f64, fault: f64) -> ArmStatus {
     match (status as u32, fault_of(fault)) {
         (1, _) => ArmStatus::Holding,
-        (2, Some(fault)) => ArmStatus::Degraded(fault),
-        (3, Some(fault)) => ArmStatus::Stopped(fault),
+        (2, Some(named)) => ArmStatus::Degraded(named.fault),
+        (3, Some(named)) => ArmStatus::Stopped(named.fault),
         _ => ArmStatus::Following,
     }
 }
@@ -123,7 +89,10 @@ pub fn bus_fault_of(kind: f64, detail: f64) -> Option<BusFault> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
+
     use super::*;
+    use sinew::control::arm::Fault;
 
     #[test]
     fn codes_of_faults_lead_back_to_them() {
@@ -138,11 +107,31 @@ mod tests {
             Fault::Overheating(14),
             Fault::StaleCommand,
         ] {
-            assert_eq!(fault_of(fault_code(fault)), Some(fault));
-            let [status, code] = status_code(ArmStatus::Stopped(fault));
-            assert_eq!(status_of(status, code), ArmStatus::Stopped(fault));
+            for symptom in [Symptom::Unknown, Symptom::Stuck, Symptom::Jumped, Symptom::Standing] {
+                let named = NamedFault { fault, symptom };
+                let back = fault_of(fault_code(named)).unwrap();
+                assert_eq!((back.fault, back.kind()), (fault, named.kind()));
+                let [status, code] = status_code(ArmStatus::Stopped(fault), Some(named));
+                assert_eq!(status_of(status, code), ArmStatus::Stopped(fault));
+                assert_eq!(code, fault_code(named));
+            }
+            let [_, code] = status_code(
+                ArmStatus::Degraded(fault),
+                Some(NamedFault { fault: Fault::Slack(30), symptom: Symptom::Lost }),
+            );
+            assert_eq!(
+                fault_of(code).map(|named| named.fault),
+                Some(fault),
+                "another fault says nothing of it"
+            );
         }
         assert_eq!(fault_of(0.0), None);
+        let before = fault_of(2014.0).unwrap();
+        assert_eq!(
+            before,
+            NamedFault { fault: Fault::MotorSensor(14), symptom: Symptom::Unknown },
+            "no symptom"
+        );
         for fault in [
             None,
             Some(BusFault::Lost),

@@ -246,8 +246,8 @@ impl Head {
     pub fn mode_name(&self, mode: f64, fault: f64, status: ArmStatus) -> String {
         let names = ["off", "ready", "pretension", "hold", "run", "safe stop", "fault"];
         let mut text = names.get(mode as usize).copied().unwrap_or("unknown mode").to_owned();
-        if let Some(fault) = fault_of(fault) {
-            text += &format!(" ({})", self.fault_name(fault));
+        if let Some(named) = fault_of(fault) {
+            text += &format!(" ({})", self.fault_name(named.fault));
         }
         text + ", " + &self.status_name(status)
     }

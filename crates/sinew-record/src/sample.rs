@@ -86,10 +86,10 @@ pub(crate) fn fill<B>(
     out.put(us(times.read, times.controlled));
     out.put(us(times.controlled, times.written));
     out.put(record.moment.repeat.map_or(-1.0, f64::from));
-    let [status, fault] = status_code(record.command.arm.status);
+    let [status, fault] = status_code(record.command.arm.status, record.command.fault);
     out.put_all([status, fault]);
     out.put(f64::from(record.command.mode as u8));
-    out.put(record.command.fault.map_or(0.0, |named| fault_code(named.fault)));
+    out.put(record.command.fault.map_or(0.0, fault_code));
     out.put_all(bus_code(record.exchange.fault));
     out.put(match record.command.arm.distribution {
         Status::Optimal => 0.0,

@@ -72,6 +72,7 @@ fn numbers(end_point: bool) -> TrackingNumbers {
     TrackingNumbers {
         ended: TrackOutcome::Completed,
         reason: None,
+        joints: vec![],
         joint_error_rad: None,
         joint_error_m: None,
         end_point_error_m: spread,

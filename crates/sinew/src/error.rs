@@ -51,6 +51,32 @@ pub enum Error {
         /// What the computation requires of it.
         expected: &'static str,
     },
+    /// A number of a part of a valid robot or machine outside the domain of a law.
+    #[error("{kind} number {index}: {field} must be {expected}, but is {got}")]
+    PartOutOfDomain {
+        /// Kind of part: `body`, `joint`, `muscle`.
+        kind: &'static str,
+        /// Index in the list of its kind, from 0.
+        index: usize,
+        /// The quantity.
+        field: &'static str,
+        /// Its domain in words.
+        expected: &'static str,
+        /// The value that was given.
+        got: f64,
+    },
+}
+
+impl Error {
+    /// The same as one of a part, where it names a single number.
+    pub(crate) fn of_part(self, kind: &'static str, index: usize) -> Self {
+        match self {
+            Self::OutOfDomain { name, expected, got } => {
+                Self::PartOutOfDomain { kind, index, field: name, expected, got }
+            }
+            other => other,
+        }
+    }
 }
 
 /// `value` if it is finite.

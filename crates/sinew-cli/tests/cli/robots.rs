@@ -232,6 +232,46 @@ fn the_page_draws_cables_along_arcs_and_holds_every_joint() {
 }
 
 #[test]
+fn a_fault_after_the_end_of_the_run_is_refused_before_the_start() {
+    let bench = Bench::new();
+    let run = "bench_joint --path to-joints:lever=0.3 --duration 2 --hold 1";
+    // 3 s at rest, 2 s of motion, 1 s at rest.
+    for verb in ["track", "run --virtual-time"] {
+        let late = bench.run(&format!("{verb} {run} --fault load-cell:front:lost@6"));
+        assert_eq!(late.code, Some(2), "{}", late.stderr);
+        for words in ["load-cell:front:lost@6", "6.000 s"] {
+            assert!(late.stderr.contains(words), "{}", late.stderr);
+        }
+        let told = bench.run(&format!("{verb} {run} --fault load-cell:front:lost@5.9 --json"));
+        assert!(told.stdout.contains("load cell of front"), "{} {}", told.stdout, told.stderr);
+    }
+    let json = bench.run(&format!("track {run} --fault cable:front@40 --json"));
+    assert!(json.stdout.contains("cable:front@40"), "the error stands in the JSON as well: {}", json.stdout);
+}
+
+#[test]
+fn a_reason_names_the_fault_first_and_then_what_it_led_to() {
+    let bench = Bench::new();
+    let run = "track bench_joint --path to-joints:lever=0.6 --duration 3 --json";
+    let ended = bench.run(&format!("{run} --fault cable:front@4.5"));
+    assert_eq!(ended.code, Some(3), "{}", ended.stderr);
+    let value: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let numbers = &value["tracking"]["observer"];
+    let (reason, incidents) = (numbers["reason"].as_str().unwrap(), numbers["incidents"].as_array().unwrap());
+    let first = incidents[0]["what"].as_str().unwrap();
+    assert!(reason.starts_with(first), "{reason}: {incidents:?}");
+    for incident in incidents {
+        assert!(["kind", "what", "answer"].iter().all(|key| !incident[key].as_str().unwrap().is_empty()));
+    }
+    let whole = bench.run(&format!("{run} --fault push:lever:9@4+0.15"));
+    let value: serde_json::Value = serde_json::from_str(&whole.stdout).unwrap();
+    let numbers = &value["tracking"]["observer"];
+    let joint = &numbers["joints"][0];
+    let [error, limit] = ["largest_error_rad", "limit_rad"].map(|key| joint[key].as_f64().unwrap());
+    assert_eq!(error > limit || numbers["ended"] != "as_planned", numbers["reason"].is_string(), "{numbers}");
+}
+
+#[test]
 fn a_fault_is_injected_by_name_and_reported_with_its_time() {
     let bench = Bench::new();
     let short = "track --duration 6 --repeats 1";

@@ -109,8 +109,8 @@ impl OpenLog {
         let given = || path.display().to_string();
         let unreadable = |source| Error::Unreadable { file: given(), source };
         let mut head = Vec::new();
-        let handle = std::fs::File::open(path).map_err(unreadable)?;
-        let kind_of_file = handle.metadata().map_err(unreadable)?.file_type();
+        // Before it is opened: a pipe waits for its writer.
+        let kind_of_file = std::fs::metadata(path).map_err(unreadable)?.file_type();
         if !kind_of_file.is_file() && !kind_of_file.is_dir() {
             // A log is read twice, first to find its columns.
             let got = "a device or a pipe".to_owned();
@@ -121,6 +121,7 @@ impl OpenLog {
                 got,
             });
         }
+        let handle = std::fs::File::open(path).map_err(unreadable)?;
         handle.take(1024).read_to_end(&mut head).map_err(unreadable)?;
         let content = match kind(&head) {
             Kind::Text => Content::Text(TextLog::open(&file, path.to_owned())?),

@@ -6,6 +6,7 @@ mod designed;
 mod feasibility;
 mod heat;
 mod largest_errors;
+mod outcome;
 mod plan;
 mod report;
 mod residual_network;
@@ -21,10 +22,11 @@ pub use designed::{IdentifiedMachine, designed_controller};
 pub use feasibility::{InfeasibleMotion, first_infeasibility, infeasible_motion};
 pub use heat::{DriveHeat, drive_heat};
 pub use largest_errors::{JointShare, LargestError};
+pub use outcome::{MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, TrackOutcome, max_end_point_error};
 pub use plan::{DesiredMotion, initial_pose, plan, plan_tour};
 pub use report::{
-    ErrorRange, ErrorSpread, Hold, MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, MuscleSpread, TrackHealth,
-    TrackIncident, TrackMode, TrackOutcome, TrackingNumbers, max_end_point_error,
+    ErrorRange, ErrorSpread, Hold, MuscleSpread, TrackHealth, TrackIncident, TrackJoint, TrackMode,
+    TrackingNumbers,
 };
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
 pub use stop_reason::{fault_name, stop_reason};
@@ -33,4 +35,4 @@ pub use tracking::{
     CalibratedArm, INITIAL_REST_S, PreparedRun, TrackingResult, TrackingTask, calibration_programmes,
     track_arm, track_arm_watched,
 };
-pub use verification::{Verified, VerifiedTour, verify, verify_tour};
+pub use verification::{Verified, VerifiedMotion, VerifiedTour, verify, verify_tour};

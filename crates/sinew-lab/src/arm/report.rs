@@ -1,4 +1,5 @@
 use super::largest_errors::{LargestError, largest_errors};
+use super::outcome::{TrackOutcome, inaccuracy, max_end_point_error, reason, to_milliseconds};
 use super::stop_reason::{fault_name, stop_reason};
 use crate::experiment::{FaultInterval, ModeChange, Statistics, TrackSummary};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -132,6 +133,47 @@ impl TrackMode {
     }
 }
 
+/// A joint of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrackJoint {
+    /// Its name.
+    pub joint: String,
+    /// Largest magnitude of the error of a hinge, without the zero of its encoder, rad.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub largest_error_rad: Option<f64>,
+    /// Largest of a completed run, rad; none without a range.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub limit_rad: Option<f64>,
+    /// As `largest_error_rad`, of a slide, m.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub largest_error_m: Option<f64>,
+    /// As `limit_rad`, of a slide, m.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub limit_m: Option<f64>,
+}
+
+impl TrackJoint {
+    fn of(summary: &TrackSummary, robot: &Robot, limits: &[f64]) -> Vec<Self> {
+        let joints = robot.independent_joints().into_iter().zip(&summary.joint_error).zip(limits);
+        let joint = |((joint, error), limit): ((usize, &Statistics), &f64)| {
+            let part = &robot.parts().joints[joint];
+            let (error, limit) = (Some(error.max), limit.is_finite().then_some(*limit));
+            let none = Self {
+                joint: part.name.clone(),
+                largest_error_rad: None,
+                limit_rad: None,
+                largest_error_m: None,
+                limit_m: None,
+            };
+            match part.kind {
+                JointKind::Slide => Self { largest_error_m: error, limit_m: limit, ..none },
+                _ => Self { largest_error_rad: error, limit_rad: limit, ..none },
+            }
+        };
+        joints.map(joint).collect()
+    }
+}
+
 /// A slow change of a cable that was found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrackHealth {
@@ -171,128 +213,16 @@ impl TrackHealth {
     }
 }
 
-/// Rounds a time, s, to milliseconds.
-fn to_milliseconds(time: f64) -> f64 {
-    (1e3 * time).round() / 1e3
-}
-
-/// Largest end-point error of a run that counts as completed, m, of a large machine: fault-free runs of the LM-Arm
-/// without a payload stay below 20 mm.
-pub const MAX_END_POINT_ERROR_M: f64 = 0.025;
-/// The same as a share of the machine's reach, the sum of the distances between its bodies: 3.5 mm of a finger.
-const MAX_ERROR_SHARE: f64 = 0.035;
-/// Largest joint error of a run that counts as completed, of a machine without an end point, as a share of the joint's
-/// range.
-pub const MAX_JOINT_ERROR_SHARE: f64 = 0.1;
-
-/// Largest end-point error of a completed run, m.
-#[must_use]
-pub fn max_end_point_error(machine: &Machine) -> f64 {
-    let parts = machine.robot.parts();
-    let length = |x: [f64; 3]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let tip = machine.task.site().map_or(0.0, |site| length(parts.sites[site].position));
-    let reach = tip + parts.bodies.iter().map(|body| length(body.position)).sum::<f64>();
-    (MAX_ERROR_SHARE * reach).min(MAX_END_POINT_ERROR_M)
-}
-
-/// An error of a run beside the largest one of a completed run.
-pub(super) struct BoundedError {
-    /// m, or rad or m of a joint.
-    pub(super) error: f64,
-    /// Largest of a completed run.
-    pub(super) bound: f64,
-    /// The joint and its unit; none for the end point.
-    pub(super) joint: Option<(String, &'static str)>,
-}
-
-impl BoundedError {
-    /// Above one in a run that does not count as completed.
-    pub(super) fn share(&self) -> f64 {
-        self.error / self.bound
-    }
-}
-
-/// The error of the end point, or of a machine without one of the joint with the largest share of its bound; none where
-/// no joint has a range.
-pub(super) fn largest_bounded_error(summary: &TrackSummary, machine: &Machine) -> Option<BoundedError> {
-    if machine.task.site().is_some() {
-        let error = summary.end_point_error.max.max(summary.hold_error.max);
-        return Some(BoundedError { error, bound: max_end_point_error(machine), joint: None });
-    }
-    let rigid = vec![0.0; summary.joint_error.len()];
-    joint_errors(summary, machine, &rigid).max_by(|a, b| a.share().total_cmp(&b.share()))
-}
-
-/// Share of its dead band by which a joint may miss its reference when it breaks away from the friction of its cables.
-const BREAK_AWAY_SHARE: f64 = 0.25;
-
-/// The error of every joint with a range, beside the largest of a completed run or what the joint's dead band, rad or m, explains, where that
-/// is more.
-pub(super) fn joint_errors(
-    summary: &TrackSummary,
-    machine: &Machine,
-    dead_bands: &[f64],
-) -> impl Iterator<Item = BoundedError> {
-    let joints = machine.robot.independent_joints().into_iter().zip(&summary.joint_error).zip(dead_bands);
-    joints.filter_map(|((joint, error), dead_band)| {
-        let joint = &machine.robot.parts().joints[joint];
-        let [low, high] = joint.range?;
-        let bound = (MAX_JOINT_ERROR_SHARE * (high - low)).max(BREAK_AWAY_SHARE * dead_band);
-        Some(BoundedError { error: error.max, bound, joint: Some((joint.name.clone(), joint.kind.unit())) })
-    })
-}
-
-/// What was larger than in a completed run.
-fn inaccuracy(summary: &TrackSummary, machine: &Machine) -> Option<String> {
-    let largest = largest_bounded_error(summary, machine).filter(|largest| largest.share() > 1.0)?;
-    Some(match largest.joint {
-        None => format!("the end point exceeded {:.2} mm tracking error", 1e3 * largest.bound),
-        Some((joint, _)) => {
-            let share = MAX_JOINT_ERROR_SHARE * 100.0;
-            format!("{joint} exceeded {share:.0} % of its range in tracking error")
-        }
-    })
-}
-
-/// How a run ended, judged by its result as well.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum TrackOutcome {
-    /// To its end, with an end-point error of at most [`max_end_point_error`] throughout, or joint errors of at most
-    /// a tenth of the ranges.
-    #[serde(rename = "as_planned")]
-    Completed,
-    /// To its end, but at times with a larger error.
-    Inaccurate,
-    /// The controller stopped the arm.
-    Stopped,
-    /// The integration of the plant failed.
-    Diverged,
-}
-
-impl TrackOutcome {
-    /// The outcome of a run.
-    #[must_use]
-    pub fn of(summary: &TrackSummary, machine: &Machine) -> Self {
-        if summary.stopped.is_some() {
-            Self::Stopped
-        } else if summary.plant_failed.is_some() {
-            Self::Diverged
-        } else if inaccuracy(summary, machine).is_some() {
-            Self::Inaccurate
-        } else {
-            Self::Completed
-        }
-    }
-}
-
 /// The numbers of a run in reports and files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrackingNumbers {
     /// How the run ended.
     pub ended: TrackOutcome,
-    /// Why it ended otherwise than planned.
+    /// Why it ended otherwise than planned: the fault that was reported first, then what it led to.
     pub reason: Option<String>,
+    /// Largest error of every joint, and of a completed run; empty in records of earlier versions.
+    #[serde(default)]
+    pub joints: Vec<TrackJoint>,
     /// Magnitude of the error of the hinges, over joints and time, without the zeros of their encoders, rad;
     /// none without hinges.
     pub joint_error_rad: Option<ErrorRange>,
@@ -349,7 +279,8 @@ pub struct TrackingNumbers {
 }
 
 impl TrackingNumbers {
-    /// The numbers of a run of this machine within these limits of the desired tensions, N: `[muscles]`.
+    /// The numbers of a run of this machine within these limits of the desired tensions, N: `[muscles]`, and of the joint errors of a
+    /// completed run, rad or m: `[joints]`, see [`CalibratedArm::joint_error_limits`](super::CalibratedArm::joint_error_limits).
     ///
     /// # Errors
     /// As [`MuscleDynamics::new`](sinew::muscle::MuscleDynamics::new).
@@ -357,8 +288,9 @@ impl TrackingNumbers {
         summary: &TrackSummary,
         machine: &Machine,
         tension_limits: &[[f64; 2]],
+        joint_error_limits: &[f64],
     ) -> Result<Self, sinew::Error> {
-        let robot = &machine.robot;
+        let (robot, limits) = (&machine.robot, joint_error_limits);
         let hold = Hold {
             end_point_error_m: (&summary.hold_error).into(),
             unseen_error_m: summary.hold_encoder_zero_error.mean,
@@ -372,18 +304,27 @@ impl TrackingNumbers {
             let of_kind = joints.clone().filter(move |(joint, _)| robot.parts().joints[*joint].kind == kind);
             ErrorRange::over(of_kind.map(|(_, statistics)| statistics))
         };
-        let ended = TrackOutcome::of(summary, machine);
+        let ended = TrackOutcome::of(summary, machine, limits);
         let stopped_by = summary.stopped.map(|(_, fault)| stop_reason(fault, summary.threshold, robot));
+        let worst = summary.peaks().first().map_or(0.0, |peak| peak.time);
+        let why = |consequence: &str, at| reason(summary, robot, consequence, at);
         Ok(Self {
             ended,
             reason: match ended {
                 TrackOutcome::Completed => None,
-                TrackOutcome::Inaccurate => inaccuracy(summary, machine),
-                TrackOutcome::Stopped => stopped_by.clone(),
+                TrackOutcome::Inaccurate => {
+                    inaccuracy(summary, machine, limits).map(|error| why(&error, (worst, None)))
+                }
+                TrackOutcome::Stopped => {
+                    let at = summary.stopped.map_or((worst, None), |(time, fault)| (time, Some(fault)));
+                    stopped_by.as_deref().map(|stopped| why(stopped, at))
+                }
                 TrackOutcome::Diverged => {
-                    Some("the simulated machine moved faster than its cables allow".to_owned())
+                    let at = (summary.plant_failed.unwrap_or(worst), None);
+                    Some(why("the simulated machine moved faster than its cables allow", at))
                 }
             },
+            joints: TrackJoint::of(summary, robot, limits),
             joint_error_rad: of_kind(JointKind::Hinge),
             joint_error_m: of_kind(JointKind::Slide),
             longest_slack_s: summary.slack.0,

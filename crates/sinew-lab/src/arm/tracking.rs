@@ -2,6 +2,7 @@
 
 use super::calibrate::{CalibrationProgramme, calibrate_arm};
 use super::controller::{Parts, controller};
+use super::outcome::joint_error_limits;
 use super::report::TrackingNumbers;
 use super::stop_reason::fault_name;
 use super::trace::{CycleSignals, Trace, TraceRow};
@@ -51,6 +52,8 @@ pub struct CalibratedArm {
     /// Programme of every calibration: `[muscles]`.
     pub programmes: Vec<CalibrationProgramme>,
     seed: u64,
+    /// As [`with_normal_errors`](Self::with_normal_errors).
+    normal_errors: Vec<f64>,
 }
 
 /// Poses over the ranges of the joints that a machine is calibrated for.
@@ -69,7 +72,8 @@ impl CalibratedArm {
         let programmes = calibration_programmes(machine, &design)?;
         let models = calibrate_arm(&specimen, machine, &design, &programmes, seed)?;
         let bare = Machine { payload: 0.0, ..machine.clone() };
-        Self { machine: bare, specimen, models, programmes, seed }.loaded(machine.payload)
+        Self { machine: bare, specimen, models, programmes, seed, normal_errors: Vec::new() }
+            .loaded(machine.payload)
     }
 
     /// The same with a payload, kg, of an arm that was calibrated without one.
@@ -86,6 +90,19 @@ impl CalibratedArm {
         Ok(arm)
     }
 
+    /// The same, judged in joint space by what is normal for its motion: the largest error of every joint in its verification, rad or
+    /// m: `[joints]`, or empty where it is not known; see [`VerifiedMotion::joint_errors`](super::VerifiedMotion::joint_errors).
+    #[must_use]
+    pub fn with_normal_errors(self, joint_errors: Vec<f64>) -> Self {
+        Self { normal_errors: joint_errors, ..self }
+    }
+
+    /// Largest error of every joint of a run that counts as completed, rad or m: `[joints]`; infinite for one without a range.
+    #[must_use]
+    pub fn joint_error_limits(&self) -> Vec<f64> {
+        joint_error_limits(&self.machine, &self.normal_errors)
+    }
+
     /// The controller of a variant for a motion.
     ///
     /// # Errors
@@ -100,7 +117,7 @@ impl CalibratedArm {
 
     /// The same with these gains.
     fn controller_with(&self, variant: CompensationVariant, gains: ArmGains) -> Result<ArmController, Error> {
-        let Self { machine, specimen, models, programmes, seed } = self;
+        let Self { machine, specimen, models, programmes, seed, .. } = self;
         controller(variant, &Parts { machine, specimen, models, programmes, gains, seed: *seed })
     }
 
@@ -264,7 +281,8 @@ pub fn track_arm_watched(
         }
     }
     let summary = followed.unwrap_or_else(|| session.finish());
-    let numbers = TrackingNumbers::new(&summary, &arm.machine, &prepared.tension_limits)?;
+    let numbers =
+        TrackingNumbers::new(&summary, &arm.machine, &prepared.tension_limits, &arm.joint_error_limits())?;
     Ok(TrackingResult { numbers, summary, trace })
 }
 

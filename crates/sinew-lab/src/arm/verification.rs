@@ -5,8 +5,8 @@
 //! repeats.
 
 use super::feasibility::first_infeasibility;
+use super::outcome::{joint_errors, largest_bounded_error};
 use super::plan::plan_tour;
-use super::report::{joint_errors, largest_bounded_error};
 use super::tracking::poses_along;
 use crate::Error;
 use crate::experiment::arm::{TrackRun, track};
@@ -27,6 +27,24 @@ pub enum Verified {
     Inaccurate(ControlRules, String),
     /// No set of rules does; what stopped a machine with the softest.
     Fails(String),
+}
+
+/// A motion with its verification.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VerifiedMotion {
+    /// Whether it is tracked, and with which rules.
+    pub verified: Verified,
+    /// Largest error of every joint of the drawn machines with these rules, rad or m: `[joints]`; what is normal for this motion. Empty
+    /// where it fails.
+    pub joint_errors: Vec<f64>,
+}
+
+impl VerifiedMotion {
+    fn new(verified: Verified, runs: &[Simulated]) -> Self {
+        let joints = runs.first().map_or(0, |run| run.joint_errors.len());
+        let largest = |joint: usize| runs.iter().map(|run| run.joint_errors[joint]).fold(0.0, f64::max);
+        Self { verified, joint_errors: (0..joints).map(largest).collect() }
+    }
 }
 
 /// Factors of bandwidth, pre-travel, position gain and damping crossover, from the rules' own to the softest.
@@ -54,7 +72,7 @@ const MAX_SLACK: f64 = 0.25;
 ///
 /// # Errors
 /// [`Error::Physics`] where trajectory and machine do not belong together.
-pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Result<Verified, Error> {
+pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Result<VerifiedMotion, Error> {
     let loaded = machine.loaded()?;
     let design = ArmSpecimen::nominal(&loaded)?;
     let drawn =
@@ -80,13 +98,15 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
             found.extend(run(more)?);
         }
         match Quality::of_all(&found) {
-            Quality::Accurate => return Ok(Verified::Tracks(rules)),
+            Quality::Accurate => return Ok(VerifiedMotion::new(Verified::Tracks(rules), &found)),
             // Softer gains enlarge errors that the dead bands cause.
-            Quality::Inaccurate(largest) => return Ok(Verified::Inaccurate(rules, largest)),
+            Quality::Inaccurate(largest) => {
+                return Ok(VerifiedMotion::new(Verified::Inaccurate(rules, largest), &found));
+            }
             Quality::Failed(reason) => failure = reason,
         }
     }
-    Ok(Verified::Fails(failure))
+    Ok(VerifiedMotion::new(Verified::Fails(failure), &[]))
 }
 
 /// A tour with its verification.
@@ -96,6 +116,8 @@ pub struct VerifiedTour {
     pub trajectory: Trajectory,
     /// Of this trajectory.
     pub verified: Verified,
+    /// As of [`VerifiedMotion`].
+    pub joint_errors: Vec<f64>,
     /// Where it is slower, what the drawn machines did on the tour as given.
     pub slowed: Option<String>,
 }
@@ -108,12 +130,20 @@ pub struct VerifiedTour {
 /// As [`verify`] and [`plan_tour`].
 pub fn verify_tour(machine: &Machine, tour: Trajectory, repeats: u32) -> Result<VerifiedTour, Error> {
     let given = verify(machine, &tour, repeats)?;
-    let (Verified::Inaccurate(_, reason) | Verified::Fails(reason)) = &given else {
-        return Ok(VerifiedTour { trajectory: tour, verified: given, slowed: None });
+    let (slowed, duration) = match &given.verified {
+        Verified::Tracks(_) => (None, tour.duration()),
+        Verified::Inaccurate(_, reason) | Verified::Fails(reason) => (Some(reason.clone()), tour.duration()),
     };
-    let slowed = Some(reason.clone());
-    let duration = tour.duration();
-    let mut best = VerifiedTour { trajectory: tour, verified: given, slowed: None };
+    let of = |trajectory, VerifiedMotion { verified, joint_errors }, slowed| VerifiedTour {
+        trajectory,
+        verified,
+        joint_errors,
+        slowed,
+    };
+    let mut best = of(tour, given, None);
+    if slowed.is_none() {
+        return Ok(best);
+    }
     for stretch in SLOWER {
         let infeasibility = |trajectory: &Trajectory| first_infeasibility(machine, trajectory, repeats);
         let trajectory = plan_tour(machine, Some(stretch * duration), infeasibility)?;
@@ -121,7 +151,7 @@ pub fn verify_tour(machine: &Machine, tour: Trajectory, repeats: u32) -> Result<
             continue;
         }
         let verified = verify(machine, &trajectory, repeats)?;
-        let slower = VerifiedTour { trajectory, verified, slowed: slowed.clone() };
+        let slower = of(trajectory, verified, slowed.clone());
         match (&slower.verified, &best.verified) {
             (Verified::Tracks(_), _) => return Ok(slower),
             (Verified::Inaccurate(..), Verified::Fails(_)) => best = slower,
@@ -150,6 +180,8 @@ fn softened(rules: &ControlRules, [bandwidth, pre_travel, position, damping]: [f
 /// What a run of the motion shows.
 struct Simulated {
     quality: Quality,
+    /// Largest error of every joint, rad or m: `[joints]`.
+    joint_errors: Vec<f64>,
     /// The largest share of a limit that the run has used: of the error, or of the time with a slack cable.
     share_of_limits: f64,
 }
@@ -183,6 +215,7 @@ fn simulate(
     let error = largest_bounded_error(&summary, machine).map_or(0.0, |largest| largest.share());
     Ok(Simulated {
         quality: Quality::of(&summary, machine, &dead_bands),
+        joint_errors: summary.joint_error.iter().map(|error| error.max).collect(),
         share_of_limits: error.max(summary.slack.0 / MAX_SLACK),
     })
 }
@@ -289,7 +322,7 @@ mod tests {
 
     #[test]
     fn the_worst_of_several_runs_decides() {
-        let run = |quality| Simulated { quality, share_of_limits: 0.0 };
+        let run = |quality| Simulated { quality, joint_errors: vec![], share_of_limits: 0.0 };
         let runs =
             [run(Quality::Accurate), run(Quality::Inaccurate("a".into())), run(Quality::Failed("b".into()))];
         assert!(matches!(Quality::of_all(&runs), Quality::Failed(reason) if reason == "b"));

@@ -71,7 +71,7 @@ fn track(seed: u64) -> Result<Tracked, String> {
     };
     let trajectory = tour.trajectory;
     let machine = Machine { rules, ..machine };
-    let arm = CalibratedArm::new(&machine, seed).map_err(text)?;
+    let arm = CalibratedArm::new(&machine, seed).map_err(text)?.with_normal_errors(tour.joint_errors);
     let (_, found) = arm.gains(&trajectory).map_err(text)?;
     let task = TrackingTask {
         trajectory: &trajectory,

@@ -11,6 +11,7 @@ mod arm_faults;
 mod bench;
 mod cable_tables;
 mod common;
+mod edited_files;
 mod held_winches;
 mod reproduce_bench;
 mod sensor_faults;

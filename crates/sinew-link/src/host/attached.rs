@@ -1,19 +1,20 @@
 use super::domain::Domain;
-use super::offers::Offer;
 use super::outcome::Outcome;
 use super::rate::RateLimit;
 use crate::peer::Peer;
 use crate::replay::Freshness;
 use crate::setpoints;
 use crate::snapshot::{Snapshot, StateCounts};
-use crate::wire::{Datagram, Head, Kind, Received};
+use crate::wire::{Datagram, Head, Kind, Received, SessionKeys};
 use crate::{Command, Rejection, Request, Role};
 use std::net::SocketAddr;
 
 /// A client whose session has begun.
 #[derive(Debug)]
 pub(super) struct Attached {
-    offer: Offer,
+    session: u64,
+    role: Role,
+    keys: SessionKeys,
     peer: Peer,
     pub(super) address: SocketAddr,
     heard: u64,
@@ -21,12 +22,22 @@ pub(super) struct Attached {
 }
 
 impl Attached {
-    pub(super) fn new(offer: Offer, address: SocketAddr, now: u64) -> Self {
-        Self { offer, peer: Peer::default(), address, heard: now, last_rejection: None }
+    pub(super) fn new(
+        session: u64,
+        (role, keys): (Role, SessionKeys),
+        (address, now): (SocketAddr, u64),
+    ) -> Self {
+        Self { session, role, keys, peer: Peer::default(), address, heard: now, last_rejection: None }
     }
 
-    pub(super) fn offer(&self) -> &Offer {
-        &self.offer
+    /// Number of its session.
+    pub(super) fn session(&self) -> u64 {
+        self.session
+    }
+
+    /// Whether a packet carries the tag of this client.
+    pub(super) fn has_sealed(&self, received: &Received<'_>) -> bool {
+        received.is_sealed_by(&self.keys.client)
     }
 
     /// Whether nothing valid has come for longer than `expiry` ns.
@@ -44,7 +55,7 @@ impl Attached {
         take: impl FnOnce(&Command) -> bool,
     ) -> Result<Outcome, Rejection> {
         let freshness = self.peer.judge(&received.head)?;
-        let result = match (received.kind, self.offer.role) {
+        let result = match (received.kind, self.role) {
             (Kind::Command, Role::Watches) | (Kind::Watch, Role::Commands) => Err(Rejection::Role),
             (Kind::Command, _) => command(received, freshness, domain, rate, now, take),
             _ if !received.body().is_empty() => Err(Rejection::Length),
@@ -76,8 +87,8 @@ impl Attached {
             rejected,
             last_rejection: self.last_rejection,
         };
-        let head: Head = self.peer.next_head(Kind::State, self.offer.session, now);
-        datagram.seal(head, &self.offer.keys.host, |writer| {
+        let head: Head = self.peer.next_head(Kind::State, self.session, now);
+        datagram.seal(head, &self.keys.host, |writer| {
             *part = snapshot.write(from, &counts, writer)?;
             Some(())
         });

@@ -11,6 +11,7 @@
 
 mod attached;
 mod domain;
+mod newest;
 mod offers;
 mod outcome;
 mod port;

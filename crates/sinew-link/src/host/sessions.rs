@@ -2,13 +2,15 @@
 
 use super::attached::Attached;
 use super::domain::Domain;
-use super::offers::{Offers, RandomSource};
+use super::offers::{Offer, Offers, RandomSource};
 use super::outcome::Outcome;
 use super::rate::RateLimit;
 use crate::peer::bare_head;
 use crate::rejection::SharedCounters;
 use crate::snapshot::Snapshot;
-use crate::wire::{Datagram, Hello, Kind, Nonce, Received, Refused, Sealer, Welcome, features, open};
+use crate::wire::{
+    Datagram, Hello, Kind, Nonce, Received, Refused, Sealer, SessionKeys, Welcome, features, open,
+};
 use crate::{Command, Counters, Error, Key, RefusedBecause, Rejection, Role};
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -51,8 +53,6 @@ impl Default for SessionSettings {
 
 /// Clients that watch at once, at most.
 pub const WATCHERS: usize = 8;
-/// Most Hello packets answered per second.
-const HELLOS_PER_SECOND: u32 = 50;
 /// Commands above the mean rate at once, in parts of a second.
 const BURST: u32 = 10;
 
@@ -66,7 +66,6 @@ pub struct Sessions {
     active: Option<Attached>,
     watchers: Vec<Attached>,
     offers: Offers,
-    hellos: RateLimit,
     commands: RateLimit,
     generation: u64,
 }
@@ -103,7 +102,6 @@ impl Sessions {
             active: None,
             watchers: Vec::with_capacity(WATCHERS),
             offers: Offers::default(),
-            hellos: RateLimit::new(HELLOS_PER_SECOND, HELLOS_PER_SECOND),
             commands: RateLimit::new(rate, rate / BURST),
             generation: 0,
         })
@@ -157,7 +155,7 @@ impl Sessions {
         reply.clear();
         self.expire(now);
         let result = open(datagram).and_then(|received| match received.kind {
-            Kind::Hello => self.offer(&received, now, reply),
+            Kind::Hello => self.offer(&received, (from, now), reply),
             Kind::Command | Kind::Goodbye | Kind::Watch => self.take(&received, from, now, take),
             Kind::Welcome | Kind::Refused | Kind::State => Err(Rejection::Kind),
         });
@@ -177,7 +175,7 @@ impl Sessions {
     fn offer(
         &mut self,
         received: &Received<'_>,
-        now: u64,
+        (from, now): (SocketAddr, u64),
         reply: &mut Datagram,
     ) -> Result<Outcome, Rejection> {
         let mut body = received.body();
@@ -192,20 +190,19 @@ impl Sessions {
         if received.head.sequence != 0 || hello.padding != [0; 87] {
             return Err(Rejection::Code);
         }
-        if !self.hellos.allow(now) {
-            return Err(Rejection::Rate);
-        }
         let client_nonce = hello.client_nonce;
-        let attached = self.active.iter().chain(&self.watchers);
-        if attached.into_iter().any(|attached| attached.offer().nonces[0] == client_nonce) {
+        if self.offers.has_begun(&client_nonce) {
             return Err(Rejection::Replayed);
+        }
+        if !self.offers.may_answer(client_nonce, from, now) {
+            return Err(Rejection::Rate);
         }
         if let Err((because, rejection)) = self.has_room(role) {
             let refused = Refused { client_nonce, because: because.number(), padding: [0; 7] };
             reply.seal(bare_head(Kind::Refused, now), &self.sealer, |writer| refused.write(writer));
             return Err(rejection);
         }
-        let host_nonce = self.offers.offer(client_nonce, role, &self.sealer, &mut self.random)?;
+        let host_nonce = self.offers.offer(client_nonce, role, &mut self.random)?;
         let welcome = self.welcome([client_nonce, host_nonce]);
         reply.seal(bare_head(Kind::Welcome, now), &self.sealer, |writer| welcome.write(writer));
         Ok(Outcome::Offered)
@@ -256,44 +253,45 @@ impl Sessions {
         take: impl FnOnce(&Command, u64) -> bool,
     ) -> Result<Outcome, Rejection> {
         let session = received.head.session;
-        if !self.active.iter().chain(&self.watchers).any(|attached| attached.offer().session == session) {
+        if !self.active.iter().chain(&self.watchers).any(|attached| attached.session() == session) {
             self.begin(received, from, now)?;
         }
         let Self { active, watchers, domain, commands, generation, .. } = self;
         let mut attached = active.iter_mut().chain(watchers);
-        let attached = attached.find(|attached| attached.offer().session == session);
+        let attached = attached.find(|attached| attached.session() == session);
         let attached = attached.ok_or(Rejection::Session)?;
-        if !received.is_sealed_by(&attached.offer().keys.client) {
+        if !attached.has_sealed(received) {
             return Err(Rejection::Tag);
         }
         let take = |command: &Command| take(command, *generation);
         let outcome = attached.receive(received, (from, now), domain, commands, take)?;
         if outcome == Outcome::Ended {
-            self.active.take_if(|active| active.offer().session == session);
-            self.watchers.retain(|watcher| watcher.offer().session != session);
+            self.active.take_if(|active| active.session() == session);
+            self.watchers.retain(|watcher| watcher.session() != session);
         }
         Ok(outcome)
     }
 
     fn begin(&mut self, received: &Received<'_>, from: SocketAddr, now: u64) -> Result<(), Rejection> {
-        let place = self.offers.of(received.head.session).ok_or(Rejection::Session)?;
-        let offered = place.as_ref().ok_or(Rejection::Session)?;
-        if !received.is_sealed_by(&offered.keys.client) {
+        let session = received.head.session;
+        let Offer { nonces: [client_nonce, host_nonce], role } =
+            self.offers.of(session).ok_or(Rejection::Session)?;
+        let keys = SessionKeys::new(&self.sealer, &client_nonce, &host_nonce);
+        if !received.is_sealed_by(&keys.client) {
             return Err(Rejection::Tag);
         }
-        let role = offered.role;
         let other = if role == Role::Commands { Kind::Watch } else { Kind::Command };
         if received.kind == other {
             return Err(Rejection::Role);
         }
         self.has_room(role).map_err(|(_, rejection)| rejection)?;
-        let place = self.offers.of(received.head.session);
-        let attached = place.and_then(Option::take).map(|offer| Attached::new(offer, from, now));
+        self.offers.begin(session);
+        let attached = Attached::new(session, (role, keys), (from, now));
         if role == Role::Watches {
-            self.watchers.extend(attached);
+            self.watchers.push(attached);
         } else {
             self.generation += 1;
-            self.active = attached;
+            self.active = Some(attached);
         }
         Ok(())
     }

@@ -81,13 +81,13 @@ packet! {
         request: u8, "1", "Newest mode request that was taken.";
         setpoint: u8, "1", "Kind of the set-points that are followed; 0: none.";
         flags: u8, "1", "Bits: 0 waits for `advance_to_ns`, 1 commands have timed out, 2 set-points are limited, 3 a reading is missing and shown as last read.";
-        fault: u16, "1", "Code of the fault; 0: none.";
-        fault_index: u16, "1", "Index of the joint or muscle concerned.";
+        fault: u16, "1", "Code of the fault, see the list of faults; 0: none.";
+        fault_index: u16, "1", "Index of the joint or muscle that the code counts; else 0.";
         queued: u16, "1", "Points that wait for their time.";
-        last_rejection: u8, "1", "Reason of the newest rejection in this session; 0: none.";
+        last_rejection: u8, "1", "Reason for which the content of a packet of this session was last rejected; 0: none. It stays.";
         padding: [u8; 5], "1", "Zeros.";
-        accepted: u64, "1", "Packets of this session that passed all checks.";
-        lost: u64, "1", "Packets of this session that have not arrived, by their sequence.";
+        accepted: u64, "1", "Packets of this session that have arrived, each counted once: with its tag, unseen and in order of time, whatever its content.";
+        lost: u64, "1", "Packets of this session that have not arrived: the newest sequence number less `accepted`.";
         rejected: u64, "1", "Packets from anyone rejected since the host's start.";
         late: u64, "1", "Points dropped because their time had passed or 256 were waiting, since the host's start.";
         end_point: [f64; 3], "m", "End point in the world; zeros where the machine has none.";

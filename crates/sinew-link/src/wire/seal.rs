@@ -19,6 +19,9 @@ impl std::fmt::Debug for Sealer {
     }
 }
 
+/// What the keys of both directions are derived from, before the random numbers.
+pub(super) const CLIENT_LABEL: &[u8] = b"sinew-link 1 client";
+pub(super) const HOST_LABEL: &[u8] = b"sinew-link 1 host";
 /// Block of SHA-256, bytes.
 const BLOCK: usize = 64;
 
@@ -74,7 +77,7 @@ impl SessionKeys {
             let key: Zeroizing<[u8; TAG_SIZE]> = Zeroizing::new(mac.finalize().into_bytes().into());
             Sealer::keyed(&*key)
         };
-        Self { client: derive(b"sinew-link 1 client"), host: derive(b"sinew-link 1 host") }
+        Self { client: derive(CLIENT_LABEL), host: derive(HOST_LABEL) }
     }
 }
 

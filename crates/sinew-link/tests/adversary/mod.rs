@@ -347,8 +347,6 @@ impl Scene {
         let mut nonce = [0; 16];
         nonce[..8].copy_from_slice(&self.nonce.to_le_bytes());
         let greeting = Greeting::new(&Key::new([7; 32]), nonce);
-        // Hellos have a rate of their own: 50 per second.
-        self.now += 20_000_000;
         let bytes = greeting.hello(self.now, &mut self.own).to_vec();
         self.receive(&bytes, 4000, Some(Rejection::SecondClient));
         assert!(greeting.answer(self.reply.bytes()).expect("an answer").is_err(), "the client is told");
@@ -389,8 +387,6 @@ impl Scene {
         self.nonce += 1;
         let mut nonce = [0; 16];
         nonce[..8].copy_from_slice(&self.nonce.to_le_bytes());
-        // Hellos have a rate of their own: 50 per second.
-        self.now += 20_000_000;
         let greeting = Greeting::new(&Key::new([7; 32]), nonce).watching();
         let bytes = greeting.hello(self.now, &mut self.own).to_vec();
         self.host.expire(self.now);

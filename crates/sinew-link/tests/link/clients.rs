@@ -1,6 +1,6 @@
 //! Clients in other languages, against the server.
 
-use crate::network::{StopOnDrop, cycle, start};
+use crate::network::{LARGE, StopOnDrop, cycle_of, start_of};
 use sinew_link::{Key, Rejection};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -19,17 +19,22 @@ fn is_there(program: &str) -> bool {
     there
 }
 
-/// Runs a client, given by the command without address and key, against a server with and without a key.
 fn drive(client: impl Fn() -> Command) {
+    drive_with(&[Rejection::QueueFull], client);
+}
+
+/// Runs a client, given by the command without address and key, against a server with and without a key; packets are rejected for these
+/// reasons alone.
+fn drive_with(allowed: &[Rejection], client: impl Fn() -> Command) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("key");
     for key in [None, Some(Key::create(&file).unwrap())] {
-        let (server, mut port) = start(key.clone());
+        let (server, mut port) = start_of(LARGE, key.clone());
         let stop = AtomicBool::new(false);
         let mut output: Option<Output> = None;
         let commands = std::thread::scope(|scope| {
             let stopping = StopOnDrop(&stop);
-            let cycle = scope.spawn(|| cycle(&mut port, &stop));
+            let cycle = scope.spawn(|| cycle_of(LARGE, &mut port, &stop));
             let mut command = client();
             command.args(["127.0.0.1", &server.address().port().to_string(), "0.6"]);
             if key.is_some() {
@@ -46,7 +51,7 @@ fn drive(client: impl Fn() -> Command) {
         eprintln!("{text}");
         let counters = server.stop();
         for (reason, count) in counters.by_reason() {
-            assert!(count == 0 || reason == Rejection::QueueFull, "{reason:?} {count}");
+            assert!(count == 0 || allowed.contains(&reason), "{reason:?} {count}");
         }
         assert!(commands > 20 && counters.accepted >= commands, "{commands} commands");
     }
@@ -60,6 +65,18 @@ fn the_python_client_has_at_most_52_lines_and_drives_the_server() {
         drive(|| {
             let mut command = Command::new("python3");
             command.arg("-B").arg(clients().join("python/example.py"));
+            command
+        });
+    }
+}
+
+#[test]
+fn a_client_written_from_the_page_alone_drives_the_server() {
+    if is_there("python3") {
+        drive_with(&[Rejection::QueueFull, Rejection::SecondClient], || {
+            let mut command = Command::new("python3");
+            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/link/from_the_page.py");
+            command.arg("-B").arg(file);
             command
         });
     }

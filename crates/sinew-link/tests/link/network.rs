@@ -9,14 +9,22 @@ use std::time::{Duration, Instant};
 
 const SOON: Duration = Duration::from_secs(20);
 
-fn domain() -> Domain {
-    Domain { joint: vec![[-1.0, 1.0]; 2], tension: vec![[0.0, 100.0]; 4], ..Domain::default() }
+/// Joints and muscles of a machine whose states fit in one datagram, and of one whose do not.
+const SMALL: [usize; 2] = [2, 4];
+pub(crate) const LARGE: [usize; 2] = [12, 26];
+
+fn domain([joints, muscles]: [usize; 2]) -> Domain {
+    Domain { joint: vec![[-1.0, 1.0]; joints], tension: vec![[0.0, 100.0]; muscles], ..Domain::default() }
 }
 
-pub(crate) fn start(key: Option<Key>) -> (Server, Port) {
-    let address = "127.0.0.1:0".parse().unwrap();
-    Server::start(ServerSettings { address, key, domain: domain(), sessions: SessionSettings::default() })
-        .unwrap()
+fn start(key: Option<Key>) -> (Server, Port) {
+    start_of(SMALL, key)
+}
+
+/// A server for a machine of this size.
+pub(crate) fn start_of(sizes: [usize; 2], key: Option<Key>) -> (Server, Port) {
+    let (address, sessions) = ("127.0.0.1:0".parse().unwrap(), SessionSettings::default());
+    Server::start(ServerSettings { address, key, domain: domain(sizes), sessions }).unwrap()
 }
 
 /// Sets a flag where its scope ends, by a panic as well: a thread that waits for the flag ends, and the test fails instead of hanging.
@@ -29,8 +37,13 @@ impl Drop for StopOnDrop<'_> {
 }
 
 /// A control cycle of 1 ms that follows the newest joint set-point at once, until it is told to stop.
-pub(crate) fn cycle(port: &mut Port, stop: &AtomicBool) -> u64 {
-    let (mut snapshot, mut commands) = (Snapshot::new(2, 4), 0);
+fn cycle(port: &mut Port, stop: &AtomicBool) -> u64 {
+    cycle_of(SMALL, port, stop)
+}
+
+/// The same of a machine of this size.
+pub(crate) fn cycle_of([joints, muscles]: [usize; 2], port: &mut Port, stop: &AtomicBool) -> u64 {
+    let (mut snapshot, mut commands) = (Snapshot::new(joints, muscles), 0);
     while !stop.load(Ordering::Relaxed) {
         while let Some(command) = port.next_command() {
             commands += 1;
@@ -38,9 +51,13 @@ pub(crate) fn cycle(port: &mut Port, stop: &AtomicBool) -> u64 {
                 for (joint, number) in snapshot.joints_mut().iter_mut().zip(numbers) {
                     joint.reference = *number;
                 }
+                snapshot.setpoint = command.setpoints.kind();
             }
             if command.request == Request::Run {
                 snapshot.mode = Mode::Run;
+            }
+            if command.request != Request::None {
+                snapshot.request = command.request;
             }
         }
         snapshot.cycle += 1;
@@ -101,14 +118,18 @@ fn a_client_with_another_key_gets_no_answer() {
 fn an_address_that_others_reach_needs_a_key() {
     for address in ["0.0.0.0:0", "[::]:0"] {
         let address = address.parse().unwrap();
-        let settings =
-            ServerSettings { address, key: None, domain: domain(), sessions: SessionSettings::default() };
+        let settings = ServerSettings {
+            address,
+            key: None,
+            domain: domain(SMALL),
+            sessions: SessionSettings::default(),
+        };
         assert!(matches!(Server::start(settings), Err(Error::KeyNeeded(_))));
     }
     let settings = ServerSettings {
         address: "0.0.0.0:0".parse().unwrap(),
         key: Some(Key::new([1; 32])),
-        domain: domain(),
+        domain: domain(SMALL),
         sessions: SessionSettings::default(),
     };
     assert!(Server::start(settings).is_ok());

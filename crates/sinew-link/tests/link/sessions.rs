@@ -16,10 +16,10 @@ fn address(port: u16) -> SocketAddr {
 fn host(seed: u8, joints: usize, muscles: usize) -> Sessions {
     let domain =
         Domain { joint: vec![[-1.0, 1.0]; joints], tension: vec![[0.0, 9.0]; muscles], ..Domain::default() };
-    let mut count = seed;
-    let random = Box::new(move |nonce: &mut Nonce| {
+    let mut count = u64::from(seed) << 32;
+    let random = Box::new(move |random: &mut Nonce| {
         count += 1;
-        *nonce = [count; 16];
+        *random = nonce(count);
         true
     });
     Sessions::new(&Key::none(), domain, SessionSettings::default(), random).unwrap()
@@ -133,12 +133,72 @@ fn more_commands_than_allowed_are_rejected_and_counted() {
     let taken = outcomes.iter().filter(|outcome| **outcome == Outcome::Commanded).count();
     assert_eq!(taken, 400, "a tenth of a second's worth");
     assert_eq!(host.counters().rejected(Rejection::Rate), 600);
-    let hellos = (0..100_u8).map(|k| {
-        let hello = Greeting::new(&Key::none(), [k.max(2); 16]).hello(0, &mut Datagram::default()).to_vec();
-        send(&mut host, &hello, 2 * MS)
-    });
-    let answered = hellos.filter(|outcome| *outcome == Outcome::Rejected(Rejection::SecondClient)).count();
-    assert!((48..=50).contains(&answered), "{answered} Hellos at once");
+}
+
+fn hello(nonce: Nonce) -> Vec<u8> {
+    Greeting::new(&Key::none(), nonce).hello(0, &mut Datagram::default()).to_vec()
+}
+
+/// A random number of a client.
+fn nonce(number: u64) -> Nonce {
+    std::array::from_fn(|k| (number >> (8 * (k % 8))) as u8 ^ k as u8)
+}
+
+#[test]
+fn one_hello_is_answered_fifty_times_a_second_and_to_its_sender_whoever_repeats_it() {
+    let mut host = host(0, 1, 2);
+    let mut ask = |port: u16, now: u64| {
+        host.receive(&hello([1; 16]), address(port), now, &mut Datagram::default(), |_, _| true)
+    };
+    assert_eq!(ask(1, 0), Outcome::Offered);
+    let mut answered = |ports: std::ops::Range<u16>| {
+        ports.map(|port| ask(port, MS)).filter(|outcome| *outcome == Outcome::Offered).count()
+    };
+    assert_eq!(answered(2..1000), 50, "all others together");
+    let own = (0..1000).map(|_| answered(1..2)).sum::<usize>();
+    assert!((48..=50).contains(&own), "{own} to the first");
+    assert!(host.counters().rejected(Rejection::Rate) > 1800);
+}
+
+#[test]
+fn a_flood_of_replayed_hellos_keeps_no_new_client_out() {
+    let mut host = host(0, 1, 2);
+    // A thousand were recorded, among them those of two sessions of this host.
+    let recorded: Vec<_> = (0..1000).map(|k| hello(nonce(k))).collect();
+    for k in 0..2_u64 {
+        let greeting = Greeting::new(&Key::none(), nonce(k));
+        let mut reply = Datagram::default();
+        host.receive(&recorded[k as usize], address(1), k, &mut reply, |_, _| true);
+        let mut session = greeting.answer(reply.bytes()).unwrap().unwrap();
+        assert_eq!(send(&mut host, &command(&mut session, 0), k), Outcome::Commanded);
+        let goodbye = session.goodbye(MS, &mut Datagram::default()).to_vec();
+        assert_eq!(send(&mut host, &goodbye, MS), Outcome::Ended);
+    }
+    let mut draws = 7_u64;
+    let mut flood = |host: &mut Sessions, now: u64| {
+        for _ in 0..500 {
+            draws = draws.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let hello = &recorded[(draws >> 33) as usize % recorded.len()];
+            let from = address((draws >> 48) as u16);
+            host.receive(hello, from, now, &mut Datagram::default(), |_, _| true);
+        }
+    };
+    // A million a second: every new client begins its session in the 5 ms that an answer may take.
+    for client in 0..40_u64 {
+        let start = 20 * MS * (client + 1);
+        let greeting = Greeting::new(&Key::none(), nonce(1_000_000 + client));
+        let bytes = greeting.hello(start, &mut Datagram::default()).to_vec();
+        let mut reply = Datagram::default();
+        flood(&mut host, start);
+        assert_eq!(host.receive(&bytes, address(1), start, &mut reply, |_, _| true), Outcome::Offered);
+        let mut session = greeting.answer(reply.bytes()).unwrap().unwrap();
+        (0..10).for_each(|k| flood(&mut host, start + k * MS / 2));
+        assert_eq!(send(&mut host, &command(&mut session, start), start + 5 * MS), Outcome::Commanded);
+        let goodbye = session.goodbye(start + 6 * MS, &mut Datagram::default()).to_vec();
+        assert_eq!(send(&mut host, &goodbye, start + 6 * MS), Outcome::Ended);
+    }
+    let begun = hello(nonce(0));
+    assert_eq!(send(&mut host, &begun, 0), Outcome::Rejected(Rejection::Replayed), "of a session that began");
 }
 
 #[test]

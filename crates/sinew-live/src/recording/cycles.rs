@@ -2,7 +2,7 @@
 
 use super::events::EventList;
 use crate::scene::Event;
-use crate::signals::Signals;
+use crate::signals::{Signals, fault_numbers};
 use sinew_record::{Block, BlockPlace, ColumnSpec, Error, Head, Recording};
 use std::collections::VecDeque;
 
@@ -17,8 +17,6 @@ pub(crate) struct Cycles {
     /// What is missing, in words.
     pub(crate) notice: Option<String>,
     pub(crate) events: Vec<Event>,
-    /// Names of the faults of the events; their numbers in a state begin with 1.
-    pub(crate) faults: Vec<String>,
     /// First cycle, number of cycles and place of every block, in time.
     index: Vec<(u64, usize, BlockPlace)>,
     columns: Columns,
@@ -92,10 +90,10 @@ impl Cycles {
             return Err(Error::Damaged { at: bytes.len() as u64, expected, got: got.to_owned() });
         }
         let notice = notice(&recording, list.missing());
-        let (events, faults) = list.finish();
+        let events = list.finish();
         let head = recording.head;
         let columns = Columns::of(&head);
-        Ok(Self { head, notice, events, faults, index, columns, decoded: VecDeque::new(), bytes })
+        Ok(Self { head, notice, events, index, columns, decoded: VecDeque::new(), bytes })
     }
 
     /// Index of the last cycle.
@@ -149,8 +147,7 @@ impl Cycles {
             column.and_then(|column| block.fast.get(column + k)?.get(row)).copied().unwrap_or(f64::NAN)
         };
         now.mode = fast(columns.mode, 0);
-        let fault = sinew_record::fault_of(fast(columns.mode, 1));
-        now.fault = [fault.map_or(0.0, |fault| self.number_of(&self.head.fault_name(fault))), 0.0];
+        now.fault = fault_numbers(sinew_record::fault_of(fast(columns.mode, 1)));
         let parts = [1, 2, 3].map(|k| fast(columns.wake_up, k));
         now.cycle_us = [fast(columns.wake_up, 0), parts.iter().sum()];
         for k in 0..muscles {
@@ -198,11 +195,6 @@ impl Cycles {
         Ok(row.map(|row| {
             block.slow.iter().map(|column| column.get(row).copied().unwrap_or(f64::NAN)).collect()
         }))
-    }
-
-    /// Number of a fault in a state.
-    fn number_of(&self, name: &str) -> f64 {
-        self.faults.iter().position(|fault| fault == name).map_or(0.0, |place| (place + 1) as f64)
     }
 }
 

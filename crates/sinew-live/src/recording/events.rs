@@ -13,7 +13,6 @@ pub(super) struct EventList<'a> {
     columns: [Option<usize>; 6],
     before: [f64; 6],
     events: Vec<Event>,
-    faults: Vec<String>,
     unlisted: u64,
     dropped: u64,
     end: u64,
@@ -30,7 +29,6 @@ impl<'a> EventList<'a> {
             columns: COLUMNS.map(place),
             before: [f64::NAN, 0.0, 0.0, f64::NAN, 0.0, 0.0],
             events: Vec::new(),
-            faults: Vec::new(),
             unlisted: 0,
             dropped: 0,
             end: 0,
@@ -65,11 +63,7 @@ impl<'a> EventList<'a> {
             self.put(cycle, "repeat", format!("repeat {}", repeat as u64 + 1));
         }
         if new_mode {
-            let found = fault_of(mode_fault).map(|fault| self.head.fault_name(fault));
-            let kind = if found.is_some() { "fault" } else { "state" };
-            if let Some(name) = found.filter(|name| !self.faults.contains(name)) {
-                self.faults.push(name);
-            }
+            let kind = if fault_of(mode_fault).is_some() { "fault" } else { "state" };
             let text = self.head.mode_name(mode, mode_fault, status_of(status, fault));
             self.put(cycle, kind, text);
         } else if new_status {
@@ -98,11 +92,11 @@ impl<'a> EventList<'a> {
         self.dropped
     }
 
-    /// The events, and the names of the faults among them.
-    pub(super) fn finish(mut self) -> (Vec<Event>, Vec<String>) {
+    /// The events.
+    pub(super) fn finish(mut self) -> Vec<Event> {
         if let Some(last) = self.events.last_mut().filter(|_| self.unlisted > 0) {
             last.text += &format!(" (and {} further events, which are not listed)", self.unlisted);
         }
-        (self.events, self.faults)
+        self.events
     }
 }

@@ -168,7 +168,6 @@ impl Source for Playback {
             compared: over.and_then(|over| names.get(over)).map(String::as_str),
             commands: &commands,
             requests: Vec::new(),
-            faults: first.faults.clone(),
             failures: &[],
             interpolated: true,
             recorded: Some(Recorded { duration: first.duration(), events: &first.events, overlays: names }),

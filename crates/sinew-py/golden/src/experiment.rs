@@ -72,11 +72,12 @@ impl Track {
     pub(crate) fn answer(&self) -> Answer {
         let mut machine = machine(&self.machine)?;
         let trajectory = plan_tour(&machine, None, |t| first_infeasibility(&machine, t, 1))?;
-        match verify(&machine, &trajectory, 1)? {
+        let motion = verify(&machine, &trajectory, 1)?;
+        match motion.verified {
             Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => machine.rules = rules,
             Verified::Fails(reason) => return Err(reason.into()),
         }
-        let arm = CalibratedArm::new(&machine, self.seed)?;
+        let arm = CalibratedArm::new(&machine, self.seed)?.with_normal_errors(motion.joint_errors);
         let task = TrackingTask {
             trajectory: &trajectory,
             repeats: 1,

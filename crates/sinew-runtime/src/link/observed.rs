@@ -50,7 +50,7 @@ fn mode(mode: Mode) -> sinew_link::Mode {
 }
 
 fn fault(named: NamedFault) -> [u16; 2] {
-    [named.kind() as u16, named.index().unwrap_or(0) as u16]
+    [named.code(), named.index().unwrap_or(0) as u16]
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 /**
  * The answer to `/scene`.
  * @typedef {Machine & {schema: string, machine: string, source: string, simulated: boolean, period_s: number, paths: string[],
- *   supervisor: {modes: string[], faults: string[]}, variants: string[], commands: string[], layout: Field[], layout_revision?: number, signals: Signal[],
+ *   supervisor: {modes: string[], faults: Record<number, {kind: string, part: string, of: string | null}>}, variants: string[], commands: string[], layout: Field[], layout_revision?: number, signals: Signal[],
  *   events: {time_s: number, kind: string, text: string}[], recording: {duration_s: number}|null, notice?: string|null, compare?: string|null, path_name?: string,
  *   requests?: string[], overlays?: string[], fault_kinds?: [string, string][], tension_along?: string}} SceneMessage
  */

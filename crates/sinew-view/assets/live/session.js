@@ -110,7 +110,11 @@ export class Session extends EventTarget {
   /** Name of the fault that is held, if any. */
   get fault() {
     const code = this.state?.fault?.[0] ?? 0;
-    return code ? this.scene?.supervisor.faults[code] ?? `fault ${code}` : "";
+    if (!code) return "";
+    const fault = this.scene?.supervisor.faults[code], named = fault?.of === "joint" ? this.scene?.joints : this.scene?.muscles;
+    if (!fault) return `fault ${code}`;
+    const name = fault.of ? named?.[this.state?.fault_index?.[0] ?? 0]?.name : undefined;
+    return `${fault.kind}: ${fault.part}${name ? ` of ${name}` : ""}`;
   }
 
   /** @param {keyof typeof FLAG} name */

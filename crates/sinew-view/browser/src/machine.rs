@@ -100,7 +100,7 @@ impl Machine {
             "bodies": [{"name": "world", "parent": 0}, {"name": "upper_link", "parent": 0}, {"name": "lower_link", "parent": 1}],
             "shapes": [bone(1), bone(2), ball], "joints": [joint(1, "shoulder"), joint(2, "elbow")], "muscles": (0..CABLES).map(muscle).collect::<Value>(),
             "end_point": {"body": 2, "position": [0.0, 0.0, -LINK]}, "path": path, "path_name": "tour", "paths": ["tour", "sine"], "poses": {},
-            "supervisor": {"modes": MODES, "faults": ["none"]}, "variants": ["observer"], "events": [], "recording": null, "layout_revision": 1,
+            "supervisor": {"modes": MODES, "faults": {}}, "variants": ["observer"], "events": [], "recording": null, "layout_revision": 1,
             "commands": ["mode", "path", "drag", "push", "payload", "fault", "speed", "step"],
             "layout": LAYOUT.iter().map(|(name, kind, count)| json!({"name": name, "type": kind, "count": count, "unit": unit(name)})).collect::<Value>(),
             "signals": signals})

@@ -9,6 +9,9 @@ use alloc::string::{String, ToString};
 use alloc::vec;
 use alloc::vec::Vec;
 
+/// Largest magnitude of a number of a robot, in SI units: squares and products of such numbers are still finite.
+const LARGEST: f64 = 1e12;
+const AT_MOST_LARGEST: &str = "a number of magnitude up to 1e12";
 /// Deviation from unit length that counts as rounding.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
@@ -33,22 +36,23 @@ impl Part<'_> {
     }
 
     fn finite(&self, field: &'static str, values: &[f64]) -> Result<(), PartError> {
-        match values.iter().find(|value| !value.is_finite()) {
-            Some(value) => Err(self.invalid(field, "finite", value)),
+        match values.iter().find(|value| !value.is_finite() || value.abs() > LARGEST) {
+            Some(value) if !value.is_finite() => Err(self.invalid(field, "finite", value)),
+            Some(value) => Err(self.invalid(field, AT_MOST_LARGEST, value)),
             None => Ok(()),
         }
     }
 
     fn not_negative(&self, field: &'static str, value: f64) -> Result<(), PartError> {
         if value.is_finite() && value >= 0.0 {
-            return Ok(());
+            return self.finite(field, &[value]);
         }
         Err(self.invalid(field, "a finite number >= 0", value))
     }
 
     fn positive(&self, field: &'static str, value: f64) -> Result<(), PartError> {
         if value.is_finite() && value > 0.0 {
-            return Ok(());
+            return self.finite(field, &[value]);
         }
         Err(self.invalid(field, "a finite number > 0", value))
     }
@@ -77,7 +81,8 @@ impl Part<'_> {
         let Some([low, high]) = range else { return Ok(()) };
         // NaN fails this; one-sided limits are infinite.
         if low <= high {
-            return Ok(());
+            let ends = [low, high].map(|end| if end.is_finite() { end } else { 0.0 });
+            return self.finite(field, &ends);
         }
         Err(self.invalid(field, "a low end not above the high end", format!("[{low}, {high}]")))
     }

@@ -12,11 +12,18 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Keys(Vec<(usize, String)>);
 
+/// Whether a line is the head of a table, not a part of a list over several lines.
+fn is_head(line: &str) -> bool {
+    let name = line.trim_start_matches('[');
+    let name = name.split(']').next().filter(|_| name.len() < line.len()).unwrap_or_default();
+    name.starts_with(|c: char| c.is_ascii_alphabetic()) && !name.contains([',', '=', '{'])
+}
+
 impl Keys {
     pub(super) fn of(text: &str) -> Keys {
         let told = text.lines().enumerate().filter_map(|(index, line)| {
             let line = line.trim_start();
-            let key = if line.starts_with("[[") { "[" } else { line.split_once('=')?.0.trim_end() };
+            let key = if is_head(line) { "[" } else { line.split_once('=')?.0.trim_end() };
             Some((index + 1, key.to_string()))
         });
         Keys(told.collect())
@@ -29,11 +36,12 @@ impl Keys {
     }
 
     /// That line and the whole key.
-    fn find(&self, head: usize, word: &str) -> Option<(usize, &str)> {
+    pub(super) fn find(&self, head: usize, word: &str) -> Option<(usize, &str)> {
         let from = self.0.partition_point(|(line, _)| *line <= head);
         let within = self.0[from..].iter().take_while(|(_, key)| key != "[");
-        let is =
-            |key: &str| key.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
+        let is = |key: &str| {
+            key.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with(['_', '.']))
+        };
         within
             .into_iter()
             .find(|(_, key)| !word.is_empty() && is(key))
@@ -73,11 +81,28 @@ impl Origins {
     }
 
     /// The key that stands for a field of a part, where it is written.
-    fn key(&self, kind: &'static str, index: usize, field: &str) -> Option<String> {
+    pub(super) fn key(&self, kind: &'static str, index: usize, field: &str) -> Option<String> {
         let (file, line) = self.lines.get(&(kind, index))?;
         let (word, inner) = word(kind, field);
         let (_, key) = self.keys.get(file)?.find(*line, &word)?;
         Some(inner.map_or_else(|| key.to_string(), |inner| format!("{key}: {inner}")))
+    }
+
+    /// File, line and whole key of the one key of a part that begins with a word.
+    pub(super) fn written(
+        &self,
+        kind: &'static str,
+        index: usize,
+        word: &str,
+    ) -> Option<(String, usize, String)> {
+        let (file, head) = self.lines.get(&(kind, index))?;
+        let (line, key) = self.keys.get(file)?.find(*head, word)?;
+        Some((file.clone(), line, key.to_string()))
+    }
+
+    /// Whether the line of a part is known.
+    pub(super) fn has(&self, kind: &'static str, index: usize) -> bool {
+        self.lines.contains_key(&(kind, index))
     }
 
     pub(super) fn set(&mut self, kind: &'static str, index: usize, file: &str, line: usize) {
@@ -86,7 +111,7 @@ impl Origins {
 }
 
 /// The word that a key begins with for a field of a part, and the key within its value.
-fn word(kind: &str, field: &str) -> (String, Option<&'static str>) {
+pub(super) fn word(kind: &str, field: &str) -> (String, Option<&'static str>) {
     match (kind, field) {
         (_, "the length of its sheath") => ("sheath".into(), Some("length_m")),
         (_, "the bend of its sheath") => ("sheath".into(), Some("bend_rad")),

@@ -188,10 +188,12 @@ impl Machine {
         within("muscles", SOME_MUSCLE, muscles as f64, muscles > 0)?;
         within("joints", SOME_JOINT, joints as f64, joints > 0)?;
         check_kinds(&self.robot)?;
-        self.muscles.iter().try_for_each(MuscleDesign::validate)?;
+        for (muscle, design) in self.muscles.iter().enumerate() {
+            design.validate().map_err(|error| error.of_part("muscle", muscle))?;
+        }
         self.ranges()?;
         self.check_bends()?;
-        self.check_inertia()?;
+        self.check_start()?;
         self.encoders.iter().flatten().try_for_each(JointEncoder::validate)?;
         if let Task::EndPoint { site, axes } = self.task {
             within("site", "an index of a site", site as f64, site < parts.sites.len())?;
@@ -212,10 +214,11 @@ const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a [[muscle]] 
 const SOME_JOINT: &str = "at least one hinge or slide that follows no other";
 
 impl Machine {
-    /// Refuses a joint that moves nothing: its acceleration would have no limit.
-    fn check_inertia(&self) -> Result<(), Error> {
+    /// Refuses cables that have no law, and a joint that moves nothing: its acceleration would have no limit.
+    fn check_start(&self) -> Result<(), Error> {
         let mut model = MuscleDynamics::new(&self.robot)?;
         model.evaluate(&self.start)?;
+        self.check_laws(&model)?;
         let n = self.start.len();
         let mut mass = alloc::vec![0.0; n * n];
         model.mass_matrix(&mut mass)?;
@@ -234,10 +237,11 @@ impl Machine {
             return Ok(());
         }
         let ranges = self.ranges()?;
-        for bend in bends.iter().filter(|bend| !bend.is_constant()) {
+        for (muscle, bend) in bends.iter().enumerate().filter(|(_, bend)| !bend.is_constant()) {
             let largest = bend.largest(&ranges);
             let expected = "at most 4 pi over the ranges of the joints";
-            within("bend_by_joint", expected, largest, largest <= SheathBend::LARGEST)?;
+            let bent = within("bend_by_joint", expected, largest, largest <= SheathBend::LARGEST);
+            bent.map_err(|error| error.of_part("muscle", muscle))?;
         }
         Ok(())
     }

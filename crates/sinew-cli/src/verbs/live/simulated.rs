@@ -132,7 +132,7 @@ impl Bench {
                 (tour.trajectory, Some(tour.verified))
             }
             (CompensationVariant::Observer, _) => {
-                let verified = verify(&machine, &trajectory, u32::MAX)?;
+                let verified = verify(&machine, &trajectory, u32::MAX)?.verified;
                 (trajectory, Some(verified))
             }
             _ => (trajectory, None),

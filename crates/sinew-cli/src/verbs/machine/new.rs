@@ -42,18 +42,10 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     };
     let text = draft::text(&choice, &body, &motion);
     // What is written runs: it is read as any machine file.
-    let written = machine_in(out, &text)?.machine;
-    ArmSpecimen::nominal(&written).map_err(|error| unusable(error, &arguments.body, &written))?;
+    let written = machine_in(out, &text)?;
+    ArmSpecimen::nominal(&written.machine).map_err(|error| written.places.error(error))?;
     let written = write_all(&[(out.clone(), text.as_bytes())])?;
     report(&choice, out, general.json, written)
-}
-
-/// The error with the name of its joint.
-fn unusable(error: sinew::Error, body: &Path, machine: &Machine) -> Error {
-    let sinew::Error::Part { kind, index, field, expected } = error else { return error.into() };
-    let joint = machine.robot.parts().joints.get(index);
-    let name = joint.map_or_else(String::new, |joint| one_line(&joint.name));
-    Error::UnusablePart { file: body.to_owned(), kind, name, field, expected }
 }
 
 /// The machine of defaults around a body; of a machine file the body alone.

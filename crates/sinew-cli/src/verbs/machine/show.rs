@@ -27,11 +27,19 @@ pub(super) fn run(arguments: &MachineShowArguments, general: &General) -> Result
     refuse_overwrite(inputs, arguments.picture.as_slice(), general.no_clobber)?;
     let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
+    show(&loaded, arguments, general).map_err(|error| error.at(&loaded.places))
+}
+
+fn show(
+    loaded: &MachineDescription,
+    arguments: &MachineShowArguments,
+    general: &General,
+) -> Result<Answer, Error> {
     let machine = loaded.machine.loaded()?;
     let checks = DesignChecks::of(&machine, &machine.laws(CELLS)?, &machine.poses(POSES)?)?;
     checks.print_warnings();
     let held_winches = checks.text(&machine);
-    let shown = Shown::of(&loaded, checks)?;
+    let shown = Shown::of(loaded, checks)?;
     let written = match &arguments.picture {
         Some(path) => write_all(&[(path.clone(), draw(&loaded.machine, &STANDALONE)?.as_bytes())])?,
         None => Vec::new(),

@@ -12,6 +12,7 @@ use crate::verbs::arm::model::print_warnings;
 use crate::verbs::arm::view::machine_scene;
 use serde::Serialize;
 use sinew::control::arm::{DampingMargins, JointFigures, joint_limits, synthesize};
+use sinew::description::MachineDescription;
 use sinew::machine::{Machine, Tolerances};
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::experiment::oracle_models;
@@ -30,6 +31,14 @@ pub(super) fn run(arguments: &MachineTuneArguments, general: &General) -> Result
     refuse_overwrite(inputs, &outputs, general.no_clobber)?;
     let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
+    tune(&loaded, arguments, general).map_err(|error| error.at(&loaded.places))
+}
+
+fn tune(
+    loaded: &MachineDescription,
+    arguments: &MachineTuneArguments,
+    general: &General,
+) -> Result<Answer, Error> {
     let machine = loaded.machine.loaded()?;
     let poses = machine.poses(POSES)?;
     let checks = DesignChecks::of(&machine, &machine.laws(CELLS)?, &poses)?;

@@ -129,7 +129,8 @@ fn execute_on<B: Bus + SimulatedBus>(
     let statistics = cycle.statistics();
     let clocks = cycle.bus().clocks();
     let summary = evaluation.finish(cycle.supervisor());
-    let numbers = TrackingNumbers::new(&summary, &arm.machine, conditions.tension_limits);
+    let limits = (conditions.tension_limits, arm.joint_error_limits());
+    let numbers = TrackingNumbers::new(&summary, &arm.machine, limits.0, &limits.1);
     let numbers = numbers.map_err(sinew_lab::Error::from)?;
     let stopped = stopping.stopped(page.as_ref());
     Ok(Executed { numbers, timing, real_time, statistics, clocks, recording, stopped })

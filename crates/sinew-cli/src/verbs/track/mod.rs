@@ -199,9 +199,13 @@ pub(crate) fn ended(numbers: &TrackingNumbers) -> String {
         TrackOutcome::Completed => "completed".to_owned(),
         TrackOutcome::Inaccurate => numbers.reason.clone().unwrap_or_default(),
         TrackOutcome::Stopped => {
-            format!("stopped: {}", numbers.stopped_by.as_deref().unwrap_or("fault"))
+            let reason = numbers.reason.as_deref().or(numbers.stopped_by.as_deref());
+            format!("stopped: {}", reason.unwrap_or("fault"))
         }
-        TrackOutcome::Diverged => "diverged".to_owned(),
+        TrackOutcome::Diverged => {
+            let reason = numbers.reason.as_deref().map(|reason| format!(": {reason}"));
+            "diverged".to_owned() + &reason.unwrap_or_default()
+        }
     }
 }
 

@@ -1,18 +1,19 @@
 //! A tracking run as valid: machine, feasible trajectory, payload and faults from the arguments.
 
 use super::{fault, motion};
-use crate::arguments::{MotionArguments, PathArgument};
+use crate::arguments::{FaultArgument, MotionArguments, PathArgument};
 use crate::error::Error;
 use crate::verbs::machine_source::{self, MachineSource};
 use crate::verbs::{read_text, verification};
 use sinew::control::arm::ArmGains;
 use sinew::control::supervisor::Request;
+use sinew::description::machine::Places;
 use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::InjectedFault;
 use sinew_lab::arm::{
-    CalibratedArm, InfeasibleMotion, TrackingResult, TrackingTask, Verified, infeasible_motion,
-    track_arm_watched, verify, verify_tour,
+    CalibratedArm, INITIAL_REST_S, InfeasibleMotion, TrackingResult, TrackingTask, Verified,
+    infeasible_motion, track_arm_watched, verify, verify_tour,
 };
 use sinew_lab::experiment::TrackRow;
 use sinew_lab::{CompensationVariant, Error as LabError};
@@ -25,6 +26,8 @@ const REPEATS: u32 = 6;
 pub(crate) struct Setup {
     /// With its payload.
     pub(crate) machine: Machine,
+    /// Where its parts are written.
+    places: Places,
     /// The texts that it was read from.
     pub(crate) source: MachineSource,
     /// As given, or the machine's default.
@@ -38,13 +41,24 @@ pub(crate) struct Setup {
     faults: Vec<InjectedFault>,
     /// Of a file, in place of those derived for the motion.
     gains: Option<ArmGains>,
+    /// Largest errors of the joints in the verification, rad or m: `[joints]`; empty without one.
+    normal_errors: Vec<f64>,
     pub(crate) seed: u64,
 }
 
 impl Setup {
     /// Loads the machine, plans the trajectory and refuses what the machine cannot track.
     pub(crate) fn new(arguments: &MotionArguments) -> Result<Self, Error> {
-        Self::with_default_path(arguments, motion::default_path)
+        let setup = Self::with_default_path(arguments, motion::default_path)?;
+        setup.check_faults(&arguments.fault)?;
+        Ok(setup)
+    }
+
+    /// Refuses a fault that would begin when the run is over: nothing would come of it, without a word.
+    fn check_faults(&self, faults: &[FaultArgument]) -> Result<(), Error> {
+        let end_s = INITIAL_REST_S + self.motion_s() + self.hold_s;
+        let late = faults.iter().find(|fault| fault.start_s >= end_s);
+        late.map_or(Ok(()), |fault| Err(Error::LateFault { value: fault.text.clone(), end_s }))
     }
 
     /// The same with another path where none is given.
@@ -52,16 +66,18 @@ impl Setup {
         arguments: &MotionArguments,
         default_path: impl FnOnce(&Machine) -> PathArgument,
     ) -> Result<Self, Error> {
-        let (machine, source) = machine_source::load(&arguments.model)?;
-        let machine = machine.machine;
+        let (described, source) = machine_source::load(&arguments.model)?;
+        let (machine, places) = (described.machine, described.places);
         let payload = arguments.payload.unwrap_or(machine.payload);
         let machine = Machine { payload, ..machine };
         let faults = fault::resolve(&arguments.fault, &machine.robot)?;
         let path = arguments.path.clone().unwrap_or_else(|| default_path(&machine));
-        let trajectory = motion::trajectory(&machine, &path, arguments.duration)?;
+        let trajectory = motion::trajectory(&machine, &path, arguments.duration);
+        let trajectory = trajectory.map_err(|error| error.of_part(&places))?;
         let repeats = repeats(arguments.repeats, trajectory.is_closed())?;
         let mut setup = Self {
             machine,
+            places,
             source,
             path,
             trajectory,
@@ -71,17 +87,18 @@ impl Setup {
             variant: arguments.compensation,
             faults,
             gains: arguments.gains.as_deref().map(read_gains).transpose()?,
+            normal_errors: Vec::new(),
             seed: arguments.seed,
         };
         if let Some(gains) = &setup.gains {
             let joints = setup.machine.robot.independent_joints().len();
             gains.validate(setup.machine.muscles.len(), joints)?;
         }
-        setup.check_feasible()?;
+        setup.check_feasible().map_err(|error| error.at(&setup.places))?;
         if setup.gains.is_none() && setup.variant == CompensationVariant::Observer {
             // Whoever gives a duration asks for that one.
             let may_slow = setup.path == PathArgument::Tour && arguments.duration.is_none();
-            setup.verify(may_slow, arguments.unverified)?;
+            setup.verify(may_slow, arguments.unverified).map_err(|error| error.at(&setup.places))?;
         }
         Ok(setup)
     }
@@ -108,9 +125,12 @@ impl Setup {
             let tour = verify_tour(&self.machine, self.trajectory.clone(), self.repeats)?;
             verification::tell_slowed(&tour, given);
             self.trajectory = tour.trajectory;
+            self.normal_errors = tour.joint_errors;
             tour.verified
         } else {
-            verify(&self.machine, &self.trajectory, self.repeats)?
+            let motion = verify(&self.machine, &self.trajectory, self.repeats)?;
+            self.normal_errors = motion.joint_errors;
+            motion.verified
         };
         match verified {
             Verified::Fails(reason) if !start_nevertheless => {
@@ -138,8 +158,10 @@ impl Setup {
     }
 
     /// The arm with its deviations from the model, every cable calibrated.
-    pub(crate) fn calibrate(&self) -> Result<CalibratedArm, LabError> {
-        CalibratedArm::new(&self.machine, self.seed)
+    pub(crate) fn calibrate(&self) -> Result<CalibratedArm, Error> {
+        let arm = CalibratedArm::new(&self.machine, self.seed);
+        let arm = arm.map_err(|error| Error::from(error).at(&self.places))?;
+        Ok(arm.with_normal_errors(self.normal_errors.clone()))
     }
 
     /// The motion with its conditions, and a row of its trace every `trace_interval` s.

@@ -101,11 +101,8 @@ impl FaultKind {
     #[must_use]
     pub fn of(fault: Fault, symptom: Symptom) -> Self {
         match fault {
-            Fault::JointSensor(_)
-            | Fault::MotorSensor(_)
-            | Fault::TensionSensor(_)
-            | Fault::TensionOrMotorSensor(_)
-            | Fault::MotorOrJointSensor(_) => match symptom {
+            Fault::TensionOrMotorSensor(_) | Fault::MotorOrJointSensor(_) => Self::SensorDeviation,
+            Fault::JointSensor(_) | Fault::MotorSensor(_) | Fault::TensionSensor(_) => match symptom {
                 Symptom::Stuck => Self::SensorStuck,
                 Symptom::Jumped => Self::EncoderJump,
                 Symptom::Deviating | Symptom::Noisy => Self::SensorDeviation,

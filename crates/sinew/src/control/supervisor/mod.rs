@@ -3,6 +3,7 @@
 //! Physics and logic without clock and I/O: time is the length of the control cycles and what an [`ExchangeStatus`] tells.
 //! `docs/supervisor.md` is the same for users; its table of transitions is written from [`TRANSITIONS`].
 
+mod fault_code;
 mod fault_kind;
 mod health;
 mod heat;
@@ -17,6 +18,7 @@ mod signals;
 mod threshold;
 mod transitions;
 
+pub use fault_code::{Counted, FaultCode, fault_codes_markdown};
 pub use fault_kind::{FaultKind, Reaction};
 pub use health::{CableHealth, Drift};
 pub use limits::{Limits, MuscleLimits};

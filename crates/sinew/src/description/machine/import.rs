@@ -2,8 +2,8 @@
 
 use super::files::{Files, ReadFile};
 use super::listing::{Listing, Setting};
+use super::places::Places;
 use super::{devices, drives, joints, safety, task, transmissions};
-use crate::Error;
 use crate::body::{Parts, Robot};
 use crate::description::Description;
 use crate::description::document::{Document, Entry, Table};
@@ -11,7 +11,6 @@ use crate::description::error::{DescriptionError, Warning};
 use crate::description::mesh_file::joined;
 use crate::description::mjcf::from_mjcf;
 use crate::description::names::named;
-use crate::description::origin::Origins;
 use crate::description::robot_toml::{self, MACHINE_KEYS, ROBOT_KEYS};
 use crate::description::urdf::from_urdf;
 use crate::machine::Machine;
@@ -29,6 +28,8 @@ pub struct MachineDescription {
     pub settings: Vec<Setting>,
     /// Ignored content.
     pub warnings: Vec<Warning>,
+    /// Where its parts are written: for what is refused only when the machine is used.
+    pub places: Places,
 }
 
 /// Reads a machine from its TOML.
@@ -212,7 +213,8 @@ fn machine(
     let origins = description.origins.clone();
     let mut listing = Listing::default();
     let (robot, mut warnings) = robot(root, description, &mut listing)?;
-    let mut machine = Machine::of(&robot).map_err(|error| refused(root, &robot, &origins, error))?;
+    let places = Places::new(root, &robot, &origins);
+    let mut machine = Machine::of(&robot).map_err(|error| places.error(error))?;
     let list = &mut listing;
     joints::start(root, &robot, &mut machine.start, list)?;
     machine.task = task::task(root, &robot, list)?;
@@ -226,23 +228,10 @@ fn machine(
     machine.tolerances = task::tolerances(root, list)?;
     machine.rules = task::rules(root, list)?;
     machine.safety = safety::safety(root, &machine, list)?;
-    machine.validate().map_err(|error| refused(root, &robot, &origins, error))?;
+    machine.validate().map_err(|error| places.error(error))?;
     for drive in transmissions::unused(root, &drives) {
         let what = format!("drive `{}` belongs to no muscle: it has no effect", drive.name);
         warnings.push(Warning { file: root.file().to_string(), line: drive.line, what });
     }
-    Ok(MachineDescription { machine, settings: listing.settings, warnings })
-}
-
-/// A machine that the physics refuses, with the place of the part.
-fn refused(root: &Table<'_>, robot: &Robot, origins: &Origins, error: Error) -> DescriptionError {
-    let Error::Part { kind, index, field, expected } = error else { return root.error(&error.to_string()) };
-    let (file, line) = origins.of(kind, index, field);
-    let name = robot.parts().joints.get(index).filter(|_| kind == "joint").map_or("", |joint| &joint.name);
-    DescriptionError {
-        file,
-        line,
-        place: format!("{kind} `{name}`"),
-        problem: format!("{field} must be {expected}"),
-    }
+    Ok(MachineDescription { machine, settings: listing.settings, warnings, places })
 }

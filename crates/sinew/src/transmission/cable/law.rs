@@ -142,7 +142,7 @@ impl CableLaw {
         let angle = 2.0 * ((1.0 + rise) * node.friction + node.loss);
         within(
             "friction angle of a node",
-            "at most 0.8: use more cells, or turn a strong pulley into a short sheath",
+            "at most 0.8: less friction, less bend, a strong pulley as a short sheath, or more cells",
             angle,
             angle <= 2.0 * LARGEST_HALF_ANGLE,
         )?;

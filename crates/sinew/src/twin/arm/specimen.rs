@@ -82,7 +82,10 @@ impl ArmSpecimen {
     /// Substeps of a millisecond in which the stiffest mode is stable.
     fn stable_substeps(&self, model: &mut MuscleDynamics, poses: &[Vec<f64>]) -> Result<usize, Error> {
         let cells = self.resolution.cells;
-        let laws = self.cables.iter().map(|cable| cable.law(cells)).collect::<Result<Vec<CableLaw>, _>>()?;
+        let law = |(muscle, cable): (usize, &Specimen)| {
+            cable.law(cells).map_err(|error| error.of_part("muscle", muscle))
+        };
+        let laws = self.cables.iter().enumerate().map(law).collect::<Result<Vec<CableLaw>, _>>()?;
         let tensions = alloc::vec![ANY_TENSION; laws.len()];
         let found = Characteristics::new(model, &laws, &tensions, poses, 0.0)?;
         if found.stuck_mode * STEP / MAX_STEP_ANGLE > MAX_SUBSTEPS as f64 {

@@ -11,6 +11,7 @@ mod holding;
 mod models;
 mod routing;
 mod stability;
+mod unlawful;
 mod wrong;
 
 use sinew::description::{DescriptionError, MachineDescription, machine_from_toml};
