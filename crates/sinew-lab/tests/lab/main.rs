@@ -11,6 +11,7 @@ mod arm_faults;
 mod bench;
 mod cable_tables;
 mod common;
+mod healthy;
 mod held_winches;
 mod reproduce_bench;
 mod sheath_bend;
