@@ -125,8 +125,7 @@ fn share(mode: Option<&str>) -> Result<f64, FaultSyntaxError> {
     })
 }
 
-const SENSOR_MODES: &str =
-    "stuck, lost, nan, jump=X, gain=X, drift=X (per s), saturation=X or noise=X after the name of a sensor's muscle or joint";
+const SENSOR_MODES: &str = "stuck, lost, nan, jump=X, gain=X, drift=X (per s), saturation=X or noise=X after the name of a sensor's muscle or joint";
 
 fn sensor_failure(mode: Option<&str>) -> Result<SensorFailure, FaultSyntaxError> {
     let sized = |text: &str| {

@@ -9,10 +9,10 @@ use super::outcome::{joint_errors, largest_bounded_error};
 use super::plan::plan_tour;
 use super::tracking::poses_along;
 use crate::Error;
-use crate::experiment::arm::{TrackRun, track};
+use crate::experiment::arm::{TrackRun, TrackSession};
 use crate::experiment::{TrackSummary, oracle_models};
 use rayon::prelude::*;
-use sinew::control::arm::{ActuationMode, ArmController, CableStateSource, synthesize};
+use sinew::control::arm::{ActuationMode, ArmController, ArmStatus, CableStateSource, Fault, synthesize};
 use sinew::machine::{ControlRules, Machine};
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::ArmSpecimen;
@@ -210,7 +210,10 @@ fn simulate(
         faults: &[],
         seed: FIRST_SEED,
     };
-    let summary = track(&run, controller, |_| {})?;
+    // What a machine does after its stop is nothing to judge.
+    let (mut session, mut stopped) = (TrackSession::new(&run, controller)?, false);
+    while !stopped && session.step(|row| stopped = matches!(row.command.status, ArmStatus::Stopped(_)))? {}
+    let summary = session.finish();
     let dead_bands: Vec<f64> = found.joints.iter().map(|joint| joint.dead_band).collect();
     let error = largest_bounded_error(&summary, machine).map_or(0.0, |largest| largest.share());
     Ok(Simulated {
@@ -232,7 +235,11 @@ impl Quality {
         let name = |k: usize| machine.robot.parts().tendons[k].name.as_str();
         if let Some((_, fault)) = summary.stopped {
             let reason = super::stop_reason::stop_reason(fault, summary.threshold, &machine.robot);
-            return Self::Failed(reason);
+            return Self::Failed(if blames_a_part(fault) {
+                error_taken_for_a_fault(summary, machine, &reason)
+            } else {
+                reason
+            });
         }
         if summary.plant_failed.is_some() {
             return Self::Failed("motion faster than the cables allow".to_owned());
@@ -277,6 +284,30 @@ impl Quality {
             })
         };
         failed.or_else(inaccurate).unwrap_or(Self::Accurate)
+    }
+}
+
+/// Whether a fault is that of a part; simulated machines of the design have none.
+fn blames_a_part(fault: Fault) -> bool {
+    matches!(
+        fault,
+        Fault::JointSensor(_)
+            | Fault::MotorSensor(_)
+            | Fault::TensionSensor(_)
+            | Fault::Drive(_)
+            | Fault::Cable(_)
+    )
+}
+
+/// The error that came first, and the part that was blamed for what it did.
+fn error_taken_for_a_fault(summary: &TrackSummary, machine: &Machine, part: &str) -> String {
+    let rigid = vec![0.0; summary.joint_error.len()];
+    let largest = joint_errors(summary, machine, &rigid).max_by(|a, b| a.share().total_cmp(&b.share()));
+    match largest.and_then(|largest| Some((largest.error, largest.joint?))) {
+        Some((error, (joint, unit))) => {
+            format!("error of {joint} of {error:.3} {unit}, which looks like a fault ({part})")
+        }
+        None => format!("what looks like a fault ({part})"),
     }
 }
 

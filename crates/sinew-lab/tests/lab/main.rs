@@ -12,6 +12,7 @@ mod bench;
 mod cable_tables;
 mod common;
 mod edited_files;
+mod healthy;
 mod held_winches;
 mod reproduce_bench;
 mod sensor_faults;

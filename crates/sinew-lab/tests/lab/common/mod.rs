@@ -4,6 +4,9 @@
 pub(crate) mod faults;
 
 #[allow(dead_code, reason = "not every test uses all of it")]
+pub(crate) mod healthy;
+
+#[allow(dead_code, reason = "not every test uses all of it")]
 pub(crate) mod machines;
 
 #[allow(dead_code, reason = "not every test uses all of it")]

@@ -9,22 +9,23 @@ use sinew::random::Random;
 
 const UPRIGHT: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
-struct Draw(Random);
+/// Numbers of a seed.
+pub(crate) struct Draw(pub(crate) Random);
 
 impl Draw {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.unit()
     }
 
-    fn log_between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn log_between(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
 
-    fn below(&mut self, n: usize) -> usize {
+    pub(crate) fn below(&mut self, n: usize) -> usize {
         (self.0.unit() * n as f64) as usize % n
     }
 
-    fn chance(&mut self, p: f64) -> bool {
+    pub(crate) fn chance(&mut self, p: f64) -> bool {
         self.0.unit() < p
     }
 }

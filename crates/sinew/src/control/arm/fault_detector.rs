@@ -150,7 +150,7 @@ impl FaultDetector {
             load_cells: gains.muscles.iter().map(load_cell).collect(),
             joint_gains: gains.joints.clone(),
             muscle_gains: gains.muscles.clone(),
-            encoders: vec![JointMonitor::new(joint_tolerance); joints],
+            encoders: vec![JointMonitor::new(joint_tolerance, 1.0 / gains.observer_bandwidth); joints],
             isolation: Isolation::new(cable_stiffness, &gains.muscles, joints),
             cable_stiffness: cable_stiffness.to_vec(),
             winch_residual: vec![0.0; muscles],

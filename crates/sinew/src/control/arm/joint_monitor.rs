@@ -12,7 +12,7 @@ use super::status::Symptom;
 /// e = y - q^,    x_r = int q'_r dt,    x_m = (tau_d,0 - tau_d)/k - e        since y last changed
 /// x = x_r where |x_r| <= |x_m| and both have one sign, x_m where it is smaller, 0 where the signs differ
 /// rejected   |e| > x_j or |d2y| > max(x_c, x_j/4)                             a jump
-///            |x| > x_0 and |x_m| > x_max,  or |x_r| > x_r,max                 y unchanged to the bit
+///            |x| > x_0 and |x_m| > x_max for longer than t_e,  or |x_r| > x_r,max   y unchanged to the bit
 /// returned   n consecutive samples with |e| <= x (1 + t_r/t_d) + a and |dy - h q'^| <= s,
 ///            x = x_j where y has changed since the rejection, x_c where it has not
 /// ```
@@ -24,8 +24,10 @@ use super::status::Symptom;
 /// | tau_d, tau_d,0 | torque of the disturbances at the joint, now and when the output last changed | Nm    |
 /// | k        | stiffness of the joint, [`JointStiffness`]                                   | Nm/rad  |
 /// | d^_0     | disturbance of the joint's observer when the output last changed               | rad/s^2 |
-/// | x_j, x_max, x_r,max | [`JointGains`]                                                    | rad     |
+/// | x_max | that of [`JointGains`]; before a joint has gone that far since its reference turned `5/8 x_r,max`, a quarter of its dead band | rad |
+/// | x_j, x_r,max | [`JointGains`]                                                    | rad     |
 /// | t_r, t_d | time since the rejection, [`DRIFT_TIME`] of the prediction                     | s       |
+/// | t_e      | [`innovation_time`](Self::innovation_time): the innovation of a joint that breaks away or vibrates is over by then | s |
 /// | d2y      | second difference of y: a joint that breaks away takes its speed in more than one cycle | rad |
 /// | x_c      | `x_j`, at most 25 counts of the encoder                                      | rad     |
 /// | x_0, s   | five counts of the encoder, `0.7 x_max` where that is above 70; two counts and an eighth of `x_j`                  | rad     |
@@ -43,6 +45,8 @@ use super::status::Symptom;
 pub(super) struct JointMonitor {
     /// Factor of all tolerances, 1.
     scale: f64,
+    /// `t_e`, s: time constant of the joint's observer.
+    innovation_time: f64,
     /// Last measurement, rad.
     previous: f64,
     unchanged: Unchanged,
@@ -59,6 +63,31 @@ pub(super) struct JointMonitor {
     /// Whether it was rejected because its output was unchanged.
     stood: bool,
     started: bool,
+    turn: Turn,
+}
+
+/// Where the reference of a joint last turned.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    /// Direction of the reference since then, 1 or -1; 0 before it has moved.
+    side: f64,
+    /// Measurement, rad.
+    at: f64,
+}
+
+impl Turn {
+    const NONE: Self = Self { side: 0.0, at: f64::NAN };
+
+    fn follow(&mut self, measured: f64, reference_speed: f64) {
+        if reference_speed * self.side < 0.0 || (self.side == 0.0 && reference_speed != 0.0) {
+            *self = Self { side: reference_speed.signum(), at: measured };
+        }
+    }
+
+    /// How far a joint has followed since then, rad.
+    fn followed(&self, measured: f64) -> f64 {
+        (measured - self.at) * self.side
+    }
 }
 
 /// State of a joint since its encoder's output last changed.
@@ -72,6 +101,8 @@ struct Unchanged {
     torque: f64,
     /// `d^_0`, rad/s^2.
     disturbance: f64,
+    /// Time for which muscles and reference have contradicted it, s.
+    contradicted_for: f64,
 }
 
 impl Unchanged {
@@ -136,6 +167,9 @@ const DRIFT_TIME: f64 = 0.15;
 const LEAST_SHARE: f64 = 0.7;
 const LARGE_LAG_COUNTS: f64 = 100.0;
 
+/// Share of `x_r,max`, which is 0.4 of the dead band, that the friction of its cables may hide where a joint turns.
+const TURNING_SHARE: f64 = 0.625;
+
 /// Travel below which an output may stay unchanged, rad: five counts of the encoder.
 fn min_travel(gains: &JointGains) -> f64 {
     5.0 * gains.resolution
@@ -147,10 +181,11 @@ fn min_jump(gains: &JointGains) -> f64 {
 }
 
 impl JointMonitor {
-    /// With all tolerances multiplied by `scale`.
-    pub(super) fn new(scale: f64) -> Self {
+    /// With all tolerances multiplied by `scale`, behind an observer with this time constant, s.
+    pub(super) fn new(scale: f64, innovation_time: f64) -> Self {
         Self {
             scale,
+            innovation_time,
             previous: f64::NAN,
             unchanged: Unchanged { torque: f64::NAN, ..Unchanged::default() },
             step: 0.0,
@@ -160,12 +195,13 @@ impl JointMonitor {
             agreeing: 0,
             stood: false,
             started: false,
+            turn: Turn::NONE,
         }
     }
 
     /// The next measurement is the first.
     pub(super) fn restart(&mut self) {
-        *self = Self::new(self.scale);
+        *self = Self::new(self.scale, self.innovation_time);
     }
 
     /// How the encoder behaves while it is rejected.
@@ -179,6 +215,7 @@ impl JointMonitor {
         let step = if self.started { measured - self.previous } else { 0.0 };
         let second_difference = step - self.step;
         (self.previous, self.step) = (measured, step);
+        self.turn.follow(measured, predicted.reference_speed);
         if !core::mem::replace(&mut self.started, true) {
             return self.first(h, (measured - predicted.reference).abs() <= predicted.gains.tracking_error);
         }
@@ -200,7 +237,7 @@ impl JointMonitor {
             self.stood = false;
             return if near && smooth { EncoderCheck::Accepted } else { self.withdraw(h, before) };
         }
-        if self.is_contradicted(e, predicted) {
+        if self.is_contradicted(h, e, predicted) {
             self.stood = true;
             self.withdraw(h, self.unchanged)
         } else {
@@ -216,22 +253,31 @@ impl JointMonitor {
         EncoderCheck::Rejected
     }
 
-    /// Whether muscles and reference contradict an unchanged output; evaluates `x`.
-    fn is_contradicted(&mut self, e: f64, predicted: &JointPrediction<'_>) -> bool {
+    /// Whether muscles and reference have contradicted an unchanged output for long enough; evaluates `x`.
+    fn is_contradicted(&mut self, h: f64, e: f64, predicted: &JointPrediction<'_>) -> bool {
         let by_muscles = (self.unchanged.torque - predicted.torque) / predicted.stiffness - e;
         let by_reference = self.unchanged.reference;
         let one_sign = by_muscles * by_reference > 0.0;
         self.unchanged.implied =
             if one_sign { by_reference.signum() * by_muscles.abs().min(by_reference.abs()) } else { 0.0 };
         let gains = predicted.gains;
-        let least = if gains.implied > LARGE_LAG_COUNTS * gains.resolution {
-            LEAST_SHARE * gains.implied
+        let most = self.largest_deviation(gains);
+        let least =
+            if most > LARGE_LAG_COUNTS * gains.resolution { LEAST_SHARE * most } else { min_travel(gains) };
+        let moved = self.unchanged.implied.abs() > self.scale * least && by_muscles.abs() > self.scale * most;
+        self.unchanged.contradicted_for = if moved { self.unchanged.contradicted_for + h } else { 0.0 };
+        let lasting = self.unchanged.contradicted_for > self.innovation_time;
+        lasting || (predicted.winches_move && by_reference.abs() > predicted.gains.reference_travel)
+    }
+
+    /// `x_max`, rad: a joint whose reference has turned stands until its cables have crossed their dead bands, and friction
+    /// decides when.
+    fn largest_deviation(&self, gains: &JointGains) -> f64 {
+        if self.turn.followed(self.previous) > gains.implied {
+            gains.implied
         } else {
-            min_travel(gains)
-        };
-        let moved = self.unchanged.implied.abs() > self.scale * least
-            && by_muscles.abs() > self.scale * gains.implied;
-        moved || (predicted.winches_move && by_reference.abs() > predicted.gains.reference_travel)
+            gains.implied.max(TURNING_SHARE * gains.reference_travel)
+        }
     }
 
     fn withdraw(&mut self, h: f64, from: Unchanged) -> EncoderCheck {
@@ -263,6 +309,10 @@ mod tests {
     use super::*;
 
     const H: f64 = 1e-3;
+    /// Ten cycles.
+    const INNOVATION_TIME: f64 = 0.0095;
+    /// Cycles from the first contradiction to the last that it takes.
+    const LATER: u32 = 9;
     const GAINS: JointGains = JointGains {
         bandwidth: 10.0,
         disturbance_bandwidth: 13.0,
@@ -289,7 +339,7 @@ mod tests {
 
     /// A monitor that has accepted `MOVING` once.
     fn started() -> JointMonitor {
-        let mut monitor = JointMonitor::new(1.0);
+        let mut monitor = JointMonitor::new(1.0, INNOVATION_TIME);
         assert_eq!(monitor.update(H, 0.5, &MOVING), EncoderCheck::Accepted);
         monitor
     }
@@ -482,6 +532,17 @@ mod tests {
         }
     }
 
+    /// A monitor of a joint that has followed its reference over 60 mrad to 0.5003 rad, since it turned.
+    fn following(scale: f64, side: f64, gains: &JointGains) -> JointMonitor {
+        let mut monitor = JointMonitor::new(scale, INNOVATION_TIME);
+        for k in 0..=200 {
+            let angle = 0.5003 + side * 3e-4 * (f64::from(k) - 200.0);
+            let predicted = JointPrediction { angle, reference_speed: 0.3 * side, gains, ..MOVING };
+            assert_eq!(monitor.update(H, angle, &predicted), EncoderCheck::Accepted, "{k}");
+        }
+        monitor
+    }
+
     /// Cycles until an output that stands at 0.5 rad is rejected; in cycle `k` the joint is predicted at an angle under a
     /// torque of the disturbances, while the reference moves.
     fn rejected_after(
@@ -489,9 +550,7 @@ mod tests {
         gains: JointGains,
         state: impl Fn(f64) -> [f64; 2],
     ) -> Option<(u32, EncoderCheck)> {
-        let mut monitor = started();
-        let first = JointPrediction { gains: &gains, ..MOVING };
-        assert_eq!(monitor.update(H, 0.5003, &first), EncoderCheck::Accepted);
+        let mut monitor = following(1.0, reference_speed.signum(), &gains);
         (1..1000).find_map(|k| {
             let [angle, torque] = state(f64::from(k));
             let predicted = JointPrediction { angle, torque, reference_speed, gains: &gains, ..MOVING };
@@ -506,12 +565,15 @@ mod tests {
             // 0.49 mrad per cycle by the estimate against x_max = 16 mrad, 0.301 by the reference.
             let (cycles, check) =
                 rejected_after(0.301 * side, GAINS, |k| [0.5003 + 4.9e-4 * side * k, -1.0]).unwrap();
-            assert_eq!(cycles, 33);
+            assert_eq!(cycles, 33 + LATER);
             let EncoderCheck::Withdrawn { shift, .. } = check else { unreachable!() };
-            assert!((shift - side * 3.01e-4 * 33.0).abs() < 1e-12, "the smaller of both: {shift}");
+            assert!(
+                (shift - side * 3.01e-4 * f64::from(33 + LATER)).abs() < 1e-12,
+                "the smaller of both: {shift}"
+            );
             // Both shares together: half by the estimate and half by a torque at 200 Nm/rad.
             let both = |k: f64| [0.5003 + 2.45e-4 * side * k, -1.0 - 0.049 * side * k];
-            assert_eq!(rejected_after(0.301 * side, GAINS, both).unwrap().0, 33);
+            assert_eq!(rejected_after(0.301 * side, GAINS, both).unwrap().0, 33 + LATER);
             // They cancel where the torque says the opposite: only x_r,max is left, 60 mrad.
             let neither = |k: f64| [0.5003 + 2.45e-4 * side * k, -1.0 + 0.049 * side * k];
             assert_eq!(rejected_after(0.301 * side, GAINS, neither).unwrap().0, 200);
@@ -527,28 +589,55 @@ mod tests {
         let gains = JointGains { implied: 0.05, reference_travel: 1.0, ..GAINS };
         let far = |_: f64| [0.6003, -1.0];
         let (cycles, _) = rejected_after(0.3, gains, far).unwrap();
-        assert_eq!(cycles, 117, "35 mrad at 0.3 mrad per cycle");
+        assert_eq!(cycles, 117 + LATER, "35 mrad at 0.3 mrad per cycle");
         // Of 50 counts, five counts suffice.
         let (cycles, _) = rejected_after(0.3, JointGains { implied: 0.02, ..gains }, far).unwrap();
-        assert_eq!(cycles, 7, "2 mrad at 0.3 mrad per cycle");
+        assert_eq!(cycles, 7 + LATER, "2 mrad at 0.3 mrad per cycle");
         // Twice the tolerance is twice the way.
-        let mut wide = JointMonitor::new(2.0);
+        let mut wide = following(2.0, 1.0, &gains);
         let predicted = JointPrediction { angle: 0.7, gains: &gains, ..MOVING };
-        wide.update(H, 0.5, &JointPrediction { gains: &gains, ..MOVING });
-        let cycles = (1..1000).find(|_| wide.update(H, 0.5, &predicted) != EncoderCheck::Accepted);
-        assert_eq!(cycles, Some(235));
+        let cycles = (1..1000).find(|_| wide.update(H, 0.5003, &predicted) != EncoderCheck::Accepted);
+        assert_eq!(cycles, Some(235 + LATER));
+    }
+
+    #[test]
+    fn a_contradiction_that_ends_within_the_observers_time_is_that_of_a_joint_that_vibrates() {
+        let gains = JointGains { reference_travel: 1.0, ..GAINS };
+        let states_for = |cycles: u32, pause: u32| {
+            let away = move |k: f64| [if k as u32 % (cycles + pause) < cycles { 0.6 } else { 0.5003 }, -1.0];
+            rejected_after(0.3, gains, away).is_some()
+        };
+        assert!(!states_for(LATER, 1) && states_for(LATER + 1, 1));
+    }
+
+    #[test]
+    fn a_joint_whose_reference_has_turned_may_stand_for_a_quarter_of_its_dead_band() {
+        // x_r,max = 0.4 of a dead band of 200 mrad: 50 mrad where it has turned, else 16.
+        let gains = JointGains { reference_travel: 0.08, ..GAINS };
+        for side in [1.0, -1.0] {
+            let rejected = |turned: bool, off: f64| {
+                let mut monitor = following(1.0, if turned { -side } else { side }, &gains);
+                let angle = 0.5003 + side * off;
+                let predicted =
+                    JointPrediction { angle, reference_speed: 0.3 * side, gains: &gains, ..MOVING };
+                // Its reference goes 60 mrad.
+                (1..200).any(|_| monitor.update(H, 0.5003, &predicted) != EncoderCheck::Accepted)
+            };
+            assert!(!rejected(false, 0.015) && rejected(false, 0.017), "{side}");
+            assert!(!rejected(true, 0.049) && rejected(true, 0.051), "{side}");
+        }
     }
 
     #[test]
     fn a_restarted_monitor_judges_as_a_new_one_with_its_tolerance() {
         for scale in [1.0, 2.5] {
-            let mut used = JointMonitor::new(scale);
+            let mut used = JointMonitor::new(scale, INNOVATION_TIME);
             for k in 0..50 {
                 used.update(H, if k < 20 { 0.5 } else { 0.9 }, &MOVING);
             }
             assert!(used.rejected_for > 0.0);
             used.restart();
-            let mut new = JointMonitor::new(scale);
+            let mut new = JointMonitor::new(scale, INNOVATION_TIME);
             for y in [0.9, 0.9, 0.512, 0.512, 0.5, 0.5003, 0.5006, 0.5009, 0.5012, f64::NAN] {
                 assert_eq!(used.update(H, y, &MOVING), new.update(H, y, &MOVING), "{y}");
                 assert!((used.rejected_for - new.rejected_for).abs() < 1e-18);
@@ -562,7 +651,7 @@ mod tests {
         // Unknown at the first measurement; then -4 Nm, which are 20 mrad against x_max = 16 mrad.
         let unknown = JointPrediction { torque: 0.0, disturbance: 0.0, ..MOVING };
         let known = JointPrediction { torque: -4.0, disturbance: -30.0, ..MOVING };
-        let mut monitor = JointMonitor::new(1.0);
+        let mut monitor = JointMonitor::new(1.0, INNOVATION_TIME);
         assert_eq!(monitor.update(H, 0.5, &unknown), EncoderCheck::Accepted);
         for k in 1..200 {
             assert_eq!(monitor.update(H, 0.5, &known), EncoderCheck::Accepted, "{k}");

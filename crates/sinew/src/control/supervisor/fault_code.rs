@@ -69,14 +69,8 @@ const PARTS: [(&str, Counted, fn(usize) -> Fault); 18] = [
 ];
 
 /// Symptoms by their numbers.
-const SYMPTOMS: [Symptom; 6] = [
-    Symptom::Unknown,
-    Symptom::Lost,
-    Symptom::Stuck,
-    Symptom::Jumped,
-    Symptom::Standing,
-    Symptom::Deviating,
-];
+const SYMPTOMS: [Symptom; 6] =
+    [Symptom::Unknown, Symptom::Lost, Symptom::Stuck, Symptom::Jumped, Symptom::Standing, Symptom::Deviating];
 /// Factor of the symptom.
 const SYMPTOM: u16 = 100;
 
