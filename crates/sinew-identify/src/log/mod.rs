@@ -9,6 +9,7 @@
 //! | open      | `open`       | the format, by content and then by extension                          |
 //! | text      | `text`       | delimiter, decimal comma, comments, header, units row                 |
 //! | binary    | `binary`     | which arrays are columns: MATLAB v5, v7.3, Parquet                    |
+//! | naming    | `naming`     | one name and one unit for what several logs hold; `units` knows factors           |
 //! | roles     | `roles`      | what each column means, as requested or by the names in `names`       |
 //! | uses      | `uses`       | which column by name is a label instead, and the account of all columns |
 //! | table     | `table`      | numbers, labels, and columns that are constant within trials          |
@@ -23,12 +24,14 @@
 
 mod assemble;
 mod binary;
+mod clock;
 mod conditions;
 mod cut;
 mod duplicates;
 mod likeness;
 mod memory_limit;
 mod names;
+mod naming;
 mod occurrences;
 mod one_log;
 mod open;
@@ -40,13 +43,15 @@ mod table;
 mod text;
 mod times;
 mod types;
+mod units;
 mod uses;
 
 pub use memory_limit::MEMORY_LIMIT_BYTES;
-pub use names::unit_of;
 pub use read::{read_bytes, read_bytes_with_roles, read_dataset, read_with_roles};
 pub use signal_checks::MIN_SCORED;
 pub use times::{GAP_INTERVALS, GAP_TYPICAL};
 pub use types::{
-    ColumnUse, Condition, Dataset, Input, LogInfo, ReadOptions, RequestedRoles, Role, Roles, Sequence,
+    ColumnOptions, ColumnUse, Condition, Dataset, Defect, DefectKind, Input, LogInfo, ReadOptions,
+    RequestedRoles, Role, Roles, Sequence,
 };
+pub use units::unit_of;

@@ -11,6 +11,15 @@ pub(super) struct Columns<'a> {
     pub(super) file: &'a str,
     /// Its columns.
     pub(super) names: &'a [String],
+    /// Whether a column is time by its cells or by a unit: `[columns]`.
+    pub(super) timed: Vec<bool>,
+}
+
+impl Columns<'_> {
+    /// Columns that are time by what they hold.
+    fn timed(&self) -> impl Iterator<Item = &String> {
+        self.names.iter().zip(&self.timed).filter(|(_, timed)| **timed).map(|(name, _)| name)
+    }
 }
 
 /// Finds the roles in logs that should all have the same columns.
@@ -18,6 +27,7 @@ pub(super) fn find(
     requested: &RequestedRoles,
     logs: &[Columns<'_>],
     far_required: bool,
+    is_counted: bool,
 ) -> Result<Roles, Error> {
     let Some(first) = logs.first() else { return Err(Error::NoLogs) };
     refuse_two_roles(requested)?;
@@ -40,7 +50,8 @@ pub(super) fn find(
     };
     let time = match &requested.time {
         Some(time) => Some(time.clone()),
-        None => at_most_one(named(|m| m == Meaning::Time), first, ColumnRole::Time)?,
+        None if is_counted => None,
+        None => time_column(&named, &taken, logs)?,
     };
     let trial = match &requested.trial {
         Some(trial) => Some(trial.clone()),
@@ -55,7 +66,36 @@ pub(super) fn find(
     if roles.inputs.is_empty() {
         return Err(Error::NoInputs { file: first.file.into(), columns: first.names.to_vec() });
     }
+    if roles.time.is_none() && !is_counted {
+        return Err(Error::NoTime { file: first.file.into(), columns: first.names.to_vec() });
+    }
     Ok(roles)
+}
+
+/// The time column of logs whose other columns a model names.
+pub(super) fn time_of(logs: &[Columns<'_>]) -> Result<Option<String>, Error> {
+    let all: BTreeSet<&String> = logs.iter().flat_map(|log| log.names).collect();
+    let named = |wanted: fn(Meaning) -> bool| -> Vec<String> {
+        all.iter().filter(|name| meaning(name).is_some_and(wanted)).map(|name| (*name).clone()).collect()
+    };
+    time_column(&named, &BTreeSet::new(), logs)
+}
+
+/// The time column by its name; without one by what it holds, and then by a name that is at least like one.
+fn time_column(
+    named: &dyn Fn(fn(Meaning) -> bool) -> Vec<String>,
+    taken: &BTreeSet<&str>,
+    logs: &[Columns<'_>],
+) -> Result<Option<String>, Error> {
+    let Some(first) = logs.first() else { return Ok(None) };
+    let held: BTreeSet<&String> = logs.iter().flat_map(Columns::timed).collect();
+    let held = held.into_iter().filter(|name| !taken.contains(name.as_str())).cloned().collect();
+    for candidates in [named(|m| m == Meaning::Time), held, named(|m| m == Meaning::TimeLike)] {
+        if !candidates.is_empty() {
+            return at_most_one(candidates, first, ColumnRole::Time);
+        }
+    }
+    Ok(None)
 }
 
 fn requested_inputs(requested: &RequestedRoles) -> Vec<Input> {
