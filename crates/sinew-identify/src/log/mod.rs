@@ -17,6 +17,8 @@
 //! | spikes    | `spikes`     | single samples that no cable can have produced                        |
 //! | dataset   | `assemble`   | conditions, duplicated logs                                           |
 //! | checks    | `signal_checks` | whether samples and changing signals suffice                       |
+//! | plateaus  | `plateaus`   | whether a channel is clipped at a bound or frozen for a stretch        |
+//! | durations | `durations`  | whether a log is too short, or of another clock than the others       |
 //! | likeness  | `likeness`   | whether an input is a copy of the far side, or a log mirrored         |
 //!
 //! Every repair is reported: whatever was skipped, dropped or cut is a sentence in
@@ -28,6 +30,7 @@ mod clock;
 mod conditions;
 mod cut;
 mod duplicates;
+mod durations;
 mod likeness;
 mod memory_limit;
 mod names;
@@ -35,6 +38,7 @@ mod naming;
 mod occurrences;
 mod one_log;
 mod open;
+mod plateaus;
 mod read;
 mod roles;
 mod signal_checks;

@@ -107,8 +107,6 @@ pub enum DefectKind {
     Clock,
     /// Too short.
     Short,
-    /// Sampled too rarely for its reversals.
-    Sampling,
     /// Two channels are shifted against each other in time.
     Shifted,
     /// A channel has another gain, offset or sign than in the other logs.

@@ -146,6 +146,22 @@ pub(crate) fn influence_recipe(logs: &ConditionedLogs) -> Recipe {
     Recipe { rows: 1500, steps: 25, hidden: 4, networks: 4, ..hybrid.recipe }
 }
 
+/// The recipe by which shifts and gains are judged: a small hybrid that knows low-pass filters, so that a lag is no shift.
+pub(crate) fn shift_recipe(logs: &ConditionedLogs) -> Recipe {
+    let roles = RoleIndices::of(&logs.data);
+    let separate = SignalSet::separate(logs, &roles);
+    let family = Family::new(logs, &separate, "", PhysicsPrior::Matched);
+    let hybrid = family.hybrid_with("", &RIGID, &family.slow(), "");
+    Recipe { rows: 1500, steps: 25, hidden: 4, networks: 4, ..hybrid.recipe }
+}
+
+/// The recipe of a clamp cell alone.
+pub(crate) fn cell_recipe(logs: &ConditionedLogs) -> Recipe {
+    let roles = RoleIndices::of(&logs.data);
+    let separate = SignalSet::separate(logs, &roles);
+    Family::new(logs, &separate, "", PhysicsPrior::Matched).cell_alone("", &RIGID, "").recipe
+}
+
 /// Candidates on one set of signals.
 struct Family<'a> {
     signals: &'a SignalSet,
