@@ -307,7 +307,8 @@ def identify(
     whatever role their names imply. `rename`: names in the logs and the names to read them under. `units`: units of columns,
     whatever their names say; names that differ in their unit alone are one column, whose numbers are converted. `rate_hz`:
     samples per second of logs without a column of time, which are refused otherwise; the time of a data frame may be its
-    index, and may be numbers, `datetime64`, `timedelta64` or text such as `2026-03-01 12:00:00.005`. `skip_s`: seconds at the start of every trial that are neither fitted nor scored.
+    index, and may be numbers, `datetime64`, `timedelta64` or text such as `2026-03-01 12:00:00.005`. `skip_s`: seconds
+    at the start of every trial that are neither fitted nor scored.
     `models`: names of candidates, all by default. `keep`: names of logs that are kept although they do harm to the
     prediction of the others, `None` for all. The same `seed` gives the same bits whatever the `threads`, by default all
     that are there, shared by all calls. `progress(stage, share)` is called while it runs.

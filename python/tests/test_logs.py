@@ -84,7 +84,9 @@ def stamps(seconds: Any) -> Any:
 TIMES: dict[str, Callable[[Any], Any]] = {
     "datetime64": stamps,
     "timedelta64": lambda seconds: (np.round(seconds * 1e9)).astype("timedelta64[ns]"),
-    "pandas with a zone": lambda seconds: pandas.Series(pandas.DatetimeIndex(stamps(seconds)).tz_localize("Europe/Berlin")),
+    "pandas with a zone": lambda seconds: pandas.Series(
+        pandas.DatetimeIndex(stamps(seconds)).tz_localize("Europe/Berlin")
+    ),
     "pandas durations": lambda seconds: pandas.to_timedelta(seconds, unit="s"),
     "polars": lambda seconds: polars.Series(stamps(seconds)),
     "Python": lambda seconds: [stamp.to_pydatetime() for stamp in pandas.DatetimeIndex(stamps(seconds))],
@@ -108,7 +110,8 @@ def test_the_index_of_a_data_frame_may_be_its_time(model: sinew.Model, log_files
     columns = {key: column[:500] for key, column in columns_of(log_files[0]).items()}
     expected = model.predict(columns)
     seconds = columns.pop("time_s")
-    for index in (pandas.DatetimeIndex(stamps(seconds)), pandas.to_timedelta(seconds, unit="s"), pandas.Index(seconds, name="t_s")):
+    durations = pandas.to_timedelta(seconds, unit="s")
+    for index in (pandas.DatetimeIndex(stamps(seconds)), durations, pandas.Index(seconds, name="t_s")):
         found = model.predict(pandas.DataFrame(columns, index=index))
         assert np.abs(found.mean - expected.mean).max() < 1e-6 * np.abs(expected.mean).max()
 

@@ -3,7 +3,7 @@
 use super::types::{Dataset, Defect, DefectKind, Sequence};
 
 /// Seconds below which a log shows no motion that a model could be judged by.
-const SHORTEST_S: f64 = 1.0;
+const SHORTEST_S: f64 = 0.5;
 
 /// Deviation of single sampling intervals from their median up to which a log is sampled evenly.
 const EVEN: f64 = 0.02;

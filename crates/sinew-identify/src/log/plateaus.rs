@@ -9,12 +9,18 @@ const SHORTEST_AT_BOUND: usize = 3;
 const FEWEST_AT_BOUND: usize = 8;
 /// Fewest equal samples in a row that are a frozen stretch.
 const SHORTEST_FROZEN: usize = 10;
-/// Share of its range by which another channel goes on, out and back, while one stands at its bound.
+/// Share of its range by which another channel goes on while one stands at its bound.
 const GOES_ON: f64 = 0.06;
+/// Share of its range by which a channel turns while a frozen one stands.
+const TURNS: f64 = 0.15;
+/// Samples before a plateau over which its speed is taken.
+const BEFORE: usize = 4;
+/// Speed times duration of a peak that is seen in quanta, quanta.
+const PEAK: f64 = 4.0;
 /// Least correlation that says in which direction two channels go.
 const CLEAR: f64 = 0.3;
 /// Share of the samples on plateaus during which another goes on, from which the plateaus are those of a sensor.
-const MOST: f64 = 0.5;
+const MOST: f64 = 0.3;
 /// A jump at the end of a frozen stretch, over the step that 95 % of the steps do not exceed.
 const JUMP: f64 = 3.0;
 /// Expected number of runs as long by chance, below which a run is none.
@@ -49,8 +55,9 @@ impl Plateau {
 /// Adds a defect for every channel that is clipped or frozen.
 ///
 /// ```text
-/// clipped: runs of >= 3 equal samples at the extreme of a channel, during most of which another channel goes on outwards
-///          and comes back: what sticks stops where the other turns, and what rests, rests with the others
+/// clipped: runs of >= 3 equal samples at the extreme of a channel, come to faster than to a peak seen in quanta, during
+///          which another channel goes on outwards: what sticks stops where the other turns, and what rests, rests with
+///          the others
 /// frozen:  a run of L equal samples with n p^L < 1e-6, p the share of equal neighbours elsewhere, that starts or ends with
 ///          a jump, or in which another channel turns, of a channel that stands nowhere else
 /// ```
@@ -109,20 +116,44 @@ impl Channel {
         self.high - self.low
     }
 
-    /// How far the channel goes up and comes back within a plateau, and how far down and back: shares of its range.
-    fn turns(&self, Plateau { sequence, start, end }: Plateau) -> [f64; 2] {
+    /// Means of blocks of a plateau, where there are samples enough to average noise; empty where a number is missing.
+    fn blocks(&self, Plateau { sequence, start, end }: Plateau) -> Vec<f64> {
         let part = &self.values[sequence][start..end];
         if part.iter().any(|x| !x.is_finite()) || part.len() < SHORTEST_AT_BOUND {
-            return [0.0; 2];
+            return Vec::new();
         }
-        // Means of blocks, where there are samples enough to average noise.
         let block = if part.len() >= 9 { part.len() / (part.len() / 3).min(9) } else { 1 };
-        let means: Vec<f64> =
-            part.chunks_exact(block).map(|b| b.iter().sum::<f64>() / b.len() as f64).collect();
-        let ends = [means[0], means[means.len() - 1]];
+        part.chunks_exact(block).map(|b| b.iter().sum::<f64>() / b.len() as f64).collect()
+    }
+
+    /// How far the channel goes up from where it is at the start of a plateau, and how far down: shares of its range.
+    fn goes(&self, plateau: Plateau) -> [f64; 2] {
+        let means = self.blocks(plateau);
+        let Some(first) = means.first() else { return [0.0; 2] };
         let (low, high) =
             means.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
-        [(high - ends[0].max(ends[1])) / self.range(), (ends[0].min(ends[1]) - low) / self.range()]
+        [(high - first) / self.range(), (first - low) / self.range()]
+    }
+
+    /// Whether the channel goes out and comes back within a plateau, up or down, by a share of its range.
+    fn turns(&self, plateau: Plateau) -> bool {
+        let means = self.blocks(plateau);
+        let (Some(first), Some(last)) = (means.first(), means.last()) else { return false };
+        let (low, high) =
+            means.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+        (high - first.max(*last)).max(first.min(*last) - low) > TURNS * self.range()
+    }
+
+    /// Whether the channel comes to a plateau faster than to a peak that is seen in quanta: there, speed times duration
+    /// is at most four quanta.
+    fn arrives(&self, Plateau { sequence, start, end }: Plateau) -> bool {
+        let values = &self.values[sequence];
+        let before = start.saturating_sub(BEFORE);
+        if before == start {
+            return true;
+        }
+        let speed = (values[start] - values[before]).abs() / (start - before) as f64;
+        speed * (end - start) as f64 > 2.0 * PEAK * self.quantum
     }
 
     /// Sign of the correlation with another channel; 0 where it says nothing.
@@ -182,7 +213,7 @@ fn clipped_at(
         let sign = channel.sign(other);
         // Outwards: a far side that sticks at its highest value sees the near side go down and come back.
         let way = usize::from((sign > 0.0) != is_high);
-        let went_on = |p: &&Plateau| sign != 0.0 && other.turns(**p)[way] > least;
+        let went_on = |p: &&Plateau| sign != 0.0 && channel.arrives(**p) && other.goes(**p)[way] > least;
         at_bound.iter().filter(went_on).map(Plateau::len).sum()
     };
     let (other, passed) = others().map(|other| (other, passed(other))).max_by_key(|(_, passed)| *passed)?;
@@ -243,10 +274,7 @@ fn frozen(
     let usual = quantile(&mut steps, 0.95);
     let jumps = jump > JUMP * usual && jump > 0.02 * channel.range();
     let stands_nowhere_else = plateaus.len() == 1 && chance < 0.02;
-    if !jumps
-        && !(stands_nowhere_else
-            && others().any(|other| other.turns(*longest).iter().any(|turn| *turn > 0.15)))
-    {
+    if !jumps && !(stands_nowhere_else && others().any(|other| other.turns(*longest))) {
         return None;
     }
     let lines = &rows[longest.sequence];

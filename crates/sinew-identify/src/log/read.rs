@@ -68,12 +68,17 @@ fn with_flags(
         let mut wanted = flags.clone();
         naming::name(&mut logs, &options.columns, &asked_for(flags))?;
         wanted.ignore.extend(labels.iter().map(|label| label.column.clone()));
+        if options.columns.rate_hz.is_some() {
+            wanted.time = None;
+        } else if wanted.time.is_none() {
+            wanted.time = roles::time_of(&columns(&logs), &asked_for(&wanted))?;
+        }
+        if let Some(time) = &wanted.time {
+            naming::same_time(&mut logs, time);
+        }
         let found = columns(&logs);
         let roles = roles::find(&wanted, &found, options.far_required, options.columns.rate_hz.is_some())?;
         let named = uses::named(&logs);
-        if let Some(time) = &roles.time {
-            naming::same_time(&mut logs, time);
-        }
         let mut dataset = assemble(roles, logs, options)?;
         let new = uses::labels(flags, &dataset);
         if new.is_empty() {
@@ -106,7 +111,7 @@ fn with_roles(roles: &Roles, options: &ReadOptions, mut logs: Vec<OpenLog>) -> R
     } else {
         let time = match &roles.time {
             Some(time) => Some(time.clone()),
-            None => roles::time_of(&columns(&logs))?,
+            None => roles::time_of(&columns(&logs), &columns_of(&roles))?,
         };
         if let Some(time) = &time {
             naming::same_time(&mut logs, time);

@@ -15,14 +15,7 @@ pub(super) struct Columns<'a> {
     pub(super) timed: Vec<bool>,
 }
 
-impl Columns<'_> {
-    /// Columns that are time by what they hold.
-    fn timed(&self) -> impl Iterator<Item = &String> {
-        self.names.iter().zip(&self.timed).filter(|(_, timed)| **timed).map(|(name, _)| name)
-    }
-}
-
-/// Finds the roles in logs that should all have the same columns.
+/// Finds the roles in logs that should all have the same columns; time is as requested, or `is_counted`.
 pub(super) fn find(
     requested: &RequestedRoles,
     logs: &[Columns<'_>],
@@ -48,17 +41,12 @@ pub(super) fn find(
         Some(far) => Some(far.clone()),
         None => one_far(named(|m| m == Meaning::Far), first, far_required)?,
     };
-    let time = match &requested.time {
-        Some(time) => Some(time.clone()),
-        None if is_counted => None,
-        None => time_column(&named, &taken, logs)?,
-    };
     let trial = match &requested.trial {
         Some(trial) => Some(trial.clone()),
         None => at_most_one(named(|m| m == Meaning::Trial), first, ColumnRole::Trial)?,
     };
     let inputs = if given_inputs.is_empty() { named_inputs(&named) } else { given_inputs };
-    let roles = Roles { far, inputs, time, trial, group: requested.group.clone() };
+    let roles = Roles { far, inputs, time: requested.time.clone(), trial, group: requested.group.clone() };
     present(&roles, logs, far_required)?;
     for column in &requested.ignore {
         known(column, logs)?;
@@ -72,27 +60,26 @@ pub(super) fn find(
     Ok(roles)
 }
 
-/// The time column of logs whose other columns a model names.
-pub(super) fn time_of(logs: &[Columns<'_>]) -> Result<Option<String>, Error> {
-    let all: BTreeSet<&String> = logs.iter().flat_map(|log| log.names).collect();
-    let named = |wanted: fn(Meaning) -> bool| -> Vec<String> {
-        all.iter().filter(|name| meaning(name).is_some_and(wanted)).map(|name| (*name).clone()).collect()
-    };
-    time_column(&named, &BTreeSet::new(), logs)
-}
-
-/// The time column by its name; without one by what it holds, and then by a name that is at least like one.
-fn time_column(
-    named: &dyn Fn(fn(Meaning) -> bool) -> Vec<String>,
-    taken: &BTreeSet<&str>,
-    logs: &[Columns<'_>],
-) -> Result<Option<String>, Error> {
-    let Some(first) = logs.first() else { return Ok(None) };
-    let held: BTreeSet<&String> = logs.iter().flat_map(Columns::timed).collect();
-    let held = held.into_iter().filter(|name| !taken.contains(name.as_str())).cloned().collect();
-    for candidates in [named(|m| m == Meaning::Time), held, named(|m| m == Meaning::TimeLike)] {
-        if !candidates.is_empty() {
-            return at_most_one(candidates, first, ColumnRole::Time);
+/// The time column of logs, of the columns that are not `taken`: by its name, without one by what it holds, and then by a
+/// name that is at least like one. Days may call it differently: the name is that of the first log.
+///
+/// # Errors
+/// [`Error::Ambiguous`] where one log has two.
+pub(super) fn time_of(logs: &[Columns<'_>], taken: &[String]) -> Result<Option<String>, Error> {
+    let means = |name: &String, wanted: Meaning| meaning(name) == Some(wanted);
+    let by_name = |wanted: Meaning| move |log: &Columns<'_>, c: usize| means(&log.names[c], wanted);
+    let (named, like) = (by_name(Meaning::Time), by_name(Meaning::TimeLike));
+    let held = |log: &Columns<'_>, c: usize| log.timed[c];
+    let tiers: [&dyn Fn(&Columns<'_>, usize) -> bool; 3] = [&named, &held, &like];
+    for tier in tiers {
+        let mut found = None;
+        for log in logs {
+            let fits = (0..log.names.len()).filter(|&c| !taken.contains(&log.names[c]) && tier(log, c));
+            let time = at_most_one(fits.map(|c| log.names[c].clone()).collect(), log, ColumnRole::Time)?;
+            found = found.or(time);
+        }
+        if found.is_some() {
+            return Ok(found);
         }
     }
     Ok(None)

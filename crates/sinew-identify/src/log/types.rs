@@ -197,7 +197,7 @@ impl Dataset {
     #[must_use]
     pub fn unit(&self, column: &str) -> String {
         let stated = self.columns.iter().find(|used| used.column == column).map(|used| used.unit.clone());
-        stated.filter(|unit| !unit.is_empty()).unwrap_or_else(|| super::unit_of(column))
+        stated.filter(|unit| !unit.is_empty()).unwrap_or_else(|| super::units::unit_of(column))
     }
 }
 

@@ -1,10 +1,9 @@
 //! Do the logs that are fitted agree with each other, and where one does not, which channel explains it?
 
-use super::candidates::{influence_recipe, shift_recipe};
+use super::candidates::comparison_recipe;
 use super::hypotheses::{Explanation, explain};
 use crate::conditioning::ConditionedLogs;
 use crate::estimation::rmse;
-use crate::fit::recipe::Recipe;
 use crate::fit::run::Run;
 use crate::fit::statistics::mean_and_deviation;
 use crate::log::{Defect, DefectKind};
@@ -44,7 +43,7 @@ pub(crate) fn judge(logs: &ConditionedLogs) -> Verdict {
     if !(2..=3).contains(&count) {
         return Verdict::Agree;
     }
-    let recipe = influence_recipe(logs);
+    let recipe = comparison_recipe(logs);
     let errors: Vec<Option<Vec<f64>>> = (0..count)
         .into_par_iter()
         .map(|i| {
@@ -77,10 +76,13 @@ pub(crate) fn judge(logs: &ConditionedLogs) -> Verdict {
     }
 }
 
-/// What a wrong channel would explain of log `k`, by a model of the logs `sound`.
+/// What a wrong channel would explain of log `k`, by a model of the logs `sound`; `None` where that predicts it.
 pub(crate) fn explanation(logs: &ConditionedLogs, k: usize, sound: &[usize]) -> Option<Explanation> {
     let training: Vec<&Run> = logs.runs.iter().filter(|run| sound.contains(&run.log)).collect();
-    let estimator = fit(&shift_recipe(logs), &training, 0)?;
+    let estimator = fit(&comparison_recipe(logs), &training, 0)?;
+    if relative(rmse(&estimator, &of_log(&logs.runs, k)), &logs.runs, k) < UNEXPLAINED {
+        return None;
+    }
     explain(&estimator, &logs.data, &of_log(&logs.runs, k), logs.data.logs[k].interval_s)
 }
 
@@ -95,8 +97,7 @@ pub(crate) fn report_explained(logs: &mut ConditionedLogs) {
             .par_iter()
             .map(|&k| {
                 let others: Vec<usize> = sound.iter().copied().filter(|&i| i != k).collect();
-                explanation(logs, k, &others)
-                    .filter(|e| relative(e.error_before, &logs.runs, k) > UNEXPLAINED && e.is_convincing())
+                explanation(logs, k, &others).filter(Explanation::is_convincing)
             })
             .collect();
         let best = found
@@ -142,7 +143,7 @@ fn relative(error: f64, runs: &[Run], log: usize) -> f64 {
 
 /// Delay of a channel in all logs that leaves less than half of the error, as a defect of every log.
 pub(crate) fn report_shift(logs: &mut ConditionedLogs) {
-    let recipe = shift_recipe(logs);
+    let recipe = comparison_recipe(logs);
     let interval = logs.interval_s();
     if let Some(found) = super::hypotheses::common_shift(&recipe, logs) {
         let (column, samples) = found;
@@ -158,10 +159,4 @@ pub(crate) fn report_shift(logs: &mut ConditionedLogs) {
             info.add(Defect::of_log(DefectKind::Shifted, &column, sentence));
         }
     }
-}
-
-/// A recipe's fit on runs, and its error there.
-pub(crate) fn error_in_sample(recipe: &Recipe, runs: &[Run]) -> Option<f64> {
-    let runs: Vec<&Run> = runs.iter().collect();
-    Some(rmse(&fit(recipe, &runs, 0)?, &runs))
 }

@@ -1,12 +1,12 @@
 //! What a wrong channel would explain: its gain, its offset or its clock.
 
-use super::agreement::error_in_sample;
 use crate::conditioning::ConditionedLogs;
-use crate::estimation::estimate_sequence;
+use crate::estimation::{estimate_sequence, rmse};
 use crate::fit::recipe::Recipe;
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
 use crate::log::{Dataset, Defect, DefectKind, Role};
+use crate::training::fit;
 use rayon::prelude::*;
 use sinew::predictor::Estimator;
 
@@ -60,7 +60,7 @@ pub(crate) struct Explanation {
     range: f64,
     interval_s: f64,
     /// RMSE of the log as it is, and with the channel corrected; far unit.
-    pub(crate) error_before: f64,
+    error_before: f64,
     error_after: f64,
     /// Other faults that explain as much.
     others: Vec<(String, Fault)>,
@@ -336,4 +336,10 @@ pub(super) fn common_shift(recipe: &Recipe, logs: &ConditionedLogs) -> Option<(S
 }
 
 /// Error over the range of the far side below which no shift is looked for.
-const SMALL: f64 = 0.01;
+const SMALL: f64 = 0.015;
+
+/// A recipe's fit on runs, and its error there.
+fn error_in_sample(recipe: &Recipe, runs: &[Run]) -> Option<f64> {
+    let runs: Vec<&Run> = runs.iter().collect();
+    Some(rmse(&fit(recipe, &runs, 0)?, &runs))
+}

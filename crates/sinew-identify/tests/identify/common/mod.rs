@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 pub(crate) mod axes;
+pub(crate) mod benches;
 pub(crate) mod families;
 
 use sinew_identify::Error;
